@@ -131,9 +131,12 @@ def live(
     """Fly a mission against the clock, and send what its instruments measure.
 
     Formats: nmea (GGA, RMC, ZDA, HDT and $PSIMSSB of ASVs; of AUVs named by /VEHICLES or --only
-    their estimates as GGA), json (a line for each reading).  Sinks: udp:HOST:PORT, tcp:PORT, pty,
-    file:PATH.  Ctrl-C ends the telegrams; the mission is finished at once and its result folder
-    is that of `run` with the same seed.
+    their estimates as GGA), json (a line for each reading), mavlink (GPS_INPUT of AUVs) and
+    mavproxy (the same for its GPSInput).  Sinks: udp:HOST:PORT, tcp:PORT, pty, file:PATH.
+    ugps:http:PORT is the HTTP API of a Water Linked UGPS topside.
+
+    Ctrl-C ends the telegrams; the mission is finished at once, and its result folder is that of
+    `run` with the same seed.
     """
     from ..live.outputs import FORMATS, asked, chosen
     from ..live.readings import earth_of
@@ -272,6 +275,14 @@ def _summary(session: "Session") -> str:
     return f"{session.sent} telegrams sent; late by {median:.1f} ms (median), {most:.1f} ms (99 %)."
 
 
+def readable(telegram: bytes) -> str:
+    """Return a telegram as text, what is none in hexadecimal digits."""
+    try:
+        return telegram.decode("utf-8").rstrip()
+    except UnicodeDecodeError:
+        return telegram.hex(" ")
+
+
 def _dry(
     scenario: "Scenario",
     seed: int,
@@ -288,12 +299,13 @@ def _dry(
     with compiling_told():
         instruments = Instruments(Mission(scenario, seed), truth=truth, only=heard)
         seen: set[tuple[str, type]] = set()
+        encoders = [(it, encoder(it, heard)) for it in outputs]
         while instruments.time < DRY_S and not instruments.is_over:
             for reading in instruments.advance(instruments.time + 1.0):
-                for it in outputs:
+                for it, encode in encoders:
                     key = it.text, type(reading)
                     if key in seen or (it.only and reading.vehicle not in it.only):
                         continue
-                    for telegram in encoder(it, heard)(reading, earth):
+                    for telegram in encode(reading, earth):
                         seen.add(key)
-                        say(telegram.decode("utf-8").rstrip())
+                        say(readable(telegram))

@@ -7,19 +7,23 @@ from pathlib import Path
 from typing import NamedTuple
 
 from .json_lines import line
+from .mavlink import Mavlink, mavproxy
 from .nmea import sentences
 from .readings import Earth, Estimate, Reading
 from .session import Encoder, Output
 from .sinks import LOOPBACK, Datagrams, File, Port, Say, Sink, Terminal
+from .ugps import Topside
 
 PORTS = range(65536)
 
 
 class Format(NamedTuple):
-    """A format: what it sends, whether it needs a place on Earth, and to which sinks it goes."""
+    """A format: what it sends, whether it needs a place on Earth, and to which sinks it goes.
+    Each output has an encoder of its own.
+    """
 
     meaning: str
-    encode: Encoder
+    make: Callable[[], Encoder]
     on_earth: bool
     sinks: tuple[str, ...] = ("udp", "tcp", "pty", "file")
 
@@ -42,9 +46,16 @@ def _json(reading: Reading, earth: Earth) -> Sequence[bytes]:
     return [line(reading, earth).encode("utf-8")]
 
 
+def _nothing(reading: Reading, earth: Earth) -> Sequence[bytes]:
+    return ()
+
+
 FORMATS: dict[str, Format] = {
-    "nmea": Format("GGA, RMC, ZDA, HDT and $PSIMSSB of ASVs", _nmea, on_earth=True),
-    "json": Format("a line for each reading of all instruments", _json, on_earth=False),
+    "nmea": Format("GGA, RMC, ZDA, HDT and $PSIMSSB of ASVs", lambda: _nmea, on_earth=True),
+    "json": Format("a line for each reading of all instruments", lambda: _json, on_earth=False),
+    "ugps": Format("the API of a UGPS topside", lambda: _nothing, on_earth=True, sinks=("http",)),
+    "mavlink": Format("GPS_INPUT of AUVs", Mavlink, on_earth=True),
+    "mavproxy": Format("GPS inputs of AUVs for MAVProxy", mavproxy, on_earth=True),
 }
 
 # How each sink is written behind its name.
@@ -53,6 +64,7 @@ SINKS = {
     "tcp": "tcp:PORT",
     "pty": "pty",
     "file": "file:PATH",
+    "http": "http:PORT",
 }
 
 
@@ -94,7 +106,7 @@ def encoder(wanted: Asked, only: Sequence[str]) -> Encoder:
 
     NMEA has no names of vehicles: AUVs' estimates are in it only where AUVs are named.
     """
-    encode = FORMATS[wanted.format].encode
+    encode = FORMATS[wanted.format].make()
     if wanted.format != "nmea":
         return encode
     named = {*wanted.only, *only}
@@ -105,6 +117,15 @@ def encoder(wanted: Asked, only: Sequence[str]) -> Encoder:
         return encode(reading, earth)
 
     return vessels
+
+
+def _topside(wanted: Asked, by: "Opening") -> Output:
+    """Open the topside of the first vessel that is named, which locates the first AUV that is."""
+    named = [*wanted.only, "ASV0", "AUV0"]
+    vessel, auv = (next(it for it in named if it.startswith(kind)) for kind in ("ASV", "AUV"))
+    topside = Topside(wanted.text, by.bind, _port(wanted.where, wanted.text), vessel, auv)
+    by.say(f"{wanted.text}: {vessel} locates {auv}: http://{by.bind}:{topside.port}/api/v1")
+    return Output(topside, topside)
 
 
 class Opening(NamedTuple):
@@ -125,6 +146,8 @@ def opened(wanted: Asked, only: Sequence[str], by: Opening) -> Output:
         ValueError: when the sink is not written as it must be.
         OSError: when it cannot be opened.
     """
+    if wanted.sink == "http":
+        return _topside(wanted, by)
     return Output(encoder(wanted, only), OPENERS[wanted.sink](wanted, by), wanted.only)
 
 

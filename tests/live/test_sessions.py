@@ -60,7 +60,7 @@ def flown(sink: Any, *, speed: float, **changes: Any) -> tuple[Session, Mission,
 def opened_format(name: str) -> Any:
     from bindusbl_des.live.outputs import FORMATS
 
-    return FORMATS[name].encode
+    return FORMATS[name].make()
 
 
 def same_tables(one: Any, other: Any) -> bool:
@@ -245,7 +245,7 @@ def test_ctrl_c_leaves_a_whole_result(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("wanted", "told"),
     [
-        ("morse:udp:1.2.3.4:5", "there is no format 'morse'; it is one of nmea, json"),
+        ("morse:udp:1.2.3.4:5", "there is no format 'morse'; it is one of nmea, json, ugps"),
         ("json:carrier", "there is no sink 'carrier'; write json:udp:HOST:PORT, json:tcp:PORT"),
         ("json:udp:10110", "write json:udp:HOST:PORT"),
         ("json:tcp:99999", "'99999' is no port; give a number from 0 to 65535"),

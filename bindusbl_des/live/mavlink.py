@@ -1,0 +1,207 @@
+"""What an AUV's autopilot is given: delivered fixes as MAVLink's GPS_INPUT, or as MAVProxy's JSON.
+
+A message of MAVLink 2 is written and read as its serialisation guide says: fields by size, zeros at
+the end left out, a checksum (CRC-16/MCRF4XX) with the message's extra byte.  Sources:
+mavlink.io/en/guide/serialization.html; common.xml; MAVProxy's module GPSInput (UDP port 25100).
+"""
+
+import json
+import math
+import struct
+from collections.abc import Iterator, Sequence
+from datetime import UTC, datetime, timedelta
+from typing import Any, NamedTuple
+
+from .readings import Delivered, Earth, Estimate, Reading
+
+# Number, extra byte of the checksum and layout of each message that is spoken or understood.
+GPS_INPUT, GPS_INPUT_EXTRA, GPS_INPUT_LAYOUT = 232, 151, struct.Struct("<QIii9fHHBBBH")
+ATTITUDE, GLOBAL_POSITION_INT = 30, 33
+UNDERSTOOD = {
+    ATTITUDE: (39, struct.Struct("<I6f")),
+    GLOBAL_POSITION_INT: (104, struct.Struct("<I4i3hH")),
+}
+
+MAGIC, MAGIC_1 = 0xFD, 0xFE  # MAVLink 2, and 1
+SIGNED, SIGNATURE = 0x01, 13
+COMPONENT = 220  # MAV_COMP_ID_GPS
+
+# GPS time began, and is ahead of UTC by leap seconds (since 2017).
+GPS_BEGAN, LEAP_S, WEEK_S = datetime(1980, 1, 6, tzinfo=UTC), 18, 604_800
+
+# Velocities and their accuracy are not known.
+IGNORED = 8 | 16 | 32
+
+NO_FIX, FIX_3D = 0, 3
+
+# Satellites and dilution of precision, which no scenario knows of.
+SATELLITES, DILUTION = 12, 0.9
+
+# An autopilot gives up GPS when nothing has come for so long (s): ArduPilot's GPS_TIMEOUT_MS.
+STALE_S = 4.0
+
+
+class GpsInput(NamedTuple):
+    """The fields of GPS_INPUT, in the order in which they are sent; its time of week is that of the
+    ping, at which the fix holds.
+    """
+
+    time_usec: int
+    time_week_ms: int
+    lat: int
+    lon: int
+    alt: float
+    hdop: float
+    vdop: float
+    vn: float
+    ve: float
+    vd: float
+    speed_accuracy: float
+    horiz_accuracy: float
+    vert_accuracy: float
+    ignore_flags: int
+    time_week: int
+    gps_id: int
+    fix_type: int
+    satellites_visible: int
+    yaw: int
+
+
+NOTHING = GpsInput(
+    0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, IGNORED, 0, 0, NO_FIX, 0, 0
+)
+
+
+class Inputs:
+    """GPS inputs of AUVs: each fix as it is delivered; once that is stale, each second none."""
+
+    def __init__(self) -> None:
+        self._last: dict[str, float] = {}
+
+    def of(self, reading: Reading, earth: Earth) -> GpsInput | None:
+        """Return what a reading gives the autopilot of its AUV, if anything."""
+        if isinstance(reading, Delivered):
+            self._last[reading.vehicle] = reading.at_s
+            return _given(reading, earth)
+        if isinstance(reading, Estimate):
+            last = self._last.get(reading.vehicle, -math.inf)
+            if reading.at_s - last > STALE_S:
+                return NOTHING._replace(time_usec=_microseconds(earth.utc(reading.at_s)))
+        return None
+
+
+def _given(reading: Delivered, earth: Earth) -> GpsInput:
+    fix, now = reading.fix, earth.utc(reading.at_s)
+    lat, lon, _ = earth.geodetic((fix.x_m, fix.y_m, fix.z_m))
+    week, week_ms = _gps_time(earth.utc(fix.valid_at_s))
+    across = math.hypot(fix.sd_x_m, fix.sd_y_m)
+    return GpsInput(
+        _microseconds(now), week_ms, round(lat * 1e7), round(lon * 1e7), -fix.z_m,
+        DILUTION, DILUTION, 0.0, 0.0, 0.0, 0.0, across, fix.sd_z_m,
+        IGNORED, week, 0, FIX_3D, SATELLITES, 0,
+    )  # fmt: skip
+
+
+def _microseconds(when: datetime) -> int:
+    return (when - datetime(1970, 1, 1, tzinfo=UTC)) // timedelta(microseconds=1)
+
+
+def _gps_time(when: datetime) -> tuple[int, int]:
+    """Return the GPS week of an instant (UTC), and the milliseconds in it.
+
+    >>> _gps_time(datetime(2026, 6, 1, 8, 0, tzinfo=UTC))
+    (2421, 115218000)
+    """
+    milliseconds = round((when - GPS_BEGAN + timedelta(seconds=LEAP_S)) / timedelta(milliseconds=1))
+    return divmod(milliseconds, WEEK_S * 1000)
+
+
+class Mavlink:
+    """GPS_INPUT of each AUV: AUV0 is system 1."""
+
+    def __init__(self) -> None:
+        self._inputs, self._sent = Inputs(), 0
+
+    def __call__(self, reading: Reading, earth: Earth) -> Sequence[bytes]:
+        given = self._inputs.of(reading, earth)
+        if given is None:
+            return ()
+        system = int(reading.vehicle.removeprefix("AUV")) + 1
+        self._sent += 1
+        return [frame(self._sent % 256, system, GPS_INPUT, GPS_INPUT_EXTRA, packed(given))]
+
+
+def packed(given: GpsInput) -> bytes:
+    """Return the payload of a GPS_INPUT."""
+    return GPS_INPUT_LAYOUT.pack(*given)
+
+
+def mavproxy() -> Any:
+    """Return what encodes GPS inputs as lines of JSON, as MAVProxy's GPSInput reads them."""
+    inputs = Inputs()
+
+    def encoded(reading: Reading, earth: Earth) -> Sequence[bytes]:
+        given = inputs.of(reading, earth)
+        return () if given is None else [json.dumps(given._asdict()).encode() + b"\n"]
+
+    return encoded
+
+
+def frame(number: int, system: int, message: int, extra: int, payload: bytes) -> bytes:
+    """Return a message of MAVLink 2."""
+    payload = payload[:1] + payload[1:].rstrip(b"\0")
+    header = bytes([len(payload), 0, 0, number, system, COMPONENT]) + message.to_bytes(3, "little")
+    return bytes([MAGIC]) + header + payload + _checksum(header + payload + bytes([extra]))
+
+
+def _checksum(data: bytes) -> bytes:
+    """Return the checksum of a message, little-endian.
+
+    >>> _checksum(b"123456789").hex()
+    '916f'
+    """
+    total = 0xFFFF
+    for byte in data:
+        byte ^= total & 0xFF
+        byte ^= (byte << 4) & 0xFF
+        total = (total >> 8) ^ (byte << 8) ^ (byte << 3) ^ (byte >> 4)
+        total &= 0xFFFF
+    return total.to_bytes(2, "little")
+
+
+class Message(NamedTuple):
+    """A message that is understood: who sent it (system), its number, and its fields."""
+
+    system: int
+    number: int
+    fields: tuple[Any, ...]
+
+
+def messages(data: bytes) -> Iterator[Message]:
+    """Yield the messages in a datagram that are understood; what is none, or damaged, is passed."""
+    at = 0
+    while at < len(data):
+        if data[at] not in (MAGIC, MAGIC_1):
+            at += 1
+            continue
+        head = 10 if data[at] == MAGIC else 6
+        if at + head > len(data):
+            return
+        end = at + head + data[at + 1]
+        found = _message(data[at : end + 2], head)
+        if found is not None:
+            yield found
+        signed = head == 10 and data[at + 2] & SIGNED
+        whole = found is not None or end + 2 <= len(data)
+        at = end + 2 + (SIGNATURE if signed else 0) if whole else at + 1
+
+
+def _message(text: bytes, head: int) -> Message | None:
+    number = int.from_bytes(text[7:10], "little") if head == 10 else text[5]
+    if number not in UNDERSTOOD or len(text) < head + text[1] + 2:
+        return None
+    extra, layout = UNDERSTOOD[number]
+    if _checksum(text[1:-2] + bytes([extra])) != text[-2:]:
+        return None
+    payload = text[head:-2].ljust(layout.size, b"\0")[: layout.size]
+    return Message(text[5] if head == 10 else text[3], number, layout.unpack(payload))

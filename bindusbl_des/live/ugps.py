@@ -1,0 +1,172 @@
+"""The HTTP API of Water Linked's Underwater GPS: one vessel's topside, which locates one AUV.
+
+Source: the API's OpenAPI description, waterlinked.com 1.0.0.  What is not known is -1, as it says.
+"""
+
+import json
+import math
+import threading
+from collections.abc import Sequence
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.metadata import version
+from typing import Any
+
+from .nmea import head_up
+from .readings import Compass, Earth, Gnss, Reading, Usbl
+
+# Receivers of a topside; the array is one, whose range stands for each.
+RECEIVERS = 4
+
+# A position that is older (s) is none.
+STALE_S = 5.0
+
+# A client that says nothing for so long (s) is let go.
+SILENCE_S = 10.0
+
+KM_PER_H = 3.6
+
+UNKNOWN: dict[str, float] = {
+    "lat": 0.0, "lon": 0.0, "orientation": -1, "cog": -1, "sog": -1, "hdop": -1, "numsats": -1,
+    "fix_quality": 0,
+}  # fmt: skip
+NOWHERE: dict[str, Any] = {
+    "x": 0.0, "y": 0.0, "z": 0.0, "std": 0.0, "position_valid": False,
+    "receiver_distance": [0.0] * RECEIVERS, "receiver_rssi": [0.0] * RECEIVERS,
+    "receiver_nsd": [0.0] * RECEIVERS, "receiver_valid": [0.0] * RECEIVERS,
+}  # fmt: skip
+
+
+class Topside:
+    """Answers with what a vessel has measured last, of itself and of an AUV; encoder and sink."""
+
+    def __init__(self, name: str, host: str, port: int, vessel: str, auv: str) -> None:
+        """Listen on a port.
+
+        Raises:
+            OSError: when it is taken.
+        """
+        self.name, self._vessel, self._auv = name, vessel, auv
+        self._master, self._global, self._acoustic = dict(UNKNOWN), dict(UNKNOWN), dict(NOWHERE)
+        self._seen_at, self._server = -math.inf, _Server((host, port), self)
+        #: The port that it listens on; of port 0 the one that was free.
+        self.port = self._server.server_address[1]
+        self._thread = threading.Thread(
+            target=self._server.serve_forever, kwargs={"poll_interval": 0.1}, daemon=True
+        )
+        self._thread.start()
+
+    @property
+    def clients(self) -> int:
+        return 0
+
+    def __call__(self, reading: Reading, earth: Earth) -> Sequence[bytes]:
+        """Note a reading; whoever asks is answered with the last ones."""
+        if reading.at_s - self._seen_at > STALE_S and self._acoustic["position_valid"]:
+            self._acoustic, self._global = dict(NOWHERE), dict(UNKNOWN)
+        if reading.vehicle != self._vessel:
+            return ()
+        if isinstance(reading, Gnss):
+            self._master = self._master | _satellites(reading, earth)
+        elif isinstance(reading, Compass):
+            self._master = self._master | {"orientation": _degrees(reading.yaw)}
+        elif isinstance(reading, Usbl) and reading.auv == self._auv:
+            self._seen_at, self._acoustic = reading.at_s, _acoustic(reading)
+            lat, lon, _ = earth.geodetic(reading.sight.place.tolist())
+            self._global = UNKNOWN | {"lat": lat, "lon": lon, "fix_quality": 1}
+        return ()
+
+    def send(self, telegram: bytes) -> None:
+        """Send nothing: clients ask."""
+
+    def answer(self, path: str) -> Any:
+        """Return what is answered to a path; None if there is none such."""
+        found = {
+            "/api": {"versions": ["v1"]},
+            "/api/v1/about": _about(),
+            "/api/v1/position/acoustic/filtered": self._acoustic,
+            "/api/v1/position/acoustic/raw": self._acoustic,
+            "/api/v1/position/global": self._global,
+            "/api/v1/position/master": self._master,
+        }
+        return found.get(path.partition("?")[0].rstrip("/"))
+
+    def close(self) -> None:
+        self._server.shutdown()
+        self._server.server_close()
+        self._thread.join()
+
+
+def _satellites(reading: Gnss, earth: Earth) -> dict[str, float]:
+    lat, lon, _ = earth.geodetic(reading.place)
+    found: dict[str, float] = {"lat": lat, "lon": lon, "fix_quality": 1}
+    if reading.velocity is not None:
+        speed = math.hypot(*reading.velocity) * KM_PER_H
+        course = _degrees(math.atan2(reading.velocity[1], reading.velocity[0]))
+        found |= {"sog": speed, "cog": course if speed >= 0.1 else -1}
+    return found
+
+
+def _acoustic(reading: Usbl) -> dict[str, Any]:
+    """Return where an AUV is, x ahead of the vessel, y to starboard, z below."""
+    starboard, forward, below = head_up(reading)
+    covariance = reading.sight.covariance
+    reach = math.sqrt(starboard**2 + forward**2 + below**2)
+    return NOWHERE | {
+        "x": forward,
+        "y": starboard,
+        "z": max(below, 0.0),
+        "std": math.sqrt(max(float(covariance[0, 0] + covariance[1, 1]), 0.0)),
+        "position_valid": True,
+        "receiver_distance": [reach] * RECEIVERS,
+        "receiver_valid": [1.0] * RECEIVERS,
+    }
+
+
+def _degrees(yaw: float) -> float:
+    """Return a heading (rad) in degrees from 0 to 359.999, the last that the API has."""
+    return min(math.degrees(yaw) % 360.0, 359.999)
+
+
+def _about() -> dict[str, Any]:
+    ours = version("bindusbl-des")
+    return {
+        "chipid": "0x0",
+        "hardware_revision": 0,
+        "product_id": 0,
+        "product_name": "bindusbl-des",
+        "variant": "simulated",
+        "version": ours,
+        "version_short": ours,
+    }
+
+
+class _Server(ThreadingHTTPServer):
+    daemon_threads = True
+    block_on_close = False
+    request_queue_size = 128
+
+    def __init__(self, address: tuple[str, int], topside: Topside) -> None:
+        self.topside = topside
+        super().__init__(address, _Handler)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing of clients that go in the midst of an answer."""
+
+
+class _Handler(BaseHTTPRequestHandler):
+    protocol_version = "HTTP/1.1"
+    timeout = SILENCE_S
+    server: _Server
+
+    def do_GET(self) -> None:
+        found = self.server.topside.answer(self.path)
+        text = json.dumps({"error": "not found"} if found is None else found).encode()
+        self.send_response(404 if found is None else 200)
+        self.send_header("Content-Type", "application/json")
+        self.send_header("Access-Control-Allow-Origin", "*")
+        self.send_header("Content-Length", str(len(text)))
+        self.end_headers()
+        self.wfile.write(text)
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Say nothing of what is asked."""

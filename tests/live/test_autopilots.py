@@ -1,0 +1,173 @@
+"""What autopilots and topside software read: MAVLink, MAVProxy's JSON and the UGPS API."""
+
+import json
+import math
+import socket
+from pathlib import Path
+from typing import Any
+from urllib.error import HTTPError
+from urllib.request import urlopen
+
+import pytest
+from live_for_tests import at_sea, call, heard, written
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from bindusbl_des.geometry.geodesy import ned_at_depth
+from bindusbl_des.live.mavlink import (
+    ATTITUDE,
+    GLOBAL_POSITION_INT,
+    Mavlink,
+    mavproxy,
+    messages,
+)
+from bindusbl_des.live.readings import Delivered, Usbl
+from bindusbl_des.live.ugps import Topside
+
+API = json.loads((Path(__file__).parents[1] / "reference" / "ugps_api.json").read_text())
+
+
+def test_autopilots_are_given_the_fixes_that_were_delivered() -> None:
+    """pymavlink reads each: position to 1e-7 degrees (1 cm), accuracy of the covariance, and the
+    instant of the ping to a millisecond; and none while the last fix is stale.
+    """
+    scenario = at_sea(acoustics={"mf": {"range_m": 45.0}}, duration_s=120.0)
+    readings, mission, earth = heard(scenario)
+    encode, lines = Mavlink(), mavproxy()
+    reader = mavlink.MAVLink(None)
+    reader.robust_parsing = False
+    fixes, seen = mission.result().tables["fixes"].set_index("fix"), set()
+    kinds = {0: 0, 3: 0}
+    for it in readings:
+        sent, said = encode(it, earth), lines(it, earth)
+        assert len(sent) == len(said)
+        for telegram, text in zip(sent, said, strict=True):
+            (message,) = reader.parse_buffer(telegram)
+            assert message.get_type() == "GPS_INPUT"
+            assert message.get_srcSystem() == int(it.vehicle[3:]) + 1
+            kinds[message.fix_type] += 1
+            alike = json.loads(text)
+            assert alike["lat"] == message.lat
+            assert alike["time_usec"] == message.time_usec
+            if message.fix_type == 0:
+                continue
+            assert isinstance(it, Delivered)
+            seen.add(it.fix.fix)
+            row = fixes.loc[it.fix.fix]
+            assert row.outcome == "delivered"
+            ((x, y, _),) = ned_at_depth(
+                [message.lat / 1e7], [message.lon / 1e7], [row.z_m], earth.origin
+            )
+            assert [x, y] == pytest.approx([row.x_m, row.y_m], abs=0.012)
+            assert message.alt == pytest.approx(-row.z_m, rel=1e-6)
+            accuracy = math.hypot(row.sd_x_m, row.sd_y_m)
+            assert message.horiz_accuracy == pytest.approx(accuracy, rel=1e-6)
+            begins = 86_400_000 + 8 * 3_600_000 + 18_000  # Monday, 8 h, leap seconds
+            assert message.time_week_ms - begins == pytest.approx(1e3 * row.pinged_at_s, abs=0.51)
+            assert message.time_usec / 1e6 - earth.start.timestamp() == pytest.approx(
+                row.delivered_at_s, abs=2e-6
+            )
+    assert seen == set(fixes.index[fixes.outcome == "delivered"])
+    assert min(kinds.values()) > 5
+
+
+def test_messages_of_an_autopilot_are_read() -> None:
+    """MAVLink 1 and 2, several in a datagram, garbage between; what is damaged is passed over."""
+    for kind in ("mavlink1", "mavlink2"):
+        writer = mavlink.MAVLink(None, srcSystem=7)
+        here = writer.global_position_int_encode(
+            5, 543300000, 101800000, -12_340, -12_340, 1, 2, 3, 9000
+        )
+        turned = writer.attitude_encode(5, 0.1, 0.2, 1.5, 0.0, 0.0, 0.0)
+        others = writer.heartbeat_encode(12, 3, 0, 0, 0)
+        first, second, third = (
+            it.pack(writer, force_mavlink1=kind == "mavlink1") for it in (here, others, turned)
+        )
+        found = list(messages(b"\x00\xfd" + first + second + b"junk" + third))
+        assert [it.number for it in found] == [GLOBAL_POSITION_INT, ATTITUDE]
+        assert {it.system for it in found} == {7}
+        assert found[0].fields[1:4] == (543300000, 101800000, -12_340)
+        assert found[1].fields[3] == 1.5
+        damaged = bytearray(first)
+        damaged[12] ^= 1
+        assert not list(messages(bytes(damaged)))
+        for length in range(len(first)):
+            assert not list(messages(first[:length]))
+
+
+def check(value: Any, schema: dict[str, Any]) -> None:
+    """Refuse a value that is not as the description has it."""
+    types = {"number": (int, float), "integer": int, "string": str, "boolean": bool}
+    if schema["type"] == "object":
+        assert set(schema["required"]) <= set(value)
+        for name, inner in schema["properties"].items():
+            check(value[name], inner)
+    elif schema["type"] == "array":
+        for it in value:
+            check(it, schema["items"])
+    else:
+        assert isinstance(value, types[schema["type"]])
+        assert isinstance(value, bool) == (schema["type"] == "boolean")
+        assert schema.get("minimum", -math.inf) <= value if schema["type"] == "number" else True
+        assert schema["type"] != "number" or value <= schema.get("maximum", math.inf)
+
+
+def test_every_answer_of_the_topside_is_as_its_api_says() -> None:
+    """From nothing known, through each reading, to the last position: it is what was measured."""
+    readings, _, earth = heard(at_sea(usbl={"gnss_sd_m": 0.5}))
+    last = [it for it in readings if isinstance(it, Usbl)][-1]
+    topside = Topside("ugps", "127.0.0.1", 0, last.vehicle, last.auv)
+    base = f"http://127.0.0.1:{topside.port}"
+    try:
+        for number, it in enumerate(readings):
+            assert topside(it, earth) == ()
+            for path, schema in API["answers"].items():
+                check(topside.answer(path), schema)
+                if number % 100 == 0:
+                    with urlopen(base + path, timeout=5.0) as answer:
+                        assert json.load(answer) == topside.answer(path)
+        assert topside.answer("/api/v1/position/acoustic/raw")["position_valid"]
+        found = topside.answer("/api/v1/position/global")
+        place = last.sight.place
+        ((x, y, _),) = ned_at_depth([found["lat"]], [found["lon"]], [place[2]], earth.origin)
+        assert [x, y] == pytest.approx(place[:2].tolist(), abs=1e-6)
+        with pytest.raises(HTTPError, match="404"):
+            urlopen(base + "/api/v2", timeout=5.0)
+        with socket.create_connection(("127.0.0.1", topside.port)) as rude:
+            rude.sendall(b"\x16\x03\x01\x02 garbage\r\n\r\n")
+        with urlopen(base + "/api/", timeout=5.0) as answer:
+            assert json.load(answer) == {"versions": ["v1"]}
+    finally:
+        topside.close()
+
+
+def test_a_position_grows_stale() -> None:
+    readings, _, earth = heard(at_sea(duration_s=20.0))
+    first = next(it for it in readings if isinstance(it, Usbl))
+    topside = Topside("ugps", "127.0.0.1", 0, first.vehicle, first.auv)
+    try:
+        for it in readings:
+            if not isinstance(it, Usbl) or it is first:
+                topside(it, earth)
+            if it is first:
+                assert topside.answer("/api/v1/position/acoustic/raw")["position_valid"]
+        assert not topside.answer("/api/v1/position/acoustic/filtered")["position_valid"]
+        assert topside.answer("/api/v1/position/global")["fix_quality"] == 0
+        assert topside.answer("/api/v1/position/master")["fix_quality"] == 1
+    finally:
+        topside.close()
+
+
+def test_the_command_offers_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = call(
+        "live", written(tmp_path), "--to", "ugps/ASV1,AUV2:http:0", "--to", "mavlink:file:m.bin",
+        "--to", "mavproxy/AUV0:file:m.json", "--speed", "max", "--out", "flown",
+    )  # fmt: skip
+    assert done.exit_code == 0, done.output
+    assert "ASV1 locates AUV2: http://127.0.0.1:" in done.output
+    assert Path("m.bin").read_bytes().startswith(b"\xfd")
+    assert all(json.loads(it)["gps_id"] == 0 for it in Path("m.json").read_text().splitlines())
+    done = call("live", "sea.yaml", "--to", "ugps:udp:1:2", "--out", "flown2")
+    assert "ugps does not go to udp; write ugps:http:PORT" in done.output
+    done = call("live", "sea.yaml", "--to", "mavlink:pty", "--dry")
+    assert done.output.strip().startswith("fd ")
