@@ -1,9 +1,11 @@
 """The command `live`: a mission against the clock, which speaks what instruments speak."""
 
 import math
+import re
 import selectors
 import signal
 import threading
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from datetime import UTC, datetime
@@ -38,6 +40,7 @@ from .options import (
 
 if TYPE_CHECKING:
     from ..live.outputs import Asked, Opening
+    from ..live.poses import Received
     from ..live.readings import Earth
     from ..live.session import Output, Session
     from ..results.result import Result
@@ -56,6 +59,9 @@ class Mouth(NamedTuple):
     speed: float
     starts_now: bool
 
+
+# So often (s) it is looked whether AUVs have been heard of.
+WAIT_S = 0.02
 
 # Until then (s of the mission) `--dry` waits for a telegram of each kind.
 DRY_S = 600.0
@@ -106,6 +112,9 @@ def _start(context: click.Context, parameter: click.Parameter, text: str | None)
 @click.option(
     "--bind", default="127.0.0.1", metavar="HOST", help="Where ports listen (default 127.0.0.1)."
 )
+@click.option(
+    "--poses", metavar="udp:PORT", help="Have another program move the AUVs: NMEA, MAVLink or JSON."
+)
 @click.option("--dry", is_flag=True, help="Print the first telegram of each kind, and end.")
 @out_option("DIR", "Result folder (default results/<name>-seed<N>-live).")
 @set_option
@@ -121,6 +130,7 @@ def live(
     only: str,
     truth: bool,
     bind: str,
+    poses: str | None,
     dry: bool,
     out: str | None,
     overrides: tuple[str, ...],
@@ -162,6 +172,8 @@ def live(
     if dry:
         _dry(mission, seed, outputs, heard, earth, truth)
         return
+    if poses is not None and speed == math.inf:
+        refuse("--poses comes with the clock of who sends them; give --speed 1")
     folder = Path(out) if out else default_folder(mission, seed, "-live")
     check_folder(folder, force)
     talk(models(mission))
@@ -177,7 +189,8 @@ def live(
         opening = Opening(selector, talk, bind, force)
         sinks = _opened(outputs, heard, opening, stack)
         mouth = Mouth(sinks, heard, earth, truth, speed, start is None)
-        result = _flown(mission, seed, mouth, selector)
+        ear = None if poses is None else _listening(poses, bind, mission, stack)
+        result = _flown(mission, seed, mouth, selector, ear)
         result.overrides = overrides
         result.fill(draft, text)
     say(f"Results: {folder}")
@@ -211,7 +224,11 @@ def _opened(
 
 
 def _flown(
-    scenario: "Scenario", seed: int, mouth: "Mouth", selector: selectors.BaseSelector
+    scenario: "Scenario",
+    seed: int,
+    mouth: "Mouth",
+    selector: selectors.BaseSelector,
+    ear: "Received | None",
 ) -> "Result":
     """Fly a mission against the clock, then to its end; return its result."""
     from ..live.readings import Instruments
@@ -221,11 +238,12 @@ def _flown(
     line = ProgressLine(quiet=is_quiet(), on_terminals=True)
     try:
         with compiling_told():
-            mission = Mission(scenario, seed)
+            mission = Mission(scenario, seed, poses=ear)
             instruments = Instruments(mission, truth=mouth.truth, only=mouth.only)
             session = Session(
-                instruments, mouth.earth, mouth.outputs, selector, warn, speed=mouth.speed
-            )
+                instruments, mouth.earth, mouth.outputs, selector, warn,
+                speed=mouth.speed, follows=ear is not None,
+            )  # fmt: skip
             session.starts_now = mouth.starts_now
             with _stopped_by_ctrl_c(session):
                 session.fly(lambda now: line.tell(lambda: status(now, scenario.duration_s)))
@@ -233,9 +251,31 @@ def _flown(
         if instruments.is_unsighted:
             warn("usbl.model is one's own: what one vessel alone measures is not known, nor sent")
         talk(_summary(session))
+        if ear is not None:
+            talk(ear.told())
         return mission.result()
     except (ValueError, ArithmeticError, RuntimeError, MemoryError) as error:
         raise RunFailed(f"{scenario.name}: the run failed: {error}") from error
+
+
+def _listening(poses: str, bind: str, scenario: "Scenario", stack: ExitStack) -> "Received":
+    """Return the poses that are received, once each AUV has been heard of."""
+    from ..live.poses import Received, missing_told
+    from ..scenario.on_earth import origin_of
+
+    sink, _, port = poses.partition(":")
+    if sink != "udp" or not re.fullmatch("[0-9]{1,5}", port) or int(port) > 65535:
+        refuse(f"--poses {poses}: write udp:PORT")
+    try:
+        ear = Received(bind, int(port), scenario.auvs.count, origin_of(scenario))
+    except OSError as error:
+        refuse(f"--poses {poses}: cannot be opened ({error.strerror or error})")
+    stack.callback(ear.close)
+    talk(missing_told(ear.missing, ear.port))
+    while ear.missing:
+        time.sleep(WAIT_S)
+        ear.listen()
+    return ear
 
 
 @contextmanager

@@ -109,7 +109,8 @@ class Session:
         """Send all readings of the mission when they are due, until its end or :meth:`stop`."""
         # What is compiled or set up once is so before the clock starts.
         ahead = 0.0 if self._follows else AHEAD_S * min(self._speed, 1.0)
-        self._due.extend(self._instruments.advance(min(ahead, STEP_S)))
+        steps = 0 if self._follows else 1
+        self._due.extend(self._instruments.advance(steps * self._step))
         if self.starts_now:
             self._earth = self._earth._replace(start=datetime.now(UTC))
         began, ahead = monotonic(), ahead * max(self._speed, 1.0)
@@ -131,7 +132,8 @@ class Session:
                 idle_s = max(following - instant, 0.0) / self._speed
             if not self._instruments.is_over and self._is_due(known, instant, ahead, idle_s):
                 self._listen(0.0)
-                self._due.extend(self._instruments.advance(known + self._step))
+                steps += 1
+                self._due.extend(self._instruments.advance(steps * self._step))
             else:
                 self._listen(min(idle_s, PATIENCE_S))
             progress(self)

@@ -1,0 +1,241 @@
+"""Poses of AUVs that another simulator or an autopilot moves, as datagrams of whoever sends them.
+
+Each is NMEA (GGA and HDT: of AUV0), MAVLink (GLOBAL_POSITION_INT and ATTITUDE: system 1 is AUV0),
+or lines of JSON.  What cannot be is counted and told, and the AUV stays where it was last.
+"""
+
+import json
+import math
+import socket
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from time import monotonic
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..charts.samples import HIGHEST
+from ..geometry.geodesy import ned_at_depth
+from ..vehicles.tracks import FARTHEST
+from .mavlink import ATTITUDE, messages
+from .mavlink import MAGIC as _MAGIC
+from .mavlink import MAGIC_1 as _MAGIC_1
+
+Array = NDArray[np.float64]
+
+# How often (s) a mission asks where vehicles are.
+STEP_S = 0.1
+
+# Faster (m/s) is no vehicle under water.
+FASTEST = 50.0
+
+# Whose poses are missing for so long (s) is said.
+SILENCE_S = 2.0
+
+# How a datagram of MAVLink begins.
+MAGIC = tuple(bytes([it]) for it in (_MAGIC, _MAGIC_1))
+
+# Datagrams are at most so long (bytes).
+LONGEST = 1 << 16
+
+# What is said of a vehicle: some of x, y, z (m), latitude, longitude (deg), yaw (rad).
+Said = dict[str, float]
+
+# Keys of JSON: what they are called here, and the factor to these units.
+KEYS = {
+    "x_m": ("x", 1.0), "y_m": ("y", 1.0), "z_m": ("z", 1.0), "depth_m": ("z", 1.0),
+    "lat_deg": ("lat", 1.0), "lon_deg": ("lon", 1.0), "heading_deg": ("yaw", math.pi / 180.0),
+}  # fmt: skip
+
+
+class Nonsense(ValueError):
+    """A datagram, or a part of it, that says no pose."""
+
+
+class Received:
+    """The poses that have been received: a :class:`.vehicles.poses.PoseSource`.
+
+    Until each AUV has been heard of, a mission cannot begin (:attr:`missing`).
+    """
+
+    def __init__(self, host: str, port: int, auvs: int, origin: tuple[float, float] | None) -> None:
+        """Listen to datagrams on a port.
+
+        Raises:
+            OSError: when it is taken.
+        """
+        self._socket = socket.socket(
+            socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_DGRAM
+        )
+        try:
+            self._socket.bind((host, port))
+        except OSError:
+            self._socket.close()
+            raise
+        self._socket.setblocking(False)
+        #: The port that it listens on; of port 0 the one that was free.
+        self.port = self._socket.getsockname()[1]
+        self._origin = origin
+        self._said: list[Said] = [{} for _ in range(auvs)]
+        self._goals, self._given = np.full((auvs, 4), np.nan), np.full((auvs, 4), np.nan)
+        self._heard_at = [math.nan] * auvs
+        self._given_at: float | None = None
+        #: How many poses were taken, and how many not, by why.
+        self.counts: Counter[str] = Counter()
+        self.longest_silence_s = 0.0
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """The AUVs of which nothing has been heard yet."""
+        return tuple(f"AUV{it}" for it in np.flatnonzero(np.isnan(self._goals).any(axis=1)))
+
+    def advance_to(self, time: float) -> Mapping[str, Array]:
+        """Return where AUVs are at an instant (s): where they were heard of last.
+
+        Who has been silent comes back no faster than anybody goes.
+        """
+        self.listen()
+        if self._given_at is None:
+            self._given = self._goals.copy()
+        else:
+            away = self._goals - self._given
+            way = np.linalg.norm(away[:, :3], axis=1)
+            most = 0.9 * FASTEST * max(time - self._given_at, 0.0)
+            share = np.minimum(1.0, most / np.maximum(way, 1e-9))
+            self._given[:, :3] += share[:, None] * away[:, :3]
+            self._given[:, 3] = self._goals[:, 3]
+        self._given_at = time
+        silence = monotonic() - min(self._heard_at)
+        self.longest_silence_s = max(self.longest_silence_s, silence)
+        return {"auvs": self._given.copy()}
+
+    def listen(self) -> None:
+        """Take in all datagrams that have come."""
+        while True:
+            try:
+                text = self._socket.recv(LONGEST)
+            except BlockingIOError:
+                return
+            except OSError:
+                continue
+            self.take(text)
+
+    def take(self, text: bytes) -> None:
+        """Take in a datagram."""
+        for part in [text] if text[:1] in MAGIC else text.splitlines():
+            try:
+                for auv, said in _read(part.strip()):
+                    self._note(auv, said)
+            except Nonsense as error:
+                self.counts[str(error)] += 1
+
+    def _note(self, auv: int, said: Said) -> None:
+        if auv not in range(len(self._said)):
+            raise Nonsense("of no AUV that there is")
+        if not all(math.isfinite(it) for it in said.values()):
+            raise Nonsense("not finite")
+        if {"lat", "x"} & set(said):  # a place of one frame takes the place of the other's
+            known = {"yaw": self._said[auv].get("yaw", 0.0)} | said
+        else:
+            known = self._said[auv] | said
+        place = self._place(known)
+        if place is None:  # more is to come
+            self._said[auv] = known
+            return
+        pose, now = np.array([*place, known.get("yaw", 0.0)]), monotonic()
+        was, since = self._goals[auv], now - self._heard_at[auv]
+        if not np.abs(pose).max() <= FARTHEST or pose[2] < -HIGHEST:
+            raise Nonsense("far from the survey, or out of the water")
+        if not np.isnan(was).any() and math.dist(pose[:3], was[:3]) > FASTEST * (since + 1.0):
+            raise Nonsense("farther than anybody goes")
+        self._said[auv], self._goals[auv], self._heard_at[auv] = known, pose, now
+        self.counts["taken"] += 1
+
+    def _place(self, known: Said) -> tuple[float, float, float] | None:
+        """Return x, y, z (m) of what is known of a vehicle; None while too little is."""
+        if {"x", "y", "z"} <= set(known):
+            return known["x"], known["y"], known["z"]
+        if not {"lat", "lon", "z"} <= set(known):
+            return None
+        if self._origin is None:
+            raise Nonsense("in degrees, and the scenario has no environment.origin")
+        if abs(known["lat"]) > 90.0 or abs(known["lon"]) > 180.0:
+            raise Nonsense("nowhere on Earth")
+        found = ned_at_depth([known["lat"]], [known["lon"]], [known["z"]], self._origin)[0]
+        return float(found[0]), float(found[1]), float(found[2])
+
+    def told(self) -> str:
+        """Return what has become of poses, in a line."""
+        refused = [f"{count} {why}" for why, count in self.counts.items() if why != "taken"]
+        silent = ""
+        if self.longest_silence_s > SILENCE_S:
+            silent = f"; an AUV was silent for {self.longest_silence_s:.1f} s"
+        return f"poses: {self.counts['taken']} taken; refused: {', '.join(refused) or 0}{silent}"
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+def _read(text: bytes) -> Iterator[tuple[int, Said]]:
+    """Yield which AUV a line or a datagram tells of, and what."""
+    if text[:1] in MAGIC:
+        yield from _of_mavlink(text)
+    elif text:
+        try:
+            line = text.decode("utf-8")
+        except UnicodeDecodeError:
+            raise Nonsense("not understood") from None
+        yield _of_sentence(line) if line.startswith("$") else _of_json(line)
+
+
+def _of_mavlink(text: bytes) -> Iterator[tuple[int, Said]]:
+    for it in messages(text):
+        if it.number == ATTITUDE:
+            yield it.system - 1, {"yaw": it.fields[3]}
+        else:
+            _, lat, lon, altitude, *_, heading = it.fields
+            said = {"lat": lat / 1e7, "lon": lon / 1e7, "z": -altitude / 1e3}
+            if heading != 65535:
+                said["yaw"] = math.radians(heading / 100.0)
+            yield it.system - 1, said
+
+
+def _of_sentence(line: str) -> tuple[int, Said]:
+    body, _, total = line[1:].partition("*")
+    found = 0
+    for byte in body.encode():
+        found ^= byte
+    try:
+        if total and int(total, 16) != found:
+            raise Nonsense("damaged")
+        kind, *fields = body.split(",")
+        if kind.endswith("HDT"):
+            return 0, {"yaw": math.radians(float(fields[0]))}
+        if not kind.endswith("GGA") or fields[5] == "0":
+            return 0, {}
+        lat, lon = _angle(fields[1], fields[2]), _angle(fields[3], fields[4])
+        return 0, {"lat": lat, "lon": lon, "z": -float(fields[8])}
+    except (ValueError, IndexError) as error:
+        raise Nonsense(str(error) if isinstance(error, Nonsense) else "not understood") from None
+
+
+def _angle(text: str, side: str) -> float:
+    degrees, minutes = divmod(float(text), 100.0)
+    return (degrees + minutes / 60.0) * (-1.0 if side in "SW" else 1.0)
+
+
+def _of_json(line: str) -> tuple[int, Said]:
+    try:
+        told: Any = json.loads(line)
+        name = told["vehicle"]
+        number = int(name.removeprefix("AUV")) if name.startswith("AUV") else -1
+        said = {KEYS[key][0]: KEYS[key][1] * float(told[key]) for key in KEYS if key in told}
+    except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
+        raise Nonsense("not understood") from None
+    return number, said
+
+
+def missing_told(missing: Sequence[str], port: int) -> str:
+    """Return what is waited for, in a line."""
+    return f"waiting for poses of {', '.join(missing)} on UDP port {port} (Ctrl-C ends)"

@@ -1,0 +1,180 @@
+"""AUVs that another program moves over UDP: NMEA, MAVLink, JSON, and whatever else comes."""
+
+import json
+import math
+import selectors
+import socket
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from live_for_tests import START, at_sea, written
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from bindusbl_des import Mission, load_result
+from bindusbl_des.geometry.geodesy import geodetic_from_ned
+from bindusbl_des.live.nmea import sentence
+from bindusbl_des.live.outputs import FORMATS
+from bindusbl_des.live.poses import Received
+from bindusbl_des.live.readings import Instruments, earth_of
+from bindusbl_des.live.session import Output, Session
+
+ORIGIN = (54.33, 10.18)
+
+
+@pytest.fixture
+def ear() -> Any:
+    found = Received("127.0.0.1", 0, 2, ORIGIN)
+    yield found
+    found.close()
+
+
+def test_each_way_of_saying_a_pose_is_the_same_pose(ear: Received) -> None:
+    """Within the last digit of each: 1e-7 degrees (12 mm), 1e-6 minutes (2 mm), a double."""
+    place, heading = [40.0, -30.0, 12.5], 1.25
+    lat, lon, _ = geodetic_from_ned(place, *ORIGIN)
+    degrees = {"lat_deg": lat, "lon_deg": lon, "depth_m": 12.5, "heading_deg": 71.61972439135292}
+    writer = mavlink.MAVLink(None, srcSystem=1)
+    here = writer.global_position_int_encode(
+        1, round(lat * 1e7), round(lon * 1e7), -12_500, -12_500, 0, 0, 0, 65535
+    )
+    turned = writer.attitude_encode(1, 0.0, 0.0, heading, 0.0, 0.0, 0.0)
+    minutes = f"{54}{(lat - 54) * 60:09.6f},N,010{(lon - 10) * 60:09.6f},E"
+    ways = {
+        "json": json.dumps({"vehicle": "AUV0", **degrees}).encode(),
+        "metres": b'{"vehicle": "AUV0", "x_m": 40, "y_m": -30, "z_m": 12.5, "heading_deg": %.12f}'
+        % math.degrees(heading),
+        "mavlink": here.pack(writer) + turned.pack(writer),
+        "nmea": (
+            sentence("GPHDT", f"{math.degrees(heading):.6f}", "T")
+            + sentence("GPGGA", "080000.00", minutes, "1,12,0.9,-12.5,M,0.0,M,,")
+        ).encode(),
+    }
+    for name, text in ways.items():
+        fresh = Received("127.0.0.1", 0, 1, ORIGIN)
+        fresh.take(text)
+        assert not fresh.missing, name
+        (pose,) = fresh.advance_to(0.0)["auvs"]
+        assert pose[:3].tolist() == pytest.approx(place, abs=0.012), name
+        assert pose[3] == pytest.approx(heading, abs=1e-6), name
+        fresh.close()
+
+
+NONSENSE = [
+    (b"hello", "not understood"),
+    (b"\xff\xfe", "not understood"),
+    (b"{}", "not understood"),
+    (b"[" * 100_000, "not understood"),
+    (b'{"vehicle": 7}', "not understood"),
+    (b'{"vehicle": "AUV9", "x_m": 0, "y_m": 0, "z_m": 0}', "of no AUV that there is"),
+    (b'{"vehicle": "ASV0", "x_m": 0, "y_m": 0, "z_m": 0}', "of no AUV that there is"),
+    (b'{"vehicle": "AUV0", "x_m": NaN, "y_m": 0, "z_m": 0}', "not finite"),
+    (b'{"vehicle": "AUV0", "x_m": 1e400, "y_m": 0, "z_m": 0}', "not finite"),
+    (b'{"vehicle": "AUV0", "x_m": 1e9, "y_m": 0, "z_m": 0}', "far from the survey"),
+    (b'{"vehicle": "AUV0", "x_m": 0, "y_m": 0, "z_m": -90}', "far from the survey"),
+    (b'{"vehicle": "AUV0", "x_m": 9999, "y_m": 0, "z_m": 5}', "farther than anybody goes"),
+    (b'{"vehicle": "AUV0", "lat_deg": 91, "lon_deg": 0, "depth_m": 5}', "nowhere on Earth"),
+    (b"$GPHDT,12.0,T*00", "damaged"),
+    (b"$GPGGA,,,,,1", "not understood"),
+]
+
+
+@pytest.mark.parametrize(("text", "why"), NONSENSE)
+def test_nonsense_is_counted_and_the_last_good_pose_holds(
+    ear: Received, text: bytes, why: str
+) -> None:
+    for auv in (0, 1):
+        good = {"vehicle": f"AUV{auv}", "x_m": 1.0, "y_m": 2.0, "z_m": 3.0, "heading_deg": 0.0}
+        ear.take(json.dumps(good).encode())
+    before = ear.advance_to(0.0)["auvs"]
+    ear.take(text)
+    assert np.array_equal(ear.advance_to(0.1)["auvs"], before)
+    assert sum(ear.counts.values()) == 3
+    assert any(it.startswith(why) for it in ear.counts)
+    assert why in ear.told()
+
+
+def test_a_mission_flies_where_it_is_told() -> None:
+    """AUVs circle by datagrams; the mission has them there, and is given fixes of there."""
+    scenario = at_sea(duration_s=6.0, auvs={"count": 2})
+    ear, over = Received("127.0.0.1", 0, 2, ORIGIN), threading.Event()
+
+    def pose(auv: int, angle: float) -> bytes:
+        x, y = 20.0 * math.cos(angle), 20.0 * math.sin(angle) + 5.0 * auv
+        said = {"x_m": x, "y_m": y, "z_m": 10.0, "heading_deg": math.degrees(angle) + 90.0}
+        return json.dumps({"vehicle": f"AUV{auv}", **said}).encode()
+
+    def swim() -> None:
+        began = time.monotonic()
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sea:
+            while not over.wait(0.02):
+                for auv in (0, 1):
+                    angle = 0.05 * (time.monotonic() - began)
+                    sea.sendto(pose(auv, angle), ("127.0.0.1", ear.port))
+                sea.sendto(b"garbage", ("127.0.0.1", ear.port))
+
+    swimmer = threading.Thread(target=swim)
+    swimmer.start()
+    try:
+        while ear.missing:
+            ear.listen()
+        mission = Mission(scenario, 3, poses=ear)
+        with selectors.DefaultSelector() as selector:
+            told: list[bytes] = []
+            sink: Any = type(
+                "Sink", (), {"name": "", "clients": 0, "send": lambda _, it: told.append(it)}
+            )()
+            output = Output(FORMATS["json"].make(), sink)
+            session = Session(
+                Instruments(mission), earth_of(scenario, START), [output], selector, print,
+                follows=True,
+            )  # fmt: skip
+            session.fly(lambda _: None)
+    finally:
+        over.set()
+        swimmer.join()
+    result = mission.result()
+    ear.close()
+    tracks = result.tables["tracks"]
+    of_it = tracks[tracks.vehicle == "AUV0"]
+    assert np.hypot(of_it.x_m, of_it.y_m).tolist() == pytest.approx([20.0] * len(of_it), abs=0.1)
+    assert len(result.tables["fixes"]) > 5
+    assert b"fix" in b"".join(told)
+    assert ear.counts["taken"] > 100
+    assert ear.counts["not understood"] > 10
+    assert session.lateness.quantile(0.5) < 0.15  # what happens in a step is sent at its end
+
+
+def test_the_command_waits_for_poses_and_tells_of_them(tmp_path: Path) -> None:
+    written(tmp_path, "name: posed\nduration_s: 3\nauvs: {count: 1}\n")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sea:
+        sea.bind(("127.0.0.1", 0))
+        port = sea.getsockname()[1]
+    command = [
+        sys.executable, "-m", "bindusbl_des.cli", "live", "sea.yaml", "--to", "json:file:j.txt",
+        "--poses", f"udp:{port}", "--out", "flown",
+    ]  # fmt: skip
+    with (
+        subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sea,
+    ):
+        began = time.monotonic()
+        while process.poll() is None and time.monotonic() - began < 120.0:
+            said = b'{"vehicle": "AUV0", "x_m": 3, "y_m": 4, "z_m": 5}'
+            sea.sendto(said, ("127.0.0.1", port))
+            time.sleep(0.05)
+        assert process.stderr is not None
+        err = process.stderr.read()
+    assert process.returncode == 0, err
+    assert f"waiting for poses of AUV0 on UDP port {port}" in err
+    assert "taken; refused: 0" in err
+    tracks = load_result(tmp_path / "flown").tables["tracks"]
+    of_it = tracks[tracks.vehicle == "AUV0"]
+    assert of_it[["x_m", "y_m", "z_m"]].to_numpy() == pytest.approx(
+        np.array([[3, 4, 5]] * len(of_it))
+    )
