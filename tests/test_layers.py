@@ -35,7 +35,7 @@ HOMES = {
     "pydantic_core": "scenario",
     "matplotlib": "figures replay",
     "pandas": "results campaigns",
-    "foxglove": "export",
+    "foxglove": "export live.ros2",
     "gsw": "sea.teos10",
     "gtsam": "replay.reference",
     "mcap": "replay.tables charts.mcap_tracks",

@@ -23,7 +23,7 @@ REMEDY = (
 @click.option(
     "--to",
     "kind",
-    type=click.Choice(["mcap", "csv", "geojson", "kml"]),
+    type=click.Choice(["mcap", "ros2bag", "csv", "geojson", "kml"]),
     required=True,
     help="Format.",
 )
@@ -33,7 +33,8 @@ REMEDY = (
 def export(folder: str, kind: str, out: str | None, force: bool, as_json: bool) -> None:
     """Export a run, or as CSV also a campaign.
 
-    mcap is one file for Foxglove, Lichtblick and PlotJuggler; csv is a folder with a file for each
+    mcap is one file for Foxglove, Lichtblick and PlotJuggler; ros2bag one for ROS 2 (fixes as they
+    were delivered, estimates, the truth on /truth); csv is a folder with a file for each
     table, for spreadsheets; geojson and kml are charts of the survey, the ASVs and the ways of the
     AUVs, for maps, of a scenario that has a place on Earth.
     """
@@ -64,14 +65,15 @@ def _to_file(
     from ..results.result_folder import exported_as
 
     result = _result(source)
-    path = Path(out) if out else source / f"{exported_as(result.scenario.name)}.{kind}"
+    ending = "ros2.mcap" if kind == "ros2bag" else kind
+    path = Path(out) if out else source / f"{exported_as(result.scenario.name)}.{ending}"
     check_file(path, force)
     if "tracks" not in result.arrow:
         refuse(
             f"{source} holds metrics only, nothing that a viewer could show; run the scenario "
             "with --set record.detail=full"
         )
-    write = _write_mcap if kind == "mcap" else _write_chart
+    write = {"mcap": _write_mcap, "ros2bag": _write_mcap}.get(kind, _write_chart)
     return path, write(result, path, kind, force)
 
 
@@ -87,17 +89,20 @@ def _write_chart(result: "Result", path: Path, kind: str, force: bool) -> Mappin
     return counts
 
 
-def _write_mcap(result: "Result", path: Path, _: str, force: bool) -> Mapping[str, int]:
+def _write_mcap(result: "Result", path: Path, kind: str, force: bool) -> Mapping[str, int]:
     from ..scenario.on_earth import origin_of
 
     try:
-        from ..export.mcap_file import write_mcap
+        if kind == "mcap":
+            from ..export.mcap_file import write_mcap as write
+        else:
+            from ..live.ros2 import write_bag as write
     except ModuleNotFoundError as error:
         if error.name != "foxglove":
             raise
         refuse(REMEDY)
     with writing(path):
-        counts = write_mcap(result, path, replace=force)
+        counts = write(result, path, replace=force)
     talk(f"{sum(counts.values())} messages on {len(counts)} topics, {_size(path)}")
     if origin_of(result.scenario) is None:
         talk("No positions on Earth: the scenario has no environment.origin.")

@@ -143,7 +143,7 @@ def live(
     Formats: nmea (GGA, RMC, ZDA, HDT and $PSIMSSB of ASVs; of AUVs named by /VEHICLES or --only
     their estimates as GGA), json (a line for each reading), mavlink (GPS_INPUT of AUVs) and
     mavproxy (the same for its GPSInput).  Sinks: udp:HOST:PORT, tcp:PORT, pty, file:PATH.
-    ugps:http:PORT is the HTTP API of a Water Linked UGPS topside.
+    ugps:http:PORT is the HTTP API of a Water Linked UGPS topside, ros2:file:PATH.mcap a bag.
 
     Ctrl-C ends the telegrams; the mission is finished at once, and its result folder is that of
     `run` with the same seed.
@@ -216,11 +216,19 @@ def _opened(
             why = (error.strerror or str(error)).partition(" (while")[0]
             warn(f"{it.text}: cannot be opened ({why})")
             continue
-        stack.callback(output.sink.close)
+        stack.callback(_close, output)
         sinks.append(output)
     if not sinks:
         refuse("nothing can be sent anywhere; free the port, or name another sink")
     return sinks
+
+
+def _close(output: "Output") -> None:
+    """End a sink; what cannot be ended is told, and costs no result."""
+    try:
+        output.sink.close()
+    except OSError as error:
+        warn(f"{output.sink.name}: {error.strerror or error}")
 
 
 def _flown(

@@ -55,6 +55,7 @@ FORMATS: dict[str, Format] = {
     "json": Format("a line for each reading of all instruments", lambda: _json, on_earth=False),
     "ugps": Format("the API of a UGPS topside", lambda: _nothing, on_earth=True, sinks=("http",)),
     "mavlink": Format("GPS_INPUT of AUVs", Mavlink, on_earth=True),
+    "ros2": Format("a bag", lambda: _nothing, on_earth=False, sinks=("file",)),
     "mavproxy": Format("GPS inputs of AUVs for MAVProxy", mavproxy, on_earth=True),
 }
 
@@ -128,6 +129,27 @@ def _topside(wanted: Asked, by: "Opening") -> Output:
     return Output(topside, topside)
 
 
+def _bag(wanted: Asked, by: "Opening") -> Output:
+    """Begin a bag; what writes it is an extra."""
+    if not wanted.where.endswith(".mcap"):
+        raise ValueError(f"{wanted.text}: a bag's name ends in .mcap; write ros2:file:PATH.mcap")
+    try:
+        from .ros2 import Bag
+    except ModuleNotFoundError as error:
+        if error.name != "foxglove":
+            raise
+        raise ValueError(
+            f"{wanted.text}: bags are written by the package foxglove-sdk, which is not installed "
+            "here; install it with: python -m pip install 'bindusbl-des[mcap]'"
+        ) from None
+    bag = Bag(wanted.text, Path(wanted.where), replace=by.replace)
+    return Output(bag, bag, wanted.only)
+
+
+# Formats that are their own sinks.
+WHOLE: dict[str, Callable[[Asked, "Opening"], Output]] = {"ugps": _topside, "ros2": _bag}
+
+
 class Opening(NamedTuple):
     """What sinks need to be opened: where TCP listens, who serves clients, whether files may be
     replaced, and whom to tell.
@@ -146,8 +168,8 @@ def opened(wanted: Asked, only: Sequence[str], by: Opening) -> Output:
         ValueError: when the sink is not written as it must be.
         OSError: when it cannot be opened.
     """
-    if wanted.sink == "http":
-        return _topside(wanted, by)
+    if wanted.format in WHOLE:
+        return WHOLE[wanted.format](wanted, by)
     return Output(encoder(wanted, only), OPENERS[wanted.sink](wanted, by), wanted.only)
 
 

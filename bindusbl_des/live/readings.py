@@ -68,13 +68,14 @@ class Delivered(NamedTuple):
 
 class Estimate(NamedTuple):
     """Where an AUV believes to be: x, y of its navigator, z of its pressure sensor (m), and the
-    covariance of x and y (2, 2), m2.
+    covariance of x and y (2, 2), m2, and the noise of the depth (m).
     """
 
     at_s: float
     vehicle: str
     place: tuple[float, float, float]
     covariance: tuple[tuple[float, float], tuple[float, float]]
+    depth_sd_m: float
 
 
 class Pinged(NamedTuple):
@@ -238,13 +239,13 @@ class Instruments:
                 yield Compass(at_s, name, heading)
             if self._truth and self._is_wanted(name):
                 yield Truth(at_s, name, (x, y, z), yaw)
-        states = self._mission.auvs()
+        states, depth_sd = self._mission.auvs(), self._mission.scenario.navigation.depth_sd_m
         for auv, (x, y, z, yaw) in enumerate(states.truth.tolist()):
-            name, (east, north) = f"AUV{auv}", states.estimate[auv].tolist()
+            name, (north, east) = f"AUV{auv}", states.estimate[auv].tolist()
             depth = self._depths[auv].measured(z, at_s)
             if self._is_wanted(name):
                 covariance = states.covariance[auv].tolist()
-                yield Estimate(at_s, name, (east, north, depth), covariance)
+                yield Estimate(at_s, name, (north, east, depth), covariance, depth_sd)
                 if self._truth:
                     yield Truth(at_s, name, (x, y, z), yaw)
 
