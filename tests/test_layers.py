@@ -15,7 +15,7 @@ ROOMS = [
     *("core", "geometry", "sea", "records", "charts", "vehicles", "presets", "scenario"),
     *("navigation", "acoustics", "usbl", "protocol", "preflight", "results", "mission"),
     "verification",
-    *("explain", "report", "figures", "export", "live", "replay", "campaigns", "advice"),
+    *("explain", "report", "figures", "export", "live", "gym", "replay", "campaigns", "advice"),
     *("planning", "commands", "cli", "dynamics"),
 ]
 
@@ -24,7 +24,8 @@ BESIDE = ("benchmarks", "experiments")
 
 # Libraries that only these rooms and modules may import (numpy is everywhere).
 HOMES = {
-    "simpy": "protocol mission live.readings",
+    "simpy": "protocol mission live.readings gym",
+    "gymnasium": "gym",
     "networkx": "protocol.conflicts protocol.schedules.view",
     "pelagic": "acoustics.ray_tracing",
     "pyarrow": "acoustics.ray_tables results mission.event_tables campaigns export replay",

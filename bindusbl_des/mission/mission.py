@@ -20,6 +20,7 @@ from ..preflight.worth_knowing import Caution, cautions
 from ..protocol.happenings import Happening, Watch
 from ..protocol.hf.outcomes import Sight
 from ..protocol.network import Network
+from ..protocol.schedules.named import OwnSchedule, Schedule
 from ..protocol.steps import Environment
 from ..records.events import HEARD, Broadcast
 from ..records.rows import NONE
@@ -130,6 +131,7 @@ class Mission:
         allow_plugins: bool = False,
         poses: PoseSource | None = None,
         pose_step_s: float = 0.1,
+        schedule: Schedule | None = None,
     ) -> None:
         """Put a mission together; it is at 0 s.
 
@@ -137,6 +139,8 @@ class Mission:
         `load_scenario`.  `poses` is an outside program that moves AUVs, ASVs or both, in the place
         of what the scenario says (:class:`.poses.PoseSource`).  It is asked each
         `pose_step_s` (s), as the mission goes on; positions between two samples are interpolated.
+        `schedule` says who pings when, in the place of that of the scenario
+        (:mod:`.protocol.schedules.named`).
 
         Raises:
             ScenarioError: when the scenario file cannot be read or used.
@@ -152,7 +156,15 @@ class Mission:
         with self._at_work():
             self._env = Environment()
             self._world = build_world(self._env, self.scenario, self.seed, poses, pose_step_s)
+            if schedule is not None:
+                self._schedule_by(schedule)
             self._happen(0.0)
+
+    def _schedule_by(self, schedule: Schedule) -> None:
+        network = self._world.network
+        if not isinstance(network, Network):
+            raise ValueError("with passive ranging ASVs ping in turn: nothing is scheduled")
+        network.schedule = OwnSchedule("schedule", schedule)
 
     def __repr__(self) -> str:
         end = plain(self.scenario.duration_s)

@@ -1,0 +1,205 @@
+"""Environments of Gymnasium over missions: where vessels go, and who pings next.
+
+They are registered as this module is imported: ``gymnasium.make("Placement-v0")``, or without an
+import of one's own ``gymnasium.make("bindusbl_des.gym:Placement-v0")``.  What is observed is what
+the surface fleet knows; the reward is the truth: less the error (m) of the worst AUV.  An episode
+is a mission, which ends at its `duration_s`; its seed is drawn from that of `reset`.
+"""
+
+from collections.abc import Mapping
+from math import hypot
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import simpy
+from gymnasium.spaces import Box, Discrete
+from numpy.typing import NDArray
+
+from .mission.mission import Mission
+from .protocol.schedules.view import Groups, View
+from .scenario.files.scenario_file import as_scenario
+from .scenario.planned import asv_stations
+from .scenario.scenario import Scenario
+from .scenario.survey_area import area_of
+
+Array = NDArray[np.float64]
+Observation = NDArray[np.float32]
+
+# What observations are divided by, so that they are about 1: s, m and turns; and where they end.
+TIME_S, ERROR_M, TURNS, MOST = 60.0, 10.0, 10.0, 10.0
+
+
+def worst_error(mission: Mission) -> float:
+    """Return how far (m) the AUV that is worst off is from where it believes to be."""
+    states = mission.auvs()
+    return max(hypot(*it) for it in (states.estimate - states.truth[:, :2]).tolist())
+
+
+def _scenario(scenario: Scenario | str | Path) -> Scenario:
+    found = as_scenario(scenario, allow_plugins=False)
+    if found.protocol.is_passive:
+        raise ValueError("protocol.ranging: with passive ranging vessels know of no fixes")
+    return found
+
+
+def _observed(*parts: Any) -> Observation:
+    """Return what is observed in one row, within bounds."""
+    row = np.concatenate([np.ravel(it) for it in parts])
+    return np.asarray(np.clip(row, -MOST, MOST), np.float32)
+
+
+class Vessels:
+    """Vessels that go as they are told: a source of poses (:class:`.vehicles.poses.PoseSource`)."""
+
+    def __init__(self, places: Array, farthest: float) -> None:
+        """Let them lie at places (m, 2), m; they stay within a square of this half side (m)."""
+        self.places, self._farthest = places.copy(), farthest
+        self.velocity, self._yaw = np.zeros_like(places), np.zeros(len(places))
+        self._time = 0.0
+
+    def advance_to(self, time: float) -> Mapping[str, Array]:
+        """Move on to an instant (s); return the poses (m, 4) of the ASVs."""
+        self.places += self.velocity * (time - self._time)
+        np.clip(self.places, -self._farthest, self._farthest, out=self.places)
+        self._time = time
+        going = np.hypot(*self.velocity.T) > 1e-6
+        self._yaw[going] = np.arctan2(self.velocity[going, 1], self.velocity[going, 0])
+        return {"asvs": np.column_stack([self.places, np.zeros(len(self.places)), self._yaw])}
+
+
+class Placement(gymnasium.Env[Observation, NDArray[np.float32]]):
+    """Move the vessels, so that the worst AUV knows best where it is.
+
+    An action (2 m,) is the velocity of each vessel, north and east, as a share of `speed_m_per_s`,
+    for `step_s` (s).  Observed are the vessels' places, and of each AUV its last delivered fix and
+    the time since its ping (the whole mission, if there is none), and how much of it has passed.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium has it
+
+    def __init__(
+        self,
+        scenario: Scenario | str | Path = "failure_140m",
+        step_s: float = 10.0,
+        speed_m_per_s: float = 1.5,
+        render_mode: str | None = None,
+    ) -> None:
+        """Fly missions of a scenario.
+
+        Raises:
+            ScenarioError: when the scenario file cannot be read or used.
+            ValueError: with passive ranging, or for a step or speed that is none.
+        """
+        if not (step_s > 0.0 and speed_m_per_s > 0.0):
+            raise ValueError(
+                f"step_s and speed_m_per_s must be above 0; got {step_s!r}, {speed_m_per_s!r}"
+            )
+        self.scenario, self.render_mode = _scenario(scenario), render_mode
+        self._step_s, self._speed = step_s, speed_m_per_s
+        self._scale = area_of(self.scenario).across
+        self._asvs, self._auvs = self.scenario.asvs.count, self.scenario.auvs.count
+        size = 2 * self._asvs + 3 * self._auvs + 1
+        self.action_space = Box(-1.0, 1.0, (2 * self._asvs,), np.float32)
+        self.observation_space = Box(-MOST, MOST, (size,), np.float32)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin a mission; its seed is drawn, and in the `info` that is returned."""
+        super().reset(seed=seed)
+        drawn = int(self.np_random.integers(2**31))
+        self._vessels = Vessels(np.array(asv_stations(self.scenario)), 2.0 * self._scale)
+        self._mission = Mission(self.scenario, drawn, poses=self._vessels, pose_step_s=0.5)
+        self._fixes, self._step = np.zeros((self._auvs, 3)), 0
+        self._mission.env.process(self._listen())
+        return self._observe(), {"seed": drawn}
+
+    def _listen(self) -> Any:
+        """Note each fix as it is delivered."""
+        watch = self._mission.watch("delivery")
+        while True:
+            happening: Any = yield watch.next()
+            fix = happening.row
+            self._fixes[fix.auv] = fix.x_m, fix.y_m, fix.pinged_at_s
+
+    def step(
+        self, action: NDArray[np.float32]
+    ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Move the vessels for a step."""
+        end, self._step = self.scenario.duration_s, self._step + 1
+        shares = np.clip(np.asarray(action, np.float64).reshape(-1, 2), -1.0, 1.0)
+        faster = np.maximum(np.hypot(*shares.T), 1.0)
+        self._vessels.velocity = self._speed * shares / faster[:, None]
+        self._mission.advance(min(self._step * self._step_s, end))
+        error = worst_error(self._mission)
+        is_over = self._mission.time >= end
+        return self._observe(), -error, is_over, False, {"worst_error_m": error}
+
+    def _observe(self) -> Observation:
+        now, end = self._mission.time, self.scenario.duration_s
+        places, ages = self._fixes[:, :2] / self._scale, (now - self._fixes[:, 2]) / TIME_S
+        return _observed(self._vessels.places / self._scale, places, ages, now / end)
+
+
+class Schedule(gymnasium.Env[Observation, np.int64]):
+    """Choose who pings next: an action is the AUV that has the following round for itself.
+
+    Observed as that round begins, of each AUV what a schedule is asked with: the time since the
+    ping of its last fix, the error expected of it, its turns in vain, and how many ASVs it is
+    believed to be heard by.  A step is a round.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium has it
+
+    def __init__(
+        self, scenario: Scenario | str | Path = "failure_140m", render_mode: str | None = None
+    ) -> None:
+        """Fly missions of a scenario, whatever its schedule.
+
+        Raises:
+            ScenarioError: when the scenario file cannot be read or used.
+            ValueError: with passive ranging.
+        """
+        self.scenario, self.render_mode = _scenario(scenario), render_mode
+        count = self.scenario.auvs.count
+        self.action_space = Discrete(count)
+        self.observation_space = Box(-MOST, MOST, (4 * count,), np.float32)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin a mission, in whose first round AUV0 pings; its seed is drawn, and in the `info`
+        that is returned.
+        """
+        super().reset(seed=seed)
+        drawn = int(self.np_random.integers(2**31))
+        self._next, self._asked = 0, simpy.Event(simpy.Environment())
+        self._seen = np.zeros(4 * self.scenario.auvs.count, np.float32)
+        self._mission = Mission(self.scenario, drawn, schedule=self._schedule)
+        return self._seen.copy(), {"seed": drawn}
+
+    def _schedule(self, view: View) -> Groups:
+        """Let the AUV ping that was chosen; note what is known as its round begins."""
+        self._seen = _observed(
+            view.since_s / TIME_S,
+            view.expected_error_m / ERROR_M,
+            view.turns_in_vain / TURNS,
+            view.heard.mean(axis=1),
+        )
+        if not self._asked.triggered:
+            self._asked.succeed()
+        return [[self._next]]
+
+    def step(self, action: np.int64) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Let an AUV ping in the round that follows, and go on until that begins."""
+        self._next, self._asked = int(action), self._mission.env.event()
+        self._mission.advance(self._asked)
+        error = worst_error(self._mission)
+        is_over = self._mission.time >= self.scenario.duration_s
+        return self._seen.copy(), -error, is_over, False, {"worst_error_m": error}
+
+
+for _name, _env in (("Placement-v0", Placement), ("Schedule-v0", Schedule)):
+    gymnasium.register(_name, entry_point=f"bindusbl_des.gym:{_env.__name__}")

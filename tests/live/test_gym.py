@@ -1,0 +1,98 @@
+"""Environments to learn in: as Gymnasium has them, seeded, and missions like any other."""
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import bindusbl_des.gym
+from bindusbl_des import Scenario
+from bindusbl_des.gym import Placement, Schedule
+
+NAMES = ("Placement-v0", "Schedule-v0")
+
+
+def short() -> Scenario:
+    return Scenario(name="short", duration_s=20.0)
+
+
+@pytest.mark.filterwarnings("default")
+@pytest.mark.parametrize("name", NAMES)
+def test_gymnasium_finds_nothing_wrong(name: str) -> None:
+    env = gymnasium.make(f"bindusbl_des.gym:{name}", scenario=short())
+    check_env(env.unwrapped, skip_render_check=True)
+    env.close()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_episode_is_a_mission(name: str) -> None:
+    """Seeded, it repeats bit for bit; another seed is another mission; it ends with the mission."""
+
+    def flown(seed: int) -> list[float]:
+        env = gymnasium.make(name, scenario=short())
+        env.action_space.seed(0)
+        first, info = env.reset(seed=seed)
+        assert env.observation_space.contains(first)
+        assert info["seed"] >= 0
+        found, is_over = [], False
+        while not is_over:
+            seen, reward, is_over, cut, info = env.step(env.action_space.sample())
+            assert env.observation_space.contains(seen)
+            assert reward == -info["worst_error_m"]
+            assert not cut
+            found += [float(reward), *seen.tolist()]
+        return found
+
+    assert flown(1) == flown(1)
+    assert flown(1) != flown(2)
+
+
+def test_vessels_go_as_they_are_told() -> None:
+    """North at full speed for a step, then not at all; never faster, also aslant."""
+    env = Placement(short(), step_s=5.0, speed_m_per_s=2.0)
+    env.reset(seed=0)
+    count = env.scenario.asvs.count
+    before = env._mission.asvs()[:, :2]
+    env.step(np.array([1.0, 0.0] * count, np.float32))
+    moved = env._mission.asvs()[:, :2] - before
+    assert moved == pytest.approx(np.array([[10.0, 0.0]] * count), abs=0.7)
+    env.step(np.array([1.0, 1.0] * count, np.float32))
+    assert np.hypot(*env._vessels.velocity.T) == pytest.approx(np.full(count, 2.0))
+
+
+def test_who_is_chosen_pings() -> None:
+    """A round each, in the order of the actions."""
+    env = Schedule(short())
+    env.reset(seed=0)
+    chosen, is_over = [], False
+    while not is_over:
+        chosen.append(len(chosen) * 2 % 3)
+        _, _, is_over, _, _ = env.step(np.int64(chosen[-1]))
+    pings = env._mission.result().tables["pings"]
+    wanted = ["AUV0", *(f"AUV{it}" for it in chosen)]
+    assert pings.auv.tolist() == wanted[: len(pings)]
+    assert len(pings) >= len(chosen) - 1
+
+
+def test_environments_run_beside_each_other() -> None:
+    """In processes of their own, seeded apart."""
+    envs = gymnasium.make_vec(
+        "bindusbl_des.gym:Placement-v0", num_envs=2, vectorization_mode="async", scenario=short()
+    )
+    try:
+        envs.reset(seed=3)
+        _, rewards, _, _, _ = envs.step(np.zeros(envs.action_space.shape, np.float32))
+        assert rewards.shape == (2,)
+        assert rewards[0] != rewards[1]
+    finally:
+        envs.close()
+
+
+def test_what_cannot_be_learnt_in_is_refused() -> None:
+    passive = Scenario(name="x", duration_s=20.0, protocol={"ranging": "passive"})
+    for env in (Placement, Schedule):
+        with pytest.raises(ValueError, match="vessels know of no fixes"):
+            env(passive)
+    with pytest.raises(ValueError, match="must be above 0"):
+        Placement(short(), step_s=0.0)
+    assert bindusbl_des.gym.MOST > 1.0
