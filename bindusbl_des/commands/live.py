@@ -186,7 +186,7 @@ def live(
     text = as_given(scenario, mission, folder)
     with writing(folder), result_draft(folder, force=force) as draft, ExitStack() as stack:
         selector = stack.enter_context(selectors.DefaultSelector())
-        opening = Opening(selector, talk, bind, force)
+        opening = Opening(selector, say, warn, bind, force)
         sinks = _opened(outputs, heard, opening, stack)
         mouth = Mouth(sinks, heard, earth, truth, speed, start is None)
         ear = None if poses is None else _listening(poses, bind, mission, stack)
@@ -310,8 +310,8 @@ def status(session: "Session", duration_s: float) -> str:
     late = 1e3 * session.lateness.quantile(0.99)
     clients = f", {session.clients} connected" if session.clients else ""
     return (
-        f"{session.time:.0f} of {duration_s:.0f} s, {session.sent} telegrams{clients}, "
-        f"99 % within {late:.1f} ms"
+        f"{session.time:.0f} of {duration_s:.0f} s, {session.rate:.0f} telegrams a second"
+        f"{clients}, 99 % within {late:.1f} ms"
     )
 
 

@@ -151,12 +151,13 @@ WHOLE: dict[str, Callable[[Asked, "Opening"], Output]] = {"ugps": _topside, "ros
 
 
 class Opening(NamedTuple):
-    """What sinks need to be opened: where TCP listens, who serves clients, whether files may be
-    replaced, and whom to tell.
+    """What sinks need to be opened: who serves clients, whom to tell where a sink is found and whom
+    what is wrong, where ports listen, and whether files may be replaced.
     """
 
     selector: selectors.BaseSelector
     say: Say
+    warn: Say
     bind: str = LOOPBACK
     replace: bool = False
 
@@ -181,7 +182,7 @@ def _udp(wanted: Asked, by: Opening) -> Sink:
 
 
 def _tcp(wanted: Asked, by: Opening) -> Sink:
-    port = Port(wanted.text, by.bind, _port(wanted.where, wanted.text), by.selector, by.say)
+    port = Port(wanted.text, by.bind, _port(wanted.where, wanted.text), by.selector, by.warn)
     by.say(f"{wanted.text}: listens on {by.bind}:{port.port}")
     return port
 

@@ -99,7 +99,7 @@ class Session:
         #: Whether the mission begins when the clock starts, whatever `earth` says.
         self.starts_now = False
         self._due: deque[Reading] = deque()
-        self._is_stopped = False
+        self._is_stopped, self._began = False, monotonic()
 
     def stop(self) -> None:
         """Send nothing more, from wherever this is called."""
@@ -113,7 +113,8 @@ class Session:
         self._due.extend(self._instruments.advance(steps * self._step))
         if self.starts_now:
             self._earth = self._earth._replace(start=datetime.now(UTC))
-        began, ahead = monotonic(), ahead * max(self._speed, 1.0)
+        began = self._began = monotonic()
+        ahead *= max(self._speed, 1.0)
 
         def now() -> float:
             return (monotonic() - began) * self._speed if self._speed < math.inf else math.inf
@@ -174,6 +175,11 @@ class Session:
     def sent(self) -> int:
         """How many telegrams have been sent."""
         return sum(output.sent for output in self.outputs)
+
+    @property
+    def rate(self) -> float:
+        """How many telegrams have been sent in a second."""
+        return self.sent / max(monotonic() - self._began, 1e-3)
 
     @property
     def clients(self) -> int:

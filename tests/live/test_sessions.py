@@ -293,7 +293,9 @@ def test_lateness_is_counted_in_bounded_memory() -> None:
 def test_outputs_listen_where_they_are_told() -> None:
     said: list[str] = []
     with selectors.DefaultSelector() as selector:
-        output = opened(asked("json:tcp:0", ["ASV0"]), (), Opening(selector, said.append))
+        output = opened(
+            asked("json:tcp:0", ["ASV0"]), (), Opening(selector, said.append, pytest.fail)
+        )
         assert "listens on 127.0.0.1:" in said[0]
         threads = threading.active_count()
         output.sink.close()
