@@ -211,6 +211,8 @@ def _reach(
             line.outcome = IN_FLIGHT if heard else OUT_OF_RANGE
             line.sound, line.snr_db = strength, snr(number, asv, way)
             line.late_s = line.lowered = nan
+            line.azimuth_deg = line.elevation_deg = nan  # until it is measured
+            line.body_azimuth_deg = line.body_elevation_deg = nan
             row += 1
             if strength > 0.0:
                 ping.longest_s = max(ping.longest_s, travel)

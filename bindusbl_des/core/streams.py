@@ -76,18 +76,18 @@ class NoiseStore:
     """
 
     def __init__(
-        self, streams: Streams, auvs: int, asvs: int, width: int, outliers: int = 0
+        self, streams: Streams, auvs: int, asvs: int, width: int, further: int = 0
     ) -> None:
-        """Have rows of `width` numbers for measuring, and after them `outliers` of a stream of
-        their own.
+        """Have rows of `width` numbers for measuring, and after them `further` ones of a stream of
+        their own: of outliers, and of elements that few arrays have.
         """
         self._streams, self._width = streams, width
-        self._purposes = [Purpose.MEASUREMENT, Purpose.OUTLIER][: 1 + (outliers > 0)]
+        self._purposes = [Purpose.MEASUREMENT, Purpose.OUTLIER][: 1 + (further > 0)]
         self._drawn: dict[tuple[int, int], list[np.random.Generator]] = {}
         rows = max(FEWEST_ROWS, min(ROWS, MOST_ROWS // (auvs * asvs)))
         self.shelf = np.full((auvs, asvs), -1, dtype=np.int64)
         self.taken = np.full((auvs, asvs), rows, dtype=np.int64)
-        self.blocks = np.empty((min(auvs * asvs, SHELVES), rows, width + outliers))
+        self.blocks = np.empty((min(auvs * asvs, SHELVES), rows, width + further))
         #: Whom to tell that the blocks are in another array: this store, lest they keep it.
         self.on_grown: Callable[[NoiseStore], None] | None = None
 

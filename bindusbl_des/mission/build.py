@@ -38,7 +38,7 @@ from ..scenario.instruments.own_sensors import told_of
 from ..scenario.scenario import Scenario, kept
 from ..scenario.telling import tells_slots
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
-from ..usbl.array import ARRAYS
+from ..usbl.array import elements_of
 from ..usbl.own_instrument import instrument_named
 from ..usbl.systematic_fixes import Astray
 from ..usbl.usbl import Usbl, sheet_of
@@ -287,7 +287,7 @@ def usbl_of(scenario: Scenario) -> Usbl:
     usbl = scenario.usbl
     roll, pitch, heading = np.radians((usbl.roll_sd_deg, usbl.pitch_sd_deg, usbl.heading_sd_deg))
     return Usbl(
-        ARRAYS[usbl.array],
+        elements_of(usbl.array),
         usbl.tdoa_sd_s,
         usbl.travel_time_sd_s,
         usbl.quantum_s,

@@ -14,6 +14,7 @@ from ..scenario.failing import alive
 from ..scenario.instruments.own_sensors import MOST_TOLD, kinds
 from ..scenario.key_types import Renamed
 from ..scenario.scenario import Scenario
+from ..scenario.sections.array import spacing_m
 from .idle.keys import bursts, cast, idle_keys, levels, sheet, sonar
 from .messages import answers, backlog, believed, deliveries, guards, last_slots, messages, modems
 from .whereabouts import anchors, bays, formation, routes, shapes, tracks
@@ -77,6 +78,7 @@ def cautions(scenario: Scenario) -> list[Caution]:
             failing,
             _told,
             sheet,
+            _lobes,
             sonar,
             levels,
             bursts,
@@ -100,6 +102,23 @@ def _former_words(scenario: Scenario) -> Iterator[Problem]:
             f"{positions.written!r} is the former name of {str(positions)!r}, the last fix as it "
             "was made; write that, or 'carried_forward' for the fix carried on by planned course "
             "and speed",
+        )
+
+
+def _lobes(scenario: Scenario) -> Iterator[Problem]:
+    """Yield elements so far apart that their phases alone do not tell a direction."""
+    array, channel = scenario.usbl.array, scenario.acoustics.hf.channel
+    if isinstance(array, str) or channel.settings.get("frequency_khz") is None:
+        return
+    wave_m = scenario.environment.sound_speed_m_per_s / (1e3 * channel.settings["frequency_khz"])
+    if (apart := spacing_m(array)) > wave_m / 2:
+        yield Problem(
+            "usbl.array",
+            f"has an element {1e3 * apart:.0f} mm from the nearest other, more than half a "
+            f"wavelength ({1e3 * wave_m / 2:.0f} mm): an instrument that compares phases would "
+            "take some directions for others (grating lobes); here times of arrival are compared, "
+            "as of a wideband ping, and are not ambiguous",
+            ("acoustics.hf.channel.frequency_khz",),
         )
 
 

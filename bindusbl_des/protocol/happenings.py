@@ -136,7 +136,10 @@ def _refuse_value(kind: str, name: str, value: Any, hint: Any, counts: Mapping[s
 
 
 # What a reception is not known to have before it is over
-LEVELS = ("snr_db", "level_db", "margin_db")
+LEVELS = (
+    *("snr_db", "level_db", "margin_db"),
+    *("azimuth_deg", "elevation_deg", "body_azimuth_deg", "body_elevation_deg"),
+)
 
 
 class Happenings:

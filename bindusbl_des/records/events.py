@@ -25,6 +25,9 @@ def column(unit: str, meaning: str, default: Any = MISSING, worst: str = "") -> 
 OUTCOMES = ("heard", "out_of_range", "lost", "collided", "in_flight", "delivered")
 HEARD, OUT_OF_RANGE, LOST, COLLIDED, IN_FLIGHT, DELIVERED = range(6)
 
+# How angles of directions count
+NORTH, AHEAD, DOWN = "from north towards east", "from ahead towards starboard", "positive downwards"
+
 
 @dataclass(slots=True)
 class Round:
@@ -102,6 +105,14 @@ class Reception:
     margin_db: float | None = column(
         "dB", "snr_db less that at which half of all pings are decoded: heard from 0 on", None
     )
+    azimuth_deg: float | None = column(
+        "deg", f"measured direction, in [0, 360): of the AUV (passive: of the ASV), {NORTH}", None
+    )
+    elevation_deg: float | None = column("deg", f"measured direction, {DOWN}", None)
+    body_azimuth_deg: float | None = column(
+        "deg", f"the same as the array sees it, {AHEAD}, in [0, 360)", None
+    )
+    body_elevation_deg: float | None = column("deg", f"the same as the array sees it, {DOWN}", None)
 
 
 @dataclass(slots=True)
@@ -156,6 +167,16 @@ class Fix:
         "delivered, out_of_range, lost (not decoded: acoustics.mf.channel; or its ASV failed as it "
         "broadcast it), collided (its frame, at the AUV) or in_flight",
         "in_flight",
+    )
+    azimuth_deg: float | None = column(
+        "deg", f"measured direction as of receptions, {NORTH}; null for a fix of several ASVs", None
+    )
+    elevation_deg: float | None = column("deg", f"measured direction, {DOWN}; null as above", None)
+    body_azimuth_deg: float | None = column(
+        "deg", f"the same as the array sees it, {AHEAD}; null as above", None
+    )
+    body_elevation_deg: float | None = column(
+        "deg", f"the same as the array sees it, {DOWN}; null as above", None
     )
 
 

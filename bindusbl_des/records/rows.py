@@ -30,7 +30,7 @@ def row_type(
     need.  Fields of text hold numbers.
 
     >>> row_type(Reception, {"answered_s": float}).names[-2:]
-    ('margin_db', 'answered_s')
+    ('body_elevation_deg', 'answered_s')
     """
     hints = get_type_hints(event)
     told = {field.name: hints[field.name] for field in fields(event) if field.name not in without}

@@ -7,6 +7,7 @@ keeps at hand (arrays would be made anew each time); sums run from x to z.
 """
 
 import math
+from collections.abc import Sequence
 from math import sqrt
 
 import numpy as np
@@ -70,9 +71,12 @@ def cross(a: Vector, b: Vector) -> Vector:
 
 @inlined
 def weighted(metric: Floats, a: Vector, b: Vector) -> float:
-    """Return a^T M b of a metric M (3, 3) that is diagonal."""
+    """Return a^T M b of a metric M (3, 3), symmetric."""
     along = metric[0, 0] * a[0] * b[0] + metric[1, 1] * a[1] * b[1]
-    return float(along + metric[2, 2] * a[2] * b[2])
+    along += metric[2, 2] * a[2] * b[2]
+    along += metric[0, 1] * (a[0] * b[1] + a[1] * b[0])
+    along += metric[0, 2] * (a[0] * b[2] + a[2] * b[0])
+    return float(along + metric[1, 2] * (a[1] * b[2] + a[2] * b[1]))
 
 
 @inlined
@@ -95,6 +99,9 @@ def turned_back(rotation: Floats, a: Vector) -> Vector:
     z = rotation[0, 2] * a[0] + rotation[1, 2] * a[1] + rotation[2, 2] * a[2]
     return x, y, z
 
+
+# Elements that have their noise at the beginning of a row of it
+ELEMENTS = 5
 
 # Hydrophone positions in the array frame (m).
 ARRAYS: dict[str, Floats] = {
@@ -120,6 +127,22 @@ ARRAYS: dict[str, Floats] = {
     ),
 }
 
+
+def elements_of(array: str | Sequence[Sequence[float]]) -> Floats:
+    """Return where the elements of an array are (n, 3), m, in the array frame.
+
+    An array has a name, or is given by the places of its elements (m, body frame): these are taken
+    about their mean, which is where the vessel's navigation says that the vessel is.
+    """
+    if isinstance(array, str):
+        return ARRAYS[array]
+    places = np.array(array, dtype=np.float64)
+    return np.asarray(places - places.mean(axis=0))
+
+
+# What a scatter matrix has beside its diagonal by rounding, as a share of its largest number
+ROUNDING = 1e-12
+
 # Gauss-Newton steps on the sphere; the second changes the direction by less than 1e-6 rad
 REFINEMENTS = 2
 
@@ -133,7 +156,9 @@ def scatter(array: Floats) -> Floats:
     array([0.0019847 , 0.0019847 , 0.00431945])
     """
     centred = array - array.mean(axis=0)
-    return np.asarray(centred.T @ centred)
+    metric = centred.T @ centred
+    metric[np.abs(metric) < ROUNDING * metric.max()] = 0.0  # that a symmetric array lacks
+    return np.asarray(metric)
 
 
 @compiled
@@ -163,7 +188,9 @@ def arrival_differences(
     arrivals = np.empty(count)
     for k in range(count):
         way = length(minus(source, row_of(array, k)))
-        arrivals[k] = way / sound_speed + sd * noise[k]
+        # A row of noise begins with five elements; further ones stand at its end
+        drawn = noise[k] if k < ELEMENTS else noise[noise.size - 1 - k + ELEMENTS]
+        arrivals[k] = way / sound_speed + sd * drawn
     differences = np.empty(count * (count - 1) // 2)
     pair = 0
     for i in range(count):
@@ -192,7 +219,7 @@ def direction(array: Floats, differences: Floats, sound_speed: float, metric: Fl
     """Return the unit vector from the array to the source, in the array frame.
 
     A plane wave is fitted to the arrival time differences by least squares, s = -c M^-1 X^T t / n,
-    then refined on the sphere by Gauss-Newton in the metric M (the scatter matrix, diagonal here),
+    then refined on the sphere by Gauss-Newton in the metric M (the scatter matrix),
     which makes it efficient where the array resolves some axes better than others.
     """
     count, pair = array.shape[0], 0
@@ -202,11 +229,7 @@ def direction(array: Floats, differences: Floats, sound_speed: float, metric: Fl
             apart = minus(row_of(array, i), row_of(array, j))
             plane = minus(plane, scaled(apart, differences[pair]))
             pair += 1
-    plane = (
-        plane[0] * (sound_speed / (count * metric[0, 0])),
-        plane[1] * (sound_speed / (count * metric[1, 1])),
-        plane[2] * (sound_speed / (count * metric[2, 2])),
-    )
+    plane = plane_wave(metric, plane, sound_speed, count)
     if length(plane) < 1e-9:  # a source within the array has no direction; any will do
         return 0.0, 0.0, 1.0
     unit = divided(plane, length(plane))
@@ -217,6 +240,27 @@ def direction(array: Floats, differences: Floats, sound_speed: float, metric: Fl
         unit = plus(unit, scaled(down, y / determinant))
         unit = divided(unit, length(unit))
     return unit
+
+
+@compiled
+def plane_wave(metric: Floats, a: Vector, sound_speed: float, count: int) -> Vector:
+    """Return M^-1 a c / n of a metric M (3, 3), symmetric, by its adjugate; a diagonal one divides
+    axis by axis.
+    """
+    xx, yy, zz = metric[0, 0], metric[1, 1], metric[2, 2]
+    xy, xz, yz = metric[0, 1], metric[0, 2], metric[1, 2]
+    if xy == 0.0 and xz == 0.0 and yz == 0.0:
+        return (
+            a[0] * (sound_speed / (count * xx)),
+            a[1] * (sound_speed / (count * yy)),
+            a[2] * (sound_speed / (count * zz)),
+        )
+    first = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
+    second = first[1], xx * zz - xz * xz, xy * xz - xx * yz
+    third = first[2], second[2], xx * yy - xy * xy
+    determinant = xx * first[0] + xy * first[1] + xz * first[2]
+    solved = dot(first, a), dot(second, a), dot(third, a)
+    return scaled(solved, sound_speed / (count * determinant))
 
 
 @compiled

@@ -87,7 +87,7 @@ def _turned(usbl: Usbl, beside: Beside, z: float) -> tuple[float, float]:
     stepped = levels["quantum_s"] / 2 * ways / (len(usbl.array) * math.sqrt(weakest))
     off = usbl.sound_speed * (_norm(z, 3) * levels["element_sd_s"] + stepped)
     scaled = beside.sound_speed_error / (usbl.sound_speed - beside.sound_speed_error)
-    off += scaled * math.sqrt(float(usbl.metric.diagonal().max()))
+    off += scaled * math.sqrt(float(np.linalg.eigvalsh(usbl.metric)[-1]))
     angle_sd = usbl.sound_speed * levels["stepped_element_sd_s"] / math.sqrt(weakest)
     return aside + 2 * off / math.sqrt(weakest), 2 * angle_sd**2 + attitude**2
 
@@ -103,7 +103,7 @@ def _rounded(usbl: Usbl) -> float:
 
 def _weakest(usbl: Usbl) -> float:
     """Return the scatter (m2) of the array along the axis in which it resolves least."""
-    return float(usbl.metric.diagonal().min())
+    return float(np.linalg.eigvalsh(usbl.metric)[0])
 
 
 def _size(usbl: Usbl) -> float:

@@ -105,7 +105,8 @@ def spread_sd(reach: float, levels: Row) -> float:
     return hypot(levels.spread_sd_m, levels.spread_share * reach)
 
 
-# Noise of one measurement: 5 element arrivals, 1 travel time, 3 attitude angles, 3 GNSS axes
+# Noise of one measurement: 5 element arrivals, 1 travel time, 3 attitude angles, 3 GNSS axes;
+# what further elements err by stands at the row's end
 NOISE_WIDTH = 12
 
 # What all measurements of an instrument share: the sound speed that it computes with and the true
@@ -131,7 +132,7 @@ LEVELS = np.dtype(
 
 
 class Instrument(NamedTuple):
-    """What ASVs measure with: the places of the elements (5, 3), m, their scatter matrix (3, 3), m2
+    """What ASVs measure with: the places of the elements (n, 3), m, their scatter matrix (3, 3), m2
     (:mod:`.array`), and a record of LEVELS; a data sheet is in their place where it `has_sheet`
     (None: there is none, and nothing of it is compiled).
     """

@@ -18,7 +18,7 @@ from ..vehicles.motion import Floats
 from .array import Vector, minus, negative, rotation, turned
 from .fusion import product
 from .instrument import Instrument, clocked, offset_of, path_sd, placed, sighted
-from .sights import note_sight
+from .sights import note_direction, note_sight
 from .systematic_effects import (
     CLOCK,
     EFFECTS,
@@ -62,6 +62,7 @@ def located_itself(own: Hearing, instrument: Instrument) -> tuple[Floats, Floats
     it, levels = own.reception, instrument.levels
     beneath, above = negative(own.place), negative(_source(own))
     unit, believed = sighted(beneath, above, own.yaw, it.snr_db, own.noise, instrument)
+    note_direction(it, unit, believed)
     reach = levels.sound_speed_m_per_s * clocked(it.travel_time_s, own.noise, instrument)
     image, covariance = placed(
         above, unit, believed, reach, path_sd(reach, levels), it.snr_db, own.noise, instrument
@@ -87,6 +88,7 @@ def located_astray(
     path = levels.sound_speed_m_per_s * clocked(took, own.noise, instrument)
     origin = minus(above, astray(it.asv, ping.sent_at_s, lasting))
     seen = Sighting(origin, turned(turn, unit), product(turn, believed), path, it.snr_db)
+    note_direction(it, seen.unit, seen.believed)
     image, covariance = placed(
         origin, seen.unit, seen.believed, path, path_sd(path, levels), seen.snr_db, own.noise,
         instrument,

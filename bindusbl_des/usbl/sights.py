@@ -5,16 +5,51 @@ better where the AUV is turns it to the direction that he believes in, for which
 measurement itself: from where, in which direction, how far, and how large the errors of each are.
 """
 
-from math import isnan, nan
+from math import atan2, degrees, hypot, isnan, nan
 
 from ..core.compiled import compiled
+from ..records.events import HEARD
 from ..records.rows import Row, Rows
 from ..vehicles.motion import Floats
-from .array import Vector, dot, minus, scaled, tangents, turned
+from .array import Vector, dot, minus, scaled, tangents, turned, turned_back
 from .instrument import Instrument, angle_sds, path_sd, spread_sd
 
 # A direction so unsure (rad2, both axes together) is none: the second order does not describe it.
 UNSURE = 0.5
+
+
+@compiled
+def note_direction(it: Row, unit: Vector, believed: Floats) -> None:
+    """Write to a reception the direction that was measured of it, as an instrument tells it.
+
+    `unit` is the unit vector (3,) to who pinged in the survey frame, `believed` the rotation (3, 3)
+    from array to survey frame that its AHRS tells.
+    """
+    it.azimuth_deg, it.elevation_deg = _angles(unit)
+    it.body_azimuth_deg, it.body_elevation_deg = _angles(turned_back(believed, unit))
+
+
+@compiled
+def _angles(unit: Vector) -> tuple[float, float]:
+    """Return azimuth, in [0, 360), and elevation (deg) of a unit vector (3,)."""
+    azimuth = degrees(atan2(unit[1], unit[0])) % 360.0
+    return azimuth % 360.0, degrees(atan2(unit[2], hypot(unit[0], unit[1])))
+
+
+@compiled
+def copy_direction(fix: Row, receptions: Rows) -> None:
+    """Write to a fix the direction measured by the one ASV that it is made of; NaN where several
+    are, or nobody knows it.
+    """
+    fix.azimuth_deg = fix.elevation_deg = fix.body_azimuth_deg = fix.body_elevation_deg = nan
+    hearers, only = 0, 0
+    for row in range(len(receptions)):
+        if receptions[row].outcome == HEARD:
+            hearers, only = hearers + 1, row
+    if hearers == 1:
+        it = receptions[only]
+        fix.azimuth_deg, fix.elevation_deg = it.azimuth_deg, it.elevation_deg
+        fix.body_azimuth_deg, fix.body_elevation_deg = it.body_azimuth_deg, it.body_elevation_deg
 
 
 @compiled

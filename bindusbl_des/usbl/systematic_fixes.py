@@ -21,7 +21,7 @@ from ..vehicles.motion import Floats, Motion
 from .array import Vector, plus, rotation, turned
 from .fusion import fuse_shared, product
 from .instrument import NOISE_WIDTH, Instrument, offset_of, path_sd, placed
-from .sights import note_sight, unknown_sights
+from .sights import note_direction, note_sight, unknown_sights
 from .systematic_effects import (
     CALLER,
     CLOCK,
@@ -225,6 +225,7 @@ def _seen(
     seen = sighting(heard, row, under_way, asvs, instrument)
     turn = rotation(0.0, 0.0, lasting.misalignments[it.asv])
     unit, believed = turned(turn, seen.unit), product(turn, seen.believed)
+    note_direction(it, unit, believed)
     vessel = plus(seen.vessel, astray(it.asv, it.arrived_at_s, lasting))
     return Sighting(vessel, unit, believed, seen.path, seen.snr_db)
 

@@ -22,7 +22,7 @@ from .array import NOTHING, Vector, divided, dot, length, minus, negative, plus,
 from .covariance import SHORTEST_RANGE
 from .fusion import fuse_shared
 from .instrument import Instrument, clocked, gnss_noise, path_sd, placed, sighted, spread_sd
-from .sights import note_answer, note_sight
+from .sights import note_answer, note_direction, note_sight
 
 # A share of the whole way below which a caller and an AUV are in line, and one cannot tell where.
 IN_LINE = 1e-9
@@ -226,6 +226,7 @@ def sighting(
     vessel = x, y, z
     source = seeming(ping, vessel, it)
     unit, believed = sighted(source, vessel, yaw, it.snr_db, noise, instrument)
+    note_direction(it, unit, believed)
     path = instrument.levels.sound_speed_m_per_s * clocked(under_way, noise, instrument)
     return Sighting(vessel, unit, believed, path, it.snr_db)
 

@@ -19,6 +19,7 @@ from ..scenario.part_settings import settings_of
 from ..scenario.scenario import Scenario
 from ..vehicles.motion import Floats, Motion, where
 from .array import Vector, scatter
+from .covariance import across_by_array
 from .fusion import fuse_pair
 from .instrument import (
     LEVELS,
@@ -32,7 +33,7 @@ from .instrument import (
     placed,
     sighted,
 )
-from .sights import note_sight
+from .sights import note_direction, note_sight
 from .two_way import Heard, seeming, travelled, two_way
 
 
@@ -97,7 +98,7 @@ class Usbl:
             self.sound_speed,
             self.sound_speed if self.true_sound_speed is None else self.true_sound_speed,
             element_sd(self.tdoa_sd),
-            element_sd(self.tdoa_sd, self.quantum),
+            element_sd(self.tdoa_sd, self.quantum, len(self.array)),
             self.travel_time_sd,
             self.quantum,
             range_sd(self.travel_time_sd, self.quantum, self.sound_speed, ways=1),
@@ -139,6 +140,26 @@ class Usbl:
         instrument = Instrument(self.array, self.metric, self.levels[0], self.has_sheet)
         places: tuple[Vector, Vector] = tuple(source.tolist()), tuple(vessel.tolist())
         return locate(*places, yaw, travel_time, snr_db, noise, instrument)
+
+
+def level_sds(usbl: Usbl) -> tuple[float, float]:
+    """Return the noise (rad) of bearing and elevation of a level source, from where it is largest,
+    without that of the AHRS; by a sheet as that states them (0: as an error of the place alone).
+
+    >>> from bindusbl_des.usbl.array import ARRAYS
+    >>> named = Usbl(ARRAYS["cross5"], 2.6e-7, 0.0, 0.0, (0.0, 0.0, 0.0), 0.0, 1500.0)
+    >>> [round(math.degrees(it), 3) for it in level_sds(named)]
+    [0.372, 0.372]
+    """
+    levels = usbl.levels[0]
+    if usbl.sheet is not None:
+        return float(levels["bearing_sd_rad"]), float(levels["elevation_sd_rad"])
+    sd, worst = usbl.sound_speed * levels["stepped_element_sd_s"], np.zeros(2)
+    for azimuth in np.radians(range(0, 360, 5)):
+        source = math.cos(azimuth), math.sin(azimuth), 0.0
+        it = across_by_array(source, np.eye(3), usbl.metric, sd)
+        worst = np.maximum(worst, (it.scale * it.d, it.scale * it.a))
+    return sqrt(worst[0]), sqrt(worst[1])
 
 
 def element_sd(tdoa_sd: float, quantum: float = 0.0, elements: int = 5) -> float:
@@ -186,6 +207,7 @@ def measured(
         unit, believed = sighted(
             seeming(ping, vessel, it), vessel, yaw, it.snr_db, noise, instrument
         )
+        note_direction(it, unit, believed)
         reach = levels.sound_speed_m_per_s * clocked(travelled(it), noise, instrument)
         fix, spread = placed(
             vessel, unit, believed, reach, path_sd(reach, levels), it.snr_db, noise, instrument

@@ -3,6 +3,7 @@
 What `timing` tells of a scenario's limits: what no protocol could do better.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
@@ -218,6 +219,7 @@ def _coverage(
         "covering_radius_m": covering_radius(area, stations) if few else None,
         "covered_area": covered_area(area, stations, heard),
         **_chances(scenario, stations),
+        **_directions(scenario),
         "left_out": ["asvs.failures"] if scenario.asvs.failures else [],
     }
 
@@ -233,6 +235,20 @@ def _chances(scenario: "Scenario", stations: Stations) -> dict[str, Any]:
     if found is None:
         return {"fix_chance_mean": None, "fix_chance_least": None}
     return {"fix_chance_mean": float(found.mean()), "fix_chance_least": float(found.min())}
+
+
+def _directions(scenario: "Scenario") -> dict[str, Any]:
+    """Return the noise of a level target's bearing and elevation by the array or its sheet, without
+    that of the AHRS; None where no angles are stated, or somebody's own instrument measures.
+    """
+    from ...mission.build import usbl_of
+    from ...scenario.families import INSTRUMENT
+    from ...usbl.usbl import level_sds
+
+    if scenario.usbl.model not in INSTRUMENT.siblings:
+        return {"bearing_sd_deg": None, "elevation_sd_deg": None}
+    bearing, elevation = (math.degrees(it) or None for it in level_sds(usbl_of(scenario)))
+    return {"bearing_sd_deg": bearing, "elevation_sd_deg": elevation}
 
 
 def _told(found: dict[str, Any]) -> Iterator[str]:
@@ -264,5 +280,8 @@ def _told(found: dict[str, Any]) -> Iterator[str]:
     if (mean := found["fix_chance_mean"]) is not None:
         least = 100 * found["fix_chance_least"]
         yield f"{'chance of a fix':<26}{100 * mean:>9.2f} % of pings, {least:.1f} % at worst"
+    if (bearing := found["bearing_sd_deg"]) is not None:
+        elevation = found["elevation_sd_deg"]
+        yield f"{'bearing, elevation':<26}{bearing:>9.2f} deg, {elevation:.2f} deg; AHRS beside"
     if found["left_out"]:
         yield f"{'asvs.failures':<26}left out: ASVs that fail are taken to hear all the time"

@@ -11,7 +11,7 @@ from ...core.handed import Handed
 from ...core.streams import NoiseStore, Purpose, Streams
 from ...records.events import HEARD, IN_FLIGHT
 from ...records.rows import NONE, EventBuffer, Recorder, Row, Rows
-from ...usbl.array import plus, scaled
+from ...usbl.array import ELEMENTS, plus, scaled
 from ...usbl.instrument import NO_INSTRUMENT, NOISE_WIDTH, Instrument, gnss_noise
 from ...usbl.own_instrument import OwnInstrument, sounding_of
 from ...usbl.systematic_fixes import (
@@ -54,7 +54,10 @@ class Measuring:
             levers = record.levers
             self._errors = Handed(HandedErrors(*lasting, levers.of, levers.left))
             levers.hand_on(self._errors)
-        self.noise = NoiseStore(streams, auvs, asvs, NOISE_WIDTH + 1, outliers)
+        further = outliers
+        if isinstance(instrument, Usbl):
+            further += max(len(instrument.array) - ELEMENTS, 0)
+        self.noise = NoiseStore(streams, auvs, asvs, NOISE_WIDTH + 1, further)
         self.own = instrument if isinstance(instrument, OwnInstrument) else None
         self.draw = cache(partial(streams.of, Purpose.INSTRUMENT))
         self.instrument, has_sheet = NO_INSTRUMENT, None

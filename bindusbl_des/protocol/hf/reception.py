@@ -11,7 +11,7 @@ from ...core.handed import opened
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, instrument_of
-from ...usbl.sights import unknown_sights
+from ...usbl.sights import copy_direction, unknown_sights
 from ...usbl.systematic_fixes import HandedErrors, lasting_of, measured_astray
 from ...usbl.two_way import Heard
 from ...usbl.usbl import measured, note
@@ -166,6 +166,7 @@ def _make(
     begin(row, ping, only)
     if by.instrument.array.size == 0:  # one of somebody's own measures later
         unknown_sights(by.receptions[row.first : row.end])
+        copy_direction(row, by.receptions[row.first : row.end])
         return
     instrument = instrument_of(by.instrument, has_sheet)
     heard = Heard(ping, by.receptions[row.first : row.end], by.noise.taken_now)
@@ -178,6 +179,7 @@ def _make(
     else:
         place, covariance = measured(heard, by.asvs, instrument, strayed)
     note(row, ping, place, covariance)
+    copy_direction(row, heard.receptions)
 
 
 @compiled

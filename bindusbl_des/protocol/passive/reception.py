@@ -1,6 +1,6 @@
 """How the ping of an ASV spreads to the AUVs: whom it reaches, and when.  Compiled."""
 
-from math import hypot, sqrt
+from math import hypot, nan, sqrt
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from ...records.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, instrument_of
 from ...usbl.inverted import Hearing, located_astray, located_itself
-from ...usbl.sights import unknown_sights
+from ...usbl.sights import copy_direction, unknown_sights
 from ...usbl.systematic_fixes import HandedErrors, lasting_of
 from ...usbl.usbl import note
 from ...vehicles.motion import Floats, Ints, Motion, Place, where
@@ -58,6 +58,8 @@ def radiate(
         it.ping, it.auv, it.asv = ping, auv, asv
         it.outcome = IN_FLIGHT if in_range else OUT_OF_RANGE
         it.sound, it.snr_db = strength, snr(auv, asv, way)
+        it.azimuth_deg = it.elevation_deg = nan  # until it is measured
+        it.body_azimuth_deg = it.body_elevation_deg = nan
         if foreseen:
             travel = light_time(here, auvs, auv, time, sound_speed)
         else:
@@ -168,6 +170,7 @@ def _make(
     _begin_own(line, ping, it, row, by.duration)
     if by.instrument.array.size == 0:  # one of somebody's own measures later
         unknown_sights(by.receptions[row : row + 1])
+        copy_direction(line, by.receptions[row : row + 1])
         return
     instrument = instrument_of(by.instrument, has_sheet)
     x, y, z, yaw = where(by.auvs, it.auv, it.arrived_at_s)
@@ -181,6 +184,7 @@ def _make(
     else:
         place, covariance = located_itself(own, instrument)
     note(line, ping, place, covariance)
+    copy_direction(line, by.receptions[row : row + 1])
     line.error_m = hypot(place[0] - x, place[1] - y)
 
 

@@ -5,11 +5,9 @@ from collections.abc import Iterator
 from ...core.wording import plain
 from ..part_choice import PartChoice
 from ..scenario_keys import ScenarioKeys
+from ..sections.array import size_m
 from ..sections.usbl import usbl_values
 from .problem import Problem
-
-# The greatest distance (m) between two hydrophones of each of hydrophones.ARRAYS
-ARRAY_SIZES_M = {"oem5": 0.0799, "cross5": 0.06}
 
 # What the sheet of an inertial system says with one figure, and what these keys say of nothing
 REPLACED_BY_DRIFT = {
@@ -35,14 +33,16 @@ def _usbl(scenario: ScenarioKeys) -> Iterator[Problem]:
             f"them; got {model.told}",
             ("usbl.preset",),
         )
-    size, speed = ARRAY_SIZES_M[scenario.usbl.array], scenario.environment.sound_speed_m_per_s
+    own = not isinstance(scenario.usbl.array, str)
+    named = "that is given" if own else scenario.usbl.array
+    size, speed = size_m(scenario.usbl.array), scenario.environment.sound_speed_m_per_s
     for name, meant in (("tdoa_sd_s", "noise"), ("quantum_s", "a quantum")):
         time = getattr(scenario.usbl, name)
         if time * speed > size:
             yield Problem(
                 f"usbl.{name}",
                 f"{meant} of {time:g} s is {time * speed:.3g} m of sound, more than the "
-                f"{1e3 * size:.0f} mm of the array {scenario.usbl.array}: no direction could be "
+                f"{1e3 * size:.0f} mm of the array {named}: no direction could be "
                 f"told; use {0.9 * size / speed:.1e} at most",
                 ("usbl.array", "environment.sound_speed_m_per_s"),
             )

@@ -3,7 +3,7 @@
 With passive ranging AUVs measure with it.
 """
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import (
     AfterValidator,
@@ -18,6 +18,7 @@ from ...presets.catalogue import CATALOGUE, preset
 from ..instruments.datasheet import Datasheet
 from ..key_types import PAPER, THESIS, Part, Real, key
 from ..part_choice import SET, PartChoice
+from .array import ArrayChoice
 
 USBLS = [it.name for it in CATALOGUE["usbl"]]
 
@@ -59,7 +60,13 @@ class Usbl(Part):
         "given; one that is given wins, but for model",
     )
     model: PartChoice = key("array", "", "what an arrival measures, and how surely" + SET)
-    array: Literal["oem5", "cross5"] = key("oem5", "", "hydrophone array", THESIS)
+    array: ArrayChoice = key(
+        "oem5",
+        "",
+        "hydrophone array: one that has a name, or the places of one's own elements, [[x, y, z], "
+        "...] in m forward, to starboard and down, of which their mean is the vessel's place",
+        THESIS,
+    )
     tdoa_sd_s: Real = key(2.60296781e-7, "s", "noise of one TDOA pair", THESIS, ge=0, le=1)
     travel_time_sd_s: Real = key(6.66667e-6, "s", "noise of a travel time", THESIS, ge=0, le=1)
     quantum_s: Real = key(1.0e-6, "s", "quantum of travel times and TDOAs", THESIS, ge=0, le=1)
