@@ -32,7 +32,8 @@ def across_by_array(
 ) -> Across:
     """Return the errors across an offset (3,), m, of a direction that an array has made out.
 
-    `attitude` is the rotation from array to survey frame, `metric` the scatter matrix (m2), `direction_sd` the element noise times the sound speed (m): r^2 T (T^T M T)^-1 T^T sd^2.
+    `attitude` is the rotation from array to survey frame, `metric` the scatter matrix (m2),
+    `direction_sd` the element noise times the sound speed (m): r^2 T (T^T M T)^-1 T^T sd^2.
     """
     reach = length(offset)
     east, down = tangents(divided(offset, reach))

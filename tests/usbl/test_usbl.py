@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from worlds import scenario
 
-from bindusbl_des.scenario.agreement.instruments import ARRAY_SIZES_M
+from bindusbl_des.scenario.sections.array import NAMED_SIZES_M
 from bindusbl_des.usbl.array import ARRAYS, arrival_differences, direction, rotation, scatter
 from bindusbl_des.usbl.covariance import across_by_array, fix_covariance
 from bindusbl_des.usbl.fusion import fuse
@@ -141,7 +141,7 @@ def test_noise_larger_than_the_array_is_refused(array: str) -> None:
     size = max(
         float(np.linalg.norm(one - other)) for one in ARRAYS[array] for other in ARRAYS[array]
     )
-    assert ARRAY_SIZES_M[array] == pytest.approx(size, abs=1e-4)
+    assert NAMED_SIZES_M[array] == pytest.approx(size, abs=1e-4)
     for key in ("tdoa_sd_s", "quantum_s"):
         with pytest.raises(
             ValueError, match=rf"usbl.{key}: .* 750 m of sound, .*{array}"
