@@ -19,6 +19,7 @@ from .console import (
     RunFailed,
     compiling_told,
     is_quiet,
+    print_json,
     reading_from,
     refuse,
     refuse_plugins,
@@ -29,9 +30,10 @@ from .console import (
     weigh,
     writing,
 )
-from .missions import as_given, check_folder, default_folder, models
+from .missions import as_given, check_folder, default_folder, metrics_of, models
 from .options import (
     anyway_option,
+    json_option,
     out_option,
     plugins_option,
     scenario_argument,
@@ -60,6 +62,9 @@ class Mouth(NamedTuple):
     starts_now: bool
 
 
+# In which missions may begin: GPS time began in 1980.
+YEARS = range(1981, 2100)
+
 # So often (s) it is looked whether AUVs have been heard of.
 WAIT_S = 0.02
 
@@ -86,6 +91,11 @@ def _start(context: click.Context, parameter: click.Parameter, text: str | None)
         raise click.BadParameter(
             f"{text!r} is no instant; write 2026-06-01T08:00:00Z", context, parameter
         ) from None
+    if start.year not in YEARS:
+        raise click.BadParameter(
+            f"{text!r} is before GPS, or later than anybody plans; give a year from {YEARS[0]} to "
+            f"{YEARS[-1]}", context, parameter,
+        )  # fmt: skip
     return start.replace(tzinfo=UTC) if start.tzinfo is None else start.astimezone(UTC)
 
 
@@ -121,6 +131,7 @@ def _start(context: click.Context, parameter: click.Parameter, text: str | None)
 @click.option("--force", is_flag=True, help="Replace the result folder and files that exist.")
 @anyway_option
 @plugins_option
+@json_option("the mission's metrics")
 def live(
     scenario: str,
     wanted: tuple[str, ...],
@@ -137,6 +148,7 @@ def live(
     force: bool,
     anyway: bool,
     allow_plugins: bool,
+    as_json: bool,
 ) -> None:
     """Fly a mission against the clock, and send what its instruments measure.
 
@@ -170,7 +182,12 @@ def live(
                 "--set environment.origin.lon_deg=10.18"
             )
     if dry:
-        _dry(mission, seed, outputs, heard, earth, truth)
+        found = _dry(mission, seed, outputs, heard, earth, truth)
+        if as_json:
+            print_json(list(found))
+            return
+        for first in found:
+            say(first["telegram"])
         return
     if poses is not None and speed == math.inf:
         refuse("--poses comes with the clock of who sends them; give --speed 1")
@@ -186,13 +203,17 @@ def live(
     text = as_given(scenario, mission, folder)
     with writing(folder), result_draft(folder, force=force) as draft, ExitStack() as stack:
         selector = stack.enter_context(selectors.DefaultSelector())
-        opening = Opening(selector, say, warn, bind, force)
+        opening = Opening(selector, talk if as_json else say, warn, bind, force)
         sinks = _opened(outputs, heard, opening, stack)
         mouth = Mouth(sinks, heard, earth, truth, speed, start is None)
         ear = None if poses is None else _listening(poses, bind, mission, stack)
         result = _flown(mission, seed, mouth, selector, ear)
         result.overrides = overrides
         result.fill(draft, text)
+    if as_json:
+        print_json(metrics_of(result))
+        talk(f"Results: {folder}")
+        return
     say(f"Results: {folder}")
 
 
@@ -338,12 +359,15 @@ def _dry(
     heard: Sequence[str],
     earth: "Earth",
     truth: bool,
-) -> None:
-    """Print the first telegram of each kind and format; nothing is opened."""
-    from ..live.outputs import encoder
+) -> Iterator[dict[str, str]]:
+    """Yield the first telegram of each kind and output; nothing is opened."""
+    from ..live.outputs import FORMATS, WHOLE, encoder
     from ..live.readings import Instruments
     from ..mission.mission import Mission
 
+    for it in outputs:
+        if it.format in WHOLE:
+            talk(f"{it.text}: {FORMATS[it.format].meaning}, of which there is no telegram to show")
     with compiling_told():
         instruments = Instruments(Mission(scenario, seed), truth=truth, only=heard)
         seen: set[tuple[str, type]] = set()
@@ -356,4 +380,4 @@ def _dry(
                         continue
                     for telegram in encode(reading, earth):
                         seen.add(key)
-                        say(readable(telegram))
+                        yield {"to": it.text, "telegram": readable(telegram)}

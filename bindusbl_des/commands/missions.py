@@ -175,7 +175,7 @@ def run(
         result.advice = advice_on(result, 0 if no_advice else advice_missions, advice_s, again)
         result.fill(draft, text)
     if as_json:
-        print_json(_metrics(result))
+        print_json(metrics_of(result))
         talk(f"Results: {folder}")
         return
     say(result.summary())
@@ -320,7 +320,7 @@ def _as_written(
     )
 
 
-def _metrics(result: "Result") -> dict[str, Any]:
+def metrics_of(result: "Result") -> dict[str, Any]:
     """Return the mission's metrics as plain data; what is missing is null."""
     row: dict[str, Any] = result.arrow["mission"].to_pylist()[0]
     return row

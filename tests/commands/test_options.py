@@ -13,7 +13,7 @@ TINY = "name: tiny\nduration_s: 5\nrecord: {detail: summary}\n"
 
 # Commands whose product is a file to be edited print no data.
 WITHOUT_JSON = {"init"}
-WITH_SET = {"run", "sweep", "validate", "timing", "coverage", "plan", "verify"}
+WITH_SET = {"run", "live", "sweep", "validate", "timing", "coverage", "plan", "verify"}
 
 
 @pytest.fixture(autouse=True)
@@ -53,6 +53,8 @@ def test_every_command_has_what_it_can_have(name: str) -> None:
         ("timing", "f.yaml"),
         ("coverage", "f.yaml"),
         ("run", "f.yaml", "--no-advice", "--out", "o", "--force"),
+        ("live", "f.yaml", "--to", "json:tcp:0", "--speed", "max", "--out", "o", "--force"),
+        ("live", "f.yaml", "--to", "json:pty", "--dry", "--start", "2026-06-01T08:00:00Z"),
         ("sweep", "f.yaml", "--seeds", "2", "--dry-run"),
     ],
 )

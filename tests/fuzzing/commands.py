@@ -16,6 +16,7 @@ from .values import NUMBERS, PATHS, WORDS
 # What keeps a command from doing what takes long; options that would undo it are not drawn.
 GUARDS = {
     "run": ["--no-advice"],
+    "live": ["--speed", "max"],
     "sweep": ["--dry-run"],
     "bench": ["--only", "(0,0)"],
     "reproduce": ["--reading", "none/such"],
@@ -46,6 +47,14 @@ ALMOST = {
         "protocol.schedule=dsatur,some:thing", "asvs.count",
     ),
     "what": ("paper",),
+    "wanted": (
+        "json:file:out.json", "nmea:file:out.txt", "json:tcp:0", "json:pty", "ugps:http:0", "json",
+        "mavlink/AUV0:udp:127.0.0.1:9", "json:udp:x", "json/AUV9:pty", "ros2:file:b.mcap", ":", "",
+    ),
+    "only": ("ASV0", "ASV0,AUV1", ",", "AUV99", "x"),
+    "start": ("2026-06-01T08:00:00Z", "2026-06-01", "0001-01-01", "9999-12-31T23:59:59Z", "now"),
+    "bind": ("127.0.0.1", "300.0.0.1", "x y", ""),
+    "poses": ("udp:0", "udp", "tcp:1", "udp:99999"),
 }  # fmt: skip
 
 
