@@ -388,7 +388,7 @@ def test_what_cannot_be_exported_is_refused_with_a_remedy(
         ((tmp_path, "--to", "csv"), "is no result folder"),
         ((run, "--to", "mcap", "--out", tmp_path / "no" / "a.mcap"), "does not exist"),
         ((tmp_path / "metrics", "--to", "mcap"), "record.detail=full"),
-        ((run, "--to", "rosbag"), "'mcap', 'csv'"),
+        ((run, "--to", "rosbag"), "'mcap', 'ros2bag', 'csv'"),
     ):
         outcome = invoke("export", *arguments)
         assert outcome.exit_code == 2, outcome.output
