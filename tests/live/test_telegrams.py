@@ -54,6 +54,14 @@ def test_who_listens_changes_nothing_and_hears_what_the_tables_have(name: str) -
         ends = decoded.arrived_at_s + scenario.acoustics.hf.ping_s
         for ping, asv, end in zip(decoded.ping, decoded.asv, ends, strict=True):
             assert sights[ping, asv].at_s == pytest.approx(end, abs=1e-9)
+        if name in ("paper", "twtt", "aloha", "lossy"):  # neither outliers nor spread of a sheet
+            for row in decoded[decoded.azimuth_deg.notna()].itertuples():
+                sight = sights[row.ping, row.asv].sight
+                x, y, z = (float(sight.place[axis]) - sight.own[axis] for axis in range(3))
+                azimuth, elevation = math.atan2(y, x), math.atan2(z, math.hypot(x, y))
+                turned = math.remainder(math.degrees(azimuth) - row.azimuth_deg, 360.0)
+                assert turned == pytest.approx(0.0, abs=1e-9)
+                assert math.degrees(elevation) == pytest.approx(row.elevation_deg, abs=1e-9)
         alone = fixes[~fixes.asvs.str.contains(" ")]
         assert len(alone) > 5
         for row in alone.itertuples():
