@@ -3,7 +3,9 @@
 Tables keep what bending changes: travel time beyond that of the straight way, and loss beyond
 spherical spreading.  Both are smooth, and none where ways are steep or short, so that coarse grids
 tell them finely, and places off the grid's ends (nearer than its first range, too) have sensible
-values.  They are one's own (CSV or Parquet, from any ray tracer) or traced (:mod:`.ray_tracing`).
+values.  At the edge of a shadow direct rays end, and reflected ones that come milliseconds later
+are the first: values of two ways are never mixed.  Tables are one's own (CSV or Parquet, from any
+ray tracer) or traced (:mod:`.ray_tracing`).
 """
 
 import os
@@ -38,6 +40,8 @@ class SoundTable(NamedTuple):
     """What rays differ in from straight ways: on a grid, the time (s) that they take longer, and
     the loss (dB) beyond spherical spreading; arrays of ranges by depths of sources by receivers.
 
+    `ways` tells by equal numbers where rays came on the same way: direct, by the bottom, or not at
+    all.  They end at the edge of a shadow, so that nothing is interpolated from one to another.
     Absorption is not in it: that depends on the frequency.
     """
 
@@ -45,6 +49,7 @@ class SoundTable(NamedTuple):
     grid: Grid
     longer_s: Floats
     beyond_db: Floats
+    ways: NDArray[np.int64]
 
     def travel_time_s(
         self, range_m: ArrayLike, source_depth_m: ArrayLike, receiver_depth_m: ArrayLike
@@ -57,7 +62,7 @@ class SoundTable(NamedTuple):
         self, range_m: ArrayLike, source_depth_m: ArrayLike, receiver_depth_m: ArrayLike
     ) -> Floats:
         """Return how much longer (s) that is than on the straight way; rays take no longer."""
-        return interpolated(self.grid, self.longer_s, range_m, source_depth_m, receiver_depth_m)
+        return self._between(self.longer_s, range_m, source_depth_m, receiver_depth_m)
 
     def loss_db(
         self, range_m: ArrayLike, source_depth_m: ArrayLike, receiver_depth_m: ArrayLike
@@ -68,8 +73,11 @@ class SoundTable(NamedTuple):
         """
         slant = slant_range_m(range_m, source_depth_m, receiver_depth_m)
         spherical = 20.0 * np.log10(np.maximum(slant, NEAREST_M))
-        beyond = interpolated(self.grid, self.beyond_db, range_m, source_depth_m, receiver_depth_m)
+        beyond = self._between(self.beyond_db, range_m, source_depth_m, receiver_depth_m)
         return np.asarray(spherical + beyond)
+
+    def _between(self, values: Floats, *places: ArrayLike) -> Floats:
+        return interpolated(self.grid, values, self.ways, *places)
 
 
 def slant_range_m(
@@ -99,22 +107,35 @@ def straight_time_s(
 def interpolated(
     grid: Grid,
     values: Floats,
+    ways: NDArray[np.int64],
     range_m: ArrayLike,
     source_depth_m: ArrayLike,
     receiver_depth_m: ArrayLike,
 ) -> Floats:
-    """Return values on a grid interpolated linearly along each axis; constant beyond its ends."""
+    """Return values on a grid interpolated linearly along each axis; constant beyond its ends.
+
+    Of the corners of a cell only those count to which sound came on one way (equal numbers of
+    `ways`), the one that is the nearest: of most weight.
+    """
     asked = np.broadcast_arrays(range_m, source_depth_m, receiver_depth_m)
     cells = [_cell(axis, np.asarray(it, dtype=float)) for axis, it in zip(grid, asked, strict=True)]
-    total = np.zeros(asked[0].shape)
+    weights, places = [], []
     for corner in product((0, 1), repeat=3):
-        weight = np.ones(())
+        weight = np.ones(asked[0].shape)
         for cell, step in zip(cells, corner, strict=True):
             weight = weight * (cell.share if step else 1.0 - cell.share)
         corners = zip(cells, corner, strict=True)
-        places = tuple(cell.above if step else cell.below for cell, step in corners)
-        total += weight * values[places]
-    return total
+        places.append(tuple(cell.above if step else cell.below for cell, step in corners))
+        weights.append(weight)
+    came = [ways[place] for place in places]
+    mine, most = came[0], np.full(asked[0].shape, -1.0)
+    for way in came:
+        held = sum(np.where(other == way, it, 0.0) for other, it in zip(came, weights, strict=True))
+        mine, most = np.where(held > most, way, mine), np.maximum(held, most)
+    total = np.zeros(asked[0].shape)
+    for way, weight, place in zip(came, weights, places, strict=True):
+        total += np.where(way == mine, weight * values[place], 0.0)
+    return np.asarray(total / most)
 
 
 class _Cell(NamedTuple):
@@ -169,7 +190,8 @@ def read_table(path: str | Path, profile: Profile) -> SoundTable:
     straight = straight_time_s(profile, *places)
     _check_times(path, taken, straight)
     spherical = 20.0 * np.log10(np.maximum(slant_range_m(*places), 1.0))
-    return SoundTable(profile, grid, taken - straight, loss - spherical)
+    one_way = np.zeros(shape, dtype=np.int64)  # a file does not say how its sound came
+    return SoundTable(profile, grid, taken - straight, loss - spherical, one_way)
 
 
 def _columns(path: str | Path) -> dict[str, Floats]:

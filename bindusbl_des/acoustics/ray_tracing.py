@@ -31,6 +31,12 @@ STEEPEST_DEG, RAYS = 89.0, 7121
 # Arrivals within this time (s) and phase are one: BELLHOP tells of each ray beside the way.
 ONE_ARRIVAL_S = 2e-6
 
+# Ways are told apart by how often they met the surface, and MANY times how often the bottom.
+MANY, NO_WAY = 1000, -1
+
+# What of a table is kept on disk
+KEPT = ("longer_s", "beyond_db", "ways")
+
 # What no ray reaches loses this (dB) beyond spherical spreading.
 SILENT_DB = 200.0
 
@@ -54,14 +60,14 @@ def traced(profile: Profile, grid: Grid, bottom_m: float) -> SoundTable:
     """
     _check(grid, bottom_m)
     arrivals = _run(case_of(profile, grid, bottom_m))
-    taken, loss = _first(arrivals, grid)
+    taken, loss, ways = _first(arrivals, grid)
     away, source, receiver = np.meshgrid(*grid, indexing="ij")
     straight = straight_time_s(profile, away, source, receiver)
     spherical = 20.0 * np.log10(slant_range_m(away, source, receiver))
     heard = np.isfinite(taken)
     longer = np.where(heard, np.where(heard, taken, 0.0) - straight, 0.0)
     beyond = np.where(heard, np.where(heard, loss, 0.0) - spherical, SILENT_DB)
-    return SoundTable(profile, grid, longer, beyond)
+    return SoundTable(profile, grid, longer, beyond, ways)
 
 
 def case_of(profile: Profile, grid: Grid, bottom_m: float) -> dict[str, Any]:
@@ -111,11 +117,14 @@ def _check(grid: Grid, bottom_m: float) -> None:
         raise ValueError(f"ranges of a table must be positive; met {grid.ranges_m[0]:g} m")
 
 
-def _first(arrivals: Any, grid: Grid) -> tuple[Floats, Floats]:
-    """Return travel times (s) and losses (dB) on a grid, NaN where nothing arrives."""
+def _first(arrivals: Any, grid: Grid) -> tuple[Floats, Floats, NDArray[np.int64]]:
+    """Return travel times (s) and losses (dB) on a grid, NaN where nothing arrives; and the ways:
+    what they met of the surface, and MANY times what of the bottom (NO_WAY: nothing arrives).
+    """
     shape = tuple(len(axis) for axis in grid)
-    taken, loss = np.full(shape, np.nan), np.full(shape, np.nan)
+    taken, loss, ways = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, NO_WAY)
     bounces = np.asarray(arrivals.top_bounces) + np.asarray(arrivals.bottom_bounces)
+    met = np.asarray(arrivals.top_bounces) + MANY * np.asarray(arrivals.bottom_bounces)
     per_source = np.asarray(arrivals.receiver_offset).astype(int)
     offsets = np.asarray(arrivals.arrival_offset).astype(int)
     for source, (begin, end) in enumerate(pairwise(per_source)):
@@ -128,12 +137,13 @@ def _first(arrivals: Any, grid: Grid) -> tuple[Floats, Floats]:
                 source,
                 int(np.searchsorted(grid.receiver_depths_m, arrivals.depths_m[place] - 1e-6)),
             )
-            found = bounces[rays]
+            found, times = bounces[rays], np.asarray(arrivals.travel_time_s[rays])
             least = found == found.min()
+            ways[at] = met[rays][least][np.argmin(times[least])]
             taken[at], loss[at] = _of_one_kind(
                 arrivals.travel_time_s[rays][least], arrivals.amplitude[rays][least]
             )
-    return taken, loss
+    return taken, loss, ways
 
 
 def _of_one_kind(times: Floats, amplitudes: Floats) -> tuple[float, float]:
@@ -149,7 +159,7 @@ def _of_one_kind(times: Floats, amplitudes: Floats) -> tuple[float, float]:
 
 
 # What tables mean: another number makes all that were kept be traced anew.
-FORM = 1
+FORM = 2
 
 
 def kept_table(profile: Profile, grid: Grid, bottom_m: float) -> SoundTable:
@@ -161,14 +171,14 @@ def kept_table(profile: Profile, grid: Grid, bottom_m: float) -> SoundTable:
     path = cache_folder() / f"{_made_of(profile, grid, bottom_m)}.npz"
     with suppress(OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
-            longer, beyond = kept["longer_s"], kept["beyond_db"]
-        if longer.shape == beyond.shape == tuple(map(len, grid)):
-            return SoundTable(profile, grid, longer, beyond)
+            longer, beyond, ways = kept["longer_s"], kept["beyond_db"], kept["ways"]
+        if longer.shape == beyond.shape == ways.shape == tuple(map(len, grid)):
+            return SoundTable(profile, grid, longer, beyond, ways)
     table = traced(profile, grid, bottom_m)
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         with draft_of(path) as draft, draft.open("wb") as new:
-            np.savez_compressed(new, longer_s=table.longer_s, beyond_db=table.beyond_db)
+            np.savez_compressed(new, **{name: getattr(table, name) for name in KEPT})
     return table
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..scenario.channel_settings import Table
 from ..scenario.scenario import Scenario
-from ..scenario.water import profile_of, water_of
+from ..scenario.water import profile_of, sound_speed_of, water_of
 from .channel import Prospects, Receiver, Signals
 from .ray_tables import Floats, Grid, SoundTable, read_table, slant_range_m
 from .ray_tracing import kept_table
@@ -24,11 +24,15 @@ SHALLOWEST_M, STEP_M, MOST_DEPTHS = 0.5, 2.0, 60
 
 @dataclass(frozen=True)
 class TableChannel:
-    """A sonar that asks a table what spreading takes, between true places."""
+    """A sonar that asks a table what spreading takes, between true places.
+
+    `sound_speed` (m/s) is that of straight ways, by which signals arrive in the water.
+    """
 
     hears: Listener
     budget: LinkBudget
     table: SoundTable
+    sound_speed: float
 
     @property
     def receiver(self) -> Receiver:
@@ -46,8 +50,12 @@ class TableChannel:
         return self.hears.told(self.snr_db(signals))
 
     def late_s(self, signals: Signals) -> Floats:
-        """Return how much later (s) each signal arrives than straight on (n, m): below 0."""
-        return self.table.excess_time_s(*_ends(signals))
+        """Return how much later (s) each signal is there by the table than at the mean speed
+        straight on (n, m); below 0: sooner.
+        """
+        places = _ends(signals)
+        straight = slant_range_m(*places) / self.sound_speed
+        return np.asarray(self.table.travel_time_s(*places) - straight)
 
     def snr_db(self, signals: Signals) -> Floats:
         """Return the SNR (dB) of each signal (n, m)."""
@@ -81,7 +89,7 @@ def table_channel(
         table = kept_table(profile, grid_to(reach, settings.bottom_m), settings.bottom_m)
     else:
         table = read_table(settings.rays, profile)
-    return TableChannel(hears, budget, table)
+    return TableChannel(hears, budget, table, sound_speed_of(scenario))
 
 
 def grid_to(reach: float, bottom_m: float) -> Grid:

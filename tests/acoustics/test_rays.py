@@ -86,6 +86,40 @@ def test_what_comes_into_a_shadow_is_reflected() -> None:
     assert table.beyond_db[1, 0, 0] < SILENT_DB
 
 
+def test_nothing_is_mixed_at_the_edge_of_a_shadow() -> None:
+    """Speed falls with depth: each time is that of a direct ray or of the bottom's echo, both arcs
+    of circles, never of something between; where direct rays are sure it is theirs.
+    """
+    top, gradient, bottom, source = 1516.0, -31.5 / 30.0, 30.0, 0.5
+    falling = Profile(np.array([0.0, bottom]), np.array([top, top + bottom * gradient]))
+    grid = Grid(np.geomspace(5.0, 400.0, 40), np.array([source]), np.linspace(0.5, 29.75, 16))
+    table = traced(falling, grid, bottom)
+    draw = np.random.default_rng(3)
+    away, depth = draw.uniform(20.0, 300.0, 2000), draw.uniform(2.0, 29.0, 2000)
+    taken = table.travel_time_s(away, source, depth)
+
+    def arc(far: Floats, one: Any, other: Any) -> Floats:
+        speeds = (top + gradient * one) * (top + gradient * other)
+        apart = far**2 + (one - other) ** 2
+        return np.asarray(np.arccosh(1.0 + gradient**2 * apart / (2.0 * speeds)) / abs(gradient))
+
+    # the ray that grazes the surface at its apex has a circle of this radius about z = radius
+    radius = top / abs(gradient)
+    grazing = np.sqrt(2 * radius * source - source**2) + np.sqrt(2 * radius * depth - depth**2)
+    shares = np.linspace(0.02, 0.98, 3000)[:, None]
+    echo = (arc(shares * away, source, bottom) + arc((1 - shares) * away, bottom, depth)).min(0)
+    direct = arc(away, source, depth)
+    off = np.minimum(np.abs(taken - direct), np.abs(taken - echo))
+    assert off.max() < 5 * TENTH_OF_MS  # of the 14 ms between the two
+    assert (off < TENTH_OF_MS).mean() > 0.985
+    sure = away < 0.93 * grazing
+    assert sure.mean() > 0.2
+    assert (np.abs(taken - direct)[sure] < TENTH_OF_MS).all()
+    shadow = away > 1.07 * grazing
+    assert shadow.mean() > 0.1
+    assert (np.abs(taken - echo)[shadow] < 3 * TENTH_OF_MS).mean() > 0.98
+
+
 def test_a_table_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same sea is traced once; another, or a damaged file, is traced anew."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))

@@ -152,6 +152,47 @@ def test_what_is_traced() -> None:
     assert len(grid_to(1e6, 4000.0).receiver_depths_m) == 60
 
 
+@pytest.mark.parametrize(
+    ("speeds", "depths", "away"),
+    [((1480.0, 1540.0), [5.0, 28.0], 200.0), ((1480.0, 1540.0), [10.0, 28.0], 100.0),
+     ((1516.0, 1484.5), [14.0, 28.0], 100.0)],
+)  # fmt: skip
+def test_ranges_are_those_of_circles_whatever_depths_others_have(
+    tmp_path: Path, speeds: tuple[float, float], depths: list[float], away: float
+) -> None:
+    """The time of a ray to its own AUV, at the mean speed that all take: +2.5 m in the first."""
+    exact = dict.fromkeys(
+        ("tdoa_sd_s", "travel_time_sd_s", "quantum_s", "roll_sd_deg", "pitch_sd_deg",
+         "heading_sd_deg"), 0.0,
+    )  # fmt: skip
+    (tmp_path / "cast.csv").write_text(
+        f"depth_m,sound_speed_m_per_s\n0,{speeds[0]}\n30,{speeds[1]}\n"
+    )
+    positions = [[away, 0.0], [0.0, away]]
+    held = world(
+        {"model": "table", "bottom_m": 30.0, **QUIET},
+        survey={"side_m": 400.0, "depths_m": depths},
+        auvs={"count": 2, "route": {"kind": "hold", "positions_m": positions}},
+        asvs={"count": 1, "formation": {"positions_m": [[0.0, 0.0]]}},
+        acoustics={
+            "hf": {"range_m": 300.0, "channel": {"model": "table", "bottom_m": 30.0, **QUIET}},
+            "mf": {"range_m": 400.0},
+        },
+        environment={"ctd": str(tmp_path / "cast.csv")},
+        usbl=exact,
+    )
+    fixes = simulate(held, 1).tables["fixes"].query("auv == 'AUV0'")
+    assert len(fixes) > 2
+    found = np.sqrt(fixes.x_m**2 + fixes.y_m**2 + fixes.z_m**2)
+    slope, asv = (speeds[1] - speeds[0]) / 30.0, 0.5  # an ASV's transducer, as it is traced
+    both = (speeds[0] + slope * asv) * (speeds[0] + slope * depths[0])
+    apart = away**2 + (depths[0] - asv) ** 2
+    circle = np.arccosh(1.0 + slope**2 * apart / (2.0 * both)) / abs(slope)
+    expected = sound_speed_of(held) * circle
+    assert found.to_numpy() == pytest.approx(expected, abs=0.2)
+    assert abs(expected - np.hypot(away, depths[0])) > 0.5
+
+
 def test_ranges_are_measured_along_bent_rays(tmp_path: Path) -> None:
     """A fix without noise is as much nearer than the AUV as sound is there sooner."""
     exact = dict.fromkeys(
