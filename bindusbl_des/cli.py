@@ -87,6 +87,11 @@ class Commands(click.Group):
             click.echo(f"{name}: not UTF-8, which a name must be here; rename it", err=True)
             sys.exit(BAD_INPUT)
         except ValueError as error:
+            if "Number of threads specified" in str(error):  # numba's, as it is imported
+                threads = os.environ.get("NUMBA_NUM_THREADS")
+                told = f"NUMBA_NUM_THREADS: must be 1 or more; got {threads!r}; change or unset it"
+                click.echo(told, err=True)
+                sys.exit(BAD_INPUT)
             if "embedded null" not in str(error):  # byte, or character
                 raise
             click.echo("a NUL character stands in a name of a file; no file has one", err=True)

@@ -20,6 +20,7 @@ import pyarrow.csv as arrow_csv
 import pyarrow.parquet as parquet
 from numpy.typing import ArrayLike, NDArray
 
+from ..core.regular_files import regular
 from ..sea.water_column import Profile, cumulated_slowness
 
 Floats = NDArray[np.float64]
@@ -206,7 +207,8 @@ def _columns(path: str | Path) -> dict[str, Floats]:
 def _read(path: str, _changed_at: int, _size: int) -> dict[str, Floats]:
     """Return the columns of a file; one that has not changed since is not read again."""
     try:
-        rows = (parquet.read_table if path.endswith(".parquet") else arrow_csv.read_csv)(path)
+        read = parquet.read_table if path.endswith(".parquet") else arrow_csv.read_csv
+        rows = read(regular(path))
     except (OSError, pa.ArrowInvalid) as error:
         raise ValueError(f"{path}: cannot be read as a table: {error}") from None
     names = [name.strip() for name in rows.column_names]

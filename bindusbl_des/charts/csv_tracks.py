@@ -4,6 +4,7 @@ import csv
 import math
 from collections.abc import Iterator, Sequence
 
+from ..core.regular_files import regular
 from .samples import Sample, in_sea
 from .shapes import BadChart, position
 
@@ -22,7 +23,7 @@ def read_csv(path: str) -> Iterator[tuple[str, Sample]]:
         BadChart: naming file, line and remedy.
     """
     try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
+        with open(regular(path), newline="", encoding="utf-8-sig") as file:
             rows = list(csv.reader(file))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise BadChart(f"{path}: cannot be read as a CSV file: {error}") from None

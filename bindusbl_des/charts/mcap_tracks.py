@@ -5,6 +5,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from ..core.regular_files import regular
 from .samples import Sample, in_sea
 from .shapes import BadChart, position
 
@@ -45,7 +46,7 @@ def _messages(path: str) -> Iterator[tuple[str, str, float, Any]]:
         raise BadChart(f"{path}: {REMEDY}") from None
     protobuf = DecoderFactory()
     try:
-        with open(path, "rb") as file:
+        with open(regular(path), "rb") as file:
             for schema, channel, message in make_reader(file).iter_messages():
                 kind = schema.name if schema else ""
                 at = message.log_time / 1e9

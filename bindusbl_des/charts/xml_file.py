@@ -10,9 +10,13 @@ from pathlib import Path
 from typing import Any
 from xml.parsers import expat
 
+from ..core.regular_files import regular
 from .shapes import BadChart
 
 LARGEST_FILE = 32_000_000
+
+# A file of a few megabytes can have millions of empty ones, each with its line and its lists.
+MOST_ELEMENTS = 400_000
 
 # KML nests folders, but not like this; a limit keeps walks over the tree short.
 DEEPEST = 60
@@ -52,7 +56,7 @@ def read_xml(path: str | Path, root: str) -> Element:
         BadChart: naming file, line and remedy.
     """
     try:
-        with open(path, "rb") as file:
+        with open(regular(path), "rb") as file:
             raw = file.read(LARGEST_FILE + 1)
     except OSError as error:
         raise BadChart(f"{path}: cannot be read ({error.strerror})") from None
@@ -71,6 +75,7 @@ class _Tree:
 
     def __init__(self, path: str) -> None:
         self.path, self.top, self.open = path, Element("", 0, {}), list[Element]()
+        self.count = 0
         self.parser: Any = expat.ParserCreate(namespace_separator=" ")
         self.parser.buffer_text = True
         self.parser.StartDoctypeDeclHandler = self._refuse
@@ -98,6 +103,11 @@ class _Tree:
         if len(self.open) > DEEPEST:
             raise BadChart(f"{self.path}: is nested deeper than {DEEPEST} levels")
         plain = {key.rpartition(" ")[2]: value for key, value in attributes.items()}
+        self.count += 1
+        if self.count > MOST_ELEMENTS:
+            raise BadChart(
+                f"{self.path}: has more than {MOST_ELEMENTS:,} elements; leave in it what is needed"
+            )
         element = Element(name.rpartition(" ")[2], self.parser.CurrentLineNumber, plain)
         self.open[-1].children.append(element)
         self.open.append(element)

@@ -4,6 +4,8 @@ import json
 from pathlib import Path
 from typing import Any, NoReturn
 
+from .regular_files import regular
+
 # A scenario file has at most 1 MB; spelt out, with all its defaults and warnings, some times that.
 LARGEST_FILE = 32_000_000
 
@@ -15,9 +17,7 @@ def read_json(path: Path, most: int = LARGEST_FILE) -> Any:
         OSError: when it cannot be read.
         ValueError: when it is no JSON in UTF-8, too large (`most` bytes) or nested too deeply.
     """
-    if path.exists() and not path.is_file():
-        raise ValueError("it is no file")
-    with open(path, "rb") as file:
+    with open(regular(path), "rb") as file:
         raw = file.read(most + 1)
     if len(raw) > most:
         raise ValueError(f"it is larger than {most:,} bytes")

@@ -280,7 +280,7 @@ class Mission:
             return event.value if event.processed else None
         with self._at_work():
             while not event.processed and self._env.peek() <= last:
-                self._env.step()
+                self._env.happen_next()
             if event.processed:
                 # the instant that is recorded may be a rounding later than that of its event
                 told = event.value.time if isinstance(event.value, Happening) else 0.0

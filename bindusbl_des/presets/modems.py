@@ -12,6 +12,7 @@ from math import inf, isfinite, nan
 from pathlib import Path
 from typing import NoReturn
 
+from ..core.regular_files import regular
 from .preset import Figure, Preset
 
 COLUMNS = ("payload_bytes", "airtime_s", "processing_delay_mean_s")
@@ -78,7 +79,7 @@ def airtime_table(file: str) -> AirtimeTable:
 @lru_cache(maxsize=16)
 def _read(path: Path, _changed: int) -> AirtimeTable:
     """Read a table; one that has changed since is read again."""
-    with path.open(newline="", encoding="utf-8-sig") as stream:
+    with regular(path).open(newline="", encoding="utf-8-sig") as stream:
         lines = csv.DictReader(stream, restval="")
         if not {*COLUMNS[:2]} <= {*(lines.fieldnames or ())}:
             _refuse(path, 1, f"has no columns {' and '.join(COLUMNS[:2])}")

@@ -16,6 +16,8 @@ from ..vehicles.fleet import Fleet
 # Instants (s) that differ by less are one: a wait ends where its sum with now is rounded to.
 SAME = 1e-6
 
+HELD = "a mission runs its events itself: mission.advance(until)"
+
 # What a generator yields that has come to its end.
 _NONE = object()
 
@@ -32,7 +34,15 @@ class Environment(simpy.Environment):
         Raises:
             RuntimeError: always.
         """
-        raise RuntimeError("a mission runs its events itself: mission.advance(until)")
+        raise RuntimeError(HELD)
+
+    def step(self) -> NoReturn:
+        """Refuse, as :meth:`run` does.
+
+        Raises:
+            RuntimeError: always.
+        """
+        raise RuntimeError(HELD)
 
     def timeout(self, delay: float = 0.0, value: Any = None) -> simpy.Timeout:
         """Return the event of an instant so much later (s).
@@ -46,9 +56,13 @@ class Environment(simpy.Environment):
 
     def happen(self, last: float) -> None:
         """Let everything happen up to an instant (s), that instant included."""
-        queue, step = self._queue, self.step
+        queue, step = self._queue, super().step
         while queue and queue[0][0] <= last:  # `run(until)` may stop beside it by a rounding
             step()
+
+    def happen_next(self) -> None:
+        """Let the next event happen."""
+        super().step()
 
     def end(self) -> None:
         """Have nobody wait any more for what is still to come.

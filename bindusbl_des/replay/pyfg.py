@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..core.regular_files import regular
 from .log import Array, BadLog, Beacons, Fixes, Log, Ranges, Stated
 
 # How many words a line of each kind has, and which of them are names.
@@ -85,7 +86,7 @@ def read_pyfg(path: Path, speed: float = NOMINAL_SPEED) -> Log:
 
 def _lines(path: Path) -> Iterator[Line]:
     try:
-        text = path.read_text(encoding="utf-8")
+        text = regular(path).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise BadLog(f"{path}: cannot be read as text: {error}") from None
     for number, row in enumerate(text.splitlines(), 1):

@@ -6,7 +6,6 @@ A table has the columns that our own export writes: `tracks` (or `odometry`), `f
 
 import csv
 import json
-import struct
 from collections.abc import Iterable, Iterator, Mapping
 from math import isfinite
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.regular_files import regular
 from ..core.wording import described
 from .log import Array, BadLog
 
@@ -86,7 +86,7 @@ def csv_tables(folder: Path) -> dict[str, Table]:
 
 def _csv_table(path: Path) -> Table:
     try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
+        with open(regular(path), newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file, skipinitialspace=True, restkey="", restval=None)
             rows = [(f"{path}:{reader.line_num}", row) for row in reader]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
@@ -111,7 +111,6 @@ def mcap_tables(path: Path) -> dict[str, Table]:
 def _messages(path: Path) -> Iterator[tuple[str, int, Row]]:
     """Yield topic, number on it from 1, and content of each JSON message, in the order of time."""
     try:
-        from mcap.exceptions import McapError
         from mcap.reader import make_reader
     except ModuleNotFoundError:
         raise BadLog(
@@ -120,7 +119,7 @@ def _messages(path: Path) -> Iterator[tuple[str, int, Row]]:
         ) from None
     counts: dict[str, int] = {}
     try:
-        with open(path, "rb") as file:
+        with open(regular(path), "rb") as file:
             for _, channel, message in make_reader(file).iter_messages():
                 if channel.message_encoding != "json":
                     continue
@@ -132,5 +131,7 @@ def _messages(path: Path) -> Iterator[tuple[str, int, Row]]:
                         f"{path}: message {counts[topic]} on {topic} is {described(row)}, no row"
                     )
                 yield topic, counts[topic], row
-    except (OSError, McapError, struct.error, json.JSONDecodeError, UnicodeDecodeError) as error:
+    except BadLog:
+        raise
+    except Exception as error:  # of a damaged file the package raises whatever it comes upon
         raise BadLog(f"{path}: cannot be read as an MCAP file: {error}") from None

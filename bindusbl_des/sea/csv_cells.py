@@ -5,6 +5,8 @@ import os
 from functools import lru_cache
 from pathlib import Path
 
+from ..core.regular_files import regular
+
 
 def cells_of(path: str | Path) -> tuple[tuple[str, ...], ...]:
     """Return the cells of each line of a CSV file, in UTF-8 with or without a mark.
@@ -21,5 +23,5 @@ def cells_of(path: str | Path) -> tuple[tuple[str, ...], ...]:
 
 @lru_cache(maxsize=16)
 def _read(path: str, _changed_at: int, _size: int) -> tuple[tuple[str, ...], ...]:
-    with open(path, newline="", encoding="utf-8-sig") as file:
+    with open(regular(path), newline="", encoding="utf-8-sig") as file:
         return tuple(map(tuple, csv.reader(file)))

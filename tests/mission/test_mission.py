@@ -266,6 +266,8 @@ def test_events_are_run_by_the_mission_alone() -> None:
     mission = Mission(scenario(duration_s=5.0), 0)
     with pytest.raises(RuntimeError, match=r"runs its events itself: mission.advance\(until\)"):
         mission.env.run(until=3.0)
+    with pytest.raises(RuntimeError, match="runs its events itself"):
+        mission.env.step()
     mission.advance(3.0)
     assert mission.time == 3.0
 

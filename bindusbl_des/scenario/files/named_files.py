@@ -45,6 +45,8 @@ def _section(data: Any, way: Way) -> dict[str, Any] | None:
 
 def _problem(file: str, way: Way) -> str:
     if not FilePath(file).is_file():
+        if FilePath(file).exists():
+            return f"is no regular file: {file}; save it to one"
         return f"no such file: {file}; files are sought beside the scenario file"
     read = READERS.get(way)
     try:
