@@ -1,6 +1,10 @@
 """Which schedules and downlinks are proposed for a team."""
 
-from bindusbl_des import load_scenario
+from pathlib import Path
+
+import pytest
+
+from bindusbl_des import ScenarioError, load_scenario
 from bindusbl_des.campaigns.experiments.options import Asked
 from bindusbl_des.planning.questions.plan_file import read_plan
 from bindusbl_des.planning.questions.question import Asking, goals_of_arguments
@@ -56,3 +60,13 @@ def test_answers_without_airtime_are_never_proposed() -> None:
         assert any(it.scenario.protocol.replies for it in found) or downlink == "sequential"
         assert {it.scenario.protocol.answer.reply for it in found} == {"frame"}
         assert {it.keys.get("protocol.downlink.reply") for it in found} <= {"frame", None}
+
+
+def test_candidates_that_nobody_could_predict_are_refused(tmp_path: Path) -> None:
+    """Ten thousand took minutes before the first mission, whatever the budget."""
+    (tmp_path / "plan.yaml").write_text(
+        "scenario: quickstart\ngoal: {metric: position_error_p95_m, below: 1}\n"
+        "candidates: {asvs.count: '1:10000'}\n"
+    )
+    with pytest.raises(ScenarioError, match=r"plan.yaml:3:.*candidates: make 10,000 teams"):
+        read_plan(tmp_path / "plan.yaml", Asking())

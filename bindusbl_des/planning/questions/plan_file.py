@@ -21,6 +21,9 @@ KEYS = (
     *("name", "scenario", "goal", "candidates", "confidence", "budget_s", "budget_missions"),
     *("cost", "seed"),
 )
+# Points that a user may have compared: each is proposed for and predicted before any is flown.
+MOST_POINTS = 500
+
 FORM = "{metric: position_error_p95_m, below: 1}"
 
 # Of which numbers there is no sense beyond.
@@ -51,6 +54,13 @@ def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
         experiment = experiment_in(inner, asking.options, source, allow_plugins=allow)
     except ScenarioError as error:
         raise ScenarioError(map(_as_candidates, error.mistakes)) from None
+    if (points := len(experiment.points)) > MOST_POINTS:
+        told = (
+            f"make {points:,} teams before any is proposed; a plan compares {MOST_POINTS} at most, "
+            "since each is predicted; narrow the ranges or give them a step (4:40:4)"
+        )
+        _note(document, ("candidates",), told)
+        raise ScenarioError(document.mistakes)
     return Question(
         experiment=experiment,
         goals=goals,

@@ -34,6 +34,9 @@ RADII, ANGLES = 8, 4
 # Of so many numbers of ASVs at so many points these are predicted; of more, coverage alone decides.
 MOST_PREDICTED = 60
 
+# More ASVs than these stay where their scenario has them.
+MOST_PLACED = 50
+
 
 def proposed(question: Question, foresight: Foresight) -> list[Candidate]:
     """Return all candidates of a plan: the user's points, each with what is proposed to go with it.
@@ -102,7 +105,7 @@ def _placed(
     """Yield the best regular formations of a team, for coverage and for what is predicted, and the
     places that cover most.
     """
-    if not isinstance(team.scenario.asvs.formation, Formation):
+    if not isinstance(team.scenario.asvs.formation, Formation) or team.asvs > MOST_PLACED:
         return
     if team.asvs > 1:
         ring = ring_keys(question, *Ways(team.scenario).best(team.asvs))
