@@ -41,6 +41,12 @@ SETTLED = 0.9
 
 CURVE = str(Path(__file__).parents[1] / "bindusbl_des/presets/ahoi_delivery.csv")
 
+# Six elements in places that lean on no axis (m)
+OWN_ARRAY = [
+    *([0.05, 0.0, -0.02], [-0.03, 0.04, -0.03], [-0.03, -0.04, 0.0]),
+    *([0.0, 0.01, 0.06], [0.02, 0.0, 0.03], [0.0, 0.04, 0.01]),
+]
+
 # Lists with an item per AUV (and an item, where none is drawn).
 LISTED: dict[tuple[str, str], list[Any]] = {
     ("survey", "depths_m"): [10.0],
@@ -58,6 +64,8 @@ def drawn(seed: int, folder: Path) -> dict[str, Any]:
     data["name"] = f"drawn {seed}"
     if "duration_s" not in data or draw.random() < 0.95:
         data["duration_s"] = draw.choice(DURATIONS_S)
+    if seed % 4 == 0 and "array" in data.get("usbl", {}):
+        data["usbl"]["array"] = OWN_ARRAY
     _matched(data, draw, folder)
     if draw.random() < SETTLED:
         _settled(data, draw)
@@ -76,6 +84,8 @@ def _object(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) 
 def _value(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -> Any:
     if "$ref" in schema:
         return _value(SCHEMA["$defs"][schema["$ref"].rpartition("/")[2]], draw, path)
+    if path == ("usbl", "array"):
+        return draw.choice(schema["anyOf"][0]["enum"])
     if "anyOf" in schema:
         arms = [arm for arm in schema["anyOf"] if not _is_own(arm)]
         nulls = [arm for arm in arms if arm.get("type") == "null"]

@@ -17,7 +17,7 @@ def read_json(path: Path, most: int = LARGEST_FILE) -> Any:
         OSError: when it cannot be read.
         ValueError: when it is no JSON in UTF-8, too large (`most` bytes) or nested too deeply.
     """
-    with open(regular(path), "rb") as file:
+    with open(regular(path, None), "rb") as file:
         raw = file.read(most + 1)
     if len(raw) > most:
         raise ValueError(f"it is larger than {most:,} bytes")

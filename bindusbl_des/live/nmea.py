@@ -20,8 +20,8 @@ GNSS_FIX, ESTIMATED, SATELLITES, HDOP = 1, 6, 12, 0.9
 def sentence(*fields: object) -> str:
     """Return a sentence with its checksum: the exclusive or of all between `$` and `*`.
 
-    >>> sentence("PSIMSSB", "085405.61,B42,A,,C,H,M,134.5,114.5,120.0,,,,").strip()
-    '$PSIMSSB,085405.61,B42,A,,C,H,M,134.5,114.5,120.0,,,,*20'
+    >>> sentence("GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,").strip()
+    '$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47'
     """
     text, total = ",".join(map(str, fields)), 0
     for byte in text.encode("ascii"):

@@ -245,6 +245,8 @@ def _row(key: str, field: "FieldInfo", only: str) -> Key:
 def _choices(annotation: Any) -> tuple[str, ...]:
     if isinstance(annotation, type) and issubclass(annotation, VehicleChoice):
         return annotation.MODELS
+    if get_origin(annotation) in (Union, UnionType):  # of names and something else
+        return next(filter(None, map(_choices, get_args(annotation))), ())
     return get_args(annotation) if get_origin(annotation) is Literal else ()
 
 
@@ -253,14 +255,15 @@ def _type(annotation: Any) -> str:
     origin, arms = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
         return _type(arms[0])
+    if origin in (Union, UnionType):
+        kinds = [_type(arm) for arm in arms if arm is not type(None)]
+        return ", or ".join([*kinds, "null"] if type(None) in arms else kinds)
     if origin is Literal or _choices(annotation):
         return "choice"
-    if origin in (Union, UnionType):
-        return f"{_type(next(arm for arm in arms if arm is not type(None)))}, or null"
     if origin is tuple:
         if arms[-1] is Ellipsis:
             return f"list of {' | '.join(_choices(arms[0])) or _type(arms[0])}"
-        return "[lat, lon]" if annotation == Position else "[x, y]"
+        return "[lat, lon]" if annotation == Position else f"[{', '.join('xyz'[: len(arms)])}]"
     if parts := _parts(annotation):
         return f"{{{', '.join(parts[0].model_fields)}}}"
     return {bool: "true or false", int: "whole number", float: "number", str: "text"}[annotation]

@@ -348,7 +348,7 @@ def test_nobody_who_waits_costs_anything() -> None:
     def events(mission: Mission) -> int:
         steps = 0
         while mission.env.peek() < DURATION_S and math.isfinite(mission.env.peek()):
-            mission.env.step()
+            mission.env.happen_next()
             steps += 1
         return steps
 

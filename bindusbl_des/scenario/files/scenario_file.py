@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from ...core.regular_files import regular
 from ...core.wording import described, printable
 from ..agreement.problem import Problem
 from ..families import load_plugins
@@ -99,7 +98,7 @@ def read_text(path: str | FilePath) -> str:
         ScenarioError: when it is missing, a folder, too large or not UTF-8 text.
     """
     try:
-        with open(regular(path), "rb") as file:
+        with open(path, "rb") as file:
             raw = file.read(LARGEST_FILE + 1)
         if len(raw) > LARGEST_FILE:
             raise _failure(path, f"larger than {LARGEST_FILE:,} bytes; is this a scenario file?")

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from math import dist
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any, Literal, NoReturn
 
 from pydantic import PlainSerializer, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
@@ -64,7 +64,7 @@ def _plainly(array: str | tuple[Element, ...]) -> str | list[list[float]]:
 
 
 ArrayChoice = Annotated[
-    str | tuple[Element, ...],
+    Literal["oem5", "cross5"] | tuple[Element, ...],
     PlainValidator(_array),
     PlainSerializer(_plainly, return_type=Any),
     WithJsonSchema(
