@@ -214,8 +214,8 @@ def presets(word: str, as_json: bool) -> None:
 
     KIND is modem, usbl or inertial.  Each figure is tagged: [M] the maker's own page, [S] the
     source code of a driver or simulator, [2] second hand, [calc] worked out from other figures.
-    A sheet of an inertial system says how far, not how: navigation.drift.line_m is over which way
-    its errors wander.
+    A preset is stated, often a worst case, or measured in a trial.  A sheet of an inertial system
+    says how far, not how: navigation.drift.line_m is over which way its errors wander.
     """
     from ..presets.catalogue import selected
 
@@ -231,7 +231,8 @@ def presets(word: str, as_json: bool) -> None:
 
 def _plain(kind: str, it: "Preset") -> dict[str, Any]:
     figures = {name: asdict(figure) for name, figure in it.figures.items()}
-    return {"kind": kind, "name": it.name, "title": it.title, "figures": figures}
+    head = {"kind": kind, "name": it.name, "title": it.title, "basis": it.basis}
+    return {**head, "figures": figures}
 
 
 def _told(kind: str, it: "Preset") -> Iterator[str]:
@@ -239,7 +240,7 @@ def _told(kind: str, it: "Preset") -> Iterator[str]:
     from ..core.wording import plain
 
     shown = {name: f"{plain(fig.value)} {fig.unit}".strip() for name, fig in it.figures.items()}
-    yield f"{it.name}  ({kind}: {it.title})"
+    yield f"{it.name}  ({kind}: {it.title}; {it.basis})"
     widths = max(map(len, shown)), max(map(len, shown.values()))
     for name, figure in it.figures.items():
         unitless = shown[name].removesuffix(" 1")

@@ -308,5 +308,6 @@ MODEMS = (
             "frequency_khz": Figure(50.0, "kHz", "S", AHOI),
             "bandwidth_khz": Figure(25.0, "kHz", "S", AHOI),
         },
+        "measured",
     ),
 )

@@ -35,12 +35,14 @@ class Figure:
 class Preset:
     """A named set of figures; each is named as the key, or setting, of a scenario that it is for.
 
-    What has no source is not in it: a key that a preset does not name keeps its default.
+    What has no source is not in it: a key that a preset does not name keeps its default.  Its
+    `basis` is what the maker, or who simulated it, states, often a worst case; or a trial.
     """
 
     name: str
     title: str
     figures: Mapping[str, Figure]
+    basis: Literal["stated", "measured"] = "stated"
 
     @property
     def values(self) -> dict[str, float | int | str]:
@@ -63,6 +65,7 @@ def _measured(name: str, trial: str, percent: float) -> Preset:
             "percent_of_distance": Figure(percent, "%", "2", f"{TANG}; {trial} trial"),
             "statistic": Figure("cep", "", "2", TANG),
         },
+        "measured",
     )
 
 
