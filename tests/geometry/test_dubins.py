@@ -6,7 +6,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad  # type: ignore[import-untyped,unused-ignore]
 
@@ -122,6 +122,8 @@ def test_parts_of_a_shortest_way_are_shortest(
 ) -> None:
     """From any place on a shortest way, no shorter way leads back to its start or on to its end."""
     path = shortest(start, end, radius)
+    # a hair behind is a whole circle away, and a rounding decides which of the two it is
+    assume(apart(start, end) > 1e-3 * radius or path.length < 1e-3 * radius)
     for done in (share * path.length, path.lengths[0], path.lengths[0] + path.lengths[1]):
         middle = path.at(done)
         rest = path.length - done
