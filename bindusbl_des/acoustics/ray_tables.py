@@ -62,7 +62,9 @@ class SoundTable(NamedTuple):
     def excess_time_s(
         self, range_m: ArrayLike, source_depth_m: ArrayLike, receiver_depth_m: ArrayLike
     ) -> Floats:
-        """Return how much longer (s) that is than on the straight way; rays take no longer."""
+        """Return how much longer (s) that is than on the straight way: below 0 for direct rays,
+        above for echoes, which come first in a shadow.
+        """
         return self._between(self.longer_s, range_m, source_depth_m, receiver_depth_m)
 
     def loss_db(

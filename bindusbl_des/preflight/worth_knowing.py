@@ -9,13 +9,16 @@ import math
 from collections.abc import Iterator
 
 from ..scenario.agreement.problem import Problem
+from ..scenario.channel_settings import Sound
 from ..scenario.declared import schedule_of
 from ..scenario.failing import alive
+from ..scenario.families import CHANNEL
 from ..scenario.instruments.own_sensors import MOST_TOLD, kinds
 from ..scenario.key_types import Renamed
+from ..scenario.part_settings import settings_of
 from ..scenario.scenario import Scenario
 from ..scenario.sections.array import spacing_m
-from .idle.keys import bursts, cast, idle_keys, levels, sheet, sonar
+from .idle.keys import WITH_SNR, bursts, cast, idle_keys, levels, sheet, sonar
 from .messages import answers, backlog, believed, deliveries, guards, last_slots, messages, modems
 from .whereabouts import anchors, bays, formation, routes, shapes, tracks
 
@@ -108,9 +111,12 @@ def _former_words(scenario: Scenario) -> Iterator[Problem]:
 def _lobes(scenario: Scenario) -> Iterator[Problem]:
     """Yield elements so far apart that their phases alone do not tell a direction."""
     array, channel = scenario.usbl.array, scenario.acoustics.hf.channel
-    if isinstance(array, str) or channel.settings.get("frequency_khz") is None:
+    if isinstance(array, str) or channel not in WITH_SNR or scenario.usbl.model != "array":
         return
-    wave_m = scenario.environment.sound_speed_m_per_s / (1e3 * channel.settings["frequency_khz"])
+    sound = settings_of(CHANNEL, channel)
+    assert isinstance(sound, Sound)  # of these channels alone
+    frequency_hz = 1e3 * sound.frequency_khz
+    wave_m = scenario.environment.sound_speed_m_per_s / frequency_hz
     if (apart := spacing_m(array)) > wave_m / 2:
         yield Problem(
             "usbl.array",

@@ -33,7 +33,8 @@ def note_direction(it: Row, unit: Vector, believed: Floats) -> None:
 def _angles(unit: Vector) -> tuple[float, float]:
     """Return azimuth, in [0, 360), and elevation (deg) of a unit vector (3,)."""
     azimuth = degrees(atan2(unit[1], unit[0])) % 360.0
-    return azimuth % 360.0, degrees(atan2(unit[2], hypot(unit[0], unit[1])))
+    azimuth %= 360.0  # of -1e-20 deg the first remainder is 360
+    return azimuth, degrees(atan2(unit[2], hypot(unit[0], unit[1])))
 
 
 @compiled

@@ -181,7 +181,7 @@ def test_what_is_no_array_is_refused(array: Any, said: str) -> None:
 
 
 def test_elements_beyond_half_a_wavelength_are_named() -> None:
-    sonar = {"hf": {"range_m": 200.0, "channel": {"model": "sonar", "frequency_khz": 25.0}}}
+    sonar = {"hf": {"range_m": 200.0, "channel": "sonar"}}  # of 25 kHz
     wide = [[3 * it for it in place] for place in TETRAHEDRON]
     for array, named in ((wide, True), ([[it / 4 for it in p] for p in TETRAHEDRON], False)):
         told = cautions(scenario_of(usbl={"array": array}, acoustics=sonar))
