@@ -61,6 +61,11 @@ def turnaround(seconds: float) -> Changes:
     return {"protocol": {"ranging": {"model": "twtt", "turnaround_s": seconds}}}
 
 
+def slow(correlation_s: float) -> Changes:
+    """Return acoustic errors of which four fifths of the variance last so long."""
+    return {"usbl": {"slow_share": 0.8, "correlation_s": correlation_s}}
+
+
 # The survey of `recovery_140m`, 300 s
 BASE: Changes = {
     "name": "coverage",
@@ -112,6 +117,14 @@ CELLS: dict[str, tuple[Changes, ...]] = {
     "`twtt`, turnaround 1 s": (turnaround(1.0),),
     "`passive`": (PASSIVE,),
     "`passive`, start by 2 m and heading by 3 deg": (PASSIVE, LOST),
+    "three ASVs, 1 deg, 1 %, 1 h, slow 1 s": (HOUR, ONE, sheet(1.0), slow(1.0)),
+    "three ASVs, 1 deg, 1 %, 1 h, slow 60 s": (HOUR, ONE, sheet(1.0), slow(60.0)),
+    "three ASVs, 1 deg, 1 %, 1 h, slow 600 s": (HOUR, ONE, sheet(1.0), slow(600.0)),
+    "500 m, 1 deg, 1 %, 1 h, slow 60 s": (away(500.0), ONE, sheet(1.0), slow(60.0)),
+    "500 m, 1 deg, 1 %, 1 h, slow 600 s": (away(500.0), ONE, sheet(1.0), slow(600.0)),
+    "three ASVs, an array, slow 60 s": (slow(60.0),),
+    "`twtt`, slow 60 s": (turnaround(0.3), slow(60.0)),
+    "`passive`, slow 60 s": (PASSIVE, slow(60.0)),
 }  # fmt: skip
 
 

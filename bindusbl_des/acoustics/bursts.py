@@ -116,14 +116,16 @@ def renewed(key: np.uint64, burst_s: float, time: float, loss: float) -> tuple[f
                 at = (cell + uniform(key, layer, cell, number)) * width
                 counts = least + span * uniform(key, layer, cell, number + 1) < pace
                 if counts and since < at <= time:
-                    since, luck = at, _normal(key, layer, cell, number + 2)
+                    since, luck = at, normal(key, layer, cell, number + 2)
             cell -= 1
     return since, luck
 
 
 @compiled
-def _normal(key: np.uint64, layer: int, cell: int, number: int) -> float:
-    """Return a standard normal number (G. E. P. Box, M. E. Muller 1958)."""
+def normal(key: np.uint64, layer: int, cell: int, number: int) -> float:
+    """Return a standard normal number, made of this number of a cell and the next (G. E. P. Box,
+    M. E. Muller 1958).
+    """
     radius = sqrt(-2.0 * log(1.0 - uniform(key, layer, cell, number)))
     return radius * cos(2.0 * pi * uniform(key, layer, cell, number + 1))
 

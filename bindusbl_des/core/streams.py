@@ -50,6 +50,7 @@ class Purpose(IntEnum):
     CONTENTION = 45
     BURST = 50
     FRAME_BURST = 51
+    SLOW_ERROR = 52
     GNSS_TELEGRAM = 60
     COMPASS_TELEGRAM = 61
 

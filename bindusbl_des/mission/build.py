@@ -9,6 +9,7 @@ import simpy
 from ..acoustics.bursts import pairs
 from ..acoustics.named_channels import hf_channel, loss_of, mf_channel, timing_sd_of
 from ..acoustics.propagation import Band
+from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams
 from ..navigation.navigators import Navigator
 from ..protocol.access.named import access_of
@@ -40,6 +41,7 @@ from ..scenario.telling import tells_slots
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
 from ..usbl.array import elements_of
 from ..usbl.own_instrument import instrument_named
+from ..usbl.slow_errors import slow_numbers
 from ..usbl.systematic_fixes import Astray
 from ..usbl.usbl import Usbl, sheet_of
 from ..vehicles.fleet import Fleet
@@ -138,7 +140,9 @@ def _network(
     outcomes = Outcomes(
         uplink,
         asvs,
-        Measuring(instrument, streams, len(auvs), len(asvs), record),
+        Measuring(
+            instrument, streams, len(auvs), len(asvs), record, slow_errors(scenario, streams)
+        ),
         None if protocol.ranging == "owtt_sync" else strayed(scenario, auvs),
         record,
         downlink.frames if protocol.deafens_asvs else None,
@@ -229,7 +233,8 @@ def _passive(
         record,
         hf_bursts(scenario, streams),
     )
-    measuring = Measuring(instrument, streams, len(auvs), len(asvs), record)
+    slow = slow_errors(scenario, streams)
+    measuring = Measuring(instrument, streams, len(auvs), len(asvs), record, slow)
     outcomes = PassiveOutcomes(beacons, auvs, measuring, record)
     fixes = OwnFixes(env, auvs, navigator, record, outcomes)
     return PassiveNetwork(env, slots_of(scenario), auvs, asvs, record, beacons, outcomes, fixes)
@@ -281,6 +286,15 @@ def carried(scenario: Scenario, streams: Streams) -> Usbl | Astray:
     return usbl if lasting is None else Astray(usbl, lasting)
 
 
+def slow_errors(scenario: Scenario, streams: Streams) -> Rows | None:
+    """Return the slow acoustic errors of each AUV and ASV; None where there are none."""
+    usbl = scenario.usbl
+    if is_plugin(usbl.model):
+        return None
+    counts = len(elements_of(usbl.array)), streams, scenario.auvs.count, scenario.asvs.count
+    return slow_numbers(usbl.slow_share, usbl.correlation_s, *counts)
+
+
 @kept
 def usbl_of(scenario: Scenario) -> Usbl:
     """Return that instrument as far as it is the same for all."""
@@ -297,4 +311,5 @@ def usbl_of(scenario: Scenario) -> Usbl:
         sound_speed_of(scenario),
         sheet_of(scenario),
         timing_sd_of(scenario),
+        usbl.slow_share if any(kind.name == "slow" for kind in told_of(scenario)) else 0.0,
     )

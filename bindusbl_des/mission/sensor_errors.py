@@ -134,7 +134,7 @@ def lasting_errors(scenario: Scenario, streams: Streams) -> Systematic | None:
         return None
     levels, variances = np.zeros(1, dtype=SYSTEMATIC), list[float]()
     known = levels[0]
-    for name in ("misalignment", "gnss", "sound_speed", "clock"):
+    for name in ("misalignment", "gnss", "sound_speed", "clock", "slow"):
         known[f"{name}_at"] = NONE
     for kind in told_of(scenario):
         known[f"{kind.name}_at"] = len(variances)

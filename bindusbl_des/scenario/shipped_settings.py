@@ -7,7 +7,7 @@ from .part_settings import Settings
 
 # Errors that a filter may be left ignorant of
 Untold = Literal[
-    "misalignment", "gnss", "sound_speed", "clock",
+    "misalignment", "gnss", "sound_speed", "clock", "slow",
     "velocity_bias", "scale_factor", "heading", "initial_position",
 ]  # fmt: skip
 

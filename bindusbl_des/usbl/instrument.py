@@ -113,7 +113,8 @@ NOISE_WIDTH = 12
 # one (m/s), the noise of one element by itself and with what its clock's steps add (s), that of a
 # travel time (s), the step (s), the noise of a range by one way (m), of GNSS along each axis (m),
 # and of roll, pitch and heading (rad); what an SNR of 0 dB adds to the noise of an element (s);
-# what a sheet says in the place of the array.
+# the share of acoustic variances that
+# is known to change slowly; what a sheet says in the place of the array.
 LEVELS = np.dtype(
     [
         ("sound_speed_m_per_s", "f8"),
@@ -126,6 +127,7 @@ LEVELS = np.dtype(
         ("gnss_sd_m", "f8"),
         ("attitude_sd_rad", "f8", (3,)),
         ("timing_sd_s", "f8"),
+        ("slow_share", "f8"),
         *SHEET,
     ]
 )

@@ -24,6 +24,8 @@ from .systematic_effects import (
     EFFECTS,
     GNSS,
     MISALIGNMENT,
+    SLOW,
+    SLOW_RANGE,
     SOUND_SPEED,
     across,
     add,
@@ -34,6 +36,7 @@ from .systematic_effects import (
     lengthen,
     level_part,
     noise_of,
+    slow_range_sd,
 )
 from .systematic_fixes import Systematic, astray, jump
 from .two_way import Sighting
@@ -98,7 +101,7 @@ def located_astray(
     sds = _deviations(it.arrived_at_s, lasting.levels)
     bend = -bent(ahead)
     add_own(covariance, effects, bend, sds)
-    for k in range(SOUND_SPEED, EFFECTS):
+    for k in (SOUND_SPEED, CLOCK):
         add(covariance, effects[:, k], sds[k] ** 2)
     fix = -image
     jump(fix, own.noise, lasting.levels)
@@ -123,11 +126,13 @@ def _effects(seen: Sighting, ahead: Vector, instrument: Instrument) -> tuple[Flo
     """
     effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
     farther[SOUND_SPEED], farther[CLOCK] = seen.path, -instrument.levels.sound_speed_m_per_s
+    farther[SLOW_RANGE] = slow_range_sd(seen.path, instrument.levels)
     lengthen(effects, seen.unit, farther, kept(ahead, seen.path))
     moved = changes(effects, ahead)  # of the mirror image, whose AUV moves the other way
-    for k in (MISALIGNMENT, SOUND_SPEED, CLOCK):
-        for i in range(3):
-            effects[i, k] = -effects[i, k]
+    for k in range(EFFECTS):
+        if k < GNSS or k >= SOUND_SPEED:
+            for i in range(3):
+                effects[i, k] = -effects[i, k]
     return effects, moved
 
 
@@ -172,3 +177,6 @@ def _spread_out(effects: Floats, out: Floats, it: Row, levels: Row) -> None:
         if levels.clock_at != NONE:
             out[i, levels.clock_at] = effects[i, CLOCK]
             out[i, levels.clock_at + 1] = it.arrived_at_s * effects[i, CLOCK]
+        if levels.slow_at != NONE:
+            for k in range(SLOW):
+                out[i, levels.slow_at + SLOW * it.asv + k] = effects[i, SLOW_RANGE + k]

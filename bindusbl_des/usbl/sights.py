@@ -64,10 +64,11 @@ def note_sight(
     """
     levels = instrument.levels
     it.caller_x_m = it.caller_y_m = it.caller_z_m = it.called_before_s = it.is_caller = nan
-    own = levels.gnss_sd_m**2 + spread_sd(reach, levels) ** 2
+    white = 1.0 - levels.slow_share  # the rest is an error in common with other fixes
+    own = levels.gnss_sd_m**2 + white * spread_sd(reach, levels) ** 2
     it.turn_rad2 = levels.attitude_sd_rad[2] ** 2
     if instrument.has_sheet is not None:
-        it.turn_rad2 += angle_sds(it.snr_db, levels)[0] ** 2
+        it.turn_rad2 += white * angle_sds(it.snr_db, levels)[0] ** 2
     east, down = tangents(unit)
     by_east, by_down = turned(noise, east), turned(noise, down)
     square = max(reach * reach, 1e-6)

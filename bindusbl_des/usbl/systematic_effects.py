@@ -1,8 +1,8 @@
-"""How a measurement moves with systematic errors (attitude, GNSS, sound speed, clocks): the
-Jacobian J of a fix, and what these errors make of its covariance.
+"""How a measurement moves with systematic errors (attitude, GNSS, sound speed, clocks, and what of
+acoustic errors is slow): the Jacobian J of a fix, and what these errors make of its covariance.
 """
 
-from math import isnan, sqrt
+from math import hypot, isnan, sqrt
 
 import numpy as np
 
@@ -20,15 +20,20 @@ from .array import (
     tangents,
     turned,
     turned_back,
+    weighted,
 )
-from .instrument import Instrument
+from .instrument import Instrument, angle_sds, spread_sd, timed_sd
 from .two_way import Heard, Sighting
 
 # Columns of what a fix and (less) the length of a call's way are off, per rad of misalignment, per
 # m of GNSS of who measures and of who has called, along x and y, per share of the sound speed, and
-# per s of the clock.  The last two are shared by all that hear a ping.
-MISALIGNMENT, GNSS, CALLER, SOUND_SPEED, CLOCK = 0, 1, 3, 5, 6
-EFFECTS = 7
+# per s of the clock; these two are shared by all that hear a ping.  Then per standard deviation of
+# the slow part of the range, and of three numbers that make that of the direction.
+MISALIGNMENT, GNSS, CALLER, SOUND_SPEED, CLOCK, SLOW_RANGE, SLOW_ASIDE = 0, 1, 3, 5, 6, 7, 8
+EFFECTS = 11
+
+# Slow numbers of a pair of vehicles
+SLOW = EFFECTS - SLOW_RANGE
 
 # What is nearer (m) lies in no direction: a clock that is off may leave nothing of a range.
 AT_THE_ARRAY = 1e-3
@@ -58,7 +63,70 @@ def across(seen: Sighting, ahead: Vector, instrument: Instrument) -> Floats:
     moved = turned(seen.believed, divided(aside, determinant))
     for axis in range(3):
         effects[axis, SOUND_SPEED] = moved[axis]
+    if instrument.levels.slow_share > 0.0:
+        _slow_aside(effects, seen, kept(ahead, 1.0), instrument, instrument.has_sheet)
     return effects
+
+
+@compiled
+def _slow_aside(
+    effects: Floats, seen: Sighting, reach: float, instrument: Instrument, has_sheet: bool | None
+) -> None:
+    """Write what slow errors of a direction make of an offset that is `reach` (m) long.
+
+    An array has them in its frame: of the sums X^T n of its elements' errors, whose covariance is
+    M = L L^T, L (3, 3) triangular, one for each column of L.  A data sheet has bearing and
+    elevation; or the place along each axis, whatever the direction.
+    """
+    levels, share = instrument.levels, sqrt(instrument.levels.slow_share)
+    within = turned_back(seen.believed, seen.unit)
+    east, down = tangents(within)
+    if has_sheet is not None:
+        bearing, elevation = angle_sds(seen.snr_db, levels)
+        level = hypot(within[0], within[1])
+        by_east = turned(seen.believed, scaled(east, share * bearing * level * reach))
+        by_down = turned(seen.believed, scaled(down, share * elevation * reach))
+        for axis in range(3):
+            effects[axis, SLOW_ASIDE], effects[axis, SLOW_ASIDE + 1] = by_east[axis], by_down[axis]
+            if states_place(levels):
+                effects[axis, SLOW_ASIDE + axis] = share * spread_sd(reach, levels)
+        return
+    sd = share * levels.sound_speed_m_per_s * timed_sd(levels.element_sd_s, seen.snr_db, levels)
+    a, b = weighted(instrument.metric, east, east), weighted(instrument.metric, east, down)
+    d, root = weighted(instrument.metric, down, down), _root(instrument.metric)
+    for k in range(3):
+        column = root[0, k], root[1, k], root[2, k]
+        f, g = dot(east, column), dot(down, column)
+        aside = plus(scaled(east, d * f - b * g), scaled(down, a * g - b * f))
+        moved = turned(seen.believed, scaled(aside, reach * sd / (a * d - b * b)))
+        for axis in range(3):
+            effects[axis, SLOW_ASIDE + k] = moved[axis]
+
+
+@compiled
+def _root(metric: Floats) -> Floats:
+    """Return the lower triangular L (3, 3) of a metric M = L L^T (A.-L. Cholesky)."""
+    out = np.zeros((3, 3))
+    for i in range(3):
+        for j in range(i + 1):
+            left = metric[i, j]
+            for k in range(j):
+                left -= out[i, k] * out[j, k]
+            out[i, j] = sqrt(left) if i == j else left / out[j, j]
+    return out
+
+
+@compiled
+def states_place(levels: Row) -> bool:
+    """Tell whether a data sheet states the accuracy of a place, not that of a direction."""
+    return bool(levels.spread_sd_m > 0.0 or levels.spread_share > 0.0)
+
+
+@compiled
+def slow_range_sd(path: float, levels: Row) -> float:
+    """Return the standard deviation (m) of what is slow in the length of a path (m)."""
+    timing_sd = levels.sound_speed_m_per_s * levels.travel_time_sd_s
+    return float(sqrt(levels.slow_share) * hypot(timing_sd, levels.path_share * path))
 
 
 @compiled
@@ -69,7 +137,9 @@ def limit(farther: Floats, sds: Floats, baseline: Vector, path: float) -> None:
     sound speed what it makes of the whole `path` (m).
     """
     square = dot(baseline, baseline) / 6
-    for k in range(CLOCK):
+    for k in range(EFFECTS):
+        if k in (CLOCK, SLOW_RANGE):
+            continue
         own = (sds[k] * path) ** 2 if k == SOUND_SPEED else 0.0
         variance = (sds[k] * farther[k]) ** 2
         if variance > square + own:
@@ -89,8 +159,8 @@ def lengthen(effects: Floats, unit: Vector, farther: Floats, kept: float) -> Non
 def changes(effects: Floats, ahead: Vector) -> Floats:
     """Return how effects (4, EFFECTS) change per m along x and along y, (2, 4, EFFECTS).
 
-    They turn with the direction of the offset `ahead` (3,), m; those of misalignment and sound
-    speed grow with its length as well.  A navigator needs them where it knows better where the AUV
+    They turn with the direction of the offset `ahead` (3,), m; all but those of clocks and slow
+    ranges grow with its length as well.  A navigator needs them where it knows better where the AUV
     is than the fix does: noise of the fix that is in its J, too, would look as if it told something
     of clocks and sound speeds that no geometry tells.
     """
@@ -99,9 +169,11 @@ def changes(effects: Floats, ahead: Vector) -> Floats:
         return out
     for axis in range(2):
         grown, turn = ahead[axis] / square, (-ahead[1] if axis == 0 else ahead[0]) / square
-        for k in (MISALIGNMENT, SOUND_SPEED, CLOCK):
+        for k in range(EFFECTS):
+            if GNSS <= k < SOUND_SPEED:
+                continue
             out[axis, 0, k], out[axis, 1, k] = -turn * effects[1, k], turn * effects[0, k]
-            if k != CLOCK:
+            if k not in (CLOCK, SLOW_RANGE):
                 out[axis, 0, k] += grown * effects[0, k]
                 out[axis, 1, k] += grown * effects[1, k]
     return out
@@ -170,6 +242,9 @@ def spread_out(effects: Floats, out: Floats, heard: Heard, row: int, levels: Row
     if levels.clock_at != NONE and isnan(ping.call_time_s):
         out[:, levels.clock_at] = effects[:, CLOCK]
         out[:, levels.clock_at + 1] = ping.sent_at_s * effects[:, CLOCK]
+    if levels.slow_at != NONE:
+        for k in range(SLOW):
+            out[:, levels.slow_at + SLOW * asv + k] = effects[:, SLOW_RANGE + k]
 
 
 @compiled

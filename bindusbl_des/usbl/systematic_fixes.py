@@ -18,7 +18,7 @@ from ..records.events import HEARD
 from ..records.rows import NONE, Row, Rows
 from ..vehicles.currents import CONTROL_S
 from ..vehicles.motion import Floats, Motion
-from .array import Vector, plus, rotation, turned
+from .array import Vector, dot, plus, rotation, turned
 from .fusion import fuse_shared, product
 from .instrument import NOISE_WIDTH, Instrument, offset_of, path_sd, placed
 from .sights import note_direction, note_sight, unknown_sights
@@ -28,6 +28,8 @@ from .systematic_effects import (
     EFFECTS,
     GNSS,
     MISALIGNMENT,
+    SLOW_ASIDE,
+    SLOW_RANGE,
     SOUND_SPEED,
     across,
     add,
@@ -40,7 +42,9 @@ from .systematic_effects import (
     limit,
     move,
     noise_of,
+    slow_range_sd,
     spread_out,
+    states_place,
 )
 from .two_way import Heard, Sighting, by_itself, first_to_locate, sighting, travelled, way_to_caller
 from .usbl import Usbl
@@ -59,6 +63,7 @@ SYSTEMATIC = np.dtype(
         ("gnss_at", "i8"),
         ("sound_speed_at", "i8"),
         ("clock_at", "i8"),
+        ("slow_at", "i8"),
     ]
 )
 
@@ -172,6 +177,7 @@ def by_other(
     ahead = offset_of(fix, seen.vessel, reach, noise, instrument)
     effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
     farther[SOUND_SPEED], farther[CLOCK] = seen.path, levels.sound_speed_m_per_s
+    farther[SLOW_RANGE] = slow_range_sd(seen.path, levels)
     lengthen(effects, seen.unit, farther, kept(ahead, reach))
     effects[3] = 0.0  # the length of the call's way is given
     jump(fix, noise, lasting.levels)
@@ -196,14 +202,20 @@ def _by_whole_way(
     for k in range(3):
         for effect in (MISALIGNMENT, SOUND_SPEED):
             farther[effect] += own.lean[k] * effects[k, effect]
+        if not states_place(instrument.levels):
+            for effect in range(SLOW_ASIDE, EFFECTS):
+                farther[effect] += own.lean[k] * effects[k, effect]
     if heard.receptions[row].asv != ping.called_by:  # else its own error is the caller's
         for axis in range(2):
             farther[GNSS + axis] = -own.share * own.bearing[axis]
             farther[CALLER + axis] = own.share * own.bearing[axis]
     farther[SOUND_SPEED] += own.share * seen.path
     limit(farther, sds, baseline, seen.path)
+    slow_sd = slow_range_sd(seen.path, instrument.levels)  # limited as `two_way.dated` does
+    farther[SLOW_RANGE] = min(own.share * slow_sd, sqrt(slow_sd**2 + dot(baseline, baseline) / 6))
     lengthen(effects, seen.unit, farther, kept(ahead, own.reach))
     effects[3, SOUND_SPEED] -= seen.path
+    effects[3, SLOW_RANGE] -= slow_sd
     jump(fix, noise, lasting.levels)
     return Part(
         fix, seen.unit, own.reach, spread, effects, changes(effects, ahead), bent(ahead),
@@ -233,7 +245,8 @@ def _seen(
 @compiled
 def deviations(heard: Heard, levels: Row) -> Floats:
     """Return the standard deviations (EFFECTS,) of all that lasts, at the instant of a ping."""
-    sds = np.zeros(EFFECTS)
+    sds = np.ones(EFFECTS)  # those of slow errors
+    sds[CLOCK] = 0.0
     sds[:CLOCK] = levels.sd
     if not _called(heard):
         sds[CLOCK] = hypot(levels.clock_offset_sd_s, levels.clock_drift_sd * heard.ping.sent_at_s)
@@ -309,9 +322,9 @@ def _begun(part: Part, sds: Floats) -> Floats:
     out = np.zeros((UNKNOWNS, UNKNOWNS))
     out[:4, :4] = part.covariance
     add_own(out[:4, :4], part.effects, part.bend, sds)
-    for k in range(CALLER, EFFECTS):
+    for k in range(CALLER, CLOCK + 1):  # what is slow is in the part's own covariance
         add(out[:4, :4], part.effects[:, k], sds[k] ** 2)
-    for k in range(SOUND_SPEED, EFFECTS):
+    for k in range(SOUND_SPEED, CLOCK + 1):
         for i in range(4):
             out[i, k - 1] = out[k - 1, i] = -sds[k] * part.effects[i, k]
         out[k - 1, k - 1] = 1.0

@@ -76,7 +76,8 @@ class Usbl:
     """A USBL instrument: its array and the noise of everything it measures (SI, radians).
 
     Ranges and directions are computed with `sound_speed`; the true one is `true_sound_speed`, None
-    if they are the same.  A `sheet` stands in the place of array, TDOAs and travel time.
+    if they are the same.  A `sheet` stands in the place of array, TDOAs and travel time.  Of the
+    variance of each acoustic error `slow_share` is known to change slowly (:mod:`.slow_errors`).
     """
 
     array: Floats
@@ -89,6 +90,7 @@ class Usbl:
     true_sound_speed: float | None = None
     sheet: Sheet | None = None
     timing_sd: float = 0.0
+    slow_share: float = 0.0
     metric: Floats = field(init=False, repr=False)
     levels: Rows = field(init=False, repr=False)  # (1,)
 
@@ -105,6 +107,7 @@ class Usbl:
             self.gnss_sd,
             self.attitude_sd,
             self.timing_sd,
+            self.slow_share,
             *(NO_SHEET if self.sheet is None else self.sheet.levels),
         )
         metric = scatter(self.array)

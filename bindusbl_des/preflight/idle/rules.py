@@ -240,6 +240,7 @@ INSTRUMENTS = (
         ("usbl.gnss_time_constant_s",),
         "GNSS has no slow error",
     ),
+    Idle({"usbl.slow_share": (0.0,)}, ("usbl.correlation_s",), "no acoustic error is slow"),
     Idle({"usbl.outlier_share": (0.0,)}, ("usbl.outlier_sd_m",), "there are no outliers"),
     Idle(
         {"usbl.model": ("datasheet",)},

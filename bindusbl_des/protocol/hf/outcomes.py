@@ -14,6 +14,7 @@ from ...records.rows import NONE, EventBuffer, Recorder, Row, Rows
 from ...usbl.array import ELEMENTS, plus, scaled
 from ...usbl.instrument import NO_INSTRUMENT, NOISE_WIDTH, Instrument, gnss_noise
 from ...usbl.own_instrument import OwnInstrument, sounding_of
+from ...usbl.slow_errors import advance, blend
 from ...usbl.systematic_fixes import (
     OUTLIER_WIDTH,
     Astray,
@@ -43,8 +44,12 @@ class Measuring:
         auvs: int,
         asvs: int,
         record: Recorder,
+        slow: Rows | None = None,
     ) -> None:
-        """Measure pings between so many AUVs and ASVs, and write fixes to a record."""
+        """Measure pings between so many AUVs and ASVs, and write fixes to a record.
+
+        `slow` numbers as of :func:`.slow_errors.slow_numbers`.
+        """
         self._record, self._errors, outliers = record, None, 0
         #: What is wrong all the time, if anything.
         self.lasting = None
@@ -63,9 +68,9 @@ class Measuring:
         self.instrument, has_sheet = NO_INSTRUMENT, None
         if isinstance(instrument, Usbl):
             self.instrument, has_sheet = instrument.handed, instrument.has_sheet
-        #: What compiled code is made for: whether there is a data sheet, and errors that last, by
-        #: their address; None where there are none.
-        self.made_for = has_sheet, None if self._errors is None else self._errors.address
+        #: What compiled code is made for: whether there is a data sheet, errors that last, by their
+        #: address, and slow ones; None where there are none.
+        self.made_for = has_sheet, None if self._errors is None else self._errors.address, slow
 
     def make_room(self, fixes: int) -> None:
         """Have room for so many further fixes."""
@@ -254,12 +259,19 @@ class Outcomes:
     def _noise_at(self, row: int) -> Floats:
         """Return the noise (columns,) that a reception which has just ended is decided with."""
         receptions = self._record.receptions.rows
-        it, ahead = receptions[row], -1
+        it, pending = receptions[row], receptions[row:row]
         if it["outcome"] == IN_FLIGHT:
-            before = receptions[self._first_undecided() : row]
+            before = receptions[self._first_undecided() : row + 1]
             same = (before["auv"] == it["auv"]) & (before["asv"] == it["asv"])
-            ahead = int((same & (before["outcome"] == IN_FLIGHT)).sum())
-        return self._measuring.noise.peek(int(it["auv"]), int(it["asv"]), ahead)
+            pending = before[same & (before["outcome"] == IN_FLIGHT)]
+        pair, slow = (int(it["auv"]), int(it["asv"])), self._measuring.made_for[2]
+        noise = self._measuring.noise.peek(*pair, len(pending) - 1)
+        if slow is not None:
+            noise, numbers = noise.copy(), slow[pair].copy()
+            for time in pending["arrived_at_s"].tolist():
+                advance(numbers, time)
+            blend(noise, numbers)
+        return noise
 
     def sight_of(self, ping: int, asv: int) -> Sight | None:
         """Return what an ASV that has just decoded a ping measures of it, with the noise that the

@@ -12,6 +12,7 @@ from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, instrument_of
 from ...usbl.sights import copy_direction, unknown_sights
+from ...usbl.slow_errors import advance, blend
 from ...usbl.systematic_fixes import HandedErrors, lasting_of, measured_astray
 from ...usbl.two_way import Heard
 from ...usbl.usbl import measured, note
@@ -114,8 +115,8 @@ def _echoed(it: Row, other: Row, echo: Row, duration: float) -> float:
 @compiled
 def resolve(
     handed: int, time: float, first: int, only: int, pings: int, receptions: int, calls: int,
-    fix: int, has_sheet: bool | None, errors: int | None, strayed: Floats | None,
-    echoes: Rows | None, frames: Rows | None, bursts: Rows | None,
+    fix: int, has_sheet: bool | None, errors: int | None, slow: Rows | None,
+    strayed: Floats | None, echoes: Rows | None, frames: Rows | None, bursts: Rows | None,
 ) -> tuple[int, int, int, int]:  # fmt: skip
     """Decide all pings from `first` on that have passed every ASV by an instant (s), as they did;
     or of the ping `first` the reception `only`, if that is not NONE.
@@ -127,8 +128,9 @@ def resolve(
 
     What few bands have comes with each call; what is None is not even compiled: a data sheet, as
     :class:`.instrument.Instrument` has it; systematic `errors`, the address of a
-    :class:`.systematic_fixes.HandedErrors`; how far each AUV may have `strayed` (n,) between a call
-    and its answer (variance along its course, m2), where ASVs call; `echoes`, row by row of
+    :class:`.systematic_fixes.HandedErrors`; `slow` errors (AUVs, ASVs, n),
+    :data:`.slow_errors.SLOW`; how far each AUV may have `strayed` (n,) between a call and its
+    answer (variance along its course, m2), where ASVs call; `echoes`, row by row of
     receptions, as of :data:`.sonar_channel.ECHO`; `frames`, of ASVs that hear no ping while they
     send them; and `bursts` (AUVs, ASVs), :data:`.bursts.PAIR`, in which pings are lost.
     """
@@ -138,7 +140,7 @@ def resolve(
     if only == NONE:
         count = _write_due(by.due, air.pings, first, time)
     for ping in by.due[:count]:
-        dry, makes_fix = _resolve(ping, only, air, echoes, frames, bursts, by.noise)
+        dry, makes_fix = _resolve(ping, only, air, slow, echoes, frames, bursts, by.noise)
         if dry != NONE:
             return fix, first, air.pings[ping].auv, dry
         if makes_fix:
@@ -201,8 +203,8 @@ def _write_due(due: Ints, pings: Rows, first: int, time: float) -> int:
 
 @compiled
 def _resolve(
-    ping: int, only: int, air: Air, echoes: Rows | None, frames: Rows | None,
-    bursts: Rows | None, noise: Noise,
+    ping: int, only: int, air: Air, slow: Rows | None, echoes: Rows | None,
+    frames: Rows | None, bursts: Rows | None, noise: Noise,
 ) -> tuple[int, bool]:  # fmt: skip
     """Decide the receptions of a ping, or `only` one, each by a row of the noise.
 
@@ -228,6 +230,9 @@ def _resolve(
         noise.taken[auv, it.asv] += 1  # whatever comes of it: worlds that differ share their noise
         for n in range(width):
             taken_now[n] = drawn[n]
+        if slow is not None:
+            advance(slow[auv, it.asv], it.arrived_at_s)
+            blend(taken_now, slow[auv, it.asv])
         luck = drawn[NOISE_WIDTH]
         if bursts is not None:
             luck = lasting(bursts[auv, it.asv], it.arrived_at_s, it.loss)

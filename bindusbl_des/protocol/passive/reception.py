@@ -15,6 +15,7 @@ from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, instrument_of
 from ...usbl.inverted import Hearing, located_astray, located_itself
 from ...usbl.sights import copy_direction, unknown_sights
+from ...usbl.slow_errors import advance, blend
 from ...usbl.systematic_fixes import HandedErrors, lasting_of
 from ...usbl.usbl import note
 from ...vehicles.motion import Floats, Ints, Motion, Place, where
@@ -127,7 +128,7 @@ class Decided(NamedTuple):
 @compiled
 def resolve(
     handed: int, time: float, first: int, ping_count: int, reception_count: int, fix: int,
-    has_sheet: bool | None, errors: int | None, bursts: Rows | None,
+    has_sheet: bool | None, errors: int | None, slow: Rows | None, bursts: Rows | None,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Decide all receptions from the row `first` on that have ended by an instant (s), as they did.
 
@@ -144,6 +145,10 @@ def resolve(
             return fix, first, row
         drawn = noise.blocks[noise.shelf[it.auv, it.asv], noise.taken[it.auv, it.asv]]
         noise.taken[it.auv, it.asv] += 1  # whatever comes of it: worlds that differ share it
+        if slow is not None:
+            drawn = drawn.copy()
+            advance(slow[it.auv, it.asv], it.arrived_at_s)
+            blend(drawn, slow[it.auv, it.asv])
         luck = drawn[NOISE_WIDTH]
         if bursts is not None:
             luck = lasting(bursts[it.auv, it.asv], it.arrived_at_s, it.loss)

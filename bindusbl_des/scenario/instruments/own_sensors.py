@@ -135,6 +135,10 @@ def drift_told(scenario: ScenarioKeys) -> str:
 MOST_TOLD = 16
 
 
+# Slow acoustic errors of an AUV and an ASV: of the range, and three that make that of the direction
+SLOW_NUMBERS = 4
+
+
 class Kind(NamedTuple):
     """Errors of one kind that last: the standard deviations (rad, m, 1, s and s/s) of those of one
     vessel, how many times these are there, and their time constant (s).
@@ -151,11 +155,13 @@ def kinds(scenario: Scenario) -> list[Kind]:
     usbl, asvs = scenario.usbl, scenario.asvs.count
     arrays = 1 if scenario.protocol.is_passive else asvs  # that a fix may be of: else one's own
     clock = scenario.navigation.clock_offset_sd_s, scenario.navigation.clock_drift_sd
+    slow = (1.0,) * SLOW_NUMBERS if usbl.slow_share > 0.0 else (0.0,)
     found = [
         Kind("misalignment", (misalignment_sd(scenario),), arrays),
         Kind("gnss", (usbl.gnss_correlated_sd_m,) * 2, asvs, usbl.gnss_time_constant_s),
         Kind("sound_speed", (abs(sound_speed_error(scenario)),), 1),
         Kind("clock", (0.0, 0.0) if scenario.protocol.ranging == "twtt" else clock, 1),
+        Kind("slow", slow, asvs, usbl.correlation_s),
     ]
     return [kind for kind in found if any(kind.sds)]
 

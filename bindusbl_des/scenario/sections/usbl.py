@@ -90,6 +90,17 @@ class Usbl(Part):
     gnss_time_constant_s: Real = key(
         300.0, "s", "time constant of that error (Gauss-Markov)", ge=1, le=1e6
     )
+    slow_share: Real = key(
+        0.0,
+        "1",
+        "share of the variance of each acoustic error (range, direction) that changes slowly, for "
+        "each AUV and ASV by themselves; the rest is drawn anew for each ping",
+        ge=0,
+        le=1,
+    )
+    correlation_s: Real = key(
+        60.0, "s", "time constant of that share (Gauss-Markov)", ge=0.1, le=1e6
+    )
     outlier_share: Real = key(
         0.0, "1", "share of the measurements of single arrays that are outliers", ge=0, le=0.5
     )
