@@ -13,12 +13,13 @@ for exponential times of mean burst_s.  Luck is a function of pair and instant a
 often somebody pings nor what is decided first changes the sea.
 """
 
-from math import ceil, cos, floor, log, log2, pi, sqrt
+from math import ceil, floor, log2
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.compiled import compiled
+from ..core.counted_draws import normal, pair_keys, uniform
 from ..core.streams import Purpose, Streams
 from ..records.rows import Row, Rows
 from .loss import chance_of
@@ -49,31 +50,6 @@ def pairs(
     for auv in range(auvs):
         found["key"][auv] = pair_keys(streams, purpose, auv, asvs)
     return found
-
-
-def pair_keys(streams: Streams, purpose: Purpose, auv: int, asvs: int) -> NDArray[np.uint64]:
-    """Return what the luck of an AUV and each ASV is drawn by (asvs,), on a band with a purpose of
-    its own: a further ASV leaves the others' as they were.
-    """
-    return streams.of(purpose, auv).integers(2**64, size=asvs, dtype=np.uint64)
-
-
-@compiled
-def uniform(key: np.uint64, layer: int, cell: int, number: int) -> float:
-    """Return a number of a cell of a layer in [0, 1): always the same one, and independent of all
-    others.
-
-    Source: G. L. Steele, D. Lea, C. H. Flood, Fast splittable pseudorandom number generators
-    (SplitMix64), OOPSLA 2014, its output function taken of a counter, twice.
-    """
-    gamma = np.uint64(0x9E3779B97F4A7C15)
-    state = key
-    for word in (np.uint64(cell), np.uint64(64 * layer + number)):
-        state = state + gamma * (word + np.uint64(1))
-        state = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-        state = (state ^ (state >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-        state = state ^ (state >> np.uint64(31))
-    return float(np.int64(state >> np.uint64(11))) * 2.0**-53
 
 
 @compiled
@@ -119,15 +95,6 @@ def renewed(key: np.uint64, burst_s: float, time: float, loss: float) -> tuple[f
                     since, luck = at, normal(key, layer, cell, number + 2)
             cell -= 1
     return since, luck
-
-
-@compiled
-def normal(key: np.uint64, layer: int, cell: int, number: int) -> float:
-    """Return a standard normal number, made of this number of a cell and the next (G. E. P. Box,
-    M. E. Muller 1958).
-    """
-    radius = sqrt(-2.0 * log(1.0 - uniform(key, layer, cell, number)))
-    return radius * cos(2.0 * pi * uniform(key, layer, cell, number + 1))
 
 
 @compiled

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..acoustics.bursts import PAIR, lost_since, pair_keys
+from ..acoustics.bursts import PAIR, lost_since
 from ..acoustics.channel import AskedChannel, Signals, between
 from ..acoustics.named_channels import echoing, hf_channel, mf_channel
+from ..core.counted_draws import pair_keys
 from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams
 from ..core.wording import counted, plain

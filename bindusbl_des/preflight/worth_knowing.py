@@ -132,7 +132,11 @@ def _told(scenario: Scenario) -> Iterator[Problem]:
     """Yield which errors of ASVs a filter takes for noise, because these are too many."""
     if not scenario.navigation.weighs:
         return
-    keys = {"misalignment": "misalignment_sd_deg", "gnss": "gnss_correlated_sd_m"}
+    keys = {
+        "misalignment": "misalignment_sd_deg",
+        "gnss": "gnss_correlated_sd_m",
+        "slow": "slow_share",
+    }
     for kind in kinds(scenario):
         if kind.times > MOST_TOLD:
             yield Problem(

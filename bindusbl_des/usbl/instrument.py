@@ -95,8 +95,20 @@ def stated_direction(seen: Vector, sds: tuple[float, float], noise: Floats) -> V
 
 @compiled
 def path_sd(path: float, levels: Row) -> float:
-    """Return the noise (m) of the length of a path (m): one way, or a call's and its answer's."""
-    return hypot(levels.range_sd_m, levels.path_share * path)
+    """Return the noise (m) of the length of a path (m): one way, or a call's and its answer's; of
+    what is known to change slowly without that.
+    """
+    sd = hypot(levels.range_sd_m, levels.path_share * path)
+    if levels.slow_share > 0.0:
+        sd = math.sqrt(sd**2 - slow_path_sd(path, levels) ** 2)
+    return sd
+
+
+@compiled
+def slow_path_sd(path: float, levels: Row) -> float:
+    """Return the standard deviation (m) of what is known to be slow in the length of a path (m)."""
+    timing_sd = levels.sound_speed_m_per_s * levels.travel_time_sd_s
+    return float(math.sqrt(levels.slow_share) * hypot(timing_sd, levels.path_share * path))
 
 
 @compiled
@@ -231,11 +243,15 @@ def _made_out(
 def _across(
     offset: Vector, believed: Floats, snr_db: float, instrument: Instrument, has_sheet: bool | None
 ) -> Across:
-    """Return what the direction of an offset (3,), m, errs by."""
-    levels = instrument.levels
+    """Return what the direction of an offset (3,), m, errs by, without what is known to be slow."""
+    levels, white = instrument.levels, math.sqrt(1.0 - instrument.levels.slow_share)
     if has_sheet is not None:
-        return across_by_sheet(offset, angle_sds(snr_db, levels))
+        bearing_sd, elevation_sd = angle_sds(snr_db, levels)
+        return across_by_sheet(offset, (white * bearing_sd, white * elevation_sd))
     timing_sd = timed_sd(levels.stepped_element_sd_s, snr_db, levels)
+    if levels.slow_share > 0.0:
+        slow = levels.slow_share * timed_sd(levels.element_sd_s, snr_db, levels) ** 2
+        timing_sd = math.sqrt(timing_sd**2 - slow)
     direction_sd = levels.sound_speed_m_per_s * timing_sd
     return across_by_array(offset, believed, instrument.metric, direction_sd)
 
@@ -272,7 +288,8 @@ def placed(
     noise: Floats,
     instrument: Instrument,
 ) -> tuple[Floats, Floats]:
-    """Return the fix (3,), m, at a range `reach` (m) in a direction, and its covariance (3, 3), m2.
+    """Return the fix (3,), m, at a range `reach` (m) in a direction, and its covariance (3, 3), m2,
+    without what is known to change slowly.
 
     `ranging_sd` (m) is that of the range; direction and attitude as of :func:`sighted`.
     """
@@ -285,7 +302,7 @@ def placed(
     for k in range(3):
         fix[k] = vessel[k] + levels.gnss_sd_m * noise[9 + k] + shrinkage * ahead[k]
         fix[k] += spread * noise[SPREAD_NOISE + k]
-        covariance[k, k] += levels.gnss_sd_m**2 + spread**2
+        covariance[k, k] += levels.gnss_sd_m**2 + (1.0 - levels.slow_share) * spread**2
     return fix, covariance
 
 

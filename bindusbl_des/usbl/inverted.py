@@ -17,7 +17,7 @@ from ..records.rows import NONE, Row
 from ..vehicles.motion import Floats
 from .array import Vector, minus, negative, rotation, turned
 from .fusion import product
-from .instrument import Instrument, clocked, offset_of, path_sd, placed, sighted
+from .instrument import Instrument, clocked, offset_of, path_sd, placed, sighted, slow_path_sd
 from .sights import note_direction, note_sight
 from .systematic_effects import (
     CLOCK,
@@ -36,7 +36,6 @@ from .systematic_effects import (
     lengthen,
     level_part,
     noise_of,
-    slow_range_sd,
 )
 from .systematic_fixes import Systematic, astray, jump
 from .two_way import Sighting
@@ -90,7 +89,8 @@ def located_astray(
     took = it.travel_time_s - late - later * it.arrived_at_s
     path = levels.sound_speed_m_per_s * clocked(took, own.noise, instrument)
     origin = minus(above, astray(it.asv, ping.sent_at_s, lasting))
-    seen = Sighting(origin, turned(turn, unit), product(turn, believed), path, it.snr_db)
+    below = beneath[2] - above[2]
+    seen = Sighting(origin, turned(turn, unit), product(turn, believed), path, it.snr_db, below)
     note_direction(it, seen.unit, seen.believed)
     image, covariance = placed(
         origin, seen.unit, seen.believed, path, path_sd(path, levels), seen.snr_db, own.noise,
@@ -99,13 +99,13 @@ def located_astray(
     ahead = offset_of(image, origin, path, own.noise, instrument)
     effects, moved = _effects(seen, ahead, instrument)
     sds = _deviations(it.arrived_at_s, lasting.levels)
-    bend = -bent(ahead)
-    add_own(covariance, effects, bend, sds)
+    bends = -bent(effects, ahead, instrument)
+    add_own(covariance, effects, bends, sds)
     for k in (SOUND_SPEED, CLOCK):
         add(covariance, effects[:, k], sds[k] ** 2)
     fix = -image
     jump(fix, own.noise, lasting.levels)
-    levers, count = _columns(effects, moved, bend, it, lasting), lasting.variances.size
+    levers, count = _columns(effects, moved, bends, it, lasting), lasting.variances.size
     told = np.concatenate((levers[:, 3 * count :], levers[:, :count]), axis=1)
     left = noise_of(covariance, told, lasting.variances)
     note_sight(it, fix, negative(seen.unit), path, left, instrument)
@@ -126,9 +126,11 @@ def _effects(seen: Sighting, ahead: Vector, instrument: Instrument) -> tuple[Flo
     """
     effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
     farther[SOUND_SPEED], farther[CLOCK] = seen.path, -instrument.levels.sound_speed_m_per_s
-    farther[SLOW_RANGE] = slow_range_sd(seen.path, instrument.levels)
+    farther[SLOW_RANGE] = slow_path_sd(seen.path, instrument.levels)
     lengthen(effects, seen.unit, farther, kept(ahead, seen.path))
-    moved = changes(effects, ahead)  # of the mirror image, whose AUV moves the other way
+    moved = changes(
+        effects, ahead, seen, instrument
+    )  # of the mirror image, whose AUV moves the other way
     for k in range(EFFECTS):
         if k < GNSS or k >= SOUND_SPEED:
             for i in range(3):
@@ -139,7 +141,7 @@ def _effects(seen: Sighting, ahead: Vector, instrument: Instrument) -> tuple[Flo
 @compiled
 def _deviations(time: float, levels: Row) -> Floats:
     """Return the standard deviations (EFFECTS,) of all that lasts, at an instant (s)."""
-    sds = np.zeros(EFFECTS)
+    sds = np.ones(EFFECTS)  # those of slow errors
     sds[:CLOCK] = levels.sd
     sds[GNSS + 2 : SOUND_SPEED] = 0.0  # nobody has called
     sds[CLOCK] = hypot(levels.clock_offset_sd_s, levels.clock_drift_sd * time)
@@ -147,7 +149,7 @@ def _deviations(time: float, levels: Row) -> Floats:
 
 
 @compiled
-def _columns(effects: Floats, moved: Floats, bend: Floats, it: Row, lasting: Systematic) -> Floats:
+def _columns(effects: Floats, moved: Floats, bends: Floats, it: Row, lasting: Systematic) -> Floats:
     """Return effects in the columns of J, and how these change along x, along y, and with what they
     belong to, (3, 4 k).
     """
@@ -158,8 +160,7 @@ def _columns(effects: Floats, moved: Floats, bend: Floats, it: Row, lasting: Sys
         _spread_out(
             moved[axis], out[:, (1 + axis) * count : (2 + axis) * count], it, lasting.levels
         )
-    if lasting.levels.misalignment_at != NONE:
-        out[:, 3 * count + lasting.levels.misalignment_at] = bend[:3]
+    _spread_out(bends, out[:, 3 * count :], it, lasting.levels)
     return out
 
 

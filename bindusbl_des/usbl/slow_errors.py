@@ -15,8 +15,8 @@ from math import exp, expm1, inf, sqrt
 
 import numpy as np
 
-from ..acoustics.bursts import normal, pair_keys
 from ..core.compiled import compiled
+from ..core.counted_draws import normal, pair_keys
 from ..core.streams import Purpose, Streams
 from ..records.rows import Rows
 from ..vehicles.motion import Floats

@@ -64,32 +64,49 @@ def across(seen: Sighting, ahead: Vector, instrument: Instrument) -> Floats:
     for axis in range(3):
         effects[axis, SOUND_SPEED] = moved[axis]
     if instrument.levels.slow_share > 0.0:
-        _slow_aside(effects, seen, kept(ahead, 1.0), instrument, instrument.has_sheet)
+        _slow_aside(effects, _at_depth(ahead, seen.below), seen, instrument, instrument.has_sheet)
     return effects
 
 
 @compiled
+def _at_depth(ahead: Vector, below: float) -> Vector:
+    """Return an offset (3,), m, as long as that measured, to something so far (m) below.
+
+    What elevation errs by moves a fix along its way by sin(elevation): that measured errs by the
+    same number, so that the square of this would look like a range that is too long.
+    """
+    level, square = hypot(ahead[0], ahead[1]), dot(ahead, ahead) - below**2
+    if level < AT_THE_ARRAY or square < AT_THE_ARRAY**2:
+        return ahead
+    share = sqrt(square) / level
+    return share * ahead[0], share * ahead[1], below
+
+
+@compiled
 def _slow_aside(
-    effects: Floats, seen: Sighting, reach: float, instrument: Instrument, has_sheet: bool | None
+    effects: Floats, ahead: Vector, seen: Sighting, instrument: Instrument, has_sheet: bool | None
 ) -> None:
-    """Write what slow errors of a direction make of an offset that is `reach` (m) long.
+    """Write to effects (4, EFFECTS) what slow errors of a direction make of an offset (3,), m.
 
     An array has them in its frame: of the sums X^T n of its elements' errors, whose covariance is
     M = L L^T, L (3, 3) triangular, one for each column of L.  A data sheet has bearing and
     elevation; or the place along each axis, whatever the direction.
     """
     levels, share = instrument.levels, sqrt(instrument.levels.slow_share)
-    within = turned_back(seen.believed, seen.unit)
+    away = length(ahead)
+    if away < AT_THE_ARRAY:
+        return
+    within = turned_back(seen.believed, divided(ahead, away))
     east, down = tangents(within)
     if has_sheet is not None:
         bearing, elevation = angle_sds(seen.snr_db, levels)
         level = hypot(within[0], within[1])
-        by_east = turned(seen.believed, scaled(east, share * bearing * level * reach))
-        by_down = turned(seen.believed, scaled(down, share * elevation * reach))
+        by_east = turned(seen.believed, scaled(east, share * bearing * level * away))
+        by_down = turned(seen.believed, scaled(down, share * elevation * away))
         for axis in range(3):
             effects[axis, SLOW_ASIDE], effects[axis, SLOW_ASIDE + 1] = by_east[axis], by_down[axis]
             if states_place(levels):
-                effects[axis, SLOW_ASIDE + axis] = share * spread_sd(reach, levels)
+                effects[axis, SLOW_ASIDE + axis] = share * spread_sd(away, levels)
         return
     sd = share * levels.sound_speed_m_per_s * timed_sd(levels.element_sd_s, seen.snr_db, levels)
     a, b = weighted(instrument.metric, east, east), weighted(instrument.metric, east, down)
@@ -98,7 +115,7 @@ def _slow_aside(
         column = root[0, k], root[1, k], root[2, k]
         f, g = dot(east, column), dot(down, column)
         aside = plus(scaled(east, d * f - b * g), scaled(down, a * g - b * f))
-        moved = turned(seen.believed, scaled(aside, reach * sd / (a * d - b * b)))
+        moved = turned(seen.believed, scaled(aside, away * sd / (a * d - b * b)))
         for axis in range(3):
             effects[axis, SLOW_ASIDE + k] = moved[axis]
 
@@ -120,13 +137,6 @@ def _root(metric: Floats) -> Floats:
 def states_place(levels: Row) -> bool:
     """Tell whether a data sheet states the accuracy of a place, not that of a direction."""
     return bool(levels.spread_sd_m > 0.0 or levels.spread_share > 0.0)
-
-
-@compiled
-def slow_range_sd(path: float, levels: Row) -> float:
-    """Return the standard deviation (m) of what is slow in the length of a path (m)."""
-    timing_sd = levels.sound_speed_m_per_s * levels.travel_time_sd_s
-    return float(sqrt(levels.slow_share) * hypot(timing_sd, levels.path_share * path))
 
 
 @compiled
@@ -156,33 +166,62 @@ def lengthen(effects: Floats, unit: Vector, farther: Floats, kept: float) -> Non
 
 
 @compiled
-def changes(effects: Floats, ahead: Vector) -> Floats:
+def changes(effects: Floats, ahead: Vector, seen: Sighting, instrument: Instrument) -> Floats:
     """Return how effects (4, EFFECTS) change per m along x and along y, (2, 4, EFFECTS).
 
-    They turn with the direction of the offset `ahead` (3,), m; all but those of clocks and slow
-    ranges grow with its length as well.  A navigator needs them where it knows better where the AUV
-    is than the fix does: noise of the fix that is in its J, too, would look as if it told something
-    of clocks and sound speeds that no geometry tells.
+    They turn with the direction of the offset `ahead` (3,), m; those of misalignment and sound
+    speed grow with its length as well; those of slow errors are differences.  A navigator needs
+    them where it knows better where the AUV is than the fix does: noise of the fix that is in its
+    J, too, would look as if it told something of clocks and sound speeds that no geometry tells.
     """
     out, square = np.zeros((2, 4, EFFECTS)), ahead[0] ** 2 + ahead[1] ** 2
     if square < AT_THE_ARRAY**2:
         return out
     for axis in range(2):
         grown, turn = ahead[axis] / square, (-ahead[1] if axis == 0 else ahead[0]) / square
-        for k in range(EFFECTS):
-            if GNSS <= k < SOUND_SPEED:
-                continue
+        for k in (MISALIGNMENT, SOUND_SPEED, CLOCK):
             out[axis, 0, k], out[axis, 1, k] = -turn * effects[1, k], turn * effects[0, k]
-            if k not in (CLOCK, SLOW_RANGE):
+            if k != CLOCK:
                 out[axis, 0, k] += grown * effects[0, k]
                 out[axis, 1, k] += grown * effects[1, k]
+    if instrument.levels.slow_share > 0.0:
+        _slow_changes(out, effects, ahead, seen, instrument)
     return out
 
 
 @compiled
-def bent(ahead: Vector) -> Floats:
-    """Return the second derivative (4,) of a fix by what turns its offset (3,), m, about z."""
-    return np.array((-ahead[0], -ahead[1], 0.0, 0.0))
+def _slow_changes(
+    out: Floats, effects: Floats, ahead: Vector, seen: Sighting, instrument: Instrument
+) -> None:
+    """Write how effects of slow errors change, by those of offsets a little to either side."""
+    step, ahead = 1e-3 * length(ahead), _at_depth(ahead, seen.below)
+    ranged = effects[0, SLOW_RANGE], effects[1, SLOW_RANGE], effects[2, SLOW_RANGE]
+    near = np.zeros((4, EFFECTS))
+    for axis in range(2):
+        for side in (-1.0, 1.0):
+            moved = plus(ahead, (side * step, 0.0, 0.0) if axis == 0 else (0.0, side * step, 0.0))
+            _slow_aside(near, moved, seen, instrument, instrument.has_sheet)
+            for i in range(3):
+                near[i, SLOW_RANGE] = length(ranged) * moved[i] / length(moved)
+                for k in range(SLOW_RANGE, EFFECTS):
+                    out[axis, i, k] += side * near[i, k] / (2.0 * step)
+
+
+@compiled
+def bent(effects: Floats, ahead: Vector, instrument: Instrument) -> Floats:
+    """Return the second derivatives (4, EFFECTS) of a fix by what turns its offset (3,), m: the
+    misalignment about z; what a slow error moves aside goes round a sphere.
+    """
+    out = np.zeros((4, EFFECTS))
+    out[0, MISALIGNMENT], out[1, MISALIGNMENT] = -ahead[0], -ahead[1]
+    square = dot(ahead, ahead)
+    if states_place(instrument.levels) or square < AT_THE_ARRAY**2:
+        return out
+    for k in range(SLOW_ASIDE, EFFECTS):
+        aside = effects[0, k] ** 2 + effects[1, k] ** 2 + effects[2, k] ** 2
+        for i in range(3):
+            out[i, k] = -aside / square * ahead[i]
+    return out
 
 
 @compiled
@@ -208,14 +247,17 @@ def level_part(covariance: Floats) -> Floats:
 
 
 @compiled
-def add_own(covariance: Floats, effects: Floats, bend: Floats, sds: Floats) -> None:
-    """Add what the misalignment and the GNSS of who measures make to a covariance (n, n), m2.
+def add_own(covariance: Floats, effects: Floats, bends: Floats, sds: Floats) -> None:
+    """Add what an ASV has by itself (misalignment, GNSS, slow errors) to a covariance, m2.
 
     A misalignment turns the offset on a circle: its square has a mean, too, E x^4 / 4 = 3 sd^4 / 4.
     """
-    for k in range(MISALIGNMENT, GNSS + 2):
-        add(covariance, effects[:, k], sds[k] ** 2)
-    add(covariance, bend, 0.75 * sds[MISALIGNMENT] ** 4)
+    for k in range(EFFECTS):
+        if k < CALLER or k >= SLOW_RANGE:
+            add(covariance, effects[:, k], sds[k] ** 2)
+    for k in range(EFFECTS):
+        if k == MISALIGNMENT or k >= SLOW_ASIDE:
+            add(covariance, bends[:, k], 0.75 * sds[k] ** 4)
 
 
 @compiled

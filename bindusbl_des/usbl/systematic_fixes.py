@@ -15,12 +15,12 @@ import numpy as np
 
 from ..core.compiled import compiled, written_out
 from ..records.events import HEARD
-from ..records.rows import NONE, Row, Rows
+from ..records.rows import Row, Rows
 from ..vehicles.currents import CONTROL_S
 from ..vehicles.motion import Floats, Motion
 from .array import Vector, dot, plus, rotation, turned
 from .fusion import fuse_shared, product
-from .instrument import NOISE_WIDTH, Instrument, offset_of, path_sd, placed
+from .instrument import NOISE_WIDTH, Instrument, offset_of, path_sd, placed, slow_path_sd
 from .sights import note_direction, note_sight, unknown_sights
 from .systematic_effects import (
     CALLER,
@@ -42,7 +42,6 @@ from .systematic_effects import (
     limit,
     move,
     noise_of,
-    slow_range_sd,
     spread_out,
     states_place,
 )
@@ -136,8 +135,8 @@ class Part(NamedTuple):
     """What one ASV makes of a ping: a fix (3,), m, in the direction of a unit vector (3,) at a
     range `reach` (m); the covariance (4, 4), m2, of it and of (less) the length of the call's way,
     with no error that lasts; its effects (4, EFFECTS), their changes along x and y (2, 4, EFFECTS),
-    the `bend` (4,) that a misalignment (rad) squared makes half of, and that length (m), 0 without
-    a call.
+    the `bends` (4, EFFECTS) that a misalignment (rad) squared makes half of, and that length (m), 0
+    without a call.
     """
 
     fix: Floats
@@ -146,7 +145,7 @@ class Part(NamedTuple):
     covariance: Floats
     effects: Floats
     changes: Floats
-    bend: Floats
+    bends: Floats
     call_way: float
 
 
@@ -177,13 +176,14 @@ def by_other(
     ahead = offset_of(fix, seen.vessel, reach, noise, instrument)
     effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
     farther[SOUND_SPEED], farther[CLOCK] = seen.path, levels.sound_speed_m_per_s
-    farther[SLOW_RANGE] = slow_range_sd(seen.path, levels)
+    farther[SLOW_RANGE] = slow_path_sd(seen.path, levels)
     lengthen(effects, seen.unit, farther, kept(ahead, reach))
     effects[3] = 0.0  # the length of the call's way is given
     jump(fix, noise, lasting.levels)
     return Part(
-        fix, seen.unit, reach, spread, effects, changes(effects, ahead), bent(ahead), call_way
-    )
+        fix, seen.unit, reach, spread, effects, changes(effects, ahead, seen, instrument),
+        bent(effects, ahead, instrument), call_way,
+    )  # fmt: skip
 
 
 @compiled
@@ -211,15 +211,15 @@ def _by_whole_way(
             farther[CALLER + axis] = own.share * own.bearing[axis]
     farther[SOUND_SPEED] += own.share * seen.path
     limit(farther, sds, baseline, seen.path)
-    slow_sd = slow_range_sd(seen.path, instrument.levels)  # limited as `two_way.dated` does
+    slow_sd = slow_path_sd(seen.path, instrument.levels)  # limited as `two_way.dated` does
     farther[SLOW_RANGE] = min(own.share * slow_sd, sqrt(slow_sd**2 + dot(baseline, baseline) / 6))
     lengthen(effects, seen.unit, farther, kept(ahead, own.reach))
     effects[3, SOUND_SPEED] -= seen.path
     effects[3, SLOW_RANGE] -= slow_sd
     jump(fix, noise, lasting.levels)
     return Part(
-        fix, seen.unit, own.reach, spread, effects, changes(effects, ahead), bent(ahead),
-        seen.path - own.reach,
+        fix, seen.unit, own.reach, spread, effects, changes(effects, ahead, seen, instrument),
+        bent(effects, ahead, instrument), seen.path - own.reach,
     )  # fmt: skip
 
 
@@ -239,7 +239,7 @@ def _seen(
     unit, believed = turned(turn, seen.unit), product(turn, seen.believed)
     note_direction(it, unit, believed)
     vessel = plus(seen.vessel, astray(it.asv, it.arrived_at_s, lasting))
-    return Sighting(vessel, unit, believed, seen.path, seen.snr_db)
+    return Sighting(vessel, unit, believed, seen.path, seen.snr_db, seen.below)
 
 
 @compiled
@@ -290,7 +290,7 @@ def measured_astray(
             others += 1
             part = by_other(heard, row, begun.call_way, asvs, instrument, lasting)
             fix, own, beside = part.fix, part.covariance[:3, :3].copy(), _beside(part, sds)
-            add_own(own, part.effects, part.bend, sds)
+            add_own(own, part.effects, part.bends, sds)
             note_sight(heard.receptions[row], part.fix, part.unit, part.reach, own, instrument)
             fused = fuse_shared(state, spread, fix, own, beside)
             off = _columns(part, heard, row, lasting)[:3]
@@ -321,8 +321,8 @@ def _begun(part: Part, sds: Floats) -> Floats:
     """Return the covariance (UNKNOWNS, UNKNOWNS) of what is fused, after the first measurement."""
     out = np.zeros((UNKNOWNS, UNKNOWNS))
     out[:4, :4] = part.covariance
-    add_own(out[:4, :4], part.effects, part.bend, sds)
-    for k in range(CALLER, CLOCK + 1):  # what is slow is in the part's own covariance
+    add_own(out[:4, :4], part.effects, part.bends, sds)
+    for k in range(CALLER, CLOCK + 1):
         add(out[:4, :4], part.effects[:, k], sds[k] ** 2)
     for k in range(SOUND_SPEED, CLOCK + 1):
         for i in range(4):
@@ -354,9 +354,7 @@ def _columns(part: Part, heard: Heard, row: int, lasting: Systematic) -> Floats:
     for axis in range(2):
         moved = out[:, (1 + axis) * count : (2 + axis) * count]
         spread_out(part.changes[axis], moved, heard, row, lasting.levels)
-    if lasting.levels.misalignment_at != NONE:
-        asv = heard.receptions[row].asv
-        out[:, 3 * count + lasting.levels.misalignment_at + asv] = part.bend
+    spread_out(part.bends, out[:, 3 * count : 4 * count], heard, row, lasting.levels)
     out[:, 4 * count :] = out[:, :count]
     move(out, -part.fix)  # each from its own fix to where all can be added up
     return out

@@ -135,7 +135,8 @@ class Heard(NamedTuple):
 class Sighting(NamedTuple):
     """What an ASV measures of a ping: where it is (m), the direction and the attitude that it
     believes in (:func:`.instrument.sighted`), the length (m) of the way of the ping, or of call and
-    answer, and its signal-to-noise ratio (dB, nan if nobody knows of one).
+    answer, and its signal-to-noise ratio (dB, nan if nobody knows of one); how far (m) the AUV was
+    below it, by the AUV's pressure sensor.
     """
 
     vessel: Vector
@@ -143,6 +144,7 @@ class Sighting(NamedTuple):
     believed: Floats
     path: float
     snr_db: float
+    below: float
 
 
 class Alone(NamedTuple):
@@ -228,7 +230,7 @@ def sighting(
     unit, believed = sighted(source, vessel, yaw, it.snr_db, noise, instrument)
     note_direction(it, unit, believed)
     path = instrument.levels.sound_speed_m_per_s * clocked(under_way, noise, instrument)
-    return Sighting(vessel, unit, believed, path, it.snr_db)
+    return Sighting(vessel, unit, believed, path, it.snr_db, ping.z_m - z)
 
 
 @compiled
@@ -282,7 +284,8 @@ def by_itself(
     fix, covariance = placed(
         seen.vessel, seen.unit, seen.believed, own.reach, 0.0, seen.snr_db, noise, instrument
     )
-    beside = gnss + spread_sd(own.reach, levels) ** 2  # of which the range does not depend
+    # of which the range does not depend
+    beside = gnss + (1.0 - levels.slow_share) * spread_sd(own.reach, levels) ** 2
     limit = dot(baseline, baseline) / 6  # two places on a line
     level = own.bearing[0] ** 2 + own.bearing[1] ** 2  # AUVs go level
     errors = PathErrors(path_sd(seen.path, levels) ** 2, level * strayed, beside, other_gnss)

@@ -148,6 +148,7 @@ ALONE: dict[str, Any] = {
     "gnss": {"usbl": {"gnss_correlated_sd_m": 1.0, "gnss_time_constant_s": 120.0}},
     "sound_speed": {"environment": {"assumed_sound_speed_m_per_s": 1480.0}},
     "clock": {"navigation": {"clock_offset_sd_s": 1e-3, "clock_drift_sd": 2e-6}},
+    "slow": {"usbl": {"slow_share": 0.8, "correlation_s": 60.0}},
     "outliers": {"usbl": {"outlier_share": 0.05}},
 }
 TOGETHER = merged(merged(ALONE["misalignment"], ALONE["gnss"]), ALONE["sound_speed"])

@@ -39,6 +39,8 @@ VARIED: dict[str, list[str]] = {
         *("usbl.misalignment_sd_deg=0.5", "usbl.gnss_correlated_sd_m=0.5"),
         "navigation.clock_offset_sd_s=1e-4",
     ],
+    "slow errors": ["usbl.slow_share=0.7", "usbl.gnss_correlated_sd_m=0.5"],
+    "slow errors in passive": ["protocol.ranging=passive", "usbl.slow_share=0.7"],
     "and in passive": ["protocol.ranging=passive", "usbl.misalignment_sd_deg=0.5"],
     "drift": ["navigation.drift.percent_of_distance=2"],
     "bias that wanders": [

@@ -9,9 +9,10 @@ import pytest
 from click.testing import CliRunner
 
 from bindusbl_des import load_scenario, simulate
-from bindusbl_des.acoustics.bursts import PAIR, lasting, pair_keys
+from bindusbl_des.acoustics.bursts import PAIR, lasting
 from bindusbl_des.acoustics.loss import chance_of
 from bindusbl_des.cli import main
+from bindusbl_des.core.counted_draws import pair_keys
 from bindusbl_des.core.streams import Purpose, Streams
 from bindusbl_des.export.csv_folder import write_csv
 from bindusbl_des.replay.log import BadLog, Receptions

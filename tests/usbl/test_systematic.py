@@ -18,7 +18,7 @@ from bindusbl_des.usbl.fusion import fuse_shared
 from bindusbl_des.usbl.instrument import NOISE_WIDTH, Instrument
 from bindusbl_des.usbl.systematic_effects import EFFECTS, changes
 from bindusbl_des.usbl.systematic_fixes import SYSTEMATIC, Systematic, measured_astray
-from bindusbl_des.usbl.two_way import Heard
+from bindusbl_des.usbl.two_way import Heard, Sighting
 from bindusbl_des.usbl.usbl import Usbl
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import Place, moored
@@ -72,6 +72,7 @@ class Sea:
         levels["sd"] = [*self.sds[[0, 3, 4, 3, 4]], self.sds[9]]
         levels["clock_offset_sd_s"], levels["clock_drift_sd"] = self.sds[10:]
         levels["outliers_below"], levels["outlier_sd_m"] = self.outliers
+        levels["slow_at"] = NONE
         for kind, at in (("misalignment", 0), ("gnss", 3), ("sound_speed", 9), ("clock", 10)):
             levels[f"{kind}_at"] = at
         lasting = Systematic(
@@ -244,6 +245,9 @@ def test_measurements_that_contradict_each_other_make_no_sure_fix() -> None:
 @pytest.mark.parametrize("aside", [0.0, 1e-16, 1e-4])
 def test_a_fix_at_the_array_has_no_direction_to_turn(aside: float) -> None:
     """A clock that is off may leave nothing of a range; rounding of the rest is not a direction."""
-    found = changes.py_func(np.ones((4, EFFECTS)), (aside, -aside, 10.0))
+    usbl = Usbl(ARRAYS["oem5"], 0.0, 0.0, 0.0, (0.0, 0.0, 0.0), 0.0, SOUND)
+    instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0], None)
+    seen = Sighting((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), np.eye(3), 10.0, math.nan, 10.0)
+    found = changes(np.ones((4, EFFECTS)), (aside, -aside, 10.0), seen, instrument)
     assert not found.any()
-    assert changes.py_func(np.ones((4, EFFECTS)), (1.0, 0.0, 10.0)).any()
+    assert changes(np.ones((4, EFFECTS)), (1.0, 0.0, 10.0), seen, instrument).any()

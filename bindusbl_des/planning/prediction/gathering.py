@@ -4,6 +4,7 @@ and what depends on a distance alone, at even steps; and, in words, what it leav
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import lru_cache
 from math import cos, hypot, radians, sin, sqrt
 from typing import Any
@@ -142,6 +143,7 @@ def lasting_of(scenario: Scenario) -> Lasting:
         scenario.usbl.gnss_time_constant_s,
         found.get("sound_speed", (0.0,))[0],
         hypot(offset, drift * float(scenario.duration_s) / 2),
+        scenario.usbl.correlation_s if "slow" in found else 0.0,
         len(told_of(scenario)) == len(found),
     )
 
@@ -321,20 +323,26 @@ def fix_noise(scenario: Scenario) -> FixNoise:
     hf = scenario.acoustics.hf
     channel = None if is_plugin(hf.channel) else hf_channel(scenario)
     rows: dict[float, Floats] = {}
-    usbl = usbl_of(scenario)
-    (array, metric, levels), has_sheet = usbl.handed, usbl.has_sheet
+    shares = 0.0, scenario.usbl.slow_share
+    whole, white = (replace(usbl_of(scenario), slow_share=it) for it in shares)
     for depth in {survey.depth(auv) for auv in range(count)}:
         snr = np.full(len(away), math.nan)
         if channel is not None:
             asked = between(0.0, *below(np.hypot(away, depth), depth), hf.range_m, calling=False)
             snr = np.ascontiguousarray(channel.prospects(asked)["snr_db"][:, 0])
         moved = _moved_m2(scenario)
-        rows[depth] = _variances(
-            away, depth, snr, moved, scenario.navigation.weighs, array, metric, levels, has_sheet
+        found, rest = (
+            _variances(
+                away, depth, snr, moved, scenario.navigation.weighs, *it.handed, it.has_sheet
+            )
+            for it in (whole, white)
         )
+        level = np.maximum(found[:, 0] + found[:, 1], 1e-30)
+        slow = np.clip(1.0 - (rest[:, 0] + rest[:, 1]) / level, 0.0, 1.0)
+        rows[depth] = np.column_stack((found, slow))
     own = np.stack([rows[survey.depth(auv)] for auv in range(count)])
     step = farthest / STEPS
-    return FixNoise(step, *(np.ascontiguousarray(own[:, :, k]) for k in range(4)))
+    return FixNoise(step, *(np.ascontiguousarray(own[:, :, k]) for k in range(5)))
 
 
 def _moved_m2(scenario: Scenario) -> float:
@@ -374,7 +382,8 @@ def _variances(
             ranging_sd = 0.5 * math.sqrt(path_sd(2.0 * reach, instrument.levels) ** 2 + moved)
         _, spread = placed(NOTHING, unit, believed, reach, ranging_sd, snr_db[k], none, instrument)
         if weighs:
-            own = instrument.levels.gnss_sd_m**2 + spread_sd(reach, instrument.levels) ** 2
+            spread_m2 = spread_sd(reach, instrument.levels) ** 2
+            own = instrument.levels.gnss_sd_m**2 + (1.0 - instrument.levels.slow_share) * spread_m2
             bent = dot(turned(spread, unit), unit) - ranging_sd**2 - own
             for i in range(3):
                 for j in range(3):

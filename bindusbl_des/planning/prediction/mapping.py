@@ -176,8 +176,8 @@ def error_map(inputs: Inputs, stations: ArrayLike, places: ArrayLike) -> ErrorMa
     return ErrorMap(np.where(corrected, np.minimum(error, lost), lost), chance)
 
 
-def _tables(noise: FixNoise) -> tuple[Floats, Floats, Floats, Floats]:
-    return noise.along_m2, noise.across_m2, noise.down_m2, noise.leaning_m2
+def _tables(noise: FixNoise) -> tuple[Floats, ...]:
+    return noise.along_m2, noise.across_m2, noise.down_m2, noise.leaning_m2, noise.slow
 
 
 def _told(inputs: Inputs, around: Sights) -> Floats:

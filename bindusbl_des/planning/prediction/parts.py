@@ -73,7 +73,8 @@ class FixNoise:
     """What a fix by one array errs by: variances (n, g), m2, of n AUVs by horizontal distance.
 
     Along the line of sight seen from above, across it, downwards, and the covariance of along and
-    down.  They belong to distances 0, `step_m`, 2 `step_m` and so on, as those of :class:`Chances`.
+    down.  They belong to distances 0, `step_m`, 2 `step_m` and so on, as those of :class:`Chances`;
+    so does the share of it that changes slowly, `slow` (n, g).
     """
 
     step_m: float
@@ -81,6 +82,7 @@ class FixNoise:
     across_m2: Floats
     down_m2: Floats
     leaning_m2: Floats
+    slow: Floats
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,8 @@ class Lasting:
 
     Of each array's heading (rad) and GNSS position per axis (m), which wanders with a time constant
     (s); of all ranges the share by which they are too long, and how late (s) an AUV's clock is.
-    Whether the filter is told of them (`is_told`), so that it estimates them.
+    Slow acoustic errors last for `slow_s` (s; 0: there are none).  Whether the filter is told of
+    all of them (`is_told`), so that it estimates them.
     """
 
     misalignment_rad: float
@@ -97,12 +100,14 @@ class Lasting:
     gnss_time_constant_s: float
     sound_speed_share: float
     clock_s: float
+    slow_s: float
     is_told: bool
 
     @property
     def is_none(self) -> bool:
         """Whether there are no such errors."""
-        return not (self.misalignment_rad or self.gnss_m or self.sound_speed_share or self.clock_s)
+        of_all = self.sound_speed_share or self.clock_s or self.slow_s
+        return not (self.misalignment_rad or self.gnss_m or of_all)
 
 
 @dataclass(frozen=True)

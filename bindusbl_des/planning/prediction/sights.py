@@ -114,15 +114,30 @@ def fixes(inputs: Inputs, sights: Sights, places: Floats, stations: Floats) -> F
     sine = np.where(above, 0.0, (places[:, :, np.newaxis, 1] - stations[:, 1]) / away)
     line, apart = (cosine, sine), (level, sights.slant_m)
     if inputs.access.ranging.asvs_ping:
-        one = lasting.turned(along, across, line)
-        return Fixes(one, *lasting.of_each(inputs, *apart, line))
+        one = Fixes(lasting.turned(along, across, line), *lasting.of_each(inputs, *apart, line))
+        return _with_slow(inputs, one, looked_up(noise.slow, noise.step_m, level))
     weights = sights.heard
     if inputs.access.downlink.replies:  # the first to hear it answers by itself
         weights = np.where(level == level.min(axis=2, keepdims=True), weights, 0.0)
     fused = _fused((along, across, down, leaning), weights, line)
     if inputs.lasting.is_none:
         return Fixes(fused, np.zeros(fused.shape), np.zeros(fused.shape[:3]))
-    return Fixes(fused, *lasting.of_all(inputs, *apart, line, weights, (along, across)))
+    found = Fixes(fused, *lasting.of_all(inputs, *apart, line, weights, (along, across)))
+    slow = _added(weights * looked_up(noise.slow, noise.step_m, level))
+    share = slow / np.maximum(_added(weights), SELDOM)
+    return _with_slow(inputs, found, share[:, :, np.newaxis])
+
+
+def _with_slow(inputs: Inputs, fixes: Fixes, share: Floats) -> Fixes:
+    """Return fixes of whose noise a share (n, k, w) is slow: it is of what they have in common."""
+    lasts_s = inputs.lasting.slow_s
+    if lasts_s == 0.0:
+        return fixes
+    noise, common, rate = fixes
+    slow = share[..., np.newaxis] * noise
+    own, other = slow[..., 0] + slow[..., 1], common[..., 0] + common[..., 1]
+    rate = (own / lasts_s + other * rate) / np.maximum(own + other, 1e-30)
+    return Fixes(noise - slow, common + slow, rate)
 
 
 def _fused(

@@ -12,6 +12,7 @@ function errorMap(inputs, stations, places) {
   if (access.schedule.turn !== "each") period *= ways.places_m.length;
   const here = { ...inputs, ways: { ...ways, depths_m: one(ways.depths_m) }, noise: {
     step_m: noise.step_m, along_m2: one(noise.along_m2), across_m2: one(noise.across_m2), down_m2: one(noise.down_m2), leaning_m2: one(noise.leaning_m2),
+    slow: one(noise.slow),
   } };
   const spots = Float64Array.from(places.flat()), around = sightsOf(here, spots, places.length, stations), found = located(here, around);
   const own = fixesOf(here, around, spots, stations), lost = drifted(inputs), settled = new Settled(inputs, lateOf(inputs, plan, ways.places_m.length));

@@ -81,6 +81,7 @@ function fixesOf(inputs, sights, places, stations) {
   const { auvs, instants, asvs, level } = sights, passive = inputs.access.ranging.asvs_ping;
   const kinds = passive ? asvs : 1, size = 3 * auvs * instants * kinds;
   const noise = new Float64Array(size), lasts = new Float64Array(size), rate = new Float64Array(size / 3);
+  const slowS = inputs.lasting.slow_s, slows = flat(inputs.noise.slow);
   const row = newRow(inputs, asvs), lasting = hasCommon(inputs), speeds = lasting ? speedsOf(inputs.ways, auvs, instants, places) : null;
   for (let auv = 0, i = 0; auv < auvs; auv++) for (let k = 0; k < instants; k++, i++) {
     fillRow(row, inputs, sights, auv, i, places, stations);
@@ -89,13 +90,34 @@ function fixesOf(inputs, sights, places, stations) {
         const n = i * asvs + asv, [cosine, sine] = [row.cosine[asv], row.sine[asv]];
         noise.set(turned(row.along[asv], row.across[asv], cosine, sine), 3 * n);
         if (lasting) rate[n] = lastsOfEach(inputs, level[n], sights.slant[n], cosine, sine, speeds[auv], lasts, 3 * n);
+        if (slowS) rate[n] = withSlow(lookedUp(slows, auv * row.length, row.length, inputs.noise.step_m, level[n]), slowS, rate[n], noise, lasts, 3 * n);
       }
       continue;
     }
     noise.set(fused(row, asvs), 3 * i);
     if (lasting) rate[i] = lastsOfAll(inputs, row, asvs, speeds[auv], lasts, 3 * i);
+    if (!slowS) continue;
+    let [slow, heard] = [0, 0];
+    for (let asv = 0; asv < asvs; asv++) {
+      heard += row.weight[asv];
+      slow += row.weight[asv] * lookedUp(slows, auv * row.length, row.length, inputs.noise.step_m, row.level[asv]);
+    }
+    rate[i] = withSlow(slow / Math.max(heard, SELDOM), slowS, rate[i], noise, lasts, 3 * i);
   }
   return { kinds, noise, lasts, rate };
+}
+
+// Of the noise of a fix a share is slow, and so of what fixes have in common; the rate of both.
+function withSlow(share, slowS, rate, noise, lasts, at) {
+  const other = lasts[at] + lasts[at + 1];
+  let own = 0;
+  for (let k = 0; k < 3; k++) {
+    const slow = share * noise[at + k];
+    noise[at + k] -= slow;
+    lasts[at + k] += slow;
+    if (k < 2) own += slow;
+  }
+  return (own / slowS + other * rate) / Math.max(own + other, 1e-30);
 }
 
 // Room for what is to be known of each ASV where an AUV is.
@@ -148,7 +170,7 @@ function fused({ along, across, down, leaning, cosine, sine, weight }, asvs) {
 }
 
 // Whether fixes have errors in common.
-function hasCommon({ lasting: it }) { return [it.misalignment_rad, it.gnss_m, it.sound_speed_share, it.clock_s].some((size) => size !== 0); }
+function hasCommon({ lasting: it }) { return [it.misalignment_rad, it.gnss_m, it.sound_speed_share, it.clock_s, it.slow_s].some((size) => size !== 0); }
 
 // How fast each AUV goes on average (m/s).
 function speedsOf({ times_s }, auvs, instants, places) {
