@@ -63,13 +63,16 @@ def _messages(path: str) -> Iterator[tuple[str, str, float, Any]]:
 def _location(told: str, message: Any, at: float) -> Sample:
     """Return a position on Earth at its own time, or else that of the log."""
     is_json = not hasattr(message, "HasField")
-    lat, lon, height, *stamp = _of_json(message) if is_json else _of_protobuf(message)
-    if not (_is_number(lat) and _is_number(lon)):
+    parts = _of_json(message) if is_json else _of_protobuf(message)
+    lat, lon, height, seconds, nanoseconds = map(_number, parts)
+    if lat is None or lon is None:
         raise BadChart(f"{told}: needs numbers as latitude and longitude")
-    time = stamp[0] + stamp[1] / 1e9 if all(map(_is_number, stamp)) else at
+    time = at if seconds is None or nanoseconds is None else seconds + nanoseconds / 1e9
+    if not math.isfinite(time):
+        raise BadChart(f"{told}: its timestamp is {time:g} s; leave it out, then log_time counts")
     place = position(lat, lon, told, "latitude and longitude of WGS-84")
     depth = math.nan
-    if _is_number(height):
+    if height is not None:
         if not math.isfinite(height):
             raise BadChart(f"{told}: its height is {height:g}; leave it out if it is unknown")
         depth = -height
@@ -92,12 +95,18 @@ def _of_protobuf(message: Any) -> tuple[Any, ...]:
 
 
 def _row(told: str, message: Mapping[str, Any]) -> Sample:
-    values = [message[name] for name in ROW]
-    if not all(_is_number(value) and math.isfinite(value) for value in values):
+    values = [_number(message[name]) for name in ROW]
+    time, x, y, depth = (math.nan if it is None else it for it in values)
+    if not math.isfinite(time + x + y + depth):
         raise BadChart(f"{told}: needs a finite number in each of {', '.join(ROW)}")
-    time, x, y, depth = map(float, values)
     return Sample(told, time, (x, y), in_sea(told, depth), False)
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+def _number(value: object) -> float | None:
+    """Return a number as one that is computed with; None for anything else."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return None
+    try:
+        return float(value)
+    except OverflowError:  # an integer of hundreds of digits
+        return math.inf

@@ -3,7 +3,6 @@
 What the commands share that say what would help a mission.
 """
 
-import math
 import re
 import shutil
 from collections.abc import Callable, Sequence
@@ -33,6 +32,7 @@ from .console import (
     writing,
 )
 from .options import (
+    Range,
     anyway_option,
     json_option,
     out_option,
@@ -58,21 +58,12 @@ def advice_options(meaning: str) -> Callable[[Any], Any]:
         within = click.option(
             "--advice-s",
             metavar="SECONDS",
-            type=click.FloatRange(min=0),
-            callback=_finite,
+            type=Range(min=0),
             help="Begin no further one after so long (default: all are flown).",
         )
         return missions(within(without(command)))
 
     return options
-
-
-def _finite(
-    context: click.Context, parameter: click.Parameter, value: float | None
-) -> float | None:
-    if value is not None and not math.isfinite(value):
-        raise click.BadParameter(f"{value} is no time; give seconds", context, parameter)
-    return value
 
 
 def advice_on(

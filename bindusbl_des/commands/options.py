@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Callable, Iterator, Mapping
 from glob import escape, glob
+from math import isfinite
 from typing import Any
 
 import click
@@ -19,6 +20,19 @@ Command = Callable[[Any], Any]
 # What may also stand before the name of a command, and is handed on to it.
 JSON = "--json"
 SET = "--set"
+
+
+class Range(click.FloatRange):
+    """A number within bounds; nan, which no bound holds, and infinity are none."""
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Return the number that somebody has given."""
+        found: float = super().convert(value, param, ctx)
+        if not isfinite(found):
+            self.fail(f"{value} is no number to count with; give a finite one", param, ctx)
+        return found
 
 
 def quiet_option(command: Any) -> Any:

@@ -17,7 +17,7 @@ from .console import (
     write_new,
     writing,
 )
-from .options import json_option, out_option, plugins_option
+from .options import Range, json_option, out_option, plugins_option
 
 if TYPE_CHECKING:
     from ..replay.log import Log
@@ -39,7 +39,7 @@ def log_options(command: Any) -> Any:
     speed = click.option(
         "--speed",
         metavar="M_PER_S",
-        type=click.FloatRange(min=0.001, max=20.0),
+        type=Range(min=0.001, max=20.0),
         default=1.0,
         help="Nominal speed by which the way stands in for instants that a log has not (1).",
     )

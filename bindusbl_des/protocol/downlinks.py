@@ -68,6 +68,10 @@ def downlink_named(name: str) -> Downlink:
     return OwnDownlink(name, own_part(DOWNLINK, name))
 
 
+# Sound goes a metre in such a time (s): shorter rounds of somebody's own would go on for ever.
+SHORTEST_S = 1e-3
+
+
 @dataclass(frozen=True)
 class OwnDownlink:
     """A downlink of somebody's own, by its name in the scenario; it always has the queue of fixes:
@@ -92,8 +96,11 @@ class OwnDownlink:
     def _ended(self, network: Network, answer: Any, time: float, when: str) -> Steps:
         """Wait for the end of a round and return it (s), if what was returned is one."""
         ends, now = _instant(answer), network.env.now
-        if ends is None or ends <= time or ends < now - SAME:
-            needed = f"it must be the instant (s) at which the next round begins, after {time:g}"
+        if ends is None or ends < time + SHORTEST_S or ends < now - SAME:
+            needed = (
+                "it must be the instant (s) at which the next round begins, "
+                f"{SHORTEST_S:g} s after {time:g} or later"
+            )
             waited = f" and not before {now:g}, until when it has waited" if now > time else ""
             said = shown(DOWNLINK.key, self.name, answer, when)
             raise PluginError(

@@ -55,6 +55,7 @@ def _draw_residuals(axes: Axes, replay: Replay) -> None:
     times = np.sort(np.concatenate((log.ranges.times, log.fixes.times)), kind="stable")
     off, is_outlier = seen["off_m"], seen["inlier"] < 0.5
     edge = 1.3 * float(np.percentile(np.abs(off), 99.0, method="lower"))
+    edge = max(edge, 1e-3)  # of sights that fit exactly
     shown = np.clip(off, -edge, edge)
     for which, colour, label in (
         (~is_outlier, COLOURS[0], "sight"),

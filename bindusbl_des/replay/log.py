@@ -1,12 +1,13 @@
 """A recorded mission: odometry of one vehicle, and what acoustics told of its position."""
 
 from dataclasses import dataclass, replace
-from math import cos, sin
+from math import cos, isfinite, sin
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.wording import described
 from ..navigation.dead_reckoning import Odometry
 
 Array = NDArray[np.float64]
@@ -16,6 +17,30 @@ Bools = NDArray[np.bool_]
 
 class BadLog(ValueError):
     """A log cannot be read; the message names file, place and remedy."""
+
+
+# Beyond this (m, s, rad, or their squares) nothing has been measured: it is a mistake, and squares
+# of it are no numbers any more.
+MOST = 1e10
+
+
+def recorded(place: str, column: str, value: object) -> float:
+    """Return a number that somebody has recorded.
+
+    Raises:
+        BadLog: naming the place of what is none, or none that can be computed with.
+    """
+    try:
+        found = float(value)  # type: ignore[arg-type]  # whatever it is, float says
+    except (TypeError, ValueError, OverflowError):
+        raise BadLog(
+            f"{place}: needs a number in the column {column}; met {described(value)}"
+        ) from None
+    if not isfinite(found):
+        raise BadLog(f"{place}: {column} is {found}; leave the row out if nothing was measured")
+    if abs(found) > MOST:
+        raise BadLog(f"{place}: {column} is {found:g}; no log holds more than {MOST:g}")
+    return found
 
 
 class Beacons(NamedTuple):

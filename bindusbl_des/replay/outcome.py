@@ -124,7 +124,8 @@ def _track(replay: Replay) -> dict[str, Any]:
         rows = np.searchsorted(track.times, log.times)
         out[f"{name}_x_m"], out[f"{name}_y_m"] = track.places[rows].T
         xx, yy, xy = track.covariances[rows].T
-        out[f"{name}_sd_x_m"], out[f"{name}_sd_y_m"] = np.sqrt(xx), np.sqrt(yy)
+        sds = (np.sqrt(np.maximum(it, 0.0)) for it in (xx, yy))  # what is known may round below 0
+        out[f"{name}_sd_x_m"], out[f"{name}_sd_y_m"] = sds
         out[f"{name}_cov_xy_m2"] = xy
     nothing = np.full(len(log.times), nan)
     places = np.column_stack((nothing, nothing)) if reference is None else reference.places

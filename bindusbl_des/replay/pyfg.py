@@ -12,14 +12,14 @@ and not read.  Source: reader and files of GTSAM (Dellaert and others), `gtsam/D
 
 from collections.abc import Iterator
 from importlib.util import find_spec
-from math import isfinite, sqrt
+from math import sqrt
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from ..core.regular_files import regular
-from .log import Array, BadLog, Beacons, Fixes, Log, Ranges, Stated
+from .log import Array, BadLog, Beacons, Fixes, Log, Ranges, Stated, recorded
 
 # How many words a line of each kind has, and which of them are names.
 WORDS = {"VERTEX_SE2": 6, "VERTEX_XY": 4, "EDGE_SE2": 13, "EDGE_RANGE": 6}
@@ -101,17 +101,7 @@ def _lines(path: Path) -> Iterator[Line]:
             raise BadLog(f"{place}: {kind} has {len(words) - 1} words, not {WORDS[kind] - 1}")
         names = tuple(words[k] for k in NAMES[kind])
         rest = [word for k, word in enumerate(words) if k and k not in NAMES[kind]]
-        yield Line(place, kind, names, tuple(_number(place, word) for word in rest))
-
-
-def _number(place: str, word: str) -> float:
-    try:
-        value = float(word)
-    except ValueError:
-        raise BadLog(f"{place}: {word!r} is no number") from None
-    if not isfinite(value):
-        raise BadLog(f"{place}: {word} is not finite")
-    return value
+        yield Line(place, kind, names, tuple(recorded(place, kind, word) for word in rest))
 
 
 def _numbered(steps: list[Line]) -> dict[str, int]:

@@ -108,6 +108,9 @@ def _vehicle(path: Path, odometry: Table, vehicle: str | None) -> str:
 
 def _beacons(table: Table) -> Beacons:
     names = table.words("beacon")
+    for n, (place, _) in enumerate(table.rows):
+        if names[n] in names[:n]:
+            raise BadLog(f"{place}: the beacon {names[n]} is listed twice; leave one of them out")
     places = table.numbers("x_m", "y_m")
     depths = table.numbers("z_m") if table.has("z_m") else np.zeros((len(names), 1))
     return Beacons(tuple(names), np.hstack((places, depths)))
@@ -138,6 +141,9 @@ def _fixes(table: Table) -> Fixes:
     crossed: Array = np.zeros((len(table), 1))
     if table.has("cov_xy_m2"):
         crossed = table.numbers("cov_xy_m2")
+        for (place, _), row, both in zip(table.rows, numbers, crossed[:, 0], strict=True):
+            if abs(both) > row[3] * row[4]:
+                raise BadLog(f"{place}: cov_xy_m2 is {both:g}, above sd_x_m times sd_y_m")
     order = np.argsort(numbers[:, 0], kind="stable")
     covariances = np.hstack((numbers[:, 3:] ** 2, crossed))
     return Fixes(numbers[order, 0], numbers[order, 1:3], covariances[order])

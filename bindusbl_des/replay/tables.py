@@ -7,7 +7,6 @@ A table has the columns that our own export writes: `tracks` (or `odometry`), `f
 import csv
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ import numpy as np
 
 from ..core.regular_files import regular
 from ..core.wording import described
-from .log import Array, BadLog
+from .log import Array, BadLog, recorded
 
 Row = Mapping[str, Any]
 
@@ -64,15 +63,7 @@ class Table:
 def _number(place: str, row: Row, column: str) -> float:
     if row.get(column) in (None, ""):
         raise BadLog(f"{place}: needs a number in the column {column}; it has {', '.join(row)}")
-    try:
-        value = float(row[column])
-    except (TypeError, ValueError):
-        raise BadLog(
-            f"{place}: needs a number in the column {column}; met {described(row[column])}"
-        ) from None
-    if not isfinite(value):
-        raise BadLog(f"{place}: {column} is {value}; leave the row out if nothing was measured")
-    return value
+    return recorded(place, column, row[column])
 
 
 def csv_tables(folder: Path) -> dict[str, Table]:

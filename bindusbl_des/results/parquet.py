@@ -133,8 +133,13 @@ def write_parquet(table: pa.Table, name: str, path: Any, origin: Mapping[str, st
 
 @contextmanager
 def _opened(path: Path) -> Iterator[pq.ParquetFile]:
-    with _read(path), pq.ParquetFile(path, page_checksum_verification=True) as file:
-        yield file
+    # pyarrow takes ~ in a name for a home, and refuses names that are no UTF-8
+    with (
+        _read(path),
+        open(path, "rb") as file,
+        pq.ParquetFile(file, page_checksum_verification=True) as opened,
+    ):
+        yield opened
 
 
 @contextmanager

@@ -8,6 +8,8 @@ been asked for yet is predicted: every vehicle keeps its last velocity.
 from collections.abc import Callable, Mapping
 from math import ceil, isfinite
 from numbers import Real
+from pathlib import Path
+from traceback import walk_tb
 from typing import Any, Protocol
 
 import numpy as np
@@ -30,6 +32,12 @@ NAMES = {"auvs": "AUV", "asvs": "ASV"}
 
 # By so much (s) the clock of a source may be off: the last digits of a sum of steps.
 SAME_S = 1e-6
+
+
+def _line(error: Exception) -> str:
+    """Return by which line an error came, as `` at source.py:12``."""
+    *_, (frame, line) = walk_tb(error.__traceback__)
+    return f" at {Path(frame.f_code.co_filename).name}:{line}"
 
 
 class PoseSource(Protocol):
@@ -92,6 +100,11 @@ class Answers:
         self._is_asked = True
         try:
             answer: Any = self._source.advance_to(time)
+        except Exception as error:
+            error.add_note(
+                f"The pose source raised this{_line(error)}, asked for {_plain(time)} s."
+            )
+            raise
         finally:
             self._is_asked = False
         self._check_clock(time)

@@ -187,6 +187,16 @@ def test_what_is_no_track_is_told_with_its_line_and_a_remedy(
             "row",
             r"message 1 on /a: a depth of -9 m is above the sea; depths must be positive below it",
         ),
+        (
+            {"time_s": 10**400, "x_m": 0, "y_m": 0, "z_m": 1},
+            "row",
+            r"message 1 on /a: needs a finite number in each of time_s, x_m, y_m, z_m",
+        ),
+        (
+            b'{"latitude": 1.0, "longitude": 2.0, "timestamp": {"sec": NaN, "nsec": 0}}',
+            LOCATION,
+            r"message 1 on /a: its timestamp is nan s; leave it out",
+        ),
         (b"{", LOCATION, r"a.mcap: cannot be read as an MCAP file: Expecting property name"),
     ],
 )

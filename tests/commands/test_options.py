@@ -135,3 +135,16 @@ def test_params_finds_words_in_meanings() -> None:
     found = json.loads(call("params", "pipelined_group", "--json").stdout)
     assert [row["key"] for row in found] == ["protocol.downlink"]
     assert call("params", "*colouring*").exit_code == 2
+
+
+@pytest.mark.parametrize("number", ["nan", "inf"])
+def test_a_number_that_no_bound_holds_is_refused(number: str, tmp_path: Path) -> None:
+    for words in (
+        ("replay", "goats_15", "--speed", number),
+        ("plan", "quickstart", "--below", "error=1", "--share", number),
+        ("run", "quickstart", "--advice-s", number),
+    ):
+        found = call(*words, "--out", str(tmp_path / "out"))
+        assert found.exit_code == 2
+        assert "Error: Invalid value for" in found.stderr
+        assert not (tmp_path / "out").exists()

@@ -52,6 +52,11 @@ def lazy(view):
     yield [0]
     raise TypeError("late")
 
+def endless(view):
+    while True:
+        yield [0]
+
+
 def fraction(view): return [[0.7]]
 def truth(view): return [[True]]
 def minus(view): return [[-1]]
@@ -304,6 +309,7 @@ def test_a_plug_in_that_cannot_be_loaded_is_bad_input(home: Path, name: str, sai
         ("raises", "raised TypeError in round 0: no good"),
         ("base", "raised BaseException in round 0"),
         ("lazy", "raised TypeError in round 0: late"),
+        ("endless", "raised ValueError in round 0: a round with more than 100,000 groups"),
         ("fraction", "returned [[0.7]] in round 0; a round is a list of groups"),
         ("truth", "returned [[True]] in round 0; a round is a list of groups"),
         ("words", "returned 'ab' in round 0; a round is a list of groups"),

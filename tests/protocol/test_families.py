@@ -114,6 +114,9 @@ def yields(network, turn, time): yield 3.0
 def stands(network, turn, time):
     return time
     yield
+def hurries(network, turn, time):
+    return time + 1e-12
+    yield
 def ends(value):
     def downlink(network, turn, time):
         yield from uplink_slot(network, turn, 0, time)
@@ -306,7 +309,7 @@ def test_a_misspelt_part_is_told_with_the_one_that_was_meant(home: Path, family:
     assert ", ".join(family.siblings) in outcome.stderr
 
 
-INSTANT = "it must be the instant (s) at which the next round begins, after 0"
+INSTANT = "it must be the instant (s) at which the next round begins, 0.001 s after 0 or later"
 ASV = "it must be the whole number of an ASV, 0..2"
 
 
@@ -324,6 +327,7 @@ ASV = "it must be the whole number of an ASV, 0..2"
         ("downlink", "plain", "returned 1.0 in round 0; it must be a generator function"),
         ("downlink", "yields", "yielded 3.0 in round 0; it must be an event"),
         ("downlink", "stands", f"returned 0.0 in round 0; {INSTANT}"),
+        ("downlink", "hurries", f"returned 1e-12 in round 0; {INSTANT}"),
         ("downlink", "no", f"returned None in round 0; {INSTANT}"),
         ("downlink", "nan", f"returned nan in round 0; {INSTANT}"),
         ("downlink", "words", f"returned '1.0' in round 0; {INSTANT}"),

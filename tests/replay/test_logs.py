@@ -14,6 +14,7 @@ from bindusbl_des.replay.reading import read_log
 ODOMETRY = "time_s,x_m,y_m,yaw_rad\n10,0,0,0\n11,1,0,0\n13,3,0,0\n"
 BEACONS = "beacon,x_m,y_m\nN,0,50\nE,50,0\n"
 RANGES = "time_s,beacon,range_m\n12,N,50.1\n11,E,49\n"
+CROSSED = "time_s,x_m,y_m,sd_x_m,sd_y_m,cov_xy_m2\n11,0,0,2,2.5,-6\n"
 
 
 def folder_of(path: Path, **files: str) -> str:
@@ -53,8 +54,11 @@ def test_without_instants_the_way_stands_in(tmp_path: Path) -> None:
         (("A1 A2", "A0 A2"), ":5: the step from A0 to A2 does not go on"),
         (("A3 L0", "A9 L0"), ":9: no step leads to the pose A9"),
         (("A2 L1", "A2 L7"), ":8: the beacon L7 has no VERTEX_XY"),
-        (("48 0.5", "many 0.5"), ":7: 'many' is no number"),
-        (("48 0.5", "inf 0.5"), ":7: inf is not finite"),
+        (
+            ("48 0.5", "many 0.5"),
+            ":7: needs a number in the column EDGE_RANGE; met the text 'many'",
+        ),
+        (("48 0.5", "inf 0.5"), ":7: EDGE_RANGE is inf"),
         (("48 0.5", "-48 0.5"), ":7: needs a range from 0 m"),
         (("EDGE_SE2 4", "EDGE_SE2 1.5"), ":6: its instant 1.5 s is before"),
         (("VERTEX_XY L1 0 40", "VERTEX_XYZ L1 0 40 3"), ":2: VERTEX_XYZ is not known"),
@@ -92,8 +96,18 @@ def test_a_folder_of_csv_is_a_log(tmp_path: Path) -> None:
         ({"odometry": ODOMETRY.replace("yaw_rad", "yaw")}, "odometry.csv:2: .* column yaw_rad"),
         ({"ranges": RANGES.replace("E,", "W,")}, "ranges.csv:3: the beacon W is not in .*N, E"),
         ({"ranges": RANGES.replace("49", "-49")}, "ranges.csv:3: range_m is -49"),
+        ({"ranges": RANGES.replace("49", "9" * 400)}, "ranges.csv:3: range_m is inf"),
+        (
+            {"odometry": ODOMETRY.replace("13,3", "13,1e308")},
+            "odometry.csv:4: x_m is 1e.308; no log",
+        ),
+        (
+            {"beacons": BEACONS + BEACONS.splitlines()[1] + "\n"},
+            "beacons.csv:4: .* is listed twice",
+        ),
         ({"ranges": RANGES.replace("12,", "99,")}, "1 of 2 ranges lie outside the time"),
         ({"fixes": "time_s,x_m,y_m,sd_x_m,sd_y_m\n11,0,0,0,1\n"}, "fixes.csv:2: sd_x_m"),
+        ({"fixes": CROSSED}, "fixes.csv:2: cov_xy_m2 is -6, above sd_x_m times sd_y_m"),
     ],
 )
 def test_mistakes_in_csv_name_their_line(files: dict[str, str], told: str, tmp_path: Path) -> None:

@@ -282,3 +282,13 @@ def test_advice_of_strangers_is_told(folder: Path) -> None:
     (folder / "advice.json").write_text(json.dumps(data))
     with pytest.raises(ValueError, match="harms: the mission has no 'AUV5'"):
         load_result(folder)
+
+
+@pytest.mark.parametrize("name", ["~", "caf\udce9"])
+def test_folders_whose_names_a_library_would_take_for_others(
+    result: Result, tmp_path: Path, name: str
+) -> None:
+    """Neither a home nor what is no UTF-8: the folder that was named is read."""
+    folder = result.write(tmp_path / name)
+    assert folder.parent == tmp_path
+    assert load_result(folder).auvs.equals(result.auvs)

@@ -158,5 +158,8 @@ def test_its_own_errors_are_its_own() -> None:
             return {"auvs": GOOD}
 
     held = poses(Broken())
-    with pytest.raises(RuntimeError, match="must not advance or look at the mission"):
+    with pytest.raises(RuntimeError, match="must not advance or look at the mission") as error:
         held.advance(1.0)
+    [note] = error.value.__notes__
+    assert note.startswith("The pose source raised this at ")
+    assert note.endswith(", asked for 0.1 s.")

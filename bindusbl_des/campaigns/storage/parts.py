@@ -449,8 +449,8 @@ def _compare(folder: Path, part: str) -> None:
     for path in (part_path(folder, table, part) for table in TABLES):
         try:
             if path.exists():
-                with pq.ParquetFile(path, page_checksum_verification=True) as file:
-                    for _ in file.iter_batches():
+                with open(path, "rb") as file:
+                    for _ in pq.ParquetFile(file, page_checksum_verification=True).iter_batches():
                         pass
         except (OSError, pa.ArrowException) as error:
             said = (str(error).splitlines() or [""])[0]

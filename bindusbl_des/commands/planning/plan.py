@@ -19,6 +19,7 @@ from ..console import (
     weigh,
 )
 from ..options import (
+    Range,
     anyway_option,
     goal_metrics,
     json_option,
@@ -57,7 +58,7 @@ if TYPE_CHECKING:
 @click.option("--mean", is_flag=True, help="Judge the mean over AUVs, not the worst AUV.")
 @click.option(
     "--share",
-    type=click.FloatRange(min=0, max=1, min_open=True),
+    type=Range(min=0, max=1, min_open=True),
     metavar="SHARE",
     help="Judge what this share of the AUVs keeps to, such as 0.8.",
 )

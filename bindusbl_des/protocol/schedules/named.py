@@ -8,6 +8,7 @@ rounds on frames of `protocol.frame_s`.  A scenario can name one of one's own as
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from itertools import islice
 from math import isfinite
 from numbers import Real
 from typing import Any
@@ -144,12 +145,28 @@ def _is_time(length: Any) -> bool:
     return is_number and isfinite(length) and length > 0.0
 
 
+# So many groups of a round, or AUVs of a group, are read: a generator may have no end.
+MOST_READ = 100_000
+
+
+def _first(parts: Iterable[Any]) -> list[Any]:
+    """Return all parts of a round as a list.
+
+    Raises:
+        ValueError: when there are more than MOST_READ.
+    """
+    found = list(islice(parts, MOST_READ + 1))
+    if len(found) > MOST_READ:
+        raise ValueError(f"a round with more than {MOST_READ:,} groups, or AUVs of a group")
+    return found
+
+
 def _as_lists(groups: Any) -> list[list[int]] | None:
     """Return ping groups as lists of int; None for what is none, such as [[0.7]] or [[True]]."""
     if not isinstance(groups, Iterable):
         return None
     lists: list[list[Any]] = [
-        list(group) if isinstance(group, Iterable) else [None] for group in groups
+        _first(group) if isinstance(group, Iterable) else [None] for group in _first(groups)
     ]
     if not all(is_whole(auv) for group in lists for auv in group):
         return None
