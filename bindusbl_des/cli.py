@@ -63,6 +63,12 @@ class Commands(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.commands)
 
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        width = formatter.width - 6 - max(map(len, self.commands))
+        for name, group in GROUPS.items():
+            with formatter.section(name):
+                formatter.write_dl([(str(it.name), it.get_short_help_str(width)) for it in group])
+
     def invoke(self, ctx: click.Context) -> Any:
         try:
             return super().invoke(ctx)
@@ -162,34 +168,18 @@ def main(**_: Any) -> None:
     """
 
 
-for _command in (
-    run,
-    live,
-    sweep,
-    resume,
-    status,
-    merge,
-    compare,
-    reproduce,
-    validate,
-    schema,
-    init,
-    params,
-    presets,
-    timing,
-    coverage,
-    verify,
-    plan,
-    report,
-    plot,
-    explain,
-    bench,
-    export,
-    replay,
-    fit,
-    doctor,
-):
-    main.add_command(_command)
+# All commands, by what one wants of them, in the order of use
+GROUPS: dict[str, tuple[click.Command, ...]] = {
+    "Write a scenario": (init, params, presets, validate, schema),
+    "Fly": (run, live, sweep, resume, status, merge),
+    "Ask what became of it": (report, explain, plot, compare, export),
+    "Plan": (plan, coverage, timing, verify),
+    "Recorded missions": (replay, fit),
+    "The paper and this machine": (reproduce, bench, doctor),
+}
+for _group in GROUPS.values():
+    for _command in _group:
+        main.add_command(_command)
 
 
 if __name__ == "__main__":

@@ -101,7 +101,7 @@ class Finding:
     detail: str
 
 
-@click.command()
+@click.command(short_help="Check packages, compiled code and a tiny mission.")
 @click.option("--warm", is_flag=True, help="First compile what missions need, once.")
 @json_option("the findings")
 @click.pass_context

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..scenario.keys import Key
 
 
-@click.command()
+@click.command(short_help="List every mistake in scenario or experiment files.")
 @click.argument(
     "files", metavar="FILE...", nargs=-1, required=True, shell_complete=shipped_or_file()
 )
@@ -99,7 +99,7 @@ def _findings(
         return error.mistakes, ()
 
 
-@click.command()
+@click.command(short_help="Print the JSON Schema of scenario or experiment files.")
 @click.argument("kind", type=click.Choice(["scenario", "experiment"]), default="scenario")
 @json_option("it, with or without this option,")
 def schema(kind: str, as_json: bool) -> None:
@@ -206,7 +206,7 @@ def _paragraph(row: "Key") -> str:
     return f"{row.key}: {row.default}{unit}  ({allowed})\n    {row.meaning}{only}{source}"
 
 
-@click.command()
+@click.command(short_help="List modems, USBLs and inertial systems by name.")
 @click.argument("word", metavar="[KIND|NAME]", default="")
 @json_option("the figures")
 def presets(word: str, as_json: bool) -> None:

@@ -99,7 +99,7 @@ def _start(context: click.Context, parameter: click.Parameter, text: str | None)
     return start.replace(tzinfo=UTC) if start.tzinfo is None else start.astimezone(UTC)
 
 
-@click.command()
+@click.command(short_help="Fly a mission against the clock; send what it measures.")
 @scenario_argument
 @click.option(
     "--to",

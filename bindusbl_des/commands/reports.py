@@ -20,7 +20,7 @@ PAGE, COMPARISON = "report.html", "comparison.html"
 CAMPAIGN = "campaign.json"
 
 
-@click.command()
+@click.command(short_help="Write the HTML report of a run, several runs or a sweep.")
 @click.argument("folders", metavar="DIR...", nargs=-1, required=True)
 @out_option("FILE", "Where to write the page.")
 @click.option("--force", is_flag=True, help="Replace that file if it exists.")

@@ -21,7 +21,7 @@ FOLDER = "results/reproduction"
 SHOWN = 10
 
 
-@click.command()
+@click.command(short_help="Run the paper's experiments; put its numbers beside ours.")
 @click.argument("what", metavar="[paper]", type=click.Choice(["paper"]), default="paper")
 @click.option("--quick", is_flag=True, help="Few seeds and team sizes: a look in a minute or two.")
 @click.option(

@@ -138,7 +138,7 @@ def default_folder(name: str, shard: tuple[int, int] | None) -> Path:
     return Path("results") / f"{re.sub(r'[^A-Za-z0-9._-]+', '_', name)}{share}"
 
 
-@click.command()
+@click.command(short_help="Run what is missing of a campaign, or go on with a plan.")
 @click.argument("folder", metavar="DIR")
 @worker_options
 @plugins_option

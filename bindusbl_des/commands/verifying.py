@@ -19,7 +19,7 @@ from .options import json_option, out_option, plugins_option, scenario_argument,
 EXIT_CODES = {"accepted": 0, "refused": 1, "undecided": 3}
 
 
-@click.command()
+@click.command(short_help="Decide whether any two signals of a protocol may overlap.")
 @scenario_argument
 @click.option(
     "--max-speed",

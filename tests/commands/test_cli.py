@@ -29,8 +29,8 @@ from bindusbl_des.scenario.scenario import Scenario
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 COMMANDS = (
-    "run", "sweep", "resume", "status", "merge", "compare", "validate", "schema", "init", "params",
-    "presets", "timing", "coverage", "plot", "explain", "export", "doctor",
+    "init", "params", "presets", "validate", "schema", "run", "sweep", "resume", "status", "merge",
+    "explain", "plot", "compare", "export", "coverage", "timing", "doctor",
 )  # fmt: skip
 HEAVY = {
     "matplotlib", "networkx", "numba", "numpy", "pandas", "pyarrow", "pydantic", "simpy", "yaml",
@@ -89,10 +89,14 @@ def test_what_was_loaded_is_not_looked_through_at_the_end() -> None:
 
 
 def test_help_lists_the_commands_in_the_order_of_use() -> None:
-    """The help names every command once."""
+    """The help names every command once, in groups by what one wants, each in a whole line."""
     text = call("--help").stdout
     places = [text.index(f"\n  {command} ") for command in COMMANDS]
     assert places == sorted(places)
+    for command in main.commands:
+        assert text.count(f"\n  {command} ") == 1
+    assert not [line for line in text.splitlines()[1:] if line.endswith("...")]
+    assert max(map(len, text.splitlines())) <= 80
 
 
 def test_version() -> None:

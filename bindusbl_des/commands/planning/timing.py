@@ -133,7 +133,7 @@ if TYPE_CHECKING:
 MOST_ROWS = 12
 
 
-@click.command()
+@click.command(short_help="Print slots, rounds and fix rates of a scenario's protocol.")
 @scenario_argument
 @set_option
 @json_option("slots and rounds (s), limits")
