@@ -5,6 +5,7 @@ fix was made, as nobody on board knew.
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,14 +19,17 @@ from ..core.counted_draws import pair_keys
 from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams
 from ..core.wording import counted, plain
+from ..mission.build import slow_errors, usbl_of
 from ..mission.closed_loop import slow_gnss
 from ..mission.sensor_errors import clocks, misalignments
 from ..protocol.slots import slots_of
 from ..scenario.channel_settings import burst_s
-from ..scenario.declared import channel_named, schedule_of
+from ..scenario.declared import channel_named, ranging_of, schedule_of
 from ..scenario.instruments.own_sensors import kinds, sound_speed_error
 from ..scenario.part_choice import PartChoice
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
+from ..usbl.instrument import slow_path_sd
+from ..usbl.slow_errors import RANGE, advance
 from ..vehicles.currents import CONTROL_S
 from .chain import Step, place, row_of, rows_where
 
@@ -77,6 +81,28 @@ def _of_vessels(
             for axis, error in zip("xy", place, strict=True)
         }
         yield f"GNSS slowly astray (x y, m): {told}", facts
+    if "slow" in has and not ranging_of(world).calls:  # of a call and its answer it is in a path
+        errors = {name: _slow_error(result, fix, name) for name in names}
+        told = ", ".join(f"{name} {it:+.3f}" for name, it in errors.items())
+        facts = {f"{name}_slow_range_m": it for name, it in errors.items()}
+        yield f"ranges slowly astray (m): {told}", facts
+
+
+def _slow_error(result: "Result", fix: Any, asv: str) -> float:
+    """Return by how much (m) the slow error of an ASV makes the range too long that it measured."""
+    world, levels = result.scenario, replace(usbl_of(result.scenario), slow_share=1.0).levels[0]
+    numbers = slow_errors(world, Streams(result.seed))
+    if numbers is None:
+        return 0.0
+    pair = numbers[int(fix.auv.removeprefix("AUV")), int(asv.removeprefix("ASV"))]
+    heard = rows_where(result.tables["receptions"], auv=fix.auv, asv=asv)
+    decided = heard[heard.outcome.isin(["heard", "lost", "collided"])]
+    met = rows_where(decided, ping=fix.ping).iloc[0]
+    for time in decided[decided.arrived_at_s <= met.arrived_at_s].arrived_at_s:
+        advance(pair, time)
+    way = float(met.slant_range_m) * assumed_sound_speed_of(world) / sound_speed_of(world)
+    noise = math.sqrt(world.usbl.slow_share) * float(pair["value"][RANGE])
+    return noise * float(slow_path_sd(way, levels))
 
 
 def _shared(result: "Result", fix: Any, has: set[str]) -> Iterator[tuple[str, dict[str, float]]]:

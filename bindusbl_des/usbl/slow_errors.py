@@ -36,7 +36,7 @@ SLOW = np.dtype(
 )
 
 # Acoustic numbers at the beginning of a row of noise: elements (or what a sheet states), and range
-FIRST = ELEMENTS + 1
+FIRST, RANGE = ELEMENTS + 1, ELEMENTS
 
 
 def slow_numbers(

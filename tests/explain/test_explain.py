@@ -482,6 +482,23 @@ def test_without_events_there_is_nothing_to_tell() -> None:
         explain_ping(run, 99)
 
 
+@pytest.mark.parametrize("ranging", ["owtt_sync", "passive"])
+def test_how_slow_errors_moved_a_range_is_told_with_the_fix(ranging: str) -> None:
+    """All the range errs by is slow here: what is told is what the fix is too far away."""
+    sheet = {"model": "datasheet", "bearing_sd_deg": 0.0001, "range_sd_m": 0.5}
+    usbl = {**QUIET_USBL, "model": sheet, "slow_share": 1.0, "correlation_s": 20.0}
+    result = simulate(
+        around((0.0, 0.0), usbl=usbl, protocol={"ranging": ranging}, duration_s=30.0), 4
+    )
+    for number in (0, 5, len(result.tables["fixes"]) - 1):
+        made = step(chain_of_fix(result, number), f"Fix {number}")
+        longer = made.facts["ASV0_slow_range_m"]
+        row = result.tables["fixes"].iloc[number]
+        ranged = np.sqrt(row.x_m**2 + row.y_m**2 + row.z_m**2)
+        assert ranged - np.hypot(20.0, 10.0) == pytest.approx(longer, abs=1e-3)
+        assert f"ranges slowly astray (m): ASV0 {longer:+.3f}" in made.why
+
+
 def test_what_was_wrong_all_the_time_is_told_with_the_fix() -> None:
     """Who was turned and astray, and by how much: that is what the fix is off."""
     result = simulate(
