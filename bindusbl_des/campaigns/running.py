@@ -33,6 +33,7 @@ from .failures import check_name, check_new, check_unchanged, is_unfinished
 from .settings import HowToRun, Settings, settings_of
 from .storage.folder import (
     FORMAT,
+    LOCK,
     RECORD,
     check_no_links,
     clean,
@@ -139,10 +140,28 @@ def _swept(plan: Plan, folder: Path, shard: Shard | None, settings: Settings) ->
     with locked(folder):
         check_new(folder, plan)
         check_no_links(folder)
-        keep(plan.files, folder)
-        record = first_record(plan, shard)
-        write_scenario(folder, portable(plan.experiment.given))
-        return _run(Campaign(folder, plan, record), settings)
+        try:
+            keep(plan.files, folder)
+            record = first_record(plan, shard)
+            write_scenario(folder, portable(plan.experiment.given))
+            return _run(Campaign(folder, plan, record), settings)
+        except OSError as error:
+            if (folder / RECORD).exists():
+                raise
+            _empty(folder)
+            told = f"{error.strerror or error}; nothing was kept: free some space, run it again"
+            raise OSError(error.errno, told, str(folder)) from None
+
+
+def _empty(folder: Path) -> None:
+    """Remove what lies in a folder that was empty when this process locked it."""
+    for path in folder.iterdir():
+        if path.name == LOCK:
+            continue
+        if path.is_dir():
+            rmtree(path, ignore_errors=True)
+        else:
+            path.unlink(missing_ok=True)
 
 
 def check_backend(settings: Settings) -> None:

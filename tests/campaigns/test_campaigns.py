@@ -388,6 +388,23 @@ def test_a_full_disk_stops_the_campaign(experiment: Path) -> None:
     assert len(load_campaign("full").missions) == 16
 
 
+@pytest.mark.usefixtures("at_home")
+def test_a_folder_that_got_no_record_is_empty_again(experiment: Path) -> None:
+    """A disk that is full before anything counts leaves a folder that can be swept into."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (2_000, limits[1]))  # campaign.json does not fit
+    try:
+        stopped = call("sweep", experiment, "--out", "full")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert stopped.exit_code == 1
+    assert (
+        stopped.stderr == "full: File too large; nothing was kept: free some space, run it again\n"
+    )
+    assert {path.name for path in Path("full").iterdir()} <= {"campaign.lock"}
+    assert call("sweep", experiment, "--out", "full").exit_code == 0
+
+
 def test_parts_are_counted_once(experiment: Path) -> None:
     """What a killed process left beside the rows that count changes nothing."""
     loaded = load_experiment(experiment)
