@@ -295,6 +295,10 @@ def mistakes_told() -> Iterator[None]:
     except OSError as error:
         if error.errno == errno.ENAMETOOLONG:  # bad input, which `cli` tells
             raise
+        if isinstance(error, PermissionError):  # as bad input is, whatever was to be done there
+            refuse(
+                f"{error.filename}: {error.strerror}; ask its owner for the right, or name another"
+            )
         what = error.filename or "the output cannot be written"
         raise RunFailed(f"{what}: {error.strerror or error}") from error
 

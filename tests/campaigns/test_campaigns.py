@@ -693,3 +693,23 @@ def test_workers_do_without_pandas(experiment: Path, home: Path) -> None:
         [sys.executable, "-c", code], env=environment, capture_output=True, text=True
     )
     assert done.stdout.strip() == "['ok', 'ok'] False", done.stderr
+
+
+@pytest.mark.usefixtures("at_home")
+@pytest.mark.parametrize("words", [("status",), ("report",), ("resume",), ("compare",)])
+def test_a_folder_that_may_not_be_read_is_not_taken_for_an_empty_one(
+    experiment: Path, words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The folder is named, not rows that are lost; nothing is run again (root may read all)."""
+    assert call("sweep", experiment, "--out", "c").exit_code == 0
+    listed = Path.iterdir
+
+    def iterdir(path: Path) -> object:
+        if path.name == "missions":
+            raise PermissionError(13, "Permission denied", str(path))
+        return listed(path)
+
+    monkeypatch.setattr(Path, "iterdir", iterdir)
+    found = call(*words, "c")
+    assert found.exit_code == 2
+    assert found.stderr.startswith("c/missions cannot be read (Permission denied); ask its owner")

@@ -114,6 +114,15 @@ def read_record(folder: Path) -> dict[str, Any]:
         CampaignError: when the folder is no campaign's, or of another version.
     """
     path = folder / RECORD
+    try:  # globbing takes a folder that nobody may read for an empty one
+        for inside in (folder, *(it for it in folder.iterdir() if it.is_dir())):
+            next(inside.iterdir(), None)
+    except PermissionError as error:
+        raise CampaignError(
+            f"{error.filename} cannot be read ({error.strerror}); ask its owner for the right to"
+        ) from None
+    except OSError:
+        pass  # it is none, which is told below
     if not path.is_file():
         raise CampaignError(
             f"{folder} is no campaign folder (it has no {RECORD}); give the folder that "
