@@ -1,25 +1,21 @@
-"""Whether filters know how far off they are: the table of docs/navigation.md.
+"""Whether filters know how large their errors are: the figures of docs/navigation.md.
 
-    python benchmarks/ellipses.py [--write] [--half-width 1.0] [--most 400] [CELL...]
+    python benchmarks/ellipses.py [--half-width 1.0] [--most 400] [CELL...]
 
 For which share of the time the truth lies inside the 95 % ellipse of the estimate, from many
 missions, each of which counts once: its instants, and its AUVs, are not independent of each other.
 Missions are flown until the half-width of the 95 % interval of their mean is small enough (%), or
-that many are flown; `--write` puts the table in its place.
+that many are flown.
 """
 
 import argparse
 from math import inf, log, sqrt
-from pathlib import Path
 from statistics import fmean, stdev
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from bindusbl_des import Scenario, simulate
-
-PAGE = Path(__file__).parents[1] / "docs" / "navigation.md"
-BEGIN, END = "<!-- coverage: made by benchmarks/ellipses.py -->\n", "<!-- end of coverage -->\n"
 
 FILTERS = ("kalman", "smoother")
 
@@ -191,26 +187,19 @@ HEAD = """| | `kalman`: inside 95 % (%) | NEES | error (m) | `smoother`: inside 
 
 
 def main() -> None:
-    """Print the table, or put it into the page."""
+    """Print the table, row by row."""
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--write", action="store_true")
     options.add_argument("--half-width", type=float, default=1.0)
     options.add_argument("--most", type=int, default=400)
     options.add_argument("cells", nargs="*", default=list(CELLS), metavar="CELL")
     given = options.parse_args()
-    lines = []
+    print(HEAD, end="")
     for cell in given.cells:
         found = {
             navigator: covered(scenario_of(cell, navigator), given.half_width, given.most)
             for navigator in FILTERS
         }
-        lines.append(line(cell, found))
-        print(lines[-1], flush=True)
-    if given.write:
-        page = PAGE.read_text(encoding="utf-8")
-        before, rest = page.split(BEGIN)
-        after = rest.split(END)[1]
-        PAGE.write_text(before + BEGIN + HEAD + "\n".join(lines) + "\n" + END + after, "utf-8")
+        print(line(cell, found), flush=True)
 
 
 if __name__ == "__main__":
