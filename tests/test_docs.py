@@ -170,7 +170,7 @@ def test_a_part_of_ones_own_is_a_file_of_forty_lines() -> None:
 
 
 def test_extending_names_the_commands_that_load_plugins() -> None:
-    """All that have the option are named where leave is told of, and no other."""
+    """All that have the option are named where permission is described, and no other."""
     text = (ROOT / "docs" / "extending.md").read_text()
     told = re.search(
         r"^\* `--allow-plugins` of (.*?), for the files", text, re.MULTILINE | re.DOTALL
