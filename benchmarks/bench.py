@@ -57,7 +57,7 @@ HISTORY = Path(__file__).with_name("history.json")
 # Of these two machines must be alike for their times to be compared.
 KIND = ("processor", "cores", "system")
 
-# Dearer by this share or more is told as slower: chance alone takes a median a few per cent away.
+# Slower by this share or more is reported: chance alone moves a median by a few per cent.
 SLOWER = 0.10
 
 # What is compared of a mission, and what it is called.
@@ -82,7 +82,7 @@ class Ratio:
 
     @property
     def is_slower(self) -> bool:
-        """Whether it is dearer by more than chance."""
+        """Whether it is slower by more than chance."""
         return self.value >= 1.0 + SLOWER
 
 

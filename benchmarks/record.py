@@ -19,6 +19,7 @@ sys.path[:0] = [str(HERE), str(HERE / "peers")]
 import ns3_uan  # noqa: E402
 from page import page  # noqa: E402
 from plans import plans  # noqa: E402
+from targets import verdicts  # noqa: E402
 
 from bindusbl_des.benchmarks.bench import bench  # noqa: E402
 from bindusbl_des.benchmarks.missions import standard_missions  # noqa: E402
@@ -67,7 +68,9 @@ def main(words: list[str]) -> None:
     if words[:1] == ["--keep"] and len(words) == 3:
         keep(words[1], json.loads(Path(words[2]).read_text(encoding="utf-8")))
     elif len(words) == 1 and not words[0].startswith("-"):
-        keep(words[0], measure())
+        keep(words[0], found := measure())
+        for target, value, verdict in verdicts(found):
+            tell(f"{target.what}: {value} {target.unit}, {target.then:g} at most: {verdict}")
     elif words:
         sys.exit((__doc__ or "").strip())
     PAGE.write_text(page(history()), encoding="utf-8")

@@ -49,28 +49,28 @@ def first_of_configuration_s(found: Measured, name: str) -> float:
     return took / 1e3
 
 
-def dearness_of_first(found: Measured, name: str) -> float:
+def cost_of_first(found: Measured, name: str) -> float:
     """Return the cost of the first mission of a configuration over that of its further seeds."""
     return first_of_configuration_s(found, name) * 1e3 / mission_ms(found, name)
 
 
 TARGETS = (
-    Target("(3,3), dearer vehicle", "ms", 25, 25, lambda it: slowest_ms(it, "(3,3)")),
+    Target("(3,3), slower vehicle", "ms", 25, 25, lambda it: slowest_ms(it, "(3,3)")),
     Target("(3,3) over ns-3's acoustics", "x", 1, 1, lambda it: worst_ratio(it, "(3,3)")),
-    Target("(10,3), dearer vehicle", "ms", 80, 80, lambda it: slowest_ms(it, "(10,3)")),
+    Target("(10,3), slower vehicle", "ms", 80, 80, lambda it: slowest_ms(it, "(10,3)")),
     Target("(10,3) over ns-3's acoustics", "x", 1, 0.5, lambda it: worst_ratio(it, "(10,3)")),
     *(
         Target(
             f"new configuration over a warm one, {name}", "x", 3, 2,
-            partial(dearness_of_first, name=name),
+            partial(cost_of_first, name=name),
         )
         for name in ("(3,3) bluerov2", "(3,3) remus100", "(10,3) bluerov2", "(10,3) remus100")
     ),
     Target(
-        "(1000,50), dearer vehicle", "s", 5, 1.5, lambda it: slowest_ms(it, "(1000,50)") / 1e3
+        "(1000,50), slower vehicle", "s", 5, 1.5, lambda it: slowest_ms(it, "(1000,50)") / 1e3
     ),
     Target(
-        "(1000,50), new configuration, dearer vehicle", "s", 20, 5,
+        "(1000,50), new configuration, slower vehicle", "s", 20, 5,
         lambda it: max(first_of_configuration_s(it, f"(1000,50) {own}") for own in VEHICLES),
     ),
     Target(

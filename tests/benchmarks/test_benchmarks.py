@@ -152,7 +152,7 @@ def test_bench_prints_a_table(printed: str, monkeypatch: pytest.MonkeyPatch) -> 
     assert "share of time, %" in outcome.stdout
 
 
-def test_who_made_a_mission_dearer_is_told(
+def test_who_made_a_mission_slower_is_named(
     printed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The last record of the same kind of machine is compared with, not that of another."""
@@ -316,4 +316,4 @@ def test_targets_are_met_first_and_then_or_not() -> None:
     assert verdicts["memory of a sweep, its largest process"] == "first met"
     assert verdicts["sweep of 5,760 missions on two cores"] == "met"
     assert verdicts["`run --no-advice` of the baseline, from command to files"] == "**not met**"
-    assert verdicts["(3,3), dearer vehicle"] == "not measured"
+    assert verdicts["(3,3), slower vehicle"] == "not measured"
