@@ -37,8 +37,7 @@ if TYPE_CHECKING:
     from .scenario.files.scenario_file import ScenarioError, load_scenario
     from .scenario.own_plans import PlanView, WayView
     from .scenario.scenario import Scenario
-    from .sea.absorption import absorption
-    from .sea.water import sound_speed
+    from .sea.water import absorption, sound_speed
     from .usbl.fusion import fuse
     from .usbl.own_instrument import Sounding
     from .verification.verdict import Verdict, verify

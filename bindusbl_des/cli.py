@@ -26,7 +26,7 @@ from .commands.reports import report
 from .commands.reproduction import reproduce
 from .commands.sweeps import merge, resume, status, sweep
 from .commands.verifying import verify
-from .core.garbage import collect_seldom, hand_back, leave_the_rest
+from .core.process import collect_seldom, hand_back, leave_the_rest
 from .core.wording import nearest, printable, shortened
 
 INTERRUPTED = 130

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from bindusbl_des.campaigns.experiments.experiment_schema import experiment_schema
+from bindusbl_des.campaigns.experiments.experiment_file import experiment_schema
 from bindusbl_des.cli import main
 from bindusbl_des.results.schemas import data_dictionary
 from bindusbl_des.scenario.keys import Key, items, keys, sections, settings

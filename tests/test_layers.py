@@ -37,10 +37,10 @@ HOMES = {
     "matplotlib": "figures replay",
     "pandas": "results campaigns",
     "foxglove": "export live.ros2",
-    "gsw": "sea.teos10",
-    "gtsam": "replay.reference",
-    "mcap": "replay.tables charts.mcap_tracks",
-    "mcap_protobuf": "charts.mcap_tracks",
+    "gsw": "sea.water",
+    "gtsam": "replay.replaying",
+    "mcap": "replay.formats charts.recordings",
+    "mcap_protobuf": "charts.recordings",
 }
 
 

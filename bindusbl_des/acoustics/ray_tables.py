@@ -20,7 +20,7 @@ import pyarrow.csv as arrow_csv
 import pyarrow.parquet as parquet
 from numpy.typing import ArrayLike, NDArray
 
-from ..core.regular_files import regular
+from ..core.files import regular
 from ..sea.water_column import Profile, cumulated_slowness
 
 Floats = NDArray[np.float64]

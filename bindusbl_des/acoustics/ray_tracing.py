@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.durable import draft_of
+from ..core.files import draft_of
 from ..sea.water_column import Profile
 from .ray_tables import Floats, Grid, SoundTable, slant_range_m, straight_time_s
 

@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..core.wording import refuse
 from ..scenario.channel_settings import Sonar, Sound
-from ..sea.absorption import absorption, absorption_ainslie_mccolm, absorption_thorp
-from ..sea.water import USUAL_WATER, Water
+from ..sea.water import USUAL_WATER, Water, absorption, absorption_ainslie_mccolm, absorption_thorp
 
 Floats = NDArray[np.float64]
 

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.durable import write_text
-from ..core.durable_folder import folder_draft
+from ..core.files import folder_draft, write_text
 from ..results.faces import face
 from .experiments.experiment import Experiment
 from .experiments.plan import Plan

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from ..core.files import read_json
 from ..core.kept_files import check_kept
-from ..core.plain_json import read_json
-from ..core.plugin_sources import source_sha256, sources_of
+from ..core.plugins import source_sha256, sources_of
 from ..core.wording import printable
 from ..results.result import scenario_sha256
 from .campaign import Campaign, unfinished_campaign

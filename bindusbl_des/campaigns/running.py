@@ -1,25 +1,28 @@
-"""Campaigns begun and continued."""
+"""How a campaign is run."""
 
 import errno
+import math
 import os
 import time
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
+from inspect import signature
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
-from typing import Any, Unpack
+from typing import Any, TypedDict, Unpack
 from weakref import finalize
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.ctrl_c import answered, end_now, say
-from ..core.durable import sync
+from ..core.files import sync
 from ..core.kept_files import keep, portable
 from ..core.plugins import allow
-from ..core.wording import described
+from ..core.process import answered, end_now, say
+from ..core.wording import described, did_you_mean
 from ..results.result import scenario_sha256, versions
 from ..scenario.files.shipped import located
 from ..scenario.part_settings import own_part
@@ -30,7 +33,6 @@ from .experiments.experiment_file import load_experiment
 from .experiments.options import Asked
 from .experiments.plan import Plan
 from .failures import check_name, check_new, check_unchanged, is_unfinished
-from .settings import HowToRun, Settings, settings_of
 from .storage.folder import (
     FORMAT,
     LOCK,
@@ -43,10 +45,70 @@ from .storage.folder import (
 )
 from .storage.joining import compact
 from .storage.parts import clean_parts, done, set_aside
-from .workers.batches import NotWritten
+from .workers.batches import NotWritten, compile_kernels
 from .workers.pools import Progress, at_work, pool_for
 from .workers.supervisor import Supervisor, interruptible
-from .workers.warming import compile_kernels
+
+# The longest limit of a mission's time that the operating system can keep: thirty years.
+LONGEST_LIMIT_S = 1e9
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a campaign is run, which changes nothing of what it finds.
+
+    Raises:
+        ValueError: when the time that a mission may take is no time, or nobody is to work.
+    """
+
+    workers: int | None = None
+    backend: str = "local"
+    quiet: bool = True
+    mission_timeout_s: float | None = None
+
+    def __post_init__(self) -> None:
+        workers = self.workers
+        if workers is not None and (not isinstance(workers, int) or workers < 1):
+            raise ValueError(f"workers needs a whole number >= 1; got {described(workers)}")
+        limit = self.mission_timeout_s
+        if limit is None or limit == math.inf:  # which means none
+            object.__setattr__(self, "mission_timeout_s", None)
+        elif not 0.0 < limit <= LONGEST_LIMIT_S:
+            raise ValueError(
+                f"--mission-timeout {limit:g}: needs a time (s) > 0 and <= {LONGEST_LIMIT_S:g}; "
+                "leave it out for no limit"
+            )
+
+
+class HowToRun(TypedDict, total=False):
+    """The settings of a campaign as keyword arguments, each with a default in `Settings`."""
+
+    workers: int | None
+    backend: str
+    quiet: bool
+    mission_timeout_s: float | None
+
+
+def settings_of(given: Mapping[str, Any], function: Callable[..., Any]) -> Settings:
+    """Return the settings that were given to a function by name.
+
+    Raises:
+        TypeError: when it takes none of that name, naming the nearest.
+        ValueError: when the time that a mission may take is no time.
+    """
+    names = tuple(HowToRun.__annotations__)
+    for name in given:
+        if name not in names:
+            hint = did_you_mean(name, (*signature(function).parameters, *names))
+            raise TypeError(
+                f"{function.__name__} has no argument {name!r}"
+                f"{hint or '; its settings are ' + ', '.join(names)}"
+            )
+    return Settings(**given)
+
+
+# Campaigns begun and continued.
+
 
 Shard = tuple[int, int]
 

@@ -66,7 +66,7 @@ def compare(
 
 def _write_table(found: "Comparison", path: Path, force: bool) -> None:
     """Write all rows, so that there is a whole table or none."""
-    from ..core.durable import draft_of
+    from ..core.files import draft_of
 
     frame = found.frame()
     with writing(path), draft_of(path, replace=force) as draft, open(draft, "wb") as file:

@@ -139,7 +139,7 @@ def compiling_told() -> Iterator[None]:
     On a terminal a line counts down the equations.
     """
     from ..core.compiled import watch_compiling
-    from ..core.progress import ProgressLine, duration
+    from ..core.process import ProgressLine, duration
 
     line, has_begun = ProgressLine(quiet=is_quiet(), on_terminals=True), False
 
@@ -220,7 +220,7 @@ def weigh(name: str, cost: "Effort", anyway: bool, at_once: int = 1) -> None:
 
 def write_new(path: Path, text: str, force: bool) -> None:
     """Write a text file that the user named; an existing one only if forced."""
-    from ..core.durable import write_text
+    from ..core.files import write_text
 
     check_file(path, force)
     with writing(path):
@@ -259,7 +259,7 @@ def check_figure(path: Path, force: bool) -> None:
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
     """End the command with exit code 2 and one line where a file or folder cannot be written."""
-    from ..core.durable_folder import FolderTaken
+    from ..core.files import FolderTaken
 
     try:
         yield

@@ -199,7 +199,7 @@ def _compiled_code() -> Finding:
 def _compile_all() -> None:
     """Compile what missions need, unless that was done, and tell how far it is."""
     from ..core.compiled import kept_in
-    from ..core.progress import ProgressLine
+    from ..core.process import ProgressLine
 
     folder = kept_in()
     if folder is None or warmed(folder).exists():  # without a folder the findings say what to do

@@ -68,7 +68,7 @@ def _findings(
     file: str, overrides: tuple[str, ...], allow_plugins: bool
 ) -> "tuple[Sequence[Mistake], Sequence[Mistake]]":
     """Return the mistakes of a file, and what is worth knowing about it."""
-    from ..campaigns.experiments.kinds import is_experiment, is_plan
+    from ..campaigns.experiments.experiment_points import is_experiment, is_plan
     from ..preflight.reading import read_scenario
     from ..scenario.files.mistakes import ScenarioError
     from ..scenario.files.plain_yaml import read_yaml
@@ -105,7 +105,7 @@ def _findings(
 def schema(kind: str, as_json: bool) -> None:
     """Print the JSON Schema of scenario or experiment files, for completion in editors."""
     if kind == "experiment":
-        from ..campaigns.experiments.experiment_schema import experiment_schema
+        from ..campaigns.experiments.experiment_file import experiment_schema
 
         print_json(experiment_schema())
         return

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from ..core.progress import ProgressLine
+from ..core.process import ProgressLine
 from .console import (
     RunFailed,
     compiling_told,

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..core.ctrl_c import answered, end_now
 from ..core.plugins import is_allowed, is_plugin, refusal
-from ..core.progress import ProgressLine, duration
+from ..core.process import ProgressLine, answered, duration, end_now
 from ..core.wording import counted
 from .console import (
     RunFailed,
@@ -193,7 +192,7 @@ def check_folder(folder: Path, force: bool) -> None:
     runs and exports left there that were killed is removed, or told where it may be of one that
     goes on.
     """
-    from ..core.durable_folder import clear_killed, refusal
+    from ..core.files import clear_killed, refusal
     from ..results.result_folder import CSV, objection
 
     with writing(folder):

@@ -152,7 +152,7 @@ def _sweep_offers(folder: str, options: dict[str, Any]) -> "Offers":
         if options[name] is not None:
             refuse(f"{option} is for runs; {folder} holds a campaign")
     from ..campaigns.campaign import load_campaign
-    from ..campaigns.statistics.cells import means_of
+    from ..campaigns.drawing import means_of
     from ..campaigns.statistics.outcomes import JUDGED
     from ..figures.sweeps import curves, heatmap
 

@@ -178,7 +178,7 @@ def _replayed(log: "Log", noise: Any, navigator: Any) -> "Replay":
 
 def _write(folder: Path, replays: "Sequence[Replay]", found: Any, force: bool) -> None:
     """Write tables and a figure of each log into a new folder."""
-    from ..core.durable_folder import folder_draft
+    from ..core.files import folder_draft
     from ..figures.style import save, styled
     from ..replay.drawing import drawn
     from ..replay.outcome import objection, write_tables

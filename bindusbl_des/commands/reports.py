@@ -130,7 +130,7 @@ def _result(folder: str) -> "Result":
 
 
 def _write(path: Path, text: str, *, replace: bool = True) -> None:
-    from ..core.durable import write_text
+    from ..core.files import write_text
 
     with writing(path):
         write_text(path, text, replace=replace)

@@ -183,7 +183,7 @@ def status(folder: str, as_json: bool) -> None:
     """Tell how far a campaign is."""
     with mistakes_told():
         from ..campaigns.campaign import load_campaign
-        from ..core.progress import duration
+        from ..core.process import duration
         from ..planning.folder import MISSIONS, is_plan_folder
 
         path = Path(folder)
@@ -227,8 +227,8 @@ def _tell_estimate(
     experiment: "Experiment", shard: tuple[int, int] | None, workers: int | None, as_json: bool
 ) -> None:
     from ..campaigns.experiments.plan import Plan
-    from ..campaigns.workers.estimate import estimated
-    from ..core.progress import duration
+    from ..campaigns.workers.supervisor import estimated
+    from ..core.process import duration
 
     plan = Plan(experiment)
     missions = len(plan.shard(*(shard or (1, 1))))

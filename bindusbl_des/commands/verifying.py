@@ -64,7 +64,7 @@ def verify(
     """
     reading = reading_from(scenario, overrides, allow_plugins)
     refuse_plugins(reading.unloaded)
-    from ..core.durable_folder import refusal
+    from ..core.files import refusal
     from ..verification.telling import objection, record, told, write
     from ..verification.verdict import verify as decided
 

@@ -14,7 +14,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from .durable import draft_of, sync
+from .files import draft_of, sync
 from .plugins import is_plugin
 
 Way = tuple[str, ...]

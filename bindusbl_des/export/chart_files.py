@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 from xml.sax.saxutils import escape
 
-from ..core.durable import write_text
+from ..core.files import write_text
 from ..geometry.formation import keep_station
 from ..geometry.geodesy import geodetic_from_ned
 from ..scenario.on_earth import origin_of

@@ -6,7 +6,7 @@ from pathlib import Path
 import pyarrow as pa
 from pyarrow import csv
 
-from ..core.durable_folder import folder_draft
+from ..core.files import folder_draft
 from ..results.result_folder import CSV_DICTIONARY, objection_to_csv
 
 

@@ -12,7 +12,7 @@ import foxglove
 from foxglove import Channel, Context
 from foxglove.mcap import MCAPWriteOptions
 
-from ..core.durable import draft_of
+from ..core.files import draft_of
 from ..core.kept_files import portable
 from ..results.result import scenario_sha256
 from .certainty import certainty

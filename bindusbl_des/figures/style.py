@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from ..core.durable import draft_of
+from ..core.files import draft_of
 from ..core.palette import COLOURS
 
 # Width (in) of a figure over one and over two columns of a paper (IEEE)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..charts.samples import HIGHEST
+from ..charts.shapes import HIGHEST
 from ..geometry.geodesy import ned_at_depth
 from ..vehicles.tracks import FARTHEST
 from .mavlink import ATTITUDE, messages

@@ -18,7 +18,7 @@ import numpy as np
 from foxglove import Channel, Context, Schema
 from foxglove.mcap import MCAPWriteOptions
 
-from ..core.durable import draft_of
+from ..core.files import draft_of
 from ..geometry.geodesy import enu_covariance, enu_from_ned, enu_yaw
 from ..records.events import Fix
 from .readings import Compass, Delivered, Earth, Estimate, Gnss, Reading, Truth, Usbl, earth_of

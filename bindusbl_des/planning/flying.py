@@ -31,14 +31,12 @@ from ..campaigns.storage.folder import (
 )
 from ..campaigns.storage.joining import compact
 from ..campaigns.storage.parts import MISSIONS, OK, clean_parts, committed, read_part, set_aside
-from ..campaigns.workers.batches import NotWritten, Row
+from ..campaigns.workers.batches import NotWritten, Row, compile_kernels
 from ..campaigns.workers.pools import WorkerPool, at_work, pool_for
 from ..campaigns.workers.supervisor import Supervisor, interruptible
-from ..campaigns.workers.warming import compile_kernels
-from ..core.ctrl_c import answered, end_now
-from ..core.durable import sync
+from ..core.files import sync
 from ..core.kept_files import keep, portable
-from ..core.progress import ProgressLine, duration
+from ..core.process import ProgressLine, answered, duration, end_now
 from .questions.question import Question
 from .selection.goals import Floats, Goal
 

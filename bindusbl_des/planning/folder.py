@@ -14,9 +14,8 @@ import numpy as np
 from ..campaigns.experiments.experiment import Experiment
 from ..campaigns.failures import check_name
 from ..campaigns.storage.folder import CampaignError, is_locked
-from ..core.durable import sync, write_text
+from ..core.files import read_json, sync, write_text
 from ..core.kept_files import FOLDERS, copies_of, keep, placed, portable, renamed_point
-from ..core.plain_json import read_json
 from ..results.result import scenario_sha256, versions
 from ..scenario.scenario import Scenario
 from .doubting import plainly

@@ -7,7 +7,7 @@ from shlex import quote
 from typing import Any
 
 from ..campaigns.campaign import Campaign, unfinished_campaign
-from ..core.durable import write_text
+from ..core.files import write_text
 from ..scenario.families import leave_of
 from ..scenario.scenario import Scenario
 from .folder import BEST, MISSIONS, PAGE, PLAN, best_yaml, record

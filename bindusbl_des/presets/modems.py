@@ -12,7 +12,7 @@ from math import inf, isfinite, nan
 from pathlib import Path
 from typing import NoReturn
 
-from ..core.regular_files import regular
+from ..core.files import regular
 from .preset import Figure, Preset
 
 COLUMNS = ("payload_bytes", "airtime_s", "processing_delay_mean_s")

@@ -13,8 +13,7 @@ import numpy as np
 
 from .log import Array, Log
 from .losses import Losses, losses_of
-from .navigating import Prepared, filter_log, prepared, smooth_log
-from .noise import Noise
+from .navigating import Noise, Prepared, filter_log, prepared, smooth_log
 
 # A velocity bias is taken to be at most some such share of the speed (one standard deviation).
 BIAS_SHARE = 0.1

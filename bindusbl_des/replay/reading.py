@@ -4,9 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
+from .formats import NOMINAL_SPEED, Table, csv_tables, mcap_tables, read_pyfg, shipped
 from .log import Array, BadLog, Beacons, Bools, Fixes, Log, Ranges, Receptions
-from .pyfg import NOMINAL_SPEED, read_pyfg, shipped
-from .tables import Table, csv_tables, mcap_tables
 
 SHIPPED = ("goats_15", "goats_16")
 GTSAM = (

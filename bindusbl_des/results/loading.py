@@ -8,8 +8,8 @@ from typing import Any, TypeVar
 
 import pyarrow as pa
 
+from ..core.files import read_json
 from ..core.kept_files import placed
-from ..core.plain_json import read_json
 from ..preflight.worth_knowing import Caution
 from ..scenario.files.former_keys import as_now
 from ..scenario.scenario import Scenario

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 
-from ..core.durable import write_text
+from ..core.files import write_text
 from ..core.kept_files import copies_of, keep, portable
 from ..preflight.worth_knowing import Caution, cautions
 from ..scenario.scenario import Scenario

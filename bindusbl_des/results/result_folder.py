@@ -7,8 +7,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
-from ..core.durable import DRAFT
-from ..core.durable_folder import clear_killed, folder_draft
+from ..core.files import DRAFT, clear_killed, folder_draft
 from ..core.kept_files import FOLDERS, KEPT
 from .effects import Advice, as_data
 from .schemas import TABLES

@@ -9,7 +9,7 @@ from typing import Any, Literal, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..charts.samples import HIGHEST
+from ..charts.shapes import HIGHEST
 from ..core.plugins import Family, PluginError, asked, shown
 from ..vehicles.tracks import FARTHEST, FASTEST, Track
 from .agreement.survey import SHORTEST_WAY

@@ -12,10 +12,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..core.files import cells_of
 from ..core.wording import refuse
-from .csv_cells import cells_of
-from .teos10 import sound_speed_teos10
-from .water import USUAL_WATER, Water, sound_speed, sound_speed_medwin
+from .water import USUAL_WATER, Water, sound_speed, sound_speed_medwin, sound_speed_teos10
 
 Floats = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..charts.samples import HIGHEST
+from ..charts.shapes import HIGHEST
 from ..core.compiled import compiled
 from ..core.wording import plain, shortened
 from . import logs

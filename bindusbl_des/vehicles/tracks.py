@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..charts.recordings import Recording, read_recording
-from ..charts.samples import above_sea
-from ..charts.shapes import Degrees
+from ..charts.shapes import Degrees, above_sea
 from ..core.wording import plain
 from ..geometry.geodesy import far_apart_m, ned_at_depth, ned_from_geodetic
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from textwrap import wrap
 from typing import Any
 
-from ..core.durable_folder import folder_draft
+from ..core.files import folder_draft
 from ..core.kept_files import FOLDERS, copies_of, keep, portable
 from ..core.wording import significant
 from .bounds import CHANCE

@@ -30,8 +30,7 @@ from bindusbl_des.acoustics.sonar_equation import (
     transmission_loss_db,
 )
 from bindusbl_des.scenario.channel_settings import Sonar
-from bindusbl_des.sea.absorption import absorption_thorp
-from bindusbl_des.sea.water import Water
+from bindusbl_des.sea.water import Water, absorption_thorp
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 CHECKS = json.loads((REFERENCE / "physics_checks.json").read_text())

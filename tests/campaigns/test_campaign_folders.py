@@ -24,7 +24,7 @@ from bindusbl_des.campaigns.running import resume, sweep
 from bindusbl_des.campaigns.storage import joining as merging
 from bindusbl_des.campaigns.storage.folder import CampaignError, is_locked, locked, read_record
 from bindusbl_des.campaigns.storage.parts import TABLES, committed, part_path, read_part
-from bindusbl_des.core.plugin_sources import source_sha256
+from bindusbl_des.core.plugins import source_sha256
 from bindusbl_des.results.loading import load_result
 from bindusbl_des.results.result import scenario_sha256
 from bindusbl_des.scenario.files.overrides import override
@@ -552,7 +552,7 @@ def test_thousands_of_unknown_keys_are_all_told() -> None:
 SPINNING = """
 import numpy as np
 from bindusbl_des.core.compiled import compiled
-from bindusbl_des.core.ctrl_c import answered
+from bindusbl_des.core.process import answered
 
 @compiled
 def spin(flags):

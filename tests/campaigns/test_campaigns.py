@@ -18,7 +18,7 @@ from campaigns_for_tests import OneThread, call, same
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import Campaign, load_campaign
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
-from bindusbl_des.campaigns.experiments.kinds import KEYS
+from bindusbl_des.campaigns.experiments.experiment_points import KEYS
 from bindusbl_des.campaigns.experiments.plan import Plan
 from bindusbl_des.campaigns.running import sweep
 from bindusbl_des.campaigns.storage.folder import (

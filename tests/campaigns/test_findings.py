@@ -12,8 +12,8 @@ import pytest
 from campaigns_for_tests import UNSERVED, as_of_an_earlier_version, auv, call, hand_made
 
 from bindusbl_des import Campaign, Scenario, compare, sweep
+from bindusbl_des.campaigns.drawing import means_of
 from bindusbl_des.campaigns.page import sweep_page
-from bindusbl_des.campaigns.statistics.cells import means_of
 from bindusbl_des.campaigns.statistics.findings import (
     NEEDED,
     Findings,

@@ -12,7 +12,7 @@ from campaigns_for_tests import OneThread, call
 from bindusbl_des import load_campaign
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import unfinished_campaign
-from bindusbl_des.campaigns.experiments.precision import Target, checkpoints
+from bindusbl_des.campaigns.experiments.experiment import Target, checkpoints
 from bindusbl_des.campaigns.running import resume, sweep
 from bindusbl_des.campaigns.statistics.intervals import interval
 from bindusbl_des.campaigns.statistics.outcomes import Outcomes

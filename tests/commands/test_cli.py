@@ -384,7 +384,7 @@ def test_a_folder_that_cannot_be_written_is_told_before_the_mission(
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), ".o-abc.draft")
 
     monkeypatch.setattr("bindusbl_des.mission.simulation.simulate", _must_not_run)
-    monkeypatch.setattr("bindusbl_des.core.durable_folder.tempfile.mkdtemp", refused)
+    monkeypatch.setattr("bindusbl_des.core.files.tempfile.mkdtemp", refused)
     told = call("-q", "run", "f.yaml", "--out", "new/o")
     assert (told.exit_code, told.stderr) == (2, "new/o: cannot be written (Permission denied)\n")
     assert os.listdir() == ["f.yaml"]
@@ -662,7 +662,8 @@ class Terminal(io.StringIO):
 def test_a_terminal_counts_the_equations_down(monkeypatch: pytest.MonkeyPatch) -> None:
     """How many are compiled and how long the rest takes, in a line that is gone in the end."""
     from bindusbl_des.commands.console import compiling_told
-    from bindusbl_des.core import compiled, progress
+    from bindusbl_des.core import compiled
+    from bindusbl_des.core import process as progress
 
     screen, clock = Terminal(), iter(range(0, 1000, 5))
     monkeypatch.setattr(sys, "stderr", screen)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from bindusbl_des.core.durable import draft_of, write_text
+from bindusbl_des.core.files import draft_of, write_text
 
 
 def test_file_is_written_with_the_rights_of_any_file(tmp_path: Path) -> None:

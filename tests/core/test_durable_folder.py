@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from bindusbl_des.core import durable_folder
-from bindusbl_des.core.durable_folder import FolderTaken, clear_killed, folder_draft
+from bindusbl_des.core import files as durable_folder
+from bindusbl_des.core.files import FolderTaken, clear_killed, folder_draft
 
 
 def objection(folder: Path) -> str | None:
@@ -183,7 +183,7 @@ def killed_process(folder: Path) -> Path:
     """Let a process be killed while it fills a folder; return what it left."""
     program = (
         "import os, signal, sys; from pathlib import Path\n"
-        "from bindusbl_des.core.durable_folder import folder_draft\n"
+        "from bindusbl_des.core.files import folder_draft\n"
         "with folder_draft(Path(sys.argv[1]), lambda _: None):\n"
         "    os.kill(os.getpid(), signal.SIGKILL)\n"
     )

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bindusbl_des.core.plugin_sources import source_sha256, sources_of
+from bindusbl_des.core.plugins import source_sha256, sources_of
 
 FILES = {
     "mine.py": """

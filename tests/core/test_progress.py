@@ -7,8 +7,8 @@ from worlds import scenario
 
 from bindusbl_des import simulate
 from bindusbl_des.commands.missions import MissionProgress
-from bindusbl_des.core import progress
-from bindusbl_des.core.progress import ProgressLine
+from bindusbl_des.core import process as progress
+from bindusbl_des.core.process import ProgressLine
 
 
 class Terminal(io.StringIO):

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from bindusbl_des.cli import main
-from bindusbl_des.core.regular_files import regular
+from bindusbl_des.core.files import regular
 
 SCENARIO = "name: s\nduration_s: 20\n"
 ROUTE = "auvs: {{count: 1, route: {{kind: track, files: [{0}]}}}}\n"

@@ -12,9 +12,8 @@ from shapely import LinearRing
 from worlds import scenario
 
 from bindusbl_des import load_result, load_scenario, simulate
-from bindusbl_des.charts.areas import read_area
-from bindusbl_des.charts.geojson import read_geojson
-from bindusbl_des.charts.kml import read_kml
+from bindusbl_des.charts.areas import read_area, read_geojson
+from bindusbl_des.charts.xml_charts import read_kml
 from bindusbl_des.cli import main
 from bindusbl_des.geometry.geodesy import ned_at_depth
 from bindusbl_des.scenario.on_earth import origin_of

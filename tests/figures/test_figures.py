@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
 from bindusbl_des import Result, load_campaign, simulate, sweep
-from bindusbl_des.campaigns.statistics.cells import means_of
+from bindusbl_des.campaigns.drawing import means_of
 from bindusbl_des.campaigns.statistics.intervals import interval
 from bindusbl_des.cli import main
 from bindusbl_des.commands.plot import RUN_KINDS, SWEEP_KINDS

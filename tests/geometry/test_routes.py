@@ -13,8 +13,7 @@ from bindusbl_des import simulate
 from bindusbl_des.geometry.area import Box, rectangle
 from bindusbl_des.geometry.lanes import Ruling, lane_ordinates, strips
 from bindusbl_des.geometry.paths import Path, Pose, Segment, through
-from bindusbl_des.geometry.routes import lane_order, waypoint_poses
-from bindusbl_des.geometry.turns import there_and_back, turn_about
+from bindusbl_des.geometry.routes import lane_order, there_and_back, turn_about, waypoint_poses
 from bindusbl_des.vehicles.tracks import read_track
 from bindusbl_des.vehicles.vehicle import Place, kinematic, moored, recorded
 

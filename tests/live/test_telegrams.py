@@ -11,8 +11,8 @@ from live_for_tests import at_sea, heard
 
 from bindusbl_des import simulate
 from bindusbl_des.geometry.geodesy import ned_at_depth
-from bindusbl_des.live.json_lines import line
 from bindusbl_des.live.nmea import sentences
+from bindusbl_des.live.outputs import line
 from bindusbl_des.live.readings import Compass, Delivered, Estimate, Gnss, Truth, Usbl
 
 MISSIONS: dict[str, dict[str, Any]] = {

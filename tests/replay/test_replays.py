@@ -17,12 +17,10 @@ from bindusbl_des.cli import main
 from bindusbl_des.export.csv_folder import write_csv
 from bindusbl_des.replay.fitting import fit
 from bindusbl_des.replay.log import BadLog, Log, Ranges
-from bindusbl_des.replay.navigating import filter_log, prepared, smooth_log
-from bindusbl_des.replay.noise import Noise, noise_of
+from bindusbl_des.replay.navigating import Noise, filter_log, noise_of, prepared, smooth_log
 from bindusbl_des.replay.outcome import tables
 from bindusbl_des.replay.reading import read_log
-from bindusbl_des.replay.replaying import mean_nis, outlier_share, replay, rms_between
-from bindusbl_des.replay.start import find_start
+from bindusbl_des.replay.replaying import find_start, mean_nis, outlier_share, replay, rms_between
 from bindusbl_des.replay.telling import noise_file, summary
 
 ROOT = Path(__file__).parents[2]
@@ -470,7 +468,7 @@ def test_the_runs_at_sea_are_what_they_are_said_to_be() -> None:
     """Counts of ranges and poses; a solve from nowhere ends elsewhere, far from all ranges."""
     pytest.importorskip("gtsam", reason="the runs ship with gtsam, the extra `replay`")
     from bindusbl_des.replay.log import Pose
-    from bindusbl_des.replay.reference import robust_optimum
+    from bindusbl_des.replay.replaying import robust_optimum
 
     for name, poses, ranges, beacons in (("goats_15", 473, 786, 3), ("goats_16", 201, 572, 4)):
         log = read_log(name)

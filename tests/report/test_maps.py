@@ -14,7 +14,7 @@ from matplotlib.patches import Circle, Polygon
 from worlds import scenario
 
 from bindusbl_des import Result, simulate
-from bindusbl_des.charts.kml import read_kml
+from bindusbl_des.charts.xml_charts import read_kml
 from bindusbl_des.core.palette import COLOURS
 from bindusbl_des.export.chart_files import write_chart
 from bindusbl_des.figures.style import styled

@@ -15,7 +15,7 @@ from worlds import scenario
 
 from bindusbl_des import Result, load_result, simulate
 from bindusbl_des.cli import main
-from bindusbl_des.core.plain_json import read_json
+from bindusbl_des.core.files import read_json
 from bindusbl_des.core.wording import printable
 from bindusbl_des.results.effects import GAIN, HELPS, Advice, Effect, Harm
 from bindusbl_des.results.schemas import TABLES, schema

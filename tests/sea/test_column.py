@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad  # type: ignore[import-untyped,unused-ignore]
 
-from bindusbl_des.sea.teos10 import sound_speed_teos10
-from bindusbl_des.sea.water import USUAL_WATER, sound_speed, sound_speed_medwin
+from bindusbl_des.sea.water import USUAL_WATER, sound_speed, sound_speed_medwin, sound_speed_teos10
 from bindusbl_des.sea.water_column import (
     DEPTHS_M,
     Column,

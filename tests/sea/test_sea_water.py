@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bindusbl_des.sea.absorption import (
+from bindusbl_des.sea.water import (
     absorption,
     absorption_ainslie_mccolm,
     absorption_thorp,
+    sound_speed,
+    sound_speed_medwin,
 )
-from bindusbl_des.sea.water import sound_speed, sound_speed_medwin
 
 CHECKS = json.loads((Path(__file__).parents[1] / "reference" / "physics_checks.json").read_text())
 

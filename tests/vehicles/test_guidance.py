@@ -11,7 +11,7 @@ from worlds import lanes_over_square
 
 from bindusbl_des.geometry.area import rectangle
 from bindusbl_des.geometry.paths import Path, Pose, Segment
-from bindusbl_des.geometry.turns import there_and_back
+from bindusbl_des.geometry.routes import there_and_back
 from bindusbl_des.vehicles import logs, motion
 from bindusbl_des.vehicles.guidance import (
     GuidanceError,

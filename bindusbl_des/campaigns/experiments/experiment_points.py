@@ -1,9 +1,4 @@
-"""The points of an experiment file: a grid (`vary`), a list (`points`) or a sample.
-
-Ranges of values to vary, ends included: ``2:5`` in whole numbers, ``0:90:15`` in steps.
-
-Points spread over ranges: Latin hypercubes and Sobol' sequences.
-"""
+"""Experiment files, plans' files and scenario files, told apart by their keys."""
 
 import math
 import re
@@ -18,6 +13,36 @@ from ...core.wording import described, did_you_mean, plain
 from ...scenario.files.mistakes import Place
 from ...scenario.files.plain_yaml import Document, Path
 from ...scenario.keys import settable
+from ...scenario.scenario import Scenario
+
+KEYS = ("name", "scenario", "vary", "points", "sample", "seeds", "until_ci", "detail")
+
+# What only a plan's file has
+OF_PLANS = ("goal", "candidates", "confidence", "budget_s", "cost")
+
+
+def is_plan(data: Any) -> bool:
+    """Tell whether data are those of a plan's file, right or wrong, and of no other."""
+    return isinstance(data, dict) and any(key in data for key in OF_PLANS)
+
+
+def is_experiment(data: Any) -> bool:
+    """Tell whether data are those of an experiment file, right or wrong."""
+    return isinstance(data, dict) and any(key in data for key in KEYS if key != "name")
+
+
+def is_scenario(data: Any) -> bool:
+    """Tell whether data are those of a scenario file, right or wrong, and of no experiment."""
+    known = isinstance(data, dict) and any(key in data for key in Scenario.model_fields)
+    return known and not is_experiment(data)
+
+
+# The points of an experiment file: a grid (`vary`), a list (`points`) or a sample.
+#
+# Ranges of values to vary, ends included: ``2:5`` in whole numbers, ``0:90:15`` in steps.
+#
+# Points spread over ranges: Latin hypercubes and Sobol' sequences.
+
 
 MOST_POINTS = 1_000_000
 

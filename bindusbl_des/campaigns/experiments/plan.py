@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.kept_files import copies_of, kept_name, portable, renamed_point
-from ...core.plugin_sources import source_sha256
-from ...core.plugins import Family, is_plugin
+from ...core.plugins import Family, is_plugin, source_sha256
 from ...scenario.families import parts_of
 from ...scenario.files.former_keys import key_now
 from ...scenario.part_choice import PartChoice

@@ -6,8 +6,8 @@ order, so that a campaign ends with the same missions on any number of workers.
 
 import numpy as np
 
+from ..experiments.experiment import checkpoints
 from ..experiments.plan import Plan
-from ..experiments.precision import checkpoints
 from .intervals import interval
 from .outcomes import Outcomes
 

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ...core.durable import DRAFT, write_text
+from ...core.files import DRAFT, write_text
 from ...core.wording import printable
 from ...scenario.key_types import PRINTABLE
 

@@ -17,7 +17,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from ...core.durable import sync
+from ...core.files import sync
 from ...core.kept_files import keep, portable
 from ...results.schemas import arrow
 from ..campaign import Campaign, load_campaign

@@ -22,8 +22,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from ...core.durable import draft_of, sync
-from ...core.plain_json import read_json
+from ...core.files import draft_of, read_json, sync
 from ...results.parquet import (
     DamagedFile,
     SummedFile,

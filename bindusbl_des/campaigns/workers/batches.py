@@ -1,30 +1,30 @@
-"""Batches of missions, run by a worker, which writes their rows itself.
+"""Batches of missions, as workers fly them."""
 
-The rows of a batch's missions, gathered into the tables of a part as the missions end.
-"""
-
+import faulthandler
 import json
+import os
 import shlex
 import signal
 import time
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from pathlib import Path
+from typing import Any
 
 import pyarrow as pa
 
 from ...core.kept_files import check_kept, named_files, placed
-from ...core.plugin_sources import source_sha256
-from ...core.plugins import allow
+from ...core.plugins import allow, source_sha256
 from ...mission.simulation import simulate
 from ...results.schemas import arrow
-from ...scenario.families import leave_of
+from ...scenario.families import leave_of, without_plugins
 from ...scenario.scenario import Scenario
+from ...scenario.sections.duration import SURVEY
 from ..experiments.experiment import as_written
-from ..experiments.plan import Mission, PlannedPoint, mission_id
+from ..experiments.plan import Mission, Plan, PlannedPoint, mission_id
 from ..storage.folder import STOP, write_json
 from ..storage.parts import (
     ARROW_TYPES,
@@ -37,8 +37,123 @@ from ..storage.parts import (
     part_path,
     read_part,
 )
-from .heartbeats import Heartbeat
-from .warming import warm
+
+# Compiled code made, or loaded from the disk, before the missions that need it.
+
+
+# Long enough for a ping to be heard and its fix to be computed.
+WARMING_S = 3.0
+
+# The kinds of missions for which this process has its compiled code.
+_ready: set[str] = set()
+
+
+def compile_kernels(plan: Plan, folder: Path) -> None:
+    """Make sure that workers find compiled code on the disk for all missions of a plan."""
+    for point in plan.points:
+        warm(point.scenario, folder)
+
+
+@lru_cache(maxsize=16)  # the seeds of a point follow one another
+def warm(scenario: str, folder: Path) -> None:
+    """Run the beginning of a mission, unless one of its kind was run in this process.
+
+    Its files lie in a folder.
+    """
+    data = placed(json.loads(scenario), folder)
+    kind = json.dumps(_kind({**data, "name": "", "asvs": {**data["asvs"], "formation": None}}))
+    if kind in _ready:
+        return
+    _ready.add(kind)
+    data = without_plugins(data)  # one's own might do anything
+    length = data["duration_s"]
+    data["duration_s"] = WARMING_S if length == SURVEY else min(length, WARMING_S)
+    data["protocol"]["schedule"] = "one_per_slot"
+    with suppress(Exception):  # what is wrong with a mission is told by the mission
+        simulate(Scenario.model_validate(data), 0)
+
+
+def _kind(data: Any) -> Any:
+    """Return what missions have in common that need the same code: all but how large numbers are.
+
+    >>> _kind({"gain": 0.9, "sd": 0, "failures": [], "models": ["otter", 2.0]})
+    {'gain': True, 'sd': False, 'failures': [], 'models': ['otter', True]}
+    """
+    if isinstance(data, dict):
+        return {key: _kind(value) for key, value in data.items()}
+    if isinstance(data, list):
+        return [_kind(value) for value in data]
+    return data if data is None or isinstance(data, str) else bool(data)
+
+
+# Which mission a worker is at, on the disk for whoever finds the worker dead.
+
+
+# The number of the mission is written over the last one, so it is as long.
+WIDTH = 20
+
+
+class Heartbeat:
+    """The heartbeat of one batch, which is gone when the batch has ended in order."""
+
+    def __init__(self, folder: Path, part: str) -> None:
+        """Begin a heartbeat.
+
+        Raises:
+            OSError: when it cannot be written.
+        """
+        self._path = _path(folder, part)
+        self._path.parent.mkdir(exist_ok=True)
+        self._path.unlink(missing_ok=True)  # of a worker that died; and no link is followed
+        self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
+
+    def close(self) -> None:
+        """Remove the heartbeat."""
+        os.close(self._file)
+        self._path.unlink(missing_ok=True)
+
+    @contextmanager
+    def at(self, mission: int, seconds: float | None) -> Iterator[None]:
+        """Say that the worker is at a mission; end the process when that takes longer.
+
+        Where it hung is written behind the number, by a thread that needs nothing of Python's.
+        There is one limit for a process: with a limit, missions must not run in several threads.
+        """
+        os.lseek(self._file, 0, os.SEEK_SET)
+        os.write(self._file, f"{mission:{WIDTH - 1}}\n".encode())
+        if seconds is None:
+            yield
+            return
+        faulthandler.dump_traceback_later(seconds, exit=True, file=self._file)
+        try:
+            yield
+        finally:
+            faulthandler.cancel_dump_traceback_later()
+
+
+def take_heartbeat(folder: Path, part: str) -> tuple[int | None, str]:
+    """Return the mission at which a worker died, and where it hung if it took too long.
+
+    None when the worker had not begun, or its machine took the heartbeat with it.
+    """
+    path = _path(folder, part)
+    try:
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except FileNotFoundError:
+        return None, ""
+    path.unlink(missing_ok=True)
+    number = text[:WIDTH].strip()
+    return (int(number), text[WIDTH:]) if number.isdigit() else (None, "")
+
+
+def _path(folder: Path, part: str) -> Path:
+    return folder / "missions" / f".at-{part}.tmp"  # a leftover is cleared away
+
+
+# Batches of missions, run by a worker, which writes their rows itself.
+#
+# The rows of a batch's missions, gathered into the tables of a part as the missions end.
+
 
 # So many missions have tables of their own: one of a single row takes a kilobyte for each column.
 MOST_APART = 32

@@ -21,8 +21,7 @@ from multiprocessing.process import BaseProcess
 from time import monotonic
 from typing import Any, Protocol, TextIO
 
-from ...core.garbage import collect_seldom
-from ...core.progress import ProgressLine, duration
+from ...core.process import ProgressLine, collect_seldom, duration
 from ..storage.parts import FAILED
 from .batches import Batch, Row, run_batch
 

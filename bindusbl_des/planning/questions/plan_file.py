@@ -7,7 +7,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from ...campaigns.experiments.experiment_file import document_of, experiment_in, of_scenario_file
-from ...campaigns.experiments.kinds import is_experiment, is_plan
+from ...campaigns.experiments.experiment_points import is_experiment, is_plan
 from ...core.wording import described, did_you_mean
 from ...scenario.files.mistakes import Mistake, Place, ScenarioError
 from ...scenario.files.plain_yaml import Document, Path, read_yaml

@@ -25,7 +25,7 @@ from math import inf, nan, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from ...campaigns.experiments.precision import checkpoints
+from ...campaigns.experiments.experiment import checkpoints
 from ...campaigns.statistics.intervals import ROUND_OFF, intervals, student
 from .goals import Goal
 from .selection import Estimate, Sample, Verdict

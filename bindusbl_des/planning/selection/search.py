@@ -8,7 +8,7 @@ from contextlib import suppress
 from itertools import groupby
 from math import isfinite
 
-from ...campaigns.experiments.precision import FEWEST_SEEDS
+from ...campaigns.experiments.experiment import FEWEST_SEEDS
 from ...core.wording import counted, plain, refuse
 from .evidence import CutOff, Evidence, Group, looks
 from .goals import Goal

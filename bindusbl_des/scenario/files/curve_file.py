@@ -4,7 +4,7 @@ import math
 from functools import lru_cache
 from pathlib import Path
 
-from ...sea.csv_cells import cells_of
+from ...core.files import cells_of
 
 COLUMNS = ("range_m", "delivery_ratio")
 

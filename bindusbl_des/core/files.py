@@ -1,12 +1,8 @@
-"""Folders that are there whole or not at all, and that replace nothing but what is ours.
+"""Files: those of strangers read with distrust, ours written whole or not at all."""
 
-A folder is filled in a workshop beside its name: a hidden folder that nobody can foretell.  Its
-name is taken by making an empty folder, which fails where anything is, and by renaming the full one
-onto it, which fails where something has come into it: so nothing is ever replaced unasked, on any
-POSIX system.
-"""
-
+import csv
 import errno
+import json
 import os
 import re
 import shutil
@@ -15,10 +11,176 @@ import stat
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import lru_cache
 from itertools import count
 from pathlib import Path
+from typing import Any, NoReturn, TypeVar
 
-from .durable import DRAFT, sync
+# Files of strangers are read only where they are files, of a size that can be held.
+
+
+Name = TypeVar("Name", str, Path, str | Path)
+
+# A track of a week at ten samples a second has some 300 MB.
+MOST_BYTES = 512 * 1024**2
+
+
+def regular(path: Name, most: int | None = MOST_BYTES) -> Name:
+    """Return a path whose file can be opened and read to its end.
+
+    A device or a pipe has none, or waits for somebody to write.
+
+    Raises:
+        OSError: when it is missing, no regular file (a folder: as `open` tells it), or larger than
+            so many bytes (None: of any size).
+    """
+    found = os.stat(path)
+    if stat.S_ISDIR(found.st_mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if not stat.S_ISREG(found.st_mode):
+        raise OSError(errno.EINVAL, "no regular file; save it to one", str(path))
+    if most is not None and found.st_size > most:
+        told = f"larger than {most:,} bytes; leave in it what is needed"
+        raise OSError(errno.EFBIG, told, str(path))
+    return path
+
+
+# JSON files read with distrust: of bounded size and depth, and with nothing that is no JSON.
+
+
+# A scenario file has at most 1 MB; spelt out, with all its defaults and warnings, some times that.
+LARGEST_FILE = 32_000_000
+
+
+def read_json(path: Path, most: int = LARGEST_FILE) -> Any:
+    """Return what a JSON file holds.
+
+    Raises:
+        OSError: when it cannot be read.
+        ValueError: when it is no JSON in UTF-8, too large (`most` bytes) or nested too deeply.
+    """
+    with open(regular(path, None), "rb") as file:
+        raw = file.read(most + 1)
+    if len(raw) > most:
+        raise ValueError(f"it is larger than {most:,} bytes")
+    try:
+        data = json.loads(raw.decode("utf-8"), parse_constant=_refused)
+        json.dumps(data, ensure_ascii=False).encode("utf-8")  # half a letter cannot be written
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None
+    except UnicodeEncodeError:
+        raise ValueError("it has half a letter (a lone surrogate) in a text") from None
+    return data
+
+
+def _refused(name: str) -> NoReturn:
+    raise ValueError(f"{name} is no number of JSON")
+
+
+# CSV files as lines of cells, read again only when they have changed.
+
+
+def cells_of(path: str | Path) -> tuple[tuple[str, ...], ...]:
+    """Return the cells of each line of a CSV file, in UTF-8 with or without a mark.
+
+    Raises:
+        ValueError: naming the file, when it cannot be read as one.
+    """
+    try:
+        found = os.stat(path)
+        return _read(str(path), found.st_mtime_ns, found.st_size)
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise ValueError(f"{path}: cannot be read as a CSV file: {error}") from None
+
+
+@lru_cache(maxsize=16)
+def _read(path: str, _changed_at: int, _size: int) -> tuple[tuple[str, ...], ...]:
+    with open(regular(path), newline="", encoding="utf-8-sig") as file:
+        return tuple(map(tuple, csv.reader(file)))
+
+
+# Files that are there whole or not at all, and that follow no link of a stranger's folder.
+
+
+# What a draft is called until it takes its file's name: hidden, and known to whoever clears up.
+DRAFT = ".draft"
+
+
+@contextmanager
+def draft_of(path: Path, *, replace: bool = True) -> Iterator[Path]:
+    """Yield a new file beside `path` to be written; at the end it is synced and takes its name.
+
+    The draft has a name that nobody can foretell, so that no symbolic link awaits it; a link at
+    `path` itself is replaced, not followed.  Whatever goes wrong, no draft stays.
+
+    Raises:
+        FileExistsError: when `path` is there at the end, and not to be replaced.
+        IsADirectoryError: when it is a folder.
+        FileNotFoundError: when the folder that it lies in is not there.
+        OSError: when that cannot be written to, or is full.
+    """
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "is a folder; name a file in it", str(path))
+    if not path.parent.exists():
+        raise FileNotFoundError(errno.ENOENT, "no such folder", str(path.parent))
+    descriptor, name = tempfile.mkstemp(prefix=f".{path.name[:40]}-", suffix=DRAFT, dir=path.parent)
+    os.close(descriptor)
+    draft = Path(name)
+    try:
+        yield draft
+        draft.chmod(0o666 & ~_umask())
+        sync(draft)
+        if not replace:  # an empty file of our own keeps the name free until the draft has it
+            os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY))
+        os.replace(draft, path)
+        sync(path.parent)
+    except OSError as error:
+        if error.errno is not None and error.filename is None:
+            error.filename = str(path)  # a disk that is full does not say of what
+        raise
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str, *, replace: bool = True) -> None:
+    """Write a text file in UTF-8, all of it or nothing.
+
+    Raises:
+        FileExistsError: when it is there, and not to be replaced.
+        OSError: when the folder cannot be written to, or is full.
+    """
+    with draft_of(path, replace=replace) as draft:
+        draft.write_text(text, encoding="utf-8")
+
+
+def sync(path: Path) -> None:
+    """Have the operating system put a file or folder on its disk before going on.
+
+    Raises:
+        OSError: when the disk is full or broken.
+    """
+    descriptor = os.open(path, os.O_RDONLY)
+    unable = (OSError,) if path.is_dir() else ()  # some file systems do not sync folders
+    try:
+        with suppress(*unable):
+            os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+# Folders that are there whole or not at all, and that replace nothing but what is ours.
+#
+# A folder is filled in a workshop beside its name: a hidden folder that nobody can foretell. Its
+# name is taken by making an empty folder, which fails where anything is, and by renaming the full
+# one onto it, which fails where something has come into it: so nothing is ever replaced unasked,
+# on any POSIX system.
+
 
 # Tells why a folder (or what stands in its place) is not ours to replace; None if it is.
 Objection = Callable[[Path], str | None]

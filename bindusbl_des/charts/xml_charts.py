@@ -1,0 +1,275 @@
+"""Charts in XML: areas in KML, tracks and areas in GPX."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+from xml.parsers import expat
+
+from ..core.files import regular
+from ..core.wording import shortened
+from .shapes import BadChart, Degrees, Sample, Shape, above_sea, checked, position, ring
+
+# XML read as a tree of plain elements, each with its line; what could be an attack is refused.
+#
+# Entities are declared in a document type, and neither KML nor GPX needs one: without them a file
+# costs no more than its length, and reads no other (CWE-776, CWE-611).
+
+
+LARGEST_FILE = 32_000_000
+
+# A file of a few megabytes can have millions of empty ones, each with its line and its lists.
+MOST_ELEMENTS = 400_000
+
+# KML nests folders, but not like this; a limit keeps walks over the tree short.
+DEEPEST = 60
+
+
+@dataclass
+class Element:
+    """An element: its name without namespace, its line, attributes, text and children."""
+
+    name: str
+    line: int
+    attributes: dict[str, str]
+    text: str = ""
+    children: list["Element"] = field(default_factory=list)
+
+    def within(self, *names: str) -> Iterator["Element"]:
+        """Yield the elements of some name in it, at any depth, in the order of the file."""
+        for child in self.children:
+            if child.name in names:
+                yield child
+            yield from child.within(*names)
+
+    def child(self, name: str) -> "Element | None":
+        """Return its first child of a name."""
+        return next((it for it in self.children if it.name == name), None)
+
+    def said(self, name: str) -> str:
+        """Return the text of its first child of a name, "" if there is none."""
+        child = self.child(name)
+        return child.text.strip() if child else ""
+
+
+def read_xml(path: str | Path, root: str) -> Element:
+    """Return the root element of an XML file, which must have a name such as `kml`.
+
+    Raises:
+        BadChart: naming file, line and remedy.
+    """
+    try:
+        with open(regular(path), "rb") as file:
+            raw = file.read(LARGEST_FILE + 1)
+    except OSError as error:
+        raise BadChart(f"{path}: cannot be read ({error.strerror})") from None
+    if len(raw) > LARGEST_FILE:
+        raise BadChart(f"{path}: is larger than {LARGEST_FILE:,} bytes; leave in it what is needed")
+    if raw.startswith(b"PK"):
+        raise BadChart(f"{path}: is a zip archive such as KMZ; unpack it and name the .kml in it")
+    found = _Tree(str(path)).read(raw)
+    if found.name != root:
+        raise BadChart(f"{path}:{found.line}: begins with <{found.name}>; expected <{root}>")
+    return found
+
+
+class _Tree:
+    """What an XML parser tells, put together."""
+
+    def __init__(self, path: str) -> None:
+        self.path, self.top, self.open = path, Element("", 0, {}), list[Element]()
+        self.count = 0
+        self.parser: Any = expat.ParserCreate(namespace_separator=" ")
+        self.parser.buffer_text = True
+        self.parser.StartDoctypeDeclHandler = self._refuse
+        self.parser.StartElementHandler = self._begin
+        self.parser.EndElementHandler = self._end
+        self.parser.CharacterDataHandler = self._add
+
+    def read(self, raw: bytes) -> Element:
+        self.open = [self.top]
+        try:
+            self.parser.Parse(raw, True)
+        except (expat.ExpatError, LookupError, ValueError) as error:  # BadChart is a ValueError
+            if isinstance(error, BadChart):
+                raise
+            raise BadChart(f"{self.path}: is no XML: {error}") from None
+        return self.top.children[0]
+
+    def _refuse(self, *_: object) -> None:
+        raise BadChart(
+            f"{self.path}:{self.parser.CurrentLineNumber}: declares a document type, which may "
+            "hide other files in it; remove the line <!DOCTYPE ...>"
+        )
+
+    def _begin(self, name: str, attributes: dict[str, str]) -> None:
+        if len(self.open) > DEEPEST:
+            raise BadChart(f"{self.path}: is nested deeper than {DEEPEST} levels")
+        plain = {key.rpartition(" ")[2]: value for key, value in attributes.items()}
+        self.count += 1
+        if self.count > MOST_ELEMENTS:
+            raise BadChart(
+                f"{self.path}: has more than {MOST_ELEMENTS:,} elements; leave in it what is needed"
+            )
+        element = Element(name.rpartition(" ")[2], self.parser.CurrentLineNumber, plain)
+        self.open[-1].children.append(element)
+        self.open.append(element)
+
+    def _end(self, _: str) -> None:
+        self.open.pop()
+
+    def _add(self, text: str) -> None:
+        self.open[-1].text += text
+
+
+# KML (OGC 07-147r2): placemarks with points, lines, polygons, "longitude,latitude[,altitude]".
+
+
+ORDER = "longitude,latitude"
+KINDS = {"Point": "point", "LineString": "line", "Polygon": "polygon"}
+
+
+def read_kml(path: str | Path) -> list[Shape]:
+    """Return the shapes of a KML file in its order.
+
+    Raises:
+        BadChart: naming file, line and remedy.
+    """
+    root = read_xml(path, "kml")
+    return [shape for mark in root.within("Placemark") for shape in _shapes(mark, str(path))]
+
+
+def _shapes(mark: Element, path: str) -> Iterator[Shape]:
+    name = mark.said("name")
+    for geometry in mark.within(*KINDS):
+        place = f"{path}:{geometry.line}: {geometry.name}"
+        told = f"{place} ({shortened(repr(name))})" if name else place
+        yield checked(_shape(geometry, path, told), told)
+
+
+def _shape(geometry: Element, path: str, told: str) -> Shape:
+    kind = KINDS[geometry.name]
+    if kind == "polygon":
+        outer = next(geometry.within("outerBoundaryIs"), None)
+        if outer is None:
+            raise BadChart(f"{told}: needs an outerBoundaryIs with a LinearRing")
+        holes = len(list(geometry.within("innerBoundaryIs")))
+        return Shape(kind, told, ring(_positions(outer, path, told), told), holes)
+    corners = tuple(_positions(geometry, path, told))
+    if len(corners) < 2 and kind == "line":
+        raise BadChart(f"{told}: needs two positions; it has {len(corners)}")
+    return Shape(kind, told, corners)
+
+
+def _positions(within: Element, path: str, told: str) -> list[Degrees]:
+    found = next(within.within("coordinates"), None)
+    if found is None or not found.text.strip():
+        raise BadChart(f"{told}: has no coordinates")
+    return [_position(text, f"{path}:{found.line}") for text in found.text.split()]
+
+
+def _position(text: str, place: str) -> Degrees:
+    parts = text.split(",")
+    try:
+        lon, lat = float(parts[0]), float(parts[1])
+    except (ValueError, IndexError):
+        raise BadChart(
+            f"{place}: {shortened(repr(text))} is no position; write {ORDER} without a blank "
+            "between them, such as 10.18,54.33"
+        ) from None
+    return position(lat, lon, place, ORDER)
+
+
+# GPX files (topografix 1.1): tracks of latitude, longitude, UTC time and elevation; outlines.
+
+
+# A line whose ends are this near each other, as a share of its length, goes around an area: drawn
+# or driven by hand, its last point is seldom the first.
+CLOSED = 0.02
+
+
+def read_gpx(path: str) -> Iterator[tuple[str, Sample]]:
+    """Yield the samples of a GPX file in Unix time, each with the name of its track.
+
+    Elevations are heights above the sea, so that depths are negative; a track without a name has
+    its number from 0 for one.  The segments of a track follow one another.
+
+    Raises:
+        BadChart: naming file, line and remedy.
+    """
+    for number, track in enumerate(read_xml(path, "gpx").within("trk")):
+        name = track.said("name") or str(number)
+        for point in track.within("trkpt"):
+            yield name, _sample(f"{path}:{point.line}", point)
+
+
+def read_gpx_shapes(path: str | Path) -> list[Shape]:
+    """Return routes, segments of tracks and waypoints as shapes; what ends where it began is a
+    polygon: GPX has no others.
+
+    Raises:
+        BadChart: naming file, line and remedy.
+    """
+    root = read_xml(path, "gpx")
+    lines = [_outline(path, it, "rtept") for it in root.within("rte")]
+    lines += [_outline(path, it, "trkpt") for it in root.within("trkseg")]
+    points = [(f"{path}:{it.line}: wpt", it) for it in root.within("wpt")]
+    return [*lines, *(Shape("point", told, (_place(told, it),)) for told, it in points)]
+
+
+def _outline(path: str | Path, line: Element, name: str) -> Shape:
+    told = f"{path}:{line.line}: {line.name}"
+    corners = tuple(_place(f"{path}:{it.line}", it) for it in line.within(name))
+    if len(corners) < 2:
+        raise BadChart(f"{told}: needs two positions; it has {len(corners)}")
+    around = sum(_apart(one, next_) for one, next_ in pairwise(corners))
+    gap = _apart(corners[0], corners[-1])
+    if len(corners) < 4 or gap > CLOSED * around:
+        return checked(Shape("line", told, corners), told)
+    return checked(Shape("polygon", told, corners[: -1 if gap == 0.0 else None]), told)
+
+
+def _apart(one: Degrees, other: Degrees) -> float:
+    """Return how far apart two places are (deg of latitude), for comparing."""
+    return math.hypot(other[0] - one[0], (other[1] - one[1]) * math.cos(math.radians(one[0])))
+
+
+def _place(told: str, point: Element) -> Degrees:
+    try:
+        lat, lon = float(point.attributes["lat"]), float(point.attributes["lon"])
+    except (KeyError, ValueError):
+        raise BadChart(f"{told}: a {point.name} needs numbers as lat and lon") from None
+    return position(lat, lon, told, 'lat="latitude" lon="longitude"')
+
+
+def _sample(told: str, point: Element) -> Sample:
+    place = _place(told, point)
+    return Sample(told, _unix(told, point.said("time")), place, _depth(told, point), True)
+
+
+def _unix(told: str, text: str) -> float:
+    """Return an instant of ISO 8601 as Unix time (s); it is UTC unless it says otherwise."""
+    if not text:
+        raise BadChart(f"{told}: has no <time>; a track needs one at each point, a route has none")
+    try:
+        instant = datetime.fromisoformat(text)
+        return (instant if instant.tzinfo else instant.replace(tzinfo=UTC)).timestamp()
+    except (ValueError, OverflowError):
+        raise BadChart(
+            f"{told}: {text[:40]!r} is no time; write it as 2026-11-22T14:55:00.250Z"
+        ) from None
+
+
+def _depth(told: str, point: Element) -> float:
+    text = point.said("ele")
+    if not text:
+        return math.nan
+    try:
+        return above_sea(told, float(text))
+    except ValueError as error:
+        if isinstance(error, BadChart):
+            raise
+        raise BadChart(f"{told}: {text[:40]!r} is no elevation in metres") from None
