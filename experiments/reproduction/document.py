@@ -4,6 +4,8 @@ import platform
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from itertools import groupby
+from re import split
+from string import ascii_lowercase as LETTERS
 from typing import TYPE_CHECKING
 
 from bindusbl_des.campaigns.experiments.plan import model_version
@@ -85,7 +87,8 @@ def mark(it: Measured) -> str:
 
 
 def numbers_in_markdown(found: Sequence[Measured]) -> str:
-    """Return a table of numbers: paper, measured, interval, verdict and why."""
+    """Return a table of numbers (paper, measured, interval, verdict), and why some differ below."""
+    whys = list(dict.fromkeys(it.why() for it in found if it.why()))
     rows = [
         (
             it.row.case,
@@ -94,23 +97,27 @@ def numbers_in_markdown(found: Sequence[Measured]) -> str:
             f"{it.prediction.mean:.{digits(it)}f}",
             interval(it.prediction, digits(it)),
             _share(it.deviation()),
-            _judgement(it),
+            _judgement(it, whys),
         )
         for it in found
     ]
-    return markdown(("mission", "quantity", "paper", "here", "95 %", "off by", "verdict"), rows)
+    heads = ("mission", "quantity", "paper", "here", "95 %", "off by", "verdict")
+    below = "\n".join(f"* ({letter}) {why}." for letter, why in zip(LETTERS, whys, strict=False))
+    return f"{markdown(heads, rows)}\n\n{below}".strip()
 
 
 def _relation(it: Measured) -> str:
     return {"equals": "", "at most": "<= ", "at least": ">= "}[it.claim]
 
 
-def _judgement(it: Measured) -> str:
-    why = it.why()
-    others = f" It is reproduced as {', or as '.join(it.agreeing)}." if it.agreeing else ""
-    if it.verdict == REPRODUCED:
-        return f"**{it.verdict}**"
-    return f"**{it.verdict}**: {why}.{others}"
+def _judgement(it: Measured, whys: Sequence[str]) -> str:
+    """Return a verdict with the letter of its reason; errors have their other readings in a table
+    of their own.
+    """
+    letter = f" ({LETTERS[whys.index(it.why())]})" if it.why() else ""
+    is_error = it.row.quantity.startswith("cte")
+    others = f"; met as {', or as '.join(it.agreeing)}" if it.agreeing and not is_error else ""
+    return f"**{it.verdict}**{letter}{others}"
 
 
 def _share(deviation: float | None) -> str:
@@ -261,31 +268,29 @@ def record(it: Measured) -> dict[str, object]:
 FIGURES = "figures/reproduction"
 
 INTRODUCTION = """\
-The paper is *BIND-USBL: Bounding IMU Navigation Drift using USBL in Heterogeneous ASV-AUV Teams*
-(Kedia, Makam, Hamann, Sundaram). Its experiments are the files of `experiments/`, which anyone can
-run alone with `bindusbl-des sweep experiments/NAME.yaml`; this page was written by
+After this page you know which numbers of *BIND-USBL: Bounding IMU Navigation Drift using USBL in
+Heterogeneous ASV-AUV Teams* (Kedia, Makam, Hamann, Sundaram) this simulator reproduces, and why not
+the others. Its experiments are the files of `experiments/` (`bindusbl-des sweep
+experiments/NAME.yaml`); this page was written by
 
     bindusbl-des reproduce{option}
 
-No parameter is tuned towards a published number. Verdicts follow a rule:
+No parameter is tuned towards a published number. A number is
 
-* **reproduced**: the published number lies, but for its rounding, in the interval that holds the
-  mean of as many further runs (1 in Table I, 5 in the baseline, 20 in the sweep) with 95 %
-  probability: mean +- t s sqrt(1/n + 1/m). One of twenty true numbers falls outside by chance. Of a
-  bound ("below 0.8 m") the mean must keep it.
-* **cannot be**: it lies beyond a limit that follows from the paper's own equations.
-* **differs**: neither; why is said, and E-numbers are sections of [errata](errata.md).
+* **reproduced** if it lies, but for its rounding, in the interval that holds the mean of as many
+  further runs (1 in Table I, 5 in the baseline, 20 in the sweep) with 95 % probability: mean +- t s
+  sqrt(1/n + 1/m). Of a bound the mean must keep it. One of twenty true numbers falls outside;
+* **cannot be** if it lies beyond a limit that follows from the paper's own equations;
+* **differs** otherwise; E-numbers are sections of [errata](errata.md).
 
-Numbers are first measured in the paper's own words: "cross-track error" is the component of the
-error across the track, the bias turns with the vehicle (eq. dead_reckoning), a fix is compared with
-the estimate at its delivery (eq. update). Other readings are measured beside, the same ones for
-every error; where one of them reproduces a number that the words do not, that is said. Which single
-reading meets most of all numbers is counted [at the end](#the-paper-in-one-reading)."""
+Numbers are measured in the paper's own words first: "cross-track error" is across the track, the
+bias turns with the vehicle (eq. dead_reckoning), a fix is compared with the estimate at its
+delivery (eq. update). Which single reading meets most numbers is counted
+[at the end](#the-paper-in-one-reading)."""
 
 CONTENTS = """\
-The folder then holds this page as `reproduction.md` with its figures, all numbers as
-`paper_vs_measured.csv` and `.parquet`, and a campaign folder for each experiment; the page in
-`docs/` is a copy of that of a full run."""
+The folder then holds this page with its figures, all numbers as `paper_vs_measured.csv` and
+`.parquet`, and a campaign folder for each experiment."""
 
 SECTIONS = {
     "Baseline": ("sec:baseline",),
@@ -340,8 +345,8 @@ def _in_short(found: Sequence[Measured]) -> str:
         "reproduced",
         "differ",
         "cannot be",
-        "not reproduced, but in another reading",
-        "not reproduced, but within 5 %",
+        "of these reproduced in another reading",
+        "of these within 5 %",
     )
     return markdown(heads, rows)
 
@@ -392,24 +397,29 @@ def _errors(found: Sequence[Measured]) -> list[Measured]:
     return [it for it in found if it.row.quantity.startswith("cte")]
 
 
+def figure(name: str, caption: str) -> str:
+    """Return a figure with its caption; the text for those who do not see it is its beginning."""
+    return f"![{split(r'[:,.]', caption)[0]}]({FIGURES}/{name}.png)\n\n*{caption}*"
+
+
 def _figures(*names: str) -> Iterator[str]:
     for name in names:
-        yield f"![{CAPTIONS[name]}]({FIGURES}/{name}.png)"
-        yield f"*{CAPTIONS[name]}*"
+        yield figure(name, CAPTIONS[name])
 
 
 def _ablations(runs: Runs) -> str:
-    rows: list[tuple[object, ...]] = [
-        ("**published**", asvs, _published(asvs, "fixes"), _published(asvs, "cte"), "")
-        for asvs in (1, 3)
-    ]
-    table = measuring.ablated(runs)
-    for row in table.to_dict("records"):
-        fixes = " / ".join(f"{row[f'fixes_{auv}']:.1f}" for auv in measuring.AUVS)
-        errors = " / ".join(f"{row[f'error_{auv}']:.2f}" for auv in measuring.AUVS)
-        rows.append((f"`{row['change']}`", row["asvs"], fixes, errors, f"{row['collisions']:.1f}"))
-    heads = ("change", "ASVs", "fixes of AUV0 / 1 / 2", "position error (m)", "collisions")
-    return markdown(heads, rows)
+    """Return a row per change: fixes and errors of the three AUVs, with one ASV and with three."""
+    cells = [(_published(asvs, "fixes"), _published(asvs, "cte")) for asvs in (1, 3)]
+    rows: list[tuple[object, ...]] = [("**published**", *cells[0], *cells[1])]
+    for change, both in measuring.ablated(runs).groupby("change", sort=False):
+        found = [
+            " / ".join(f"{row[f'{name}_{auv}']:.{decimals}f}" for auv in measuring.AUVS)
+            for row in both.to_dict("records")
+            for name, decimals in (("fixes", 1), ("error", 2))
+        ]
+        rows.append((f"`{change}`", *found))
+    heads = ("change", "1 ASV: fixes", "position error (m)", "3 ASVs: fixes", "position error (m)")
+    return f"AUV0 / 1 / 2 each.\n\n{markdown(heads, rows)}"
 
 
 def _published(asvs: int, quantity: str) -> str:

@@ -1,14 +1,15 @@
 """The page of one joint reading, and the section on all of them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 
 from .campaigns import Runs
 from .counting import PROBABILITY, SHUFFLES, Foretelling, Tally
 from .document import (
-    FIGURES,
     READINGS_CAPTION,
     SECTIONS,
     count,
+    digits,
+    figure,
     markdown,
     numbers_in_markdown,
     origin,
@@ -20,28 +21,25 @@ from .readings import DEFAULT, FACTORS, LIKELY, Reading
 # The joint readings in words: which meets most, what its choices are worth, what is luck.
 
 
-SHOWN, WIDTH = 10, 80
+# On the terminal; on the page
+SHOWN, LISTED, WIDTH = 10, 5, 80
 TITLE = "The paper in one reading"
 
 QUESTION = """\
-A number that its words do not reproduce often has another reading that does, but not every number
-the same one. Which *single* reading, with one choice for everything that the paper leaves open,
-meets most of the {numbers} numbers? The choices, the first of each being that of `default`:"""
+Often another reading reproduces a number that the paper's words do not, but not every number the
+same one. Which *single* reading meets most of the {numbers} numbers? Of the choices, the first is
+that of `default`:"""
 
 FIXED = """\
-All {readings:,} joint readings were counted, by the verdict rule above. `bindusbl-des reproduce
---reading NAME` runs one of them: `default`, `likely`, or choices joined by `/`, those not named
-being as in `default`. Some choices are not counted anew: rounds are sequential, broadcasters take
-turns, and AUVs start at the centre of their strips (E25, E27, E28). They were settled by the fix
-counts of Table I, which are therefore weak evidence here."""
+All {readings:,} joint readings were counted. `bindusbl-des reproduce --reading NAME` runs one:
+`default`, `likely`, or choices joined by `/`, the others as in `default`. Sequential rounds,
+rotating broadcasters and starts at the centre of strips are not varied (E25, E27, E28): the fix
+counts of Table I settled them, and are weak evidence here."""
 
 PUT_IN = """\
-*Put in*: the speeds of `published_speeds` are the published distances over 300 s, so that it meets
-those {put_in} distances by construction (an AUV's numbers are read where all three fly at its
-speed; the others' speeds change them by at most 1.1 fixes, 0.007 of coverage and 0.08 m).
-*Foretold*: met, of the {free} numbers that no reading puts in. *Off by*: the sum over all {numbers}
-numbers of the difference from the published one, as a share of it (none where a bound is kept),
-which decides between equal counts."""
+*Put in*: `published_speeds` meets those {put_in} distances by construction. *Foretold*: met, of the
+other {free} numbers. *Off by*: the sum over all {numbers} numbers of the relative difference, which
+decides between equal counts."""
 
 
 def readings_document(counted: Tally, runs: Runs, *, quick: bool) -> str:
@@ -59,8 +57,7 @@ def section(counted: Tally, runs: Runs) -> Iterator[str]:
     yield QUESTION.format(numbers=numbers)
     yield choices_in_markdown()
     yield FIXED.format(readings=len(counted.readings))
-    yield f"![{READINGS_CAPTION}]({FIGURES}/readings.png)"
-    yield f"*{READINGS_CAPTION}*"
+    yield figure("readings", READINGS_CAPTION)
     yield best_in_markdown(counted)
     yield PUT_IN.format(put_in=numbers - free, free=free, numbers=numbers)
     yield "What each choice is worth, beside the best reading:"
@@ -85,9 +82,9 @@ def choices_in_markdown() -> str:
 
 def best_in_markdown(counted: Tally) -> str:
     """Return the table of the best readings, with `default` below."""
-    shown = [(str(rank), place) for rank, place in enumerate(counted.ranks[:SHOWN], 1)]
+    shown = [(str(rank), place) for rank, place in enumerate(counted.ranks[:LISTED], 1)]
     default = counted.place(DEFAULT)
-    if counted.ranks.index(default) >= SHOWN:
+    if counted.ranks.index(default) >= LISTED:
         shown.append((str(counted.ranks.index(default) + 1), default))
     rows = [(rank, *_line(counted, place)) for rank, place in shown]
     return markdown(("", "reading", "met", "put in", "foretold", "off by"), rows)
@@ -128,11 +125,10 @@ def likely_in_words(counted: Tally) -> str:
     return (
         f"**The authors most likely ran `{best.name}`** ({name}): {meaning(best)}. It meets "
         f"{counted.counts.max()} of the {len(counted.rows)} numbers, `default` "
-        f"{counted.counts[counted.place(DEFAULT)]}. Most likely is not certain: chance may have "
-        f"put {len(rivals):,} of the other {len(counted.readings) - 1:,} readings behind it (sign "
-        "test on the foretold numbers that only one of the two meets, "
-        f"{100 * PROBABILITY:.0f} %), and these "
-        + (f"share no choice but {told}." if told else "share no choice.")
+        f"{counted.counts[counted.place(DEFAULT)]}. Chance may have put {len(rivals):,} of the "
+        f"other {len(counted.readings) - 1:,} readings behind it (sign test, "
+        f"{100 * PROBABILITY:.0f} %), "
+        + (f"which share no choice but {told}." if told else "which share no choice.")
         + f" {_besides(counted)}"
     )
 
@@ -142,14 +138,11 @@ def _besides(counted: Tally) -> str:
     best, alone = counted.best, counted.best_foretold
     said = ""
     if best.error != "cross_track":
-        said += (
-            "What speaks against `cross_track` is not the count but that two of the numbers cannot "
-            "lie across the track (E8). "
-        )
+        said += "Two numbers cannot lie across the track, which speaks against `cross_track` (E8). "
     if best.speed != alone.speed:
         said += (
-            "`published_speeds` is ahead by what it is given: without the numbers put in, "
-            f"`{alone.name}` is the best with {counted.foretold[counted.place(alone)]}. "
+            f"Without the numbers put in, `{alone.name}` is the best with "
+            f"{counted.foretold[counted.place(alone)]}. "
         )
     return said.strip()
 
@@ -166,23 +159,17 @@ def chance_in_words(counted: Tally) -> str:
     chance, foretold = counted.by_chance, counted.foretold
     lucky = chance.share >= PROBABILITY
     return (
-        f"**How much of it is luck.** {len(foretold):,} readings were tried on {len(counted.rows)} "
-        f"numbers. Of the {int(counted.free.sum())} that none puts in, a reading foretells "
-        f"{foretold.mean():.1f} on average (sd {foretold.std():.1f}), at least {foretold.min()} "
-        f"and at most {foretold.max()}. Had every number favoured choices of its own, with nothing "
-        f"in common with the others, the best of so many would still foretell {chance.mean:.1f} on "
-        f"average ({SHUFFLES:,} shuffles of the choices, number by number; {chance.low} to "
-        f"{chance.high} in nine of ten), and {foretold.max()} or more in "
+        f"**How much of it is luck.** Of the {int(counted.free.sum())} numbers that none puts in, "
+        f"a reading foretells {foretold.mean():.1f} on average (sd {foretold.std():.1f}), "
+        f"{foretold.min()} to {foretold.max()}. If numbers had no reading in common, the best of "
+        f"{len(foretold):,} would still foretell {chance.mean:.1f} ({SHUFFLES:,} shuffles; "
+        f"{chance.low} to {chance.high} in nine of ten), and {foretold.max()} or more in "
         f"{100 * chance.share:.1f} % of cases. "
         + (
-            "So the best may owe its rank to the many that were tried. "
+            "So the best may owe its rank to the many that were tried."
             if lucky
-            else "So the numbers have more of a reading in common than luck gives, if not much. "
+            else "So the numbers have more of a reading in common than luck gives, if not much."
         )
-        + "And a number may be met for little: bounds are kept by any error that is small enough, "
-        "shares drawn by lot or thinned by losses spread widely, and AUVs out of range have no "
-        "fixes in any reading. On the other side, the rule misses one of twenty true numbers, and "
-        "holds what hardly varies here, such as coverage, to its last printed digit."
     )
 
 
@@ -190,21 +177,21 @@ def _remaining(counted: Tally, runs: Runs) -> Iterator[str]:
     foretelling = Foretelling(runs)
     found = [foretelling.measured(row, counted.best) for row in counted.rows]
     left = [it for it in found if it.verdict != REPRODUCED]
-    never = [row for row, met in zip(counted.rows, counted.met.T, strict=True) if not met.any()]
+    never = {row for row, met in zip(counted.rows, counted.met.T, strict=True) if not met.any()}
     yield (
         f"Under the best reading {len(left)} numbers remain, {count(left)['near']} of them within "
-        "5 % of what was published:"
+        f"5 % of what was published; {len(never)}, with a star, no reading meets (published, here):"
     )
-    yield numbers_in_markdown(left)
-    yield f"No reading meets {len(never)} numbers: {named(never)}."
+    yield markdown(("mission", "numbers"), named(left, never))
 
 
-def named(rows: Sequence[Published]) -> str:
+def named(left: Sequence[Measured], never: Container[Published]) -> list[tuple[str, str]]:
     """Return numbers in a few words each, those of one mission together."""
     by_case: dict[str, list[str]] = {}
-    for row in rows:
-        by_case.setdefault(row.case, []).append(f"{row.auv} {row.quantity} {row.text}")
-    return "; ".join(f"{case}: {', '.join(texts)}" for case, texts in by_case.items())
+    for it in left:
+        text = f"{it.row.auv} {it.row.quantity} {it.row.text}, {it.prediction.mean:.{digits(it)}f}"
+        by_case.setdefault(it.row.case, []).append(text + " *" * (it.row in never))
+    return [(case, "; ".join(texts)) for case, texts in by_case.items()]
 
 
 def _cells(counted: Tally, place: int) -> str:

@@ -350,7 +350,7 @@ def test_the_page_in_the_manual_is_what_the_program_writes(counted: Path) -> Non
     section = section.partition("\n## ")[0]
     assert readings_page.choices_in_markdown() in section
     assert readings_page.FIXED.format(readings=1280) in section
-    assert f"![{READINGS_CAPTION}](figures/reproduction/readings.png)" in section
+    assert f"](figures/reproduction/readings.png)\n\n*{READINGS_CAPTION}*\n" in section
     assert f"**The authors most likely ran `{LIKELY.name}`** (`likely`)" in section
     assert f"| 1 | `{LIKELY.name}` |" in section
     assert (PAGE.parent / "figures" / "reproduction" / "readings.png").is_file()

@@ -248,7 +248,7 @@ def test_the_folder_holds_page_tables_and_figures(small: Path) -> None:
 
     page = (small / "reproduction.md").read_text()
     for name, caption in CAPTIONS.items():
-        assert f"![{caption}](figures/reproduction/{name}.png)" in page
+        assert f"](figures/reproduction/{name}.png)\n\n*{caption}*\n" in page
         assert (small / "figures" / "reproduction" / f"{name}.png").stat().st_size > 5000
     csv = pd.read_csv(small / "paper_vs_measured.csv")
     parquet = pd.read_parquet(small / "paper_vs_measured.parquet")
