@@ -2,9 +2,9 @@
 
 They show the pages and figures of this version, for scenarios that pin all that matters: the report
 of the recovery mission as `run` writes it (without advice, which takes time of the machine's), its
-playback at an instant, the figure of a sweep, the map of the survey that the page on surveys
-describes, the answer of the second tutorial, and the chart of a plan.  Needs Chromium and the extra
-`dev`.
+playback at an instant, one round of it, the figure of a sweep, the map of the survey that the page
+on surveys describes, the answer of the second tutorial, and the chart of a plan.  Needs Chromium
+and the extra `dev`.
 """
 
 import re
@@ -31,19 +31,25 @@ SHOWN_AT = 128.0
 # Size of the window (CSS px), and what is left above and below what is cut out of it
 WIDTH, HEIGHT, MARGIN = 1000, 1000, 8
 
-# Of the drawing of a mission
-DPI = 100
+# A round in which each AUV is heard and each fix delivered
+SHOWN_ROUND = 40
+
+# Of the drawing of a mission, and of a round, whose marks are small
+DPI, ROUND_DPI = 100, 140
 
 # Colours of a picture, so that it loads quickly
 COLOURS = 256
 
 
 def main() -> None:
-    """Write report, playback, basin, fjord and plan.png and sweep.svg beside this file."""
+    """Write report, playback, round, basin, fjord and plan.png and sweep.svg beside this file."""
     with tempfile.TemporaryDirectory() as folder:
         page = Path(folder) / "report.html"
-        simulate(SCENARIO, seed=0).report(page)
+        recovery = simulate(SCENARIO, seed=0)
+        recovery.report(page)
         photograph(page)
+    one_round = recovery.plot("round", number=SHOWN_ROUND)
+    one_round.savefig(FOLDER / "round.png", dpi=ROUND_DPI)
     varied = {"asvs.formation.angle_deg": range(0, 121, 10), "asvs.count": [2, 3, 4]}
     campaign = sweep(SCENARIO, vary=varied, seeds=8)
     campaign.plot(

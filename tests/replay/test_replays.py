@@ -411,10 +411,12 @@ def test_commands_replay_and_fit_what_one_has_recorded(tmp_path: Path) -> None:
     assert "ranges.csv:2: needs a number in the column range_m" in refused.output
 
 
-def test_both_runs_at_sea_replay_from_the_line_of_the_readme() -> None:
+def test_both_runs_at_sea_replay_from_the_line_of_the_manual() -> None:
     """And their figures are those of the page on validation."""
     pytest.importorskip("gtsam", reason="the runs ship with gtsam, the extra `replay`")
-    line = re.search(r"`(bindusbl-des replay goats[^`]*)`", (ROOT / "README.md").read_text())
+    line = re.search(
+        r"`(bindusbl-des replay goats[^`]*)`", (ROOT / "docs" / "replay.md").read_text()
+    )
     assert line is not None
     printed = run(*shlex.split(line[1])[1:])
     page = (ROOT / "docs" / "validation.md").read_text()
