@@ -16,8 +16,8 @@ import numpy as np
 
 import bindusbl_des
 from bindusbl_des.mission.simulation import simulate
-from bindusbl_des.results.parquet import write_parquet
 from bindusbl_des.results.result import Result
+from bindusbl_des.results.result_folder import write_parquet
 from bindusbl_des.scenario.scenario import Scenario
 
 # Time and memory that some work takes.

@@ -15,7 +15,7 @@ from bindusbl_des.protocol.conflicts import dsatur_groups, greedy_groups
 from bindusbl_des.protocol.slots import slots_of
 from bindusbl_des.scenario.planned import asv_stations
 from bindusbl_des.scenario.water import assumed_sound_speed_of
-from bindusbl_des.verification.bounds import Bounds
+from bindusbl_des.verification.case import Bounds
 
 Array = NDArray[np.float64]
 COLOURS = {"spatial_reuse": greedy_groups, "dsatur": dsatur_groups}

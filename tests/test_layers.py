@@ -27,7 +27,7 @@ HOMES = {
     "simpy": "protocol mission live.readings gym",
     "gymnasium": "gym",
     "networkx": "protocol.conflicts protocol.schedules.view",
-    "pelagic": "acoustics.ray_tracing",
+    "pelagic": "acoustics.table_channel",
     "pyarrow": "acoustics.ray_tables results mission.event_tables campaigns export replay",
     "yaml": "scenario.files",
     "click": "cli commands",
@@ -110,7 +110,7 @@ def test_no_files_go_in_circles() -> None:
 # table of motions, which as records would cost each entry 0.12 us more (6 % of a mission).
 NUMBERED = {
     "vehicles.motion",
-    *("records.events", "results.batches", "report.recording"),
+    *("records.events", "results.tables", "report.recording"),
     *("vehicles.guidance.flight", "vehicles.hulls.rk4"),
     *("vehicles.hulls.bluerov2", "vehicles.hulls.cybership2", "vehicles.hulls.otter"),
     *("vehicles.hulls.remus100_parameters", "vehicles.hulls.frames", "vehicles.guidance.logbook"),

@@ -27,8 +27,8 @@ from ns3_uan import compiled_driver
 
 from bindusbl_des import Result, Scenario, simulate
 from bindusbl_des.core.streams import Purpose, Streams
-from bindusbl_des.protocol.access import named
-from bindusbl_des.protocol.access.named import packets_of
+from bindusbl_des.protocol.access import serving as named
+from bindusbl_des.protocol.access.serving import packets_of
 
 Case = dict[str, Any]
 Heard = list[tuple[int, float, str]]

@@ -1,18 +1,217 @@
-"""The channel `table`: a sonar whose sound goes along bent rays."""
+"""Tables of sound traced by BELLHOP, kept on disk under the hash of all that each was made of.
 
+The tracer comes with the package pelagic (GPL-3.0-or-later), an extra that is imported only where a
+table is asked for.
+"""
+
+import hashlib
+import json
+import os
+import sys
+import zipfile
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
+from importlib.metadata import PackageNotFoundError, version
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ..core.files import draft_of
 from ..scenario.channel_settings import Table
 from ..scenario.scenario import Scenario
 from ..scenario.water import profile_of, sound_speed_of, water_of
+from ..sea.water_column import Profile
 from .channel import Prospects, Receiver, Signals
-from .ray_tables import Floats, Grid, SoundTable, read_table, slant_range_m
-from .ray_tracing import kept_table
+from .ray_tables import Floats, Grid, SoundTable, read_table, slant_range_m, straight_time_s
 from .sonar_channel import Listener, listener, reach_m
 from .sonar_equation import LinkBudget, Message, link_budget
+
+MISSING = "tables of sound are traced by pelagic (GPL): pip install 'bindusbl-des[bellhop]'"
+
+# Rays leave a source at angles up to this (deg) from level, so many of them: a 1/40 degree apart
+# they meet receivers 1 km away within 0.5 m.
+STEEPEST_DEG, RAYS = 89.0, 7121
+
+# Arrivals within this time (s) and phase are one: BELLHOP tells of each ray beside the way.
+ONE_ARRIVAL_S = 2e-6
+
+# Ways are told apart by how often they met the surface, and MANY times how often the bottom.
+MANY, NO_WAY = 1000, -1
+
+# What of a table is kept on disk
+KEPT = ("longer_s", "beyond_db", "ways")
+
+# What no ray reaches loses this (dB) beyond spherical spreading.
+SILENT_DB = 200.0
+
+# The bottom is sand: speed of sound (m/s) and density (g/cm3).
+SAND = 1650.0, 1.9
+
+# BELLHOP bends nothing by frequency, and absorption is none of its here: any will do.
+FREQUENCY_HZ = 25e3
+
+
+def traced(profile: Profile, grid: Grid, bottom_m: float) -> SoundTable:
+    """Return the table of a sea with a profile of sound speed and a flat bottom (m).
+
+    Each pair of places has the travel time of the ray that arrives first, and the loss of its
+    kind: of rays that meet neither surface nor bottom, or where none of these arrives (a shadow),
+    of the first that is reflected.
+
+    Raises:
+        ImportError: without pelagic, with what to do.
+        ValueError: when a depth lies below the bottom, or a range is not positive.
+    """
+    _check(grid, bottom_m)
+    arrivals = _run(case_of(profile, grid, bottom_m))
+    taken, loss, ways = _first(arrivals, grid)
+    away, source, receiver = np.meshgrid(*grid, indexing="ij")
+    straight = straight_time_s(profile, away, source, receiver)
+    spherical = 20.0 * np.log10(slant_range_m(away, source, receiver))
+    heard = np.isfinite(taken)
+    longer = np.where(heard, np.where(heard, taken, 0.0) - straight, 0.0)
+    beyond = np.where(heard, np.where(heard, loss, 0.0) - spherical, SILENT_DB)
+    return SoundTable(profile, grid, longer, beyond, ways)
+
+
+def case_of(profile: Profile, grid: Grid, bottom_m: float) -> dict[str, Any]:
+    """Return what BELLHOP is asked: pelagic's JSON case, version 2."""
+    depths = np.unique(np.concatenate(([0.0, bottom_m], profile.depths_m)))
+    depths = depths[depths <= bottom_m]
+    speeds = profile.at(depths)
+    farthest = float(grid.ranges_m[-1])
+    return {
+        "pelagic": 2,
+        "model": "bellhop",
+        "title": "table of sound",
+        "frequency": FREQUENCY_HZ,
+        "interpolation": "c_linear",
+        "media": [{"to": bottom_m, "ssp": np.column_stack((depths, speeds)).tolist()}],
+        "surface": "vacuum",
+        "bottom": {"type": "halfspace", "cp": SAND[0], "rho": SAND[1]},
+        "source": {"depth": grid.source_depths_m.tolist()},
+        "receivers": {
+            "depth": grid.receiver_depths_m.tolist(),
+            "range": grid.ranges_m.tolist(),
+        },
+        "bellhop": {
+            "run": "arrivals",
+            "beam": "geometric_hat_cartesian",
+            "angles": {"from": -STEEPEST_DEG, "to": STEEPEST_DEG, "count": RAYS},
+            "box": {"depth": bottom_m + 1.0, "range": farthest * 1.01 + 1.0},
+        },
+    }
+
+
+def _run(case: dict[str, Any]) -> Any:
+    try:
+        import pelagic
+    except ImportError:
+        raise ImportError(MISSING) from None
+    return pelagic.bellhop.Case.from_dict(case).run().arrivals
+
+
+def _check(grid: Grid, bottom_m: float) -> None:
+    deepest = max(grid.source_depths_m[-1], grid.receiver_depths_m[-1])
+    if deepest > bottom_m:
+        raise ValueError(
+            f"a depth of {deepest:g} m lies below the bottom at {bottom_m:g} m; give a deeper one"
+        )
+    if grid.ranges_m[0] <= 0.0:
+        raise ValueError(f"ranges of a table must be positive; met {grid.ranges_m[0]:g} m")
+
+
+def _first(arrivals: Any, grid: Grid) -> tuple[Floats, Floats, NDArray[np.int64]]:
+    """Return travel times (s) and losses (dB) on a grid, NaN where nothing arrives; and the ways:
+    what they met of the surface, and MANY times what of the bottom (NO_WAY: nothing arrives).
+    """
+    shape = tuple(len(axis) for axis in grid)
+    taken, loss, ways = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, NO_WAY)
+    bounces = np.asarray(arrivals.top_bounces) + np.asarray(arrivals.bottom_bounces)
+    met = np.asarray(arrivals.top_bounces) + MANY * np.asarray(arrivals.bottom_bounces)
+    per_source = np.asarray(arrivals.receiver_offset).astype(int)
+    offsets = np.asarray(arrivals.arrival_offset).astype(int)
+    for source, (begin, end) in enumerate(pairwise(per_source)):
+        for place in range(begin, end):
+            rays = slice(offsets[place], offsets[place + 1])
+            if rays.start == rays.stop:
+                continue
+            at = (
+                int(np.searchsorted(grid.ranges_m, arrivals.ranges_m[place] - 1e-6)),
+                source,
+                int(np.searchsorted(grid.receiver_depths_m, arrivals.depths_m[place] - 1e-6)),
+            )
+            found, times = bounces[rays], np.asarray(arrivals.travel_time_s[rays])
+            least = found == found.min()
+            ways[at] = met[rays][least][np.argmin(times[least])]
+            taken[at], loss[at] = _of_one_kind(
+                arrivals.travel_time_s[rays][least], arrivals.amplitude[rays][least]
+            )
+    return taken, loss, ways
+
+
+def _of_one_kind(times: Floats, amplitudes: Floats) -> tuple[float, float]:
+    """Return the first time (s), and the loss (dB) of the powers of all that arrive.
+
+    Rays on both sides of one way share its amplitude: these add up.
+    """
+    order = np.argsort(times)
+    times, amplitudes = times[order], np.abs(amplitudes[order])
+    ways: NDArray[np.intp] = np.flatnonzero(np.diff(times, prepend=-1.0) > ONE_ARRIVAL_S)
+    power = float((np.add.reduceat(amplitudes, ways) ** 2).sum())
+    return float(times[0]), -10.0 * float(np.log10(power)) if power > 0.0 else np.inf
+
+
+# What tables mean: another number makes all that were kept be traced anew.
+FORM = 2
+
+
+def kept_table(profile: Profile, grid: Grid, bottom_m: float) -> SoundTable:
+    """Return the table that :func:`.ray_tracing.traced` makes, from disk if it was made before.
+
+    What cannot be kept is traced each time; what was damaged on disk is traced anew.  Errors are
+    those of :func:`.ray_tracing.traced`.
+    """
+    path = cache_folder() / f"{_made_of(profile, grid, bottom_m)}.npz"
+    with suppress(OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
+            longer, beyond, ways = kept["longer_s"], kept["beyond_db"], kept["ways"]
+        if longer.shape == beyond.shape == ways.shape == tuple(map(len, grid)):
+            return SoundTable(profile, grid, longer, beyond, ways)
+    table = traced(profile, grid, bottom_m)
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with draft_of(path) as draft, draft.open("wb") as new:
+            np.savez_compressed(new, **{name: getattr(table, name) for name in KEPT})
+    return table
+
+
+def cache_folder() -> Path:
+    """Return the folder of the user's cache in which tables are kept."""
+    if os.name == "nt":
+        base = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
+    elif sys.platform == "darwin":
+        base = Path.home() / "Library" / "Caches"
+    else:
+        base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "bindusbl-des" / "sound"
+
+
+def _made_of(profile: Profile, grid: Grid, bottom_m: float) -> str:
+    try:
+        tracer = version("pelagic")
+    except PackageNotFoundError:
+        raise ImportError(MISSING) from None
+    made_of = [FORM, tracer, ONE_ARRIVAL_S, SILENT_DB, case_of(profile, grid, bottom_m)]
+    return hashlib.sha256(json.dumps(made_of).encode()).hexdigest()[:32]
+
+
+# The channel `table`: a sonar whose sound goes along bent rays.
+
 
 # Ranges (m) that are traced: nearer rays are straight, farther ones lose as the last.
 NEAREST_M, LEAST_M, FARTHEST_M, RANGES = 5.0, 100.0, 5000.0, 40

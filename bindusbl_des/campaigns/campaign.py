@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.files import folder_draft, write_text
-from ..results.faces import face
+from ..results.result import face
 from .experiments.experiment import Experiment
 from .experiments.plan import Plan
 from .statistics.outcomes import outcomes

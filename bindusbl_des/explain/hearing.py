@@ -17,7 +17,6 @@ from ..scenario.declared import channel_named, schedule_of
 from ..scenario.families import is_random
 from ..scenario.telling import tells_slots
 from .chain import Step, apart, compared, out_of_range, place, row_of, rows_where
-from .knowing import by_reckoning, is_reckoned, slot_told
 from .losing import (
     decided_by_channel,
     lasting,
@@ -26,7 +25,7 @@ from .losing import (
     ping_lasting,
     sending_at_random,
 )
-from .ordering import why_now
+from .ordering import by_reckoning, is_reckoned, slot_told, why_now
 from .overlapping import deafened, failed, failed_while, had_failed, on_its_way, sounds_beside
 
 if TYPE_CHECKING:

@@ -15,10 +15,8 @@ from foxglove.mcap import MCAPWriteOptions
 from ..core.files import draft_of
 from ..core.kept_files import portable
 from ..results.result import scenario_sha256
-from .certainty import certainty
-from .locations import location_streams
-from .messages import Message, json_schema, nanoseconds, row_streams, transforms
-from .scenery import scenery
+from .messages import Message, json_schema, location_streams, nanoseconds, row_streams, transforms
+from .scenery import certainty, scenery
 from .sound import sound_streams
 
 if TYPE_CHECKING:

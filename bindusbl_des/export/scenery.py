@@ -1,21 +1,183 @@
-"""What a viewer shows from the start: survey, paths, vehicles and the ranges of the ASVs."""
+"""What a viewer draws: vehicles, ranges, tracks and ellipses."""
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from foxglove.messages import ArrowPrimitive, Color, SpherePrimitive, TextPrimitive, Vector3
+from foxglove.messages import (
+    ArrowPrimitive,
+    Color,
+    CylinderPrimitive,
+    LinePrimitive,
+    LinePrimitiveLineType,
+    Point3,
+    Pose,
+    Quaternion,
+    SceneEntity,
+    SceneUpdate,
+    SpherePrimitive,
+    TextPrimitive,
+    Vector3,
+)
+from numpy.typing import ArrayLike
 
-from ..core.palette import HF_ON_DARK, MF_ON_DARK, PLANNED_ON_DARK
+from ..core.palette import COLOURS_ON_DARK, HF_ON_DARK, MF_ON_DARK, PLANNED_ON_DARK
+from ..geometry.geodesy import Floats, enu_from_ned, enu_yaw
 from ..scenario.planned import horizontal_reach
 from ..scenario.plans import planned_paths
 from ..scenario.survey_area import area_of
-from .drawing import auv_colour, line, ring, update, upright
-from .messages import MAP, Message, Messages, colour, timestamp
+from .messages import FRAMES, MAP, Message, Messages, colour, timestamp
 
 if TYPE_CHECKING:
     from ..results.result import Result
     from ..scenario.scenario import Scenario
+
+
+# Lines and marks in a viewer's scene, from places in the survey frame.
+
+
+# Sides of the polygon that stands for a circle or an ellipse
+CIRCLE_POINTS = 72
+ELLIPSE_POINTS = 32
+
+# A disc needs some thickness to be drawn.
+DISC_THICKNESS_M = 0.01
+
+# 95 % of a normal distribution in the plane: sqrt(-2 ln 0.05) standard deviations
+ELLIPSE_SCALE = math.sqrt(-2 * math.log(0.05))
+
+
+def auv_colour(name: str, opacity: float = 1.0) -> Color:
+    """Return the colour of an AUV, as a report has it on its dark ground: so is a viewer's."""
+    number = int(name.removeprefix("AUV")) % len(COLOURS_ON_DARK)
+    return colour(COLOURS_ON_DARK[number], opacity)
+
+
+def points(places: ArrayLike) -> list[Point3]:
+    """Return places, shape (n, 3) in the survey frame (NED, m), as points of the map (ENU)."""
+    return [Point3(x=x, y=y, z=z) for x, y, z in enu_from_ned(places).tolist()]
+
+
+def upright(place: ArrayLike = (0.0, 0.0, 0.0), turned: float = 0.0) -> Pose:
+    """Return the pose of a mark at a place (NED, m), along the axes of the frame it is drawn in.
+
+    Or `turned` from its x towards its y (rad).
+    """
+    x, y, z = enu_from_ned(place).tolist()
+    turn = Quaternion(z=math.sin(turned / 2), w=math.cos(turned / 2))
+    return Pose(position=Vector3(x=x, y=y, z=z), orientation=turn)
+
+
+def line(
+    places: ArrayLike, code: Color, *, width: float = 2.0, closed: bool = False
+) -> LinePrimitive:
+    """Return a line through places of the survey, `width` pixels wide."""
+    kind = LinePrimitiveLineType.LineLoop if closed else LinePrimitiveLineType.LineStrip
+    return LinePrimitive(
+        type=kind,
+        pose=upright(),
+        thickness=width,
+        scale_invariant=True,
+        points=points(places),
+        color=code,
+    )
+
+
+def rays(start: ArrayLike, ends: Sequence[ArrayLike], codes: Sequence[Color]) -> LinePrimitive:
+    """Return straight lines from one place to others, each in its colour."""
+    return LinePrimitive(
+        type=LinePrimitiveLineType.LineList,
+        pose=upright(),
+        thickness=2.0,
+        scale_invariant=True,
+        points=points(np.reshape([[start, end] for end in ends], (-1, 3))),
+        colors=[code for code in codes for _ in range(2)],
+    )
+
+
+def ring(radius: float, code: Color, *, width: float = 1.0) -> LinePrimitive:
+    """Return a horizontal circle (m) about the origin of the frame it is drawn in."""
+    return line(_unit_circle(CIRCLE_POINTS) * radius, code, width=width, closed=True)
+
+
+def ellipse(centre: ArrayLike, covariance: Floats, scale: float) -> Floats:
+    """Return the horizontal ellipse at `scale` standard deviations about a place, shape (n, 3).
+
+    >>> around = ellipse([0.0, 0.0, 10.0], np.diag([4.0, 1.0, 0.0]), 2.0)
+    >>> np.abs(around).max(axis=0).round(9).tolist()
+    [4.0, 2.0, 10.0]
+    """
+    values, axes = np.linalg.eigh(covariance[:2, :2])
+    circle = _unit_circle(ELLIPSE_POINTS)
+    circle[:, :2] = scale * (circle[:, :2] * np.sqrt(np.maximum(values, 0.0))) @ axes.T
+    return np.asarray(centre, dtype=np.float64) + circle
+
+
+def disc(centre: ArrayLike, covariance: Floats, scale: float, code: Color) -> CylinderPrimitive:
+    """Return the horizontal ellipse of :func:`ellipse` as one filled mark, for what is drawn often.
+
+    A line of so many points would take ten times the room.
+    """
+    values, axes = np.linalg.eigh(covariance[:2, :2])
+    length, width = 2 * scale * np.sqrt(np.maximum(values, 0.0))
+    first = enu_yaw(math.atan2(axes[1, 0], axes[0, 0]))
+    return CylinderPrimitive(
+        pose=upright(centre, first),
+        size=Vector3(x=length, y=width, z=DISC_THICKNESS_M),
+        bottom_scale=1.0,
+        top_scale=1.0,
+        color=code,
+    )
+
+
+def update(*entities: dict[str, Any]) -> SceneUpdate:
+    """Return one change of the scene: each entity is drawn, or replaces the one of its id."""
+    return SceneUpdate(entities=[SceneEntity(**entity) for entity in entities])
+
+
+def _unit_circle(count: int) -> Floats:
+    angles = np.arange(count) * (2 * np.pi / count)
+    return np.column_stack([np.cos(angles), np.sin(angles), np.zeros(count)])
+
+
+# How sure an AUV is of where it is, as a viewer shows it: the ellipse of each estimate.
+
+
+OPACITY = 0.3
+
+SPREAD = ("estimate_sd_x_m", "estimate_sd_y_m", "estimate_cov_xy_m2")
+
+
+def certainty(result: "Result") -> Messages:
+    """Yield, for each instant of `tracks`, the ellipses that hold AUVs with 95 %, at their depths.
+
+    Each replaces that of the instant before.  There are none while no AUV is ever unsure.
+    """
+    rows = [row for row in result.arrow["tracks"].to_pylist() if row[SPREAD[0]] is not None]
+    if not any(row[name] for row in rows for name in SPREAD):
+        return
+    for at_s, together in groupby(sorted(rows, key=itemgetter("time_s")), key=itemgetter("time_s")):
+        drawn = [_around(row) for row in together]
+        yield Message(at_s, "/scene/certainty", update(*drawn))
+
+
+def _around(row: Mapping[str, Any]) -> dict[str, Any]:
+    sd_x, sd_y, xy = (row[name] for name in SPREAD)
+    place = [row[name] for name in FRAMES["{}/estimate"]]
+    name, covariance = row["vehicle"], np.array([[sd_x**2, xy], [xy, sd_y**2]])
+    return {
+        "timestamp": timestamp(row["time_s"]),
+        "frame_id": MAP,
+        "id": name,
+        "cylinders": [disc(place, covariance, ELLIPSE_SCALE, auv_colour(name, OPACITY))],
+    }
+
+
+# What a viewer shows from the start: survey, paths, vehicles and the ranges of the ASVs.
+
 
 WHITE = "#FFFFFF"
 

@@ -9,9 +9,8 @@ import numpy as np
 from foxglove.messages import Duration, SpherePrimitive, Vector3
 
 from ..core.palette import MF_ON_DARK
-from .drawing import ELLIPSE_SCALE, auv_colour, ellipse, line, rays, ring, update, upright
-from .locations import fix_covariance
-from .messages import MAP, Message, Messages, colour, timestamp
+from .messages import MAP, Message, Messages, colour, fix_covariance, timestamp
+from .scenery import ELLIPSE_SCALE, auv_colour, ellipse, line, rays, ring, update, upright
 
 if TYPE_CHECKING:
     from ..results.result import Result

@@ -12,8 +12,7 @@ from ..acoustics.propagation import Band
 from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams
 from ..navigation.navigators import Navigator
-from ..protocol.access.named import access_of
-from ..protocol.access.serving import serve_at_random
+from ..protocol.access.serving import access_of, serve_at_random
 from ..protocol.broadcasters import broadcaster_named
 from ..protocol.dissemination import Dissemination, Knowledge, Manner, Roll
 from ..protocol.downlinks import downlink_named

@@ -13,10 +13,9 @@ from ..navigation.dead_reckoning import Odometry
 from ..scenario.plans import plans_of
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of, swath_of
-from ..vehicles.fleet import Fleet
+from ..vehicles.fleet import Fleet, Way
 from ..vehicles.sweeping import Sweep, sweep
 from ..vehicles.vehicle import Vehicle
-from ..vehicles.ways import Way
 
 Array = NDArray[np.float64]
 

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from ..core.compiled import compiled, inlined
 from ..core.handed import Handed, opened
+from ..vehicles.fleet import Way, Ways
 from ..vehicles.motion import Motion, headed, places
 from ..vehicles.reckoning import Told, Wrong, by_compass, error, follow
-from ..vehicles.ways import Way, Ways
 
 Array = NDArray[np.float64]
 

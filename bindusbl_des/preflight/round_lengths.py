@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from ..protocol.access.aloha import aloha_success, offered_load, slot_share, slotted_success
-from ..protocol.access.named import backoff_slot_s, sensing_of
+from ..protocol.access.serving import backoff_slot_s, sensing_of
 from ..protocol.cycles import STAND_IN, cycle
 from ..protocol.slots import Slots, slots_of
 from ..scenario.declared import DOWNLINKS, Downlink, Schedule, broadcaster_of, schedule_of

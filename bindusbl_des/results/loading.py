@@ -14,9 +14,8 @@ from ..preflight.worth_knowing import Caution
 from ..scenario.files.former_keys import as_now
 from ..scenario.scenario import Scenario
 from .effects import Advice, from_data
-from .parquet import DamagedFile, compare_sum, read_table
 from .result import Result
-from .result_folder import ADVICE, SUMS
+from .result_folder import ADVICE, SUMS, DamagedFile, compare_sum, read_table
 from .result_folder import RECORD as RUN
 from .schemas import EVENT_TABLES
 from .violations import is_violations, violations_in

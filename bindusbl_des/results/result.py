@@ -1,4 +1,4 @@
-"""The result of one mission: its tables, and the folder that holds them."""
+"""How a result is shown: pages and figures are made in rooms above, loaded when first asked for."""
 
 import hashlib
 import json
@@ -7,6 +7,7 @@ import platform
 from collections.abc import Mapping, Sequence
 from functools import cache, cached_property
 from html import escape
+from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,15 +19,43 @@ from ..core.kept_files import copies_of, keep, portable
 from ..preflight.worth_knowing import Caution, cautions
 from ..scenario.scenario import Scenario
 from .effects import Advice
-from .faces import FIGURE, face, page
-from .parquet import SummedFile, write_parquet
-from .result_folder import ADVICE, RECORD, SUMS, advice_text, result_draft, write_json
+from .result_folder import (
+    ADVICE,
+    RECORD,
+    SUMS,
+    SummedFile,
+    advice_text,
+    result_draft,
+    write_json,
+    write_parquet,
+)
 from .schemas import PandasTables, data_dictionary
 from .summary import summary
 from .violations import Violations
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+# The modules of the package, and the functions there, that make of a result
+PAGE = "report.run_page:run_page"  # a page (HTML)
+FIGURE = "figures.kinds:drawn"  # a figure (matplotlib), given its kind and width (in)
+
+
+def face(home: str) -> Any:
+    """Return the function that shows something, by its module in the package and its name."""
+    module, _, name = home.partition(":")
+    return getattr(import_module(f"...{module}", __name__), name)
+
+
+def page(result: Any) -> str:
+    """Return the report of a result, one HTML page."""
+    text: str = face(PAGE)(result)
+    return text
+
+
+# The result of one mission: its tables, and the folder that holds them.
+
 
 PACKAGES = ("bindusbl-des", "simpy", "numpy", "networkx", "pandas", "pyarrow", "numba")
 

@@ -1,8 +1,4 @@
-"""The vehicles that take part in a mission, where each of them is, and which have failed when.
-
-A failure holds from its instant on, up to that from which its vehicle works again, which is no part
-of it.
-"""
+"""Where vehicles are at instants that one mission after the other asks for."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,11 +9,63 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .motion import Motion
+from .motion import PLACE, Floats, Motion, lines
 from .vehicle import Vehicle
-from .ways import Ways
 
-Floats = NDArray[np.float64]
+if TYPE_CHECKING:
+    from .guidance import GuidedFleet
+    from .poses import Poses
+    from .steered import Steered
+
+
+# So much at most (bytes) is kept of one fleet: ten vehicles for 300 s at 30 Hz, not a thousand.
+MOST_BYTES = 8_000_000
+
+
+class Way(NamedTuple):
+    """A vehicle at n instants (n,), s: x, y, z (m), yaw (rad), the integrals of the cosine and
+    sine of its yaw (s), and these two, `lines` (n, 8).
+    """
+
+    times: Floats
+    lines: Floats
+
+    @property
+    def truth(self) -> Floats:
+        """True x, y, z (m) and yaw (rad), (n, 4)."""
+        return self.lines[:, PLACE]
+
+
+class Ways:
+    """The ways of a fleet; what is asked for again is kept, where the motion is known to its end.
+
+    Instants that will be asked for again are read-only, and always the same array.
+    """
+
+    def __init__(self, motion: Motion, *, foreseen: bool) -> None:
+        self._motion, self._room = motion, MOST_BYTES if foreseen else 0
+        self._kept: dict[tuple[int, int], tuple[Floats, Way]] = {}
+
+    def of(self, vehicle: int, times: Floats) -> Way:
+        """Return the way of a vehicle at instants (s), by which its motion is known."""
+        asked, found = self._kept.get((vehicle, id(times)), (None, None))
+        if asked is times and found is not None:
+            return found
+        own = np.array(times, dtype=np.float64)  # as code for what is read-only is another
+        way = Way(own, lines(*self._motion, vehicle, own))
+        size = sum(column.nbytes for column in way)
+        if size <= self._room and not times.flags.writeable:
+            self._kept[vehicle, id(times)] = times, way
+            self._room -= size
+        return way
+
+
+# The vehicles that take part in a mission, where each of them is, and which have failed when.
+#
+# A failure holds from its instant on, up to that from which its vehicle works again, which is no
+# part of it.
+
+
 Flags = NDArray[np.bool_]
 
 
@@ -66,12 +114,6 @@ class Failures(NamedTuple):
         """Return when (s) after an instant a vehicle fails or works again; infinite if never."""
         changes = np.concatenate((self.begin_s, self.end_s))
         return float(changes[changes > time].min(initial=np.inf))
-
-
-if TYPE_CHECKING:
-    from .guidance import GuidedFleet
-    from .poses import Poses
-    from .steered import Steered
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,19 +1,24 @@
 """Every kind of pair of signals that may meet at a receiver, and what is decided of it."""
 
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 from ..core.plugins import is_plugin
-from ..scenario.declared import channel_named, ranging_of, schedule_of
+from ..core.wording import plain
+from ..scenario.declared import broadcaster_of, channel_named, downlink_of, ranging_of, schedule_of
 from ..scenario.families import is_random
+from ..scenario.files.overrides import put
+from ..scenario.scenario import Scenario
 from ..scenario.telling import tells_slots
-from .case import Case
-from .frames import beacons, broadcasts
-from .pair import Pair, undecided
-from .reuse import same_slot
+from .case import Case, Pair, undecided
+from .frames import beacons, broadcasts, downlink_gap, fewest_slots, frame_spread, sizes
+from .reuse import margin_needed, same_slot
+from .signals import groups_shown
 from .two_way import answer_and_next_call, answers, call_and_answer, calls_of_a_slot, random_access
-from .uplink import consecutive_slots
-from .witnesses.signals import groups_shown
+from .uplink import answering_s, consecutive_slots
 
 Rule = Callable[[Case], Iterator[Pair]]
 
@@ -71,3 +76,143 @@ def _unknown(case: Case) -> Iterator[Pair]:
         why = "slots are shared by where AUVs are believed to be as a frame begins, a round ahead"
         shown = partial(groups_shown, case)
         yield undecided("slots that are told", str(protocol.schedule), why, shown)
+
+
+# What would be accepted: guards and margins as long as they must be, and no longer.
+#
+# How long slots must be, how long they are, and what of their guards is wasted.
+
+
+# Pairs whose margin grows by as much as an uplink slot does
+OF_SLOTS = (
+    "consecutive slots", "answer and next call", "consecutive beacons", "consecutive answers",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Guard:
+    """The time left in a slot once its signals and the longest way are taken off (s): how much
+    there is, and how much it takes for no two signals to overlap.
+    """
+
+    set_s: float
+    needed_s: float
+
+    @property
+    def wasted_s(self) -> float:
+        """What could be left out (s); negative is what lacks."""
+        return self.set_s - self.needed_s
+
+
+def uplink_guard(case: Case, pairs: Sequence[Pair]) -> Guard | None:
+    """Return the guard of an uplink slot (T_G and whatever the shortest slot adds), on the clock.
+
+    Guards against echoes are not in what is needed: echoes are not verified.
+    """
+    margins = [it.margin_s for it in pairs if it.kind in OF_SLOTS and it.margin_s is not None]
+    if not margins:
+        return None
+    guard = case.slot_s - _busy_s(case)
+    return Guard(guard, max(guard - min(margins), 0.0))
+
+
+def _busy_s(case: Case) -> float:
+    """Return what an uplink slot holds beside its guard (s), at the speed of sound assumed."""
+    slots = case.slots
+    if ranging_of(case.scenario).calls:
+        answered = slots.ping_duration + answering_s(case) + 2 * slots.longest_travel_time
+        return answered + slots.answer
+    return slots.ping_duration + slots.longest_travel_time + slots.answer
+
+
+def downlink_guard(case: Case) -> Guard | None:
+    """Return the guard of a downlink slot, the least of all sizes of a frame, on the clock.
+
+    What uplink slots between two broadcasts add is not taken for a guard, but makes less needed.
+    """
+    downlink, slots = downlink_of(case.scenario), case.slots
+    if ranging_of(case.scenario).asvs_ping or downlink.replies:
+        return None
+    guard = min(
+        slots.clock.after(0.0, slots.downlink_slot(*size)) - slots.airtime(*size)
+        for size in sizes(case)
+    )
+    needed = frame_spread(case)
+    if downlink.waits:
+        needed -= fewest_slots(case) * case.slot_s
+    if downlink_gap(case) >= frame_spread(case):  # whatever comes between
+        needed = min(needed, guard)
+    return Guard(guard, max(needed, 0.0))
+
+
+Changes = dict[str, Any]
+
+# What is proposed is rounded up to so much: seconds of a guard, metres of a margin.
+STEP_S, STEP_M = 1e-4, 0.01
+
+# No margin beyond the range itself is proposed: hardly any AUVs would share a slot.
+MOST_RANGES = 1.0
+
+# One change may ask for another: a longer slot lets AUVs go farther.
+MOST_ROUNDS = 4
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """Keys of the scenario and the values with which its protocol is accepted."""
+
+    changes: tuple[tuple[str, Any], ...]
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """The changes as options of a command."""
+        return tuple(f"--set {key}={plain(value)}" for key, value in self.changes)
+
+
+def remedy_of(case: Case) -> Remedy | None:
+    """Return the least change that is accepted: of guards and margin, else with a slot for each AUV
+    as well; None where there is none such.
+    """
+    for first in ({}, {"schedule": "one_per_slot"}):
+        changes: Changes = dict(first)
+        for _ in range(MOST_ROUNDS):
+            try:
+                now = _changed(case, changes)
+            except ValueError:  # a longer guard than a scenario may have
+                break
+            pairs = pairs_of(now)
+            if all(pair.is_safe for pair in pairs):
+                return Remedy(tuple((f"protocol.{key}", it) for key, it in changes.items()))
+            changes |= dict(_lacking(now, pairs))
+    return None
+
+
+def _lacking(case: Case, pairs: list[Pair]) -> Iterator[tuple[str, Any]]:
+    """Yield keys of the protocol, and values by which its pairs would be kept apart."""
+    refused = {pair.kind: pair for pair in pairs if not pair.is_safe}
+    for key, guard in (
+        ("uplink_guard_s", uplink_guard(case, pairs)),
+        ("downlink_guard_s", downlink_guard(case)),
+    ):
+        if guard is not None and guard.wasted_s < 0.0:
+            yield key, _up(guard.needed_s, STEP_S)
+    margin = margin_needed(case)
+    if "same slot" in refused and margin <= MOST_RANGES * case.scenario.acoustics.hf.range_m:
+        yield "conflict_margin_m", _up(margin, STEP_M)
+    if broadcaster_of(case.scenario).at_once:
+        yield "broadcaster", "rotate"
+    if "call and answer" in refused:
+        lacks = -(refused["call and answer"].margin_s or 0.0)
+        yield "ranging.turnaround_s", _up(case.scenario.protocol.turnaround_s + lacks, STEP_S)
+
+
+def _changed(case: Case, changes: Changes) -> Case:
+    """Return the case of a scenario with other values of some keys of its protocol."""
+    data = case.scenario.model_dump(mode="json")
+    for key, value in changes.items():
+        put(data, f"protocol.{key}", value)
+    return Case(Scenario.model_validate(data), case.bounds)
+
+
+def _up(value: float, step: float) -> float:
+    return round(math.ceil(value / step + 1e-6) * step, 6)

@@ -9,10 +9,9 @@ import numpy as np
 
 from ..preflight.round_lengths import rounds_of
 from ..scenario.declared import broadcaster_of, downlink_of, schedule_of
-from .case import Array, Case
-from .pair import Pair, by_time, undecided
+from .case import Array, Case, Pair, by_time, undecided
+from .signals import beacons_meet, frames_meet
 from .uplink import frame_s, slot_gap
-from .witnesses.signals import beacons_meet, frames_meet
 
 # Fixes in a frame, and AUVs that it tells their slots
 Size = tuple[int, int]

@@ -13,10 +13,9 @@ from ..scenario.declared import downlink_of, ranging_of, schedule_of
 from ..scenario.instruments.own_sensors import kinds
 from ..scenario.planned import route_of
 from ..usbl.bounds import Beside, farthest_off
-from .case import Case
-from .pair import ACCEPTED, REFUSED, Pair, Plan, undecided
+from .case import ACCEPTED, REFUSED, Case, Pair, Plan, undecided
+from .signals import at_the_edge, come_in_together, comes_into_range, rounds_shown
 from .uplink import answering_s, slot_gap
-from .witnesses.signals import at_the_edge, come_in_together, comes_into_range, rounds_shown
 
 KIND = "same slot"
 WHAT = "AUVs of one ping group"

@@ -12,11 +12,10 @@ from typing import Any
 from ..core.files import folder_draft
 from ..core.kept_files import FOLDERS, copies_of, keep, portable
 from ..core.wording import significant
-from .bounds import CHANCE
-from .pair import ACCEPTED, REFUSED, UNDECIDED, Pair
-from .remedy import Guard
+from .case import ACCEPTED, CHANCE, REFUSED, UNDECIDED, Pair
+from .deciding import Guard
+from .playing import Signal, Witness
 from .verdict import Verdict
-from .witnesses.playing import Signal, Witness
 
 RECORD, WITNESS = "verify.json", "witness.yaml"
 

@@ -11,11 +11,10 @@ import numpy as np
 from ..acoustics.propagation import TOUCH
 from ..preflight.round_lengths import rounds_of
 from ..scenario.declared import channel_named, schedule_of
-from .case import Case
-from .pair import ACCEPTED, REFUSED, UNDECIDED, Pair, by_time, undecided
+from .case import ACCEPTED, REFUSED, UNDECIDED, Case, Pair, by_time, undecided
 from .reuse import age_s
+from .signals import answer_late, answer_passing, out_of_hearing, two_calls
 from .uplink import answering_s, round_gap, slot_gap
-from .witnesses.signals import answer_late, answer_passing, out_of_hearing, two_calls
 
 KIND = "consecutive answers"
 WHAT = "answers at an AUV, and pings at an ASV that answers"

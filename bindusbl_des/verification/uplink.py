@@ -7,9 +7,8 @@ from typing import NamedTuple
 
 from ..preflight.round_lengths import rounds_of
 from ..scenario.declared import downlink_of, schedule_of
-from .case import Case
-from .pair import Pair, Plan, by_time
-from .witnesses.signals import far_then_near
+from .case import Case, Pair, Plan, by_time
+from .signals import far_then_near
 
 KIND = "consecutive slots"
 

@@ -11,14 +11,11 @@ from ..preflight.round_lengths import rounds_of
 from ..scenario.declared import ranging_of, schedule_of
 from ..scenario.files.scenario_file import load_scenario
 from ..scenario.scenario import Scenario
-from .bounds import Bounds, bounds_of
-from .case import Case
-from .deciding import pairs_of
-from .pair import ACCEPTED, REFUSED, UNDECIDED, Pair
-from .remedy import Guard, Remedy, downlink_guard, remedy_of, uplink_guard
+from .case import ACCEPTED, REFUSED, UNDECIDED, Bounds, Case, Pair, bounds_of
+from .deciding import Guard, Remedy, downlink_guard, pairs_of, remedy_of, uplink_guard
+from .playing import Witness, witnessed
 from .reuse import age_s, believed_off_m, bounded, margin_needed
 from .uplink import round_s
-from .witnesses.playing import Witness, witnessed
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bindusbl_des.acoustics.echoes import Sea, blended, bottom_reflection, echoes, ways
+from bindusbl_des.acoustics.sonar_channel import Sea, blended, bottom_reflection, echoes, ways
 
 SHALLOW = Sea(30.0)
 depths = st.floats(0.5, 29.5)

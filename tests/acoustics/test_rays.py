@@ -10,9 +10,9 @@ import pyarrow.csv as arrow_csv
 import pyarrow.parquet as parquet
 import pytest
 
-from bindusbl_des.acoustics import ray_tracing
+from bindusbl_des.acoustics import table_channel as ray_tracing
 from bindusbl_des.acoustics.ray_tables import Floats, Grid, SoundTable, read_table, straight_time_s
-from bindusbl_des.acoustics.ray_tracing import SILENT_DB, cache_folder, kept_table, traced
+from bindusbl_des.acoustics.table_channel import SILENT_DB, cache_folder, kept_table, traced
 from bindusbl_des.sea.water_column import Profile, uniform_profile
 
 SURFACE, GRADIENT = 1480.0, 0.5

@@ -15,13 +15,18 @@ from click.testing import CliRunner
 from worlds import GOOD, paper_case, scenario, still
 
 from bindusbl_des import Result, Scenario, advise, load_result, load_scenario, simulate
-from bindusbl_des.advice import trials as trials_module
-from bindusbl_des.advice.advising import CHOOSING, MEASURING
+from bindusbl_des.advice import choosing as trials_module
+from bindusbl_des.advice.advising import (
+    CHOOSING,
+    MEASURING,
+    MOST_CHANGES,
+    effect,
+    interval,
+    measured,
+)
 from bindusbl_des.advice.changes import PAIR, Change, both, changed, may_be_paired, proposals
-from bindusbl_des.advice.choosing import Race
-from bindusbl_des.advice.measuring import MOST_CHANGES, effect, interval, measured
+from bindusbl_des.advice.choosing import Race, Trial, Trials, missions_for
 from bindusbl_des.advice.stations import Ways
-from bindusbl_des.advice.trials import Trial, Trials, missions_for
 from bindusbl_des.cli import main
 from bindusbl_des.geometry.formation import formation
 from bindusbl_des.report.run_page import run_page

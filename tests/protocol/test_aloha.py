@@ -21,7 +21,7 @@ from bindusbl_des.protocol.access.aloha import (
     slot_share,
     slotted_success,
 )
-from bindusbl_des.protocol.access.named import packets_of
+from bindusbl_des.protocol.access.serving import packets_of
 from bindusbl_des.protocol.slots import slots_of
 
 PING_S = 0.010

@@ -16,7 +16,7 @@ from bindusbl_des import Mission, Scenario, simulate
 from bindusbl_des.acoustics.travel_time import travel_time
 from bindusbl_des.core.streams import Streams
 from bindusbl_des.protocol.access.aloha import aloha_success, offered_load
-from bindusbl_des.protocol.access.named import packets_of
+from bindusbl_des.protocol.access.serving import packets_of
 
 SPEED, PING_S = 1500.0, 0.010
 CURVE = "bindusbl_des/presets/ahoi_delivery.csv"

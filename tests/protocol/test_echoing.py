@@ -9,9 +9,8 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
 
 from bindusbl_des import Scenario, cautions, simulate
 from bindusbl_des.acoustics.channel import between
-from bindusbl_des.acoustics.echoes import Sea, blended, echoes
 from bindusbl_des.acoustics.named_channels import hf_channel
-from bindusbl_des.acoustics.sonar_channel import EchoingSonar
+from bindusbl_des.acoustics.sonar_channel import EchoingSonar, Sea, blended, echoes
 from bindusbl_des.acoustics.sonar_equation import link_budget
 from bindusbl_des.explain.telling import explain_ping
 from bindusbl_des.scenario.channel_settings import PingSonar

@@ -3,9 +3,9 @@
 import numpy as np
 
 from bindusbl_des.mission.trajectories import instants
+from bindusbl_des.vehicles.fleet import MOST_BYTES, Ways
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import recorded
-from bindusbl_des.vehicles.ways import MOST_BYTES, Ways
 
 CORNERS = np.array([[0.0, 0.0, 5.0], [10.0, 0.0, 5.0], [10.0, 20.0, 8.0], [0.0, 0.0, 5.0]])
 VEHICLE = recorded(np.array([0.0, 10.0, 20.0, 40.0]), CORNERS)

@@ -15,10 +15,9 @@ from bindusbl_des import Scenario, Verdict, load_scenario, simulate, verify
 from bindusbl_des.core.plugins import allow
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.scenario.files.overrides import put
-from bindusbl_des.verification.bounds import bounds_of
-from bindusbl_des.verification.case import Case
+from bindusbl_des.verification.case import Case, bounds_of
+from bindusbl_des.verification.playing import played, staged
 from bindusbl_des.verification.telling import told, write
-from bindusbl_des.verification.witnesses.playing import played, staged
 
 # As many as it takes for every rule to accept and to refuse
 DRAWN = 60

@@ -23,7 +23,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from ...core.files import draft_of, read_json, sync
-from ...results.parquet import (
+from ...results.result_folder import (
     DamagedFile,
     SummedFile,
     read_parquet,

@@ -10,16 +10,7 @@ import numpy as np
 
 from ...acoustics.bursts import lasting
 from ...acoustics.loss import chance_of
-from ...acoustics.propagation import (
-    Band,
-    Spread,
-    drowns,
-    lost,
-    overlap,
-    reaches,
-    sound,
-    within,
-)
+from ...acoustics.propagation import Band, Spread, drowns, lost, overlap, reaches, sound, within
 from ...acoustics.travel_time import light_time
 from ...core.compiled import compiled
 from ...core.handed import opened

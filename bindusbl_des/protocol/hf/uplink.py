@@ -8,8 +8,7 @@ import numpy as np
 
 from ...acoustics.channel import AskedChannel, Bending, Signals, between, deciding
 from ...acoustics.loss import LossTerms
-from ...acoustics.prediction import amend
-from ...acoustics.propagation import Band, Spread, Way, deafen, spread
+from ...acoustics.propagation import Band, Spread, Way, amend, deafen, spread
 from ...acoustics.sonar_channel import ECHO, EchoingSonar
 from ...acoustics.travel_time import travel_time
 from ...core.handed import Handed

@@ -10,10 +10,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .fleet import DivergenceError, Fleet
+from .fleet import DivergenceError, Fleet, SteadyTurn, steady_speed, steady_turn
 from .frames import Floats
 from .models import MODELS, Model, find, parameters
-from .steady import SteadyTurn, steady_speed, steady_turn
 
 __all__ = [
     "MODELS",

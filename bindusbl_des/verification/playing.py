@@ -11,16 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from ...acoustics.propagation import TOUCH
-from ...mission.simulation import simulate
-from ...results.result import Result
-from ...scenario.declared import ranging_of
-from ...scenario.planned import asv_stations, known_stations
-from ...scenario.scenario import Scenario
-from ...scenario.survey_area import area_of
-from ...scenario.water import assumed_sound_speed_of, sound_speed_of
-from ..case import Array, Case
-from ..pair import REFUSED, UNDECIDED, Pair, Plan
+from ..acoustics.propagation import TOUCH
+from ..mission.simulation import simulate
+from ..results.result import Result
+from ..scenario.declared import ranging_of
+from ..scenario.planned import asv_stations, known_stations
+from ..scenario.scenario import Scenario
+from ..scenario.survey_area import area_of
+from ..scenario.water import assumed_sound_speed_of, sound_speed_of
+from .case import REFUSED, UNDECIDED, Array, Case, Pair, Plan
 
 # What lies at a range is put so much nearer, or farther: roundings of its place are smaller.
 SLIVER = 1e-9

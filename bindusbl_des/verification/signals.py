@@ -11,11 +11,10 @@ from itertools import permutations, product
 
 import numpy as np
 
-from ...preflight.round_lengths import rounds_of
-from ...protocol.conflicts import dsatur_groups, greedy_groups
-from ...scenario.declared import schedule_of
-from ..case import Array, Case
-from ..pair import Plan
+from ..preflight.round_lengths import rounds_of
+from ..protocol.conflicts import dsatur_groups, greedy_groups
+from ..scenario.declared import schedule_of
+from .case import Array, Case, Plan
 from .playing import LATEST_S, OUT_OF_THE_WAY, SLIVER, Actor, staged, stations_of
 
 # Draws by lot are waited for so many frames for each AUV.

@@ -1,1 +1,0 @@
-"""Scenarios in which two signals overlap: who begins where, goes where, and is how late."""
