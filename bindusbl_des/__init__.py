@@ -56,7 +56,7 @@ _HOMES = {
     "compare": "campaigns.compare",
     "load_campaign": "campaigns.campaign",
     "sweep": "campaigns.running",
-    "absorption": "sea.absorption",
+    "absorption": "sea.water",
     "airtime": "acoustics.modem",
     "cautions": "preflight.worth_knowing",
     "covered_area": "geometry.coverage",

@@ -16,56 +16,49 @@ from bindusbl_des.scenario.families import FAMILIES
 # What a docstring says, as Markdown.
 
 
-# A role of reST: what it names is told as code.
+# A role of reST: what it names is written as code.
 ROLE = re.compile(r":\w+:`[~.]*([^`]+)`")
-RAISED = re.compile(r"    (\w+): (.*)")
+RAISED = re.compile(r"^ {4}(\w+): ", re.MULTILINE)
 
 
 @dataclass
-class Told:
-    """What a docstring says: paragraphs, what is raised and when, and an example."""
+class Docstring:
+    """What a docstring says: paragraphs, which errors are raised, and an example."""
 
     paragraphs: list[str] = field(default_factory=list)
-    raised: list[tuple[str, str]] = field(default_factory=list)
+    raised: list[str] = field(default_factory=list)
     example: str = ""
 
-    def markdown(self) -> Iterator[str]:
-        """Yield it as lines: paragraphs, a list, a block of code."""
-        for paragraph in self.paragraphs:
+    def markdown(self, paragraphs: int) -> Iterator[str]:
+        """Yield it as lines: so many paragraphs, what is raised, a block of code."""
+        for paragraph in self.paragraphs[:paragraphs]:
             yield f"{paragraph}\n"
         if self.raised:
-            yield from (f"* raises `{error}` {when}" for error, when in self.raised)
-            yield ""
+            yield f"Raises {', '.join(f'`{error}`' for error in dict.fromkeys(self.raised))}.\n"
         if self.example:
             yield f"```pycon\n{self.example}\n```\n"
 
     def in_one(self) -> str:
-        """Return its paragraphs as one, for a cell of a table."""
-        return " ".join(self.paragraphs)
+        """Return its first sentence, for a cell of a table."""
+        return re.split(r"(?<=\.) (?=[A-Z`])", " ".join(self.paragraphs), maxsplit=1)[0]
 
 
-def told(thing: Any) -> Told:
+def docstring(thing: Any) -> Docstring:
     """Return what the docstring of something says.
 
     >>> def f(): "Give ``1`` of :func:`.g`.\\n\\nRaises:\\n    ValueError: never,\\n        ever."
-    >>> told(f).in_one(), told(f).raised
-    ('Give `1` of `g`.', [('ValueError', 'never, ever.')])
+    >>> docstring(f).in_one(), docstring(f).raised
+    ('Give `1` of `g`.', ['ValueError'])
     """
-    said = Told()
+    found = Docstring()
     for part in (inspect.getdoc(thing) or "").split("\n\n"):
         if part.startswith(">>>"):
-            said.example = re.sub(r" *# doctest:.*", "", f"{said.example}\n{part}".strip())
+            found.example = re.sub(r" *# doctest:.*", "", f"{found.example}\n{part}".strip())
         elif part.startswith("Raises:"):
-            said.raised += _raised(part)
+            found.raised += RAISED.findall(part)
         else:
-            said.paragraphs.append(_flowing(part))
-    return said
-
-
-def _raised(part: str) -> Iterator[tuple[str, str]]:
-    """Yield errors and when they are raised; a line that is indented further goes on."""
-    lines = re.sub(r"\n {8}", " ", part).splitlines()
-    yield from (match.groups() for match in map(RAISED.fullmatch, lines) if match)  # type: ignore[misc]
+            found.paragraphs.append(_flowing(part))
+    return found
 
 
 def _flowing(text: str) -> str:
@@ -91,9 +84,10 @@ def _flowing(text: str) -> str:
 HEAD = """\
 # Python
 
-Written by `python docs/make_python.py` from the docstrings of the package. Everything
-here is imported from `bindusbl_des`, unless its section says otherwise. Units are in the names,
-else in the text; arrays are numpy's, tables pandas'.
+After this page you can run, plan and read missions from Python, and know what parts of your own
+are called with. Import everything from `bindusbl_des`, unless a section says otherwise. Units are
+in the names, else in the text; arrays are numpy's, tables pandas'. `help(name)` gives settings and
+errors in full. (Written by `python docs/make_python.py`.)
 
 ```python
 from bindusbl_des import simulate, sweep
@@ -109,7 +103,7 @@ print(campaign.summary())                                    # the table of `swe
 print(campaign.missions.groupby("asvs.count").worst_position_error_m.mean())
 ```
 
-In a notebook the last line of a cell shows a scenario, a result, a campaign or a figure by itself.
+Notebooks display scenarios, results, campaigns and figures.
 """
 
 
@@ -218,7 +212,7 @@ def _entry(thing: Any) -> Iterator[str]:
     yield f"### {thing.__name__}\n"
     if not inspect.isclass(thing) or thing in MADE:
         yield f"`{thing.__name__}{_signature(thing)}`\n"
-    yield from told(thing).markdown()
+    yield from docstring(thing).markdown(2 if thing.__name__ in RUNNING.names else 1)
     if inspect.isclass(thing):
         yield from _members(thing)
 
@@ -236,7 +230,7 @@ def _members(kind: type) -> Iterator[str]:
     yield "| member | is |"
     yield "| --- | --- |"
     for name, member in rows:
-        yield f"| {name} | {told(member).in_one().replace('|', chr(92) + '|')} |"
+        yield f"| {name} | {docstring(member).in_one().replace('|', chr(92) + '|')} |"
     yield ""
 
 
