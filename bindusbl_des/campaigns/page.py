@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..records.metrics import WORST, quantity
-from ..report.page import Packer, assembled, asset, filled, table
+from ..report.page import THEME, Packer, assembled, asset, filled, table
 from ..report.run_page import footer
 from ..results.schemas import mission_numbers, schema
 from .failures import failures_in
@@ -187,7 +187,7 @@ def _head(campaign: "Campaign") -> str:
         f"{state.done} missions done, {state.failed} failed, {state.missing} missing"
     )
     head = filled("<h1>{name}</h1><p>{told}</p>", name=campaign.record["name"], told=told)
-    return f"<header><div>{head}</div>{asset('theme.html')}</header>"
+    return f"<header><div>{head}</div>{THEME}</header>"
 
 
 def _story(campaign: "Campaign", found: Outcomes) -> str:

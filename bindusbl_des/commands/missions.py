@@ -6,6 +6,7 @@ What the commands share that say what would help a mission.
 import re
 import shutil
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
@@ -107,6 +108,10 @@ def advice_on(
             f"Cut off by --advice-s after {advice.missions} of {advice.budget_missions} missions: "
             "other machines may advise otherwise; `report DIR --advice-missions N` tries anew."
         )
+    if advice.shortage:
+        from ..planning.foreseeing import foreseen
+
+        advice = replace(advice, foreseen=foreseen(result))
     return advice
 
 

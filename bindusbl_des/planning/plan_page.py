@@ -10,7 +10,7 @@ from typing import Any
 from ..campaigns.statistics.naming import short_key, written
 from ..core.wording import significant
 from ..records.metrics import SHARES, name_of, unit_of
-from ..report.page import assembled, asset, filled, number, table
+from ..report.page import THEME, assembled, asset, filled, number, table
 from ..report.run_data import survey_data
 from ..report.run_page import footer
 from ..scenario.families import FILTERS
@@ -195,7 +195,7 @@ def plan_page(record: Record, inputs: Mapping[str, Any] | None = None) -> str:
 def _head(record: Record) -> str:
     goals = "; ".join(map(goal_told, record.get("goal") or []))
     head = filled("<h1>{name}</h1><p>{told}</p>", name=record.get("name", "plan"), told=goals)
-    return f"<header><div>{head}</div>{asset('theme.html')}</header>"
+    return f"<header><div>{head}</div>{THEME}</header>"
 
 
 def _answer(record: Record) -> str:
@@ -253,7 +253,11 @@ def _tiles(record: Record) -> str:
 def _chart(record: Record, inputs: Mapping[str, Any] | None) -> str:
     """Return the section in which vessels are moved; what its numbers are worth, and leave out."""
     if inputs is None:
-        return asset("plan_still.html")
+        return (
+            '<section id="chart"><h2>The chart</h2><p class="note">No vessels can be moved here: '
+            "what the predictor needs to know of this scenario is not in the plan. What was "
+            "simulated is below.</p></section>"
+        )
     stated = record.get("prediction_error") or {}
     said = [
         f"{units(metric)['words']}: of half of the teams by less than "

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
 from ..core.wording import lettered, plain
-from .page import Packer, assembled, asset, filled, flat, number, table
+from .page import THEME, Packer, assembled, asset, filled, flat, number, table
 from .recording import recording
 from .run_data import run_data
-from .run_page import AUV_COLUMNS, MAP, TILES, described, footer, mission_row
+from .run_page import AUV_COLUMNS, MAP, OF_MISSION, described, footer, mission_row
 from .story import story
 
 if TYPE_CHECKING:
@@ -36,6 +36,19 @@ WORST: tuple[tuple[str, str, str, int, float], ...] = (
     ("latency", "s", "latency_mean_s", 3, 1),
 )
 
+# Means over the AUVs of each run
+MEANS: tuple[tuple[str, str, str, int, float], ...] = (
+    ("mean position error", "m", "position_error_m", 2, 1),
+    ("95 % of the time below", "m", "position_error_p95_m", 2, 1),
+    ("without any fix", "m", "imu_error_m", 2, 1),
+    ("age of the last fix", "s", "fix_age_mean_s", 2, 1),
+    ("fixes per AUV", "", "fixes_delivered", 1, 1),
+    ("between fixes", "s", "interval_mean_s", 2, 1),
+    ("pings in HF range", "%", "hf_coverage", 1, 100),
+    ("latency", "s", "latency_mean_s", 3, 1),
+    *((name, unit, metric, digits, factor) for name, unit, metric, digits, factor in OF_MISSION),
+)
+
 Named = tuple[str, "Result"]
 Row = Mapping[str, Any]
 
@@ -55,7 +68,7 @@ def comparison_page(runs: Sequence[Named]) -> str:
         if "tracks" in result.arrow:
             mission = recording(result)
             told = story(mission)
-            said = f"{told.warning} {told.verdict}".lstrip()
+            said = " ".join(filter(None, (told.warning, told.verdict, told.reason)))
             data["runs"].append({**run_data(mission, told.services, packer), "name": title})
         verdicts.append(filled("<li><b>{name}</b>: {said}</li>", name=name, said=said))
     body = (
@@ -68,7 +81,7 @@ def comparison_page(runs: Sequence[Named]) -> str:
         + _origins(names, runs)
     )
     return assembled(
-        f"{len(runs)} runs side by side", body, SCRIPTS if data["runs"] else ("summary.js",), data,
+        f"{len(runs)} runs side by side", body, SCRIPTS if data["runs"] else (), data,
         packer.text(),
     )  # fmt: skip
 
@@ -84,10 +97,7 @@ def _head(names: Sequence[str], runs: Sequence[Named]) -> str:
         )
         for name, (folder, result) in zip(names, runs, strict=True)
     )
-    return (
-        f"<header><div><h1>{len(runs)} runs side by side</h1>{lines}</div>"
-        f"{asset('theme.html')}</header>"
-    )
+    return f"<header><div><h1>{len(runs)} runs side by side</h1>{lines}</div>{THEME}</header>"
 
 
 def _differences(names: Sequence[str], runs: Sequence[Named]) -> str:
@@ -123,7 +133,7 @@ def _missions(names: Sequence[str], runs: Sequence[Named]) -> str:
     ]
     means = [
         [_labelled(words, unit), *_means_beside(metric, missions, digits, factor)]
-        for words, unit, metric, digits, factor in TILES
+        for words, unit, metric, digits, factor in MEANS
     ]
     return (
         '<section id="missions"><h2>The missions in numbers</h2><h3>The worst AUV of each</h3>'

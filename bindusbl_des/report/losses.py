@@ -106,7 +106,7 @@ def _beyond_reach(mission: Recording) -> list[str]:
             f"frames that their AUV did not decode (acoustics.mf.channel: "
             f"{escape(mission.scenario.acoustics.mf.channel)}).",
         ]
-    away, nearest = _broadcast_distances(mission)
+    away, nearest = broadcast_distances(mission)
     reach, cut = mission.scenario.acoustics.mf.range_m, missed - len(away)
     if cut:  # of the disc, only a failure loses frames that nothing met
         told.append(f"<b>Downlink:</b> {cut} of {made} fixes were on the air as their ASV failed.")
@@ -121,7 +121,7 @@ def _beyond_reach(mission: Recording) -> list[str]:
     ]
 
 
-def _broadcast_distances(mission: Recording) -> tuple[Floats, Floats]:
+def broadcast_distances(mission: Recording) -> tuple[Floats, Floats]:
     """Return of fixes beyond MF range how far (m) broadcaster and nearest working ASV were."""
     fixes = mission.fixes
     rows = np.flatnonzero(fixes["outcome"] == "out_of_range")

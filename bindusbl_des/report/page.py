@@ -79,6 +79,28 @@ def _planes(steps: NDArray[np.int32], order: int) -> tuple[int, int, bytes]:
 
 MARK = ' class="worst"'
 
+# Before anything is painted: a reader's theme; without scripts the page has none, and shows tables.
+FIRST = (
+    'document.documentElement.dataset.theme = matchMedia("(prefers-color-scheme: dark)").matches'
+    ' ? "dark" : "light";'
+)
+# Plots are printed too: uPlot, which asks once, draws at least two dots for each pixel.
+RATIO = """\
+const ownRatio = Object.getOwnPropertyDescriptor(window, "devicePixelRatio");
+const sharp = { configurable: true, value: Math.max(devicePixelRatio, 2) };
+Object.defineProperty(window, "devicePixelRatio", sharp);
+"""
+# A page of texts and tables has this alone.
+TEXT_ONLY = "startTheme();\nbindusbl.ready = true;\n"
+THEME = (
+    '<button id="theme" type="button" aria-label="Switch between light and dark">'
+    "◐ <span>theme</span></button>"
+)
+NOTICE = (
+    '<noscript><p class="verdict warning">Maps, playback and plots need JavaScript, which is off '
+    "here; the answer and all tables are below.</p></noscript>"
+)
+
 
 @cache
 def asset(name: str) -> str:
@@ -96,22 +118,23 @@ def assembled(
 ) -> str:
     """Return a whole page: HTML in `body`, the scripts named, JSON `data`, columns `packed`.
 
+    Without scripts it has texts and tables alone.
+
     `sheets` are style sheets of its own, beside those of all pages.
 
     The page's policy names the hash of each script and of the style sheet, so that a browser runs
     these and nothing else, whatever stands in the body.
     """
-    first = _bare(asset("theme.js"))
-    library = [_bare(asset("ratio.js")), _uplot()]
-    code = [*library, *(_bare(asset(name)) for name in ("base.js", *scripts))]
+    own_code = [_bare(asset(name)) for name in scripts] or [TEXT_ONLY]
+    code = [RATIO, _uplot(), _bare(asset("base.js")), *own_code]
     own = (_bare(asset(name)) for name in ("page.css", *sheets))
     styles = "\n".join((asset("uPlot.min.css"), variables(), *own))
     return Template(asset("page.html")).substitute(
-        policy=_policy([first, *code], styles),
+        policy=_policy([FIRST, *code], styles),
         title=html.escape(title),
-        first=_script(first),
+        first=_script(FIRST),
         styles=styles,
-        body=body,
+        body=NOTICE + body if scripts else body,
         data=as_script(data),
         packed=packed,
         code="\n".join(map(_script, code)),

@@ -36,6 +36,9 @@ HARDLY_ANY = 1e-3
 # so many places are looked at at once.
 NEAREST, MOST_FIXES, AT_ONCE = 8, 4000, CELLS
 
+# From this share on a limit is reached, and told in a sentence.
+FULL = 0.995
+
 # Packed to steps of these: a probability, an age (s), an error (m).
 QUANTA = {"chance": 1e-3, "age": 1e-2, "error": 1e-3}
 
@@ -333,7 +336,9 @@ def _nearest(mission: Recording, times: Floats, auvs: Whole) -> float:
 
 def possible_told(mission: Recording) -> str:
     """Return the section of limits as HTML: a row each, with a bar of what was reached of it."""
-    lines = "".join(map(_line, reached(mission)))
+    rows = reached(mission)
+    full = [row for row in rows if (row.share or 0.0) >= FULL]
+    lines = "".join(_line(row) for row in rows if row not in full)
     headings = "".join(
         f'<th scope="col">{name}</th>' for name in ("Limit", "reached", "possible", "share")
     )
@@ -341,9 +346,21 @@ def possible_told(mission: Recording) -> str:
         '<section id="possible"><h2>Reached of what was possible</h2>'
         '<div class="scroll" tabindex="0" role="region" aria-label="Limits and what was reached">'
         f'<table class="limits"><thead><tr>{headings}</tr></thead><tbody>{lines}</tbody></table>'
-        '</div><p class="note">The whole bar is the limit. Who is in range is counted where '
-        "the vehicles truly were, for ping groups as rounds began.</p></section>"
+        f'</div>{_full(full)}<p class="note">The whole bar is the limit. Who is in range is '
+        "counted where the vehicles truly were, for ping groups as rounds began.</p></section>"
     )
+
+
+def _full(rows: list[Reached]) -> str:
+    """Return what reached its limit, in a sentence."""
+    if not rows:
+        return ""
+    told = "; ".join(
+        f"{row.name} {number(row.reached)}{' ' + row.unit if row.unit else ''}".strip()
+        + (f" (of {number(row.possible)}: {row.meaning})" if row.meaning else "")
+        for row in rows
+    )
+    return f"<p>At their limit: {escape(told)}.</p>"
 
 
 def _line(row: Reached) -> str:

@@ -61,6 +61,9 @@ def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer
         "fates": FATES,
         "outcomes": OUTCOMES,
         "time": packer.add(mission.times[::track_step], quantum=TENTH_OF_MS),
+        "order": np.argsort(
+            [-(it["position_error_m"] or 0.0) for it in mission.metrics.auvs]
+        ).tolist(),
         "auvs": [_auv(mission, it, track_step, packer) for it in services],
         "asvs": [_asv(mission, number, track_step, packer) for number in _asvs(mission)],
         "pings": _pings(mission, kept, packer),

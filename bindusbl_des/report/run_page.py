@@ -15,7 +15,7 @@ from ..scenario.instruments.own_sensors import drift_told
 from ..scenario.survey_area import area_of
 from .calibration import calibration_told
 from .envelope import envelope_made_of
-from .page import Packer, assembled, asset, filled, flat, number, table
+from .page import THEME, Packer, assembled, asset, filled, flat, number, table
 from .possible import possible_told
 from .recording import metrics_of, recording
 from .run_data import run_data
@@ -64,24 +64,30 @@ AUV_TABLES: tuple[tuple[str, tuple[Column, ...]], ...] = (
     )),
 )  # fmt: skip
 AUV_COLUMNS: tuple[Column, ...] = tuple(it for _, columns in AUV_TABLES for it in columns)
-TILES: tuple[tuple[str, str, str, int, float], ...] = (
-    ("mean position error", "m", "position_error_m", 2, 1),
-    ("95 % of the time below", "m", "position_error_p95_m", 2, 1),
-    ("without any fix", "m", "imu_error_m", 2, 1),
-    ("age of the last fix", "s", "fix_age_mean_s", 2, 1),
-    ("largest age of the last fix", "s", "fix_age_max_s", 1, 1),
-    ("fixes per AUV", "", "fixes_delivered", 1, 1),
-    ("between fixes", "s", "interval_mean_s", 2, 1),
-    ("pings in HF range", "%", "hf_coverage", 1, 100),
-    ("latency", "s", "latency_mean_s", 3, 1),
-    ("survey covered", "%", "area_covered_share", 1, 100),
-    ("survey finished at", "s", "survey_finished_at_s", 0, 1),
+# Of the worst AUV: what a reader asks for first.
+TILES: tuple[tuple[str, str, str, int], ...] = (
+    ("mean error", "m", "position_error_m", 2),
+    ("95 % of the time below", "m", "position_error_p95_m", 2),
+    ("longest without a fix", "s", "fix_age_max_s", 1),
+    ("error without any fix", "m", "imu_error_m", 2),
+)
+# Of the mission as a whole, in a sentence below its AUVs.
+OF_MISSION: tuple[Column, ...] = (
     ("HF in use", "%", "hf_utilisation", 1, 100),
     ("MF in use", "%", "mf_utilisation", 1, 100),
+    ("survey covered", "%", "area_covered_share", 1, 100),
+    ("survey finished at", "s", "survey_finished_at_s", 0, 1),
 )
 
-# What missions without lanes, or that do not come to their end, have nothing to say of.
-OF_SURVEYS = ("area_covered_share", "survey_finished_at_s")
+
+SUMMARY = """<section id="story">
+<h2>Why</h2>
+$story
+<p class="note">This run recorded metrics only (<code>record.detail: summary</code>), so who was
+starved when and why cannot be told, and there is nothing to play back. Run it with
+<code>--set record.detail=full</code> to see.</p>
+</section>
+"""
 
 
 def run_page(result: "Result") -> str:
@@ -91,13 +97,13 @@ def run_page(result: "Result") -> str:
     """
     packer = Packer()
     data: dict[str, Any] = {}
-    scripts: tuple[str, ...] = ("summary.js",)
+    scripts: tuple[str, ...] = ()
     if "tracks" in result.arrow:
         mission = recording(result)
         told = story(mission)
         data, scripts = run_data(mission, told.services, packer), SCRIPTS
         middle = Template(asset("run.html")).substitute(
-            story=_told(told),
+            story=_why(told),
             latency=html.escape(spread_told(latencies(mission))),
             interval=html.escape(spread_told(intervals(mission))),
             thinned=_sentences(data["thinned"]),
@@ -106,14 +112,15 @@ def run_page(result: "Result") -> str:
         )
         middle += possible_told(mission)
     else:
-        middle = Template(asset("summary.html")).substitute(
-            story=_told(short_story(metrics_of(result)))
-        )
+        told = short_story(metrics_of(result))
+        middle = Template(SUMMARY).substitute(story=_why(told))
     body = (
         _head(result)
+        + _answer(told)
         + _tiles(result)
-        + worth_knowing(result)
+        + _described(result)
         + middle
+        + worth_knowing(result)
         + auv_tables(result)
         + origin(result)
     )
@@ -122,10 +129,13 @@ def run_page(result: "Result") -> str:
 
 
 def _head(result: "Result") -> str:
+    return f"<header><h1>{html.escape(_named(result))}</h1>{THEME}</header>"
+
+
+def _described(result: "Result") -> str:
     return (
-        f"<header><div><h1>{html.escape(_named(result))}</h1>"
-        f"<p>{html.escape(described(result))}</p><p>{html.escape(drift_told(result.scenario))}</p>"
-        f"</div>{asset('theme.html')}</header>"
+        f'<p class="note">{html.escape(described(result))}. '
+        f"{html.escape(drift_told(result.scenario))}</p>"
     )
 
 
@@ -164,9 +174,14 @@ def worth_knowing(result: "Result") -> str:
     return f'<section id="knowing"><h2>Worth knowing</h2><ul>{items}</ul></section>'
 
 
-def _told(told: Story) -> str:
-    parts = [f'<p class="verdict warning">{html.escape(told.warning)}</p>'] if told.warning else []
-    parts += [f'<p class="verdict">{html.escape(told.verdict)}</p>', '<div class="cards">']
+def _answer(told: Story) -> str:
+    warning = f'<p class="verdict warning">{html.escape(told.warning)}</p>' if told.warning else ""
+    return f'{warning}<p class="verdict">{html.escape(told.verdict)}</p>'
+
+
+def _why(told: Story) -> str:
+    parts = [f"<p>{html.escape(told.reason)}</p>"] if told.reason else []
+    parts.append('<div class="cards">')
     for heading, paragraphs in told.sections:
         text = "".join(f"<div>{paragraph}</div>" for paragraph in paragraphs)
         parts.append(f"<article><h3>{html.escape(heading)}</h3>{text}</article>")
@@ -177,25 +192,25 @@ def _sentences(said: list[str]) -> str:
     return f'<p class="note">{html.escape(" ".join(said))}</p>' if said else ""
 
 
+def worst_first(auvs: Sequence[Row]) -> list[Row]:
+    """Return the AUVs' metrics, those of the AUV that navigated worst first."""
+    return sorted(auvs, key=lambda row: -(row["position_error_m"] or 0.0))
+
+
 def _tiles(result: "Result") -> str:
-    """Return the mission in numbers: fleet means, below them the worst AUV where AUVs differ."""
+    """Return the AUV that navigated worst in numbers, beside them the mean of the fleet."""
     row, auvs = mission_row(result), result.arrow["auvs"].to_pylist()
-    tiles = []
-    for name, unit, metric, digits, factor in TILES:
-        if metric in OF_SURVEYS and row.get(metric) is None:
-            continue
-        told = ""
-        if f"worst_{metric}_auv" in row and _differ(auvs, metric):
-            worst = number(row[f"worst_{metric}"], digits, factor)
-            auv = html.escape(row[f"worst_{metric}_auv"])
-            told = f"<dd><small>{auv}: {'none' if worst == '-' else worst}</small></dd>"
-        value = number(row.get(metric), digits, factor)  # older folders lack some
-        unit = f'<span class="unit">{unit}</span>' if unit else ""
-        tiles.append(f"<div><dt>{html.escape(name)}</dt><dd>{value}{unit}</dd>{told}</div>")
-    return (
-        f'<dl class="tiles" aria-label="The mission in numbers">{"".join(tiles)}</dl>'
-        f'<p class="note">Means over the AUVs, below them the worst AUV; {rounds_told(row)}.</p>'
-    )
+    worst, tiles = worst_first(auvs)[0], []
+    for name, unit, metric, digits in TILES:
+        fleet = ""
+        if len(auvs) > 1:
+            fleet = f"<dd><small>fleet {number(row.get(metric), digits)}</small></dd>"
+        value = number(worst.get(metric), digits)  # older folders lack some
+        tiles.append(
+            f'<div><dt>{name}</dt><dd>{value}<span class="unit">{unit}</span></dd>{fleet}</div>'
+        )
+    label = f"{worst['auv']}, which navigated worst, in numbers"
+    return f'<dl class="tiles" aria-label="{html.escape(label)}">{"".join(tiles)}</dl>'
 
 
 def _differ(auvs: Sequence[Row], metric: str) -> bool:
@@ -213,14 +228,21 @@ def auv_tables(result: "Result") -> str:
 
     Each is narrow enough for a phone and for a sheet of paper.
     """
-    auvs, mission = result.arrow["auvs"].to_pylist(), mission_row(result)
+    auvs, mission = worst_first(result.arrow["auvs"].to_pylist()), mission_row(result)
+    whole = "; ".join(
+        f"{name} {number(mission[metric], digits, factor)} {unit}"
+        for name, unit, metric, digits, factor in OF_MISSION
+        if mission.get(metric) is not None
+    )
     shown = "".join(
         f"<figure><h3>{title}</h3>{_auv_table(title, columns, auvs, mission)}</figure>"
         for title, columns in AUV_TABLES
     )
     return (
-        f'<section id="auvs"><h2>Each AUV</h2><div class="pair">{shown}</div>'
-        '<p class="note">Bold: the worst AUV. Errors are horizontal |estimate &minus; truth|, '
+        f'<section id="auvs"><h2>Each AUV</h2><p>The mission: {rounds_told(mission)}; {whole}.</p>'
+        f'<div class="pair">{shown}</div>'
+        '<p class="note">First the AUV that navigated worst; bold: the worst of a column. '
+        "Errors are horizontal |estimate &minus; truth|, "
         "means over time; “without fixes” is dead reckoning alone. Intervals are between delivered "
         "fixes; the age of the last fix also counts the waits before the first and after the last. "
         "Of pings “lost” and “collided” count receptions, one ping at one ASV each; of fixes "

@@ -15,9 +15,9 @@ from ..scenario.declared import channel_named
 from ..scenario.failing import alive
 from ..scenario.scenario import Scenario
 from ..scenario.telling import tells_slots
-from .advised import advised
 from .losses import MOST_OTHERS, lost
 from .recording import Metrics, Recording
+from .remedies import advised, remedies
 from .service import Gap, Patience, Service, patience, service
 
 # A reader takes in a few paragraphs; the rest is in the table and the plots.
@@ -35,13 +35,15 @@ HEARD_BY_ITSELF = {"collided": "were overlapped by another ping at the AUV"}
 
 @dataclass(frozen=True)
 class Story:
-    """The verdict in sentences, paragraphs of HTML under headings, and each AUV's service.
+    """The verdict in a sentence and its reason, paragraphs of HTML under headings, each AUV's
+    service.
 
     `warning` says first what is wrong with the fixes; it is empty where nothing is.
     """
 
     warning: str
     verdict: str
+    reason: str
     sections: tuple[tuple[str, tuple[str, ...]], ...]
     services: tuple[Service, ...]
 
@@ -50,16 +52,17 @@ def story(mission: Recording) -> Story:
     """Return what happened in a mission: who starved, when, why, and what would help."""
     wait = patience(mission)
     services = tuple(service(mission, auv, wait) for auv in range(mission.auvs))
-    starving = sorted((it for it in services if it.gaps), key=lambda it: -it.starved)
+    errors = [it["position_error_m"] or 0.0 for it in mission.metrics.auvs]
+    starving = sorted((it for it in services if it.gaps), key=lambda it: -errors[it.auv])
     sections = [(f"AUV{it.auv}", _starvation(mission, it)) for it in starving[:MOST_AUVS]]
     if len(starving) > MOST_AUVS:
         sections.append(("Others", (_others(starving[MOST_AUVS:]),)))
     if told := lost(mission):
         sections.append(("Pings and fixes that were lost", told))
-    sections.append(("What would help", advised(mission.metrics.advice)))
+    sections.append(("What would help", (*remedies(mission), *advised(mission.metrics.advice))))
     warning = " ".join(harm_told(mission.metrics.auvs, mission.metrics.advice))
-    verdict = _verdict(mission, starving, wait, harmless=not warning)
-    return Story(warning, verdict, tuple(sections), services)
+    reason = _reason(mission, starving, wait, harmless=not warning)
+    return Story(warning, _worst(mission.metrics), reason, tuple(sections), services)
 
 
 def short_story(metrics: Metrics) -> Story:
@@ -68,7 +71,7 @@ def short_story(metrics: Metrics) -> Story:
     sections = [("What would help", advised(metrics.advice))]
     if metrics.broken:
         sections.insert(0, ("Its schedule", (escape(metrics.broken),)))
-    return Story(warning, _worst(metrics), tuple(sections), ())
+    return Story(warning, _worst(metrics), "", tuple(sections), ())
 
 
 def _others(starving: list[Service]) -> str:
@@ -92,8 +95,9 @@ def _worst(metrics: Metrics) -> str:
     )
 
 
-def _verdict(mission: Recording, starving: list[Service], wait: Patience, *, harmless: bool) -> str:
-    told = " ".join(filter(None, (_worst(mission.metrics), _failed(mission))))
+def _reason(mission: Recording, starving: list[Service], wait: Patience, *, harmless: bool) -> str:
+    """Return who had no fixes for how long, and which ASVs failed."""
+    told = _failed(mission)
     if starving:
         return f"{told} {_starved(mission, starving)} {wait.rule}".lstrip()
     if not harmless:  # however often they come, fixes that do harm are no service
@@ -116,7 +120,8 @@ def _failed(mission: Recording) -> str:
 
 
 def _starved(mission: Recording, starving: list[Service]) -> str:
-    worst, duration = starving[0], mission.scenario.duration_s
+    worst = max(starving, key=lambda it: it.starved)
+    duration = mission.scenario.duration_s
     longest = max(worst.gaps, key=lambda gap: gap.length)
     share = 100 * worst.starved / duration
     verb = "starved" if len(starving) == 1 else "starved most"

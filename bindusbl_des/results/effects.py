@@ -65,6 +65,23 @@ class Harm:
 
 
 @dataclass(frozen=True)
+class Foreseen:
+    """What a change is predicted to do where no mission could be flown: the worst AUV's mean error
+    (m) as it is, and with it.  `settings` are what `--set` takes.
+    """
+
+    words: str
+    settings: tuple[str, ...]
+    now_m: float
+    then_m: float
+
+    @property
+    def options(self) -> list[str]:
+        """The options to copy, one `--set` each."""
+        return [f"--set {quote(setting)}" for setting in self.settings]
+
+
+@dataclass(frozen=True)
 class Advice:
     """What was tried beside a mission, and what came of it.
 
@@ -75,7 +92,8 @@ class Advice:
     0 where there were too few.  Changes that got no statement are named in words: `inert` left the
     worst AUV's error as it was in the first trial, `needless` would have (each with its reason),
     `dropped` promised less than others in the first trials, `untried` found no mission.  `shortage`
-    says why nothing was measured, `fixed_gain` whether the plan's filter has a fixed gain.
+    says why nothing was measured, `foreseen` what is predicted then, the best first, `fixed_gain`
+    whether the plan's filter has a fixed gain.
     """
 
     budget_missions: int
@@ -92,13 +110,14 @@ class Advice:
     untried: tuple[str, ...] = ()
     shortage: str = ""
     fixed_gain: bool = True
+    foreseen: tuple[Foreseen, ...] = ()
 
     def of(self, *verdicts: str) -> list[Effect]:
         """Return the effects with one of these verdicts, in their order."""
         return [effect for effect in self.effects if effect.verdict in verdicts]
 
 
-Row = TypeVar("Row", Effect, Harm, Advice)
+Row = TypeVar("Row", Effect, Harm, Foreseen, Advice)
 
 
 def signed(metres: float) -> str:
@@ -197,11 +216,14 @@ def from_data(data: Any) -> Advice:
     Raises:
         ValueError: when it is none, naming the first key that is wrong.
     """
+    if isinstance(data, Mapping):  # an older folder has no predictions
+        data = {"foreseen": [], **data}
     plain = _read(Advice, data, "advice")
     advice = replace(
         plain,
         effects=tuple(_read(Effect, it, "effects") for it in plain.effects),
         harms=tuple(_read(Harm, it, "harms") for it in plain.harms),
+        foreseen=tuple(_read(Foreseen, it, "foreseen") for it in plain.foreseen),
     )
     if any(it.kind in (GAIN, FILTER) and not it.settings for it in advice.effects):
         raise ValueError("effects: settings of a gain or filter is empty")

@@ -101,7 +101,7 @@ def test_the_policy_holds_where_escaping_fails(browser: Any, tmp_path: Path) -> 
     links = (
         "<a id='link' href='javascript:window.owned = 3'>x</a><style>body { color: red }</style>"
     )
-    page = assembled("x", ATTACK + links, ("summary.js",), {}, "")
+    page = assembled("x", ATTACK + links, (), {}, "")
     (tmp_path / "page.html").write_text(page, encoding="utf-8")
     tab, complaints = browser.new_page(), []
     tab.on("console", lambda message: complaints.append(message.text))

@@ -35,12 +35,18 @@ def test_a_fleet_below_one_asv() -> None:
 
 
 def test_the_page_shows_each_limit_with_a_bar() -> None:
+    """A bar says how much of a limit was reached; what reached it is told in a sentence."""
     mission = still(3, duration_s=20.0)
     page = run_page(simulate(mission, seed=0))
     section = page.split('<section id="possible">')[1].split("</section>")[0]
-    for name in found(mission):
-        assert f'<th scope="row">{name}<small>' in section
-    assert section.count("<svg") == len(found(mission))
+    rows = found(mission)
+    full = {name for name, row in rows.items() if row.share is not None and row.share > 0.995}
+    assert 0 < len(full) < len(rows)
+    sentence = section.split("<p>At their limit: ")[1].split("</p>")[0]
+    for name in rows:
+        assert (f'<th scope="row">{name}<small>' in section) == (name not in full)
+        assert (name in sentence) == (name in full)
+    assert section.count("<svg") == len(rows) - len(full)
 
 
 def test_a_mission_without_any_fix_has_its_limits_too() -> None:

@@ -5,6 +5,7 @@ import json
 import math
 import re
 import zlib
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -21,9 +22,11 @@ from bindusbl_des.report import run_data
 from bindusbl_des.report.envelope import error_envelope
 from bindusbl_des.report.page import Packer, as_script
 from bindusbl_des.report.recording import FATES, recording
+from bindusbl_des.report.remedies import causes, remedies
 from bindusbl_des.report.run_page import AUV_COLUMNS, run_page
 from bindusbl_des.report.service import patience, service
 from bindusbl_des.report.story import story
+from bindusbl_des.results.effects import HELPS, Advice, Effect, Foreseen
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 MEGABYTE = 1e6
@@ -39,7 +42,12 @@ def told(result: Result) -> str:
     """Return all sentences of a run's story."""
     found = story(recording(result))
     return "\n".join(
-        [found.warning, found.verdict, *(text for _, texts in found.sections for text in texts)]
+        [
+            found.warning,
+            found.verdict,
+            found.reason,
+            *(text for _, texts in found.sections for text in texts),
+        ]
     )
 
 
@@ -117,7 +125,7 @@ def test_the_table_of_a_page_is_the_table_of_the_run(recovery: Result) -> None:
 
 
 def test_the_worst_auv_stands_out(recovery: Result) -> None:
-    """In a column whose AUVs differ the worst one's cell is marked; a tile names it."""
+    """In a column whose AUVs differ the worst one's cell is marked; at most four tiles are its."""
     page, mission = run_page(recovery), recovery.arrow["mission"].to_pylist()[0]
     marked = re.findall(r'<td class="worst">([^<]*)</td>', page)
     expected = [
@@ -126,8 +134,11 @@ def test_the_worst_auv_stands_out(recovery: Result) -> None:
         if f"worst_{metric}" in mission and recovery.auvs[metric].nunique() > 1
     ]
     assert marked == expected
-    worst = mission["worst_position_error_m"], mission["worst_position_error_m_auv"]
-    assert "<small>{1}: {0:.2f}</small>".format(*worst) in page
+    tiles = re.findall(r'<dl class="tiles" aria-label="(\w+),.*?>(.*?)</dl>', page)
+    assert [auv for auv, _ in tiles] == [mission["worst_position_error_m_auv"]]
+    assert tiles[0][1].count("<dt>") <= 4
+    assert f"<dd>{mission['worst_position_error_m']:.2f}<" in tiles[0][1]
+    assert page.index("navigated worst") < page.index("<dl") < page.index('id="story"')
 
 
 def test_the_tracks_of_a_page_are_those_of_the_run(recovery: Result) -> None:
@@ -212,6 +223,31 @@ def test_fixes_beyond_mf_range_are_told() -> None:
     assert "the fix was broadcast beyond MF range of the AUV" in text
     assert "beyond MF range (15 m) of their AUV, up to 20 m away" in text
     assert "out of HF range" not in text
+
+
+def test_a_remedy_for_what_went_wrong_comes_first(recovery: Result) -> None:
+    """Fixes that another ASV could have delivered: nearest; what is known of it is said."""
+    mission = recording(recovery)
+    first, *others = causes(mission)
+    fixes = recovery.tables["fixes"]
+    assert first.pings == int((fixes.outcome == "out_of_range").sum())  # all had another in range
+    assert first.settings == ("protocol.broadcaster=nearest",)
+    lost = [it for it in others if it.settings == ("asvs.count=4",)]
+    in_range = recovery.tables["pings"].in_range_of > 0
+    heard = set(recovery.tables["receptions"].query("outcome == 'heard'").ping)
+    assert [it.pings for it in lost] == [
+        sum(ping not in heard for ping in np.flatnonzero(in_range))
+    ]
+    help_ = told(recovery).index("protocol.broadcaster=nearest</code> (not tried)")
+    assert help_ < told(recovery).index("No change was tried")
+    effect = Effect(
+        "broadcaster", "", ("protocol.broadcaster=nearest",), -0.2, -0.3, -0.1, 6, HELPS
+    )
+    flown = replace(mission, metrics=replace(mission.metrics, advice=Advice(9, effects=(effect,))))
+    assert "nearest</code> (measured: &minus;0.20 m" in remedies(flown)[0]
+    seen = Foreseen("nearest", effect.settings, 0.76, 0.71)
+    none = replace(mission, metrics=replace(mission.metrics, advice=Advice(0, foreseen=(seen,))))
+    assert "nearest</code> (predicted: 0.76 to 0.71 m, not flown)" in remedies(none)[0]
 
 
 @pytest.mark.parametrize("fails_at", [0.0, 0.5])

@@ -251,11 +251,12 @@ def test_the_table_of_now_shows_whom_one_follows(opened: Open, fleet: Path) -> N
         it.page.select_option("#follow", str(number))
         assert it.ask(rows) == [f"AUV{number}"]
         assert it.ask(f"{row}.top >= {box}.top && {row}.bottom <= {box}.bottom + 1")
-    it.page.click("#now button >> nth=12")
-    assert it.ask(rows) == ["AUV12"]
-    assert it.ask("[bindusbl.closeup.auv, byId('follow').value]") == [12, "12"]
+    it.page.click("#now button >> nth=12")  # the worst stands first
+    auv = it.ask("bindusbl.mission.order[12]")
+    assert it.ask(rows) == [f"AUV{auv}"]
+    assert it.ask("[bindusbl.closeup.auv, byId('follow').value]") == [auv, f"{auv}"]
     pressed = it.page.locator("#now [aria-pressed=true]")
-    assert pressed.all_inner_texts() == ["AUV12"]
+    assert pressed.all_inner_texts() == [f"AUV{auv}"]
 
 
 OVERFULL = """[...document.querySelectorAll('#auvs .scroll')]
@@ -589,3 +590,34 @@ def test_legends_name_what_there_is(
     told = opened(path).page.inner_text("#marks")
     assert all(words in told for words in there), told
     assert not any(words in told for words in absent), told
+
+
+def test_a_page_without_javascript_has_its_tables(browser: Any, report: Path) -> None:
+    """Scripts are off: a notice, the answer and tables; nothing that would need scripts."""
+    context = browser.new_context(java_script_enabled=False)
+    page = context.new_page()
+    page.goto(report.as_uri())
+    assert page.locator("noscript p").is_visible()
+    assert page.locator(".verdict").nth(1).is_visible()
+    assert page.locator("#auvs table").first.is_visible()
+    for hidden in ("#map", ".controls >> nth=0", "#theme", "#error-plots", "#timeline"):
+        assert not page.locator(hidden).is_visible()
+    context.close()
+
+
+def test_the_answer_is_on_the_first_screen_of_a_phone(opened: Open, report: Path) -> None:
+    """The sentence and the tiles of the worst AUV; playback follows that AUV."""
+    it = opened(report, width=390)
+    assert it.ask("document.querySelector('.tiles').getBoundingClientRect().bottom") < 844
+    worst = it.ask("document.querySelector('.verdict').textContent.split(' ')[0]")
+    assert it.ask("bindusbl.mission.auvs[bindusbl.closeup.auv].name") == worst
+    assert it.ask("document.querySelector('#error-plots [role=img]').ariaLabel").split()[3] == worst
+
+
+def test_dark_is_bad(opened: Open, report: Path) -> None:
+    """Of every field: what is worse is darker."""
+    it = opened(report)
+    light = "luminance(shadeOf({}, {}))"
+    it.ask("window.luminance = (rgb) => 0.21 * rgb[0] + 0.72 * rgb[1] + 0.07 * rgb[2]")
+    assert it.ask(light.format(1, "true")) < it.ask(light.format(0, "true"))  # a large error
+    assert it.ask(light.format(0, "false")) < it.ask(light.format(1, "false"))  # a small chance

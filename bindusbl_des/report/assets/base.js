@@ -71,10 +71,29 @@ function cividis(share) {
   return CIVIDIS[k].map((value, i) => Math.round(value + (at - k) * (CIVIDIS[k + 1][i] - value)));
 }
 
-// A ramp of it with what its ends mean.
-function ramp(low, high) {
-  const stops = Array.from({ length: 11 }, (_, i) => `rgb(${cividis(i / 10).join(",")})`).join(",");
+// One polarity everywhere: dark is bad.  `share` is from the low end of what is shown to its high
+// end, of which `more` says whether it is the bad one.
+const shadeOf = (share, more) => cividis(more ? 1 - share : share);
+
+// A ramp of these colours with what its ends mean.
+function ramp(low, high, more) {
+  const stops = Array.from({ length: 11 }, (_, i) => `rgb(${shadeOf(i / 10, more).join(",")})`).join(",");
   return make("div", { class: "ramp" }, make("span", {}, low), make("i", { style: `background:linear-gradient(90deg,${stops})` }), make("span", {}, high));
+}
+
+// What fills a place of which nothing is known: hatches, told from any colour.
+function hatch(context, x, y, width, height) {
+  context.save();
+  context.beginPath();
+  context.rect(x, y, width, height);
+  context.clip();
+  context.strokeStyle = colours.soft;
+  context.lineWidth = 1;
+  context.beginPath();
+  const step = 7, first = Math.floor((x + y) / step) * step;
+  for (let at = first; at <= x + y + width + height; at += step) { context.moveTo(at - y, y); context.lineTo(at - y - height, y + height); }
+  context.stroke();
+  context.restore();
 }
 
 const repaints = [];

@@ -104,11 +104,9 @@ function errorPlot(host, mission, number, playback, highest) {
   return new Plot(`error ${auv.name}`, host, options, data);
 }
 
-// The AUVs worst served first: they are what a reader looks for.
+// The AUVs that navigated worst first: they are what a reader looks for.
 function errorPlots(mission, playback) {
-  const host = byId("error-plots"), more = byId("more-errors"), first = 4;
-  const starved = mission.auvs.map((auv) => auv.gaps.reduce((sum, [start, end]) => sum + end - start, 0));
-  const order = mission.auvs.map((_, i) => i).sort((a, b) => starved[b] - starved[a] || a - b);
+  const host = byId("error-plots"), more = byId("more-errors"), first = 4, { order } = mission;
   const shown = order.length <= first + 1 ? order : order.slice(0, first);
   const largest = (column) => Math.max(...mission.auvs.map((auv) => auv[column].reduce((a, b) => Math.max(a, b), 0)), 0.1);
   const highest = Math.min(1.05 * largest("envelope"), 1.6 * largest("error"));
@@ -121,7 +119,7 @@ function errorPlots(mission, playback) {
   shown.forEach(add);
   if (shown.length < order.length) {
     more.hidden = false;
-    more.textContent = `Show the other ${order.length - shown.length} AUVs (these are the longest without fixes)`;
+    more.textContent = `Show the other ${order.length - shown.length} AUVs (these navigated worst)`;
     more.addEventListener("click", () => { more.hidden = true; order.slice(shown.length).forEach(add); });
   }
   playback.onChange((now) => plots.forEach((plot) => nowLine(plot.plot, now)));
@@ -211,20 +209,22 @@ function fateBars(mission) {
     const fate = mission.fates[mission.pings.fate[i]];
     totals[auv][fate] = (totals[auv][fate] || 0) + 1;
   });
-  totals.forEach((total, i) => {
-    const { name } = mission.auvs[i], all = Object.values(total).reduce((a, b) => a + b, 0), bar = make("div", { class: "bar" });
+  const full = []; // a bar of one part says what a sentence says shorter
+  for (const i of mission.order) {
+    const { name } = mission.auvs[i], total = totals[i], all = Object.values(total).reduce((a, b) => a + b, 0), bar = make("div", { class: "bar" });
+    told.push(`${name}: ${Object.entries(total).map(([fate, n]) => `${n} ${looks[fate][0]}`).join(", ")}`);
+    if (Object.keys(total).length < 2) { full.push(all ? `All ${all} pings of ${name}: ${looks[Object.keys(total)[0]][0]}.` : `${name} sent no ping.`); continue; }
     for (const [fate, [words, look]] of Object.entries(looks)) {
       if (!total[fate]) continue;
       used.add(fate);
       const share = 100 * total[fate] / all;
       bar.append(make("span", { title: `${name}: ${total[fate]} of ${all} pings (${share.toFixed(1)} %) ${words}`, style: `width:${share}%;background:${look}` }));
     }
-    told.push(`${name}: ${Object.entries(total).map(([fate, n]) => `${n} ${looks[fate][0]}`).join(", ")}`);
     bars.append(make("span", {}, name), bar);
-  });
+  }
   for (const [fate, [words, look]] of Object.entries(looks)) {
     if (used.has(fate)) key.append(make("span", {}, make("span", { class: "swatch", style: `background:${look}` }), words));
   }
-  byId("fates-plot").replaceChildren(bars, key, make("p", { class: "hidden" }, told.join("; ")));
+  byId("fates-plot").replaceChildren(bars, key, ...(full.length ? [make("p", {}, full.join(" "))] : []), make("p", { class: "hidden" }, told.join("; ")));
   bindusbl.plots.fates = mission.pings.at.length;
 }

@@ -15,7 +15,7 @@ class StateTable {
       return { row: make("tr", {}, make("th", { scope: "row" }, name), ...cells), name, cells };
     });
     const heads = ["now", "error, m", "last fix, s ago", "fixes"].map((text) => make("th", { scope: "col" }, text));
-    byId("now").append(make("table", {}, make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...this.rows.map(({ row }) => row))));
+    byId("now").append(make("table", {}, make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...mission.order.map((i) => this.rows[i].row))));
   }
   show(now) {
     this.rows.forEach(({ cells }, i) => {
@@ -40,14 +40,15 @@ function gapStrip(mission) {
   canvas.style.height = `${Math.min(Math.max(4 * lines, 6), 60)}px`;
   new Sheet(canvas, (context, width, height) => {
     const inset = 8, x = (time) => inset + time / mission.duration * (width - 2 * inset), each = height / lines;
-    mission.auvs.forEach((auv, i) => {
+    mission.order.forEach((i, line) => {
       context.fillStyle = colours.grid;
-      context.fillRect(inset, i * each, width - 2 * inset, Math.max(each - 1, 0.5));
+      context.fillRect(inset, line * each, width - 2 * inset, Math.max(each - 1, 0.5));
       context.fillStyle = seriesColour(i);
-      for (const [start, end] of auv.gaps) context.fillRect(x(start), i * each, Math.max(x(end) - x(start), 1), Math.max(each - 1, 0.5));
+      for (const [start, end] of mission.auvs[i].gaps) context.fillRect(x(start), line * each, Math.max(x(end) - x(start), 1), Math.max(each - 1, 0.5));
     });
   });
-  canvas.title = "Times without fixes, a line for each AUV";
+  canvas.title = "Times without fixes, a line for each AUV, the worst first";
+  canvas.hidden = mission.auvs.every((auv) => !auv.gaps.length);
 }
 
 // The choice of what the survey is shaded by, and what the colours mean.
@@ -61,13 +62,15 @@ function shading(map) {
     map.sheet.paint();
     if (!map.field) return scale.replaceChildren();
     const [, words, told] = FIELDS[map.field], [low, high] = fieldEnds(map.field, fields[map.field]);
-    const none = fields[map.field].every(Number.isFinite) ? "" : "; unshaded where no fix is to be expected";
-    scale.replaceChildren(make("span", {}, `${words}${none}`), ramp(told(low), map.field === "chance" ? told(high) : `${told(high)} or more`));
+    const none = fields[map.field].every(Number.isFinite) ? "" : "; hatched where no fix is to be expected";
+    scale.replaceChildren(make("span", {}, `${words}; dark is bad${none}`), ramp(told(low), map.field === "chance" ? told(high) : `${told(high)} or more`, map.field !== "chance"));
   });
 }
 
 function legend(map, closeup) {
-  const host = byId("marks"), { mission } = map, absent = mission.passive ? ["cross"] : [];
+  const host = byId("marks"), { mission } = map, { fates, pings, receptions, outcomes } = mission;
+  const became = (fate) => pings.fate.some((it) => fates[it] === fate), met = (outcome) => receptions.outcome.some((it) => outcomes[it] === outcome);
+  const there = { heard: met("heard"), lost: met("lost"), collided: met("collided"), cross: !mission.passive && became("out_of_hf"), ring: mission.deliveredOrder.length, gap: mission.auvs.some(({ gaps }) => gaps.length), failed: mission.asvs.some(({ failures }) => failures.length), call: mission.calls };
   const nobody = mission.discs.hf ? "no ASV in range" : "beyond what the channel lets through to any ASV";
   for (const [layer, words] of layersOf(mission)) {
     const box = make("input", { type: "checkbox", checked: "" }), sample = make("canvas", { "aria-hidden": "true" });
@@ -75,7 +78,7 @@ function legend(map, closeup) {
     host.append(make("label", {}, box, sample, words));
     new Sheet(sample, (context, width, height) => legendMark(context, layer, width, height));
   }
-  for (const [mark, words] of [["star", "ASV"], ["hull", "AUV, at its true position"], ["plus", "its estimate"], ["heard", "decoded, in the AUV's colour"], ["lost", "lost"], ["collided", "collided"], ["cross", nobody], ["ring", "fix delivered"], ...(mission.calls ? [["call", "call of an ASV, which an AUV answers by a ping"]] : []), ["gap", "bar over the slider: time without fixes"]].filter(([mark]) => !absent.includes(mark))) {
+  for (const [mark, words] of [["star", "ASV"], ["hull", "AUV, at its true position"], ["plus", "its estimate"], ["heard", "decoded, in the AUV's colour"], ["lost", "lost"], ["collided", "collided"], ["cross", nobody], ["ring", "fix delivered"], ["call", "call of an ASV, which an AUV answers by a ping"], ["failed", "ASV that failed"], ["gap", "bar over the slider: time without fixes"]].filter(([mark]) => there[mark] ?? true)) {
     const sample = make("canvas", { "aria-hidden": "true" });
     host.append(make("label", {}, sample, words));
     new Sheet(sample, (context, width, height) => legendMark(context, mark, width, height));
@@ -94,6 +97,7 @@ function legendMark(context, mark, width, height) {
     plus: () => { map.stroke(context, colour, x - 5, y, x + 5, y, 2); map.stroke(context, colour, x, y - 5, x, y + 5, 2); },
     heard: () => line(colour, 2), lost: () => { line(colour, 2.5, [5, 4]); map.sign(context, "lost", x, y, colour); },
     collided: () => { line(colours.collided, 2.5, [5, 4]); map.sign(context, "collided", x, y, colours.collided); },
+    failed: () => marks.cross(),
     cross: () => { for (const way of [-1, 1]) map.stroke(context, colours.soft, x - 4, y - 4 * way, x + 4, y + 4 * way, 1.5); },
     call: () => ring(colours.hf, 6, [3, 3]), ring: () => ring(colours.mf, 6), gap: () => { context.fillStyle = colour; context.fillRect(4, y - 3, width - 8, 6); },
   };
@@ -103,7 +107,6 @@ function legendMark(context, mark, width, height) {
 function followed(mission, closeup, playback) {
   const select = byId("follow");
   mission.auvs.forEach((auv, i) => select.append(make("option", { value: i }, auv.name)));
-  const starved = mission.auvs.map((auv) => auv.gaps.reduce((sum, [start, end]) => sum + end - start, 0));
   const follow = (number) => {
     closeup.auv = number;
     select.value = number;
@@ -113,7 +116,7 @@ function followed(mission, closeup, playback) {
   };
   const chosen = (number) => { follow(number); announce(`Following ${mission.auvs[number].name}`); };
   const states = new StateTable(mission, chosen);
-  follow(starved.indexOf(Math.max(...starved)));
+  follow(mission.order[0]);
   select.addEventListener("change", () => chosen(+select.value));
   document.querySelectorAll("[data-seek]").forEach((link) => link.addEventListener("click", (event) => {
     event.preventDefault();

@@ -25,6 +25,9 @@ const FIELDS = {
   error: ["error", "horizontal position error to be expected (RMS)", (value) => `${significant(value)} m`],
 };
 
+// Where fewer pings than this share make a fix, none is to be expected: report/possible.py.
+const HARDLY_ANY = 1e-3;
+
 // Where fronts are held to be seen, no more of them than can be told apart.
 const MOST_RINGS = 6;
 
@@ -181,14 +184,16 @@ class SeaMap {
     if (!values) return;
     const { box: [south, west, north, east], across } = this.mission.fields;
     const [low, high] = fieldEnds(this.field, values), [tall, wide] = [(north - south) / across, (east - west) * across / values.length];
+    const inside = this.mission.fields.chance;
     context.save();
     context.globalAlpha = 0.6;
     values.forEach((value, i) => {
-      if (!Number.isFinite(value)) return;
+      if (!Number.isFinite(inside[i])) return; // beyond the survey
       const row = i % across, column = Math.floor(i / across);
       const [px, py] = this.at(south + (row + 1) * tall, west + column * wide).map(Math.round);
       const [qx, qy] = this.at(south + row * tall, west + (column + 1) * wide).map(Math.round);
-      context.fillStyle = `rgb(${cividis(high > low ? (value - low) / (high - low) : 1)})`;
+      if (!Number.isFinite(value) || (this.field === "chance" && value < HARDLY_ANY)) return hatch(context, px, py, qx - px, qy - py);
+      context.fillStyle = `rgb(${shadeOf(high > low ? (value - low) / (high - low) : 1, this.field !== "chance")})`;
       context.fillRect(px, py, qx - px, qy - py);
     });
     context.restore();

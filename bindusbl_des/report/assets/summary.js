@@ -1,5 +1,0 @@
-"use strict";
-// A page without events: text and tables only.
-
-startTheme();
-bindusbl.ready = true;
