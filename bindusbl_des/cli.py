@@ -102,11 +102,6 @@ class Commands(click.Group):
                 raise
             click.echo("a NUL character stands in a name of a file; no file has one", err=True)
             sys.exit(BAD_INPUT)
-        except RuntimeError as error:
-            if "NUMBA_DISABLE_JIT" not in str(error):
-                raise
-            click.echo(str(error), err=True)
-            sys.exit(BAD_INPUT)
         except OSError as error:
             if error.filename is not None:  # a name that no file can have, or a closed folder
                 click.echo(f"{printable(str(error.filename))}: {error.strerror}", err=True)

@@ -184,8 +184,10 @@ def _first_line(error: Exception) -> str:
 def _compiled_code() -> Finding:
     """Keep and load a piece of code."""
     try:
-        from ..core.compiled import kept_and_loaded, kept_in, troubles
+        from ..core.compiled import UNCOMPILED, is_uncompiled, kept_and_loaded, kept_in, troubles
 
+        if is_uncompiled():
+            return Finding("compiled code", "note", UNCOMPILED)
         works = kept_and_loaded()
     except Exception as error:  # the doctor tells rather than falls ill itself
         return Finding("compiled code", "broken", _first_line(error))
@@ -198,10 +200,10 @@ def _compiled_code() -> Finding:
 
 def _compile_all() -> None:
     """Compile what missions need, unless that was done, and tell how far it is."""
-    from ..core.compiled import kept_in
+    from ..core.compiled import is_uncompiled, kept_in
     from ..core.process import ProgressLine
 
-    folder = kept_in()
+    folder = None if is_uncompiled() else kept_in()
     if folder is None or warmed(folder).exists():  # without a folder the findings say what to do
         return
     talk(f"Compiling what missions need, once, in {folder}; this takes a minute or two ...")

@@ -22,6 +22,8 @@ from zlib import crc32
 
 import numba
 
+from .uncompiled import uncompiled
+
 Function = TypeVar("Function", bound=Callable[..., object])
 
 # Division by zero as in numpy; other threads run meanwhile, so that Ctrl-C is answered; and no C
@@ -47,6 +49,8 @@ NUMBERS = (
 troubles: list[str] = []
 # Tells processes that are started by this one that the user has been told.
 TOLD = "BINDUSBL_DES_CODE_CACHE_TOLD"
+
+UNCOMPILED = "none, since NUMBA_DISABLE_JIT is set: missions take some 100 times as long; unset it"
 
 
 def inlined(function: Function) -> Function:
@@ -78,11 +82,11 @@ def compiled(function: Function, **options: Any) -> Function:
     called at every event may have arguments that stand flat.  What an equation is given again and
     again is handed over once instead, and opened inside (:mod:`.handed`).
 
-    Raises:
-        RuntimeError: if the user's environment forbids numba to compile.
+    Where the user's environment forbids numba to compile, Python runs it (:mod:`.uncompiled`).
     """
-    if CONFIG.DISABLE_JIT:
-        raise RuntimeError("missions need compiled equations: unset NUMBA_DISABLE_JIT")
+    if is_uncompiled():
+        _say(UNCOMPILED)
+        return cast(Function, uncompiled(function))
     dispatcher: Any = numba.njit(**OPTIONS, **options)(function)
     ours = PACKAGE in Path(function.__code__.co_filename).parents
     folder = kept_in() if ours else None
@@ -252,10 +256,19 @@ def trouble(what: str) -> None:
     """Note why code is not kept; tell the user the first time, in the first process."""
     if what not in troubles:
         troubles.append(what)
+    _say(f"{what}; what it lacks is compiled anew; `bindusbl-des doctor` says more")
+
+
+def is_uncompiled() -> bool:
+    """Tell whether the user's environment has numba compile nothing."""
+    return bool(CONFIG.DISABLE_JIT)
+
+
+def _say(what: str) -> None:
+    """Tell the user something the first time, in the first process."""
     if TOLD not in os.environ:
         os.environ[TOLD] = "1"
-        remedy = "what it lacks is compiled anew; `bindusbl-des doctor` says more"
-        print(f"Compiled code: {what}; {remedy}", file=sys.stderr, flush=True)
+        print(f"Compiled code: {what}", file=sys.stderr, flush=True)
 
 
 @cache

@@ -5,7 +5,7 @@ with a dozen of them.  So their addresses and shapes are written to one record, 
 handed over; compiled code makes them again from there (:func:`opened`).  Nothing else is copied.
 """
 
-from functools import cache
+from functools import cache, cached_property
 from itertools import takewhile
 from struct import Struct
 from typing import (
@@ -18,10 +18,14 @@ from typing import (
     get_origin,
     get_type_hints,
 )  # fmt: skip
+from weakref import WeakValueDictionary
 
 import numba
 import numpy as np
 from numba.extending import intrinsic, overload
+
+from .compiled import is_uncompiled
+from .uncompiled import as_compiled
 
 Whole = TypeVar("Whole")
 
@@ -54,12 +58,20 @@ class Handed:
         self._put(0, "", kind, whole)
         #: What compiled code is handed: where the record is.
         self.address: int = self._record.ctypes.data
+        if IN_PYTHON is not None:
+            IN_PYTHON[self.address] = self
+
+    @cached_property
+    def whole(self) -> Any:
+        """The tuple as equations see it that are not compiled."""
+        return as_compiled(self._kind(**self._held))
 
     def renew(self, name: str, value: Any) -> None:
         """Take another array, or tuple, in the place of one of its fields."""
         fields = fields_of(self._kind)
         before = takewhile(lambda field: field != name, fields)
         self._held[name] = value
+        self.__dict__.pop("whole", None)
         self._put(sum(_record(fields[it]).size for it in before), name, fields[name], value)
 
     def _put(self, place: int, name: str, hint: Any, value: Any) -> None:
@@ -125,8 +137,16 @@ class _Opened(Protocol):
         """Return the tuple, of a class, whose record was handed over, by its address."""
 
 
+# What was handed over, by its address, where equations are not compiled.
+IN_PYTHON: WeakValueDictionary[int, Handed] | None = (
+    WeakValueDictionary() if is_uncompiled() else None
+)
+
+
 def _opened(handed: int, whole: type[Whole]) -> Whole:
-    raise RuntimeError("only compiled code opens what it was handed")
+    if IN_PYTHON is None:
+        raise RuntimeError("only compiled code opens what it was handed")
+    return IN_PYTHON[handed].whole
 
 
 opened: _Opened = _opened

@@ -1,0 +1,105 @@
+"""Equations as Python runs them, where numba is asked not to compile (NUMBA_DISABLE_JIT=1).
+
+A hundred times as slow, and line by line: for debuggers, for tools that measure coverage, and for
+tests of broken lines, each of which would otherwise be compiled first.  Machine code and Python
+differ in four things, which are made the same here: a division by zero and a root of a negative
+number are infinite or no number and not an exception, whole numbers have 64 bits, and the fields of
+a record are written as attributes.  Sines and exponentials are those of the C library in both, so
+results are mostly the same bit for bit; none is off by more than roundings.
+"""
+
+import math
+from collections.abc import Callable
+from functools import cache, wraps
+from types import BuiltinFunctionType, CodeType, SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+
+def uncompiled(function: Any) -> Callable[..., Any]:
+    """Return an equation that computes in Python what its machine code would."""
+    scope = function.__globals__
+    for name, value in [*scope.items()]:
+        if value is math:
+            scope[name] = MATH
+        elif isinstance(value, BuiltinFunctionType) and value.__module__ == "math":
+            scope[name] = getattr(MATH, value.__name__)
+    function.__code__ = _in_64_bits(function.__code__)
+
+    @wraps(function)
+    def plain(*given: Any, **named: Any) -> Any:
+        with np.errstate(all="ignore"):
+            further = {name: as_compiled(it) for name, it in named.items()}
+            return function(*map(as_compiled, given), **further)
+
+    return plain
+
+
+def _in_64_bits(code: CodeType) -> CodeType:
+    """Return code in which 0.0 / 0 is no number: Python's own numbers raise."""
+    kinds: dict[type, Callable[[Any], Any]] = {float: np.float64, CodeType: _in_64_bits}
+    return code.replace(co_consts=tuple(kinds.get(type(it), _same)(it) for it in code.co_consts))
+
+
+def _same(value: Any) -> Any:
+    return value
+
+
+def as_compiled(value: Any) -> Any:
+    """Return a value as compiled code sees it: numbers of 64 bits, records with attributes."""
+    kind = type(value)
+    if kind is float:
+        return np.float64(value)
+    if kind is int:
+        return np.int64(value)
+    if isinstance(value, np.ndarray) and value.dtype.names and value.dtype.type is np.void:
+        return value.view(_with_attributes(value.dtype))
+    if kind is np.void and value.dtype.names:
+        return value.view(_with_attributes(value.dtype))
+    if isinstance(value, tuple):
+        parts = map(as_compiled, value)
+        return kind(*parts) if hasattr(value, "_fields") else tuple(parts)
+    return value
+
+
+class Record(np.record):
+    """A record whose fields come before the methods that numpy's have (`round`)."""
+
+    def __getattribute__(self, name: str) -> Any:
+        kind = super().__getattribute__("dtype")
+        return self[name] if name in kind.fields else super().__getattribute__(name)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        self[name] = value
+
+
+@cache
+def _with_attributes(kind: np.dtype[Any]) -> np.dtype[Any]:
+    return np.dtype((Record, kind))
+
+
+def _like_c(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function of the C library that answers as C does where Python raises."""
+    into: Any = np.int64 if function in (math.ceil, math.floor) else np.float64
+    if function in (math.isfinite, math.isinf, math.isnan):
+        into = bool
+
+    @wraps(function)
+    def quiet(*given: float) -> Any:
+        try:
+            return into(function(*given))
+        except (OverflowError, ValueError):
+            with np.errstate(all="ignore"):
+                return np.float64(getattr(np, function.__name__)(*given)).astype(into)
+
+    return quiet
+
+
+# The module `math` of equations.
+MATH = SimpleNamespace(
+    **{
+        name: _like_c(it) if isinstance(it, BuiltinFunctionType) else it
+        for name, it in vars(math).items()
+    }
+)
