@@ -146,7 +146,8 @@ IN_PYTHON: WeakValueDictionary[int, Handed] | None = (
 def _opened(handed: int, whole: type[Whole]) -> Whole:
     if IN_PYTHON is None:
         raise RuntimeError("only compiled code opens what it was handed")
-    return IN_PYTHON[handed].whole
+    found: Whole = IN_PYTHON[handed].whole
+    return found
 
 
 opened: _Opened = _opened

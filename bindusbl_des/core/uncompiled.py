@@ -63,7 +63,7 @@ def as_compiled(value: Any) -> Any:
     return value
 
 
-class Record(np.record):
+class Record(np.record):  # type: ignore[misc]  # numpy's stubs make its base final
     """A record whose fields come before the methods that numpy's have (`round`)."""
 
     def __getattribute__(self, name: str) -> Any:
