@@ -26,6 +26,9 @@ from .schemas import SCHEMA_VERSION, TABLES, schema
 # A table of fewer rows is read sooner by one thread.
 ROWS = 100_000
 
+# Whoever reads a table forward holds so many rows at a time.
+PIECE = 20_000
+
 
 class DamagedFile(ValueError):
     """A file of results is missing, cannot be read, or is not what its name says."""
@@ -94,6 +97,17 @@ def read_parquet(
         _check_columns(path, known, needed)
         wanted = columns and [name for name in columns if name in known]
         return file.read(wanted, use_threads=file.metadata.num_rows > ROWS)
+
+
+def read_pieces(path: Path) -> Iterator[pa.Table]:
+    """Yield the rows of a table from its file, some thousand at a time.
+
+    Raises:
+        DamagedFile: saying what is wrong with the file.
+    """
+    with _opened(path) as file:
+        for batch in file.iter_batches(PIECE):
+            yield pa.Table.from_batches([batch])
 
 
 def read_schema(path: Path) -> pa.Schema:

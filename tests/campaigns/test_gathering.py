@@ -1,12 +1,20 @@
 """Rows of missions gathered into the tables of a part."""
 
+from pathlib import Path
+
 import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.campaigns.experiments.plan import Mission, PlannedPoint
+from bindusbl_des.campaigns.storage import joining
+from bindusbl_des.campaigns.storage.joining import compact
+from bindusbl_des.campaigns.storage.parts import commit, part_path
 from bindusbl_des.campaigns.workers import batches as gathering
 from bindusbl_des.campaigns.workers.batches import Gathered, Ran
+from bindusbl_des.results import result_folder
+from bindusbl_des.results.result_folder import read_parquet
 
 POINTS = {n: PlannedPoint("{}", {"a": float(n), "b": [n, None]}, {}) for n in range(3)}
 
@@ -62,3 +70,22 @@ def test_what_rows_take_is_known(ran: list[Ran]) -> None:
     assert found.nbytes == pytest.approx(
         sum(table.nbytes for it in ran for table in it.tables.values()), rel=0.5
     )
+
+
+def test_parts_are_joined_forward_in_groups_of_one_length(
+    ran: list[Ran], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever parts missions lie in, and however few rows are read at a time, the joined tables
+    are those of one part; a group of rows does not depend on the parts either.
+    """
+    monkeypatch.setattr(joining, "ROWS_IN_GROUP", 7)
+    monkeypatch.setattr(result_folder, "PIECE", 3)
+    for name, numbers in {"00000001-00000000": [3, 0, 2], "00000002-00000000": [1, 4]}.items():
+        commit(tmp_path, name, gathered([ran[n] for n in numbers]), "plan")
+    compact(tmp_path, leave_out=[2])
+    for name, table in gathered([it for it in ran if it.mission.number != 2]).items():
+        joined = part_path(tmp_path, name, "all-0001")
+        assert read_parquet(joined).equals(table), name
+        groups = pq.ParquetFile(joined).metadata
+        lengths = [groups.row_group(n).num_rows for n in range(groups.num_row_groups)]
+        assert all(length == 7 for length in lengths[:-1]), name

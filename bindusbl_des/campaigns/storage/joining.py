@@ -1,4 +1,4 @@
-"""Parts put together in the order of the plan, a few hundred missions in memory at a time.
+"""Parts put together in the order of the plan, read forward: some thousand rows are in memory.
 
 Shards of a campaign joined in a new folder.
 """
@@ -9,10 +9,11 @@ import shutil
 import tempfile
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import lru_cache
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
@@ -29,17 +30,16 @@ from .parts import (
     PartWriter,
     clean_parts,
     committed,
-    in_order,
+    mission_numbers,
     part_path,
+    part_pieces,
     part_record,
     part_schema,
     read_part,
 )
 
-MISSIONS_AT_A_TIME = 500
-
-# At least so many rows are written together: a file describes each group of rows in each column.
-ROWS_IN_GROUP = 4_000
+# So many rows are written together, whatever parts they come from: equal campaigns, equal files.
+ROWS_IN_GROUP = 50_000
 
 # What a joined table keeps of the metadata of its parts: which table it is.
 SCHEMA = b"bindusbl.schema"
@@ -102,37 +102,52 @@ def _join_table(
     kind = part_schema(*_at(first, table))
     kind = kind.with_metadata({SCHEMA: (kind.metadata or {}).get(SCHEMA, b"")})
     with writer.file(table) as file, pq.ParquetWriter(file, kind, compression="zstd") as rows_of:
-        for rows in _grouped(_chunks(table, owners, order)):
-            rows_of.write_table(rows.cast(kind))
+        for rows in _grouped(_pieces(table, owners, order)):
+            rows_of.write_table(rows.cast(kind), row_group_size=ROWS_IN_GROUP)
 
 
-def _grouped(chunks: Iterable[pa.Table]) -> Iterator[pa.Table]:
-    """Yield chunks, small ones put together."""
+def _grouped(pieces: Iterable[pa.Table]) -> Iterator[pa.Table]:
+    """Yield pieces put together and cut to groups of equal length."""
     waiting: list[pa.Table] = []
-    for rows in chunks:
+    count = 0
+    for rows in pieces:
         waiting.append(rows)
-        if sum(map(len, waiting)) >= ROWS_IN_GROUP:
-            yield pa.concat_tables(waiting)
-            waiting.clear()
-    if waiting:
+        count += len(rows)
+        while count >= ROWS_IN_GROUP:
+            together = pa.concat_tables(waiting)
+            yield together.slice(0, ROWS_IN_GROUP)
+            waiting, count = [together.slice(ROWS_IN_GROUP)], count - ROWS_IN_GROUP
+    if count:
         yield pa.concat_tables(waiting)
 
 
-def _chunks(table: str, owners: Mapping[int, Source], order: Sequence[int]) -> Iterator[pa.Table]:
-    # Neighbouring chunks share their parts, which are read again only when others came between.
-    read = lru_cache(maxsize=4)(lambda source: read_part(*_at(source, table)))
-    for start in range(0, len(order), MISSIONS_AT_A_TIME):
-        numbers = order[start : start + MISSIONS_AT_A_TIME]
-        wanted: dict[Source, list[int]] = {}
-        for number in numbers:
-            wanted.setdefault(owners[number], []).append(number)
-        pieces = []
-        for source, mine in wanted.items():
-            rows = read(source)
-            if rows is not None:
-                pieces.append(rows.filter(pc.is_in(rows["mission"], arrow(mine, pa.int64()))))
-        if pieces:
-            yield in_order(pa.concat_tables(pieces))
+def _pieces(table: str, owners: Mapping[int, Source], order: Sequence[int]) -> Iterator[pa.Table]:
+    """Yield the rows of the missions in their order, each from the part that it is taken from."""
+    parts: dict[Source, _Forward] = {}
+    for source, run in groupby(order, key=owners.__getitem__):
+        numbers = list(run)
+        part = parts.get(source) or parts.setdefault(source, _Forward(_at(source, table)))
+        for rows in part.until(numbers[-1]):
+            yield rows.filter(pc.is_in(rows["mission"], arrow(numbers, pa.int64())))
+
+
+class _Forward:
+    """The rows of a part of a table, from its first mission to its last."""
+
+    def __init__(self, at: tuple[Path, str, str]) -> None:
+        self._pieces = part_pieces(*at)
+        self._piece = next(self._pieces, None)
+
+    def until(self, last: int) -> Iterator[pa.Table]:
+        """Yield the rows that have not been yielded yet, of missions up to a number."""
+        while self._piece is not None:
+            numbers = mission_numbers(self._piece)
+            cut = int(np.searchsorted(numbers, last, side="right"))
+            yield self._piece.slice(0, cut)
+            if cut < len(numbers):
+                self._piece = self._piece.slice(cut)
+                return
+            self._piece = next(self._pieces, None)
 
 
 def merge(folders: Sequence[str | Path], out: str | Path) -> Campaign:

@@ -27,6 +27,7 @@ from ...results.result_folder import (
     DamagedFile,
     SummedFile,
     read_parquet,
+    read_pieces,
     read_schema,
     sha256_of,
     write_parquet,
@@ -278,6 +279,23 @@ def read_part(
         return read_parquet(path, columns, ("mission",)) if path.exists() else None
 
 
+def part_pieces(folder: Path, table: str, part: str) -> Iterator[pa.Table]:
+    """Yield a part of a table in the order of the plan, some thousand rows at a time.
+
+    Raises:
+        CampaignError: when it is damaged.
+    """
+    path = part_path(folder, table, part)
+    with _told_by(folder):
+        check_table(folder, table, part)
+        if not path.exists():
+            return
+        if _is_ordered(mission_numbers(read_parquet(path, ("mission",), ("mission",)))):
+            yield from read_pieces(path)
+        else:
+            yield in_order(read_parquet(path))
+
+
 def damaged(folder: Path, error: DamagedFile) -> CampaignError:
     """Return what to tell of a part that cannot be used: its file, why, and what to do."""
     return CampaignError(
@@ -320,7 +338,7 @@ def _done_in(folder: Path, part: str, plan_sha256: str | None, _: Stamps) -> Don
         check_part(folder, part, plan_sha256)
     rows = read_part(folder, MISSIONS, part, ("mission", "status"))
     assert rows is not None  # as a part without missions does not count
-    return Done(_numbers(rows), np.array(rows["status"].to_pylist(), dtype=str) == FAILED)
+    return Done(mission_numbers(rows), np.array(rows["status"].to_pylist(), dtype=str) == FAILED)
 
 
 def _stamps(folder: Path, part: str) -> Stamps:
@@ -337,7 +355,7 @@ def _stamp(path: Path) -> tuple[int, ...]:
     return found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
 
-def _numbers(rows: pa.Table) -> NDArray[np.int64]:
+def mission_numbers(rows: pa.Table) -> NDArray[np.int64]:
     """Return the numbers of missions in the plan, row by row."""
     return numpy_array(rows["mission"].combine_chunks())
 
@@ -378,7 +396,7 @@ def read_table(folder: Path, table: str, columns: Sequence[str] | None = None) -
             rows = read_part(folder, table, part, wanted)
             if rows is None or not len(rows):
                 continue
-            numbers = _numbers(rows)
+            numbers = mission_numbers(rows)
             missions = np.unique(numbers).tolist()
             if not seen.isdisjoint(missions):
                 rows = rows.filter(arrow([n not in seen for n in numbers.tolist()], pa.bool_()))
@@ -399,10 +417,14 @@ def _together(folder: Path, parts: Sequence[pa.Table]) -> pa.Table:
 
 def in_order(rows: pa.Table) -> pa.Table:
     """Return rows in the order of the plan, those of one mission as they were."""
-    numbers = _numbers(rows)
-    if (np.diff(numbers) >= 0).all():  # as parts that were joined are
+    numbers = mission_numbers(rows)
+    if _is_ordered(numbers):
         return rows
     return rows.take(arrow(np.argsort(numbers, kind="stable"), pa.int64()))
+
+
+def _is_ordered(numbers: NDArray[np.int64]) -> bool:
+    return bool((np.diff(numbers) >= 0).all())  # as parts that were joined are
 
 
 def metric_schema(table: str) -> pa.Schema:
