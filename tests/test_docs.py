@@ -29,7 +29,7 @@ from bindusbl_des.results.schemas import data_dictionary
 from bindusbl_des.results.summary import COLUMNS
 from bindusbl_des.scenario.families import FAMILIES
 from bindusbl_des.scenario.keys import keys
-from bindusbl_des.verification.pair import ACCEPTED, REFUSED, UNDECIDED
+from bindusbl_des.verification.case import ACCEPTED, REFUSED, UNDECIDED
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "docs"))  # programs
