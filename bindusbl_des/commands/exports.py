@@ -23,7 +23,7 @@ REMEDY = (
 @click.option(
     "--to",
     "kind",
-    type=click.Choice(["mcap", "ros2bag", "csv", "geojson", "kml"]),
+    type=click.Choice(["mcap", "ros2bag", "csv", "geojson", "kml", "gpx"]),
     required=True,
     help="Format.",
 )
@@ -31,22 +31,22 @@ REMEDY = (
 @click.option("--force", is_flag=True, help="Replace an earlier export.")
 @json_option("name and contents")
 def export(folder: str, kind: str, out: str | None, force: bool, as_json: bool) -> None:
-    """Export a run, or as CSV also a campaign.
+    """Export a run, as CSV also a campaign, as a chart also a plan.
 
     mcap is one file for Foxglove, Lichtblick and PlotJuggler; ros2bag one for ROS 2 (fixes as they
     were delivered, estimates, the truth on /truth); csv is a folder with a file for each
     table, for spreadsheets; geojson and kml are charts of the survey, the ASVs and the ways of the
-    AUVs, for maps, of a scenario that has a place on Earth.
+    AUVs, for maps, of a scenario that has a place on Earth. Of a plan's folder geojson, kml and gpx
+    are the team that is its answer: vessels, HF and MF ranges, and the lanes of the AUVs.
     """
     source = Path(folder)
     from ..planning.folder import is_plan_folder
 
     if is_plan_folder(source):
-        refuse(
-            f"{source} is a plan, of many missions; export a run of its answer: `bindusbl-des run "
-            f"{source / 'best.yaml'}`, or the campaign {source / 'missions'} to csv"
-        )
-    if kind == "csv":
+        path, counts = _plan_to_chart(source, kind, out, force)
+    elif kind == "gpx":
+        refuse(f"{source} is no plan; gpx is for the vessels and lanes of one (--to kml)")
+    elif kind == "csv":
         path, counts = _to_csv(source, out, force)
     else:
         path, counts = _to_file(source, kind, out, force)
@@ -54,6 +54,35 @@ def export(folder: str, kind: str, out: str | None, force: bool, as_json: bool) 
         print_json({"export": str(path), "to": kind, "counts": dict(counts)})
     else:
         click.echo(path)
+
+
+def _plan_to_chart(
+    source: Path, kind: str, out: str | None, force: bool
+) -> tuple[Path, Mapping[str, int]]:
+    """Write the team of a plan as a chart; return its name and how much of everything is in it."""
+    from ..export.chart_files import WRITERS, write_plan
+    from ..planning.folder import PlanError, drawn_team
+
+    if kind not in WRITERS:
+        refuse(
+            f"{source} is a plan, of many missions; export its team to {', '.join(WRITERS)}, a run "
+            f"of it (`bindusbl-des run {source / 'best.yaml'}`), or the campaign "
+            f"{source / 'missions'} to csv"
+        )
+    try:
+        scenario, whose = drawn_team(source)
+    except (PlanError, OSError, ValueError) as error:
+        refuse(str(error))
+    path = Path(out) if out else source / f"plan.{kind}"
+    check_file(path, force)
+    try:
+        with writing(path):
+            counts = write_plan(scenario, path, kind, replace=force)
+    except ValueError as error:
+        refuse(f"{path}: {error}; set environment.origin.lat_deg and lon_deg, and plan anew")
+    shapes = ", ".join(f"{count} {shape}" for shape, count in counts.items())
+    talk(f"{whose}: {shapes}, {_size(path)}")
+    return path, counts
 
 
 def _to_file(

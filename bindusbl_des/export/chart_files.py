@@ -1,4 +1,6 @@
-"""Lines and rings on a chart that goes around the Earth: cut where they cross 180 degrees.
+"""A mission, or the team of a plan, as a chart: GeoJSON, KML or GPX.
+
+Lines and rings are cut where they cross 180 degrees.
 
 GeoJSON (RFC 7946, 3.1.9) asks for parts of which none crosses the antimeridian, and for exterior
 rings that go counter-clockwise (3.1.6).  Positions are longitude and latitude (deg).
@@ -12,14 +14,26 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 from xml.sax.saxutils import escape
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..core.files import write_text
 from ..geometry.formation import keep_station
 from ..geometry.geodesy import geodetic_from_ned
 from ..scenario.on_earth import origin_of
+from ..scenario.planned import asv_stations, horizontal_reach
+from ..scenario.plans import planned_paths
 from ..scenario.survey_area import area_of
 
 if TYPE_CHECKING:
     from ..results.result import Result
+    from ..scenario.scenario import Scenario
+
+Floats = NDArray[np.float64]
+
+# A range is drawn with so many corners; lanes are looked at in steps, and thinned to lines that are
+# off by no more than a chart shows (m).
+CORNERS, STEP_M, SHOWN_M = 72, 1.0, 0.25
 
 
 Position = tuple[float, float]
@@ -133,8 +147,22 @@ def write_chart(
         FileExistsError: when the file is there, and not to be replaced.
         OSError: when it cannot be written.
     """
-    shapes = list(drawn(result))
-    write_text(path, WRITERS[kind](result.scenario.name, shapes), replace=replace)
+    return _written(result.scenario.name, list(drawn(result)), path, kind, replace)
+
+
+def write_plan(
+    scenario: "Scenario", path: Path, kind: str, *, replace: bool = True
+) -> Mapping[str, int]:
+    """Write vessels, their ranges and the AUVs' lanes as a chart, "geojson", "kml" or "gpx"; errors
+    as :func:`write_chart`.
+    """
+    return _written(scenario.name, list(planned(scenario)), path, kind, replace)
+
+
+def _written(
+    name: str, shapes: list[Drawn], path: Path, kind: str, replace: bool
+) -> Mapping[str, int]:
+    write_text(path, WRITERS[kind](name, shapes), replace=replace)
     kinds = [shape.kind for shape in shapes]
     return {it: kinds.count(it) for it in dict.fromkeys(kinds)}
 
@@ -143,16 +171,8 @@ def drawn(result: "Result") -> Iterator[Drawn]:
     """Yield the survey area, a point for each ASV where it was at first, and the ways of AUVs and
     of ASVs that move.
     """
-    origin = origin_of(result.scenario)
-    if origin is None:
-        raise ValueError("the scenario has no environment.origin, so it is nowhere on Earth")
-
-    def on_earth(places: Iterable[Sequence[float]]) -> Positions:
-        found = (geodetic_from_ned((*place, 0.0), *origin) for place in places)
-        return [(lon, lat) for lat, lon, _ in found]
-
-    outline = area_of(result.scenario).outline
-    yield Drawn("Polygon", "survey area", counter_clockwise(on_earth([*outline, outline[0]])))
+    on_earth = _earthly(result.scenario)
+    yield _survey(result.scenario)
     for name, track in result.tables["tracks"].groupby("vehicle", sort=False):
         places = {told: track[list(columns)].to_numpy() for told, columns in WAYS.items()}
         if str(name).startswith("ASV"):
@@ -162,6 +182,77 @@ def drawn(result: "Result") -> Iterator[Drawn]:
             continue
         for told, way in places.items():
             yield Drawn("LineString", f"{name}{told}", on_earth(way.tolist()))
+
+
+def planned(scenario: "Scenario") -> Iterator[Drawn]:
+    """Yield the survey area, a point for each ASV, rings of its HF and MF range, and the lanes that
+    AUVs are to go, thinned to what a chart shows.
+    """
+    on_earth = _earthly(scenario)
+    yield _survey(scenario)
+    bands = [("HF", horizontal_reach(scenario))]
+    if scenario.protocol.sends_frames:
+        bands.append(("MF", scenario.acoustics.mf.range_m))
+    around = np.linspace(0.0, 2.0 * np.pi, CORNERS + 1)
+    for number, (x, y) in enumerate(asv_stations(scenario)):
+        yield Drawn("Point", f"ASV{number}", on_earth([(x, y)]))
+        for band, reach in bands:
+            corners = np.column_stack((x + reach * np.cos(around), y + reach * np.sin(around)))
+            circle = counter_clockwise(on_earth(corners.tolist()))
+            yield Drawn("Polygon", f"ASV{number} {band} range", circle)
+    if scenario.auvs.route.kind not in ("lawnmower", "waypoints"):
+        return
+    for number, path in enumerate(planned_paths(scenario)):
+        steps = max(int(np.ceil(path.length / STEP_M)), 2)
+        lane = thinned(path.sample(np.linspace(0.0, path.length, steps + 1))[:, :2])
+        yield Drawn("LineString", f"AUV{number} (plan)", on_earth(lane.tolist()))
+
+
+def thinned(places: Floats) -> Floats:
+    """Return the corners (m) of a line (n, 2) from which no place lies further off than a chart
+    shows.  Source: Douglas and Peucker (1973), Cartographica 10:112.
+
+    >>> thinned(np.array([[0.0, 0.0], [1.0, 0.1], [2.0, 0.0], [2.0, 5.0]])).tolist()
+    [[0.0, 0.0], [2.0, 0.0], [2.0, 5.0]]
+    """
+    kept = np.zeros(len(places), dtype=bool)
+    kept[[0, -1]] = True
+    parts = [(0, len(places) - 1)]
+    while parts:
+        first, last = parts.pop()
+        if last - first < 2:
+            continue
+        start, along = places[first], places[last] - places[first]
+        length = float(np.hypot(*along))
+        off = places[first + 1 : last] - start
+        if length > 0.0:
+            share = np.clip(off @ along / length**2, 0.0, 1.0)
+            off = off - share[:, None] * along
+        far = np.hypot(off[:, 0], off[:, 1])
+        if far.max() > SHOWN_M:
+            corner = first + 1 + int(far.argmax())
+            kept[corner] = True
+            parts += [(first, corner), (corner, last)]
+    return places[kept]
+
+
+def _earthly(scenario: "Scenario") -> Callable[[Iterable[Sequence[float]]], Positions]:
+    """Return what places (m) of a scenario are on Earth: longitude and latitude (deg)."""
+    origin = origin_of(scenario)
+    if origin is None:
+        raise ValueError("the scenario has no environment.origin, so it is nowhere on Earth")
+
+    def on_earth(places: Iterable[Sequence[float]]) -> Positions:
+        found = (geodetic_from_ned((*place, 0.0), *origin) for place in places)
+        return [(lon, lat) for lat, lon, _ in found]
+
+    return on_earth
+
+
+def _survey(scenario: "Scenario") -> Drawn:
+    outline = area_of(scenario).outline
+    ring = _earthly(scenario)([*outline, outline[0]])
+    return Drawn("Polygon", "survey area", counter_clockwise(ring))
 
 
 def _geojson(name: str, shapes: list[Drawn]) -> str:
@@ -196,4 +287,35 @@ def _kml(name: str, shapes: list[Drawn]) -> str:
     return KML.format(escape(name), "\n".join(marks))
 
 
-WRITERS: Mapping[str, Callable[[str, list[Drawn]], str]] = {"geojson": _geojson, "kml": _kml}
+def _gpx(name: str, shapes: list[Drawn]) -> str:
+    """Return GPX 1.1: way points, of lines routes, of areas tracks, as it knows no polygon."""
+    order = {"Point": 0, "LineString": 1, "Polygon": 2}  # as its schema asks
+    marks = []
+    for it in sorted(shapes, key=lambda shape: order[shape.kind]):
+        whole, part, at = GPX_SHAPES[it.kind]
+        marked = "".join(f'<{at} lat="{lat!r}" lon="{lon!r}"' + "/>" for lon, lat in it.positions)
+        if it.kind == "Point":
+            marks.append(marked.replace("/>", f"><name>{escape(it.name)}</name></{at}>"))
+            continue
+        inner = f"<{part}>{marked}</{part}>" if part else marked
+        marks.append(f"<{whole}><name>{escape(it.name)}</name>{inner}</{whole}>")
+    return GPX.format(escape(name), "\n".join(marks))
+
+
+GPX = """<?xml version="1.0" encoding="UTF-8"?>
+<gpx version="1.1" creator="bindusbl-des" xmlns="http://www.topografix.com/GPX/1/1">
+<metadata><name>{}</name></metadata>
+{}
+</gpx>
+"""
+GPX_SHAPES = {
+    "Point": ("", "", "wpt"),
+    "LineString": ("rte", "", "rtept"),
+    "Polygon": ("trk", "trkseg", "trkpt"),
+}
+
+WRITERS: Mapping[str, Callable[[str, list[Drawn]], str]] = {
+    "geojson": _geojson,
+    "kml": _kml,
+    "gpx": _gpx,
+}

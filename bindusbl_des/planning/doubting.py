@@ -295,6 +295,10 @@ def doubted(
 
 
 def plainly(estimates: Sequence[Estimate]) -> dict[str, list[float | None]]:
-    """Return means and the ends of their intervals as plain data, one for each goal."""
-    ends = {name: [getattr(it, name) for it in estimates] for name in ("mean", "low", "high")}
+    """Return means, the ends of their intervals and shares of missions that miss the goal as plain
+    data, one for each goal; no shares where they were not counted.
+    """
+    counted = any(isfinite(it.missed) for it in estimates)
+    names = ("mean", "low", "high", *(("missed",) if counted else ()))
+    ends = {name: [getattr(it, name) for it in estimates] for name in names}
     return {name: [it if isfinite(it) else None for it in own] for name, own in ends.items()}

@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from ..campaigns.experiments.experiment import Experiment
+from ..campaigns.experiments.experiment import Experiment, laid_over
 from ..campaigns.failures import check_name
 from ..campaigns.storage.folder import CampaignError, is_locked
 from ..core.files import read_json, sync, write_text
 from ..core.kept_files import FOLDERS, copies_of, keep, placed, portable, renamed_point
 from ..results.result import scenario_sha256, versions
+from ..scenario.files.scenario_file import load_scenario
 from ..scenario.scenario import Scenario
 from .doubting import plainly
 from .found import Found
@@ -29,7 +30,8 @@ from .wording import team_told
 
 QUESTION, PLAN, BEST, PAGE = "question.json", "plan.json", "best.yaml", "plan.html"
 MISSIONS, DOUBTS = "missions", "sensitivity"
-OURS = {QUESTION, PLAN, BEST, PAGE, MISSIONS, DOUBTS, *FOLDERS}
+CHARTS = ("plan.geojson", "plan.kml", "plan.gpx")
+OURS = {QUESTION, PLAN, BEST, PAGE, MISSIONS, DOUBTS, *CHARTS, *FOLDERS}
 
 COMPLETE, CUT = "complete", "cut"
 
@@ -78,6 +80,28 @@ def begin(question: Question, folder: Path, *, force: bool = False) -> Question:
 def is_plan_folder(folder: Path) -> bool:
     """Tell whether a folder is a plan's."""
     return (folder / QUESTION).is_file()
+
+
+def drawn_team(folder: Path) -> tuple[Scenario, str]:
+    """Return the scenario with the team that a plan's page draws, and which it is in words.
+
+    Raises:
+        PlanError: when nothing was flown yet, or a file cannot be used.
+    """
+    if (folder / BEST).is_file():
+        return load_scenario(folder / BEST), "the answer"
+    try:
+        record = read_json(folder / PLAN)
+        runners = record["runners_up"]
+        keys = record["candidates"][runners[0]]["keys"] if runners else None
+    except FileNotFoundError:
+        raise PlanError(f"{folder}: no team was flown yet; `bindusbl-des resume` goes on") from None
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        raise _damaged(folder, _said(error)) from None
+    if keys is None:
+        raise PlanError(f"{folder}: no team was flown yet; `bindusbl-des resume` goes on")
+    scenario = laid_over(resumed(folder).experiment.given, keys)
+    return scenario, f"candidate {runners[0] + 1}, the nearest so far"
 
 
 def resumed(folder: Path) -> Question:

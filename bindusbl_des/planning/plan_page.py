@@ -21,6 +21,9 @@ from .prediction.inputs import Inputs, inputs_of
 
 Record = Mapping[str, Any]
 
+# A reader takes in so many numbers at a glance.
+MOST_TILES = 4
+
 # Where one asks for a share of the AUVs, and where for a statistic of all of them.
 WHOSE = {"worst": "worst AUV", "mean": "mean of the AUVs"}
 
@@ -178,6 +181,7 @@ def plan_page(record: Record, inputs: Mapping[str, Any] | None = None) -> str:
         "goal": [{**goal, **units(goal["metric"])} for goal in goals],
         "candidates": record.get("candidates") or [],
         "chosen": record.get("chosen"),
+        "first": shown_first(record),
         "chart": inputs,
     }
     body = (
@@ -204,18 +208,51 @@ def _answer(record: Record) -> str:
     is_open, none = not record.get("settled", True), not record.get("answer")
     kind = "verdict open" if is_open else "verdict warning" if none else "verdict"
     first = told[0] if told else _plainly(record)
-    parts = [filled(f'<p class="{kind}">{{it}}</p>', it=first), _tiles(record)]
+    parts = [filled(f'<p class="{kind}">{{it}}</p>', it=first), _tiles(record), _fragile(record)]
     parts += [filled("<p>{it}</p>", it=it) for it in told[1:]]
     if record.get("would"):
         parts.append(filled("<p><b>What would:</b> {it}</p>", it=record["would"]))
     binding = [it for it in record.get("binding") or [] if it.get("told")]
     if binding:
         items = "".join(filled("<li>{it}</li>", it=it["told"]) for it in binding)
-        parts.append(f"<h3>What binds</h3><ul>{items}</ul>")
+        team = shown_first(record)
+        of = "" if team is None or record.get("chosen") is not None else f" candidate {team + 1}"
+        parts.append(f"<h3>What binds{of}</h3><ul>{items}</ul>")
     if record.get("run") and record.get("answer"):
         fly = '<p class="copied">To fly it: <code id="answer-run">{it}</code></p>'
         parts.append(filled(fly, it=record["run"]))
     return f'<section id="answer"><h2>The answer</h2>{"".join(parts)}</section>'
+
+
+def shown_first(record: Record) -> int | None:
+    """Return the candidate that the page speaks of and draws: the answer, or else the nearest."""
+    runners = record.get("runners_up") or []
+    if record.get("chosen") is not None:
+        return int(record["chosen"])
+    return int(runners[0]) if runners else None
+
+
+def _fragile(record: Record) -> str:
+    """Return in a list what becomes of the goals if it is not as planned, the worst first."""
+    cases, goals = record.get("sensitivity") or [], record.get("goal") or []
+    if not cases or not goals:
+        return ""
+    order = {False: 0, None: 1, True: 2}
+    words = {True: "✓ the goal is still met", False: "✗ the goal is missed", None: "open"}
+    told = units(goals[0]["metric"])
+    items = ""
+    for case in sorted(cases, key=lambda it: order[it.get("met")]):
+        mean = parted({"simulated": case}, 0, told["factor"])[0]
+        planned = parted({"simulated": case.get("as_planned")}, 0, told["factor"])[0]
+        items += filled(
+            "<li>{what}: <b>{verdict}</b> ({mean} {unit} instead of {planned})</li>",
+            what=case.get("told") or named(case.get("keys") or {}),
+            verdict=words[case.get("met")],
+            mean=mean,
+            planned=planned,
+            unit=told["unit"],
+        )
+    return f'<h3>If it is not as planned</h3><ul class="fragile">{items}</ul>'
 
 
 def _plainly(record: Record) -> str:
@@ -232,12 +269,16 @@ def _tiles(record: Record) -> str:
         found.append(("confidence", number(record["confidence"], 0, 100), "%"))
     chosen = _chosen(record)
     if chosen is not None:
-        found.insert(0, ("vessels", number(chosen.get("asvs"), 0), ""))
+        first = [("vessels", number(chosen.get("asvs"), 0), "")]
         for place, goal in enumerate(record.get("goal") or []):
             told = units(goal["metric"])
             words = f"{told['words']}, simulated (goal {bound(goal)})"
             mean, span = parted(chosen, place, told["factor"])
-            found.insert(1 + place, (words, mean, f"{told['unit']} {span}".strip()))
+            first.append((words, mean, f"{told['unit']} {span}".strip()))
+            missed, flown = _missed(chosen, place)
+            if missed is not None:
+                first.append(("missions that miss the goal", f"{missed:.0f}", f"of {flown}"))
+        found = [*first, *found][:MOST_TILES]
     tiles = "".join(
         filled(
             "<div><dt>{words}</dt><dd>{it} <small>{unit}</small></dd></div>",
@@ -248,6 +289,15 @@ def _tiles(record: Record) -> str:
         for words, it, unit in found
     )
     return f'<dl class="tiles">{tiles}</dl>'
+
+
+def _missed(candidate: Record, goal: int) -> tuple[float | None, int]:
+    """Return how many missions of a candidate missed a goal, None where it is not known, of how
+    many.
+    """
+    share = value_of(candidate, "simulated", "missed", goal)
+    flown = int((candidate.get("simulated") or {}).get("missions") or 0)
+    return None if share is None else share * flown, flown
 
 
 def _chart(record: Record, inputs: Mapping[str, Any] | None) -> str:
@@ -308,6 +358,7 @@ def _table(record: Record, places: Sequence[int], caption: str) -> str:
     for goal in goals:
         told = units(goal["metric"])
         headings += [(f"{told['words']}, predicted", told["unit"]), ("simulated", told["unit"])]
+        headings += [("missing the goal", "missions")]
     headings += [("missions", ""), ("verdict", ""), ("settings", "")]
     rows = []
     for place in places:
@@ -317,6 +368,8 @@ def _table(record: Record, places: Sequence[int], caption: str) -> str:
             factor = units(goal["metric"])["factor"]
             row += [number(value_of(it, "predicted", "value", which), 2, factor)]
             row += [interval(it, which, factor)]
+            missed, _ = _missed(it, which)
+            row += ["-" if missed is None else f"{missed:.0f}"]
         missions = (it.get("simulated") or {}).get("missions", 0)
         verdict = it.get("verdict") or it.get("told") or ""
         rows.append([*row, number(missions, 0), verdict, named(it.get("keys") or {})])
@@ -343,7 +396,8 @@ def _sensitivity(record: Record) -> str:
                 row.append(interval({"simulated": simulated}, place, factor))
         rows.append([*row, number(case.get("missions"), 0), words.get(case.get("met"), "-")])
     return (
-        '<section id="sensitivity"><h2>If it is not as planned</h2><p class="note">The answer, '
+        '<section id="sensitivity"><h2>If it is not as planned, in numbers</h2>'
+        '<p class="note">The answer, '
         "simulated again with one thing changed, and beside it as planned with the same seeds; in "
         "brackets the interval that holds the mean with the stated confidence.</p>"
         f"{table(headings, rows, 'Sensitivity of the answer')}</section>"

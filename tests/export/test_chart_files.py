@@ -4,20 +4,23 @@ import json
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from shapely import LinearRing
+from shapely import LinearRing, LineString, distance, points
 from worlds import scenario
 
 from bindusbl_des import load_result, load_scenario, simulate
 from bindusbl_des.charts.areas import read_area, read_geojson
 from bindusbl_des.charts.xml_charts import read_kml
 from bindusbl_des.cli import main
+from bindusbl_des.export.chart_files import write_plan
 from bindusbl_des.geometry.geodesy import ned_at_depth
 from bindusbl_des.scenario.on_earth import origin_of
-from bindusbl_des.scenario.planned import tracks_of
+from bindusbl_des.scenario.planned import asv_stations, horizontal_reach, tracks_of
+from bindusbl_des.scenario.plans import planned_paths
 from bindusbl_des.scenario.survey_area import area_of
 from bindusbl_des.vehicles.tracks import read_track
 
@@ -180,3 +183,36 @@ def test_exports_are_no_strangers_in_a_folder(run: Path) -> None:
     assert outcome.exit_code == 2
     assert "has no environment.origin, so it is nowhere on Earth; set" in outcome.output
     assert json.loads((nowhere / "run.json").read_text())["status"] == "complete"
+
+
+@pytest.mark.parametrize("kind", ["geojson", "kml", "gpx"])
+def test_the_team_of_a_plan_is_a_chart(tmp_path: Path, kind: str) -> None:
+    """Vessels where they lie, ranges around them, lanes thinned and yet where AUVs are to go."""
+    place = {"lat_deg": ORIGIN[0], "lon_deg": ORIGIN[1]}
+    asked = scenario(name="bay", environment={"origin": place}, asvs={"count": 2})
+    counts = write_plan(asked, tmp_path / f"plan.{kind}", kind)
+    auvs = asked.auvs.count
+    assert counts == {"Polygon": 1 + 2 * 2, "Point": 2, "LineString": auvs}
+    text = (tmp_path / f"plan.{kind}").read_text()
+    if kind == "gpx":
+        track = ElementTree.fromstring(text)
+        tags = [it.tag.rpartition("}")[2] for it in track]
+        assert tags == ["metadata", *["wpt"] * 2, *["rte"] * auvs, *["trk"] * 5]
+        return
+    read = read_geojson if kind == "geojson" else read_kml
+    shapes = {
+        it.told.rpartition("('")[2].rstrip("')"): np.array(it.corners)
+        for it in read(tmp_path / f"plan.{kind}")
+    }
+
+    def metres(corners: np.ndarray) -> np.ndarray:
+        return ned_at_depth(*corners.T, np.zeros(len(corners)), ORIGIN)[:, :2]
+
+    stations = np.array(asv_stations(asked))
+    ring = metres(shapes["ASV1 HF range"]) - stations[1]
+    np.testing.assert_allclose(np.hypot(*ring.T), horizontal_reach(asked), atol=1e-5)
+    lane, path = metres(shapes["AUV0 (plan"]), planned_paths(asked)[0]
+    way = path.sample(np.linspace(0.0, path.length, 4001))[:, :2]
+    assert len(lane) < 0.1 * path.length
+    off = distance(LineString(lane), points(way))
+    assert off.max() <= 0.3  # what a chart shows, and half a step

@@ -8,7 +8,7 @@ import pytest
 from plans_for_tests import GOAL, attacked, base, record
 from policy_for_tests import Parsed, assert_allows_its_own_alone
 
-from bindusbl_des.planning.plan_page import chart_of, plan_page, setting
+from bindusbl_des.planning.plan_page import chart_of, plan_page, setting, shown_first
 from bindusbl_des.planning.prediction.inputs import inputs_of
 
 Record = dict[str, Any]
@@ -38,6 +38,8 @@ def test_the_answer_is_told_first(chart: Record) -> None:
     assert "bindusbl-des run best.yaml" in answer
     assert page.index(told[0]) < page.index("HF and MF range -20 %") < page.index("What made")
     assert "✗ not met" in page[page.index('id="sensitivity"') :]
+    assert answer.index("If it is not as planned") < answer.index("✗ the goal is missed")
+    assert answer.count("<dt>") <= 4
     for key, value in record()["answer"].items():
         assert setting(key, value) in page
 
@@ -135,3 +137,22 @@ def test_a_chart_offers_each_filter(chart: Record) -> None:
 def test_goals_are_told_with_their_units(goal: Record, words: str) -> None:
     """What is asked for, of whom, and below or above what."""
     assert words in plan_page({**record(), "goal": [goal]})
+
+
+def test_missions_that_miss_the_goal_are_counted(chart: Record) -> None:
+    """Beside the mean: how many missions miss the goal; older records do not say."""
+    told = copy.deepcopy(record())
+    assert "missions that miss the goal" not in plan_page(told, chart)
+    simulated = told["candidates"][told["chosen"]]["simulated"]
+    simulated |= {"missions": 8, "missed": [0.25]}
+    assert "<dt>missions that miss the goal</dt><dd>2 <small>of 8</small>" in plan_page(told, chart)
+
+
+def test_without_an_answer_the_nearest_is_drawn() -> None:
+    """What binds is told of the first of those that came nearest, and the chart begins with it."""
+    without = {**record(), "answer": None, "chosen": None}
+    page = plan_page(without)
+    first = without["runners_up"][0]
+    assert shown_first(without) == first
+    assert f"<h3>What binds candidate {first + 1}</h3>" in page
+    assert f'"first":{first}' in page

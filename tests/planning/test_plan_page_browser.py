@@ -187,7 +187,7 @@ def test_the_chart_of_a_plan_is_one(opened: Open, tmp_path: Path) -> None:
     shades = np.array(red, dtype=float).reshape(height, width)
     assert width / height == pytest.approx(120.0 / 80.0, rel=0.05)
     assert np.isnan(shades[: height // 2, width // 4 : width // 2]).all()
-    row, column = np.unravel_index(np.nanargmin(shades), shades.shape)
+    row, column = np.unravel_index(np.nanargmax(shades), shades.shape)  # dark is bad
     assert (row < height / 3, column < width / 4) == (True, True)
     (x, y), *corners = it.ask(
         "[[70, -50], [0, -60], [80, -60], [0, 60]].map((it) => bindusbl.chart.map.at(...it))"

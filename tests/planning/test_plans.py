@@ -15,6 +15,7 @@ from bindusbl_des import Scenario, load_scenario, plan
 from bindusbl_des.campaigns.storage.folder import CampaignError
 from bindusbl_des.planning import flying
 from bindusbl_des.planning.flying import Budget
+from bindusbl_des.planning.folder import drawn_team
 from bindusbl_des.planning.prediction.parts import STATED_ERROR
 from bindusbl_des.scenario.files.mistakes import ScenarioError
 
@@ -325,3 +326,39 @@ def test_a_plan_never_has_answers_without_airtime_and_says_so() -> None:
         keys = [it["keys"] for it in record["candidates"]]
         assert {it.get("protocol.downlink.reply") for it in keys} == {"frame"}
         assert any("flown with protocol.downlink.reply: frame" in it for it in record["told"])
+
+
+def test_the_team_of_a_plan_can_be_drawn(found: bindusbl_des.Plan, tmp_path: Path) -> None:
+    """The answer; without one the nearest, laid over the scenario that was asked about."""
+    assert found.folder is not None
+    assert found.answer is not None
+    scenario, whose = drawn_team(found.folder)
+    assert (scenario.asvs.count, whose) == (found.answer["asvs.count"], "the answer")
+    folder = shutil.copytree(found.folder, tmp_path / "open")
+    (folder / "best.yaml").unlink()
+    nearest = found.record["runners_up"][0]
+    scenario, whose = drawn_team(folder)
+    assert scenario.asvs.count == found.record["candidates"][nearest]["asvs"]
+    assert whose == f"candidate {nearest + 1}, the nearest so far"
+    (folder / "plan.json").unlink()
+    with pytest.raises(CampaignError, match="no team was flown yet"):
+        drawn_team(folder)
+
+
+def test_missions_that_miss_the_goal_are_a_share(found: bindusbl_des.Plan) -> None:
+    """Two ASVs miss 1 m in each mission, three in none."""
+    for it in found.record["candidates"]:
+        if it["simulated"]:
+            errors = [fleet_error(it["asvs"], it["keys"], seed) for seed in range(40)]
+            flown = errors[: it["simulated"]["missions"]]
+            missed = sum(not error <= 1.0 for error in flown) / len(flown)
+            assert it["simulated"]["missed"] == [pytest.approx(missed, abs=1e-12)]
+
+
+def fleet_error(asvs: int, keys: dict[str, Any], seed: int) -> float:
+    """Return the worst AUV's p95 of a mission of `fleet`."""
+    formation = {"angle_deg": keys.get("asvs.formation.angle_deg", 0.0)}
+    data = {**BASE.model_dump(mode="json"), "asvs": {"count": asvs, "formation": formation}}
+    return max(
+        float(it["position_error_p95_m"] or 0) for it in fleet(Scenario.model_validate(data), seed)
+    )

@@ -206,13 +206,16 @@ class Evidence:
         values = self._values[candidate]
         met = next((look.met for look in self.looks if look.seeds == len(values)), None)
         return tuple(
-            _estimate(values[:, goal], sign, met) for goal, sign in enumerate(self._signs.tolist())
+            _estimate(values[:, goal], sign, float(self._limits[goal]), met)
+            for goal, sign in enumerate(self._signs.tolist())
         )
 
 
-def _estimate(values: Floats, sign: float, met: float | None) -> Estimate:
-    """Return what values (k,) tell of their mean, turned back by `sign`."""
+def _estimate(values: Floats, sign: float, limit: float, met: float | None) -> Estimate:
+    """Return what values (k,) tell of their mean, turned back by `sign`, and of their `limit`."""
     found = estimated(sign * values)
+    if len(values):
+        found = replace(found, missed=float(np.mean(~(values <= limit))))
     if met is None or found.mean != found.mean:
         return found
     return replace(found, bound=sign * float(upper_bounds(values[:, None], met)[0]))

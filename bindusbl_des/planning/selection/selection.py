@@ -38,13 +38,14 @@ class Estimate:
 
     `low` and `high` are the ends of its 95 % interval by itself (Student's t, two-sided, as
     everywhere).  `bound` is the end, on the side of the goal, that holds for all candidates and
-    looks together: it must keep the goal.
+    looks together: it must keep the goal.  `missed` is the share of those missions that do not.
     """
 
     mean: float
     low: float
     high: float
     bound: float
+    missed: float = float("nan")
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ class Chart {
       chosen: (number) => { this.last = number; this.nameLast(); },
     });
     this.listen();
-    this.show(data.chosen);
+    this.show(data.first);
   }
   listen() {
     byId("add").addEventListener("click", () => this.change(() => this.team.add(this.neediest())));
@@ -106,13 +106,14 @@ class Chart {
   shade(kind) {
     const grid = this.grids[kind], values = errorMap(this.inputs, this.team.stations, grid.places);
     this.top ??= this.goalOfErrors() ?? roundStep(quantile(values, 0.9) || 1);
-    this.map.shade(grid, values, this.top);
+    const lost = drifted(this.inputs); // as far as an AUV drifts without any fix
+    this.map.shade(grid, values.map((value) => (value < lost ? value : NaN)), this.top);
     if (kind === "fine") { this.field = values; this.tellShades(); }
   }
   goalOfErrors() { return this.goal?.metric.startsWith("position_error") ? this.goal.below : null; }
   tellShades() {
     const top = `${significant(this.top)} m${this.goalOfErrors() ? ", the goal," : ""} or more`;
-    byId("field-scale").replaceChildren(make("p", { class: "note" }, "Shades: mean error of an AUV that dwells at a place, predicted"), ramp("0 m", top));
+    byId("field-scale").replaceChildren(make("p", { class: "note" }, "Shades: mean error of an AUV that dwells at a place, predicted; dark is bad, hatched where no fix is to be expected"), ramp("0 m", top, true));
   }
   // Where the predicted error is largest; of places equally bad that furthest from all vessels.
   neediest() {

@@ -40,10 +40,13 @@ class PlanMap extends SeaMap {
     const { across, down } = grid, context = this.shades.getContext("2d");
     Object.assign(this.shades, { width: down, height: across });
     const image = context.createImageData(down, across);
+    this.unknown = [];
+    this.cells = [across, down];
     values.forEach((value, i) => {
       if (!grid.inside[i]) return;
       const row = across - 1 - i % across, column = Math.floor(i / across);
-      image.data.set([...cividis(Number.isFinite(value) ? value / top : 1), 150], 4 * (row * down + column));
+      if (!Number.isFinite(value)) { this.unknown.push([row, column]); return; }
+      image.data.set([...shadeOf(value / top, true), 150], 4 * (row * down + column));
     });
     context.putImageData(image, 0, 0);
     this.box = grid.box;
@@ -67,6 +70,9 @@ class PlanMap extends SeaMap {
     for (const [x, y] of this.mission.outline) context.lineTo(...this.at(x, y));
     context.clip();
     context.drawImage(this.shades, left, top, right - left, bottom - top);
+    const [across, down] = this.cells, [wide, tall] = [(right - left) / down, (bottom - top) / across];
+    context.globalAlpha = 0.6;
+    for (const [row, column] of this.unknown) hatch(context, left + column * wide, top + row * tall, wide, tall);
     context.restore();
   }
   // The grid and the ways stay as they are while vessels move.

@@ -26,7 +26,7 @@ const FIELDS = {
 };
 
 // Where fewer pings than this share make a fix, none is to be expected: report/possible.py.
-const HARDLY_ANY = 1e-3;
+const LEAST_CHANCE = 1e-3;
 
 // Where fronts are held to be seen, no more of them than can be told apart.
 const MOST_RINGS = 6;
@@ -192,7 +192,7 @@ class SeaMap {
       const row = i % across, column = Math.floor(i / across);
       const [px, py] = this.at(south + (row + 1) * tall, west + column * wide).map(Math.round);
       const [qx, qy] = this.at(south + row * tall, west + (column + 1) * wide).map(Math.round);
-      if (!Number.isFinite(value) || (this.field === "chance" && value < HARDLY_ANY)) return hatch(context, px, py, qx - px, qy - py);
+      if (!Number.isFinite(value) || (this.field === "chance" && value < LEAST_CHANCE)) return hatch(context, px, py, qx - px, qy - py);
       context.fillStyle = `rgb(${shadeOf(high > low ? (value - low) / (high - low) : 1, this.field !== "chance")})`;
       context.fillRect(px, py, qx - px, qy - py);
     });
