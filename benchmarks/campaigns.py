@@ -28,7 +28,7 @@ from bindusbl_des.benchmarks.command_lines import call
 from bindusbl_des.benchmarks.missions import standard_mission
 from bindusbl_des.benchmarks.timing import Took, clocked
 from bindusbl_des.campaigns.experiments.experiment import Experiment
-from bindusbl_des.campaigns.experiments.plan import Plan
+from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
 from bindusbl_des.campaigns.running import first_record
 from bindusbl_des.campaigns.storage.folder import RECORD, write_json, write_scenario
 from bindusbl_des.campaigns.workers.batches import Ran, gathered, write
@@ -186,7 +186,7 @@ def write_most(folder: Path, missions: int, tables: Any) -> None:
     """Write a campaign that lacks its last missions; the others have the same rows each."""
     points = tuple({"auvs.speed_m_per_s": speed(point)} for point in range(POINTS))
     given = standard_mission(3, 3).model_dump(mode="json", exclude_unset=True)
-    plan = Plan(Experiment("large", given, points, tuple(range(missions // POINTS))))
+    plan = ExperimentPlan(Experiment("large", given, points, tuple(range(missions // POINTS))))
     folder.mkdir()
     session = {"began_at": time.time(), "rows_before": 0}
     record = {**first_record(plan, None), "session": session, "status": "interrupted"}

@@ -50,7 +50,7 @@ def _observed(*parts: Any) -> Observation:
     return np.asarray(np.clip(row, -MOST, MOST), np.float32)
 
 
-class Vessels:
+class GymVessels:
     """Vessels that go as they are told: a source of poses (:class:`.vehicles.poses.PoseSource`)."""
 
     def __init__(self, places: Array, farthest: float) -> None:
@@ -110,7 +110,7 @@ class Placement(gymnasium.Env[Observation, NDArray[np.float32]]):
         """Begin a mission; its seed is drawn, and in the `info` that is returned."""
         super().reset(seed=seed)
         drawn = int(self.np_random.integers(2**31))
-        self._vessels = Vessels(np.array(asv_stations(self.scenario)), 2.0 * self._scale)
+        self._vessels = GymVessels(np.array(asv_stations(self.scenario)), 2.0 * self._scale)
         self._mission = Mission(self.scenario, drawn, poses=self._vessels, pose_step_s=0.5)
         self._fixes, self._step = np.zeros((self._auvs, 3)), 0
         self._mission.env.process(self._listen())

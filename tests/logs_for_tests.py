@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bindusbl_des.replay.log import Beacons, Fixes, Log, Pose, Ranges, rotated
+from bindusbl_des.replay.log import Log, LoggedFixes, LoggedPose, Ranges, SurveyedBeacons, rotated
 
-BEACONS = Beacons(
+BEACONS = SurveyedBeacons(
     ("L0", "L1", "L2"), np.array([[0.0, 250.0, 0], [300.0, -50.0, 0], [50.0, -80.0, 0]])
 )
-NO_FIXES = Fixes(np.zeros(0), np.zeros((0, 2)), np.zeros((0, 3)))
+NO_FIXES = LoggedFixes(np.zeros(0), np.zeros((0, 2)), np.zeros((0, 3)))
 
 
 class Sea(NamedTuple):
@@ -68,15 +68,15 @@ def still(
     measured = truth + sd * rng.standard_normal((count, 2))
     wrong = (rng.random(count) < share)[:, None]
     measured += wrong * outlier_sd * rng.standard_normal((count, 2))
-    fixes = Fixes(times, measured, np.tile((sd**2, sd**2, 0.0), (count, 1)))
-    nothing, nobody = np.zeros(count), Beacons((), np.zeros((0, 3)))
+    fixes = LoggedFixes(times, measured, np.tile((sd**2, sd**2, 0.0), (count, 1)))
+    nothing, nobody = np.zeros(count), SurveyedBeacons((), np.zeros((0, 3)))
     ranges = Ranges(np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros(0))
     return Log("still", times, np.zeros((count, 2)), nothing, nothing, nobody, ranges, fixes), truth
 
 
-def lost(log: Log, turn: float = 2.0) -> tuple[Log, Pose]:
+def lost(log: Log, turn: float = 2.0) -> tuple[Log, LoggedPose]:
     """Return a log whose odometry is in a frame of its own, and where it truly begins."""
-    start = Pose(*log.places[0].tolist(), float(log.yaws[0]))
+    start = LoggedPose(*log.places[0].tolist(), float(log.yaws[0]))
     places = rotated(log.places - log.places[0], turn)
     return replace(log, places=places, yaws=log.yaws + turn, placed=False), start
 

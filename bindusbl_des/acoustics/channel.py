@@ -15,7 +15,7 @@ from ..core.plugins import Family, PluginError, asked, shown
 from ..scenario.part_settings import own_part
 from ..scenario.scenario import Scenario
 from .loss import LossTerms, contention_loss
-from .propagation import DISC, PROSPECT, Band, Way
+from .propagation import DISC, PROSPECT, SignalBand, SignalPath
 
 Array = NDArray[np.float64]
 Prospects = NDArray[np.void]
@@ -170,16 +170,16 @@ class Deciding(NamedTuple):
 
     channel: AskedChannel | None
     receiver: Receiver
-    way: Way
+    way: SignalPath
 
 
-def deciding(channel: LossTerms | AskedChannel, band: Band) -> Deciding:
+def deciding(channel: LossTerms | AskedChannel, band: SignalBand) -> Deciding:
     """Return what decides on a band: the compiled disc with its loss, or a channel that is asked.
 
     The band of the way has the reach that sounds have.
     """
     if isinstance(channel, LossTerms):
-        return Deciding(None, PLAIN, Way(band, channel, DISC))
+        return Deciding(None, PLAIN, SignalPath(band, channel, DISC))
     audible = channel.audible_m
     air = band if audible is None else band._replace(reach=audible)
-    return Deciding(channel, channel.receiver, Way(air, NO_LOSS, DISC))
+    return Deciding(channel, channel.receiver, SignalPath(air, NO_LOSS, DISC))

@@ -73,9 +73,9 @@ def on_hf(record: Recorder, pinging: str, fleets: Mapping[str, Fleet], hf: Hf) -
         fleets["asv"].ways.of(it["called_by"], np.array([it["called_at_s"]])).truth[0, :3]
         for it in calls
     ]
-    by_call = Signals(calls["called_at_s"], calls["called_by"], np.reshape(callers, (-1, 3)))
+    by_call = SentSignals(calls["called_at_s"], calls["called_by"], np.reshape(callers, (-1, 3)))
     places = np.column_stack([sent[name] for name in ("x_m", "y_m", "z_m")])
-    by_ping = Signals(sent["sent_at_s"], sent[pinging], places)
+    by_ping = SentSignals(sent["sent_at_s"], sent[pinging], places)
     found = {}
     for kind, fleet in fleets.items():
         found[kind] = OnAir(*np.zeros((2, len(fleet))))
@@ -95,7 +95,7 @@ def on_hf(record: Recorder, pinging: str, fleets: Mapping[str, Fleet], hf: Hf) -
     return found
 
 
-class Signals(NamedTuple):
+class SentSignals(NamedTuple):
     """When (n,), s, which vehicles (n,) of a kind sent signals, and where they were (n, 3), m."""
 
     at: Floats
@@ -103,7 +103,7 @@ class Signals(NamedTuple):
     places: Floats
 
 
-def _heard(signals: Signals, fleet: Fleet, number: int, is_own: bool, hf: Hf) -> Floats:
+def _heard(signals: SentSignals, fleet: Fleet, number: int, is_own: bool, hf: Hf) -> Floats:
     """Return when (s) signals begin at a vehicle within range; none of those that it sent itself,
     if they are of its kind (`is_own`), or that come while it has failed.
     """

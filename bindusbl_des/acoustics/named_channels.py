@@ -22,7 +22,7 @@ from .channel import PLAIN, AskedChannel, Prospects, Receiver, Signals, contenti
 from .loss import COMBINERS, LossTerms, loss_law
 from .propagation import PROSPECT
 from .sonar_channel import echoing_sonar, sonar_channel
-from .sonar_equation import Message, link_budget, timing_sd_s
+from .sonar_equation import SoundMessage, link_budget, timing_sd_s
 
 Floats = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ def hf_channel(scenario: Scenario) -> AskedChannel | None:
         ValueError: when the file of a curve is none.
     """
     hf = scenario.acoustics.hf
-    return _channel(scenario, CHANNEL, Message(hf.ping_s), hf.range_m)
+    return _channel(scenario, CHANNEL, SoundMessage(hf.ping_s), hf.range_m)
 
 
 def mf_channel(scenario: Scenario) -> FrameChannel | None:
@@ -87,7 +87,7 @@ def mf_channel(scenario: Scenario) -> FrameChannel | None:
     @cache
     def channel_of(size_bytes: int, airtime_s: float) -> AskedChannel:
         # a frame of neither header nor fix says all the same that it is one
-        message = Message(airtime_s, max(1, 8 * size_bytes))
+        message = SoundMessage(airtime_s, max(1, 8 * size_bytes))
         channel = _channel(scenario, MF_CHANNEL, message, mf.range_m)
         assert channel is not None
         return channel
@@ -97,7 +97,7 @@ def mf_channel(scenario: Scenario) -> FrameChannel | None:
 
 
 def _channel(
-    scenario: Scenario, family: Family, message: Message, range_m: float
+    scenario: Scenario, family: Family, message: SoundMessage, range_m: float
 ) -> AskedChannel | None:
     choice: str = attrgetter(family.key)(scenario)
     if is_plugin(choice):
@@ -126,7 +126,9 @@ def echoing(scenario: Scenario) -> bool:
     return given and not scenario.protocol.is_passive
 
 
-def _table(scenario: Scenario, settings: Table, message: Message, range_m: float) -> AskedChannel:
+def _table(
+    scenario: Scenario, settings: Table, message: SoundMessage, range_m: float
+) -> AskedChannel:
     from .table_channel import table_channel  # brings pyarrow
 
     return table_channel(scenario, settings, message, range_m)

@@ -29,7 +29,7 @@ DISC: Rows = np.empty((0, 0), PROSPECT)
 TOUCH = 1e-9
 
 
-class Band(NamedTuple):
+class SignalBand(NamedTuple):
     """What holds for the signals of a band.
 
     They reach `reach` (m), the edge included, compared with the slant range if `slant`, else with
@@ -49,18 +49,18 @@ def within(here: Place, there: Place, slant: bool, reach: float) -> bool:
     return bool((here[0] - there[0]) ** 2 + (here[1] - there[1]) ** 2 + rise**2 <= reach**2)
 
 
-class Way(NamedTuple):
+class SignalPath(NamedTuple):
     """What happens to signals of a group of AUVs on their way: the law of the disc (:mod:`.loss`),
     or what becomes of each at each ASV or from it (n, m), where another channel was asked.
     """
 
-    band: Band
+    band: SignalBand
     loss: LossTerms
     prospects: Annotated[Rows, PROSPECT, 2]
 
 
 @compiled
-def reaches(here: Place, there: Place, number: int, asv: int, way: Way) -> bool:
+def reaches(here: Place, there: Place, number: int, asv: int, way: SignalPath) -> bool:
     """Tell whether a signal between an AUV, `number` of its group, and an ASV may be decoded."""
     if way.prospects.size:
         return bool(way.prospects[number, asv].loss < 1.0)
@@ -68,7 +68,7 @@ def reaches(here: Place, there: Place, number: int, asv: int, way: Way) -> bool:
 
 
 @compiled
-def sound(here: Place, there: Place, number: int, asv: int, way: Way) -> float:
+def sound(here: Place, there: Place, number: int, asv: int, way: SignalPath) -> float:
     """Return how strong a signal between them is where it overlaps others (:data:`PROSPECT`)."""
     if way.prospects.size:
         return float(way.prospects[number, asv].sound)
@@ -76,7 +76,7 @@ def sound(here: Place, there: Place, number: int, asv: int, way: Way) -> float:
 
 
 @compiled
-def lost(slant_range: float, number: int, asv: int, way: Way) -> float:
+def lost(slant_range: float, number: int, asv: int, way: SignalPath) -> float:
     """Return how likely a signal between them is lost that travels a slant range (m)."""
     if way.prospects.size:
         return float(way.prospects[number, asv].loss)
@@ -84,7 +84,7 @@ def lost(slant_range: float, number: int, asv: int, way: Way) -> float:
 
 
 @compiled
-def snr(number: int, asv: int, way: Way) -> float:
+def snr(number: int, asv: int, way: SignalPath) -> float:
     """Return the SNR (dB) of a signal between them; NaN on the disc, which knows of none."""
     return float(way.prospects[number, asv].snr_db) if way.prospects.size else nan
 
@@ -121,7 +121,7 @@ class Spread(NamedTuple):
 
     pings: Annotated[Rows, PING]
     receptions: Annotated[Rows, RECEPTION]
-    way: Way
+    way: SignalPath
     auvs: Motion
     asvs: Motion
     everything: bool
@@ -187,7 +187,7 @@ def _places(motion: Motion, time: float) -> Floats:
 @compiled
 def _reach(
     ping: Row, here: Place, number: int, receptions: Rows, row: int, everything: bool,
-    vessels: Vessels, way: Way,
+    vessels: Vessels, way: SignalPath,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Write the receptions of a ping, `number` of its group, from a row on.
 
@@ -231,7 +231,7 @@ def _silence(receptions: Rows, outcome: int) -> None:
             line.outcome = outcome
 
 
-def deafen(failures: Failures, pings: Rows, receptions: Rows, band: Band) -> None:
+def deafen(failures: Failures, pings: Rows, receptions: Rows, band: SignalBand) -> None:
     """Let ASVs that have failed, or fail meanwhile, not hear pings that have just been sent.
 
     `receptions` are those of `pings`.  Who has failed before a ping comes is as good as not there:

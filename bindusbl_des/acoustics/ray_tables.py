@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 NEAREST_M = 1.0
 
 
-class Grid(NamedTuple):
+class TableAxes(NamedTuple):
     """The axes of a table, increasing (m): horizontal ranges, depths of sources and receivers."""
 
     ranges_m: Floats
@@ -47,7 +47,7 @@ class SoundTable(NamedTuple):
     """
 
     profile: Profile
-    grid: Grid
+    grid: TableAxes
     longer_s: Floats
     beyond_db: Floats
     ways: NDArray[np.int64]
@@ -108,7 +108,7 @@ def straight_time_s(
 
 
 def interpolated(
-    grid: Grid,
+    grid: TableAxes,
     values: Floats,
     ways: NDArray[np.int64],
     range_m: ArrayLike,
@@ -174,7 +174,7 @@ def read_table(path: str | Path, profile: Profile) -> SoundTable:
         ValueError: naming file and remedy, when the file is not such a table.
     """
     rows = _columns(path)
-    grid = Grid(*(np.unique(rows[name]) for name in AXES))
+    grid = TableAxes(*(np.unique(rows[name]) for name in AXES))
     shape = tuple(map(len, grid))
     count = len(rows["range_m"])
     if shape[0] < 2:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..scenario.channel_settings import PingSonar, Sonar, Sound
 from .channel import SELDOM, Prospects, Receiver, Signals
 from .propagation import PROSPECT
-from .sonar_equation import REFERENCE_M, LinkBudget, Message, chance_decoded, threshold_db
+from .sonar_equation import REFERENCE_M, LinkBudget, SoundMessage, chance_decoded, threshold_db
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -36,7 +36,7 @@ class Sea(NamedTuple):
     surface_sd_m: float = 0.0
 
 
-class Way(NamedTuple):
+class EchoPath(NamedTuple):
     """How an echo goes: its reflections, such as SB for surface, then bottom.
 
     Its vertical extent is 2 `depths` H + `source` zs + `receiver` zr.
@@ -48,7 +48,7 @@ class Way(NamedTuple):
     receiver: int
 
 
-def ways(most_reflections: int) -> Iterator[Way]:
+def ways(most_reflections: int) -> Iterator[EchoPath]:
     """Yield the ways of all echoes of up to so many reflections, fewest first.
 
     >>> [way.name for way in ways(3)]
@@ -58,7 +58,7 @@ def ways(most_reflections: int) -> Iterator[Way]:
         for first in "SB":
             name = "".join("SB"[("SB".index(first) + n) % 2] for n in range(count))
             up, down = (1 if first == "S" else -1), (1 if name[-1] == "S" else -1)
-            yield Way(name, name.count("B"), up, down)
+            yield EchoPath(name, name.count("B"), up, down)
 
 
 class Echoes(NamedTuple):
@@ -69,7 +69,7 @@ class Echoes(NamedTuple):
     they arrive, positive from above.
     """
 
-    ways: tuple[Way, ...]
+    ways: tuple[EchoPath, ...]
     later_s: Floats
     gain: Complex
     from_above: Floats
@@ -198,7 +198,7 @@ class Listener:
     """
 
     sonar: Sound
-    message: Message
+    message: SoundMessage
     threshold_db: float
     chances: Floats
 
@@ -230,7 +230,9 @@ class Listener:
         return np.where(snr_db >= self.faintest_db, 10.0 ** (snr_db / 10.0), 0.0)
 
 
-def listener(sonar: Sound, budget: LinkBudget, message: Message, band_range_m: float) -> Listener:
+def listener(
+    sonar: Sound, budget: LinkBudget, message: SoundMessage, band_range_m: float
+) -> Listener:
     """Return the receiver of a band; where no threshold is given, half of all messages are decoded
     over the band's range (m).
     """
@@ -256,7 +258,7 @@ class SonarChannel:
 
 @lru_cache(maxsize=16)
 def sonar_channel(
-    sonar: Sonar, budget: LinkBudget, message: Message, band_range_m: float
+    sonar: Sonar, budget: LinkBudget, message: SoundMessage, band_range_m: float
 ) -> SonarChannel:
     """Return the channel of a band on which messages of one kind are sent.
 
@@ -366,7 +368,7 @@ class EchoingSonar:
 def echoing_sonar(
     settings: PingSonar,
     budget: LinkBudget,
-    message: Message,
+    message: SoundMessage,
     band_range_m: float,
     sound_speed_m_per_s: float,
 ) -> EchoingSonar:

@@ -242,7 +242,7 @@ _STEPS = np.linspace(-6.0, 6.0, 193)
 _WEIGHTS = np.exp(-0.5 * _STEPS**2) / np.exp(-0.5 * _STEPS**2).sum()
 
 
-class Message(NamedTuple):
+class SoundMessage(NamedTuple):
     """What is to be decoded: how long its sound lasts (s), and how many bits it carries."""
 
     duration_s: float
@@ -263,7 +263,7 @@ def threshold_db(sonar: Sound, budget: LinkBudget, band_range_m: float) -> float
 
 
 def chance_decoded(
-    sonar: Sound, snr_db: ArrayLike, message: Message, threshold: float = math.nan
+    sonar: Sound, snr_db: ArrayLike, message: SoundMessage, threshold: float = math.nan
 ) -> Floats:
     """Return the probability that a message of a mean SNR (dB) is decoded where nothing overlaps.
 
@@ -283,7 +283,7 @@ def chance_decoded(
     return np.asarray(np.clip(chances, 0.0, 1.0))  # a sum of weights may exceed 1 by its rounding
 
 
-def _unshadowed(sonar: Sound, snr_db: Floats, message: Message) -> Floats:
+def _unshadowed(sonar: Sound, snr_db: Floats, message: SoundMessage) -> Floats:
     energy = pulse_energy(sonar, snr_db, message.duration_s)
     if sonar.decoding in DETECTORS:
         return detected(energy, sonar.false_alarm, sonar.decoding)

@@ -26,9 +26,9 @@ from ..scenario.scenario import Scenario
 from ..scenario.water import profile_of, sound_speed_of, water_of
 from ..sea.water_column import Profile
 from .channel import Prospects, Receiver, Signals
-from .ray_tables import Floats, Grid, SoundTable, read_table, slant_range_m, straight_time_s
+from .ray_tables import Floats, SoundTable, TableAxes, read_table, slant_range_m, straight_time_s
 from .sonar_channel import Listener, listener, reach_m
-from .sonar_equation import LinkBudget, Message, link_budget
+from .sonar_equation import LinkBudget, SoundMessage, link_budget
 
 MISSING = "tables of sound are traced by pelagic (GPL): pip install 'bindusbl-des[bellhop]'"
 
@@ -55,7 +55,7 @@ SAND = 1650.0, 1.9
 FREQUENCY_HZ = 25e3
 
 
-def traced(profile: Profile, grid: Grid, bottom_m: float) -> SoundTable:
+def traced(profile: Profile, grid: TableAxes, bottom_m: float) -> SoundTable:
     """Return the table of a sea with a profile of sound speed and a flat bottom (m).
 
     Each pair of places has the travel time of the ray that arrives first, and the loss of its
@@ -78,7 +78,7 @@ def traced(profile: Profile, grid: Grid, bottom_m: float) -> SoundTable:
     return SoundTable(profile, grid, longer, beyond, ways)
 
 
-def case_of(profile: Profile, grid: Grid, bottom_m: float) -> dict[str, Any]:
+def case_of(profile: Profile, grid: TableAxes, bottom_m: float) -> dict[str, Any]:
     """Return what BELLHOP is asked: pelagic's JSON case, version 2."""
     depths = np.unique(np.concatenate(([0.0, bottom_m], profile.depths_m)))
     depths = depths[depths <= bottom_m]
@@ -115,7 +115,7 @@ def _run(case: dict[str, Any]) -> Any:
     return pelagic.bellhop.Case.from_dict(case).run().arrivals
 
 
-def _check(grid: Grid, bottom_m: float) -> None:
+def _check(grid: TableAxes, bottom_m: float) -> None:
     deepest = max(grid.source_depths_m[-1], grid.receiver_depths_m[-1])
     if deepest > bottom_m:
         raise ValueError(
@@ -125,7 +125,7 @@ def _check(grid: Grid, bottom_m: float) -> None:
         raise ValueError(f"ranges of a table must be positive; met {grid.ranges_m[0]:g} m")
 
 
-def _first(arrivals: Any, grid: Grid) -> tuple[Floats, Floats, NDArray[np.int64]]:
+def _first(arrivals: Any, grid: TableAxes) -> tuple[Floats, Floats, NDArray[np.int64]]:
     """Return travel times (s) and losses (dB) on a grid, NaN where nothing arrives; and the ways:
     what they met of the surface, and MANY times what of the bottom (NO_WAY: nothing arrives).
     """
@@ -170,7 +170,7 @@ def _of_one_kind(times: Floats, amplitudes: Floats) -> tuple[float, float]:
 FORM = 2
 
 
-def kept_table(profile: Profile, grid: Grid, bottom_m: float) -> SoundTable:
+def kept_table(profile: Profile, grid: TableAxes, bottom_m: float) -> SoundTable:
     """Return the table that :func:`.ray_tracing.traced` makes, from disk if it was made before.
 
     What cannot be kept is traced each time; what was damaged on disk is traced anew.  Errors are
@@ -201,7 +201,7 @@ def cache_folder() -> Path:
     return Path(base) / "bindusbl-des" / "sound"
 
 
-def _made_of(profile: Profile, grid: Grid, bottom_m: float) -> str:
+def _made_of(profile: Profile, grid: TableAxes, bottom_m: float) -> str:
     try:
         tracer = version("pelagic")
     except PackageNotFoundError:
@@ -271,7 +271,7 @@ def _ends(signals: Signals) -> tuple[Floats, Floats, Floats]:
 
 
 def table_channel(
-    scenario: Scenario, settings: Table, message: Message, band_range_m: float
+    scenario: Scenario, settings: Table, message: SoundMessage, band_range_m: float
 ) -> TableChannel:
     """Return the channel of a band on which messages of one kind are sent.
 
@@ -291,11 +291,11 @@ def table_channel(
     return TableChannel(hears, budget, table, sound_speed_of(scenario))
 
 
-def grid_to(reach: float, bottom_m: float) -> Grid:
+def grid_to(reach: float, bottom_m: float) -> TableAxes:
     """Return the places that are traced for signals that reach so far (m), to a bottom (m)."""
     farthest = min(max(reach, LEAST_M), FARTHEST_M)
     count = min(MOST_DEPTHS, int(np.ceil(bottom_m / STEP_M)) + 1)
-    return Grid(
+    return TableAxes(
         np.geomspace(NEAREST_M, farthest, RANGES),
         np.array([SHALLOWEST_M]),
         np.linspace(SHALLOWEST_M, bottom_m - SHALLOWEST_M / 2.0, count),

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..core.files import folder_draft, write_text
 from ..results.result import face
 from .experiments.experiment import Experiment
-from .experiments.plan import Plan
+from .experiments.plan import ExperimentPlan
 from .statistics.outcomes import outcomes
 from .statistics.points_table import points_table
 from .statistics.stopping import seeds_wanted
@@ -71,7 +71,7 @@ class Campaign:
     `folder` is its path, `plan` has its points and seeds, `record` is what `campaign.json` holds.
     """
 
-    def __init__(self, folder: Path, plan: Plan, record: Mapping[str, Any]) -> None:
+    def __init__(self, folder: Path, plan: ExperimentPlan, record: Mapping[str, Any]) -> None:
         self.folder, self.plan, self.record = folder, plan, record
 
     def __repr__(self) -> str:
@@ -237,7 +237,7 @@ def unfinished_campaign(folder: str | Path) -> Campaign:
     record = read_record(folder)
     try:
         experiment = Experiment.from_record(record["experiment"], record["scenario"], folder)
-        plan = Plan(experiment)
+        plan = ExperimentPlan(experiment)
         plan.model_version = record["model_version"]
     except WRONG as error:
         raise damaged_record(folder, error) from None

@@ -14,7 +14,7 @@ from ..core.plugins import source_sha256, sources_of
 from ..core.wording import printable
 from ..results.result import scenario_sha256
 from .campaign import Campaign, unfinished_campaign
-from .experiments.plan import Plan, model_version
+from .experiments.plan import ExperimentPlan, model_version
 from .storage.folder import ANEW, RECORD, CampaignError, is_locked, read_record
 
 # What such a file holds.
@@ -71,7 +71,7 @@ def check_name(folder: Path) -> None:
         raise CampaignError(f"{folder}: cannot be made, since {above} is {what}; name another")
 
 
-def is_unfinished(folder: Path, plan: Plan, shard: tuple[int, int] | None) -> bool:
+def is_unfinished(folder: Path, plan: ExperimentPlan, shard: tuple[int, int] | None) -> bool:
     """Tell whether a folder holds this plan's campaign, or this share of it, with missions left."""
     if not (folder / RECORD).exists() or is_locked(folder):
         return False
@@ -81,7 +81,7 @@ def is_unfinished(folder: Path, plan: Plan, shard: tuple[int, int] | None) -> bo
     return bool(len(unfinished_campaign(folder).missing()))
 
 
-def check_new(folder: Path, plan: Plan) -> None:
+def check_new(folder: Path, plan: ExperimentPlan) -> None:
     """Refuse a folder that holds something.
 
     Raises:

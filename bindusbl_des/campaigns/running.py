@@ -30,8 +30,8 @@ from ..scenario.scenario import Scenario
 from .campaign import Campaign, CampaignInterrupted, unfinished_campaign
 from .experiments.experiment import Detail, Experiment
 from .experiments.experiment_file import load_experiment
-from .experiments.options import Asked
-from .experiments.plan import Plan
+from .experiments.options import PythonArguments
+from .experiments.plan import ExperimentPlan
 from .failures import check_name, check_new, check_unchanged, is_unfinished
 from .storage.folder import (
     FORMAT,
@@ -157,14 +157,14 @@ def sweep(
         raise TypeError(f"out needs a folder; got {described(out)}{remedy}")
     if shard is not None and not (len(shard) == 2 and 1 <= shard[0] <= shard[1]):
         raise ValueError(f"shard needs (i, N) with 1 <= i <= N, such as (1, 4); got {shard!r}")
-    asked = Asked(vary, until_ci, seeds, detail)
+    asked = PythonArguments(vary, until_ci, seeds, detail)
     if isinstance(experiment, Experiment):
         if asked:
             raise TypeError("an Experiment has its points and seeds; nothing is laid over it")
     else:
         experiment = located(experiment) if isinstance(experiment, str) else experiment
         experiment = load_experiment(experiment, asked, allow_plugins=allow_plugins)
-    plan = Plan(experiment)
+    plan = ExperimentPlan(experiment)
     check_plugins(plan, allow_plugins)
     if out is not None:
         return _swept(plan, Path(out), shard, how)
@@ -188,7 +188,7 @@ def _removed(folder: Path, owner: int) -> None:
         rmtree(folder, ignore_errors=True)
 
 
-def _swept(plan: Plan, folder: Path, shard: Shard | None, settings: Settings) -> Campaign:
+def _swept(plan: ExperimentPlan, folder: Path, shard: Shard | None, settings: Settings) -> Campaign:
     """Run a campaign in a new folder, or go on with it in its own."""
     check_name(folder)
     check_backend(settings)
@@ -231,7 +231,7 @@ def check_backend(settings: Settings) -> None:
     pool_for(settings.backend, 1).close(now=True)
 
 
-def check_plugins(plan: Plan, allowed: bool) -> None:
+def check_plugins(plan: ExperimentPlan, allowed: bool) -> None:
     """Load the plug-ins of a plan, before any worker does; refuse one that is not allowed."""
     if allowed:
         allow(name for _, name in plan.plugins.values())
@@ -290,7 +290,7 @@ def _resumed(
         return _run(campaign, settings)
 
 
-def first_record(plan: Plan, shard: Shard | None) -> dict[str, Any]:
+def first_record(plan: ExperimentPlan, shard: Shard | None) -> dict[str, Any]:
     """Return what `campaign.json` holds when a campaign begins."""
     base = plan.experiment.base()
     return {

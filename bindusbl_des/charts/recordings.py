@@ -197,7 +197,7 @@ READERS: Mapping[str, Callable[[str], Iterator[tuple[str, Sample]]]] = {
 MOST_NAMED = 8
 
 
-class Recording(NamedTuple):
+class RecordedTrack(NamedTuple):
     """A recorded track of n samples.
 
     `times` (n,), s, by whatever clock, rise strictly; `places` (n, 2) are x and y (m) or, if
@@ -219,7 +219,7 @@ class Recording(NamedTuple):
         return bool(np.isnan(self.depths).any())
 
 
-def read_recording(path: str | Path, which: str = "") -> Recording:
+def read_recording(path: str | Path, which: str = "") -> RecordedTrack:
     """Return a recorded track; `which` names one of several in the file.
 
     A track is named by the column `vehicle` of a CSV, the name of a track of a GPX, the topic of
@@ -236,7 +236,7 @@ def read_recording(path: str | Path, which: str = "") -> Recording:
 
 
 @lru_cache(maxsize=64)
-def _read(path: str, which: str, _changed_at: int, _size: int) -> Recording:
+def _read(path: str, which: str, _changed_at: int, _size: int) -> RecordedTrack:
     """Return what is in a file; one that has not changed since is not read again."""
     return _recording(path, _chosen(path, _tracks(path), which))
 
@@ -274,7 +274,7 @@ def _chosen(path: str, tracks: dict[str, list[Sample]], which: str) -> list[Samp
     )
 
 
-def _recording(path: str, samples: list[Sample]) -> Recording:
+def _recording(path: str, samples: list[Sample]) -> RecordedTrack:
     if len(samples) < 2:
         raise BadChart(f"{path}: has {len(samples)} samples; a track needs at least two")
     numbers = np.array([(it.time, *it.place, it.depth) for it in samples])
@@ -288,7 +288,7 @@ def _recording(path: str, samples: list[Sample]) -> Recording:
     numbers.setflags(write=False)
     told = tuple(it.told for it in samples)
     kind = samples[0]
-    return Recording(
+    return RecordedTrack(
         times=numbers[:, 0],
         places=numbers[:, 1:3],
         depths=numbers[:, 3],

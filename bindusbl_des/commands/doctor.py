@@ -93,7 +93,7 @@ CACHE_REMEDY = (
 
 
 @dataclass(frozen=True)
-class Finding:
+class Check:
     """One thing looked at: its name, how it is, and what was seen or what to do."""
 
     name: str
@@ -123,10 +123,10 @@ def doctor(context: click.Context, warm: bool, as_json: bool) -> None:
         context.exit(1)
 
 
-def examined() -> Iterator[Finding]:
+def examined() -> Iterator[Check]:
     """Look at everything, one after the other."""
     yield _python()
-    yield Finding("processors", "note", str(os.cpu_count()))
+    yield Check("processors", "note", str(os.cpu_count()))
     requirements = list(_requirements())
     for name, oldest in requirements:
         yield _dependency(name, oldest)
@@ -134,11 +134,11 @@ def examined() -> Iterator[Finding]:
     yield _tiny_mission()
 
 
-def _python() -> Finding:
+def _python() -> Check:
     version = ".".join(map(str, sys.version_info[:3]))
     if sys.version_info < OLDEST_PYTHON:
-        return Finding("python", "broken", f"{version}; needs {'.'.join(map(str, OLDEST_PYTHON))}")
-    return Finding("python", "ok", version)
+        return Check("python", "broken", f"{version}; needs {'.'.join(map(str, OLDEST_PYTHON))}")
+    return Check("python", "ok", version)
 
 
 def _requirements() -> Iterator[tuple[str, str]]:
@@ -155,7 +155,7 @@ def _requirements() -> Iterator[tuple[str, str]]:
             yield parts[1], parts[2] or "0"
 
 
-def _dependency(name: str, oldest: str) -> Finding:
+def _dependency(name: str, oldest: str) -> Check:
     """Import a package, since one that is installed may still be broken."""
     from importlib import import_module
     from importlib.metadata import PackageNotFoundError, version
@@ -165,12 +165,12 @@ def _dependency(name: str, oldest: str) -> Finding:
         found = version(name)
         import_module(IMPORT_NAMES.get(name.lower(), name))
     except (PackageNotFoundError, ModuleNotFoundError):
-        return Finding(name, "missing", remedy)
+        return Check(name, "missing", remedy)
     except Exception as error:  # a package may break in any way while it is imported
-        return Finding(name, "broken", f"{_first_line(error)}; {remedy} --force-reinstall")
+        return Check(name, "broken", f"{_first_line(error)}; {remedy} --force-reinstall")
     if _numbers(found) < _numbers(oldest):
-        return Finding(name, "broken", f"{found} is older than {oldest}; {remedy}")
-    return Finding(name, "ok", found)
+        return Check(name, "broken", f"{found} is older than {oldest}; {remedy}")
+    return Check(name, "ok", found)
 
 
 def _numbers(version: str) -> tuple[int, ...]:
@@ -181,21 +181,21 @@ def _first_line(error: Exception) -> str:
     return f"{type(error).__name__}: {str(error).partition(chr(10))[0]}"
 
 
-def _compiled_code() -> Finding:
+def _compiled_code() -> Check:
     """Keep and load a piece of code."""
     try:
         from ..core.compiled import UNCOMPILED, is_uncompiled, kept_and_loaded, kept_in, troubles
 
         if is_uncompiled():
-            return Finding("compiled code", "note", UNCOMPILED)
+            return Check("compiled code", "note", UNCOMPILED)
         works = kept_and_loaded()
     except Exception as error:  # the doctor tells rather than falls ill itself
-        return Finding("compiled code", "broken", _first_line(error))
+        return Check("compiled code", "broken", _first_line(error))
     if troubles:
-        return Finding("compiled code", "broken", f"{troubles[0]}; {CACHE_REMEDY}")
+        return Check("compiled code", "broken", f"{troubles[0]}; {CACHE_REMEDY}")
     if not works:
-        return Finding("compiled code", "broken", f"does not keep what it is given; {CACHE_REMEDY}")
-    return Finding("compiled code", "ok", str(kept_in()))
+        return Check("compiled code", "broken", f"does not keep what it is given; {CACHE_REMEDY}")
+    return Check("compiled code", "ok", str(kept_in()))
 
 
 def _compile_all() -> None:
@@ -217,7 +217,7 @@ def _compile_all() -> None:
     line.end(told)
 
 
-def _tiny_mission() -> Finding:
+def _tiny_mission() -> Check:
     """Run ten seconds of a mission from end to end, in memory."""
     import time
 
@@ -226,10 +226,10 @@ def _tiny_mission() -> Finding:
         pings = _pings_of_tiny_mission()
         spent = time.perf_counter() - began
     except Exception as error:  # whatever breaks, the doctor tells rather than falls ill itself
-        return Finding("tiny mission", "broken", _first_line(error))
+        return Check("tiny mission", "broken", _first_line(error))
     if pings == 0:
-        return Finding("tiny mission", "broken", "ran, but nobody pinged")
-    return Finding("tiny mission", "ok", f"{pings} pings in {spent:.1f} s")
+        return Check("tiny mission", "broken", "ran, but nobody pinged")
+    return Check("tiny mission", "ok", f"{pings} pings in {spent:.1f} s")
 
 
 def _pings_of_tiny_mission() -> int:

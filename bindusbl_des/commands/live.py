@@ -41,7 +41,7 @@ from .options import (
 )
 
 if TYPE_CHECKING:
-    from ..live.outputs import Asked, Opening
+    from ..live.outputs import AskedOutput, Opening
     from ..live.poses import Received
     from ..live.readings import Earth
     from ..live.session import Output, Session
@@ -218,7 +218,7 @@ def live(
 
 
 def _opened(
-    outputs: "Sequence[Asked]", heard: Sequence[str], opening: "Opening", stack: ExitStack
+    outputs: "Sequence[AskedOutput]", heard: Sequence[str], opening: "Opening", stack: ExitStack
 ) -> "list[Output]":
     """Open what can be opened; each that cannot is told in a line.
 
@@ -355,7 +355,7 @@ def readable(telegram: bytes) -> str:
 def _dry(
     scenario: "Scenario",
     seed: int,
-    outputs: "Sequence[Asked]",
+    outputs: "Sequence[AskedOutput]",
     heard: Sequence[str],
     earth: "Earth",
     truth: bool,

@@ -226,11 +226,11 @@ def merge(folders: tuple[str, ...], out: str, as_json: bool) -> None:
 def _tell_estimate(
     experiment: "Experiment", shard: tuple[int, int] | None, workers: int | None, as_json: bool
 ) -> None:
-    from ..campaigns.experiments.plan import Plan
+    from ..campaigns.experiments.plan import ExperimentPlan
     from ..campaigns.workers.supervisor import estimated
     from ..core.process import duration
 
-    plan = Plan(experiment)
+    plan = ExperimentPlan(experiment)
     missions = len(plan.shard(*(shard or (1, 1))))
     cost = estimated(plan, missions, workers)
     if as_json:

@@ -33,7 +33,7 @@ Whole = TypeVar("Whole")
 NUMBERS: dict[Any, str] = {float: "d", int: "q", bool: "q"}
 
 
-class Kind(NamedTuple):
+class ArrayKind(NamedTuple):
     """An array that is handed over: of what, and with how many axes."""
 
     of: np.dtype[Any]
@@ -87,7 +87,7 @@ def fields_of(whole: Any) -> dict[str, Any]:
     return {name: hint if isinstance(hint, type) else _kind(hint) for name, hint in hints.items()}
 
 
-def _kind(hint: Any) -> Kind:
+def _kind(hint: Any) -> ArrayKind:
     """Return the kind of array that a hint such as Annotated[NDArray[np.float64], 2] means."""
     further: list[Any] = []
     if get_origin(hint) is Annotated:
@@ -96,7 +96,7 @@ def _kind(hint: Any) -> Kind:
         hint = inner[-1]
     of = [it for it in further if isinstance(it, np.dtype)]
     axes = [it for it in further if isinstance(it, int)]
-    return Kind(of[0] if of else np.dtype(hint), axes[0] if axes else 1)
+    return ArrayKind(of[0] if of else np.dtype(hint), axes[0] if axes else 1)
 
 
 @cache
@@ -107,7 +107,7 @@ def _record(hint: Any) -> Struct:
 
 def _words(hint: Any) -> str:
     """Return the words of a field; of an array its address and shape."""
-    if isinstance(hint, Kind):
+    if isinstance(hint, ArrayKind):
         return "q" * (1 + hint.axes)
     return NUMBERS[hint] if hint in NUMBERS else "".join(map(_words, fields_of(hint).values()))
 
@@ -120,7 +120,7 @@ def _write(name: str, hint: Any, value: Any, words: list[Any]) -> None:
     """
     if hint in NUMBERS:
         words.append(value)
-    elif isinstance(hint, Kind):
+    elif isinstance(hint, ArrayKind):
         same = value.dtype is hint.of or value.dtype == hint.of  # to compare fields takes long
         if not same or value.ndim != hint.axes or not value.flags.c_contiguous:
             raise TypeError(f"{name} is an array of {value.dtype} {value.shape}, not {hint}")
@@ -184,7 +184,7 @@ def _made(hint: Any, place: int, names: dict[str, Any]) -> tuple[str, int]:
         word = f"numbers[{place}]" if hint is float else f"words[{place}]"
         return f"{word} != 0" if hint is bool else word, place + 1
     kind = f"kind{len(names)}"
-    if isinstance(hint, Kind):
+    if isinstance(hint, ArrayKind):
         names[kind] = hint.of
         behind = place + 1 + hint.axes
         shape = ", ".join(f"words[{axis}]" for axis in range(place + 1, behind))

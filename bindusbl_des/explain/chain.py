@@ -40,7 +40,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Part:
+class LatencyPart:
     """A part of the latency of a fix: what the time (s) went into."""
 
     name: str
@@ -61,7 +61,7 @@ class Chain:
     outcome: str
     told: str
     steps: tuple[Step, ...]
-    parts: tuple[Part, ...] = ()
+    parts: tuple[LatencyPart, ...] = ()
     asv: str | None = None
 
     def text(self) -> str:

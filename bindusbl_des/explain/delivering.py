@@ -12,7 +12,7 @@ from ..results.round_timeline import uplink_slots
 from ..scenario.declared import broadcaster_of, channel_named, downlink_of
 from ..scenario.families import is_random
 from ..scenario.water import sound_speed_of
-from .chain import Part, Step, compared, place, rows_where
+from .chain import LatencyPart, Step, compared, place, rows_where
 from .losing import frame_lasting, why_broadcast, wrong
 from .overlapping import failed, frame_cut, overlapped
 
@@ -202,7 +202,7 @@ def _shared(result: "Result", fix: Any, able: list[int]) -> str:
     return f"{told}; {', '.join(others)} {'send' if len(others) > 1 else 'sends'} at once"
 
 
-def latency(result: "Result", fix: Any) -> Iterator[Part]:
+def latency(result: "Result", fix: Any) -> Iterator[LatencyPart]:
     """Yield what the time from ping to delivery went into; the parts add up to the latency."""
     frames = result.tables["broadcasts"]
     frame = rows_where(frames, sent_at_s=fix.broadcast_at_s, asv=fix.broadcast_by).iloc[0]
@@ -210,19 +210,19 @@ def latency(result: "Result", fix: Any) -> Iterator[Part]:
     on_air = fix.broadcast_at_s + float(frame.airtime_s)
     protocol = result.scenario.protocol
     until = "is heard by the first ASV" if protocol.replies else "has passed every ASV in range"
-    yield Part(f"way up: the ping {until}", known - fix.pinged_at_s)
-    yield Part("wait for the broadcast", fix.broadcast_at_s - known)
-    yield Part("frame on the air", float(frame.airtime_s))
+    yield LatencyPart(f"way up: the ping {until}", known - fix.pinged_at_s)
+    yield LatencyPart("wait for the broadcast", fix.broadcast_at_s - known)
+    yield LatencyPart("frame on the air", float(frame.airtime_s))
     load = int(frame.fixes), int(frame.named)
     handing = slots_of(result.scenario).messages.delay(*load) if protocol.sends_frames else 0.0
     if handing:
-        yield Part("modem hands it over", handing)
+        yield LatencyPart("modem hands it over", handing)
         on_air += handing
     if result.scenario.protocol.tick_rate_hz is None:
-        yield Part("way down", fix.delivered_at_s - on_air)
+        yield LatencyPart("way down", fix.delivered_at_s - on_air)
         return
     auv, asv = (place(result, name, on_air) for name in (fix.auv, fix.broadcast_by))
     travel = math.dist(auv, asv) / sound_speed_of(result.scenario)
     travel = min(travel, fix.delivered_at_s - on_air)
-    yield Part("way down", travel)
-    yield Part("rounded up to the clock's tick", fix.delivered_at_s - on_air - travel)
+    yield LatencyPart("way down", travel)
+    yield LatencyPart("rounded up to the clock's tick", fix.delivered_at_s - on_air - travel)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.wording import counted
 from ..results.round_timeline import uplink_slots
-from .chain import Chain, Part, Step, out_of_range, row_of, rows_where
+from .chain import Chain, LatencyPart, Step, out_of_range, row_of, rows_where
 from .correcting import arriving
 from .hearing import receptions
 from .losing import wrong
@@ -28,8 +28,10 @@ def own_chain(result: "Result", fix: Any) -> Chain:
     heard = [step for step in receptions(result, ping) if step.who == fix.auv]
     steps = [*_sending(result, ping), *heard, _fixing(result, fix), arriving(result, fix)]
     parts = (
-        Part("way down: the ping's front reaches the AUV", fix.valid_at_s - fix.pinged_at_s),
-        Part("the ping's own length, until it is decoded", fix.delivered_at_s - fix.valid_at_s),
+        LatencyPart("way down: the ping's front reaches the AUV", fix.valid_at_s - fix.pinged_at_s),
+        LatencyPart(
+            "the ping's own length, until it is decoded", fix.delivered_at_s - fix.valid_at_s
+        ),
     )
     told = f"fix {fix.fix}, the AUV's own, {fix.latency_s:.4f} s after the ping"
     return Chain(

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from ..scenario.declared import channel_named
-from .chain import Chain, Part, Step, out_of_range, row_of, rows_where
+from .chain import Chain, LatencyPart, Step, out_of_range, row_of, rows_where
 from .correcting import arriving
 from .delivering import broadcasting, fixing, latency, undecoded
 from .hearing import is_passive, is_sent, receptions, sending, why_unanswered
@@ -51,7 +51,7 @@ def chain_of_ping(result: "Result", number: int) -> Chain:
         outcome, told = _without_fix(result, ping)
         return Chain(number, ping.auv, None, outcome, told, _in_order(steps))
     fix: Any = found.astype(object).where(found.notna(), None).iloc[0]
-    parts: tuple[Part, ...] = ()
+    parts: tuple[LatencyPart, ...] = ()
     steps.append(fixing(result, fix))
     if fix.broadcast_by is None:
         told = f"fix {fix.fix}, but the mission ends before any ASV broadcasts it"

@@ -15,7 +15,14 @@ from foxglove.mcap import MCAPWriteOptions
 from ..core.files import draft_of
 from ..core.kept_files import portable
 from ..results.result import scenario_sha256
-from .messages import Message, json_schema, location_streams, nanoseconds, row_streams, transforms
+from .messages import (
+    ViewerMessage,
+    json_schema,
+    location_streams,
+    nanoseconds,
+    row_streams,
+    transforms,
+)
 from .scenery import certainty, scenery
 from .sound import sound_streams
 
@@ -69,7 +76,7 @@ class _Log:
         self._latest: dict[str, int] = {}
         self.counts: Counter[str] = Counter()
 
-    def write(self, message: Message) -> None:
+    def write(self, message: ViewerMessage) -> None:
         topic, content = message.topic, message.content
         if topic not in self._channels:
             self._channels[topic] = self._channel(topic, content)

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 MAP = "map"
 
 
-class Message(NamedTuple):
+class ViewerMessage(NamedTuple):
     """One message: when (mission time, s), on which topic, and a Foxglove message or a row."""
 
     at_s: float
@@ -43,7 +43,7 @@ class Message(NamedTuple):
     content: Any
 
 
-Messages = Iterator[Message]
+Messages = Iterator[ViewerMessage]
 
 
 def nanoseconds(at_s: float) -> int:
@@ -85,7 +85,7 @@ def transforms(result: "Result") -> Messages:
     rows = sorted(result.arrow["tracks"].to_pylist(), key=itemgetter("time_s"))
     for at_s, together in groupby(rows, key=itemgetter("time_s")):
         placed = [transform for row in together for transform in _frames(row)]
-        yield Message(at_s, "/tf", FrameTransforms(transforms=placed))
+        yield ViewerMessage(at_s, "/tf", FrameTransforms(transforms=placed))
 
 
 def _frames(row: Row) -> list[FrameTransform]:
@@ -146,12 +146,12 @@ def _events(result: "Result", table: str) -> Messages:
     instant = INSTANT[table]
     known = (row for row in result.arrow[table].to_pylist() if row[instant] is not None)
     for row in sorted(known, key=itemgetter(instant)):
-        yield Message(row[instant], topic(table, row), _known(row))
+        yield ViewerMessage(row[instant], topic(table, row), _known(row))
 
 
 def _metrics(result: "Result", table: str) -> Messages:
     for row in result.arrow[table].to_pylist():
-        yield Message(result.scenario.duration_s, topic(table, row), _known(row))
+        yield ViewerMessage(result.scenario.duration_s, topic(table, row), _known(row))
 
 
 def topic(table: str, row: dict[str, Any]) -> str:
@@ -220,7 +220,7 @@ def _vehicles(result: "Result", origin: tuple[float, float]) -> Messages:
             if None not in place:
                 name, at_s = row["vehicle"], row["time_s"]
                 location = _location(place, origin, at_s, frame.format(name))
-                yield Message(at_s, f"/{name}/{NAMES[frame]}", location)
+                yield ViewerMessage(at_s, f"/{name}/{NAMES[frame]}", location)
 
 
 def _fixes(result: "Result", origin: tuple[float, float]) -> Messages:
@@ -230,7 +230,7 @@ def _fixes(result: "Result", origin: tuple[float, float]) -> Messages:
         place = [row["x_m"], row["y_m"], row["z_m"]]
         covariance = enu_covariance(fix_covariance(row)).ravel().tolist()
         location = _location(place, origin, at_s, name, covariance)
-        yield Message(at_s, f"/{name}/location/fix", location)
+        yield ViewerMessage(at_s, f"/{name}/location/fix", location)
 
 
 def _location(

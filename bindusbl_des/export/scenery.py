@@ -29,7 +29,7 @@ from ..geometry.geodesy import Floats, enu_from_ned, enu_yaw
 from ..scenario.planned import horizontal_reach
 from ..scenario.plans import planned_paths
 from ..scenario.survey_area import area_of
-from .messages import FRAMES, MAP, Message, Messages, colour, timestamp
+from .messages import FRAMES, MAP, Messages, ViewerMessage, colour, timestamp
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -161,7 +161,7 @@ def certainty(result: "Result") -> Messages:
         return
     for at_s, together in groupby(sorted(rows, key=itemgetter("time_s")), key=itemgetter("time_s")):
         drawn = [_around(row) for row in together]
-        yield Message(at_s, "/scene/certainty", update(*drawn))
+        yield ViewerMessage(at_s, "/scene/certainty", update(*drawn))
 
 
 def _around(row: Mapping[str, Any]) -> dict[str, Any]:
@@ -205,7 +205,7 @@ def scenery(result: "Result") -> Messages:
         "/scene/ranges": list(_ranges(scenario)),
     }
     for topic, entities in drawn.items():
-        yield Message(0.0, topic, update(*entities))
+        yield ViewerMessage(0.0, topic, update(*entities))
 
 
 def _entity(name: str, frame: str = MAP, **parts: Any) -> dict[str, Any]:

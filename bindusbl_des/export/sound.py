@@ -9,7 +9,7 @@ import numpy as np
 from foxglove.messages import Duration, SpherePrimitive, Vector3
 
 from ..core.palette import MF_ON_DARK
-from .messages import MAP, Message, Messages, colour, fix_covariance, timestamp
+from .messages import MAP, Messages, ViewerMessage, colour, fix_covariance, timestamp
 from .scenery import ELLIPSE_SCALE, auv_colour, ellipse, line, rays, ring, update, upright
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def _fixes(result: "Result") -> Messages:
 
 def _shown(
     at_s: float, topic: str, name: str, frame: str, lasts: float, drawn: dict[str, Any]
-) -> Message:
+) -> ViewerMessage:
     entity = {
         "timestamp": timestamp(at_s),
         "frame_id": frame,
@@ -82,7 +82,7 @@ def _shown(
         "frame_locked": True,
         **drawn,
     }
-    return Message(at_s, topic, update(entity))
+    return ViewerMessage(at_s, topic, update(entity))
 
 
 def _vehicles(result: "Result") -> Any:

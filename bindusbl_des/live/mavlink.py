@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime, timedelta
 from typing import Any, NamedTuple
 
-from .readings import Delivered, Earth, Estimate, Reading
+from .readings import Earth, EstimateReading, FixReading, Reading
 
 # Number, extra byte of the checksum and layout of each message that is spoken or understood.
 GPS_INPUT, GPS_INPUT_EXTRA, GPS_INPUT_LAYOUT = 232, 151, struct.Struct("<QIii9fHHBBBH")
@@ -72,7 +72,7 @@ NOTHING = GpsInput(
 )
 
 
-class Inputs:
+class GpsInputs:
     """GPS inputs of AUVs: each fix as it is delivered; once that is stale, each second none."""
 
     def __init__(self) -> None:
@@ -80,17 +80,17 @@ class Inputs:
 
     def of(self, reading: Reading, earth: Earth) -> GpsInput | None:
         """Return what a reading gives the autopilot of its AUV, if anything."""
-        if isinstance(reading, Delivered):
+        if isinstance(reading, FixReading):
             self._last[reading.vehicle] = reading.at_s
             return _given(reading, earth)
-        if isinstance(reading, Estimate):
+        if isinstance(reading, EstimateReading):
             last = self._last.get(reading.vehicle, -math.inf)
             if reading.at_s - last > STALE_S:
                 return NOTHING._replace(time_usec=_microseconds(earth.utc(reading.at_s)))
         return None
 
 
-def _given(reading: Delivered, earth: Earth) -> GpsInput:
+def _given(reading: FixReading, earth: Earth) -> GpsInput:
     fix, now = reading.fix, earth.utc(reading.at_s)
     lat, lon, _ = earth.geodetic((fix.x_m, fix.y_m, fix.z_m))
     week, week_ms = _gps_time(earth.utc(fix.valid_at_s))
@@ -120,7 +120,7 @@ class Mavlink:
     """GPS_INPUT of each AUV: AUV0 is system 1."""
 
     def __init__(self) -> None:
-        self._inputs, self._sent = Inputs(), 0
+        self._inputs, self._sent = GpsInputs(), 0
 
     def __call__(self, reading: Reading, earth: Earth) -> Sequence[bytes]:
         given = self._inputs.of(reading, earth)
@@ -138,7 +138,7 @@ def packed(given: GpsInput) -> bytes:
 
 def mavproxy() -> Any:
     """Return what encodes GPS inputs as lines of JSON, as MAVProxy's GPSInput reads them."""
-    inputs = Inputs()
+    inputs = GpsInputs()
 
     def encoded(reading: Reading, earth: Earth) -> Sequence[bytes]:
         given = inputs.of(reading, earth)
@@ -169,7 +169,7 @@ def _checksum(data: bytes) -> bytes:
     return total.to_bytes(2, "little")
 
 
-class Message(NamedTuple):
+class MavlinkMessage(NamedTuple):
     """A message that is understood: who sent it (system), its number, and its fields."""
 
     system: int
@@ -177,7 +177,7 @@ class Message(NamedTuple):
     fields: tuple[Any, ...]
 
 
-def messages(data: bytes) -> Iterator[Message]:
+def messages(data: bytes) -> Iterator[MavlinkMessage]:
     """Yield the messages in a datagram that are understood; what is none, or damaged, is passed."""
     at = 0
     while at < len(data):
@@ -196,7 +196,7 @@ def messages(data: bytes) -> Iterator[Message]:
         at = end + 2 + (SIGNATURE if signed else 0) if whole else at + 1
 
 
-def _message(text: bytes, head: int) -> Message | None:
+def _message(text: bytes, head: int) -> MavlinkMessage | None:
     number = int.from_bytes(text[7:10], "little") if head == 10 else text[5]
     if number not in UNDERSTOOD or len(text) < head + text[1] + 2:
         return None
@@ -204,4 +204,4 @@ def _message(text: bytes, head: int) -> Message | None:
     if _checksum(text[1:-2] + bytes([extra])) != text[-2:]:
         return None
     payload = text[head:-2].ljust(layout.size, b"\0")[: layout.size]
-    return Message(text[5] if head == 10 else text[3], number, layout.unpack(payload))
+    return MavlinkMessage(text[5] if head == 10 else text[3], number, layout.unpack(payload))

@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 
-from .readings import Compass, Earth, Estimate, Gnss, Reading, Usbl
+from .readings import Compass, Earth, EstimateReading, Gnss, Reading, UsblReading
 
 KNOTS = 3600.0 / 1852.0  # in a m/s
 
@@ -42,9 +42,9 @@ def sentences(reading: Reading, earth: Earth) -> Iterator[str]:
         yield sentence("GPZDA", time, f"{when:%d,%m,%Y}", "00", "00")
     elif isinstance(reading, Compass):
         yield sentence("GPHDT", f"{_degrees(reading.yaw):.2f}", "T")
-    elif isinstance(reading, Usbl):
+    elif isinstance(reading, UsblReading):
         yield _psimssb(time, reading)
-    elif isinstance(reading, Estimate):
+    elif isinstance(reading, EstimateReading):
         lat, lon, _ = earth.geodetic(reading.place)
         yield _gga(time, lat, lon, ESTIMATED, 0, -reading.place[2])
 
@@ -55,7 +55,7 @@ def _gga(time: str, lat: float, lon: float, quality: int, used: int, height: flo
     return sentence("GPGGA", time, where, sight, f"{height:.2f}", "M", "0.0", "M", "", "")
 
 
-def _psimssb(time: str, reading: Usbl) -> str:
+def _psimssb(time: str, reading: UsblReading) -> str:
     starboard, forward, below = head_up(reading)
     beacon = f"B{int(reading.auv.removeprefix('AUV')) + 1:02d}"
     covariance = reading.sight.covariance
@@ -66,7 +66,7 @@ def _psimssb(time: str, reading: Usbl) -> str:
     )
 
 
-def head_up(reading: Usbl) -> tuple[float, float, float]:
+def head_up(reading: UsblReading) -> tuple[float, float, float]:
     """Return how far (m) to starboard, forward and below of itself a vessel has found an AUV."""
     sight = reading.sight
     x, y, z = (float(sight.place[axis]) - sight.own[axis] for axis in range(3))

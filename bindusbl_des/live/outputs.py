@@ -11,7 +11,18 @@ from typing import Any, NamedTuple
 
 from .mavlink import Mavlink, mavproxy
 from .nmea import sentences
-from .readings import Compass, Delivered, Earth, Estimate, Gnss, Pinged, Reading, Sent, Truth, Usbl
+from .readings import (
+    Compass,
+    Earth,
+    EstimateReading,
+    FixReading,
+    FrameReading,
+    Gnss,
+    Pinged,
+    Reading,
+    Truth,
+    UsblReading,
+)
 from .session import Encoder, Output
 from .sinks import LOOPBACK, Datagrams, File, Port, Say, Sink, Terminal
 from .ugps import Topside
@@ -43,21 +54,21 @@ def _content(reading: Reading, earth: Earth) -> dict[str, Any]:
         }
     if isinstance(reading, Compass):
         return {"kind": "compass", "heading_deg": math.degrees(reading.yaw) % 360.0}
-    if isinstance(reading, Usbl):
+    if isinstance(reading, UsblReading):
         return {"kind": "usbl", "auv": reading.auv, "ping": reading.ping, **_seen(reading, earth)}
-    if isinstance(reading, Delivered):
+    if isinstance(reading, FixReading):
         known = {name: it for name, it in asdict(reading.fix).items() if it is not None}
         rest = {name: it for name, it in known.items() if name not in ("auv", *UNKNOWN)}
         fix = reading.fix
         return {"kind": "fix", **rest, **_place((fix.x_m, fix.y_m, fix.z_m), earth)}
-    if isinstance(reading, Estimate):
+    if isinstance(reading, EstimateReading):
         (xx, xy), (_, yy) = reading.covariance
         spread = {"sd_x_m": math.sqrt(max(xx, 0.0)), "sd_y_m": math.sqrt(max(yy, 0.0))}
         place = _place(reading.place, earth)
         return {"kind": "estimate", **place, **spread, "cov_xy_m2": xy}
     if isinstance(reading, Pinged):
         return {"kind": "ping", "ping": reading.ping}
-    if isinstance(reading, Sent):
+    if isinstance(reading, FrameReading):
         known = {name: it for name, it in asdict(reading.frame).items() if it is not None}
         return {"kind": "broadcast", **{name: it for name, it in known.items() if name != "asv"}}
     assert isinstance(reading, Truth)
@@ -65,7 +76,7 @@ def _content(reading: Reading, earth: Earth) -> dict[str, Any]:
     return {"kind": "truth", **_place(reading.place, earth), "heading_deg": heading}
 
 
-def _seen(reading: Usbl, earth: Earth) -> dict[str, Any]:
+def _seen(reading: UsblReading, earth: Earth) -> dict[str, Any]:
     """Return what a vessel has measured: where the AUV is, and how far north, east and below."""
     sight = reading.sight
     offset = [float(sight.place[axis]) - sight.own[axis] for axis in range(3)]
@@ -107,7 +118,7 @@ class Format(NamedTuple):
     sinks: tuple[str, ...] = ("udp", "tcp", "pty", "file")
 
 
-class Asked(NamedTuple):
+class AskedOutput(NamedTuple):
     """An output as somebody has asked for it."""
 
     text: str
@@ -148,7 +159,7 @@ SINKS = {
 }
 
 
-def asked(text: str, vehicles: Sequence[str]) -> Asked:
+def asked(text: str, vehicles: Sequence[str]) -> AskedOutput:
     """Return an output as it is written; `vehicles` are those that there are.
 
     Raises:
@@ -165,7 +176,7 @@ def asked(text: str, vehicles: Sequence[str]) -> Asked:
     if sink not in FORMATS[form].sinks:
         spelt = ", ".join(f"{form}:{SINKS[it]}" for it in FORMATS[form].sinks)
         raise ValueError(f"{text}: {form} does not go to {sink}; write {spelt}")
-    return Asked(text, form, chosen(named, vehicles, text), sink, where)
+    return AskedOutput(text, form, chosen(named, vehicles, text), sink, where)
 
 
 def chosen(named: str, vehicles: Sequence[str], text: str) -> tuple[str, ...]:
@@ -181,7 +192,7 @@ def chosen(named: str, vehicles: Sequence[str], text: str) -> tuple[str, ...]:
     return only
 
 
-def encoder(wanted: Asked, only: Sequence[str]) -> Encoder:
+def encoder(wanted: AskedOutput, only: Sequence[str]) -> Encoder:
     """Return what encodes readings for an output.
 
     NMEA has no names of vehicles: AUVs' estimates are in it only where AUVs are named.
@@ -192,14 +203,14 @@ def encoder(wanted: Asked, only: Sequence[str]) -> Encoder:
     named = {*wanted.only, *only}
 
     def vessels(reading: Reading, earth: Earth) -> Sequence[bytes]:
-        if isinstance(reading, Estimate) and reading.vehicle not in named:
+        if isinstance(reading, EstimateReading) and reading.vehicle not in named:
             return ()
         return encode(reading, earth)
 
     return vessels
 
 
-def _topside(wanted: Asked, by: "Opening") -> Output:
+def _topside(wanted: AskedOutput, by: "Opening") -> Output:
     """Open the topside of the first vessel that is named, which locates the first AUV that is."""
     named = [*wanted.only, "ASV0", "AUV0"]
     vessel, auv = (next(it for it in named if it.startswith(kind)) for kind in ("ASV", "AUV"))
@@ -208,7 +219,7 @@ def _topside(wanted: Asked, by: "Opening") -> Output:
     return Output(topside, topside)
 
 
-def _bag(wanted: Asked, by: "Opening") -> Output:
+def _bag(wanted: AskedOutput, by: "Opening") -> Output:
     """Begin a bag; what writes it is an extra."""
     if not wanted.where.endswith(".mcap"):
         raise ValueError(f"{wanted.text}: a bag's name ends in .mcap; write ros2:file:PATH.mcap")
@@ -226,7 +237,7 @@ def _bag(wanted: Asked, by: "Opening") -> Output:
 
 
 # Formats that are their own sinks.
-WHOLE: dict[str, Callable[[Asked, "Opening"], Output]] = {"ugps": _topside, "ros2": _bag}
+WHOLE: dict[str, Callable[[AskedOutput, "Opening"], Output]] = {"ugps": _topside, "ros2": _bag}
 
 
 class Opening(NamedTuple):
@@ -241,7 +252,7 @@ class Opening(NamedTuple):
     replace: bool = False
 
 
-def opened(wanted: Asked, only: Sequence[str], by: Opening) -> Output:
+def opened(wanted: AskedOutput, only: Sequence[str], by: Opening) -> Output:
     """Open an output.
 
     Raises:
@@ -253,32 +264,32 @@ def opened(wanted: Asked, only: Sequence[str], by: Opening) -> Output:
     return Output(encoder(wanted, only), OPENERS[wanted.sink](wanted, by), wanted.only)
 
 
-def _udp(wanted: Asked, by: Opening) -> Sink:
+def _udp(wanted: AskedOutput, by: Opening) -> Sink:
     host, _, port = wanted.where.rpartition(":")
     if not host:
         raise ValueError(f"{wanted.text}: write {wanted.format}:{SINKS['udp']}")
     return Datagrams(wanted.text, host.strip("[]"), _port(port, wanted.text))
 
 
-def _tcp(wanted: Asked, by: Opening) -> Sink:
+def _tcp(wanted: AskedOutput, by: Opening) -> Sink:
     port = Port(wanted.text, by.bind, _port(wanted.where, wanted.text), by.selector, by.warn)
     by.say(f"{wanted.text}: listens on {by.bind}:{port.port}")
     return port
 
 
-def _pty(wanted: Asked, by: Opening) -> Sink:
+def _pty(wanted: AskedOutput, by: Opening) -> Sink:
     terminal = Terminal(wanted.text, by.selector)
     by.say(f"{wanted.text}: {terminal.path}")
     return terminal
 
 
-def _file(wanted: Asked, by: Opening) -> Sink:
+def _file(wanted: AskedOutput, by: Opening) -> Sink:
     if not wanted.where:
         raise ValueError(f"{wanted.text}: write {wanted.format}:{SINKS['file']}")
     return File(wanted.text, Path(wanted.where), replace=by.replace)
 
 
-OPENERS: dict[str, Callable[[Asked, Opening], Sink]] = {
+OPENERS: dict[str, Callable[[AskedOutput, Opening], Sink]] = {
     "udp": _udp,
     "tcp": _tcp,
     "pty": _pty,

@@ -48,7 +48,7 @@ class Compass(NamedTuple):
     yaw: float
 
 
-class Usbl(NamedTuple):
+class UsblReading(NamedTuple):
     """What an ASV has measured of a ping that it has just decoded."""
 
     at_s: float
@@ -58,7 +58,7 @@ class Usbl(NamedTuple):
     sight: Sight
 
 
-class Delivered(NamedTuple):
+class FixReading(NamedTuple):
     """A fix that an AUV has just been given, or with passive ranging has measured itself."""
 
     at_s: float
@@ -66,7 +66,7 @@ class Delivered(NamedTuple):
     fix: Fix
 
 
-class Estimate(NamedTuple):
+class EstimateReading(NamedTuple):
     """Where an AUV believes to be: x, y of its navigator, z of its pressure sensor (m), and the
     covariance of x and y (2, 2), m2, and the noise of the depth (m).
     """
@@ -86,7 +86,7 @@ class Pinged(NamedTuple):
     ping: int
 
 
-class Sent(NamedTuple):
+class FrameReading(NamedTuple):
     """An ASV has begun a frame of fixes, or an answer."""
 
     at_s: float
@@ -103,7 +103,9 @@ class Truth(NamedTuple):
     yaw: float
 
 
-Reading = Gnss | Compass | Usbl | Delivered | Estimate | Pinged | Sent | Truth
+Reading = (
+    Gnss | Compass | UsblReading | FixReading | EstimateReading | Pinged | FrameReading | Truth
+)
 
 
 class Earth(NamedTuple):
@@ -217,13 +219,13 @@ class Instruments:
             name = f"ASV{row.asv}" if row.auv is None else f"AUV{row.auv}"
             yield Pinged(at_s, name, row.ping)
         elif kind == "broadcast":
-            yield Sent(at_s, f"ASV{row.asv}", row)
+            yield FrameReading(at_s, f"ASV{row.asv}", row)
         elif kind == "delivery":
-            yield Delivered(at_s, f"AUV{row.auv}", row)
+            yield FixReading(at_s, f"AUV{row.auv}", row)
         elif row.outcome == "heard":
             sight = self._mission.sight_of(row.ping, row.asv)
             if sight is not None:
-                yield Usbl(at_s, f"ASV{row.asv}", f"AUV{row.auv}", row.ping, sight)
+                yield UsblReading(at_s, f"ASV{row.asv}", f"AUV{row.auv}", row.ping, sight)
             else:
                 self.is_unsighted = not self._mission.scenario.protocol.is_passive
 
@@ -245,7 +247,7 @@ class Instruments:
             depth = self._depths[auv].measured(z, at_s)
             if self._is_wanted(name):
                 covariance = states.covariance[auv].tolist()
-                yield Estimate(at_s, name, (north, east, depth), covariance, depth_sd)
+                yield EstimateReading(at_s, name, (north, east, depth), covariance, depth_sd)
                 if self._truth:
                     yield Truth(at_s, name, (x, y, z), yaw)
 

@@ -21,7 +21,17 @@ from foxglove.mcap import MCAPWriteOptions
 from ..core.files import draft_of
 from ..geometry.geodesy import enu_covariance, enu_from_ned, enu_yaw
 from ..records.events import Fix
-from .readings import Compass, Delivered, Earth, Estimate, Gnss, Reading, Truth, Usbl, earth_of
+from .readings import (
+    Compass,
+    Earth,
+    EstimateReading,
+    FixReading,
+    Gnss,
+    Reading,
+    Truth,
+    UsblReading,
+    earth_of,
+)
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -134,7 +144,7 @@ def quaternion(yaw: float | None) -> tuple[float, float, float, float]:
     return 0.0, 0.0, math.sin(half), math.cos(half)
 
 
-class Said(NamedTuple):
+class RosMessage(NamedTuple):
     """A message: topic, kind, log time (ns) and content."""
 
     topic: str
@@ -150,28 +160,28 @@ class Speaker:
         self._yaws: dict[str, float] = {}
         self._clock = -1
 
-    def of(self, reading: Reading, earth: Earth) -> Iterator[Said]:
+    def of(self, reading: Reading, earth: Earth) -> Iterator[RosMessage]:
         """Yield the messages of a reading."""
         now, name = nanoseconds(earth, reading.at_s), reading.vehicle
-        if now > self._clock and isinstance(reading, (Gnss, Estimate, Truth)):
+        if now > self._clock and isinstance(reading, (Gnss, EstimateReading, Truth)):
             self._clock = now
-            yield Said("/clock", "rosgraph_msgs/Clock", now, Cdr().time(now).data)
+            yield RosMessage("/clock", "rosgraph_msgs/Clock", now, Cdr().time(now).data)
         if isinstance(reading, Compass):
             self._yaws[name] = reading.yaw
         elif isinstance(reading, Gnss):
             place, spread = (*reading.place, 0.0), np.diag([reading.sd_m**2] * 3)
             yield from _on_earth(f"/{name}/gnss", now, now, name, place, spread, earth)
             yield _transform(now, name, place, self._yaws.get(name))
-        elif isinstance(reading, Usbl):
+        elif isinstance(reading, UsblReading):
             place, spread = reading.sight.place.tolist(), reading.sight.covariance
             yield _pose(f"/{name}/usbl/{reading.auv}", now, now, place, None, spread, UNKNOWN)
-        elif isinstance(reading, Delivered):
+        elif isinstance(reading, FixReading):
             fix = reading.fix
             place, held = (fix.x_m, fix.y_m, fix.z_m), nanoseconds(earth, fix.valid_at_s)
             spread = _covariance(fix)
             yield _pose(f"/{name}/fix", now, held, place, None, spread, UNKNOWN)
             yield from _on_earth(f"/{name}/fix/navsat", now, held, MAP, place, spread, earth)
-        elif isinstance(reading, Estimate):
+        elif isinstance(reading, EstimateReading):
             yield _odometry(now, reading)
             yield _transform(now, f"{name}/estimate", reading.place, None)
         elif isinstance(reading, Truth):
@@ -197,35 +207,35 @@ def _covariance(fix: Fix) -> Any:
 def _pose(
     topic: str, now: int, held: int, place: Sequence[float], yaw: float | None, spread: Any,
     turn: float,
-) -> Said:  # fmt: skip
+) -> RosMessage:  # fmt: skip
     text = Cdr().header(held).pose(place, yaw, spread, turn)
-    return Said(topic, "geometry_msgs/PoseWithCovarianceStamped", now, text.data)
+    return RosMessage(topic, "geometry_msgs/PoseWithCovarianceStamped", now, text.data)
 
 
 def _on_earth(
     topic: str, now: int, held: int, frame: str, place: Sequence[float], spread: Any, earth: Earth
-) -> Iterator[Said]:
+) -> Iterator[RosMessage]:
     """Yield a place as NavSatFix, if the scenario is on Earth."""
     if earth.origin is not None:
         text = Cdr().header(held, frame).put("b", FIX).put("H", GPS)
         text.put("d", *earth.geodetic(place)).put("d", *enu_covariance(spread).ravel().tolist())
-        yield Said(topic, "sensor_msgs/NavSatFix", now, text.put("B", KNOWN).data)
+        yield RosMessage(topic, "sensor_msgs/NavSatFix", now, text.put("B", KNOWN).data)
 
 
-def _odometry(now: int, reading: Estimate) -> Said:
+def _odometry(now: int, reading: EstimateReading) -> RosMessage:
     """Return where an AUV believes to be; its heading and velocity are not told."""
     (xx, xy), (_, yy) = reading.covariance
     spread = np.array([[xx, xy, 0.0], [xy, yy, 0.0], [0.0, 0.0, reading.depth_sd_m**2]])
     text = Cdr().header(now).text(f"{reading.vehicle}/estimate")
     text.pose(reading.place, None, spread, UNKNOWN)
     text.put("d", *[0.0] * 6).put("d", *np.diag([UNKNOWN] * 6).ravel().tolist())
-    return Said(f"/{reading.vehicle}/odometry", "nav_msgs/Odometry", now, text.data)
+    return RosMessage(f"/{reading.vehicle}/odometry", "nav_msgs/Odometry", now, text.data)
 
 
-def _transform(now: int, frame: str, place: Sequence[float], yaw: float | None) -> Said:
+def _transform(now: int, frame: str, place: Sequence[float], yaw: float | None) -> RosMessage:
     text = Cdr().put("I", 1).header(now).text(frame)
     text.put("d", *enu_from_ned(place).tolist(), *quaternion(yaw))
-    return Said("/tf", "tf2_msgs/TFMessage", now, text.data)
+    return RosMessage("/tf", "tf2_msgs/TFMessage", now, text.data)
 
 
 class Bag:
@@ -318,7 +328,7 @@ def _of_tables(result: "Result") -> Iterator[Reading]:
             place = row["estimate_x_m"], row["estimate_y_m"], row["estimate_z_m"]
             xx, yy = row["estimate_sd_x_m"] ** 2, row["estimate_sd_y_m"] ** 2
             xy = row["estimate_cov_xy_m2"]
-            yield Estimate(at_s, name, place, ((xx, xy), (xy, yy)), depth_sd)
+            yield EstimateReading(at_s, name, place, ((xx, xy), (xy, yy)), depth_sd)
     for row in result.arrow["fixes"].to_pylist():
         if row["outcome"] == "delivered":
-            yield Delivered(row["delivered_at_s"], row["auv"], Fix(**row))
+            yield FixReading(row["delivered_at_s"], row["auv"], Fix(**row))

@@ -12,7 +12,7 @@ from importlib.metadata import version
 from typing import Any
 
 from .nmea import head_up
-from .readings import Compass, Earth, Gnss, Reading, Usbl
+from .readings import Compass, Earth, Gnss, Reading, UsblReading
 
 # Receivers of a topside; the array is one, whose range stands for each.
 RECEIVERS = 4
@@ -69,7 +69,7 @@ class Topside:
             self._master = self._master | _satellites(reading, earth)
         elif isinstance(reading, Compass):
             self._master = self._master | {"orientation": _degrees(reading.yaw)}
-        elif isinstance(reading, Usbl) and reading.auv == self._auv:
+        elif isinstance(reading, UsblReading) and reading.auv == self._auv:
             self._seen_at, self._acoustic = reading.at_s, _acoustic(reading)
             lat, lon, _ = earth.geodetic(reading.sight.place.tolist())
             self._global = UNKNOWN | {"lat": lat, "lon": lon, "fix_quality": 1}
@@ -106,7 +106,7 @@ def _satellites(reading: Gnss, earth: Earth) -> dict[str, float]:
     return found
 
 
-def _acoustic(reading: Usbl) -> dict[str, Any]:
+def _acoustic(reading: UsblReading) -> dict[str, Any]:
     """Return where an AUV is, x ahead of the vessel, y to starboard, z below."""
     starboard, forward, below = head_up(reading)
     covariance = reading.sight.covariance

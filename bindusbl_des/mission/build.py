@@ -8,7 +8,7 @@ import simpy
 
 from ..acoustics.bursts import pairs
 from ..acoustics.named_channels import hf_channel, loss_of, mf_channel, timing_sd_of
-from ..acoustics.propagation import Band
+from ..acoustics.propagation import SignalBand
 from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams
 from ..navigation.navigators import Navigator
@@ -46,7 +46,7 @@ from ..usbl.usbl import Usbl, sheet_of
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
 from ..vehicles.poses import Poses, PoseSource
-from .closed_loop import Water, afterwards_s
+from .closed_loop import MissionCurrent, afterwards_s
 from .launch import launch_anchors, launch_asvs, launch_auvs, posed
 from .onboard import equip_auvs
 from .sensor_errors import lasting_errors, wrong_reckoning
@@ -68,7 +68,7 @@ def build_world(
     streams = Streams(seed)
     columns = sum(len(kind.sds) * kind.times for kind in told_of(scenario))
     record = Recorder(scenario.record.detail == "full", levers=Levers(columns))
-    water = Water(scenario, streams)
+    water = MissionCurrent(scenario, streams)
     wrong = wrong_reckoning(scenario, streams, water)
     moved = {} if source is None else _moved(scenario, source, pose_step_s)
     auvs, asvs = moved.get("auvs"), moved.get("asvs")
@@ -239,10 +239,10 @@ def _passive(
     return PassiveNetwork(env, slots_of(scenario), auvs, asvs, record, beacons, outcomes, fixes)
 
 
-def hf_band(scenario: Scenario) -> Band:
+def hf_band(scenario: Scenario) -> SignalBand:
     """Return what holds for all pings and calls."""
     hf = scenario.acoustics.hf
-    return Band(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed_of(scenario))
+    return SignalBand(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed_of(scenario))
 
 
 def hf_bursts(scenario: Scenario, streams: Streams) -> Rows | None:

@@ -34,7 +34,7 @@ SLOWEST_SOUND = 1300.0
 STARTING_S = 1.0
 
 
-class Water:
+class MissionCurrent:
     """The current of one mission, and how far it has carried what drifts in it."""
 
     def __init__(self, scenario: Scenario, streams: Streams) -> None:
@@ -123,7 +123,7 @@ def slow_gnss(scenario: Scenario, streams: Streams) -> Array:
 
 
 def guided_auvs(
-    scenario: Scenario, tours: Sequence[Path], water: Water, wrong: Wrong | None
+    scenario: Scenario, tours: Sequence[Path], water: MissionCurrent, wrong: Wrong | None
 ) -> "GuidedFleet":
     """Return the trajectories of all AUVs along their tours.
 
@@ -153,7 +153,10 @@ def guided_auvs(
 
 
 def guided_asvs(
-    scenario: Scenario, stations: Sequence[tuple[float, float]], streams: Streams, water: Water
+    scenario: Scenario,
+    stations: Sequence[tuple[float, float]],
+    streams: Streams,
+    water: MissionCurrent,
 ) -> "GuidedFleet":
     """Return the trajectories of all ASVs, which keep their stations by noisy GNSS positions."""
     from ..vehicles.guidance import GuidedFleet, Plan

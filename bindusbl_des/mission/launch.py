@@ -28,7 +28,7 @@ from ..vehicles.poses import PosedVehicle, Poses
 from ..vehicles.reckoning import Wrong
 from ..vehicles.vehicle import Place, SegmentedTrajectory, kinematic, moored, recorded
 from .closed_loop import (
-    Water,
+    MissionCurrent,
     afterwards_s,
     control_intervals,
     guided_asvs,
@@ -48,7 +48,7 @@ def posed(poses: Poses, kind: str, count: int) -> Fleet:
     return Fleet(vehicles, poses.motion(kind), poses=poses)
 
 
-def launch_auvs(scenario: Scenario, water: Water, wrong: Wrong) -> Fleet:
+def launch_auvs(scenario: Scenario, water: MissionCurrent, wrong: Wrong) -> Fleet:
     """Return the AUVs of a scenario, in index order.
 
     Their dead reckoning, by which some of them steer, is `wrong`.
@@ -103,7 +103,7 @@ def _guided_foreseen(scenario: Scenario) -> Fleet:
     fleet = _foreseen.get((*plan, route))
     if fleet is None:
         _foreseen.clear()  # beforehand: there may not be room for two long voyages of large fleets
-        fleet = _foreseen[(*plan, route)] = _guided(scenario, Water(scenario, Streams(0)))
+        fleet = _foreseen[(*plan, route)] = _guided(scenario, MissionCurrent(scenario, Streams(0)))
     return fleet
 
 
@@ -119,7 +119,7 @@ def _segmented(vehicles: Sequence[SegmentedTrajectory]) -> Fleet:
     return Fleet(vehicles, together([vehicle.legs for vehicle in vehicles]))
 
 
-def _guided(scenario: Scenario, water: Water) -> Fleet:
+def _guided(scenario: Scenario, water: MissionCurrent) -> Fleet:
     """Return AUVs with dynamics that know where they are: their whole way is foreseen."""
     guided = guided_auvs(scenario, planned_tours(scenario), water, None)
     guided.advance(guided.duration_s)
@@ -153,7 +153,7 @@ def launch_anchors(scenario: Scenario, auvs: Fleet) -> Anchors | None:
     return anchors_of(scenario, CarriedForward(launched, courses(scenario)), room_of(scenario))
 
 
-def launch_asvs(scenario: Scenario, streams: Streams, water: Water) -> Fleet:
+def launch_asvs(scenario: Scenario, streams: Streams, water: MissionCurrent) -> Fleet:
     """Return the ASVs of a scenario at their stations or on their tracks, in index order."""
     own, placement = scenario.asvs.vehicle.own, scenario.asvs.formation
     if isinstance(placement, AsvTrack):

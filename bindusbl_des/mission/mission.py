@@ -21,7 +21,7 @@ from ..protocol.happenings import Happening, Watch
 from ..protocol.hf.outcomes import Sight
 from ..protocol.network import Network
 from ..protocol.schedules.named import OwnSchedule, Schedule
-from ..protocol.steps import Environment
+from ..protocol.steps import MissionEnvironment
 from ..records.events import HEARD, Broadcast
 from ..records.rows import NONE
 from ..results.result import Result
@@ -154,7 +154,7 @@ class Mission:
         self.seed = int(seed)
         self._time, self._worked_s, self._has_failed = 0.0, 0.0, False
         with self._at_work():
-            self._env = Environment()
+            self._env = MissionEnvironment()
             self._world = build_world(self._env, self.scenario, self.seed, poses, pose_step_s)
             if schedule is not None:
                 self._schedule_by(schedule)
@@ -176,7 +176,7 @@ class Mission:
         return self._time
 
     @property
-    def env(self) -> Environment:
+    def env(self) -> MissionEnvironment:
         """The environment of the mission's events, for processes of one's own beside it."""
         return self._env
 

@@ -14,10 +14,10 @@ from ..scenario.scenario import Scenario
 from ..usbl.systematic_fixes import SYSTEMATIC, Systematic
 from ..vehicles.currents import CONTROL_S, gauss_markov
 from ..vehicles.reckoning import Wrong, skews_of
-from .closed_loop import Array, Water, control_intervals, slow_gnss
+from .closed_loop import Array, MissionCurrent, control_intervals, slow_gnss
 
 
-def wrong_reckoning(scenario: Scenario, streams: Streams, water: Water) -> Wrong:
+def wrong_reckoning(scenario: Scenario, streams: Streams, water: MissionCurrent) -> Wrong:
     """Return how wrong the AUVs' dead reckoning is in this mission.
 
     What biases that wander have done is summed up as the AUVs' ways become known.
@@ -75,7 +75,7 @@ def _drawn(streams: Streams, purpose: Purpose, count: int, sd: float) -> Array:
     return sd * np.array([streams.of(purpose, auv).standard_normal(2) for auv in range(count)])
 
 
-def _walks(scenario: Scenario, streams: Streams, water: Water, skews: Rows) -> Array:
+def _walks(scenario: Scenario, streams: Streams, water: MissionCurrent, skews: Rows) -> Array:
     """Return each AUV's dead-reckoning error (m) but for biases and skew, at its IMU's samples,
     (n, k, 2).
 

@@ -13,7 +13,7 @@ from ..navigation.dead_reckoning import Odometry
 from ..scenario.plans import plans_of
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of, swath_of
-from ..vehicles.fleet import Fleet, Way
+from ..vehicles.fleet import Fleet, VehicleTrack
 from ..vehicles.sweeping import Sweep, sweep
 from ..vehicles.vehicle import Vehicle
 
@@ -46,7 +46,7 @@ class Samples(NamedTuple):
     every fix delivered by then.
     """
 
-    way: Way
+    way: VehicleTrack
     odometry: Odometry
     estimate: Array
 

@@ -30,7 +30,7 @@ import numpy as np
 from ..core.compiled import compiled, inlined, written_out
 from ..records.rows import Rows
 from ..vehicles.motion import Floats
-from ..vehicles.reckoning import Drift, Told, Way, expected_error, way_since
+from ..vehicles.reckoning import ExpectedDrift, ReckonedPath, Told, expected_error, way_since
 from .dead_reckoning import Reckoned, reckoned
 
 # States that every belief has: the error (m), velocity bias (m/s) and current (m/s), two each.
@@ -129,7 +129,7 @@ def write(belief: Belief, place: Belief) -> None:
 
 
 @inlined
-def expected(belief: Belief, growth: Growth) -> Drift:
+def expected(belief: Belief, growth: Growth) -> ExpectedDrift:
     """Return what a belief expects of dead reckoning."""
     moment, state = belief.moment[0], belief.state
     stretch = turn = ahead = aside = 0.0
@@ -139,7 +139,7 @@ def expected(belief: Belief, growth: Growth) -> Drift:
     if growth.wandering > 0:
         ahead, aside = state[growth.wandering], state[growth.wandering + 1]
         lasts = growth.time_constants[growth.wandering - STATES]
-    return Drift(
+    return ExpectedDrift(
         moment.at_s, moment.cosine_s, moment.sine_s, moment.x_m, moment.y_m, state[0], state[1],
         state[2], state[3], state[4], state[5], stretch, turn, ahead, aside, lasts,
     )  # fmt: skip
@@ -176,7 +176,7 @@ def carry(belief: Belief, told: Told, growth: Growth) -> None:
 
 
 @inlined
-def _carried(spread: Floats, k: int, way: Way) -> tuple[float, float]:
+def _carried(spread: Floats, k: int, way: ReckonedPath) -> tuple[float, float]:
     """Return how both errors go together with a state k after some way, F P."""
     passed, ahead, aside = way.passed, way.ahead, way.aside
     x = ahead * spread[2, k] - aside * spread[3, k] - passed * spread[4, k]

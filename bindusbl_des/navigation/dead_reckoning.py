@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..core.compiled import compiled, inlined
 from ..core.handed import Handed, opened
-from ..vehicles.fleet import Way, Ways
+from ..vehicles.fleet import FleetTracksCache, VehicleTrack
 from ..vehicles.motion import Motion, headed, places
 from ..vehicles.reckoning import Told, Wrong, by_compass, error, follow
 
@@ -103,10 +103,10 @@ class DeadReckoning:
 
     def sample(self, auv: int, times: Array) -> tuple[Array, Odometry]:
         """Return truth x, y, z (m), yaw (rad), (n, 4), and what the AUV knew, at instants (s)."""
-        way = Ways(self.known.motion, foreseen=False).of(auv, times)
+        way = FleetTracksCache(self.known.motion, foreseen=False).of(auv, times)
         return way.truth, self.told(auv, way)
 
-    def told(self, auv: int, way: Way) -> Odometry:
+    def told(self, auv: int, way: VehicleTrack) -> Odometry:
         """Return what an AUV's own sensors have told it of its way."""
         n = len(way.times)
         position, headings = np.empty((n, 2)), np.empty((n, 2))
@@ -138,7 +138,7 @@ def reckoned(auv: int, time: float, known: Reckoned) -> Told:
 def _reckoned_all(
     handed: int, auv: int, times: Array, lines: Array, position: Array, headings: Array
 ) -> None:
-    """Write dead reckoning (n, 2) and headings (n, 2) on a way (:class:`.ways.Way`).
+    """Write dead reckoning (n, 2) and headings (n, 2) on a way (:class:`.ways.VehicleTrack`).
 
     `handed` is the address of a :class:`Reckoned`.
     """

@@ -8,7 +8,7 @@ from ..core.compiled import compiled
 from ..core.growing import lengthened
 from ..core.handed import Handed, opened
 from ..vehicles.motion import Floats, Ints
-from ..vehicles.reckoning import Drift, Told, expected_error, way_since
+from ..vehicles.reckoning import ExpectedDrift, Told, expected_error, way_since
 from .belief import Beliefs, Growth, carry, error_spread, expected, on_circle, one, step_on, write
 from .correcting import Desk, Holding, Known
 from .dead_reckoning import Odometry
@@ -80,7 +80,7 @@ def believed(
 
 @compiled
 def _places(
-    out: Floats, odometry: Odometry, begin: int, end: int, drift: Drift, in_body: bool
+    out: Floats, odometry: Odometry, begin: int, end: int, drift: ExpectedDrift, in_body: bool
 ) -> None:
     """Write where dead reckoning less the drift expected of it is, of some instants."""
     times, position, headings = odometry.times, odometry.position, odometry.headings

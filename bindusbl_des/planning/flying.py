@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..campaigns.campaign import Campaign, unfinished_campaign
 from ..campaigns.experiments.experiment import Experiment
-from ..campaigns.experiments.plan import Plan
+from ..campaigns.experiments.plan import ExperimentPlan
 from ..campaigns.failures import check_files
 from ..campaigns.running import first_record
 from ..campaigns.storage.folder import (
@@ -194,7 +194,7 @@ def flights(
         CampaignError: when the folder holds other missions, or another process flies them.
         NotWritten: when the folder cannot be written.
     """
-    plan = Plan(experiment)
+    plan = ExperimentPlan(experiment)
     folder.mkdir(exist_ok=True)
     sync(folder.parent)
     with locked(folder):
@@ -214,7 +214,7 @@ def local_workers(count: int | None) -> AbstractContextManager[WorkerPool]:
     return at_work(pool_for("local", count or os.cpu_count() or 1))
 
 
-def _campaign(plan: Plan, folder: Path) -> Campaign:
+def _campaign(plan: ExperimentPlan, folder: Path) -> Campaign:
     """Return the campaign of a plan in a folder that holds it, or nothing yet."""
     if (folder / RECORD).exists():
         before = unfinished_campaign(folder)

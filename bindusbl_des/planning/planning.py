@@ -37,8 +37,8 @@ from typing import Any, TypedDict, Unpack
 from weakref import finalize
 
 from ..campaigns.experiments.experiment import Experiment
-from ..campaigns.experiments.options import Asked
-from ..campaigns.experiments.plan import Plan as Missions
+from ..campaigns.experiments.options import PythonArguments
+from ..campaigns.experiments.plan import ExperimentPlan as Missions
 from ..campaigns.running import check_plugins
 from ..core.wording import counted, did_you_mean
 from ..scenario.files.shipped import located
@@ -118,7 +118,7 @@ def plan(
     asking = Asking(
         goals_of_arguments(below, above, of),
         of,
-        Asked(vary),
+        PythonArguments(vary),
         how.get("confidence"),
         how.get("budget_s"),
         how.get("budget_missions"),

@@ -63,7 +63,7 @@ class Surveyed(NamedTuple):
     slant: bool
 
 
-class Survey:
+class VehiclePositions:
     """Tells where all vehicles are, and who is within a reach of whom."""
 
     def __init__(self, surveyed: Surveyed) -> None:

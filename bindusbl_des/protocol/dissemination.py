@@ -31,7 +31,7 @@ Decoded = Callable[[int, float], Flags]
 
 
 @dataclass
-class Plan:
+class AnnouncedRound:
     """The ping groups of a round that begins at an instant, and the frames that tell of it.
 
     `frames` are numbers of broadcasts, each with the AUVs that it names; `told` (n,) who knows the
@@ -97,7 +97,7 @@ class Knowledge:
     slot: int = 0
     pinged_at_s: float = -np.inf
 
-    def learn(self, plan: Plan, turn_s: float | None, slot: int) -> None:
+    def learn(self, plan: AnnouncedRound, turn_s: float | None, slot: int) -> None:
         """Take in the plan of a later round; rounds last as long as those since the last told."""
         if self.round >= 0:
             self.period_s = (plan.starts_s - self.starts_s) / (plan.number - self.round)
@@ -166,13 +166,13 @@ class Dissemination:
     manner: Manner
     auvs: list[Knowledge]
     streams: Streams
-    _plans: dict[int, Plan] = field(default_factory=dict, init=False)
+    _plans: dict[int, AnnouncedRound] = field(default_factory=dict, init=False)
     _under_way: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
         self._luck = cache(partial(self.streams.of, Purpose.CONTENTION))
 
-    def planned(self, number: int, time: float) -> Plan:
+    def planned(self, number: int, time: float) -> AnnouncedRound:
         """Return the plan of a round that begins at an instant (s).
 
         One that begins later than was said, because no ASV worked, nobody knows of, nor one that no
@@ -237,7 +237,9 @@ class Dissemination:
         """Note that a broadcast, by its number, of a round names AUVs."""
         self._plans[number + self.manner.ahead].frames.append((broadcast, named))
 
-    def _plan(self, number: int, time: float, starts: float, ahead_s: float = 0.0) -> Plan:
+    def _plan(
+        self, number: int, time: float, starts: float, ahead_s: float = 0.0
+    ) -> AnnouncedRound:
         """Return the plan of a round by what the fleet knows at an instant (s), so much (s) before
         it begins.
         """
@@ -255,7 +257,7 @@ class Dissemination:
             groups.append([self.roll.recall(lost, number)])
         lengths += [self.slots.uplink_slot] * (len(groups) - len(lengths))
         nobody = np.zeros(len(lost), dtype=np.bool_)
-        return Plan(number, view, TimedGroups(groups, lengths), starts, nobody)
+        return AnnouncedRound(number, view, TimedGroups(groups, lengths), starts, nobody)
 
     def _slot_starts(self, groups: TimedGroups, starts: float) -> list[float]:
         """Return when (s) the slots of a round begin, and the last of them ends."""
@@ -287,7 +289,7 @@ class Dissemination:
             self.auvs[auv].pinged_at_s = time
         return able
 
-    def _note(self, plan: Plan, slot: int, auv: int, time: float) -> None:
+    def _note(self, plan: AnnouncedRound, slot: int, auv: int, time: float) -> None:
         """Record whether an AUV knows its slot."""
         number = plan.frame_of(auv)
         frame = None if number is None else self.record.broadcasts[number]
@@ -318,7 +320,7 @@ class Dissemination:
                     self._learn(auv, plan)
                     self._reckon(auv, 1)
 
-    def _learn(self, auv: int, plan: Plan) -> None:
+    def _learn(self, auv: int, plan: AnnouncedRound) -> None:
         """Let an AUV know a plan."""
         slot = plan.slot_of(auv)
         if self.manner.missed == "contention":
@@ -359,7 +361,7 @@ class Dissemination:
             self.ranging.ping(plan.number, it.slot, [auv], instant, plan.view)
         self._reckon(auv, rounds + 1)
 
-    def _plan_at(self, instant: float) -> Plan:
+    def _plan_at(self, instant: float) -> AnnouncedRound:
         """Return the plan of the round under way; of one that begins just now, that."""
         following = self._plans.get(self._under_way + 1)
         if following is None or following.starts_s > instant + SAME:

@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ..acoustics.propagation import Band
+from ..acoustics.propagation import SignalBand
 from ..geometry.paths import Path
 from ..records.rows import EventBuffer, Rows
 from ..scenario.planned import route_of, tracks_of
@@ -21,7 +21,7 @@ from ..scenario.telling import positions_of
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import SPEED, Floats, places
 from ..vehicles.vehicle import Place, Vehicle, moored, recorded
-from .conflicts import Array, Hearing, Survey, Surveyed, hearing
+from .conflicts import Array, Hearing, Surveyed, VehiclePositions, hearing
 
 Spot = tuple[float, float]
 
@@ -144,7 +144,7 @@ class PredictedPositions:
         self,
         auvs: Fleet,
         asvs: Fleet,
-        band: Band,
+        band: SignalBand,
         margin: float,
         prediction: Prediction | None,
         fixes: EventBuffer,
@@ -155,7 +155,7 @@ class PredictedPositions:
         """
         self._auvs, self._asvs, self._slant = auvs, asvs, band.slant
         self._reach = band.reach + margin
-        self._survey = Survey(Surveyed(auvs.motion, asvs.motion, self._reach, band.slant))
+        self._survey = VehiclePositions(Surveyed(auvs.motion, asvs.motion, self._reach, band.slant))
         self._prediction, self._fixes, self._noted = prediction, fixes, 0
 
     def seen(self, time: float) -> tuple[Array, Array, Hearing]:

@@ -22,7 +22,7 @@ HELD = "a mission runs its events itself: mission.advance(until)"
 _NONE = object()
 
 
-class Environment(simpy.Environment):
+class MissionEnvironment(simpy.Environment):
     """SimPy's, of a mission, which alone knows what else is due at an instant and goes through it.
 
     SimPy's would lose all events behind one after nan s: who asks for that is told so.

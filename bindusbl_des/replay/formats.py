@@ -12,7 +12,7 @@ import numpy as np
 
 from ..core.files import regular
 from ..core.wording import described
-from .log import Array, BadLog, Beacons, Fixes, Log, Ranges, Stated, recorded
+from .log import Array, BadLog, Log, LoggedFixes, Ranges, Stated, SurveyedBeacons, recorded
 
 # Factor graphs as text (PyFG): the odometry and ranges of one vehicle in the plan.
 #
@@ -68,7 +68,7 @@ def read_pyfg(path: Path, speed: float = NOMINAL_SPEED) -> Log:
     if not steps:
         raise BadLog(f"{path}: has no EDGE_SE2, so no odometry to replay")
     numbers = _numbered(steps)
-    beacons = Beacons(
+    beacons = SurveyedBeacons(
         tuple(line.names[0] for line in lines["VERTEX_XY"]),
         np.array([(*line.numbers, 0.0) for line in lines["VERTEX_XY"]]).reshape(-1, 3),
     )
@@ -83,7 +83,7 @@ def read_pyfg(path: Path, speed: float = NOMINAL_SPEED) -> Log:
         np.zeros(len(times)),
         beacons,
         _ranges(lines["EDGE_RANGE"], numbers, beacons, times),
-        Fixes(np.zeros(0), np.zeros((0, 2)), np.zeros((0, 3))),
+        LoggedFixes(np.zeros(0), np.zeros((0, 2)), np.zeros((0, 3))),
         placed=False,
         has_clock=has_clock,
         stated=_stated(steps, lines["EDGE_RANGE"]),
@@ -152,7 +152,9 @@ def _times(steps: list[Line], poses: Array, speed: float) -> tuple[Array, bool]:
     return np.concatenate(([first], stamps)) - first, True
 
 
-def _ranges(lines: list[Line], poses: dict[str, int], beacons: Beacons, times: Array) -> Ranges:
+def _ranges(
+    lines: list[Line], poses: dict[str, int], beacons: SurveyedBeacons, times: Array
+) -> Ranges:
     for line in lines:
         pose, beacon = line.names
         if pose not in poses:
@@ -186,7 +188,7 @@ def _stated(steps: list[Line], ranges: list[Line]) -> Stated | None:
 Row = Mapping[str, Any]
 
 
-class Table:
+class LogTable:
     """Rows, each with the place that a message names: `file:line`, or the number of a message."""
 
     def __init__(self, source: str, rows: Iterable[tuple[str, Row]] = ()) -> None:
@@ -195,12 +197,12 @@ class Table:
     def __len__(self) -> int:
         return len(self.rows)
 
-    def where(self, column: str, value: str) -> "Table":
+    def where(self, column: str, value: str) -> "LogTable":
         """Return the rows that have a value in a column; all if there is no such column, or none
         is asked for.
         """
         kept = [(place, row) for place, row in self.rows if row.get(column, value) == value]
-        return Table(self.source, kept) if value else self
+        return LogTable(self.source, kept) if value else self
 
     def has(self, column: str) -> bool:
         """Tell whether the table has a column."""
@@ -233,7 +235,7 @@ def _number(place: str, row: Row, column: str) -> float:
     return recorded(place, column, row[column])
 
 
-def csv_tables(folder: Path) -> dict[str, Table]:
+def csv_tables(folder: Path) -> dict[str, LogTable]:
     """Return the tables of a folder by their files' names.
 
     Raises:
@@ -242,26 +244,26 @@ def csv_tables(folder: Path) -> dict[str, Table]:
     return {path.stem: _csv_table(path) for path in sorted(folder.glob("*.csv"))}
 
 
-def _csv_table(path: Path) -> Table:
+def _csv_table(path: Path) -> LogTable:
     try:
         with open(regular(path), newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file, skipinitialspace=True, restkey="", restval=None)
             rows = [(f"{path}:{reader.line_num}", row) for row in reader]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise BadLog(f"{path}: cannot be read as a CSV file: {error}") from None
-    return Table(str(path), rows)
+    return LogTable(str(path), rows)
 
 
-def mcap_tables(path: Path) -> dict[str, Table]:
+def mcap_tables(path: Path) -> dict[str, LogTable]:
     """Return the tables of an MCAP file: its JSON messages, by the last word of their topics.
 
     Raises:
         BadLog: when it cannot be read, or the package mcap is missing.
     """
-    tables: dict[str, Table] = {}
+    tables: dict[str, LogTable] = {}
     for topic, number, row in _messages(path):
         name = topic.rpartition("/")[2]
-        table = tables.setdefault(name, Table(str(path)))
+        table = tables.setdefault(name, LogTable(str(path)))
         table.rows.append((f"{path}: message {number} on {topic}", row))
     return tables
 

@@ -43,7 +43,7 @@ def recorded(place: str, column: str, value: object) -> float:
     return found
 
 
-class Beacons(NamedTuple):
+class SurveyedBeacons(NamedTuple):
     """Beacons at surveyed places: their names, and where they are (k, 3), m, z down."""
 
     names: tuple[str, ...]
@@ -58,7 +58,7 @@ class Ranges(NamedTuple):
     metres: Array
 
 
-class Fixes(NamedTuple):
+class LoggedFixes(NamedTuple):
     """Fixes: the instants at which they hold (n,), s, places (n, 2), m, and their covariances
     xx, yy, xy (n, 3), m2.
     """
@@ -89,7 +89,7 @@ class Stated(NamedTuple):
     step_rad: Array
 
 
-class Pose(NamedTuple):
+class LoggedPose(NamedTuple):
     """A place in the plan (m), and a heading (rad) from x towards y."""
 
     x: float
@@ -112,16 +112,16 @@ class Log:
     places: Array
     yaws: Array
     depths: Array
-    beacons: Beacons
+    beacons: SurveyedBeacons
     ranges: Ranges
-    fixes: Fixes
+    fixes: LoggedFixes
     placed: bool = True
     start_found: bool = False
     has_clock: bool = True
     stated: Stated | None = None
     receptions: Receptions | None = None
 
-    def begun_at(self, start: Pose) -> "Log":
+    def begun_at(self, start: LoggedPose) -> "Log":
         """Return the log with its odometry beginning at a pose in the frame of its beacons."""
         turn = start.heading - float(self.yaws[0])
         turned = rotated(self.places - self.places[0], turn)

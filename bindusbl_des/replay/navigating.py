@@ -114,7 +114,7 @@ def noise_of(scenario: Scenario) -> Noise:
 SETTLED, MOST_LOOKS = 1e-3, 50
 
 
-class Track(NamedTuple):
+class NavigatedTrack(NamedTuple):
     """Where a vehicle was taken for at n instants (n,), s: places (n, 2), m, and their covariances
     xx, yy, xy (n, 3), m2; what became of each of m sights (m,), SEEN.
     """
@@ -168,7 +168,7 @@ def _blank(count: int) -> Any:
     return rows
 
 
-def filter_log(log: Prepared, noise: Noise) -> Track:
+def filter_log(log: Prepared, noise: Noise) -> NavigatedTrack:
     """Return where the vehicle would have taken itself for, sight by sight, as an extended Kalman
     filter has it.
     """
@@ -176,10 +176,12 @@ def filter_log(log: Prepared, noise: Noise) -> Track:
     seen = np.zeros(len(log.sights), dtype=SEEN).view(np.recarray)
     places, covariances = np.empty((count, 2)), np.empty((count, 3))
     follow(own, log.odometry, log.sights, noise.mixture, noise.growth(), seen, places, covariances)
-    return Track(log.odometry.times, places, covariances, seen)
+    return NavigatedTrack(log.odometry.times, places, covariances, seen)
 
 
-def smooth_log(log: Prepared, noise: Noise, begin: Track) -> tuple[Track, Smoothed]:
+def smooth_log(
+    log: Prepared, noise: Noise, begin: NavigatedTrack
+) -> tuple[NavigatedTrack, Smoothed]:
     """Return where all sights together say that it was, and what is believed of all states.
 
     Sights are looked at from `begin`, and from where that leads, until nothing changes: the most
@@ -195,7 +197,7 @@ def smooth_log(log: Prepared, noise: Noise, begin: Track) -> tuple[Track, Smooth
             break
     spread = found.covariances
     covariances = np.column_stack((spread[:, 0, 0], spread[:, 1, 1], spread[:, 0, 1]))
-    return Track(log.odometry.times, places, covariances, seen), found
+    return NavigatedTrack(log.odometry.times, places, covariances, seen), found
 
 
 def _looked_at(log: Prepared, noise: Noise, places: Array) -> tuple[Sights, Rows]:

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .formats import NOMINAL_SPEED, Table, csv_tables, mcap_tables, read_pyfg, shipped
-from .log import Array, BadLog, Beacons, Bools, Fixes, Log, Ranges, Receptions
+from .formats import NOMINAL_SPEED, LogTable, csv_tables, mcap_tables, read_pyfg, shipped
+from .log import Array, BadLog, Bools, Log, LoggedFixes, Ranges, Receptions, SurveyedBeacons
 
 SHIPPED = ("goats_15", "goats_16")
 GTSAM = (
@@ -45,7 +45,7 @@ def read_log(name: str, vehicle: str | None = None, speed: float = NOMINAL_SPEED
     return read_pyfg(path, speed)
 
 
-def _log_of(path: Path, tables: dict[str, Table], vehicle: str | None) -> Log:
+def _log_of(path: Path, tables: dict[str, LogTable], vehicle: str | None) -> Log:
     """Return the log of one vehicle in tables."""
     kind = next((it for it in ("odometry", "tracks") if len(tables.get(it, ()))), None)
     if kind is None:
@@ -63,7 +63,7 @@ def _log_of(path: Path, tables: dict[str, Table], vehicle: str | None) -> Log:
     if len(stuck):
         place = rows.rows[int(stuck[0]) + 1][0]
         raise BadLog(f"{place}: time_s must rise from row to row of a vehicle")
-    empty = Table(str(path))
+    empty = LogTable(str(path))
     beacons = _beacons(tables.get("beacons", empty))
     ranges = _ranges(tables.get("ranges", empty).where("vehicle", whose), beacons)
     fixes = _fixes(tables.get("fixes", empty).where("auv", whose).where("outcome", "delivered"))
@@ -71,7 +71,7 @@ def _log_of(path: Path, tables: dict[str, Table], vehicle: str | None) -> Log:
     ends = float(times[-1]), float(2.0 * times[-1] - times[-2])
     in_time, told = _until(ranges.times, *ends), _until(fixes.times, *ends)
     ranges = Ranges(ranges.times[in_time], ranges.beacons[in_time], ranges.metres[in_time])
-    fixes = Fixes(fixes.times[told], fixes.places[told], fixes.covariances[told])
+    fixes = LoggedFixes(fixes.times[told], fixes.places[told], fixes.covariances[told])
     first = float(times[0])
     log = Log(
         f"{path.stem}_{whose}" if whose else path.stem,
@@ -93,7 +93,7 @@ def _until(instants: Array, end: float, after: float) -> Bools:
     return np.asarray((instants <= end) | (instants >= after))
 
 
-def _vehicle(path: Path, odometry: Table, vehicle: str | None) -> str:
+def _vehicle(path: Path, odometry: LogTable, vehicle: str | None) -> str:
     """Return whose log is meant; a table of odometry without names is of one vehicle."""
     if not odometry.has("vehicle"):
         return vehicle or ""
@@ -105,17 +105,17 @@ def _vehicle(path: Path, odometry: Table, vehicle: str | None) -> str:
     return vehicle
 
 
-def _beacons(table: Table) -> Beacons:
+def _beacons(table: LogTable) -> SurveyedBeacons:
     names = table.words("beacon")
     for n, (place, _) in enumerate(table.rows):
         if names[n] in names[:n]:
             raise BadLog(f"{place}: the beacon {names[n]} is listed twice; leave one of them out")
     places = table.numbers("x_m", "y_m")
     depths = table.numbers("z_m") if table.has("z_m") else np.zeros((len(names), 1))
-    return Beacons(tuple(names), np.hstack((places, depths)))
+    return SurveyedBeacons(tuple(names), np.hstack((places, depths)))
 
 
-def _ranges(table: Table, beacons: Beacons) -> Ranges:
+def _ranges(table: LogTable, beacons: SurveyedBeacons) -> Ranges:
     names = table.words("beacon")
     for (place, _), name in zip(table.rows, names, strict=True):
         if name not in beacons.names:
@@ -130,7 +130,7 @@ def _ranges(table: Table, beacons: Beacons) -> Ranges:
     return Ranges(numbers[order, 0], whom[order], numbers[order, 1])
 
 
-def _fixes(table: Table) -> Fixes:
+def _fixes(table: LogTable) -> LoggedFixes:
     """Return fixes in the order of the instants at which they hold, whenever they were told."""
     instant = next((it for it in ("valid_at_s", "pinged_at_s") if table.has(it)), "time_s")
     numbers = table.numbers(instant, "x_m", "y_m", "sd_x_m", "sd_y_m")
@@ -145,7 +145,7 @@ def _fixes(table: Table) -> Fixes:
                 raise BadLog(f"{place}: cov_xy_m2 is {both:g}, above sd_x_m times sd_y_m")
     order = np.argsort(numbers[:, 0], kind="stable")
     covariances = np.hstack((numbers[:, 3:] ** 2, crossed))
-    return Fixes(numbers[order, 0], numbers[order, 1:3], covariances[order])
+    return LoggedFixes(numbers[order, 0], numbers[order, 1:3], covariances[order])
 
 
 # What becomes of a signal that nothing overlapped, by the column `outcome`; of others nothing is
@@ -154,7 +154,7 @@ OUTCOMES = {"heard": False, "lost": True}
 VALID = {"1": False, "true": False, "0": True, "false": True}
 
 
-def _receptions(table: Table) -> Receptions | None:
+def _receptions(table: LogTable) -> Receptions | None:
     """Return which signals were heard and which lost, each by the pair of who sent and who heard.
 
     Raises:
@@ -167,7 +167,7 @@ def _receptions(table: Table) -> Receptions | None:
     known = table
     if named == "outcome":  # an answer that was never sent, its call being lost, has no instant
         rows = [it for it in table.rows if it[1].get(named) in OUTCOMES and it[1].get(instant)]
-        known = Table(table.source, rows)
+        known = LogTable(table.source, rows)
     is_lost = [_is_lost(place, named, row.get(named)) for place, row in known.rows]
     away = next((it for it in ("slant_range_m", "range_m") if known.has(it)), None)
     others = [str(row.get("asv", row.get("beacon", ""))) for _, row in known.rows]

@@ -21,8 +21,8 @@ from ..navigation.navigators import Navigator, OwnNavigator
 from ..records.rows import FIX, NONE
 from ..scenario.scenario import Scenario
 from .fitting import fit
-from .log import Array, BadLog, Log, Pose
-from .navigating import Noise, Track, filter_log, noise_of, prepared, smooth_log
+from .log import Array, BadLog, Log, LoggedPose
+from .navigating import NavigatedTrack, Noise, filter_log, noise_of, prepared, smooth_log
 from .sighting import SEEN
 
 # Directions and places from which a descent begins, and the scales c (m) that it goes through.
@@ -41,7 +41,7 @@ class Start(NamedTuple):
     all descents ended in one place.
     """
 
-    pose: Pose
+    pose: LoggedPose
     loss: float
     rival_loss: float
 
@@ -60,7 +60,7 @@ def find_start(log: Log) -> Start:
             f"{log.name}: {len(log.ranges.times)} ranges to {len(heard)} beacons tell of no start; "
             "three or more to two beacons are needed, or a log in the frame of its beacons"
         )
-    local = log.begun_at(Pose(0.0, 0.0, 0.0))
+    local = log.begun_at(LoggedPose(0.0, 0.0, 0.0))
     fit = _Fit(local)
     poses = _guesses(local)
     for scale in SCALES:
@@ -72,7 +72,9 @@ def find_start(log: Log) -> Start:
     elsewhere = (gap > APART) | (turn > TURNED)
     rival = float(np.min(losses[elsewhere], initial=np.inf))
     x, y, heading = poses[best].tolist()
-    return Start(Pose(x, y, float(np.mod(heading + pi, 2 * pi) - pi)), float(losses[best]), rival)
+    return Start(
+        LoggedPose(x, y, float(np.mod(heading + pi, 2 * pi) - pi)), float(losses[best]), rival
+    )
 
 
 def _guesses(log: Log) -> Array:
@@ -211,8 +213,8 @@ class Replay:
     log: Log
     start: Start | None
     noise: Noise
-    filter: Track
-    smoother: Track
+    filter: NavigatedTrack
+    smoother: NavigatedTrack
     reference: Reference | None
 
 
@@ -272,7 +274,7 @@ class _Reckoning:
 
 def _navigated(
     log: Log, make: Callable[..., Navigator], noise: Noise, times: Array, *, given: bool
-) -> Track:
+) -> NavigatedTrack:
     """Return where a navigator of one's own takes the vehicle for at instants (n,), s."""
     part = make.func if isinstance(make, partial) else make
     name = f"{part.__module__}:{getattr(part, '__qualname__', type(part).__qualname__)}"
@@ -300,7 +302,7 @@ def _navigated(
         seen[row].nis = off @ np.linalg.solve([[xx, xy], [xy, yy]], off)
         own.correct(fixes, np.array((row,)))
     odometry = log.odometry(times)
-    return Track(times, own.estimate(0, odometry), own.covariance(0, odometry), seen)
+    return NavigatedTrack(times, own.estimate(0, odometry), own.covariance(0, odometry), seen)
 
 
 def _fixes(log: Log) -> Any:
@@ -328,7 +330,7 @@ def rms_between(places: Array, others: Array) -> float:
     return float(np.sqrt(np.mean(np.sum((places - others) ** 2, axis=1))))
 
 
-def mean_nis(track: Track) -> float:
+def mean_nis(track: NavigatedTrack) -> float:
     """Return the mean normalised innovation squared of what is no outlier, about 1 for ranges (2
     for fixes) where the noise is as told: each sight counts by how likely it is to be none.
     """
@@ -337,7 +339,7 @@ def mean_nis(track: Track) -> float:
     return float((inlier * track.seen["nis"]).sum()) / total if total else float("nan")
 
 
-def outlier_share(track: Track) -> float:
+def outlier_share(track: NavigatedTrack) -> float:
     """Return the share of sights that are likelier outliers than not, or were refused."""
     seen = track.seen
     return float(np.mean((seen["inlier"] < 0.5) | ~seen["taken"]))

@@ -49,7 +49,7 @@ class Mixture(NamedTuple):
     gate: float
 
 
-class Aim(NamedTuple):
+class SightGradient(NamedTuple):
     """How a sight looks from a place: the unit vector (x, y) by which its number rises with the
     error of dead reckoning, how far off it is (m), and its variance (m2).
     """
@@ -61,21 +61,21 @@ class Aim(NamedTuple):
 
 
 @inlined
-def aimed(sight: Row, x: float, y: float, sd: float) -> Aim:
+def aimed(sight: Row, x: float, y: float, sd: float) -> SightGradient:
     """Return how a sight looks from a place (m) that a vehicle believes in."""
     if np.isnan(sight.range_m):  # a fix says: dead reckoning is ahead by what it is behind
         off = (x - sight.x_m) * sight.axis_x + (y - sight.y_m) * sight.axis_y
-        return Aim(sight.axis_x, sight.axis_y, off, sight.along_m2)
+        return SightGradient(sight.axis_x, sight.axis_y, off, sight.along_m2)
     ahead, aside = x - sight.x_m, y - sight.y_m
     away = max(sqrt(ahead * ahead + aside * aside + sight.z_m * sight.z_m), 1e-9)
-    return Aim(-ahead / away, -aside / away, sight.range_m - away, sd * sd)
+    return SightGradient(-ahead / away, -aside / away, sight.range_m - away, sd * sd)
 
 
 @inlined
-def across(sight: Row, x: float, y: float) -> Aim:
+def across(sight: Row, x: float, y: float) -> SightGradient:
     """Return how a fix looks along its second axis."""
     off = (y - sight.y_m) * sight.axis_x - (x - sight.x_m) * sight.axis_y
-    return Aim(-sight.axis_y, sight.axis_x, off, sight.across_m2)
+    return SightGradient(-sight.axis_y, sight.axis_x, off, sight.across_m2)
 
 
 @inlined
@@ -109,7 +109,7 @@ def _density(first: float, second: float, xx: float, yy: float, xy: float) -> tu
 
 @compiled
 def _judged(
-    aim: Aim, other: Aim, spread: Floats, is_fix: bool, noise: Mixture
+    aim: SightGradient, other: SightGradient, spread: Floats, is_fix: bool, noise: Mixture
 ) -> tuple[float, float, float, float]:
     """Return NIS as an inlier, NIS as an outlier, the probability that it is none, log density."""
     wide = noise.outlier_sd**2
@@ -128,7 +128,7 @@ def _judged(
 
 
 @inlined
-def _between(one: Aim, other: Aim, spread: Floats) -> float:
+def _between(one: SightGradient, other: SightGradient, spread: Floats) -> float:
     """Return the covariance of a position's error along two axes (m2)."""
     x = spread[0, 0] * other.x + spread[0, 1] * other.y
     y = spread[1, 0] * other.x + spread[1, 1] * other.y

@@ -59,7 +59,7 @@ COLUMN = np.dtype([(name, "i8") for name in ("part", "place", "kind", "word")])
 PLACES = np.dtype([(name, "i8") for name in ("known", "numbers", "letters", "missing", "written")])
 
 
-class Message(NamedTuple):
+class BatchMessage(NamedTuple):
     """The message of a batch of one row, as words, and where in it (words) are the count of rows,
     the length of all buffers (bytes), and the first of the nodes and buffers of the columns.
     """
@@ -78,7 +78,7 @@ class Words(NamedTuple):
     lengths: Ints
 
 
-class Body(NamedTuple):
+class BatchBody(NamedTuple):
     """The buffers of a batch, seen as words, as ends of texts and as letters."""
 
     words: Ints
@@ -86,7 +86,7 @@ class Body(NamedTuple):
     letters: Bytes
 
 
-def message_of(schema: pa.Schema) -> Message:
+def message_of(schema: pa.Schema) -> BatchMessage:
     """Return how batches with the columns of a schema begin."""
     one = pa.RecordBatch.from_arrays([pa.nulls(1, it.type) for it in schema], schema=schema)
     text = one.serialize().to_pybytes()
@@ -98,7 +98,7 @@ def message_of(schema: pa.Schema) -> Message:
         _place(head, message, BODY_LENGTH),
         *(_pointed(head, _place(head, batch, of)) + 4 for of in (NODES, BUFFERS)),  # past a count
     )
-    return Message(np.frombuffer(head, np.int64), *(place // WORD for place in places))
+    return BatchMessage(np.frombuffer(head, np.int64), *(place // WORD for place in places))
 
 
 def _pointed(head: bytes, place: int) -> int:
@@ -120,11 +120,11 @@ def words_of(words: Sequence[str]) -> Words:
     return Words(spelt, np.array([len(word) for word in encoded], dtype=np.int64))
 
 
-class Batch:
+class TableBatch:
     """A table under way: room for its rows, which are written some at a time."""
 
     def __init__(
-        self, schema: pa.Schema, message: Message, columns: Rows, words: Words, rows: int
+        self, schema: pa.Schema, message: BatchMessage, columns: Rows, words: Words, rows: int
     ) -> None:
         """Have room for rows; `columns` (:data:`COLUMN`) say which numbers become what."""
         self._schema, self._message, self._columns, self._words = schema, message, columns, words
@@ -134,7 +134,7 @@ class Batch:
         self._buffer = np.empty(head + _plan(self._places, columns, rows, longest), dtype=np.int64)
         self._buffer[:head] = message.words
         body = self._buffer[head:]
-        self._body = Body(body, body.view(np.int32), body.view(np.uint8))
+        self._body = BatchBody(body, body.view(np.int32), body.view(np.uint8))
         _begin(body, self._places, columns, rows)
 
     def write(self, *parts: Rows) -> None:
@@ -214,7 +214,7 @@ def _write(
     spelt: Bytes, lengths: Ints, begin: int, first: Ints, second: Ints,
 ) -> None:  # fmt: skip
     """Write rows from the row `begin` on: those of one array (rows, words) or of two."""
-    body, known = Body(words, ends, letters), Words(spelt, lengths)
+    body, known = BatchBody(words, ends, letters), Words(spelt, lengths)
     for done in range(0, len(first), BLOCK):
         end = min(done + BLOCK, len(first))
         for k in range(len(columns)):
@@ -228,7 +228,7 @@ def _write(
 
 
 @compiled
-def _write_numbers(body: Body, place: Row, kind: int, begin: int, wholes: Ints) -> None:
+def _write_numbers(body: BatchBody, place: Row, kind: int, begin: int, wholes: Ints) -> None:
     """Write numbers bit for bit, 0 for those that are missing."""
     out, known, missing = place.numbers + begin, 8 * place.known, 0
     for k in range(len(wholes)):
@@ -244,7 +244,7 @@ def _write_numbers(body: Body, place: Row, kind: int, begin: int, wholes: Ints) 
 
 @compiled
 def _write_texts(
-    body: Body, place: Row, column: Row, known: Words, begin: int, wholes: Ints
+    body: BatchBody, place: Row, column: Row, known: Words, begin: int, wholes: Ints
 ) -> None:
     """Write what numbers are called, and where each ends; a negative one is missing."""
     letters, length, ends = body.letters, place.written, 2 * place.numbers
@@ -362,14 +362,14 @@ def from_numbers(table: str, *parts: Rows, words: tuple[str, ...] = OUTCOMES) ->
 
 def begun(
     table: str, rows: int, *dtypes: np.dtype[np.void], words: tuple[str, ...] = OUTCOMES
-) -> Batch:
+) -> TableBatch:
     """Return room for the rows of a table, to be written as :func:`from_numbers` has them."""
     described, message = _described_as(table)
-    return Batch(described, message, _columns(table, dtypes), _spelt(words), rows)
+    return TableBatch(described, message, _columns(table, dtypes), _spelt(words), rows)
 
 
 @cache
-def _described_as(table: str) -> tuple[pa.Schema, Message]:
+def _described_as(table: str) -> tuple[pa.Schema, BatchMessage]:
     return schema(table), message_of(schema(table))
 
 

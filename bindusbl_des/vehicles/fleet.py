@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 MOST_BYTES = 8_000_000
 
 
-class Way(NamedTuple):
+class VehicleTrack(NamedTuple):
     """A vehicle at n instants (n,), s: x, y, z (m), yaw (rad), the integrals of the cosine and
     sine of its yaw (s), and these two, `lines` (n, 8).
     """
@@ -36,7 +36,7 @@ class Way(NamedTuple):
         return self.lines[:, PLACE]
 
 
-class Ways:
+class FleetTracksCache:
     """The ways of a fleet; what is asked for again is kept, where the motion is known to its end.
 
     Instants that will be asked for again are read-only, and always the same array.
@@ -44,15 +44,15 @@ class Ways:
 
     def __init__(self, motion: Motion, *, foreseen: bool) -> None:
         self._motion, self._room = motion, MOST_BYTES if foreseen else 0
-        self._kept: dict[tuple[int, int], tuple[Floats, Way]] = {}
+        self._kept: dict[tuple[int, int], tuple[Floats, VehicleTrack]] = {}
 
-    def of(self, vehicle: int, times: Floats) -> Way:
+    def of(self, vehicle: int, times: Floats) -> VehicleTrack:
         """Return the way of a vehicle at instants (s), by which its motion is known."""
         asked, found = self._kept.get((vehicle, id(times)), (None, None))
         if asked is times and found is not None:
             return found
         own = np.array(times, dtype=np.float64)  # as code for what is read-only is another
-        way = Way(own, lines(*self._motion, vehicle, own))
+        way = VehicleTrack(own, lines(*self._motion, vehicle, own))
         size = sum(column.nbytes for column in way)
         if size <= self._room and not times.flags.writeable:
             self._kept[vehicle, id(times)] = times, way
@@ -142,9 +142,9 @@ class Fleet:
         return self.guided is None and self.poses is None and self.steered is None
 
     @cached_property
-    def ways(self) -> Ways:
+    def ways(self) -> FleetTracksCache:
         """Where the vehicles are at instants by which their motion is known."""
-        return Ways(self.motion, foreseen=self.foreseen)
+        return FleetTracksCache(self.motion, foreseen=self.foreseen)
 
     @property
     def sure_s(self) -> float:

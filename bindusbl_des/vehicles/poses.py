@@ -55,7 +55,7 @@ class PoseSource(Protocol):
         """
 
 
-class Answers:
+class ReceivedPoses:
     """What a source of poses has answered so far."""
 
     def __init__(self, source: PoseSource, counts: Mapping[str, int]) -> None:
@@ -219,7 +219,7 @@ class Poses:
                 f"pose_step_s must be a number of seconds, at least {plain(SHORTEST_STEP_S)}; got "
                 f"{step_s!r}"
             )
-        self.step_s, self._answers = float(step_s), Answers(source, counts)
+        self.step_s, self._answers = float(step_s), ReceivedPoses(source, counts)
         kind = type(source)
         #: Who moves vehicles, for whoever reads the results.
         self.described = (

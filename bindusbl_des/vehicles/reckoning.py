@@ -32,7 +32,7 @@ class Told(NamedTuple):
     sine: float
 
 
-class Drift(NamedTuple):
+class ExpectedDrift(NamedTuple):
     """What is expected: the instant (s), the integrals of the heading (s) and dead reckoning (m)
     that it is about; error (m), velocity bias and current (m/s), stretch and turn, and the bias
     that wanders (m/s) with its time constant (s), as in :mod:`.navigation.belief`.
@@ -56,7 +56,7 @@ class Drift(NamedTuple):
     time_constant: float
 
 
-class Way(NamedTuple):
+class ReckonedPath(NamedTuple):
     """What has summed up since then: time (s), the integrals of R (s), the share of a wandering
     bias left meanwhile, and the way that dead reckoning tells of, less its biases (m).
     """
@@ -70,7 +70,7 @@ class Way(NamedTuple):
 
 
 @inlined
-def way_since(drift: Drift, told: Told, in_body: bool) -> Way:
+def way_since(drift: ExpectedDrift, told: Told, in_body: bool) -> ReckonedPath:
     """Return what has summed up since then; `in_body` if biases turn with the body."""
     passed = told.time - drift.at
     ahead = told.cosine - drift.cosine if in_body else passed
@@ -82,11 +82,11 @@ def way_since(drift: Drift, told: Told, in_body: bool) -> Way:
     starboard = drift.bias_aside + left * drift.roaming_aside
     x = told.x - drift.x - (ahead * forward - aside * starboard)
     y = told.y - drift.y - (aside * forward + ahead * starboard)
-    return Way(passed, ahead, aside, left, x, y)
+    return ReckonedPath(passed, ahead, aside, left, x, y)
 
 
 @inlined
-def expected_error(drift: Drift, way: Way) -> tuple[float, float]:
+def expected_error(drift: ExpectedDrift, way: ReckonedPath) -> tuple[float, float]:
     """Return the error (m) of dead reckoning that is expected after some way."""
     ahead, aside = way.ahead, way.aside
     forward = drift.bias_ahead + way.left * drift.roaming_ahead
@@ -99,9 +99,9 @@ def expected_error(drift: Drift, way: Way) -> tuple[float, float]:
 
 
 @inlined
-def learnt_drift(learnt: Row) -> Drift:
+def learnt_drift(learnt: Row) -> ExpectedDrift:
     """Return what is expected to be added to the error, by a row of :data:`.rows.LEARNT`."""
-    return Drift(
+    return ExpectedDrift(
         learnt.at_s, learnt.cosine_s, learnt.sine_s, learnt.x_m, learnt.y_m, 0.0, 0.0,
         learnt.bias[0], learnt.bias[1], learnt.current[0], learnt.current[1],
         learnt.stretch, learnt.turn, learnt.roaming[0], learnt.roaming[1], learnt.time_constant_s,
@@ -109,7 +109,7 @@ def learnt_drift(learnt: Row) -> Drift:
 
 
 @inlined
-def learn(learnt: Row, drift: Drift) -> None:
+def learn(learnt: Row, drift: ExpectedDrift) -> None:
     """Write what is expected to a row of :data:`.rows.LEARNT`."""
     learnt.at_s, learnt.cosine_s, learnt.sine_s = drift.at, drift.cosine, drift.sine
     learnt.x_m, learnt.y_m, learnt.time_constant_s = drift.x, drift.y, drift.time_constant

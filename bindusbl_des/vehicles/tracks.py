@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..charts.recordings import Recording, read_recording
+from ..charts.recordings import RecordedTrack, read_recording
 from ..charts.shapes import Degrees, above_sea
 from ..core.wording import plain
 from ..geometry.geodesy import far_apart_m, ned_at_depth, ned_from_geodetic
@@ -72,12 +72,12 @@ def read_track(
     return recording.times - offset_s, positions
 
 
-def _depths(recording: Recording, depth_m: float) -> Array:
+def _depths(recording: RecordedTrack, depth_m: float) -> Array:
     return np.where(np.isnan(recording.depths), depth_m, recording.depths)
 
 
 def _in_metres(
-    path: str | Path, recording: Recording, depth_m: float, origin: Degrees | None
+    path: str | Path, recording: RecordedTrack, depth_m: float, origin: Degrees | None
 ) -> Array:
     if origin is None:
         raise ValueError(
@@ -113,7 +113,7 @@ def too_far(position: Degrees, origin: Degrees) -> str:
     return f"{told} ({origin[0]:.9g}, {origin[1]:.9g}); correct one of them"
 
 
-def _check_speed(path: str | Path, recording: Recording, positions: Array) -> None:
+def _check_speed(path: str | Path, recording: RecordedTrack, positions: Array) -> None:
     """Refuse a track that no vehicle could go."""
     speeds = np.hypot(*np.diff(positions[:, :2], axis=0).T) / np.diff(recording.times)
     fastest = int(np.argmax(speeds))

@@ -34,7 +34,7 @@ ACCEPTED, REFUSED, UNDECIDED = "accepted", "refused", "undecided"
 
 
 @dataclass(frozen=True)
-class Pair:
+class SignalPair:
     """Whether signals of a kind may overlap, and by how much they fail to.
 
     `margin_s` is the least time between the end of one and the beginning of the other, `margin_m`
@@ -63,11 +63,11 @@ def by_time(
     margin_s: float,
     why: str,
     witnesses: Callable[[], Iterator[Plan]],
-) -> Pair:
+) -> SignalPair:
     """Return a pair that a time between two signals decides; touching is no overlap."""
     if margin_s > -TOUCH:
-        return Pair(kind, what, ACCEPTED, why, margin_s)
-    return Pair(kind, what, REFUSED, why, margin_s, None, witnesses)
+        return SignalPair(kind, what, ACCEPTED, why, margin_s)
+    return SignalPair(kind, what, REFUSED, why, margin_s, None, witnesses)
 
 
 def undecided(
@@ -75,9 +75,9 @@ def undecided(
     what: str,
     why: str,
     witnesses: Callable[[], Iterator[Plan]] | None = None,
-) -> Pair:
+) -> SignalPair:
     """Return a pair that nothing here proves safe; a witness, if there is one, proves it unsafe."""
-    return Pair(kind, what, UNDECIDED, why, witnesses=witnesses)
+    return SignalPair(kind, what, UNDECIDED, why, witnesses=witnesses)
 
 
 # What is known of a mission before it begins: how fast, how wrong, how late anything may be.

@@ -13,14 +13,14 @@ from ..scenario.families import is_random
 from ..scenario.files.overrides import put
 from ..scenario.scenario import Scenario
 from ..scenario.telling import tells_slots
-from .case import Case, Pair, undecided
+from .case import Case, SignalPair, undecided
 from .frames import beacons, broadcasts, downlink_gap, fewest_slots, frame_spread, sizes
 from .reuse import margin_needed, same_slot
 from .signals import groups_shown
 from .two_way import answer_and_next_call, answers, call_and_answer, calls_of_a_slot, random_access
 from .uplink import answering_s, consecutive_slots
 
-Rule = Callable[[Case], Iterator[Pair]]
+Rule = Callable[[Case], Iterator[SignalPair]]
 
 # What may meet where ASVs ping, where they call AUVs, and where AUVs ping by their clocks
 BEACONS: tuple[Rule, ...] = (beacons,)
@@ -29,7 +29,7 @@ BY_CLOCKS: tuple[Rule, ...] = (same_slot, consecutive_slots)
 FRAMES: tuple[Rule, ...] = (broadcasts, answers)
 
 
-def pairs_of(case: Case) -> list[Pair]:
+def pairs_of(case: Case) -> list[SignalPair]:
     """Return every kind of pair of signals of a scenario's protocol, each with its verdict."""
     unknown = list(_unknown(case))
     if unknown:
@@ -46,7 +46,7 @@ def _rules(case: Case) -> tuple[Rule, ...]:
     return (*(CALLED if ranging.calls else BY_CLOCKS), *FRAMES)
 
 
-def _unknown(case: Case) -> Iterator[Pair]:
+def _unknown(case: Case) -> Iterator[SignalPair]:
     """Yield what of a protocol lies beyond what is proved here."""
     protocol, acoustics = case.scenario.protocol, case.scenario.acoustics
     for name in (protocol.schedule, protocol.downlink, protocol.ranging):
@@ -104,7 +104,7 @@ class Guard:
         return self.set_s - self.needed_s
 
 
-def uplink_guard(case: Case, pairs: Sequence[Pair]) -> Guard | None:
+def uplink_guard(case: Case, pairs: Sequence[SignalPair]) -> Guard | None:
     """Return the guard of an uplink slot (T_G and whatever the shortest slot adds), on the clock.
 
     Guards against echoes are not in what is needed: echoes are not verified.
@@ -187,7 +187,7 @@ def remedy_of(case: Case) -> Remedy | None:
     return None
 
 
-def _lacking(case: Case, pairs: list[Pair]) -> Iterator[tuple[str, Any]]:
+def _lacking(case: Case, pairs: list[SignalPair]) -> Iterator[tuple[str, Any]]:
     """Yield keys of the protocol, and values by which its pairs would be kept apart."""
     refused = {pair.kind: pair for pair in pairs if not pair.is_safe}
     for key, guard in (

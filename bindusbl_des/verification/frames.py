@@ -9,7 +9,7 @@ import numpy as np
 
 from ..preflight.round_lengths import rounds_of
 from ..scenario.declared import broadcaster_of, downlink_of, schedule_of
-from .case import Array, Case, Pair, by_time, undecided
+from .case import Array, Case, SignalPair, by_time, undecided
 from .signals import beacons_meet, frames_meet
 from .uplink import frame_s, slot_gap
 
@@ -57,7 +57,7 @@ def widest(
     return best
 
 
-def beacons(case: Case) -> Iterator[Pair]:
+def beacons(case: Case) -> Iterator[SignalPair]:
     """Yield whether pings of ASVs in consecutive slots may overlap at an AUV (passive ranging).
 
     Of ASVs A and B, B a slot T after A, an AUV hears A's ping last where it is at the edge of A's
@@ -73,7 +73,7 @@ def beacons(case: Case) -> Iterator[Pair]:
     yield by_time("consecutive beacons", "pings of ASVs at an AUV", margin, why, witnesses)
 
 
-def broadcasts(case: Case) -> Iterator[Pair]:
+def broadcasts(case: Case) -> Iterator[SignalPair]:
     """Yield whether a frame of fixes may meet the next one at an AUV in range of both.
 
     The first ends at its ASV T_tx after it began, and at an AUV on the edge of range up to

@@ -19,7 +19,7 @@ from ..scenario.planned import asv_stations, known_stations
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
-from .case import REFUSED, UNDECIDED, Array, Case, Pair, Plan
+from .case import REFUSED, UNDECIDED, Array, Case, Plan, SignalPair
 
 # What lies at a range is put so much nearer, or farther: roundings of its place are smaller.
 SLIVER = 1e-9
@@ -173,7 +173,7 @@ class Witness:
         return min(signal.ends_at_s for signal in self.signals) - begins
 
 
-def witnessed(pair: Pair) -> tuple[Pair, Witness | None]:
+def witnessed(pair: SignalPair) -> tuple[SignalPair, Witness | None]:
     """Return a pair and the first of its witnesses in which two signals overlap when it is run.
 
     Without any it is not refused: its bound is exceeded, but nobody has seen it collide.

@@ -13,7 +13,7 @@ from ..scenario.declared import downlink_of, ranging_of, schedule_of
 from ..scenario.instruments.own_sensors import kinds
 from ..scenario.planned import route_of
 from ..usbl.bounds import Beside, farthest_off
-from .case import ACCEPTED, REFUSED, Case, Pair, Plan, undecided
+from .case import ACCEPTED, REFUSED, Case, Plan, SignalPair, undecided
 from .signals import at_the_edge, come_in_together, comes_into_range, rounds_shown
 from .uplink import answering_s, slot_gap
 
@@ -24,7 +24,7 @@ WHAT = "AUVs of one ping group"
 TOUCH_M = 1e-9
 
 
-def same_slot(case: Case) -> Iterator[Pair]:
+def same_slot(case: Case) -> Iterator[SignalPair]:
     """Yield whether an ASV may hear two AUVs of one group by the time at which they ping.
 
     They share a group because no ASV had both within R + m where they were believed, m the conflict
@@ -56,10 +56,10 @@ def same_slot(case: Case) -> Iterator[Pair]:
     if needed == math.inf:
         why = "nothing bounds how far AUVs may be from where they are believed"
     if spare > -TOUCH_M:
-        yield Pair(KIND, WHAT, ACCEPTED, why, margin_m=max(spare, 0.0))
+        yield SignalPair(KIND, WHAT, ACCEPTED, why, margin_m=max(spare, 0.0))
     else:
         witnesses = partial(_witnesses, case)
-        yield Pair(KIND, WHAT, REFUSED, why, margin_m=bounded(spare), witnesses=witnesses)
+        yield SignalPair(KIND, WHAT, REFUSED, why, margin_m=bounded(spare), witnesses=witnesses)
 
 
 def bounded(value: float) -> float | None:

@@ -12,7 +12,7 @@ from typing import Any
 from ..core.files import folder_draft
 from ..core.kept_files import FOLDERS, copies_of, keep, portable
 from ..core.wording import significant
-from .case import ACCEPTED, CHANCE, REFUSED, UNDECIDED, Pair
+from .case import ACCEPTED, CHANCE, REFUSED, UNDECIDED, SignalPair
 from .deciding import Guard
 from .playing import Signal, Witness
 from .verdict import Verdict
@@ -186,7 +186,7 @@ def _bounds(verdict: Verdict) -> str:
     )
 
 
-def _row(pair: Pair) -> tuple[str, str, str, str]:
+def _row(pair: SignalPair) -> tuple[str, str, str, str]:
     if pair.margin_s is not None:
         margin = f"{_ms(pair.margin_s)} ms"
     elif pair.margin_m is not None:

@@ -11,7 +11,7 @@ import numpy as np
 from ..acoustics.propagation import TOUCH
 from ..preflight.round_lengths import rounds_of
 from ..scenario.declared import channel_named, schedule_of
-from .case import ACCEPTED, REFUSED, UNDECIDED, Case, Pair, by_time, undecided
+from .case import ACCEPTED, REFUSED, UNDECIDED, Case, SignalPair, by_time, undecided
 from .reuse import age_s
 from .signals import answer_late, answer_passing, out_of_hearing, two_calls
 from .uplink import answering_s, round_gap, slot_gap
@@ -20,7 +20,7 @@ KIND = "consecutive answers"
 WHAT = "answers at an AUV, and pings at an ASV that answers"
 
 
-def answers(case: Case) -> Iterator[Pair]:
+def answers(case: Case) -> Iterator[SignalPair]:
     """Yield whether an answer is over before the next slot's pings and answers come.
 
     The ping of a slot that begins at t is decoded at an ASV by t + T_P + D of the longest way (2 D
@@ -51,10 +51,10 @@ def answers(case: Case) -> Iterator[Pair]:
     gap = round_gap(case) if rounds_of(scenario).frame else slot_gap(case)
     margin = gap - up - slots.airtime(1) - after - case.late_s
     why = f"the next slot begins {1e3 * gap:.4g} ms later, an answer lasts {slots.airtime(1):.4g} s"
-    yield Pair(KIND, WHAT, ACCEPTED if margin > -TOUCH else UNDECIDED, why, margin)
+    yield SignalPair(KIND, WHAT, ACCEPTED if margin > -TOUCH else UNDECIDED, why, margin)
 
 
-def calls_of_a_slot(case: Case) -> Iterator[Pair]:
+def calls_of_a_slot(case: Case) -> Iterator[SignalPair]:
     """Yield whether an AUV may hear the calls of two ASVs at once.
 
     Who pings in one slot is called at its start, each by the ASV nearest to it, be it in range or
@@ -73,14 +73,14 @@ def calls_of_a_slot(case: Case) -> Iterator[Pair]:
     moved = case.closing_m_per_s * (age_s(case) + case.slot_s)
     why = f"ASVs are {nearest:.4g} m apart or more, and share AUVs up to {2 * reach + moved:.4g} m"
     if nearest > 2 * reach + moved:
-        yield Pair(kind, what, ACCEPTED, why)
+        yield SignalPair(kind, what, ACCEPTED, why)
     elif nearest <= 2 * reach:
-        yield Pair(kind, what, REFUSED, why, witnesses=partial(two_calls, case))
+        yield SignalPair(kind, what, REFUSED, why, witnesses=partial(two_calls, case))
     else:
         yield undecided(kind, what, why)
 
 
-def call_and_answer(case: Case) -> Iterator[Pair]:
+def call_and_answer(case: Case) -> Iterator[SignalPair]:
     """Yield whether an answer may meet its own call at another ASV.
 
     The call takes L / c from one ASV to the other; by way of an AUV a depth d below them sound
@@ -104,7 +104,7 @@ def call_and_answer(case: Case) -> Iterator[Pair]:
     yield by_time("call and answer", "at another ASV", margin, why, witnesses)
 
 
-def answer_and_next_call(case: Case) -> Iterator[Pair]:
+def answer_and_next_call(case: Case) -> Iterator[SignalPair]:
     """Yield whether an ASV may call while the last slot's answer is still arriving.
 
     Called at t, an AUV at the edge of range hears that after D, answers T_P + T_ta later, and its
@@ -132,15 +132,17 @@ def two_way_needed(case: Case) -> float:
     return case.slots.ping_duration + answering_s(case) + called + answered
 
 
-def random_access(case: Case) -> Iterator[Pair]:
+def random_access(case: Case) -> Iterator[SignalPair]:
     """Yield that two AUVs within range of one ASV may ping at any two instants, and so at once."""
     scenario = case.scenario
     name, kind = str(scenario.protocol.schedule), "random access"
     if scenario.auvs.count == 1:
-        yield Pair(kind, "pings of AUVs", ACCEPTED, "there is no other AUV")
+        yield SignalPair(kind, "pings of AUVs", ACCEPTED, "there is no other AUV")
     else:
         why = f"with {name} nothing keeps two AUVs from pinging at once"
-        yield Pair(kind, "pings of AUVs", REFUSED, why, witnesses=partial(out_of_hearing, case))
+        yield SignalPair(
+            kind, "pings of AUVs", REFUSED, why, witnesses=partial(out_of_hearing, case)
+        )
     if scenario.protocol.replies_in_frames:
         why = f"with {name} pings come whether an ASV answers or not"
         yield undecided("consecutive answers", "pings at an ASV that answers", why)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from ..preflight.round_lengths import rounds_of
 from ..scenario.declared import downlink_of, schedule_of
-from .case import Case, Pair, Plan, by_time
+from .case import Case, Plan, SignalPair, by_time
 from .signals import far_then_near
 
 KIND = "consecutive slots"
@@ -21,7 +21,7 @@ class Succession(NamedTuple):
     gap_s: float
 
 
-def consecutive_slots(case: Case) -> Iterator[Pair]:
+def consecutive_slots(case: Case) -> Iterator[SignalPair]:
     """Yield whether a ping from afar may meet the next slot's ping from nearby at an ASV.
 
     AUV i pings at t, AUV k at t + T, both heard by one ASV after D_i and D_k; arrivals last T_P.

@@ -11,7 +11,7 @@ from ..preflight.round_lengths import rounds_of
 from ..scenario.declared import ranging_of, schedule_of
 from ..scenario.files.scenario_file import load_scenario
 from ..scenario.scenario import Scenario
-from .case import ACCEPTED, REFUSED, UNDECIDED, Bounds, Case, Pair, bounds_of
+from .case import ACCEPTED, REFUSED, UNDECIDED, Bounds, Case, SignalPair, bounds_of
 from .deciding import Guard, Remedy, downlink_guard, pairs_of, remedy_of, uplink_guard
 from .playing import Witness, witnessed
 from .reuse import age_s, believed_off_m, bounded, margin_needed
@@ -28,7 +28,7 @@ class Verdict:
     """
 
     case: Case
-    pairs: tuple[Pair, ...]
+    pairs: tuple[SignalPair, ...]
     witness: Witness | None
     remedy: Remedy | None
 

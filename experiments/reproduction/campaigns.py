@@ -7,7 +7,7 @@ from pathlib import Path
 from bindusbl_des.campaigns.campaign import Campaign, unfinished_campaign
 from bindusbl_des.campaigns.experiments.experiment import Experiment, Point
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
-from bindusbl_des.campaigns.experiments.plan import Plan
+from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
 from bindusbl_des.campaigns.running import resume, sweep
 from bindusbl_des.campaigns.storage.folder import RECORD, CampaignError
 from bindusbl_des.scenario.files.shipped import shipped
@@ -119,7 +119,7 @@ def run_all(
     """
     runs: dict[str, Campaign] = {}
     for experiment in experiments:
-        plan = Plan(experiment)
+        plan = ExperimentPlan(experiment)
         tell(f"{experiment.name}: {len(plan)} missions")
         campaign = _run(experiment, plan, folder / experiment.name, workers, quiet)
         state = campaign.state()
@@ -131,7 +131,7 @@ def run_all(
 
 
 def _run(
-    experiment: Experiment, plan: Plan, folder: Path, workers: int | None, quiet: bool
+    experiment: Experiment, plan: ExperimentPlan, folder: Path, workers: int | None, quiet: bool
 ) -> Campaign:
     if not (folder / RECORD).is_file():
         return sweep(experiment, folder, workers=workers, quiet=quiet)

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from bindusbl_des import Scenario, load_scenario, simulate
-from bindusbl_des.acoustics.sonar_equation import Message, chance_decoded, link_budget
+from bindusbl_des.acoustics.sonar_equation import SoundMessage, chance_decoded, link_budget
 from bindusbl_des.scenario.channel_settings import Sonar
 
 HERE = Path(__file__).parent
@@ -60,7 +60,7 @@ def delivered(rows: pd.DataFrame, level_db: float, shadowing_sd_db: float) -> np
             source_level_db=level_db, shadowing_sd_db=shadowing_sd_db,
         )  # fmt: skip
         duration_s = it.info_bits_per_frame / (1e3 * it.bandwidth_khz * per_symbol)
-        message = Message(duration_s=duration_s, bits=it.info_bits_per_frame)
+        message = SoundMessage(duration_s=duration_s, bits=it.info_bits_per_frame)
         told.append(float(chance_decoded(sonar, link_budget(sonar).snr_db(it.range_m), message)))
     return np.array(told)
 

@@ -11,13 +11,21 @@ import pyarrow.parquet as parquet
 import pytest
 
 from bindusbl_des.acoustics import table_channel as ray_tracing
-from bindusbl_des.acoustics.ray_tables import Floats, Grid, SoundTable, read_table, straight_time_s
+from bindusbl_des.acoustics.ray_tables import (
+    Floats,
+    SoundTable,
+    TableAxes,
+    read_table,
+    straight_time_s,
+)
 from bindusbl_des.acoustics.table_channel import SILENT_DB, cache_folder, kept_table, traced
 from bindusbl_des.sea.water_column import Profile, uniform_profile
 
 SURFACE, GRADIENT = 1480.0, 0.5
 LINEAR = Profile(np.array([0.0, 100.0]), np.array([SURFACE, SURFACE + 100.0 * GRADIENT]))
-GRID = Grid(np.geomspace(5.0, 1000.0, 30), np.array([0.5, 1.0, 2.0]), np.linspace(1.0, 60.0, 13))
+GRID = TableAxes(
+    np.geomspace(5.0, 1000.0, 30), np.array([0.5, 1.0, 2.0]), np.linspace(1.0, 60.0, 13)
+)
 TENTH_OF_MS = 1e-4
 
 
@@ -67,7 +75,7 @@ def test_nearer_than_the_grid_and_beyond_it(bent: SoundTable) -> None:
 
 def test_without_a_gradient_rays_are_straight() -> None:
     """Times are distance over speed within 1 us, and losses those of spherical spreading."""
-    grid = Grid(np.geomspace(5.0, 1000.0, 12), np.array([1.0]), np.linspace(1.0, 60.0, 5))
+    grid = TableAxes(np.geomspace(5.0, 1000.0, 12), np.array([1.0]), np.linspace(1.0, 60.0, 5))
     table = traced(uniform_profile(1500.0), grid, 80.0)
     away, _, other = drawn(1000)
     slant = np.hypot(away, other - 1.0)
@@ -78,7 +86,7 @@ def test_without_a_gradient_rays_are_straight() -> None:
 def test_what_comes_into_a_shadow_is_reflected() -> None:
     """Below warm water the direct ray bends away: far off the bottom's echo comes first, late."""
     downwards = Profile(np.array([0.0, 50.0]), np.array([1540.0, 1480.0]))
-    grid = Grid(np.array([100.0, 900.0]), np.array([1.0]), np.array([2.0, 20.0]))
+    grid = TableAxes(np.array([100.0, 900.0]), np.array([1.0]), np.array([2.0, 20.0]))
     table = traced(downwards, grid, 50.0)
     assert table.longer_s[0, 0, 0] <= 0.0  # a direct ray
     assert abs(table.beyond_db[0, 0, 0]) < 3.0
@@ -92,7 +100,7 @@ def test_nothing_is_mixed_at_the_edge_of_a_shadow() -> None:
     """
     top, gradient, bottom, source = 1516.0, -31.5 / 30.0, 30.0, 0.5
     falling = Profile(np.array([0.0, bottom]), np.array([top, top + bottom * gradient]))
-    grid = Grid(np.geomspace(5.0, 400.0, 40), np.array([source]), np.linspace(0.5, 29.75, 16))
+    grid = TableAxes(np.geomspace(5.0, 400.0, 40), np.array([source]), np.linspace(0.5, 29.75, 16))
     table = traced(falling, grid, bottom)
     draw = np.random.default_rng(3)
     away, depth = draw.uniform(20.0, 300.0, 2000), draw.uniform(2.0, 29.0, 2000)
@@ -124,7 +132,7 @@ def test_a_table_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     """The same sea is traced once; another, or a damaged file, is traced anew."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr("sys.platform", "linux")
-    grid = Grid(np.array([10.0, 100.0]), np.array([1.0]), np.array([5.0, 20.0]))
+    grid = TableAxes(np.array([10.0, 100.0]), np.array([1.0]), np.array([5.0, 20.0]))
     calls = []
 
     def counted(*asked: Any) -> SoundTable:
@@ -150,7 +158,7 @@ def test_a_disk_that_cannot_be_written_does_not_matter(
 ) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    grid = Grid(np.array([10.0, 100.0]), np.array([1.0]), np.array([5.0]))
+    grid = TableAxes(np.array([10.0, 100.0]), np.array([1.0]), np.array([5.0]))
     assert kept_table(LINEAR, grid, 60.0).longer_s.shape == (2, 1, 1)
 
 
@@ -234,7 +242,7 @@ def test_pygenray_finds_the_same_times() -> None:
     for source in np.unique(rays["source_depth_m"]):
         of_it = rays[rays["source_depth_m"] == source]
         ranges, depths = np.unique(of_it["range_m"]), np.unique(of_it["receiver_depth_m"])
-        table = traced(summer, Grid(ranges, np.array([source]), depths), 95.0)
+        table = traced(summer, TableAxes(ranges, np.array([source]), depths), 95.0)
         places = of_it["range_m"], source, of_it["receiver_depth_m"]
         off = table.travel_time_s(*places) - of_it["travel_time_s"]
         assert np.abs(off).max() < TENTH_OF_MS

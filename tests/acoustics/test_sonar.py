@@ -14,7 +14,7 @@ from scipy import special, stats  # type: ignore[import-untyped,unused-ignore]
 
 from bindusbl_des.acoustics.sonar_equation import (
     DETECTORS,
-    Message,
+    SoundMessage,
     ambient_noise_db,
     bit_error,
     chance_decoded,
@@ -34,7 +34,7 @@ from bindusbl_des.sea.water import Water, absorption_thorp
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 CHECKS = json.loads((REFERENCE / "physics_checks.json").read_text())
-PING = Message(0.010)
+PING = SoundMessage(0.010)
 USUAL = link_budget(Sonar())
 
 
@@ -270,7 +270,7 @@ def test_a_threshold_of_ones_own() -> None:
 @pytest.mark.parametrize("spread", [0.5, 3.0, 12.0])
 def test_shadowing_is_averaged(decoding: str, spread: float) -> None:
     """The chance of a shadowed signal is the mean over its SNR, as a rule 60 times finer has it."""
-    message = Message(0.8, 2000)
+    message = SoundMessage(0.8, 2000)
     shadowed = Sonar.model_validate({"decoding": decoding, "shadowing_sd_db": spread})
     clear = Sonar.model_validate({"decoding": decoding, "shadowing_sd_db": 0.0})
     for snr in (-25.0, -10.0, 0.0, 5.0):
@@ -285,7 +285,7 @@ def test_shadowing_is_averaged(decoding: str, spread: float) -> None:
 def test_bits_share_the_energy_of_a_frame() -> None:
     """At 0 dB in 10 kHz a frame of 192 bits in 0.192 s has 10 dB a bit."""
     sonar = Sonar(decoding="nc_fsk", shadowing_sd_db=0.0)
-    chance = chance_decoded(sonar, 0.0, Message(0.192, 192))
+    chance = chance_decoded(sonar, 0.0, SoundMessage(0.192, 192))
     assert chance == pytest.approx(1.0 - 0.4768751, abs=1e-6)
     assert pulse_energy(sonar, 0.0, 0.010) == pytest.approx(100.0)
 
@@ -301,7 +301,7 @@ def test_louder_is_never_worse(snr: float, more: float) -> None:
     """Of two signals the louder is decoded no less often, and timed no worse."""
     for decoding in ("threshold", *DETECTORS, "bpsk", "dpsk", "nc_fsk"):
         sonar = Sonar.model_validate({"decoding": decoding})
-        low, high = chance_decoded(sonar, np.array([snr, snr + more]), Message(0.1, 100), 5.0)
+        low, high = chance_decoded(sonar, np.array([snr, snr + more]), SoundMessage(0.1, 100), 5.0)
         assert 0.0 <= low <= high + 1e-12
         assert high <= 1.0
     low, high = timing_sd_s(Sonar(), np.array([snr, snr + more]), 0.01, 1e-7)

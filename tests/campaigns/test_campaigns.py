@@ -19,7 +19,7 @@ from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import Campaign, load_campaign
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.experiments.experiment_points import KEYS
-from bindusbl_des.campaigns.experiments.plan import Plan
+from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
 from bindusbl_des.campaigns.running import sweep
 from bindusbl_des.campaigns.storage.folder import (
     RECORD,
@@ -408,7 +408,7 @@ def test_a_folder_that_got_no_record_is_empty_again(experiment: Path) -> None:
 def test_parts_are_counted_once(experiment: Path) -> None:
     """What a killed process left beside the rows that count changes nothing."""
     loaded = load_experiment(experiment)
-    plan, folder = Plan(loaded), Path("parts")
+    plan, folder = ExperimentPlan(loaded), Path("parts")
     folder.mkdir()
     for numbers in ((3, 1), (2, 0)):
         batch = batch_of(plan, folder, numbers, 100.0)
@@ -468,7 +468,7 @@ def test_progress_leaves_out_how_workers_start(monkeypatch: pytest.MonkeyPatch) 
 
 def test_status_leaves_out_how_workers_start(experiment: Path, home: Path) -> None:
     """The rate of a campaign that runs counts from its first mission of this session."""
-    plan, folder = Plan(load_experiment(experiment)), home / "rate"
+    plan, folder = ExperimentPlan(load_experiment(experiment)), home / "rate"
     folder.mkdir()
     names, rows = [], []
     for numbers in ((0, 1), (2, 3, 4)):

@@ -7,7 +7,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.campaigns.experiments.plan import Mission, PlannedPoint
+from bindusbl_des.campaigns.experiments.plan import PlannedMission, PlannedPoint
 from bindusbl_des.campaigns.storage import joining
 from bindusbl_des.campaigns.storage.joining import compact
 from bindusbl_des.campaigns.storage.parts import commit, part_path
@@ -24,9 +24,9 @@ def ran() -> list[Ran]:
     """Five missions, of which the first and the fourth failed."""
     scenario = Scenario(name="short", duration_s=6.0)
     return [
-        Ran(Mission(n, n // 2, n), 0.5, error="ValueError: no")
+        Ran(PlannedMission(n, n // 2, n), 0.5, error="ValueError: no")
         if n % 3 == 0
-        else Ran(Mission(n, n // 2, n), 0.5, simulate(scenario, n).arrow)
+        else Ran(PlannedMission(n, n // 2, n), 0.5, simulate(scenario, n).arrow)
         for n in range(5)
     ]
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from typing_extensions import TypeAliasType
 
 from bindusbl_des.core.compiled import compiled
-from bindusbl_des.core.handed import Handed, Kind, fields_of, opened
+from bindusbl_des.core.handed import ArrayKind, Handed, fields_of, opened
 
 FLAG = np.dtype([("number", "i8"), ("value", "f8")])
 
@@ -61,7 +61,7 @@ class Aliased(NamedTuple):
 
 
 def test_an_alias_of_arrays_says_what_it_is_of() -> None:
-    assert fields_of(Aliased) == {"plane": Kind(np.dtype("f8"), 2)}
+    assert fields_of(Aliased) == {"plane": ArrayKind(np.dtype("f8"), 2)}
 
 
 @pytest.mark.parametrize("is_doubled", [False, True])

@@ -12,7 +12,7 @@ from campaigns_for_tests import OneThread
 from click.testing import CliRunner, Result
 
 from bindusbl_des.campaigns.experiments.experiment import Experiment
-from bindusbl_des.campaigns.experiments.plan import Plan
+from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
 from bindusbl_des.cli import main
 from bindusbl_des.experiments.reproduction import campaigns, counting, readings_page
 from bindusbl_des.experiments.reproduction.campaigns import ANGLE
@@ -107,7 +107,7 @@ def test_two_choices_of_one_factor_are_refused() -> None:
 def test_each_distinct_mission_is_run_once() -> None:
     """Readings that differ in nothing that a mission depends on share its row."""
     for experiment in campaigns.all_readings(quick=False):
-        points = Plan(experiment).points
+        points = ExperimentPlan(experiment).points
         assert len({point.scenario for point in points}) == len(points)
     sizes = {it.name: len(it.points) for it in campaigns.all_readings(quick=False)}
     assert sizes == {

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 from bindusbl_des.campaigns.experiments.experiment import Experiment, Point
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
-from bindusbl_des.campaigns.experiments.plan import Plan
+from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
 from bindusbl_des.cli import main
 from bindusbl_des.experiments.reproduction import campaigns, document, measuring, sentences
 from bindusbl_des.experiments.reproduction.document import CAPTIONS
@@ -154,7 +154,7 @@ def test_every_experiment_file_is_run() -> None:
 def test_the_sweep_has_5760_missions() -> None:
     """3 sides x 3 ASV counts x 4 angles x 8 team sizes x 20 seeds, both ways of stopping."""
     for name in ("sweep", "sweep_distance"):
-        plan = Plan(load_experiment(ROOT / "experiments" / f"{name}.yaml"))
+        plan = ExperimentPlan(load_experiment(ROOT / "experiments" / f"{name}.yaml"))
         assert len(plan) == 3 * 3 * 4 * 8 * 20 == 5760
         assert len({point.scenario for point in plan.points}) == 288
 

@@ -20,7 +20,7 @@ from bindusbl_des.live.mavlink import (
     mavproxy,
     messages,
 )
-from bindusbl_des.live.readings import Delivered, Usbl
+from bindusbl_des.live.readings import FixReading, UsblReading
 from bindusbl_des.live.ugps import Topside
 
 API = json.loads((Path(__file__).parents[1] / "reference" / "ugps_api.json").read_text())
@@ -50,7 +50,7 @@ def test_autopilots_are_given_the_fixes_that_were_delivered() -> None:
             assert alike["time_usec"] == message.time_usec
             if message.fix_type == 0:
                 continue
-            assert isinstance(it, Delivered)
+            assert isinstance(it, FixReading)
             seen.add(it.fix.fix)
             row = fixes.loc[it.fix.fix]
             assert row.outcome == "delivered"
@@ -114,7 +114,7 @@ def check(value: Any, schema: dict[str, Any]) -> None:
 def test_every_answer_of_the_topside_is_as_its_api_says() -> None:
     """From nothing known, through each reading, to the last position: it is what was measured."""
     readings, _, earth = heard(at_sea(usbl={"gnss_sd_m": 0.5}))
-    last = [it for it in readings if isinstance(it, Usbl)][-1]
+    last = [it for it in readings if isinstance(it, UsblReading)][-1]
     topside = Topside("ugps", "127.0.0.1", 0, last.vehicle, last.auv)
     base = f"http://127.0.0.1:{topside.port}"
     try:
@@ -142,11 +142,11 @@ def test_every_answer_of_the_topside_is_as_its_api_says() -> None:
 
 def test_a_position_grows_stale() -> None:
     readings, _, earth = heard(at_sea(duration_s=20.0))
-    first = next(it for it in readings if isinstance(it, Usbl))
+    first = next(it for it in readings if isinstance(it, UsblReading))
     topside = Topside("ugps", "127.0.0.1", 0, first.vehicle, first.auv)
     try:
         for it in readings:
-            if not isinstance(it, Usbl) or it is first:
+            if not isinstance(it, UsblReading) or it is first:
                 topside(it, earth)
             if it is first:
                 assert topside.answer("/api/v1/position/acoustic/raw")["position_valid"]

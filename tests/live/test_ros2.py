@@ -13,7 +13,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bindusbl_des import Mission
 from bindusbl_des.geometry.geodesy import ned_at_depth
-from bindusbl_des.live.readings import Delivered, Estimate, Gnss, Truth, Usbl
+from bindusbl_des.live.readings import EstimateReading, FixReading, Gnss, Truth, UsblReading
 from bindusbl_des.live.ros2 import DEFINITIONS, Bag, definition
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
@@ -52,15 +52,15 @@ def test_a_bag_is_read_back_as_it_was_measured(tmp_path: Path, *, origin: bool) 
     wanted = defaultdict(list)
     for it in readings:
         now = epoch + round(it.at_s * 1e9)
-        if isinstance(it, Delivered):
+        if isinstance(it, FixReading):
             place = it.fix.x_m, it.fix.y_m, it.fix.z_m
             held = epoch + round(it.fix.valid_at_s * 1e9)
             wanted[f"/{it.vehicle}/fix"].append((now, held, place, it.fix.sd_y_m**2))
-        elif isinstance(it, Usbl):
+        elif isinstance(it, UsblReading):
             topic = f"/{it.vehicle}/usbl/{it.auv}"
             spread = it.sight.covariance[1, 1]
             wanted[topic].append((now, now, it.sight.place.tolist(), spread))
-        elif isinstance(it, Estimate):
+        elif isinstance(it, EstimateReading):
             spread = it.covariance[1][1]
             wanted[f"/{it.vehicle}/odometry"].append((now, now, it.place, spread))
         elif isinstance(it, Truth):

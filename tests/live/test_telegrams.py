@@ -13,7 +13,14 @@ from bindusbl_des import simulate
 from bindusbl_des.geometry.geodesy import ned_at_depth
 from bindusbl_des.live.nmea import sentences
 from bindusbl_des.live.outputs import line
-from bindusbl_des.live.readings import Compass, Delivered, Estimate, Gnss, Truth, Usbl
+from bindusbl_des.live.readings import (
+    Compass,
+    EstimateReading,
+    FixReading,
+    Gnss,
+    Truth,
+    UsblReading,
+)
 
 MISSIONS: dict[str, dict[str, Any]] = {
     "paper": {},
@@ -46,7 +53,7 @@ def test_who_listens_changes_nothing_and_hears_what_the_tables_have(name: str) -
 
     receptions, fixes = result.tables["receptions"], result.tables["fixes"]
     decoded = receptions[receptions.outcome == "heard"]
-    sights = {(it.ping, it.vehicle): it for it in readings if isinstance(it, Usbl)}
+    sights = {(it.ping, it.vehicle): it for it in readings if isinstance(it, UsblReading)}
     if scenario.protocol.is_passive:
         assert not sights
     else:
@@ -68,7 +75,7 @@ def test_who_listens_changes_nothing_and_hears_what_the_tables_have(name: str) -
             place = sights[row.ping, row.asvs].sight.place
             assert place.tolist() == [row.x_m, row.y_m, row.z_m]
 
-    given = {it.fix.fix: it for it in readings if isinstance(it, Delivered)}
+    given = {it.fix.fix: it for it in readings if isinstance(it, FixReading)}
     delivered = fixes[fixes.outcome == "delivered"]
     assert set(given) == set(delivered.fix)
     assert name != "lossy" or len(delivered) < 0.8 * len(fixes)
@@ -78,7 +85,7 @@ def test_who_listens_changes_nothing_and_hears_what_the_tables_have(name: str) -
 
     tracks = result.tables["tracks"].set_index(["vehicle", "time_s"])
     for it in readings:
-        if isinstance(it, Estimate):
+        if isinstance(it, EstimateReading):
             row = tracks.loc[it.vehicle, it.at_s]
             wanted = row[["estimate_x_m", "estimate_y_m", "estimate_z_m"]].tolist()
             assert it.place == pytest.approx(wanted, abs=1e-9)
@@ -132,7 +139,7 @@ def test_nmea_is_read_back_as_it_was_measured() -> None:
             kind = text[1:].partition(",")[0]
             kinds.add(kind)
             if kind == "PSIMSSB":
-                assert isinstance(it, Usbl)
+                assert isinstance(it, UsblReading)
                 data = pynmea2.NMEASentence.parse(text, check=True).data
                 time, beacon, *system, x, y, depth = data[1:11] if data[0] == "SSB" else data[:10]
                 assert system == ["A", "", "C", "H", "M"]
@@ -147,8 +154,8 @@ def test_nmea_is_read_back_as_it_was_measured() -> None:
                 continue
             said = pynmea2.parse(text, check=True)
             if kind in ("GPGGA", "GPRMC"):
-                assert isinstance(it, (Gnss, Estimate))
-                depth = it.place[2] if isinstance(it, Estimate) else 0.0
+                assert isinstance(it, (Gnss, EstimateReading))
+                depth = it.place[2] if isinstance(it, EstimateReading) else 0.0
                 ((x, y, _),) = ned_at_depth(
                     [angle(said.lat, said.lat_dir)], [angle(said.lon, said.lon_dir)],
                     [depth], earth.origin,

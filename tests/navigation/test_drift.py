@@ -12,7 +12,7 @@ from bindusbl_des import Scenario, simulate
 from bindusbl_des.campaigns.statistics.contents import DRIFTS
 from bindusbl_des.core.spreads import PER_AXIS_SD
 from bindusbl_des.core.streams import Streams
-from bindusbl_des.mission.closed_loop import Water
+from bindusbl_des.mission.closed_loop import MissionCurrent
 from bindusbl_des.mission.sensor_errors import wrong_reckoning
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning
 from bindusbl_des.scenario.instruments.own_sensors import (
@@ -38,7 +38,7 @@ def offs(drift: dict[str, Any], ways: list[float], **navigation: Any) -> np.ndar
         navigation={"drift": drift, "imu_rate_hz": 1.0, **navigation},
     )
     streams = Streams(0)
-    wrong = wrong_reckoning(world, streams, Water(world, streams))
+    wrong = wrong_reckoning(world, streams, MissionCurrent(world, streams))
     there = max(ways) * np.array([math.cos(0.6), math.sin(0.6)])
     track = recorded(np.array([0.0, max(ways) / SPEED]), np.array([[0.0, 0.0, 5.0], [*there, 5.0]]))
     reckoning = DeadReckoning(together([track.legs] * MANY), wrong)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from bindusbl_des import ScenarioError, load_scenario
-from bindusbl_des.campaigns.experiments.options import Asked
+from bindusbl_des.campaigns.experiments.options import PythonArguments
 from bindusbl_des.planning.questions.plan_file import read_plan
 from bindusbl_des.planning.questions.question import Asking, goals_of_arguments
 from bindusbl_des.planning.teams.candidates import DOWNLINK, SCHEDULE
@@ -21,7 +21,7 @@ def pairs(side_m: float, schedules: list[str] | None = None) -> list[tuple[str, 
     scenario = load_scenario("recovery_140m", overrides=[f"survey.side_m={side_m}"])
     goals = goals_of_arguments({"position_error_m": 1.0}, None, None)
     vary = TEAM if schedules is None else {**TEAM, SCHEDULE: schedules}
-    question = read_plan(scenario, Asking(goals, options=Asked(vary)))
+    question = read_plan(scenario, Asking(goals, options=PythonArguments(vary)))
     found = proposed(question, Foresight(goals))
     return [
         (it.keys.get(SCHEDULE, "spatial_reuse"), it.keys.get(DOWNLINK, "sequential"))
@@ -55,7 +55,7 @@ def test_answers_without_airtime_are_never_proposed() -> None:
         if downlink == "direct_reply":
             keys += ["protocol.downlink.reply=instant"]
         scenario = load_scenario("recovery_140m", overrides=keys)
-        question = read_plan(scenario, Asking(goals, options=Asked(TEAM)))
+        question = read_plan(scenario, Asking(goals, options=PythonArguments(TEAM)))
         found = proposed(question, Foresight(goals))
         assert any(it.scenario.protocol.replies for it in found) or downlink == "sequential"
         assert {it.scenario.protocol.answer.reply for it in found} == {"frame"}

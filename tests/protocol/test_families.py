@@ -13,7 +13,7 @@ from families_for_tests import each_but_slow_ones
 
 from bindusbl_des import Scenario, cautions, load_result, load_scenario, simulate, sweep
 from bindusbl_des.campaigns.experiments.experiment import Experiment
-from bindusbl_des.campaigns.experiments.plan import Plan
+from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
 from bindusbl_des.cli import main
 from bindusbl_des.core import plugins
 from bindusbl_des.core.plugins import PERMISSION, Family, PluginError, allow
@@ -290,10 +290,10 @@ def test_a_plan_knows_the_source_of_ones_own(home: Path, family: Family) -> None
     """A plug-in that has changed is another plan."""
 
     experiment = Experiment("e", MISSION, ({family.name_key: OWN_PARTS[family]},), (0,))
-    before = Plan(experiment).fingerprint()
-    assert Plan(experiment).fingerprint() == before
+    before = ExperimentPlan(experiment).fingerprint()
+    assert ExperimentPlan(experiment).fingerprint() == before
     (home / "own_parts.py").write_text(OWN + "\n")
-    assert Plan(experiment).fingerprint() != before
+    assert ExperimentPlan(experiment).fingerprint() != before
 
 
 NAMED = [family for family in OPEN if family not in FIRST]

@@ -16,7 +16,7 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, blank, fixed_gain, scenario, st
 from bindusbl_des import simulate
 from bindusbl_des.acoustics.loss import LOSS_LAWS, LossTerms, range_loss
 from bindusbl_des.acoustics.modem import Message
-from bindusbl_des.acoustics.propagation import Band
+from bindusbl_des.acoustics.propagation import SignalBand
 from bindusbl_des.acoustics.travel_time import light_time, travel_time
 from bindusbl_des.core.clock import Clock, ExactClock, TickClock
 from bindusbl_des.core.streams import ROWS, NoiseStore, Purpose, Streams
@@ -76,7 +76,7 @@ def uplink(
     record, streams = record or Recorder(), changes.pop("streams", Streams(1))
     reach, slant = changes.pop("hf_range", 3000.0), changes.pop("slant", True)
     instrument = changes.pop("instrument", PERFECT)
-    law = Band(slant, reach, PING, SOUND)
+    law = SignalBand(slant, reach, PING, SOUND)
     band = Uplink(auvs, asvs, law, changes.pop("channel", QUIET), streams, record)
     measuring = Measuring(instrument, streams, len(auvs), len(asvs), record)
     return band, Outcomes(band, asvs, measuring, np.zeros(len(auvs)), record), record

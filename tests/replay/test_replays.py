@@ -469,7 +469,7 @@ def test_a_wrong_belief_is_given_up() -> None:
 def test_the_runs_at_sea_are_what_they_are_said_to_be() -> None:
     """Counts of ranges and poses; a solve from nowhere ends elsewhere, far from all ranges."""
     pytest.importorskip("gtsam", reason="the runs ship with gtsam, the extra `replay`")
-    from bindusbl_des.replay.log import Pose
+    from bindusbl_des.replay.log import LoggedPose
     from bindusbl_des.replay.replaying import robust_optimum
 
     for name, poses, ranges, beacons in (("goats_15", 473, 786, 3), ("goats_16", 201, 572, 4)):
@@ -478,7 +478,7 @@ def test_the_runs_at_sea_are_what_they_are_said_to_be() -> None:
         assert len(log.beacons.names) == beacons
         assert log.ranges.metres.max() < 710.0
     found = replay(log)
-    cold = robust_optimum(log.begun_at(Pose(0.0, 0.0, float(log.yaws[0]))))
+    cold = robust_optimum(log.begun_at(LoggedPose(0.0, 0.0, float(log.yaws[0]))))
     assert cold is not None
     assert found.reference is not None
     assert rms_between(cold.places, found.reference.places) > 50.0

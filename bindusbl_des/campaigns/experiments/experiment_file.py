@@ -28,7 +28,7 @@ from .experiment_points import (
     is_scenario,
     points_in,
 )
-from .options import Asked, Options, lay_over
+from .options import Options, PythonArguments, lay_over
 from .point_checks import DETAIL, check_points, plugins_in, without_effect
 
 DETAILS = ("summary", "full")
@@ -38,7 +38,7 @@ NO_OPTIONS = Options()
 
 def load_experiment(
     given: str | FilePath | Scenario,
-    options: Options | Asked = NO_OPTIONS,
+    options: Options | PythonArguments = NO_OPTIONS,
     *,
     allow_plugins: bool = False,
 ) -> Experiment:
@@ -57,7 +57,7 @@ def load_experiment(
 
 
 def document_of(
-    given: str | FilePath | Scenario, options: Options | Asked = NO_OPTIONS
+    given: str | FilePath | Scenario, options: Options | PythonArguments = NO_OPTIONS
 ) -> tuple[Document, Source | None]:
     """Return the experiment that a path or a scenario stands for, and where a scenario stands.
 
@@ -78,7 +78,7 @@ def document_of(
 
 def experiment_in(
     document: Document,
-    options: Options | Asked = NO_OPTIONS,
+    options: Options | PythonArguments = NO_OPTIONS,
     source: Source | None = None,
     *,
     allow_plugins: bool = False,
@@ -152,7 +152,7 @@ def _fixed(reading: Reading, varied: set[str]) -> tuple[Mistake, ...]:
     )
 
 
-def _document(path: FilePath, options: Options | Asked) -> tuple[Document, Source | None]:
+def _document(path: FilePath, options: Options | PythonArguments) -> tuple[Document, Source | None]:
     """Return the experiment that a file holds, or the one of a scenario's, with that."""
     text = read_text(path)
     document = read_yaml(text, str(path))

@@ -29,7 +29,7 @@ class Options:
 
 
 @dataclass(frozen=True)
-class Asked:
+class PythonArguments:
     """The same as arguments of Python's, checked to be of the right kind; None asks for nothing.
 
     Raises:
@@ -60,15 +60,15 @@ class Asked:
         return any(it is not None for it in (self.vary, self.until_ci, self.seeds, self.detail))
 
 
-def lay_over(document: Document, options: Options | Asked) -> None:
+def lay_over(document: Document, options: Options | PythonArguments) -> None:
     """Lay options over the data of an experiment file; their mistakes go to the document."""
-    if isinstance(options, Asked):
+    if isinstance(options, PythonArguments):
         _lay_asked(document, options)
     else:
         _lay_written(document, options)
 
 
-def _lay_asked(document: Document, asked: Asked) -> None:
+def _lay_asked(document: Document, asked: PythonArguments) -> None:
     if asked.vary == {}:
         document.data["vary"] = {}
         _stand(document, ("vary",), _said("vary", {}))

@@ -23,7 +23,7 @@ MODEL_VERSION = 4
 
 
 @dataclass(frozen=True, slots=True)
-class Mission:
+class PlannedMission:
     """One mission of the plan: its number there, its point and its seed."""
 
     number: int
@@ -43,7 +43,7 @@ class PlannedPoint:
     sets: dict[str, Any]
 
 
-class Plan:
+class ExperimentPlan:
     """All missions of an experiment, point after point, each with every seed."""
 
     def __init__(self, experiment: Experiment) -> None:
@@ -75,12 +75,12 @@ class Plan:
     def __len__(self) -> int:
         return len(self.points) * len(self.experiment.seeds)
 
-    def mission(self, number: int) -> Mission:
+    def mission(self, number: int) -> PlannedMission:
         """Return a mission by its number in the plan."""
         point, replicate = divmod(number, len(self.experiment.seeds))
-        return Mission(number, point, self.experiment.seeds[replicate])
+        return PlannedMission(number, point, self.experiment.seeds[replicate])
 
-    def mission_id(self, mission: Mission) -> str:
+    def mission_id(self, mission: PlannedMission) -> str:
         """Return the fingerprint of what decides a mission: scenario, seed and model."""
         return mission_id(self.points[mission.point].scenario, mission.seed, self.model_version)
 

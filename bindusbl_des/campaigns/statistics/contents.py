@@ -3,13 +3,13 @@
 import json
 from collections.abc import Iterable
 
-from ..experiments.plan import Plan
+from ..experiments.plan import ExperimentPlan
 
 SD = "navigation.velocity_bias_sd_m_per_s"
 DRIFTS = ("percent_of_distance", "m_per_hour")
 
 
-def in_intervals(plan: Plan, points: Iterable[int]) -> str:
+def in_intervals(plan: ExperimentPlan, points: Iterable[int]) -> str:
     """Return what the intervals over seeds of some points are made of, in sentences, if any.
 
     An interval over seeds knows only what seeds change.  A velocity bias that is the same for every

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..experiments.plan import Plan
+from ..experiments.plan import ExperimentPlan
 from .findings import ERROR
 from .intervals import ROUND_OFF, Floats, Interval, interval, intervals
 from .naming import written
@@ -172,7 +172,7 @@ def _seeds(side: Side, found: Found) -> set[int]:
 SAMPLED = 0.5
 
 
-def key_effects(plan: Plan, found: Outcomes) -> list[str]:
+def key_effects(plan: ExperimentPlan, found: Outcomes) -> list[str]:
     """Return of each key between which means over the others the worst AUV's error lies.
 
     Keys that matter most come first.  Values are compared over the same points of the other keys:
@@ -183,7 +183,7 @@ def key_effects(plan: Plan, found: Outcomes) -> list[str]:
     return [said for _, said in sorted(effects, key=lambda it: -it[0])]
 
 
-def _effect(plan: Plan, key: str, error: np.ndarray) -> tuple[float, str] | None:
+def _effect(plan: ExperimentPlan, key: str, error: np.ndarray) -> tuple[float, str] | None:
     """Return how far apart the means at the values of a key are, and that in words."""
     values = list(dict.fromkeys(written(point.varied[key]) for point in plan.points))
     if len(values) < 2 or len(values) > SAMPLED * len(plan.points):

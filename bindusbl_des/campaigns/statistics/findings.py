@@ -19,7 +19,7 @@ import numpy as np
 
 from ...scenario.part_choice import PartChoice
 from ...scenario.shipped_settings import FixedGain
-from ..experiments.plan import Plan
+from ..experiments.plan import ExperimentPlan
 from .intervals import (
     CONFIDENCE,
     ROUND_OFF,
@@ -76,7 +76,7 @@ class Harms:
     missions: int = 0
 
 
-def harmed(found: Fleets, plan: Plan) -> Harms:
+def harmed(found: Fleets, plan: ExperimentPlan) -> Harms:
     """Return whom fixes make worse.
 
     That is sure where chance would rarely do it, counting how many AUVs and points were looked at,
@@ -113,7 +113,7 @@ def _worst_first(harm: Harm) -> float:
     return -harm.change.mean
 
 
-def _of_other_navigation(plan: Plan) -> dict[int, list[int]]:
+def _of_other_navigation(plan: ExperimentPlan) -> dict[int, list[int]]:
     """Return of each point those that differ from it in keys of the navigation alone."""
     groups: dict[str, list[int]] = {}
     for number, point in enumerate(plan.points):
@@ -159,7 +159,7 @@ class Findings:
         return [text for text in (self.best, self.sure, *self.harm, *self.starved) if text]
 
 
-def findings(folder: Path, plan: Plan) -> Findings:
+def findings(folder: Path, plan: ExperimentPlan) -> Findings:
     """Return what the missions of a campaign that have a row show."""
     found = outcomes(folder, (ERROR, ERROR_P95))
     if not found.ok.any():
@@ -177,7 +177,7 @@ def findings(folder: Path, plan: Plan) -> Findings:
     )
 
 
-def _best(found: Outcomes, plan: Plan) -> str:
+def _best(found: Outcomes, plan: ExperimentPlan) -> str:
     """Return which point has the smallest error of the worst AUV, and which are as good."""
     table = found.by_seed(ERROR, len(plan.points))
     known = intervals(table)
@@ -281,7 +281,7 @@ def _sure(found: Outcomes, points: int) -> str:
     )
 
 
-def harm_said(harms: Harms, plan: Plan, points: Iterable[int]) -> Iterator[str]:
+def harm_said(harms: Harms, plan: ExperimentPlan, points: Iterable[int]) -> Iterator[str]:
     """Yield whom fixes make worse at some points, the worst first, and what may help."""
     wanted = set(points)
     told = [them for them in harms.sure if them[0].point in wanted]
@@ -297,7 +297,7 @@ def harm_said(harms: Harms, plan: Plan, points: Iterable[int]) -> Iterator[str]:
         yield _once(once, harms.missions, plan)
 
 
-def _once(them: list[Harm], missions: int, plan: Plan) -> str:
+def _once(them: list[Harm], missions: int, plan: ExperimentPlan) -> str:
     worst, count = them[0], len({it.point for it in them})
     place = point_name(worst.point, plan.points[worst.point].varied)
     return (
@@ -322,7 +322,7 @@ def _remedies(scenarios: list[dict[str, Any]]) -> Iterator[str]:
         )
 
 
-def _harm(them: list[Harm], plan: Plan) -> str:
+def _harm(them: list[Harm], plan: ExperimentPlan) -> str:
     worst, place = them[0], point_name(them[0].point, plan.points[them[0].point].varied)
     change = worst.change
     digits = decimals(change.half_width, change.mean)
@@ -348,7 +348,9 @@ def _auvs(names: list[str]) -> str:
     return listed(sorted(names, key=lambda it: int(it.removeprefix("AUV"))))
 
 
-def starved_said(found: list[Starved], plan: Plan, points: Iterable[int]) -> Iterator[str]:
+def starved_said(
+    found: list[Starved], plan: ExperimentPlan, points: Iterable[int]
+) -> Iterator[str]:
     """Yield which AUVs got no fix at some points, and in how many seeds, those with most first."""
     wanted = set(points)
     told = [it for it in found if it.point in wanted]

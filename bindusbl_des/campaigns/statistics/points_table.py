@@ -5,7 +5,7 @@ from pathlib import Path
 from textwrap import fill
 
 from ...core.wording import lettered
-from ..experiments.plan import Plan
+from ..experiments.plan import ExperimentPlan
 from ..storage.parts import MISSIONS
 from .contents import in_intervals
 from .findings import findings
@@ -28,7 +28,7 @@ SHORTEST_KEY = 4
 MOST_ROWS = 40
 
 
-def points_table(folder: Path, plan: Plan) -> str:
+def points_table(folder: Path, plan: ExperimentPlan) -> str:
     """Return a row per point: its values, missions, what its worst AUV got; then the findings.
 
     Means are over the missions that went well, with 95 % intervals.
@@ -47,7 +47,7 @@ def points_table(folder: Path, plan: Plan) -> str:
     return "\n".join([*lines, *_told(folder, plan), *_reached(plan, found)])
 
 
-def _told(folder: Path, plan: Plan) -> Iterator[str]:
+def _told(folder: Path, plan: ExperimentPlan) -> Iterator[str]:
     """Yield what the columns are, what the missions show, and what the intervals contain."""
     yield _filled(
         "error (mean over time), 95 % (of the time it is below) and age (the last fix is younger "
@@ -65,7 +65,7 @@ def _filled(text: str, indent: str = "") -> str:
     )
 
 
-def _reached(plan: Plan, found: Outcomes) -> Iterator[str]:
+def _reached(plan: ExperimentPlan, found: Outcomes) -> Iterator[str]:
     """Yield how often the intervals became as narrow as was asked, and over how many missions."""
     targets = plan.experiment.until_ci
     if not targets:

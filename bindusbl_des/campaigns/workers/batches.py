@@ -24,7 +24,7 @@ from ...scenario.families import leave_of, without_plugins
 from ...scenario.scenario import Scenario
 from ...scenario.sections.duration import SURVEY
 from ..experiments.experiment import as_written
-from ..experiments.plan import Mission, Plan, PlannedPoint, mission_id
+from ..experiments.plan import ExperimentPlan, PlannedMission, PlannedPoint, mission_id
 from ..storage.folder import STOP, write_json
 from ..storage.parts import (
     ARROW_TYPES,
@@ -48,7 +48,7 @@ WARMING_S = 3.0
 _ready: set[str] = set()
 
 
-def compile_kernels(plan: Plan, folder: Path) -> None:
+def compile_kernels(plan: ExperimentPlan, folder: Path) -> None:
     """Make sure that workers find compiled code on the disk for all missions of a plan."""
     for point in plan.points:
         warm(point.scenario, folder)
@@ -164,7 +164,7 @@ CELL_BYTES = 8
 class Ran:
     """One mission as it was run: its tables, or why there are none."""
 
-    mission: Mission
+    mission: PlannedMission
     wall_time_s: float
     tables: Mapping[str, pa.Table] = field(default_factory=dict)
     error: str | None = None
@@ -269,7 +269,7 @@ class Batch:
     model_version: str
     columns: Mapping[str, str]
     points: Mapping[int, PlannedPoint]
-    missions: tuple[Mission, ...]
+    missions: tuple[PlannedMission, ...]
     budget_s: float
     mission_timeout_s: float | None = None
     plugins: tuple[str, ...] = ()
@@ -342,7 +342,7 @@ def _scenario(text: str, folder: Path) -> tuple[Scenario, list[str]]:
     return Scenario.model_validate(placed(data, folder)), named_files(data)
 
 
-def _run(batch: Batch, mission: Mission) -> Ran:
+def _run(batch: Batch, mission: PlannedMission) -> Ran:
     began = time.perf_counter()
     try:
         folder = Path(batch.folder)
@@ -370,14 +370,14 @@ def _source(name: str) -> str:
     return source_sha256(name)
 
 
-def _note_failure(batch: Batch, mission: Mission, error: str, trace: str) -> None:
+def _note_failure(batch: Batch, mission: PlannedMission, error: str, trace: str) -> None:
     try:
         write_failure(batch, mission, error, trace)
     except OSError as reason:
         raise NotWritten(reason.errno, reason.strerror) from None
 
 
-def write_failure(batch: Batch, mission: Mission, error: str, trace: str) -> None:
+def write_failure(batch: Batch, mission: PlannedMission, error: str, trace: str) -> None:
     """Write `failures/<mission_id>.json`: what happened, and the command that does it again."""
     folder, point = Path(batch.folder), batch.points[mission.point]
     name = mission_id(point.scenario, mission.seed, batch.model_version)

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from ...core.kept_files import keep
 from ...core.plugins import is_allowed
 from ...scenario.families import without_plugins
-from ..experiments.plan import Plan
+from ..experiments.plan import ExperimentPlan
 from ..storage.folder import ask_to_stop
 from ..storage.parts import FAILED, MISSIONS, part_path
 from .batches import (
@@ -50,7 +50,7 @@ from .batches import (
 from .pools import WorkerPool
 
 
-class Waiting:
+class WaitingMissions:
     """Missions by their number in the plan, in order; those handed back come first."""
 
     def __init__(self, seeds: int) -> None:
@@ -76,7 +76,7 @@ class Waiting:
         Seeds of one point share its scenario and where its vehicles went, which a worker that runs
         them one after another works out once.
 
-        >>> waiting = Waiting(seeds=4)
+        >>> waiting = WaitingMissions(seeds=4)
         >>> waiting.extend(np.arange(12))
         >>> waiting.take(6), waiting.take(3), waiting.take(6)
         ((0, 1, 2, 3), (4, 5, 6), (7, 8, 9, 10, 11))
@@ -118,7 +118,7 @@ class Supervisor:
 
     def __init__(
         self,
-        plan: Plan,
+        plan: ExperimentPlan,
         folder: Path,
         pool: WorkerPool,
         note: Callable[[Sequence[Row]], None] = lambda _: None,
@@ -130,7 +130,7 @@ class Supervisor:
         self._shortest_batch_s = shortest_batch_s
         self.stopping = False
         self.trouble: NotWritten | None = None
-        self._fresh = Waiting(len(plan.experiment.seeds))
+        self._fresh = WaitingMissions(len(plan.experiment.seeds))
         self._suspects: deque[tuple[int, ...]] = deque()
         self._kills: Counter[int] = Counter()
         self._deaths = self._finished = 0
@@ -253,7 +253,7 @@ class Supervisor:
 
 
 def batch_of(
-    plan: Plan,
+    plan: ExperimentPlan,
     folder: Path,
     numbers: tuple[int, ...],
     budget_s: float,
@@ -312,7 +312,7 @@ ROW_BYTES = 400
 
 
 @dataclass(frozen=True)
-class Estimate:
+class CampaignEstimate:
     """Missions of a campaign, and the time (s) and disk (bytes) that they will take."""
 
     missions: int
@@ -322,7 +322,7 @@ class Estimate:
     bytes: int
 
 
-def estimated(plan: Plan, missions: int, workers: int | None) -> Estimate:
+def estimated(plan: ExperimentPlan, missions: int, workers: int | None) -> CampaignEstimate:
     """Run the first mission of a plan in a temporary folder; return what all would take.
 
     Shipped parts stand in for plug-ins, which are not loaded.
@@ -337,7 +337,7 @@ def estimated(plan: Plan, missions: int, workers: int | None) -> Estimate:
         size = sum(path.stat().st_size for path in folder.glob("*/*.parquet"))
     each = max(size - SHARED_BYTES, ROW_BYTES)
     at_once = max(1, min(workers or os.cpu_count() or 1, missions))
-    return Estimate(
+    return CampaignEstimate(
         missions,
         len(plan.points),
         len(plan.experiment.seeds),

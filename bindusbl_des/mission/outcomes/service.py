@@ -100,7 +100,7 @@ Ints = NDArray[np.int64]
 MOST, SELDOM = 0.95, 0.05
 
 
-class Delivered(NamedTuple):
+class DeliveredFixes(NamedTuple):
     """The fixes of one AUV that reached it: when (s), how old they were then, and how long after
     their broadcast (s), in the order of fixes; and how wrong all of its fixes were (m).  Of those
     that the navigator has taken, as they came: when, and when they were pinged for (s).
@@ -146,7 +146,7 @@ def _note_service(
 
 
 @compiled
-def _count(metric: Row, fixes: Rows, own: Ints, scratch: Floats) -> Delivered:
+def _count(metric: Row, fixes: Rows, own: Ints, scratch: Floats) -> DeliveredFixes:
     """Note how many of the `own` fixes came to what; return what tells how late they were."""
     metric.fixes, metric.fixes_out_of_range, metric.fixes_lost = own.size, 0, 0
     metric.fixes_in_flight = 0
@@ -173,7 +173,7 @@ def _count(metric: Row, fixes: Rows, own: Ints, scratch: Floats) -> Delivered:
         metric.fixes_in_flight += fix.outcome == IN_FLIGHT
     metric.fixes_delivered, metric.nis = n, mean(scratch[4, :judged])
     metric.fixes_refused = n - taken
-    return Delivered(
+    return DeliveredFixes(
         scratch[0, :n], scratch[1, :n], scratch[2, :n], scratch[3, : own.size],
         scratch[5, :taken], scratch[6, :taken],
     )  # fmt: skip

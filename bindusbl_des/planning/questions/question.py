@@ -12,7 +12,7 @@ from typing import Any
 
 from ...campaigns.experiments.experiment import Experiment
 from ...campaigns.experiments.experiment_file import NO_OPTIONS
-from ...campaigns.experiments.options import Asked, Options
+from ...campaigns.experiments.options import Options, PythonArguments
 from ...campaigns.experiments.plan import model_version
 from ...core.wording import described
 from ...scenario.files.mistakes import Mistake, Place, ScenarioError
@@ -92,7 +92,7 @@ class Asking:
 
     goals: tuple[Goal, ...] = ()
     of: Of | None = None
-    options: Options | Asked = NO_OPTIONS
+    options: Options | PythonArguments = NO_OPTIONS
     confidence: float | None = None
     budget_s: float | None = None
     budget_missions: int | None = None

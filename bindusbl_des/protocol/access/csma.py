@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...acoustics.channel import AskedChannel, between
-from ...acoustics.propagation import TOUCH, Band
+from ...acoustics.propagation import TOUCH, SignalBand
 from ...acoustics.travel_time import travel_time
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import places
@@ -27,7 +27,7 @@ from ..conflicts import hearing
 from .aloha import Sending
 
 
-class Sounding(NamedTuple):
+class PingInFlight(NamedTuple):
     """A ping on its way to other AUVs: who sent it when (s) and where, to which (n,) it is a sound,
     and how far (m) the farthest of these was.
     """
@@ -47,10 +47,10 @@ class Listening:
     there is the light-time equation's; it lasts as long as it was sent for.
     """
 
-    def __init__(self, auvs: Fleet, band: Band, channel: AskedChannel | None) -> None:
+    def __init__(self, auvs: Fleet, band: SignalBand, channel: AskedChannel | None) -> None:
         """Take the fleet and the HF band; a channel is asked, None is the disc."""
         self._auvs, self._band, self._channel = auvs, band, channel
-        self._pings: deque[Sounding] = deque()
+        self._pings: deque[PingInFlight] = deque()
 
     def begin(self, auv: int, time: float) -> None:
         """Note that an AUV begins to ping at an instant (s)."""
@@ -65,7 +65,7 @@ class Listening:
         audible[auv] = False
         farthest = float(signals.ranges[0][audible].max(initial=0.0))
         place = self._auvs.vehicles[auv].at(time)
-        self._pings.append(Sounding(auv, time, place, audible, farthest))
+        self._pings.append(PingInFlight(auv, time, place, audible, farthest))
 
     def forget(self, time: float) -> None:
         """Forget pings that were over everywhere by an instant (s): nobody asks of earlier."""
@@ -90,7 +90,7 @@ class Listening:
         lasts = self._band.duration
         return sorted(at for at in arrivals if at <= time + TOUCH and at + lasts > since + TOUCH)
 
-    def _arrival(self, ping: Sounding, auv: int, time: float) -> float:
+    def _arrival(self, ping: PingInFlight, auv: int, time: float) -> float:
         """Return when (s) a ping began to arrive at an AUV; infinite if it has not by now (s)."""
         vehicle, speed = self._auvs.vehicles[auv], self._band.sound_speed
         lasts = time + TOUCH - ping.sent_at_s
@@ -105,7 +105,7 @@ class Listening:
 
 
 @dataclass(slots=True)
-class Held:
+class HeldPing:
     """A ping that is held back: since when (s) there has been one, for how long (s) it is still
     counted down, and the instant (s) up to which that takes account of all that was heard.
     """
@@ -132,7 +132,7 @@ class Csma:
         self._lasts = ping_s
         self._next = [(next(own), auv) for auv, own in enumerate(packets)]
         heapify(self._next)
-        self._held: dict[int, Held] = {}
+        self._held: dict[int, HeldPing] = {}
         self._silent_from = [0.0] * len(packets)  # when the own ping of each AUV is over
 
     @property
@@ -148,7 +148,7 @@ class Csma:
         if held is None:
             if not self._busy(auv, time, time):
                 return self._ping(auv, time, time)
-            held = self._held[auv] = Held(time, self._backoff(auv), time)
+            held = self._held[auv] = HeldPing(time, self._backoff(auv), time)
         counted_down = self._count_down(auv, held, time)
         if counted_down <= time:
             del self._held[auv]
@@ -170,7 +170,7 @@ class Csma:
             begun = sorted([*begun, self._silent_from[auv] - self._lasts])
         return [(at, at + self._lasts) for at in begun]
 
-    def _count_down(self, auv: int, held: Held, time: float) -> float:
+    def _count_down(self, auv: int, held: HeldPing, time: float) -> float:
         """Count down what is left up to an instant (s); return when it may be over (s)."""
         for begins, ends in self._busy(auv, held.counted_to_s, time):
             held.left_s = max(held.left_s - max(begins - held.counted_to_s, 0.0), 0.0)

@@ -9,7 +9,7 @@ import numpy as np
 import simpy
 
 from ...acoustics.channel import AskedChannel
-from ...acoustics.propagation import Band
+from ...acoustics.propagation import SignalBand
 from ...core.streams import Purpose, Streams
 from ...records.events import Round
 from ...scenario.families import SCHEDULE
@@ -55,7 +55,11 @@ def packets_of(streams: Streams, auvs: int, mean_s: float) -> list[Iterator[floa
 
 
 def access_of(
-    scenario: Scenario, streams: Streams, auvs: Fleet, band: Band, channel: AskedChannel | None
+    scenario: Scenario,
+    streams: Streams,
+    auvs: Fleet,
+    band: SignalBand,
+    channel: AskedChannel | None,
 ) -> Access:
     """Return who pings when; a channel is asked what AUVs hear of each other, None is the disc."""
     slots, name = slots_of(scenario), scenario.protocol.schedule

@@ -12,7 +12,7 @@ from .view import AnchorView, Array
 Numbers = NDArray[np.intp]
 
 
-class Groups:
+class VesselGroups:
     """The AUVs of each vessel, which stay its own until another split is better by a share.
 
     One split is better than another if the largest of the smallest circles around its groups is
@@ -82,14 +82,14 @@ def across(line: Array) -> Array:
     return np.array([-line[1], line[0]])
 
 
-class Assign:
+class AssignPlacement:
     """Each vessel above the middle of the smallest circle around its own AUVs, a horizon ahead.
 
     AUVs are split into groups of neighbours, as those on neighbouring strips are.
     """
 
     def __init__(self, *, horizon_s: float, hysteresis: float) -> None:
-        self._horizon, self._groups = horizon_s, Groups(hysteresis)
+        self._horizon, self._groups = horizon_s, VesselGroups(hysteresis)
 
     def targets(self, view: AnchorView) -> Array:
         """Return where vessels are to go (m, 2), m; who has no AUV stays where it is."""

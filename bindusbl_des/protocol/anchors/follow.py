@@ -9,7 +9,7 @@ from ...geometry.placement import assignment
 from .view import AnchorView, Array
 
 
-class Service(NamedTuple):
+class AnchorService(NamedTuple):
     """How places serve AUVs: the share of them that is heard, and how far (m) the farthest of
     those is from its nearest place.
     """
@@ -18,7 +18,7 @@ class Service(NamedTuple):
     farthest: float
 
 
-class Follow:
+class FollowPlacement:
     """The k-centre of where AUVs are believed to be a horizon ahead.
 
     Where that is beyond the range of vessels, as many AUVs as they can hear instead: what is best
@@ -73,15 +73,15 @@ def moved_along(fleet: Array, places: Array, reach: float) -> Array:
     return out
 
 
-def service(fleet: Array, places: Array, reach: float) -> Service:
+def service(fleet: Array, places: Array, reach: float) -> AnchorService:
     """Return how places (m, 2) serve AUVs (n, 2) that are heard within a reach (m)."""
     apart = fleet[:, None, :] - places
     away = np.hypot(apart[..., 0], apart[..., 1]).min(axis=1)
     heard = away <= reach * (1.0 + 1e-9)
-    return Service(float(heard.mean()), float(away[heard].max(initial=0.0)))
+    return AnchorService(float(heard.mean()), float(away[heard].max(initial=0.0)))
 
 
-def gains(now: Service, then: Service, share: float) -> bool:
+def gains(now: AnchorService, then: AnchorService, share: float) -> bool:
     """Tell whether another service is better by more than a share: it hears so many AUVs more, or
     no fewer and the farthest of them so much nearer.
     """

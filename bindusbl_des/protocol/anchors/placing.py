@@ -142,12 +142,12 @@ def _shipped(scenario: Scenario, placement: Placed) -> Mover:
     """Return the placement that ships of a scenario, made anew."""
     match placement:
         case Follow(horizon_s=horizon, hysteresis=share):
-            return follow.Follow(horizon_s=horizon, hysteresis=share)
+            return follow.FollowPlacement(horizon_s=horizon, hysteresis=share)
         case Assign(horizon_s=horizon, hysteresis=share):
-            return assign.Assign(horizon_s=horizon, hysteresis=share)
+            return assign.AssignPlacement(horizon_s=horizon, hysteresis=share)
         case Zigzag():
             still = scenario.auvs.route.kind == "hold"
-            return zigzag.Zigzag(
+            return zigzag.ZigzagPlacement(
                 amplitude_m=placement.amplitude_m,
                 period_s=placement.period_s,
                 hysteresis=placement.hysteresis,

@@ -9,7 +9,7 @@ worth what it brings a vessel near to each AUV of a fleet that it cannot hear at
 
 import math
 
-from .assign import Groups, across, at_rest, lengthwise
+from .assign import VesselGroups, across, at_rest, lengthwise
 from .view import AnchorView, Array
 
 # Vessels no faster than their AUVs sweep at this share of their speed, and fall behind.
@@ -19,7 +19,7 @@ LEAST_SHARE = 0.5
 LEAST_M = 1.0
 
 
-class Zigzag:
+class ZigzagPlacement:
     """Each vessel sweeps over its own AUVs along the line on which the fleet was launched.
 
     The sweep goes with the middle of the AUVs, `amplitude_m` (m) to both sides of it: by default
@@ -38,7 +38,7 @@ class Zigzag:
         auv_speed: float,
     ) -> None:
         self._amplitude, self._period, self._replan = amplitude_m, period_s, replan_s
-        self._auv_speed, self._groups = auv_speed, Groups(hysteresis)
+        self._auv_speed, self._groups = auv_speed, VesselGroups(hysteresis)
         self._line: Array | None = None
         self._phases: dict[int, float] = {}  # of vessels, in turns
         self._since = 0.0

@@ -10,7 +10,16 @@ import numpy as np
 
 from ...acoustics.bursts import lasting
 from ...acoustics.loss import chance_of
-from ...acoustics.propagation import Band, Spread, drowns, lost, overlap, reaches, sound, within
+from ...acoustics.propagation import (
+    SignalBand,
+    Spread,
+    drowns,
+    lost,
+    overlap,
+    reaches,
+    sound,
+    within,
+)
 from ...acoustics.travel_time import light_time
 from ...core.compiled import compiled
 from ...core.handed import opened
@@ -100,7 +109,9 @@ def interrogate(
 
 
 @compiled
-def _sound(callers: Ints, time: float, calls: Rows, count: int, asvs: Motion, band: Band) -> int:
+def _sound(
+    callers: Ints, time: float, calls: Rows, count: int, asvs: Motion, band: SignalBand
+) -> int:
     """Note where calls that ASVs begin at an instant (s) are heard on the surface."""
     longest = calls[count - 1].longest_s if count else 0.0
     for caller in callers:

@@ -26,7 +26,7 @@ from ...usbl.two_way import Heard
 from ...usbl.usbl import Usbl, measured, note
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Floats
-from .reception import Decided, Noise, foretold, resolve
+from .reception import Decided, PairNoise, foretold, resolve
 from .uplink import PASSED, Uplink
 
 
@@ -83,10 +83,10 @@ class Measuring:
         self.noise.on_grown = lambda store: to.renew("noise", noise_of(store))
 
 
-def noise_of(store: NoiseStore) -> Noise:
+def noise_of(store: NoiseStore) -> PairNoise:
     """Return noise as compiled code takes it."""
     asvs, width = store.shelf.shape[1], store.blocks.shape[2]
-    return Noise(store.shelf, store.taken, store.blocks, np.zeros((asvs, width)))
+    return PairNoise(store.shelf, store.taken, store.blocks, np.zeros((asvs, width)))
 
 
 class Sight(NamedTuple):

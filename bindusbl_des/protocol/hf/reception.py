@@ -34,7 +34,7 @@ class Air(NamedTuple):
     shadowing_sd_db: float
 
 
-class Noise(NamedTuple):
+class PairNoise(NamedTuple):
     """Numbers drawn for each pair of an AUV and an ASV (:class:`.streams.NoiseStore`), and those
     that a ping has `taken_now` (m or more, columns), one row for each of its receptions.
     """
@@ -56,7 +56,7 @@ class Decided(NamedTuple):
     calls: Annotated[Rows, CALL]
     fixes: Annotated[Rows, FIX]
     due: Ints
-    noise: Noise
+    noise: PairNoise
     asvs: Motion
     instrument: HandedInstrument
     duration: float
@@ -204,7 +204,7 @@ def _write_due(due: Ints, pings: Rows, first: int, time: float) -> int:
 @compiled
 def _resolve(
     ping: int, only: int, air: Air, slow: Rows | None, echoes: Rows | None,
-    frames: Rows | None, bursts: Rows | None, noise: Noise,
+    frames: Rows | None, bursts: Rows | None, noise: PairNoise,
 ) -> tuple[int, bool]:  # fmt: skip
     """Decide the receptions of a ping, or `only` one, each by a row of the noise.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...acoustics.channel import AskedChannel, Bending, Signals, between, deciding
 from ...acoustics.loss import LossTerms
-from ...acoustics.propagation import Band, Spread, Way, amend, deafen, spread
+from ...acoustics.propagation import SignalBand, SignalPath, Spread, amend, deafen, spread
 from ...acoustics.sonar_channel import ECHO, EchoingSonar
 from ...acoustics.travel_time import travel_time
 from ...core.handed import Handed
@@ -33,7 +33,7 @@ def members(group: tuple[int, ...]) -> Ints:
     return np.array(group, dtype=np.int64)
 
 
-def spread_in(record: Recorder, way: Way, auvs: Fleet, asvs: Fleet) -> Handed:
+def spread_in(record: Recorder, way: SignalPath, auvs: Fleet, asvs: Fleet) -> Handed:
     """Return the packed state that pings spread in, :class:`.propagation.Spread`."""
     pings, receptions, fleets = record.pings, record.receptions, (auvs.motion, asvs.motion)
     handed = Handed(Spread(pings.array, receptions.array, way, *fleets, record.everything))
@@ -52,7 +52,7 @@ class Uplink:
         self,
         auvs: Fleet,
         asvs: Fleet,
-        band: Band,
+        band: SignalBand,
         channel: LossTerms | AskedChannel,
         streams: Streams,
         record: Recorder,

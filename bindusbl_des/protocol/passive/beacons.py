@@ -9,7 +9,7 @@ import numpy as np
 
 from ...acoustics.channel import AskedChannel, Prospects, between, deciding
 from ...acoustics.loss import LossTerms
-from ...acoustics.propagation import TOUCH, Band
+from ...acoustics.propagation import TOUCH, SignalBand
 from ...acoustics.travel_time import travel_time
 from ...core.handed import Handed
 from ...core.streams import Purpose, Streams
@@ -21,7 +21,7 @@ from ...vehicles.fleet import Fleet
 from ...vehicles.motion import places
 from ..hf.outcomes import Measuring, noise_of
 from ..hf.uplink import spread_in
-from .reception import Decided, arrive, radiate, resolve
+from .reception import PassiveDecided, arrive, radiate, resolve
 
 # How far off an ASV believes to be as it pings, in standard deviations: x, y, z
 GNSS_NOISE = np.dtype(("f8", (3,)))
@@ -37,7 +37,7 @@ class Beacons:
         self,
         auvs: Fleet,
         asvs: Fleet,
-        band: Band,
+        band: SignalBand,
         channel: LossTerms | AskedChannel,
         streams: Streams,
         record: Recorder,
@@ -134,10 +134,10 @@ class PassiveOutcomes:
         self._undecided = 0  # receptions before this one are decided
 
     def _handed(self) -> Handed:
-        """Return what receptions are decided by, :class:`.reception.Decided`."""
+        """Return what receptions are decided by, :class:`.reception.PassiveDecided`."""
         record, measuring, gnss_noise = self._record, self._measuring, self._beacons.gnss_noise
         handed = Handed(
-            Decided(
+            PassiveDecided(
                 record.pings.array,
                 record.receptions.array,
                 record.fixes.array,

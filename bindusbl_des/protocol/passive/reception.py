@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from ...acoustics.bursts import lasting
-from ...acoustics.propagation import Spread, Way, drowns, lost, overlap, reaches, snr, sound
+from ...acoustics.propagation import SignalPath, Spread, drowns, lost, overlap, reaches, snr, sound
 from ...acoustics.travel_time import light_time
 from ...core.compiled import compiled
 from ...core.handed import opened
@@ -19,7 +19,7 @@ from ...usbl.slow_errors import advance, blend
 from ...usbl.systematic_fixes import HandedErrors, lasting_of
 from ...usbl.usbl import note
 from ...vehicles.motion import Floats, Ints, Motion, Place, where
-from ..hf.reception import Noise, begin, by_luck
+from ..hf.reception import PairNoise, begin, by_luck
 
 # Share of the way after which an arrival is worked out at an AUV that has no sure future; nobody is
 # a fiftieth as fast as sound.
@@ -82,7 +82,7 @@ def _apart(here: Place, there: Place) -> float:
 
 
 @compiled
-def _meet(it: Row, sent_at: float, travel: float, way: Way) -> None:
+def _meet(it: Row, sent_at: float, travel: float, way: SignalPath) -> None:
     """Write when a ping arrives that travels for so long (s), and how likely it is lost."""
     it.arrived_at_s, it.travel_time_s = sent_at + travel, travel
     it.slant_range_m = travel * way.band.sound_speed
@@ -107,17 +107,17 @@ def arrive(handed: int, row: int, travel: float) -> None:
 PASSED = 1.05
 
 
-class Decided(NamedTuple):
-    """What receptions are decided by, handed over once: as of :class:`..hf.reception.Decided`, but
-    that AUVs hear and measure; `gnss_noise` (pings, 3) is how far off each ASV believed to be as it
-    pinged, in standard deviations.
+class PassiveDecided(NamedTuple):
+    """What receptions are decided by, handed over once: as of
+    :class:`..hf.reception.Decided`, but that AUVs hear and measure; `gnss_noise` (pings, 3) is how
+    far off each ASV believed to be as it pinged, in standard deviations.
     """
 
     pings: Annotated[Rows, PING]
     receptions: Annotated[Rows, RECEPTION]
     fixes: Annotated[Rows, FIX]
     gnss_noise: Annotated[Floats, 2]
-    noise: Noise
+    noise: PairNoise
     auvs: Motion
     instrument: HandedInstrument
     duration: float
@@ -134,10 +134,10 @@ def resolve(
 
     Return the number of fixes then, the first row that is not decided, and NONE; or, when the noise
     of a pair is used up, in place of that its row: the pair must have new noise and the function be
-    called again.  `handed` is the address of a :class:`Decided`, of which so many pings, receptions
-    and fixes are on record; the rest as of :func:`..hf.reception.resolve`.
+    called again.  `handed` is the address of a :class:`PassiveDecided`, of which so many
+    pings, receptions and fixes are on record; the rest as of :func:`..hf.reception.resolve`.
     """
-    by = opened(handed, Decided)
+    by = opened(handed, PassiveDecided)
     noise, pings, receptions = by.noise, by.pings[:ping_count], by.receptions[:reception_count]
     for row in _ended(receptions, first, time, by.duration):
         it = receptions[row]
@@ -168,7 +168,7 @@ def _make(
     fix: int, row: int, drawn: Floats, handed: int, has_sheet: bool | None, errors: int | None
 ) -> None:
     """Write the row of a fix that an AUV makes of a reception, by the noise `drawn` for that."""
-    by = opened(handed, Decided)
+    by = opened(handed, PassiveDecided)
     it, line = by.receptions[row], by.fixes[fix]
     ping = by.pings[it.ping]
     line.fix = fix

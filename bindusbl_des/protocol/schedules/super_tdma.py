@@ -21,7 +21,7 @@ Flags = NDArray[np.bool_]
 TICK_ROUNDING, ROUNDING = 1e-9, 1e-12
 
 
-class Sound(NamedTuple):
+class PingArrivals(NamedTuple):
     """How pings come in: travel times (s) to ASVs, by which AUVs are heard, (n, m) each; how far
     off (s) they may be (n,), and how much more so each second (n,); how long (s) an ASV is busy
     with each, and what of that may be lost to rounding.
@@ -95,7 +95,7 @@ def _pack(
     tick_rate: float, departs: Array,
 ) -> None:  # fmt: skip
     rounding = ROUNDING if tick_rate == 0.0 else 2.0 * TICK_ROUNDING / tick_rate
-    sound = Sound(ways, heard, blurs, rates, lasts, rounding)
+    sound = PingArrivals(ways, heard, blurs, rates, lasts, rounding)
     for place in range(len(order)):
         auv, start = order[place], 0.0
         later = _past(auv, start, order[:place], departs, sound)
@@ -108,7 +108,7 @@ def _pack(
 
 
 @compiled
-def _past(auv: int, start: float, others: Ints, departs: Array, sound: Sound) -> float:
+def _past(auv: int, start: float, others: Ints, departs: Array, sound: PingArrivals) -> float:
     """Return the earliest instant (s) past the first of `others` that an AUV would come in too near
     to, wherever both are heard, if it set out at an instant; that instant if there is none.
     """

@@ -5,7 +5,7 @@
 """
 
 from .belief import SteeringDrift
-from .departure import Intervals, Plan
+from .departure import Plan, SteeringIntervals
 from .guided_fleet import GuidedFleet, GuidedVehicle
 from .limits import GuidanceError, smallest_turn, top_speed
 
@@ -13,9 +13,9 @@ __all__ = [
     "GuidanceError",
     "GuidedFleet",
     "GuidedVehicle",
-    "Intervals",
     "Plan",
     "SteeringDrift",
+    "SteeringIntervals",
     "smallest_turn",
     "top_speed",
 ]

@@ -18,7 +18,7 @@ from . import bluerov2, cybership2, otter, remus100
 TURN_MARGIN = 1.3  # over the REMUS's tightest circle: curvature steps, its rudder and yaw do not
 
 
-class Body(NamedTuple):
+class VehicleParameters(NamedTuple):
     """A vehicle of a `model`: its parameters, those changed by somebody, and all as equations read
     them (`hull`).
     """
@@ -29,7 +29,7 @@ class Body(NamedTuple):
     hull: Floats
 
 
-class Start(NamedTuple):
+class InitialState(NamedTuple):
     """What a vehicle begins with: a `speed` asked for (m/s), the `current` (2,), m/s, and the share
     of it that its log misses.
     """
@@ -49,7 +49,7 @@ class Autopilot:
 
     step_s: float
     settling_step_s: float
-    full_ahead: Callable[[Body], list[float]]
+    full_ahead: Callable[[VehicleParameters], list[float]]
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,8 @@ class PathFollower(Autopilot):
     of its path.
     """
 
-    smallest_turn: Callable[[Body, float], float]
-    begin: Callable[[Body, Start, Row, Floats], None]
+    smallest_turn: Callable[[VehicleParameters, float], float]
+    begin: Callable[[VehicleParameters, InitialState, Row, Floats], None]
     cannot_stop: bool
 
 
@@ -71,27 +71,27 @@ class StationKeeper(Autopilot):
     """How an ASV keeps within its watch circle (m); `begin` writes what all of them remember."""
 
     watch_circle_m: float
-    begin: Callable[[Body, Row], None]
+    begin: Callable[[VehicleParameters, Row], None]
 
 
-def _tightest_circle(body: Body, speed: float) -> float:
+def _tightest_circle(body: VehicleParameters, speed: float) -> float:
     """Return the circle (m) in which a REMUS settles with full rudder, and a margin."""
     revolutions = 60.0 * remus100.revolutions(speed, body.hull)
     command = np.array([body.parameters.fin_limit_rad, 0.0, revolutions])
     return TURN_MARGIN * steady_turn(body.model, command, overrides=dict(body.overrides)).radius_m
 
 
-def _at_cruise(body: Body, start: Start, own: Row, state: Floats) -> None:
+def _at_cruise(body: VehicleParameters, start: InitialState, own: Row, state: Floats) -> None:
     own["remus100"]["trim"] = remus100.revolutions(start.speed, body.hull)
     remus100.begin(start.speed, start.current, body.hull, state)
 
 
-def _from_rest(body: Body, start: Start, own: Row, state: Floats) -> None:
+def _from_rest(body: VehicleParameters, start: InitialState, own: Row, state: Floats) -> None:
     own["bluerov2"]["most"] = body.parameters.thruster_limit_n
     bluerov2.begin(start.missed * start.current, body.hull, own["bluerov2"], state)
 
 
-def _with_thrust(body: Body, own: Row) -> None:
+def _with_thrust(body: VehicleParameters, own: Row) -> None:
     helm = own["otter"]
     helm["most_ahead"], helm["most_astern"] = otter.greatest_thrust(body.hull)
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...core.compiled import inlined
-from ..reckoning import Drift, Wrong, skewed, steady
+from ..reckoning import ExpectedDrift, Wrong, skewed, steady
 
 
 class Posture(NamedTuple):
@@ -108,7 +108,7 @@ def for_fleet(
 
 @inlined
 def set_of(
-    frame: tuple[float, float], log: tuple[float, float], told: Drift
+    frame: tuple[float, float], log: tuple[float, float], told: ExpectedDrift
 ) -> tuple[float, float]:
     """Return how fast water and bias carry the vehicle beyond what its log measures (m/s).
 

@@ -16,7 +16,7 @@ from ..hulls import bluerov2 as hull
 from ..hulls.frames import Floats
 from .belief import Sensed
 from .sensing import half_turn, within
-from .tracks import Aim
+from .tracks import PathPoint
 
 # Newtons of one thruster that a newton or newton metre of each axis costs: 1 / (4 c), c = cos 45
 # deg, across; 1 / (4 arm) in the turns (arms 0.1888, 0.218, 0.12 m); a quarter in heave
@@ -87,7 +87,7 @@ def share_thrust(wanted: Floats, most: float, given: Floats) -> tuple[bool, bool
 
 @compiled
 def steer(
-    sensed: Sensed, aim: Aim, order: Row, interval: float, p: Floats, memory: Row,
+    sensed: Sensed, aim: PathPoint, order: Row, interval: float, p: Floats, memory: Row,
     work: Floats, command: Floats,
 ) -> bool:  # fmt: skip
     """Write the wrench that carries the vehicle along its path at the speed (m/s) ordered, by its

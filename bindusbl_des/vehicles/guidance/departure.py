@@ -14,7 +14,7 @@ from ..currents import CONTROL_S
 from ..hulls.frames import Floats
 from ..hulls.models import Model
 from . import flight
-from .autopilots import Body, Start, follower, keeper
+from .autopilots import InitialState, VehicleParameters, follower, keeper
 
 LOST_CIRCLES = 10.0  # watch circles off its station, a vessel is no longer keeping it
 PATIENCE_S = 120.0  # off or without headway for longer: ten times the memory of the slowest loop
@@ -37,7 +37,7 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Intervals:
+class SteeringIntervals:
     """How often a fleet is steered, a whole number of steps, and how long each step is.
 
     Unless given, a step is 0.05 s, of an Otter 0.02 s, of a REMUS 0.1 s.
@@ -48,7 +48,7 @@ class Intervals:
 
 
 @dataclass(frozen=True)
-class Vessels:
+class FlightState:
     """The vehicles of a fleet as the compiled flight moves them; arrays change in place.
 
     `hull` is what the equations of motion read; by vehicle: `states` (n, state), and `own`
@@ -122,16 +122,16 @@ def circled(path: Path, radius: float) -> Path:
     return Path(path.start, (*path.segments, circle), repeats_from=path.length)
 
 
-def _vessels(kind: Model, body: Any, count: int) -> Vessels:
+def _vessels(kind: Model, body: Any, count: int) -> FlightState:
     own = np.zeros(count, dtype=flight.VESSEL)
     own["watch"]["patience"] = PATIENCE_S
-    return Vessels(kind.pack(body), np.zeros((count, len(kind.states))), own)
+    return FlightState(kind.pack(body), np.zeros((count, len(kind.states))), own)
 
 
 def on_paths(
     kind: Model, body: Any, paths: Sequence[Path], speed: Floats, depth: Floats, current: Floats,
     missed: float,
-) -> Vessels:  # fmt: skip
+) -> FlightState:  # fmt: skip
     """Return AUVs at the beginnings of their paths; speeds (m/s) and depths (m) (n,).
 
     A BlueROV2 is at rest, in trim: over ground, or in the water if its log sees only that (`missed`
@@ -139,20 +139,23 @@ def on_paths(
     carried by the current.
     """
     vessels = _vessels(kind, body, len(paths))
-    own_body, begin = Body(kind.name, body, {}, vessels.hull), follower(kind.name).begin
+    own_body, begin = (
+        VehicleParameters(kind.name, body, {}, vessels.hull),
+        follower(kind.name).begin,
+    )
     vessels.own["order"]["speed"], vessels.own["order"]["depth"] = speed, depth
     vessels.own["watch"]["reach"] = np.inf
     vessels.states[:, 2] = depth
     for number, path in enumerate(paths):
         state, own = vessels.states[number], vessels.own[number]
         state[0], state[1], state[kind.heading] = path.start
-        begin(own_body, Start(float(speed[number]), current, missed), own, state)
+        begin(own_body, InitialState(float(speed[number]), current, missed), own, state)
     return vessels
 
 
 def at_stations(
     kind: Model, body: Any, stations: Floats, depth: Floats, current: Floats
-) -> Vessels:
+) -> FlightState:
     """Return ASVs at rest at their stations (n, 2) m, bow against the current, else North."""
     vessels = _vessels(kind, body, len(stations))
     vessels.states[:, :2] = stations
@@ -162,5 +165,5 @@ def at_stations(
     order["north"], order["east"] = stations.T
     order["depth"] = depth
     vessels.own["watch"]["reach"] = LOST_CIRCLES * autopilot.watch_circle_m
-    autopilot.begin(Body(kind.name, body, {}, vessels.hull), vessels.own)
+    autopilot.begin(VehicleParameters(kind.name, body, {}, vessels.hull), vessels.own)
     return vessels

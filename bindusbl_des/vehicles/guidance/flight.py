@@ -17,8 +17,8 @@ from ..hulls.frames import Current, Floats, along_body
 from ..logs import X, Y, place_at
 from . import bluerov2, cybership2, drift, logbook, otter, remus100, sensing, tracks
 from .belief import Sensed, SteeringDrift
-from .sensing import Craft, Knowledge
-from .tracks import Aim, Flags, Ints, Tracks
+from .sensing import Craft, NavigationState
+from .tracks import Flags, Ints, PathPoint, PathTracks
 
 HEALTHY, BROKEN, ADRIFT, STUCK = range(4)  # how a vehicle fares
 HEADWAY = 0.02  # of the speed demanded: less of it along its path is no headway
@@ -62,7 +62,7 @@ class Flight(NamedTuple):
     hull: Floats
     states: Annotated[Floats, 2]
     vessels: Annotated[Rows, VESSEL]
-    paths: Tracks
+    paths: PathTracks
     currents: Annotated[Floats, 2]
     drift: SteeringDrift
     noise: Annotated[Floats, 3]
@@ -98,7 +98,9 @@ def _look_out(
 
 
 @inlined
-def _turning(sensed: Sensed, aim: Aim, paths: Tracks, bounds: Row, progress: Row) -> float:
+def _turning(
+    sensed: Sensed, aim: PathPoint, paths: PathTracks, bounds: Row, progress: Row
+) -> float:
     """Return the yaw rate (rad/s) that the path will soon ask for."""
     north, east = sensed.log_n + sensed.set_n, sensed.log_e + sensed.set_e
     ground = north * aim.cosine + east * aim.sine
@@ -108,8 +110,8 @@ def _turning(sensed: Sensed, aim: Aim, paths: Tracks, bounds: Row, progress: Row
 
 @inlined
 def _steer(
-    craft: Craft, sensed: Sensed, aim: Aim, turning: float, p: Floats, vessel: Row, work: Floats,
-    command: Floats,
+    craft: Craft, sensed: Sensed, aim: PathPoint, turning: float, p: Floats, vessel: Row,
+    work: Floats, command: Floats,
 ) -> bool:  # fmt: skip
     """Write the command for the next interval; return whether it reached a limit."""
     control, order = craft.control, vessel.order
@@ -126,15 +128,16 @@ def _steer(
 def fly(handed: int, has_learnt: bool, first: int, last: int) -> int:
     """Move a fleet, in place, through the control intervals `first` to `last` (not included).
 
-    `handed` is the address of a :class:`Flight`; `has_learnt` as of :class:`.sensing.Knowledge`.
-    Returns -1, or the vehicle lost, with `lost` holding how it fares and when (s).
+    `handed` is the address of a :class:`Flight`; `has_learnt` as of
+    :class:`.sensing.NavigationState`.  Returns -1, or the vehicle lost, with `lost`
+    holding how it fares and when (s).
     """
     by = opened(handed, Flight)
     craft, p, paths, currents = by.craft, by.hull, by.paths, by.currents
-    known = Knowledge(by.drift, by.noise, by.corrections, by.learnt, has_learnt, by.logs)
+    known = NavigationState(by.drift, by.noise, by.corrections, by.learnt, has_learnt, by.logs)
     model, size, control, step, steps = craft
     vehicle, wanted = rk4.moving(size), np.empty(6)
-    aim, turning, reached = Aim(0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 0.0, nan
+    aim, turning, reached = PathPoint(0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 0.0, nan
     for i in range(by.states.shape[0]):
         vessel, bound, log = by.vessels[i], paths.bounds[i], by.logs[i]
         order, way = vessel.order, vessel.progress

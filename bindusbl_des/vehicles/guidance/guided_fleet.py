@@ -19,10 +19,10 @@ from ..vehicle import Place
 from . import belief, departure, flight, tracks
 from .autopilots import AUTOPILOTS, PathFollower, follower, keeper
 from .belief import SteeringDrift
-from .departure import LOST_CIRCLES, PATIENCE_S, Intervals, Plan, Vessels
+from .departure import LOST_CIRCLES, PATIENCE_S, FlightState, Plan, SteeringIntervals
 from .limits import GuidanceError, refuse_impossible, smallest_turn
 from .sensing import Craft
-from .tracks import Flags, Ints, Tracks
+from .tracks import Flags, Ints, PathTracks
 
 
 class UnderWay(Protocol):
@@ -33,7 +33,7 @@ class UnderWay(Protocol):
     active: Ints
     at_limit: Flags  # whether an actuator was at its limit, for each vehicle and control instant
     stations: Floats
-    tracks: Tracks
+    tracks: PathTracks
     flight: Handed  # what compiled code is handed once, a Flight
 
     def advance(self, time_s: float) -> None:
@@ -121,7 +121,7 @@ class GuidedVehicle:
         return errors
 
 
-USUAL = Intervals()
+USUAL = SteeringIntervals()
 
 
 class GuidedFleet:
@@ -150,7 +150,7 @@ class GuidedFleet:
         overrides: Mapping[str, float] | None = None,
         *,
         duration_s: float,
-        intervals: Intervals = USUAL,
+        intervals: SteeringIntervals = USUAL,
         currents: ArrayLike = ((0.0, 0.0),),
         position_noise: Floats | None = None,
         drift: SteeringDrift | None = None,
@@ -199,7 +199,7 @@ class GuidedFleet:
         speed: Floats,
         depth: Floats,
         overrides: Mapping[str, float] | None,
-    ) -> tuple[tracks.Tracks, Vessels]:
+    ) -> tuple[tracks.PathTracks, FlightState]:
         """Return paths and vehicles as the compiled flight takes them."""
         model, body = self.model, parameters(self.model.name, overrides)
         refuse_impossible(model.name, overrides, self.names, speed, self._currents)

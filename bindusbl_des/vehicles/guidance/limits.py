@@ -7,7 +7,7 @@ import numpy as np
 
 from ..hulls import MODELS, parameters, steady_speed
 from ..hulls.frames import Floats
-from .autopilots import AUTOPILOTS, Body, PathFollower, follower
+from .autopilots import AUTOPILOTS, PathFollower, VehicleParameters, follower
 
 
 class GuidanceError(RuntimeError):
@@ -43,9 +43,9 @@ def _top_speed(model: str, overrides: tuple[tuple[str, float], ...]) -> float:
     return steady_speed(model, command, overrides=dict(overrides), step_s=step)
 
 
-def _body(model: str, overrides: tuple[tuple[str, float], ...]) -> Body:
+def _body(model: str, overrides: tuple[tuple[str, float], ...]) -> VehicleParameters:
     own = parameters(model, dict(overrides))
-    return Body(model, own, dict(overrides), MODELS[model].pack(own))
+    return VehicleParameters(model, own, dict(overrides), MODELS[model].pack(own))
 
 
 def smallest_turn(model: str, speed: float, overrides: Mapping[str, float] | None = None) -> float:

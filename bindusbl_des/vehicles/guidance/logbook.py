@@ -7,7 +7,7 @@ import numpy as np
 from ...core.compiled import compiled, inlined
 from ..hulls import rk4
 from ..hulls.frames import C_PSI, S_PSI, Floats
-from ..hulls.rk4 import Moving
+from ..hulls.rk4 import MovedVehicle
 from ..logs import (
     COLUMNS,
     COS,
@@ -40,7 +40,7 @@ def take_up(log: Floats, number: int, depth: float) -> Floats:
 
 
 @inlined
-def begin(vehicle: Moving, line: Floats) -> None:
+def begin(vehicle: MovedVehicle, line: Floats) -> None:
     """Write where a vehicle is that has looked; what has summed up stays as it is.
 
     Of a vehicle at the surface so does the depth.
@@ -68,7 +68,7 @@ def _stride(line: Floats) -> Stride:
 
 
 @compiled
-def go_on(vehicle: Moving, step: float, line: Floats) -> None:
+def go_on(vehicle: MovedVehicle, step: float, line: Floats) -> None:
     """Write the next line of a vehicle, a step (s) later."""
     bearing, stride = _bearing(line), _stride(line)
     begin(vehicle, line)

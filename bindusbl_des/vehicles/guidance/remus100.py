@@ -14,7 +14,7 @@ from ..hulls import remus100_parameters as hull
 from ..hulls.frames import Floats, cross_flow
 from .belief import Posture, Sensed
 from .sensing import half_turn, within
-from .tracks import Aim
+from .tracks import PathPoint
 
 LOOKAHEAD = 10.0  # m, six lengths of the vehicle (Fossen 2021, section 12.4: three or more)
 LEARNING = 0.1  # of the largest adaptation that does not overshoot, (U / 2 lookahead)^2
@@ -61,7 +61,7 @@ def begin(speed: float, current: Floats, p: Floats, state: Floats) -> None:
 
 @compiled
 def _heading(
-    sensed: Sensed, aim: Aim, speed: float, interval: float, learns: bool, memory: Row
+    sensed: Sensed, aim: PathPoint, speed: float, interval: float, learns: bool, memory: Row
 ) -> float:
     """Return the heading (rad) that leads back onto the path.
 
@@ -117,7 +117,7 @@ def _planes(
 
 @compiled
 def steer(
-    sensed: Sensed, aim: Aim, turning: float, order: Row, interval: float, p: Floats,
+    sensed: Sensed, aim: PathPoint, turning: float, order: Row, interval: float, p: Floats,
     memory: Row, command: Floats,
 ) -> bool:  # fmt: skip
     """Write rudder, stern planes (rad) and rpm that carry the vehicle along its path.

@@ -7,7 +7,7 @@ from ...core.compiled import inlined
 from ...records.rows import Row, Rows
 from ..hulls import rk4
 from ..hulls.frames import C_PHI, C_PSI, C_THETA, S_PHI, S_PSI, S_THETA, Current, Floats
-from ..hulls.rk4 import Moving
+from ..hulls.rk4 import MovedVehicle
 from ..logs import COS, RATES, SIN, X, Y, Z
 from ..reckoning import Told, by_compass, error, expected_error, follow, learnt_drift, way_since
 from . import belief, drift
@@ -38,7 +38,7 @@ class Craft(NamedTuple):
     steps: int
 
 
-class Knowledge(NamedTuple):
+class NavigationState(NamedTuple):
     """What vehicles know of their places, each in its row: how wrong that is (m), what fixes have
     put right (m), what a filter has learnt, if it `has_learnt`; and the logs, whose first lines say
     where they began.
@@ -53,7 +53,7 @@ class Knowledge(NamedTuple):
 
 
 @inlined
-def posture(vehicle: Moving, turned: float) -> Posture:
+def posture(vehicle: MovedVehicle, turned: float) -> Posture:
     """Return how a vehicle lies, whose compass is off by an angle (rad)."""
     state, angles = vehicle.state, vehicle.angles
     dives = state.size >= rk4.PITCHING_STATE
@@ -73,7 +73,7 @@ def posture(vehicle: Moving, turned: float) -> Posture:
 
 
 @inlined
-def spot(vehicle: Moving, missed: tuple[float, float], line: Floats) -> Spot:
+def spot(vehicle: MovedVehicle, missed: tuple[float, float], line: Floats) -> Spot:
     """Return where a vehicle is.
 
     Of what its log measures ahead and to starboard a current (m/s) is left out; surface craft do
@@ -88,8 +88,8 @@ def spot(vehicle: Moving, missed: tuple[float, float], line: Floats) -> Spot:
 
 @inlined
 def sense(
-    craft: Craft, number: int, vehicle: Moving, line: Floats, flow: tuple[float, float],
-    interval: int, current: Current, known: Knowledge, vessel: Row,
+    craft: Craft, number: int, vehicle: MovedVehicle, line: Floats, flow: tuple[float, float],
+    interval: int, current: Current, known: NavigationState, vessel: Row,
 ) -> Sensed:  # fmt: skip
     """Return what the vehicle of a number knows at the beginning of a control interval.
 

@@ -36,14 +36,14 @@ _NUMBERS = ("cosine", "sine", "centred_x", "centred_y", "centre_x", "centre_y", 
 TRACK_ROW = np.dtype([*PATH_ROW.descr, *((name, "f8") for name in _NUMBERS)])
 
 
-class Tracks(NamedTuple):
+class PathTracks(NamedTuple):
     """The paths of a fleet: `rows` (total,), TRACK_ROW, and `bounds` (vehicles,) into them."""
 
     rows: Annotated[Rows, TRACK_ROW]
     bounds: Annotated[Rows, BOUNDS]
 
 
-class Aim(NamedTuple):
+class PathPoint(NamedTuple):
     """A place on its path: cross-track error (m, positive to starboard), the path's heading (rad)
     with its cosine and sine, and curvature (1/m, positive to starboard) there, and what is left of
     the path (m).
@@ -57,12 +57,12 @@ class Aim(NamedTuple):
     left: float
 
 
-def nowhere(count: int) -> Tracks:
+def nowhere(count: int) -> PathTracks:
     """Return the paths of vehicles that keep stations: no rows at all."""
-    return Tracks(np.zeros(0, dtype=TRACK_ROW), np.zeros(count, dtype=BOUNDS))
+    return PathTracks(np.zeros(0, dtype=TRACK_ROW), np.zeros(count, dtype=BOUNDS))
 
 
-def pack(paths: Sequence[Path]) -> Tracks:
+def pack(paths: Sequence[Path]) -> PathTracks:
     """Return the paths of a fleet as arrays; a tour gets a joint where it repeats."""
     rows: list[Rows] = []
     bounds = np.empty(len(paths), dtype=BOUNDS)
@@ -88,7 +88,7 @@ def pack(paths: Sequence[Path]) -> Tracks:
         prepared[f"centre_{axis}"] = joined[axis] + middle
     prepared["radius"] = half
     prepared["radius"][bends] = 1.0 / np.abs(joined["curvature"][bends])
-    return Tracks(prepared, bounds)
+    return PathTracks(prepared, bounds)
 
 
 @compiled
@@ -112,7 +112,7 @@ def _next(row: int, bounds: Row) -> int:
 
 
 @compiled
-def locate(rows: Rows, bounds: Row, progress: Row, north: float, east: float) -> Aim:
+def locate(rows: Rows, bounds: Row, progress: Row, north: float, east: float) -> PathPoint:
     """Find a place (m) on its path.
 
     `progress` is where the vehicle was before, and is brought up to date. Before the
@@ -147,7 +147,7 @@ def locate(rows: Rows, bounds: Row, progress: Row, north: float, east: float) ->
         cross = 1.0 / bend - (radius if bend > 0.0 else -radius)
         yaw = rows[row].yaw + bend * into
         sine, cosine = sin(yaw), cos(yaw)
-        return Aim(cross, yaw, cosine, sine, bend, left)
+        return PathPoint(cross, yaw, cosine, sine, bend, left)
     x, y, yaw = rows[row].x, rows[row].y, rows[row].yaw
     sine, cosine = rows[row].sine, rows[row].cosine
     if bend != 0.0 and into > length:
@@ -155,7 +155,7 @@ def locate(rows: Rows, bounds: Row, progress: Row, north: float, east: float) ->
         sine, cosine = sin(yaw), cos(yaw)
         x += (sine - rows[row].sine) / bend
         y -= (cosine - rows[row].cosine) / bend
-    return Aim((east - y) * cosine - (north - x) * sine, yaw, cosine, sine, 0.0, left)
+    return PathPoint((east - y) * cosine - (north - x) * sine, yaw, cosine, sine, 0.0, left)
 
 
 @compiled

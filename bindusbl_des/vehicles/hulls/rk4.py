@@ -26,7 +26,7 @@ PITCHING_STATE = 12  # states this long or longer hold a pitch angle, in place 4
 LONGEST_COMMAND = 6  # numbers
 
 
-class Moving(NamedTuple):
+class MovedVehicle(NamedTuple):
     """A vehicle while it is moved: its `state` and `command`, the `angles` and `rates` of that
     state, the `total` of a step's rates, and the `probe` that feels them.
     """
@@ -40,9 +40,9 @@ class Moving(NamedTuple):
 
 
 @inlined
-def moving(size: int) -> Moving:
+def moving(size: int) -> MovedVehicle:
     """Return room for a vehicle whose state has so many numbers."""
-    return Moving(
+    return MovedVehicle(
         np.zeros(size), np.zeros(LONGEST_COMMAND), np.zeros(ANGLES), np.zeros(size),
         np.zeros(size), np.zeros(size),
     )  # fmt: skip
@@ -76,7 +76,7 @@ def accelerate(
 
 
 @compiled
-def move(model: int, vehicle: Moving, current: Current, p: Floats, duration: float) -> bool:
+def move(model: int, vehicle: MovedVehicle, current: Current, p: Floats, duration: float) -> bool:
     """Move a vehicle, which has looked, by `duration` (s) and have it look again.
 
     Returns whether it is still where it can be.
