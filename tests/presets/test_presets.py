@@ -107,7 +107,7 @@ def test_the_command_lists_number_unit_tag_and_source() -> None:
 
 
 def test_the_manual_lists_every_modem() -> None:
-    """One line for each, with the figures that it has."""
+    """One line for each; `presets` has its figures."""
     page = (Path(__file__).parents[2] / "docs" / "modems.md").read_text()
     for it in CATALOGUE["modem"]:
-        assert f"| `{it.name}` | {it.title} | {', '.join(it.figures)} |\n" in page, it.name
+        assert f"| `{it.name}` | {it.title} |\n" in page, it.name
