@@ -42,7 +42,7 @@ COLOURS = 256
 
 
 def main() -> None:
-    """Write report, playback, round, basin, fjord and plan.png and sweep.svg beside this file."""
+    """Write report, playback, round, basin, bay and plan.png and sweep.svg beside this file."""
     with tempfile.TemporaryDirectory() as folder:
         page = Path(folder) / "report.html"
         recovery = simulate(SCENARIO, seed=0)
@@ -58,7 +58,7 @@ def main() -> None:
     basin = simulate(described("surveys.md", "basin.yaml"), seed=0)
     basin.plot("trajectory").savefig(FOLDER / "basin.png", dpi=DPI)
     with tempfile.TemporaryDirectory() as folder:
-        fjord(Path(folder)).plot("trajectory").savefig(FOLDER / "fjord.png", dpi=DPI)
+        bay(Path(folder)).plot("trajectory").savefig(FOLDER / "bay.png", dpi=DPI)
     with tempfile.TemporaryDirectory() as folder:
         plan(SCENARIO, folder, below={"position_error_m": 1.0}, force=True)
         photograph_plan(Path(folder) / "plan.html")
@@ -70,16 +70,14 @@ def main() -> None:
         few.save(path, optimize=True)
 
 
-def fjord(folder: Path) -> Result:
+def bay(folder: Path) -> Result:
     """Return the mission that the tutorial of a real plan ends with; its files go to a folder."""
     page = (FOLDER.parent / "tutorial_real_plan.md").read_text()
     for name, text in re.findall(r'^```\w+ title="([\w.]+)"\n(.*?)^```', page, re.M | re.S):
         (folder / name).write_text(text)
-    (scenario,) = re.findall(r"^```yaml\n# fjord.yaml\n(.*?)^```", page, re.M | re.S)
-    (folder / "fjord.yaml").write_text(scenario)
-    (answer,) = re.findall(r"^bindusbl-des run fjord.yaml (.*) --out results/two$", page, re.M)
-    settings = re.findall(r"--set (\S+)", answer)
-    return simulate(load_scenario(folder / "fjord.yaml", overrides=settings), seed=0)
+    (scenario,) = re.findall(r"^```yaml\n# bay.yaml\n(.*?)^```", page, re.M | re.S)
+    (folder / "bay.yaml").write_text(scenario)
+    return simulate(load_scenario(folder / "bay.yaml"), seed=0)
 
 
 def described(page: str, name: str) -> Scenario:
