@@ -355,8 +355,9 @@ def _chance(scenario: "Scenario", reception: Any) -> str:
     channel, away = scenario.acoustics.hf.channel, float(reception.slant_range_m)
     loss = loss_by_channel(scenario, away)
     if not channel_named(channel).has_levels:
-        name = Path(channel.settings["file"]).name
-        return f"loss probability {loss:.3f} by the curve {name} at {away:.1f} m"
+        file = channel.settings.get("file")
+        by = f"the curve {Path(file).name}" if file else f"the channel {channel}"
+        return f"loss probability {loss:.3f} by {by} at {away:.1f} m"
     spread = _asked(scenario).receiver.shadowing_sd_db
     if echoing(scenario):
         return f"{spread:g} dB of shadowing about the level that echoes leave"
