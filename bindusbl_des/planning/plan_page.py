@@ -358,7 +358,6 @@ def _table(record: Record, places: Sequence[int], caption: str) -> str:
     for goal in goals:
         told = units(goal["metric"])
         headings += [(f"{told['words']}, predicted", told["unit"]), ("simulated", told["unit"])]
-        headings += [("missing the goal", "missions")]
     headings += [("missions", ""), ("verdict", ""), ("settings", "")]
     rows = []
     for place in places:
@@ -368,11 +367,12 @@ def _table(record: Record, places: Sequence[int], caption: str) -> str:
             factor = units(goal["metric"])["factor"]
             row += [number(value_of(it, "predicted", "value", which), 2, factor)]
             row += [interval(it, which, factor)]
-            missed, _ = _missed(it, which)
-            row += ["-" if missed is None else f"{missed:.0f}"]
-        missions = (it.get("simulated") or {}).get("missions", 0)
+        missions = number((it.get("simulated") or {}).get("missions", 0), 0)
+        missed = [_missed(it, which)[0] or 0.0 for which in range(len(goals))]
+        if max(missed, default=0.0):
+            missions += f", {max(missed):.0f} miss"
         verdict = it.get("verdict") or it.get("told") or ""
-        rows.append([*row, number(missions, 0), verdict, named(it.get("keys") or {})])
+        rows.append([*row, missions, verdict, named(it.get("keys") or {})])
     return f'<div class="candidates">{table(headings, rows, caption)}</div>'
 
 

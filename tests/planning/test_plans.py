@@ -328,13 +328,15 @@ def test_a_plan_never_has_answers_without_airtime_and_says_so() -> None:
         assert any("flown with protocol.downlink.reply: frame" in it for it in record["told"])
 
 
-def test_the_team_of_a_plan_can_be_drawn(found: bindusbl_des.Plan, tmp_path: Path) -> None:
+def test_the_team_of_a_plan_can_be_drawn(
+    found: bindusbl_des.Plan, home: Path, tmp_path: Path
+) -> None:
     """The answer; without one the nearest, laid over the scenario that was asked about."""
     assert found.folder is not None
     assert found.answer is not None
-    scenario, whose = drawn_team(found.folder)
+    scenario, whose = drawn_team(home / found.folder)
     assert (scenario.asvs.count, whose) == (found.answer["asvs.count"], "the answer")
-    folder = shutil.copytree(found.folder, tmp_path / "open")
+    folder = shutil.copytree(home / found.folder, tmp_path / "open")
     (folder / "best.yaml").unlink()
     nearest = found.record["runners_up"][0]
     scenario, whose = drawn_team(folder)
