@@ -20,7 +20,7 @@ from .statistics.differences import key_effects
 from .statistics.findings import findings
 from .statistics.intervals import intervals
 from .statistics.naming import written
-from .statistics.outcomes import JUDGED, MEANS, Outcomes, outcomes
+from .statistics.outcomes import JUDGED, MEANS, Outcomes, lower_is_better, outcomes
 
 if TYPE_CHECKING:
     from .campaign import Campaign
@@ -94,8 +94,9 @@ def value_numbers(campaign: "Campaign") -> list[list[int]]:
     return columns
 
 
-def described(names: Sequence[str]) -> list[dict[str, str]]:
-    """Return name, words, unit and meaning of metrics, and whose they are: worst, fleet, mission.
+def described(names: Sequence[str]) -> list[dict[str, Any]]:
+    """Return name, words, unit and meaning of metrics, whose they are (worst, fleet, mission), and
+    whether `less` is better (None: neither is).
 
     The `title` says whose a quantity is, its `words` leave that to a heading.
     """
@@ -116,6 +117,7 @@ def described(names: Sequence[str]) -> list[dict[str, str]]:
                 "unit": unit,
                 "meaning": meaning,
                 "of": of,
+                "less": lower_is_better(name),
             }
         )
     return found
@@ -193,7 +195,9 @@ def _head(campaign: "Campaign") -> str:
 def _story(campaign: "Campaign", found: Outcomes) -> str:
     """Return what was found: the best point, harm and want of fixes, the effect of each key."""
     said = findings(campaign.folder, campaign.plan)
-    story = f'<p class="verdict">{_text(said.best)} {_text(said.sure)}</p>'
+    first, _, rest = said.best.partition(". ")
+    story = f'<p class="verdict">{_text(first.removesuffix("."))}.</p>'
+    story += f"<p>{_text(rest)} {_text(said.sure)}</p>" if rest or said.sure else ""
     story += _items("alarms", [*said.harm, *said.starved])
     effects = key_effects(campaign.plan, found)
     if effects:

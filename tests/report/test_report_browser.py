@@ -496,9 +496,17 @@ def test_the_lookup_table_follows_its_threshold(opened: Open, swept: Path) -> No
     it = opened(swept)
     it.page.fill("#threshold", "100")
     answers = it.ask("bindusbl.lookup.answers.map((it) => it.fewest)")
-    assert sorted(answers) == ["1", "1", "none of these", "none of these"]
+    assert sorted(answers, key=str) == ["1", "1", None, None]
+    shown = it.ask("[...document.querySelectorAll('#lookup .answer')].map((it) => it.textContent)")
+    assert [told for told in shown if told not in ("1",)] == [
+        f"more than {most}" for most in (3, 3)
+    ]
+    assert not it.page.is_visible("#lookup-none")
     it.page.fill("#threshold", "0")
-    assert set(it.ask("bindusbl.lookup.answers.map((it) => it.fewest)")) == {"none of these"}
+    assert set(it.ask("bindusbl.lookup.answers.map((it) => it.fewest)")) == {None}
+    assert "None of these keeps it surely below 0 m; the nearest is" in it.page.inner_text(
+        "#lookup-none"
+    )
     for metric in ("worst_position_error_p95_m", "position_error_m"):  # the first unless asked
         if metric == "position_error_m":
             it.page.select_option("#lookup-metric", metric)

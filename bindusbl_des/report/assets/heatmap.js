@@ -21,20 +21,20 @@ function plusMinus(mean, half) {
 function gapText({ whole, count }) { return whole < count ? `${whole}/${count}` : ""; }
 
 // `cells[row][column]` is {mean, half, count, whole} or nothing.
-function heatmap(host, scale, { rows, columns, rowName, columnName, cells, unit }) {
+function heatmap(host, scale, { rows, columns, rowName, columnName, cells, unit, more }) {
   const known = cells.flat().filter((cell) => cell && Number.isFinite(cell.mean)).map((cell) => cell.mean);
   const low = Math.min(...known), high = Math.max(...known);
   const top = make("tr", {}, make("th", {}, rowName ? `${rowName} ↓  ${columnName} →` : `${columnName} →`), ...columns.map((label) => make("th", { scope: "col" }, label)));
   const body = cells.map((line, r) => make("tr", {}, make("th", { scope: "row" }, rows[r]), ...line.map((cell) => {
     const gap = cell ? gapText(cell) : "";
-    if (!cell || !Number.isFinite(cell.mean)) return make("td", gap ? { class: "gap" } : {}, "–", ...(gap ? [make("small", {}, gap)] : []));
-    const ground = cividis(high > low ? (cell.mean - low) / (high - low) : 0.5);
-    const text = make("td", { style: `background:rgb(${ground});color:${luminance(ground) < 0.179 ? "#fff" : "#000"}`, title: `${cell.count} missions` }, significant(cell.mean));
+    if (!cell || !Number.isFinite(cell.mean)) return make("td", { class: gap ? "gap none" : "none" }, "–", ...(gap ? [make("small", {}, gap)] : []));
+    const ground = shadeOf(high > low ? (cell.mean - low) / (high - low) : 0.5, more);
+    const text = make("td", { style: `background:rgb(${ground});color:${luminance(ground) < 0.179 ? "#fff" : "#000"}`, title: `${cell.point}; ${cell.count} missions` }, significant(cell.mean));
     text.append(make("small", {}, Number.isFinite(cell.half) ? `± ${significant(cell.half, 2)}` : "one seed"));
     if (gap) text.append(make("small", {}, gap));
     return text;
   })));
   host.replaceChildren(make("table", { class: "heat" }, make("thead", {}, top), make("tbody", {}, ...body)));
-  scale.replaceChildren(ramp(`${significant(low)} ${unit}`, `${significant(high)} ${unit}`));
+  scale.replaceChildren(ramp(`${significant(low)} ${unit}`, `${significant(high)} ${unit}`, more));
   bindusbl.plots.heatmap = known.length;
 }

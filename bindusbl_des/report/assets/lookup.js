@@ -31,13 +31,15 @@ class Lookup {
     const rows = this.combinations();
     const head = make("tr", {}, ...others.map((k) => make("th", { scope: "col" }, sweep.keys[k].short)),
       ...counts.map((label) => make("th", { scope: "col" }, `${label} ASV${label === "1" ? "" : "s"}`, make("span", { class: "unit" }, "m"))), make("th", { scope: "col" }, "fewest"));
+    let nearest = null;
     this.answers = rows.map(({ values, byCount }) => {
-      let fewest = "none of these";
+      let fewest = null;
       const cells = counts.map((label, count) => {
         const cell = sweep.at(metric, byCount.get(count));
         if (!cell || !Number.isFinite(cell.mean)) return make("td", {}, "–");
         const sure = cell.mean + cell.half < threshold, mark = sure ? " ✓" : cell.mean < threshold ? " ~" : "";
-        const first = sure && fewest === "none of these";
+        const first = sure && fewest === null;
+        if (!nearest || cell.mean < nearest.mean) nearest = { mean: cell.mean, half: cell.half, point: byCount.get(count) };
         if (first) fewest = label;
         const whose = sweep.whose(metric, byCount.get(count)), went = cell.failed ? `${cell.count} of ${cell.count + cell.failed} missions` : "";
         const text = make("td", first ? { class: "fewest" } : {}, plusMinus(cell.mean, cell.half) + mark);
@@ -46,8 +48,12 @@ class Lookup {
         for (const more of [whose, went, alone, gapText(cell)]) if (more) text.append(make("small", {}, more));
         return text;
       });
-      return { fewest, row: make("tr", {}, ...others.map((k) => make("th", { scope: "row" }, sweep.keys[k].labels[values[k]])), ...cells, make("td", { class: "answer" }, fewest)) };
+      return { fewest, row: make("tr", {}, ...others.map((k) => make("th", { scope: "row" }, sweep.keys[k].labels[values[k]])), ...cells, make("td", { class: "answer" }, fewest ?? `more than ${counts[counts.length - 1]}`)) };
     });
+    const none = this.answers.every(({ fewest }) => fewest === null), told = byId("lookup-none");
+    told.hidden = !none || !nearest;
+    if (none && nearest) told.textContent = `None of these keeps it surely below ${threshold} m; the nearest is ${sweep.named(nearest.point)}: ${plusMinus(nearest.mean, nearest.half)} m.`;
+    if (none) for (const { row } of this.answers) row.lastChild.textContent = "none of these";
     byId("lookup").replaceChildren(make("table", {}, make("thead", {}, head), make("tbody", {}, ...this.answers.slice(0, MOST_COMBINATIONS).map(({ row }) => row))));
     if (rows.length > MOST_COMBINATIONS) byId("lookup").append(make("p", { class: "note" }, `The first ${MOST_COMBINATIONS} of ${rows.length} combinations.`));
     bindusbl.plots.lookup = rows.length;

@@ -4,6 +4,8 @@
 const MOST_POINTS = 500;
 // A key with more different values was sampled: its points are drawn as dots, the others not held.
 const MOST_STEPS = 40;
+// A reader tells so many lines apart.
+const MOST_LINES = 6;
 // What the table of points shows.
 const TABLED = ["worst_position_error_m", "worst_position_error_p95_m", "worst_fix_age_p95_s", "worst_fix_benefit_m", "position_error_m"];
 
@@ -34,6 +36,8 @@ class Sweep {
     const [times, count] = [known.times[point], this.count[point]];
     return `AUV${known.auv[point]}${times < count ? ` ${times}/${count}` : ""}`;
   }
+  // A point by its number and what is varied at it.
+  named(point) { return `point ${point}: ${this.keys.map((key, k) => `${key.short} ${key.labels[this.points[k][point]]}`).join(", ")}`; }
   words(metric) { return this.metrics.find(({ name }) => name === metric).words; }
   title(metric) { return this.metrics.find(({ name }) => name === metric).title; }
   // Options of metrics by whose they are; the worst AUV's come first.
@@ -58,9 +62,8 @@ class View {
       byId("by").append(make("option", { value: k }, key));
     });
     byId("by").append(make("option", { value: -1 }, "no other key"));
-    const longest = sweep.keys.map((key, k) => k).filter((k) => sweep.keys[k].values !== null).sort((a, b) => sweep.keys[b].labels.length - sweep.keys[a].labels.length);
-    const count = sweep.keys.findIndex(({ key }) => key === "asvs.count");
-    this.along = count >= 0 ? count : longest[0] ?? 0;
+    const numbers = sweep.keys.findIndex(({ values, labels }) => values !== null && labels.length > 1);
+    this.along = Math.max(numbers, 0); // as `plot curves` chooses
     this.by = sweep.keys.findIndex((key, k) => k !== this.along && key.labels.length <= MOST_STEPS);
     byId("along").value = this.along;
     byId("by").value = this.by;
@@ -108,16 +111,25 @@ class View {
     const cells = rows.map(() => columns.map(() => null));
     const dots = rows.map(() => []);
     for (const point of points) {
-      const cell = sweep.at(metric, point), row = Math.round(place(this.by, point)), column = Math.round(place(this.along, point));
+      const cell = { ...sweep.at(metric, point), point: sweep.named(point) }, row = Math.round(place(this.by, point)), column = Math.round(place(this.along, point));
       cells[row][column] = cell;
       dots[row].push([column, cell]);
     }
     this.curves(metric, dots, rows, columns);
     const mapped = columns.length <= MOST_STEPS && rows.length <= MOST_STEPS;
     byId("heat-figure").hidden = !mapped;
-    if (mapped) heatmap(byId("heat"), byId("scale"), { rows, columns, cells, unit: sweep.unit(metric), rowName: this.by >= 0 ? sweep.keys[this.by].short : "", columnName: sweep.keys[this.along]?.short ?? "" });
+    const names = [this.by >= 0 ? sweep.keys[this.by].short : "", sweep.keys[this.along]?.short ?? ""];
+    const { less } = sweep.metrics.find(({ name }) => name === metric), shared = { unit: sweep.unit(metric), more: less !== false };
+    if (!mapped) return;
+    if (innerWidth < 600 && columns.length > 4 && columns.length > rows.length) { // a phone is higher than wide
+      heatmap(byId("heat"), byId("scale"), { ...shared, rows: columns, columns: rows, cells: columns.map((_, c) => rows.map((_, r) => cells[r][c])), rowName: names[1], columnName: names[0] });
+    } else heatmap(byId("heat"), byId("scale"), { ...shared, rows, columns, cells, rowName: names[0], columnName: names[1] });
   }
-  curves(metric, dots, rows, columns) {
+  // No more lines than can be told apart, evenly chosen; the map has all.
+  curves(metric, all, names, columns) {
+    const few = Math.min(names.length, MOST_LINES), chosen = Array.from({ length: few }, (_, i) => Math.round(i * (names.length - 1) / Math.max(few - 1, 1)));
+    const dots = chosen.map((row) => all[row]), rows = chosen.map((row) => names[row]);
+    byId("curves-caption").textContent = `${few < names.length ? `${few} of ${names.length} rows as curves, the map has all` : "The same as curves"}; bars are 95 % confidence intervals (Student's t)`;
     const key = this.sweep.keys[this.along], xs = key?.values ?? columns.map((_, i) => i), sampled = columns.length > MOST_STEPS;
     const data = [xs, ...dots.map((line) => {
       const means = xs.map(() => null);
@@ -131,14 +143,15 @@ class View {
     const lowest = Math.min(0, ...ends), highest = Math.max(...ends, 0);
     const spread = (xs[xs.length - 1] - xs[0]) || 1;
     const options = () => ({
-      height: 340, cursor: { drag: { x: false } }, legend: { show: rows.length <= 12, live: true },
+      height: 340, cursor: { drag: { x: false } }, legend: { show: true, live: true, markers: { width: 2, stroke: (u, i) => seriesColour(i - 1), dash: (u, i) => ["solid", "dashed", "dotted", "double"][(i - 1 + Math.floor((i - 1) / 8)) % 4] } },
       scales: { x: { time: false, range: [xs[0] - 0.05 * spread, xs[xs.length - 1] + 0.05 * spread] }, y: { range: () => [lowest * 1.05, highest > lowest ? highest * 1.05 : 1] } },
       axes: [axis(key?.key ?? "", key && key.values === null ? { splits: () => xs, values: () => columns } : { splits: sampled ? undefined : () => xs }), axis(this.sweep.title(metric), { size: 56 })],
       series: [{ label: key?.short ?? "", value: (u, v) => (v === null ? "–" : key?.values ? `${v}` : columns[v]) }, ...rows.map((label, i) => ({
         label: this.by >= 0 ? `${this.sweep.keys[this.by].short} ${label}` : metric, stroke: seriesColour(i), dash: seriesDash(i), width: 2, spanGaps: !gaps[i].length,
         paths: sampled || key?.values === null ? () => null : undefined, points: { show: true, size: 7, fill: seriesColour(i) }, value: (u, v) => (v === null || v === undefined ? "–" : `${significant(v)} ${unit}`),
       }))],
-      hooks: { draw: [(u) => errorBars(u, halves), (u) => gapMarks(u, gaps)] },
+      padding: [null, rows.length > 1 ? 64 : null, null, null],
+      hooks: { draw: [(u) => errorBars(u, halves), (u) => gapMarks(u, gaps), (u) => endLabels(u, rows.length > 1 ? rows : [])] },
     });
     byId("curves").setAttribute("aria-label", `${this.sweep.title(metric)} along ${key?.key ?? "nothing"}`);
     if (this.plot) Object.assign(this.plot, { options, data }).make();
@@ -163,6 +176,32 @@ function errorBars(u, halves) {
     }
     ctx.stroke();
   });
+  ctx.restore();
+}
+
+// Beside the end of each line what it is, apart from each other.
+function endLabels(u, rows) {
+  const { ctx } = u, ratio = uPlot.pxRatio, high = 13 * ratio;
+  const ends = rows.map((label, i) => {
+    const line = u.data[i + 1], last = line.findLastIndex((value) => value !== null);
+    return { label, i, x: last < 0 ? 0 : u.valToPos(u.data[0][last], "x", true), y: last < 0 ? NaN : u.valToPos(line[last], "y", true) };
+  }).filter(({ y }) => Number.isFinite(y)).sort((a, b) => a.y - b.y);
+  ends.forEach((end, k) => { end.at = k ? Math.max(end.y, ends[k - 1].at + high) : end.y; });
+  const over = ends.length ? ends[ends.length - 1].at - (u.bbox.top + u.bbox.height) : 0;
+  if (over > 0) for (let k = ends.length - 1, most = u.bbox.top + u.bbox.height; k >= 0; k--) { ends[k].at = Math.min(ends[k].at, most); most = ends[k].at - high; }
+  ctx.save();
+  ctx.font = `600 ${11 * ratio}px system-ui, sans-serif`;
+  ctx.textBaseline = "middle";
+  const right = u.bbox.left + u.bbox.width + 8 * ratio;
+  for (const { label, i, x, y, at } of ends) {
+    ctx.strokeStyle = ctx.fillStyle = seriesColour(i);
+    ctx.lineWidth = ratio;
+    ctx.beginPath();
+    ctx.moveTo(x + 5 * ratio, y);
+    ctx.lineTo(right - 2 * ratio, at);
+    ctx.stroke();
+    ctx.fillText(label.length > 9 ? `${label.slice(0, 8)}…` : label, right, at);
+  }
   ctx.restore();
 }
 
