@@ -31,8 +31,10 @@ class Closeup {
     map.hull(context, px, py, state.yaw, colour);
     map.stroke(context, colour, ex - 7, ey, ex + 7, ey, 2.5);
     map.stroke(context, colour, ex, ey - 7, ex, ey + 7, 2.5);
-    map.label(context, "truth", px + 9, py + 15, colour);
-    map.label(context, "estimate", ex + 9, ey - 7, colour);
+    // The names of two places side by side keep apart.
+    const upwards = ey <= py;
+    map.label(context, "truth", px + 9, py + (upwards ? 18 : -10), colour);
+    map.label(context, "estimate", ex + 9, ey + (upwards ? -10 : 18), colour);
     this.width = 2 * reach;
   }
   drawScale(context, reach, width, height) {
@@ -58,7 +60,8 @@ class Closeup {
     const spread = [fixes.sd_x[row] ** 2, fixes.sd_y[row] ** 2, fixes.cov[row]];
     map.ellipse(context, fixes.x[row], fixes.y[row], spread, 3, colours.mf, { fill: 0.25 });
     map.cross(context, fixes.x[row], fixes.y[row], colours.mf, 1);
-    map.label(context, "last fix", px + 8, py + 4, colours.ink);
+    const words = "last fix"; // to the left, as the others are to the right
+    map.label(context, words, px - 10 - context.measureText(words).width, py + 4, colours.ink);
     if (state.jumpFrom && state.sinceFix < 1) {
       const [jx, jy] = map.at(...state.jumpFrom), [ex, ey] = map.at(state.estimateX, state.estimateY);
       map.stroke(context, colours.mf, jx, jy, ex, ey, 2.5, [4, 3]);

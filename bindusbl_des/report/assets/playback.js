@@ -29,7 +29,7 @@ class Playback {
     if (on && this.now >= this.mission.duration) this.seek(0);
     if (this.playing && !on) announce(`Paused at ${this.now.toFixed(1)} seconds`);
     this.playing = on;
-    if (!on) this.tell();
+    if (!on) { this.tell(); this.paused?.(); }
     byId("play").textContent = on ? "❚❚" : "▶";
     byId("play").setAttribute("aria-label", on ? "Pause" : "Play");
     if (!on) return;
@@ -55,7 +55,10 @@ class Playback {
   nextLost() {
     const { pings, hf, soundSpeed, pingLength, decided, lost } = this.mission, crossing = hf.range / soundSpeed;
     const grown = (1 + pingLength / crossing) * Math.max(crossing, 0.5 * this.linger());
-    this.leap(Float64Array.from(lost, (ping) => Math.max(decided[ping], pings.at[ping] + grown)).sort());
+    const known = lost.map((ping) => [Math.max(decided[ping], pings.at[ping] + grown), ping]).sort((a, b) => a[0] - b[0]);
+    this.leap(Float64Array.from(known, ([time]) => time));
+    const next = known.find(([time]) => Math.abs(time + 1e-4 - this.now) < 1e-9);
+    if (next) this.inspect?.(pings.id[next[1]]); // says whose it was
   }
   controls() {
     const slider = byId("slider"), speed = byId("speed");
@@ -105,13 +108,16 @@ class Log {
       out_of_mf: mf ? "its fix was sent beyond MF range" : "the frame with its fix was not decoded",
     };
     const unanswered = { out_of_hf: `${beyond} of it`, lost: "lost to the channel", collided: "collided at the AUV" };
+    this.whose = (i) => mission.passive ? whose(i) : `Ping ${pings.id[i]} of ${auvs[pings.auv[i]].name}`;
+    this.became = new Map();
+    pings.fate.forEach((fate, i) => { if (words[fates[fate]]) this.became.set(i, words[fates[fate]]); });
     const became = (i) => mission.isSent(i) ? `${whose(i)}: ${words[fates[pings.fate[i]]]}`
       : `${mission.asvs[pings.caller[i]].name} calls ${auvs[pings.auv[i]].name}, no answer: ${unanswered[fates[pings.fate[i]]]}`;
-    this.events = Array.from(pings.id, (_, i) => [decided[i], became(i), fates[pings.fate[i]]])
+    this.events = Array.from(pings.id, (_, i) => [decided[i], became(i), fates[pings.fate[i]], pings.id[i]])
       .filter(([at, , fate]) => words[fate] && Number.isFinite(at));
     for (const row of deliveredOrder) {
       const by = Number.isFinite(fixes.correction[row]) ? `, corrects by ${fixes.correction[row].toFixed(2)} m` : "";
-      this.events.push([fixes.delivered[row], `${auvs[fixes.auv[row]].name} gets a fix, ${fixes.latency[row].toFixed(2)} s old${by}`, "delivered"]);
+      this.events.push([fixes.delivered[row], `${auvs[fixes.auv[row]].name} gets a fix, ${fixes.latency[row].toFixed(2)} s old${by}`, "delivered", fixes.ping[row]]);
     }
     this.events.sort((a, b) => a[0] - b[0]);
     this.times = Float64Array.from(this.events, (event) => event[0]);
@@ -121,7 +127,7 @@ class Log {
     if (end === this.end) return;
     this.end = end;
     const signs = { delivered: "●", out_of_hf: "×", lost: "○", collided: "✕", out_of_mf: "◌" };
-    this.list.replaceChildren(...this.events.slice(Math.max(end - 6, 0), end).reverse().map(([at, text, fate]) =>
-      make("li", { class: fate }, `${at.toFixed(2)} s  ${signs[fate]} ${text}`)));
+    this.list.replaceChildren(...this.events.slice(Math.max(end - 6, 0), end).reverse().map(([at, text, fate, ping]) =>
+      make("li", { class: fate, "data-ping": ping }, `${at.toFixed(2)} s  ${signs[fate]} ${text}`)));
   }
 }

@@ -7,6 +7,13 @@ const axis = (label, more = {}) => ({
   grid: { stroke: colours.grid, width: 1 }, ticks: { stroke: colours.grid, width: 1 }, ...more,
 });
 
+// Offers a file to the reader; nothing leaves the page.
+function save(blob, name) {
+  const link = make("a", { href: URL.createObjectURL(blob), download: name.replaceAll(" ", "_") });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+
 // Steps of an axis that counts.
 const COUNTS = [1, 2, 5].flatMap((it) => [it, 10 * it, 100 * it, 1e3 * it, 1e4 * it, 1e5 * it]).sort((a, b) => a - b);
 
@@ -18,6 +25,13 @@ class Plot {
     onTheme(() => this.make());
     new ResizeObserver(() => this.fit()).observe(host);
     this.make();
+    const button = (kind, act) => { const it = make("button", { type: "button", "aria-label": `Save ${name} as ${kind}` }, kind); it.addEventListener("click", act); return it; };
+    this.host.after(make("div", { class: "save on-screen" }, "save ", button("PNG", () => this.host.querySelector("canvas").toBlob((blob) => save(blob, `${name}.png`))), button("CSV", () => save(new Blob([this.csv()], { type: "text/csv" }), `${name}.csv`))));
+  }
+  // What is drawn, a column for each line, in the units of the axes.
+  csv() {
+    const quote = (text) => `"${`${text}`.replaceAll('"', '""')}"`, heads = this.options().series.map(({ label }) => quote(label)).join(",");
+    return [heads, ...Array.from(this.data[0], (_, i) => this.data.map((column) => (Number.isFinite(column[i]) && column[i] !== null ? column[i] : "")).join(","))].join("\r\n");
   }
   make() {
     this.plot?.destroy();

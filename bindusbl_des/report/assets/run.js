@@ -116,6 +116,7 @@ function followed(mission, closeup, playback) {
   };
   const chosen = (number) => { follow(number); announce(`Following ${mission.auvs[number].name}`); };
   const states = new StateTable(mission, chosen);
+  states.choose = chosen;
   follow(mission.order[0]);
   select.addEventListener("change", () => chosen(+select.value));
   document.querySelectorAll("[data-seek]").forEach((link) => link.addEventListener("click", (event) => {
@@ -150,9 +151,12 @@ async function start() {
   histograms(mission);
   new Timeline(byId("timeline"), mission, playback);
   slowed(playback);
-  playback.seek(0);
+  mission.log = log;
+  const inspector = new Inspector({ mission, playback, map, follow: states.choose });
+  playback.inspect = (id) => inspector.show(id, { seek: false });
+  if (!inspector.read()) playback.seek(0);
   Object.assign(bindusbl, {
-    ready: true, mission, playback, map, closeup, log,
+    ready: true, mission, playback, map, closeup, log, inspector,
     vehicles: () => mission.auvs.map((auv, i) => ({ name: auv.name, ...mission.auvAt(i, playback.now) })),
   });
 }

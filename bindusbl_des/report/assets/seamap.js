@@ -153,6 +153,7 @@ class SeaMap {
     if (!this.hidden.has("pings")) this.drawPings(context);
     this.mission.asvs.forEach((_, number) => this.drawAsv(context, number));
     this.mission.auvs.forEach((_, number) => this.drawAuv(context, number));
+    this.inspected?.(context);
     this.drawCursor(context);
   }
   // What does not move is drawn once for each view.
