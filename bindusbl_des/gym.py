@@ -39,7 +39,7 @@ def worst_error(mission: Mission) -> float:
 
 def _scenario(scenario: Scenario | str | Path) -> Scenario:
     found = as_scenario(scenario, allow_plugins=False)
-    if found.protocol.is_passive:
+    if found.protocol.asvs_ping:
         raise ValueError("protocol.ranging: with passive ranging vessels know of no fixes")
     return found
 

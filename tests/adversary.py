@@ -256,7 +256,7 @@ def _passive(worlds: Worlds) -> NDArray[np.bool_]:
 def _frames(worlds: Worlds) -> NDArray[np.bool_]:
     """Return in which trials a broadcast is still at an AUV when the next begins there."""
     protocol, slots, n = worlds.protocol, worlds.slots, worlds.trials
-    if protocol.is_passive or protocol.downlink == "direct_reply":
+    if protocol.asvs_ping or protocol.downlink == "direct_reply":
         return np.zeros(n, dtype=bool)
     mf, draw = worlds.scenario.acoustics.mf.range_m, worlds.draw
     one, other = draw.integers(worlds.asvs, size=(2, n))

@@ -158,7 +158,7 @@ def own_channel(family: Family, choice: str) -> OwnChannel:
 
 def contention_of(scenario: Scenario) -> float:
     """Return what AUVs that share the uplink add to the loss of a ping: none where none pings."""
-    if scenario.protocol.is_passive:
+    if scenario.protocol.asvs_ping:
         return 0.0
     return contention_loss(scenario.auvs.count, scenario.acoustics.loss.contention_per_auv)
 

@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.plugins import is_plugin
+from ..scenario.declared import channel_named
+from ..scenario.families import broadcaster_of
 from ..scenario.planned import horizontal_reach
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of
@@ -79,7 +81,7 @@ def made_and_delivered(
     Each ASV decodes its pings as often as `heard` says, and it the frames of each ASV as often as
     `told`, from `away` (m), all (..., n, m).  With passive ranging a ping is that of any ASV.
     """
-    if scenario.protocol.is_passive:
+    if scenario.protocol.asvs_ping:
         return heard.mean(axis=-1), heard.mean(axis=-1)
     nearest = away.argmin(axis=-1)[..., np.newaxis]
     made = 1.0 - (1.0 - heard).prod(axis=-1)
@@ -87,10 +89,10 @@ def made_and_delivered(
         made = made * np.take_along_axis(heard, nearest, axis=-1)[..., 0]
     if not scenario.protocol.sends_frames:
         return made, made
-    rule, replies = scenario.protocol.broadcaster, scenario.protocol.replies
-    if rule == "fixed" and not replies:
-        by_all = told[..., rule.settings.get("asv", 0)]
-    elif replies or rule in ("nearest", "parallel"):
+    rule, replies = broadcaster_of(scenario), scenario.protocol.replies
+    if rule.chosen_by == "one" and not replies:
+        by_all = told[..., scenario.protocol.broadcaster.settings.get("asv", 0)]
+    elif replies or rule.serves_nearest:
         by_all = np.take_along_axis(told, nearest, axis=-1)[..., 0]
     else:
         by_all = told.mean(axis=-1)
@@ -129,7 +131,7 @@ def delivery(scenario: Scenario, band: str) -> tuple[float, float, float] | None
     """
     hf, depth = scenario.acoustics.hf, scenario.survey.deepest
     reach = hf.range_m if band == "hf" else scenario.acoustics.mf.range_m
-    if band == "hf" and hf.channel == "disc" and hf.range_metric == "horizontal":
+    if band == "hf" and channel_named(hf.channel).ends_at_range and hf.range_metric == "horizontal":
         reach = math.hypot(reach, depth)
     ranges = np.linspace(0.0, reach, LOOKED_UP)
     chances = (ping_chance if band == "hf" else frame_chance)(scenario, ranges, depth)
@@ -147,7 +149,9 @@ def heard_m(scenario: Scenario) -> float:
     """
     hf, depth = scenario.acoustics.hf, scenario.survey.deepest
     reach = horizontal_reach(scenario)
-    farthest = reach if hf.channel == "disc" else max(2.0 * reach, 2.0 * area_of(scenario).across)
+    farthest = max(2.0 * reach, 2.0 * area_of(scenario).across)
+    if channel_named(hf.channel).ends_at_range:
+        farthest = reach
     level = np.linspace(0.0, farthest, LOOKED_UP)
     chance = ping_chance(scenario, np.hypot(level, depth), depth)
     if chance is None:

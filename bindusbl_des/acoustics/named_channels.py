@@ -123,7 +123,7 @@ def echoing(scenario: Scenario) -> bool:
     """Tell whether pings have echoes: those of AUVs, by a sonar, where a bottom is given."""
     channel = scenario.acoustics.hf.channel
     given = channel == "sonar" and channel.settings.get("bottom_m") is not None
-    return given and not scenario.protocol.is_passive
+    return given and not scenario.protocol.asvs_ping
 
 
 def _table(

@@ -21,7 +21,7 @@ from ..results.effects import (
     Effect,
     Harm,
 )
-from ..scenario.declared import navigator_of
+from ..scenario.families import navigator_of
 from ..scenario.files.mistakes import ScenarioError
 from ..scenario.files.scenario_file import parse_scenario
 from ..scenario.scenario import Scenario

@@ -10,8 +10,8 @@ import numpy as np
 from ..acoustics.fix_chance import HALF, delivery
 from ..core.wording import plain
 from ..results.effects import FILTER, GAIN
-from ..scenario.declared import DOWNLINKS, channel_named, navigator_of
-from ..scenario.families import is_random
+from ..scenario.declared import DOWNLINKS, channel_named
+from ..scenario.families import navigator_of
 from ..scenario.files.overrides import put
 from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
@@ -124,7 +124,7 @@ def _gains(scenario: Scenario, harmful: bool, needless: list[str]) -> Iterator[C
 
 
 def _protocols(scenario: Scenario, needless: list[str]) -> list[Iterator[Change]]:
-    if scenario.protocol.is_passive:
+    if scenario.protocol.asvs_ping:
         needless.append("another schedule, downlink or broadcaster (AUVs fix themselves)")
         return []
     return [
@@ -141,7 +141,7 @@ def _downlinks(scenario: Scenario) -> tuple[str, ...]:
     """
     instant = scenario.protocol.answer.reply == "instant"
     names = [it for it in DOWNLINKS_TRIED if not (DOWNLINKS[it].replies and instant)]
-    if not is_random(scenario):
+    if not scenario.protocol.random_access:
         return tuple(names)
     broadcast = [it for it in names if not DOWNLINKS[it].replies and DOWNLINKS[it].waits]
     answered = [it for it in names if DOWNLINKS[it].replies]
@@ -179,11 +179,11 @@ def _ranges(
     found = []
     if heard and scenario.asvs.count == 1:
         needless.append("a longer HF range (every ping was within it)")
-    elif scenario.protocol.is_passive:
+    elif scenario.protocol.asvs_ping:
         return [_longer(scenario, hf=hf)]
     else:
         found += [_longer(scenario, hf=hf), _longer(scenario, hf=hf, mf=mf)]
-    if scenario.protocol.is_passive:
+    if scenario.protocol.asvs_ping:
         return []
     if reached:
         needless.append("a longer MF range alone (no fix was broadcast beyond it)")

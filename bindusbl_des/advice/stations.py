@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.formation import formation
-from ..scenario.declared import broadcaster_of
+from ..scenario.families import broadcaster_of
 from ..scenario.planned import horizontal_reach, route_of, tracks_of
 from ..scenario.plans import planned_tours
 from ..scenario.scenario import Scenario

@@ -215,7 +215,7 @@ def models(scenario: "Scenario") -> str:
     rate = protocol.tick_rate_hz
     clock = "exact clock" if rate is None else f"{rate:g} Hz ticks"
     parts = f"{protocol.schedule} / {protocol.downlink} / {protocol.broadcaster}, "
-    if protocol.is_passive:
+    if protocol.asvs_ping:
         parts = ""
     return (
         f"{scenario.name}: {counted(auvs.count, 'AUV')} ({auvs.vehicle}), "

@@ -156,7 +156,7 @@ def _navigator_of(scenario: "Scenario") -> Any:
             return own_part(NAVIGATOR, chosen)
         except PluginError as error:
             refuse(str(error))
-    if chosen not in ("kalman", "smoother"):
+    if not scenario.navigation.weighs:
         talk(f"replay flies the Kalman filter and the smoother, not navigation.filter: {chosen}")
     return None
 

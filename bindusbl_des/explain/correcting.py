@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..navigation.weighing import MOST_REFUSED
-from ..scenario.declared import navigator_of
+from ..scenario.families import navigator_of
 from .chain import Step, rows_where
 
 if TYPE_CHECKING:
@@ -15,9 +15,6 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-# With these filters nothing but a fix changes the correction of dead reckoning.
-UNCHANGING = ("fixed_gain", "dead_reckoning")
 
 # Half the length of the ellipse that holds a normal error in the plane with 95 %, per sd along it.
 ELLIPSE_SCALE = math.sqrt(-2 * math.log(0.05))
@@ -199,7 +196,8 @@ def _rates(
     Each is the rate (m/s) in the nearest interval between rows in which no fix `came`; None where
     there is no such interval.
     """
-    if result.scenario.navigation.filter in UNCHANGING:
+    navigator = navigator_of(result.scenario)
+    if navigator.has_gain or navigator.ignores_fixes:  # what is believed of biases stays
         return np.zeros(2), np.zeros(2)
     quiet = np.flatnonzero(came == 0)
     before, after = quiet[quiet < last], quiet[quiet > last]

@@ -9,8 +9,8 @@ import numpy as np
 from ..core.plugins import is_plugin
 from ..protocol.slots import slots_of
 from ..results.round_timeline import uplink_slots
-from ..scenario.declared import broadcaster_of, channel_named, downlink_of
-from ..scenario.families import is_random
+from ..scenario.declared import channel_named
+from ..scenario.families import broadcaster_of, downlink_of
 from ..scenario.water import sound_speed_of
 from .chain import LatencyPart, Step, compared, place, rows_where
 from .losing import frame_lasting, why_broadcast, wrong
@@ -131,7 +131,7 @@ def _why_then(result: "Result", fix: Any, frame: Any) -> str:
     policy = result.scenario.protocol.downlink
     if is_plugin(policy):
         return f"{policy.told}: the plug-in decided to broadcast now"
-    if is_random(result.scenario):
+    if result.scenario.protocol.random_access:
         return why_broadcast(result, fix, frame, known_at(result, fix))
     slots, declared = uplink_slots(result, fix["round"]), downlink_of(result.scenario)
     slot = row_slot(result, fix) if declared.by_group else len(slots) - 1

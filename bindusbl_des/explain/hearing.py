@@ -13,8 +13,8 @@ from ..acoustics.loss import COMBINERS, FITTED_RANGE, loss_law, range_loss
 from ..core.plugins import is_plugin
 from ..core.wording import counted
 from ..results.round_timeline import uplink_slots
-from ..scenario.declared import channel_named, schedule_of
-from ..scenario.families import is_random
+from ..scenario.declared import channel_named
+from ..scenario.families import schedule_of
 from ..scenario.telling import tells_slots
 from .chain import Step, apart, compared, out_of_range, place, row_of, rows_where
 from .losing import (
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 def sending(result: "Result", ping: Any) -> Iterator[Step]:
     """Yield the round, the call where there is one, and the ping."""
-    if is_random(result.scenario):
+    if result.scenario.protocol.random_access:
         yield from sending_at_random(result, ping)
         return
     protocol = result.scenario.protocol
@@ -161,7 +161,7 @@ def receptions(result: "Result", ping: Any) -> Iterator[Step]:
     met = rows_where(result.tables["receptions"], ping=ping.ping).sort_values("arrived_at_s")
     for reception in met.itertuples():
         depth = ping.z_m
-        if is_passive(result):
+        if result.scenario.protocol.asvs_ping:
             depth = place(result, str(reception.auv), float(reception.arrived_at_s))[2]
         what, why = _decided(result, reception, depth)
         if reception.outcome == "out_of_range":
@@ -179,11 +179,6 @@ def receptions(result: "Result", ping: Any) -> Iterator[Step]:
         }
         who = getattr(reception, result.scenario.protocol.listening)
         yield Step(reception.arrived_at_s, who, f"{what} ({way})", why, facts)
-
-
-def is_passive(result: "Result") -> bool:
-    """Tell whether ASVs pinged, and AUVs fixed themselves."""
-    return result.scenario.protocol.is_passive
 
 
 def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
@@ -230,7 +225,7 @@ def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
 def _failed(result: "Result", reception: Any) -> str:
     """Tell that the ASV of a reception had failed, or failed meanwhile; "" if it worked."""
     arrives, lasts = float(reception.arrived_at_s), result.scenario.acoustics.hf.ping_s
-    if is_passive(result):
+    if result.scenario.protocol.asvs_ping:
         sent = arrives - float(reception.travel_time_s)
         return _meanwhile(result, reception, (sent, sent + lasts), "pinged")
     if reception.outcome == "out_of_range":

@@ -24,7 +24,8 @@ from ..mission.closed_loop import slow_gnss
 from ..mission.sensor_errors import clocks, misalignments
 from ..protocol.slots import slots_of
 from ..scenario.channel_settings import burst_s
-from ..scenario.declared import channel_named, ranging_of, schedule_of
+from ..scenario.declared import channel_named
+from ..scenario.families import ranging_of, schedule_of
 from ..scenario.instruments.own_sensors import kinds, sound_speed_error
 from ..scenario.part_choice import PartChoice
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
@@ -56,7 +57,7 @@ def _of_vessels(
 ) -> Iterator[tuple[str, dict[str, float]]]:
     """Yield what is wrong with the ASVs that have measured a fix, or the AUV that has itself."""
     world, streams = result.scenario, Streams(result.seed)
-    passive, names = world.protocol.is_passive, fix.asvs.split()
+    passive, names = world.protocol.asvs_ping, fix.asvs.split()
     asvs = [int(name.removeprefix("ASV")) for name in names]
     if "misalignment" in has:
         carriers = [fix.auv] if passive else names
@@ -118,7 +119,7 @@ def _shared(result: "Result", fix: Any, has: set[str]) -> Iterator[tuple[str, di
     ping = row_of(result, "pings", "ping", int(fix.ping))
     if "clock" in has and not isinstance(ping.get("call"), str):
         offset, drift = clocks(world, Streams(result.seed))[int(fix.auv.removeprefix("AUV"))]
-        passive = world.protocol.is_passive  # it says when it hears, not when it pings
+        passive = world.protocol.asvs_ping  # it says when it hears, not when it pings
         late = offset + drift * (fix.valid_at_s if passive else fix.pinged_at_s)
         longer = late * assumed_sound_speed_of(world) * (-1 if passive else 1)
         told = (

@@ -6,7 +6,7 @@ from ..scenario.declared import channel_named
 from .chain import Chain, LatencyPart, Step, out_of_range, row_of, rows_where
 from .correcting import arriving
 from .delivering import broadcasting, fixing, latency, undecoded
-from .hearing import is_passive, is_sent, receptions, sending, why_unanswered
+from .hearing import is_sent, receptions, sending, why_unanswered
 from .itself import own_chain, shared_chain
 from .overlapping import failed, frame_cut, overlapped
 
@@ -35,7 +35,7 @@ def explain_fix(result: "Result", number: int) -> str:
 def chain_of_fix(result: "Result", number: int) -> Chain:
     """Return the causal chain of the ping that a fix belongs to; errors as `explain_fix`."""
     fix = row_of(result, "fixes", "fix", number)
-    if is_passive(result):
+    if result.scenario.protocol.asvs_ping:
         return own_chain(result, fix)
     return chain_of_ping(result, int(fix.ping))
 
@@ -43,7 +43,7 @@ def chain_of_fix(result: "Result", number: int) -> Chain:
 def chain_of_ping(result: "Result", number: int) -> Chain:
     """Return the causal chain of one ping; errors as `explain_ping`."""
     ping = row_of(result, "pings", "ping", number)
-    if is_passive(result):
+    if result.scenario.protocol.asvs_ping:
         return shared_chain(result, ping)
     steps = [*sending(result, ping), *receptions(result, ping)]
     found = rows_where(result.tables["fixes"], ping=number)

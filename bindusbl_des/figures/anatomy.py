@@ -14,7 +14,6 @@ from matplotlib.lines import Line2D
 from ..core.palette import ALARM, HF, INK, MF
 from ..protocol.slots import slots_of
 from ..results.round_timeline import Span, broadcasts_of, downlink_slots, pings_sent, uplink_slots
-from ..scenario.families import is_random
 from .style import colour_of, fits, legend_below, names, new_figure, shortened
 
 if TYPE_CHECKING:
@@ -55,7 +54,7 @@ def anatomy(result: "Result", width: float, number: int | None = None) -> Figure
     _annotate_round(whole, result, number)
     _annotate_slot(slot, result, number)
     whole.set(xlabel="time (s)", ylim=(len(rows) - 0.5, -3.4))
-    first = "first ping" if is_random(scenario) else "first slot"
+    first = "first ping" if scenario.protocol.random_access else "first slot"
     slot.set(xlabel=f"time since the {first} began (ms)", ylim=(len(rows) - 0.5, -2.1))
     whole.set_title(shortened(f"{scenario.name}, seed {result.seed}: round {number}", figure, 0.9))
     legend_below(figure, _handles(scenario.protocol.calls))
@@ -145,7 +144,7 @@ def _annotate_round(axes: Axes, result: "Result", number: int) -> None:
     for index, span in enumerate(uplinks):
         axes.axvspan(span.start, span.end, color="#dfe5ea", alpha=0.5 if index % 2 else 1, lw=0,
                      zorder=0)  # fmt: skip
-        if not is_random(result.scenario):
+        if not result.scenario.protocol.random_access:
             _bracket(axes, span, -1.2, rf"$T_{{UL}}$ {1e3 * span.length:.0f} ms")
     for span in downlinks:
         axes.axvspan(span.start, span.end, color="#fbefd0", lw=0, zorder=0)
@@ -168,7 +167,7 @@ def _annotate_slot(axes: Axes, result: "Result", number: int) -> None:
             else []
         ),
         *there,
-        *([] if is_random(result.scenario) else [(slots.uplink_guard, "$T_G$")]),
+        *([] if result.scenario.protocol.random_access else [(slots.uplink_guard, "$T_G$")]),
     )
     until = first.start
     axes.set_xlim(until, until + 1.05 * sum(length for length, _ in parts))
@@ -185,7 +184,7 @@ def _first_slot(result: "Result", number: int) -> Span:
     cycle = uplink_slots(result, number)[0]
     pings = result.tables["pings"]
     sent = pings.sent_at_s[pings["round"] == number]
-    if is_random(result.scenario) and len(sent):
+    if result.scenario.protocol.random_access and len(sent):
         return Span(float(sent.min()), cycle.end)
     return cycle
 

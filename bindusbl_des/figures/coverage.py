@@ -17,6 +17,7 @@ from ..geometry.area import Area
 from ..geometry.coverage import covered_area, loneliest_point
 from ..geometry.formation import keep_station
 from ..geometry.geodesy import east_north
+from ..scenario.declared import channel_named
 from ..scenario.planned import NoStations, asv_stations, horizontal_reach
 from ..scenario.survey_area import area_of
 from .style import LARGEST_LEGEND, legend_below, new_figure, shortened
@@ -43,7 +44,7 @@ def coverage(result: "Result", width: float) -> Figure:
     With passive ranging pings are of ASVs: where nobody hears them tells nothing of the coverage.
     """
     unheard = None
-    if "pings" in result.arrow and not result.scenario.protocol.is_passive:
+    if "pings" in result.arrow and not result.scenario.protocol.asvs_ping:
         pings = result.tables["pings"]
         unheard = pings.loc[pings.in_range_of == 0, ["x_m", "y_m"]].to_numpy(float)
     return coverage_figure(result.scenario, width, unheard, _stations(result))
@@ -115,7 +116,7 @@ def coverage_figure(
 
 def _ring_told(scenario: "Scenario", covered: float) -> str:
     """Tell what the dashed circles are, and what of the survey they cover."""
-    if scenario.acoustics.hf.channel == "disc":
+    if channel_named(scenario.acoustics.hf.channel).ends_at_range:
         return f"HF range: {100 * covered:.1f} % of the survey"
     return f"HF range that the protocol plans with ({100 * covered:.1f} % of the survey)"
 

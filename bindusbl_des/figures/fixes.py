@@ -41,7 +41,7 @@ def fixes(result: "Result", width: float) -> Figure:
     sent = pings.groupby("auv").size()
     for name in names("AUV", result.scenario.auvs.count)[:LARGEST_LEGEND]:
         got = len(deliveries(result, name))
-        own = len(pings) if result.scenario.protocol.is_passive else sent.get(name, 0)
+        own = len(pings) if result.scenario.protocol.asvs_ping else sent.get(name, 0)
         label = f"{name}: {got} of {own} pings"
         handles.append(Line2D([], [], color=colour_of(name), label=label))
     legend_below(figure, handles)

@@ -12,7 +12,6 @@ from matplotlib.patches import Patch
 
 from ..core.palette import ALARM, HF, INK, MF
 from ..results.round_timeline import Span, broadcasts_of, downlink_slots, pings_sent, uplink_slots
-from ..scenario.families import is_random
 from .style import colour_of, fits, legend_below, names, new_figure, shortened
 
 if TYPE_CHECKING:
@@ -92,7 +91,7 @@ def _name_owners(axes: Axes, result: "Result", number: int) -> None:
     own, who = pings[pings["round"] == number], result.scenario.protocol.pinging
     for slot, span in enumerate(uplink_slots(result, number)):
         group = [str(name)[3:] for name in own[who][own.slot == slot]]
-        many = "pings" if is_random(result.scenario) else "AUVs"
+        many = "pings" if result.scenario.protocol.random_access else "AUVs"
         text = " ".join(group) if len(group) <= 4 else f"{len(group)} {many}"
         _name_owner(axes, span, 0, text)
     for frame in broadcasts_of(result, number).itertuples():

@@ -227,7 +227,7 @@ class Instruments:
             if sight is not None:
                 yield UsblReading(at_s, f"ASV{row.asv}", f"AUV{row.auv}", row.ping, sight)
             else:
-                self.is_unsighted = not self._mission.scenario.protocol.is_passive
+                self.is_unsighted = not self._mission.scenario.protocol.asvs_ping
 
     def _regular(self, at_s: float) -> Iterator[Reading]:
         """Yield what is measured at equal steps."""

@@ -25,15 +25,16 @@ from ..protocol.passive.network import OwnFixes, PassiveNetwork, take_turns
 from ..protocol.predicted_positions import PredictedPositions, prediction_of
 from ..protocol.ranging import ranging_of, strayed
 from ..protocol.replies import Replies, reply_delay_of
-from ..protocol.schedules.named import is_framed, schedule_named
+from ..protocol.schedules.named import schedule_named
 from ..protocol.schedules.polling import Answers
 from ..protocol.schedules.view import known_of
 from ..protocol.slots import slots_of
 from ..protocol.tdma import serve
 from ..records.rows import Levers, Recorder, Rows
 from ..scenario.channel_settings import burst_s
+from ..scenario.declared import ranging_named
 from ..scenario.failing import failures_of
-from ..scenario.families import is_random, ready_plugins
+from ..scenario.families import downlink_of, ready_plugins, schedule_of
 from ..scenario.instruments.own_sensors import told_of
 from ..scenario.scenario import Scenario, kept
 from ..scenario.telling import tells_slots
@@ -82,14 +83,14 @@ def build_world(
     if scenario.asvs.failures:
         asvs = replace(asvs, failures=failures_of(scenario))
     reckoning, navigator = equip_auvs(scenario, auvs, wrong, record)
-    make = _passive if scenario.protocol.is_passive else _network
+    make = _passive if scenario.protocol.asvs_ping else _network
     network = make(env, scenario, auvs, asvs, navigator, record, streams)
     if anchors is not None:
-        known = None if scenario.protocol.is_passive else record.fixes
+        known = None if scenario.protocol.asvs_ping else record.fixes
         env.process(anchors.keep_placing(env, known))
     if isinstance(network, PassiveNetwork):
         env.process(take_turns(network))
-    elif is_random(scenario):
+    elif scenario.protocol.random_access:
         access = access_of(scenario, streams, auvs, network.uplink.band, hf_channel(scenario))
         env.process(serve_at_random(network, access))
     else:
@@ -142,7 +143,7 @@ def _network(
         Measuring(
             instrument, streams, len(auvs), len(asvs), record, slow_errors(scenario, streams)
         ),
-        None if protocol.ranging == "owtt_sync" else strayed(scenario, auvs),
+        None if ranging_named(protocol.ranging).own_clocks else strayed(scenario, auvs),
         record,
         downlink.frames if protocol.deafens_asvs else None,
     )
@@ -151,10 +152,10 @@ def _network(
         message = slots.messages.packed(1)[0] if protocol.replies_in_frames else None
         delay = reply_delay_of(scenario)
         replies = Replies(env, outcomes, downlink, record, message, delay)
-    if protocol.schedule == "polling":
+    if schedule_of(scenario).calls:
         answers = Answers(env, outcomes, record, slots)
     schedule = schedule_named(protocol.schedule)
-    framed = is_framed(protocol.schedule)
+    framed = schedule_of(scenario).framed
     network = Network(
         env,
         slots,
@@ -192,7 +193,7 @@ def _network(
 def dissemination_of(scenario: Scenario, network: Network, streams: Streams) -> Dissemination:
     """Return who knows which slots, where AUVs have to be told."""
     protocol, count = scenario.protocol, scenario.auvs.count
-    ahead = 1 if protocol.downlink == "sequential" else 2
+    ahead = 1 if downlink_of(scenario).waits else 2
     return Dissemination(
         network.env,
         network.slots,

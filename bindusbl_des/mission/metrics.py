@@ -14,7 +14,7 @@ from ..records.metrics import AuvMetrics, Utilisation
 from ..records.rows import NONE, Recorder, Rows, row_type
 from ..records.worst import worst_of
 from ..results.schemas import never_null
-from ..scenario.families import UNEQUAL_SLOTS, is_random
+from ..scenario.families import ranging_of, schedule_of
 from ..scenario.sections.acoustics import Band
 from ..scenario.survey_area import area_of
 from ..scenario.water import sound_speed_of
@@ -49,12 +49,12 @@ def auv_metrics(world: World) -> Rows:
     times = instants(scenario.duration_s, scenario.record.metrics_hz, begin)
     metrics, errors = np.zeros(count, dtype=AUV_METRICS), np.empty(len(times))
     metrics["auv"] = np.arange(count)
-    look = heard_by_auvs if scenario.protocol.is_passive else heard_of_auvs
+    look = heard_by_auvs if scenario.protocol.asvs_ping else heard_of_auvs
     for name, its_own in (look(world.record, count, begin) | world.trajectories.metrics).items():
         metrics[name] = its_own
     fixes, judged_s = _since(world.record.fixes.rows, begin), scenario.duration_s - begin
     note_service(metrics, fixes, judged_s, _slot(world))
-    if scenario.protocol.is_passive:
+    if scenario.protocol.asvs_ping:
         metrics["latency_from_broadcast_s"] = math.nan
     for auv in range(count):
         note_accuracy(metrics, world, auv, times, errors)
@@ -96,8 +96,8 @@ def _slot(world: World) -> float:
     not begin with them.
     """
     protocol, slots = world.scenario.protocol, world.network.slots
-    regular = protocol.ranging == "owtt_sync" and protocol.schedule not in UNEQUAL_SLOTS
-    if regular and protocol.downlink != "direct_reply" and not is_random(world.scenario):
+    regular = ranging_of(world.scenario).own_clocks and not schedule_of(world.scenario).pace
+    if regular and not protocol.replies and not protocol.random_access:
         return slots.clock.after(0.0, slots.uplink_slot)
     return math.nan
 

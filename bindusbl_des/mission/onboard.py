@@ -8,7 +8,7 @@ from ..navigation.navigators import LinearNavigator, Navigator, OwnNavigator
 from ..navigation.smoother import Smoother
 from ..navigation.weighing import WEIGHED, Rule
 from ..records.rows import LEARNT, Recorder
-from ..scenario.families import NAVIGATOR
+from ..scenario.families import NAVIGATOR, navigator_of
 from ..scenario.part_settings import own_part
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
@@ -41,7 +41,7 @@ def equip_auvs(
     navigator = LinearNavigator(
         reckoning, _rule(scenario), growth, first, *steering, record.levers, record.receptions
     )
-    if navigation.filter != "smoother":
+    if not navigator_of(scenario).is_smoother:
         return reckoning, navigator
     lag = navigation.filter.settings.get("lag_s")
     return reckoning, Smoother(navigator, reckoning, growth, first, lag)
@@ -52,5 +52,5 @@ def _rule(scenario: Scenario) -> Rule:
     navigation = scenario.navigation
     if navigation.weighs:
         return Rule(WEIGHED, at_ping=True, gate=navigation.nis_gate or 0.0)
-    gain = navigation.fixed_gain.gain if navigation.filter == "fixed_gain" else 0.0
+    gain = navigation.fixed_gain.gain if navigator_of(scenario).has_gain else 0.0
     return Rule(gain, at_ping=navigation.fixed_gain.delay_compensation == "shift", gate=0.0)

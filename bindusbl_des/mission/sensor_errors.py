@@ -104,7 +104,7 @@ def misalignments(scenario: Scenario, streams: Streams) -> Array:
     """Return the constant error of the heading of each ASV (rad), (m,); with passive ranging of
     each AUV (n,), which carries the array and turns what it measures by its own compass.
     """
-    passive = scenario.protocol.is_passive
+    passive = scenario.protocol.asvs_ping
     turned = headings(scenario, streams) if passive else np.zeros(scenario.asvs.count)
     sd = math.radians(scenario.usbl.misalignment_sd_deg)
     if sd == 0.0:

@@ -120,7 +120,7 @@ def _common(scenario: Scenario) -> Further:
 
 def _is_aligned(scenario: Scenario) -> bool:
     """Tell whether AUVs carry arrays that may be turned, by as much as is estimated."""
-    return scenario.protocol.is_passive and any(
+    return scenario.protocol.asvs_ping and any(
         it.name == "misalignment" for it in told_of(scenario)
     )
 

@@ -6,8 +6,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scenario.declared import downlink_of, schedule_of
-from ..scenario.families import is_random
+from ..scenario.families import downlink_of, schedule_of
 from ..scenario.planned import horizontal_reach, known_route, known_stations
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of, lanes_heading
@@ -74,9 +73,9 @@ def _random(scenario: Scenario) -> dict[str, float]:
 
 def _protocol(scenario: Scenario) -> dict[str, float]:
     """Return how many rounds, pings, receptions and fixes there will be, and edges of graphs."""
-    if scenario.protocol.is_passive:
+    if scenario.protocol.asvs_ping:
         return _passive(scenario)
-    if is_random(scenario):
+    if scenario.protocol.random_access:
         return _random(scenario)
     auvs, asvs, rounds = scenario.auvs.count, scenario.asvs.count, rounds_of(scenario)
     heard = _heard(scenario)

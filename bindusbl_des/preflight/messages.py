@@ -10,8 +10,8 @@ from typing import Any
 from ..core.wording import plain
 from ..presets.modems import airtime_table
 from ..scenario.agreement.problem import Problem
-from ..scenario.declared import channel_named, downlink_of, schedule_of
-from ..scenario.families import is_random
+from ..scenario.declared import channel_named
+from ..scenario.families import downlink_of, schedule_of
 from ..scenario.files.curve_file import read_curve
 from ..scenario.planned import known_stations
 from ..scenario.scenario import Scenario
@@ -100,7 +100,7 @@ def messages(scenario: Scenario) -> Iterator[Problem]:
     mf, count = scenario.acoustics.mf, scenario.auvs.count
     if mf.overfull != "oldest_first" or (mf.payload_bytes is None and mf.airtimes is None):
         return
-    if scenario.protocol.is_passive or scenario.protocol.replies:
+    if scenario.protocol.asvs_ping or scenario.protocol.replies:
         return
     from .round_lengths import rounds_of
 
@@ -133,7 +133,7 @@ def last_slots(scenario: Scenario) -> Iterator[Problem]:
 
 def backlog(scenario: Scenario) -> Iterator[Problem]:
     """Yield that AUVs that ping as they like bring more fixes than the downlink carries."""
-    if not is_random(scenario) or scenario.protocol.replies:
+    if not scenario.protocol.random_access or scenario.protocol.replies:
         return
     from .counts import heard_share  # brings the whole protocol, which others do not need
     from .round_lengths import carried_per_s, offered

@@ -10,11 +10,9 @@ from ..protocol.access.aloha import aloha_success, offered_load, slot_share, slo
 from ..protocol.access.serving import backoff_slot_s, sensing_of
 from ..protocol.cycles import STAND_IN, cycle
 from ..protocol.slots import Slots, slots_of
-from ..scenario.declared import DOWNLINKS, Downlink, Schedule, broadcaster_of, schedule_of
-from ..scenario.families import SCHEDULE, is_random
-from ..scenario.part_settings import settings_of
+from ..scenario.declared import DOWNLINKS, Downlink, Schedule
+from ..scenario.families import broadcaster_of, schedule_of, schedule_settings
 from ..scenario.scenario import Scenario
-from ..scenario.shipped_settings import Polling, SuperTdma, WorstFirst
 from ..scenario.telling import tells_slots
 
 
@@ -91,9 +89,9 @@ def rounds_of(scenario: Scenario) -> Rounds:
     """Return the rounds of a scenario's protocol; a plug-in not loaded yet has no frames."""
     protocol, count, asvs = scenario.protocol, scenario.auvs.count, scenario.asvs.count
     slots = slots_of(scenario)
-    if protocol.is_passive:
+    if protocol.asvs_ping:
         return Rounds(slots, None, asvs, asvs, count, 0.0)
-    if is_random(scenario):
+    if scenario.protocol.random_access:
         policy = protocol.downlink if protocol.replies else STAND_IN
         return Rounds(slots, policy, 0, 0, count, 0.0)
     named = count if tells_slots(scenario) else 0
@@ -105,16 +103,12 @@ def rounds_of(scenario: Scenario) -> Rounds:
     if declared.framed:
         told = replace(rounds, named=min(named, 1))
         return replace(told, fewest=1, most=1, auvs=1, frame=protocol.frame_s)
-    schedule = (
-        settings_of(SCHEDULE, protocol.schedule) if protocol.schedule in SCHEDULE.settings else None
-    )
-    if isinstance(schedule, WorstFirst):
-        most = min(count, schedule.slots)
+    settings = schedule_settings(scenario)
+    if settings.most_groups is not None:
+        most = min(count, settings.most_groups)
         turns = min(count, most * asvs)
         return replace(rounds, fewest=1, most=most, auvs=turns, named=min(named, turns))
-    fewest = count if declared.groups == "each" else 1
-    if isinstance(schedule, Polling) and schedule.side_by_side:
-        fewest = 1
+    fewest = count if declared.groups == "each" and not settings.shares_calls else 1
     pace = pace_of(scenario, slots)
     return replace(rounds, fewest=fewest, pace=pace)
 
@@ -126,15 +120,14 @@ def pace_of(scenario: Scenario, slots: Slots) -> tuple[Slots, Slots] | None:
     arrivals follow each other, the first after the longest way at most; AUVs are taken to be where
     they are believed.
     """
-    schedule, ping = scenario.protocol.schedule, slots.ping_duration
+    ping = slots.ping_duration
     pace = schedule_of(scenario).pace
     if pace == "answered":
         way = min(map(scenario.survey.depth, range(scenario.auvs.count))) / slots.sound_speed
         answered = 2.0 * (ping + way) + scenario.protocol.turnaround_s + slots.answer
         return replace(slots, uplink_slot=min(answered, slots.uplink_slot)), slots
-    settings = settings_of(SCHEDULE, schedule) if pace == "packed" else None
-    if isinstance(settings, SuperTdma):
-        lasts = ping + settings.clear_s + slots.answer
+    if pace == "packed":
+        lasts = ping + schedule_settings(scenario).pause_s + slots.answer
         first = slots.longest_travel_time / scenario.auvs.count
         return replace(slots, uplink_slot=lasts), replace(slots, uplink_slot=lasts + first)
     return None

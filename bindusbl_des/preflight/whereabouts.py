@@ -88,7 +88,7 @@ def anchors(scenario: Scenario) -> Iterator[Problem]:
     asked, auvs = scenario.asvs.formation, scenario.auvs
     if not isinstance(asked, Placed):
         return
-    if scenario.protocol.is_passive:
+    if scenario.protocol.asvs_ping:
         yield Problem(
             "asvs.formation.model",
             f"{asked.MODEL} goes by what is planned alone: with passive ranging AUVs fix "

@@ -10,15 +10,15 @@ from collections.abc import Iterator
 
 from ..scenario.agreement.problem import Problem
 from ..scenario.channel_settings import Sound
-from ..scenario.declared import schedule_of
+from ..scenario.declared import channel_named, instrument_named
 from ..scenario.failing import alive
-from ..scenario.families import CHANNEL
+from ..scenario.families import CHANNEL, schedule_of
 from ..scenario.instruments.own_sensors import MOST_TOLD, kinds
 from ..scenario.key_types import Renamed
 from ..scenario.part_settings import settings_of
 from ..scenario.scenario import Scenario
 from ..scenario.sections.array import spacing_m
-from .idle.keys import WITH_SNR, bursts, cast, idle_keys, levels, sheet, sonar
+from .idle.keys import bursts, cast, idle_keys, levels, sheet, sonar
 from .messages import answers, backlog, believed, deliveries, guards, last_slots, messages, modems
 from .whereabouts import anchors, bays, formation, routes, shapes, tracks
 
@@ -111,7 +111,8 @@ def _former_words(scenario: Scenario) -> Iterator[Problem]:
 def _lobes(scenario: Scenario) -> Iterator[Problem]:
     """Yield elements so far apart that their phases alone do not tell a direction."""
     array, channel = scenario.usbl.array, scenario.acoustics.hf.channel
-    if isinstance(array, str) or channel not in WITH_SNR or scenario.usbl.model != "array":
+    times_arrivals = instrument_named(scenario.usbl.model).times_arrivals
+    if isinstance(array, str) or not channel_named(channel).has_levels or not times_arrivals:
         return
     sound = settings_of(CHANNEL, channel)
     assert isinstance(sound, Sound)  # of these channels alone
@@ -149,7 +150,7 @@ def _told(scenario: Scenario) -> Iterator[Problem]:
 
 def _frames(scenario: Scenario) -> Iterator[Problem]:
     protocol = scenario.protocol
-    if not schedule_of(scenario).framed or protocol.is_passive:
+    if not schedule_of(scenario).framed or protocol.asvs_ping:
         return
     from .round_lengths import rounds_of  # brings the whole protocol, which others do not need
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..navigation.weighing import SURE
-from ..scenario.declared import navigator_of
+from ..scenario.families import navigator_of
 from .page import filled, number, table
 from .recording import Floats, Recording
 

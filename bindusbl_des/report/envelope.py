@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scenario.declared import navigator_of
+from ..scenario.families import navigator_of
 from ..scenario.instruments.own_sensors import own_sensors
 
 if TYPE_CHECKING:

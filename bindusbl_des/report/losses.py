@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from ..core.wording import counted
 from ..scenario.declared import channel_named
-from ..scenario.families import is_random
 from .recording import COLLIDED, DELIVERED, LOST, OUT_OF_MF, Metrics, Recording, works
 
 Floats = NDArray[np.float64]
@@ -44,7 +43,7 @@ def _losses(mission: Recording) -> list[str]:
     heard_of = int(np.sum(mission.pings["in_range_of"] > 0))
     if not heard_of or lost < 0.02 * heard_of:
         return []
-    loss, passive = mission.scenario.acoustics.loss, mission.scenario.protocol.is_passive
+    loss, passive = mission.scenario.acoustics.loss, mission.scenario.protocol.asvs_ping
     contention = ""
     if passive:
         share = 100 * lost / heard_of
@@ -73,11 +72,11 @@ def _collisions(mission: Recording) -> list[str]:
     if not hf:
         return []
     met = f"<b>Collisions:</b> {counted(hf, 'reception')} on HF met another"
-    if mission.scenario.protocol.is_passive:
+    if mission.scenario.protocol.asvs_ping:
         return [f"{met} at an AUV."]
     collided = int(np.sum(mission.fate == COLLIDED))
     why = f"under the schedule {escape(schedule)}"
-    if is_random(mission.scenario):
+    if mission.scenario.protocol.random_access:
         why = f"AUVs ping as they like ({escape(schedule)})"
     return [
         f"{met}, {why}; for that no ASV decoded {collided} of {counted(len(mission.fate), 'ping')}."

@@ -20,7 +20,7 @@ from ..preflight.limits.sights import MOST_PAIRS, Sights, each, groups_of, insta
 from ..preflight.round_lengths import rounds_of
 from ..protocol.bounds import reuse_bound
 from ..protocol.slots import slots_of
-from ..scenario.declared import navigator_of, schedule_of
+from ..scenario.families import navigator_of, schedule_of
 from .page import Packer, number
 from .recording import TRUTH, Recording, Whole
 
@@ -143,7 +143,7 @@ def _round(mission: Recording) -> float:
     """Return the mean time (s) from one turn of an AUV to its next; passive: from ping to ping."""
     starts, duration = mission.rounds["started_at_s"], mission.scenario.duration_s
     length = float(np.diff(starts).mean()) if len(starts) > 1 else duration
-    return length / mission.scenario.asvs.count if mission.scenario.protocol.is_passive else length
+    return length / mission.scenario.asvs.count if mission.scenario.protocol.asvs_ping else length
 
 
 # Of a long mission so many rounds, and fixes, are looked at.
@@ -249,7 +249,7 @@ def _slots(mission: Recording) -> Iterator[Reached]:
     rounds, protocol = mission.rounds, mission.scenario.protocol
     schedule = schedule_of(mission.scenario)
     if (
-        protocol.is_passive
+        protocol.asvs_ping
         or schedule.framed
         or not schedule.has_exact_groups
         or protocol.positions != "truth"
@@ -306,7 +306,7 @@ def _latency(mission: Recording, limits: Limits) -> Reached:
     """Return how late fixes were, and could have been by the ASVs nearest at ping and delivery."""
     fixes, scenario = mission.fixes, mission.scenario
     meaning = "up to the nearest ASV, a frame of one fix, and back"
-    if scenario.protocol.is_passive:
+    if scenario.protocol.asvs_ping:
         meaning = "a ping, and its way from the nearest ASV"
     elif limits.records_hz is None:
         meaning = "up to the nearest ASV, and back"

@@ -114,7 +114,7 @@ def recording(result: "Result") -> Recording:
     fixes, times = _events(result, "fixes"), track("time_s")[0]
     truth = {name: track(name) for name in TRUTH}
     of, depth = fixes["ping"], pings["z_m"]
-    if scenario.protocol.is_passive:
+    if scenario.protocol.asvs_ping:
         of, pings, receptions = chances(scenario.auvs.count, fixes, pings, receptions)
         depth = depth_at(times, truth["z_m"], receptions)
     return Recording(

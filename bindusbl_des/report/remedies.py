@@ -23,7 +23,8 @@ from ..results.effects import (
     Foreseen,
     interval,
 )
-from ..scenario.declared import broadcaster_of, channel_named, schedule_of
+from ..scenario.declared import channel_named
+from ..scenario.families import broadcaster_of, schedule_of
 from .losses import broadcast_distances
 from .recording import COLLIDED, LOST, OUT_OF_HF, OUT_OF_MF, Recording
 

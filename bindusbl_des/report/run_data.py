@@ -53,7 +53,7 @@ def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer
         "fields": fields(mission, packer),
         "soundSpeed": sound_speed_of(scenario),
         "pingLength": acoustics.hf.ping_s,
-        "passive": scenario.protocol.is_passive,
+        "asvsPing": scenario.protocol.asvs_ping,
         "calls": _calls_are_told(mission),
         "round": float(np.median(np.diff(mission.rounds["started_at_s"])))
         if len(mission.rounds["round"]) > 1
@@ -187,7 +187,7 @@ def _pings(mission: Recording, kept: NDArray[np.bool_], packer: Packer) -> dict[
         "x": packer.add(pings["x_m"][kept], quantum=CENTIMETRE),
         "y": packer.add(pings["y_m"][kept], quantum=CENTIMETRE),
         "fate": packer.add(mission.fate[kept]),
-        **({"asv": packer.add(pings["asv"][kept])} if mission.scenario.protocol.is_passive else {}),
+        **({"asv": packer.add(pings["asv"][kept])} if mission.scenario.protocol.asvs_ping else {}),
         **(_calls(pings, kept, packer) if _calls_are_told(mission) else {}),
     }
 

@@ -151,7 +151,7 @@ def described(result: "Result") -> str:
     auvs, asvs, area = scenario.auvs, scenario.asvs, area_of(scenario)
     over = f"{area.side:g} m by {area.side:g} m" if area.side else area.told
     parts = f"{protocol.schedule}, {protocol.downlink} downlink, {protocol.ranging} ranging"
-    if protocol.is_passive:
+    if protocol.asvs_ping:
         parts = "passive ranging"
     elif protocol.calls:
         parts += " (an AUV pings when an ASV calls it)"

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from ..core.spreads import wandering_rms
 from ..core.wording import significant
 from ..preflight.round_lengths import rounds_of
-from ..scenario.families import is_random
 from ..scenario.instruments.own_sensors import straight_drift_rms
 from .recording import FATES, Recording
 
@@ -90,7 +89,7 @@ def patience(mission: Recording) -> Patience:
     """Return after how long without a fix an AUV counts as starved."""
     starts, duration = mission.rounds["started_at_s"], mission.scenario.duration_s
     scenario, turns = mission.scenario, "rounds"
-    if is_random(scenario):  # whose rounds begin as MF is free, whoever pings
+    if scenario.protocol.random_access:  # whose rounds begin as MF is free, whoever pings
         length, turns = scenario.protocol.frame_s, "times the mean interval of its pings"
     elif len(starts) > 1:
         length = float(np.median(np.diff(starts)))

@@ -152,7 +152,7 @@ def _starvation(mission: Recording, auv: Service) -> tuple[str, ...]:
 
 def _why(mission: Recording, auv: Service) -> str:
     fates = {name: n for name, n in auv.fates.items() if n}
-    passive = mission.scenario.protocol.is_passive
+    passive = mission.scenario.protocol.asvs_ping
     sent, late = sum(fates.values()), fates.pop("delivered", 0)
     if not sent:
         why = "no ASV pinged" if passive else "it sent no ping"

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.plugins import is_plugin
 from ..protocol.slots import slots_of
-from ..scenario.families import UNEQUAL_SLOTS, is_random
+from ..scenario.families import broadcaster_of, downlink_of, schedule_of
 
 if TYPE_CHECKING:
     from ..scenario.scenario import Scenario
@@ -35,7 +35,7 @@ def uplink_slots(result: "Result", number: int) -> list[Span]:
     """
     rounds = result.tables["rounds"]
     row: Any = rounds[rounds["round"] == number].iloc[0]
-    if is_random(result.scenario):
+    if result.scenario.protocol.random_access:
         return [_cycle(result, row)]
     slots, starts = slots_of(result.scenario), _first_pings(result, number)
     length = slots.uplink_slot
@@ -65,8 +65,8 @@ def _cycle(result: "Result", row: Any) -> Span:
 def _are_unequal(scenario: "Scenario") -> bool:
     """Tell whether slots may have other lengths than T_UL, and follow each other without pause."""
     protocol = scenario.protocol
-    follow = protocol.downlink in ("sequential", "pipelined_round", "direct_reply")
-    return protocol.schedule in UNEQUAL_SLOTS or (is_plugin(protocol.schedule) and follow)
+    follow = not (is_plugin(protocol.downlink) or downlink_of(scenario).by_group)
+    return schedule_of(scenario).pace != "" or (is_plugin(protocol.schedule) and follow)
 
 
 def _first_pings(result: "Result", number: int) -> dict[int, float]:
@@ -99,7 +99,7 @@ def downlink_slots(result: "Result", number: int) -> list[Span]:
         begins=("sent_at_s", "min"), fixes=("fixes", "sum"), named=("named", "sum")
     )
     protocol = result.scenario.protocol
-    shares = protocol.broadcaster == "parallel" or protocol.replies
+    shares = broadcaster_of(result.scenario).at_once or protocol.replies
     lasts = slots.frame_slot if shares else slots.downlink_slot
     longest: dict[float, float] = {}
     for it in sent.sort_values("begins").itertuples():

@@ -1,7 +1,5 @@
 """The settings of the channels that ship."""
 
-from collections.abc import Iterator
-from importlib.util import find_spec
 from typing import Literal
 
 from pydantic import model_validator
@@ -198,25 +196,3 @@ def burst_s(channel: PartChoice) -> float | None:
     """
     given: float | None = channel.settings.get("burst_s")
     return given
-
-
-def table_mistakes(channel: PartChoice, deepest_m: float) -> Iterator[tuple[str, str]]:
-    """Yield what keeps rays from being traced, or pings from having echoes, for a survey as deep
-    (m), each with its setting.
-    """
-    traced = channel == "table" and channel.settings.get("rays") is None
-    if not traced and channel != "sonar":
-        return
-    usual = Table.model_fields["bottom_m"].default if traced else None
-    bottom = channel.settings.get("bottom_m", usual)
-    if isinstance(bottom, int | float) and bottom <= deepest_m:
-        yield (
-            "bottom_m",
-            f"the sea, {bottom:g} m deep, ends above the survey at {deepest_m:g} m; give its depth",
-        )
-    if traced and find_spec("pelagic") is None:
-        yield (
-            "rays",
-            "rays are traced by the package pelagic (pip install 'bindusbl-des[bellhop]'); or give "
-            "a table of them",
-        )

@@ -3,20 +3,42 @@
 Who needs to know something about a part asks its record; its name is tested nowhere else.  A part
 of one's own declares the same by attributes of these names, each of which has a default.
 
-To add a part: its line here and in :mod:`.families`, and the module in which it works.
+The tables are the registry: what they list can be named in a scenario, in this order.  To add a
+part: its line here, and the module in which it works.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Literal, TypeVar
 
-from ..core.plugins import Family, asked, loaded
-from .families import BROADCASTER, CHANNEL, DOWNLINK, NAVIGATOR, RANGING, SCHEDULE
-from .scenario_keys import ScenarioKeys
+from ..core.plugins import asked, loaded
+from .instruments.datasheet import Datasheet
+from .part_settings import Settings
+from .shipped_settings import (
+    Broadcast,
+    CarrierSense,
+    DirectReply,
+    Fixed,
+    FixedGain,
+    Kalman,
+    Polling,
+    ScheduleSettings,
+    Smoothing,
+    SuperTdma,
+    TwoWay,
+    WorstFirst,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """What a part of any family declares: the model of its `settings`."""
+
+    settings: type[Settings] = Settings
 
 
 @dataclass(frozen=True)
-class Schedule:
+class Schedule(Part):
     """Who pings when.
 
     How the ping groups of a round come about (`groups`): a round is one AUV's (`frame`), each AUV
@@ -30,9 +52,11 @@ class Schedule:
     another in each round.  What a prediction leaves out of it is its `approximation`: then `groups`
     are what it is taken for.  How long slots are that are not all T_UL, its `pace` says: until a
     called AUV has `answered`, or until the next of the `packed` arrivals.  By what `explain` tells
-    whose turn it is, beside the slot: `turn_by`.
+    whose turn it is, beside the slot: `turn_by`.  If it `chooses`, some AUVs have no turn in a
+    round.  A plan proposes it where its scenario has another, if it `is_proposed`.
     """
 
+    settings: type[Settings] = ScheduleSettings
     framed: bool = False
     groups: Literal["frame", "each", "first_fit", "saturation", ""] = ""
     turn: Literal["each", "rotation", "lot"] = "each"
@@ -42,6 +66,18 @@ class Schedule:
     approximation: str = ""
     pace: Literal["", "answered", "packed"] = ""
     turn_by: Literal["", "expected_error", "calls", "arrivals"] = ""
+    chooses: bool = False
+    is_proposed: bool = False
+
+    @property
+    def calls(self) -> bool:
+        """Whether ASVs call the AUVs."""
+        return self.pace == "answered"
+
+    @property
+    def names_all(self) -> bool:
+        """Whether each AUV has a turn in every round."""
+        return not self.framed and not self.chooses
 
     @property
     def random_access(self) -> bool:
@@ -65,7 +101,7 @@ class Schedule:
 
 
 @dataclass(frozen=True)
-class Downlink:
+class Downlink(Part):
     """When fixes travel, and what the next round waits for.
 
     Each ping is answered by itself (`replies`), or fixes are broadcast: after each group of a round
@@ -82,7 +118,7 @@ class Downlink:
 
 
 @dataclass(frozen=True)
-class Broadcaster:
+class Broadcaster(Part):
     """Which ASV broadcasts.
 
     The next one (`turn`), one drawn by `lot`, always `one`, that which has measured the most fixes
@@ -100,52 +136,80 @@ class Broadcaster:
 
 
 @dataclass(frozen=True)
-class Ranging:
+class Ranging(Part):
     """How a range is measured: ASVs ping and AUVs fix themselves (`asvs_ping`), or AUVs ping, at
-    their own clocks or in answer to a call (`calls`), whose both ways are measured.
+    their `own_clocks`, which need no slot, or in answer to a call (`calls`), whose both ways are
+    measured.
     """
 
     asvs_ping: bool = False
     calls: bool = False
+    own_clocks: bool = False
 
 
 @dataclass(frozen=True)
-class Channel:
+class Knowledge(Part):
+    """Who knows the slots of a round: everybody at once, or AUVs that frames name (`by_frames`)."""
+
+    by_frames: bool = False
+
+
+@dataclass(frozen=True)
+class Instrument(Part):
+    """What is made of a ping: it `times_arrivals` at the elements of an array, or errs as a data
+    sheet has it (`is_stated`).
+    """
+
+    times_arrivals: bool = False
+    is_stated: bool = False
+
+
+@dataclass(frozen=True)
+class Channel(Part):
     """What becomes of sound: if it `ends_at_range` nothing is heard beyond; with a channel that
     `has_levels` one knows how loud it is.  Within its range it may lose pings, and frames unless it
-    `keeps_frames`.
+    `keeps_frames`.  Pings may have echoes (`has_echoes`), or rays are traced (`traces_rays`), where
+    the bottom is given; what was measured has a `reach_of_its_own`.
     """
 
     ends_at_range: bool = False
     has_levels: bool = False
     keeps_frames: bool = False
+    has_echoes: bool = False
+    traces_rays: bool = False
+    reach_of_its_own: bool = False
 
 
 @dataclass(frozen=True)
-class Navigator:
+class Navigator(Part):
     """What an AUV makes of a fix: nothing (`ignores_fixes`), a fixed share of it (`has_gain`), or
-    as much as it is worth; `is_smoother` if it revises what was before.
+    as much as it is worth by its covariance (`weighs`); `is_smoother` if it revises what was
+    before.
     """
 
+    weighs: bool = False
     ignores_fixes: bool = False
     has_gain: bool = False
     is_smoother: bool = False
 
 
 SCHEDULES: Mapping[str, Schedule] = {
-    "spatial_reuse": Schedule(groups="first_fit", is_proved=True),
+    "spatial_reuse": Schedule(groups="first_fit", is_proved=True, is_proposed=True),
     "dsatur": Schedule(groups="saturation", is_proved=True),
-    "one_per_slot": Schedule(groups="each", is_proved=True),
+    "one_per_slot": Schedule(groups="each", is_proved=True, is_proposed=True),
     "round_robin": Schedule(framed=True, groups="frame", turn="rotation", is_proved=True),
     "random": Schedule(framed=True, groups="frame", turn="lot", is_proved=True),
     "worst_first": Schedule(
+        settings=WorstFirst,
         groups="first_fit",
         is_proved=True,
         renumbers=True,
+        chooses=True,
         approximation="is taken for spatial_reuse: each AUV has a turn in every round.",
         turn_by="expected_error",
     ),
     "polling": Schedule(
+        settings=Polling,
         groups="each",
         approximation=(
             "is taken for one_per_slot, AUVs answering from two thirds of the HF range."
@@ -154,6 +218,7 @@ SCHEDULES: Mapping[str, Schedule] = {
         turn_by="calls",
     ),
     "super_tdma": Schedule(
+        settings=SuperTdma,
         groups="first_fit",
         renumbers=True,
         approximation="is taken for spatial_reuse with slots of T_P + clear_s.",
@@ -162,7 +227,7 @@ SCHEDULES: Mapping[str, Schedule] = {
     ),
     "aloha": Schedule(access="poisson"),
     "slotted_aloha": Schedule(access="slotted"),
-    "csma": Schedule(access="sensing"),
+    "csma": Schedule(settings=CarrierSense, access="sensing"),
 }
 DOWNLINKS: Mapping[str, Downlink] = {
     "sequential": Downlink(
@@ -178,38 +243,48 @@ DOWNLINKS: Mapping[str, Downlink] = {
         by_group=True,
         in_words="the fixes of a ping group are broadcast while the next group pings.",
     ),
-    "direct_reply": Downlink(replies=True, in_words="a round is its uplink slots."),
+    "direct_reply": Downlink(
+        settings=DirectReply, replies=True, in_words="a round is its uplink slots."
+    ),
 }
 BROADCASTERS: Mapping[str, Broadcaster] = {
     "rotate": Broadcaster("turn"),
     "random": Broadcaster("lot"),
     "most_fixes": Broadcaster("hearing"),
     "nearest": Broadcaster("distance"),
-    "fixed": Broadcaster("one"),
+    "fixed": Broadcaster("one", settings=Fixed),
     "parallel": Broadcaster("distance", at_once=True),
 }
 RANGINGS: Mapping[str, Ranging] = {
-    "owtt_sync": Ranging(),
-    "twtt": Ranging(calls=True),
+    "owtt_sync": Ranging(own_clocks=True),
+    "twtt": Ranging(settings=TwoWay, calls=True),
     "passive": Ranging(asvs_ping=True),
+}
+KNOWLEDGES: Mapping[str, Knowledge] = {
+    "shared": Knowledge(),
+    "broadcast": Knowledge(settings=Broadcast, by_frames=True),
+}
+INSTRUMENTS: Mapping[str, Instrument] = {
+    "array": Instrument(times_arrivals=True),
+    "datasheet": Instrument(settings=Datasheet, is_stated=True),
 }
 CHANNELS: Mapping[str, Channel] = {
     "disc": Channel(ends_at_range=True, keeps_frames=True),
-    "curve": Channel(),
-    "sonar": Channel(has_levels=True),
-    "table": Channel(has_levels=True),
+    "curve": Channel(reach_of_its_own=True),
+    "sonar": Channel(has_levels=True, has_echoes=True),
+    "table": Channel(has_levels=True, traces_rays=True),
 }
 NAVIGATORS: Mapping[str, Navigator] = {
-    "fixed_gain": Navigator(has_gain=True),
-    "kalman": Navigator(),
-    "smoother": Navigator(is_smoother=True),
+    "fixed_gain": Navigator(settings=FixedGain, has_gain=True),
+    "kalman": Navigator(settings=Kalman, weighs=True),
+    "smoother": Navigator(settings=Smoothing, weighs=True, is_smoother=True),
     "dead_reckoning": Navigator(ignores_fixes=True),
 }
 
-Record = TypeVar("Record", Schedule, Downlink, Broadcaster, Ranging, Channel, Navigator)
+Record = TypeVar("Record", bound=Part)
 
 
-def _declared(family: Family, table: Mapping[str, Record], default: Record, name: str) -> Record:
+def _declared(key: str, table: Mapping[str, Record], default: Record, name: str) -> Record:
     """Return the record of a part; of one's own from its attributes, if it is loaded."""
     if name in table:
         return table[name]
@@ -218,37 +293,47 @@ def _declared(family: Family, table: Mapping[str, Record], default: Record, name
         return default
 
     def given() -> Record:
-        names = [it.name for it in fields(default) if hasattr(own, it.name)]
-        return replace(default, **{name: getattr(own, name) for name in names})
+        names = [it.name for it in fields(default) if it.name != "settings"]
+        return replace(default, **{it: getattr(own, it) for it in names if hasattr(own, it)})
 
-    return asked(family.key, name, given, when=" as it was asked what it declares")
-
-
-def schedule_of(scenario: ScenarioKeys) -> Schedule:
-    """Return what the schedule of a scenario declares."""
-    return _declared(SCHEDULE, SCHEDULES, Schedule(), str(scenario.protocol.schedule))
+    return asked(key, name, given, when=" as it was asked what it declares")
 
 
-def downlink_of(scenario: ScenarioKeys) -> Downlink:
-    """Return what the downlink of a scenario declares."""
-    return _declared(DOWNLINK, DOWNLINKS, Downlink(), str(scenario.protocol.downlink))
+def schedule_named(name: str) -> Schedule:
+    """Return what a schedule declares."""
+    return _declared("protocol.schedule", SCHEDULES, Schedule(), name)
 
 
-def broadcaster_of(scenario: ScenarioKeys) -> Broadcaster:
-    """Return what the broadcaster of a scenario declares."""
-    return _declared(BROADCASTER, BROADCASTERS, Broadcaster(), str(scenario.protocol.broadcaster))
+def downlink_named(name: str) -> Downlink:
+    """Return what a downlink declares."""
+    return _declared("protocol.downlink", DOWNLINKS, Downlink(), name)
 
 
-def ranging_of(scenario: ScenarioKeys) -> Ranging:
-    """Return what the ranging of a scenario declares."""
-    return _declared(RANGING, RANGINGS, Ranging(), str(scenario.protocol.ranging))
+def broadcaster_named(name: str) -> Broadcaster:
+    """Return what a broadcaster declares."""
+    return _declared("protocol.broadcaster", BROADCASTERS, Broadcaster(), name)
+
+
+def ranging_named(name: str) -> Ranging:
+    """Return what a ranging declares."""
+    return _declared("protocol.ranging", RANGINGS, Ranging(), name)
+
+
+def knowledge_named(name: str) -> Knowledge:
+    """Return what a way of knowing the schedule declares."""
+    return _declared("protocol.knowledge", KNOWLEDGES, Knowledge(), name)
 
 
 def channel_named(name: str) -> Channel:
     """Return what a channel declares, of either band."""
-    return _declared(CHANNEL, CHANNELS, Channel(), str(name))
+    return _declared("acoustics.hf.channel", CHANNELS, Channel(), name)
 
 
-def navigator_of(scenario: ScenarioKeys) -> Navigator:
-    """Return what the navigator of a scenario declares."""
-    return _declared(NAVIGATOR, NAVIGATORS, Navigator(), str(scenario.navigation.filter))
+def instrument_named(name: str) -> Instrument:
+    """Return what an instrument declares."""
+    return _declared("usbl.model", INSTRUMENTS, Instrument(), name)
+
+
+def navigator_named(name: str) -> Navigator:
+    """Return what a navigator declares."""
+    return _declared("navigation.filter", NAVIGATORS, Navigator(), name)

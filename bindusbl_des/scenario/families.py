@@ -9,89 +9,62 @@ from operator import attrgetter
 from typing import Any
 
 from ..core.plugins import Family, PluginError, allow, is_plugin
+from . import declared
 from .channel_settings import Curve, Disc, Lossy, PingSonar, PingTable, Sonar, Table
-from .instruments.datasheet import Datasheet
+from .declared import Broadcaster, Downlink, Navigator, Part, Ranging, Schedule
 from .part_choice import PartChoice
-from .part_settings import own_mistakes, own_part
+from .part_settings import Settings, own_mistakes, own_part
 from .scenario_keys import ScenarioKeys
 from .sections.vehicle_choice import AsvVehicle, AuvVehicle
-from .shipped_settings import (
-    Broadcast,
-    CarrierSense,
-    DirectReply,
-    Fixed,
-    FixedGain,
-    Kalman,
-    Kinematic,
-    Polling,
-    Smoothing,
-    SuperTdma,
-    TwoWay,
-    WorstFirst,
-)
+from .shipped_settings import Kinematic, ScheduleSettings
 
-# AUVs ping as they like, in no slots that the fleet gives them.
-RANDOM_ACCESS = ("aloha", "slotted_aloha", "csma")
-# Each frame belongs to one AUV.
-FRAMED_SCHEDULES = ("round_robin", "random")
-# Slots are not all of the uplink slot T_UL.
-UNEQUAL_SLOTS = ("polling", "super_tdma")
-SCHEDULES = (
-    *("spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random"),
-    *("worst_first", *UNEQUAL_SLOTS),
-    *RANDOM_ACCESS,
-)
-DOWNLINKS = ("sequential", "pipelined_round", "pipelined_group", "direct_reply")
-BROADCASTERS = ("rotate", "random", "most_fixes", "nearest", "fixed", "parallel")
-FILTERS = ("fixed_gain", "kalman", "smoother", "dead_reckoning")
-INSTRUMENTS = ("array", "datasheet")
 PLACEMENTS = ("ring", "positions", "follow", "assign", "zigzag", "track")
 ROUTES = ("lawnmower", "hold", "waypoints", "track")
-CHANNELS = ("disc", "curve", "sonar", "table")
-RANGINGS = ("owtt_sync", "twtt", "passive")
-KNOWLEDGES = ("shared", "broadcast")
+
+
+def _of(table: Mapping[str, Part]) -> dict[str, type[Settings]]:
+    """Return the models of the settings of those parts that have any."""
+    return {name: it.settings for name, it in table.items() if it.settings.model_fields}
 
 
 SCHEDULE = Family(
-    *("protocol.schedule", "schedule", SCHEDULES, ("view",)),
-    settings={
-        "worst_first": WorstFirst,
-        "polling": Polling,
-        "super_tdma": SuperTdma,
-        "csma": CarrierSense,
-    },
+    *("protocol.schedule", "schedule", tuple(declared.SCHEDULES), ("view",)),
+    settings=_of(declared.SCHEDULES),
 )
 DOWNLINK = Family(
-    *("protocol.downlink", "downlink", DOWNLINKS, ("network", "turn", "time")),
-    settings={"direct_reply": DirectReply},
+    *("protocol.downlink", "downlink", tuple(declared.DOWNLINKS), ("network", "turn", "time")),
+    settings=_of(declared.DOWNLINKS),
 )
 BROADCASTER = Family(
-    "protocol.broadcaster", "broadcaster", BROADCASTERS, ("view",), settings={"fixed": Fixed}
+    *("protocol.broadcaster", "broadcaster", tuple(declared.BROADCASTERS), ("view",)),
+    settings=_of(declared.BROADCASTERS),
 )
 RANGING = Family(
-    "protocol.ranging", "ranging", RANGINGS, ("slot", "time"), settings={"twtt": TwoWay}
+    *("protocol.ranging", "ranging", tuple(declared.RANGINGS), ("slot", "time")),
+    settings=_of(declared.RANGINGS),
 )
 KNOWLEDGE = Family(
-    *("protocol.knowledge", "knowledge", KNOWLEDGES, ()),
-    settings={"broadcast": Broadcast},
+    *("protocol.knowledge", "knowledge", tuple(declared.KNOWLEDGES), ()),
+    settings=_of(declared.KNOWLEDGES),
     is_open=False,
 )
 CHANNEL = Family(
-    *("acoustics.hf.channel", "channel", CHANNELS, ("signals",)),
+    *("acoustics.hf.channel", "channel", tuple(declared.CHANNELS), ("signals",)),
     settings={"disc": Disc, "curve": Curve, "sonar": PingSonar, "table": PingTable},
     common=Lossy,
 )
 MF_CHANNEL = Family(
-    *("acoustics.mf.channel", "mf_channel", CHANNELS, ("signals",)),
+    *("acoustics.mf.channel", "mf_channel", tuple(declared.CHANNELS), ("signals",)),
     settings={"disc": Disc, "curve": Curve, "sonar": Sonar, "table": Table},
     common=Lossy,
 )
 INSTRUMENT = Family(
-    *("usbl.model", "instrument", INSTRUMENTS, ("sounding",)), settings={"datasheet": Datasheet}
+    *("usbl.model", "instrument", tuple(declared.INSTRUMENTS), ("sounding",)),
+    settings=_of(declared.INSTRUMENTS),
 )
 NAVIGATOR = Family(
-    *("navigation.filter", "filter", FILTERS, ("reckoning", "auvs")),
-    settings={"fixed_gain": FixedGain, "kalman": Kalman, "smoother": Smoothing},
+    *("navigation.filter", "filter", tuple(declared.NAVIGATORS), ("reckoning", "auvs")),
+    settings=_of(declared.NAVIGATORS),
 )
 PLACEMENT = Family("asvs.formation", "placement", PLACEMENTS, ("plan",), word="model")
 ROUTE = Family("auvs.route", "route", ROUTES, ("plan",), word="kind")
@@ -105,9 +78,35 @@ FAMILIES = (
 )
 
 
-def is_random(scenario: ScenarioKeys) -> bool:
-    """Tell whether AUVs ping as they like: nobody gives them slots, and no round waits for them."""
-    return scenario.protocol.schedule in RANDOM_ACCESS and not scenario.protocol.is_passive
+def schedule_of(scenario: ScenarioKeys) -> Schedule:
+    """Return what the schedule of a scenario declares."""
+    return declared.schedule_named(scenario.protocol.schedule)
+
+
+def schedule_settings(scenario: ScenarioKeys) -> ScheduleSettings:
+    """Return what the settings of the schedule of a scenario say of its rounds."""
+    own = schedule_of(scenario).settings
+    return scenario.protocol.schedule.settings_as(ScheduleSettings, own)
+
+
+def downlink_of(scenario: ScenarioKeys) -> Downlink:
+    """Return what the downlink of a scenario declares."""
+    return declared.downlink_named(scenario.protocol.downlink)
+
+
+def broadcaster_of(scenario: ScenarioKeys) -> Broadcaster:
+    """Return what the broadcaster of a scenario declares."""
+    return declared.broadcaster_named(scenario.protocol.broadcaster)
+
+
+def ranging_of(scenario: ScenarioKeys) -> Ranging:
+    """Return what the ranging of a scenario declares."""
+    return declared.ranging_named(scenario.protocol.ranging)
+
+
+def navigator_of(scenario: ScenarioKeys) -> Navigator:
+    """Return what the navigator of a scenario declares."""
+    return declared.navigator_named(scenario.navigation.filter)
 
 
 def parts_of(scenario: ScenarioKeys) -> Iterator[tuple[Family, PartChoice]]:

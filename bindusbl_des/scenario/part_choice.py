@@ -53,15 +53,16 @@ class PartChoice(str):
     def __reduce__(self) -> "tuple[type[PartChoice], tuple[str, dict[str, Any]]]":
         return type(self), (str(self), dict(self.settings))
 
-    def settings_as(self, name: str, model: type[Model]) -> Model:
-        """Return its settings by their model, which are the defaults where it is another part than
-        that of a `name`, or some of them are wrong.
+    def settings_as(self, model: type[Model], own: type[BaseModel]) -> Model:
+        """Return its settings by their `own` model, if that is a `model`; else, or where some of
+        them are wrong, the defaults.
         """
-        if getattr(self, "_read", None).__class__ is not model:
+        made, given = (own, dict(self.settings)) if issubclass(own, model) else (model, {})
+        if getattr(self, "_read", None).__class__ is not made:
             try:
-                self._read = model.model_validate(dict(self.settings) if self == name else {})
+                self._read = made.model_validate(given)
             except ValidationError:
-                self._read = model()
+                self._read = made()
         return self._read  # type: ignore[return-value]
 
     @property

@@ -46,7 +46,26 @@ class Smoothing(Kalman):
     )
 
 
-class CarrierSense(Settings):
+class ScheduleSettings(Settings):
+    """What the settings of a schedule say of its rounds; those that have none say this."""
+
+    @property
+    def most_groups(self) -> int | None:
+        """How many ping groups a round has at most; None for one for each AUV."""
+        return None
+
+    @property
+    def shares_calls(self) -> bool:
+        """Whether AUVs that no ASV hears two of may be called at once."""
+        return False
+
+    @property
+    def pause_s(self) -> float:
+        """The pause (s) between two arrivals that are packed."""
+        return 0.0
+
+
+class CarrierSense(ScheduleSettings):
     """The settings of the schedule `csma`."""
 
     window: Whole = key(
@@ -61,29 +80,44 @@ class CarrierSense(Settings):
     )
 
 
-class WorstFirst(Settings):
+class WorstFirst(ScheduleSettings):
     """The settings of the schedule `worst_first`."""
 
     slots: Whole = key(
         4, "1", "ping groups of a round, at most; further AUVs wait for a later one", ge=1, le=9_999
     )
 
+    @property
+    def most_groups(self) -> int | None:
+        """How many ping groups a round has at most."""
+        return self.slots
 
-class Polling(Settings):
+
+class Polling(ScheduleSettings):
     """The settings of the schedule `polling`."""
 
     side_by_side: bool = key(
         False, "", "call AUVs at once that no ASV hears two of, each by the ASV nearest to it"
     )
 
+    @property
+    def shares_calls(self) -> bool:
+        """Whether AUVs that no ASV hears two of are called at once."""
+        return self.side_by_side
 
-class SuperTdma(Settings):
+
+class SuperTdma(ScheduleSettings):
     """The settings of the schedule `super_tdma`."""
 
     clear_s: Real = key(0.02, "s", "pause between two arrivals at an ASV", ge=0, le=60)
     sds: Real = key(
         2.0, "1", "standard deviations of fixes by which AUVs may be misplaced", ge=0, le=100
     )
+
+    @property
+    def pause_s(self) -> float:
+        """The pause (s) between two arrivals."""
+        return self.clear_s
 
 
 class Fixed(Settings):

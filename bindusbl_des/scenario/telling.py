@@ -1,6 +1,6 @@
 """Whether AUVs have to be told their slots, and what the fleet then knows of where they are."""
 
-from .families import is_random
+from ..scenario.declared import knowledge_named
 from .scenario_keys import ScenarioKeys
 
 
@@ -9,8 +9,9 @@ def tells_slots(scenario: ScenarioKeys) -> bool:
     know at once.
     """
     protocol = scenario.protocol
-    is_called = protocol.is_passive or protocol.calls
-    return protocol.knowledge == "broadcast" and not is_called and not is_random(scenario)
+    is_called = protocol.asvs_ping or protocol.calls
+    by_frames = knowledge_named(protocol.knowledge).by_frames
+    return by_frames and not is_called and not protocol.random_access
 
 
 def positions_of(scenario: ScenarioKeys) -> str:

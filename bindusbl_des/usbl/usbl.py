@@ -13,7 +13,8 @@ from ..core.compiled import compiled
 from ..core.spreads import per_axis_sd
 from ..records.events import HEARD
 from ..records.rows import Row, Rows
-from ..scenario.families import INSTRUMENT
+from ..scenario.declared import instrument_named
+from ..scenario.families import INSTRUMENT, ranging_of
 from ..scenario.instruments.datasheet import Datasheet
 from ..scenario.part_settings import settings_of
 from ..scenario.scenario import Scenario
@@ -43,7 +44,7 @@ def sheet_of(scenario: Scenario) -> Sheet | None:
     A stated range is that of who finds it by himself: of the path of a call and its answer he takes
     half, so that the path errs twice as much.
     """
-    if scenario.usbl.model != "datasheet":
+    if not instrument_named(scenario.usbl.model).is_stated:
         return None
     stated = cast(Datasheet, settings_of(INSTRUMENT, scenario.usbl.model))
     if stated.bearing_sd_deg is None:
@@ -68,7 +69,7 @@ def stated_range_sd(sheet: Sheet, scenario: Scenario) -> float:
 
 
 def _ways(scenario: Scenario) -> float:
-    return 2.0 if scenario.protocol.ranging == "twtt" else 1.0
+    return 2.0 if ranging_of(scenario).calls else 1.0
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..acoustics.propagation import TOUCH
 from ..core.plugins import PluginError
 from ..protocol.slots import Slots, slots_of
-from ..scenario.declared import ranging_of
+from ..scenario.families import ranging_of
 from ..scenario.on_earth import vessel_tracks
 from ..scenario.planned import NoStations, asv_stations, route_of, tracks_of
 from ..scenario.scenario import Scenario

@@ -8,8 +8,8 @@ from typing import Any
 
 from ..core.plugins import is_plugin
 from ..core.wording import plain
-from ..scenario.declared import broadcaster_of, channel_named, downlink_of, ranging_of, schedule_of
-from ..scenario.families import is_random
+from ..scenario.declared import channel_named
+from ..scenario.families import broadcaster_of, downlink_of, ranging_of, schedule_of
 from ..scenario.files.overrides import put
 from ..scenario.scenario import Scenario
 from ..scenario.telling import tells_slots
@@ -34,7 +34,7 @@ def pairs_of(case: Case) -> list[SignalPair]:
     unknown = list(_unknown(case))
     if unknown:
         return unknown
-    if is_random(case.scenario):
+    if case.scenario.protocol.random_access:
         return list(random_access(case))
     return [pair for rule in _rules(case) for pair in rule(case)]
 
@@ -56,13 +56,13 @@ def _unknown(case: Case) -> Iterator[SignalPair]:
     if protocol.duplex != "per_band":
         yield undecided("half duplex", "pings and frames", "who sends on one band is deaf on both")
     bands = [("pings", acoustics.hf.channel)]
-    if not protocol.is_passive:
+    if not protocol.asvs_ping:
         bands.append(("frames", acoustics.mf.channel))
     for what, channel in bands:
         if not channel_named(channel).ends_at_range:
             why = f"with the channel {str(channel)!r} sound ends at no range"
             yield undecided("sound without a range", what, why)
-    known = protocol.is_passive or is_plugin(str(protocol.schedule)) or is_random(case.scenario)
+    known = protocol.asvs_ping or is_plugin(str(protocol.schedule)) or protocol.random_access
     if not known and not schedule_of(case.scenario).is_proved:
         why = "nothing is proved of this schedule beyond what was played"
         yield undecided("schedule", str(protocol.schedule), why, partial(groups_shown, case))

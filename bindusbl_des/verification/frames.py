@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 
 from ..preflight.round_lengths import rounds_of
-from ..scenario.declared import broadcaster_of, downlink_of, schedule_of
+from ..scenario.families import broadcaster_of, downlink_of, schedule_of
 from .case import Array, Case, SignalPair, by_time, undecided
 from .signals import beacons_meet, frames_meet
 from .uplink import frame_s, slot_gap

@@ -14,7 +14,7 @@ import numpy as np
 from ..acoustics.propagation import TOUCH
 from ..mission.simulation import simulate
 from ..results.result import Result
-from ..scenario.declared import ranging_of
+from ..scenario.families import ranging_of
 from ..scenario.planned import asv_stations, known_stations
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of

@@ -9,7 +9,7 @@ import numpy as np
 from ..core.plugins import is_plugin
 from ..mission.build import usbl_of
 from ..preflight.round_lengths import rounds_of
-from ..scenario.declared import downlink_of, ranging_of, schedule_of
+from ..scenario.families import downlink_of, ranging_of, schedule_of
 from ..scenario.instruments.own_sensors import kinds
 from ..scenario.planned import route_of
 from ..usbl.bounds import Beside, farthest_off

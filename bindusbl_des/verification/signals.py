@@ -13,7 +13,7 @@ import numpy as np
 
 from ..preflight.round_lengths import rounds_of
 from ..protocol.conflicts import dsatur_groups, greedy_groups
-from ..scenario.declared import schedule_of
+from ..scenario.families import schedule_of
 from .case import Array, Case, Plan
 from .playing import LATEST_S, OUT_OF_THE_WAY, SLIVER, Actor, staged, stations_of
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from ..acoustics.propagation import TOUCH
 from ..preflight.round_lengths import rounds_of
-from ..scenario.declared import channel_named, schedule_of
+from ..scenario.declared import channel_named
+from ..scenario.families import schedule_of
 from .case import ACCEPTED, REFUSED, UNDECIDED, Case, SignalPair, by_time, undecided
 from .reuse import age_s
 from .signals import answer_late, answer_passing, out_of_hearing, two_calls

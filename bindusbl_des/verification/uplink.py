@@ -6,7 +6,7 @@ from functools import partial
 from typing import NamedTuple
 
 from ..preflight.round_lengths import rounds_of
-from ..scenario.declared import downlink_of, schedule_of
+from ..scenario.families import downlink_of, schedule_of
 from .case import Case, Plan, SignalPair, by_time
 from .signals import far_then_near
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..preflight.round_lengths import rounds_of
-from ..scenario.declared import ranging_of, schedule_of
+from ..scenario.families import ranging_of, schedule_of
 from ..scenario.files.scenario_file import load_scenario
 from ..scenario.scenario import Scenario
 from .case import ACCEPTED, REFUSED, UNDECIDED, Bounds, Case, SignalPair, bounds_of

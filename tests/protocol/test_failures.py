@@ -270,7 +270,7 @@ def test_nothing_is_missing_and_nobody_hears_who_has_failed(
     result = simulate(world, seed)
     tables, failures = result.tables, failures_of(world)
     assert len(tables["receptions"]) == len(tables["pings"]) * (
-        3 if world.protocol.is_passive else 4
+        3 if world.protocol.asvs_ping else 4
     )
     counts = result.auvs[["fixes_delivered", "fixes_out_of_range", "fixes_lost", "fixes_in_flight"]]
     assert counts.sum(axis=1).tolist() == result.auvs.fixes.tolist()
@@ -279,7 +279,7 @@ def test_nothing_is_missing_and_nobody_hears_who_has_failed(
     it: Any
     for it in tables["receptions"].query("outcome == 'heard'").itertuples():
         number, ends = int(it.asv[3:]), it.arrived_at_s + world.acoustics.hf.ping_s
-        if world.protocol.is_passive:
+        if world.protocol.asvs_ping:
             ends -= it.travel_time_s
         begins = ends - world.acoustics.hf.ping_s
         missed, cut = failures.met([number], begins, ends)

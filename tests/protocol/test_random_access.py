@@ -15,7 +15,9 @@ from bindusbl_des.explain import explain_fix, explain_ping
 from bindusbl_des.planning.prediction.inputs import inputs_of
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.protocol.slots import slots_of
-from bindusbl_des.scenario.families import RANDOM_ACCESS
+from bindusbl_des.scenario.declared import SCHEDULES
+
+RANDOM_ACCESS = [name for name, it in SCHEDULES.items() if it.random_access]
 
 MOVING = {
     "duration_s": 40.0,

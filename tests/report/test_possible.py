@@ -11,7 +11,7 @@ from bindusbl_des import Scenario, simulate
 from bindusbl_des.report.possible import Reached, reached
 from bindusbl_des.report.recording import recording
 from bindusbl_des.report.run_page import run_page
-from bindusbl_des.scenario.families import BROADCASTERS, DOWNLINKS, RANGINGS, SCHEDULES
+from bindusbl_des.scenario.declared import BROADCASTERS, DOWNLINKS, RANGINGS, SCHEDULES
 
 
 def found(mission: Scenario, seed: int = 0) -> dict[str, Reached]:
@@ -89,9 +89,9 @@ def test_a_mission_without_any_round_has_a_page() -> None:
 def drawn(draw: random.Random) -> Scenario:
     """Return a fleet, a survey and a protocol drawn at random; what contradicts itself anew."""
     protocol: dict[str, Any] = {
-        "schedule": draw.choice(SCHEDULES),
-        "downlink": draw.choice(DOWNLINKS),
-        "broadcaster": draw.choice(BROADCASTERS),
+        "schedule": draw.choice(tuple(SCHEDULES)),
+        "downlink": draw.choice(tuple(DOWNLINKS)),
+        "broadcaster": draw.choice(tuple(BROADCASTERS)),
         "ranging": draw.choice((*RANGINGS, "owtt_sync")),
         "frame_s": draw.choice((0.5, 1.0, 3.0)),
         "tick_rate_hz": draw.choice((None, 30.0)),

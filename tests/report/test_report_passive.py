@@ -71,7 +71,7 @@ def test_a_page_plays_who_pings_and_who_hears(lossy: Result) -> None:
     data = run_data(mission, (), packer)
     packed = packer.text()
     pings, receptions = lossy.tables["pings"], lossy.tables["receptions"]
-    assert data["passive"]
+    assert data["asvsPing"]
     rows = {name: unpacked(data["pings"][name], packed) for name in ("id", "auv", "asv", "x")}
     assert rows["id"].tolist() == receptions.ping.tolist()
     assert [f"AUV{it:.0f}" for it in rows["auv"]] == receptions.auv.tolist()

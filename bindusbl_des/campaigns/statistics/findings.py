@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from ...scenario.declared import navigator_named
 from ...scenario.part_choice import PartChoice
 from ...scenario.shipped_settings import FixedGain
 from ..experiments.plan import ExperimentPlan
@@ -310,7 +311,8 @@ def _once(them: list[Harm], missions: int, plan: ExperimentPlan) -> str:
 def _remedies(scenarios: list[dict[str, Any]]) -> Iterator[str]:
     """Yield what may help scenarios in which fixes harm; it was not tried."""
     filters = [PartChoice.read(it["navigation"]["filter"], str) for it in scenarios]
-    parts = [it.settings_as("fixed_gain", FixedGain) for it in filters if it == "fixed_gain"]
+    gained = [it for it in filters if navigator_named(it).has_gain]
+    parts = [it.settings_as(FixedGain, navigator_named(it).settings) for it in gained]
     if parts:
         gains = sorted({part.gain for part in parts})
         here = f"{gains[0]:g}" if len(gains) == 1 else f"{gains[0]:g} to {gains[-1]:g}"

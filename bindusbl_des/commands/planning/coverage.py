@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ...scenario.families import schedule_of
 from ..console import (
     check_figure,
     print_json,
@@ -62,13 +63,13 @@ def limits_told(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]:
     yield _line("chance of a fix", told)
     if limits.groups is not None:
         yield from _groups(limits.groups)
-    who = "an AUV" if scenario.protocol.is_passive else "an ASV"
+    who = "an AUV" if scenario.protocol.asvs_ping else "an ASV"
     yield _line(
         f"pings decoded by {who}",
         f"{limits.decodes_hz:.1f} /s; {limits.cleared_hz:.1f} /s if each has 20 ms to die away",
     )
     if limits.capacity_hz is not None:
-        slotted = scenario.protocol.schedule == "slotted_aloha"
+        slotted = schedule_of(scenario).access == "slotted"
         least = ", if no two of a slot are heard" * slotted
         yield _line("  of ALOHA, at its best", f"{limits.capacity_hz:.2f} /s on average{least}")
     if limits.records_hz is not None:

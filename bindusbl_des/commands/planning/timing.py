@@ -10,6 +10,7 @@ import click
 
 from ...core.plugins import is_plugin, loaded
 from ...core.wording import counted
+from ...scenario.families import schedule_of
 from ..console import print_json, reading_from, say
 from ..options import json_option, plugins_option, scenario_argument, set_option
 from .coverage import limits_data, limits_told, planned_limits
@@ -70,13 +71,12 @@ def random_told(scenario: "Scenario", rounds: "Rounds", fixes: list[int]) -> Ite
 def access_data(scenario: "Scenario", slots: "Slots") -> dict[str, Any] | None:
     """Return the load that AUVs offer as data; None where they have slots."""
     from ...preflight.round_lengths import offered
-    from ...scenario.families import is_random
 
-    return asdict(offered(scenario, slots)) if is_random(scenario) else None
+    return asdict(offered(scenario, slots)) if scenario.protocol.random_access else None
 
 
 def answered(slots: "Slots") -> str:
-    """Tell how each ping is answered (direct_reply)."""
+    """Tell how each ping is answered."""
     if not slots.answer:
         return "each ping is answered as it is heard, without airtime"
     size, airtime = slots.payload_bytes(1), 1e3 * slots.airtime(1)
@@ -90,7 +90,7 @@ def _load(scenario: "Scenario", load: "OfferedLoad") -> Iterator[str]:
         f"{protocol.schedule.told}: each AUV has something to send every {protocol.frame_s:g} s on "
         "average, at Poisson instants."
     )
-    unit = "slots" if protocol.schedule == "slotted_aloha" else "pings"
+    unit = "slots" if schedule_of(scenario).access == "slotted" else "pings"
     yield f"{'offered load G':<22}{load.load:>10.3f} {unit} of {1e3 * load.lasts_s:.3f} ms"
     yield f"{'pings of all AUVs':<22}{load.pings_per_s:>10.3f} per s, about"
     if load.success is not None:
@@ -181,14 +181,13 @@ def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
 
 def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
     """Yield what a round is under the scenario's downlink and schedule, and a table of rounds."""
-    from ...scenario.declared import broadcaster_of, downlink_of, schedule_of
-    from ...scenario.families import is_random
+    from ...scenario.families import broadcaster_of, downlink_of, schedule_of
 
     policy, schedule = scenario.protocol.downlink, scenario.protocol.schedule
-    if scenario.protocol.is_passive:
+    if scenario.protocol.asvs_ping:
         yield from _passive(rounds)
         return
-    if is_random(scenario):
+    if scenario.protocol.random_access:
         yield from random_told(scenario, rounds, _shown(1, rounds.auvs))
         return
     if not rounds.are_known:
@@ -215,7 +214,7 @@ def _passive(rounds: "Rounds") -> Iterator[str]:
 
 def _frames(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
     """Yield the rounds of a schedule that gives each frame to one AUV."""
-    from ...scenario.declared import schedule_of
+    from ...scenario.families import schedule_of
 
     count, frame = scenario.auvs.count, rounds.frame
     by_lot = schedule_of(scenario).turn == "lot"
@@ -284,8 +283,8 @@ def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
         )
     ]  # fmt: skip
     return {
-        "schedule": None if protocol.is_passive else protocol.schedule,
-        "downlink": None if protocol.is_passive else protocol.downlink,
+        "schedule": None if protocol.asvs_ping else protocol.schedule,
+        "downlink": None if protocol.asvs_ping else protocol.downlink,
         "ranging": protocol.ranging,
         "tick_rate_hz": protocol.tick_rate_hz,
         "across_m": area_of(scenario).across,

@@ -11,7 +11,6 @@ from ...protocol.conflicts import hearing
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ...records.rows import Recorder, Row, Rows
 from ...results.violations import Violation, Violations
-from ...scenario.families import is_random
 from ..world import World
 
 Counts = dict[str, list[Any]]
@@ -105,7 +104,7 @@ def violations_of(world: World) -> Violations | None:
     Receptions of pings, calls and frames are counted that others destroyed: the metrics
     `collisions` and `frame_collisions`.
     """
-    if is_random(world.scenario):
+    if world.scenario.protocol.random_access:
         return None
     record = world.record
     heard, calls, frames = destroyed(record), calls_destroyed(record), frames_destroyed(record)
@@ -120,7 +119,7 @@ def _ping(world: World, receptions: Rows) -> Iterator[Violation]:
         return
     it = receptions[np.argmin(receptions["arrived_at_s"])]
     ping = world.record.pings.rows[it["ping"]]
-    passive = world.scenario.protocol.is_passive
+    passive = world.scenario.protocol.asvs_ping
     sender, receiver = f"AUV{ping['auv']}", f"ASV{it['asv']}"
     if passive:
         sender, receiver = f"ASV{ping['asv']}", f"AUV{it['auv']}"
@@ -135,7 +134,7 @@ def _overlapping(world: World, it: Row) -> Iterator[str]:
     """Yield who sent what overlaps a reception at its receiver: other pings, and calls."""
     lasts = world.scenario.acoustics.hf.ping_s - TOUCH
     receptions, pings = world.record.receptions.rows, world.record.pings.rows
-    passive = world.scenario.protocol.is_passive
+    passive = world.scenario.protocol.asvs_ping
     there = "auv" if passive else "asv"
     near = np.abs(receptions["arrived_at_s"] - it["arrived_at_s"]) < lasts
     near &= receptions["ping"] != it["ping"]

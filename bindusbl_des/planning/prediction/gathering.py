@@ -30,17 +30,8 @@ from ...protocol.slots import Slots as ProtocolSlots
 from ...protocol.slots import slots_of as protocol_slots
 from ...records.rows import Rows
 from ...scenario.channel_settings import burst_s
-from ...scenario.declared import (
-    Broadcaster,
-    Downlink,
-    Schedule,
-    broadcaster_of,
-    channel_named,
-    downlink_of,
-    ranging_of,
-    schedule_of,
-)
-from ...scenario.families import plugins_of
+from ...scenario.declared import NAVIGATORS, Broadcaster, Downlink, Schedule, channel_named
+from ...scenario.families import broadcaster_of, downlink_of, plugins_of, ranging_of, schedule_of
 from ...scenario.instruments.own_sensors import OwnSensors, kinds, own_sensors, told_of
 from ...scenario.part_choice import PartChoice
 from ...scenario.planned import route_of
@@ -152,6 +143,7 @@ def navigator_of(scenario: Scenario) -> Navigator:
     """Return how the AUVs of a scenario navigate; a filter of one's own is taken for Kalman's."""
     navigation, sensors = scenario.navigation, own_sensors(scenario)
     own = is_plugin(navigation.filter)
+    name = NAVIGATOR if own else str(navigation.filter)
     first, growth = told_to(scenario)
     told = [sqrt(first.covariance[k, k]) for k in range(len(first.state))]
     sources = [
@@ -161,7 +153,8 @@ def navigator_of(scenario: Scenario) -> Navigator:
         *_skew(sensors, (told[6], told[7]) if growth.stretched > 0 else (0.0, 0.0)),
     ]
     return Navigator(
-        "kalman" if own else str(navigation.filter),
+        name,
+        NAVIGATORS[name],
         navigation.fixed_gain.gain,
         navigation.weighs or own or navigation.fixed_gain.delay_compensation == "shift",
         navigation.initial_position_sd_m,
@@ -210,6 +203,7 @@ def _skew(sensors: OwnSensors, told: tuple[float, float]) -> list[Source]:
 SCHEDULE = Schedule(groups="first_fit")
 DOWNLINK = Downlink(waits=True)
 BROADCASTER = Broadcaster("turn")
+NAVIGATOR = next(name for name, it in NAVIGATORS.items() if it.weighs)
 
 
 def slots_of(scenario: Scenario) -> Slots:

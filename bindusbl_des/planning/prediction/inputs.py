@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from ...scenario.families import is_random
 from ...scenario.scenario import Scenario
 from .gathering import (
     access_of,
@@ -51,7 +50,7 @@ class Inputs:
 
 def _plain(value: Any) -> Any:
     if isinstance(value, dict):
-        return {name: _plain(own) for name, own in value.items()}
+        return {name: _plain(own) for name, own in value.items() if not isinstance(own, type)}
     if isinstance(value, list | tuple):
         return [_plain(own) for own in value]
     return value.tolist() if isinstance(value, np.ndarray) else value
@@ -66,7 +65,7 @@ def inputs_of(scenario: Scenario) -> Inputs:
         ValueError: when the route cannot be flown, the file of a channel cannot be read, or AUVs
             ping as they like, in no rounds.
     """
-    if is_random(scenario):
+    if scenario.protocol.random_access:
         raise ValueError(
             f"protocol.schedule: {scenario.protocol.schedule} has no rounds to predict errors by; "
             "simulate it, or use a schedule with slots"

@@ -172,7 +172,7 @@ def error_map(inputs: Inputs, stations: ArrayLike, places: ArrayLike) -> ErrorMa
     pauses = Pauses(period / np.maximum(chance, SELDOM), chance, _late(inputs, plan))
     mean, settled = _settled(inputs, pauses, spread)
     error = mean_size(*squares(mean, settled + lasts))
-    corrected = (chance > SELDOM) & (inputs.navigator.filter != "dead_reckoning")
+    corrected = (chance > SELDOM) & (not inputs.navigator.kind.ignores_fixes)
     return ErrorMap(np.where(corrected, np.minimum(error, lost), lost), chance)
 
 
@@ -224,7 +224,7 @@ def _settled(inputs: Inputs, pauses: Pauses, noise: Floats) -> tuple[Floats, Flo
     walk, biases, mean = navigator.walk_m2_per_s, _velocities(inputs), np.zeros((len(noise), 2))
     varies = interval * interval * (1.0 - np.minimum(chance, 1.0))
     age = (interval * interval + varies) / (2.0 * interval) + late  # of the last fix, over time
-    if navigator.filter == "fixed_gain":
+    if navigator.kind.has_gain:
         gain = navigator.gain
         left = (1.0 - gain) ** 2 / (gain * (2.0 - gain))
         since = interval * interval / 12.0 + varies

@@ -171,7 +171,9 @@ def errors_of(inputs: Inputs, turns: Turns, fixes: Fixes) -> Errors:
     """Return the errors of all AUVs by what they may expect of the rounds."""
     navigator, ways = inputs.navigator, inputs.ways
     drifts, begin = drifts_of(inputs)
-    gain = {"fixed_gain": navigator.gain, "dead_reckoning": 0.0}.get(navigator.filter, WEIGHED)
+    gain = 0.0 if navigator.kind.ignores_fixes else WEIGHED
+    if navigator.kind.has_gain:
+        gain = navigator.gain
     own = Ways(float(ways.times_s[1]), ways.places_m, ways.headings_s)
     return Errors(*_march(own, turns, fixes, gain, navigator.at_ping, drifts, begin))
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...scenario import declared
 from ...scenario.declared import Broadcaster, Downlink, Ranging, Schedule
 
 
@@ -177,14 +178,16 @@ class Source:
 
 @dataclass(frozen=True)
 class Navigator:
-    """How an AUV navigates: its filter, and how wrong its dead reckoning is.
+    """How an AUV navigates: its `filter` by name, what that declares (`kind`), and how wrong its
+    dead reckoning is.
 
-    `gain` is that of `fixed_gain`; fixes are compared with what is believed of their ping
+    Filters of a fixed gain have this `gain`; fixes are compared with what is believed of their ping
     (`at_ping`), or of their delivery.  Positions at the start and the random walk (m2/s per axis)
     as they are, and as the filter is told.
     """
 
     filter: str
+    kind: declared.Navigator
     gain: float
     at_ping: bool
     start_sd_m: float

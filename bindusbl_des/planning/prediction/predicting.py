@@ -56,7 +56,7 @@ def predict(inputs: Inputs, stations: ArrayLike) -> Prediction:
     sights = seen(inputs, asvs)
     plan = planned_rounds(inputs, sights)
     turns = turns_of(inputs, sights, plan)
-    known = smoothed if inputs.navigator.filter == "smoother" else errors_of
+    known = smoothed if inputs.navigator.kind.is_smoother else errors_of
     errors = known(inputs, turns, fixes(inputs, sights, inputs.ways.places_m, asvs))
     waits = waiting(turns, inputs.duration_s)
     square, shape = squares(errors.mean, errors.covariance)

@@ -10,6 +10,7 @@ from itertools import product
 from typing import Any
 
 from ...advice.stations import Ways
+from ...scenario import declared
 from ...scenario.scenario import Scenario
 from ...scenario.sections.vehicles import Formation
 from ...scenario.survey_area import area_of
@@ -21,8 +22,8 @@ from .narrowing import place_keys, placed, ring_keys, unplaced
 
 # Proposed where the user varies nothing of the kind.
 COUNTS = range(1, 7)
-SCHEDULES = ("spatial_reuse", "one_per_slot")
-DOWNLINKS = ("sequential", "pipelined_round", "pipelined_group", "direct_reply")
+SCHEDULES = tuple(name for name, it in declared.SCHEDULES.items() if it.is_proposed)
+DOWNLINKS = tuple(declared.DOWNLINKS)
 
 # Of all pairs of these so many at most are flown beside the scenario's own: those predicted to be
 # best.
@@ -154,7 +155,7 @@ def _rings(team: Candidate) -> Iterator[tuple[float, float]]:
 def _protocols(scenario: Scenario, point: Keys) -> Iterator[dict[str, Any]]:
     """Yield the schedules and downlinks to try besides those of the scenario."""
     protocol = scenario.protocol
-    if protocol.is_passive:  # nobody is scheduled or told
+    if protocol.asvs_ping:  # nobody is scheduled or told
         return
     own = protocol.schedule, protocol.downlink
     is_alone = scenario.auvs.count == 1

@@ -13,18 +13,28 @@ from ...core.plugins import is_plugin
 from ...core.wording import plain
 from ...scenario.agreement.problem import Problem
 from ...scenario.channel_settings import burst_s
-from ...scenario.declared import channel_named
-from ...scenario.families import FAMILIES, FRAMED_SCHEDULES
+from ...scenario.declared import CHANNELS, channel_named, instrument_named
+from ...scenario.families import FAMILIES
 from ...scenario.key_types import Part
 from ...scenario.on_earth import lacks_depths
 from ...scenario.part_choice import PartChoice
 from ...scenario.scenario import Scenario
 from ...scenario.sections.environment import Environment
 from ...scenario.sections.vehicle_choice import VehicleChoice
-from .rules import GIVEN, INSTRUMENTS, KNOWLEDGE, OWN, PROTOCOL, Idle, calls, times_by_place
+from .rules import (
+    FRAMED,
+    GIVEN,
+    KNOWLEDGE,
+    MEASURING,
+    OWN,
+    OWN_CLOCKS,
+    PROTOCOL,
+    Idle,
+    calls,
+    names,
+    times_by_place,
+)
 
-# Channels of the HF band that tell how much louder than the noise a ping is
-WITH_SNR = ("sonar", "table")
 MATCHED_FILTERS = ("non_coherent", "coherent", "rayleigh")
 USUAL_LAW = Environment.model_fields["sound_speed_law"].default
 
@@ -32,7 +42,7 @@ USUAL_LAW = Environment.model_fields["sound_speed_law"].default
 def sheet(scenario: Scenario) -> Iterator[Problem]:
     """Yield what a USBL's sheet says of signal-to-noise ratios where there are none."""
     channel = scenario.acoustics.hf.channel
-    if "reference_snr_db" in scenario.usbl.model.settings and channel not in WITH_SNR:
+    if "reference_snr_db" in scenario.usbl.model.settings and not channel_named(channel).has_levels:
         yield Problem(
             "usbl.model.reference_snr_db",
             f"has no effect with acoustics.hf.channel: {channel} (it tells of no signal-to-noise "
@@ -44,19 +54,19 @@ def sheet(scenario: Scenario) -> Iterator[Problem]:
 def sonar(scenario: Scenario) -> Iterator[Problem]:
     """Yield settings of a sonar that do nothing here."""
     settings, model = scenario.acoustics.hf.channel.settings, scenario.usbl.model
-    if "timing" in settings and model != "array":
+    if "timing" in settings and not instrument_named(model).times_arrivals:
         yield Problem(
             "acoustics.hf.channel.timing",
             f"has no effect with usbl.model: {model} (how directions err is said there, arrivals "
             "at an array are not timed); remove it",
             ("usbl.model",),
         )
-    if scenario.acoustics.hf.channel == "sonar" and scenario.protocol.is_passive:
+    if channel_named(scenario.acoustics.hf.channel).has_echoes and scenario.protocol.asvs_ping:
         for name in {"bottom_m", "surface_sd_m", "transducer_m"} & settings.keys():
             yield Problem(
                 f"acoustics.hf.channel.{name}",
-                "has no effect with protocol.ranging: passive (the pings of ASVs have no echoes); "
-                "remove it",
+                f"has no effect with protocol.ranging: {scenario.protocol.ranging} (the pings of "
+                "ASVs have no echoes); remove it",
                 ("protocol.ranging",),
             )
 
@@ -65,7 +75,7 @@ def levels(scenario: Scenario) -> Iterator[Problem]:
     """Yield settings of channels with levels that another of their settings leaves out."""
     for band in ("hf", "mf"):
         channel = getattr(scenario.acoustics, band).channel
-        if channel not in WITH_SNR:
+        if not channel_named(channel).has_levels:
             continue
         given = channel.settings
         decoding = given.get("decoding", "threshold")
@@ -167,7 +177,7 @@ RULES = (
             ("acoustics.mf.payload_bytes", "acoustics.mf.overfull"),
             "no broadcast has more than one fix",
         )
-        for mode in ({"protocol.schedule": FRAMED_SCHEDULES}, {"auvs.count": (1,)})
+        for mode in ({"protocol.schedule": FRAMED}, {"auvs.count": (1,)})
     ),
     *(
         Idle(
@@ -183,12 +193,12 @@ RULES = (
         "how likely signals are lost only the plug-in says",
     ),
     Idle(
-        {"acoustics.hf.channel": ("curve", "sonar", "table")},
+        {"acoustics.hf.channel": names(CHANNELS, lambda it: not it.ends_at_range)},
         tuple(f"acoustics.loss.{name}" for name in ("law", "combine", "contention_per_auv", "cap")),
         "the law of the disc's loss; this channel says itself how likely signals are lost",
     ),
     Idle(
-        {"acoustics.mf.channel": ("curve",)},
+        {"acoustics.mf.channel": names(CHANNELS, lambda it: it.reach_of_its_own)},
         ("acoustics.mf.range_m",),
         "the curve says how far frames are decoded",
     ),
@@ -198,7 +208,7 @@ RULES = (
         "the loss is that of the range alone",
     ),
     Idle(
-        {"acoustics.loss.combine": ("off",), "protocol.ranging": ("owtt_sync",)},
+        {"acoustics.loss.combine": ("off",), "protocol.ranging": OWN_CLOCKS},
         ("acoustics.loss.cap",),
         "the loss is that of the range alone",
         but=calls,
@@ -234,7 +244,7 @@ RULES = (
     ),
     Idle({"auvs.count": (1,)}, ("protocol.conflict_margin_m",), "there is no other AUV"),
     Idle(
-        {"auvs.count": (1,), "protocol.ranging": ("owtt_sync",)},
+        {"auvs.count": (1,), "protocol.ranging": OWN_CLOCKS},
         ("protocol.positions",),
         "there is no other AUV",
         but=times_by_place,
@@ -267,7 +277,7 @@ RULES = (
         ("acoustics.hf.range_metric",),
         "AUVs at the surface are as far as they look from above",
     ),
-    *INSTRUMENTS,
+    *MEASURING,
     *KNOWLEDGE,
 )
 

@@ -6,13 +6,8 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from ...core.plugins import is_plugin
-from ...scenario.families import (
-    FRAMED_SCHEDULES,
-    RANDOM_ACCESS,
-    SCHEDULES,
-    UNEQUAL_SLOTS,
-    is_random,
-)
+from ...scenario.declared import DOWNLINKS, INSTRUMENTS, KNOWLEDGES, NAVIGATORS, RANGINGS, SCHEDULES
+from ...scenario.families import schedule_of
 from ...scenario.instruments.own_sensors import wanders_over_m
 from ...scenario.scenario import Scenario
 from ...scenario.sections.usbl import Usbl
@@ -35,6 +30,22 @@ class _Given(tuple[str, ...]):
 OWN, GIVEN = _Own(), _Given()
 
 
+def names(table: Mapping[str, Any], has: Callable[[Any], bool]) -> tuple[str, ...]:
+    """Return the names of the parts that ship of which something is true that they declare."""
+    return tuple(name for name, it in table.items() if has(it))
+
+
+ASVS_PING = names(RANGINGS, lambda it: it.asvs_ping)
+CALLS = names(RANGINGS, lambda it: it.calls)
+OWN_CLOCKS = names(RANGINGS, lambda it: it.own_clocks)
+REPLIES = names(DOWNLINKS, lambda it: it.replies)
+FRAMED = names(SCHEDULES, lambda it: it.framed)
+RANDOM = names(SCHEDULES, lambda it: it.random_access)
+UNSLOTTED = names(SCHEDULES, lambda it: it.access in ("poisson", "sensing"))
+POLLED = names(SCHEDULES, lambda it: it.calls)
+ALONE = names(SCHEDULES, lambda it: it.groups in ("each", "frame") and not it.calls)
+
+
 class Idle(NamedTuple):
     """Keys without effect where other keys have one of these values, why, and what to do.
 
@@ -55,16 +66,20 @@ TOLD = tuple(
 
 KNOWLEDGE = (
     Idle(
-        {"protocol.ranging": ("passive", "twtt")},
+        {"protocol.ranging": ASVS_PING + CALLS},
         ("protocol.knowledge", *TOLD),
         "AUVs are called, or do not ping: they need no slot",
     ),
     Idle(
-        {"protocol.schedule": (*RANDOM_ACCESS, "polling")},
+        {"protocol.schedule": RANDOM + POLLED},
         ("protocol.knowledge", *TOLD),
         "AUVs ping as they like, or are called: they need no slot",
     ),
-    Idle({"protocol.knowledge": ("shared",)}, TOLD, "all AUVs know the schedule at once"),
+    Idle(
+        {"protocol.knowledge": names(KNOWLEDGES, lambda it: not it.by_frames)},
+        TOLD,
+        "all AUVs know the schedule at once",
+    ),
     Idle(
         {"protocol.knowledge.missed": ("silent", "last_slot")},
         ("protocol.contention_chance",),
@@ -83,7 +98,7 @@ KNOWLEDGE = (
 )
 
 
-UNFRAMED = tuple(name for name in SCHEDULES if name not in (*FRAMED_SCHEDULES, *RANDOM_ACCESS))
+UNFRAMED = names(SCHEDULES, lambda it: not it.framed and not it.random_access)
 BROADCASTS = (
     "acoustics.mf.range_m", "acoustics.mf.channel", "acoustics.mf.bit_rate_bps",
     "acoustics.mf.overhead",
@@ -102,17 +117,17 @@ def calls(scenario: Scenario) -> bool:
 
 def passive(scenario: Scenario) -> bool:
     """Tell whether ASVs ping."""
-    return scenario.protocol.is_passive
+    return scenario.protocol.asvs_ping
 
 
 def times_by_place(scenario: Scenario) -> bool:
     """Tell whether slots are as long as it takes from where AUVs are, or are believed to be."""
-    return scenario.protocol.schedule in UNEQUAL_SLOTS
+    return schedule_of(scenario).pace != ""
 
 
 PROTOCOL = (
     Idle(
-        {"protocol.ranging": ("passive",)},
+        {"protocol.ranging": ASVS_PING},
         (
             *BROADCASTS,
             *(f"protocol.{name}" for name in ("schedule", "downlink", "positions", "frame_s")),
@@ -121,17 +136,17 @@ PROTOCOL = (
         "ASVs ping in turn and AUVs fix themselves; nobody calls, answers or broadcasts",
     ),
     Idle(
-        {"protocol.ranging": ("passive",)},
+        {"protocol.ranging": ASVS_PING},
         ("acoustics.loss.contention_per_auv", "acoustics.loss.combine"),
         "no AUV pings, so none contends",
     ),
     Idle(
-        {"protocol.downlink": ("direct_reply",), "protocol.downlink.reply": ("instant",)},
+        {"protocol.downlink": REPLIES, "protocol.downlink.reply": ("instant",)},
         BROADCASTS,
         "the ASV that hears a ping first answers it at once, without airtime",
     ),
     Idle(
-        {"protocol.downlink": ("direct_reply",), "protocol.downlink.reply": ("frame",)},
+        {"protocol.downlink": REPLIES, "protocol.downlink.reply": ("frame",)},
         (
             "protocol.broadcaster",
             "protocol.shortest_downlink_slot_s",
@@ -142,18 +157,18 @@ PROTOCOL = (
         "the ASV that hears a ping first answers it, once it is decoded, in a frame of one fix",
     ),
     Idle(
-        {"protocol.downlink": ("direct_reply",), "protocol.schedule": ("aloha", "csma")},
+        {"protocol.downlink": REPLIES, "protocol.schedule": UNSLOTTED},
         ("protocol.downlink_guard_s",),
         "pings are answered as they come, in no slots",
     ),
     Idle(
-        {"protocol.downlink": ("sequential", "direct_reply")},
+        {"protocol.downlink": names(DOWNLINKS, lambda it: it.waits or it.replies)},
         ("protocol.duplex",),
         "nobody pings while a frame is on the air or arriving",
-        but=lambda it: is_random(it) or it.protocol.downlink_guard_s is not None,
+        but=lambda it: it.protocol.random_access or it.protocol.downlink_guard_s is not None,
     ),
     Idle(
-        {"protocol.schedule": ("super_tdma",)},
+        {"protocol.schedule": names(SCHEDULES, lambda it: it.pace == "packed")},
         ("protocol.uplink_guard_s", "protocol.shortest_uplink_slot_s"),
         "arrivals are packed, there are no slots of T_UL",
         but=passive,
@@ -165,42 +180,42 @@ PROTOCOL = (
     ),
     Idle(
         {
-            "protocol.schedule": ("one_per_slot", *FRAMED_SCHEDULES),
-            "protocol.ranging": ("owtt_sync",),
+            "protocol.schedule": ALONE,
+            "protocol.ranging": OWN_CLOCKS,
         },
         ("protocol.positions",),
         "an AUV has its slot to itself wherever it is believed to be",
         "changes only the conflicts that are counted in `rounds`",
     ),
     Idle(
-        {"protocol.schedule": RANDOM_ACCESS},
+        {"protocol.schedule": RANDOM},
         ("protocol.positions",),
         "AUVs ping as they like, wherever they are believed to be",
         "changes only the conflicts that are counted in `rounds`",
     ),
     Idle(
-        {"protocol.schedule": ("aloha", "csma")},
+        {"protocol.schedule": UNSLOTTED},
         ("protocol.uplink_guard_s", "protocol.shortest_uplink_slot_s"),
         "AUVs ping as they like, in no slots",
     ),
     Idle(
-        {"protocol.schedule": ("one_per_slot", *FRAMED_SCHEDULES, *RANDOM_ACCESS)},
+        {"protocol.schedule": ALONE + RANDOM},
         ("protocol.conflict_margin_m",),
         "an AUV has its slot to itself wherever it is believed to be",
         "changes only the conflicts that are counted in `rounds`",
     ),
     Idle(
-        {"protocol.ranging": ("twtt", "passive")},
+        {"protocol.ranging": CALLS + ASVS_PING},
         ("auvs.ping_late_s",),
         "no AUV pings by its own clock",
     ),
     Idle(
-        {"protocol.schedule": ("polling",)},
+        {"protocol.schedule": POLLED},
         ("auvs.ping_late_s",),
         "AUVs ping when they are called",
     ),
     Idle(
-        {"protocol.schedule": RANDOM_ACCESS},
+        {"protocol.schedule": RANDOM},
         ("auvs.ping_late_s",),
         "AUVs ping as they like",
     ),
@@ -219,7 +234,7 @@ def wanders(scenario: Scenario) -> bool:
     return wanders_over_m(scenario) is not None
 
 
-INSTRUMENTS = (
+MEASURING = (
     Idle(
         {"auvs.route.kind": ("hold",), "navigation.heading_sd_deg": (0.0,)},
         ("navigation.bias_frame",),
@@ -231,7 +246,7 @@ INSTRUMENTS = (
         "no velocity bias is drawn, the constant one does not wander",
     ),
     Idle(
-        {"protocol.ranging": ("twtt",)},
+        {"protocol.ranging": CALLS},
         CLOCKS,
         "AUVs answer calls, whatever their clocks say",
     ),
@@ -243,7 +258,7 @@ INSTRUMENTS = (
     Idle({"usbl.slow_share": (0.0,)}, ("usbl.correlation_s",), "no acoustic error is slow"),
     Idle({"usbl.outlier_share": (0.0,)}, ("usbl.outlier_sd_m",), "there are no outliers"),
     Idle(
-        {"usbl.model": ("datasheet",)},
+        {"usbl.model": names(INSTRUMENTS, lambda it: it.is_stated)},
         tuple(f"usbl.{name}" for name in ("array", "tdoa_sd_s", "travel_time_sd_s", "quantum_s")),
         "the sheet says what all of them make together",
         remedy="remove it, or set usbl.model: array",
@@ -259,7 +274,7 @@ INSTRUMENTS = (
         "through still water is over ground",
     ),
     Idle(
-        {"navigation.filter": ("fixed_gain", "dead_reckoning")},
+        {"navigation.filter": names(NAVIGATORS, lambda it: not it.weighs)},
         ("navigation.nis_gate",),
         "only a filter that weighs refuses fixes",
     ),
@@ -292,7 +307,7 @@ INSTRUMENTS = (
                 "no speed is planned at which they would wander, the drift's errors are constant",
             ),
             (
-                {"protocol.ranging": ("passive",)},
+                {"protocol.ranging": ASVS_PING},
                 "the error of the heading turns the array as well, and is constant",
             ),
             (

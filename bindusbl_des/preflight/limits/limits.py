@@ -20,15 +20,15 @@ from ...protocol.bounds import (
 from ...protocol.cycles import cycle
 from ...protocol.replies import reply_delay_of
 from ...protocol.slots import Slots
-from ...scenario.declared import DOWNLINKS, broadcaster_of, schedule_of
-from ...scenario.families import is_random
+from ...scenario.declared import DOWNLINKS
+from ...scenario.families import broadcaster_of, schedule_of
 from ...scenario.scenario import Scenario
 from ...scenario.water import sound_speed_of
 from ..round_lengths import Rounds, rounds_of
 from .sights import Floats, Groups, Ints, Sights, each, groups_made, groups_of, planned_sights
 
 # Whose rates stand beside those of the scenario's own rounds.
-POLICIES = ("sequential", "pipelined_round")
+POLICIES = tuple(name for name, it in DOWNLINKS.items() if it.is_foreseen)
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def rates_of(
     `senders` broadcast at once; the downlink carries `records_hz` (1/s) at most, None: has none.
     """
     protocol, heard, delivered = scenario.protocol, sights.heard, sights.delivered
-    if protocol.is_passive:
+    if protocol.asvs_ping:
         every = rounds.length(rounds.most, 0) / scenario.asvs.count
         return {"planned": Rates(np.asarray(delivered.mean(axis=0) / every))}
     found: dict[str, Rates] = {}
@@ -80,7 +80,7 @@ def rates_of(
                 found[name] = _shared(delivered, _lengths(policy, rounds, groups, sights.made))
     if records_hz is not None:
         frames = _airtimes(rounds.slots, sights.made, senders)
-        if is_random(scenario) or protocol.replies:  # whatever waits, or one fix each
+        if scenario.protocol.random_access or protocol.replies:  # whatever waits, or one fix each
             frames = np.maximum(sights.made.sum(axis=1), 1.0) / records_hz
         found["back_to_back"] = _shared(sights.at_best, frames)
     return found
@@ -156,7 +156,7 @@ def limits_of(scenario: Scenario, sights: Sights) -> Limits:
     rounds, protocol = rounds_of(scenario), scenario.protocol
     slots, ping = rounds.slots, scenario.acoustics.hf.ping_s
     senders = _senders(scenario, sights) if protocol.sends_frames else 1
-    slotted = not (protocol.is_passive or is_random(scenario))
+    slotted = not (protocol.asvs_ping or scenario.protocol.random_access)
     fixes = scenario.auvs.count if slotted else MOST_RECORDS
     if protocol.replies:  # each answer is a frame of one
         fixes = 1
@@ -187,7 +187,7 @@ def _capacity(scenario: Scenario, sights: Sights, slots: Slots) -> float | None:
     None where no closed form tells, and where nobody is heard.
     """
     auvs = round(float(each(sights.heard, most_heard).mean()))
-    if not is_random(scenario) or auvs == 0:
+    if not scenario.protocol.random_access or auvs == 0:
         return None
     match schedule_of(scenario).access:
         case "poisson":
@@ -216,7 +216,7 @@ def _latency(scenario: Scenario, sights: Sights, slots: Slots) -> float | None:
 def least_latency(scenario: Scenario, slots: Slots, up_m: float, down_m: float) -> float:
     """Return the least latency (s) of a fix whose ping travels up and which travels down, m."""
     c, protocol = sound_speed_of(scenario), scenario.protocol
-    if protocol.is_passive:
+    if protocol.asvs_ping:
         return latency_bound(0.0, slots.ping_duration, down_m, c)
     frame = slots.airtime(1) + slots.messages.delay(1) if protocol.sends_frames else 0.0
     decoded = reply_delay_of(scenario) if protocol.replies else 0.0

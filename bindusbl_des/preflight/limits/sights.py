@@ -126,7 +126,7 @@ def sights(scenario: Scenario, times: Floats, auvs: Floats, asvs: Floats) -> Sig
     pings = _chances(scenario, slant, heard, ~broken, hf.channel, ping_chance)
     frames = _chances(scenario, slant, told, ~broken, mf.channel, frame_chance)
     made, delivered = made_and_delivered(scenario, pings, frames, np.where(broken, np.inf, slant))
-    at_best = made if scenario.protocol.is_passive else made * frames.max(axis=2)
+    at_best = made if scenario.protocol.asvs_ping else made * frames.max(axis=2)
     return Sights(times, heard, told, nearest, made, delivered, at_best)
 
 

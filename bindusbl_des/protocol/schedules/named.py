@@ -13,9 +13,10 @@ from math import isfinite
 from numbers import Real
 from typing import Any
 
-from ...core.plugins import PluginError, asked, is_whole, loaded, shown
+from ...core.plugins import PluginError, asked, is_whole, shown
 from ...core.wording import shortened
-from ...scenario.families import FRAMED_SCHEDULES, RANDOM_ACCESS, SCHEDULE
+from ...scenario import declared
+from ...scenario.families import SCHEDULE
 from ...scenario.part_settings import own_part, shipped_part
 from ..conflicts import dsatur_groups, greedy_groups
 from .polling import polling
@@ -65,21 +66,13 @@ def nobody(view: View) -> Groups:
     return []
 
 
-def is_framed(name: str) -> bool:
-    """Tell whether the rounds of a schedule start on frames; one not loaded yet is not asked."""
-    own = loaded(name)
-    return name in FRAMED_SCHEDULES or asked(
-        SCHEDULE.key, name, lambda: bool(getattr(own, "framed", False))
-    )
-
-
 def schedule_named(name: str) -> Schedule:
     """Return a schedule by its name in the scenario; one's own is named ``module:object``.
 
     Raises:
         PluginError: when one's own is not allowed, or cannot be loaded or called.
     """
-    if name in RANDOM_ACCESS:
+    if name in declared.SCHEDULES and name not in SCHEDULES:
         return nobody
     if name in SCHEDULES:
         return shipped_part(SCHEDULE, name, SCHEDULES[name])

@@ -44,16 +44,16 @@ class Mission {
   }
   // With passive ranging a ping of an ASV stands there once for each AUV.
   keyOf(id, auv) { return id * this.auvs.length + auv; }
-  isFirst(ping) { return !this.passive || ping === 0 || this.pings.id[ping] !== this.pings.id[ping - 1]; }
+  isFirst(ping) { return !this.asvsPing || ping === 0 || this.pings.id[ping] !== this.pings.id[ping - 1]; }
   // With calls (twtt, polling) a turn whose call got no answer has no ping.
   isSent(ping) { return !this.calls || this.pings.answered[ping] === 1; }
-  colourOf(ping) { return this.passive ? colours.hf : seriesColour(this.pings.auv[ping]); }
+  colourOf(ping) { return this.asvsPing ? colours.hf : seriesColour(this.pings.auv[ping]); }
   // The lanes of who sends a ping, and of who hears it; AUVs come first.
-  laneOf(ping) { return this.passive ? this.auvs.length + this.pings.asv[ping] : this.pings.auv[ping]; }
-  hearingLane(row) { return this.passive ? this.pings.auv[this.receptions.ping[row]] : this.auvs.length + this.receptions.asv[row]; }
+  laneOf(ping) { return this.asvsPing ? this.auvs.length + this.pings.asv[ping] : this.pings.auv[ping]; }
+  hearingLane(row) { return this.asvsPing ? this.pings.auv[this.receptions.ping[row]] : this.auvs.length + this.receptions.asv[row]; }
   hearerAt(row) {
     const { receptions, pings } = this, at = receptions.at[row];
-    return this.passive ? this.auvAt(pings.auv[receptions.ping[row]], at) : this.asvAt(receptions.asv[row], at);
+    return this.asvsPing ? this.auvAt(pings.auv[receptions.ping[row]], at) : this.asvAt(receptions.asv[row], at);
   }
   // The sample at or before t, and the share of the way to the next one.
   place(t) {

@@ -101,9 +101,9 @@ class Log {
   constructor(list, mission) {
     this.list = list;
     const { auvs, pings, fixes, fates, decided, deliveredOrder } = mission;
-    const whose = (i) => mission.passive ? `${mission.asvs[pings.asv[i]].name} ping ${pings.id[i]} at ${auvs[pings.auv[i]].name}` : `${auvs[pings.auv[i]].name} ping ${pings.id[i]}`;
+    const whose = (i) => mission.asvsPing ? `${mission.asvs[pings.asv[i]].name} ping ${pings.id[i]} at ${auvs[pings.auv[i]].name}` : `${auvs[pings.auv[i]].name} ping ${pings.id[i]}`;
     const { hf, mf } = mission.discs, beyond = hf ? "out of range" : "beyond what the channel lets through";
-    const words = mission.passive ? { out_of_hf: beyond, lost: "lost to the channel", collided: "collided" } : {
+    const words = mission.asvsPing ? { out_of_hf: beyond, lost: "lost to the channel", collided: "collided" } : {
       out_of_hf: hf ? "out of range of every ASV" : `${beyond} to any ASV`, lost: "lost to the channel", collided: "collided at the ASVs",
       out_of_mf: mf ? "its fix was sent beyond MF range" : "the frame with its fix was not decoded",
     };

@@ -24,7 +24,7 @@ class March {
     this.walks = [navigator.walk_m2_per_s, navigator.told_walk_m2_per_s];
     this.starts = [navigator.start_sd_m ** 2, navigator.told_start_sd_m ** 2];
     this.mean = [0, 0, ...this.sources.flatMap(({ mean: it }) => it)];
-    this.gain = { fixed_gain: navigator.gain, dead_reckoning: 0 }[navigator.filter] ?? WEIGHED;
+    this.gain = navigator.kind.has_gain ? navigator.gain : navigator.kind.ignores_fixes ? 0 : WEIGHED;
     this.atPing = navigator.at_ping;
     this.step = ways.times_s[1];
     this.instants = ways.times_s.length;

@@ -18,7 +18,7 @@ function errorMap(inputs, stations, places) {
   const own = fixesOf(here, around, spots, stations), lost = drifted(inputs), settled = new Settled(inputs, lateOf(inputs, plan, ways.places_m.length));
   return Float64Array.from(places, (_, i) => {
     const { chance, kind, slower } = chanceAt(here, around, found, i), at = 3 * (i * found.kinds + kind);
-    if (!(chance > HARDLY_ANY) || navigator.filter === "dead_reckoning") return lost;
+    if (!(chance > HARDLY_ANY) || navigator.kind.ignores_fixes) return lost;
     const [mean_x, xx, yy, xy] = settled.at(period * slower / Math.max(chance, HARDLY_ANY), chance, own.noise.subarray(at, at + 3));
     const { square, shape } = sizeOf(mean_x, 0, xx + own.lasts[at], yy + own.lasts[at + 1], xy + own.lasts[at + 2]);
     return Math.min(meanSize(square, shape), lost);
@@ -57,7 +57,7 @@ function lateOf({ access }, { slot, pitch, send, frame }, auvs) {
 class Settled {
   constructor(inputs, late) {
     const { navigator, duration_s } = inputs;
-    Object.assign(this, { late, duration: duration_s, gain: navigator.gain, walk: navigator.walk_m2_per_s, biases: velocities(inputs), fixed: navigator.filter === "fixed_gain" });
+    Object.assign(this, { late, duration: duration_s, gain: navigator.gain, walk: navigator.walk_m2_per_s, biases: velocities(inputs), fixed: navigator.kind.has_gain });
   }
   at(interval, chance, noise) {
     const { walk, gain, biases } = this, varies = interval * interval * (1 - Math.min(chance, 1));

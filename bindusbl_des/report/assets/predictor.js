@@ -14,7 +14,7 @@ function predict(inputs, stations) {
   const { ways } = inputs, instants = ways.times_s.length, places = flat(ways.places_m);
   const sights = sightsOf(inputs, places, instants, stations), found = located(inputs, sights);
   const plan = plannedRounds(inputs, sights, found), turns = turnsOf(inputs, sights, found, plan);
-  const known = inputs.navigator.filter === "smoother" ? smoothed : errorsOf;
+  const known = inputs.navigator.kind.is_smoother ? smoothed : errorsOf;
   const errors = known(inputs, turns, fixesOf(inputs, sights, places, stations));
   return { hf_coverage: coverageOf(inputs, sights, plan), ...waitingOf(turns, sights.auvs, inputs.duration_s), ...sizesOf(errors, sights) };
 }

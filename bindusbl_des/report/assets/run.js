@@ -70,7 +70,7 @@ function shading(map) {
 function legend(map, closeup) {
   const host = byId("marks"), { mission } = map, { fates, pings, receptions, outcomes } = mission;
   const became = (fate) => pings.fate.some((it) => fates[it] === fate), met = (outcome) => receptions.outcome.some((it) => outcomes[it] === outcome);
-  const there = { heard: met("heard"), lost: met("lost"), collided: met("collided"), cross: !mission.passive && became("out_of_hf"), ring: mission.deliveredOrder.length, gap: mission.auvs.some(({ gaps }) => gaps.length), failed: mission.asvs.some(({ failures }) => failures.length), call: mission.calls };
+  const there = { heard: met("heard"), lost: met("lost"), collided: met("collided"), cross: !mission.asvsPing && became("out_of_hf"), ring: mission.deliveredOrder.length, gap: mission.auvs.some(({ gaps }) => gaps.length), failed: mission.asvs.some(({ failures }) => failures.length), call: mission.calls };
   const nobody = mission.discs.hf ? "no ASV in range" : "beyond what the channel lets through to any ASV";
   for (const [layer, words] of layersOf(mission)) {
     const box = make("input", { type: "checkbox", checked: "" }), sample = make("canvas", { "aria-hidden": "true" });

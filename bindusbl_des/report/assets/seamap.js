@@ -9,11 +9,11 @@ const LAYERS = [
 
 // Those of a mission, and what they are called in it: no band that nothing is sent on, and no range
 // of the protocol for one that decides what is decoded.
-function layersOf({ discs, broadcasting, passive }) {
+function layersOf({ discs, broadcasting, asvsPing }) {
   const names = {
     hf: discs.hf ? "HF range" : "HF range that the protocol plans with",
     mf: broadcasting && (discs.mf ? "MF range" : "MF range as set; the channel decides"),
-    downlink: broadcasting ? "broadcasts and fixes" : passive ? "fixes" : "answers and fixes",
+    downlink: broadcasting ? "broadcasts and fixes" : asvsPing ? "fixes" : "answers and fixes",
   };
   return LAYERS.map(([layer, words]) => [layer, names[layer] ?? words]).filter(([, words]) => words);
 }
@@ -400,15 +400,15 @@ class SeaMap {
     const { pings, hf, soundSpeed, pingLength, receptions } = this.mission;
     const linger = this.linger(), crossing = hf.range / soundSpeed;
     const growing = Math.max(crossing, linger * 0.5), shown = Math.max(2.5 * growing, linger);
-    const most = MOST_RINGS * (this.mission.passive ? this.mission.auvs.length : 1);
+    const most = MOST_RINGS * (this.mission.asvsPing ? this.mission.auvs.length : 1);
     const latest = above(pings.at, this.now) - 1, first = growing > crossing ? Math.max(latest - most, -1) : -1;
     for (let i = latest; i > first && this.now - pings.at[i] < shown; i--) {
       const age = this.now - pings.at[i], share = Math.min(age / growing, 1);
       const fade = Math.max(1 - age / shown, 0);
-      const colour = this.mission.colourOf(i), { passive } = this.mission;
+      const colour = this.mission.colourOf(i), { asvsPing } = this.mission;
       if (!this.mission.isSent(i)) continue;
       if (this.mission.isFirst(i)) this.ring(context, pings.x[i], pings.y[i], share * hf.reach, colour, { width: 2, alpha: fade });
-      if (!passive && this.mission.fates[pings.fate[i]] === "out_of_hf" && share === 1) this.cross(context, pings.x[i], pings.y[i], colours.soft, fade);
+      if (!asvsPing && this.mission.fates[pings.fate[i]] === "out_of_hf" && share === 1) this.cross(context, pings.x[i], pings.y[i], colours.soft, fade);
       for (const row of this.mission.receptionsOf[i]) { // decided when all of the ping has arrived
         const passed = receptions.at[row] - pings.at[i] + pingLength;
         if (age >= passed * growing / crossing) this.reception(context, i, row, fade);
@@ -482,7 +482,7 @@ class SeaMap {
     for (let i = last; i >= 0 && i > last - most && this.now - times[i] < linger; i--) {
       const row = order[i], fade = 1 - (this.now - times[i]) / linger;
       const auv = this.mission.auvAt(fixes.auv[row], times[i]);
-      if (!this.mission.passive) this.wayDown(context, this.mission.asvAt(fixes.by[row], times[i]), auv, fade);
+      if (!this.mission.asvsPing) this.wayDown(context, this.mission.asvAt(fixes.by[row], times[i]), auv, fade);
       this.ring(context, auv.x, auv.y, 14 / this.view.scale, colours.mf, { width: 2.5, alpha: fade });
     }
   }

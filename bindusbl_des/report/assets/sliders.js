@@ -39,6 +39,6 @@ class Sliders {
   tell() {
     this.all.forEach((slider) => slider.tell());
     this.filter.value = this.team.filter;
-    this.gain.label.hidden = this.team.filter !== "fixed_gain";
+    this.gain.label.hidden = !this.team.hasGain;
   }
 }

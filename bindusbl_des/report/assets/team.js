@@ -33,6 +33,7 @@ class Team {
     const own = this.filter === this.base.navigator.filter ? this.base : { ...this.base, ...this.chart.filters[this.filter] };
     return withEquipment(own, this);
   }
+  get hasGain() { return this.inputs.navigator.kind.has_gain; }
   // How far, seen from above, an AUV is heard.
   reach() {
     const { by_slant } = this.base.hf, { deepest_m } = this.base.slots;
@@ -82,7 +83,7 @@ class Team {
     const own = this.chart.inputs, now = [
       ["acoustics.hf.range_m", this.hf, own.hf.range_m], ["acoustics.mf.range_m", this.mf, own.mf.range_m],
       ["navigation.filter", this.filter, own.navigator.filter],
-      ...(this.filter === "fixed_gain" ? [["navigation.filter.gain", this.gain, own.navigator.gain]] : []),
+      ...(this.hasGain ? [["navigation.filter.gain", this.gain, own.navigator.gain]] : []),
     ];
     const set = [["asvs.count", this.stations.length], ["asvs.formation", `{positions_m: ${this.positions()}}`]];
     set.push(...now.filter(([, value, before]) => value !== before).map(([key, value]) => [key, value]));

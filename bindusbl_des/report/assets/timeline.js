@@ -12,7 +12,7 @@ class Timeline {
     this.choices();
     this.listen();
     playback.onChange(() => this.sheet.paint());
-    byId("timeline-legend").textContent = mission.passive ? "ASV lanes: a tick is a ping. AUV lanes: dots are pings arriving (filled: decoded, and a fix; open: lost; red ✕: collided). "
+    byId("timeline-legend").textContent = mission.asvsPing ? "ASV lanes: a tick is a ping. AUV lanes: dots are pings arriving (filled: decoded, and a fix; open: lost; red ✕: collided). "
       + "The upright line is the time of the playback; drag to move in time." : "AUV lanes: a tick is a ping, with ✕ in red where it collided, ○ where it was lost, half as high where no ASV was in HF range. "
       + "ASV lanes: dots above are pings arriving, in the colour of their AUV (filled: decoded, open: lost, red ✕: collided), bars below are its MF broadcasts" + (mission.calls ? ", grey ticks above its calls, which AUVs answer by a ping" : "") + ". The upright line is the time of the playback; drag to move in time.";
     bindusbl.plots.timeline = mission.pings.at.length + mission.broadcasts.at.length;
@@ -86,7 +86,7 @@ class Timeline {
     for (let i = above(pings.at, start - late); i < pings.at.length && pings.at[i] < end; i++) {
       const fate = fates[pings.fate[i]], y = this.mission.laneOf(i) * this.height, x = this.x(pings.at[i]), middle = y + this.height / 2;
       const width = Math.max(this.x(pings.at[i] + this.mission.pingLength) - x, 2);
-      if (this.mission.passive) {
+      if (this.mission.asvsPing) {
         context.fillStyle = colours.hf;
         if (this.mission.isFirst(i)) context.fillRect(x, y + 2, width, this.height - 4);
         for (const row of this.mission.receptionsOf[i]) this.arrival(context, row);

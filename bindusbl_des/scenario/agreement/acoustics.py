@@ -1,9 +1,12 @@
 """What the two bands must agree on: tables that reach deep enough, messages that hold a fix."""
 
 from collections.abc import Iterator
+from importlib.util import find_spec
 
 from ...presets.modems import airtime_table
-from ..channel_settings import table_mistakes
+from ..channel_settings import Table
+from ..declared import channel_named
+from ..part_choice import PartChoice
 from ..scenario_keys import ScenarioKeys
 from .problem import Problem
 
@@ -17,12 +20,35 @@ def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
 def _channels(scenario: ScenarioKeys) -> Iterator[Problem]:
     for band in ("hf", "mf"):
         channel = getattr(scenario.acoustics, band).channel
-        for setting, message in table_mistakes(channel, scenario.survey.deepest):
+        for setting, message in _bottom_mistakes(channel, scenario.survey.deepest):
             yield Problem(
                 f"acoustics.{band}.channel.{setting}",
                 message,
                 ("survey.depth_m", "survey.depths_m"),
             )
+
+
+def _bottom_mistakes(channel: PartChoice, deepest_m: float) -> Iterator[tuple[str, str]]:
+    """Yield what keeps rays from being traced, or pings from having echoes, for a survey as deep
+    (m), each with its setting.
+    """
+    declared = channel_named(channel)
+    traced = declared.traces_rays and channel.settings.get("rays") is None
+    if not traced and not declared.has_echoes:
+        return
+    usual = Table.model_fields["bottom_m"].default if traced else None
+    bottom = channel.settings.get("bottom_m", usual)
+    if isinstance(bottom, int | float) and bottom <= deepest_m:
+        yield (
+            "bottom_m",
+            f"the sea, {bottom:g} m deep, ends above the survey at {deepest_m:g} m; give its depth",
+        )
+    if traced and find_spec("pelagic") is None:
+        yield (
+            "rays",
+            "rays are traced by the package pelagic (pip install 'bindusbl-des[bellhop]'); or give "
+            "a table of them",
+        )
 
 
 def _messages(scenario: ScenarioKeys) -> Iterator[Problem]:

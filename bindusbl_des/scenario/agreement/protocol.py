@@ -3,10 +3,14 @@
 from collections.abc import Iterator
 
 from ...core.plugins import is_plugin
-from ..families import is_random
+from ..declared import DOWNLINKS, RANGINGS, broadcaster_named
+from ..families import downlink_of, ranging_of, schedule_of
 from ..scenario_keys import ScenarioKeys
 from .failures import no_such_asv
 from .problem import Problem
+
+# With these AUVs ping by their own clocks, in no slot that must hold more than a ping.
+OWN_CLOCKS = [name for name, it in RANGINGS.items() if it.own_clocks]
 
 
 def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
@@ -20,7 +24,7 @@ def _fixed(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield that the one ASV that is to broadcast is not there."""
     broadcaster, count = scenario.protocol.broadcaster, scenario.asvs.count
     asv = broadcaster.settings.get("asv")
-    if broadcaster == "fixed" and isinstance(asv, int) and asv >= count:
+    if broadcaster_named(broadcaster).chosen_by == "one" and isinstance(asv, int) and asv >= count:
         yield Problem(
             "protocol.broadcaster.asv",
             no_such_asv(asv, count),
@@ -31,10 +35,11 @@ def _fixed(scenario: ScenarioKeys) -> Iterator[Problem]:
 def _unslotted(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield parts that need slots where random access gives nobody any."""
     protocol = scenario.protocol
-    if not is_random(scenario):
+    if not scenario.protocol.random_access:
         return
-    refused = {"ranging": protocol.ranging != "owtt_sync", "downlink": is_plugin(protocol.downlink)}
-    for name, known in (("ranging", "owtt_sync"), ("downlink", "one that ships")):
+    works_in_slots = not ranging_of(scenario).own_clocks
+    refused = {"ranging": works_in_slots, "downlink": is_plugin(protocol.downlink)}
+    for name, known in (("ranging", " or ".join(OWN_CLOCKS)), ("downlink", "one that ships")):
         if refused[name]:
             yield Problem(
                 f"protocol.{name}",
@@ -47,26 +52,31 @@ def _unslotted(scenario: ScenarioKeys) -> Iterator[Problem]:
 def _ordered(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield what schedules that call AUVs, or tell them when to ping, do not go with."""
     protocol, others = scenario.protocol, ("protocol.schedule",)
-    if protocol.schedule == "polling" and is_plugin(protocol.ranging):
+    schedule = schedule_of(scenario)
+    if schedule.calls and is_plugin(protocol.ranging):
+        known = [name for name, it in RANGINGS.items() if not it.asvs_ping]
         yield Problem(
             "protocol.ranging",
-            f"polling calls the AUVs itself, so that {protocol.ranging} has nothing to do; use "
-            "owtt_sync or twtt, or another schedule",
+            f"{protocol.schedule} calls the AUVs itself, so that {protocol.ranging} has nothing to "
+            f"do; use {' or '.join(known)}, or another schedule",
             others,
         )
-    if protocol.schedule != "super_tdma":
+    if schedule.pace != "packed":
         return
-    if protocol.ranging not in ("owtt_sync", "passive"):
+    ranging = ranging_of(scenario)
+    if not ranging.own_clocks and not ranging.asvs_ping:
         yield Problem(
             "protocol.ranging",
-            "super_tdma tells AUVs when to ping, on their own clocks, which "
-            f"{protocol.ranging} does not let them; use owtt_sync, or another schedule",
+            f"{protocol.schedule} tells AUVs when to ping, on their own clocks, which "
+            f"{protocol.ranging} does not let them; use {' or '.join(OWN_CLOCKS)}, or another "
+            "schedule",
             others,
         )
-    if protocol.downlink == "pipelined_group":
+    if downlink_of(scenario).by_group:
+        *known, last = [name for name, it in DOWNLINKS.items() if not it.by_group]
         yield Problem(
             "protocol.downlink",
-            "super_tdma packs the pings of a whole round, and pipelined_group would hold them up "
-            "for each frame; use sequential, pipelined_round or direct_reply",
+            f"{protocol.schedule} packs the pings of a whole round, and {protocol.downlink} would "
+            f"hold them up for each frame; use {', '.join(known)} or {last}",
             others,
         )

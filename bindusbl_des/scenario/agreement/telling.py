@@ -3,18 +3,14 @@
 from collections.abc import Iterator
 
 from ...presets.modems import airtime_table
+from ..declared import DOWNLINKS
+from ..families import downlink_of, schedule_of
 from ..scenario_keys import ScenarioKeys
 from ..telling import tells_slots
 from .problem import Problem
 
 # Rounds of these downlinks begin when a frame a round ahead can say that they do.
-FORESEEN_DOWNLINKS = ("sequential", "pipelined_round")
-
-# Rounds of these schedules have no slots for some AUVs, though they are not lost.
-CHOOSING = ("round_robin", "random", "worst_first")
-
-# These number their slots anew in every round.
-RENUMBERING = ("worst_first", "super_tdma")
+FORESEEN_DOWNLINKS = [name for name, it in DOWNLINKS.items() if it.is_foreseen]
 
 
 def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
@@ -22,10 +18,10 @@ def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
     if not tells_slots(scenario):
         return
     downlink = scenario.protocol.downlink
-    if downlink not in FORESEEN_DOWNLINKS:
+    if not downlink_of(scenario).is_foreseen:
         why = (
             "answers each ping at once, and broadcasts nothing that could tell AUVs their slots"
-            if downlink == "direct_reply"
+            if downlink_of(scenario).replies
             else "begins its rounds at instants that no frame can tell beforehand"
         )
         yield Problem(
@@ -35,7 +31,8 @@ def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
             ("protocol.downlink",),
         )
     schedule = scenario.protocol.schedule
-    if scenario.protocol.dissemination.missed == "contention" and schedule in CHOOSING:
+    names_all = schedule_of(scenario).names_all
+    if scenario.protocol.dissemination.missed == "contention" and not names_all:
         yield Problem(
             "protocol.knowledge.missed",
             f"contention needs rounds that name all AUVs but those that are lost; {schedule} names "

@@ -23,6 +23,7 @@ from typing import NamedTuple
 
 from ...core.plugins import is_plugin
 from ...core.spreads import drift_rms, per_axis_sd, wandering_rms
+from ...scenario.families import ranging_of
 from ..scenario import Scenario, kept
 from ..scenario_keys import ScenarioKeys
 from ..water import assumed_sound_speed_of, sound_speed_of
@@ -80,7 +81,7 @@ def wanders_over_m(scenario: ScenarioKeys) -> float | None:
     """
     auvs, drift = scenario.auvs, scenario.navigation.drift
     planned = auvs.route.kind not in ("hold", "track") and len(set(auvs.speeds)) == 1
-    if not drift.is_stated or not planned or scenario.protocol.is_passive:
+    if not drift.is_stated or not planned or scenario.protocol.asvs_ping:
         return None
     return drift.line_m
 
@@ -153,14 +154,14 @@ class Kind(NamedTuple):
 def kinds(scenario: Scenario) -> list[Kind]:
     """Return the kinds of lasting errors that fixes of a scenario have, in the order of J."""
     usbl, asvs = scenario.usbl, scenario.asvs.count
-    arrays = 1 if scenario.protocol.is_passive else asvs  # that a fix may be of: else one's own
+    arrays = 1 if scenario.protocol.asvs_ping else asvs  # that a fix may be of: else one's own
     clock = scenario.navigation.clock_offset_sd_s, scenario.navigation.clock_drift_sd
     slow = (1.0,) * SLOW_NUMBERS if usbl.slow_share > 0.0 else (0.0,)
     found = [
         Kind("misalignment", (misalignment_sd(scenario),), arrays),
         Kind("gnss", (usbl.gnss_correlated_sd_m,) * 2, asvs, usbl.gnss_time_constant_s),
         Kind("sound_speed", (abs(sound_speed_error(scenario)),), 1),
-        Kind("clock", (0.0, 0.0) if scenario.protocol.ranging == "twtt" else clock, 1),
+        Kind("clock", (0.0, 0.0) if ranging_of(scenario).calls else clock, 1),
         Kind("slow", slow, asvs, usbl.correlation_s),
     ]
     return [kind for kind in found if any(kind.sds)]
@@ -170,7 +171,7 @@ def misalignment_sd(scenario: Scenario) -> float:
     """Return the standard deviation (rad) of the constant error by which directions are turned:
     that of the array, with passive ranging also of the AUV's compass.
     """
-    compass = own_sensors(scenario).heading_sd_deg if scenario.protocol.is_passive else 0.0
+    compass = own_sensors(scenario).heading_sd_deg if scenario.protocol.asvs_ping else 0.0
     return math.radians(math.hypot(scenario.usbl.misalignment_sd_deg, compass))
 
 

@@ -15,6 +15,7 @@ from pydantic_core import PydanticCustomError
 
 from ...core.spreads import Statistic
 from ...presets.catalogue import CATALOGUE, preset
+from ..declared import navigator_named
 from ..key_types import PAPER, Part, Point, Real, key
 from ..moved_keys import Moved, Section
 from ..part_choice import SET, PartChoice
@@ -211,10 +212,10 @@ class Navigation(Section):
 
     @property
     def fixed_gain(self) -> FixedGain:
-        """The settings of the filter `fixed_gain`."""
-        return self.filter.settings_as("fixed_gain", FixedGain)
+        """The gain of a filter that `has_gain`, and how it compares fixes."""
+        return self.filter.settings_as(FixedGain, navigator_named(self.filter).settings)
 
     @property
     def weighs(self) -> bool:
         """Whether the filter weighs fixes by their covariances."""
-        return self.filter in ("kalman", "smoother")
+        return navigator_named(self.filter).weighs

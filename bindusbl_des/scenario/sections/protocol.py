@@ -2,6 +2,7 @@
 
 from typing import Annotated, ClassVar, Literal
 
+from ..declared import downlink_named, knowledge_named, ranging_named, schedule_named
 from ..key_types import PAPER, Real, Whole, formerly, key
 from ..moved_keys import Moved, Section
 from ..part_choice import SET, PartChoice
@@ -102,33 +103,38 @@ class Protocol(Section):
 
     @property
     def answer(self) -> DirectReply:
-        """The settings of the downlink `direct_reply`."""
-        return self.downlink.settings_as("direct_reply", DirectReply)
+        """How pings are answered, by a downlink that `replies`."""
+        return self.downlink.settings_as(DirectReply, downlink_named(self.downlink).settings)
 
     @property
     def turnaround_s(self) -> float:
         """How long (s) AUVs take to answer a call."""
-        return self.ranging.settings_as("twtt", TwoWay).turnaround_s
+        return self.ranging.settings_as(TwoWay, ranging_named(self.ranging).settings).turnaround_s
 
     @property
     def dissemination(self) -> Broadcast:
-        """The settings of the knowledge `broadcast`."""
-        return self.knowledge.settings_as("broadcast", Broadcast)
+        """How AUVs are told their slots, where frames name them."""
+        return self.knowledge.settings_as(Broadcast, knowledge_named(self.knowledge).settings)
 
     @property
-    def is_passive(self) -> bool:
+    def asvs_ping(self) -> bool:
         """Whether ASVs ping and AUVs fix themselves."""
-        return self.ranging == "passive"
+        return ranging_named(self.ranging).asvs_ping
+
+    @property
+    def random_access(self) -> bool:
+        """Whether AUVs ping as they like: nobody gives them slots, and no round waits for them."""
+        return schedule_named(self.schedule).random_access and not self.asvs_ping
 
     @property
     def replies(self) -> bool:
-        """Whether each ping is answered by itself (direct_reply)."""
-        return not self.is_passive and self.downlink == "direct_reply"
+        """Whether each ping is answered by itself."""
+        return downlink_named(self.downlink).replies and not self.asvs_ping
 
     @property
     def sends_frames(self) -> bool:
         """Whether ASVs send frames on MF: broadcasts, or answers that take airtime."""
-        return not self.is_passive and not (self.replies and self.answer.reply == "instant")
+        return not self.asvs_ping and not (self.replies and self.answer.reply == "instant")
 
     @property
     def replies_in_frames(self) -> bool:
@@ -143,14 +149,15 @@ class Protocol(Section):
     @property
     def calls(self) -> bool:
         """Whether ASVs call the AUVs, which ping in answer."""
-        return self.ranging == "twtt" or (self.schedule == "polling" and not self.is_passive)
+        asked = ranging_named(self.ranging)
+        return asked.calls or (schedule_named(self.schedule).calls and not asked.asvs_ping)
 
     @property
     def pinging(self) -> str:
         """Which vehicles ping: "auv" or "asv", and so the column that names them."""
-        return "asv" if self.is_passive else "auv"
+        return "asv" if self.asvs_ping else "auv"
 
     @property
     def listening(self) -> str:
         """Which vehicles hear pings: "auv" or "asv", and so the column that names them."""
-        return "auv" if self.is_passive else "asv"
+        return "auv" if self.asvs_ping else "asv"

@@ -15,6 +15,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from ...presets.catalogue import CATALOGUE, preset
+from ..declared import instrument_named
 from ..instruments.datasheet import Datasheet
 from ..key_types import PAPER, THESIS, Part, Real, key
 from ..part_choice import SET, PartChoice
@@ -118,6 +119,6 @@ class Usbl(Part):
         usbl = validate({**usbl_values(name), **data} if name in USBLS else data)
         if name in USBLS:
             object.__setattr__(usbl, "__pydantic_fields_set__", set(data))
-        if usbl.model == "datasheet":
+        if instrument_named(usbl.model).is_stated:
             usbl.otherwise(**dict.fromkeys(AHRS, 0.0))
         return usbl

@@ -7,6 +7,7 @@ from pydantic import Discriminator, Field, Tag
 from ..key_types import PAPER, Part, Point, Position, Real, Whole, key
 from ..moved_keys import Moved, Section
 from ..part_choice import PartChoice
+from ..part_settings import Settings
 from ..shipped_settings import Kinematic
 from .anchors import Assign, AsvTrack, Follow, Moving, Zigzag
 from .failures import Failure
@@ -67,7 +68,8 @@ class Auvs(Section):
     @property
     def turning_radius_m(self) -> float:
         """The smallest turning radius of AUVs without dynamics (m)."""
-        return self.vehicle.choice.settings_as("kinematic", Kinematic).turning_radius_m
+        own = Kinematic if not self.vehicle.flies_paths else Settings
+        return self.vehicle.choice.settings_as(Kinematic, own).turning_radius_m
 
     def speed(self, auv: int) -> float:
         """Return the speed of an AUV along its route (m/s)."""
