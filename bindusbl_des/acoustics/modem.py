@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from ..presets.modems import AirtimeTable, airtime_table
+from ..scenario.families import tells_slots
 from ..scenario.scenario import Scenario
-from ..scenario.telling import tells_slots
 
 
 def payload_bytes(fix_count: int, header: int = 8, record: int = 16) -> int:

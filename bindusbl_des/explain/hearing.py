@@ -14,8 +14,7 @@ from ..core.plugins import is_plugin
 from ..core.wording import counted
 from ..results.round_timeline import uplink_slots
 from ..scenario.declared import channel_named
-from ..scenario.families import schedule_of
-from ..scenario.telling import tells_slots
+from ..scenario.families import schedule_of, tells_slots
 from .chain import Step, apart, compared, out_of_range, place, row_of, rows_where
 from .losing import (
     decided_by_channel,

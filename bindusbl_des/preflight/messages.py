@@ -11,12 +11,11 @@ from ..core.wording import plain
 from ..presets.modems import airtime_table
 from ..scenario.agreement.problem import Problem
 from ..scenario.declared import channel_named
-from ..scenario.families import downlink_of, schedule_of
+from ..scenario.families import downlink_of, schedule_of, tells_slots
 from ..scenario.files.curve_file import read_curve
 from ..scenario.planned import known_stations
 from ..scenario.scenario import Scenario
 from ..scenario.sections.acoustics import modem_values
-from ..scenario.telling import tells_slots
 from ..scenario.water import assumed_sound_speed_of
 from .whereabouts import shapes
 

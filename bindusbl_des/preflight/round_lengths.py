@@ -11,9 +11,8 @@ from ..protocol.access.serving import backoff_slot_s, sensing_of
 from ..protocol.cycles import STAND_IN, cycle
 from ..protocol.slots import Slots, slots_of
 from ..scenario.declared import DOWNLINKS, Downlink, Schedule
-from ..scenario.families import broadcaster_of, schedule_of, schedule_settings
+from ..scenario.families import broadcaster_of, schedule_of, schedule_settings, tells_slots
 from ..scenario.scenario import Scenario
-from ..scenario.telling import tells_slots
 
 
 @dataclass(frozen=True)

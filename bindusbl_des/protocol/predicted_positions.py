@@ -14,10 +14,10 @@ import numpy as np
 from ..acoustics.propagation import SignalBand
 from ..geometry.paths import Path
 from ..records.rows import EventBuffer, Rows
+from ..scenario.families import positions_of
 from ..scenario.planned import route_of, tracks_of
 from ..scenario.plans import planned_tours
 from ..scenario.scenario import Scenario
-from ..scenario.telling import positions_of
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import SPEED, Floats, places
 from ..vehicles.vehicle import Place, Vehicle, moored, recorded

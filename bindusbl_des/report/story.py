@@ -13,8 +13,8 @@ from ..explain.chain import out_of_range
 from ..results.effects import harm_told
 from ..scenario.declared import channel_named
 from ..scenario.failing import alive
+from ..scenario.families import tells_slots
 from ..scenario.scenario import Scenario
-from ..scenario.telling import tells_slots
 from .losses import MOST_OTHERS, lost
 from .recording import Metrics, Recording
 from .remedies import advised, remedies

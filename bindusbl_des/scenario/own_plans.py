@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..charts.shapes import HIGHEST
 from ..core.plugins import Family, PluginError, asked, shown
 from ..vehicles.tracks import FARTHEST, FASTEST, Track
-from .agreement.survey import SHORTEST_WAY
+from .agreement.vehicles import SHORTEST_WAY
 from .families import ASV, PLACEMENT, ROUTE
 from .part_choice import PartChoice
 from .part_settings import own_part

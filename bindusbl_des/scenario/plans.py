@@ -10,7 +10,7 @@ from ..geometry.area import Point, turned
 from ..geometry.lanes import Ruling, Share, equal_lengths, strips
 from ..geometry.paths import Path, through
 from ..geometry.routes import FlightPlan, Turning, lawnmower, there_and_back, waypoint_poses
-from .agreement.survey import SHORTEST_WAY
+from .agreement.vehicles import SHORTEST_WAY
 from .planned import route_of, turning_radius
 from .scenario_keys import ScenarioKeys
 from .sections.duration import LONGEST_S, SHORTEST_S, SURVEY, SurveyEnd

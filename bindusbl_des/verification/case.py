@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 from ..acoustics.propagation import TOUCH
 from ..core.plugins import PluginError
 from ..protocol.slots import Slots, slots_of
-from ..scenario.families import ranging_of
+from ..scenario.families import ranging_of, tells_slots
 from ..scenario.on_earth import vessel_tracks
 from ..scenario.planned import NoStations, asv_stations, route_of, tracks_of
 from ..scenario.scenario import Scenario
 from ..scenario.sections.anchors import AsvTrack, Placed
 from ..scenario.sections.vehicle_choice import VehicleChoice
-from ..scenario.telling import tells_slots
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
 from ..usbl.bounds import exceeded
 from ..vehicles.currents import CONTROL_S

@@ -9,10 +9,9 @@ from typing import Any
 from ..core.plugins import is_plugin
 from ..core.wording import plain
 from ..scenario.declared import channel_named
-from ..scenario.families import broadcaster_of, downlink_of, ranging_of, schedule_of
+from ..scenario.families import broadcaster_of, downlink_of, ranging_of, schedule_of, tells_slots
 from ..scenario.files.overrides import put
 from ..scenario.scenario import Scenario
-from ..scenario.telling import tells_slots
 from .case import Case, SignalPair, undecided
 from .frames import beacons, broadcasts, downlink_gap, fewest_slots, frame_spread, sizes
 from .reuse import margin_needed, same_slot

@@ -138,7 +138,7 @@ def test_wrong_casts_are_told_at_their_key(tmp_path: Path) -> None:
 
 
 def test_without_gsw_teos10_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("bindusbl_des.scenario.agreement.water.find_spec", lambda _: None)
+    monkeypatch.setattr("bindusbl_des.scenario.agreement.instruments.find_spec", lambda _: None)
     with pytest.raises(ValueError, match=r"pip install 'bindusbl-des\[ocean\]'"):
         sea(temperature_c=8.0, sound_speed_law="teos10", origin={"lat_deg": 1, "lon_deg": 2})
 

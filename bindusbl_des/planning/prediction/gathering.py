@@ -31,13 +31,19 @@ from ...protocol.slots import slots_of as protocol_slots
 from ...records.rows import Rows
 from ...scenario.channel_settings import burst_s
 from ...scenario.declared import NAVIGATORS, Broadcaster, Downlink, Schedule, channel_named
-from ...scenario.families import broadcaster_of, downlink_of, plugins_of, ranging_of, schedule_of
+from ...scenario.families import (
+    broadcaster_of,
+    downlink_of,
+    plugins_of,
+    ranging_of,
+    schedule_of,
+    tells_slots,
+)
 from ...scenario.instruments.own_sensors import OwnSensors, kinds, own_sensors, told_of
 from ...scenario.part_choice import PartChoice
 from ...scenario.planned import route_of
 from ...scenario.scenario import Scenario
 from ...scenario.survey_area import area_of
-from ...scenario.telling import tells_slots
 from ...scenario.water import assumed_sound_speed_of
 from ...usbl.array import NOTHING, dot, turned
 from ...usbl.instrument import NOISE_WIDTH, Instrument, path_sd, placed, spread_sd

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...records.rows import Recorder, Rows
+from ...scenario.families import positions_of
 from ...scenario.instruments.own_sensors import straight_drift_rms
 from ...scenario.scenario import Scenario
 from ...scenario.sections.anchors import Placed
-from ...scenario.telling import positions_of
 from ...vehicles.fleet import Fleet
 from ..conflicts import Hearing, conflict_graph
 from ..predicted_positions import planned_speeds

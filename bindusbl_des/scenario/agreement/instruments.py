@@ -1,13 +1,78 @@
-"""What the keys of instruments must agree on: one statement of each, and arrays that can tell."""
+"""What the water and the instruments must agree on: one statement of each, arrays that can tell;
+and how large a mission may be.
+"""
 
 from collections.abc import Iterator
+from importlib.util import find_spec
 
 from ...core.wording import plain
+from ..on_earth import origin_of
 from ..part_choice import PartChoice
 from ..scenario_keys import ScenarioKeys
 from ..sections.array import size_m
+from ..sections.environment import Environment
 from ..sections.usbl import usbl_values
 from .problem import Problem
+
+# The speed of sound (m/s) that is not given
+USUAL_SPEED = Environment.model_fields["sound_speed_m_per_s"].default
+
+
+def water_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield what is wrong with where a scenario is, and with the water there."""
+    yield from _origin(scenario)
+    yield from _water(scenario)
+
+
+def _origin(scenario: ScenarioKeys) -> Iterator[Problem]:
+    given = scenario.environment.origin
+    for name, other in (("lat_deg", "lon_deg"), ("lon_deg", "lat_deg")):
+        if getattr(given, name) is not None and getattr(given, other) is None:
+            yield Problem(
+                f"environment.origin.{name}",
+                f"needs {other} as well; add it",
+                (f"environment.origin.{other}",),
+            )
+
+
+def _water(scenario: ScenarioKeys) -> Iterator[Problem]:
+    water = scenario.environment
+    key = "temperature_c" if water.ctd is None else "ctd"
+    if getattr(water, key) is None:
+        return
+    if water.ctd is not None and water.temperature_c is not None:
+        yield Problem(
+            "environment.ctd",
+            "says how warm the water is; remove temperature_c, or the cast",
+            ("environment.temperature_c",),
+        )
+    given, whole = water.model_fields_set, set(type(water).model_fields)
+    speed = water.sound_speed_m_per_s
+    if speed != USUAL_SPEED or ("sound_speed_m_per_s" in given and given != whole):
+        yield Problem(
+            "environment.sound_speed_m_per_s",
+            f"follows from {key}; keep one of them (assumed_sound_speed_m_per_s is what the fleet "
+            "takes it for)",
+            (f"environment.{key}",),
+        )
+    if water.sound_speed_law == "teos10":
+        yield from _teos10(scenario, key)
+
+
+def _teos10(scenario: ScenarioKeys, key: str) -> Iterator[Problem]:
+    if origin_of(scenario) is None:
+        yield Problem(
+            "environment.sound_speed_law",
+            "teos10 needs to know where that is: set environment.origin, or use mackenzie",
+            (f"environment.{key}", "environment.origin"),
+        )
+    elif find_spec("gsw") is None:
+        yield Problem(
+            "environment.sound_speed_law",
+            "teos10 needs the package gsw (pip install 'bindusbl-des[ocean]'); or use mackenzie",
+            (f"environment.{key}",),
+        )
+
 
 # What the sheet of an inertial system says with one figure, and what these keys say of nothing
 REPLACED_BY_DRIFT = {
@@ -18,7 +83,7 @@ REPLACED_BY_DRIFT = {
 }
 
 
-def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+def instruments_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield what instruments' keys contradict each other in."""
     yield from _usbl(scenario)
     yield from _drift(scenario)
@@ -66,4 +131,34 @@ def _drift(scenario: ScenarioKeys) -> Iterator[Problem]:
                 f"is replaced by navigation.drift, which says how far dead reckoning goes astray "
                 f"in all; remove it or set it to {plain(none)}; got {plain(value)}",
                 (f"navigation.drift.{stated}",),
+            )
+
+
+# A mission larger than this would exhaust the memory of any workstation.
+LARGEST_SAMPLES = 5e8
+
+
+def sizes_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield rates at which more samples would be kept than memory holds, or none."""
+    begin = scenario.record.metrics_from_s
+    if begin >= scenario.duration_s - 1 / scenario.record.metrics_hz and begin > 0:
+        yield Problem(
+            "record.metrics_from_s",
+            f"nothing is left to judge of {scenario.duration_s:g} s from {begin:g} s on; begin "
+            "earlier",
+            ("duration_s",),
+        )
+    vehicles = scenario.auvs.count + scenario.asvs.count
+    for name, rate in (
+        ("record.metrics_hz", scenario.record.metrics_hz),
+        ("record.tracks_hz", scenario.record.tracks_hz),
+        ("navigation.imu_rate_hz", scenario.navigation.imu_rate_hz),
+    ):
+        samples = scenario.duration_s * rate * vehicles
+        if samples > LARGEST_SAMPLES:
+            yield Problem(
+                name,
+                f"{samples:.2g} samples ({scenario.duration_s:g} s x {rate:g} Hz x {vehicles} "
+                f"vehicles) exceed {LARGEST_SAMPLES:.0e}; lower rate, duration or fleet",
+                ("duration_s", "auvs.count", "asvs.count"),
             )

@@ -1,19 +1,55 @@
-"""What the keys of the protocol must agree on: slots where parts need them."""
+"""What the parts of a mission must agree on: those that are named, slots where parts need them,
+frames that tell AUVs their slots, channels that reach deep enough, messages that hold a fix.
+"""
 
 from collections.abc import Iterator
+from importlib.util import find_spec
 
 from ...core.plugins import is_plugin
-from ..declared import DOWNLINKS, RANGINGS, broadcaster_named
-from ..families import downlink_of, ranging_of, schedule_of
+from ...core.wording import did_you_mean
+from ...presets.catalogue import CATALOGUE
+from ...presets.modems import airtime_table
+from ..channel_settings import Table
+from ..declared import DOWNLINKS, RANGINGS, broadcaster_named, channel_named
+from ..families import downlink_of, parts_of, ranging_of, schedule_of, tells_slots
+from ..part_choice import PartChoice
+from ..part_settings import shipped_mistakes
 from ..scenario_keys import ScenarioKeys
-from .failures import no_such_asv
 from .problem import Problem
+from .vehicles import no_such_asv
+
+
+def parts_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield names of parts that there are not, and wrong settings of those that ship."""
+    for family, name in parts_of(scenario):
+        if name in family.siblings:
+            for setting, message in shipped_mistakes(family, name):
+                yield Problem(f"{family.key}.{setting}", message)
+        elif not (family.is_open and is_plugin(name)):
+            own = ", or your own as module:object" if family.is_open else ""
+            yield Problem(
+                family.key,
+                f"{name!r} is no {family.noun}{did_you_mean(name, family.siblings)} (one of "
+                f"{', '.join(family.siblings)}{own})"
+                f"{_preset(family.key, name)}",
+            )
+
+
+def _preset(key: str, name: str) -> str:
+    """Return where a preset belongs that is named in a part's place; "" for what is none."""
+    section, _, _ = key.rpartition(".")
+    kind, own = ("usbl", "preset") if section == "usbl" else ("modem", "modem")
+    is_there = section.startswith(("usbl", "acoustics")) and any(
+        name == it.name for it in CATALOGUE[kind]
+    )
+    return f"; it is a preset: set {section}.{own} to {name}" if is_there else ""
+
 
 # With these AUVs ping by their own clocks, in no slot that must hold more than a ping.
 OWN_CLOCKS = [name for name, it in RANGINGS.items() if it.own_clocks]
 
 
-def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+def protocol_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield every contradiction among the keys of the protocol."""
     yield from _fixed(scenario)
     yield from _unslotted(scenario)
@@ -79,4 +115,148 @@ def _ordered(scenario: ScenarioKeys) -> Iterator[Problem]:
             f"{protocol.schedule} packs the pings of a whole round, and {protocol.downlink} would "
             f"hold them up for each frame; use {', '.join(known)} or {last}",
             others,
+        )
+
+
+# Rounds of these downlinks begin when a frame a round ahead can say that they do.
+FORESEEN_DOWNLINKS = [name for name, it in DOWNLINKS.items() if it.is_foreseen]
+
+
+def telling_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield why AUVs cannot be told their slots, where they have to be."""
+    if not tells_slots(scenario):
+        return
+    downlink = scenario.protocol.downlink
+    if not downlink_of(scenario).is_foreseen:
+        why = (
+            "answers each ping at once, and broadcasts nothing that could tell AUVs their slots"
+            if downlink_of(scenario).replies
+            else "begins its rounds at instants that no frame can tell beforehand"
+        )
+        yield Problem(
+            "protocol.knowledge",
+            f"broadcast needs frames that tell AUVs the slots of a round to come; {downlink} {why};"
+            f" use {' or '.join(FORESEEN_DOWNLINKS)}, or knowledge shared",
+            ("protocol.downlink",),
+        )
+    schedule = scenario.protocol.schedule
+    names_all = schedule_of(scenario).names_all
+    if scenario.protocol.dissemination.missed == "contention" and not names_all:
+        yield Problem(
+            "protocol.knowledge.missed",
+            f"contention needs rounds that name all AUVs but those that are lost; {schedule} names "
+            "some, and the others cannot tell; use silent or last_slot, or another schedule",
+            ("protocol.schedule",),
+        )
+    room = _room(scenario)
+    if room is not None:
+        yield from _overfull(scenario, room)
+
+
+def _room(scenario: ScenarioKeys) -> int | None:
+    """Return how many bytes a message has room for beside its header; None for any number."""
+    mf = scenario.acoustics.mf
+    try:
+        measured = None if mf.airtimes is None else airtime_table(mf.airtimes).most_bytes
+    except ValueError:
+        return None  # which has been told
+    sizes = [size for size in (mf.payload_bytes, measured) if size is not None]
+    return min(sizes) - mf.header_bytes if sizes else None
+
+
+def _overfull(scenario: ScenarioKeys, room: int) -> Iterator[Problem]:
+    """Yield why messages with room for so many bytes cannot tell AUVs their slots."""
+    each, count, mf = (
+        scenario.protocol.dissemination.assignment_bytes,
+        scenario.auvs.count,
+        scenario.acoustics.mf,
+    )
+    key, others = (
+        "protocol.knowledge.assignment_bytes",
+        ("acoustics.mf.payload_bytes", "acoustics.mf.modem"),
+    )
+    if each > room:
+        yield Problem(
+            key,
+            f"a message has room for {room} B beside its header, and one slot is told in {each} B; "
+            "make it smaller, or use a modem with larger messages",
+            others,
+        )
+    elif mf.overfull != "split" and each * count + mf.fix_bytes > room:
+        yield Problem(
+            key,
+            f"a broadcast of one message (overfull {mf.overfull}) has room for {room} B beside its "
+            f"header, and tells {count} AUVs their slots in {each * count} B, which leaves no fix "
+            f"of {mf.fix_bytes} B; use overfull split, or larger messages",
+            (*others, "acoustics.mf.overfull", "auvs.count"),
+        )
+
+
+def acoustics_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield what is wrong with channels, and with messages of the downlink."""
+    yield from _channels(scenario)
+    yield from _messages(scenario)
+
+
+def _channels(scenario: ScenarioKeys) -> Iterator[Problem]:
+    for band in ("hf", "mf"):
+        channel = getattr(scenario.acoustics, band).channel
+        for setting, message in _bottom_mistakes(channel, scenario.survey.deepest):
+            yield Problem(
+                f"acoustics.{band}.channel.{setting}",
+                message,
+                ("survey.depth_m", "survey.depths_m"),
+            )
+
+
+def _bottom_mistakes(channel: PartChoice, deepest_m: float) -> Iterator[tuple[str, str]]:
+    """Yield what keeps rays from being traced, or pings from having echoes, for a survey as deep
+    (m), each with its setting.
+    """
+    declared = channel_named(channel)
+    traced = declared.traces_rays and channel.settings.get("rays") is None
+    if not traced and not declared.has_echoes:
+        return
+    usual = Table.model_fields["bottom_m"].default if traced else None
+    bottom = channel.settings.get("bottom_m", usual)
+    if isinstance(bottom, int | float) and bottom <= deepest_m:
+        yield (
+            "bottom_m",
+            f"the sea, {bottom:g} m deep, ends above the survey at {deepest_m:g} m; give its depth",
+        )
+    if traced and find_spec("pelagic") is None:
+        yield (
+            "rays",
+            "rays are traced by the package pelagic (pip install 'bindusbl-des[bellhop]'); or give "
+            "a table of them",
+        )
+
+
+def _messages(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield why messages of the downlink cannot be sent, where there are any."""
+    mf, protocol = scenario.acoustics.mf, scenario.protocol
+    try:
+        measured = None if mf.airtimes is None else airtime_table(mf.airtimes).most_bytes
+    except ValueError as error:
+        yield Problem("acoustics.mf.airtimes", str(error))
+        return
+    if not protocol.sends_frames:
+        return
+    most, key = mf.payload_bytes, "acoustics.mf.payload_bytes"
+    if measured is not None:
+        if most is not None and most > measured:
+            yield Problem(
+                key,
+                f"{most} B are more than the table of airtimes tells of, which ends at "
+                f"{measured} B; use that at most",
+                ("acoustics.mf.airtimes", "acoustics.mf.modem"),
+            )
+        most = min(measured, most or measured)
+    needed = mf.header_bytes + mf.fix_bytes
+    if most is not None and most < needed:
+        yield Problem(
+            key,
+            f"a message of {most} B holds no fix, which with its header takes header_bytes + "
+            f"fix_bytes = {needed} B; make these smaller, or use a modem with larger messages",
+            ("acoustics.mf.header_bytes", "acoustics.mf.fix_bytes", "acoustics.mf.modem"),
         )

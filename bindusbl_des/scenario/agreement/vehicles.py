@@ -1,12 +1,123 @@
-"""What vehicles must agree on with their routes, what they steer by, and currents."""
+"""What surveys, vehicles, their ways and their places must agree on."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from math import dist
 
+from ...geometry.lanes import lane_count
+from ..key_types import Position
+from ..on_earth import origin_of, positioned
 from ..scenario_keys import ScenarioKeys
+from ..sections.anchors import AsvTrack, Follow, Moving, Placed
+from ..sections.failures import Failure
+from ..sections.routes import Hold, Lawnmower, Waypoints
+from ..sections.survey import SHAPES
+from ..sections.vehicles import Formation
+from ..survey_area import area_of, lanes_heading
 from .problem import Problem
 
+MOST_LANES = 100_000
 
-def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+# Shorter lanes and ways (m) are no lanes: a vehicle cannot be said to go along them.
+SHORTEST_WAY = 0.001
+
+
+def survey_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield why a survey cannot be flown as asked for."""
+    shape = list(_shape(scenario))
+    yield from shape
+    yield from _fleet(scenario)
+    if not shape:
+        yield from _lanes(scenario)
+
+
+def _shape(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield what is wrong with the shape of the survey."""
+    survey, shapes = scenario.survey, scenario.survey.shapes
+    if len(shapes) != 1:
+        first = shapes[0] if shapes else "side_m"
+        yield Problem(
+            f"survey.{shapes[1] if shapes else first}",
+            f"excludes {first}: either says what the survey is; keep one, and set the other to "
+            "null where it comes from elsewhere"
+            if shapes
+            else f"says of no survey what it is; give one of {', '.join(SHAPES)}",
+            tuple(f"survey.{name}" for name in SHAPES),
+        )
+        return
+    if shapes[0] in ("polygon_m", "area") and survey.rotation_deg:
+        yield Problem(
+            "survey.rotation_deg",
+            "turns squares and rectangles; turn the corners of a polygon, and remove it",
+            (f"survey.{shapes[0]}",),
+        )
+    try:
+        area_of(scenario)
+    except ValueError as error:
+        yield Problem(f"survey.{shapes[0]}", str(error))
+
+
+def _fleet(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield lists of what each AUV has that do not fit the number of AUVs."""
+    auvs, survey = scenario.auvs, scenario.survey
+    for name, given, what in (
+        ("survey.depths_m", survey.depths_m, "depth"),
+        ("auvs.speeds_m_per_s", auvs.speeds_m_per_s, "speed"),
+        ("auvs.ping_late_s", auvs.ping_late_s, "time"),
+        ("auvs.launch_m", auvs.launch_m, "[x, y]"),
+        ("auvs.recovery_m", auvs.recovery_m, "[x, y]"),
+    ):
+        alone = what == "[x, y]" and given is not None and len(given) == 1
+        if given is not None and len(given) != auvs.count and not alone:
+            yield Problem(
+                name,
+                f"needs one {what} per AUV{', or one for all' if what == '[x, y]' else ''}: "
+                f"{auvs.count} expected, {len(given)} given",
+                ("auvs.count",),
+            )
+
+
+def _lanes(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield why the survey cannot be swept in lanes as asked for."""
+    auvs, route = scenario.auvs, scenario.auvs.route
+    if not isinstance(route, Lawnmower):
+        return
+    area, shape = area_of(scenario), f"survey.{scenario.survey.shapes[0]}"
+    box = area.along(lanes_heading(scenario)).box
+    spacing, across = route.lane_spacing_m, box.y_max - box.y_min
+    if across / spacing > MOST_LANES:
+        yield Problem(
+            "auvs.route.lane_spacing_m",
+            f"makes {across / spacing:.2g} lanes, more than {MOST_LANES:,}; use a wider spacing",
+            (shape, "auvs.route.kind"),
+        )
+    elif route.division == "equal_length" and lane_count(across, spacing) < auvs.count:
+        yield Problem(
+            "auvs.route.division",
+            f"shares {lane_count(across, spacing)} lanes out among {auvs.count} AUVs, of which "
+            f"each needs one; use a spacing of {across / auvs.count:.4g} m or less, fewer AUVs, or "
+            "strips",
+            ("auvs.route.lane_spacing_m", "auvs.count", shape),
+        )
+    margin = spacing / 2 if route.end_margin_m is None else route.end_margin_m
+    along = box.x_max - box.x_min
+    if along - 2 * margin < SHORTEST_WAY:
+        yield Problem(
+            f"auvs.route.{'lane_spacing_m' if route.end_margin_m is None else 'end_margin_m'}",
+            f"leaves no lane: margins of 2 x {margin:g} m fill the "
+            f"{'side' if area.side else 'length'} of {along:g} m; use a smaller one",
+            (shape, "auvs.route.kind"),
+        )
+    if not auvs.vehicle.has_dynamics and 2 * auvs.turning_radius_m > area.across:
+        yield Problem(
+            "auvs.vehicle.turning_radius_m",
+            f"a turn of {auvs.turning_radius_m:g} m radius does not fit a survey of {area.told}; "
+            f"use at most {area.across / 2:g}",
+            (shape, "auvs.vehicle", "auvs.route.kind"),
+        )
+
+
+def vehicles_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield vehicles that routes, feedback or currents ask too much of."""
     auvs, asvs, water = scenario.auvs, scenario.asvs, scenario.environment
     route = auvs.route.kind
@@ -34,3 +145,232 @@ def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
             "navigation.velocity to through_water",
             ("auvs.vehicle", "asvs.vehicle", "navigation.velocity"),
         )
+
+
+ORIGIN = ("environment.origin.lat_deg", "environment.origin.lon_deg")
+
+
+def places_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield what is wrong with the places of a scenario that are given in degrees."""
+    given, corners = list(_in_degrees(scenario)), scenario.survey.corners_deg
+    origin = origin_of(scenario)
+    if origin is not None:
+        yield from _far("survey.area", [("survey.area", it) for it in corners], origin)
+    for key, other, is_double, positions in given:
+        section = key.rpartition(".")[0]
+        if is_double:
+            yield Problem(key, f"excludes {other}; keep one of them", (f"{section}.{other}",))
+        if origin is None:
+            message = "needs environment.origin.lat_deg and lon_deg, where x = y = 0"
+            yield Problem(key, f"{message}; add them", ORIGIN)
+        else:
+            yield from _far(key, positions, origin)
+
+
+def _in_degrees(
+    scenario: ScenarioKeys,
+) -> Iterator[tuple[str, str, bool, list[tuple[str, Position]]]]:
+    """Yield each key in degrees, the one in metres beside it, and whether that is given as well;
+    and the positions, each with the key of its own.
+    """
+    route, formation = scenario.auvs.route, scenario.asvs.formation
+    if isinstance(route, Hold) and route.positions_deg:
+        key = "auvs.route.positions_deg"
+        yield key, "positions_m", bool(route.positions_m), _keyed(key, route.positions_deg)
+    if isinstance(route, Waypoints) and route.points_deg:
+        key = "auvs.route.points_deg"
+        points = [it for n, way in enumerate(route.points_deg) for it in _keyed(f"{key}.{n}", way)]
+        yield key, "points_m", bool(route.points_m), points
+    stations = getattr(formation, "positions_deg", None)
+    if stations is not None:
+        key = "asvs.formation.positions_deg"
+        is_double = getattr(formation, "positions_m", None) is not None
+        yield key, "positions_m", is_double, _keyed(key, stations)
+
+
+def _keyed(key: str, positions: Sequence[Position]) -> list[tuple[str, Position]]:
+    return [(f"{key}.{number}", position) for number, position in enumerate(positions)]
+
+
+def _far(key: str, positions: list[tuple[str, Position]], origin: Position) -> Iterator[Problem]:
+    """Yield the first position that is too far away, if there is one."""
+    from ...geometry.geodesy import far_apart_m
+    from ...vehicles.tracks import FARTHEST, too_far
+
+    if not positions:
+        return
+    lat, lon = zip(*(it for _, it in positions), strict=True)
+    is_far = far_apart_m(lat, lon, origin) > FARTHEST
+    if is_far.any():
+        place, position = positions[int(is_far.argmax())]
+        yield Problem(place, too_far(position, origin), ORIGIN)
+
+
+def route_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield lists of places, ways and files that do not fit the number of AUVs, or are no ways."""
+    auvs, route = scenario.auvs, scenario.auvs.route
+    if route.kind == "hold":
+        places = route.positions_deg or route.positions_m
+        if len(places) != auvs.count:
+            unit, each = ("deg", "[lat, lon]") if route.positions_deg else ("m", "[x, y]")
+            yield Problem(
+                f"auvs.route.positions_{unit}",
+                f"needs one {each} per AUV: {auvs.count} expected, {len(places)} given",
+                ("auvs.count", "auvs.route.kind"),
+            )
+    if route.kind == "track" and route.tracks and len(route.tracks) != auvs.count:
+        yield Problem(
+            "auvs.route.tracks",
+            f"needs one name per AUV: {auvs.count} expected, {len(route.tracks)} given",
+            ("auvs.count", "auvs.route.kind"),
+        )
+    if route.kind == "track" and len(route.files) != auvs.count:
+        yield Problem(
+            "auvs.route.files",
+            f"needs one file per AUV: {auvs.count} expected, {len(route.files)} given",
+            ("auvs.count", "auvs.route.kind"),
+        )
+    if route.kind == "waypoints":
+        name = "points_deg" if route.points_deg else "points_m"
+        count = len(route.points_deg or route.points_m)
+        if count != auvs.count:
+            yield Problem(
+                f"auvs.route.{name}",
+                f"needs one list of points per AUV: {auvs.count} expected, {count} given",
+                ("auvs.count", "auvs.route.kind"),
+            )
+        if route.points_deg and origin_of(scenario) is None:
+            return  # which has been told
+        for number, points in enumerate(positioned(scenario, route).points_m):
+            if len(points) < 2 or any(dist(a, b) < SHORTEST_WAY for a, b in pairwise(points)):
+                yield Problem(
+                    f"auvs.route.{name}.{number}",
+                    f"needs at least two points, those in a row {SHORTEST_WAY:g} m apart or more",
+                )
+
+
+# So many ASVs are placed among so many AUVs in a tenth of a second; twice as many take seconds.
+MOST_PLACED, MOST_FOLLOWED = 50, 100
+
+# So many times ASVs may be told where to go; each takes a fifth of a kilobyte.
+MOST_ORDERS = 1e6
+
+
+def formation_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield what is wrong with ASVs that keep their places, or that move."""
+    placement = scenario.asvs.formation
+    if isinstance(placement, Formation):
+        yield from _still(placement, scenario.asvs.count)
+    elif isinstance(placement, Moving):
+        yield from _moving(placement, scenario)
+
+
+def _still(formation: Formation, count: int) -> Iterator[Problem]:
+    degrees = formation.positions_deg
+    name, each = ("positions_m", "[x, y]") if degrees is None else ("positions_deg", "[lat, lon]")
+    places = formation.positions_m if degrees is None else degrees
+    if formation.model is not None and (formation.model == "positions") is (places is None):
+        yield Problem(
+            "asvs.formation.model",
+            f"positions needs {name}; add it, or use ring"
+            if formation.model == "positions"
+            else f"ring excludes {name}; remove it, or use positions",
+            (f"asvs.formation.{name}",),
+        )
+    if places is not None:
+        if len(places) != count:
+            yield Problem(
+                f"asvs.formation.{name}",
+                f"needs one {each} per ASV: {count} expected, {len(places)} given",
+                ("asvs.count",),
+            )
+        if formation.radius_m is not None or formation.clearance_m or formation.angle_deg:
+            yield Problem(
+                f"asvs.formation.{name}",
+                "excludes radius_m, clearance_m and angle_deg; keep one or the other",
+                tuple(f"asvs.formation.{key}" for key in ("radius_m", "clearance_m", "angle_deg")),
+            )
+    elif formation.radius_m is not None and formation.clearance_m:
+        yield Problem(
+            "asvs.formation.radius_m",
+            "excludes clearance_m (R_f = hf.range_m + clearance_m); keep one of them",
+            ("asvs.formation.clearance_m",),
+        )
+
+
+def _moving(placement: Moving, scenario: ScenarioKeys) -> Iterator[Problem]:
+    asvs = scenario.asvs
+    if asvs.vehicle.model != "moored":
+        yield Problem(
+            "asvs.vehicle",
+            f"{asvs.vehicle} keeps a station, and {placement.MODEL} moves ASVs along straight "
+            "lines; use vehicle moored, or a ring or positions",
+            ("asvs.formation.model",),
+        )
+    lists = ("files", "tracks") if isinstance(placement, AsvTrack) else ("start_m",)
+    for name in lists:
+        given = getattr(placement, name)
+        if len(given or ()) != asvs.count and (given or name == "files"):
+            each = {"files": "file", "tracks": "name", "start_m": "[x, y]"}[name]
+            yield Problem(
+                f"asvs.formation.{name}",
+                f"needs one {each} per ASV: {asvs.count} expected, {len(given or ())} given",
+                ("asvs.count", "asvs.formation.model"),
+            )
+    if isinstance(placement, Placed) and asvs.count > MOST_PLACED:
+        yield Problem(
+            "asvs.count",
+            f"{placement.MODEL} places at most {MOST_PLACED} ASVs; got {asvs.count}; use fewer, or "
+            "a ring or positions",
+            ("asvs.formation.model",),
+        )
+    if isinstance(placement, Follow) and scenario.auvs.count > MOST_FOLLOWED:
+        yield Problem(
+            "auvs.count",
+            f"at most {MOST_FOLLOWED} AUVs can be followed; got {scenario.auvs.count}; use assign",
+            ("asvs.formation.model",),
+        )
+    if isinstance(placement, Placed):
+        orders = asvs.count * scenario.duration_s / placement.replan_s
+        if orders > MOST_ORDERS:
+            yield Problem(
+                "asvs.formation.replan_s",
+                f"{orders:.2g} orders ({asvs.count} ASVs, each {placement.replan_s:g} s for "
+                f"{scenario.duration_s:g} s) exceed {MOST_ORDERS:.0e}; raise it",
+                ("duration_s", "asvs.count"),
+            )
+
+
+def no_such_asv(asv: int, count: int) -> str:
+    """Return that there is no such ASV among so many.
+
+    >>> no_such_asv(1, 1)
+    'there is no ASV1: the only one is ASV0'
+    """
+    which = "the only one is ASV0" if count == 1 else f"the last is ASV{count - 1}"
+    return f"there is no ASV{asv}: {which}"
+
+
+def failures_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield failures that cannot be."""
+    count, given = scenario.asvs.count, scenario.asvs.failures
+    for number, failure in enumerate(given):
+        key = f"asvs.failures.{number}"
+        if failure.asv >= count:
+            yield Problem(f"{key}.asv", no_such_asv(failure.asv, count), ("asvs.count",))
+        if failure.until_s is not None and failure.until_s <= failure.at_s:
+            told = f"must be later than at_s, which is {failure.at_s:g} s; got {failure.until_s:g}"
+            yield Problem(f"{key}.until_s", told, (f"{key}.at_s",))
+        for other in range(number):
+            if given[other].asv == failure.asv and _meet(given[other], failure):
+                yield Problem(
+                    f"{key}.at_s",
+                    f"ASV{failure.asv} fails while it has failed already (failure {other}); make "
+                    "one of both",
+                    (f"asvs.failures.{other}",),
+                )
+
+
+def _meet(one: Failure, other: Failure) -> bool:
+    first, second = sorted((one, other), key=lambda it: it.at_s)
+    return first.lasts(second.at_s)
