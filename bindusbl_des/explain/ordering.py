@@ -146,7 +146,7 @@ def _by_expected_error(result: "Result", ping: Any) -> Why:
 def _drift(result: "Result", auv: str, time: float) -> float:
     """Return the drift (m, RMS) that the fleet expects of an AUV in a time (s) without fixes."""
     auvs = result.scenario.auvs
-    speed = 0.0 if auvs.route.kind == "hold" else auvs.speed(number_of(auv))
+    speed = 0.0 if auvs.route.is_held else auvs.speed(number_of(auv))
     return straight_drift_rms(result.scenario, time, speed)
 
 

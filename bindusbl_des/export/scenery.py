@@ -219,7 +219,7 @@ def _survey(scenario: "Scenario") -> dict[str, Any]:
 
 
 def _planned(scenario: "Scenario") -> Iterator[dict[str, Any]]:
-    if scenario.auvs.route.kind not in ("lawnmower", "waypoints"):
+    if not scenario.auvs.route.is_flown:
         return
     for number, path in enumerate(planned_paths(scenario)):
         places = path.sample(np.linspace(0.0, path.length, PLAN_POINTS))[:, :2]

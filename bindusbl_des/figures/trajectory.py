@@ -75,7 +75,7 @@ def draw_map(axes: Axes, result: "Result") -> None:
 
 def _plans(scenario: "Scenario") -> list[Any]:
     """Return the planned paths (n, 2), east and north, none where AUVs hold or repeat a track."""
-    if scenario.auvs.route.kind not in ("lawnmower", "waypoints"):
+    if not scenario.auvs.route.is_flown:
         return []
     return [
         east_north(path.sample(np.linspace(0.0, path.length, PLAN_POINTS))[:, :2])
@@ -155,6 +155,6 @@ def map_handles(scenario: "Scenario") -> list[Artist]:
         Line2D([], [], color=HF, ls="--", lw=0.7, label="HF range"),
         Line2D([], [], color=MF, ls=":", lw=0.7, label="MF range"),
     ]
-    if scenario.auvs.route.kind not in ("lawnmower", "waypoints"):
+    if not scenario.auvs.route.is_flown:
         handles = handles[1:]
     return handles + vehicle_handles(f"AUV{i}" for i in range(scenario.auvs.count))

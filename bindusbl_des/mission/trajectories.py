@@ -161,7 +161,7 @@ def _lanes(scenario: Scenario, fleet: Fleet) -> list[Lanes]:
     """Return where along its plan (m) each AUV's lanes begin and end; empty without plans."""
     if any(vehicle.along(0.0) is None for vehicle in fleet.vehicles):
         return []
-    if scenario.auvs.route.kind == "hold":
+    if scenario.auvs.route.is_held:
         return []
     return [plan.lanes for plan in plans_of(scenario)]
 

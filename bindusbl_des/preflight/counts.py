@@ -153,7 +153,8 @@ def _ways(scenario: Scenario) -> dict[str, float]:
     auvs, asvs, duration = scenario.auvs, scenario.asvs, scenario.duration_s
     moving = auvs.count * auvs.vehicle.has_dynamics + asvs.count * asvs.vehicle.has_dynamics
     found = {"intervals": moving * duration / CONTROL_S, "lanes": 0.0, "legs": 0.0}
-    if known_route(scenario).kind in ("hold", "track"):
+    route = known_route(scenario)
+    if route.is_held or route.is_recorded:
         return found
     lanes, tour = _tour(scenario)
     found["lanes"] = auvs.count * lanes

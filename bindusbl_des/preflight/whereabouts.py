@@ -96,7 +96,7 @@ def anchors(scenario: Scenario) -> Iterator[Problem]:
             ("protocol.ranging",),
         )
     fastest = max(auvs.speeds)
-    if auvs.route.kind in ("lawnmower", "waypoints") and asked.speed_m_per_s < fastest:
+    if auvs.route.is_flown and asked.speed_m_per_s < fastest:
         yield Problem(
             "asvs.formation.speed_m_per_s",
             f"is {asked.speed_m_per_s:g} m/s and AUVs go at {fastest:g} m/s: ASVs fall behind on "

@@ -212,9 +212,9 @@ def courses(scenario: Scenario) -> list[Course]:
 def planned_speeds(scenario: Scenario, auvs: Fleet) -> Floats:
     """Return the planned speed of each AUV (m/s), (n,), of a track that of its fastest leg."""
     speed = np.array(scenario.auvs.speeds)
-    if scenario.auvs.route.kind == "hold":
+    if scenario.auvs.route.is_held:
         speed[:] = 0.0
-    elif route_of(scenario).kind == "track" and auvs.poses is None:
+    elif route_of(scenario).is_recorded and auvs.poses is None:
         table, first, _ = auvs.motion
         speed = np.maximum.reduceat(table[:, SPEED], first[:-1])
     return speed

@@ -137,7 +137,7 @@ def _spread(mission: Recording, number: int, step: int, packer: Packer) -> dict[
 def _plan(mission: Recording, number: int, packer: Packer) -> dict[str, Any] | None:
     """Return the planned path, None for an AUV that holds or repeats a track."""
     scenario = mission.scenario
-    if scenario.auvs.route.kind not in ("lawnmower", "waypoints"):
+    if not scenario.auvs.route.is_flown:
         return None
     path = planned_paths(scenario)[number]
     most = max(MOST_PLAN_POINTS // mission.auvs, 2)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import dist
-from typing import Any, Literal, NoReturn
+from typing import Any, ClassVar, Literal, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -73,6 +73,9 @@ class Tracks:
 
     tracks: tuple[Track, ...]
     kind: Literal["track"] = "track"
+    is_flown: ClassVar[bool] = False
+    is_held: ClassVar[bool] = False
+    is_recorded: ClassVar[bool] = True
 
 
 @dataclass(frozen=True)
@@ -81,6 +84,9 @@ class Points:
 
     points_m: tuple[tuple[tuple[float, float], ...], ...]
     kind: Literal["waypoints"] = "waypoints"
+    is_flown: ClassVar[bool] = True
+    is_held: ClassVar[bool] = False
+    is_recorded: ClassVar[bool] = False
 
 
 def own_placement(choice: PartChoice, view: PlanView) -> Any:

@@ -125,7 +125,7 @@ def kept(work: Callable[[Scenario], Answer]) -> Callable[[Scenario], Answer]:
 
 def _ended(scenario: Scenario) -> list[Problem]:
     """Work out when the survey of a mission ends, and with it the mission; or say why not."""
-    if scenario.auvs.route.kind not in ("lawnmower", "waypoints"):
+    if not scenario.auvs.route.is_flown:
         told = f"{SURVEY} needs lanes or waypoints to be flown; give the seconds"
         return [Problem("duration_s", told, ("auvs.route.kind",))]
     from .plans import survey_end  # with all that plans need, which other missions do not wait for

@@ -85,7 +85,8 @@ def believed_off_m(case: Case) -> float:
     positions, usbl = scenario.protocol.positions, scenario.usbl
     if positions == "truth":
         return 0.0
-    tours = route_of(scenario).kind not in ("hold", "track")
+    route = route_of(scenario)
+    tours = not (route.is_held or route.is_recorded)
     if is_plugin(usbl.model) or (positions == "carried_forward" and tours):
         return math.inf
     many = len(case.apart_m) and float(case.apart_m.min()) <= 2 * hf.range_m

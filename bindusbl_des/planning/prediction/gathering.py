@@ -356,7 +356,7 @@ def _moved_m2(scenario: Scenario) -> float:
     lasts = scenario.acoustics.hf.ping_s + protocol.turnaround_s
     if scenario.navigation.weighs:
         return own_sensors(scenario).random_walk_m_per_sqrt_s ** 2 * lasts
-    speed = 0.0 if scenario.auvs.route.kind == "hold" else max(scenario.auvs.speeds)
+    speed = 0.0 if scenario.auvs.route.is_held else max(scenario.auvs.speeds)
     return (speed * lasts) ** 2 / 2
 
 

@@ -146,7 +146,7 @@ def _shipped(scenario: Scenario, placement: Placed) -> Mover:
         case Assign(horizon_s=horizon, hysteresis=share):
             return assign.AssignPlacement(horizon_s=horizon, hysteresis=share)
         case Zigzag():
-            still = scenario.auvs.route.kind == "hold"
+            still = scenario.auvs.route.is_held
             return zigzag.ZigzagPlacement(
                 amplitude_m=placement.amplitude_m,
                 period_s=placement.period_s,

@@ -120,11 +120,11 @@ def _lanes(scenario: ScenarioKeys) -> Iterator[Problem]:
 def vehicles_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield vehicles that routes, feedback or currents ask too much of."""
     auvs, asvs, water = scenario.auvs, scenario.asvs, scenario.environment
-    route = auvs.route.kind
-    if auvs.vehicle.flies_paths and route in ("hold", "track"):
+    route = auvs.route
+    if auvs.vehicle.flies_paths and (route.is_held or route.is_recorded):
         yield Problem(
             "auvs.vehicle",
-            f"{auvs.vehicle} flies paths; with a {route} route use kinematic",
+            f"{auvs.vehicle} flies paths; with a {route.kind} route use kinematic",
             ("auvs.route.kind",),
         )
     if auvs.feedback == "estimate" and not auvs.vehicle.has_dynamics:

@@ -80,7 +80,8 @@ def wanders_over_m(scenario: ScenarioKeys) -> float | None:
     (passive ranging).
     """
     auvs, drift = scenario.auvs, scenario.navigation.drift
-    planned = auvs.route.kind not in ("hold", "track") and len(set(auvs.speeds)) == 1
+    route = auvs.route
+    planned = not (route.is_held or route.is_recorded) and len(set(auvs.speeds)) == 1
     if not drift.is_stated or not planned or scenario.protocol.asvs_ping:
         return None
     return drift.line_m
@@ -115,7 +116,8 @@ def drift_told(scenario: ScenarioKeys) -> str:
     Of AUVs that follow no plan of the scenario, whose speed is another, nothing can be said.
     """
     drift, sensors = scenario.navigation.drift, own_sensors(scenario)
-    if not drift.is_stated or scenario.auvs.route.kind in ("hold", "track"):
+    route = scenario.auvs.route
+    if not drift.is_stated or route.is_held or route.is_recorded:
         return ""
     line, sd = wanders_over_m(scenario), sensors.bias_sd_m_per_s
     share = sensors.scale_factor_sd if sd == 0.0 else sd / max(scenario.auvs.speeds)

@@ -47,6 +47,9 @@ class OwnRoute(OwnSection):
 
     WORD = "kind"
     kind: ClassVar[Literal["own"]] = "own"
+    is_flown: ClassVar[bool] = False
+    is_held: ClassVar[bool] = False
+    is_recorded: ClassVar[bool] = False
 
 
 def is_own(section: Any, word: str) -> bool:

@@ -1,6 +1,6 @@
 """The keys of each kind of route: lanes over the survey, places to hold, way points, tracks."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Tag
 
@@ -10,7 +10,13 @@ from .own import OwnRoute, is_own
 
 
 class Planned(Part):
-    """A kind of route that ships."""
+    """A kind of route that ships: AUVs fly paths that are planned (`is_flown`), lie still
+    (`is_held`), or repeat what was recorded (`is_recorded`).
+    """
+
+    is_flown: ClassVar[bool] = False
+    is_held: ClassVar[bool] = False
+    is_recorded: ClassVar[bool] = False
 
     kind: str
 
@@ -22,6 +28,8 @@ class Planned(Part):
 
 class Lawnmower(Planned):
     """Boustrophedon lanes along x, or another heading, AUV0 at the lowest y across them."""
+
+    is_flown = True
 
     kind: Literal["lawnmower"] = key("lawnmower", "", "route family", PAPER)
     lane_spacing_m: Real = key(10.0, "m", "distance between lanes", OURS, ge=0.01, le=1e5)
@@ -56,6 +64,8 @@ class Lawnmower(Planned):
 class Hold(Planned):
     """Vehicles hold still at given positions, heading along +x."""
 
+    is_held = True
+
     kind: Literal["hold"] = key("hold", "", "route family")
     positions_m: tuple[Point, ...] = key((), "m", "one [x, y] per AUV")
     positions_deg: tuple[Position, ...] = key(
@@ -66,6 +76,8 @@ class Hold(Planned):
 class Waypoints(Planned):
     """Each AUV follows its own list of waypoints along Dubins curves, there and back."""
 
+    is_flown = True
+
     kind: Literal["waypoints"] = key("waypoints", "", "route family")
     points_m: tuple[tuple[Point, ...], ...] = key((), "m", "per AUV a list of [x, y]")
     points_deg: tuple[tuple[Position, ...], ...] = key(
@@ -75,6 +87,8 @@ class Waypoints(Planned):
 
 class Track(Planned):
     """Each AUV repeats the recorded track of a real vehicle."""
+
+    is_recorded = True
 
     kind: Literal["track"] = key("track", "", "route family")
     files: tuple[Text, ...] = key(
