@@ -80,8 +80,7 @@ def _findings(
         document = read_yaml(source.text, file)
         if is_plan(document.data):
             from ..campaigns.experiments.options import Options
-            from ..planning.questions.plan_file import read_plan
-            from ..planning.questions.question import Asking
+            from ..planning.question import Asking, read_plan
 
             options = Options(overrides=overrides)
             asked = read_plan(file, Asking(options=options, allow_plugins=allow_plugins)).experiment

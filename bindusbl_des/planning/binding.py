@@ -8,8 +8,7 @@ from .prediction.inputs import Inputs
 from .prediction.parts import Chances
 from .prediction.predicting import predict
 from .selection.goals import Goal
-from .teams.candidates import Candidate
-from .teams.foresight import Foresight, excess, value_of
+from .teams.candidates import Candidate, Foresight, excess, value_of
 from .wording import said
 
 # Less than this share of a value is no gain.

@@ -37,7 +37,7 @@ from ..campaigns.workers.supervisor import Supervisor, interruptible
 from ..core.files import sync
 from ..core.kept_files import keep, portable
 from ..core.process import ProgressLine, answered, duration, end_now
-from .questions.question import Question
+from .question import Question
 from .selection.goals import Floats, Goal
 
 AUVS = "auvs"

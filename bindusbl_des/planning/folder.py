@@ -22,9 +22,9 @@ from ..scenario.scenario import Scenario
 from .doubting import plainly
 from .found import Found
 from .prediction.parts import STATED_ERROR
-from .questions.question import Question
+from .question import Question
 from .selection.goals import goals_in
-from .teams.foresight import band
+from .teams.candidates import band
 from .telling import answer_told, caveats, reached, would_told
 from .wording import team_told
 

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 
 from .binding import Relief
 from .doubting import Doubted
-from .questions.question import Question
+from .question import Question
 from .selection.goals import Goal
 from .selection.selection import Selection
-from .teams.candidates import Candidate
-from .teams.foresight import Foresight, excess
+from .teams.candidates import Candidate, Foresight, excess
 from .teams.narrowing import LeftOut
 
 

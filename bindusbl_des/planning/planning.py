@@ -50,14 +50,12 @@ from .flying import Budget, flights, local_workers, wanted
 from .folder import DOUBTS, MISSIONS, begin
 from .found import Found, ranked
 from .outcome import Plan, written
-from .questions.plan_file import read_plan
-from .questions.question import Asking, Question, goals_of_arguments
+from .question import Asking, Question, goals_of_arguments, read_plan
 from .selection.goals import Floats, Of
 from .selection.search import select
 from .selection.selection import Candidate as Choice
 from .selection.selection import Sample, Selection
-from .teams.candidates import Candidate
-from .teams.foresight import Foresight
+from .teams.candidates import Candidate, Foresight
 from .teams.narrowing import further, narrowed
 from .teams.proposals import proposed
 from .telling import best_told

@@ -9,8 +9,7 @@ from ..core.wording import counted, significant
 from .found import Found, ranked
 from .selection.goals import Goal
 from .selection.selection import Estimate, Selection
-from .teams.candidates import Candidate
-from .teams.foresight import band, excess
+from .teams.candidates import Candidate, band, excess
 from .teams.proposals import is_instant
 from .wording import limits, said, team_told
 

@@ -14,8 +14,7 @@ from .on_earth import positioned, positioned_stations, recorded_tracks
 from .part_choice import PartChoice
 from .scenario_keys import ScenarioKeys
 from .sections.anchors import Moving, Placed
-from .sections.own import OwnPlacement, OwnRoute
-from .sections.routes import Hold, Lawnmower, Track, Waypoints
+from .sections.routes import Hold, Lawnmower, OwnPlacement, OwnRoute, Track, Waypoints
 from .survey_area import area_of
 
 if TYPE_CHECKING:

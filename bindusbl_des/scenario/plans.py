@@ -13,8 +13,8 @@ from ..geometry.routes import FlightPlan, Turning, lawnmower, there_and_back, wa
 from .agreement.vehicles import SHORTEST_WAY
 from .planned import route_of, turning_radius
 from .scenario_keys import ScenarioKeys
-from .sections.duration import LONGEST_S, SHORTEST_S, SURVEY, SurveyEnd
 from .sections.routes import Lawnmower
+from .sections.survey import LONGEST_S, SHORTEST_S, SURVEY, SurveyEnd
 from .survey_area import area_of, lanes_heading
 
 # What vehicles with dynamics take longer than their plan says: starting from rest (s), and a share

@@ -13,11 +13,10 @@ from .agreement.consistency import problems
 from .agreement.problem import Problem
 from .scenario_keys import Record, ScenarioKeys
 from .sections.acoustics import Acoustics
-from .sections.duration import SURVEY, SurveyEnd
 from .sections.environment import Environment
 from .sections.navigation import Navigation
 from .sections.protocol import Protocol
-from .sections.survey import Survey
+from .sections.survey import SURVEY, Survey, SurveyEnd
 from .sections.usbl import Usbl
 from .sections.vehicles import Asvs, Auvs
 from .survey_area import area_of

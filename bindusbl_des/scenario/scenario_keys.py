@@ -10,11 +10,10 @@ from pydantic import Field
 
 from .key_types import LONGEST_NAME, PAPER, Part, Real, Text, key
 from .sections.acoustics import Acoustics
-from .sections.duration import Duration
 from .sections.environment import Environment
 from .sections.navigation import Navigation
 from .sections.protocol import Protocol
-from .sections.survey import Survey
+from .sections.survey import Duration, Survey
 from .sections.usbl import Usbl
 from .sections.vehicles import Asvs, Auvs
 

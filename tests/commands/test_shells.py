@@ -11,8 +11,7 @@ from click.testing import CliRunner, Result
 
 from bindusbl_des import load_result
 from bindusbl_des.cli import main
-from bindusbl_des.planning.questions.plan_file import read_plan
-from bindusbl_des.planning.questions.question import Asking
+from bindusbl_des.planning.question import Asking, read_plan
 from bindusbl_des.planning.selection.goals import goals_in
 
 TINY = "name: tiny\nduration_s: 5\nrecord: {detail: summary}\n"

@@ -9,8 +9,7 @@ from worlds import scenario
 
 from bindusbl_des import Scenario
 from bindusbl_des.geometry.formation import formation
-from bindusbl_des.planning.objectives import objective_of, reach_of
-from bindusbl_des.planning.placement import best_ring, free_places
+from bindusbl_des.planning.placement import best_ring, free_places, objective_of, reach_of
 from bindusbl_des.planning.prediction.inputs import inputs_of
 
 

@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from bindusbl_des import load_scenario, plan
-from bindusbl_des.planning.questions.plan_file import read_plan
-from bindusbl_des.planning.questions.question import Asking
+from bindusbl_des.planning.question import Asking, read_plan
 
 PLANS = Path(__file__).parents[2] / "experiments" / "plans"
 SIDES = {"survey_60m": 60, "survey_100m": 100, "survey_140m": 140, "rectangle": 500}

@@ -6,10 +6,8 @@ import pytest
 
 from bindusbl_des import ScenarioError, load_scenario
 from bindusbl_des.campaigns.experiments.options import PythonArguments
-from bindusbl_des.planning.questions.plan_file import read_plan
-from bindusbl_des.planning.questions.question import Asking, goals_of_arguments
-from bindusbl_des.planning.teams.candidates import DOWNLINK, SCHEDULE
-from bindusbl_des.planning.teams.foresight import Foresight
+from bindusbl_des.planning.question import Asking, goals_of_arguments, read_plan
+from bindusbl_des.planning.teams.candidates import DOWNLINK, SCHEDULE, Foresight
 from bindusbl_des.planning.teams.proposals import proposed
 
 # Two ASVs side by side in the midst

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from bindusbl_des.mission.outcomes.service import fix_ages
+from bindusbl_des.planning.prediction.predicting import Waiting, waiting
 from bindusbl_des.planning.prediction.rounds import Turns
-from bindusbl_des.planning.prediction.waiting import Waiting, waiting
 
 # How old fixes are as they come (s)
 LAG = 0.7

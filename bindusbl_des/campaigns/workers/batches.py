@@ -22,7 +22,7 @@ from ...mission.simulation import simulate
 from ...results.schemas import arrow
 from ...scenario.families import leave_of, without_plugins
 from ...scenario.scenario import Scenario
-from ...scenario.sections.duration import SURVEY
+from ...scenario.sections.survey import SURVEY
 from ..experiments.experiment import as_written
 from ..experiments.plan import ExperimentPlan, PlannedMission, PlannedPoint, mission_id
 from ..storage.folder import STOP, write_json

@@ -34,7 +34,7 @@ CUT_OFF = "Cut off before all was flown; the same command, or `bindusbl-des resu
 
 if TYPE_CHECKING:
     from ...planning.outcome import Plan
-    from ...planning.questions.question import Question
+    from ...planning.question import Question
     from ...planning.selection.goals import Of
 
 
@@ -125,8 +125,7 @@ def plan(
         from ...campaigns.experiments.options import Options
         from ...planning.folder import begin
         from ...planning.planning import admitted
-        from ...planning.questions.plan_file import read_plan
-        from ...planning.questions.question import Asking, goals_of_options
+        from ...planning.question import Asking, goals_of_options, read_plan
 
         of: Of | None = "mean" if mean else share
         goals = goals_of_options(below, above, of)

@@ -11,10 +11,9 @@ from typing import Any
 from ...advice.stations import Ways
 from ...core.wording import counted
 from ...scenario.sections.vehicles import Formation
-from ..questions.question import Question
+from ..question import Question
 from ..selection.goals import Floats, Goal
-from .candidates import COUNT, FORMATION, Candidate, Keys, candidate
-from .foresight import Foresight, doubt_of, excess
+from .candidates import COUNT, FORMATION, Candidate, Foresight, Keys, candidate, doubt_of, excess
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,18 @@ from ...scenario.scenario import Scenario
 from ...scenario.sections.vehicles import Formation
 from ...scenario.survey_area import area_of
 from ..placement import free_places
-from ..questions.question import Question
-from .candidates import COUNT, DOWNLINK, FORMATION, REPLY, SCHEDULE, Candidate, Keys, candidate
-from .foresight import Foresight
+from ..question import Question
+from .candidates import (
+    COUNT,
+    DOWNLINK,
+    FORMATION,
+    REPLY,
+    SCHEDULE,
+    Candidate,
+    Foresight,
+    Keys,
+    candidate,
+)
 from .narrowing import place_keys, placed, ring_keys, unplaced
 
 # Proposed where the user varies nothing of the kind.

@@ -1,5 +1,5 @@
 "use strict";
-// How long AUVs wait for fixes that come with some chance each: planning/prediction/waiting.py.
+// How long AUVs wait for fixes that come with some chance each: planning/prediction/predicting.py.
 
 // A wait that is less likely than this to go on is over.
 const OVER = 1e-5;

@@ -1,11 +1,24 @@
-"""The keys of the survey: where the AUVs work."""
+"""The keys of the survey: where the AUVs work, and how long a mission lasts: a number of seconds,
+or until its survey is flown.
+"""
 
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import (
+    Field,
+    PlainSerializer,
+    ValidatorFunctionWrapHandler,
+    WithJsonSchema,
+    WrapValidator,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
 
 from ..key_types import PAPER, Part, Point, Position, Real, Text, key
+
+# The keys of the survey: where the AUVs work.
+
 
 Side = Annotated[Real, Field(ge=0.1, le=1e5)]
 Depth = Annotated[Real, Field(ge=0, le=11e3)]
@@ -96,3 +109,35 @@ def _read(file: str) -> tuple[Position, ...]:
         return read_area(file)
     except ValueError as error:
         raise PydanticCustomError("file", "{message}", {"message": str(error)}) from None
+
+
+# How long a mission lasts: a number of seconds, or until its survey is flown.
+
+
+SURVEY = "survey"
+SHORTEST_S, LONGEST_S = 0.001, 1e7
+
+
+class SurveyEnd(float):
+    """The length of a mission (s) that ends with its survey; in a file it is the word `survey`.
+
+    It is not a number until the survey is planned.
+    """
+
+
+def _read_duration(value: Any, validate: ValidatorFunctionWrapHandler) -> Any:
+    if isinstance(value, str) and value == SURVEY:
+        return SurveyEnd("nan")
+    return value if isinstance(value, SurveyEnd) else validate(value)
+
+
+Duration = Annotated[
+    Real,
+    Field(ge=SHORTEST_S, le=LONGEST_S),
+    WrapValidator(_read_duration),
+    PlainSerializer(lambda value: SURVEY if isinstance(value, SurveyEnd) else value),
+    WithJsonSchema(
+        {"anyOf": [{"type": "number", "minimum": SHORTEST_S, "maximum": LONGEST_S},
+                   {"const": SURVEY}]}
+    ),
+]  # fmt: skip

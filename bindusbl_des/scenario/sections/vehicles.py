@@ -11,8 +11,7 @@ from ..part_settings import Settings
 from ..shipped_settings import Kinematic
 from .anchors import Assign, AsvTrack, Follow, Moving, Zigzag
 from .failures import Failure
-from .own import OwnPlacement, is_own
-from .routes import Lawnmower, Route
+from .routes import Lawnmower, OwnPlacement, Route, is_own
 from .vehicle_choice import AsvVehicle, AuvVehicle
 
 Speed = Annotated[Real, Field(ge=0.001, le=20)]
