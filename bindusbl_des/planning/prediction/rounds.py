@@ -77,25 +77,35 @@ def planned_rounds(inputs: Inputs, sights: Sights) -> Plan:
     if access.frame_s > 0.0:
         expected = expected / auvs
     slot, groups = _grouped(access.schedule.groups, sights.in_range)
-    busy = groups * uplink
+    return Plan(slot, *timed(inputs, uplink, groups, expected))
+
+
+def timed(
+    inputs: Inputs, uplink: float, groups: Floats, expected: Floats
+) -> tuple[Floats, Floats, Floats, Floats, Ints]:
+    """Return how rounds of some ping groups (k,) in slots of T_UL (s) go that bring so many fixes
+    (k,), which need not be whole: all of :class:`Plan` but the slots of AUVs.
+
+    Of whole numbers that is what the downlinks' own generators make of them
+    (:mod:`....protocol.cycles`); page and sliders have the same in their language.
+    """
+    access, slots = inputs.access, inputs.slots
+    busy, none = groups * uplink, np.zeros(len(groups))
     if access.downlink.replies:
-        period = np.maximum(busy, access.frame_s)
-        none = np.zeros(instants)
-        return Plan(slot, uplink + none, none, none, period, _whole(none))
+        return uplink + none, none, none, np.maximum(busy, access.frame_s), _whole(none)
     by_group = access.downlink.by_group
     fixes = expected / groups if by_group else expected
     downlink, frame = _between(slots.downlink_s, fixes), _between(slots.frame_s, fixes)
     if by_group:
         pitch = np.maximum(uplink, downlink)
         period = np.maximum(groups * pitch, access.frame_s)
-        return Plan(slot, pitch, pitch, frame, period, _whole(groups))
+        return pitch, pitch, frame, period, _whole(groups)
     if not access.downlink.waits:
         send = np.maximum(busy, downlink)
         period = np.maximum(send, access.frame_s)
     else:
         send, period = busy, np.maximum(busy + downlink, access.frame_s)
-    once = np.ones(instants, dtype=np.int64)
-    return Plan(slot, np.full(instants, uplink), send, frame, period, once)
+    return uplink + none, send, frame, period, _whole(none + 1.0)
 
 
 def _added(parts: Floats) -> Floats:
