@@ -100,6 +100,24 @@ def test_the_glossary_has_every_word_of_a_table() -> None:
     assert headings - set(", ".join(entries).split(", ")) == set()
 
 
+@pytest.mark.parametrize(
+    ("word", "page"),
+    [
+        ("fairness", "glossary.md"),
+        ("NMEA", "live.md"),
+        ("ROS 2", "live.md"),
+        ("ArduSub", "live.md"),
+        ("DVL", "instruments.md"),
+        ("INS", "instruments.md"),
+        ("KML", "surveys.md"),
+        ("SLURM", "clusters.md"),
+    ],
+)
+def test_a_search_finds_the_page(word: str, page: str) -> None:
+    """What people look for by the field's word stands on the page that answers."""
+    assert re.search(rf"\b{word}\b", (ROOT / "docs" / page).read_text())
+
+
 def test_readme_python_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The Python of the README runs as it stands."""
     monkeypatch.chdir(tmp_path)
