@@ -17,7 +17,7 @@ from .effects import Advice, from_data
 from .result import Result
 from .result_folder import ADVICE, SUMS, DamagedFile, compare_sum, read_table
 from .result_folder import RECORD as RUN
-from .schemas import EVENT_TABLES
+from .schemas import EVENT_TABLES, SCHEMA_VERSION
 from .violations import is_violations, violations_in
 
 T = TypeVar("T")
@@ -60,6 +60,10 @@ def load_result(folder: str | Path) -> Result:
     )  # fmt: skip
     result.advice = _read_advice(folder, scenario)
     return result
+
+
+class _Newer(ValueError):
+    """A folder is of a later version than this."""
 
 
 class _Damaged(Exception):
@@ -129,6 +133,11 @@ def _read_record(path: Path) -> tuple[Scenario, dict[str, Any]]:
         run = read_json(path)
         if not isinstance(run, dict):
             raise ValueError("it holds no keys")
+        if type(found := run.get("schema", 1)) is int and found > SCHEMA_VERSION:
+            raise _Newer(
+                f"{path} is of schema {found}, of a newer bindusbl-des; this one reads up to "
+                f"schema {SCHEMA_VERSION}: read it with the version that wrote it"
+            )
         for key, (is_right, meaning) in RECORD.items():
             if key not in run and key not in ALWAYS:
                 continue
@@ -137,6 +146,8 @@ def _read_record(path: Path) -> tuple[Scenario, dict[str, Any]]:
         if run["scenario_sha256"] != _sha256(run["scenario"]):
             raise ValueError("scenario_sha256 is not that of its scenario: one of them was edited")
         return Scenario.model_validate(placed(_as_flown(run["scenario"]), path.parent)), run
+    except _Newer:
+        raise
     except PermissionError as error:
         raise ValueError(_unreadable(path, error)) from None
     except (OSError, ValueError) as error:
@@ -188,6 +199,7 @@ RECORD: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "wall_time_s": (_is_number, "a number of seconds above 0"),
     "sim_seconds_per_second": (_is_number, "a number above 0"),
     "status": (lambda it: it == "complete", '"complete"'),
+    "schema": (lambda it: type(it) is int and it > 0, "a whole number > 0"),
     "overrides": (_is_texts, "a list of KEY=VALUE"),
     "warnings": (_is_cautions, "a list of keys with messages"),
     "violations": (is_violations, "null, or a count and the first"),

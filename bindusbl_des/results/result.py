@@ -29,7 +29,7 @@ from .result_folder import (
     write_json,
     write_parquet,
 )
-from .schemas import PandasTables, data_dictionary
+from .schemas import SCHEMA_VERSION, PandasTables, data_dictionary
 from .summary import summary
 from .violations import Violations
 
@@ -157,9 +157,10 @@ class Result:
         return f"<p>{escape(repr(self))}</p><pre>{escape(self.summary())}</pre>"
 
     def run_record(self) -> dict[str, Any]:
-        """Return what `run.json` holds: scenario, seed, warnings, versions, times, status."""
+        """Return what `run.json` holds: schema, scenario, seed, warnings, versions, times, status."""
         return {
             "status": "complete",
+            "schema": SCHEMA_VERSION,
             "scenario": portable(self.scenario.model_dump(mode="json")),
             "scenario_sha256": scenario_sha256(self.scenario),
             "seed": self.seed,
