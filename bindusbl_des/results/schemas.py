@@ -37,7 +37,7 @@ def arrow(values: NDArray[Any] | Sequence[Any], kind: pa.DataType) -> pa.Array:
     """Return numbers or strings as an Arrow array; None and NaN become null."""
     if kind == pa.string():
         return _strings(list(values))
-    numbers, missing = _numbers(values, kind.to_pandas_dtype())
+    numbers, missing = _numbers(values, numpy_type(kind))
     data = np.packbits(numbers, bitorder="little") if kind == pa.bool_() else numbers
     validity = None if missing is None else _validity(missing)
     return pa.Array.from_buffers(kind, len(numbers), [validity, pa.py_buffer(data)])
@@ -94,15 +94,23 @@ def numpy_columns(table: pa.Table) -> dict[str, NDArray[Any]]:
     return {field.name: numpy_array(table[field.name].combine_chunks()) for field in table.schema}
 
 
+def numpy_type(kind: pa.DataType) -> np.dtype[Any]:
+    """Return the numpy type of numbers, which Arrow calls as numpy does.
+
+    Its own answer, `to_pandas_dtype`, loads pandas in older versions.
+    """
+    return np.dtype(str(kind))
+
+
 def numpy_array(array: pa.Array | pa.ChunkedArray) -> NDArray[Any]:
     """Return one column as :func:`numpy_columns` does."""
     kind = array.type
     if kind == pa.string() or isinstance(array, pa.ChunkedArray) or not len(array):
         values = array.to_pylist()
-        return np.array(values, dtype=object if kind == pa.string() else kind.to_pandas_dtype())
+        return np.array(values, dtype=object if kind == pa.string() else numpy_type(kind))
     validity, numbers = array.buffers()
     section = slice(array.offset, array.offset + len(array))
-    plain: NDArray[Any] = np.frombuffer(numbers, dtype=kind.to_pandas_dtype())[section]
+    plain: NDArray[Any] = np.frombuffer(numbers, dtype=numpy_type(kind))[section]
     if not array.null_count:
         return plain
     known = np.unpackbits(np.frombuffer(validity, dtype=np.uint8), bitorder="little")[section]

@@ -325,7 +325,7 @@ def test_without_an_origin_nothing_is_on_earth(tmp_path: Path) -> None:
 def test_csv_is_what_parquet_is(run: Path, tmp_path: Path, table: str) -> None:
     """Values, columns and missing values come back as they were."""
     assert invoke("export", run, "--to", "csv", "--out", tmp_path / "csv").exit_code == 0
-    back = pd.read_csv(tmp_path / "csv" / f"{table}.csv")
+    back = pd.read_csv(tmp_path / "csv" / f"{table}.csv", float_precision="round_trip")
     original = pq.read_table(run / f"{table}.parquet").to_pandas()
     pd.testing.assert_frame_equal(back, original, check_dtype=False, check_exact=True)
 
