@@ -157,7 +157,7 @@ class Result:
         return f"<p>{escape(repr(self))}</p><pre>{escape(self.summary())}</pre>"
 
     def run_record(self) -> dict[str, Any]:
-        """Return what `run.json` holds: schema, scenario, seed, warnings, versions, times, status."""
+        """Return what `run.json` holds: scenario, seed, warnings, versions, times, status."""
         return {
             "status": "complete",
             "schema": SCHEMA_VERSION,
