@@ -97,7 +97,8 @@ def _commands() -> Iterator[str]:
     for name, command in main.commands.items():
         context = click.Context(command, info_name=f"bindusbl-des {name}")
         yield f"### {name}\n"
-        yield f"`{command.get_usage(context).removeprefix('Usage: ').replace('[OPTIONS] ', '')}`\n"
+        usage = command.get_usage(context).removeprefix("Usage: ").replace("[OPTIONS] ", "")
+        yield f"`{usage.replace('[[', '[').replace(']]', ']')}`\n"  # older versions say it twice
         yield _paragraphs(command.help or "")
         options = [it for it in command.params if isinstance(it, click.Option)]
         records = [it.get_help_record(context) for it in options if "-q" not in it.opts]
