@@ -56,22 +56,22 @@ class Inspector {
   }
   fixesOf(row) {
     const { fixes, pings } = this.mission;
-    return Array.from(fixes.ping.keys()).filter((fix) => fixes.ping[fix] === pings.id[row] && (!this.mission.passive || fixes.auv[fix] === pings.auv[row]));
+    return Array.from(fixes.ping.keys()).filter((fix) => fixes.ping[fix] === pings.id[row] && (!this.mission.asvsPing || fixes.auv[fix] === pings.auv[row]));
   }
   // Steps [time (s), words], as `explain` orders them.
   steps(row) {
     const { mission } = this, { pings, receptions, fixes, broadcasts, outcomes, auvs, asvs } = mission;
-    const sender = mission.passive ? asvs[pings.asv[row]].name : auvs[pings.auv[row]].name, steps = [];
+    const sender = mission.asvsPing ? asvs[pings.asv[row]].name : auvs[pings.auv[row]].name, steps = [];
     if (mission.calls) steps.push([pings.called[row], `${asvs[pings.caller[row]].name} calls ${sender}${mission.isSent(row) ? "" : ", and has no answer"}`]);
     if (!mission.isSent(row)) return steps;
     steps.push([pings.at[row], `${sender} pings at x ${pings.x[row].toFixed(1)}, y ${pings.y[row].toFixed(1)}`]);
     const met = new Set();
     for (const at of mission.receptionsOf[row]) {
-      const hearer = mission.passive ? auvs[pings.auv[row]].name : asvs[receptions.asv[at]].name;
+      const hearer = mission.asvsPing ? auvs[pings.auv[row]].name : asvs[receptions.asv[at]].name;
       met.add(receptions.asv[at]);
       steps.push([receptions.at[at], `${hearer} ${WORDS[outcomes[receptions.outcome[at]]]} (${(1e3 * (receptions.at[at] - pings.at[row])).toFixed(1)} ms)`]);
     }
-    if (!mission.passive) asvs.forEach(({ name }, asv) => {
+    if (!mission.asvsPing) asvs.forEach(({ name }, asv) => {
       if (met.has(asv)) return;
       const { x, y } = mission.asvAt(asv, pings.at[row]), away = Math.hypot(x - pings.x[row], y - pings.y[row]);
       steps.push([pings.at[row] + away / mission.soundSpeed, mission.hasFailed(asv, pings.at[row]) ? `${name} hears nothing: it had failed` : `${name} is too far away (${away.toFixed(1)} m seen from above)`]);
@@ -80,7 +80,7 @@ class Inspector {
       const made = Math.min(Number.isFinite(fixes.broadcast[fix]) ? fixes.broadcast[fix] : Infinity, Math.max(...steps.map(([at]) => at)));
       steps.push([made, `Fix ${fix} is made: x ${fixes.x[fix].toFixed(2)} ± ${fixes.sd_x[fix].toFixed(2)}, y ${fixes.y[fix].toFixed(2)} ± ${fixes.sd_y[fix].toFixed(2)} m`]);
       const frame = broadcasts.at.findIndex((at, i) => Math.abs(at - fixes.broadcast[fix]) < 1e-6 && broadcasts.asv[i] === fixes.by[fix]);
-      if (Number.isFinite(fixes.broadcast[fix]) && fixes.by[fix] >= 0 && !mission.passive) {
+      if (Number.isFinite(fixes.broadcast[fix]) && fixes.by[fix] >= 0 && !mission.asvsPing) {
         const told = frame < 0 ? "answers it" : `broadcasts ${broadcasts.fixes[frame] === 1 ? "the fix alone" : `it among ${broadcasts.fixes[frame]} fixes`}, ${broadcasts.airtime[frame].toFixed(4)} s on the air`;
         steps.push([fixes.broadcast[fix], `${asvs[fixes.by[fix]].name} ${told}`]);
       }
@@ -117,7 +117,7 @@ class Inspector {
     map.ring(context, pings.x[row], pings.y[row], 9 / map.view.scale, colours.ink, { width: 2 });
     for (const at of mission.receptionsOf[row]) if (outcomes[receptions.outcome[at]] !== "in_flight") map.reception(context, row, at, 1);
     for (const fix of this.fixesOf(row)) {
-      if (!(fixes.by[fix] >= 0) || mission.passive) continue;
+      if (!(fixes.by[fix] >= 0) || mission.asvsPing) continue;
       const when = fixes.outcome[fix] === 0 ? fixes.delivered[fix] : fixes.broadcast[fix];
       if (Number.isFinite(when)) map.wayDown(context, mission.asvAt(fixes.by[fix], fixes.broadcast[fix]), mission.auvAt(fixes.auv[fix], when), 1);
     }

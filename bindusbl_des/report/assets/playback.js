@@ -108,7 +108,7 @@ class Log {
       out_of_mf: mf ? "its fix was sent beyond MF range" : "the frame with its fix was not decoded",
     };
     const unanswered = { out_of_hf: `${beyond} of it`, lost: "lost to the channel", collided: "collided at the AUV" };
-    this.whose = (i) => mission.passive ? whose(i) : `Ping ${pings.id[i]} of ${auvs[pings.auv[i]].name}`;
+    this.whose = (i) => mission.asvsPing ? whose(i) : `Ping ${pings.id[i]} of ${auvs[pings.auv[i]].name}`;
     this.became = new Map();
     pings.fate.forEach((fate, i) => { if (words[fates[fate]]) this.became.set(i, words[fates[fate]]); });
     const became = (i) => mission.isSent(i) ? `${whose(i)}: ${words[fates[pings.fate[i]]]}`
