@@ -1,0 +1,110 @@
+"""Scenarios drawn at random over the keys that the second implementation knows."""
+
+import random
+
+SCHEDULES = ["spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random"]
+
+
+def scenario(seed: int, **wanted: object) -> dict:
+    """Return a scenario drawn with a seed; `wanted` fixes keys of `protocol`."""
+    draw = random.Random(seed)
+    count, ships = draw.randint(1, 8), draw.randint(1, 4)
+    side = draw.choice([60.0, 100.0, 140.0, round(draw.uniform(40.0, 300.0), 2)])
+    half = side / 2
+
+    def place(reach: float = 1.0) -> list[float]:
+        return [round(draw.uniform(-reach, reach) * half, 3) for _ in range(2)]
+
+    duration = round(draw.uniform(20.0, 40.0), 3)
+    speed = round(draw.uniform(0.1, 2.0), 3)
+    if draw.random() < 0.3:
+        route = {"kind": "hold", "positions_m": [place() for _ in range(count)]}
+    else:
+        legs = []
+        for _ in range(count):
+            (x, y), (to_x, to_y) = place(), place()
+            way = max(((to_x - x) ** 2 + (to_y - y) ** 2) ** 0.5, 1e-6)
+            far = 1.5 * speed * duration / way
+            legs.append([[x, y], [round(x + far * (to_x - x), 3), round(y + far * (to_y - y), 3)]])
+        route = {"kind": "waypoints", "points_m": legs}
+    hf = round(draw.choice([0.3, 0.5, 0.7, 1.0, 1.5]) * side * draw.uniform(0.8, 1.2), 2)
+    protocol = {
+        "schedule": draw.choice(SCHEDULES),
+        "downlink": draw.choice(
+            ["sequential", "pipelined_round", "pipelined_group", "direct_reply"]
+        ),
+        "broadcaster": draw.choice(["rotate", "random", "most_fixes", "nearest", "fixed"]),
+        "ranging": draw.choice(["owtt_sync", "owtt_sync", "twtt"]),
+        "positions": draw.choice(["truth", "truth", "last_fix"]),
+        "tick_rate_hz": draw.choice([None, None, 30.0, 100.0]),
+        "duplex": draw.choice(["per_band", "per_band", "per_node"]),
+        "conflict_margin_m": draw.choice([0.0, 0.0, 5.0]),
+        "frame_s": round(draw.uniform(0.5, 3.0), 3),
+        "uplink_guard_s": draw.choice([None, None, round(draw.uniform(0.001, 0.1), 4)]),
+        "shortest_uplink_slot_s": draw.choice([None, None, 0.0, round(draw.uniform(0.0, 0.3), 4)]),
+        "downlink_guard_s": draw.choice([None, None, round(draw.uniform(0.001, 0.2), 4)]),
+        "shortest_downlink_slot_s": draw.choice(
+            [None, None, 0.0, round(draw.uniform(0.0, 1.0), 4)]
+        ),
+    }
+    protocol.update(wanted)
+    if protocol["broadcaster"] == "fixed":
+        protocol["broadcaster"] = {"model": "fixed", "asv": draw.randrange(ships)}
+    if protocol["ranging"] == "twtt":
+        protocol["ranging"] = {"model": "twtt", "turnaround_s": draw.choice([0.0, 0.05, 0.2])}
+    if protocol["downlink"] == "direct_reply" and draw.random() < 0.5:
+        protocol["downlink"] = {"model": "direct_reply", "reply": "frame"}
+    failures: list[dict] = []
+    # Open (docs/validation.md): failed ASVs count as in range of turns without an answer,
+    called = protocol["ranging"] != "owtt_sync"
+    # and replies that set out between ticks arrive a tick late
+    if str(protocol["downlink"]).find("direct_reply") >= 0:
+        protocol["tick_rate_hz"] = None
+    if draw.random() < 0.3 and not called:
+        at = round(draw.uniform(0.0, duration), 3)
+        until = draw.choice([None, round(at + draw.uniform(0.5, 10.0), 3)])
+        failures = [{"asv": draw.randrange(ships), "at_s": at, "until_s": until}]
+    return {
+        "name": f"second_{seed}",
+        "duration_s": duration,
+        "survey": {"side_m": side, "depth_m": draw.choice([0.0, 5.0, 10.0, 40.0])},
+        "auvs": {"count": count, "speed_m_per_s": speed, "route": route},
+        "asvs": {
+            "count": ships,
+            "formation": {"positions_m": [place(1.2) for _ in range(ships)]},
+            "failures": failures,
+        },
+        "environment": {
+            "sound_speed_m_per_s": draw.choice([1500.0, 1450.0, 1540.0]),
+            # Ranges of another speed of sound would put last fixes elsewhere
+            "assumed_sound_speed_m_per_s": draw.choice([None, None, 1500.0])
+            if protocol["positions"] == "truth"
+            else None,
+        },
+        "acoustics": {
+            "hf": {
+                "range_m": hf,
+                "range_metric": draw.choice(["horizontal", "slant"]),
+                "ping_s": draw.choice([0.01, 0.01, 0.005, 0.03]),
+            },
+            "mf": {
+                "range_m": round(draw.uniform(0.5, 3.0) * side, 2),
+                "bit_rate_bps": draw.choice([2000.0, 5000.0]),
+                "overhead": draw.choice([1.0, 2.0]),
+                "header_bytes": draw.choice([0, 8]),
+                "fix_bytes": draw.choice([8, 16]),
+            },
+            "loss": {"law": "none"},
+        },
+        "protocol": protocol,
+        "usbl": {
+            "tdoa_sd_s": 0.0,
+            "travel_time_sd_s": 0.0,
+            "quantum_s": 0.0,
+            "roll_sd_deg": 0.0,
+            "pitch_sd_deg": 0.0,
+            "heading_sd_deg": 0.0,
+        },
+        "navigation": {"imu_rate_hz": 1.0},
+        "record": {"tracks_hz": 0.1, "metrics_hz": 0.1},
+    }
