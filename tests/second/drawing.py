@@ -57,6 +57,9 @@ def scenario(seed: int, **wanted: object) -> dict:
     failures: list[dict] = []
     # Open (docs/validation.md): ASVs that have failed count as in range of turns without an answer
     called = protocol["ranging"] != "owtt_sync"
+    # and replies that begin between two ticks are delivered a tick late
+    if "direct_reply" in str(protocol["downlink"]):
+        protocol["tick_rate_hz"] = None
     if draw.random() < 0.3 and not called:
         at = round(draw.uniform(0.0, duration), 3)
         until = draw.choice([None, round(at + draw.uniform(0.5, 10.0), 3)])
