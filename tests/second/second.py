@@ -310,12 +310,12 @@ class Second:
             at = next(((a, b) for a, b, call in self.calls_at[i] if call is mine), None)
             if at is None:
                 ping.call = "out_of_range"
-            elif at[1] > self.end:
-                ping.call = "in_flight"
             elif not self.works(callers[i], start, start + self.ping_s):
                 ping.call = "lost"
             elif overlapped(self.calls_at[i], *at, mine):
                 ping.call = "collided"
+            elif at[1] > self.end:
+                ping.call = "in_flight"
             else:
                 ping.call = "heard"
                 ping.sent = at[0] + self.ping_s + self.turnaround
