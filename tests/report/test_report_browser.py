@@ -193,7 +193,7 @@ def test_the_log_tells_only_what_has_happened(opened: Open, recovery: Path) -> N
     for ping, at in pings.sent_at_s[pings.in_range_of == 0].items():
         known[f"ping {ping}: out of range"] = at
     it = opened(recovery)
-    told = [[time, text] for time, text, _ in it.ask("bindusbl.log.events")]
+    told = [[time, text] for time, text, *_ in it.ask("bindusbl.log.events")]
     kinds = set()
     for time, text in told:
         words = next((words for words in known if f"{words} " in text), None)
