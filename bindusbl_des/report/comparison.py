@@ -73,8 +73,9 @@ def comparison_page(runs: Sequence[Named]) -> str:
         verdicts.append(filled("<li><b>{name}</b>: {said}</li>", name=name, said=said))
     body = (
         _head(names, runs)
+        + _answer(names, runs)
         + _differences(names, runs)
-        + f'<section id="story"><h2>What happened</h2><ul>{"".join(verdicts)}</ul></section>'
+        + f'<section id="story"><h2>Why</h2><ul>{"".join(verdicts)}</ul></section>'
         + _missions(names, runs)
         + (asset("comparison.html") if data["runs"] else "")
         + _auvs(names, runs)
@@ -89,15 +90,31 @@ def comparison_page(runs: Sequence[Named]) -> str:
 def _head(names: Sequence[str], runs: Sequence[Named]) -> str:
     lines = "".join(
         filled(
-            "<p><b>{name}</b>: {scenario} ({folder}), {what}</p>",
+            "<p><b>{name}</b>: {scenario} ({folder})</p>",
             name=name,
             scenario=result.scenario.name,
             folder=folder,
-            what=described(result),
         )
         for name, (folder, result) in zip(names, runs, strict=True)
     )
     return f"<header><div><h1>{len(runs)} runs side by side</h1>{lines}</div>{THEME}</header>"
+
+
+def _answer(names: Sequence[str], runs: Sequence[Named]) -> str:
+    """Return in a sentence in which run the worst AUV navigated best, and by how much."""
+    errors = [mission_row(result).get("worst_position_error_m") for _, result in runs]
+    known = [(error, name) for error, name in zip(errors, names, strict=True) if error is not None]
+    if len(known) < 2:
+        return ""
+    (best, first), *others = sorted(known)
+    rest = ", ".join(f"{error:.2f} m in {name}" for error, name in others)
+    return filled(
+        '<p class="verdict">In {first} the worst AUV navigated best: its mean error was {best} m, '
+        "{rest}. One mission each: it may be chance.</p>",
+        first=first,
+        best=f"{best:.2f}",
+        rest=rest,
+    )
 
 
 def _differences(names: Sequence[str], runs: Sequence[Named]) -> str:
@@ -203,10 +220,11 @@ def _origins(names: Sequence[str], runs: Sequence[Named]) -> str:
     rows = []
     for name, (folder, result) in zip(names, runs, strict=True):
         run = result.run_record()
-        rows.append([name, folder, str(run["seed"]), run["scenario_sha256"][:16]])
-    headings = [("run", ""), ("folder", ""), ("seed", ""), ("scenario sha256", "")]
+        what = described(result)
+        rows.append([name, folder, str(run["seed"]), run["scenario_sha256"][:16], what])
+    headings = [("run", ""), ("folder", ""), ("seed", ""), ("scenario sha256", ""), ("what", "")]
     return (
-        '<section id="origin"><h2>What made these runs</h2>'
+        '<section id="origin" class="texts"><h2>What made these runs</h2>'
         + table(headings, rows, "What made these runs")
         + f"</section>{footer()}"
     )

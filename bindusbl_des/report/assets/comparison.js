@@ -56,6 +56,34 @@ function overTime(name, host, missions, table, unit, playback, stepped) {
   return { again: () => plot.set(uPlot.join(table())) };
 }
 
+// By how much the second run's error is above the first's, at the instants of the first.
+function differences([a, b], number) {
+  const known = number < Math.min(a.auvs.length, b.auvs.length);
+  if (!known) return [[0], [null]];
+  const [one, other] = [errorOf(a, number), errorOf(b, number)], last = b.time[b.time.length - 1];
+  return [a.time, Array.from(a.time, (time, i) => {
+    if (time > last) return null;
+    const [k, share, next] = b.place(time);
+    return other[k] + share * (other[next] - other[k]) - one[i];
+  })];
+}
+
+function differenceOf(missions, whose, playback) {
+  if (missions.length !== 2) return null;
+  byId("difference-title").hidden = false;
+  const options = () => ({
+    height: 200, cursor: { y: false, sync: { key: "time" } }, scales: { x: { time: false } },
+    axes: [axis("time (s)"), axis("B − A (m)", { size: 52 })],
+    series: [{ label: "time", value: seconds }, { label: "error of B − error of A", stroke: colours.ink, fill: colours.ink + "22", width: 1.5, points: { show: false }, value: (u, v) => (v === null ? "–" : `${v.toFixed(2)} m`) }],
+    hooks: { ready: [(u) => clickToSeek(u, playback.seek)] },
+  });
+  const host = byId("difference-plot");
+  host.setAttribute("aria-label", "Error of run B less that of run A over time");
+  const plot = new Plot("difference", host, options, differences(missions, +whose.value));
+  playback.onChange((now) => nowLine(plot.plot, now));
+  return plot;
+}
+
 async function start() {
   startTheme();
   const missions = unpackAll(readData(), await unpacker()).runs.map((run) => new Mission(run));
@@ -68,7 +96,8 @@ async function start() {
     const number = +whose.value;
     return number < mission.auvs.length ? [mission.time, errorOf(mission, number)] : [[0], [null]];
   }), "m", playback, false);
-  whose.addEventListener("change", errors.again);
+  const difference = differenceOf(missions, whose, playback);
+  whose.addEventListener("change", () => { errors.again(); difference?.set(differences(missions, +whose.value)); });
   overTime("fixes", byId("fixes-plot"), missions, () => missions.map((mission) => {
     const times = mission.deliveredTimes ??= Float64Array.from(mission.deliveredOrder, (row) => mission.fixes.delivered[row]);
     const firsts = Array.from(times).filter((time, i) => time !== times[i + 1]); // a time stands once
