@@ -1,8 +1,10 @@
 """Files that are none: devices and pipes, which never end or wait for ever."""
 
+import errno
 import os
 import subprocess
 import sys
+from multiprocessing.synchronize import SemLock
 from pathlib import Path
 
 import pytest
@@ -97,4 +99,22 @@ def test_threads_that_numba_refuses_are_named(tmp_path: Path, threads: str) -> N
     assert done.returncode == 2
     assert done.stderr.splitlines()[-1].startswith(
         f"NUMBA_NUM_THREADS: must be 1 or more; got '{threads}'"
+    )
+
+
+def test_workers_without_a_place_for_semaphores_are_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where /dev/shm is read-only it is named, not the folder of results."""
+
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    monkeypatch.setattr(SemLock, "__init__", refuse)
+    (tmp_path / "s.yaml").write_text(SCENARIO)
+    words = ["sweep", str(tmp_path / "s.yaml"), "--seeds", "2", "--out", str(tmp_path / "out")]
+    done = CliRunner().invoke(main, words)
+    assert done.exit_code == 1
+    assert done.output.splitlines()[-1].endswith(
+        "/dev/shm: Read-only file system; workers have their semaphores there: make it writable"
     )

@@ -13,8 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import simpy
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from properties.books import alone_on_a_band, causal, collide_by_overlap, conserved, finite
 from worlds import scenario, still
 
 from bindusbl_des import Result, Scenario, simulate
@@ -68,58 +67,6 @@ def test_hash_seed_does_not_matter() -> None:
     assert other.split() == [own["found"]]
 
 
-def conserved(result: Result) -> None:
-    """Check that every ping, reception and fix is accounted for, once."""
-    pings, receptions = result.tables["pings"], result.tables["receptions"]
-    fixes, broadcasts = result.tables["fixes"], result.tables["broadcasts"]
-    scenario = result.scenario
-    assert len(receptions) == len(pings) * scenario.asvs.count
-    assert not receptions.duplicated(["ping", "asv"]).any()
-    assert set(receptions.outcome) <= {"heard", "out_of_range", "lost", "collided", "in_flight"}
-    met = {"collided"} if scenario.protocol.downlink == "direct_reply" else set()
-    assert set(fixes.outcome) <= {"delivered", "out_of_range", "in_flight", *met}
-    heard = receptions[receptions.outcome == "heard"].groupby("ping").size()
-    assert pings.heard_by.sum() == heard.sum()
-    assert (pings.set_index("ping").heard_by.loc[heard.index] == heard).all()
-    reachable = receptions[receptions.outcome != "out_of_range"].groupby("ping").size()
-    assert pings.in_range_of.sum() == reachable.sum()
-    under_way = set(receptions[receptions.outcome == "in_flight"].ping)
-    assert set(fixes.ping) == set(heard.index) - under_way
-    assert fixes.ping.is_unique
-    assert broadcasts.fixes.sum() == fixes.broadcast_at_s.notna().sum()
-    assert (fixes.delivered_at_s.notna() == (fixes.outcome == "delivered")).all()
-    assert (fixes.delivered_at_s.dropna() < scenario.duration_s).all()
-    auvs = result.auvs
-    assert (
-        auvs.fixes
-        == auvs.fixes_delivered + auvs.fixes_out_of_range + auvs.fixes_lost + auvs.fixes_in_flight
-    ).all()
-    assert auvs.pings.sum() == len(pings)
-    assert auvs.collisions.sum() == result.mission.collisions[0]
-
-
-def causal(result: Result) -> None:
-    """Check that nobody hears before distance / c, and that nothing comes before its cause."""
-    speed = result.scenario.environment.sound_speed_m_per_s
-    pings, fixes = result.tables["pings"], result.tables["fixes"]
-    receptions = result.tables["receptions"].merge(pings, on=["ping", "auv"])
-    assert np.allclose(receptions.slant_range_m, receptions.travel_time_s * speed)
-    sent = receptions.call.isna() | (receptions.call == "heard")  # or nobody's call was heard
-    delay = (receptions.arrived_at_s - receptions.sent_at_s)[sent]
-    assert np.allclose(delay, receptions.travel_time_s[sent], atol=1e-9)
-    assert receptions.arrived_at_s[~sent].isna().all()
-    assert (receptions.slant_range_m >= receptions.z_m - 1e-9).all()
-    told = fixes[fixes.broadcast_at_s.notna()]
-    assert (told.broadcast_at_s >= told.pinged_at_s).all()
-    tracks = result.tables["tracks"].groupby("vehicle").first()
-    done = fixes[fixes.outcome == "delivered"].merge(
-        result.tables["receptions"], on=["ping", "auv"]
-    )
-    own = done[done.broadcast_by == done.asv]  # two ways of about the same length
-    if len(own) and (tracks.index == "ASV0").any():
-        assert (own.latency_s > 1.9 * own.travel_time_s).all()
-
-
 @pytest.mark.parametrize(
     "downlink", ["sequential", "pipelined_round", "pipelined_group", "direct_reply"]
 )
@@ -135,40 +82,8 @@ def test_everything_is_accounted_for(downlink: str, schedule: str, ranging: str)
         data["protocol"] |= {**changes, "tick_rate_hz": tick_rate}
         data["duration_s"] = 20.0
         result = simulate(Scenario.model_validate(data), 1)
-        conserved(result)
-        causal(result)
-
-
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(
-    side=st.floats(20, 400),
-    depth=st.floats(0, 300),
-    auvs=st.integers(1, 8),
-    asvs=st.integers(1, 5),
-    angle=st.floats(-180, 180),
-    reach=st.floats(10, 300),
-    duration=st.floats(0.01, 40),
-    seed=st.integers(0, 2**31),
-)
-def test_any_survey_is_accounted_for(
-    side: float, depth: float, auvs: int, asvs: int, angle: float, reach: float,
-    duration: float, seed: int,
-) -> None:  # fmt: skip
-    """Whatever the survey, fleet and ranges, nothing is lost from the books."""
-    world = scenario(
-        duration_s=duration,
-        survey={"side_m": side, "depth_m": depth},
-        auvs={
-            "count": auvs,
-            "vehicle": {"model": "kinematic", "turning_radius_m": 2.0},
-            "route": {"kind": "lawnmower", "lane_spacing_m": 8.0},
-        },
-        asvs={"count": asvs, "formation": {"angle_deg": angle}},
-        acoustics={"hf": {"range_m": reach}, "mf": {"range_m": 2 * reach}},
-    )
-    result = simulate(world, seed)
-    conserved(result)
-    causal(result)
+        for holds in (finite, causal, conserved, alone_on_a_band, collide_by_overlap):
+            holds(result)
 
 
 def test_a_further_asv_leaves_the_drift_as_it_was() -> None:

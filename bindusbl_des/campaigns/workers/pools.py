@@ -18,6 +18,7 @@ from importlib import import_module
 from multiprocessing import parent_process, resource_tracker
 from multiprocessing.context import SpawnContext, SpawnProcess
 from multiprocessing.process import BaseProcess
+from multiprocessing.synchronize import Lock
 from time import monotonic
 from typing import Any, Protocol, TextIO
 
@@ -87,6 +88,18 @@ class Spawn(SpawnContext):
     """How workers are started."""
 
     Process = _Process
+
+    def Lock(self) -> Lock:
+        """Return a lock between processes.
+
+        Raises:
+            OSError: naming the folder of semaphores, where that cannot be written.
+        """
+        try:
+            return super().Lock()
+        except OSError as error:
+            why = f"{error.strerror}; workers have their semaphores there: make it writable"
+            raise OSError(error.errno, why, "/dev/shm") from error
 
 
 def begin_work() -> None:

@@ -1,0 +1,206 @@
+"""What holds of every mission, whatever its scenario: all families together, every key drawn.
+
+Half of the scenarios are drawn from the whole schema, half so that vehicles and signals meet.
+"""
+
+import json
+import math
+import os
+import random
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+from drawn_scenarios import SCHEMA, drawn
+from missions_against import collided, drawn_protocol
+
+from bindusbl_des import Mission, Result, Scenario, simulate, verify
+from bindusbl_des.preflight.effort import effort
+from bindusbl_des.vehicles.guidance import GuidanceError
+from bindusbl_des.vehicles.hulls import DivergenceError
+from properties.books import alone_on_a_band, causal, collide_by_overlap, conserved, finite
+from properties.figures import agree
+
+TESTS = Path(__file__).parents[1]
+DURATIONS_S = (3.0, 8.0, 15.0)
+WORTH_RUNNING_S, MOST_BYTES = 1.0, 3e8
+
+
+def small(seed: int, folder: Path) -> Scenario | None:
+    """Return the scenario of a seed, with all recorded; None for one that contradicts itself."""
+    data = drawn_protocol(seed, folder) if seed % 2 else drawn(seed, folder)
+    draw = random.Random(seed)
+    data["duration_s"] = draw.choice(DURATIONS_S)
+    rate = draw.choice((1.0, 6.0))
+    data["record"] = {"detail": "full", "tracks_hz": rate, "metrics_hz": rate}
+    if draw.random() < 0.2:
+        data["record"]["metrics_from_s"] = draw.choice((0.5, 2.0))
+    try:
+        scenario = Scenario.model_validate(data)
+        cost = effort(scenario)
+    except ValueError:
+        return None
+    return scenario if cost.seconds < WORTH_RUNNING_S and cost.bytes < MOST_BYTES else None
+
+
+def flown(seed: int, folder: Path) -> Result | None:
+    """Return the mission of a seed; None for one that is refused as it is built, or diverges."""
+    scenario = small(seed, folder)
+    if scenario is None:
+        return None
+    try:
+        return simulate(scenario, seed)
+    except (ValueError, GuidanceError, DivergenceError):
+        return None
+
+
+def stepped(result: Result, seed: int) -> None:
+    """Stops at any instants change nothing."""
+    draw, mission = random.Random(seed), Mission(result.scenario, seed)
+    end = result.scenario.duration_s
+    for instant in sorted(draw.uniform(0.0, end) for _ in range(draw.randint(1, 5))):
+        mission.advance(instant)
+        if draw.random() < 0.5:
+            mission.auvs()
+    again = mission.result()
+    for name, table in result.arrow.items():
+        assert table.equals(again.arrow[name]), name
+
+
+def blind_to_the_future(result: Result, seed: int) -> None:
+    """A mission that ends earlier is the beginning of the longer one: estimates as well, up to its
+    last inertial sample (errors are straight between these).
+    """
+    end = random.Random(seed).uniform(0.4, 0.9) * result.scenario.duration_s
+    data = result.scenario.model_dump(mode="json") | {"duration_s": end}
+    data["record"] |= {"metrics_from_s": 0.0}
+    shorter = simulate(Scenario.model_validate(data), seed)
+    rate = result.scenario.navigation.imu_rate_hz
+    end = math.floor(end * rate - 1e-9) / rate
+    for name, column, keys in (
+        ("tracks", "time_s", ["vehicle", "time_s"]),
+        ("pings", "sent_at_s", ["ping"]),
+    ):
+        whole, part = (_until(end, it.tables[name], column, keys) for it in (result, shorter))
+        assert whole.equals(part), name
+
+
+def _until(end: float, table: pd.DataFrame, column: str, keys: list[str]) -> pd.DataFrame:
+    """Return the rows up to an instant (s) without what follows from later ones; of pings those
+    that were sent: a call may still be under way.
+    """
+    if "call" in table:
+        table = table[table.call.isna() | (table.call == "heard")]
+    table = table[table[column] < end - 1e-6]
+    table = table.drop(columns=["swept_m2", "heard_by"], errors="ignore")
+    return table.sort_values(keys).reset_index(drop=True)
+
+
+def proved(result: Result) -> bool:
+    """What `verify` accepts does not collide; tell whether it was."""
+    accepted = verify(result.scenario).accepted
+    assert not (accepted and collided(result))
+    return accepted
+
+
+PROPERTIES = (finite, causal, conserved, alone_on_a_band, collide_by_overlap, agree, proved)
+
+
+def check(seeds: range, folder: Path) -> Counter[str]:
+    """Fly the missions of seeds; all must hold of each. Return how many were flown, and of what."""
+    counts: Counter[str] = Counter()
+    for seed in seeds:
+        try:
+            if (result := flown(seed, folder)) is None:
+                continue
+            for holds in PROPERTIES:
+                counts[holds.__name__] += bool(holds(result))
+            stepped(result, seed)
+            blind_to_the_future(result, seed)
+        except Exception as error:
+            error.add_note(f"seed {seed}")
+            raise
+        counts["flown"] += 1
+        counts["fixes"] += len(result.tables["fixes"])
+        counts["collided"] += collided(result)
+    return counts
+
+
+@pytest.mark.parametrize("part", range(4))
+def test_all_holds_of_a_hundred_drawn_missions(part: int, tmp_path: Path) -> None:
+    """Equations run uncompiled, in a process of their own: to compile all families takes longer."""
+    seeds = map(str, (25 * part, 25 * part + 25))
+    paths = os.pathsep.join([str(TESTS), os.environ.get("PYTHONPATH", "")])
+    ran = subprocess.run(
+        [sys.executable, "-W", "error", "-m", "properties.test_properties", *seeds, str(tmp_path)],
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": paths},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert ran.returncode == 0, ran.stderr[-4000:]
+    counts = Counter(json.loads(ran.stdout))
+    assert counts["flown"] >= 8, counts
+    assert counts["fixes"] > 50, counts
+    assert counts["collided"] > 5, counts
+    assert counts["proved"] >= 1, counts
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", range(10))
+def test_all_holds_of_five_thousand_drawn_missions(part: int, tmp_path: Path) -> None:
+    """The same for others."""
+    counts = check(range(1000 + 500 * part, 1500 + 500 * part), tmp_path)
+    print(counts)
+    assert counts["flown"] >= 200
+
+
+# Keys that are not drawn, and why.
+DEGREES = "the same places on Earth: scenario/test_places.py reads them as metres"
+NOT_DRAWN = {
+    "asvs.formation.tracks": "files of several tracks: mission/test_anchors.py",
+    "asvs.formation.positions_deg": DEGREES,
+    "auvs.route.points_deg": DEGREES,
+    "auvs.route.positions_deg": DEGREES,
+}
+
+
+def keys(schema: dict[str, Any], path: tuple[str, ...] = ()) -> Iterator[str]:
+    """Yield all keys of the schema, dotted."""
+    for name, part in schema.get("properties", {}).items():
+        if not path and name == "name":
+            continue
+        yield ".".join((*path, name))
+        for arm in (part, *part.get("anyOf", ())):
+            if "$ref" in arm:
+                kind = arm["$ref"].rpartition("/")[2]
+                if not kind.startswith("Own"):
+                    yield from keys(SCHEMA["$defs"][kind], (*path, name))
+
+
+def written(data: dict[str, Any], path: tuple[str, ...] = ()) -> Iterator[str]:
+    """Yield all keys of a scenario, dotted."""
+    for name, value in data.items():
+        yield ".".join((*path, name))
+        if isinstance(value, dict):
+            yield from written(value, (*path, name))
+
+
+def test_every_key_is_drawn(tmp_path: Path) -> None:
+    """In a scenario that is accepted; one that is not stands above with a reason."""
+    found: set[str] = set()
+    for seed in range(1500):
+        data = drawn(seed, tmp_path)
+        try:
+            Scenario.model_validate(data)
+        except ValueError:
+            continue
+        found |= set(written(json.loads(json.dumps(data))))
+    assert {it for it in keys(SCHEMA) if it not in found} == set(NOT_DRAWN)
+
+
+if __name__ == "__main__":
+    print(json.dumps(check(range(int(sys.argv[1]), int(sys.argv[2])), Path(sys.argv[3]))))
