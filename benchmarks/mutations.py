@@ -3,6 +3,7 @@
 python benchmarks/mutations.py                 300 mutants, drawn with seed 0
 python benchmarks/mutations.py 60 --seed 1     other ones
 python benchmarks/mutations.py 60 --first 120  go on where a run has ended
+python benchmarks/mutations.py 60 --rooms navigation metrics
 
 Of equations, protocol, navigation, verification, the planner's selection and metrics as many lines
 each are drawn, and in each one thing is changed: an operator, a comparison, a number, a truth
@@ -43,8 +44,15 @@ ROOMS = {
     "selection": ("planning/selection",),
     "metrics": ("mission/outcomes", "mission/metrics.py", "records/worst.py"),
 }
-SHARED = ("tests/test_golden.py", "tests/mission", "tests/properties")
-FURTHER = {"acoustics": ("tests/protocol/test_reception.py",), "sea": ("tests/acoustics",)}
+
+# The everyday tests that cover the rooms of these, beside those of missions for all but the last.
+MISSIONS = ("tests/test_golden.py", "tests/mission", "tests/protocol/test_reception.py")
+SELECTING = ("goals", "ranking", "selecting", "selecting_beside_others", "doubting", "sizes")
+TESTS = {
+    "sea": ("tests/sea", "tests/acoustics", *MISSIONS),
+    "planning": tuple(f"tests/planning/test_{it}.py" for it in SELECTING),
+    "verification": ("tests/verification",),
+}
 
 # A test that takes longer uncompiled is left out (s); what takes longer beside a mutant than all
 # of the room's tests together, and this, has no end.
@@ -178,11 +186,11 @@ def _is_removable(node: ast.AST) -> bool:
     return isinstance(node, ast.AugAssign | ast.Continue | ast.Break)
 
 
-def drawn(count: int, seed: int) -> list[Mutant]:
+def drawn(count: int, seed: int, rooms: list[str]) -> list[Mutant]:
     """Return so many mutants, rooms in turn; every line that has some is as likely."""
     draw = random.Random(seed)
     places = []
-    for parts in ROOMS.values():
+    for parts in map(ROOMS.__getitem__, rooms):
         found = [ROOT / PACKAGE / it for it in parts]
         files = [it for part in found for it in (sorted(part.rglob("*.py")) or [part])]
         lines: dict[tuple[Path, int], list[Mutant]] = {}
@@ -219,7 +227,7 @@ class Copy:
         """Return the tests of a room, the file of those that pass in time, and how long all take
         (s).
         """
-        named = dict.fromkeys((f"tests/{room}", *FURTHER.get(room, ()), *SHARED))
+        named = dict.fromkeys(TESTS.get(room, (f"tests/{room}", *MISSIONS)))
         tests = [it for it in named if (self.root / it).exists()]
         took = {name: lasts for it in tests for name, lasts in self.took(it).items()}
         file = self.root / f"{room}.json"
@@ -266,11 +274,12 @@ def main() -> None:
     parser.add_argument("count", nargs="?", type=int, default=300)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--first", type=int, default=0, help="number of the first mutant")
+    parser.add_argument("--rooms", nargs="+", choices=[*ROOMS], default=[*ROOMS])
     given = parser.parse_args()
     killed = 0
     with tempfile.TemporaryDirectory() as folder:
         copy = Copy(Path(folder))
-        chosen = drawn(given.first + given.count, given.seed)[given.first :]
+        chosen = drawn(given.first + given.count, given.seed, given.rooms)[given.first :]
         for number, mutant in enumerate(chosen, start=given.first):
             began = monotonic()
             by = copy.killer(mutant)

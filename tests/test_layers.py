@@ -20,7 +20,7 @@ ROOMS = [
 ]
 
 # What commands run that is not the library: folders of the repository, which the wheel has, too.
-BESIDE = ("benchmarks", "experiments")
+BESIDE = ("benchmarks", "properties", "experiments")
 
 # Libraries that only these rooms and modules may import (numpy is everywhere).
 HOMES = {

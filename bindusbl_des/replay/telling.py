@@ -94,6 +94,8 @@ def outage_told(lasted_s: float, chance: float) -> str:
 def _rival(log: Row) -> str:
     if log["rival_loss"] is None:
         return "; no other start fits"
+    if log["start_loss"] == 0.0:
+        return ", which fit it exactly"
     return f"; the best other one has {log['rival_loss'] / log['start_loss']:.1f} times the loss"
 
 

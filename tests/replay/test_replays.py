@@ -21,7 +21,7 @@ from bindusbl_des.replay.navigating import Noise, filter_log, noise_of, prepared
 from bindusbl_des.replay.outcome import tables
 from bindusbl_des.replay.reading import read_log
 from bindusbl_des.replay.replaying import find_start, mean_nis, outlier_share, replay, rms_between
-from bindusbl_des.replay.telling import noise_file, summary
+from bindusbl_des.replay.telling import _rival, noise_file, summary
 
 ROOT = Path(__file__).parents[2]
 SEA = Sea()
@@ -484,3 +484,9 @@ def test_the_runs_at_sea_are_what_they_are_said_to_be() -> None:
     assert rms_between(cold.places, found.reference.places) > 50.0
     rows = {name: table.to_pylist() for name, table in tables([found]).items()}
     assert "the 144 ranges to L1 are off by 2" in summary(rows["logs"], rows["beacons"])
+
+
+def test_a_start_that_all_ranges_fit_exactly_is_told() -> None:
+    """No other one has so many times its loss, which is none."""
+    assert _rival({"start_loss": 0.0, "rival_loss": 1.5}) == ", which fit it exactly"
+    assert _rival({"start_loss": 0.5, "rival_loss": 1.5}).endswith("has 3.0 times the loss")
