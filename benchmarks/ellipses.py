@@ -62,6 +62,12 @@ def slow(correlation_s: float) -> Changes:
     return {"usbl": {"slow_share": 0.8, "correlation_s": correlation_s}}
 
 
+def surfacing(every_s: float) -> Changes:
+    """Return AUVs that come up to fix by GNSS each so many seconds."""
+    route = {"kind": "lawnmower", "surface_every_s": every_s}
+    return {"auvs": {"route": route}, "navigation": {"gnss_fix": {"sd_m": 2.0}}}
+
+
 # The survey of `recovery_140m`, 300 s
 BASE: Changes = {
     "name": "coverage",
@@ -78,6 +84,7 @@ BASE: Changes = {
 }
 HOUR, ONE = {"duration_s": 3600.0}, drift(percent_of_distance=1.0)
 PASSIVE = {"protocol": {"ranging": "passive"}}
+SILENT: Changes = {"asvs": {"formation": {"radius_m": 1e5}}}
 LOST = {
     "navigation": {
         "velocity_bias_m_per_s": [0.0, 0.0],
@@ -121,6 +128,11 @@ CELLS: dict[str, tuple[Changes, ...]] = {
     "three ASVs, an array, slow 60 s": (slow(60.0),),
     "`twtt`, slow 60 s": (turnaround(0.3), slow(60.0)),
     "`passive`, slow 60 s": (PASSIVE, slow(60.0)),
+    "no ping is heard, 1 %, 1 h, GNSS each 300 s": (HOUR, ONE, SILENT, surfacing(300.0)),
+    "500 m, 1 deg, 1 %, 1 h, GNSS each 300 s": (away(500.0), ONE, sheet(1.0), surfacing(300.0)),
+    "`passive`, start by 2 m and heading by 3 deg, GNSS each 150 s": (
+        PASSIVE, LOST, surfacing(150.0),
+    ),
 }  # fmt: skip
 
 

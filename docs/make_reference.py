@@ -68,6 +68,7 @@ TABLE_MEANING = {
     "frame_receptions": "an MF frame at an AUV; instant answers are none",
     "assignments": "a slot of an AUV that it has to be told (`knowledge: broadcast`)",
     "fixes": "a fix, fused over the ASVs that heard the same ping",
+    "gnss_fixes": "a fix of an AUV at the surface; written with `navigation.gnss_fix`",
     "tracks": "a vehicle at an instant, at `record.tracks_hz`",
     "auvs": "the metrics of an AUV",
     "mission": "the metrics of the mission: fleet means of `auvs`, and what it has as a whole",

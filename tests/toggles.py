@@ -90,6 +90,7 @@ EXAMPLES: dict[str, Data] = {
 # Values for keys whose default cannot just be made a little larger.
 OTHERS: dict[str, list[Any]] = {
     "auvs.route.end_margin_m": [2.0, 11.0],
+    "auvs.route.surface_every_s": [9.0],
     "survey.rotation_deg": [25.0],
     "survey.depths_m": [[4.0, 6.0, 9.0]],
     "auvs.speeds_m_per_s": [[0.5, 0.7, 0.6]],

@@ -231,7 +231,7 @@ def presets(word: str, as_json: bool) -> None:
 def _plain(kind: str, it: "Preset") -> dict[str, Any]:
     figures = {name: asdict(figure) for name, figure in it.figures.items()}
     head = {"kind": kind, "name": it.name, "title": it.title, "basis": it.basis}
-    return {**head, "figures": figures}
+    return {**head, "since": it.since or None, "figures": figures}
 
 
 def _told(kind: str, it: "Preset") -> Iterator[str]:
@@ -239,7 +239,8 @@ def _told(kind: str, it: "Preset") -> Iterator[str]:
     from ..core.wording import plain
 
     shown = {name: f"{plain(fig.value)} {fig.unit}".strip() for name, fig in it.figures.items()}
-    yield f"{it.name}  ({kind}: {it.title}; {it.basis})"
+    since = it.since or "no date stated"
+    yield f"{it.name}  ({kind}: {it.title}; {it.basis}, {since})"
     widths = max(map(len, shown)), max(map(len, shown.values()))
     for name, figure in it.figures.items():
         unitless = shown[name].removesuffix(" 1")

@@ -51,6 +51,7 @@ class Purpose(IntEnum):
     BURST = 50
     FRAME_BURST = 51
     SLOW_ERROR = 52
+    GNSS_FIX = 53
     GNSS_TELEGRAM = 60
     COMPASS_TELEGRAM = 61
 

@@ -30,6 +30,8 @@ def arriving(result: "Result", fix: Any) -> Step:
     was, became = ellipses_around(result, fix)
     if was is not None and became is not None:
         why.append(f"half the length of its 95 % ellipse {_changed(was, became)}")
+    if (by_gnss := _by_gnss(result, fix)) is not None:
+        why.append(_at_surface(by_gnss[by_gnss.fixed_at_s <= fix.delivered_at_s], fix))
     moved, gate = _known(fix.correction_m), result.scenario.navigation.nis_gate
     return Step(
         fix.delivered_at_s,
@@ -44,6 +46,24 @@ def arriving(result: "Result", fix: Any) -> Step:
             "ellipse_before_m": was, "ellipse_after_m": became,
         },
     )  # fmt: skip
+
+
+def _by_gnss(result: "Result", fix: Any) -> Any:
+    """Return the GNSS fixes of the AUV of a fix; None where AUVs have no receivers."""
+    if result.scenario.navigation.gnss_fix is None:
+        return None
+    return rows_where(result.tables["gnss_fixes"], auv=fix.auv)
+
+
+def _at_surface(earlier: Any, fix: Any) -> str:
+    """Return in words what an AUV had by GNSS before a fix."""
+    if not len(earlier):
+        return "no GNSS fix at the surface before it"
+    last = earlier.iloc[-1]
+    moved = _known(last.correction_m)
+    what = "refused" if moved is None else f"which moved the estimate by {moved:.2f} m"
+    ago = fix.delivered_at_s - last.fixed_at_s
+    return f"its last GNSS fix at the surface, {what}, was {ago:.1f} s ago"
 
 
 def _changed(before: float, after: float) -> str:
@@ -181,7 +201,9 @@ def _rows_around(result: "Result", fix: Any) -> tuple[Any, Floats, Ints, int] | 
     track = rows_where(result.tables["tracks"], vehicle=fix.auv)
     times = track.time_s.to_numpy(float)
     last = int(np.searchsorted(times, fix.delivered_at_s, side="left")) - 1
-    others = rows_where(result.tables["fixes"], auv=fix.auv).delivered_at_s.dropna()
+    others = rows_where(result.tables["fixes"], auv=fix.auv).delivered_at_s.dropna().to_numpy()
+    if (by_gnss := _by_gnss(result, fix)) is not None:
+        others = np.concatenate((others, by_gnss.fixed_at_s.to_numpy()))
     came = np.diff(np.searchsorted(np.sort(others), times, side="right"))
     if last < 0 or last + 1 >= len(times) or came[last] != 1:
         return None

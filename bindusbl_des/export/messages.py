@@ -117,6 +117,7 @@ INSTANT = {
     "frame_receptions": "arrived_at_s",
     "assignments": "starts_at_s",
     "fixes": "pinged_at_s",
+    "gnss_fixes": "fixed_at_s",
     "tracks": "time_s",
 }
 VEHICLE = {
@@ -126,6 +127,7 @@ VEHICLE = {
     "frame_receptions": "auv",
     "assignments": "auv",
     "fixes": "auv",
+    "gnss_fixes": "auv",
     "tracks": "vehicle",
     "auvs": "auv",
 }
@@ -138,7 +140,7 @@ def row_streams(result: "Result") -> Iterator[Messages]:
     What has not arrived, or was never sent (twtt), has no instant and is left out.  The metrics of
     the mission and its AUVs come at its end.
     """
-    yield from (_events(result, table) for table in INSTANT)
+    yield from (_events(result, table) for table in INSTANT if table in result.arrow)
     yield from (_metrics(result, table) for table in ("auvs", "mission"))
 
 

@@ -22,8 +22,9 @@ SHORTEST_SEGMENT = 1e-9
 QUARTER_TURN = math.pi / 2.0
 
 # A segment as a row: its first point (m) and heading (rad), curvature (1/m), distance along the
-# path at which it begins (m), length (m)
-PATH_ROW = np.dtype([(name, "f8") for name in ("x", "y", "yaw", "curvature", "begin", "length")])
+# path at which it begins (m), length (m); how far above the path's depth it begins (m), and slope
+_NUMBERS = ("x", "y", "yaw", "curvature", "begin", "length", "above", "slope")
+PATH_ROW = np.dtype([(name, "f8") for name in _NUMBERS])
 
 
 class Pose(NamedTuple):
@@ -39,10 +40,13 @@ class Pose(NamedTuple):
 
 
 class Segment(NamedTuple):
-    """A piece of constant curvature (1/m, positive towards +yaw) and its length (m)."""
+    """A piece of constant curvature (1/m, positive towards +yaw), its length as seen from above
+    (m), and its slope (m down for each m along it).
+    """
 
     curvature: float
     length: float
+    slope: float = 0.0
 
 
 def _moved(pose: Pose, curvature: float, distance: float) -> Pose:
@@ -81,7 +85,7 @@ class Path:
     def _joints(self) -> list[Pose]:
         """The poses at which segments begin, and the end."""
         poses = [self.start]
-        for curvature, length in self.segments:
+        for curvature, length, _ in self.segments:
             poses.append(_moved(poses[-1], curvature, length))
         return poses
 
@@ -104,7 +108,7 @@ class Path:
     def box(self) -> Box:
         """The bounds of the path (m): at a joint, or where an arc is along an axis."""
         places = list(self._joints)
-        for start, (curvature, length) in zip(self._joints, self.segments, strict=False):
+        for start, (curvature, length, _) in zip(self._joints, self.segments, strict=False):
             if curvature == 0.0:
                 continue
             turns = sorted((start.yaw, start.yaw + curvature * length))
@@ -175,7 +179,9 @@ class Path:
 
     def reversed(self) -> "Path":
         """Return the same path travelled from its end to its start."""
-        backwards = tuple(Segment(-s.curvature, s.length) for s in reversed(self.segments))
+        backwards = tuple(
+            Segment(-s.curvature, s.length, -s.slope) for s in reversed(self.segments)
+        )
         return Path(self.end.reversed(), backwards)
 
 
@@ -203,8 +209,9 @@ def path_rows(path: Path) -> tuple[NDArray[np.void], int]:
     if not segments:  # a point to hover at
         segments = [Segment(0.0, 0.0)]
     rows = np.zeros(len(segments), dtype=PATH_ROW)
-    rows["curvature"], rows["length"] = np.array(segments).T
+    rows["curvature"], rows["length"], rows["slope"] = np.array(segments).T
     rows["begin"][1:] = np.cumsum(rows["length"][:-1])
+    rows["above"][1:] = -np.cumsum((rows["length"] * rows["slope"])[:-1])
     joints = Path(path.start, tuple(segments))._joints[: len(rows)]
     rows["x"], rows["y"], rows["yaw"] = np.array(joints).T
     return rows, again
@@ -219,8 +226,8 @@ def _jointed(segments: list[Segment], distance: float) -> tuple[list[Segment], i
             return segments, number
         if into < segment.length - SHORTEST_SEGMENT:
             halves = [
-                Segment(segment.curvature, into),
-                Segment(segment.curvature, segment.length - into),
+                segment._replace(length=into),
+                segment._replace(length=segment.length - into),
             ]
             return segments[:number] + halves + segments[number + 1 :], number + 1
         begin += segment.length

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime, timedelta
 from typing import Any, NamedTuple
 
-from .readings import Earth, EstimateReading, FixReading, Reading
+from .readings import Earth, EstimateReading, FixReading, Gnss, Reading
 
 # Number, extra byte of the checksum and layout of each message that is spoken or understood.
 GPS_INPUT, GPS_INPUT_EXTRA, GPS_INPUT_LAYOUT = 232, 151, struct.Struct("<QIii9fHHBBBH")
@@ -83,6 +83,9 @@ class GpsInputs:
         if isinstance(reading, FixReading):
             self._last[reading.vehicle] = reading.at_s
             return _given(reading, earth)
+        if isinstance(reading, Gnss) and reading.vehicle.startswith("AUV"):
+            self._last[reading.vehicle] = reading.at_s
+            return _at_surface(reading, earth)
         if isinstance(reading, EstimateReading):
             last = self._last.get(reading.vehicle, -math.inf)
             if reading.at_s - last > STALE_S:
@@ -100,6 +103,23 @@ def _given(reading: FixReading, earth: Earth) -> GpsInput:
         DILUTION, DILUTION, 0.0, 0.0, 0.0, 0.0, across, fix.sd_z_m,
         IGNORED, week, 0, FIX_3D, SATELLITES, 0,
     )  # fmt: skip
+
+
+def _at_surface(reading: Gnss, earth: Earth) -> GpsInput:
+    lat, lon, _ = earth.geodetic(reading.place)
+    week, week_ms = _gps_time(earth.utc(reading.at_s))
+    return NOTHING._replace(
+        time_usec=_microseconds(earth.utc(reading.at_s)),
+        time_week=week,
+        time_week_ms=week_ms,
+        lat=round(lat * 1e7),
+        lon=round(lon * 1e7),
+        hdop=DILUTION,
+        vdop=DILUTION,
+        horiz_accuracy=math.sqrt(2.0) * reading.sd_m,
+        fix_type=FIX_3D,
+        satellites_visible=SATELLITES,
+    )
 
 
 def _microseconds(when: datetime) -> int:

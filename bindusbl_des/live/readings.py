@@ -31,6 +31,7 @@ class Gnss(NamedTuple):
     """Where an ASV takes itself to be: x, y (m), and its velocity over ground (m/s), None at first.
 
     The position has all errors of the scenario's GNSS, the velocity (Doppler) the slow one alone.
+    Or a fix of an AUV at the surface, which tells no velocity.
     """
 
     at_s: float
@@ -174,7 +175,7 @@ class Instruments:
         self._heard: list[Reading] = [
             Pinged(mission.time, name, ping) for ping, name in begun if self._is_wanted(name)
         ]
-        self._grid = 0
+        self._grid, self._by_gnss = 0, 0
         #: Whether a vessel's own measurements are unknown: by an instrument of somebody's own.
         self.is_unsighted = False
         watch = mission.watch("ping", "reception", "broadcast", "delivery")
@@ -241,6 +242,10 @@ class Instruments:
                 yield Compass(at_s, name, heading)
             if self._truth and self._is_wanted(name):
                 yield Truth(at_s, name, (x, y, z), yaw)
+        for fix in self._mission.gnss_fixes(self._by_gnss):
+            self._by_gnss += 1
+            if self._is_wanted(name := f"AUV{fix.auv}"):
+                yield Gnss(fix.fixed_at_s, name, (fix.x_m, fix.y_m), None, fix.sd_m)
         states, depth_sd = self._mission.auvs(), self._mission.scenario.navigation.depth_sd_m
         for auv, (x, y, z, yaw) in enumerate(states.truth.tolist()):
             name, (north, east) = f"AUV{auv}", states.estimate[auv].tolist()

@@ -171,7 +171,8 @@ class Speaker:
         elif isinstance(reading, Gnss):
             place, spread = (*reading.place, 0.0), np.diag([reading.sd_m**2] * 3)
             yield from _on_earth(f"/{name}/gnss", now, now, name, place, spread, earth)
-            yield _transform(now, name, place, self._yaws.get(name))
+            if name.startswith("ASV"):  # an AUV's is that of its navigator
+                yield _transform(now, name, place, self._yaws.get(name))
         elif isinstance(reading, UsblReading):
             place, spread = reading.sight.place.tolist(), reading.sight.covariance
             yield _pose(f"/{name}/usbl/{reading.auv}", now, now, place, None, spread, UNKNOWN)

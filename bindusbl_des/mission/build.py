@@ -1,7 +1,9 @@
 """The world of a mission put together as its scenario describes it."""
 
 import math
+from collections.abc import Generator
 from dataclasses import replace
+from itertools import count
 
 import numpy as np
 import simpy
@@ -11,6 +13,7 @@ from ..acoustics.named_channels import hf_channel, loss_of, mf_channel, timing_s
 from ..acoustics.propagation import SignalBand
 from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams
+from ..navigation.gnss import GnssReceivers
 from ..navigation.navigators import Navigator
 from ..protocol.access.serving import access_of, serve_at_random
 from ..protocol.broadcasters import broadcaster_named
@@ -18,7 +21,7 @@ from ..protocol.dissemination import Dissemination, Knowledge, Manner, Roll
 from ..protocol.downlinks import downlink_named
 from ..protocol.hf.outcomes import Measuring, Outcomes
 from ..protocol.hf.uplink import Uplink
-from ..protocol.mf.downlink import FrameBand, MfDownlink
+from ..protocol.mf.downlink import Deliveries, FrameBand, MfDownlink
 from ..protocol.network import Network
 from ..protocol.passive.beacons import Beacons, PassiveOutcomes
 from ..protocol.passive.network import OwnFixes, PassiveNetwork, take_turns
@@ -29,6 +32,7 @@ from ..protocol.schedules.named import schedule_named
 from ..protocol.schedules.polling import Answers
 from ..protocol.schedules.view import known_of
 from ..protocol.slots import slots_of
+from ..protocol.steps import moment
 from ..protocol.tdma import serve
 from ..records.rows import Levers, Recorder, Rows
 from ..scenario.channel_settings import burst_s
@@ -84,6 +88,8 @@ def build_world(
     reckoning, navigator = equip_auvs(scenario, auvs, wrong, record)
     make = _passive if scenario.protocol.asvs_ping else _network
     network = make(env, scenario, auvs, asvs, navigator, record, streams)
+    if scenario.navigation.gnss_fix is not None:
+        equip_with_gnss(env, scenario, auvs, network.downlink, record, streams)
     if anchors is not None:
         known = None if scenario.protocol.asvs_ping else record.fixes
         env.process(anchors.keep_placing(env, known))
@@ -95,6 +101,38 @@ def build_world(
     else:
         env.process(serve(network))
     return World(scenario, auvs, asvs, reckoning, navigator, network, record, streams)
+
+
+def equip_with_gnss(
+    env: simpy.Environment,
+    scenario: Scenario,
+    auvs: Fleet,
+    deliveries: Deliveries,
+    record: Recorder,
+    streams: Streams,
+) -> None:
+    """Let AUVs have fixes by GNSS at the surface.
+
+    Those that steer by them, or are moved meanwhile, have each at its instant; the others' are made
+    when somebody wants to know.
+    """
+    asked, end = scenario.navigation.gnss_fix, float(scenario.duration_s)
+    assert asked is not None
+    receivers = GnssReceivers(auvs, asked, end, streams, record.gnss_fixes)
+    deliveries.gnss = receivers
+    if not auvs.foreseen:
+        env.process(deliver_each(env, deliveries, receivers.every_s, end))
+
+
+def deliver_each(
+    env: simpy.Environment, deliveries: Deliveries, every_s: float, end: float
+) -> Generator[simpy.Event, None, None]:
+    """Let AUVs have what has reached them at each multiple of a time before an end (s)."""
+    for number in count(1):
+        if (instant := number * every_s) >= end:
+            return
+        yield moment(env, instant)
+        deliveries.deliver(instant)
 
 
 def _moved(scenario: Scenario, source: PoseSource, step_s: float) -> dict[str, Fleet]:

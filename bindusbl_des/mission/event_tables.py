@@ -17,13 +17,14 @@ from .world import World
 # were fused
 LEVELS = np.dtype([("level_db", "f8"), ("margin_db", "f8")])
 FUSED = np.dtype([("asvs", "i8")])
+GNSS = np.dtype([("gnss_fix", "i8"), ("fixed_at_s", "f8"), ("sd_m", "f8")])
 
 
 def event_tables(world: World) -> dict[str, pa.Table]:
     """Return the event tables of a finished mission, as far as it keeps any."""
     if world.scenario.record.detail == "summary":
         return {}
-    record = world.record
+    record, gnss = world.record, world.scenario.navigation.gnss_fix is not None
     return {
         "rounds": from_rows("rounds", record.rounds),
         "pings": from_numbers("pings", record.pings.rows),
@@ -32,6 +33,7 @@ def event_tables(world: World) -> dict[str, pa.Table]:
         "frame_receptions": from_numbers("frame_receptions", record.frame_receptions.rows),
         "assignments": from_rows("assignments", record.assignments),
         "fixes": _fixes_table(record, len(world.asv_fleet)),
+        **({"gnss_fixes": _gnss_fixes_table(record)} if gnss else {}),
         "tracks": _tracks_table(world),
     }
 
@@ -55,6 +57,14 @@ def _fixes_table(record: Recorder, asvs: int) -> pa.Table:
     fused["asvs"] = len(OUTCOMES) + group
     names = [_together(own.tobytes()) for own in groups]
     return from_numbers("fixes", rows, fused, words=(*OUTCOMES, *names))
+
+
+def _gnss_fixes_table(record: Recorder) -> pa.Table:
+    rows = record.gnss_fixes.rows
+    own = np.empty(len(rows), dtype=GNSS)
+    own["gnss_fix"], own["fixed_at_s"] = rows["fix"], rows["delivered_at_s"]
+    own["sd_m"] = rows["sd_x_m"]
+    return from_numbers("gnss_fixes", rows, own)
 
 
 @lru_cache(maxsize=1024)

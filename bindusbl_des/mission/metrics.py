@@ -27,7 +27,7 @@ from .outcomes.reach import (
     heard_by_auvs,
     heard_of_auvs,
 )
-from .outcomes.service import MOST, note_service
+from .outcomes.service import MOST, note_gnss, note_service
 from .trajectories import instants
 from .world import World
 
@@ -54,6 +54,8 @@ def auv_metrics(world: World) -> Rows:
         metrics[name] = its_own
     fixes, judged_s = _since(world.record.fixes.rows, begin), scenario.duration_s - begin
     note_service(metrics, fixes, judged_s, _slot(world))
+    if scenario.navigation.gnss_fix is not None:
+        note_gnss(metrics, fixes, _since(world.record.gnss_fixes.rows, begin), judged_s)
     if scenario.protocol.asvs_ping:
         metrics["latency_from_broadcast_s"] = math.nan
     for auv in range(count):

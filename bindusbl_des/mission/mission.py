@@ -22,7 +22,7 @@ from ..protocol.hf.outcomes import Sight
 from ..protocol.network import Network
 from ..protocol.schedules.named import OwnSchedule, Schedule
 from ..protocol.steps import MissionEnvironment
-from ..records.events import HEARD, Broadcast
+from ..records.events import HEARD, Broadcast, GnssFix
 from ..records.rows import NONE
 from ..results.result import Result
 from ..results.tables import from_numbers, from_row
@@ -322,6 +322,19 @@ class Mission:
         """
         self._world.network.downlink.settle(self._last_instant(self._time))
         return auv_states(self._world, self._time)
+
+    def gnss_fixes(self, first: int = 0) -> list[GnssFix]:
+        """Return the GNSS fixes that AUVs have made at the surface by now, from the `first` on."""
+        self._world.network.downlink.settle(self._last_instant(self._time))
+        rows = self._world.record.gnss_fixes.rows[first:]
+        return [
+            GnssFix(
+                *(int(row[name]) for name in ("fix", "auv")),
+                *(float(row[name]) for name in ("delivered_at_s", "x_m", "y_m", "sd_x_m")),
+                *(float(row[it]) for it in ("error_m", "innovation_m", "correction_m", "nis")),
+            )
+            for row in rows
+        ]
 
     def asvs(self) -> Array:
         """Return where the ASVs are now: x, y, z (m), z down, yaw (rad, in (-pi, pi]), (n, 4)."""

@@ -36,10 +36,18 @@ def equip_auvs(
         steering = fleet.guided.corrections, fleet.guided.learnt
     if is_plugin(navigation.filter):
         make = own_part(NAVIGATOR, navigation.filter)
-        return reckoning, OwnNavigator(navigation.filter, make, reckoning, steering[0])
+        gnss = record.gnss_fixes
+        return reckoning, OwnNavigator(navigation.filter, make, reckoning, steering[0], gnss)
     first, growth = told_to(scenario)
     navigator = LinearNavigator(
-        reckoning, _rule(scenario), growth, first, *steering, record.levers, record.receptions
+        reckoning,
+        _rule(scenario),
+        growth,
+        first,
+        *steering,
+        record.levers,
+        record.receptions,
+        record.gnss_fixes,
     )
     if not navigator_of(scenario).is_smoother:
         return reckoning, navigator

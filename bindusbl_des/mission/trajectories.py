@@ -144,7 +144,10 @@ def _swept(scenario: Scenario, fleet: Fleet) -> Sweep | None:
     swath = swath_of(scenario)
     if swath is None:
         return None
-    return sweep(area_of(scenario), fleet.vehicles, swath, scenario.duration_s)
+    depths = None
+    if getattr(scenario.auvs.route, "surface_every_s", None) is not None:
+        depths = [scenario.survey.depth(auv) for auv in range(len(fleet.vehicles))]
+    return sweep(area_of(scenario), fleet.vehicles, swath, scenario.duration_s, depths)
 
 
 def _first_to_sweep(swept: Sweep | None, count: int, times: Array) -> Array:

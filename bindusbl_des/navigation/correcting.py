@@ -10,7 +10,7 @@ import numpy as np
 from ..core.compiled import compiled
 from ..core.handed import opened
 from ..records.events import HEARD
-from ..records.rows import LEARNT, NONE, RECEPTION, Row, Rows
+from ..records.rows import FIX, LEARNT, NONE, RECEPTION, Row, Rows, fix_numbered
 from ..vehicles.motion import Floats, Ints, where
 from ..vehicles.reckoning import Told, expected_error, learn, way_since
 from .belief import (
@@ -70,13 +70,15 @@ class Holding(NamedTuple):
 
 class Desk(NamedTuple):
     """Room to work things out: two beliefs of k states, at one instant and further `ahead`; shares
-    (k, 2) of what a fix says, and what the last m states add to it, `common` (2, m).
+    (k, 2) of what a fix says, and what the last m states add to it, `common` (2, m).  `alone`
+    (2, 4 m) are zeros: what a fix by GNSS contains of these states.
     """
 
     belief: Belief
     ahead: Belief
     shares: Annotated[Floats, 2]
     common: Annotated[Floats, 2]
+    alone: Annotated[Floats, 2]
 
 
 def desk_for(first: Belief, common: int) -> Desk:
@@ -84,13 +86,14 @@ def desk_for(first: Belief, common: int) -> Desk:
     belief, ahead = [
         Belief(first.moment.copy(), first.state.copy(), first.covariance.copy()) for _ in range(2)
     ]
-    return Desk(belief, ahead, np.zeros((len(first.state), 2)), np.zeros((2, common)))
+    shares, alone = np.zeros((len(first.state), 2)), np.zeros((2, 4 * common))
+    return Desk(belief, ahead, shares, np.zeros((2, common)), alone)
 
 
 class Known(NamedTuple):
     """What the navigators of n AUVs know: how fixes change beliefs, how these become less sure,
     dead reckoning, what is remembered, what has been believed since when, and the receptions that
-    fixes are made of.  For autopilots,
+    fixes are made of, and fixes by GNSS.  For autopilots,
     what to add to dead reckoning, `corrections` (n, 2), m, and which bias and current go on
     carrying it off since when, `learnt` (n,), :data:`.rows.LEARNT`.
     """
@@ -102,6 +105,7 @@ class Known(NamedTuple):
     held: Holding
     desk: Desk
     receptions: Annotated[Rows, RECEPTION]
+    gnss: Annotated[Rows, FIX]
     corrections: Annotated[Floats, 2]
     learnt: Annotated[Rows, LEARNT]
 
@@ -110,8 +114,9 @@ class Known(NamedTuple):
 def correct(
     handed: int, count: int, fixes: Rows, due: Ints, common: Floats | None, left: Floats | None
 ) -> None:
-    """Take in the fixes `due`; note what is believed then in the rows from `count` on of what has
-    been held, and for autopilots.  `handed` is the address of a :class:`.correcting.Known`.
+    """Take in the fixes `due`, by their numbers (:func:`.rows.fix_numbered`); note what is believed
+    then in the rows from `count` on of what has been held, and for autopilots.  `handed` is the
+    address of a :class:`.correcting.Known`.
 
     Each fix contains of the m last states, errors that fixes have in common, beside the true
     position `common` (n or more, 2, 4 m), as of :class:`.rows.Levers`; its noise is what is
@@ -120,7 +125,7 @@ def correct(
     by = opened(handed, Known)
     holders, since, beliefs = by.held
     for number in range(due.size):
-        fix = fixes[due[number]]
+        fix = fix_numbered(fixes, by.gnss, due[number])
         auv, now = fix.auv, fix.delivered_at_s
         latest, told = one(by.memory.latest, auv), reckoned(auv, now, by.reckoning)
         was_x, was_y = _error_at(told, auv, latest, handed)
@@ -155,20 +160,24 @@ def _take_in(
     Note its innovation and normalised square; tell whether the gate let it pass.
     """
     by = opened(handed, Known)
-    auv, memory, growth = fixes[row].auv, by.memory, by.growth
+    own, memory, growth = fix_numbered(fixes, by.gnss, row), by.memory, by.growth
+    auv = own.auv
     latest, past = one(memory.latest, auv), memory.past[auv]
-    begin, end = _place(fixes, row, past, memory.known[auv], by.rule.gain == WEIGHED)
+    begin, end = _place(fixes, by.gnss, row, past, memory.known[auv], by.rule.gain == WEIGHED)
     if begin < end - 1:
         write(one(memory.before, past[begin].before), latest)
     memory.known[auv] = end
-    fixes[row].innovation_m = fixes[row].nis = nan
-    _note(fixes[row], _by_itself(fixes, left, row), False)
+    own.innovation_m = own.nis = nan
+    _note(own, _by_itself(own, left, row), False)
     taken = False
     for k in range(begin, end):
         write(latest, one(memory.before, past[k].before))
         number = past[k].fix
-        fix, said = fixes[number], _by_itself(fixes, left, number)
-        time = fix.valid_at_s if by.rule.at_ping else fixes[row].delivered_at_s
+        fix = fix_numbered(fixes, by.gnss, number)
+        said, levers = _by_itself(fix, left, number), by.desk.alone
+        if common is not None and number >= 0:
+            levers = common[number]
+        time = fix.valid_at_s if by.rule.at_ping else own.delivered_at_s
         step_on(latest, auv, time, growth, by.reckoning)
         told = reckoned(auv, time, by.reckoning)
         carry(latest, told, growth)
@@ -176,13 +185,13 @@ def _take_in(
         if by.rule.gain == WEIGHED and fix.first != NONE:
             if common is not None:
                 x, y = told.x - latest.state[0], told.y - latest.state[1]
-                unsure = at_place(at, common[number], x, y, latest.covariance, by.desk.common)
+                unsure = at_place(at, levers, x, y, latest.covariance, by.desk.common)
             receptions = by.receptions[fix.first : fix.end]
-            own = _believed(receptions, auv, told, latest, unsure, handed)
-            said, polar = turned(receptions, said, own)
+            believed = _believed(receptions, auv, told, latest, unsure, handed)
+            said, polar = turned(receptions, said, believed)
             _note(fix, said, polar)
         if common is not None and not polar:
-            said = _without(said, at, common[number], latest, told, by.desk.common)
+            said = _without(said, at, levers, latest, told, by.desk.common)
         x, y = latest.state[0], latest.state[1]
         off, weight, is_taken = take(latest, said, by.desk.common, told, by.rule, by.desk.shares)
         if growth.aligned > 0:
@@ -216,10 +225,9 @@ def _believed(
 
 
 @compiled
-def _by_itself(fixes: Rows, left: Floats | None, row: int) -> Said:
+def _by_itself(fix: Row, left: Floats | None, row: int) -> Said:
     """Return what a fix says to somebody who believes in no place."""
-    fix = fixes[row]
-    if left is not None:
+    if left is not None and row >= 0:
         return Said(fix.x_m, fix.y_m, (left[row, 0], left[row, 1], left[row, 2]))
     return Said(fix.x_m, fix.y_m, (fix.sd_x_m**2, fix.sd_y_m**2, fix.cov_xy_m2))
 
@@ -251,7 +259,9 @@ def _without(
 
 
 @compiled
-def _place(fixes: Rows, row: int, past: Rows, known: int, by_ping: bool) -> tuple[int, int]:
+def _place(
+    fixes: Rows, gnss: Rows, row: int, past: Rows, known: int, by_ping: bool
+) -> tuple[int, int]:
     """Put a fix in its place among those of an AUV; return that, and how many there are then.
 
     That is the last one, or `by_ping` where its ping belongs; a fix older than all remembered comes
@@ -264,8 +274,10 @@ def _place(fixes: Rows, row: int, past: Rows, known: int, by_ping: bool) -> tupl
         for k in range(known):
             past[k].fix, past[k].before = past[k + 1].fix, past[k + 1].before
         past[known].before = free
-    begin = known
-    while by_ping and begin > 0 and fixes[past[begin - 1].fix].valid_at_s > fixes[row].valid_at_s:
+    begin, valid_at_s = known, fix_numbered(fixes, gnss, row).valid_at_s
+    while by_ping and begin > 0:
+        if fix_numbered(fixes, gnss, past[begin - 1].fix).valid_at_s <= valid_at_s:
+            break
         begin -= 1
     if was_full and begin == 0:
         return known, known

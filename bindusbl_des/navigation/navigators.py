@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..core.handed import Handed
 from ..core.plugins import PluginError, asked
-from ..records.rows import RECEPTION, EventBuffer, Levers, Rows
+from ..records.rows import FIX, RECEPTION, EventBuffer, Levers, Rows
 from ..scenario.families import NAVIGATOR
 from ..vehicles.motion import Ints
 from .belief import Belief, Growth, begun_at, copies
@@ -33,7 +33,10 @@ class Navigator(Protocol):
     """What the AUVs make of the fixes that reach them."""
 
     def correct(self, fixes: Rows, due: Ints) -> None:
-        """Take in the fixes (:data:`.rows.FIX`) whose rows are due, in the order of delivery."""
+        """Take in the fixes (:data:`.rows.FIX`) whose rows are due, in the order of delivery.
+
+        To those that ship -1 - k is row k of the mission's fixes by GNSS.
+        """
 
     def estimate(self, auv: int, odometry: Odometry) -> Array:
         """Return where an AUV believed to be (n, 2), m, at the instants of its odometry."""
@@ -59,12 +62,13 @@ class LinearNavigator:
         learnt: Rows,
         common: Levers = NOTHING,
         receptions: EventBuffer | None = None,
+        gnss: EventBuffer | None = None,
     ) -> None:
         """Take dead reckoning, how to correct it, and what is believed at first.
 
         `first` as of :func:`.belief.first_belief`; for autopilots, `corrections` and `learnt` are
         written as of :class:`.correcting.Known`.  Fixes contain of the last states what `common`
-        says, and are made of some of the `receptions`.
+        says, and are made of some of the `receptions`; those by `gnss` are rows of their own.
         """
         #: What each fix contains of the last states.
         self.common = common
@@ -75,11 +79,14 @@ class LinearNavigator:
         self._held = Held(start)
         memory, desk = memory_of(first, start), desk_for(first, common.columns)
         receptions = EventBuffer(RECEPTION) if receptions is None else receptions
-        known, held, rows = reckoning.known, self._held.all, receptions.array
+        #: The fixes by GNSS.
+        self.gnss = EventBuffer(FIX) if gnss is None else gnss
+        known, held, rows = reckoning.known, self._held.all, (receptions.array, self.gnss.array)
         self._known = Handed(
-            Known(rule, growth, known, memory, held, desk, rows, corrections, learnt)
+            Known(rule, growth, known, memory, held, desk, *rows, corrections, learnt)
         )
         receptions.hand_on(self._known, "receptions")
+        self.gnss.hand_on(self._known, "gnss")
 
     def correct(self, fixes: Rows, due: Ints) -> None:
         """Take in the fixes whose rows are due; note innovation, its weight, and the change (m)."""
@@ -138,13 +145,23 @@ class OwnNavigator:
     :class:`.navigators.Navigator`.
     """
 
-    def __init__(self, name: str, make: Any, reckoning: DeadReckoning, corrections: Array) -> None:
+    def __init__(
+        self,
+        name: str,
+        make: Any,
+        reckoning: DeadReckoning,
+        corrections: Array,
+        gnss: EventBuffer | None = None,
+    ) -> None:
         """Make the navigator; `corrections` (n, 2), m, is where autopilots read what it adds.
+
+        It is given each fix by `gnss` as one of which no ping is known: `ping` is -1.
 
         Raises:
             PluginError: when it cannot be made, or lacks a verb.
         """
         self._name, self._reckoning, self._corrections = name, reckoning, corrections
+        self._gnss = EventBuffer(FIX) if gnss is None else gnss
         self._navigator: Navigator = self._asked(make, Reckoning(reckoning), len(corrections))
         missing = [
             verb
@@ -160,13 +177,14 @@ class OwnNavigator:
         The innovation is noted before: against the estimate of the instant at which the fix holds.
         """
         for row in due:
-            fix, auv = fixes[row], int(fixes[row]["auv"])
+            fix = fixes[row] if row >= 0 else self._gnss.array[-1 - row]
+            auv = int(fix["auv"])
             odometry = self._reckoning.sample(auv, np.array([fix["delivered_at_s"]]))[1]
             then = self._reckoning.sample(auv, np.array([fix["valid_at_s"]]))[1]
             x, y = self.estimate(auv, then)[0]
             fix["innovation_m"] = np.hypot(fix["x_m"] - x, fix["y_m"] - y)
             was = self.estimate(auv, odometry)
-            told = fixes[row : row + 1].copy()
+            told = np.array([fix])
             told["error_m"] = np.nan  # nobody on board knows it
             self._asked(self._navigator.correct, told.view(np.recarray), np.array([0]))
             moved = self.estimate(auv, odometry)

@@ -72,11 +72,13 @@ class Smoother:
     def correct(self, fixes: Rows, due: Ints) -> None:
         """Take in the fixes whose rows are due; note what the filter makes of them."""
         self._filter.correct(fixes, due)
-        refused = np.isnan(fixes["correction_m"][due]) & ~np.isnan(fixes["innovation_m"][due])
-        kept, common = due[~refused], self._filter.common
-        told = Known(np.array(fixes[kept]), np.zeros((len(kept), 2, 0)))
+        by_gnss, common = due < 0, self._filter.common
+        rows = np.array(fixes[np.where(by_gnss, 0, due)])
+        rows[by_gnss] = self._filter.gnss.array[-1 - due[by_gnss]]
+        kept = ~(np.isnan(rows["correction_m"]) & ~np.isnan(rows["innovation_m"]))
+        told = Known(rows[kept], np.zeros((kept.sum(), 2, 4 * common.columns)))
         if common.columns:
-            told = told._replace(common=common.of[kept])
+            told.common[~by_gnss[kept]] = common.of[due[kept & ~by_gnss]]
         self._told.append(told)
         self._latest = None
 

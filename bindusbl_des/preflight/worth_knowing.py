@@ -18,7 +18,7 @@ from ..scenario.key_types import Renamed
 from ..scenario.part_settings import settings_of
 from ..scenario.scenario import Scenario
 from ..scenario.sections.array import spacing_m
-from .idle.keys import bursts, cast, idle_keys, levels, sheet, sonar
+from .idle.keys import bursts, cast, idle_keys, levels, receivers, sheet, sonar
 from .messages import answers, backlog, believed, deliveries, guards, last_slots, messages, modems
 from .whereabouts import anchors, bays, formation, routes, shapes, tracks
 
@@ -83,6 +83,7 @@ def cautions(scenario: Scenario) -> list[Caution]:
             sheet,
             _lobes,
             sonar,
+            receivers,
             levels,
             bursts,
             cast,

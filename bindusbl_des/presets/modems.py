@@ -295,6 +295,7 @@ MODEMS = (
             "frequency_khz": Figure(28.0, "kHz", "calc", f"middle {OF_THE_BAND}, 24-32 kHz"),
             "bandwidth_khz": Figure(8.0, "kHz", "calc", f"width {OF_THE_BAND}, 24-32 kHz"),
         },
+        since="2018-10",
     ),
     Preset(
         "ahoi",

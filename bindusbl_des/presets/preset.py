@@ -36,13 +36,15 @@ class Preset:
     """A named set of figures; each is named as the key, or setting, of a scenario that it is for.
 
     What has no source is not in it: a key that a preset does not name keeps its default.  Its
-    `basis` is what the maker, or who simulated it, states, often a worst case; or a trial.
+    `basis` is what the maker, or who simulated it, states, often a worst case; or a trial.  `since`
+    is the year, or year and month, of that; "" where no source states one.
     """
 
     name: str
     title: str
     figures: Mapping[str, Figure]
     basis: Literal["stated", "measured"] = "stated"
+    since: str = ""
 
     @property
     def values(self) -> dict[str, float | int | str]:
@@ -66,6 +68,7 @@ def _measured(name: str, trial: str, percent: float) -> Preset:
             "statistic": Figure("cep", "", "2", TANG),
         },
         "measured",
+        "2013",
     )
 
 
@@ -122,6 +125,7 @@ USBLS = (
             "pitch_sd_deg": Figure(0.2, "deg", "S", OEM),
             "heading_sd_deg": Figure(1.0, "deg", "S", OEM),
         },
+        since="2024",
     ),
     _cerulean("cerulean_rovl", "its own compass", 5.2, 9.063258),
     _cerulean("cerulean_rovl_gnss", "a GNSS compass", 2.1, 3.664371),

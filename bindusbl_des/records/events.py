@@ -181,6 +181,24 @@ class Fix:
 
 
 @dataclass(slots=True)
+class GnssFix:
+    """One fix of an AUV at the surface by its own GNSS (navigation.gnss_fix): it has it at once."""
+
+    gnss_fix: int = column("1", "number of the fix")
+    auv: int = column("", "AUV that made it")
+    fixed_at_s: float = column("s", "instant at which it was made, and holds")
+    x_m: float = column("m", "position, north")
+    y_m: float = column("m", "position, east")
+    sd_m: float = column("m", "standard deviation of each")
+    error_m: float = column("m", "horizontal distance to the AUV's true position")
+    innovation_m: float | None = column("m", "horizontal length of the innovation", None)
+    correction_m: float | None = column(
+        "m", "how far the fix moved the estimate; null if the navigator refused it", None
+    )
+    nis: float | None = column("1", "normalised innovation squared, 2 degrees of freedom", None)
+
+
+@dataclass(slots=True)
 class Assignment:
     """One slot of one AUV, of which a frame was to tell it; recorded as the slot begins.
 

@@ -146,6 +146,9 @@ class AuvMetrics:
         0,
         worst=LARGEST,
     )
+    gnss_fixes: int = column(
+        "1", "GNSS fixes at the surface that the navigator has taken (navigation.gnss_fix)", 0
+    )
 
 
 @dataclass(slots=True)
@@ -245,6 +248,7 @@ NAMES = {
     "lanes_flown_share": "lanes flown",
     "swept_m2": "area swept first",
     "slots_missed": "slots missed",
+    "gnss_fixes": "GNSS fixes",
     "rounds": "rounds",
     "hf_utilisation": "HF in use",
     "mf_utilisation": "MF in use",

@@ -12,6 +12,7 @@ from typing import Any, get_args, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.compiled import compiled
 from ..core.growing import lengthened
 from ..core.handed import Handed
 from .events import Assignment, Broadcast, Fix, FrameReception, Ping, Reception, Round
@@ -35,6 +36,12 @@ def row_type(
     hints = get_type_hints(event)
     told = {field.name: hints[field.name] for field in fields(event) if field.name not in without}
     return np.dtype([(name, _kind(hint)) for name, hint in {**told, **(further or {})}.items()])
+
+
+@compiled
+def fix_numbered(fixes: Rows, gnss: Rows, number: int) -> Row:
+    """Return a fix of the buffers `fixes` and `gnss`, by its number: -1 - k is row k of `gnss`."""
+    return fixes[number] if number >= 0 else gnss[-1 - number]
 
 
 def _kind(hint: Any) -> str:
@@ -209,3 +216,4 @@ class Recorder:
     assignments: list[Assignment] = field(default_factory=list)
     fixes: EventBuffer = field(default_factory=lambda: EventBuffer(FIX))
     levers: Levers = field(default_factory=lambda: Levers(0))
+    gnss_fixes: EventBuffer = field(default_factory=lambda: EventBuffer(FIX))  # AUVs' own

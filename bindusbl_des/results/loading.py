@@ -17,7 +17,7 @@ from .effects import Advice, from_data
 from .result import Result
 from .result_folder import ADVICE, SUMS, DamagedFile, compare_sum, read_table
 from .result_folder import RECORD as RUN
-from .schemas import EVENT_TABLES, SCHEMA_VERSION
+from .schemas import BY_GNSS, EVENT_TABLES, SCHEMA_VERSION
 from .violations import is_violations, violations_in
 
 T = TypeVar("T")
@@ -82,6 +82,8 @@ def _tables(folder: Path, scenario: Scenario, run: Mapping[str, Any]) -> dict[st
         _Damaged: naming each table that is.
     """
     names = ("auvs", "mission", *(EVENT_TABLES if scenario.record.detail == "full" else ()))
+    if scenario.navigation.gnss_fix is None:
+        names = tuple(name for name in names if name != BY_GNSS)
     paths = {name: folder / f"{name}.parquet" for name in names}
     origin = {
         "bindusbl.scenario_sha256": run["scenario_sha256"],

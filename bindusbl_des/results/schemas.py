@@ -24,6 +24,7 @@ from ..records.events import (
     Broadcast,
     Fix,
     FrameReception,
+    GnssFix,
     Ping,
     Reception,
     Round,
@@ -125,13 +126,16 @@ ROWS: dict[str, type] = {
     "frame_receptions": FrameReception,
     "assignments": Assignment,
     "fixes": Fix,
+    "gnss_fixes": GnssFix,
     "tracks": TrackPoint,
     "auvs": AuvMetrics,
 }
 EVENT_TABLES = (
     *("rounds", "pings", "receptions", "broadcasts", "frame_receptions", "assignments"),
-    *("fixes", "tracks"),
+    *("fixes", "gnss_fixes", "tracks"),
 )
+# What only missions have in which AUVs carry GNSS (navigation.gnss_fix).
+BY_GNSS = "gnss_fixes"
 TABLES = (*ROWS, "mission")
 
 # Columns that hold a vehicle's number in the record and its name in the table.

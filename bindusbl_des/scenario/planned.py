@@ -14,10 +14,19 @@ from .on_earth import positioned, positioned_stations, recorded_tracks
 from .part_choice import PartChoice
 from .scenario_keys import ScenarioKeys
 from .sections.anchors import Moving, Placed
-from .sections.routes import Hold, Lawnmower, OwnPlacement, OwnRoute, Track, Waypoints
+from .sections.routes import (
+    Flown,
+    Hold,
+    Lawnmower,
+    OwnPlacement,
+    OwnRoute,
+    Track,
+    Waypoints,
+)
 from .survey_area import area_of
 
 if TYPE_CHECKING:
+    from ..geometry.surfacing import Surfacing
     from ..vehicles.tracks import Track as RecordedTrack
     from .own_plans import Array, PlanView, Points, Tracks
 
@@ -44,6 +53,22 @@ def turning_radius(scenario: ScenarioKeys, auv: int) -> float:
     except ValueError as error:
         name = "speeds_m_per_s" if auvs.speeds_m_per_s else "speed_m_per_s"
         raise ValueError(f"auvs.{name}: {error}; ask for less") from None
+
+
+def surfacing_of(scenario: ScenarioKeys, auv: int) -> "Surfacing | None":
+    """Return how an AUV comes up to the surface on its route; None if it does not."""
+    from ..geometry.surfacing import Surfacing
+
+    route, speed = scenario.auvs.route, scenario.auvs.speed(auv)
+    if not isinstance(route, Flown) or route.surface_every_s is None:
+        return None
+    return Surfacing(
+        speed * route.surface_every_s,
+        turning_radius(scenario, auv),
+        scenario.survey.depth(auv),
+        math.radians(route.climb_angle_deg),
+        speed * route.surface_for_s,
+    )
 
 
 def route_of(scenario: ScenarioKeys) -> "Lawnmower | Hold | Waypoints | Track | Points | Tracks":

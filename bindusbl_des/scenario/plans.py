@@ -10,8 +10,9 @@ from ..geometry.area import Point, turned
 from ..geometry.lanes import Ruling, Share, equal_lengths, strips
 from ..geometry.paths import Path, through
 from ..geometry.routes import FlightPlan, Turning, lawnmower, there_and_back, waypoint_poses
+from ..geometry.surfacing import moved, surfaced
 from .agreement.vehicles import SHORTEST_WAY
-from .planned import route_of, turning_radius
+from .planned import route_of, surfacing_of, turning_radius
 from .scenario_keys import ScenarioKeys
 from .sections.routes import Lawnmower
 from .sections.survey import LONGEST_S, SHORTEST_S, SURVEY, SurveyEnd
@@ -56,12 +57,24 @@ def _plans(scenario: ScenarioKeys, route: object) -> tuple[FlightPlan, ...]:
     auvs = range(scenario.auvs.count)
     if isinstance(route, Lawnmower):
         shares = shares_of(scenario, route)
-        return tuple(_over_lanes(scenario, route, shares[auv], auv) for auv in auvs)
+        plans = [_over_lanes(scenario, route, shares[auv], auv) for auv in auvs]
+        return tuple(_surfaced(scenario, plan, auv) for auv, plan in enumerate(plans))
     points = getattr(route, "points_m", None)
     if points is None:
         kind = getattr(route, "kind", route)
         raise ValueError(f"an AUV whose route is {kind!r} has no planned path")
-    return tuple(_along_points(scenario, points[auv], auv) for auv in auvs)
+    plans = [_along_points(scenario, points[auv], auv) for auv in auvs]
+    return tuple(_surfaced(scenario, plan, auv) for auv, plan in enumerate(plans))
+
+
+def _surfaced(scenario: ScenarioKeys, plan: FlightPlan, auv: int) -> FlightPlan:
+    """Return the plan of an AUV, with its ways to the surface where its route asks for them."""
+    asked = surfacing_of(scenario, auv)
+    if asked is None:
+        return plan
+    path, breaks = surfaced(plan.path, asked)
+    lanes = [[moved(end, breaks, asked) for end in lane] for lane in plan.lanes]
+    return FlightPlan(path, tuple((a, b) for a, b in lanes), surfaced(plan.tour, asked)[0])
 
 
 def shares_of(scenario: ScenarioKeys, route: Lawnmower) -> list[Share]:

@@ -26,6 +26,9 @@ STEP = 2.0
 # Cells coarser than this share of a swath tell nothing.
 COARSEST = 0.5
 
+# A vehicle so much (m) above its depth is on its way up.
+LEVEL_M = 0.1
+
 # Places whose surroundings are worked out at a time.
 BLOCK = 2_000
 
@@ -43,11 +46,18 @@ class Sweep(NamedTuple):
         return np.asarray(self.cell_m2 * np.searchsorted(np.sort(mine), times, side="right"))
 
 
-def sweep(area: Area, vehicles: Sequence[Vehicle], swath: float, until: float) -> Sweep | None:
+def sweep(
+    area: Area,
+    vehicles: Sequence[Vehicle],
+    swath: float,
+    until: float,
+    depths: Sequence[float] | None = None,
+) -> Sweep | None:
     """Return which parts of a survey vehicles sweep until an instant (s), with a swath (m).
 
     A cell counts with its middle, so that the edge of what is swept is off by half a cell at most.
-     None where the survey is too large, or the ways too long, for cells that tell anything.
+    Vehicles that come up sweep nothing above their `depths` (m).  None where the survey is too
+    large, or the ways too long, for cells that tell anything.
     """
     box = area.box
     ways = [vehicle.distance(until) for vehicle in vehicles]
@@ -63,7 +73,7 @@ def sweep(area: Area, vehicles: Sequence[Vehicle], swath: float, until: float) -
         for low, high in ((box.x_min, box.x_max), (box.y_min, box.y_max))
     )
     times, places, who = _passed(
-        vehicles, [math.ceil(way / cell / STEP) + 1 for way in ways], until
+        vehicles, [math.ceil(way / cell / STEP) + 1 for way in ways], until, depths
     )
     first = np.full(len(x) * len(y), len(times))  # of all places, the first near each cell
     reach = math.ceil(swath / 2 / cell)
@@ -87,14 +97,21 @@ def sweep(area: Area, vehicles: Sequence[Vehicle], swath: float, until: float) -
 
 
 def _passed(
-    vehicles: Sequence[Vehicle], counts: Sequence[int], until: float
+    vehicles: Sequence[Vehicle],
+    counts: Sequence[int],
+    until: float,
+    depths: Sequence[float] | None,
 ) -> tuple[Array, Array, NDArray[np.int64]]:
     """Return instants (n,), s, in their order, at which a vehicle is at a place (n, 2), m, and
     which one it is.
     """
     times = [np.linspace(0.0, until, count) for count in counts]
-    places = [it.sample(at)[:, :2] for it, at in zip(vehicles, times, strict=True)]
-    who = np.repeat(np.arange(len(vehicles)), counts)
+    places = [it.sample(at)[:, :3] for it, at in zip(vehicles, times, strict=True)]
+    if depths is not None:
+        deep = [way[:, 2] > depth - LEVEL_M for way, depth in zip(places, depths, strict=True)]
+        times = [at[kept] for at, kept in zip(times, deep, strict=True)]
+        places = [way[kept] for way, kept in zip(places, deep, strict=True)]
+    who = np.repeat(np.arange(len(vehicles)), [len(at) for at in times])
     together = np.concatenate(times)
     order = np.argsort(together, kind="stable")
-    return together[order], np.concatenate(places)[order], who[order]
+    return together[order], np.concatenate(places)[order, :2], who[order]

@@ -99,7 +99,8 @@ def moored(place: Place) -> SegmentedTrajectory:
 def kinematic(path: Path, speed: float, depth: float, until: float = 0.0) -> SegmentedTrajectory:
     """Return a vehicle that follows a path at constant speed (m/s) and depth (m), exactly.
 
-    At the end of a path it rests; a tour it goes on until the instant `until` (s), at least.
+    Where the path slopes that is its horizontal speed, and its depth changes.  At the end of a path
+    it rests; a tour it goes on until the instant `until` (s), at least.
     """
     rows, again = path_rows(path)
     flown = [rows]
@@ -119,6 +120,8 @@ def kinematic(path: Path, speed: float, depth: float, until: float = 0.0) -> Seg
     table[-1, [motion.X, motion.Y, motion.YAW]] = path.end
     table[-1, motion.BEGIN] = end / speed
     table[:, motion.Z] = depth
+    table[:-1, motion.Z] -= way["above"]
+    table[:-1, motion.CLIMB] = way["slope"] * speed
     return SegmentedTrajectory(motion.legs(table))
 
 

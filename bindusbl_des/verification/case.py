@@ -17,6 +17,7 @@ from ..scenario.on_earth import vessel_tracks
 from ..scenario.planned import NoStations, asv_stations, route_of, tracks_of
 from ..scenario.scenario import Scenario
 from ..scenario.sections.anchors import AsvTrack, Placed
+from ..scenario.sections.routes import Flown
 from ..scenario.sections.vehicle_choice import VehicleChoice
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
 from ..usbl.bounds import exceeded
@@ -192,7 +193,10 @@ def _planned_speed(scenario: Scenario, sigmas: float) -> float:
     tracks = tracks_of(scenario)
     if tracks is not None:
         return max(map(_fastest, tracks))
-    return _driven(scenario, scenario.auvs.vehicle, max(scenario.auvs.speeds), sigmas)
+    speed = max(scenario.auvs.speeds)
+    if isinstance(route, Flown) and route.surface_every_s is not None:
+        speed /= math.cos(math.radians(route.climb_angle_deg))  # it is that seen from above
+    return _driven(scenario, scenario.auvs.vehicle, speed, sigmas)
 
 
 def _driven(scenario: Scenario, vehicle: VehicleChoice, speed: float, sigmas: float) -> float:
@@ -333,7 +337,9 @@ class Case:
             downs = [track[1][:, 2] for track in tracks]
             return tuple((float(z.min()), float(z.max())) for z in downs)
         own = [scenario.survey.depth(auv) for auv in range(scenario.auvs.count)]
-        flies = scenario.auvs.vehicle.flies_paths
+        route = scenario.auvs.route
+        comes_up = isinstance(route, Flown) and route.surface_every_s is not None
+        flies = scenario.auvs.vehicle.flies_paths or comes_up
         return tuple((0.0 if flies else depth, depth) for depth in own)
 
     def longest_m(self, auv: int) -> float:

@@ -16,11 +16,12 @@ from bindusbl_des.geometry.geodesy import ned_at_depth
 from bindusbl_des.live.mavlink import (
     ATTITUDE,
     GLOBAL_POSITION_INT,
+    GpsInputs,
     Mavlink,
     mavproxy,
     messages,
 )
-from bindusbl_des.live.readings import FixReading, UsblReading
+from bindusbl_des.live.readings import FixReading, Gnss, UsblReading
 from bindusbl_des.live.ugps import Topside
 
 API = json.loads((Path(__file__).parents[1] / "reference" / "ugps_api.json").read_text())
@@ -171,3 +172,17 @@ def test_the_command_offers_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert "ugps does not go to udp; write ugps:http:PORT" in done.output
     done = call("live", "sea.yaml", "--to", "mavlink:pty", "--dry")
     assert done.output.strip().startswith("fd ")
+
+
+def test_fixes_at_the_surface_are_sent_as_gnss_and_as_gps_input() -> None:
+    surfaced = {"survey": {"depth_m": 0.3}, "navigation": {"gnss_fix": {"every_s": 5.0}}}
+    readings, mission, earth = heard(at_sea(duration_s=21.0, **surfaced))
+    own = [it for it in readings if isinstance(it, Gnss) and it.vehicle == "AUV1"]
+    rows = mission.result().tables["gnss_fixes"].query("auv == 'AUV1'")
+    assert [it.at_s for it in own] == rows.fixed_at_s.tolist() == [5.0, 10.0, 15.0, 20.0]
+    assert [it.place for it in own] == list(zip(rows.x_m, rows.y_m, strict=True))
+    given = GpsInputs().of(own[0], earth)
+    assert given is not None
+    assert given.fix_type == 3
+    assert given.lat == round(earth.geodetic(own[0].place)[0] * 1e7)
+    assert given.horiz_accuracy == pytest.approx(math.sqrt(2.0) * 2.0)

@@ -111,3 +111,20 @@ def test_the_manual_lists_every_modem() -> None:
     page = (Path(__file__).parents[2] / "docs" / "modems.md").read_text()
     for it in CATALOGUE["modem"]:
         assert f"| `{it.name}` | {it.title} |\n" in page, it.name
+
+
+def test_presets_say_since_when_where_their_source_does() -> None:
+    dated = {it.name: it.since for presets in CATALOGUE.values() for it in presets if it.since}
+    assert dated == {
+        "nanomodem_v3": "2018-10",
+        "evologics_oem": "2024",
+        "rlg_dvl_sea": "2013",
+        "rlg_dvl_river": "2013",
+    }
+    for name, year in dated.items():  # each stands in the source of a figure
+        [(_, preset)] = selected(name)
+        named = "october2018" if name == "nanomodem_v3" else year
+        assert any(named in figure.source for figure in preset.figures.values())
+    said = CliRunner().invoke(main, ["presets"]).output
+    assert "measured, 2013)" in said
+    assert "stated, no date stated)" in said

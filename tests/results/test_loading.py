@@ -39,7 +39,9 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
 @pytest.fixture(scope="module")
 def result() -> Result:
     """A short mission with every table, and advice."""
-    found = simulate(scenario(duration_s=20.0, auvs={"count": 2}, record={"tracks_hz": 1.0}), 7)
+    at_surface = {"survey": {"depth_m": 0.3}, "navigation": {"gnss_fix": {}}}
+    short = {"duration_s": 20.0, "auvs": {"count": 2}, "record": {"tracks_hz": 1.0}}
+    found = simulate(scenario(**short, **at_surface), 7)
     found.advice = ADVICE
     return found
 

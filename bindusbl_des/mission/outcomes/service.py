@@ -114,6 +114,20 @@ class DeliveredFixes(NamedTuple):
     pinged_at: Floats
 
 
+def note_gnss(metrics: Rows, fixes: Rows, gnss: Rows, duration: float) -> None:
+    """Write to each AUV's metrics, (n,), how many fixes by GNSS its navigator has taken, and how
+    old fixes were then, these and all others; `duration` as of :func:`note_service`.
+    """
+    for auv, metric in enumerate(metrics):
+        of_each = [it[(it["auv"] == auv) & ~np.isnan(it["correction_m"])] for it in (fixes, gnss)]
+        metric["gnss_fixes"] = len(of_each[1])
+        taken = np.concatenate([it["delivered_at_s"] for it in of_each])
+        pinged = np.concatenate([it["pinged_at_s"] for it in of_each])
+        order = np.argsort(taken, kind="stable")
+        ages = fix_ages(taken[order], pinged[order], duration)
+        metric["fix_age_mean_s"], metric["fix_age_p95_s"], metric["fix_age_max_s"] = ages
+
+
 def note_service(metrics: Rows, fixes: Rows, duration: float, slot: float) -> None:
     """Write to each AUV's metrics, (n,) :class:`.metrics.AuvMetrics`, what became of its fixes.
 

@@ -73,6 +73,13 @@ def approximations(scenario: Scenario) -> Iterator[str]:
             f"Losses that last {plain(max(lasting))} s are taken to come one by one: times without "
             "a fix, and errors, may be several times those predicted."
         )
+    if scenario.navigation.gnss_fix is not None:
+        yield (
+            "GNSS fixes at the surface are left out: where AUVs have them, errors and ages are "
+            "smaller than predicted."
+        )
+    if getattr(scenario.auvs.route, "surface_every_s", None) is not None:
+        yield "AUVs that come up are taken to stay at their depth, seen from above where they are."
     if scenario.usbl.outlier_share:
         yield "Outliers of the fixes are left out."
     if (

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...scenario.scenario import Scenario
+from ...scenario.sections.routes import Flown
 from .gathering import (
     access_of,
     approximations,
@@ -63,12 +64,17 @@ def inputs_of(scenario: Scenario) -> Inputs:
 
     Raises:
         ValueError: when the route cannot be flown, the file of a channel cannot be read, or AUVs
-            ping as they like, in no rounds.
+            ping as they like, in no rounds, or come up to fix by GNSS.
     """
     if scenario.protocol.random_access:
         raise ValueError(
             f"protocol.schedule: {scenario.protocol.schedule} has no rounds to predict errors by; "
             "simulate it, or use a schedule with slots"
+        )
+    route, has_gnss = scenario.auvs.route, scenario.navigation.gnss_fix is not None
+    if has_gnss and isinstance(route, Flown) and route.surface_every_s is not None:
+        raise ValueError(
+            "navigation.gnss_fix: what AUVs gain that come up to fix is not predicted; simulate it"
         )
     return Inputs(
         float(scenario.duration_s),

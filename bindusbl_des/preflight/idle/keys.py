@@ -20,6 +20,7 @@ from ...scenario.on_earth import lacks_depths
 from ...scenario.part_choice import PartChoice
 from ...scenario.scenario import Scenario
 from ...scenario.sections.environment import Environment
+from ...scenario.sections.routes import Flown, Hold
 from ...scenario.sections.vehicle_choice import VehicleChoice
 from .rules import (
     FRAMED,
@@ -48,6 +49,22 @@ def sheet(scenario: Scenario) -> Iterator[Problem]:
             f"has no effect with acoustics.hf.channel: {channel} (it tells of no signal-to-noise "
             "ratio, angles are as stated); remove it",
             ("acoustics.hf.channel",),
+        )
+
+
+def receivers(scenario: Scenario) -> Iterator[Problem]:
+    """Yield GNSS receivers of AUVs that are never at the surface, as far as that is planned."""
+    receiver, route, survey = scenario.navigation.gnss_fix, scenario.auvs.route, scenario.survey
+    planned = isinstance(route, Flown | Hold) and not scenario.auvs.vehicle.own
+    if receiver is None or not planned or getattr(route, "surface_every_s", None) is not None:
+        return
+    shallowest = min(survey.depths_m or (survey.depth_m,))
+    if shallowest > receiver.depth_m:
+        yield Problem(
+            "navigation.gnss_fix",
+            f"brings no fix: AUVs stay at {plain(shallowest)} m and deeper, and are at the surface "
+            f"down to {plain(receiver.depth_m)} m; give auvs.route.surface_every_s, or remove it",
+            ("auvs.route.surface_every_s", "survey.depth_m"),
         )
 
 
@@ -132,6 +149,7 @@ STEERING = tuple(
         "vehicle.turning_radius_m", "join_angle_deg", "launch_m", "recovery_m",
     )
 )  # fmt: skip
+
 
 RULES = (
     *PROTOCOL,
@@ -248,6 +266,11 @@ RULES = (
         ("protocol.positions",),
         "there is no other AUV",
         but=times_by_place,
+    ),
+    Idle(
+        {"auvs.route.surface_every_s": (None,)},
+        ("auvs.route.surface_for_s", "auvs.route.climb_angle_deg"),
+        "the AUVs stay at their depth",
     ),
     Idle(
         {"environment.temperature_c": (None,)},

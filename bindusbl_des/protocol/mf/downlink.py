@@ -17,6 +17,7 @@ from ...acoustics.travel_time import travel_time
 from ...core.clock import Clock
 from ...core.handed import Handed
 from ...core.streams import Purpose, Streams
+from ...navigation.gnss import GnssReceivers
 from ...navigation.navigators import Navigator
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE, Broadcast
 from ...records.rows import FRAME_RECEPTION, NONE, EventBuffer, Recorder, Rows
@@ -35,6 +36,8 @@ class Deliveries:
         self._env, self._auvs, self._fixes, self._navigator = env, auvs, record.fixes, navigator
         self._undelivered = 0  # fixes before this one are delivered, or never will be
         self._due = np.empty(0, dtype=np.int64)
+        #: What makes AUVs fixes of their own at the surface; None where they have no receivers.
+        self.gnss: GnssReceivers | None = None
         #: Whom to tell that a broadcast begins, of fixes whose arrivals are known, and of those
         #: that are delivered: nobody unless somebody waits for that.
         self.on_broadcast: Callable[[], None] | None = None
@@ -79,10 +82,13 @@ class Deliveries:
         count, self._undelivered = delivered(
             fixes.array, self._undelivered, fixes.count, time, self._due
         )
-        if count:
-            self._navigator.correct(fixes.array, self._due[:count])
-            if self.on_delivered is not None:
-                self.on_delivered(self._due[:count])
+        due = numbers = self._due[:count]
+        if self.gnss is not None:
+            numbers = self.gnss.among(fixes.array, due, time)
+        if len(numbers):
+            self._navigator.correct(fixes.array, numbers)
+        if count and self.on_delivered is not None:
+            self.on_delivered(due)
 
 
 # Share of the way after which an arrival is worked out; vehicles are a thousand times slower.

@@ -10,7 +10,7 @@ from ..on_earth import origin_of, positioned
 from ..scenario_keys import ScenarioKeys
 from ..sections.anchors import AsvTrack, Follow, Moving, Placed
 from ..sections.failures import Failure
-from ..sections.routes import Hold, Lawnmower, Waypoints
+from ..sections.routes import Flown, Hold, Lawnmower, Waypoints
 from ..sections.survey import SHAPES
 from ..sections.vehicles import Formation
 from ..survey_area import area_of, lanes_heading
@@ -229,6 +229,15 @@ def route_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
             "auvs.route.files",
             f"needs one file per AUV: {auvs.count} expected, {len(route.files)} given",
             ("auvs.count", "auvs.route.kind"),
+        )
+    vehicle = auvs.vehicle
+    comes_up = isinstance(route, Flown) and route.surface_every_s is not None
+    if comes_up and (vehicle.has_dynamics or vehicle.own):
+        yield Problem(
+            "auvs.route.surface_every_s",
+            f"is for AUVs without dynamics: the equations of {vehicle} know no surface, and "
+            "its autopilot would take it above that; use vehicle: kinematic",
+            ("auvs.vehicle",),
         )
     if route.kind == "waypoints":
         name = "points_deg" if route.points_deg else "points_m"

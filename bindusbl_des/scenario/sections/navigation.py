@@ -113,6 +113,14 @@ class Drift(Part):
         return (self.m_per_hour or 0.0) / SECONDS_PER_HOUR * time
 
 
+class GnssFix(Part):
+    """A GNSS receiver of each AUV, which has a fix while its AUV is at the surface."""
+
+    depth_m: Real = key(0.5, "m", "depth down to which an AUV is at the surface", ge=0, le=100)
+    sd_m: Real = key(2.0, "m", "standard deviation per axis of a fix, white noise", ge=0, le=1e3)
+    every_s: Real = key(1.0, "s", "time between fixes there", ge=0.01, le=1e6)
+
+
 class Navigation(Section):
     """Dead reckoning of the AUVs and how a fix corrects it."""
 
@@ -121,6 +129,11 @@ class Navigation(Section):
         Moved("delay_compensation", "filter", "fixed_gain"),
     )
 
+    gnss_fix: GnssFix | None = Field(
+        default=None,
+        description="a fix by GNSS while an AUV is at the surface; null, unless one of its keys is "
+        "given = AUVs have no receiver",
+    )
     drift: Drift = Field(default=Drift(), description="drift as an inertial system's sheet has it")
     velocity_bias_m_per_s: Point = key(
         (0.06, 0.06),

@@ -85,7 +85,26 @@ class Planned(Part):
         return PartChoice(self.kind)
 
 
-class Lawnmower(Planned):
+class Flown(Planned):
+    """A kind of route that AUVs fly along paths, and may leave to come up to the surface."""
+
+    surface_every_s: Real | None = key(
+        None,
+        "s",
+        "time on its route after which an AUV breaks off to come up to the surface in circles, and "
+        "then takes it up again; null = it stays at its depth",
+        ge=1,
+        le=1e6,
+    )
+    surface_for_s: Real = key(
+        10.0, "s", "how long it stays there at least: until its circles are whole", ge=0, le=1e5
+    )
+    climb_angle_deg: Real = key(
+        20.0, "deg", "angle at which it comes up and dives again", ge=1, le=60
+    )
+
+
+class Lawnmower(Flown):
     """Boustrophedon lanes along x, or another heading, AUV0 at the lowest y across them."""
 
     is_flown = True
@@ -132,7 +151,7 @@ class Hold(Planned):
     )
 
 
-class Waypoints(Planned):
+class Waypoints(Flown):
     """Each AUV follows its own list of waypoints along Dubins curves, there and back."""
 
     is_flown = True
