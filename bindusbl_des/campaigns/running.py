@@ -139,7 +139,7 @@ def sweep(
     same call again.
 
     Settings: `workers` (processes at once, one per CPU), `backend` ("local" or "dask:ADDRESS"),
-    `quiet` (True: no progress is told) and `mission_timeout_s` (s; a mission that takes longer is
+    `quiet` (True: no progress is shown) and `mission_timeout_s` (s; a mission that takes longer is
     ended and counts as failed).  Plug-ins (``module:object``) are loaded with `allow_plugins` only,
     or where they were admitted before.
 

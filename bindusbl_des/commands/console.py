@@ -193,7 +193,7 @@ def reading_from(
 
 
 def talk_of(warnings: "Iterable[Mistake]") -> None:
-    """Tell the user what is worth knowing before the results are believed, a line for each."""
+    """Print warnings before the results are trusted, a line for each."""
     lines = [str(warning) for warning in warnings]
     if lines:
         talk("\n".join(["Worth knowing:", *lines]))

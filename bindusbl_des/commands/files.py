@@ -39,7 +39,7 @@ def validate(
 ) -> None:
     """List every mistake in scenario or experiment files, with its place and remedy.
 
-    What is not wrong but worth knowing is listed as well: keys without effect, tracks that end
+    Warnings are listed as well: keys without effect, tracks that end
     early, frames too short for their rounds, plug-ins that were not loaded.  Such warnings leave
     the exit code at 0.
     """
@@ -67,7 +67,7 @@ def _counted(number: int, noun: str) -> list[str]:
 def _findings(
     file: str, overrides: tuple[str, ...], allow_plugins: bool
 ) -> "tuple[Sequence[Mistake], Sequence[Mistake]]":
-    """Return the mistakes of a file, and what is worth knowing about it."""
+    """Return the mistakes of a file, and warnings about it."""
     from ..campaigns.experiments.experiment_points import is_experiment, is_plan
     from ..preflight.reading import read_scenario
     from ..scenario.files.mistakes import ScenarioError

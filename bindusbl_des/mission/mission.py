@@ -388,7 +388,7 @@ class Mission:
         )
 
     def _warnings(self) -> list[Caution] | None:
-        """Return what is worth knowing; None where the scenario alone says it."""
+        """Return warnings; None where they follow from the scenario alone."""
         moved = self._world.auv_fleet.poses or self._world.asv_fleet.poses
         if moved is None:
             return None

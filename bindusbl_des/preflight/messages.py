@@ -1,4 +1,4 @@
-"""What is worth knowing of a scenario's modems, of ranges over which most signals are lost, of
+"""Warnings of a scenario's modems, of ranges over which most signals are lost, of
 messages that overflow, of short guards, and of what the fleet believes.
 """
 

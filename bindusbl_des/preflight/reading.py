@@ -16,7 +16,7 @@ from .worth_knowing import cautions
 
 @dataclass(frozen=True)
 class Reading:
-    """A scenario as it was read from a file, and what is worth knowing about it, each at its place.
+    """A scenario as it was read from a file, and warnings about it, each at its place.
 
     `about` are the keys of each warning: that at which it is told, and those behind it.
     `unloaded` are the plug-ins that it names and that were not to be loaded, each at its place.

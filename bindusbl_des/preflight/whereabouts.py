@@ -1,4 +1,4 @@
-"""What is worth knowing of where vehicles are put: beyond the survey, out of reach, or standing."""
+"""Warnings of where vehicles are put: beyond the survey, out of reach, or standing."""
 
 import math
 from collections.abc import Iterator, Sequence

@@ -2,7 +2,7 @@
 
 Nothing here is wrong: the mission runs as it is described, but perhaps not as it was meant.
 
-What is worth knowing of ASVs that fail: failures that never come, and nobody left.
+Warnings of ASVs that fail: failures that never come, and nobody left.
 """
 
 import math
@@ -51,14 +51,14 @@ FEWEST_SAMPLES = 10
 
 
 class Caution(Problem):
-    """Something worth knowing about a key: the key, what is to be known, and the keys behind it."""
+    """A warning about a key: the key, what it warns of, and the keys behind it."""
 
     def __str__(self) -> str:
         return f"{self.key}: {self.message}"
 
 
 def cautions(scenario: Scenario) -> list[Caution]:
-    """Return what is worth knowing about a scenario before its results are believed.
+    """Return warnings about a scenario, to be read before its results are trusted.
 
     >>> small = {"name": "m", "survey": {"side_m": 60}, "acoustics": {"hf": {"range_m": 50}}}
     >>> print(cautions(Scenario.model_validate(small))[0])  # doctest: +ELLIPSIS

@@ -81,7 +81,7 @@ class Result:
     ) -> None:
         """Take the Arrow tables by name; with `record.detail: summary` only auvs and mission.
 
-        `warnings` are what was worth knowing when the mission was run, by default now; `violations`
+        `warnings` are those of when the mission was run, by default of now; `violations`
         what broke its schedule, None where that is not known or AUVs ping as they like; `overrides`
         what was set beside the scenario's file, KEY=VALUE each.
         """
@@ -94,7 +94,7 @@ class Result:
 
     @cached_property
     def warnings(self) -> tuple[Caution, ...]:
-        """What is worth knowing about the scenario before the results are believed."""
+        """Warnings about the scenario, to be read before the results are trusted."""
         return tuple(cautions(self.scenario) if self._told is None else self._told)
 
     @cached_property

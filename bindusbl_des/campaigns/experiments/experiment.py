@@ -106,7 +106,7 @@ class Experiment:
     `given` holds the keys of the base scenario that its author gave, so that a point may choose
     another kind of route without inheriting the defaults of the first; a point maps dotted keys to
     values.  Where `until_ci` says how sure to be, a point takes as many of the seeds as that needs.
-    `warnings` are what is worth knowing about the base scenario, but for what the points vary,
+    `warnings` are those of the base scenario, but for what the points vary,
     and about varied keys that do nothing at any point; `unloaded` the plug-ins that were not to be
     loaded.
     """

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def assignments(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
-    """Yield what it takes to tell AUVs their slots, where they have to be told."""
+    """Yield what schedule dissemination takes, where frames carry slots."""
     if not rounds.named:
         return
     slots, protocol, auvs = rounds.slots, scenario.protocol, rounds.auvs
