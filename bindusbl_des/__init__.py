@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from .mission.simulation import simulate
     from .planning.outcome import Plan
     from .planning.planning import plan
-    from .preflight.limits.limits import limits
+    from .preflight.limits import limits
     from .preflight.worth_knowing import cautions
     from .protocol.anchors.view import AnchorView
     from .protocol.broadcasters import BroadcastView
@@ -64,7 +64,7 @@ _HOMES = {
     "downlink_slot": "protocol.slots",
     "formation": "geometry.formation",
     "fuse": "usbl.fusion",
-    "limits": "preflight.limits.limits",
+    "limits": "preflight.limits",
     "load_result": "results.loading",
     "load_scenario": "scenario.files.scenario_file",
     "Mission": "mission.mission",

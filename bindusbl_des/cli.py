@@ -9,22 +9,21 @@ from typing import Any, TextIO
 import click
 
 from .commands.bench import bench
-from .commands.comparing import compare
 from .commands.console import BAD_INPUT, ended_in_order
+from .commands.coverage import coverage
 from .commands.doctor import doctor
 from .commands.exports import export
 from .commands.files import init, params, presets, schema, validate
 from .commands.live import live
 from .commands.missions import explain, run
 from .commands.options import handed_on, quiet_option, shared_options
-from .commands.planning.coverage import coverage
-from .commands.planning.plan import plan
-from .commands.planning.timing import timing
+from .commands.plan import plan
 from .commands.plot import plot
 from .commands.replaying import fit, replay
-from .commands.reports import report
+from .commands.reports import compare, report
 from .commands.reproduction import reproduce
 from .commands.sweeps import merge, resume, status, sweep
+from .commands.timing import timing
 from .commands.verifying import verify
 from .core.process import collect_seldom, hand_back, leave_the_rest
 from .core.wording import nearest, printable, shortened

@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from bindusbl_des import Scenario, cautions, simulate
-from bindusbl_des.campaigns.statistics.contents import DRIFTS
+from bindusbl_des.campaigns.statistics.points_table import DRIFTS
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.preflight.round_lengths import rounds_of
 from bindusbl_des.presets.modems import table_file

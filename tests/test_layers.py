@@ -28,7 +28,7 @@ HOMES = {
     "gymnasium": "gym",
     "networkx": "protocol.conflicts protocol.schedules.view",
     "pelagic": "acoustics.table_channel",
-    "pyarrow": "acoustics.ray_tables results mission.event_tables campaigns export replay",
+    "pyarrow": "acoustics.ray_tables results mission.metrics campaigns export replay",
     "yaml": "scenario.files",
     "click": "cli commands",
     "numba": "core.compiled core.handed",

@@ -16,8 +16,7 @@ from ..results.result import face
 from .experiments.experiment import Experiment
 from .experiments.plan import ExperimentPlan
 from .statistics.outcomes import outcomes
-from .statistics.points_table import points_table
-from .statistics.stopping import seeds_wanted
+from .statistics.points_table import points_table, seeds_wanted
 from .storage.folder import LOCK, CampaignError, damaged_record, is_locked, read_record
 from .storage.parts import MISSIONS, Done, committed, done, part_path, read_part, read_table
 

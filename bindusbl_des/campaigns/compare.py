@@ -10,8 +10,14 @@ from ..core.wording import lettered, plain, shortened
 from .campaign import Campaign, load_campaign
 from .experiments.experiment import laid_over
 from .statistics.comparison_table import by_label, is_alone, sentence, unserved
-from .statistics.contents import in_intervals
-from .statistics.differences import Difference, difference, left_out
+from .statistics.differences import (
+    Difference,
+    Pair,
+    difference,
+    left_out,
+    pairs_between,
+    pairs_within,
+)
 from .statistics.findings import NEEDED, harm_said, harmed, starved_said
 from .statistics.outcomes import (
     JUDGED,
@@ -24,7 +30,7 @@ from .statistics.outcomes import (
     starved,
     unit,
 )
-from .statistics.pairing import Pair, pairs_between, pairs_within
+from .statistics.points_table import in_intervals
 from .storage.folder import CampaignError
 
 if TYPE_CHECKING:

@@ -15,12 +15,12 @@ from ..report.page import THEME, Packer, assembled, asset, filled, table
 from ..report.run_page import footer
 from ..results.schemas import mission_numbers, schema
 from .failures import failures_in
-from .statistics.contents import in_intervals
 from .statistics.differences import key_effects
 from .statistics.findings import findings
 from .statistics.intervals import intervals
 from .statistics.naming import written
 from .statistics.outcomes import JUDGED, MEANS, Outcomes, lower_is_better, outcomes
+from .statistics.points_table import in_intervals
 
 if TYPE_CHECKING:
     from .campaign import Campaign

@@ -73,7 +73,7 @@ def ended_in_order() -> Iterator[None]:
 
 if TYPE_CHECKING:
     from ..preflight.effort import Effort
-    from ..preflight.reading import Reading
+    from ..preflight.worth_knowing import Reading
     from ..scenario.files.mistakes import Mistake
     from ..scenario.scenario import Scenario
 
@@ -183,7 +183,7 @@ def reading_from(
     path: str, overrides: tuple[str, ...] = (), allow_plugins: bool = False
 ) -> "Reading":
     """Return a scenario and its warnings, or end the command with all its mistakes."""
-    from ..preflight.reading import read_scenario
+    from ..preflight.worth_knowing import read_scenario
     from ..scenario.files.mistakes import ScenarioError
 
     try:

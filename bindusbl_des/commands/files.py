@@ -69,7 +69,7 @@ def _findings(
 ) -> "tuple[Sequence[Mistake], Sequence[Mistake]]":
     """Return the mistakes of a file, and warnings about it."""
     from ..campaigns.experiments.experiment_points import is_experiment, is_plan
-    from ..preflight.reading import read_scenario
+    from ..preflight.worth_knowing import read_scenario
     from ..scenario.files.mistakes import ScenarioError
     from ..scenario.files.plain_yaml import read_yaml
     from ..scenario.files.scenario_file import Source

@@ -32,7 +32,7 @@ from .options import (
     shard_option,
     worker_options,
 )
-from .planning.plan import resume_plan
+from .plan import resume_plan
 from .reports import leave_report
 
 if TYPE_CHECKING:

@@ -32,9 +32,8 @@ from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
 from ..vehicles.poses import PoseSource
 from .build import build_world
-from .event_tables import event_tables
-from .metrics import auv_metrics, mission_metrics, utilisation
-from .outcomes.reach import violations_of
+from .metrics import auv_metrics, event_tables, mission_metrics, utilisation
+from .reach import violations_of
 from .trajectories import turned
 from .world import World
 

@@ -4,11 +4,11 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from .candidates import Candidate, Foresight, excess, value_of
 from .prediction.inputs import Inputs
 from .prediction.parts import Chances
 from .prediction.predicting import predict
 from .selection.goals import Goal
-from .teams.candidates import Candidate, Foresight, excess, value_of
 from .wording import said
 
 # Less than this share of a value is no gain.

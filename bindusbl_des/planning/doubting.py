@@ -22,12 +22,11 @@ from ..scenario.scenario import Scenario
 from ..scenario.sections.navigation import Drift
 from ..scenario.sections.vehicles import Formation
 from ..scenario.water import assumed_sound_speed_of
+from .candidates import FORMATION, Candidate, Foresight, candidate, place_keys, placed
 from .question import Question
 from .selection.evidence import SPENT, CutOff, Evidence, estimated, looks_at_each
 from .selection.goals import Floats, Goal
 from .selection.selection import Estimate, Sample, Selection
-from .teams.candidates import FORMATION, Candidate, Foresight, candidate
-from .teams.narrowing import place_keys, placed
 
 # So many missions of each show about where it is: the first so many where these tell the means of
 # all goals to this share of them (half of the 95 % interval), else all.

@@ -19,12 +19,12 @@ from ..core.kept_files import FOLDERS, copies_of, keep, placed, portable, rename
 from ..results.result import scenario_sha256, versions
 from ..scenario.files.scenario_file import load_scenario
 from ..scenario.scenario import Scenario
+from .candidates import band
 from .doubting import plainly
 from .found import Found
 from .prediction.parts import STATED_ERROR
 from .question import Question
 from .selection.goals import goals_in
-from .teams.candidates import band
 from .telling import answer_told, caveats, reached, would_told
 from .wording import team_told
 

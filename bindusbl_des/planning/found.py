@@ -4,12 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .binding import Relief
+from .candidates import Candidate, Foresight, LeftOut, excess
 from .doubting import Doubted
 from .question import Question
 from .selection.goals import Goal
 from .selection.selection import Selection
-from .teams.candidates import Candidate, Foresight, excess
-from .teams.narrowing import LeftOut
 
 
 @dataclass(frozen=True)

@@ -45,19 +45,18 @@ from ..scenario.files.shipped import located
 from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
 from .binding import binding
+from .candidates import Candidate, Foresight, further, narrowed
 from .doubting import SEEDS, Doubted, doubted, doubts, teams_of, with_dearer
 from .flying import Budget, flights, local_workers, wanted
 from .folder import DOUBTS, MISSIONS, begin
 from .found import Found, ranked
 from .outcome import Plan, written
+from .proposals import proposed
 from .question import Asking, Question, goals_of_arguments, read_plan
 from .selection.goals import Floats, Of
 from .selection.search import select
 from .selection.selection import Candidate as Choice
 from .selection.selection import Sample, Selection
-from .teams.candidates import Candidate, Foresight
-from .teams.narrowing import further, narrowed
-from .teams.proposals import proposed
 from .telling import best_told
 
 

@@ -6,11 +6,11 @@ from textwrap import fill
 from typing import Any
 
 from ..core.wording import counted, significant
+from .candidates import Candidate, band, excess
 from .found import Found, ranked
+from .proposals import is_instant
 from .selection.goals import Goal
 from .selection.selection import Estimate, Selection
-from .teams.candidates import Candidate, band, excess
-from .teams.proposals import is_instant
 from .wording import limits, said, team_told
 
 WIDEST = 80

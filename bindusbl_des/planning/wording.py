@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 from ..core.wording import counted, plain, significant
 from ..records.metrics import unit_of
+from .candidates import COUNT, FORMATION, Candidate
 from .selection.goals import Goal
-from .teams.candidates import COUNT, FORMATION, Candidate
 
 
 def limits(goals: Sequence[Goal]) -> str:

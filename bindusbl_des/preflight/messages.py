@@ -9,12 +9,12 @@ from typing import Any
 
 from ..core.wording import plain
 from ..presets.modems import airtime_table
-from ..scenario.agreement.problem import Problem
 from ..scenario.declared import channel_named
 from ..scenario.families import downlink_of, schedule_of, tells_slots
 from ..scenario.files.curve_file import read_curve
 from ..scenario.planned import known_stations
 from ..scenario.scenario import Scenario
+from ..scenario.scenario_keys import Problem
 from ..scenario.sections.acoustics import modem_values
 from ..scenario.water import assumed_sound_speed_of
 from .whereabouts import shapes
@@ -134,7 +134,7 @@ def backlog(scenario: Scenario) -> Iterator[Problem]:
     """Yield that AUVs that ping as they like bring more fixes than the downlink carries."""
     if not scenario.protocol.random_access or scenario.protocol.replies:
         return
-    from .counts import heard_share  # brings the whole protocol, which others do not need
+    from .effort import heard_share  # brings the whole protocol, which others do not need
     from .round_lengths import carried_per_s, offered
 
     made = offered(scenario).least_fixes_per_s * min(heard_share(scenario), 1.0)

@@ -3,10 +3,10 @@
 import math
 from collections.abc import Iterator, Sequence
 
-from ..scenario.agreement.problem import Problem
 from ..scenario.declared import channel_named
 from ..scenario.on_earth import positioned, positioned_stations, recorded_track
 from ..scenario.scenario import Scenario
+from ..scenario.scenario_keys import Problem
 from ..scenario.sections.anchors import Placed
 from ..scenario.sections.routes import Hold, Lawnmower, Waypoints
 from ..scenario.sections.vehicles import Formation

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from ..acoustics.fix_chance import fix_chance, survey_grid
 from ..geometry.formation import keep_station
-from ..preflight.limits.limits import Limits, least_latency, limits_of, rates_of
-from ..preflight.limits.sights import MOST_PAIRS, Sights, each, groups_of, instants, sights
+from ..preflight.limits import Limits, least_latency, limits_of, rates_of
 from ..preflight.round_lengths import rounds_of
+from ..preflight.sights import MOST_PAIRS, Sights, each, groups_of, instants, sights
 from ..protocol.bounds import reuse_bound
 from ..protocol.slots import slots_of
 from ..scenario.families import navigator_of, schedule_of

@@ -10,8 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from ..core.wording import plain, shortened
 from .agreement.consistency import problems
-from .agreement.problem import Problem
-from .scenario_keys import Record, ScenarioKeys
+from .scenario_keys import Problem, Record, ScenarioKeys
 from .sections.acoustics import Acoustics
 from .sections.environment import Environment
 from .sections.navigation import Navigation

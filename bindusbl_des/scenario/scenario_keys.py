@@ -1,10 +1,6 @@
-"""A mission as its planner describes it: frozen, validated, units in the key names.
+"""A contradiction between keys of a scenario."""
 
-A :class:`Scenario` is plain data.  It knows nothing of files, clocks or random numbers: the same
-scenario run with the same seed is the same mission.
-"""
-
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from pydantic import Field
 
@@ -16,6 +12,20 @@ from .sections.protocol import Protocol
 from .sections.survey import Duration, Survey
 from .sections.usbl import Usbl
 from .sections.vehicles import Asvs, Auvs
+
+
+class Problem(NamedTuple):
+    """A contradiction: the key it is told at, what is wrong, and the other keys that lead to it."""
+
+    key: str
+    message: str
+    others: tuple[str, ...] = ()
+
+
+# A mission as its planner describes it: frozen, validated, units in the key names.
+#
+# A :class:`Scenario` is plain data. It knows nothing of files, clocks or random numbers: the same
+# scenario run with the same seed is the same mission.
 
 
 class Record(Part):

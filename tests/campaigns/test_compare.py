@@ -14,9 +14,8 @@ from campaigns_for_tests import OneThread, call
 from bindusbl_des import compare, load_campaign
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.statistics.comparison_table import comparison_table, sentence
-from bindusbl_des.campaigns.statistics.differences import Difference, difference
+from bindusbl_des.campaigns.statistics.differences import Difference, Pair, Side, difference
 from bindusbl_des.campaigns.statistics.outcomes import Outcomes
-from bindusbl_des.campaigns.statistics.pairing import Pair, Side
 
 SCENARIO = "name: short\nduration_s: 15\nsurvey: {side_m: 140}\n"
 ANGLE = "asvs.formation.angle_deg"

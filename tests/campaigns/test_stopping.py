@@ -16,7 +16,7 @@ from bindusbl_des.campaigns.experiments.experiment import Target, checkpoints
 from bindusbl_des.campaigns.running import resume, sweep
 from bindusbl_des.campaigns.statistics.intervals import interval
 from bindusbl_des.campaigns.statistics.outcomes import Outcomes
-from bindusbl_des.campaigns.statistics.stopping import seeds_wanted, wide_points
+from bindusbl_des.campaigns.statistics.points_table import seeds_wanted, wide_points
 from bindusbl_des.campaigns.storage.folder import CampaignError
 from bindusbl_des.campaigns.storage.parts import done, part_path
 from bindusbl_des.campaigns.workers.pools import pool_for

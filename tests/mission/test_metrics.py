@@ -12,7 +12,7 @@ from worlds import scenario, still
 from bindusbl_des import load_scenario, simulate
 from bindusbl_des.mission import metrics
 from bindusbl_des.mission.mission import Mission
-from bindusbl_des.mission.outcomes.service import fix_ages, mean, quantile, quantile_of, sort
+from bindusbl_des.mission.service import fix_ages, mean, quantile, quantile_of, sort
 from bindusbl_des.navigation.dead_reckoning import Odometry
 from bindusbl_des.navigation.navigators import LinearNavigator
 from bindusbl_des.records.worst import WORST_IS_LARGEST, worst_of

@@ -9,7 +9,7 @@ from scipy import stats
 from worlds import merged, scenario
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.campaigns.statistics.contents import DRIFTS
+from bindusbl_des.campaigns.statistics.points_table import DRIFTS
 from bindusbl_des.core.spreads import PER_AXIS_SD
 from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import MissionCurrent

@@ -11,9 +11,9 @@ from pandas.testing import assert_frame_equal
 
 from bindusbl_des import Scenario, load_scenario, plan, simulate
 from bindusbl_des.campaigns.experiments.experiment import laid_over
+from bindusbl_des.planning.candidates import Candidate
 from bindusbl_des.planning.doubting import SEEDS, Doubt, Doubted, _bursts, _drift, doubted
 from bindusbl_des.planning.selection.goals import Goal
-from bindusbl_des.planning.teams.candidates import Candidate
 
 Floats = NDArray[np.float64]
 TEAM = Candidate({}, Scenario(name="bay"), 1.0)

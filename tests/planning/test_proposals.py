@@ -6,9 +6,9 @@ import pytest
 
 from bindusbl_des import ScenarioError, load_scenario
 from bindusbl_des.campaigns.experiments.options import PythonArguments
+from bindusbl_des.planning.candidates import DOWNLINK, SCHEDULE, Foresight
+from bindusbl_des.planning.proposals import proposed
 from bindusbl_des.planning.question import Asking, goals_of_arguments, read_plan
-from bindusbl_des.planning.teams.candidates import DOWNLINK, SCHEDULE, Foresight
-from bindusbl_des.planning.teams.proposals import proposed
 
 # Two ASVs side by side in the midst
 TEAM = {"asvs.count": [2], "asvs.formation.radius_m": [5]}

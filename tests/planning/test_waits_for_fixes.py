@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bindusbl_des.mission.outcomes.service import fix_ages
+from bindusbl_des.mission.service import fix_ages
 from bindusbl_des.planning.prediction.predicting import Waiting, waiting
 from bindusbl_des.planning.prediction.rounds import Turns
 

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 import bindusbl_des
 from bindusbl_des import Scenario
 from bindusbl_des.cli import main
-from bindusbl_des.preflight.limits.limits import Limits
+from bindusbl_des.preflight.limits import Limits
 
 # Two ASVs 200 m apart, which hear 50 m: two AUVs below the one, one below the other, one too far.
 PLACES = [[0.0, 0.0], [10.0, 0.0], [200.0, 0.0], [100.0, 0.0]]

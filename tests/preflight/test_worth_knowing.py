@@ -20,8 +20,8 @@ from bindusbl_des import (
     simulate,
 )
 from bindusbl_des.cli import main
-from bindusbl_des.preflight.idle.keys import RULES, idle_keys
-from bindusbl_des.preflight.reading import read_scenario
+from bindusbl_des.preflight.idle_keys import RULES, idle_keys
+from bindusbl_des.preflight.worth_knowing import read_scenario
 from bindusbl_des.presets.modems import table_file
 from bindusbl_des.results.result import scenario_sha256
 from bindusbl_des.scenario.files.scenario_file import ScenarioError

@@ -11,7 +11,7 @@ from worlds import merged, scenario, still
 
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.acoustics.travel_time import travel_time
-from bindusbl_des.preflight.idle.keys import idle_keys
+from bindusbl_des.preflight.idle_keys import idle_keys
 from bindusbl_des.preflight.round_lengths import rounds_of
 from bindusbl_des.protocol.schedules.super_tdma import departures
 from bindusbl_des.vehicles.vehicle import Place

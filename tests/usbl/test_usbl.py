@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from worlds import scenario
 
-from bindusbl_des.scenario.sections.array import NAMED_SIZES_M
+from bindusbl_des.scenario.sections.usbl import NAMED_SIZES_M
 from bindusbl_des.usbl.array import ARRAYS, arrival_differences, direction, rotation, scatter
 from bindusbl_des.usbl.covariance import across_by_array, fix_covariance
 from bindusbl_des.usbl.fusion import fuse

@@ -6,7 +6,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from ...core.wording import described, did_you_mean
-from ...preflight.reading import Reading, read_scenario
+from ...preflight.worth_knowing import Reading, read_scenario
 from ...scenario.files.former_keys import READ_YET, is_former, key_now
 from ...scenario.files.mistakes import Mistake, Place, ScenarioError
 from ...scenario.files.plain_yaml import Document, Path, read_yaml

@@ -5,7 +5,7 @@ from typing import Any
 
 from ...core.kept_files import names_files, renamed_point
 from ...core.plugins import is_plugin, refusal
-from ...preflight.idle.keys import idle_keys
+from ...preflight.idle_keys import idle_keys
 from ...scenario.families import FAMILIES, load_plugins, named
 from ...scenario.files.mistakes import Mistake, Place, ScenarioError
 from ...scenario.files.plain_yaml import Document, Path

@@ -1,18 +1,124 @@
-"""The points of a campaign in a table for the terminal, each with its means."""
+"""What the intervals of a campaign contain: what differs between seeds, and what does not."""
 
-from collections.abc import Iterator
+import json
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from textwrap import fill
 
+import numpy as np
+
 from ...core.wording import lettered
+from ..experiments.experiment import checkpoints
 from ..experiments.plan import ExperimentPlan
 from ..storage.parts import MISSIONS
-from .contents import in_intervals
 from .findings import findings
 from .intervals import Interval, interval
 from .naming import short_key, written
 from .outcomes import JUDGED, Outcomes, outcomes
-from .stopping import wide_points
+
+SD = "navigation.velocity_bias_sd_m_per_s"
+DRIFTS = ("percent_of_distance", "m_per_hour")
+
+
+def in_intervals(plan: ExperimentPlan, points: Iterable[int]) -> str:
+    """Return what the intervals over seeds of some points are made of, in sentences, if any.
+
+    An interval over seeds knows only what seeds change.  A velocity bias that is the same for every
+    AUV and seed is no chance, however uncertain the inertial system is that it stands for.
+    """
+    if len(plan.experiment.seeds) < 2:
+        return "One seed shows no interval."
+    differ = any(key.startswith("navigation") for key in plan.columns)
+    chosen = list(points) if differ else [0]
+    parts = [json.loads(plan.points[point].scenario)["navigation"] for point in chosen]
+    drawn = [part["velocity_bias_sd_m_per_s"] for part in parts]
+    fixed = [
+        not sd and any(part["velocity_bias_m_per_s"]) for sd, part in zip(drawn, parts, strict=True)
+    ]
+    said = "Intervals are over seeds: noise, losses and the random walk of dead reckoning"
+    if any(part["initial_position_sd_m"] for part in parts):
+        said += ", errors of the start"
+    if any(part.get(key) for part in parts for key in ("scale_factor_sd", "heading_sd_deg")):
+        said += ", scale factors and headings of AUVs"
+    sheets = [any((part.get("drift") or {}).get(key) for key in DRIFTS) for part in parts]
+    if any(sheets):
+        said += ", and the inertial systems as drawn by navigation.drift"
+    if all(sheets):
+        return f"{said}."
+    if all(fixed):
+        return (
+            f"{said}. The velocity bias is the same for every AUV and seed ({SD} is 0), so the "
+            "uncertainty of the inertial system is not in them."
+        )
+    if any(fixed):
+        return (
+            f"{said}. Where {SD} is 0, the velocity bias is the same for every AUV and seed, so "
+            "the uncertainty of the inertial system is not in them there."
+        )
+    if any(drawn):
+        sizes = sorted({sd for sd in drawn if sd})
+        span = f"{sizes[0]:g}" if len(sizes) == 1 else f"{sizes[0]:g} to {sizes[-1]:g}"
+        return (
+            f"{said}, and the inertial systems: a velocity bias is drawn for each AUV and seed "
+            f"({SD} is {span})."
+        )
+    return f"{said}. There is no velocity bias, neither a constant one nor one that is drawn."
+
+
+# When a point needs no further seeds: its confidence intervals are narrow enough.
+#
+# Points are looked at when fixed numbers of their seeds have rows, whoever ran them and in
+# whatever order, so that a campaign ends with the same missions on any number of workers.
+
+
+def seeds_wanted(plan: ExperimentPlan, found: Outcomes) -> list[int]:
+    """Return how many of its seeds each point needs as far as is known."""
+    return [_wanted(plan, found, point) for point in range(len(plan.points))]
+
+
+def _wanted(plan: ExperimentPlan, found: Outcomes, point: int) -> int:
+    most = len(plan.experiment.seeds)
+    stop = most
+    for stop in checkpoints(most):
+        rows = _rows(plan, found, point, stop)
+        if rows.stop - rows.start < stop or _is_settled(plan, found, rows):
+            break
+    return stop
+
+
+def _rows(plan: ExperimentPlan, found: Outcomes, point: int, count: int) -> slice:
+    start = point * len(plan.experiment.seeds)
+    first, end = np.searchsorted(found.mission, (start, start + count))
+    return slice(int(first), int(end))
+
+
+def _is_settled(plan: ExperimentPlan, found: Outcomes, rows: slice) -> bool:
+    """Tell whether all intervals are narrow enough; what always fails is not tried for ever."""
+    well = found.ok[rows]
+    return not well.any() or is_narrow(plan, found, rows)
+
+
+def is_narrow(plan: ExperimentPlan, found: Outcomes, rows: slice) -> bool:
+    """Tell whether the intervals of some missions are as narrow as was asked."""
+    for target in plan.experiment.until_ci:
+        known = interval(found.metrics[target.metric][rows][found.ok[rows]].tolist())
+        if not known.half_width <= target.half_width(known.mean):  # so that nan is not enough
+            return False
+    return True
+
+
+def wide_points(plan: ExperimentPlan, found: Outcomes) -> list[int]:
+    """Return the points whose intervals are wider than was asked."""
+    wanted = seeds_wanted(plan, found)
+    return [
+        point
+        for point, count in enumerate(wanted)
+        if not is_narrow(plan, found, _rows(plan, found, point, count))
+    ]
+
+
+# The points of a campaign in a table for the terminal, each with its means.
+
 
 # metric, heading, digits of mean and interval (0: without one)
 METRICS = (

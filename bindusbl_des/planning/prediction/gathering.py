@@ -21,9 +21,9 @@ from ...core.compiled import compiled
 from ...core.plugins import is_plugin, loaded
 from ...core.wording import plain
 from ...mission.build import usbl_of
-from ...mission.told import told_to
-from ...preflight.limits.sights import planned_vehicles
+from ...mission.onboard import told_to
 from ...preflight.round_lengths import pace_of
+from ...preflight.sights import planned_vehicles
 from ...protocol.replies import reply_delay_of
 from ...protocol.slots import SHORTEST_UPLINK, UPLINK_GUARD
 from ...protocol.slots import Slots as ProtocolSlots

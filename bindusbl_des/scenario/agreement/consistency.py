@@ -1,8 +1,7 @@
 """What the parts of a scenario must agree on; every contradiction is listed, not just the first."""
 
-from ..scenario_keys import ScenarioKeys
+from ..scenario_keys import Problem, ScenarioKeys
 from .instruments import instruments_problems, sizes_problems, water_problems
-from .problem import Problem
 from .protocol import acoustics_problems, parts_problems, protocol_problems, telling_problems
 from .vehicles import (
     failures_problems,

@@ -8,11 +8,9 @@ from importlib.util import find_spec
 from ...core.wording import plain
 from ..on_earth import origin_of
 from ..part_choice import PartChoice
-from ..scenario_keys import ScenarioKeys
-from ..sections.array import size_m
+from ..scenario_keys import Problem, ScenarioKeys
 from ..sections.environment import Environment
-from ..sections.usbl import usbl_values
-from .problem import Problem
+from ..sections.usbl import size_m, usbl_values
 
 # The speed of sound (m/s) that is not given
 USUAL_SPEED = Environment.model_fields["sound_speed_m_per_s"].default

@@ -14,8 +14,7 @@ from ..declared import DOWNLINKS, RANGINGS, broadcaster_named, channel_named
 from ..families import downlink_of, parts_of, ranging_of, schedule_of, tells_slots
 from ..part_choice import PartChoice
 from ..part_settings import shipped_mistakes
-from ..scenario_keys import ScenarioKeys
-from .problem import Problem
+from ..scenario_keys import Problem, ScenarioKeys
 from .vehicles import no_such_asv
 
 

@@ -7,14 +7,12 @@ from math import dist
 from ...geometry.lanes import lane_count
 from ..key_types import Position
 from ..on_earth import origin_of, positioned
-from ..scenario_keys import ScenarioKeys
+from ..scenario_keys import Problem, ScenarioKeys
 from ..sections.anchors import AsvTrack, Follow, Moving, Placed
-from ..sections.failures import Failure
 from ..sections.routes import Flown, Hold, Lawnmower, Waypoints
 from ..sections.survey import SHAPES
-from ..sections.vehicles import Formation
+from ..sections.vehicles import Failure, Formation
 from ..survey_area import area_of, lanes_heading
-from .problem import Problem
 
 MOST_LANES = 100_000
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from ...core.kept_files import FILES, Way, is_own
 from ...presets.modems import airtime_table
-from ..agreement.problem import Problem
 from ..on_earth import recorded_track, vessel_track
 from ..scenario import Scenario
+from ..scenario_keys import Problem
 from ..sections.anchors import AsvTrack
 from ..sections.routes import Track
 from .plain_yaml import Path

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 from pydantic import ValidationError
 
 from ...core.wording import described, printable
-from ..agreement.problem import Problem
 from ..families import load_plugins
 from ..scenario import Scenario
+from ..scenario_keys import Problem
 from ..water import sound_speed_of
 from .explanations import ROUTE, Finding, guessed_kind
 from .former_keys import as_now, is_former, is_of_old, move_keys

@@ -1,4 +1,4 @@
-"""The keys of both fleets: how many, what they are, where they go and keep station."""
+"""The keys of ASVs that fail during a mission."""
 
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -10,9 +10,39 @@ from ..part_choice import PartChoice
 from ..part_settings import Settings
 from ..shipped_settings import Kinematic
 from .anchors import Assign, AsvTrack, Follow, Moving, Zigzag
-from .failures import Failure
 from .routes import Lawnmower, OwnPlacement, Route, is_own
 from .vehicle_choice import AsvVehicle, AuvVehicle
+
+Instant = Annotated[Real, Field(ge=0, le=1e9)]
+
+
+class Failure(Part):
+    """An ASV that from an instant on neither hears, calls nor broadcasts, for good or for a time.
+
+    It stays where it keeps station.
+    """
+
+    asv: Whole = Field(
+        ge=0,
+        le=9_999,
+        description="number of the ASV that fails",
+        json_schema_extra={"unit": "1", "source": "this package"},
+    )
+    at_s: Instant = Field(
+        description="instant at which it fails",
+        json_schema_extra={"unit": "s", "source": "this package"},
+    )
+    until_s: Instant | None = key(
+        None, "s", "instant from which it works again; null = it does not until the mission ends"
+    )
+
+    def lasts(self, time: float) -> bool:
+        """Tell whether it has failed, and not come back, at an instant (s)."""
+        return self.at_s <= time and (self.until_s is None or time < self.until_s)
+
+
+# The keys of both fleets: how many, what they are, where they go and keep station.
+
 
 Speed = Annotated[Real, Field(ge=0.001, le=20)]
 Late = Annotated[Real, Field(ge=0, le=10)]

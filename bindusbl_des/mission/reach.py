@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...acoustics.propagation import TOUCH
-from ...protocol.conflicts import hearing
-from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
-from ...records.rows import Recorder, Row, Rows
-from ...results.violations import Violation, Violations
-from ..world import World
+from ..acoustics.propagation import TOUCH
+from ..protocol.conflicts import hearing
+from ..records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
+from ..records.rows import Recorder, Row, Rows
+from ..results.violations import Violation, Violations
+from .world import World
 
 Counts = dict[str, list[Any]]
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...scenario.families import schedule_of
-from ..console import (
+from ..scenario.families import schedule_of
+from .console import (
     check_figure,
     print_json,
     reading_from,
@@ -22,12 +22,13 @@ from ..console import (
     talk,
     writing,
 )
-from ..options import json_option, plugins_option, scenario_argument, set_option
+from .options import json_option, plugins_option, scenario_argument, set_option
 
 if TYPE_CHECKING:
-    from ...preflight.limits.limits import Limits
-    from ...preflight.limits.sights import Groups
-    from ...scenario.scenario import Scenario
+    from ..preflight.limits import Limits
+    from ..preflight.sights import Groups
+    from ..scenario.scenario import Scenario
+
 
 # What stands before the rates of rounds that are not a downlink's of that name.
 RATES = {
@@ -39,8 +40,8 @@ WIDTH = 28
 
 def planned_limits(scenario: "Scenario") -> "Limits | None":
     """Return the limits of a scenario by its plans; None where only a plug-in knows these."""
-    from ...core.plugins import PluginError
-    from ...preflight.limits.limits import limits
+    from ..core.plugins import PluginError
+    from ..preflight.limits import limits
 
     try:
         return limits(scenario)
@@ -124,9 +125,6 @@ def limits_data(limits: "Limits | None") -> dict[str, Any] | None:
     }
 
 
-if TYPE_CHECKING:
-    from ...scenario.scenario import Scenario
-
 Stations = list[tuple[float, float]]
 
 # Rows of the stations; of more ASVs the others are counted.
@@ -160,16 +158,16 @@ def coverage(
     mission = reading.scenario
     if figure:
         check_figure(Path(figure), force)
-    from ...core.plugins import PluginError
-    from ...geometry.coverage import coverage_map
-    from ...scenario.planned import NoStations, asv_stations, horizontal_reach
-    from ...scenario.survey_area import area_of
+    from ..core.plugins import PluginError
+    from ..geometry.coverage import coverage_map
+    from ..scenario.planned import NoStations, asv_stations, horizontal_reach
+    from ..scenario.survey_area import area_of
 
     try:
         stations, reach = asv_stations(mission), horizontal_reach(mission)
     except (NoStations, PluginError) as error:
         refuse(f"{scenario}: {error}")
-    from ...acoustics.fix_chance import heard_m
+    from ..acoustics.fix_chance import heard_m
 
     heard = heard_m(mission)
     found = _coverage(mission, stations, reach, heard)
@@ -181,8 +179,8 @@ def coverage(
         say(f"\nHalf the pings or more heard by {signs}; north is up, east to the right:")
         say("\n".join(coverage_map(area_of(mission), stations, heard)))
     if figure:
-        from ...figures.coverage import coverage_figure
-        from ...figures.style import TWO_COLUMNS, save, styled
+        from ..figures.coverage import coverage_figure
+        from ..figures.style import TWO_COLUMNS, save, styled
 
         with writing(Path(figure)), styled():
             save(coverage_figure(mission, TWO_COLUMNS), Path(figure), replace=force)
@@ -196,9 +194,9 @@ def _coverage(
 
     `left_out` names the scenario's keys that change what is heard and are not counted here.
     """
-    from ...geometry.coverage import covered_area, covering_radius
-    from ...geometry.formation import corner_distance, formation_radius_bound
-    from ...scenario.survey_area import area_of
+    from ..geometry.coverage import covered_area, covering_radius
+    from ..geometry.formation import corner_distance, formation_radius_bound
+    from ..scenario.survey_area import area_of
 
     area, hf_range = area_of(scenario), scenario.acoustics.hf.range_m
     try:
@@ -229,7 +227,7 @@ def _chances(scenario: "Scenario", stations: Stations) -> dict[str, Any]:
     """Return how likely pings from the survey make fixes that are delivered: everywhere, and where
     it is least likely; None where somebody's own channel decides it.
     """
-    from ...acoustics.fix_chance import fix_chance, survey_grid
+    from ..acoustics.fix_chance import fix_chance, survey_grid
 
     grid = survey_grid(scenario, CELLS)
     found = fix_chance(scenario, stations, grid.middles[grid.inside])
@@ -242,9 +240,9 @@ def _directions(scenario: "Scenario") -> dict[str, Any]:
     """Return the noise of a level target's bearing and elevation by the array or its sheet, without
     that of the AHRS; None where no angles are stated, or somebody's own instrument measures.
     """
-    from ...mission.build import usbl_of
-    from ...scenario.families import INSTRUMENT
-    from ...usbl.usbl import level_sds
+    from ..mission.build import usbl_of
+    from ..scenario.families import INSTRUMENT
+    from ..usbl.usbl import level_sds
 
     if scenario.usbl.model not in INSTRUMENT.siblings:
         return {"bearing_sd_deg": None, "elevation_sd_deg": None}

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.compiled import compiled
-from ...records.events import COLLIDED, DELIVERED, IN_FLIGHT, LOST, OUT_OF_RANGE
-from ...records.rows import Row, Rows
+from ..core.compiled import compiled
+from ..records.events import COLLIDED, DELIVERED, IN_FLIGHT, LOST, OUT_OF_RANGE
+from ..records.rows import Row, Rows
 
 Floats = NDArray[np.float64]
 

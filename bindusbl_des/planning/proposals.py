@@ -9,13 +9,11 @@ from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import Any
 
-from ...advice.stations import Ways
-from ...scenario import declared
-from ...scenario.scenario import Scenario
-from ...scenario.sections.vehicles import Formation
-from ...scenario.survey_area import area_of
-from ..placement import free_places
-from ..question import Question
+from ..advice.stations import Ways
+from ..scenario import declared
+from ..scenario.scenario import Scenario
+from ..scenario.sections.vehicles import Formation
+from ..scenario.survey_area import area_of
 from .candidates import (
     COUNT,
     DOWNLINK,
@@ -26,8 +24,13 @@ from .candidates import (
     Foresight,
     Keys,
     candidate,
+    place_keys,
+    placed,
+    ring_keys,
+    unplaced,
 )
-from .narrowing import place_keys, placed, ring_keys, unplaced
+from .placement import free_places
+from .question import Question
 
 # Proposed where the user varies nothing of the kind.
 COUNTS = range(1, 7)

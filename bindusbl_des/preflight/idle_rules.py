@@ -5,12 +5,12 @@ told, of instruments and navigation.
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from ...core.plugins import is_plugin
-from ...scenario.declared import DOWNLINKS, INSTRUMENTS, KNOWLEDGES, NAVIGATORS, RANGINGS, SCHEDULES
-from ...scenario.families import schedule_of
-from ...scenario.instruments.own_sensors import wanders_over_m
-from ...scenario.scenario import Scenario
-from ...scenario.sections.usbl import Usbl
+from ..core.plugins import is_plugin
+from ..scenario.declared import DOWNLINKS, INSTRUMENTS, KNOWLEDGES, NAVIGATORS, RANGINGS, SCHEDULES
+from ..scenario.families import schedule_of
+from ..scenario.instruments.own_sensors import wanders_over_m
+from ..scenario.scenario import Scenario
+from ..scenario.sections.usbl import Usbl
 
 
 class _Own(tuple[str, ...]):

@@ -9,14 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...acoustics.fix_chance import LOOKED_UP, frame_chance, made_and_delivered, ping_chance
-from ...protocol.bounds import EXACT_UP_TO, clique_number, fewest_groups, most_heard, reuse_bound
-from ...protocol.conflicts import dsatur_groups, greedy_groups
-from ...scenario.declared import Schedule, channel_named
-from ...scenario.planned import known_stations, route_of, tracks_of
-from ...scenario.plans import planned_tours
-from ...scenario.scenario import Scenario
-from ...vehicles.vehicle import Place, SegmentedTrajectory, kinematic, moored, recorded
+from ..acoustics.fix_chance import LOOKED_UP, frame_chance, made_and_delivered, ping_chance
+from ..protocol.bounds import EXACT_UP_TO, clique_number, fewest_groups, most_heard, reuse_bound
+from ..protocol.conflicts import dsatur_groups, greedy_groups
+from ..scenario.declared import Schedule, channel_named
+from ..scenario.planned import known_stations, route_of, tracks_of
+from ..scenario.plans import planned_tours
+from ..scenario.scenario import Scenario
+from ..vehicles.vehicle import Place, SegmentedTrajectory, kinematic, moored, recorded
 
 Floats = NDArray[np.float64]
 

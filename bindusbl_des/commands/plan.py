@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..console import (
+from .console import (
     compiling_told,
     is_quiet,
     mistakes_told,
@@ -18,7 +18,7 @@ from ..console import (
     warn,
     weigh,
 )
-from ..options import (
+from .options import (
     Range,
     anyway_option,
     goal_metrics,
@@ -29,13 +29,14 @@ from ..options import (
     set_option,
 )
 
+if TYPE_CHECKING:
+    from ..planning.outcome import Plan
+    from ..planning.question import Question
+    from ..planning.selection.goals import Of
+
+
 CUT = "cut"
 CUT_OFF = "Cut off before all was flown; the same command, or `bindusbl-des resume {}`, goes on."
-
-if TYPE_CHECKING:
-    from ...planning.outcome import Plan
-    from ...planning.question import Question
-    from ...planning.selection.goals import Of
 
 
 @click.command()
@@ -122,10 +123,10 @@ def plan(
     if mean and share is not None:
         raise click.UsageError("give either --mean or --share")
     with mistakes_told():
-        from ...campaigns.experiments.options import Options
-        from ...planning.folder import begin
-        from ...planning.planning import admitted
-        from ...planning.question import Asking, goals_of_options, read_plan
+        from ..campaigns.experiments.options import Options
+        from ..planning.folder import begin
+        from ..planning.planning import admitted
+        from ..planning.question import Asking, goals_of_options, read_plan
 
         of: Of | None = "mean" if mean else share
         goals = goals_of_options(below, above, of)
@@ -146,7 +147,7 @@ def plan(
 
 def _weigh(question: "Question", anyway: bool) -> None:
     """Tell what each mission takes, or refuse it."""
-    from ...preflight.effort import effort
+    from ..preflight.effort import effort
 
     weigh(f"each mission of {question.name}", effort(question.base), anyway)
 
@@ -159,8 +160,8 @@ def default_folder(name: str) -> Path:
 def resume_plan(folder: Path, workers: int | None, as_json: bool, allow_plugins: bool) -> None:
     """Go on with a plan that was cut short."""
     with mistakes_told():
-        from ...planning.folder import resumed
-        from ...planning.planning import admitted
+        from ..planning.folder import resumed
+        from ..planning.planning import admitted
 
         question = resumed(folder)
         admitted(question, allow_plugins)
@@ -175,8 +176,8 @@ def _make(
 ) -> None:
     """Make a plan and tell it."""
     with mistakes_told():
-        from ...planning.flying import Budget
-        from ...planning.planning import planned
+        from ..planning.flying import Budget
+        from ..planning.planning import planned
 
         budget = Budget(question, quiet=is_quiet())
         try:

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...core.plugins import is_plugin, loaded
-from ...core.wording import counted
-from ...scenario.families import schedule_of
-from ..console import print_json, reading_from, say
-from ..options import json_option, plugins_option, scenario_argument, set_option
+from ..core.plugins import is_plugin, loaded
+from ..core.wording import counted
+from ..scenario.families import schedule_of
+from .console import print_json, reading_from, say
 from .coverage import limits_data, limits_told, planned_limits
+from .options import json_option, plugins_option, scenario_argument, set_option
 
 if TYPE_CHECKING:
-    from ...preflight.round_lengths import Rounds
-    from ...protocol.slots import Slots
-    from ...scenario.scenario import Scenario
+    from ..preflight.round_lengths import OfferedLoad, Rounds
+    from ..protocol.slots import Slots
+    from ..scenario.scenario import Scenario
 
 
 def assignments(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
@@ -54,15 +54,9 @@ def span(values: list[float]) -> str:
     return " .. ".join(dict.fromkeys(f"{value:.3f}" for value in values))
 
 
-if TYPE_CHECKING:
-    from ...preflight.round_lengths import OfferedLoad, Rounds
-    from ...protocol.slots import Slots
-    from ...scenario.scenario import Scenario
-
-
 def random_told(scenario: "Scenario", rounds: "Rounds", fixes: list[int]) -> Iterator[str]:
     """Yield the load that AUVs offer, and how long broadcasts of some numbers of fixes take."""
-    from ...preflight.round_lengths import offered
+    from ..preflight.round_lengths import offered
 
     yield from _load(scenario, offered(scenario, rounds.slots))
     yield from _cycles(rounds, fixes)
@@ -70,7 +64,7 @@ def random_told(scenario: "Scenario", rounds: "Rounds", fixes: list[int]) -> Ite
 
 def access_data(scenario: "Scenario", slots: "Slots") -> dict[str, Any] | None:
     """Return the load that AUVs offer as data; None where they have slots."""
-    from ...preflight.round_lengths import offered
+    from ..preflight.round_lengths import offered
 
     return asdict(offered(scenario, slots)) if scenario.protocol.random_access else None
 
@@ -124,11 +118,6 @@ def _cycles(rounds: "Rounds", fixes: list[int]) -> Iterator[str]:
         )
 
 
-if TYPE_CHECKING:
-    from ...preflight.round_lengths import Rounds
-    from ...protocol.slots import Slots
-    from ...scenario.scenario import Scenario
-
 # Rows of the timing table; a fleet of more AUVs is shown by its ends.
 MOST_ROWS = 12
 
@@ -141,7 +130,7 @@ MOST_ROWS = 12
 def timing(scenario: str, overrides: tuple[str, ...], as_json: bool, allow_plugins: bool) -> None:
     """Print slots, rounds and fix rates of a scenario's protocol, and their limits."""
     mission = reading_from(scenario, overrides, allow_plugins).scenario
-    from ...preflight.round_lengths import rounds_of
+    from ..preflight.round_lengths import rounds_of
 
     rounds, limits = rounds_of(mission), planned_limits(mission)
     if as_json:
@@ -152,7 +141,7 @@ def timing(scenario: str, overrides: tuple[str, ...], as_json: bool, allow_plugi
 
 
 def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
-    from ...scenario.survey_area import area_of
+    from ..scenario.survey_area import area_of
 
     rate = scenario.protocol.tick_rate_hz
     ranging = scenario.protocol.ranging
@@ -181,7 +170,7 @@ def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
 
 def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
     """Yield what a round is under the scenario's downlink and schedule, and a table of rounds."""
-    from ...scenario.families import broadcaster_of, downlink_of, schedule_of
+    from ..scenario.families import broadcaster_of, downlink_of, schedule_of
 
     policy, schedule = scenario.protocol.downlink, scenario.protocol.schedule
     if scenario.protocol.asvs_ping:
@@ -214,7 +203,7 @@ def _passive(rounds: "Rounds") -> Iterator[str]:
 
 def _frames(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
     """Yield the rounds of a schedule that gives each frame to one AUV."""
-    from ...scenario.families import schedule_of
+    from ..scenario.families import schedule_of
 
     count, frame = scenario.auvs.count, rounds.frame
     by_lot = schedule_of(scenario).turn == "lot"
@@ -267,7 +256,7 @@ def _groups(rounds: "Rounds", shares: bool) -> Iterator[str]:
 
 def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
     """Return slots and rounds as data: durations in s, rounds as in the table, a row for each."""
-    from ...scenario.survey_area import area_of
+    from ..scenario.survey_area import area_of
 
     slots, protocol = rounds.slots, scenario.protocol
     answered = not rounds.broadcasts

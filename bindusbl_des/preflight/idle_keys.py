@@ -9,20 +9,20 @@ Settings of channels, instruments and casts that another setting leaves nothing 
 from collections.abc import Iterator
 from typing import Any
 
-from ...core.plugins import is_plugin
-from ...core.wording import plain
-from ...scenario.agreement.problem import Problem
-from ...scenario.channel_settings import burst_s
-from ...scenario.declared import CHANNELS, channel_named, instrument_named
-from ...scenario.families import FAMILIES
-from ...scenario.key_types import Part
-from ...scenario.on_earth import lacks_depths
-from ...scenario.part_choice import PartChoice
-from ...scenario.scenario import Scenario
-from ...scenario.sections.environment import Environment
-from ...scenario.sections.routes import Flown, Hold
-from ...scenario.sections.vehicle_choice import VehicleChoice
-from .rules import (
+from ..core.plugins import is_plugin
+from ..core.wording import plain
+from ..scenario.channel_settings import burst_s
+from ..scenario.declared import CHANNELS, channel_named, instrument_named
+from ..scenario.families import FAMILIES
+from ..scenario.key_types import Part
+from ..scenario.on_earth import lacks_depths
+from ..scenario.part_choice import PartChoice
+from ..scenario.scenario import Scenario
+from ..scenario.scenario_keys import Problem
+from ..scenario.sections.environment import Environment
+from ..scenario.sections.routes import Flown, Hold
+from ..scenario.sections.vehicle_choice import VehicleChoice
+from .idle_rules import (
     FRAMED,
     GIVEN,
     KNOWLEDGE,
@@ -133,7 +133,7 @@ def cast(scenario: Scenario) -> Iterator[Problem]:
     water = scenario.environment
     if water.ctd is None or "sound_speed_law" not in water.model_fields_set:
         return
-    from ...sea.water_column import read_cast  # needs numpy, which few scenarios wait for here
+    from ..sea.water_column import read_cast  # needs numpy, which few scenarios wait for here
 
     if water.sound_speed_law != USUAL_LAW and read_cast(water.ctd).speeds_m_per_s is not None:
         yield Problem(

@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 
-from ...protocol.bounds import (
+from ..protocol.bounds import (
     aloha_capacity,
     decode_bound,
     disjoint_senders,
@@ -17,14 +17,14 @@ from ...protocol.bounds import (
     record_bound,
     slotted_aloha_capacity,
 )
-from ...protocol.cycles import cycle
-from ...protocol.replies import reply_delay_of
-from ...protocol.slots import Slots
-from ...scenario.declared import DOWNLINKS
-from ...scenario.families import broadcaster_of, schedule_of
-from ...scenario.scenario import Scenario
-from ...scenario.water import sound_speed_of
-from ..round_lengths import Rounds, rounds_of
+from ..protocol.cycles import cycle
+from ..protocol.replies import reply_delay_of
+from ..protocol.slots import Slots
+from ..scenario.declared import DOWNLINKS
+from ..scenario.families import broadcaster_of, schedule_of
+from ..scenario.scenario import Scenario
+from ..scenario.water import sound_speed_of
+from .round_lengths import Rounds, rounds_of
 from .sights import Floats, Groups, Ints, Sights, each, groups_made, groups_of, planned_sights
 
 # Whose rates stand beside those of the scenario's own rounds.

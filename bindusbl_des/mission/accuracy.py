@@ -7,13 +7,13 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.compiled import compiled, inlined
-from ...navigation.weighing import SURE
-from ...records.events import TrackPoint
-from ...records.rows import Row, Rows, row_type
-from ..trajectories import beside, instants
-from ..world import World
+from ..core.compiled import compiled, inlined
+from ..navigation.weighing import SURE
+from ..records.events import TrackPoint
+from ..records.rows import Row, Rows, row_type
 from .service import MOST, mean, quantile_of
+from .trajectories import beside, instants
+from .world import World
 
 Floats = NDArray[np.float64]
 

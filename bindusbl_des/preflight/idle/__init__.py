@@ -1,1 +1,0 @@
-"""Keys that have no effect in a scenario, and why."""

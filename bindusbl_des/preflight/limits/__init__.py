@@ -1,1 +1,0 @@
-"""What the best protocol could make of a scenario: its limits, from where its vehicles are."""
