@@ -21,14 +21,17 @@ if TYPE_CHECKING:
     from .campaigns.running import resume, sweep
     from .geometry.coverage import covered_area, covering_radius
     from .geometry.formation import formation
-    from .mission.mission import Mission
+    from .mission.mission import AuvStates, Mission, PingUnderWay
     from .mission.simulation import simulate
+    from .navigation.dead_reckoning import DeadReckoning, Odometry
+    from .navigation.navigators import Navigator
     from .planning.outcome import Plan
     from .planning.planning import plan
     from .preflight.limits import limits
     from .preflight.worth_knowing import cautions
     from .protocol.anchors.view import AnchorView
     from .protocol.broadcasters import BroadcastView
+    from .protocol.network import Network, Turn
     from .protocol.ranging import Slot
     from .protocol.schedules.view import TimedGroups, View
     from .protocol.slots import downlink_slot, uplink_slot
@@ -48,6 +51,13 @@ if not (Path(__file__).parent / "experiments").is_dir():
 
 # Loaded when first asked for, so that `bindusbl-des --help` does not wait for numpy and pyarrow.
 _HOMES = {
+    "AuvStates": "mission.mission",
+    "DeadReckoning": "navigation.dead_reckoning",
+    "Navigator": "navigation.navigators",
+    "Network": "protocol.network",
+    "Odometry": "navigation.dead_reckoning",
+    "PingUnderWay": "mission.mission",
+    "Turn": "protocol.network",
     "AnchorView": "protocol.anchors.view",
     "BroadcastView": "protocol.broadcasters",
     "Campaign": "campaigns.campaign",
@@ -92,10 +102,16 @@ _HOMES = {
 
 __all__ = [
     "AnchorView",
+    "AuvStates",
     "BroadcastView",
     "Campaign",
     "CampaignInterrupted",
+    "DeadReckoning",
     "Mission",
+    "Navigator",
+    "Network",
+    "Odometry",
+    "PingUnderWay",
     "Plan",
     "PlanView",
     "Result",
@@ -105,6 +121,7 @@ __all__ = [
     "Slot",
     "Sounding",
     "TimedGroups",
+    "Turn",
     "Verdict",
     "View",
     "WayView",

@@ -133,11 +133,8 @@ VIEWS = (
 )  # fmt: skip
 
 # What a mission shows of itself, and what navigators and downlinks offer and are handed
-SHOWN = ("mission.mission:AuvStates", "mission.mission:PingUnderWay")
-INTERFACES = (
-    "navigation.navigators:Navigator", "navigation.dead_reckoning:DeadReckoning",
-    "navigation.dead_reckoning:Odometry", "protocol.network:Network", "protocol.network:Turn",
-)  # fmt: skip
+SHOWN = ("AuvStates", "PingUnderWay")
+INTERFACES = ("Navigator", "DeadReckoning", "Odometry", "Network", "Turn")
 
 # A default that is longer is not written.
 LONGEST_DEFAULT = 24
@@ -152,12 +149,12 @@ MADE = (PUBLIC.Scenario, PUBLIC.Mission, DYNAMICS.Fleet)
 
 def python_page() -> str:
     """Return the page: what runs, what one holds, parts of one's own, vehicles, equations."""
-    known = {*RUNNING.names, *HELD.names, *VIEWS}
+    known = {*RUNNING.names, *HELD.names, *SHOWN, *VIEWS, *INTERFACES}
     rest = tuple(name for name in PUBLIC.__all__ if name not in known)
     lines = [
         *_section(RUNNING),
         *_section(HELD),
-        *(line for home in SHOWN for line in _entry(_at(home))),
+        *(line for name in SHOWN for line in _entry(getattr(PUBLIC, name))),
         *_families(),
         *_vehicles(),
         *_section(Section("Equations", "Those of the model, to be used alone.", rest)),
@@ -186,10 +183,8 @@ def _families() -> Iterator[str]:
         ships = ", ".join(f"`{name}`" for name in family.siblings)
         yield f"| `{family.key}` | `({', '.join(family.arguments)})` | {ships} |"
     yield ""
-    for name in VIEWS:
+    for name in (*VIEWS, *INTERFACES):
         yield from _entry(getattr(PUBLIC, name))
-    for home in INTERFACES:
-        yield from _entry(_at(home))
 
 
 def _vehicles() -> Iterator[str]:
@@ -200,12 +195,6 @@ def _vehicles() -> Iterator[str]:
         thing = getattr(DYNAMICS, name)
         if callable(thing):
             yield from _entry(thing)
-
-
-def _at(home: str) -> Any:
-    """Return a class of the package by its module and name."""
-    module, _, name = home.partition(":")
-    return getattr(import_module(f"bindusbl_des.{module}"), name)
 
 
 def _entry(thing: Any) -> Iterator[str]:
