@@ -6,6 +6,7 @@ place and heading, so that nothing of its survey is left out.
 """
 
 import math
+from collections import deque
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -13,6 +14,9 @@ from .paths import Path, Segment
 
 # Rounding, in circles, that makes no further circle.
 ROUNDING = 1e-9
+
+# How often an AUV may come up on a path, which is planned as a whole before the mission.
+MOST = 20_000
 
 
 class Surfacing(NamedTuple):
@@ -45,19 +49,27 @@ def surfaced(path: Path, asked: Surfacing) -> tuple[Path, list[float]]:
     """Return a path from which an AUV comes up, and where on the old one it does (m).
 
     A tour comes up at least as often in each of its laps.
+
+    Raises:
+        ValueError: when it comes up more often than a path may.
     """
     count = math.ceil(path.length / asked.every)
+    if count > MOST:
+        raise ValueError(
+            f"an AUV would come up {count:,} times on its path of {path.length / 1e3:,.3g} km; "
+            f"{MOST:,} times at most: raise surface_every_s or shorten the path"
+        )
     breaks = [k * asked.every for k in range(1, count + 1) if k * asked.every < path.length]
     first = path.repeats_from
     if first is not None:
         again = next((it for it in breaks if it > first), path.length)
         if again - first + path.length - max([first, *breaks]) > asked.every:
             breaks.append(path.length)
-    segments, begin, left = list[Segment](), 0.0, list(breaks)
+    segments, begin, left = list[Segment](), 0.0, deque(breaks)
     for number, segment in enumerate(path.segments):
         done, is_last = 0.0, number == len(path.segments) - 1
         while left and (left[0] <= begin + segment.length or is_last):
-            into = min(left.pop(0) - begin, segment.length)
+            into = min(left.popleft() - begin, segment.length)
             segments += (segment._replace(length=into - done), *asked.segments)
             done = into
         segments.append(segment._replace(length=segment.length - done))

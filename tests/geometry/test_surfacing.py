@@ -110,3 +110,10 @@ def test_the_verifier_counts_with_all_depths_and_the_speed_of_a_climb() -> None:
 def test_hulls_that_know_no_surface_are_refused(vehicle: str) -> None:
     with pytest.raises(ValidationError, match=f"the equations of {vehicle} know no surface"):
         surfacing(auvs={"vehicle": vehicle})
+
+
+def test_a_path_on_which_it_would_come_up_without_end_is_refused() -> None:
+    """A thousand kilometres, up every metre: planned as a whole, that took minutes."""
+    line = Path(Pose(0.0, 0.0, 0.0), (Segment(0.0, 1e6),))
+    with pytest.raises(ValueError, match=r"come up 1,000,000 times on its path of 1e\+03 km"):
+        surfaced(line, ASKED._replace(every=1.0))

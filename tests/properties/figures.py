@@ -59,10 +59,9 @@ def _of_auv(result: Result, auv: str) -> Metrics:
         "interval_mean_s": _mean(between),
         "interval_p95_s": _most(between),
         "interval_max_s": between.max() if len(between) else np.nan,
-        "fix_age_mean_s": ages[0],
-        "fix_age_p95_s": ages[1],
-        "fix_age_max_s": ages[2],
     }
+    if result.scenario.navigation.gnss_fix is None:  # fixes at the surface have no rows
+        found |= dict(zip(("fix_age_mean_s", "fix_age_p95_s", "fix_age_max_s"), ages, strict=True))
     if result.scenario.protocol.ranging != "passive":
         found["latency_from_broadcast_s"] = _mean(done.delivered_at_s - done.broadcast_at_s)
     if begin == 0.0 and record.tracks_hz == record.metrics_hz:
