@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from .campaigns.running import resume, sweep
     from .geometry.coverage import covered_area, covering_radius
     from .geometry.formation import formation
+    from .live.readings import Instruments
     from .mission.mission import AuvStates, Mission, PingUnderWay
     from .mission.simulation import simulate
     from .navigation.dead_reckoning import DeadReckoning, Odometry
@@ -35,9 +36,12 @@ if TYPE_CHECKING:
     from .protocol.ranging import Slot
     from .protocol.schedules.view import TimedGroups, View
     from .protocol.slots import downlink_slot, uplink_slot
+    from .replay.fitting import fit
+    from .replay.reading import read_log
     from .results.loading import load_result
     from .results.result import Result
-    from .scenario.files.scenario_file import ScenarioError, load_scenario
+    from .scenario.files.mistakes import ScenarioError
+    from .scenario.files.scenario_file import load_scenario
     from .scenario.own_plans import PlanView, WayView
     from .scenario.scenario import Scenario
     from .sea.water import absorption, sound_speed
@@ -50,6 +54,7 @@ if not (Path(__file__).parent / "experiments").is_dir():
     __path__.append(str(Path(__file__).parents[1]))
 
 # Loaded when first asked for, so that `bindusbl-des --help` does not wait for numpy and pyarrow.
+# `replay` is not among them: once imported, the package of that name stands in its place.
 _HOMES = {
     "AuvStates": "mission.mission",
     "DeadReckoning": "navigation.dead_reckoning",
@@ -73,7 +78,9 @@ _HOMES = {
     "covering_radius": "geometry.coverage",
     "downlink_slot": "protocol.slots",
     "formation": "geometry.formation",
+    "fit": "replay.fitting",
     "fuse": "usbl.fusion",
+    "Instruments": "live.readings",
     "limits": "preflight.limits",
     "load_result": "results.loading",
     "load_scenario": "scenario.files.scenario_file",
@@ -81,10 +88,11 @@ _HOMES = {
     "plan": "planning.planning",
     "Plan": "planning.outcome",
     "range_loss": "acoustics.loss",
+    "read_log": "replay.reading",
     "Result": "results.result",
     "resume": "campaigns.running",
     "Scenario": "scenario.scenario",
-    "ScenarioError": "scenario.files.scenario_file",
+    "ScenarioError": "scenario.files.mistakes",
     "simulate": "mission.simulation",
     "sound_speed": "sea.water",
     "travel_time": "acoustics.travel_time",
@@ -107,6 +115,7 @@ __all__ = [
     "Campaign",
     "CampaignInterrupted",
     "DeadReckoning",
+    "Instruments",
     "Mission",
     "Navigator",
     "Network",
@@ -133,6 +142,7 @@ __all__ = [
     "covered_area",
     "covering_radius",
     "downlink_slot",
+    "fit",
     "formation",
     "fuse",
     "limits",
@@ -141,6 +151,7 @@ __all__ = [
     "load_scenario",
     "plan",
     "range_loss",
+    "read_log",
     "resume",
     "simulate",
     "sound_speed",

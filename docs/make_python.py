@@ -126,6 +126,12 @@ HELD = Section(
      "Mission"),
 )  # fmt: skip
 
+MEASURED = Section(
+    "What is measured", "From logs, and by the instruments of a mission as it is advanced; "
+    "`replay` is imported from `bindusbl_des.replay` ([replay](replay.md), [live](live.md)).",
+    ("read_log", "fit", "Instruments"),
+)  # fmt: skip
+
 # What parts of one's own are called with, or answer
 VIEWS = (
     "View", "TimedGroups", "BroadcastView", "Slot", "Signals", "Sounding", "PlanView", "AnchorView",
@@ -149,12 +155,13 @@ MADE = (PUBLIC.Scenario, PUBLIC.Mission, DYNAMICS.Fleet)
 
 def python_page() -> str:
     """Return the page: what runs, what one holds, parts of one's own, vehicles, equations."""
-    known = {*RUNNING.names, *HELD.names, *SHOWN, *VIEWS, *INTERFACES}
+    known = {*RUNNING.names, *HELD.names, *SHOWN, *MEASURED.names, *VIEWS, *INTERFACES}
     rest = tuple(name for name in PUBLIC.__all__ if name not in known)
     lines = [
         *_section(RUNNING),
         *_section(HELD),
         *(line for name in SHOWN for line in _entry(getattr(PUBLIC, name))),
+        *_section(MEASURED),
         *_families(),
         *_vehicles(),
         *_section(Section("Equations", "Those of the model, to be used alone.", rest)),

@@ -2,6 +2,7 @@
 
 import contextlib
 import importlib
+import importlib.util
 import io
 import re
 import shlex
@@ -366,6 +367,17 @@ def test_no_warning_on_import() -> None:
         [sys.executable, "-W", "error", "-c", "import bindusbl_des; bindusbl_des.simulate"],
         check=True,
     )
+
+
+def test_public_names_are_what_they_say() -> None:
+    """Each stands sorted, is defined where the table says, and bears no name of a package."""
+    names = bindusbl_des.__all__
+    assert names == sorted(bindusbl_des._HOMES)
+    for name in names:
+        found = getattr(bindusbl_des, name)
+        home = f"bindusbl_des.{bindusbl_des._HOMES[name]}"
+        assert (found.__module__, found.__name__) == (home, name)
+        assert importlib.util.find_spec(f"bindusbl_des.{name}") is None, name
 
 
 def test_equations_are_importable_by_their_own_names() -> None:
