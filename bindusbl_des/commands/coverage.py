@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..scenario.families import schedule_of
 from .console import (
     check_figure,
     print_json,
@@ -70,6 +69,8 @@ def limits_told(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]:
         f"{limits.decodes_hz:.1f} /s; {limits.cleared_hz:.1f} /s if each has 20 ms to die away",
     )
     if limits.capacity_hz is not None:
+        from ..scenario.families import schedule_of
+
         slotted = schedule_of(scenario).access == "slotted"
         least = ", if no two of a slot are heard" * slotted
         yield _line("  of ALOHA, at its best", f"{limits.capacity_hz:.2f} /s on average{least}")

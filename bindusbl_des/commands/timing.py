@@ -10,7 +10,6 @@ import click
 
 from ..core.plugins import is_plugin, loaded
 from ..core.wording import counted
-from ..scenario.families import schedule_of
 from .console import print_json, reading_from, say
 from .coverage import limits_data, limits_told, planned_limits
 from .options import json_option, plugins_option, scenario_argument, set_option
@@ -79,6 +78,8 @@ def answered(slots: "Slots") -> str:
 
 def _load(scenario: "Scenario", load: "OfferedLoad") -> Iterator[str]:
     """Yield how often AUVs ping, and how many of these pings meet no other."""
+    from ..scenario.families import schedule_of
+
     protocol = scenario.protocol
     yield (
         f"{protocol.schedule.told}: each AUV has something to send every {protocol.frame_s:g} s on "

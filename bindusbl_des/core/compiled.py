@@ -40,8 +40,9 @@ MARKS = re.compile(rb"^@(compiled|inlined|written_out)$", re.MULTILINE)
 
 # Files that hold no equations, from which equations take numbers and rows.
 NUMBERS = (
-    *("core/compiled.py", "core/handed.py", "geometry/paths.py", "navigation/correcting.py"),
-    *("planning/prediction/sights.py", "records/events.py", "records/events.py"),
+    *("core/compiled.py", "core/handed.py", "core/uncompiled.py", "geometry/paths.py"),
+    "navigation/correcting.py",
+    *("planning/prediction/sights.py", "records/events.py"),
     *("records/rows.py", "vehicles/hulls/remus100_parameters.py"),
 )
 

@@ -180,6 +180,20 @@ def _sections(model: type[Part], prefix: str) -> Iterator[tuple[str, str]]:
             yield from _sections(parts[0], f"{prefix}{name}.")
 
 
+@cache
+def optional_sections() -> frozenset[str]:
+    """Return the sections that are null unless one of their keys is given."""
+    return frozenset(_optional(ScenarioKeys, ""))
+
+
+def _optional(model: "type[BaseModel]", prefix: str) -> Iterator[str]:
+    for name, field in model.model_fields.items():
+        for part in _parts(field.annotation)[:1]:
+            if field.default is None:
+                yield f"{prefix}{name}"
+            yield from _optional(part, f"{prefix}{name}.")
+
+
 def _rows(model: "type[BaseModel]", prefix: str, only: str) -> Iterator[Key]:
     for name, field in model.model_fields.items():
         parts = _parts(field.annotation)

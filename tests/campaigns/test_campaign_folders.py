@@ -332,8 +332,10 @@ def test_no_flipped_bit_is_parsed(folder: Path, monkeypatch: pytest.MonkeyPatch)
     (part,) = committed(folder)
     monkeypatch.setattr(pq, "ParquetFile", None)
     dice = random.Random(35)
+    written = [table for table in TABLES if part_path(folder, table, part).exists()]
+    assert len(written) > 8
     for number in range(100):
-        table = TABLES[number % len(TABLES)]
+        table = written[number % len(written)]
         path = part_path(folder, table, part)
         whole = path.read_bytes()
         flipped(path, dice)

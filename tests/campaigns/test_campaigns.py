@@ -679,10 +679,10 @@ def test_workers_do_without_pandas(experiment: Path, home: Path) -> None:
     code = (
         "import sys\n"
         "from bindusbl_des.campaigns.experiments.experiment_file import load_experiment\n"
-        "from bindusbl_des.campaigns.experiments.plan import Plan\n"
+        "from bindusbl_des.campaigns.experiments.plan import ExperimentPlan\n"
         "from bindusbl_des.campaigns.workers.batches import run_batch\n"
         "from bindusbl_des.campaigns.workers.supervisor import batch_of\n"
-        f"plan = Plan(load_experiment({str(experiment)!r}))\n"
+        f"plan = ExperimentPlan(load_experiment({str(experiment)!r}))\n"
         "from pathlib import Path\n"
         f"folder = Path({str(home / 'by-hand')!r}); (folder / 'missions').mkdir(parents=True)\n"
         "rows = run_batch(batch_of(plan, folder, (0, 1), 1e9))\n"

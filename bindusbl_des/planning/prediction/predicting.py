@@ -47,8 +47,8 @@ def _waiting(
     count = len(told)
     rate, mean, p95, longest = np.zeros(count), np.empty(count), np.empty(count), np.empty(count)
     for auv in range(count):
-        instants, lags, odds, fixes = _of_one(told[auv], pinged[auv], chance[auv], many, end)
-        rate[auv] = fixes / end
+        instants, lags, odds, expected = _of_one(told[auv], pinged[auv], chance[auv], many, end)
+        rate[auv] = expected / end
         ages, weights = _ages(instants, lags, odds, end)
         mean[auv], p95[auv], longest[auv] = _over_time(ages, weights, end)
     return rate, mean, p95, longest
@@ -63,7 +63,7 @@ def _of_one(
     instant.
     """
     instants, lags, odds = np.empty((3, many * told.size))
-    count, fixes = 0, 0.0
+    count, expected = 0, 0.0
     for turn in range(told.size):
         if chance[turn] <= 0.0 or told[turn] >= end:
             continue
@@ -71,9 +71,9 @@ def _of_one(
         for k in range(many):
             instants[count] = told[turn] + k * (later - told[turn]) / many
             lags[count], odds[count] = told[turn] - pinged[turn], chance[turn]
-            fixes += chance[turn]
+            expected += chance[turn]
             count += 1
-    return instants[:count], lags[:count], odds[:count], fixes
+    return instants[:count], lags[:count], odds[:count], expected
 
 
 @compiled

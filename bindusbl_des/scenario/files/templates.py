@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterator, Mapping
 
 from ...core.wording import did_you_mean, plain
-from ..keys import Key, keys, sections
+from ..keys import Key, keys, optional_sections, sections
 
 # Column at which the comments begin.
 MARGIN = 44
@@ -92,7 +92,8 @@ def _lines(values: Mapping[str, object], important: Collection[str]) -> Iterator
     for section, meaning in sections().items():
         if "." not in section:
             yield ""
-        yield f"{_indent(section)}{section.rpartition('.')[2]}:".ljust(MARGIN) + f"# {meaning}"
+        name, comment = section.rpartition(".")[2], "# " * (section in optional_sections())
+        yield f"{_indent(section)}{comment}{name}:".ljust(MARGIN) + f"# {meaning}"
         for row in keys():
             if row.section == section:
                 yield _line(row, values, important)
@@ -115,11 +116,13 @@ def _comment(row: Key) -> str:
     """Return unit, meaning, choices or range, and the route that a key belongs to."""
     choices = " | ".join(row.choices)
     unit = "" if row.unit == "1" else row.unit
+    with_it = row.section.rpartition(".")[2] if row.section in optional_sections() else ""
     remarks = (
         unit,
         row.meaning,
         choices,
         row.range,
         f"only {row.chooser}: {row.only}" if row.only else "",
+        f"only with {with_it}" if with_it else "",
     )
     return "; ".join(remark for remark in remarks if remark)
