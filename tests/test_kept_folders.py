@@ -1,4 +1,4 @@
-"""Folders that version 0.2 wrote, read by this one: `reference/results_0_2` is never made anew."""
+"""Folders that version 0.2 wrote, read by this one; once it is out they are kept as they are."""
 
 import json
 import shutil
