@@ -44,8 +44,13 @@ class GnssReceivers:
             numbers = np.arange(self._next, last + 1, dtype=np.float64)
             instants = numbers * self.every_s
             instants = instants[(instants <= time) & (instants < self._end)]
+            begin = self.fixes.count
             for auv in range(len(self._fleet)):
                 self._fix(auv, instants)
+            # By time, then AUV, however many instants are looked at in one go
+            made = self.fixes.rows[begin:]
+            made[:] = made[np.lexsort((made["auv"], made["delivered_at_s"]))]
+            made["fix"] = np.arange(begin, self.fixes.count)
             self._next += len(instants)
         own = self.fixes.rows[before:]["delivered_at_s"]
         if not len(own):
