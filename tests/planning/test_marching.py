@@ -1,6 +1,7 @@
 """Errors marched through fixes against closed forms (physics of fixed gains and of Kalman's)."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,12 +14,18 @@ from bindusbl_des.planning.prediction.parts import Navigator, Source, Ways
 from bindusbl_des.planning.prediction.predicting import predict
 from bindusbl_des.planning.prediction.rounds import Turns
 from bindusbl_des.planning.prediction.sights import Fixes
+from bindusbl_des.scenario.declared import NAVIGATORS
 
 Floats = NDArray[np.float64]
 
 # Random walk (m2/s), noise of a fix (m2), velocity bias (m/s) and gain of the closed forms
 WALK, NOISE, BIAS, GAIN = 0.027**2, 0.25, 0.06, 0.9
 STEPS = 50  # instants between two fixes
+
+
+def navigating(name: str, *rest: Any) -> Navigator:
+    """Return a navigator with what ships by its name."""
+    return Navigator(name, NAVIGATORS[name], *rest)
 
 
 def straight_on(period: float, fixes: int, navigator: Navigator, speed: float) -> Inputs:
@@ -59,7 +66,7 @@ def marched(
 
 def gained(compared_at_ping: bool = True) -> Navigator:
     bias = Source("body", (BIAS, 0.0), (0.0, 0.0), (0.0, 0.0))
-    return Navigator("fixed_gain", GAIN, compared_at_ping, 0.0, 0.0, WALK, WALK, (bias,))
+    return navigating("fixed_gain", GAIN, compared_at_ping, 0.0, 0.0, WALK, WALK, (bias,))
 
 
 @pytest.mark.parametrize(
@@ -92,7 +99,7 @@ def test_a_kalman_filter_with_a_bias_settles_as_its_riccati_equation(
     period: float, root: float
 ) -> None:
     bias = Source("body", (0.0, 0.0), (0.1, 0.1), (0.1, 0.1), wander_per_s=1e-8)
-    kalman = Navigator("kalman", GAIN, True, 0.0, 0.0, WALK, WALK, (bias,))
+    kalman = navigating("kalman", GAIN, True, 0.0, 0.0, WALK, WALK, (bias,))
     mean, variance = marched(period, 3000, kalman)
     assert np.sqrt(variance.mean()) == pytest.approx(root, rel=1e-3)
     assert not mean.any()
@@ -100,7 +107,7 @@ def test_a_kalman_filter_with_a_bias_settles_as_its_riccati_equation(
 
 def test_a_known_bias_leaves_the_middle_between_two_fixes() -> None:
     """Without a bias to learn, P half way is sqrt(q^2 T^2 / 4 + q T r)."""
-    kalman = Navigator("kalman", GAIN, True, 0.0, 0.0, WALK, WALK, ())
+    kalman = navigating("kalman", GAIN, True, 0.0, 0.0, WALK, WALK, ())
     _, variance = marched(4.02, 400, kalman)
     half_way = np.sqrt((WALK * 4.02) ** 2 / 4.0 + WALK * 4.02 * NOISE)
     assert variance.mean() == pytest.approx(half_way, rel=1e-4)
@@ -118,7 +125,7 @@ def test_a_known_bias_leaves_the_middle_between_two_fixes() -> None:
 )
 def test_dead_reckoning_drifts_as_its_sources_say(source: Source, spread: float) -> None:
     """After 100 s at 0.5 m/s."""
-    alone = Navigator("dead_reckoning", GAIN, True, 0.0, 0.0, 0.0, 0.0, (source,))
+    alone = navigating("dead_reckoning", GAIN, True, 0.0, 0.0, 0.0, 0.0, (source,))
     _, variance = marched(100.0, 1, alone, speed=0.5)
     assert variance[-1] == pytest.approx(spread, rel=1e-6)
 
