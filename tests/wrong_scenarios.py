@@ -84,7 +84,7 @@ WRONG = {
     "route is a word": (
         "auvs: {route: lawnmower}\n",
         [
-            "2:15: auvs.route: needs keys and values (kind, lane_spacing_m, end_margin_m, ...); "
+            "2:15: auvs.route: needs keys and values (kind, surface_every_s, surface_for_s, ...); "
             "got the text 'lawnmower'"
         ],
     ),

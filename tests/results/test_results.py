@@ -33,6 +33,9 @@ from bindusbl_des.results.schemas import (
 )
 from bindusbl_des.results.tables import from_numbers, from_rows
 
+# Without a receiver of GNSS there is no table of its fixes.
+WRITTEN = [table for table in TABLES if table != "gnss_fixes"]
+
 
 @pytest.fixture(scope="module")
 def result() -> Result:
@@ -46,8 +49,8 @@ def test_a_result_folder_reads_back(result: Result, tmp_path: Path) -> None:
     back = load_result(folder)
     assert back.scenario == result.scenario
     assert back.seed == 7
-    assert set(back.arrow) == set(TABLES)
-    for name in TABLES:
+    assert set(back.arrow) == set(WRITTEN)
+    for name in WRITTEN:
         pd.testing.assert_frame_equal(back.tables[name], result.tables[name])
     files = {path.name for path in folder.iterdir()}
     assert {"run.json", "scenario.yaml", "data_dictionary.json", "report.html"} <= files
@@ -70,7 +73,7 @@ def test_only_tables_that_are_asked_for_become_frames(result: Result) -> None:
 def test_every_column_says_what_it_is(result: Result, tmp_path: Path) -> None:
     """Unit and meaning of each column, and what made the file, are in the Parquet metadata."""
     folder = result.write(tmp_path / "out")
-    for name in TABLES:
+    for name in WRITTEN:
         file = pq.read_schema(folder / f"{name}.parquet")
         assert file.metadata[b"bindusbl.schema"].decode() == f"{name}/1"
         assert file.metadata[b"bindusbl.seed"] == b"7"
@@ -175,7 +178,7 @@ def test_force_replaces_results_and_what_was_made_of_them(result: Result, tmp_pa
         path.unlink()
         if path.parent != folder:
             path.parent.rmdir()
-    assert set(load_result(folder).arrow) == set(TABLES)
+    assert set(load_result(folder).arrow) == set(WRITTEN)
 
 
 def test_the_kinds_of_figures_are_known_without_drawing() -> None:
@@ -225,7 +228,7 @@ def test_a_killed_run_leaves_no_result(tmp_path: Path) -> None:
         process.send_signal(signal.SIGKILL)
         process.wait()
         if folder.exists():
-            assert set(load_result(folder).arrow) == set(TABLES)
+            assert set(load_result(folder).arrow) == set(WRITTEN)
 
 
 @pytest.mark.parametrize("damage", ["missing", "run.json", "fixes.parquet"])
