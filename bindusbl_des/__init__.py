@@ -36,8 +36,9 @@ if TYPE_CHECKING:
     from .protocol.ranging import Slot
     from .protocol.schedules.view import TimedGroups, View
     from .protocol.slots import downlink_slot, uplink_slot
-    from .replay.fitting import fit
-    from .replay.reading import read_log
+    from .recorded.fitting import fit
+    from .recorded.reading import read_log
+    from .recorded.replaying import replay
     from .results.loading import load_result
     from .results.result import Result
     from .scenario.files.mistakes import ScenarioError
@@ -54,7 +55,6 @@ if not (Path(__file__).parent / "experiments").is_dir():
     __path__.append(str(Path(__file__).parents[1]))
 
 # Loaded when first asked for, so that `bindusbl-des --help` does not wait for numpy and pyarrow.
-# `replay` is not among them: once imported, the package of that name stands in its place.
 _HOMES = {
     "AuvStates": "mission.mission",
     "DeadReckoning": "navigation.dead_reckoning",
@@ -78,7 +78,7 @@ _HOMES = {
     "covering_radius": "geometry.coverage",
     "downlink_slot": "protocol.slots",
     "formation": "geometry.formation",
-    "fit": "replay.fitting",
+    "fit": "recorded.fitting",
     "fuse": "usbl.fusion",
     "Instruments": "live.readings",
     "limits": "preflight.limits",
@@ -88,7 +88,8 @@ _HOMES = {
     "plan": "planning.planning",
     "Plan": "planning.outcome",
     "range_loss": "acoustics.loss",
-    "read_log": "replay.reading",
+    "read_log": "recorded.reading",
+    "replay": "recorded.replaying",
     "Result": "results.result",
     "resume": "campaigns.running",
     "Scenario": "scenario.scenario",
@@ -152,6 +153,7 @@ __all__ = [
     "plan",
     "range_loss",
     "read_log",
+    "replay",
     "resume",
     "simulate",
     "sound_speed",

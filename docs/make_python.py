@@ -127,9 +127,9 @@ HELD = Section(
 )  # fmt: skip
 
 MEASURED = Section(
-    "What is measured", "From logs, and by the instruments of a mission as it is advanced; "
-    "`replay` is imported from `bindusbl_des.replay` ([replay](replay.md), [live](live.md)).",
-    ("read_log", "fit", "Instruments"),
+    "What is measured", "From logs ([replay](replay.md)), and by the instruments of a mission as "
+    "it is advanced ([live](live.md)).",
+    ("read_log", "replay", "fit", "Instruments"),
 )  # fmt: skip
 
 # What parts of one's own are called with, or answer

@@ -15,7 +15,7 @@ ROOMS = [
     *("core", "geometry", "sea", "records", "charts", "vehicles", "presets", "scenario"),
     *("navigation", "acoustics", "usbl", "protocol", "preflight", "results", "mission"),
     "verification",
-    *("explain", "report", "figures", "export", "live", "gym", "replay", "campaigns", "advice"),
+    *("explain", "report", "figures", "export", "live", "gym", "recorded", "campaigns", "advice"),
     *("planning", "commands", "cli", "dynamics", "__main__"),
 ]
 
@@ -28,18 +28,18 @@ HOMES = {
     "gymnasium": "gym",
     "networkx": "protocol.conflicts protocol.schedules.view",
     "pelagic": "acoustics.table_channel",
-    "pyarrow": "acoustics.ray_tables results mission.metrics campaigns export replay",
+    "pyarrow": "acoustics.ray_tables results mission.metrics campaigns export recorded",
     "yaml": "scenario.files",
     "click": "cli commands",
     "numba": "core.compiled core.handed",
     "pydantic": "scenario campaigns",
     "pydantic_core": "scenario",
-    "matplotlib": "figures replay",
+    "matplotlib": "figures recorded",
     "pandas": "results campaigns",
     "foxglove": "export live.ros2",
     "gsw": "sea.water",
-    "gtsam": "replay.replaying",
-    "mcap": "replay.formats charts.recordings",
+    "gtsam": "recorded.replaying",
+    "mcap": "recorded.formats charts.recordings",
     "mcap_protobuf": "charts.recordings",
 }
 

@@ -20,8 +20,8 @@ from .console import (
 from .options import Range, json_option, out_option, plugins_option
 
 if TYPE_CHECKING:
-    from ..replay.log import Log
-    from ..replay.replaying import Replay
+    from ..recorded.log import Log
+    from ..recorded.replaying import Replay
     from ..scenario.scenario import Scenario
 
 LOGS = (
@@ -75,8 +75,8 @@ def replay(
 
     A navigator of your own that --noise names at navigation.filter takes the filter's place.
     """
-    from ..replay.outcome import tables
-    from ..replay.telling import summary
+    from ..recorded.outcome import tables
+    from ..recorded.telling import summary
 
     told = None if noise is None else reading_from(noise, allow_plugins=allow_plugins).scenario
     navigator = None if told is None else _navigator_of(told)
@@ -109,10 +109,10 @@ def fit(
     dead reckoning: those under which the log is likeliest.  And how long losses last, of a log that
     tells which receptions were lost.
     """
-    from ..replay.fitting import fit as fitted
-    from ..replay.log import BadLog
-    from ..replay.replaying import placed_log
-    from ..replay.telling import noise_file, noise_keys
+    from ..recorded.fitting import fit as fitted
+    from ..recorded.log import BadLog
+    from ..recorded.replaying import placed_log
+    from ..recorded.telling import noise_file, noise_keys
 
     if out is not None:
         check_file(Path(out), force)
@@ -135,8 +135,8 @@ def fit(
 
 
 def _read(name: str, vehicle: str | None, speed: float) -> "Log":
-    from ..replay.log import BadLog
-    from ..replay.reading import read_log
+    from ..recorded.log import BadLog
+    from ..recorded.reading import read_log
 
     try:
         return read_log(name, vehicle, speed)
@@ -163,8 +163,8 @@ def _navigator_of(scenario: "Scenario") -> Any:
 
 def _replayed(log: "Log", noise: Any, navigator: Any) -> "Replay":
     from ..core.plugins import PluginError
-    from ..replay.log import BadLog
-    from ..replay.replaying import replay as replayed
+    from ..recorded.log import BadLog
+    from ..recorded.replaying import replay as replayed
 
     try:
         with compiling_told():
@@ -180,8 +180,8 @@ def _write(folder: Path, replays: "Sequence[Replay]", found: Any, force: bool) -
     """Write tables and a figure of each log into a new folder."""
     from ..core.files import folder_draft
     from ..figures.style import save, styled
-    from ..replay.drawing import drawn
-    from ..replay.outcome import objection, write_tables
+    from ..recorded.drawing import drawn
+    from ..recorded.outcome import objection, write_tables
 
     with writing(folder), folder_draft(folder, objection, force=force) as draft, styled():
         write_tables(found, draft)

@@ -21,8 +21,8 @@ from bindusbl_des.figures.style import styled
 from bindusbl_des.geometry.area import polygon
 from bindusbl_des.geometry.coverage import coverage_map
 from bindusbl_des.geometry.geodesy import geodetic_from_ned
-from bindusbl_des.replay.drawing import drawn
-from bindusbl_des.replay.replaying import replay
+from bindusbl_des.recorded.drawing import drawn
+from bindusbl_des.recorded.replaying import replay
 from bindusbl_des.report.comparison import comparison_page
 from bindusbl_des.report.run_page import run_page
 

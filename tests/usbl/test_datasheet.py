@@ -13,7 +13,7 @@ from bindusbl_des import Scenario, cautions, simulate
 from bindusbl_des.core.spreads import PER_AXIS_SD
 from bindusbl_des.mission.build import usbl_of
 from bindusbl_des.presets.preset import USBLS
-from bindusbl_des.replay.navigating import noise_of
+from bindusbl_des.recorded.navigating import noise_of
 
 Array = NDArray[np.float64]
 COUNT = 4000

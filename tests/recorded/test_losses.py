@@ -15,10 +15,10 @@ from bindusbl_des.cli import main
 from bindusbl_des.core.counted_draws import pair_keys
 from bindusbl_des.core.streams import Purpose, Streams
 from bindusbl_des.export.csv_folder import write_csv
-from bindusbl_des.replay.log import BadLog, Receptions
-from bindusbl_des.replay.losses import losses_of
-from bindusbl_des.replay.reading import read_log
-from bindusbl_des.replay.telling import outage_told
+from bindusbl_des.recorded.log import BadLog, Receptions
+from bindusbl_des.recorded.losses import losses_of
+from bindusbl_des.recorded.reading import read_log
+from bindusbl_des.recorded.telling import outage_told
 
 
 def received(

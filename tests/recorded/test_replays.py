@@ -15,13 +15,13 @@ from worlds import scenario
 from bindusbl_des import load_scenario, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.export.csv_folder import write_csv
-from bindusbl_des.replay.fitting import fit
-from bindusbl_des.replay.log import BadLog, Log, Ranges
-from bindusbl_des.replay.navigating import Noise, filter_log, noise_of, prepared, smooth_log
-from bindusbl_des.replay.outcome import tables
-from bindusbl_des.replay.reading import read_log
-from bindusbl_des.replay.replaying import find_start, mean_nis, outlier_share, replay, rms_between
-from bindusbl_des.replay.telling import _rival, noise_file, summary
+from bindusbl_des.recorded.fitting import fit
+from bindusbl_des.recorded.log import BadLog, Log, Ranges
+from bindusbl_des.recorded.navigating import Noise, filter_log, noise_of, prepared, smooth_log
+from bindusbl_des.recorded.outcome import tables
+from bindusbl_des.recorded.reading import read_log
+from bindusbl_des.recorded.replaying import find_start, mean_nis, outlier_share, replay, rms_between
+from bindusbl_des.recorded.telling import _rival, noise_file, summary
 
 ROOT = Path(__file__).parents[2]
 SEA = Sea()
@@ -469,8 +469,8 @@ def test_a_wrong_belief_is_given_up() -> None:
 def test_the_runs_at_sea_are_what_they_are_said_to_be() -> None:
     """Counts of ranges and poses; a solve from nowhere ends elsewhere, far from all ranges."""
     pytest.importorskip("gtsam", reason="the runs ship with gtsam, the extra `replay`")
-    from bindusbl_des.replay.log import LoggedPose
-    from bindusbl_des.replay.replaying import robust_optimum
+    from bindusbl_des.recorded.log import LoggedPose
+    from bindusbl_des.recorded.replaying import robust_optimum
 
     for name, poses, ranges, beacons in (("goats_15", 473, 786, 3), ("goats_16", 201, 572, 4)):
         log = read_log(name)
