@@ -8,6 +8,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import get_args
@@ -325,12 +326,15 @@ def test_scenarios_say_what_they_show_and_run(path: Path) -> None:
 
 
 def test_versions_agree() -> None:
-    """The package, its citation and its changelog bear one version."""
-    version = re.search(r'^version = "(.*)"', (ROOT / "pyproject.toml").read_text(), re.MULTILINE)
-    assert version is not None
+    """The package, what it prints and keeps, its citation and its changelog bear one version."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
-    assert citation["version"] == version[1]
-    assert f"## {version[1]}" in (ROOT / "CHANGELOG.md").read_text()
+    changes = re.findall(r"^## (.*)$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert changes[:2] == ["Unreleased", f"{citation['version']} ({citation['date-released']})"]
+    assert citation["version"] == project["version"]
+    assert typed("bindusbl-des --version") == f"bindusbl-des {project['version']}\n"
+    kept_by_run = simulate(Scenario(name="short", duration_s=1.0)).run_record()["versions"]
+    assert kept_by_run["bindusbl-des"] == project["version"]
 
 
 def test_pictures_are_light_and_have_words() -> None:

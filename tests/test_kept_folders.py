@@ -9,6 +9,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from bindusbl_des import load_campaign, load_result
+from bindusbl_des.campaigns.experiments.plan import model_version
 from bindusbl_des.cli import main
 from bindusbl_des.results.schemas import SCHEMA_VERSION
 
@@ -42,9 +43,19 @@ def test_a_kept_campaign_is_read(kept: Path) -> None:
     campaign = load_campaign(folder)
     assert len(campaign.missions) == 4
     assert "2 of 2 points keep every AUV surely below 1 m" in campaign.summary()
-    for command in ("status", "compare", "report", "resume"):
+    for command in ("status", "compare", "report"):
         told = call(command, str(folder))
         assert told.exit_code == 0, (command, told.output)
+
+
+@pytest.mark.parametrize(("model", "code"), [(model_version(), 0), ("0.0.9/4", 2)])
+def test_a_campaign_goes_on_with_its_own_model_only(kept: Path, model: str, code: int) -> None:
+    """Missions of two versions are not mixed; the one that began it is named."""
+    record = kept / "campaign" / "campaign.json"
+    record.write_text(json.dumps({**json.loads(record.read_text()), "model_version": model}))
+    resumed = call("resume", str(kept / "campaign"))
+    assert resumed.exit_code == code, resumed.output
+    assert ("install bindusbl-des 0.0.9" in resumed.stderr) == (code == 2)
 
 
 def test_each_file_says_its_schema() -> None:
