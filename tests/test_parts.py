@@ -8,6 +8,7 @@ import pytest
 
 import bindusbl_des
 from bindusbl_des.scenario import declared, families
+from bindusbl_des.scenario.sections import placements, routes
 
 LIBRARY = Path(bindusbl_des.__file__).parent
 
@@ -21,28 +22,39 @@ TABLES = {
     families.MF_CHANNEL: declared.CHANNELS,
     families.INSTRUMENT: declared.INSTRUMENTS,
     families.NAVIGATOR: declared.NAVIGATORS,
+    families.AUV: declared.AUVS,
+    families.ASV: declared.ASVS,
+    families.ROUTE: routes.ROUTES,
+    families.PLACEMENT: placements.PLACEMENTS,
 }
 
 # Words that name a part and other things too, such as a table of results or a type of JSON.
 AMBIGUOUS = {"table", "array", "nearest", "fixed", "random", "broadcast", "shared", "most_fixes"}
+AMBIGUOUS |= {"positions", "track"}
 NAMES = {name for table in TABLES.values() for name in table} - AMBIGUOUS
 
-# The models of the settings of parts: whoever asks which of them it has asks which part it is.
+# The models of parts and of their settings: who asks which of them it has asks which part it is.
+SECTIONS = [
+    it
+    for module in (routes, placements)
+    for it in vars(module).values()
+    if isinstance(it, type) and issubclass(it, (routes.RouteTraits, placements.PlacementTraits))
+]
 MODELS = {it.__name__ for family in TABLES for it in family.settings.values()} - {"Settings"}
+MODELS |= {it.__name__ for it in SECTIONS} | {"OwnSection"}
 
 # Where names of parts belong: registries, and the modules in which the parts work.
 HOMES = (
     *("scenario/declared.py", "scenario/families.py", "scenario/files/templates.py"),
     *("protocol/access/", "protocol/schedules/", "protocol/downlinks.py", "protocol/ranging.py"),
-    *("protocol/broadcasters.py", "acoustics/named_channels.py", "presets/"),
+    *("protocol/broadcasters.py", "acoustics/named_channels.py", "presets/", "protocol/anchors/"),
+    *("scenario/sections/routes.py", "scenario/sections/placements.py", "scenario/planned.py"),
+    "vehicles/guidance/autopilots.py",
 )
 
 # What is left, and why.
 DEFENDED = {
     "acoustics/sonar_equation.py: Sonar": "the part's own equations: of pings, or of frames",
-    "advice/changes.py: DOWNLINKS_TRIED": "an order in which changes are tried, by experience",
-    "advice/changes.py: BROADCASTERS": "an order in which changes are tried, by experience",
-    "advice/changes.py: SCHEDULES": "an order in which changes are tried, by experience",
 }
 
 
@@ -83,8 +95,14 @@ def _found(tree: ast.AST) -> Iterator[str]:
             if held and all(isinstance(it, str) for it in held) and NAMES & set(held):
                 yield node.targets[0].id
         elif isinstance(node, ast.Call) and getattr(node.func, "id", "") == "isinstance":
-            asked = {it.id for it in ast.walk(node.args[1]) if isinstance(it, ast.Name)}
-            yield from sorted(asked & MODELS)
+            yield from _models(node.args[1])
+        elif isinstance(node, ast.MatchClass):
+            yield from _models(node.cls)
+
+
+def _models(tree: ast.AST) -> list[str]:
+    """Return the models of parts that an expression names."""
+    return sorted({it.id for it in ast.walk(tree) if isinstance(it, ast.Name)} & MODELS)
 
 
 def test_what_a_scenario_can_name_has_a_record() -> None:
@@ -115,6 +133,10 @@ def test_nobody_tests_which_part_it_is() -> None:
         'CALLED = ("twtt", *("polling",))',
         'ONE = "aloha"',
         "if isinstance(settings, SuperTdma | Polling): pass",
+        'if scenario.auvs.route.kind == "hold": pass',
+        'steers = vehicle.model not in ("kinematic", "moored")',
+        "if isinstance(scenario.asvs.formation, Placed): pass",
+        "match placement:\n    case Follow(): pass",
     ],
 )
 def test_it_is_found_however_it_is_written(code: str) -> None:

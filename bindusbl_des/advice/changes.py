@@ -10,13 +10,18 @@ import numpy as np
 from ..acoustics.fix_chance import HALF, delivery
 from ..core.wording import plain
 from ..results.effects import FILTER, GAIN
-from ..scenario.declared import DOWNLINKS, channel_named
+from ..scenario.declared import (
+    BROADCASTERS,
+    DOWNLINKS,
+    SCHEDULES,
+    advised,
+    channel_named,
+)
 from ..scenario.families import navigator_of
 from ..scenario.files.overrides import put
 from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
-from ..scenario.sections.anchors import Moving
-from ..scenario.sections.vehicles import Formation
+from ..scenario.sections.placements import Formation
 from .stations import Ways
 
 if TYPE_CHECKING:
@@ -26,9 +31,6 @@ GAINS = (0.5, 0.2, 0.35, 0.7, 0.1, 0.05)
 # Where fixes raise the error, they are to be trusted less.
 SMALL_GAINS = (0.05, 0.2, 0.1, 0.02, 0.35, 0.5)
 FACTORS = (1.5, 1.25, 2.0)
-BROADCASTERS = ("nearest", "parallel", "most_fixes", "rotate", "random")
-DOWNLINKS_TRIED = ("pipelined_round", "direct_reply", "sequential", "pipelined_group")
-SCHEDULES = ("one_per_slot", "spatial_reuse", "dsatur")
 
 STATIONS, COUNT, RANGES, PAIR = "formation", "number of ASVs", "ranges", "pair"
 DELAY = "delay compensation"
@@ -139,8 +141,8 @@ def _downlinks(scenario: Scenario) -> tuple[str, ...]:
 
     Answers without airtime are not advised: no modem can give them.
     """
-    instant = scenario.protocol.answer.reply == "instant"
-    names = [it for it in DOWNLINKS_TRIED if not (DOWNLINKS[it].replies and instant)]
+    instant = not scenario.protocol.answer.takes_airtime
+    names = [it for it in advised(DOWNLINKS) if not (DOWNLINKS[it].replies and instant)]
     if not scenario.protocol.random_access:
         return tuple(names)
     broadcast = [it for it in names if not DOWNLINKS[it].replies and DOWNLINKS[it].waits]
@@ -152,14 +154,14 @@ def _schedules(scenario: Scenario, needless: list[str]) -> Iterator[Change]:
     if scenario.auvs.count == 1:
         needless.append("another schedule (there is one AUV)")
         return
-    yield from _others(scenario, "schedule", SCHEDULES)
+    yield from _others(scenario, "schedule", advised(SCHEDULES))
 
 
 def _broadcasters(scenario: Scenario, needless: list[str]) -> Iterator[Change]:
     if scenario.asvs.count == 1 or scenario.protocol.replies:
         needless.append("another broadcaster (no frame has a choice of ASVs)")
         return
-    yield from _others(scenario, "broadcaster", BROADCASTERS)
+    yield from _others(scenario, "broadcaster", advised(BROADCASTERS))
 
 
 def _others(scenario: Scenario, key: str, names: tuple[str, ...]) -> Iterator[Change]:
@@ -220,10 +222,8 @@ def _longer(scenario: Scenario, **now: float) -> Iterator[Change]:
 
 def _kept(scenario: Scenario) -> dict[str, Any]:
     """Return what keeps a formation where it is, since by default it grows with the HF range."""
-    asked = scenario.asvs.formation
-    if not isinstance(asked, Formation) or scenario.asvs.count == 1:
-        return {}
-    if asked.is_placed or asked.radius_m is not None or scenario.asvs.count == 1:
+    asked = scenario.asvs.formation.moored
+    if asked is None or asked.is_placed or asked.radius_m is not None or scenario.asvs.count == 1:
         return {}
     return _ring(scenario, float(np.hypot(*asv_stations(scenario)[0])), asked.angle_deg)
 
@@ -244,17 +244,17 @@ def _ring(scenario: Scenario, radius: float, angle: float) -> dict[str, Any]:
 
 
 def _asked(scenario: Scenario) -> Formation:
-    asked = scenario.asvs.formation
-    assert isinstance(asked, Formation)  # nobody moves what a placement of one's own puts somewhere
+    asked = scenario.asvs.formation.moored
+    assert asked is not None  # nobody moves what a placement of one's own puts somewhere
     return asked
 
 
 def _formations(scenario: Scenario, needless: list[str]) -> list[Iterator[Change]]:
     asked = scenario.asvs.formation
-    if isinstance(asked, Moving):
+    if asked.moves:
         needless.append("other places of ASVs (they move)")
         return [] if getattr(asked, "start_m", ()) is not None else [_another(scenario)]
-    if not isinstance(asked, Formation):
+    if asked.moored is None:
         needless.append("other places of ASVs (a placement of your own puts them there)")
         return []
     ways = Ways(scenario)

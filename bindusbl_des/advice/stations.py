@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..geometry.formation import formation
 from ..scenario.families import broadcaster_of
-from ..scenario.planned import horizontal_reach, route_of, tracks_of
+from ..scenario.planned import held_places, horizontal_reach, tracks_of
 from ..scenario.plans import planned_tours
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of
@@ -90,9 +90,9 @@ class Ways:
 
 def _way(scenario: Scenario, auv: int) -> Floats:
     """Return places (PLACES, 2), m, at even distances in time on the way that an AUV is to go."""
-    route, times = route_of(scenario), np.linspace(0.0, scenario.duration_s, PLACES)
-    if route.kind == "hold":
-        return np.tile(np.array(route.positions_m[auv]), (PLACES, 1))
+    held, times = held_places(scenario), np.linspace(0.0, scenario.duration_s, PLACES)
+    if held is not None:
+        return np.tile(np.array(held[auv]), (PLACES, 1))
     tracks = tracks_of(scenario)
     if tracks is not None:
         at, places = tracks[auv]

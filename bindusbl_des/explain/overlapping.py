@@ -15,7 +15,6 @@ from ..core.plugins import is_plugin
 from ..protocol.slots import slots_of
 from ..results.round_timeline import pings_sent
 from ..scenario.failing import failures_of
-from ..scenario.sections.anchors import Moving
 from ..scenario.water import sound_speed_of
 from .chain import apart, place, rows_where
 from .losing import audible
@@ -130,7 +129,7 @@ def on_its_way(result: "Result", vessel: str, time: float) -> str:
     track tell.
     """
     formation = result.scenario.asvs.formation
-    if not isinstance(formation, Moving) and not is_plugin(formation.choice):
+    if not formation.moves and not is_plugin(formation.choice):
         return ""
     track = rows_where(result.tables["tracks"], vehicle=vessel)
     times, x, y = (track[name].to_numpy(float) for name in ("time_s", "x_m", "y_m"))

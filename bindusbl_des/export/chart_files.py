@@ -200,7 +200,7 @@ def planned(scenario: "Scenario") -> Iterator[Drawn]:
             corners = np.column_stack((x + reach * np.cos(around), y + reach * np.sin(around)))
             circle = counter_clockwise(on_earth(corners.tolist()))
             yield Drawn("Polygon", f"ASV{number} {band} range", circle)
-    if scenario.auvs.route.kind not in ("lawnmower", "waypoints"):
+    if not scenario.auvs.route.is_flown:
         return
     for number, path in enumerate(planned_paths(scenario)):
         steps = max(int(np.ceil(path.length / STEP_M)), 2)

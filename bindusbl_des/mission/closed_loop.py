@@ -17,7 +17,6 @@ from ..protocol.anchors.placing import Room
 from ..scenario.on_earth import vessel_tracks
 from ..scenario.planned import NoStations, asv_stations, route_of, tracks_of
 from ..scenario.scenario import Scenario
-from ..scenario.sections.anchors import AsvTrack
 from ..scenario.survey_area import area_of
 from ..vehicles.currents import CONTROL_S, carried, current_series, gauss_markov
 from ..vehicles.reckoning import Wrong
@@ -85,15 +84,14 @@ def room_of(scenario: Scenario) -> Room:
     """
     auvs, route, area = scenario.auvs, route_of(scenario), area_of(scenario)
     tracks = tracks_of(scenario) or []
-    ways = getattr(route, "points_m", ())
     places = (
-        *(auvs.launch_m or ()), *(auvs.recovery_m or ()), *getattr(route, "positions_m", ()),
-        *(place for way in ways for place in way),
+        *(auvs.launch_m or ()), *(auvs.recovery_m or ()),
+        *(place for way in route.places for place in way),
         *(place[:2] for _, track in tracks for place in track),
     )  # fmt: skip
     extent = max(area.farthest, area.across, *(math.hypot(*place) for place in places))
     placement = scenario.asvs.formation
-    tracks = vessel_tracks(scenario, placement) if isinstance(placement, AsvTrack) else []
+    tracks = vessel_tracks(scenario, placement.recording) if placement.recording else []
     vessels = (
         *(getattr(placement, "start_m", None) or ()),
         *(place[:2] for _, track in tracks for place in track),

@@ -10,15 +10,14 @@ from numpy.typing import NDArray
 from ..core.plugins import load
 from ..core.streams import Streams
 from ..protocol.anchors.placing import Anchors, anchors_of
-from ..protocol.predicted_positions import CarriedForward, courses
+from ..protocol.predicted_positions import CarriedForward, courses, planned_vehicles
 from ..scenario.families import ASV, AUV
 from ..scenario.on_earth import vessel_tracks
 from ..scenario.own_plans import WayView, own_motion
 from ..scenario.part_choice import PartChoice
-from ..scenario.planned import are_told, asv_stations, route_of, tracks_of
+from ..scenario.planned import are_told, asv_stations, route_of
 from ..scenario.plans import planned_tours
 from ..scenario.scenario import Scenario
-from ..scenario.sections.anchors import AsvTrack
 from ..scenario.sections.environment import Environment
 from ..scenario.sections.survey import Survey
 from ..scenario.sections.vehicles import Auvs
@@ -26,7 +25,7 @@ from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places, together
 from ..vehicles.poses import PosedVehicle, Poses
 from ..vehicles.reckoning import Wrong
-from ..vehicles.vehicle import Place, SegmentedTrajectory, kinematic, moored, recorded
+from ..vehicles.vehicle import Place, SegmentedTrajectory, moored, recorded
 from .closed_loop import (
     MissionCurrent,
     afterwards_s,
@@ -57,10 +56,8 @@ def launch_auvs(scenario: Scenario, water: MissionCurrent, wrong: Wrong) -> Flee
     if auvs.vehicle.own:
         return _own_auvs(scenario, auvs.vehicle.own, id(load(AUV, str(auvs.vehicle.own))))
     if not auvs.vehicle.has_dynamics:
-        tracks = tracks_of(scenario)
-        if tracks is not None:
-            return _segmented([recorded(*track) for track in tracks])
-        return _kinematic_auvs(scenario, route_of(scenario))
+        route = route_of(scenario)
+        return _kinematic(scenario) if route.is_recorded else _kinematic_auvs(scenario, route)
     if auvs.feedback == "truth":
         return _guided_foreseen(scenario) if water.is_steady else _guided(scenario, water)
     guided = guided_auvs(scenario, planned_tours(scenario), water, wrong)
@@ -70,7 +67,7 @@ def launch_auvs(scenario: Scenario, water: MissionCurrent, wrong: Wrong) -> Flee
 # Where vehicles go whatever the seed is worked out once for all seeds of a scenario.
 @lru_cache(maxsize=4)
 def _kinematic_auvs(scenario: Scenario, _route: object) -> Fleet:
-    return _segmented(_kinematic(scenario))
+    return _kinematic(scenario)
 
 
 @lru_cache(maxsize=4)
@@ -130,16 +127,8 @@ def _members(guided: "GuidedFleet", count: int) -> "list[GuidedVehicle]":
     return [guided.vehicle(index) for index in range(count)]
 
 
-def _kinematic(scenario: Scenario) -> list[SegmentedTrajectory]:
-    """Return the AUVs without dynamics on their routes, at their depths."""
-    route, auvs = route_of(scenario), scenario.auvs
-    depths = [scenario.survey.depth(auv) for auv in range(auvs.count)]
-    if route.kind == "hold":
-        held = zip(route.positions_m, depths, strict=True)
-        return [moored(Place(*place, depth, 0.0)) for place, depth in held]
-    lasts = scenario.duration_s + afterwards_s(scenario)
-    ways = zip(planned_tours(scenario), auvs.speeds, depths, strict=True)
-    return [kinematic(tour, speed, depth, lasts) for tour, speed, depth in ways]
+def _kinematic(scenario: Scenario) -> Fleet:
+    return _segmented(planned_vehicles(scenario, scenario.duration_s + afterwards_s(scenario)))
 
 
 def launch_anchors(scenario: Scenario, auvs: Fleet) -> Anchors | None:
@@ -156,8 +145,9 @@ def launch_anchors(scenario: Scenario, auvs: Fleet) -> Anchors | None:
 def launch_asvs(scenario: Scenario, streams: Streams, water: MissionCurrent) -> Fleet:
     """Return the ASVs of a scenario at their stations or on their tracks, in index order."""
     own, placement = scenario.asvs.vehicle.own, scenario.asvs.formation
-    if isinstance(placement, AsvTrack):
-        return _segmented([recorded(*track) for track in vessel_tracks(scenario, placement)])
+    if placement.recording is not None:
+        tracks = vessel_tracks(scenario, placement.recording)
+        return _segmented([recorded(*track) for track in tracks])
     if own:
         return _own_asvs(scenario, own, id(load(ASV, str(own))))
     if not scenario.asvs.vehicle.has_dynamics:

@@ -19,7 +19,6 @@ from ..scenario.files.former_keys import key_now
 from ..scenario.files.plain_yaml import read_yaml
 from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
-from ..scenario.sections.vehicles import Formation
 from .prediction.inputs import Inputs, inputs_of
 from .prediction.parts import STATED_ERROR
 from .prediction.predicting import Prediction, predict
@@ -51,8 +50,8 @@ class Candidate:
     @property
     def is_ring(self) -> bool:
         """Whether its ASVs are moored in a regular formation."""
-        asked = self.scenario.asvs.formation
-        return isinstance(asked, Formation) and not asked.is_placed
+        asked = self.scenario.asvs.formation.moored
+        return asked is not None and not asked.is_placed
 
     @property
     def asvs(self) -> int:
@@ -312,7 +311,7 @@ def further(question: Question, tried: Sequence[Candidate], foresight: Foresight
     They are those of the nearest team, in the regular formation that covers best.
     """
     nearest = min(tried, key=foresight.rank)
-    if not isinstance(nearest.scenario.asvs.formation, Formation):
+    if nearest.scenario.asvs.formation.moored is None:
         return ""
     if foresight.prediction(nearest) is None:
         return ""

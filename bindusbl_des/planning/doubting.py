@@ -20,7 +20,6 @@ from ..scenario.declared import channel_named
 from ..scenario.instruments.own_sensors import wanders_over_m
 from ..scenario.scenario import Scenario
 from ..scenario.sections.navigation import Drift
-from ..scenario.sections.vehicles import Formation
 from ..scenario.water import assumed_sound_speed_of
 from .candidates import FORMATION, Candidate, Foresight, candidate, place_keys, placed
 from .question import Question
@@ -184,8 +183,8 @@ def _loses_pings(scenario: Scenario) -> bool:
 
 def _kept(team: Candidate) -> dict[str, Any]:
     """Return what keeps a ring where it is, since by default it grows with the HF range."""
-    asked = team.scenario.asvs.formation
-    if not isinstance(asked, Formation) or asked.is_placed or asked.radius_m is not None:
+    asked = team.scenario.asvs.formation.moored
+    if asked is None or asked.is_placed or asked.radius_m is not None:
         return {}
     if team.asvs == 1:
         return {}
@@ -198,7 +197,7 @@ def _lost(question: Question, team: Candidate, foresight: Foresight) -> list[Dou
     """Return the team without the vessel that is predicted to be missed most, and with that vessel
     until half of the mission is over.
     """
-    if not isinstance(team.scenario.asvs.formation, Formation):
+    if team.scenario.asvs.formation.moored is None:
         return []
     rests = [_without(question, team, lost) for lost in range(team.asvs) if team.asvs > 1]
     missed = [(foresight.rank(it.team), -n) for n, it in enumerate(rests) if it is not None]

@@ -12,7 +12,6 @@ from typing import Any
 from ..advice.stations import Ways
 from ..scenario import declared
 from ..scenario.scenario import Scenario
-from ..scenario.sections.vehicles import Formation
 from ..scenario.survey_area import area_of
 from .candidates import (
     COUNT,
@@ -75,7 +74,7 @@ def _physical(question: Question, point: Keys) -> Keys:
 def is_instant(question: Question, point: Keys) -> bool:
     """Tell whether the user asks for direct replies without airtime."""
     team = candidate(question, point)
-    return team is not None and team.scenario.protocol.answer.reply == "instant"
+    return team is not None and not team.scenario.protocol.answer.takes_airtime
 
 
 def _about(
@@ -106,7 +105,7 @@ def _about(
 def _counts(scenario: Scenario, point: Keys) -> Iterator[dict[str, Any]]:
     """Yield the numbers of ASVs to try; none but the user's where he varies it, or places them."""
     varied = COUNT in point or f"{FORMATION}.positions_m" in point or FORMATION in point
-    if varied or not isinstance(scenario.asvs.formation, Formation):
+    if varied or scenario.asvs.formation.moored is None:
         yield {}
         return
     yield from ({COUNT: count} for count in COUNTS)
@@ -118,7 +117,7 @@ def _placed(
     """Yield the best regular formations of a team, for coverage and for what is predicted, and the
     places that cover most.
     """
-    if not isinstance(team.scenario.asvs.formation, Formation) or team.asvs > MOST_PLACED:
+    if team.scenario.asvs.formation.moored is None or team.asvs > MOST_PLACED:
         return
     if team.asvs > 1:
         ring = ring_keys(question, *Ways(team.scenario).best(team.asvs))

@@ -18,6 +18,7 @@ from ..scenario.families import downlink_of, schedule_of
 from ..scenario.instruments.own_sensors import told_of
 from ..scenario.planned import horizontal_reach, known_route, known_stations
 from ..scenario.scenario import Scenario
+from ..scenario.sections.routes import Lawnmower
 from ..scenario.survey_area import area_of, lanes_heading
 from ..usbl.instrument import NOISE_WIDTH
 from ..vehicles.currents import CONTROL_S
@@ -131,10 +132,8 @@ def _heard(scenario: Scenario) -> NDArray[np.float64]:
     """Return about how many AUVs each ASV hears when the mission begins."""
     route, reach = known_route(scenario), horizontal_reach(scenario)
     count, asvs = scenario.auvs.count, scenario.asvs.count
-    if route.kind in ("hold", "waypoints") and count * asvs <= MOST_PAIRS:
-        starts = (
-            route.positions_m if route.kind == "hold" else [points[0] for points in route.points_m]
-        )
+    if route.places and count * asvs <= MOST_PAIRS:
+        starts = [places[0] for places in route.places]
         apart = np.array(starts)[None] - np.array(known_stations(scenario))[:, None]
         near: NDArray[np.float64] = np.sum(np.hypot(*apart.T) <= reach, axis=0).astype(float)
         return near
@@ -177,12 +176,12 @@ def _ways(scenario: Scenario) -> dict[str, float]:
 def _tour(scenario: Scenario) -> tuple[float, float]:
     """Return how many lanes an AUV has, and at least how long (m) its tour is."""
     auvs, route = scenario.auvs, known_route(scenario)
+    ruled = route.lanes or Lawnmower()
     turns = 2 * math.pi * (0.0 if auvs.vehicle.has_dynamics else auvs.turning_radius_m)
-    if route.kind == "waypoints":
-        lengths = [sum(math.dist(a, b) for a, b in pairwise(points)) for points in route.points_m]
-        return max(map(len, route.points_m)), 2 * min(lengths) + turns
-    assert route.kind == "lawnmower"
-    spacing, margin = route.lane_spacing_m, route.end_margin_m
+    if route.places:
+        lengths = [sum(math.dist(a, b) for a, b in pairwise(places)) for places in route.places]
+        return max(map(len, route.places)), 2 * min(lengths) + turns
+    spacing, margin = ruled.lane_spacing_m, ruled.end_margin_m
     box = area_of(scenario).along(lanes_heading(scenario)).box
     lanes = max(1.0, (box.y_max - box.y_min) / auvs.count / spacing)
     lane = box.x_max - box.x_min - 2 * (spacing / 2 if margin is None else margin)

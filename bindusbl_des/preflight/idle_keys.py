@@ -20,7 +20,6 @@ from ..scenario.part_choice import PartChoice
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
 from ..scenario.sections.environment import Environment
-from ..scenario.sections.routes import Flown, Hold
 from ..scenario.sections.vehicle_choice import VehicleChoice
 from .idle_rules import (
     FRAMED,
@@ -55,8 +54,8 @@ def sheet(scenario: Scenario) -> Iterator[Problem]:
 def receivers(scenario: Scenario) -> Iterator[Problem]:
     """Yield GNSS receivers of AUVs that are never at the surface, as far as that is planned."""
     receiver, route, survey = scenario.navigation.gnss_fix, scenario.auvs.route, scenario.survey
-    planned = isinstance(route, Flown | Hold) and not scenario.auvs.vehicle.own
-    if receiver is None or not planned or getattr(route, "surface_every_s", None) is not None:
+    planned = (route.is_flown or route.is_held) and not scenario.auvs.vehicle.own
+    if receiver is None or not planned or route.surfacing is not None:
         return
     shallowest = min(survey.depths_m or (survey.depth_m,))
     if shallowest > receiver.depth_m:

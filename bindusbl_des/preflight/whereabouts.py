@@ -7,9 +7,7 @@ from ..scenario.declared import channel_named
 from ..scenario.on_earth import positioned, positioned_stations, recorded_track
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
-from ..scenario.sections.anchors import Placed
-from ..scenario.sections.routes import Hold, Lawnmower, Waypoints
-from ..scenario.sections.vehicles import Formation
+from ..scenario.sections.placements import Formation
 from ..scenario.survey_area import area_of, lanes_heading
 
 # Vehicles of which the same is to be said are named up to so many.
@@ -26,8 +24,8 @@ def formation(scenario: Scenario) -> Iterator[Problem]:
     """Yield which ASVs are moored where nobody may have meant them to be: by default outside the
     survey, or beyond hearing.
     """
-    asked = scenario.asvs.formation
-    if not isinstance(asked, Formation):
+    asked = scenario.asvs.formation.moored
+    if asked is None:
         return
     stations, area = _stations(scenario, asked), area_of(scenario)
     beyond = [area.beyond(x, y) for x, y in stations]
@@ -85,8 +83,8 @@ def _radius(scenario: Scenario, asked: Formation) -> float:
 
 def anchors(scenario: Scenario) -> Iterator[Problem]:
     """Yield what keeps ASVs that are placed anew from being where AUVs are."""
-    asked, auvs = scenario.asvs.formation, scenario.auvs
-    if not isinstance(asked, Placed):
+    asked, auvs = scenario.asvs.formation.replanned, scenario.auvs
+    if asked is None:
         return
     if scenario.protocol.asvs_ping:
         yield Problem(
@@ -113,19 +111,14 @@ def shapes(scenario: Scenario) -> list[str]:
 def routes(scenario: Scenario) -> Iterator[Problem]:
     """Yield which AUVs have places to go to or to hold outside the survey."""
     route, area = scenario.auvs.route, area_of(scenario)
-    if isinstance(route, Hold):
-        key = "positions_deg" if route.positions_deg else "positions_m"
-        plans = [[place] for place in positioned(scenario, route).positions_m]
-    elif isinstance(route, Waypoints):
-        key = "points_deg" if route.points_deg else "points_m"
-        plans = [list(points) for points in positioned(scenario, route).points_m]
-    else:
+    if not route.PLACES:
         return
+    plans = positioned(scenario, route).places
     beyond = {auv: max(area.beyond(x, y) for x, y in plan) for auv, plan in enumerate(plans)}
     outside = {auv: excess for auv, excess in beyond.items() if excess > 0.0}
     if outside:
         yield Problem(
-            f"auvs.route.{key}",
+            f"auvs.route.{route.PLACES}_{'deg' if route.positions else 'm'}",
             f"{_named('AUV', list(outside))} outside the survey of {area.told}, up to "
             f"{max(outside.values()):.3g} m beyond its edge; slots are made for sound that crosses "
             "the survey",
@@ -135,8 +128,8 @@ def routes(scenario: Scenario) -> Iterator[Problem]:
 
 def bays(scenario: Scenario) -> Iterator[Problem]:
     """Yield which lanes leave an area and come back, straight across a bay of it."""
-    route, area = scenario.auvs.route, area_of(scenario)
-    if not isinstance(route, Lawnmower) or area.is_rectangle:
+    route, area = scenario.auvs.route.lanes, area_of(scenario)
+    if route is None or area.is_rectangle:
         return
     import shapely  # which rectangles do not need
 
@@ -187,8 +180,8 @@ def _named(kind: str, numbers: Sequence[int]) -> str:
 
 
 def tracks(scenario: Scenario) -> Iterator[Problem]:
-    route = scenario.auvs.route
-    if route.kind != "track":
+    route = scenario.auvs.route.recording
+    if route is None:
         return
     import numpy as np  # which other routes do not need
 

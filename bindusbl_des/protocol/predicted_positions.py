@@ -15,12 +15,19 @@ from ..acoustics.propagation import SignalBand
 from ..geometry.paths import Path
 from ..records.rows import EventBuffer, Rows
 from ..scenario.families import positions_of
-from ..scenario.planned import route_of, tracks_of
+from ..scenario.planned import held_places, route_of, tracks_of
 from ..scenario.plans import planned_tours
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import SPEED, Floats, places
-from ..vehicles.vehicle import Place, Vehicle, moored, recorded
+from ..vehicles.vehicle import (
+    Place,
+    SegmentedTrajectory,
+    Vehicle,
+    kinematic,
+    moored,
+    recorded,
+)
 from .conflicts import Array, Hearing, Surveyed, VehiclePositions, hearing
 
 Spot = tuple[float, float]
@@ -197,16 +204,37 @@ def prediction_of(scenario: Scenario, launched: Array) -> Prediction | None:
 
 def courses(scenario: Scenario) -> list[Course]:
     """Return what is planned for each AUV of a scenario."""
-    auvs, route = scenario.auvs, route_of(scenario)
-    if route.kind == "hold":
-        depth = scenario.survey.depth
-        held = enumerate(route.positions_m)
-        return [Shifted(moored(Place(x, y, depth(auv), 0.0))) for auv, (x, y) in held]
-    tracks = tracks_of(scenario)
-    if tracks is not None:
-        return [Shifted(recorded(*track)) for track in tracks]
-    tours = zip(planned_tours(scenario), auvs.speeds, strict=True)
+    unflown = _unflown(scenario)
+    if unflown is not None:
+        return [Shifted(vehicle) for vehicle in unflown]
+    tours = zip(planned_tours(scenario), scenario.auvs.speeds, strict=True)
     return [Touring(tour, speed) for tour, speed in tours]
+
+
+def _unflown(scenario: Scenario) -> list[SegmentedTrajectory] | None:
+    """Return the AUVs that hold still or repeat tracks; None where they fly paths."""
+    held, depth = held_places(scenario), scenario.survey.depth
+    if held is not None:
+        return [moored(Place(x, y, depth(auv), 0.0)) for auv, (x, y) in enumerate(held)]
+    tracks = tracks_of(scenario)
+    return None if tracks is None else [recorded(*track) for track in tracks]
+
+
+def planned_vehicles(scenario: Scenario, lasts: float) -> list[SegmentedTrajectory]:
+    """Return the AUVs of a scenario as they are planned for so long (s), AUV0 first.
+
+    Those with dynamics are taken for vehicles without, at the speed that they are to go.
+
+    Raises:
+        ValueError: when the route cannot be flown.
+        PluginError: when one's own is not allowed, or makes none.
+    """
+    unflown = _unflown(scenario)
+    if unflown is not None:
+        return unflown
+    depths = [scenario.survey.depth(auv) for auv in range(scenario.auvs.count)]
+    ways = zip(planned_tours(scenario), scenario.auvs.speeds, depths, strict=True)
+    return [kinematic(tour, speed, depth, lasts) for tour, speed, depth in ways]
 
 
 def planned_speeds(scenario: Scenario, auvs: Fleet) -> Floats:

@@ -21,6 +21,7 @@ from .shipped_settings import (
     Fixed,
     FixedGain,
     Kalman,
+    Kinematic,
     Polling,
     ScheduleSettings,
     Smoothing,
@@ -32,9 +33,12 @@ from .shipped_settings import (
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """What a part of any family declares: the model of its `settings`."""
+    """What a part of any family declares: the model of its `settings`, and in which place advice
+    tries it where a scenario has another (`advised`; 0: it does not).
+    """
 
     settings: type[Settings] = Settings
+    advised: int = 0
 
 
 @dataclass(frozen=True)
@@ -193,10 +197,17 @@ class Navigator(Part):
     is_smoother: bool = False
 
 
+@dataclass(frozen=True)
+class Hull(Part):
+    """What a vehicle is: it moves by equations of motion (`has_dynamics`), or as it is planned."""
+
+    has_dynamics: bool = True
+
+
 SCHEDULES: Mapping[str, Schedule] = {
-    "spatial_reuse": Schedule(groups="first_fit", is_proved=True, is_proposed=True),
-    "dsatur": Schedule(groups="saturation", is_proved=True),
-    "one_per_slot": Schedule(groups="each", is_proved=True, is_proposed=True),
+    "spatial_reuse": Schedule(groups="first_fit", is_proved=True, is_proposed=True, advised=2),
+    "dsatur": Schedule(groups="saturation", is_proved=True, advised=3),
+    "one_per_slot": Schedule(groups="each", is_proved=True, is_proposed=True, advised=1),
     "round_robin": Schedule(framed=True, groups="frame", turn="rotation", is_proved=True),
     "random": Schedule(framed=True, groups="frame", turn="lot", is_proved=True),
     "worst_first": Schedule(
@@ -233,27 +244,30 @@ DOWNLINKS: Mapping[str, Downlink] = {
     "sequential": Downlink(
         waits=True,
         is_foreseen=True,
+        advised=3,
         in_words="the fixes of a round are broadcast after its last slot; then the next begins.",
     ),
     "pipelined_round": Downlink(
         is_foreseen=True,
+        advised=1,
         in_words="the fixes of a round are broadcast while the next round pings.",
     ),
     "pipelined_group": Downlink(
         by_group=True,
+        advised=4,
         in_words="the fixes of a ping group are broadcast while the next group pings.",
     ),
     "direct_reply": Downlink(
-        settings=DirectReply, replies=True, in_words="a round is its uplink slots."
+        settings=DirectReply, replies=True, advised=2, in_words="a round is its uplink slots."
     ),
 }
 BROADCASTERS: Mapping[str, Broadcaster] = {
-    "rotate": Broadcaster("turn"),
-    "random": Broadcaster("lot"),
-    "most_fixes": Broadcaster("hearing"),
-    "nearest": Broadcaster("distance"),
+    "rotate": Broadcaster("turn", advised=4),
+    "random": Broadcaster("lot", advised=5),
+    "most_fixes": Broadcaster("hearing", advised=3),
+    "nearest": Broadcaster("distance", advised=1),
     "fixed": Broadcaster("one", settings=Fixed),
-    "parallel": Broadcaster("distance", at_once=True),
+    "parallel": Broadcaster("distance", at_once=True, advised=2),
 }
 RANGINGS: Mapping[str, Ranging] = {
     "owtt_sync": Ranging(own_clocks=True),
@@ -280,8 +294,24 @@ NAVIGATORS: Mapping[str, Navigator] = {
     "smoother": Navigator(settings=Smoothing, weighs=True, is_smoother=True),
     "dead_reckoning": Navigator(ignores_fixes=True),
 }
+AUVS: Mapping[str, Hull] = {
+    "kinematic": Hull(settings=Kinematic, has_dynamics=False),
+    "remus100": Hull(),
+    "bluerov2": Hull(),
+}
+ASVS: Mapping[str, Hull] = {
+    "moored": Hull(has_dynamics=False),
+    "otter": Hull(),
+    "cybership2": Hull(),
+}
 
 Record = TypeVar("Record", bound=Part)
+
+
+def advised(table: Mapping[str, Part]) -> tuple[str, ...]:
+    """Return the parts of a family that advice tries, in the order in which it does."""
+    tried = [name for name, it in table.items() if it.advised]
+    return tuple(sorted(tried, key=lambda name: table[name].advised))
 
 
 def _declared(key: str, table: Mapping[str, Record], default: Record, name: str) -> Record:

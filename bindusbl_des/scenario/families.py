@@ -15,11 +15,9 @@ from .declared import Broadcaster, Downlink, Navigator, Part, Ranging, Schedule
 from .part_choice import PartChoice
 from .part_settings import Settings, own_mistakes, own_part
 from .scenario_keys import ScenarioKeys
-from .sections.vehicle_choice import AsvVehicle, AuvVehicle
-from .shipped_settings import Kinematic, ScheduleSettings
-
-PLACEMENTS = ("ring", "positions", "follow", "assign", "zigzag", "track")
-ROUTES = ("lawnmower", "hold", "waypoints", "track")
+from .sections.placements import PLACEMENTS
+from .sections.routes import ROUTES
+from .shipped_settings import ScheduleSettings
 
 
 def _of(table: Mapping[str, Part]) -> dict[str, type[Settings]]:
@@ -66,12 +64,14 @@ NAVIGATOR = Family(
     *("navigation.filter", "filter", tuple(declared.NAVIGATORS), ("reckoning", "auvs")),
     settings=_of(declared.NAVIGATORS),
 )
-PLACEMENT = Family("asvs.formation", "placement", PLACEMENTS, ("plan",), word="model")
-ROUTE = Family("auvs.route", "route", ROUTES, ("plan",), word="kind")
+PLACEMENT = Family("asvs.formation", "placement", tuple(PLACEMENTS), ("plan",), word="model")
+ROUTE = Family("auvs.route", "route", tuple(ROUTES), ("plan",), word="kind")
 AUV = Family(
-    "auvs.vehicle", "vehicle", AuvVehicle.MODELS, ("way",), settings={"kinematic": Kinematic}
+    *("auvs.vehicle", "vehicle", tuple(declared.AUVS), ("way",)), settings=_of(declared.AUVS)
 )
-ASV = Family("asvs.vehicle", "vessel", AsvVehicle.MODELS, ("way",))
+ASV = Family(
+    *("asvs.vehicle", "vessel", tuple(declared.ASVS), ("way",)), settings=_of(declared.ASVS)
+)
 FAMILIES = (
     *(SCHEDULE, DOWNLINK, BROADCASTER, RANGING, KNOWLEDGE, CHANNEL, MF_CHANNEL, INSTRUMENT),
     *(NAVIGATOR, PLACEMENT, ROUTE, AUV, ASV),

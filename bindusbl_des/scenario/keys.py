@@ -258,7 +258,7 @@ def _row(key: str, field: "FieldInfo", only: str) -> Key:
 
 def _choices(annotation: Any) -> tuple[str, ...]:
     if isinstance(annotation, type) and issubclass(annotation, VehicleChoice):
-        return annotation.MODELS
+        return tuple(annotation.MODELS)
     if get_origin(annotation) in (Union, UnionType):  # of names and something else
         return next(filter(None, map(_choices, get_args(annotation))), ())
     return get_args(annotation) if get_origin(annotation) is Literal else ()

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, TypeVar
 from ..geometry.area import polygon
 from .key_types import Point, Position
 from .scenario_keys import ScenarioKeys
-from .sections.anchors import AsvTrack
-from .sections.routes import Hold, Planned, Track, Waypoints
+from .sections.placements import AsvTrack
+from .sections.routes import RouteTraits, Track
 
 if TYPE_CHECKING:
     from ..vehicles.tracks import Track as RecordedTrack
@@ -38,7 +38,7 @@ def _centroid(corners: tuple[Position, ...]) -> Position:
     return lat, lon
 
 
-AnyRoute = TypeVar("AnyRoute", bound=Planned)
+AnyRoute = TypeVar("AnyRoute", bound=RouteTraits)
 
 
 def positioned(scenario: ScenarioKeys, route: AnyRoute) -> AnyRoute:
@@ -47,14 +47,10 @@ def positioned(scenario: ScenarioKeys, route: AnyRoute) -> AnyRoute:
     Raises:
         ValueError: when they are in degrees, and the scenario is nowhere on Earth.
     """
-    if isinstance(route, Hold) and route.positions_deg:
-        metres = in_metres(route.positions_deg, _known_origin(scenario))
-        return route.model_copy(update={"positions_m": metres, "positions_deg": ()})
-    if isinstance(route, Waypoints) and route.points_deg:
-        origin = _known_origin(scenario)
-        ways = tuple(in_metres(points, origin) for points in route.points_deg)
-        return route.model_copy(update={"points_m": ways, "points_deg": ()})
-    return route
+    if not route.positions:
+        return route
+    origin = _known_origin(scenario)
+    return route.in_metres(lambda positions: in_metres(positions, origin))
 
 
 def positioned_stations(scenario: ScenarioKeys) -> tuple[Point, ...] | None:
@@ -136,8 +132,8 @@ def vessel_tracks(scenario: ScenarioKeys, placement: AsvTrack) -> "list[Recorded
 
 def lacks_depths(scenario: ScenarioKeys) -> bool:
     """Tell whether a track says no depths, so that its AUV is at that of the survey."""
-    route = scenario.auvs.route
-    if not isinstance(route, Track):
+    route = scenario.auvs.route.recording
+    if route is None:
         return False
     from ..charts.recordings import read_recording
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import dist
-from typing import Any, ClassVar, Literal, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,7 @@ from .families import ASV, PLACEMENT, ROUTE
 from .part_choice import PartChoice
 from .part_settings import own_part
 from .scenario_keys import ScenarioKeys
+from .sections.routes import RouteTraits
 
 Array = NDArray[np.float64]
 
@@ -65,28 +66,29 @@ class WayView:
 
 
 @dataclass(frozen=True, eq=False)
-class Tracks:
+class Tracks(RouteTraits):
     """A route of time-tagged tracks, made by somebody's own: each times (n,), s, places (n, 3), m.
 
     It is one thing with itself alone, as what is worked out for a scenario is kept.
     """
 
+    is_recorded = True
+
     tracks: tuple[Track, ...]
-    kind: Literal["track"] = "track"
-    is_flown: ClassVar[bool] = False
-    is_held: ClassVar[bool] = False
-    is_recorded: ClassVar[bool] = True
 
 
 @dataclass(frozen=True)
-class Points:
+class Points(RouteTraits):
     """A route of way points per AUV, x and y (m), made by somebody's own."""
 
+    is_flown = True
+
     points_m: tuple[tuple[tuple[float, float], ...], ...]
-    kind: Literal["waypoints"] = "waypoints"
-    is_flown: ClassVar[bool] = True
-    is_held: ClassVar[bool] = False
-    is_recorded: ClassVar[bool] = False
+
+    @property
+    def places(self) -> tuple[tuple[tuple[float, float], ...], ...]:
+        """Per AUV the places, [x, y] in m, that it goes to."""
+        return self.points_m
 
 
 def own_placement(choice: PartChoice, view: PlanView) -> Any:
@@ -179,7 +181,7 @@ def _way_problem(way: Array) -> str:
 
 
 def _track_problem(scenario: ScenarioKeys, way: Array) -> str:
-    if scenario.auvs.vehicle.flies_paths:
+    if scenario.auvs.vehicle.is_steered:
         return f"{scenario.auvs.vehicle} flies way points; with tracks use kinematic"
     return _motion_problem(scenario, way)
 

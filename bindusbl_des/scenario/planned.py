@@ -10,19 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.plugins import PluginError, load
 from .families import PLACEMENT, ROUTE
+from .key_types import Point
 from .on_earth import positioned, positioned_stations, recorded_tracks
 from .part_choice import PartChoice
 from .scenario_keys import ScenarioKeys
-from .sections.anchors import Moving, Placed
-from .sections.routes import (
-    Flown,
-    Hold,
-    Lawnmower,
-    OwnPlacement,
-    OwnRoute,
-    Track,
-    Waypoints,
-)
+from .sections.placements import OwnPlacement
+from .sections.routes import Hold, Lawnmower, OwnRoute, Track, Waypoints
 from .survey_area import area_of
 
 if TYPE_CHECKING:
@@ -59,8 +52,8 @@ def surfacing_of(scenario: ScenarioKeys, auv: int) -> "Surfacing | None":
     """Return how an AUV comes up to the surface on its route; None if it does not."""
     from ..geometry.surfacing import Surfacing
 
-    route, speed = scenario.auvs.route, scenario.auvs.speed(auv)
-    if not isinstance(route, Flown) or route.surface_every_s is None:
+    route, speed = scenario.auvs.route.surfacing, scenario.auvs.speed(auv)
+    if route is None or route.surface_every_s is None:
         return None
     return Surfacing(
         speed * route.surface_every_s,
@@ -101,9 +94,16 @@ def known_route(scenario: ScenarioKeys) -> "Lawnmower | Hold | Waypoints | Track
 def tracks_of(scenario: ScenarioKeys) -> "list[RecordedTrack] | None":
     """Return the tracks (times (n,), s, places (n, 3), m) that AUVs repeat; None if they do not."""
     route = route_of(scenario)
-    if isinstance(route, Track):
-        return recorded_tracks(scenario, route)
-    return list(route.tracks) if route.kind == "track" else None
+    if route.recording is not None:
+        return recorded_tracks(scenario, route.recording)
+    made: tuple[RecordedTrack, ...] | None = getattr(route, "tracks", None)
+    return None if made is None else list(made)
+
+
+def held_places(scenario: ScenarioKeys) -> list[Point] | None:
+    """Return where AUVs hold still, [x, y] in m; None if they do not."""
+    route = route_of(scenario)
+    return [place for (place,) in route.places] if route.is_held else None
 
 
 def asv_stations(scenario: ScenarioKeys) -> list[tuple[float, float]]:
@@ -114,19 +114,20 @@ def asv_stations(scenario: ScenarioKeys) -> list[tuple[float, float]]:
         NoStations: when ASVs move.
     """
     asked, asvs = scenario.asvs.formation, scenario.asvs
-    if isinstance(asked, Moving):
-        raise NoStations(asked.MODEL)
     if isinstance(asked, OwnPlacement):
         return list(_own_stations(scenario, asked.choice, id(load(PLACEMENT, str(asked.choice)))))
+    ring = asked.moored
+    if ring is None:
+        raise NoStations(asked.choice)
     given = positioned_stations(scenario)
     if given is not None:
         return list(given)
     from ..geometry.formation import formation, formation_radius
 
-    radius = asked.radius_m
+    radius = ring.radius_m
     if radius is None:
-        radius = formation_radius(scenario.acoustics.hf.range_m, asked.clearance_m)
-    return _about_centroid(scenario, formation(asvs.count, radius, math.radians(asked.angle_deg)))
+        radius = formation_radius(scenario.acoustics.hf.range_m, ring.clearance_m)
+    return _about_centroid(scenario, formation(asvs.count, radius, math.radians(ring.angle_deg)))
 
 
 def _about_centroid(scenario: ScenarioKeys, vertices: "Array") -> list[tuple[float, float]]:
@@ -156,7 +157,7 @@ def are_told(scenario: ScenarioKeys) -> bool:
     """
     placement = scenario.asvs.formation
     if not isinstance(placement, OwnPlacement):
-        return isinstance(placement, Placed)
+        return placement.replanned is not None
     try:
         asv_stations(scenario)
     except NoStations:

@@ -14,7 +14,7 @@ from ..geometry.surfacing import moved, surfaced
 from .agreement.vehicles import SHORTEST_WAY
 from .planned import route_of, surfacing_of, turning_radius
 from .scenario_keys import ScenarioKeys
-from .sections.routes import Lawnmower
+from .sections.routes import Lawnmower, RouteTraits
 from .sections.survey import LONGEST_S, SHORTEST_S, SURVEY, SurveyEnd
 from .survey_area import area_of, lanes_heading
 
@@ -53,17 +53,17 @@ def plans_of(scenario: ScenarioKeys) -> tuple[FlightPlan, ...]:
 
 
 @lru_cache(maxsize=4)
-def _plans(scenario: ScenarioKeys, route: object) -> tuple[FlightPlan, ...]:
+def _plans(scenario: ScenarioKeys, route: RouteTraits) -> tuple[FlightPlan, ...]:
     auvs = range(scenario.auvs.count)
-    if isinstance(route, Lawnmower):
-        shares = shares_of(scenario, route)
-        plans = [_over_lanes(scenario, route, shares[auv], auv) for auv in auvs]
-        return tuple(_surfaced(scenario, plan, auv) for auv, plan in enumerate(plans))
-    points = getattr(route, "points_m", None)
-    if points is None:
-        kind = getattr(route, "kind", route)
+    lanes = route.lanes
+    if not route.is_flown:
+        kind = str(scenario.auvs.route.choice)
         raise ValueError(f"an AUV whose route is {kind!r} has no planned path")
-    plans = [_along_points(scenario, points[auv], auv) for auv in auvs]
+    if lanes is not None:
+        shares = shares_of(scenario, lanes)
+        plans = [_over_lanes(scenario, lanes, shares[auv], auv) for auv in auvs]
+    else:
+        plans = [_along_points(scenario, route.places[auv], auv) for auv in auvs]
     return tuple(_surfaced(scenario, plan, auv) for auv, plan in enumerate(plans))
 
 

@@ -151,6 +151,11 @@ class DirectReply(Settings):
         "when an instant reply sets out: as the ping's front arrives, or once it is decoded",
     )
 
+    @property
+    def takes_airtime(self) -> bool:
+        """Whether an answer is a frame."""
+        return self.reply == "frame"
+
 
 class TwoWay(Settings):
     """The settings of the ranging `twtt`."""

@@ -16,8 +16,6 @@ from ..scenario.families import ranging_of, tells_slots
 from ..scenario.on_earth import vessel_tracks
 from ..scenario.planned import NoStations, asv_stations, route_of, tracks_of
 from ..scenario.scenario import Scenario
-from ..scenario.sections.anchors import AsvTrack, Placed
-from ..scenario.sections.routes import Flown
 from ..scenario.sections.vehicle_choice import VehicleChoice
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
 from ..usbl.bounds import exceeded
@@ -188,14 +186,16 @@ def _current(scenario: Scenario, sigmas: float) -> float:
 def _planned_speed(scenario: Scenario, sigmas: float) -> float:
     """Return how fast (m/s) the fastest AUV goes over ground, by what is planned."""
     route = route_of(scenario)
-    if route.kind == "hold":
+    if route.is_held:
         return 0.0
     tracks = tracks_of(scenario)
     if tracks is not None:
         return max(map(_fastest, tracks))
     speed = max(scenario.auvs.speeds)
-    if isinstance(route, Flown) and route.surface_every_s is not None:
-        speed /= math.cos(math.radians(route.climb_angle_deg))  # it is that seen from above
+    if route.surfacing is not None:
+        speed /= math.cos(
+            math.radians(route.surfacing.climb_angle_deg)
+        )  # it is that seen from above
     return _driven(scenario, scenario.auvs.vehicle, speed, sigmas)
 
 
@@ -203,7 +203,7 @@ def _driven(scenario: Scenario, vehicle: VehicleChoice, speed: float, sigmas: fl
     """Return how fast (m/s) a vehicle is over ground that is to go at a speed: one with equations
     of motion at times as fast as it can, and the current with it.
     """
-    if vehicle.own is None and not vehicle.has_dynamics:
+    if not vehicle.is_steered:
         return speed
     if vehicle.has_dynamics:
         speed = max(speed, top_speed(vehicle.model, dict(vehicle.coefficients)))
@@ -222,11 +222,11 @@ def _fastest(track: Track) -> float:
 def _asv_speed(scenario: Scenario, auv_speed: float, sigmas: float) -> float:
     """Return how fast (m/s) ASVs are; of one's own, as fast as AUVs at least."""
     placement, vehicle = scenario.asvs.formation, scenario.asvs.vehicle
-    if isinstance(placement, AsvTrack):
-        return max(map(_fastest, vessel_tracks(scenario, placement)))
-    if isinstance(placement, Placed):
-        return placement.speed_m_per_s
-    if not (vehicle.has_dynamics or vehicle.own):
+    if placement.recording is not None:
+        return max(map(_fastest, vessel_tracks(scenario, placement.recording)))
+    if placement.replanned is not None:
+        return placement.replanned.speed_m_per_s
+    if not vehicle.is_steered:
         return 0.0
     return _driven(scenario, vehicle, auv_speed, sigmas)
 
@@ -332,20 +332,20 @@ class Case:
         AUVs with equations of motion are taken to be anywhere down to their depth.
         """
         scenario = self.scenario
-        tracks = tracks_of(scenario) if scenario.auvs.route.kind in ("track", "own") else None
+        tracks = tracks_of(scenario)
         if tracks is not None:
             downs = [track[1][:, 2] for track in tracks]
             return tuple((float(z.min()), float(z.max())) for z in downs)
         own = [scenario.survey.depth(auv) for auv in range(scenario.auvs.count)]
         route = scenario.auvs.route
-        comes_up = isinstance(route, Flown) and route.surface_every_s is not None
-        flies = scenario.auvs.vehicle.flies_paths or comes_up
+        comes_up = route.surfacing is not None
+        flies = scenario.auvs.vehicle.is_steered or comes_up
         return tuple((0.0 if flies else depth, depth) for depth in own)
 
     def longest_m(self, auv: int) -> float:
         """Return the longest way (m) that a ping of an AUV is heard over."""
         hf, deepest = self.scenario.acoustics.hf, self.depths[auv][1]
-        if self.scenario.auvs.vehicle.flies_paths:
+        if self.scenario.auvs.vehicle.is_steered:
             deepest += OVERSHOOT_M
         return hf.range_m if hf.range_metric == "slant" else math.hypot(hf.range_m, deepest)
 

@@ -109,7 +109,7 @@ def believed_off_m(case: Case) -> float:
 def _nearer(case: Case, moved: float) -> float:
     """Return how much nearer (m) an AUV at the edge of range comes that moves so far (m)."""
     scenario = case.scenario
-    if scenario.acoustics.hf.range_metric != "slant" or scenario.auvs.vehicle.flies_paths:
+    if scenario.acoustics.hf.range_metric != "slant" or scenario.auvs.vehicle.is_steered:
         return moved
     return _aslant(case, moved)
 

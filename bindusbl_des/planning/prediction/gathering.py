@@ -23,7 +23,7 @@ from ...core.wording import plain
 from ...mission.build import usbl_of
 from ...mission.onboard import told_to
 from ...preflight.round_lengths import pace_of
-from ...preflight.sights import planned_vehicles
+from ...protocol.predicted_positions import planned_vehicles
 from ...protocol.replies import reply_delay_of
 from ...protocol.slots import SHORTEST_UPLINK, UPLINK_GUARD
 from ...protocol.slots import Slots as ProtocolSlots
@@ -128,7 +128,7 @@ def _ways(plan: _Plan) -> Ways:
     scenario = plan.scenario
     count = min(max(round(scenario.duration_s / STEP_S) + 1, FEWEST), MOST)
     times = np.linspace(0.0, scenario.duration_s, count)
-    vehicles = planned_vehicles(scenario)
+    vehicles = planned_vehicles(scenario, scenario.duration_s)
     return Ways(
         times,
         np.stack([vehicle.sample(times)[:, :2] for vehicle in vehicles]),

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from ...scenario.scenario import Scenario
-from ...scenario.sections.routes import Flown
 from .gathering import (
     access_of,
     approximations,
@@ -72,7 +71,7 @@ def inputs_of(scenario: Scenario) -> Inputs:
             "simulate it, or use a schedule with slots"
         )
     route, has_gnss = scenario.auvs.route, scenario.navigation.gnss_fix is not None
-    if has_gnss and isinstance(route, Flown) and route.surface_every_s is not None:
+    if has_gnss and route.surfacing is not None:
         raise ValueError(
             "navigation.gnss_fix: what AUVs gain that come up to fix is not predicted; simulate it"
         )

@@ -15,7 +15,7 @@ from ...scenario.failing import failures_of
 from ...scenario.families import PLACEMENT
 from ...scenario.planned import horizontal_reach, mover_of
 from ...scenario.scenario import Scenario
-from ...scenario.sections.anchors import REPLAN_S, SPEED_M_PER_S, Assign, Follow, Placed, Zigzag
+from ...scenario.sections.placements import REPLAN_S, SPEED_M_PER_S, Assign, Follow, Placed, Zigzag
 from ...vehicles.fleet import Fleet
 from ...vehicles.steered import Steered
 from ..predicted_positions import CarriedForward
@@ -115,18 +115,15 @@ def anchors_of(scenario: Scenario, prediction: CarriedForward, room: Room) -> An
     Raises:
         PluginError: when a placement of one's own cannot be used.
     """
-    placement = scenario.asvs.formation
-    own = mover_of(scenario)
-    if own is None and not isinstance(placement, Placed):
+    placed, own = scenario.asvs.formation.replanned, mover_of(scenario)
+    if placed is None and own is None:
         return None
-    if isinstance(placement, Placed):
-        mover, pace = (
-            _shipped(scenario, placement),
-            Pace(placement.speed_m_per_s, placement.replan_s),
-        )
+    mover: Mover
+    if placed is not None:
+        mover, pace = _shipped(scenario, placed), Pace(placed.speed_m_per_s, placed.replan_s)
     else:
-        name = str(placement.choice)
-        if scenario.asvs.vehicle.model != "moored":
+        name = str(scenario.asvs.formation.choice)
+        if scenario.asvs.vehicle.is_steered:
             raise PluginError(
                 PLACEMENT.key,
                 f"{name!r} moves ASVs along straight lines, and {scenario.asvs.vehicle} keeps a "

@@ -17,7 +17,6 @@ from ...records.rows import Recorder, Rows
 from ...scenario.families import positions_of
 from ...scenario.instruments.own_sensors import straight_drift_rms
 from ...scenario.scenario import Scenario
-from ...scenario.sections.anchors import Placed
 from ...vehicles.fleet import Fleet
 from ..conflicts import Hearing, conflict_graph
 from ..predicted_positions import planned_speeds
@@ -144,8 +143,8 @@ def known_of(scenario: Scenario, auvs: Fleet, record: Recorder) -> Known:
     carried = 0.0
     if scenario.auvs.vehicle.has_dynamics:
         carried = water.current_m_per_s + 3.0 * water.current_variation_m_per_s
-    formation = scenario.asvs.formation
-    vessels = formation.speed_m_per_s if isinstance(formation, Placed) else 0.0
+    placed = scenario.asvs.formation.replanned
+    vessels = placed.speed_m_per_s if placed is not None else 0.0
 
     def drift(auv: int, time: float) -> float:
         return straight_drift_rms(scenario, time, float(speeds[auv]))

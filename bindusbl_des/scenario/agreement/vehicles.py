@@ -8,10 +8,9 @@ from ...geometry.lanes import lane_count
 from ..key_types import Position
 from ..on_earth import origin_of, positioned
 from ..scenario_keys import Problem, ScenarioKeys
-from ..sections.anchors import AsvTrack, Follow, Moving, Placed
-from ..sections.routes import Flown, Hold, Lawnmower, Waypoints
+from ..sections.placements import Formation
 from ..sections.survey import SHAPES
-from ..sections.vehicles import Failure, Formation
+from ..sections.vehicles import Failure
 from ..survey_area import area_of, lanes_heading
 
 MOST_LANES = 100_000
@@ -77,8 +76,8 @@ def _fleet(scenario: ScenarioKeys) -> Iterator[Problem]:
 
 def _lanes(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield why the survey cannot be swept in lanes as asked for."""
-    auvs, route = scenario.auvs, scenario.auvs.route
-    if not isinstance(route, Lawnmower):
+    auvs, route = scenario.auvs, scenario.auvs.route.lanes
+    if route is None:
         return
     area, shape = area_of(scenario), f"survey.{scenario.survey.shapes[0]}"
     box = area.along(lanes_heading(scenario)).box
@@ -119,10 +118,10 @@ def vehicles_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield vehicles that routes, feedback or currents ask too much of."""
     auvs, asvs, water = scenario.auvs, scenario.asvs, scenario.environment
     route = auvs.route
-    if auvs.vehicle.flies_paths and (route.is_held or route.is_recorded):
+    if auvs.vehicle.is_steered and (route.is_held or route.is_recorded):
         yield Problem(
             "auvs.vehicle",
-            f"{auvs.vehicle} flies paths; with a {route.kind} route use kinematic",
+            f"{auvs.vehicle} flies paths; with a {route.choice} route use kinematic",
             ("auvs.route.kind",),
         )
     if auvs.feedback == "estimate" and not auvs.vehicle.has_dynamics:
@@ -132,7 +131,7 @@ def vehicles_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
             ("auvs.vehicle",),
         )
     flows = water.current_m_per_s > 0 or water.current_variation_m_per_s > 0
-    feels = any(it.has_dynamics or it.own for it in (auvs.vehicle, asvs.vehicle))
+    feels = auvs.vehicle.is_steered or asvs.vehicle.is_steered
     if flows and not feels and scenario.navigation.velocity == "over_ground":
         yield Problem(
             "environment.current_m_per_s",
@@ -172,13 +171,12 @@ def _in_degrees(
     and the positions, each with the key of its own.
     """
     route, formation = scenario.auvs.route, scenario.asvs.formation
-    if isinstance(route, Hold) and route.positions_deg:
-        key = "auvs.route.positions_deg"
-        yield key, "positions_m", bool(route.positions_m), _keyed(key, route.positions_deg)
-    if isinstance(route, Waypoints) and route.points_deg:
-        key = "auvs.route.points_deg"
-        points = [it for n, way in enumerate(route.points_deg) for it in _keyed(f"{key}.{n}", way)]
-        yield key, "points_m", bool(route.points_m), points
+    if route.positions:
+        key, listed = f"auvs.route.{route.PLACES}_deg", []
+        for auv, given in enumerate(route.positions):
+            own = f"{key}.{auv}"
+            listed += [(own, given[0])] if route.is_held else _keyed(own, given)
+        yield key, f"{route.PLACES}_m", bool(route.places), listed
     stations = getattr(formation, "positions_deg", None)
     if stations is not None:
         key = "asvs.formation.positions_deg"
@@ -207,57 +205,33 @@ def _far(key: str, positions: list[tuple[str, Position]], origin: Position) -> I
 def route_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield lists of places, ways and files that do not fit the number of AUVs, or are no ways."""
     auvs, route = scenario.auvs, scenario.auvs.route
-    if route.kind == "hold":
-        places = route.positions_deg or route.positions_m
-        if len(places) != auvs.count:
-            unit, each = ("deg", "[lat, lon]") if route.positions_deg else ("m", "[x, y]")
-            yield Problem(
-                f"auvs.route.positions_{unit}",
-                f"needs one {each} per AUV: {auvs.count} expected, {len(places)} given",
-                ("auvs.count", "auvs.route.kind"),
-            )
-    if route.kind == "track" and route.tracks and len(route.tracks) != auvs.count:
+    for name, each, given in route.miscounted(auvs.count):
         yield Problem(
-            "auvs.route.tracks",
-            f"needs one name per AUV: {auvs.count} expected, {len(route.tracks)} given",
-            ("auvs.count", "auvs.route.kind"),
-        )
-    if route.kind == "track" and len(route.files) != auvs.count:
-        yield Problem(
-            "auvs.route.files",
-            f"needs one file per AUV: {auvs.count} expected, {len(route.files)} given",
+            f"auvs.route.{name}",
+            f"needs one {each} per AUV: {auvs.count} expected, {given} given",
             ("auvs.count", "auvs.route.kind"),
         )
     vehicle = auvs.vehicle
-    comes_up = isinstance(route, Flown) and route.surface_every_s is not None
-    if comes_up and (vehicle.has_dynamics or vehicle.own):
+    if route.surfacing is not None and vehicle.is_steered:
         yield Problem(
             "auvs.route.surface_every_s",
             f"is for AUVs without dynamics: the equations of {vehicle} know no surface, and "
             "its autopilot would take it above that; use vehicle: kinematic",
             ("auvs.vehicle",),
         )
-    if route.kind == "waypoints":
-        name = "points_deg" if route.points_deg else "points_m"
-        count = len(route.points_deg or route.points_m)
-        if count != auvs.count:
+    if not route.is_flown or (route.positions and origin_of(scenario) is None):
+        return  # which has been told
+    name = f"{route.PLACES}_{'deg' if route.positions else 'm'}"
+    for number, points in enumerate(positioned(scenario, route).places):
+        if len(points) < 2 or any(dist(a, b) < SHORTEST_WAY for a, b in pairwise(points)):
             yield Problem(
-                f"auvs.route.{name}",
-                f"needs one list of points per AUV: {auvs.count} expected, {count} given",
-                ("auvs.count", "auvs.route.kind"),
+                f"auvs.route.{name}.{number}",
+                f"needs at least two points, those in a row {SHORTEST_WAY:g} m apart or more",
             )
-        if route.points_deg and origin_of(scenario) is None:
-            return  # which has been told
-        for number, points in enumerate(positioned(scenario, route).points_m):
-            if len(points) < 2 or any(dist(a, b) < SHORTEST_WAY for a, b in pairwise(points)):
-                yield Problem(
-                    f"auvs.route.{name}.{number}",
-                    f"needs at least two points, those in a row {SHORTEST_WAY:g} m apart or more",
-                )
 
 
-# So many ASVs are placed among so many AUVs in a tenth of a second; twice as many take seconds.
-MOST_PLACED, MOST_FOLLOWED = 50, 100
+# So many ASVs are placed in a tenth of a second; twice as many take seconds.
+MOST_PLACED = 50
 
 # So many times ASVs may be told where to go; each takes a fifth of a kilobyte.
 MOST_ORDERS = 1e6
@@ -266,24 +240,19 @@ MOST_ORDERS = 1e6
 def formation_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield what is wrong with ASVs that keep their places, or that move."""
     placement = scenario.asvs.formation
-    if isinstance(placement, Formation):
-        yield from _still(placement, scenario.asvs.count)
-    elif isinstance(placement, Moving):
-        yield from _moving(placement, scenario)
+    if placement.moored is not None:
+        yield from _still(placement.moored, scenario.asvs.count)
+    elif placement.moves:
+        yield from _moving(scenario)
 
 
 def _still(formation: Formation, count: int) -> Iterator[Problem]:
     degrees = formation.positions_deg
     name, each = ("positions_m", "[x, y]") if degrees is None else ("positions_deg", "[lat, lon]")
     places = formation.positions_m if degrees is None else degrees
-    if formation.model is not None and (formation.model == "positions") is (places is None):
-        yield Problem(
-            "asvs.formation.model",
-            f"positions needs {name}; add it, or use ring"
-            if formation.model == "positions"
-            else f"ring excludes {name}; remove it, or use positions",
-            (f"asvs.formation.{name}",),
-        )
+    misnamed = formation.misnamed(name)
+    if misnamed:
+        yield Problem("asvs.formation.model", misnamed, (f"asvs.formation.{name}",))
     if places is not None:
         if len(places) != count:
             yield Problem(
@@ -305,47 +274,46 @@ def _still(formation: Formation, count: int) -> Iterator[Problem]:
         )
 
 
-def _moving(placement: Moving, scenario: ScenarioKeys) -> Iterator[Problem]:
-    asvs = scenario.asvs
-    if asvs.vehicle.model != "moored":
+def _moving(scenario: ScenarioKeys) -> Iterator[Problem]:
+    asvs, placement = scenario.asvs, scenario.asvs.formation
+    if asvs.vehicle.is_steered:
         yield Problem(
             "asvs.vehicle",
-            f"{asvs.vehicle} keeps a station, and {placement.MODEL} moves ASVs along straight "
+            f"{asvs.vehicle} keeps a station, and {placement.choice} moves ASVs along straight "
             "lines; use vehicle moored, or a ring or positions",
             ("asvs.formation.model",),
         )
-    lists = ("files", "tracks") if isinstance(placement, AsvTrack) else ("start_m",)
-    for name in lists:
-        given = getattr(placement, name)
-        if len(given or ()) != asvs.count and (given or name == "files"):
-            each = {"files": "file", "tracks": "name", "start_m": "[x, y]"}[name]
-            yield Problem(
-                f"asvs.formation.{name}",
-                f"needs one {each} per ASV: {asvs.count} expected, {len(given or ())} given",
-                ("asvs.count", "asvs.formation.model"),
-            )
-    if isinstance(placement, Placed) and asvs.count > MOST_PLACED:
+    for name, each, given in placement.miscounted(asvs.count):
+        yield Problem(
+            f"asvs.formation.{name}",
+            f"needs one {each} per ASV: {asvs.count} expected, {given} given",
+            ("asvs.count", "asvs.formation.model"),
+        )
+    placed = placement.replanned
+    if placed is None:
+        return
+    if asvs.count > MOST_PLACED:
         yield Problem(
             "asvs.count",
-            f"{placement.MODEL} places at most {MOST_PLACED} ASVs; got {asvs.count}; use fewer, or "
-            "a ring or positions",
+            f"{placement.choice} places at most {MOST_PLACED} ASVs; got {asvs.count}; use fewer, "
+            "or a ring or positions",
             ("asvs.formation.model",),
         )
-    if isinstance(placement, Follow) and scenario.auvs.count > MOST_FOLLOWED:
+    if placed.MOST_AUVS is not None and scenario.auvs.count > placed.MOST_AUVS:
         yield Problem(
             "auvs.count",
-            f"at most {MOST_FOLLOWED} AUVs can be followed; got {scenario.auvs.count}; use assign",
+            f"at most {placed.MOST_AUVS} AUVs can be followed; got {scenario.auvs.count}; use "
+            "assign",
             ("asvs.formation.model",),
         )
-    if isinstance(placement, Placed):
-        orders = asvs.count * scenario.duration_s / placement.replan_s
-        if orders > MOST_ORDERS:
-            yield Problem(
-                "asvs.formation.replan_s",
-                f"{orders:.2g} orders ({asvs.count} ASVs, each {placement.replan_s:g} s for "
-                f"{scenario.duration_s:g} s) exceed {MOST_ORDERS:.0e}; raise it",
-                ("duration_s", "asvs.count"),
-            )
+    orders = asvs.count * scenario.duration_s / placed.replan_s
+    if orders > MOST_ORDERS:
+        yield Problem(
+            "asvs.formation.replan_s",
+            f"{orders:.2g} orders ({asvs.count} ASVs, each {placed.replan_s:g} s for "
+            f"{scenario.duration_s:g} s) exceed {MOST_ORDERS:.0e}; raise it",
+            ("duration_s", "asvs.count"),
+        )
 
 
 def no_such_asv(asv: int, count: int) -> str:

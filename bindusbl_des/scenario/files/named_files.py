@@ -13,7 +13,7 @@ from ...presets.modems import airtime_table
 from ..on_earth import recorded_track, vessel_track
 from ..scenario import Scenario
 from ..scenario_keys import Problem
-from ..sections.anchors import AsvTrack
+from ..sections.placements import AsvTrack
 from ..sections.routes import Track
 from .plain_yaml import Path
 
@@ -93,12 +93,12 @@ if TYPE_CHECKING:
 
 def misplaced_tracks(scenario: Scenario) -> Iterator[Problem]:
     """Yield which tracks begin after the mission's end, or have ended before its start."""
-    route, placement = scenario.auvs.route, scenario.asvs.formation
-    if isinstance(route, Track):
+    route, placement = scenario.auvs.route.recording, scenario.asvs.formation.recording
+    if route is not None:
         yield from _misplaced(
             scenario, "auvs.route", route, partial(recorded_track, scenario, route)
         )
-    if isinstance(placement, AsvTrack):
+    if placement is not None:
         read = partial(vessel_track, scenario, placement)
         yield from _misplaced(scenario, "asvs.formation", placement, read)
 

@@ -134,12 +134,12 @@ class Protocol(Section):
     @property
     def sends_frames(self) -> bool:
         """Whether ASVs send frames on MF: broadcasts, or answers that take airtime."""
-        return not self.asvs_ping and not (self.replies and self.answer.reply == "instant")
+        return not self.asvs_ping and (not self.replies or self.answer.takes_airtime)
 
     @property
     def replies_in_frames(self) -> bool:
         """Whether each ping is answered by a frame of its own."""
-        return self.replies and self.answer.reply == "frame"
+        return self.replies and self.answer.takes_airtime
 
     @property
     def deafens_asvs(self) -> bool:

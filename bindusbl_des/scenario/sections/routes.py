@@ -1,9 +1,9 @@
 """The keys of each kind of route: lanes over the survey, places to hold, way points, tracks; and of
-placements and routes of somebody's own: sections whose other keys are the part's settings.
+routes of somebody's own: sections whose other keys are the part's settings.
 """
 
-from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from collections.abc import Callable, Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Tag, model_serializer, model_validator
 
@@ -11,7 +11,7 @@ from ...core.plugins import is_plugin
 from ..key_types import OURS, PAPER, Part, Point, Position, Real, Text, key
 from ..part_choice import PartChoice
 
-# Placements and routes of somebody's own: sections whose other keys are the part's settings.
+# Parts of somebody's own: sections whose other keys are the part's settings.
 
 
 class OwnSection(BaseModel):
@@ -41,22 +41,6 @@ class OwnSection(BaseModel):
         return {"type": "object", "properties": {cls.WORD: own}, "required": [cls.WORD]}
 
 
-class OwnPlacement(OwnSection):
-    """Where the ASVs keep station, as somebody's own function says."""
-
-    WORD = "model"
-
-
-class OwnRoute(OwnSection):
-    """Where the AUVs go, as somebody's own function says."""
-
-    WORD = "kind"
-    kind: ClassVar[Literal["own"]] = "own"
-    is_flown: ClassVar[bool] = False
-    is_held: ClassVar[bool] = False
-    is_recorded: ClassVar[bool] = False
-
-
 def is_own(section: Any, word: str) -> bool:
     """Tell whether a section names somebody's own part at one of its words."""
     if isinstance(section, OwnSection):
@@ -65,17 +49,69 @@ def is_own(section: Any, word: str) -> bool:
     return callable(name) or (isinstance(name, str) and is_plugin(name))
 
 
-# The keys of each kind of route: lanes over the survey, places to hold, way points, tracks.
+# What becomes of degrees about a known origin.
+InMetres = Callable[[tuple[Position, ...]], tuple[Point, ...]]
 
 
-class Planned(Part):
-    """A kind of route that ships: AUVs fly paths that are planned (`is_flown`), lie still
-    (`is_held`), or repeat what was recorded (`is_recorded`).
+class RouteTraits:
+    """What the program asks of a route, whichever it is: AUVs fly paths that are planned
+    (`is_flown`), lie still (`is_held`), or repeat what was recorded (`is_recorded`).
+
+    Where it gives places, `PLACES` is their key, without the unit.
     """
 
+    PLACES: ClassVar[str] = ""
     is_flown: ClassVar[bool] = False
     is_held: ClassVar[bool] = False
     is_recorded: ClassVar[bool] = False
+
+    @property
+    def lanes(self) -> "Lawnmower | None":
+        """How the survey is swept in lanes; None if it is not."""
+        return None
+
+    @property
+    def recording(self) -> "Track | None":
+        """The files that AUVs repeat; None if they repeat none."""
+        return None
+
+    @property
+    def surfacing(self) -> "Flown | None":
+        """How AUVs break off to come up to the surface; None if they do not."""
+        return None
+
+    @property
+    def places(self) -> tuple[tuple[Point, ...], ...]:
+        """Per AUV the places, [x, y] in m, that it goes to or holds, if the route gives any."""
+        return ()
+
+    @property
+    def positions(self) -> tuple[tuple[Position, ...], ...]:
+        """Per AUV the same as [lat, lon] in deg, where they are given so."""
+        return ()
+
+    def in_metres(self, metres: InMetres) -> Self:
+        """Return the route with its places in metres."""
+        return self
+
+    def miscounted(self, auvs: int) -> Iterator[tuple[str, str, int]]:
+        """Yield each list of places or files that is not of so many AUVs: its key, what it needs
+        one of for each, and how many it has.
+        """
+        yield from ()
+
+
+class OwnRoute(RouteTraits, OwnSection):
+    """Where the AUVs go, as somebody's own function says."""
+
+    WORD = "kind"
+
+
+# The keys of each kind of route: lanes over the survey, places to hold, way points, tracks.
+
+
+class Planned(RouteTraits, Part):
+    """A kind of route that ships."""
 
     kind: str
 
@@ -103,11 +139,16 @@ class Flown(Planned):
         20.0, "deg", "angle at which it comes up and dives again", ge=1, le=60
     )
 
+    @property
+    def surfacing(self) -> "Flown | None":
+        """How AUVs break off to come up to the surface; None if they do not."""
+        return None if self.surface_every_s is None else self
+
 
 class Lawnmower(Flown):
     """Boustrophedon lanes along x, or another heading, AUV0 at the lowest y across them."""
 
-    is_flown = True
+    is_flown: ClassVar[bool] = True
 
     kind: Literal["lawnmower"] = key("lawnmower", "", "route family", PAPER)
     lane_spacing_m: Real = key(10.0, "m", "distance between lanes", OURS, ge=0.01, le=1e5)
@@ -138,11 +179,17 @@ class Lawnmower(Flown):
         "shortest", "", "lane order: neighbours with bulb turns, skipping lanes, or the shorter"
     )
 
+    @property
+    def lanes(self) -> "Lawnmower":
+        """How the survey is swept in lanes."""
+        return self
+
 
 class Hold(Planned):
     """Vehicles hold still at given positions, heading along +x."""
 
-    is_held = True
+    PLACES: ClassVar[str] = "positions"
+    is_held: ClassVar[bool] = True
 
     kind: Literal["hold"] = key("hold", "", "route family")
     positions_m: tuple[Point, ...] = key((), "m", "one [x, y] per AUV")
@@ -150,11 +197,35 @@ class Hold(Planned):
         (), "deg", "one [lat, lon] per AUV instead, with environment.origin (WGS-84)"
     )
 
+    @property
+    def places(self) -> tuple[tuple[Point, ...], ...]:
+        """Per AUV the place, [x, y] in m, that it holds."""
+        return tuple((place,) for place in self.positions_m)
+
+    @property
+    def positions(self) -> tuple[tuple[Position, ...], ...]:
+        """Per AUV the same as [lat, lon] in deg, where it is given so."""
+        return tuple((position,) for position in self.positions_deg)
+
+    def in_metres(self, metres: InMetres) -> Self:
+        """Return the route with its places in metres."""
+        given = {"positions_m": metres(self.positions_deg), "positions_deg": ()}
+        return self.model_copy(update=given)
+
+    def miscounted(self, auvs: int) -> Iterator[tuple[str, str, int]]:
+        """Yield the places, if they are not one for each AUV."""
+        name, each, given = "positions_m", "[x, y]", len(self.positions_m)
+        if self.positions_deg:
+            name, each, given = "positions_deg", "[lat, lon]", len(self.positions_deg)
+        if given != auvs:
+            yield name, each, given
+
 
 class Waypoints(Flown):
     """Each AUV follows its own list of waypoints along Dubins curves, there and back."""
 
-    is_flown = True
+    PLACES: ClassVar[str] = "points"
+    is_flown: ClassVar[bool] = True
 
     kind: Literal["waypoints"] = key("waypoints", "", "route family")
     points_m: tuple[tuple[Point, ...], ...] = key((), "m", "per AUV a list of [x, y]")
@@ -162,11 +233,33 @@ class Waypoints(Flown):
         (), "deg", "per AUV a list of [lat, lon] instead, with environment.origin (WGS-84)"
     )
 
+    @property
+    def places(self) -> tuple[tuple[Point, ...], ...]:
+        """Per AUV the places, [x, y] in m, that it goes to."""
+        return self.points_m
+
+    @property
+    def positions(self) -> tuple[tuple[Position, ...], ...]:
+        """Per AUV the same as [lat, lon] in deg, where they are given so."""
+        return self.points_deg
+
+    def in_metres(self, metres: InMetres) -> Self:
+        """Return the route with its places in metres."""
+        given = {"points_m": tuple(map(metres, self.points_deg)), "points_deg": ()}
+        return self.model_copy(update=given)
+
+    def miscounted(self, auvs: int) -> Iterator[tuple[str, str, int]]:
+        """Yield the lists of points, if they are not one for each AUV."""
+        name = "points_deg" if self.points_deg else "points_m"
+        given = len(self.points_deg or self.points_m)
+        if given != auvs:
+            yield name, "list of points", given
+
 
 class Track(Planned):
     """Each AUV repeats the recorded track of a real vehicle."""
 
-    is_recorded = True
+    is_recorded: ClassVar[bool] = True
 
     kind: Literal["track"] = key("track", "", "route family")
     files: tuple[Text, ...] = key(
@@ -188,6 +281,26 @@ class Track(Planned):
         ge=-1e12,
         le=1e12,
     )
+
+    @property
+    def recording(self) -> "Track":
+        """The files that AUVs repeat."""
+        return self
+
+    def miscounted(self, auvs: int) -> Iterator[tuple[str, str, int]]:
+        """Yield the files, and the names of tracks in them, that are not one for each AUV."""
+        if self.tracks and len(self.tracks) != auvs:
+            yield "tracks", "name", len(self.tracks)
+        if len(self.files) != auvs:
+            yield "files", "file", len(self.files)
+
+
+ROUTES: Mapping[str, type[Planned]] = {
+    "lawnmower": Lawnmower,
+    "hold": Hold,
+    "waypoints": Waypoints,
+    "track": Track,
+}
 
 
 def _kind(route: Any) -> Any:

@@ -9,11 +9,8 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from ...core.plugins import is_plugin
 from ...core.wording import described, did_you_mean
+from ..declared import ASVS, AUVS, Hull
 from ..part_choice import PartChoice
-from ..shipped_settings import Kinematic
-
-# Vehicles without equations of motion have no coefficients.
-WITHOUT_DYNAMICS = ("kinematic", "moored")
 
 
 @dataclass(frozen=True)
@@ -24,7 +21,7 @@ class VehicleChoice:
     is a vehicle with settings: one without dynamics, or somebody's own, named ``module:object``.
     """
 
-    MODELS: ClassVar[tuple[str, ...]] = ()
+    MODELS: ClassVar[Mapping[str, Hull]] = {}
 
     model: str
     coefficients: tuple[tuple[str, float], ...] = ()
@@ -44,14 +41,14 @@ class VehicleChoice:
         return self.part or PartChoice(self.model)
 
     @property
-    def flies_paths(self) -> bool:
-        """Whether it goes along a path that is planned, but not exactly."""
+    def is_steered(self) -> bool:
+        """Whether it goes as planned, but not exactly: by equations of motion, or somebody's."""
         return self.has_dynamics or self.own is not None
 
     @property
     def has_dynamics(self) -> bool:
         """Whether the vehicle moves by equations of motion."""
-        return self.model not in WITHOUT_DYNAMICS and self.own is None
+        return self.own is None and self.MODELS[self.model].has_dynamics
 
     @classmethod
     def read(cls, value: Any) -> Self:
@@ -74,14 +71,15 @@ class VehicleChoice:
             )
         model = cls._known(value["model"])
         changes = {str(name): number for name, number in value.items() if name != "model"}
-        if model in WITHOUT_DYNAMICS:
+        if not cls.MODELS[model].has_dynamics:  # and so no coefficients
             return cls(
                 model, part=PartChoice.read({**value, "model": model}, str) if changes else None
             )
         for name, number in changes.items():
-            if name in Kinematic.model_fields:
+            others = [it for it, hull in cls.MODELS.items() if name in hull.settings.model_fields]
+            if others:
                 raise _mistake(
-                    f"{name}: remove it, or choose kinematic, {model} has no such setting"
+                    f"{name}: remove it, or choose {others[0]}, {model} has no such setting"
                 )
             if isinstance(number, bool) or not isinstance(number, int | float):
                 raise _mistake(f"{name} must be a number; got {described(number)}")
@@ -133,13 +131,13 @@ class VehicleChoice:
 class AuvVehicle(VehicleChoice):
     """The model of an underwater vehicle."""
 
-    MODELS = ("kinematic", "remus100", "bluerov2")
+    MODELS = AUVS
 
 
 class AsvVehicle(VehicleChoice):
     """The model of a surface vessel."""
 
-    MODELS = ("moored", "otter", "cybership2")
+    MODELS = ASVS
 
 
 def _is_own(value: Any) -> bool:

@@ -1,16 +1,15 @@
 """The keys of ASVs that fail during a mission."""
 
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import Field
 
-from ..key_types import PAPER, Part, Point, Position, Real, Whole, key
+from ..key_types import PAPER, Part, Point, Real, Whole, key
 from ..moved_keys import Moved, Section
-from ..part_choice import PartChoice
 from ..part_settings import Settings
 from ..shipped_settings import Kinematic
-from .anchors import Assign, AsvTrack, Follow, Moving, Zigzag
-from .routes import Lawnmower, OwnPlacement, Route, is_own
+from .placements import Formation, Placement
+from .routes import Lawnmower, Route
 from .vehicle_choice import AsvVehicle, AuvVehicle
 
 Instant = Annotated[Real, Field(ge=0, le=1e9)]
@@ -97,7 +96,7 @@ class Auvs(Section):
     @property
     def turning_radius_m(self) -> float:
         """The smallest turning radius of AUVs without dynamics (m)."""
-        own = Kinematic if not self.vehicle.flies_paths else Settings
+        own = Settings if self.vehicle.own else self.vehicle.MODELS[self.vehicle.model].settings
         return self.vehicle.choice.settings_as(Kinematic, own).turning_radius_m
 
     def speed(self, auv: int) -> float:
@@ -125,69 +124,14 @@ def _of(places: tuple[Point, ...] | None, auv: int) -> Point | None:
     return places[0] if len(places) == 1 else places[auv]
 
 
-class Formation(Part):
-    """Where the ASVs are moored: a regular N-gon (eq. formation) or given positions."""
-
-    model: Literal["ring", "positions"] | None = key(
-        None, "", "placement; null = positions where these are given (_m or _deg), else ring"
-    )
-    angle_deg: Real = key(
-        0.0, "deg", "formation angle alpha_0 of ASV0 from +x", PAPER, ge=-360, le=360
-    )
-    clearance_m: Real = key(
-        0.0, "m", "clearance Delta_b: R_f = hf.range_m + clearance_m", PAPER, ge=0, le=1e6
-    )
-    radius_m: Real | None = key(
-        None, "m", "formation radius R_f itself; null = range plus clearance", ge=0, le=1e6
-    )
-    positions_m: tuple[Point, ...] | None = key(None, "m", "one [x, y] per ASV instead of an N-gon")
-    positions_deg: tuple[Position, ...] | None = key(
-        None, "deg", "one [lat, lon] per ASV instead, with environment.origin (WGS-84)"
-    )
-
-    @property
-    def choice(self) -> PartChoice:
-        """The placement as a part of the mission."""
-        return PartChoice("positions" if self.is_placed else "ring")
-
-    @property
-    def is_placed(self) -> bool:
-        """Whether each ASV is given its own place."""
-        return self.positions_m is not None or self.positions_deg is not None
-
-
-MOVING = tuple(kind.MODEL for kind in (Follow, Assign, Zigzag, AsvTrack))
-
-
-def _placed(placement: Any) -> str:
-    """Tell how ASVs are placed: moored, moving in some way, or as somebody's own part says."""
-    if is_own(placement, "model"):
-        return "own"
-    if isinstance(placement, Moving):
-        return placement.MODEL
-    model = placement.get("model") if isinstance(placement, dict) else None
-    return model if model in MOVING else "moored"
-
-
-Placement = Annotated[
-    Annotated[Formation, Tag("moored")]
-    | Annotated[Follow, Tag("follow")]
-    | Annotated[Assign, Tag("assign")]
-    | Annotated[Zigzag, Tag("zigzag")]
-    | Annotated[AsvTrack, Tag("track")]
-    | Annotated[OwnPlacement, Tag("own")],
-    Discriminator(_placed),
-]
-
-
 class Asvs(Part):
     """The surface vessels that carry the USBL arrays."""
 
     @property
     def told(self) -> str:
         """What they are in a word: their model, or how they move."""
-        moves = isinstance(self.formation, Moving)
-        return self.formation.choice if moves else str(self.vehicle)
+        placement = self.formation
+        return placement.choice if placement.moves else str(self.vehicle)
 
     count: Whole = key(3, "1", "number of ASVs", PAPER, ge=1, le=10_000)
     vehicle: AsvVehicle = key(
