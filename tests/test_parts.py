@@ -2,15 +2,30 @@
 
 import ast
 from collections.abc import Iterator
+from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import bindusbl_des
+from bindusbl_des import Scenario, View, simulate
+from bindusbl_des.protocol.network import Steps
+from bindusbl_des.protocol.tdma import uplink_slot
 from bindusbl_des.scenario import declared, families
+from bindusbl_des.scenario.declared import (
+    Broadcaster,
+    Channel,
+    Downlink,
+    Instrument,
+    Navigator,
+    Ranging,
+    Schedule,
+)
 from bindusbl_des.scenario.sections import placements, routes
 
 LIBRARY = Path(bindusbl_des.__file__).parent
+ROOT = Path(__file__).parents[1]
 
 TABLES = {
     families.SCHEDULE: declared.SCHEDULES,
@@ -103,6 +118,49 @@ def _found(tree: ast.AST) -> Iterator[str]:
 def _models(tree: ast.AST) -> list[str]:
     """Return the models of parts that an expression names."""
     return sorted({it.id for it in ast.walk(tree) if isinstance(it, ast.Name)} & MODELS)
+
+
+def replying(network: Any, turn: Any, time: float) -> Steps:
+    """A downlink that declares what `direct_reply` does."""
+    for slot in range(len(turn.groups)):
+        time = yield from uplink_slot(network, turn, slot, time)
+    turn.row.downlink_s = 0.0
+    return time
+
+
+def in_turn(view: View) -> list[list[int]]:
+    """A schedule that declares what `round_robin` does."""
+    return [[view.round % len(view.auvs)]]
+
+
+replying.replies = True
+in_turn.framed, in_turn.groups, in_turn.turn = True, "frame", "rotation"
+
+
+@pytest.mark.parametrize(
+    ("key", "own", "shipped"),
+    [("downlink", replying, "direct_reply"), ("schedule", in_turn, "round_robin")],
+)
+def test_a_part_of_ones_own_is_treated_as_it_declares(key: str, own: object, shipped: str) -> None:
+    """One that declares what a shipped part does flies the same mission."""
+    missions = [
+        Scenario.model_validate(
+            {"name": "m", "duration_s": 20, "protocol": {"schedule": "one_per_slot", key: part}}
+        )
+        for part in (own, shipped)
+    ]
+    mine, theirs = (simulate(it, 1).tables for it in missions)
+    assert all(mine[name].equals(theirs[name]) for name in theirs)
+
+
+def test_the_manual_lists_what_a_part_may_declare() -> None:
+    """Each attribute but those that only parts that ship have."""
+    page = (ROOT / "docs" / "extending.md").read_text("utf-8")
+    listed = page.partition("## What a part declares")[2].partition("```")[0]
+    of_ours = {"settings", "advised", "is_proposed", "is_proved"}
+    for record in (Schedule, Downlink, Broadcaster, Ranging, Channel, Instrument, Navigator):
+        for field in fields(record):
+            assert field.name in of_ours or f"`{field.name}`" in listed
 
 
 def test_what_a_scenario_can_name_has_a_record() -> None:

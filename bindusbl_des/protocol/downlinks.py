@@ -74,8 +74,8 @@ SHORTEST_S = 1e-3
 
 @dataclass(frozen=True)
 class OwnDownlink:
-    """A downlink of somebody's own, by its name in the scenario; it always has the queue of fixes:
-    only `direct_reply` answers at once.
+    """A downlink of somebody's own, by its name in the scenario; it has the queue of fixes, unless
+    it declares that each ping is answered by itself (`replies`).
     """
 
     name: str
