@@ -8,15 +8,15 @@ import os
 import shutil
 import tempfile
 import time
+from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.compute as pc
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
 from ...core.files import sync
 from ...core.kept_files import keep, portable
@@ -30,6 +30,7 @@ from .parts import (
     PartWriter,
     clean_parts,
     committed,
+    in_order,
     mission_numbers,
     part_path,
     part_pieces,
@@ -45,6 +46,7 @@ ROWS_IN_GROUP = 50_000
 SCHEMA = b"bindusbl.schema"
 
 Source = tuple[Path, str]
+Numbers = NDArray[np.int64]
 
 
 def compact(folder: Path, *, leave_out: Iterable[int] = ()) -> None:
@@ -73,15 +75,19 @@ def _join(
 ) -> None:
     if not sources:
         return
-    owners: dict[int, Source] = {}
+    seen = np.array(sorted(leave_out), dtype=np.int64)
+    taken: dict[Source, Numbers] = {}
     for source in sources:
         rows = read_part(*_at(source, MISSIONS), columns=("mission",))
-        for number in rows["mission"].to_pylist() if rows is not None else ():
-            owners.setdefault(number, source)
-    order = sorted(set(owners) - leave_out)
+        if rows is None:
+            continue
+        numbers = np.setdiff1d(mission_numbers(rows), seen)
+        if len(numbers):
+            taken[source] = numbers
+            seen = np.union1d(seen, numbers)
     writer = PartWriter(out, part, part_record(*sources[0]).plan_sha256, replaces)
     for table in TABLES:
-        _join_table(table, sources, owners, order, writer)
+        _join_table(table, sources, taken, writer)
 
 
 def _at(source: Source, table: str) -> tuple[Path, str, str]:
@@ -89,11 +95,7 @@ def _at(source: Source, table: str) -> tuple[Path, str, str]:
 
 
 def _join_table(
-    table: str,
-    sources: Sequence[Source],
-    owners: Mapping[int, Source],
-    order: Sequence[int],
-    writer: PartWriter,
+    table: str, sources: Sequence[Source], taken: Mapping[Source, Numbers], writer: PartWriter
 ) -> None:
     """Write a table of the joined part, if any of the parts has it."""
     first = next((s for s in sources if part_path(*_at(s, table)).exists()), None)
@@ -102,7 +104,7 @@ def _join_table(
     kind = part_schema(*_at(first, table))
     kind = kind.with_metadata({SCHEMA: (kind.metadata or {}).get(SCHEMA, b"")})
     with writer.file(table) as file, pq.ParquetWriter(file, kind, compression="zstd") as rows_of:
-        for rows in _grouped(_pieces(table, owners, order)):
+        for rows in _grouped(_pieces(table, taken)):
             rows_of.write_table(rows.cast(kind), row_group_size=ROWS_IN_GROUP)
 
 
@@ -121,33 +123,54 @@ def _grouped(pieces: Iterable[pa.Table]) -> Iterator[pa.Table]:
         yield pa.concat_tables(waiting)
 
 
-def _pieces(table: str, owners: Mapping[int, Source], order: Sequence[int]) -> Iterator[pa.Table]:
-    """Yield the rows of the missions in their order, each from the part that it is taken from."""
-    parts: dict[Source, _Forward] = {}
-    for source, run in groupby(order, key=owners.__getitem__):
-        numbers = list(run)
-        part = parts.get(source) or parts.setdefault(source, _Forward(_at(source, table)))
-        for rows in part.until(numbers[-1]):
-            yield rows.filter(pc.is_in(rows["mission"], arrow(numbers, pa.int64())))
+def _pieces(table: str, taken: Mapping[Source, Numbers]) -> Iterator[pa.Table]:
+    """Yield the rows of the missions in their order, each from the part that it is taken from.
+
+    Of all parts that are open, that one goes on whose rows in memory end first; a part is opened
+    when its first mission is reached, so that parts that follow one another are not held together.
+    """
+    closed = deque(sorted(taken, key=lambda source: taken[source][0]))
+    parts: list[_Forward] = []
+    while parts or closed:
+        while closed and (not parts or taken[closed[0]][0] <= min(part.last for part in parts)):
+            source = closed.popleft()
+            part = _Forward(_at(source, table), taken[source])
+            if part.rest:
+                parts.append(part)
+        if parts:
+            last = min(part.last for part in parts)
+            rows = [piece for part in parts for piece in part.until(last)]
+            yield in_order(pa.concat_tables(rows))
+        parts = [part for part in parts if part.rest]
 
 
 class _Forward:
-    """The rows of a part of a table, from its first mission to its last."""
+    """The rows of missions that are taken from a part of a table, from the first to the last.
 
-    def __init__(self, at: tuple[Path, str, str]) -> None:
+    `rest` is what has not been yielded of the piece in memory; None when all has been.
+    """
+
+    def __init__(self, at: tuple[Path, str, str], taken: Numbers) -> None:
         self._pieces = part_pieces(*at)
-        self._piece = next(self._pieces, None)
+        self._taken = taken
+        self.rest = next(self._pieces, None)
+
+    @property
+    def last(self) -> int:
+        """Return the number of the last mission of the piece in memory."""
+        return int(mission_numbers(self.rest)[-1])
 
     def until(self, last: int) -> Iterator[pa.Table]:
         """Yield the rows that have not been yielded yet, of missions up to a number."""
-        while self._piece is not None:
-            numbers = mission_numbers(self._piece)
+        while self.rest is not None:
+            numbers = mission_numbers(self.rest)
             cut = int(np.searchsorted(numbers, last, side="right"))
-            yield self._piece.slice(0, cut)
+            is_taken = np.isin(numbers[:cut], self._taken)
+            yield self.rest.slice(0, cut).filter(arrow(is_taken, pa.bool_()))
             if cut < len(numbers):
-                self._piece = self._piece.slice(cut)
+                self.rest = self.rest.slice(cut)
                 return
-            self._piece = next(self._pieces, None)
+            self.rest = next(self._pieces, None)
 
 
 def merge(folders: Sequence[str | Path], out: str | Path) -> Campaign:
