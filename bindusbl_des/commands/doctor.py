@@ -3,9 +3,7 @@
 Compiling what missions need, once, where the package is installed (`doctor --warm`).
 """
 
-import hashlib
 import os
-import platform
 import re
 import sys
 from collections.abc import Iterator
@@ -43,18 +41,13 @@ SHORT_S = 12.0
 PROCESSES = 2
 
 
-def warmed(folder: Path) -> Path:
-    """Return the file that says that a folder of compiled code holds all of it."""
-    of = (KINDS, platform.node(), platform.machine())
-    return folder / f"warm-{hashlib.sha256(repr(of).encode()).hexdigest()[:16]}"
-
-
 def warm(folder: Path) -> Iterator[int]:
     """Compile what missions of all kinds need; yield after each how many are done.
 
     What is kept already is loaded only.  The folder then says that it holds all.
     """
     from ..campaigns.workers.pools import Spawn, go_with_parent
+    from ..core.compiled import whole
 
     workers = min(PROCESSES, os.cpu_count() or 1)
     with ProcessPoolExecutor(workers, Spawn(), go_with_parent) as pool:
@@ -62,7 +55,7 @@ def warm(folder: Path) -> Iterator[int]:
         for done, future in enumerate(as_completed(flown), start=1):
             future.result()
             yield done
-    warmed(folder).touch()
+    whole(folder).touch()
 
 
 def fly(kind: tuple[str, ...]) -> None:
@@ -200,11 +193,11 @@ def _compiled_code() -> Check:
 
 def _compile_all() -> None:
     """Compile what missions need, unless that was done, and tell how far it is."""
-    from ..core.compiled import is_uncompiled, kept_in
+    from ..core.compiled import is_uncompiled, kept_in, whole
     from ..core.process import ProgressLine
 
     folder = None if is_uncompiled() else kept_in()
-    if folder is None or warmed(folder).exists():  # without a folder the findings say what to do
+    if folder is None or whole(folder).exists():  # without a folder the findings say what to do
         return
     talk(f"Compiling what missions need, once, in {folder}; this takes a minute or two ...")
     line, done = ProgressLine(quiet=is_quiet()), 0

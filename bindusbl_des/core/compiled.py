@@ -8,6 +8,7 @@ is named by a hash of all files of the package that hold equations.
 import hashlib
 import os
 import pickle
+import platform
 import re
 import shutil
 import stat
@@ -241,6 +242,15 @@ def kept_in() -> Path | None:
         reasons.append(f"{root} {why}")
     trouble("; ".join(reasons))
     return None
+
+
+def whole(folder: Path) -> Path:
+    """Return the file that says that a folder holds what nearly all missions need on this machine.
+
+    `doctor --warm` writes it.  Another machine may see the folder, too, and need code of its own.
+    """
+    machine = hashlib.sha256(f"{platform.node()} {platform.machine()}".encode())
+    return folder / f"warm-{machine.hexdigest()[:16]}"
 
 
 def _objection(folder: Path) -> str:

@@ -16,6 +16,7 @@ from typing import Any
 
 import pyarrow as pa
 
+from ...core.compiled import is_uncompiled, kept_in, whole
 from ...core.kept_files import check_kept, named_files, placed
 from ...core.plugins import allow, source_sha256
 from ...mission.simulation import simulate
@@ -49,7 +50,13 @@ _ready: set[str] = set()
 
 
 def compile_kernels(plan: ExperimentPlan, folder: Path) -> None:
-    """Make sure that workers find compiled code on the disk for all missions of a plan."""
+    """Make sure that workers find compiled code on the disk for all missions of a plan.
+
+    Where `doctor --warm` has left it they do; what it has not compiled the first worker compiles.
+    """
+    folder_of_code = None if is_uncompiled() else kept_in()
+    if folder_of_code is not None and whole(folder_of_code).exists():
+        return
     for point in plan.points:
         warm(point.scenario, folder)
 

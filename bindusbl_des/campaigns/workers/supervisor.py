@@ -38,12 +38,12 @@ from .batches import (
     NotWritten,
     Ran,
     Row,
-    compile_kernels,
     gathered,
     rows_of,
     run_batch,
     signal_name,
     take_heartbeat,
+    warm,
     write,
     write_failure,
 )
@@ -330,7 +330,7 @@ def estimated(plan: ExperimentPlan, missions: int, workers: int | None) -> Campa
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         keep(plan.files, folder)
-        compile_kernels(plan, folder)
+        warm(plan.points[0].scenario, folder)
         began = perf_counter()
         run_batch(_plain(batch_of(plan, folder, (0,), 0.0)))
         spent = perf_counter() - began
