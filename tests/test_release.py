@@ -43,7 +43,7 @@ def test_the_recipe_has_what_the_package_needs() -> None:
 
 
 def test_the_image_has_what_the_package_is_built_of() -> None:
-    """Each file copied is there, none that the wheel needs is missing; commands are the manual's."""
+    """Each file copied is there, none that the wheel needs is missing; its commands are ours."""
     text = (ROOT / "scripts" / "Dockerfile").read_text()
     copied = {
         it for line in re.findall("^COPY (.*)$", text, re.MULTILINE) for it in line.split()[:-1]
