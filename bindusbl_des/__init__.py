@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from .planning.outcome import Plan
     from .planning.planning import plan
     from .preflight.limits import limits
-    from .preflight.worth_knowing import cautions
+    from .preflight.warnings import warnings_of
     from .protocol.anchors.view import AnchorView
     from .protocol.broadcasters import BroadcastView
     from .protocol.network import Network, Turn
@@ -73,7 +73,7 @@ _HOMES = {
     "sweep": "campaigns.running",
     "absorption": "sea.water",
     "airtime": "acoustics.modem",
-    "cautions": "preflight.worth_knowing",
+    "warnings_of": "preflight.warnings",
     "covered_area": "geometry.coverage",
     "covering_radius": "geometry.coverage",
     "downlink_slot": "protocol.slots",
@@ -138,7 +138,6 @@ __all__ = [
     "absorption",
     "advise",
     "airtime",
-    "cautions",
     "compare",
     "covered_area",
     "covering_radius",
@@ -161,6 +160,7 @@ __all__ = [
     "travel_time",
     "uplink_slot",
     "verify",
+    "warnings_of",
 ]
 
 

@@ -118,7 +118,7 @@ class Section(NamedTuple):
 RUNNING = Section(
     "Running", "",
     ("simulate", "sweep", "resume", "plan", "load_scenario", "load_result", "load_campaign",
-     "compare", "advise", "cautions", "limits", "verify"),
+     "compare", "advise", "warnings_of", "limits", "verify"),
 )  # fmt: skip
 HELD = Section(
     "What one holds", "",

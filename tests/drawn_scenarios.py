@@ -12,7 +12,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from bindusbl_des import Scenario, cautions, simulate
+from bindusbl_des import Scenario, simulate, warnings_of
 from bindusbl_des.campaigns.statistics.points_table import DRIFTS
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.preflight.round_lengths import rounds_of
@@ -397,7 +397,7 @@ def outcome(seed: int, folder: Path) -> tuple[str, str]:
         cost = effort(scenario)
         if cost.seconds > WORTH_RUNNING_S or cost.bytes > WORTH_RUNNING_BYTES:
             return "large", str(cost)
-        list(map(str, cautions(scenario)))
+        list(map(str, warnings_of(scenario)))
         rounds_of(scenario).period(1, 1)
         result = simulate(scenario, seed)
         result.summary()

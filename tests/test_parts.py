@@ -14,13 +14,13 @@ from bindusbl_des.protocol.network import Steps
 from bindusbl_des.protocol.tdma import uplink_slot
 from bindusbl_des.scenario import declared, families
 from bindusbl_des.scenario.declared import (
-    Broadcaster,
-    Channel,
-    Downlink,
-    Instrument,
-    Navigator,
-    Ranging,
-    Schedule,
+    BroadcasterTraits,
+    ChannelTraits,
+    DownlinkTraits,
+    InstrumentTraits,
+    NavigatorTraits,
+    RangingTraits,
+    ScheduleTraits,
 )
 from bindusbl_des.scenario.sections import placements, routes
 
@@ -158,7 +158,15 @@ def test_the_manual_lists_what_a_part_may_declare() -> None:
     page = (ROOT / "docs" / "extending.md").read_text("utf-8")
     listed = page.partition("## What a part declares")[2].partition("```")[0]
     of_ours = {"settings", "advised", "is_proposed", "is_proved"}
-    for record in (Schedule, Downlink, Broadcaster, Ranging, Channel, Instrument, Navigator):
+    for record in (
+        ScheduleTraits,
+        DownlinkTraits,
+        BroadcasterTraits,
+        RangingTraits,
+        ChannelTraits,
+        InstrumentTraits,
+        NavigatorTraits,
+    ):
         for field in fields(record):
             assert field.name in of_ours or f"`{field.name}`" in listed
 

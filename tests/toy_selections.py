@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bindusbl_des.planning.selection.goals import Goal
-from bindusbl_des.planning.selection.selection import Candidate
+from bindusbl_des.planning.selection.selection import Choice
 
 Floats = NDArray[np.float64]
 SEEDS = 128
@@ -18,7 +18,7 @@ ZONE = 0.05
 class Toy:
     """Candidates whose goals are met by known margins (shares of the limits, negative: missed)."""
 
-    candidates: list[Candidate]
+    candidates: list[Choice]
     goals: list[Goal]
     margins: Floats  # (candidates, goals)
     values: Floats  # (candidates, seeds, goals)
@@ -67,7 +67,7 @@ def toy(rng: np.random.Generator, skewness: float = 0.0) -> Toy:
     fails = (rng.random(count) < 0.1)[:, None] & (rng.random((count, SEEDS)) < 0.5)
     values[fails] = np.nan
     costs = np.sort(rng.integers(1, 5, count)).astype(float)
-    candidates = [Candidate(float(cost)) for cost in costs]
+    candidates = [Choice(float(cost)) for cost in costs]
     return Toy(candidates, goal, margins, values, ~fails.any(axis=1))
 
 

@@ -32,7 +32,7 @@ WRONG = (AttributeError, LookupError, TypeError, ValueError, ArithmeticError, Re
 
 
 @dataclass(frozen=True)
-class State:
+class CampaignState:
     """How far a campaign is."""
 
     missions: int
@@ -179,14 +179,14 @@ class Campaign:
         """Return the numbers of wanted missions that have no row yet, in the plan's order."""
         return np.setdiff1d(self.wanted(), self.done().numbers, assume_unique=True)
 
-    def state(self) -> State:
+    def state(self) -> CampaignState:
         """Return how far the campaign is."""
         rows, wanted = self.done(), self.wanted()
         failed = int(rows.failed.sum())
         status = "running" if is_locked(self.folder) else self.record["status"]
         if status == "running" and not is_locked(self.folder):
             status = "killed"
-        return State(len(wanted), len(rows) - failed, failed, status, self._rate(len(rows)))
+        return CampaignState(len(wanted), len(rows) - failed, failed, status, self._rate(len(rows)))
 
     def _rate(self, ran: int) -> float | None:
         """Return missions/s since the first one of this session began, None where none is known.

@@ -22,7 +22,7 @@ from .statistics.findings import NEEDED, harm_said, harmed, starved_said
 from .statistics.outcomes import (
     JUDGED,
     Fleets,
-    Outcomes,
+    MissionOutcomes,
     check_metrics,
     fleets,
     of_an_auv,
@@ -126,7 +126,7 @@ def _unserved_said(differences: Sequence[Difference]) -> bool:
     return any(it.lacks for rows in tables for it in rows) and all(map(is_alone, tables))
 
 
-def _unserved(folder: Path, found: Outcomes) -> Fleets:
+def _unserved(folder: Path, found: MissionOutcomes) -> Fleets:
     """Return the AUVs of a campaign where some have no value, with what they lack."""
     lacked = [name for name, without in found.unserved.items() if (without & found.ok).any()]
     return fleets(folder, list(dict.fromkeys(map(of_an_auv, lacked))))

@@ -19,7 +19,7 @@ from .statistics.differences import key_effects
 from .statistics.findings import findings
 from .statistics.intervals import intervals
 from .statistics.naming import written
-from .statistics.outcomes import JUDGED, MEANS, Outcomes, lower_is_better, outcomes
+from .statistics.outcomes import JUDGED, MEANS, MissionOutcomes, lower_is_better, outcomes
 from .statistics.points_table import in_intervals
 
 if TYPE_CHECKING:
@@ -29,7 +29,9 @@ if TYPE_CHECKING:
 PRECISION = 1e-6
 
 
-def packed_statistics(found: Outcomes, metric: str, points: int, packer: Packer) -> dict[str, Any]:
+def packed_statistics(
+    found: MissionOutcomes, metric: str, points: int, packer: Packer
+) -> dict[str, Any]:
     """Return mean and half the 95 % interval of a metric at each point, packed for a page.
 
     As :func:`.statistics.intervals.interval` says: nan where no mission that went well
@@ -46,7 +48,9 @@ def packed_statistics(found: Outcomes, metric: str, points: int, packer: Packer)
     return columns
 
 
-def packed_names(found: Outcomes, metric: str, points: int, packer: Packer) -> dict[str, Any]:
+def packed_names(
+    found: MissionOutcomes, metric: str, points: int, packer: Packer
+) -> dict[str, Any]:
     """Return the AUV that is most often the worst at each point, and in how many missions it is."""
     first = [next(iter(found.who(point, metric).items()), None) for point in range(points)]
     return {
@@ -192,7 +196,7 @@ def _head(campaign: "Campaign") -> str:
     return f"<header><div>{head}</div>{THEME}</header>"
 
 
-def _story(campaign: "Campaign", found: Outcomes) -> str:
+def _story(campaign: "Campaign", found: MissionOutcomes) -> str:
     """Return what was found: the best point, harm and want of fixes, the effect of each key."""
     said = findings(campaign.folder, campaign.plan)
     first, _, rest = said.best.partition(". ")

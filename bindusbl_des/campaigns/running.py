@@ -54,7 +54,7 @@ LONGEST_LIMIT_S = 1e9
 
 
 @dataclass(frozen=True)
-class Settings:
+class RunSettings:
     """How a campaign is run, which changes nothing of what it finds.
 
     Raises:
@@ -81,7 +81,7 @@ class Settings:
 
 
 class HowToRun(TypedDict, total=False):
-    """The settings of a campaign as keyword arguments, each with a default in `Settings`."""
+    """The settings of a campaign as keyword arguments, each with a default in `RunSettings`."""
 
     workers: int | None
     backend: str
@@ -89,7 +89,7 @@ class HowToRun(TypedDict, total=False):
     mission_timeout_s: float | None
 
 
-def settings_of(given: Mapping[str, Any], function: Callable[..., Any]) -> Settings:
+def settings_of(given: Mapping[str, Any], function: Callable[..., Any]) -> RunSettings:
     """Return the settings that were given to a function by name.
 
     Raises:
@@ -104,7 +104,7 @@ def settings_of(given: Mapping[str, Any], function: Callable[..., Any]) -> Setti
                 f"{function.__name__} has no argument {name!r}"
                 f"{hint or '; its settings are ' + ', '.join(names)}"
             )
-    return Settings(**given)
+    return RunSettings(**given)
 
 
 # Campaigns begun and continued.
@@ -188,7 +188,9 @@ def _removed(folder: Path, owner: int) -> None:
         rmtree(folder, ignore_errors=True)
 
 
-def _swept(plan: ExperimentPlan, folder: Path, shard: Shard | None, settings: Settings) -> Campaign:
+def _swept(
+    plan: ExperimentPlan, folder: Path, shard: Shard | None, settings: RunSettings
+) -> Campaign:
     """Run a campaign in a new folder, or go on with it in its own."""
     check_name(folder)
     check_backend(settings)
@@ -226,7 +228,7 @@ def _empty(folder: Path) -> None:
             path.unlink(missing_ok=True)
 
 
-def check_backend(settings: Settings) -> None:
+def check_backend(settings: RunSettings) -> None:
     """Refuse a backend that does not exist before anything is written."""
     pool_for(settings.backend, 1).close(now=True)
 
@@ -269,7 +271,7 @@ def resume(
 
 def _resumed(
     folder: Path,
-    settings: Settings,
+    settings: RunSettings,
     tell: Callable[[str], None],
     retry_failed: bool = False,
     allow_plugins: bool = False,
@@ -309,7 +311,7 @@ def first_record(plan: ExperimentPlan, shard: Shard | None) -> dict[str, Any]:
     }
 
 
-def _run(campaign: Campaign, settings: Settings) -> Campaign:
+def _run(campaign: Campaign, settings: RunSettings) -> Campaign:
     """Run the missing missions of a campaign whose folder is ours."""
     folder = campaign.folder
     session = {"began_at": time.time(), "rows_before": len(campaign.done())}
@@ -347,7 +349,7 @@ def _settle(folder: Path, record: Mapping[str, Any]) -> None:
         write_json(folder / RECORD, record)
 
 
-def _supervise(campaign: Campaign, settings: Settings) -> str:
+def _supervise(campaign: Campaign, settings: RunSettings) -> str:
     """Run what is missing; return `complete` or `interrupted`."""
     folder, missing = campaign.folder, campaign.missing()
     if len(missing):
@@ -367,7 +369,7 @@ def _wait_or_end(asked: int) -> None:
 
 
 def _run_missing(
-    campaign: Campaign, missing: NDArray[np.int64], settings: Settings
+    campaign: Campaign, missing: NDArray[np.int64], settings: RunSettings
 ) -> NDArray[np.int64]:
     """Run missions, and those that turn out to be wanted; return what an interrupt left."""
     workers = min(settings.workers or os.cpu_count() or 1, len(missing))

@@ -73,7 +73,7 @@ def ended_in_order() -> Iterator[None]:
 
 if TYPE_CHECKING:
     from ..preflight.effort import Effort
-    from ..preflight.worth_knowing import Reading
+    from ..preflight.warnings import Reading
     from ..scenario.files.mistakes import Mistake
     from ..scenario.scenario import Scenario
 
@@ -183,7 +183,7 @@ def reading_from(
     path: str, overrides: tuple[str, ...] = (), allow_plugins: bool = False
 ) -> "Reading":
     """Return a scenario and its warnings, or end the command with all its mistakes."""
-    from ..preflight.worth_knowing import read_scenario
+    from ..preflight.warnings import read_scenario
     from ..scenario.files.mistakes import ScenarioError
 
     try:
@@ -196,7 +196,7 @@ def talk_of(warnings: "Iterable[Mistake]") -> None:
     """Print warnings before the results are trusted, a line for each."""
     lines = [str(warning) for warning in warnings]
     if lines:
-        talk("\n".join(["Worth knowing:", *lines]))
+        talk("\n".join(["Warnings:", *lines]))
 
 
 def refuse_plugins(unloaded: "Iterable[Mistake]") -> None:

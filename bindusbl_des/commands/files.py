@@ -52,8 +52,8 @@ def validate(
         ]
         print_json({"valid": not refused, "files": listed[0], "warnings": listed[1]})
     else:
-        for file, (wrong, worth_knowing) in found.items():
-            say("\n".join(map(str, (*wrong, *worth_knowing))) or f"{file}: ok")
+        for file, (wrong, warned) in found.items():
+            say("\n".join(map(str, (*wrong, *warned))) or f"{file}: ok")
     if mistakes or warnings:
         talk(", ".join(_counted(mistakes, "mistake") + _counted(warnings, "warning")))
     if refused:
@@ -69,7 +69,7 @@ def _findings(
 ) -> "tuple[Sequence[Mistake], Sequence[Mistake]]":
     """Return the mistakes of a file, and warnings about it."""
     from ..campaigns.experiments.experiment_points import is_experiment, is_plan
-    from ..preflight.worth_knowing import read_scenario
+    from ..preflight.warnings import read_scenario
     from ..scenario.files.mistakes import ScenarioError
     from ..scenario.files.plain_yaml import read_yaml
     from ..scenario.files.scenario_file import Source

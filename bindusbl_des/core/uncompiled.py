@@ -63,7 +63,7 @@ def as_compiled(value: Any) -> Any:
     return value
 
 
-class Record(np.record):  # type: ignore[misc]  # numpy's stubs make its base final
+class PlainRecord(np.record):  # type: ignore[misc]  # numpy's stubs make its base final
     """A record whose fields come before the methods that numpy's have (`round`)."""
 
     def __getattribute__(self, name: str) -> Any:
@@ -76,7 +76,7 @@ class Record(np.record):  # type: ignore[misc]  # numpy's stubs make its base fi
 
 @cache
 def _with_attributes(kind: np.dtype[Any]) -> np.dtype[Any]:
-    return np.dtype((Record, kind))
+    return np.dtype((PlainRecord, kind))
 
 
 def _like_c(function: Callable[..., Any]) -> Callable[..., Any]:

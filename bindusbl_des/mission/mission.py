@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..core.growing import keep_memory
 from ..core.wording import plain
-from ..preflight.worth_knowing import Caution, cautions
+from ..preflight.warnings import ScenarioWarning, warnings_of
 from ..protocol.happenings import Happening, Watch
 from ..protocol.hf.outcomes import Sight
 from ..protocol.network import Network
@@ -386,11 +386,11 @@ class Mission:
             self.scenario, self.seed, tables, self._worked_s, self._warnings(), violations=broken
         )
 
-    def _warnings(self) -> list[Caution] | None:
+    def _warnings(self) -> list[ScenarioWarning] | None:
         """Return warnings; None where they follow from the scenario alone."""
         moved = self._world.auv_fleet.poses or self._world.asv_fleet.poses
         if moved is None:
             return None
-        return cautions(self.scenario) + [
-            Caution(f"{kind}.vehicle", moved.described) for kind in moved.kinds
+        return warnings_of(self.scenario) + [
+            ScenarioWarning(f"{kind}.vehicle", moved.described) for kind in moved.kinds
         ]

@@ -165,7 +165,7 @@ def excess(goal: Goal, value: float) -> float:
     return math.log(ratio[0] / ratio[1])
 
 
-class Doubt(NamedTuple):
+class PredictionDoubt(NamedTuple):
     """By how much predictions may be wrong, as a logarithm of the ratio to what is flown.
 
     Nine of ten keep to `mostly`, 99 of 100 to `hardly_more`.
@@ -175,10 +175,10 @@ class Doubt(NamedTuple):
     hardly_more: float
 
 
-def doubt_of(metric: str) -> Doubt | None:
+def doubt_of(metric: str) -> PredictionDoubt | None:
     """Return by how much predictions of a metric may be wrong; None where that is not known."""
     known = STATED_ERROR.get(metric)
-    return None if known is None else Doubt(math.log1p(known.p90), math.log1p(known.p99))
+    return None if known is None else PredictionDoubt(math.log1p(known.p90), math.log1p(known.p99))
 
 
 def band(goal: Goal, value: float) -> tuple[float, float]:

@@ -33,7 +33,7 @@ FIRST, ALL = 4, 8
 NARROW = 0.1
 
 
-def with_dearer(
+def with_costlier(
     selection: Selection, candidates: Sequence[Candidate], goals: Sequence[Goal], sample: Sample
 ) -> Selection:
     """Return a selection with estimates of the first candidate of each cost that was not flown.

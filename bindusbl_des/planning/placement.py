@@ -19,7 +19,7 @@ from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of
 from .prediction.inputs import Inputs, inputs_of
 from .prediction.predicting import predict
-from .prediction.sights import Sights, located, looked_up, seen
+from .prediction.sights import ExpectedSights, located, looked_up, seen
 
 # What a placement of ASVs is worth, without simulation: a number, the less the better.
 
@@ -102,7 +102,7 @@ def _predicted(inputs: Inputs) -> Value:
     return lambda places: predict(inputs, places).worst("position_error_p95_m")
 
 
-def _told(inputs: Inputs, sights: Sights) -> Floats:
+def _told(inputs: Inputs, sights: ExpectedSights) -> Floats:
     """Return how likely AUVs decode a frame (n, k), whichever ASV broadcasts it."""
     access, told = inputs.access, sights.told
     replies = access.downlink.replies

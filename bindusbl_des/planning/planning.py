@@ -46,7 +46,7 @@ from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
 from .binding import binding
 from .candidates import Candidate, Foresight, further, narrowed
-from .doubting import SEEDS, Doubted, doubted, doubts, teams_of, with_dearer
+from .doubting import SEEDS, Doubted, doubted, doubts, teams_of, with_costlier
 from .flying import Budget, flights, local_workers, wanted
 from .folder import DOUBTS, MISSIONS, begin
 from .found import Found, ranked
@@ -55,8 +55,7 @@ from .proposals import proposed
 from .question import Asking, Question, goals_of_arguments, read_plan
 from .selection.goals import Floats, Of
 from .selection.search import select
-from .selection.selection import Candidate as Choice
-from .selection.selection import Sample, Selection
+from .selection.selection import Choice, Sample, Selection
 from .telling import best_told
 
 
@@ -175,7 +174,7 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
             with fly(teams, folder / MISSIONS) as missions:
                 sample = partial(budget.sample, missions)
                 selection = _selected(question, candidates, foresight, sample, budget)
-                selection = with_dearer(selection, candidates, goals, sample)
+                selection = with_costlier(selection, candidates, goals, sample)
                 looked_at = _looked_at(question, candidates, selection, foresight)
                 is_found = selection.answer is not None and not budget.cut_by
                 number = candidates.index(looked_at)

@@ -24,7 +24,7 @@ from ..campaigns.experiments.experiment_points import is_experiment, is_plan
 from ..campaigns.experiments.options import Options, PythonArguments
 from ..campaigns.experiments.plan import model_version
 from ..core.wording import described, did_you_mean
-from ..scenario.files.mistakes import Mistake, Place, ScenarioError
+from ..scenario.files.mistakes import FilePlace, Mistake, ScenarioError
 from ..scenario.files.plain_yaml import Document, Path, read_yaml
 from ..scenario.files.scenario_file import Source, read_text
 from ..scenario.files.shipped import shipped
@@ -163,7 +163,7 @@ def _all_of(asked: Iterator[tuple[str, Callable[[], Any]]]) -> tuple[Goal, ...]:
             found = read()
             goals += [found] if isinstance(found, Goal) else found
         except ValueError as error:
-            mistakes.append(Mistake.at(Place(place), "goal", without_key(error)))
+            mistakes.append(Mistake.at(FilePlace(place), "goal", without_key(error)))
     if mistakes:
         raise ScenarioError(mistakes)
     return tuple(goals)
@@ -274,7 +274,7 @@ def _experiment_document(document: Document) -> Document:
     names = {"name": "name", "scenario": "scenario", "candidates": "points" if listed else "vary"}
     data = {new: document.data[key] for key, new in names.items() if key in document.data}
 
-    def moved(places: Mapping[Path, Place]) -> dict[Path, Place]:
+    def moved(places: Mapping[Path, FilePlace]) -> dict[Path, FilePlace]:
         return {(names.get(str(path[0]), path[0]), *path[1:]) if path else path: place
                 for path, place in places.items()}  # fmt: skip
 
@@ -289,9 +289,9 @@ def _as_candidates(mistake: Mistake) -> Mistake:
     return mistake
 
 
-def _note(document: Document, path: Path, message: str, place: Place | None = None) -> None:
+def _note(document: Document, path: Path, message: str, place: FilePlace | None = None) -> None:
     known = document.values
-    found = place or known.get(path) or known.get(path[:1]) or Place(document.file, 1, 1)
+    found = place or known.get(path) or known.get(path[:1]) or FilePlace(document.file, 1, 1)
     document.report(found, path, message)
 
 
@@ -324,7 +324,7 @@ def _number(
     value = document.data.get(key, default) if asked is None else asked
     if _is_number(value) and low <= value <= high:
         return float(value)
-    place = None if asked is None else Place(f"--{key.replace('_', '-')} {value}")
+    place = None if asked is None else FilePlace(f"--{key.replace('_', '-')} {value}")
     message = f"needs a number >= {low:g} and <= {high:g}; got {described(value)}"
     _note(document, (key,), message, place)
     return default
@@ -335,7 +335,7 @@ def _whole_number(document: Document, key: str, asked: int | None, least: int, m
     value = document.data.get(key, least) if asked is None else asked
     if isinstance(value, int) and not isinstance(value, bool) and least <= value <= most:
         return value
-    place = None if asked is None else Place(f"--{key.replace('_', '-')} {value}")
+    place = None if asked is None else FilePlace(f"--{key.replace('_', '-')} {value}")
     message = f"needs a whole number >= {least} and <= {most}; got {described(value)}"
     _note(document, (key,), message, place)
     return least

@@ -1,6 +1,6 @@
 """Keys that do nothing in the mode that a scenario has chosen; each rule was found by experiment.
 
-`tests/preflight/test_worth_knowing.py` toggles every key in every mode and compares the missions'
+`tests/preflight/test_warnings.py` toggles every key in every mode and compares the missions'
 tables: it fails where a key does nothing and no rule here says so, and where a rule here is wrong.
 
 Settings of channels, instruments and casts that another setting leaves nothing to do.

@@ -10,7 +10,7 @@ from ..protocol.access.aloha import aloha_success, offered_load, slot_share, slo
 from ..protocol.access.serving import backoff_slot_s, sensing_of
 from ..protocol.cycles import STAND_IN, cycle
 from ..protocol.slots import Slots, slots_of
-from ..scenario.declared import DOWNLINKS, Downlink, Schedule
+from ..scenario.declared import DOWNLINKS, DownlinkTraits, ScheduleTraits
 from ..scenario.families import broadcaster_of, schedule_of, schedule_settings, tells_slots
 from ..scenario.scenario import Scenario
 
@@ -46,7 +46,7 @@ class Rounds:
     @property
     def broadcasts(self) -> bool:
         """Whether fixes are broadcast, so that their number decides how long a round lasts."""
-        return self.policy is not None and not DOWNLINKS.get(self.policy, Downlink()).replies
+        return self.policy is not None and not DOWNLINKS.get(self.policy, DownlinkTraits()).replies
 
     def length(self, groups: int, fixes: int) -> float:
         """Return the time (s) that a round of some groups and fixes takes, at most."""
@@ -67,7 +67,7 @@ class Rounds:
         """Return the time (s) from one round to the next: its length, or its frame if longer."""
         return max(self.length(groups, fixes), self.frame)
 
-    def pace_told(self, schedule: Schedule) -> Iterator[str]:
+    def pace_told(self, schedule: ScheduleTraits) -> Iterator[str]:
         """Yield how long slots are that are not all of T_UL."""
         if self.pace is None:
             return

@@ -13,7 +13,7 @@ from ..acoustics.fix_chance import LOOKED_UP, frame_chance, made_and_delivered, 
 from ..protocol.bounds import EXACT_UP_TO, clique_number, fewest_groups, most_heard, reuse_bound
 from ..protocol.conflicts import dsatur_groups, greedy_groups
 from ..protocol.predicted_positions import planned_vehicles
-from ..scenario.declared import Schedule, channel_named
+from ..scenario.declared import ScheduleTraits, channel_named
 from ..scenario.planned import known_stations
 from ..scenario.scenario import Scenario
 
@@ -155,7 +155,7 @@ class Groups:
         return self.fewest[0] == self.fewest[1]
 
 
-def groups_of(schedule: Schedule, heard: Flags) -> Groups:
+def groups_of(schedule: ScheduleTraits, heard: Flags) -> Groups:
     """Return the ping groups of rounds that begin with so much in HF range, (k, n, m)."""
     made = groups_made(schedule, heard)
     small = heard.shape[1] <= EXACT_UP_TO
@@ -171,7 +171,7 @@ def groups_of(schedule: Schedule, heard: Flags) -> Groups:
     )
 
 
-def groups_made(schedule: Schedule, heard: Flags) -> Ints | None:
+def groups_made(schedule: ScheduleTraits, heard: Flags) -> Ints | None:
     """Return how many ping groups a schedule makes of what is in range (k, n, m), at each instant
     (k,); None where only the schedule knows.
     """

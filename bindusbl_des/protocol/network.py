@@ -22,7 +22,7 @@ from .ranging import OneWay, OwnRanging, TwoWay
 from .replies import Replies
 from .schedules.named import Schedule
 from .schedules.polling import Answers
-from .schedules.view import Groups, Known, View
+from .schedules.view import Groups, KnownFixes, View
 from .slots import Slots
 
 Steps = Generator[simpy.Event, None, float]
@@ -73,7 +73,7 @@ class Network(Watched):
     broadcaster_draw: RandomStream
     mf_range: float
     positions: PredictedPositions
-    estimates: Known
+    estimates: KnownFixes
     answers: Answers | None = None
     dissemination: Dissemination | None = None
     replies: Replies | None = None

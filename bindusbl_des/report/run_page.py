@@ -120,7 +120,7 @@ def run_page(result: "Result") -> str:
         + _tiles(result)
         + _described(result)
         + middle
-        + worth_knowing(result)
+        + warnings_section(result)
         + auv_tables(result)
         + origin(result)
     )
@@ -163,7 +163,7 @@ def described(result: "Result") -> str:
     )
 
 
-def worth_knowing(result: "Result") -> str:
+def warnings_section(result: "Result") -> str:
     """Return the section of the scenario's warnings, nothing where there is none."""
     if not result.warnings:
         return ""
@@ -171,7 +171,7 @@ def worth_knowing(result: "Result") -> str:
         filled("<li><code>{key}</code>: {message}</li>", key=it.key, message=it.message)
         for it in result.warnings
     )
-    return f'<section id="knowing"><h2>Worth knowing</h2><ul>{items}</ul></section>'
+    return f'<section id="knowing"><h2>Warnings</h2><ul>{items}</ul></section>'
 
 
 def _answer(told: Story) -> str:

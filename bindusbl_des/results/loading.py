@@ -10,7 +10,7 @@ import pyarrow as pa
 
 from ..core.files import read_json
 from ..core.kept_files import placed
-from ..preflight.worth_knowing import Caution
+from ..preflight.warnings import ScenarioWarning
 from ..scenario.files.former_keys import as_now
 from ..scenario.scenario import Scenario
 from .effects import Advice, from_data
@@ -52,7 +52,7 @@ def load_result(folder: str | Path) -> Result:
         arrow = _tables(folder, scenario, run)
     except _Damaged as error:
         raise ValueError("; ".join([*error.told, _again(folder, run["seed"])])) from None
-    told = [Caution(it["key"], it["message"]) for it in run.get("warnings", ())]
+    told = [ScenarioWarning(it["key"], it["message"]) for it in run.get("warnings", ())]
     broken = violations_in(run.get("violations"))
     result = Result(
         scenario, run["seed"], arrow, float(run["wall_time_s"]), told, violations=broken,
@@ -175,11 +175,11 @@ def _is_number(value: Any) -> bool:
     return type(value) in (int, float) and 0 < value < BEYOND_MEASURE
 
 
-def _is_cautions(value: Any) -> bool:
-    return isinstance(value, list) and all(map(_is_caution, value))
+def _is_warnings(value: Any) -> bool:
+    return isinstance(value, list) and all(map(_is_warning, value))
 
 
-def _is_caution(value: Any) -> bool:
+def _is_warning(value: Any) -> bool:
     return isinstance(value, dict) and all(
         isinstance(value.get(key), str) for key in ("key", "message")
     )
@@ -203,7 +203,7 @@ RECORD: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "status": (lambda it: it == "complete", '"complete"'),
     "schema": (lambda it: type(it) is int and it > 0, "a whole number > 0"),
     "overrides": (_is_texts, "a list of KEY=VALUE"),
-    "warnings": (_is_cautions, "a list of keys with messages"),
+    "warnings": (_is_warnings, "a list of keys with messages"),
     "violations": (is_violations, "null, or a count and the first"),
     "versions": (_is_words, "a version for each package"),
     SUMS: (_is_words, "a checksum for each table"),

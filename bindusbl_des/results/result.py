@@ -16,7 +16,7 @@ import pyarrow as pa
 
 from ..core.files import write_text
 from ..core.kept_files import copies_of, keep, portable
-from ..preflight.worth_knowing import Caution, cautions
+from ..preflight.warnings import ScenarioWarning, warnings_of
 from ..scenario.scenario import Scenario
 from .effects import Advice
 from .result_folder import (
@@ -74,7 +74,7 @@ class Result:
         seed: int,
         arrow: Mapping[str, pa.Table],
         wall_time_s: float,
-        warnings: Sequence[Caution] | None = None,
+        warnings: Sequence[ScenarioWarning] | None = None,
         *,
         violations: Violations | None = None,
         overrides: Sequence[str] = (),
@@ -93,9 +93,9 @@ class Result:
         self._told = warnings
 
     @cached_property
-    def warnings(self) -> tuple[Caution, ...]:
+    def warnings(self) -> tuple[ScenarioWarning, ...]:
         """Warnings about the scenario, to be read before the results are trusted."""
-        return tuple(cautions(self.scenario) if self._told is None else self._told)
+        return tuple(warnings_of(self.scenario) if self._told is None else self._told)
 
     @cached_property
     def tables(self) -> "Mapping[str, pd.DataFrame]":

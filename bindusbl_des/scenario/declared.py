@@ -32,7 +32,7 @@ from .shipped_settings import (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Part:
+class Traits:
     """What a part of any family declares: the model of its `settings`, and in which place advice
     tries it where a scenario has another (`advised`; 0: it does not).
     """
@@ -42,7 +42,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Schedule(Part):
+class ScheduleTraits(Traits):
     """Who pings when.
 
     How the ping groups of a round come about (`groups`): a round is one AUV's (`frame`), each AUV
@@ -105,7 +105,7 @@ class Schedule(Part):
 
 
 @dataclass(frozen=True)
-class Downlink(Part):
+class DownlinkTraits(Traits):
     """When fixes travel, and what the next round waits for.
 
     Each ping is answered by itself (`replies`), or fixes are broadcast: after each group of a round
@@ -122,7 +122,7 @@ class Downlink(Part):
 
 
 @dataclass(frozen=True)
-class Broadcaster(Part):
+class BroadcasterTraits(Traits):
     """Which ASV broadcasts.
 
     The next one (`turn`), one drawn by `lot`, always `one`, that which has measured the most fixes
@@ -140,7 +140,7 @@ class Broadcaster(Part):
 
 
 @dataclass(frozen=True)
-class Ranging(Part):
+class RangingTraits(Traits):
     """How a range is measured: ASVs ping and AUVs fix themselves (`asvs_ping`), or AUVs ping, at
     their `own_clocks`, which need no slot, or in answer to a call (`calls`), whose both ways are
     measured.
@@ -152,14 +152,14 @@ class Ranging(Part):
 
 
 @dataclass(frozen=True)
-class Knowledge(Part):
+class KnowledgeTraits(Traits):
     """Who knows the slots of a round: everybody at once, or AUVs that frames name (`by_frames`)."""
 
     by_frames: bool = False
 
 
 @dataclass(frozen=True)
-class Instrument(Part):
+class InstrumentTraits(Traits):
     """What is made of a ping: it `times_arrivals` at the elements of an array, or errs as a data
     sheet has it (`is_stated`).
     """
@@ -169,7 +169,7 @@ class Instrument(Part):
 
 
 @dataclass(frozen=True)
-class Channel(Part):
+class ChannelTraits(Traits):
     """What becomes of sound: if it `ends_at_range` nothing is heard beyond; with a channel that
     `has_levels` one knows how loud it is.  Within its range it may lose pings, and frames unless it
     `keeps_frames`.  Pings may have echoes (`has_echoes`), or rays are traced (`traces_rays`), where
@@ -185,7 +185,7 @@ class Channel(Part):
 
 
 @dataclass(frozen=True)
-class Navigator(Part):
+class NavigatorTraits(Traits):
     """What an AUV makes of a fix: nothing (`ignores_fixes`), a fixed share of it (`has_gain`), or
     as much as it is worth by its covariance (`weighs`); `is_smoother` if it revises what was
     before.
@@ -198,19 +198,21 @@ class Navigator(Part):
 
 
 @dataclass(frozen=True)
-class Hull(Part):
+class HullTraits(Traits):
     """What a vehicle is: it moves by equations of motion (`has_dynamics`), or as it is planned."""
 
     has_dynamics: bool = True
 
 
-SCHEDULES: Mapping[str, Schedule] = {
-    "spatial_reuse": Schedule(groups="first_fit", is_proved=True, is_proposed=True, advised=2),
-    "dsatur": Schedule(groups="saturation", is_proved=True, advised=3),
-    "one_per_slot": Schedule(groups="each", is_proved=True, is_proposed=True, advised=1),
-    "round_robin": Schedule(framed=True, groups="frame", turn="rotation", is_proved=True),
-    "random": Schedule(framed=True, groups="frame", turn="lot", is_proved=True),
-    "worst_first": Schedule(
+SCHEDULES: Mapping[str, ScheduleTraits] = {
+    "spatial_reuse": ScheduleTraits(
+        groups="first_fit", is_proved=True, is_proposed=True, advised=2
+    ),
+    "dsatur": ScheduleTraits(groups="saturation", is_proved=True, advised=3),
+    "one_per_slot": ScheduleTraits(groups="each", is_proved=True, is_proposed=True, advised=1),
+    "round_robin": ScheduleTraits(framed=True, groups="frame", turn="rotation", is_proved=True),
+    "random": ScheduleTraits(framed=True, groups="frame", turn="lot", is_proved=True),
+    "worst_first": ScheduleTraits(
         settings=WorstFirst,
         groups="first_fit",
         is_proved=True,
@@ -219,7 +221,7 @@ SCHEDULES: Mapping[str, Schedule] = {
         approximation="is taken for spatial_reuse: each AUV has a turn in every round.",
         turn_by="expected_error",
     ),
-    "polling": Schedule(
+    "polling": ScheduleTraits(
         settings=Polling,
         groups="each",
         approximation=(
@@ -228,7 +230,7 @@ SCHEDULES: Mapping[str, Schedule] = {
         pace="answered",
         turn_by="calls",
     ),
-    "super_tdma": Schedule(
+    "super_tdma": ScheduleTraits(
         settings=SuperTdma,
         groups="first_fit",
         renumbers=True,
@@ -236,79 +238,79 @@ SCHEDULES: Mapping[str, Schedule] = {
         pace="packed",
         turn_by="arrivals",
     ),
-    "aloha": Schedule(access="poisson"),
-    "slotted_aloha": Schedule(access="slotted"),
-    "csma": Schedule(settings=CarrierSense, access="sensing"),
+    "aloha": ScheduleTraits(access="poisson"),
+    "slotted_aloha": ScheduleTraits(access="slotted"),
+    "csma": ScheduleTraits(settings=CarrierSense, access="sensing"),
 }
-DOWNLINKS: Mapping[str, Downlink] = {
-    "sequential": Downlink(
+DOWNLINKS: Mapping[str, DownlinkTraits] = {
+    "sequential": DownlinkTraits(
         waits=True,
         is_foreseen=True,
         advised=3,
         in_words="the fixes of a round are broadcast after its last slot; then the next begins.",
     ),
-    "pipelined_round": Downlink(
+    "pipelined_round": DownlinkTraits(
         is_foreseen=True,
         advised=1,
         in_words="the fixes of a round are broadcast while the next round pings.",
     ),
-    "pipelined_group": Downlink(
+    "pipelined_group": DownlinkTraits(
         by_group=True,
         advised=4,
         in_words="the fixes of a ping group are broadcast while the next group pings.",
     ),
-    "direct_reply": Downlink(
+    "direct_reply": DownlinkTraits(
         settings=DirectReply, replies=True, advised=2, in_words="a round is its uplink slots."
     ),
 }
-BROADCASTERS: Mapping[str, Broadcaster] = {
-    "rotate": Broadcaster("turn", advised=4),
-    "random": Broadcaster("lot", advised=5),
-    "most_fixes": Broadcaster("hearing", advised=3),
-    "nearest": Broadcaster("distance", advised=1),
-    "fixed": Broadcaster("one", settings=Fixed),
-    "parallel": Broadcaster("distance", at_once=True, advised=2),
+BROADCASTERS: Mapping[str, BroadcasterTraits] = {
+    "rotate": BroadcasterTraits("turn", advised=4),
+    "random": BroadcasterTraits("lot", advised=5),
+    "most_fixes": BroadcasterTraits("hearing", advised=3),
+    "nearest": BroadcasterTraits("distance", advised=1),
+    "fixed": BroadcasterTraits("one", settings=Fixed),
+    "parallel": BroadcasterTraits("distance", at_once=True, advised=2),
 }
-RANGINGS: Mapping[str, Ranging] = {
-    "owtt_sync": Ranging(own_clocks=True),
-    "twtt": Ranging(settings=TwoWay, calls=True),
-    "passive": Ranging(asvs_ping=True),
+RANGINGS: Mapping[str, RangingTraits] = {
+    "owtt_sync": RangingTraits(own_clocks=True),
+    "twtt": RangingTraits(settings=TwoWay, calls=True),
+    "passive": RangingTraits(asvs_ping=True),
 }
-KNOWLEDGES: Mapping[str, Knowledge] = {
-    "shared": Knowledge(),
-    "broadcast": Knowledge(settings=Broadcast, by_frames=True),
+KNOWLEDGES: Mapping[str, KnowledgeTraits] = {
+    "shared": KnowledgeTraits(),
+    "broadcast": KnowledgeTraits(settings=Broadcast, by_frames=True),
 }
-INSTRUMENTS: Mapping[str, Instrument] = {
-    "array": Instrument(times_arrivals=True),
-    "datasheet": Instrument(settings=Datasheet, is_stated=True),
+INSTRUMENTS: Mapping[str, InstrumentTraits] = {
+    "array": InstrumentTraits(times_arrivals=True),
+    "datasheet": InstrumentTraits(settings=Datasheet, is_stated=True),
 }
-CHANNELS: Mapping[str, Channel] = {
-    "disc": Channel(ends_at_range=True, keeps_frames=True),
-    "curve": Channel(reach_of_its_own=True),
-    "sonar": Channel(has_levels=True, has_echoes=True),
-    "table": Channel(has_levels=True, traces_rays=True),
+CHANNELS: Mapping[str, ChannelTraits] = {
+    "disc": ChannelTraits(ends_at_range=True, keeps_frames=True),
+    "curve": ChannelTraits(reach_of_its_own=True),
+    "sonar": ChannelTraits(has_levels=True, has_echoes=True),
+    "table": ChannelTraits(has_levels=True, traces_rays=True),
 }
-NAVIGATORS: Mapping[str, Navigator] = {
-    "fixed_gain": Navigator(settings=FixedGain, has_gain=True),
-    "kalman": Navigator(settings=Kalman, weighs=True),
-    "smoother": Navigator(settings=Smoothing, weighs=True, is_smoother=True),
-    "dead_reckoning": Navigator(ignores_fixes=True),
+NAVIGATORS: Mapping[str, NavigatorTraits] = {
+    "fixed_gain": NavigatorTraits(settings=FixedGain, has_gain=True),
+    "kalman": NavigatorTraits(settings=Kalman, weighs=True),
+    "smoother": NavigatorTraits(settings=Smoothing, weighs=True, is_smoother=True),
+    "dead_reckoning": NavigatorTraits(ignores_fixes=True),
 }
-AUVS: Mapping[str, Hull] = {
-    "kinematic": Hull(settings=Kinematic, has_dynamics=False),
-    "remus100": Hull(),
-    "bluerov2": Hull(),
+AUVS: Mapping[str, HullTraits] = {
+    "kinematic": HullTraits(settings=Kinematic, has_dynamics=False),
+    "remus100": HullTraits(),
+    "bluerov2": HullTraits(),
 }
-ASVS: Mapping[str, Hull] = {
-    "moored": Hull(has_dynamics=False),
-    "otter": Hull(),
-    "cybership2": Hull(),
+ASVS: Mapping[str, HullTraits] = {
+    "moored": HullTraits(has_dynamics=False),
+    "otter": HullTraits(),
+    "cybership2": HullTraits(),
 }
 
-Record = TypeVar("Record", bound=Part)
+Record = TypeVar("Record", bound=Traits)
 
 
-def advised(table: Mapping[str, Part]) -> tuple[str, ...]:
+def advised(table: Mapping[str, Traits]) -> tuple[str, ...]:
     """Return the parts of a family that advice tries, in the order in which it does."""
     tried = [name for name, it in table.items() if it.advised]
     return tuple(sorted(tried, key=lambda name: table[name].advised))
@@ -329,41 +331,41 @@ def _declared(key: str, table: Mapping[str, Record], default: Record, name: str)
     return asked(key, name, given, when=" as it was asked what it declares")
 
 
-def schedule_named(name: str) -> Schedule:
+def schedule_named(name: str) -> ScheduleTraits:
     """Return what a schedule declares."""
-    return _declared("protocol.schedule", SCHEDULES, Schedule(), name)
+    return _declared("protocol.schedule", SCHEDULES, ScheduleTraits(), name)
 
 
-def downlink_named(name: str) -> Downlink:
+def downlink_named(name: str) -> DownlinkTraits:
     """Return what a downlink declares."""
-    return _declared("protocol.downlink", DOWNLINKS, Downlink(), name)
+    return _declared("protocol.downlink", DOWNLINKS, DownlinkTraits(), name)
 
 
-def broadcaster_named(name: str) -> Broadcaster:
+def broadcaster_named(name: str) -> BroadcasterTraits:
     """Return what a broadcaster declares."""
-    return _declared("protocol.broadcaster", BROADCASTERS, Broadcaster(), name)
+    return _declared("protocol.broadcaster", BROADCASTERS, BroadcasterTraits(), name)
 
 
-def ranging_named(name: str) -> Ranging:
+def ranging_named(name: str) -> RangingTraits:
     """Return what a ranging declares."""
-    return _declared("protocol.ranging", RANGINGS, Ranging(), name)
+    return _declared("protocol.ranging", RANGINGS, RangingTraits(), name)
 
 
-def knowledge_named(name: str) -> Knowledge:
+def knowledge_named(name: str) -> KnowledgeTraits:
     """Return what a way of knowing the schedule declares."""
-    return _declared("protocol.knowledge", KNOWLEDGES, Knowledge(), name)
+    return _declared("protocol.knowledge", KNOWLEDGES, KnowledgeTraits(), name)
 
 
-def channel_named(name: str) -> Channel:
+def channel_named(name: str) -> ChannelTraits:
     """Return what a channel declares, of either band."""
-    return _declared("acoustics.hf.channel", CHANNELS, Channel(), name)
+    return _declared("acoustics.hf.channel", CHANNELS, ChannelTraits(), name)
 
 
-def instrument_named(name: str) -> Instrument:
+def instrument_named(name: str) -> InstrumentTraits:
     """Return what an instrument declares."""
-    return _declared("usbl.model", INSTRUMENTS, Instrument(), name)
+    return _declared("usbl.model", INSTRUMENTS, InstrumentTraits(), name)
 
 
-def navigator_named(name: str) -> Navigator:
+def navigator_named(name: str) -> NavigatorTraits:
     """Return what a navigator declares."""
-    return _declared("navigation.filter", NAVIGATORS, Navigator(), name)
+    return _declared("navigation.filter", NAVIGATORS, NavigatorTraits(), name)

@@ -11,7 +11,14 @@ from typing import Any
 from ..core.plugins import Family, PluginError, allow, is_plugin
 from . import declared
 from .channel_settings import Curve, Disc, Lossy, PingSonar, PingTable, Sonar, Table
-from .declared import Broadcaster, Downlink, Navigator, Part, Ranging, Schedule
+from .declared import (
+    BroadcasterTraits,
+    DownlinkTraits,
+    NavigatorTraits,
+    RangingTraits,
+    ScheduleTraits,
+    Traits,
+)
 from .part_choice import PartChoice
 from .part_settings import Settings, own_mistakes, own_part
 from .scenario_keys import ScenarioKeys
@@ -20,7 +27,7 @@ from .sections.routes import ROUTES
 from .shipped_settings import ScheduleSettings
 
 
-def _of(table: Mapping[str, Part]) -> dict[str, type[Settings]]:
+def _of(table: Mapping[str, Traits]) -> dict[str, type[Settings]]:
     """Return the models of the settings of those parts that have any."""
     return {name: it.settings for name, it in table.items() if it.settings.model_fields}
 
@@ -78,7 +85,7 @@ FAMILIES = (
 )
 
 
-def schedule_of(scenario: ScenarioKeys) -> Schedule:
+def schedule_of(scenario: ScenarioKeys) -> ScheduleTraits:
     """Return what the schedule of a scenario declares."""
     return declared.schedule_named(scenario.protocol.schedule)
 
@@ -89,22 +96,22 @@ def schedule_settings(scenario: ScenarioKeys) -> ScheduleSettings:
     return scenario.protocol.schedule.settings_as(ScheduleSettings, own)
 
 
-def downlink_of(scenario: ScenarioKeys) -> Downlink:
+def downlink_of(scenario: ScenarioKeys) -> DownlinkTraits:
     """Return what the downlink of a scenario declares."""
     return declared.downlink_named(scenario.protocol.downlink)
 
 
-def broadcaster_of(scenario: ScenarioKeys) -> Broadcaster:
+def broadcaster_of(scenario: ScenarioKeys) -> BroadcasterTraits:
     """Return what the broadcaster of a scenario declares."""
     return declared.broadcaster_named(scenario.protocol.broadcaster)
 
 
-def ranging_of(scenario: ScenarioKeys) -> Ranging:
+def ranging_of(scenario: ScenarioKeys) -> RangingTraits:
     """Return what the ranging of a scenario declares."""
     return declared.ranging_named(scenario.protocol.ranging)
 
 
-def navigator_of(scenario: ScenarioKeys) -> Navigator:
+def navigator_of(scenario: ScenarioKeys) -> NavigatorTraits:
     """Return what the navigator of a scenario declares."""
     return declared.navigator_named(scenario.navigation.filter)
 

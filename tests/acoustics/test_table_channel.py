@@ -10,7 +10,7 @@ from bindusbl_des import Scenario, load_scenario, simulate
 from bindusbl_des.acoustics.channel import between
 from bindusbl_des.acoustics.named_channels import hf_channel
 from bindusbl_des.acoustics.table_channel import TableChannel, grid_to
-from bindusbl_des.preflight.worth_knowing import read_scenario
+from bindusbl_des.preflight.warnings import read_scenario
 from bindusbl_des.scenario.files.scenario_file import ScenarioError
 from bindusbl_des.scenario.water import sound_speed_of
 

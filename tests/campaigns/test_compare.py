@@ -15,7 +15,7 @@ from bindusbl_des import compare, load_campaign
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.statistics.comparison_table import comparison_table, sentence
 from bindusbl_des.campaigns.statistics.differences import Difference, Pair, Side, difference
-from bindusbl_des.campaigns.statistics.outcomes import Outcomes
+from bindusbl_des.campaigns.statistics.outcomes import MissionOutcomes
 
 SCENARIO = "name: short\nduration_s: 15\nsurvey: {side_m: 140}\n"
 ANGLE = "asvs.formation.angle_deg"
@@ -39,7 +39,7 @@ def paired(metric: str, one: list[float], other: list[float]) -> Difference:
     values = np.array([*one, *other], float)
     ok = ~(values == -1)
     metrics = {metric: values}
-    outcomes = Outcomes(np.arange(count), point, seed, ok, metrics)
+    outcomes = MissionOutcomes(np.arange(count), point, seed, ok, metrics)
     return difference(pair, metric, {Path("c"): outcomes}, {})
 
 

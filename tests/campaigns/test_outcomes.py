@@ -3,7 +3,7 @@
 import numpy as np
 import pyarrow as pa
 
-from bindusbl_des.campaigns.statistics.outcomes import Outcomes, auv_numbers
+from bindusbl_des.campaigns.statistics.outcomes import MissionOutcomes, auv_numbers
 from bindusbl_des.records.rows import NONE
 
 
@@ -20,7 +20,7 @@ def test_who_is_worst_most_often_comes_first() -> None:
     ok = np.array([True] * 4 + [False] + [True] * 3)
     point = np.array([0, 0, 0, 0, 0, 0, 0, 1])
     seeds = np.arange(len(worst))
-    found = Outcomes(seeds, point, seeds, ok, {}, worst={"worst_position_error_m": worst})
+    found = MissionOutcomes(seeds, point, seeds, ok, {}, worst={"worst_position_error_m": worst})
     who = found.who(0, "worst_position_error_m")
     assert list(who.items()) == [("AUV1", 2), ("AUV3", 2), ("AUV0", 1)]
     assert not found.who(2, "worst_position_error_m")

@@ -15,7 +15,7 @@ from bindusbl_des.campaigns.campaign import unfinished_campaign
 from bindusbl_des.campaigns.experiments.experiment import Target, checkpoints
 from bindusbl_des.campaigns.running import resume, sweep
 from bindusbl_des.campaigns.statistics.intervals import interval
-from bindusbl_des.campaigns.statistics.outcomes import Outcomes
+from bindusbl_des.campaigns.statistics.outcomes import MissionOutcomes
 from bindusbl_des.campaigns.statistics.points_table import seeds_wanted, wide_points
 from bindusbl_des.campaigns.storage.folder import CampaignError
 from bindusbl_des.campaigns.storage.parts import done, part_path
@@ -33,12 +33,12 @@ def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("short.yaml").write_text("name: short\nduration_s: 10\nsurvey: {side_m: 140}\n")
 
 
-def found(*points: list[float], seeds: int = 20) -> Outcomes:
+def found(*points: list[float], seeds: int = 20) -> MissionOutcomes:
     """Return the outcomes of the first seeds of each point; -1 stands for a failed mission."""
     values = np.array([value for point in points for value in point])
     point = np.repeat(np.arange(len(points)), [len(it) for it in points])
     seed = np.concatenate([np.arange(len(it)) for it in points])
-    return Outcomes(point * seeds + seed, point, seed, values != -1, {METRIC: values})
+    return MissionOutcomes(point * seeds + seed, point, seed, values != -1, {METRIC: values})
 
 
 def plan(*targets: Target, points: int = 1, seeds: int = 20) -> Any:

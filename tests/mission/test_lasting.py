@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 from worlds import QUIET_USBL, merged, paper_case, scenario, still
 
-from bindusbl_des import Mission, Result, cautions, simulate
+from bindusbl_des import Mission, Result, simulate, warnings_of
 from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import slow_gnss
 from bindusbl_des.mission.sensor_errors import clocks, misalignments
@@ -220,19 +220,19 @@ def test_an_unknown_word_of_what_is_untold_is_told() -> None:
 
 
 def test_of_many_asvs_a_filter_is_told_nothing_each_has_by_itself() -> None:
-    """Their errors count as noise, and a caution says so; what all share is told."""
+    """Their errors count as noise, and a warning says so; what all share is told."""
     asvs = {
         "asvs": {"count": 17},
         "acoustics": {"hf": {"range_m": 140.0}, "mf": {"range_m": 500.0}},
     }
     world = scenario(**merged(EVERYTHING, {**asvs, "duration_s": 5.0}))
     assert [kind.name for kind in told_of(world)] == ["sound_speed", "clock"]
-    keys = {found.key for found in cautions(world)}
+    keys = {found.key for found in warnings_of(world)}
     assert {"usbl.misalignment_sd_deg", "usbl.gnss_correlated_sd_m"} <= keys
     assert simulate(world).auvs.fixes_delivered.min() > 0
     fewer = scenario(**merged(EVERYTHING, {"asvs": {"count": 16}}))
     assert [kind.name for kind in told_of(fewer)][:2] == ["misalignment", "gnss"]
-    assert not {found.key for found in cautions(fewer)} & keys
+    assert not {found.key for found in warnings_of(fewer)} & keys
 
 
 def test_a_vessel_keeps_its_station_by_where_gnss_says_it_is() -> None:

@@ -186,9 +186,9 @@ def test_results_say_that_an_outside_program_moved_vehicles(tmp_path: Path) -> N
     result = Mission(mission, 1, poses=Replay(mission, 1, ("asvs",)), pose_step_s=0.25).result()
     result.write(tmp_path / "out")
     for told in (result.warnings, load_result(tmp_path / "out").warnings):
-        [caution] = [it for it in told if "outside program" in it.message]
-        assert caution.key == "asvs.vehicle"
-        assert "test_posed_missions:Replay, gave the poses each 0.25 s" in caution.message
+        [warning] = [it for it in told if "outside program" in it.message]
+        assert warning.key == "asvs.vehicle"
+        assert "test_posed_missions:Replay, gave the poses each 0.25 s" in warning.message
     assert not any("outside program" in it.message for it in simulate(mission, 1).warnings)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bindusbl_des import Scenario
 from bindusbl_des.planning.prediction.inputs import Inputs, inputs_of
 from bindusbl_des.planning.prediction.march import errors_of
-from bindusbl_des.planning.prediction.parts import Navigator, Source, Ways
+from bindusbl_des.planning.prediction.parts import DriftSource, PlannedWays, PredictedNavigator
 from bindusbl_des.planning.prediction.predicting import predict
 from bindusbl_des.planning.prediction.rounds import Turns
 from bindusbl_des.planning.prediction.sights import Fixes
@@ -23,26 +23,26 @@ WALK, NOISE, BIAS, GAIN = 0.027**2, 0.25, 0.06, 0.9
 STEPS = 50  # instants between two fixes
 
 
-def navigating(name: str, *rest: Any) -> Navigator:
+def navigating(name: str, *rest: Any) -> PredictedNavigator:
     """Return a navigator with what ships by its name."""
-    return Navigator(name, NAVIGATORS[name], *rest)
+    return PredictedNavigator(name, NAVIGATORS[name], *rest)
 
 
-def straight_on(period: float, fixes: int, navigator: Navigator, speed: float) -> Inputs:
+def straight_on(period: float, fixes: int, navigator: PredictedNavigator, speed: float) -> Inputs:
     """Return an AUV that goes along x for so many periods."""
     given = inputs_of(
         Scenario.model_validate({"name": "m", "auvs": {"count": 1}, "asvs": {"count": 1}})
     )
     times = np.linspace(0.0, fixes * period, fixes * STEPS + 1)
     along = np.stack((times, np.zeros(len(times))), axis=-1)[np.newaxis]
-    ways = Ways(times, speed * along, along, np.array([10.0]))
+    ways = PlannedWays(times, speed * along, along, np.array([10.0]))
     return replace(given, duration_s=float(times[-1]), ways=ways, navigator=navigator)
 
 
 def marched(
     period: float,
     fixes: int,
-    navigator: Navigator,
+    navigator: PredictedNavigator,
     *,
     late: float = 0.0,
     speed: float = 0.0,
@@ -64,8 +64,8 @@ def marched(
     return found.mean[0, last, 0], found.covariance[0, last, 0]
 
 
-def gained(compared_at_ping: bool = True) -> Navigator:
-    bias = Source("body", (BIAS, 0.0), (0.0, 0.0), (0.0, 0.0))
+def gained(compared_at_ping: bool = True) -> PredictedNavigator:
+    bias = DriftSource("body", (BIAS, 0.0), (0.0, 0.0), (0.0, 0.0))
     return navigating("fixed_gain", GAIN, compared_at_ping, 0.0, 0.0, WALK, WALK, (bias,))
 
 
@@ -98,7 +98,7 @@ def test_fixes_that_come_by_chance_leave_a_fixed_gain_longer_alone() -> None:
 def test_a_kalman_filter_with_a_bias_settles_as_its_riccati_equation(
     period: float, root: float
 ) -> None:
-    bias = Source("body", (0.0, 0.0), (0.1, 0.1), (0.1, 0.1), wander_per_s=1e-8)
+    bias = DriftSource("body", (0.0, 0.0), (0.1, 0.1), (0.1, 0.1), wander_per_s=1e-8)
     kalman = navigating("kalman", GAIN, True, 0.0, 0.0, WALK, WALK, (bias,))
     mean, variance = marched(period, 3000, kalman)
     assert np.sqrt(variance.mean()) == pytest.approx(root, rel=1e-3)
@@ -116,14 +116,14 @@ def test_a_known_bias_leaves_the_middle_between_two_fixes() -> None:
 @pytest.mark.parametrize(
     ("source", "spread"),
     [
-        (Source("body", (0.0, 0.0), (0.1, 0.0), (0.0, 0.0)), 100.0),
-        (Source("world", (0.0, 0.0), (0.1, 0.0), (0.0, 0.0)), 100.0),
-        (Source("way", (0.0, 0.0), (0.1, 0.0), (0.0, 0.0)), 25.0),
+        (DriftSource("body", (0.0, 0.0), (0.1, 0.0), (0.0, 0.0)), 100.0),
+        (DriftSource("world", (0.0, 0.0), (0.1, 0.0), (0.0, 0.0)), 100.0),
+        (DriftSource("way", (0.0, 0.0), (0.1, 0.0), (0.0, 0.0)), 25.0),
         # of a Gauss-Markov process of 0.1 m/s and 50 s: spreads.wandering_rms squared
-        (Source("world", (0.0, 0.0), (0.1, 0.1), (0.0, 0.0), 50.0), 56.766764),
+        (DriftSource("world", (0.0, 0.0), (0.1, 0.1), (0.0, 0.0), 50.0), 56.766764),
     ],
 )
-def test_dead_reckoning_drifts_as_its_sources_say(source: Source, spread: float) -> None:
+def test_dead_reckoning_drifts_as_its_sources_say(source: DriftSource, spread: float) -> None:
     """After 100 s at 0.5 m/s."""
     alone = navigating("dead_reckoning", GAIN, True, 0.0, 0.0, 0.0, 0.0, (source,))
     _, variance = marched(100.0, 1, alone, speed=0.5)

@@ -11,7 +11,7 @@ from toy_selections import ZONE, Floats, toy
 
 from bindusbl_des.planning.selection.goals import Goal
 from bindusbl_des.planning.selection.search import select
-from bindusbl_des.planning.selection.selection import Candidate, Selection
+from bindusbl_des.planning.selection.selection import Choice, Selection
 
 METRE = (Goal("position_error_p95_m", below=1.0),)
 Pairs = Sequence[tuple[int, int]]
@@ -37,7 +37,7 @@ def limited(sample: Callable[[Pairs], Floats], missions: int) -> Callable[[Pairs
 
 def chosen(means: Sequence[float], costs: Sequence[float], **settings: Any) -> Selection:
     """Select among candidates of such means, the goal being at most 1."""
-    return select([Candidate(cost) for cost in costs], sampler(means), METRE, **settings)
+    return select([Choice(cost) for cost in costs], sampler(means), METRE, **settings)
 
 
 @pytest.mark.parametrize("skewness", [0.0, 1.0])
@@ -62,7 +62,7 @@ def test_the_cheapest_that_meets_the_goal_is_chosen_and_of_its_cost_the_best() -
     assert found.is_settled
     assert found.why == "Candidate 2 meets the goals at cost 2."
     assert found.verdicts == ("not met", "outdone", "met", "not needed")
-    assert found.missions[0] == 4  # what is clear needs few missions, what is dearer none
+    assert found.missions[0] == 4  # what is clear needs few missions, what is costlier none
     assert found.missions[3] == 0
     estimate = found.estimates[2][0]
     assert estimate.low < estimate.mean < estimate.high < estimate.bound < 1
@@ -95,7 +95,7 @@ def test_a_mission_without_a_value_does_not_meet_a_goal() -> None:
     def sample(pairs: Pairs) -> Floats:
         return np.array([[np.nan if it == 0 and n == 7 else 0.5 + 0.01 * n] for it, n in pairs])
 
-    found = select([Candidate(1), Candidate(2)], sample, METRE)
+    found = select([Choice(1), Choice(2)], sample, METRE)
     assert found.verdicts == ("not met", "met")
     assert found.answer == 1
 
@@ -104,7 +104,7 @@ def test_all_goals_must_be_met() -> None:
     goals = (*METRE, Goal("hf_coverage", above=0.9))
     noise = np.random.default_rng(1).standard_normal((3, 256, 2))
     values = np.array([[0.3, 0.5], [0.7, 0.97], [0.5, 0.8]])[:, None, :] + 0.02 * noise
-    found = select([Candidate(1)] * 3, lambda pairs: values[tuple(np.array(pairs).T)], goals)
+    found = select([Choice(1)] * 3, lambda pairs: values[tuple(np.array(pairs).T)], goals)
     assert found.verdicts == ("not met", "met", "not met")
     assert found.answer == 1
     coverage = found.estimates[1][1]
@@ -115,10 +115,10 @@ def test_values_without_any_spread_are_believed_when_there_are_enough() -> None:
     def sample(pairs: Pairs) -> Floats:
         return np.array([[(1.0, 0.9, 1.0)[it]] for it, _ in pairs])
 
-    found = select([Candidate(it) for it in (1, 2, 3)], sample, [Goal("hf_coverage", above=1.0)])
+    found = select([Choice(it) for it in (1, 2, 3)], sample, [Goal("hf_coverage", above=1.0)])
     assert found.verdicts == ("met", "not needed", "not needed")
     assert found.missions == (8, 0, 0)
-    assert select([Candidate(1)], sample, METRE).answer == 0  # at the limit is within it
+    assert select([Choice(1)], sample, METRE).answer == 0  # at the limit is within it
 
 
 def test_seeds_are_paired_and_each_mission_is_asked_for_once() -> None:
@@ -129,7 +129,7 @@ def test_seeds_are_paired_and_each_mission_is_asked_for_once() -> None:
         asked.extend(pairs)
         return values(pairs)
 
-    found = select([Candidate(1)] * 3, sample, METRE)
+    found = select([Choice(1)] * 3, sample, METRE)
     assert len(set(asked)) == len(asked) == sum(found.missions)
     for candidate, missions in enumerate(found.missions):
         assert sorted(n for it, n in asked if it == candidate) == list(range(missions))
@@ -144,14 +144,14 @@ def test_a_prediction_decides_the_order_and_not_the_answer() -> None:
             first.append(pairs[0][0])
             return sampler(means)(pairs)
 
-        candidates = [Candidate(c, [p]) for c, p in zip(costs, priors, strict=True)]
+        candidates = [Choice(c, [p]) for c, p in zip(costs, priors, strict=True)]
         found = select(candidates, sample, METRE)
         assert found.answer == 2
         assert first[0] == next((n for n, prior in enumerate(priors) if prior <= 1), 0)
 
 
 def test_what_is_cut_off_gives_the_best_answer_so_far_and_says_what_is_missing() -> None:
-    candidates = [Candidate(1, [5.0]), Candidate(2, [5.0]), Candidate(3, [0.5])]
+    candidates = [Choice(1, [5.0]), Choice(2, [5.0]), Choice(3, [0.5])]
     found = select(candidates, limited(sampler([1.5, 1.01, 0.5]), 17), METRE)
     assert found.answer == 2
     assert found.verdicts == ("not flown", "needs more missions", "met")
@@ -161,8 +161,8 @@ def test_what_is_cut_off_gives_the_best_answer_so_far_and_says_what_is_missing()
 
 
 def test_a_candidate_close_to_its_limit_does_not_take_all_the_missions() -> None:
-    """A dearer one is found to meet the goal before many seeds are flown of who may not."""
-    values, candidates = sampler([0.99, 0.5]), [Candidate(1, [0.9]), Candidate(2, [0.5])]
+    """A costlier one is found to meet the goal before many seeds are flown of who may not."""
+    values, candidates = sampler([0.99, 0.5]), [Choice(1, [0.9]), Choice(2, [0.5])]
     found = select(candidates, limited(values, 40), METRE, zone=0.0)
     assert found.answer == 1
     assert found.verdicts == ("needs more missions", "met")
@@ -175,13 +175,13 @@ def test_rivals_that_a_budget_or_seeds_leave_open_are_told() -> None:
     assert not found.is_settled
     assert found.why.endswith("1 rival of equal cost may be better: not settled with 12 seeds.")
     some = limited(sampler([0.5, 0.5]), 20)
-    found = select([Candidate(1)] * 2, some, METRE, zone=0.01)
+    found = select([Choice(1)] * 2, some, METRE, zone=0.01)
     assert found.answer is not None
     assert found.why.endswith("1 rival of equal cost may be better.")
 
 
 def test_a_sampler_that_ends_early_ends_the_selection() -> None:
-    found = select([Candidate(1), Candidate(2)], limited(sampler([0.5, 0.6]), 3), METRE)
+    found = select([Choice(1), Choice(2)], limited(sampler([0.5, 0.6]), 3), METRE)
     assert found.answer is None
     assert found.verdicts == ("needs more missions", "not flown")
     none = "No candidate is shown to meet the goals."
@@ -206,9 +206,9 @@ def test_candidates_that_cannot_be_compared_are_refused() -> None:
     with pytest.raises(ValueError, match="needs one candidate"):
         select([], sampler([]), METRE)
     with pytest.raises(ValueError, match="candidate 1: needs a cost"):
-        select([Candidate(1), Candidate(float("inf"))], sampler([1, 1]), METRE)
+        select([Choice(1), Choice(float("inf"))], sampler([1, 1]), METRE)
     with pytest.raises(ValueError, match="candidate 0: needs one prediction for each goal"):
-        select([Candidate(1, [1.0, 2.0])], sampler([1]), METRE)
+        select([Choice(1, [1.0, 2.0])], sampler([1]), METRE)
 
 
 MEANS = st.lists(st.sampled_from([0.4, 0.7, 0.9, 0.98, 1.05, 1.3, 2.0]), min_size=1, max_size=5)
@@ -221,12 +221,12 @@ def test_the_order_of_candidates_of_unlike_cost_does_not_matter(
     order = list(range(len(means)))
     rng.shuffle(order)
     values = sampler(means)
-    straight = select([Candidate(n) for n in range(len(means))], values, METRE, most_seeds=32)
+    straight = select([Choice(n) for n in range(len(means))], values, METRE, most_seeds=32)
 
     def sample(pairs: Pairs) -> Floats:
         return values([(order[it], n) for it, n in pairs])
 
-    shuffled = select([Candidate(n) for n in order], sample, METRE, most_seeds=32)
+    shuffled = select([Choice(n) for n in order], sample, METRE, most_seeds=32)
     assert straight.answer == (None if shuffled.answer is None else order[shuffled.answer])
     assert [straight.verdicts[n] for n in order] == list(shuffled.verdicts)
 
@@ -245,7 +245,7 @@ def test_more_confidence_takes_more_missions_and_tells_nothing_else(
 
 @given(MEANS, st.floats(0.1, 10.0))
 def test_the_unit_of_a_goal_does_not_matter(means: list[float], unit: float) -> None:
-    candidates = [Candidate(n // 2) for n in range(len(means))]
+    candidates = [Choice(n // 2) for n in range(len(means))]
     values = sampler(means)
     plain = select(candidates, values, METRE, most_seeds=32)
     goal = Goal("position_error_p95_m", below=unit)
@@ -259,7 +259,7 @@ def test_an_easier_goal_is_met_by_whoever_meets_a_harder_one(limit: float, easie
 
     def verdict(below: float) -> str:
         goal = Goal("position_error_p95_m", below=below)
-        return select([Candidate(1)], sampler([0.8]), [goal], most_seeds=8).verdicts[0]
+        return select([Choice(1)], sampler([0.8]), [goal], most_seeds=8).verdicts[0]
 
     if verdict(limit) == "met":
         assert verdict(limit + easier) == "met"

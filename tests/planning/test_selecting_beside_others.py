@@ -15,7 +15,7 @@ from toy_selections import Floats
 from bindusbl_des.campaigns.statistics.intervals import interval
 from bindusbl_des.planning.selection.goals import Goal
 from bindusbl_des.planning.selection.search import select
-from bindusbl_des.planning.selection.selection import Candidate, Selection
+from bindusbl_des.planning.selection.selection import Choice, Selection
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "selection"
 KN_AND_OCBA = json.loads((REFERENCE / "sim_tools.json").read_text())
@@ -52,7 +52,7 @@ def exhaustive(teams: dict[tuple[int, float], Floats], limit: float) -> tuple[in
 def selected(teams: dict[tuple[int, float], Floats], goal: Goal) -> Selection:
     values = np.stack(list(teams.values()))[:, :, None]
     return select(
-        [Candidate(asvs) for asvs, _ in teams],
+        [Choice(asvs) for asvs, _ in teams],
         lambda pairs: values[tuple(np.array(pairs).T)],
         [goal],
         most_seeds=SEEDS,
@@ -106,7 +106,7 @@ def test_it_is_as_right_as_kn_at_no_more_missions(name: str) -> None:
     for repetition in range(REPETITIONS):
         values = noise(name, repetition)[:, :, None]
         found = select(
-            [Candidate(1)] * len(means),
+            [Choice(1)] * len(means),
             lambda pairs, values=values: values[tuple(np.array(pairs).T)],
             [goal],
             zone=0.001,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
 
-from bindusbl_des import Scenario, cautions, simulate
+from bindusbl_des import Scenario, simulate, warnings_of
 from bindusbl_des.acoustics.channel import between
 from bindusbl_des.acoustics.named_channels import hf_channel
 from bindusbl_des.acoustics.sonar_channel import EchoingSonar, Sea, blended, echoes
@@ -118,7 +118,7 @@ def test_fixes_go_astray_by_echoes_however_they_are_ranged(ranging: str, lasting
         errors[name] = simulate(world, 1).tables["fixes"].error_m.mean()
     assert len({round(it, 4) for it in errors.values()}) == 4
     quiet = holding((20.0, 0.0), channel={"bottom_m": 30.0}, protocol={"ranging": "passive"})
-    assert "acoustics.hf.channel.bottom_m" in {it.key for it in cautions(quiet)}
+    assert "acoustics.hf.channel.bottom_m" in {it.key for it in warnings_of(quiet)}
 
 
 @pytest.mark.parametrize(

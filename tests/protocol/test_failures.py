@@ -358,16 +358,18 @@ def test_a_modem_that_has_failed_draws_nothing() -> None:
 
 
 def test_failures_are_told_beforehand() -> None:
-    from bindusbl_des.preflight.worth_knowing import cautions
+    from bindusbl_des.preflight.warnings import warnings_of
 
     late = between_two({"asv": 1, "at_s": 6.0}, {"asv": 0, "at_s": 2.0})
-    assert [str(it) for it in cautions(late) if "failures" in it.key] == [
+    assert [str(it) for it in warnings_of(late) if "failures" in it.key] == [
         "asvs.failures.0.at_s: has no effect: the mission ends at 6 s, before 6 s; remove it"
     ]
     none = between_two({"asv": 1, "at_s": 3.0}, {"asv": 0, "at_s": 2.0})
-    told = [str(it) for it in cautions(none) if "failures" in it.key]
+    told = [str(it) for it in warnings_of(none) if "failures" in it.key]
     assert len(told) == 1
     assert "asvs.failures.0.at_s: leaves no ASV at 3 s" in told[0]
-    assert not any("failures" in it.key for it in cautions(between_two({"asv": 1, "at_s": 3.0})))
+    assert not any("failures" in it.key for it in warnings_of(between_two({"asv": 1, "at_s": 3.0})))
     at_once = between_two({"asv": 0, "at_s": 0.0}, {"asv": 1, "at_s": 0.0})
-    assert [it.key for it in cautions(at_once) if "failures" in it.key] == ["asvs.failures.0.at_s"]
+    assert [it.key for it in warnings_of(at_once) if "failures" in it.key] == [
+        "asvs.failures.0.at_s"
+    ]

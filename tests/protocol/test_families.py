@@ -11,7 +11,7 @@ import yaml
 from click.testing import CliRunner, Result
 from families_for_tests import each_but_slow_ones
 
-from bindusbl_des import Scenario, cautions, load_result, load_scenario, simulate, sweep
+from bindusbl_des import Scenario, load_result, load_scenario, simulate, sweep, warnings_of
 from bindusbl_des.campaigns.experiments.experiment import Experiment
 from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
 from bindusbl_des.cli import main
@@ -237,7 +237,7 @@ def test_no_round_length_is_claimed_for_ones_own() -> None:
     """Whether a round fits its frame follows from the slots of downlinks that ship only."""
     short = {"schedule": "round_robin", "frame_s": 0.01}
     for downlink, claims in (("sequential", True), (OWN_PARTS[DOWNLINK], False)):
-        told = cautions(with_parts(**short, downlink=downlink))
+        told = warnings_of(with_parts(**short, downlink=downlink))
         assert any(it.key == "protocol.frame_s" for it in told) is claims
     assert effort(with_parts(downlink=OWN_PARTS[DOWNLINK])).seconds > 0.0
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, paper_case, scenario, still
 
-from bindusbl_des import Mission, Result, Scenario, cautions, simulate
+from bindusbl_des import Mission, Result, Scenario, simulate, warnings_of
 from bindusbl_des.acoustics.modem import Messages, Modem
 from bindusbl_des.explain import explain_ping
 
@@ -433,7 +433,7 @@ def test_a_last_slot_that_is_another_s_by_now_is_told(schedule: str) -> None:
         acoustics={"mf": {"range_m": 60.0}},
         protocol={"schedule": schedule, "knowledge": {"model": "broadcast", "missed": "last_slot"}},
     )  # fmt: skip
-    warned = [it.message for it in cautions(world) if it.key == "protocol.knowledge.missed"]
+    warned = [it.message for it in warnings_of(world) if it.key == "protocol.knowledge.missed"]
     assert [schedule in it for it in warned] == [True] * (schedule != "one_per_slot")
     result = simulate(world)
     pings, known = result.tables["pings"], result.tables["assignments"].query("outcome == 'known'")

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from worlds import merged, scenario
 
-from bindusbl_des import Mission, Result, Scenario, cautions, simulate
+from bindusbl_des import Mission, Result, Scenario, simulate, warnings_of
 from bindusbl_des.advice.changes import _downlinks
 from bindusbl_des.explain import explain_fix, explain_ping
 from bindusbl_des.planning.prediction.inputs import inputs_of
@@ -169,7 +169,7 @@ def test_what_needs_slots_is_refused(schedule: str) -> None:
         moving(schedule, protocol={"ranging": "twtt"})
     with pytest.raises(ValidationError, match="use one that ships, or a schedule with slots"):
         moving(schedule, protocol={"downlink": "parts:late"})
-    found = {it.key for it in cautions(moving(schedule, protocol={"ranging": "passive"}))}
+    found = {it.key for it in warnings_of(moving(schedule, protocol={"ranging": "passive"}))}
     assert "protocol.schedule" in found  # ASVs ping, and AUVs have no schedule at all
 
 

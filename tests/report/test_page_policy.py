@@ -16,7 +16,7 @@ from worlds import scenario
 from bindusbl_des import Result, load_campaign, simulate, sweep
 from bindusbl_des.campaigns.page import sweep_page
 from bindusbl_des.cli import main
-from bindusbl_des.preflight.worth_knowing import Caution
+from bindusbl_des.preflight.warnings import ScenarioWarning
 from bindusbl_des.report.comparison import comparison_page
 from bindusbl_des.report.page import as_script, assembled
 from bindusbl_des.report.run_page import run_page
@@ -32,7 +32,7 @@ OBEYED = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u206
 def result() -> Result:
     """A mission with a name and warnings that would be scripts."""
     found = simulate(scenario(name=ATTACK, duration_s=5.0), 1)
-    found._told = [Caution(ATTACK, ATTACK)]
+    found._told = [ScenarioWarning(ATTACK, ATTACK)]
     return found
 
 

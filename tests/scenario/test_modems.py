@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from bindusbl_des import Scenario, ScenarioError, cautions, load_result, load_scenario, simulate
+from bindusbl_des import Scenario, ScenarioError, load_result, load_scenario, simulate, warnings_of
 from bindusbl_des.presets.catalogue import preset
 from bindusbl_des.presets.modems import table_file
 from bindusbl_des.results.result import scenario_sha256
@@ -19,8 +19,8 @@ def bands(**acoustics: Any) -> Scenario:
 
 
 def told(scenario: Scenario) -> dict[str, str]:
-    """Return what is worth knowing, by its keys."""
-    return {found.key: found.message for found in cautions(scenario)}
+    """Return the warnings, by their keys."""
+    return {found.key: found.message for found in warnings_of(scenario)}
 
 
 def test_figures_stand_for_keys_that_are_not_given() -> None:

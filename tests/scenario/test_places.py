@@ -8,7 +8,7 @@ import pytest
 
 from bindusbl_des import Scenario, ScenarioError, load_result, load_scenario, simulate
 from bindusbl_des.geometry.geodesy import geodetic_from_ned
-from bindusbl_des.preflight.worth_knowing import cautions
+from bindusbl_des.preflight.warnings import warnings_of
 from bindusbl_des.scenario.planned import asv_stations, route_of, tracks_of
 
 ORIGIN = (54.33, 10.18)
@@ -203,11 +203,11 @@ def test_a_track_without_depths_is_at_that_of_the_survey(tmp_path: Path) -> None
     tracks = tracks_of(scenario)
     assert tracks is not None
     assert (tracks[0][1][:, 2] == 7.0).all()
-    assert not [it for it in cautions(scenario) if it.key == "survey.depth_m"]
+    assert not [it for it in warnings_of(scenario) if it.key == "survey.depth_m"]
     (tmp_path / "a.csv").write_text(csv_of(WAYS[0], 0.0))
     (tmp_path / "m.yaml").write_text(YAML)
     scenario = load_scenario(tmp_path / "m.yaml", overrides=["survey.depth_m=7"])
-    assert [it for it in cautions(scenario) if it.key == "survey.depth_m"]
+    assert [it for it in warnings_of(scenario) if it.key == "survey.depth_m"]
 
 
 def test_one_file_may_hold_the_tracks_of_a_fleet(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 from worlds import merged, scenario
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.preflight.worth_knowing import cautions
+from bindusbl_des.preflight.warnings import warnings_of
 from bindusbl_des.protocol.slots import slots_of
 from bindusbl_des.scenario.planned import asv_stations, horizontal_reach
 from bindusbl_des.scenario.plans import planned_paths, planned_tours, plans_of
@@ -191,13 +191,13 @@ def test_vessels_and_routes_outside_a_polygon_are_told() -> None:
     """Warnings measure from the edge of the survey that there is."""
     far = {"polygon_m": FAR}
     route = {"kind": "hold", "positions_m": [[1200.0, 600.0], [900.0, 600.0], [1000.0, 500.0]]}
-    told = {it.key: it.message for it in cautions(brief(survey=far, auvs={"route": route}))}
+    told = {it.key: it.message for it in warnings_of(brief(survey=far, auvs={"route": route}))}
     assert (
         "AUV1 is outside the survey of 80,000 m2, a polygon of 4 corners, up to 100 m"
         in told["auvs.route.positions_m"]
     )
     wide = brief(survey=far, acoustics={"hf": {"range_m": 150.0}})
-    told = {it.key: it.message for it in cautions(wide)}
+    told = {it.key: it.message for it in warnings_of(wide)}
     assert (
         "which puts 2 of 3 ASVs outside the survey, up to 29.9 m beyond its edge;"
         in told["asvs.formation.radius_m"]

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from bindusbl_des import Scenario, cautions, load_scenario, simulate
+from bindusbl_des import Scenario, load_scenario, simulate, warnings_of
 from bindusbl_des.scenario.files.scenario_file import ScenarioError
 from bindusbl_des.scenario.water import assumed_sound_speed_of, sound_speed_of, water_of
 from bindusbl_des.sea.water import USUAL_WATER
@@ -151,7 +151,11 @@ def test_a_whole_section_written_out_is_no_contradiction() -> None:
 
 
 def test_keys_without_effect_are_named() -> None:
-    told = {it.key: it.message for it in cautions(sea(salinity_psu=30.0, sound_speed_law="medwin"))}
+    told = {
+        it.key: it.message for it in warnings_of(sea(salinity_psu=30.0, sound_speed_law="medwin"))
+    }
     assert "environment.temperature_c: null" in told["environment.salinity_psu"]
     assert "the speed of sound is given" in told["environment.sound_speed_law"]
-    assert not list(cautions(sea(temperature_c=8.0, salinity_psu=30.0, sound_speed_law="medwin")))
+    assert not list(
+        warnings_of(sea(temperature_c=8.0, salinity_psu=30.0, sound_speed_law="medwin"))
+    )

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import stats
 from worlds import merged, scenario
 
-from bindusbl_des import Scenario, cautions, simulate
+from bindusbl_des import Scenario, simulate, warnings_of
 from bindusbl_des.core.spreads import PER_AXIS_SD
 from bindusbl_des.mission.build import usbl_of
 from bindusbl_des.presets.preset import USBLS
@@ -234,7 +234,7 @@ def test_a_sonar_tells_how_sure_the_angles_are() -> None:
 
 
 def test_an_snr_that_no_channel_tells_of_has_no_effect_and_is_told() -> None:
-    told = {it.key: it.message for it in cautions(scenario(usbl=sheet(
+    told = {it.key: it.message for it in warnings_of(scenario(usbl=sheet(
         bearing_sd_deg=1.0, reference_snr_db=20.0
     )))}  # fmt: skip
     assert "acoustics.hf.channel" in told["usbl.model.reference_snr_db"]

@@ -10,7 +10,7 @@ import pytest
 
 from bindusbl_des import Scenario, ScenarioError, simulate
 from bindusbl_des.mission.build import usbl_of
-from bindusbl_des.preflight.worth_knowing import cautions
+from bindusbl_des.preflight.warnings import warnings_of
 from bindusbl_des.usbl.array import rotation
 from bindusbl_des.usbl.usbl import level_sds
 
@@ -184,9 +184,9 @@ def test_elements_beyond_half_a_wavelength_are_named() -> None:
     sonar = {"hf": {"range_m": 200.0, "channel": "sonar"}}  # of 25 kHz
     wide = [[3 * it for it in place] for place in TETRAHEDRON]
     for array, named in ((wide, True), ([[it / 4 for it in p] for p in TETRAHEDRON], False)):
-        told = cautions(scenario_of(usbl={"array": array}, acoustics=sonar))
+        told = warnings_of(scenario_of(usbl={"array": array}, acoustics=sonar))
         assert any("grating lobes" in str(it) for it in told) == named
-    assert not any("grating" in str(it) for it in cautions(scenario_of(acoustics=sonar)))
+    assert not any("grating" in str(it) for it in warnings_of(scenario_of(acoustics=sonar)))
 
 
 def test_a_scenario_with_an_array_is_written_and_read_again() -> None:

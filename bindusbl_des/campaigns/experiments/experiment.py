@@ -13,7 +13,7 @@ from ...core.kept_files import KEPT, kept_name, portable, renamed, renamed_point
 from ...core.plugins import name_of
 from ...core.wording import described, did_you_mean
 from ...scenario.files.former_keys import as_now, is_former
-from ...scenario.files.mistakes import Mistake, Place
+from ...scenario.files.mistakes import FilePlace, Mistake
 from ...scenario.files.overrides import put
 from ...scenario.files.plain_yaml import Document
 from ...scenario.scenario import Scenario
@@ -88,8 +88,8 @@ def _target(document: Document, metric: str, value: Any) -> Target:
     return Target(metric, value)
 
 
-def _place(document: Document, path: tuple[str | int, ...]) -> Place:
-    return document.values.get(path, Place(document.file, 1, 1))
+def _place(document: Document, path: tuple[str | int, ...]) -> FilePlace:
+    return document.values.get(path, FilePlace(document.file, 1, 1))
 
 
 # An experiment: one scenario, the points at which it is varied, and the seeds at each point.

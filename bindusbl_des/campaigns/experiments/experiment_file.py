@@ -6,9 +6,9 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from ...core.wording import described, did_you_mean
-from ...preflight.worth_knowing import Reading, read_scenario
+from ...preflight.warnings import Reading, read_scenario
 from ...scenario.files.former_keys import READ_YET, is_former, key_now
-from ...scenario.files.mistakes import Mistake, Place, ScenarioError
+from ...scenario.files.mistakes import FilePlace, Mistake, ScenarioError
 from ...scenario.files.plain_yaml import Document, Path, read_yaml
 from ...scenario.files.scenario_file import Source, read_text
 from ...scenario.files.shipped import shipped
@@ -121,7 +121,7 @@ def _as_now(document: Document, points: Points, places: Places) -> tuple[Points,
     """Return points with their keys as they are spelt now; each former one is a warning."""
     former = {key: at[key] for at in reversed(places) for key in at if is_former(key)}
     for key, path in former.items():
-        place = document.values.get(path, Place(document.file))
+        place = document.values.get(path, FilePlace(document.file))
         message = f"is a setting now: write {key_now(key)}; {READ_YET}"
         document.warnings.append(Mistake.at(place, key, message))
     if not former:
@@ -179,7 +179,7 @@ def of_scenario(file: str, data: Any, scenario: str) -> Document:
     name = data.get("name") if isinstance(data, dict) else None
     named = {"name": name[:LONGEST_NAME]} if isinstance(name, str) and _is_name(name) else {}
     document = Document(file, {**named, "scenario": scenario})
-    document.keys[()] = document.values[()] = Place(file, 1, 1)
+    document.keys[()] = document.values[()] = FilePlace(file, 1, 1)
     return document
 
 
@@ -195,7 +195,7 @@ def _wrong(document: Document) -> ScenarioError:
 
 def _note(document: Document, path: Path, message: str, at_key: bool = False) -> None:
     places = document.keys if at_key else document.values
-    document.report(places.get(path, Place(document.file, 1, 1)), path, message)
+    document.report(places.get(path, FilePlace(document.file, 1, 1)), path, message)
 
 
 def _wrong_root(document: Document) -> ScenarioError:
@@ -292,14 +292,14 @@ def _check_overrides(document: Document, overrides: Sequence[str], points: Point
         elif any(f"{key}.".startswith(f"{other}.") for other in varied):
             message = "is varied, so that setting it changes nothing; leave it out"
         if message:
-            document.mistakes.append(Mistake.at(Place(f"--set {text}"), key, message))
+            document.mistakes.append(Mistake.at(FilePlace(f"--set {text}"), key, message))
 
 
 def _source(document: Document, folder: FilePath, overrides: tuple[str, ...]) -> Source | None:
     """Return the scenario that the experiment names; what prevents it goes to the document."""
     if "scenario" not in document.data:
         if not any(mistake.key in ("scenario", "") for mistake in document.mistakes):
-            place = Place(document.file, 1, 1)
+            place = FilePlace(document.file, 1, 1)
             message = "missing; add it, such as `scenario: my_mission.yaml`"
             document.mistakes.append(Mistake.at(place, "scenario", message))
         return None

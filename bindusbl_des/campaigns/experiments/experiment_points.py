@@ -10,7 +10,7 @@ from math import isfinite, prod
 from typing import Any, Literal
 
 from ...core.wording import described, did_you_mean, plain
-from ...scenario.files.mistakes import Place
+from ...scenario.files.mistakes import FilePlace
 from ...scenario.files.plain_yaml import Document, Path
 from ...scenario.keys import settable
 from ...scenario.scenario import Scenario
@@ -165,7 +165,7 @@ def points_in(document: Document) -> tuple[Points, Places]:
 
 def _note(document: Document, path: Path, message: str, at_key: bool = False) -> None:
     places = document.keys if at_key else document.values
-    document.report(places.get(path, Place(document.file, 1, 1)), path, message)
+    document.report(places.get(path, FilePlace(document.file, 1, 1)), path, message)
 
 
 def _is_unsettled(document: Document, section: str) -> bool:

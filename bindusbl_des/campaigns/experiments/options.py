@@ -9,7 +9,7 @@ from typing import Any
 
 from ...core.plugins import name_of
 from ...core.wording import described, shortened
-from ...scenario.files.mistakes import Mistake, Place
+from ...scenario.files.mistakes import FilePlace, Mistake
 from ...scenario.files.plain_yaml import Document, Path, read_yaml
 from .experiment import as_written
 
@@ -88,8 +88,8 @@ def _lay_asked(document: Document, asked: PythonArguments) -> None:
             _stand_each(document, (name,), plain, place)
 
 
-def _said(name: str, value: Any) -> Place:
-    return Place(shortened(f"{name}={value!r}"))
+def _said(name: str, value: Any) -> FilePlace:
+    return FilePlace(shortened(f"{name}={value!r}"))
 
 
 def _plain(value: Any) -> Any:
@@ -118,7 +118,7 @@ def _lay_written(document: Document, options: Options) -> None:
         value = getattr(options, key)
         if value is not None:
             document.data[key] = value
-            _stand(document, (key,), Place(f"--{key} {as_written(value)}"))
+            _stand(document, (key,), FilePlace(f"--{key} {as_written(value)}"))
 
 
 def _vary(document: Document, text: str) -> None:
@@ -140,9 +140,9 @@ def _until_ci(document: Document, text: str) -> None:
 
 def _read(
     document: Document, section: str, text: str, form: str, yaml: str
-) -> tuple[str, Any, Place] | None:
+) -> tuple[str, Any, FilePlace] | None:
     """Return key, value and place of one option; None where it cannot be read."""
-    place = Place(f"--{section.replace('_', '-')} {text}")
+    place = FilePlace(f"--{section.replace('_', '-')} {text}")
     key, equals, value = text.partition("=")
     key = key.strip()
     if not equals or not key:
@@ -155,7 +155,7 @@ def _read(
     return key, read.data, place
 
 
-def _put(document: Document, name: str, key: str, value: Any, place: Place) -> None:
+def _put(document: Document, name: str, key: str, value: Any, place: FilePlace) -> None:
     section = document.data.setdefault(name, {})
     for places in (document.keys, document.values):
         places.setdefault((name,), place)
@@ -168,13 +168,13 @@ def _put(document: Document, name: str, key: str, value: Any, place: Place) -> N
     _stand(document, (name, key), place)
 
 
-def _stand_each(document: Document, path: Path, values: Any, place: Place) -> None:
+def _stand_each(document: Document, path: Path, values: Any, place: FilePlace) -> None:
     """Note that the items of a list at a path stand in an option now."""
     for number in range(len(values) if isinstance(values, list) else 0):
         _stand(document, (*path, number), place)
 
 
-def _stand(document: Document, path: Path, place: Place) -> None:
+def _stand(document: Document, path: Path, place: FilePlace) -> None:
     """Note that what is at a path, and below it, stands in an option now."""
     for places in (document.keys, document.values):
         for known in [known for known in places if known[: len(path)] == path]:

@@ -7,7 +7,7 @@ from ...core.kept_files import names_files, renamed_point
 from ...core.plugins import is_plugin, refusal
 from ...preflight.idle_keys import idle_keys
 from ...scenario.families import FAMILIES, load_plugins, named
-from ...scenario.files.mistakes import Mistake, Place, ScenarioError
+from ...scenario.files.mistakes import FilePlace, Mistake, ScenarioError
 from ...scenario.files.plain_yaml import Document, Path
 from ...scenario.files.scenario_file import Source, parsed
 from ...scenario.scenario import Scenario
@@ -111,12 +111,12 @@ def _check_repeated(
         document.mistakes.append(Mistake.at(place, key, message))
 
 
-def _last(document: Document, where: Mapping[str, Any]) -> tuple[str, Place]:
+def _last(document: Document, where: Mapping[str, Any]) -> tuple[str, FilePlace]:
     """Return the last key of a point and where its value stands."""
     if not where:
-        return "points", document.values.get(("points",), Place(document.file, 1, 1))
+        return "points", document.values.get(("points",), FilePlace(document.file, 1, 1))
     key = list(where)[-1]
-    return key, document.values.get(where[key], Place(document.file, 1, 1))
+    return key, document.values.get(where[key], FilePlace(document.file, 1, 1))
 
 
 def _explain(
@@ -161,14 +161,14 @@ def _is_given(key: str, where: Mapping[str, Any]) -> bool:
     return any(f"{key}.".startswith(f"{own}.") or f"{own}.".startswith(f"{key}.") for own in where)
 
 
-def _place(document: Document, path: Path, mistake: Mistake) -> Place:
+def _place(document: Document, path: Path, mistake: Mistake) -> FilePlace:
     """Return where the key stands that is unknown, or the value that is wrong."""
     if not mistake.message.startswith(("unknown key", "no key")):
         return document.values[path]
     return document.keys[path[:2] if path[0] == "vary" else path]
 
 
-def _add(document: Document, place: Place, key: str, message: str) -> None:
+def _add(document: Document, place: FilePlace, key: str, message: str) -> None:
     mistake = Mistake.at(place, key, message)
     if mistake not in document.mistakes:
         document.mistakes.append(mistake)

@@ -16,7 +16,7 @@ from ..storage.folder import CampaignError
 from .findings import ERROR
 from .intervals import ROUND_OFF, Floats, Interval, interval, intervals
 from .naming import written
-from .outcomes import Flags, Fleets, Outcomes, Whole, lower_is_better, of_an_auv
+from .outcomes import Flags, Fleets, MissionOutcomes, Whole, lower_is_better, of_an_auv
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ def _listed(campaign: Campaign) -> str:
 
 
 # The outcomes of each campaign, and of its AUVs, by its folder.
-Found = Mapping[Path, Outcomes]
+Found = Mapping[Path, MissionOutcomes]
 Served = Mapping[Path, Fleets]
 
 # Higher and lower are said of metrics of which neither is better.  Of one pair nothing is shown.
@@ -308,7 +308,7 @@ def _seeds(side: Side, found: Found) -> set[int]:
 SAMPLED = 0.5
 
 
-def key_effects(plan: ExperimentPlan, found: Outcomes) -> list[str]:
+def key_effects(plan: ExperimentPlan, found: MissionOutcomes) -> list[str]:
     """Return of each key between which means over the others the worst AUV's error lies.
 
     Keys that matter most come first.  Values are compared over the same points of the other keys:

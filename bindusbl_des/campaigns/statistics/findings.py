@@ -33,7 +33,7 @@ from .intervals import (
     intervals,
 )
 from .naming import MOST_NAMED, decimals, listed, plus_minus, point_name, points_named
-from .outcomes import Fleets, Outcomes, Starved, fleets, outcomes, starved
+from .outcomes import Fleets, MissionOutcomes, Starved, fleets, outcomes, starved
 
 NEEDED = ("position_error_m", "imu_error_m", "fixes_delivered")
 NAVIGATION = "navigation."
@@ -50,7 +50,7 @@ class Tried:
 
 
 @dataclass(frozen=True)
-class Harm:
+class HarmfulFixes:
     """An AUV that navigates worse with fixes than by dead reckoning alone; means over seeds, m.
 
     `change` is the error with fixes minus that without, paired by seed.  `tried` is the point at
@@ -72,8 +72,8 @@ class Harms:
     The most harmed points and AUVs come first.
     """
 
-    sure: list[list[Harm]]
-    once: list[Harm]
+    sure: list[list[HarmfulFixes]]
+    once: list[HarmfulFixes]
     missions: int = 0
 
 
@@ -93,12 +93,12 @@ def harmed(found: Fleets, plan: ExperimentPlan) -> Harms:
     matters = change.mean > RELEVANT * without.mean
     rivals, places = _of_other_navigation(plan), {key: row for row, key in enumerate(who)}
 
-    def harm(row: int, rivals: list[int]) -> Harm:
+    def harm(row: int, rivals: list[int]) -> HarmfulFixes:
         means = float(with_fixes.mean[row]), float(without.mean[row])
         tried = _tried(places, error, who[row], rivals)
-        return Harm(who[row][0], f"AUV{who[row][1]}", *means, change.at(row), tried)
+        return HarmfulFixes(who[row][0], f"AUV{who[row][1]}", *means, change.at(row), tried)
 
-    at: dict[int, list[Harm]] = {}
+    at: dict[int, list[HarmfulFixes]] = {}
     for row in tested[discoveries(probable) & matters[tested]].tolist():
         at.setdefault(who[row][0], []).append(harm(row, rivals[who[row][0]]))
     once = [harm(row, []) for row in np.flatnonzero(matters & (change.count == 1)).tolist()]
@@ -110,7 +110,7 @@ def harmed(found: Fleets, plan: ExperimentPlan) -> Harms:
     )
 
 
-def _worst_first(harm: Harm) -> float:
+def _worst_first(harm: HarmfulFixes) -> float:
     return -harm.change.mean
 
 
@@ -178,7 +178,7 @@ def findings(folder: Path, plan: ExperimentPlan) -> Findings:
     )
 
 
-def _best(found: Outcomes, plan: ExperimentPlan) -> str:
+def _best(found: MissionOutcomes, plan: ExperimentPlan) -> str:
     """Return which point has the smallest error of the worst AUV, and which are as good."""
     table = found.by_seed(ERROR, len(plan.points))
     known = intervals(table)
@@ -259,7 +259,7 @@ def who_lacks(auvs: Mapping[str, int], missions: int) -> str:
     return f"{listed([*shown, f'{more} more AUVs'] if more else shown)} of {seeds(missions)}"
 
 
-def _sure(found: Outcomes, points: int) -> str:
+def _sure(found: MissionOutcomes, points: int) -> str:
     """Return how many points are surely below a metre for every AUV."""
     if max(found.well(points)) < 2:
         return f"With one seed a point nothing is surely below {SUB_METRE:g} m; run more."
@@ -298,7 +298,7 @@ def harm_said(harms: Harms, plan: ExperimentPlan, points: Iterable[int]) -> Iter
         yield _once(once, harms.missions, plan)
 
 
-def _once(them: list[Harm], missions: int, plan: ExperimentPlan) -> str:
+def _once(them: list[HarmfulFixes], missions: int, plan: ExperimentPlan) -> str:
     worst, count = them[0], len({it.point for it in them})
     place = point_name(worst.point, plan.points[worst.point].varied)
     return (
@@ -324,7 +324,7 @@ def _remedies(scenarios: list[dict[str, Any]]) -> Iterator[str]:
         )
 
 
-def _harm(them: list[Harm], plan: ExperimentPlan) -> str:
+def _harm(them: list[HarmfulFixes], plan: ExperimentPlan) -> str:
     worst, place = them[0], point_name(them[0].point, plan.points[them[0].point].varied)
     change = worst.change
     digits = decimals(change.half_width, change.mean)

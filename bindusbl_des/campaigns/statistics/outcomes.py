@@ -91,7 +91,7 @@ Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
-class Outcomes:
+class MissionOutcomes:
     """Missions that have a row, in the order of the plan; a metric that has no value is nan.
 
     `unserved` tells of metrics in which missions some AUV has none: the worst AUV's metric is nan
@@ -160,7 +160,7 @@ class Outcomes:
         return slice(first, end)
 
 
-def outcomes(folder: Path, metrics: Sequence[str]) -> Outcomes:
+def outcomes(folder: Path, metrics: Sequence[str]) -> MissionOutcomes:
     """Read metrics of all missions of a campaign that have a row.
 
     Raises:
@@ -175,11 +175,11 @@ def outcomes(folder: Path, metrics: Sequence[str]) -> Outcomes:
     rows = read_table(folder, MISSIONS, ("point", "seed", "status", *wanted))
     if rows is None:
         none = np.zeros(0, np.int64)
-        return Outcomes(none, none, none, none == 0, {name: np.zeros(0) for name in metrics})
+        return MissionOutcomes(none, none, none, none == 0, {name: np.zeros(0) for name in metrics})
     check_recorded(folder, rows, wanted)
     who = {name: auv_numbers(rows[name]) for name in named}
     found = numpy_columns(rows.drop_columns(["status", *who]))
-    return Outcomes(
+    return MissionOutcomes(
         **{name: found[name] for name in ("mission", "point", "seed")},
         ok=np.array(rows["status"].to_pylist()) == OK,
         metrics={name: found[name].astype(float, copy=False) for name in metrics},

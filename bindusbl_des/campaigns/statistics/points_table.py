@@ -14,7 +14,7 @@ from ..storage.parts import MISSIONS
 from .findings import findings
 from .intervals import Interval, interval
 from .naming import short_key, written
-from .outcomes import JUDGED, Outcomes, outcomes
+from .outcomes import JUDGED, MissionOutcomes, outcomes
 
 SD = "navigation.velocity_bias_sd_m_per_s"
 DRIFTS = ("percent_of_distance", "m_per_hour")
@@ -71,12 +71,12 @@ def in_intervals(plan: ExperimentPlan, points: Iterable[int]) -> str:
 # whatever order, so that a campaign ends with the same missions on any number of workers.
 
 
-def seeds_wanted(plan: ExperimentPlan, found: Outcomes) -> list[int]:
+def seeds_wanted(plan: ExperimentPlan, found: MissionOutcomes) -> list[int]:
     """Return how many of its seeds each point needs as far as is known."""
     return [_wanted(plan, found, point) for point in range(len(plan.points))]
 
 
-def _wanted(plan: ExperimentPlan, found: Outcomes, point: int) -> int:
+def _wanted(plan: ExperimentPlan, found: MissionOutcomes, point: int) -> int:
     most = len(plan.experiment.seeds)
     stop = most
     for stop in checkpoints(most):
@@ -86,19 +86,19 @@ def _wanted(plan: ExperimentPlan, found: Outcomes, point: int) -> int:
     return stop
 
 
-def _rows(plan: ExperimentPlan, found: Outcomes, point: int, count: int) -> slice:
+def _rows(plan: ExperimentPlan, found: MissionOutcomes, point: int, count: int) -> slice:
     start = point * len(plan.experiment.seeds)
     first, end = np.searchsorted(found.mission, (start, start + count))
     return slice(int(first), int(end))
 
 
-def _is_settled(plan: ExperimentPlan, found: Outcomes, rows: slice) -> bool:
+def _is_settled(plan: ExperimentPlan, found: MissionOutcomes, rows: slice) -> bool:
     """Tell whether all intervals are narrow enough; what always fails is not tried for ever."""
     well = found.ok[rows]
     return not well.any() or is_narrow(plan, found, rows)
 
 
-def is_narrow(plan: ExperimentPlan, found: Outcomes, rows: slice) -> bool:
+def is_narrow(plan: ExperimentPlan, found: MissionOutcomes, rows: slice) -> bool:
     """Tell whether the intervals of some missions are as narrow as was asked."""
     for target in plan.experiment.until_ci:
         known = interval(found.metrics[target.metric][rows][found.ok[rows]].tolist())
@@ -107,7 +107,7 @@ def is_narrow(plan: ExperimentPlan, found: Outcomes, rows: slice) -> bool:
     return True
 
 
-def wide_points(plan: ExperimentPlan, found: Outcomes) -> list[int]:
+def wide_points(plan: ExperimentPlan, found: MissionOutcomes) -> list[int]:
     """Return the points whose intervals are wider than was asked."""
     wanted = seeds_wanted(plan, found)
     return [
@@ -171,7 +171,7 @@ def _filled(text: str, indent: str = "") -> str:
     )
 
 
-def _reached(plan: ExperimentPlan, found: Outcomes) -> Iterator[str]:
+def _reached(plan: ExperimentPlan, found: MissionOutcomes) -> Iterator[str]:
     """Yield how often the intervals became as narrow as was asked, and over how many missions."""
     targets = plan.experiment.until_ci
     if not targets:
@@ -188,13 +188,13 @@ def _reached(plan: ExperimentPlan, found: Outcomes) -> Iterator[str]:
             )
 
 
-def _well(found: Outcomes, point: int) -> str:
+def _well(found: MissionOutcomes, point: int) -> str:
     """Return how many missions went well, of how many if some failed."""
     well, failed = int(found.ok[found.point == point].sum()), found.failed(point)
     return f"{well}/{well + failed}" if failed else str(well)
 
 
-def _who(found: Outcomes, point: int) -> str:
+def _who(found: MissionOutcomes, point: int) -> str:
     """Return the AUV that is the worst of most missions of a point, marked if not of all."""
     who = found.who(point, JUDGED[0])
     if not who:
@@ -204,7 +204,7 @@ def _who(found: Outcomes, point: int) -> str:
 
 
 def _cell(
-    found: Outcomes, point: int, metric: str, _: str, digits: int, interval_digits: int
+    found: MissionOutcomes, point: int, metric: str, _: str, digits: int, interval_digits: int
 ) -> str:
     values = found.at(point, metric)[1].tolist()
     it = interval(values)

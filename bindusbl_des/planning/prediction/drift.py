@@ -49,7 +49,7 @@ class Moment(NamedTuple):
     y: float
 
 
-class State(NamedTuple):
+class DriftState(NamedTuple):
     """What is known of errors at one instant: their true mean and covariance (k, k), and the
     covariance (k, k) that the filter believes in.
 
@@ -78,7 +78,7 @@ def moment_at(time: float, step: float, places: Floats, headings: Floats) -> Mom
 
 
 @compiled
-def carry(state: State, begin: Moment, end: Moment, drifts: Drifts) -> None:
+def carry(state: DriftState, begin: Moment, end: Moment, drifts: Drifts) -> None:
     """Carry errors, in their place, from one moment to a later one."""
     passed = end.time - begin.time
     if passed <= 0.0:

@@ -25,12 +25,17 @@ from ...mission.onboard import told_to
 from ...preflight.round_lengths import pace_of
 from ...protocol.predicted_positions import planned_vehicles
 from ...protocol.replies import reply_delay_of
-from ...protocol.slots import SHORTEST_UPLINK, UPLINK_GUARD
-from ...protocol.slots import Slots as ProtocolSlots
+from ...protocol.slots import SHORTEST_UPLINK, UPLINK_GUARD, Slots
 from ...protocol.slots import slots_of as protocol_slots
 from ...records.rows import Rows
 from ...scenario.channel_settings import burst_s
-from ...scenario.declared import NAVIGATORS, Broadcaster, Downlink, Schedule, channel_named
+from ...scenario.declared import (
+    NAVIGATORS,
+    BroadcasterTraits,
+    DownlinkTraits,
+    ScheduleTraits,
+    channel_named,
+)
 from ...scenario.families import (
     broadcaster_of,
     downlink_of,
@@ -47,7 +52,16 @@ from ...scenario.survey_area import area_of
 from ...scenario.water import assumed_sound_speed_of
 from ...usbl.array import NOTHING, dot, turned
 from ...usbl.instrument import NOISE_WIDTH, Instrument, path_sd, placed, spread_sd
-from .parts import Access, Chances, FixNoise, Lasting, Navigator, Slots, Source, Ways
+from .parts import (
+    AccessPlan,
+    Chances,
+    DriftSource,
+    FixNoise,
+    PlannedWays,
+    PredictedNavigator,
+    SlotLengths,
+    SystematicErrors,
+)
 
 
 def approximations(scenario: Scenario) -> Iterator[str]:
@@ -112,7 +126,7 @@ class _Plan:
         return isinstance(other, _Plan) and self.key == other.key
 
 
-def ways_of(scenario: Scenario) -> Ways:
+def ways_of(scenario: Scenario) -> PlannedWays:
     """Return where the AUVs of a scenario are going to be, if they keep to their plans.
 
     Those with dynamics are taken for vehicles without, at the speed that they are to go.
@@ -124,12 +138,12 @@ def ways_of(scenario: Scenario) -> Ways:
 
 
 @lru_cache(maxsize=32)
-def _ways(plan: _Plan) -> Ways:
+def _ways(plan: _Plan) -> PlannedWays:
     scenario = plan.scenario
     count = min(max(round(scenario.duration_s / STEP_S) + 1, FEWEST), MOST)
     times = np.linspace(0.0, scenario.duration_s, count)
     vehicles = planned_vehicles(scenario, scenario.duration_s)
-    return Ways(
+    return PlannedWays(
         times,
         np.stack([vehicle.sample(times)[:, :2] for vehicle in vehicles]),
         np.stack([vehicle.heading_integral(times) for vehicle in vehicles]),
@@ -137,11 +151,11 @@ def _ways(plan: _Plan) -> Ways:
     )
 
 
-def lasting_of(scenario: Scenario) -> Lasting:
+def systematic_errors_of(scenario: Scenario) -> SystematicErrors:
     """Return the errors that fixes have in common; a clock that drifts as it is half through."""
     found = {kind.name: kind.sds for kind in kinds(scenario)}
     offset, drift = found.get("clock", (0.0, 0.0))
-    return Lasting(
+    return SystematicErrors(
         found.get("misalignment", (0.0,))[0],
         found.get("gnss", (0.0,))[0],
         scenario.usbl.gnss_time_constant_s,
@@ -152,7 +166,7 @@ def lasting_of(scenario: Scenario) -> Lasting:
     )
 
 
-def navigator_of(scenario: Scenario) -> Navigator:
+def navigator_of(scenario: Scenario) -> PredictedNavigator:
     """Return how the AUVs of a scenario navigate; a filter of one's own is taken for Kalman's."""
     navigation, sensors = scenario.navigation, own_sensors(scenario)
     own = is_plugin(navigation.filter)
@@ -165,7 +179,7 @@ def navigator_of(scenario: Scenario) -> Navigator:
         *_wandering(scenario, sensors, growth.wandering > 0),
         *_skew(sensors, (told[6], told[7]) if growth.stretched > 0 else (0.0, 0.0)),
     ]
-    return Navigator(
+    return PredictedNavigator(
         name,
         NAVIGATORS[name],
         navigation.fixed_gain.gain,
@@ -178,15 +192,15 @@ def navigator_of(scenario: Scenario) -> Navigator:
     )
 
 
-def _bias(scenario: Scenario, sensors: OwnSensors, told: tuple[float, float]) -> list[Source]:
+def _bias(scenario: Scenario, sensors: OwnSensors, told: tuple[float, float]) -> list[DriftSource]:
     drawn = 0.0 if sensors.bias_time_constant_s is not None else sensors.bias_sd_m_per_s
     mean = sensors.bias_m_per_s
     if not any((*mean, drawn, *told)):
         return []
-    return [Source(scenario.navigation.bias_frame, mean, (drawn, drawn), told)]
+    return [DriftSource(scenario.navigation.bias_frame, mean, (drawn, drawn), told)]
 
 
-def _current(scenario: Scenario, told: float, wander: float) -> list[Source]:
+def _current(scenario: Scenario, told: float, wander: float) -> list[DriftSource]:
     """Return the current as one more velocity that dead reckoning through the water misses."""
     water = scenario.environment
     if scenario.navigation.velocity == "over_ground" or not told:
@@ -194,32 +208,32 @@ def _current(scenario: Scenario, told: float, wander: float) -> list[Source]:
     heading, speed = radians(water.current_direction_deg), water.current_m_per_s
     mean, varies = (-speed * cos(heading), -speed * sin(heading)), water.current_variation_m_per_s
     lasts = None if wander else water.current_variation_time_s if varies else None
-    return [Source("world", mean, (varies, varies), (told, told), lasts, wander)]
+    return [DriftSource("world", mean, (varies, varies), (told, told), lasts, wander)]
 
 
-def _wandering(scenario: Scenario, sensors: OwnSensors, is_told: bool) -> list[Source]:
+def _wandering(scenario: Scenario, sensors: OwnSensors, is_told: bool) -> list[DriftSource]:
     sd, lasts = sensors.bias_sd_m_per_s, sensors.bias_time_constant_s
     if not sd or lasts is None:
         return []
     told = sd if is_told else 0.0
-    return [Source(scenario.navigation.bias_frame, (0.0, 0.0), (sd, sd), (told, told), lasts)]
+    return [DriftSource(scenario.navigation.bias_frame, (0.0, 0.0), (sd, sd), (told, told), lasts)]
 
 
-def _skew(sensors: OwnSensors, told: tuple[float, float]) -> list[Source]:
+def _skew(sensors: OwnSensors, told: tuple[float, float]) -> list[DriftSource]:
     turned = radians(sensors.heading_sd_deg)
     if not sensors.scale_factor_sd and not turned:
         return []
-    return [Source("way", (0.0, 0.0), (sensors.scale_factor_sd, turned), told)]
+    return [DriftSource("way", (0.0, 0.0), (sensors.scale_factor_sd, turned), told)]
 
 
 # What stands in for parts of one's own that do not say what they are like.
-SCHEDULE = Schedule(groups="first_fit")
-DOWNLINK = Downlink(waits=True)
-BROADCASTER = Broadcaster("turn")
+SCHEDULE = ScheduleTraits(groups="first_fit")
+DOWNLINK = DownlinkTraits(waits=True)
+BROADCASTER = BroadcasterTraits("turn")
 NAVIGATOR = next(name for name, it in NAVIGATORS.items() if it.weighs)
 
 
-def slots_of(scenario: Scenario) -> Slots:
+def slots_of(scenario: Scenario) -> SlotLengths:
     """Return how long slots last; those of an own ranging that is not loaded hold one ping."""
     slots, protocol = protocol_slots(scenario), scenario.protocol
     crossing, fixes = slots.crossing_time, range(scenario.auvs.count + 1)
@@ -228,7 +242,7 @@ def slots_of(scenario: Scenario) -> Slots:
     two_way = protocol.calls
     named = scenario.auvs.count if tells_slots(scenario) else 0
     own = is_plugin(protocol.ranging) and hasattr(loaded(protocol.ranging), "slot_s")
-    return Slots(
+    return SlotLengths(
         slots.ping_duration,
         2 if two_way else 1,
         protocol.turnaround_s if two_way else 0.0,
@@ -247,7 +261,7 @@ def slots_of(scenario: Scenario) -> Slots:
     )  # fmt: skip
 
 
-def _usual_slot(scenario: Scenario, slots: ProtocolSlots) -> float | None:
+def _usual_slot(scenario: Scenario, slots: Slots) -> float | None:
     """Return about how long (s) a slot is where schedules know none of T_UL; None where they do.
 
     AUVs are polled from two thirds of the longest way, as they are on average over a disc.
@@ -268,12 +282,12 @@ def _reply_s(scenario: Scenario) -> float:
     return delay + messages.airtime(1) + messages.delay(1)
 
 
-def access_of(scenario: Scenario) -> Access:
+def access_of(scenario: Scenario) -> AccessPlan:
     """Return who pings when, and who answers how."""
     protocol = scenario.protocol
     schedule, broadcaster = schedule_of(scenario), broadcaster_of(scenario)
     framed = schedule.framed
-    return Access(
+    return AccessPlan(
         schedule if schedule.groups else SCHEDULE,
         DOWNLINK if is_plugin(protocol.downlink) else downlink_of(scenario),
         broadcaster if broadcaster.chosen_by else BROADCASTER,

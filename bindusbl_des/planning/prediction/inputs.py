@@ -16,13 +16,21 @@ from .gathering import (
     approximations,
     fix_noise,
     hf_chances,
-    lasting_of,
     mf_chances,
     navigator_of,
     slots_of,
+    systematic_errors_of,
     ways_of,
 )
-from .parts import Access, Chances, FixNoise, Lasting, Navigator, Slots, Ways
+from .parts import (
+    AccessPlan,
+    Chances,
+    FixNoise,
+    PlannedWays,
+    PredictedNavigator,
+    SlotLengths,
+    SystematicErrors,
+)
 
 
 @dataclass(frozen=True)
@@ -33,14 +41,14 @@ class Inputs:
     """
 
     duration_s: float
-    ways: Ways
+    ways: PlannedWays
     hf: Chances
     mf: Chances
     noise: FixNoise
-    lasting: Lasting
-    slots: Slots
-    access: Access
-    navigator: Navigator
+    lasting: SystematicErrors
+    slots: SlotLengths
+    access: AccessPlan
+    navigator: PredictedNavigator
     approximations: tuple[str, ...] = ()
 
     def plain(self) -> dict[str, Any]:
@@ -81,7 +89,7 @@ def inputs_of(scenario: Scenario) -> Inputs:
         hf_chances(scenario),
         mf_chances(scenario),
         fix_noise(scenario),
-        lasting_of(scenario),
+        systematic_errors_of(scenario),
         slots_of(scenario),
         access_of(scenario),
         navigator_of(scenario),

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from .inputs import Inputs
 from .march import Errors
-from .parts import FixNoise, Ways
-from .rounds import Plan, planned_rounds
-from .sights import Sights, fixes, located, seen, sights
+from .parts import FixNoise, PlannedWays
+from .rounds import RoundPlan, planned_rounds
+from .sights import ExpectedSights, fixes, located, seen, sights
 
 Floats = NDArray[np.float64]
 
@@ -154,7 +154,7 @@ def error_map(inputs: Inputs, stations: ArrayLike, places: ArrayLike) -> ErrorMa
     noise, ways = inputs.noise, inputs.ways
     here = replace(
         inputs,
-        ways=Ways(ways.times_s, spots[np.newaxis], ways.headings_s[:1], ways.depths_m[:1]),
+        ways=PlannedWays(ways.times_s, spots[np.newaxis], ways.headings_s[:1], ways.depths_m[:1]),
         noise=FixNoise(noise.step_m, *(it[:1] for it in _tables(noise))),
     )
     around = sights(here, spots[np.newaxis], asvs)
@@ -180,7 +180,7 @@ def _tables(noise: FixNoise) -> tuple[Floats, ...]:
     return noise.along_m2, noise.across_m2, noise.down_m2, noise.leaning_m2, noise.slow
 
 
-def _told(inputs: Inputs, around: Sights) -> Floats:
+def _told(inputs: Inputs, around: ExpectedSights) -> Floats:
     """Return how likely an AUV decodes a broadcast (p,)."""
     chosen, told = inputs.access.broadcaster, around.told[0]
     nearest = chosen.serves_nearest
@@ -205,7 +205,7 @@ class Pauses(NamedTuple):
     late_s: float
 
 
-def _late(inputs: Inputs, plan: Plan) -> float:
+def _late(inputs: Inputs, plan: RoundPlan) -> float:
     """Return how long after its ping (s) an AUV is told of it, on average."""
     if inputs.access.ranging.asvs_ping:
         return 0.0

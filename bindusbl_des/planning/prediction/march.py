@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.compiled import compiled
-from .drift import FRAMES, NOT_AT_ALL, Drifts, State, carry, moment_at
+from .drift import FRAMES, NOT_AT_ALL, Drifts, DriftState, carry, moment_at
 from .inputs import Inputs
-from .parts import Source
+from .parts import DriftSource
 from .rounds import Turns
 from .sights import Fixes
 
@@ -27,7 +27,7 @@ Spread = tuple[float, float, float]
 WEIGHED = -1.0
 
 
-class Fix(NamedTuple):
+class ExpectedFix(NamedTuple):
     """What a fix says: the error, with noise xx, yy, xy (m2), as it is and as the filter thinks;
     and what it has in common with other fixes, (`xx`; `yx`, `yy`) m times the two states from
     `common` on (0: it has nothing).
@@ -42,7 +42,9 @@ class Fix(NamedTuple):
 
 
 @compiled
-def correct(state: State, fix: Fix, fixes: float, gain: float, behind: tuple[float, float]) -> None:
+def correct(
+    state: DriftState, fix: ExpectedFix, fixes: float, gain: float, behind: tuple[float, float]
+) -> None:
     """Take in, in the place of `state`, so many `fixes` at once.
 
     Fewer than one is the chance of one; the errors are then those of a mixture, which is exact for
@@ -82,7 +84,7 @@ def _mix(spread: Floats, other: Floats, chance: float) -> None:
 
 
 @compiled
-def _said(spread: Floats, fix: Fix) -> Floats:
+def _said(spread: Floats, fix: ExpectedFix) -> Floats:
     """Return the covariances (k, 2) of all states with what a fix says, P H^T."""
     out = spread[:, :2].copy()
     if fix.common > 0:
@@ -94,7 +96,7 @@ def _said(spread: Floats, fix: Fix) -> Floats:
 
 
 @compiled
-def _gains(believed: Floats, fix: Fix, noise: Spread, gain: float) -> Floats:
+def _gains(believed: Floats, fix: ExpectedFix, noise: Spread, gain: float) -> Floats:
     """Return the gains (k, 2) of a fix: Kalman's, or a fixed one of the position."""
     out = np.zeros((len(believed), 2))
     if gain != WEIGHED:
@@ -117,7 +119,7 @@ def _gains(believed: Floats, fix: Fix, noise: Spread, gain: float) -> Floats:
 
 
 @compiled
-def _joseph(spread: Floats, gains: Floats, fix: Fix, noise: Spread) -> Floats:
+def _joseph(spread: Floats, gains: Floats, fix: ExpectedFix, noise: Spread) -> Floats:
     """Return (1 - K H) P (1 - K H)^T + K R K^T."""
     size = len(spread)
     half, out = np.empty((size, size)), np.empty((size, size))
@@ -157,7 +159,7 @@ class Errors(NamedTuple):
     since: Ints
 
 
-class Ways(NamedTuple):
+class MarchedWays(NamedTuple):
     """Where n AUVs go: at k instants, a `step` (s) apart, their places (n, k, 2), m, and the
     integrals of their headings (n, k, 2), s.
     """
@@ -174,11 +176,11 @@ def errors_of(inputs: Inputs, turns: Turns, fixes: Fixes) -> Errors:
     gain = 0.0 if navigator.kind.ignores_fixes else WEIGHED
     if navigator.kind.has_gain:
         gain = navigator.gain
-    own = Ways(float(ways.times_s[1]), ways.places_m, ways.headings_s)
+    own = MarchedWays(float(ways.times_s[1]), ways.places_m, ways.headings_s)
     return Errors(*_march(own, turns, fixes, gain, navigator.at_ping, drifts, begin))
 
 
-def drifts_of(inputs: Inputs) -> tuple[Drifts, State]:
+def drifts_of(inputs: Inputs) -> tuple[Drifts, DriftState]:
     """Return what makes errors grow, and what they are at the start.
 
     What fixes have in common is two numbers without a unit, of which a fix has some metres.
@@ -187,14 +189,14 @@ def drifts_of(inputs: Inputs) -> tuple[Drifts, State]:
     sources, frames = navigator.sources, [FRAMES[own.frame] for own in navigator.sources]
     if not lasting.is_none:
         told = (1.0, 1.0) if lasting.is_told else (0.0, 0.0)
-        sources = (*sources, Source("none", (0.0, 0.0), (1.0, 1.0), told))
+        sources = (*sources, DriftSource("none", (0.0, 0.0), (1.0, 1.0), told))
         frames.append(NOT_AT_ALL)
     rows = np.zeros((1 + 2 * ANCHORS, 2 + 2 * len(sources)))
     rows[0, 2:] = [it for own in sources for it in own.mean]
     drawn = np.array([it * it for own in sources for it in own.drawn_sd])
     thought = np.array([it * it for own in sources for it in own.told_sd])
     start, believed = navigator.start_sd_m**2, navigator.told_start_sd_m**2
-    state = State(
+    state = DriftState(
         rows,
         np.diag([start, start, *drawn]),
         np.diag([believed, believed, *thought]),
@@ -214,7 +216,13 @@ def drifts_of(inputs: Inputs) -> tuple[Drifts, State]:
 
 @compiled
 def _march(
-    ways: Ways, turns: Turns, fixes: Fixes, gain: float, at_ping: bool, drifts: Drifts, first: State
+    ways: MarchedWays,
+    turns: Turns,
+    fixes: Fixes,
+    gain: float,
+    at_ping: bool,
+    drifts: Drifts,
+    first: DriftState,
 ) -> tuple[Floats, Floats, Floats, Ints]:
     """Return mean, covariance and so on, as of :class:`Errors`.
 
@@ -271,12 +279,12 @@ def _march(
 
 
 @compiled
-def _copied(state: State) -> State:
-    return State(state.rows.copy(), state.true.copy(), state.believed.copy())
+def _copied(state: DriftState) -> DriftState:
+    return DriftState(state.rows.copy(), state.true.copy(), state.believed.copy())
 
 
 @compiled
-def _copy(state: State, out: State) -> None:
+def _copy(state: DriftState, out: DriftState) -> None:
     for i in range(state.rows.shape[0]):
         for j in range(state.rows.shape[1]):
             out.rows[i, j] = state.rows[i, j]
@@ -286,7 +294,7 @@ def _copy(state: State, out: State) -> None:
 
 
 @compiled
-def _note(state: State, mean: Floats, spread: Floats) -> None:
+def _note(state: DriftState, mean: Floats, spread: Floats) -> None:
     mean[0], mean[1] = state.rows[0, 0], state.rows[0, 1]
     spread[0], spread[1], spread[2] = state.true[0, 0], state.true[1, 1], state.true[0, 1]
 
@@ -314,17 +322,17 @@ def _varies(m: Floats, spread: Floats) -> float:
 
 
 @compiled
-def _fix(noise: Floats, lasts: Floats, drifts: Drifts) -> Fix:
+def _fix(noise: Floats, lasts: Floats, drifts: Drifts) -> ExpectedFix:
     """Return a fix with noise, and what it has in common with others, each xx, yy, xy (3,), m2."""
     own = noise[0], noise[1], noise[2]
     if not drifts.has_common:
-        return Fix(own, own, 0, 0.0, 0.0, 0.0)
+        return ExpectedFix(own, own, 0, 0.0, 0.0, 0.0)
     thought, last = own, 2 * drifts.frames.size
     if drifts.told[last - 2] == 0.0:  # to a filter that is not told it is noise as any
         thought = own[0] + lasts[0], own[1] + lasts[1], own[2] + lasts[2]
     xx = sqrt(lasts[0])
     yx = lasts[2] / xx if xx > 0.0 else 0.0
-    return Fix(own, thought, last, xx, yx, sqrt(max(lasts[1] - yx * yx, 0.0)))
+    return ExpectedFix(own, thought, last, xx, yx, sqrt(max(lasts[1] - yx * yx, 0.0)))
 
 
 # Before the first fix nothing is known: by so much (m) an AUV may be anywhere.

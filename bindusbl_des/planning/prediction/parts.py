@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scenario import declared
-from ...scenario.declared import Broadcaster, Downlink, Ranging, Schedule
+from ...scenario.declared import BroadcasterTraits, DownlinkTraits, RangingTraits, ScheduleTraits
 
 
 class Off(NamedTuple):
@@ -41,7 +41,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Ways:
+class PlannedWays:
     """Where n AUVs are going to be at k even instants (k,), s, from the start to the end.
 
     Their places (n, k, 2), m, the integrals of the cosine and sine of their headings (n, k, 2), s,
@@ -87,7 +87,7 @@ class FixNoise:
 
 
 @dataclass(frozen=True)
-class Lasting:
+class SystematicErrors:
     """Errors that fixes have in common all the time, as standard deviations.
 
     Of each array's heading (rad) and GNSS position per axis (m), which wanders with a time constant
@@ -112,7 +112,7 @@ class Lasting:
 
 
 @dataclass(frozen=True)
-class Slots:
+class SlotLengths:
     """How long slots last (s).
 
     An uplink slot holds `ways` times the ping of `ping_s` and the longest way, the turnaround and
@@ -139,7 +139,7 @@ class Slots:
 
 
 @dataclass(frozen=True)
-class Access:
+class AccessPlan:
     """Who pings when, and who answers how, as the parts of the protocol declare it.
 
     `frame_s` is 0 unless the schedule has frames; `fixed_asv` broadcasts if the broadcaster is
@@ -147,10 +147,10 @@ class Access:
     frame that others may overlap if it `replies_in_frames`.
     """
 
-    schedule: Schedule
-    downlink: Downlink
-    broadcaster: Broadcaster
-    ranging: Ranging
+    schedule: ScheduleTraits
+    downlink: DownlinkTraits
+    broadcaster: BroadcasterTraits
+    ranging: RangingTraits
     fixed_asv: int
     frame_s: float
     reply_s: float
@@ -158,7 +158,7 @@ class Access:
 
 
 @dataclass(frozen=True)
-class Source:
+class DriftSource:
     """What makes dead reckoning drift: two numbers, constant but for what is said of them here.
 
     They turn with the `frame`: `body` (velocity ahead and to starboard, m/s), `world` (velocity
@@ -177,7 +177,7 @@ class Source:
 
 
 @dataclass(frozen=True)
-class Navigator:
+class PredictedNavigator:
     """How an AUV navigates: its `filter` by name, what that declares (`kind`), and how wrong its
     dead reckoning is.
 
@@ -187,11 +187,11 @@ class Navigator:
     """
 
     filter: str
-    kind: declared.Navigator
+    kind: declared.NavigatorTraits
     gain: float
     at_ping: bool
     start_sd_m: float
     told_start_sd_m: float
     walk_m2_per_s: float
     told_walk_m2_per_s: float
-    sources: tuple[Source, ...]
+    sources: tuple[DriftSource, ...]

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from ...core.compiled import compiled
 from ...protocol.conflicts import dsatur_groups, greedy_colours
 from .inputs import Inputs
-from .parts import Slots
-from .sights import Flags, Sights, located
+from .parts import SlotLengths
+from .sights import ExpectedSights, Flags, located
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -19,7 +19,7 @@ Ints = NDArray[np.int64]
 MOST_ROUNDS = 3000
 
 
-class Plan(NamedTuple):
+class RoundPlan(NamedTuple):
     """How rounds go at each of k instants: the slot of each AUV (n, k), how long (s) it is from one
     slot to the next, from the start of a round to its broadcast, from that to the end of the frame,
     and from one round to the next (k,); how many times it broadcasts (k,).
@@ -48,7 +48,7 @@ class Turns(NamedTuple):
     many: int
 
 
-def uplink_slot(slots: Slots, hf_range: float, by_slant: bool) -> float:
+def uplink_slot(slots: SlotLengths, hf_range: float, by_slant: bool) -> float:
     """Return how long (s) an uplink slot lasts (eq. UL_slot) with an HF range (m)."""
     if slots.fixed_uplink_s is not None:
         return in_ticks(slots, slots.fixed_uplink_s)
@@ -58,13 +58,13 @@ def uplink_slot(slots: Slots, hf_range: float, by_slant: bool) -> float:
     return in_ticks(slots, least + slots.answer_s)
 
 
-def in_ticks(slots: Slots, duration: float) -> float:
+def in_ticks(slots: SlotLengths, duration: float) -> float:
     """Return a duration (s) rounded up to whole ticks, if there are any."""
     rate = slots.tick_rate_hz
     return duration if rate == 0.0 else math.ceil(duration * rate - 1e-9) / rate
 
 
-def planned_rounds(inputs: Inputs, sights: Sights) -> Plan:
+def planned_rounds(inputs: Inputs, sights: ExpectedSights) -> RoundPlan:
     """Return how rounds go at each instant of the ways."""
     access, slots = inputs.access, inputs.slots
     uplink = uplink_slot(slots, inputs.hf.range_m, inputs.hf.by_slant)
@@ -73,18 +73,18 @@ def planned_rounds(inputs: Inputs, sights: Sights) -> Plan:
     expected = np.minimum(_added(found), float(auvs))
     if access.ranging.asvs_ping:
         ones, zeros = np.ones(instants), np.zeros((auvs, instants), dtype=np.int64)
-        return Plan(zeros, uplink * ones, 0.0 * ones, 0.0 * ones, uplink * ones, _whole(ones))
+        return RoundPlan(zeros, uplink * ones, 0.0 * ones, 0.0 * ones, uplink * ones, _whole(ones))
     if access.frame_s > 0.0:
         expected = expected / auvs
     slot, groups = _grouped(access.schedule.groups, sights.in_range)
-    return Plan(slot, *timed(inputs, uplink, groups, expected))
+    return RoundPlan(slot, *timed(inputs, uplink, groups, expected))
 
 
 def timed(
     inputs: Inputs, uplink: float, groups: Floats, expected: Floats
 ) -> tuple[Floats, Floats, Floats, Floats, Ints]:
     """Return how rounds of some ping groups (k,) in slots of T_UL (s) go that bring so many fixes
-    (k,), which need not be whole: all of :class:`Plan` but the slots of AUVs.
+    (k,), which need not be whole: all of :class:`RoundPlan` but the slots of AUVs.
 
     Of whole numbers that is what the downlinks' own generators make of them
     (:mod:`....protocol.cycles`); page and sliders have the same in their language.
@@ -152,7 +152,7 @@ def _greedily(in_range: Flags, slot: Ints) -> None:
         slot[:, instant] = colours
 
 
-def turns_of(inputs: Inputs, sights: Sights, plan: Plan) -> Turns:
+def turns_of(inputs: Inputs, sights: ExpectedSights, plan: RoundPlan) -> Turns:
     """Return what AUVs may expect of all rounds of a mission."""
     access, ways = inputs.access, inputs.ways
     step, end = ways.times_s[1], inputs.duration_s
@@ -193,7 +193,7 @@ def turns_of(inputs: Inputs, sights: Sights, plan: Plan) -> Turns:
     return Turns(pinged, told, chance * hears, late, kind, many)
 
 
-def _answered(sights: Sights, slot: Ints, chance: Floats, at: Ints) -> Floats:
+def _answered(sights: ExpectedSights, slot: Ints, chance: Floats, at: Ints) -> Floats:
     """Return how likely AUVs decode the answers to their pings (n, r), each of the nearest ASV.
 
     Answers to others that have pinged in the same slot (n, r), as likely as their `chance` (n, r),
@@ -209,11 +209,13 @@ def _answered(sights: Sights, slot: Ints, chance: Floats, at: Ints) -> Floats:
     return np.asarray(heard)
 
 
-def _tick(slots: Slots) -> float:
+def _tick(slots: SlotLengths) -> float:
     return 0.0 if slots.tick_rate_hz == 0.0 else 1.0 / slots.tick_rate_hz
 
 
-def _by_sender(inputs: Inputs, sights: Sights, number: Ints, at: Ints) -> tuple[Floats, Floats]:
+def _by_sender(
+    inputs: Inputs, sights: ExpectedSights, number: Ints, at: Ints
+) -> tuple[Floats, Floats]:
     """Return how likely AUVs decode broadcasts of some numbers (n, r), and over which way (m)."""
     chosen, rows = inputs.access.broadcaster, np.arange(len(number))[:, np.newaxis]
     asvs = sights.told.shape[2]

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from . import lasting
+from . import systematic
 from .inputs import Inputs
 from .parts import Chances
 
@@ -19,7 +19,7 @@ SELDOM = 1e-6
 CLOSE_M = 1e-6
 
 
-class Sights(NamedTuple):
+class ExpectedSights(NamedTuple):
     """What n AUVs and m ASVs are to each other at k instants.
 
     How far away they are (n, k, m), m, seen from above and slant; which are in range as the
@@ -58,12 +58,12 @@ def looked_up(table: Floats, step: float, away: Floats) -> Floats:
     return np.asarray(table[rows, low] + share * (table[rows, low + 1] - table[rows, low]))
 
 
-def seen(inputs: Inputs, stations: Floats) -> Sights:
+def seen(inputs: Inputs, stations: Floats) -> ExpectedSights:
     """Return what AUVs on their ways and ASVs at stations (m, 2), m, are to each other."""
     return sights(inputs, inputs.ways.places_m, stations)
 
 
-def sights(inputs: Inputs, places: Floats, stations: Floats) -> Sights:
+def sights(inputs: Inputs, places: Floats, stations: Floats) -> ExpectedSights:
     """Return what AUVs at places (n, k, 2), m, and ASVs at stations (m, 2), are to each other."""
     north = places[:, :, np.newaxis, 0] - stations[:, 0]
     east = places[:, :, np.newaxis, 1] - stations[:, 1]
@@ -74,7 +74,7 @@ def sights(inputs: Inputs, places: Floats, stations: Floats) -> Sights:
     in_range = counted <= inputs.hf.range_m
     heard = _chance(inputs.hf, level, slant)
     told = _chance(inputs.mf, level, slant)
-    return Sights(level, slant, in_range, heard, told)
+    return ExpectedSights(level, slant, in_range, heard, told)
 
 
 def _chance(chances: Chances, level: Floats, slant: Floats) -> Floats:
@@ -84,7 +84,7 @@ def _chance(chances: Chances, level: Floats, slant: Floats) -> Floats:
     return np.where((slant if chances.by_slant else level) <= chances.range_m, found, 0.0)
 
 
-def located(inputs: Inputs, sights: Sights) -> Floats:
+def located(inputs: Inputs, sights: ExpectedSights) -> Floats:
     """Return how likely a ping of an AUV makes a fix (n, k, w): of all ASVs that hear it together,
     or (passive) the ping of each ASV one of its own.
     """
@@ -101,7 +101,7 @@ def located(inputs: Inputs, sights: Sights) -> Floats:
     return np.asarray(found[:, :, np.newaxis])
 
 
-def fixes(inputs: Inputs, sights: Sights, places: Floats, stations: Floats) -> Fixes:
+def fixes(inputs: Inputs, sights: ExpectedSights, places: Floats, stations: Floats) -> Fixes:
     """Return what fixes err by at places (n, k, 2), m."""
     noise, level = inputs.noise, sights.level_m
     along, across, down, leaning = (
@@ -114,7 +114,9 @@ def fixes(inputs: Inputs, sights: Sights, places: Floats, stations: Floats) -> F
     sine = np.where(above, 0.0, (places[:, :, np.newaxis, 1] - stations[:, 1]) / away)
     line, apart = (cosine, sine), (level, sights.slant_m)
     if inputs.access.ranging.asvs_ping:
-        one = Fixes(lasting.turned(along, across, line), *lasting.of_each(inputs, *apart, line))
+        one = Fixes(
+            systematic.turned(along, across, line), *systematic.of_each(inputs, *apart, line)
+        )
         return _with_slow(inputs, one, looked_up(noise.slow, noise.step_m, level))
     weights = sights.heard
     if inputs.access.downlink.replies:  # the first to hear it answers by itself
@@ -122,7 +124,7 @@ def fixes(inputs: Inputs, sights: Sights, places: Floats, stations: Floats) -> F
     fused = _fused((along, across, down, leaning), weights, line)
     if inputs.lasting.is_none:
         return Fixes(fused, np.zeros(fused.shape), np.zeros(fused.shape[:3]))
-    found = Fixes(fused, *lasting.of_all(inputs, *apart, line, weights, (along, across)))
+    found = Fixes(fused, *systematic.of_all(inputs, *apart, line, weights, (along, across)))
     slow = _added(weights * looked_up(noise.slow, noise.step_m, level))
     share = slow / np.maximum(_added(weights), SELDOM)
     return _with_slow(inputs, found, share[:, :, np.newaxis])
@@ -156,7 +158,7 @@ def _fused(
     determinant = np.maximum(along * down - leaning * leaning, 1e-30)
     by_along, by_down = share * down / determinant, share * along / determinant
     by_both, by_across = -share * leaning / determinant, share / np.maximum(across, 1e-30)
-    plain = lasting.turned(by_along, by_across, line)
+    plain = systematic.turned(by_along, by_across, line)
     xx, yy, xy = (_added(plain[:, :, :, k]) for k in range(3))
     zz, xz, yz = _added(by_down), _added(by_both * cosine), _added(by_both * sine)
     zz = np.maximum(zz, 1e-30)

@@ -12,9 +12,9 @@ from ...campaigns.experiments.experiment import FEWEST_SEEDS
 from ...core.wording import counted, plain, refuse
 from .evidence import CutOff, Evidence, Group, looks
 from .goals import Goal
-from .selection import Candidate, Sample, Selection
+from .selection import Choice, Sample, Selection
 
-# Who is still open after so many seeds is close to a limit: dearer ones are tried before more are.
+# Who is still open after so many seeds is close to a limit: costlier ones come before more seeds.
 PATIENCE = 24
 
 
@@ -23,7 +23,7 @@ class Search:
 
     def __init__(
         self,
-        candidates: Sequence[Candidate],
+        candidates: Sequence[Choice],
         evidence: Evidence,
         note: Callable[[Selection], None] = lambda _: None,
     ) -> None:
@@ -79,12 +79,12 @@ class Search:
     def selection(self) -> Selection:
         """Return what is known now."""
         best = None if self._cheapest is None else self._groups[self._cheapest]
-        dearer = [] if self._cheapest is None else self._groups[self._cheapest + 1 :]
+        costlier = [] if self._cheapest is None else self._groups[self._cheapest + 1 :]
         verdicts = [
             it or ("needs more missions" if self._evidence.missions(number) else "not flown")
             for number, it in enumerate(self._evidence.verdicts)
         ]
-        for group in dearer:
+        for group in costlier:
             for number in group.having(None):
                 verdicts[number] = "not needed"
         numbers = range(len(verdicts))
@@ -130,7 +130,7 @@ MOST_SEEDS = 128
 
 
 def select(
-    candidates: Sequence[Candidate],
+    candidates: Sequence[Choice],
     sample: Sample,
     goals: Sequence[Goal],
     *,
@@ -161,7 +161,7 @@ def select(
 
 
 def _check(
-    candidates: Sequence[Candidate],
+    candidates: Sequence[Choice],
     goals: Sequence[Goal],
     confidence: float,
     zone: float,

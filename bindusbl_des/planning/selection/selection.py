@@ -22,7 +22,7 @@ Verdict = Literal["met", "not met", "needs more missions", "outdone", "not neede
 
 
 @dataclass(frozen=True)
-class Candidate:
+class Choice:
     """What may be chosen: its cost, in any unit, and what its goals are predicted to be.
 
     A prediction decides which cost is tried first and nothing else; nan is not known.

@@ -47,7 +47,7 @@ class Plans:
     positions: str
 
 
-class Known:
+class KnownFixes:
     """The last fix of each AUV that was broadcast, and what has been tried since.
 
     Nothing is worked out before somebody asks.
@@ -137,7 +137,7 @@ def weighed(drifted: float, fix: float) -> float:
     return drifted * fix / (drifted + fix) if drifted > 0.0 else 0.0
 
 
-def known_of(scenario: Scenario, auvs: Fleet, record: Recorder) -> Known:
+def known_of(scenario: Scenario, auvs: Fleet, record: Recorder) -> KnownFixes:
     """Return what a fleet will know of its AUVs' estimates and places, by what it has planned."""
     speeds, water = planned_speeds(scenario, auvs), scenario.environment
     carried = 0.0
@@ -151,7 +151,7 @@ def known_of(scenario: Scenario, auvs: Fleet, record: Recorder) -> Known:
 
     initial, positions = scenario.navigation.initial_position_sd_m, positions_of(scenario)
     moving = speeds + carried
-    return Known(record, Plans(initial, moving, moving + vessels, drift, positions))
+    return KnownFixes(record, Plans(initial, moving, moving + vessels, drift, positions))
 
 
 class TimedGroups(tuple[Sequence[int], ...]):
@@ -194,7 +194,7 @@ class View:
     random: np.random.Generator
     failed: tuple[int, ...] = ()
     slots: Slots | None = None
-    known: Known | None = field(default=None, repr=False)
+    known: KnownFixes | None = field(default=None, repr=False)
     lost: tuple[int, ...] = ()
     ahead_s: float = 0.0
 
@@ -247,7 +247,7 @@ class View:
         return near | self.heard
 
     @property
-    def _known(self) -> Known:
+    def _known(self) -> KnownFixes:
         if self.known is None:
             raise LookupError(
                 "this view was made by hand, without a mission: give it a `known`, "

@@ -1,6 +1,6 @@
 "use strict";
 // Who hears whom, how likely, and what a fix errs by then: planning/prediction/sights.py and
-// lasting.py, number for number. Arrays are flat; AUVs come first, then instants, then ASVs.
+// systematic.py, number for number. Arrays are flat; AUVs come first, then instants, then ASVs.
 
 const SELDOM = 1e-6, CLOSE_M = 1e-6;
 

@@ -8,7 +8,7 @@ from ...core.wording import plain
 from ..families import FAMILIES
 from ..moved_keys import Moved, Section, chosen, moved
 from ..scenario_keys import ScenarioKeys
-from .mistakes import Mistake, Place
+from .mistakes import FilePlace, Mistake
 from .plain_yaml import Document, Path, dotted
 
 READ_YET = "the former spelling is read in this version only"
@@ -86,7 +86,7 @@ def move_keys(document: Document) -> None:
                 found.append(it)
         for it in found:
             former, now = (name, it.name), (name, it.part, it.name)
-            place = document.keys.pop(former, Place(document.file))
+            place = document.keys.pop(former, FilePlace(document.file))
             document.keys[now] = place
             document.values[now] = document.values.pop(former, place)
             for places in (document.keys, document.values):

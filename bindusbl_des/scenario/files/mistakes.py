@@ -7,7 +7,7 @@ from ...core.wording import printable
 
 
 @dataclass(frozen=True)
-class Place:
+class FilePlace:
     """A place in a file, counted from 1; line 0 is the file as a whole (or a ``--set`` option)."""
 
     file: str
@@ -26,7 +26,7 @@ class Mistake:
     message: str
 
     @classmethod
-    def at(cls, place: Place, key: str, message: str) -> "Mistake":
+    def at(cls, place: FilePlace, key: str, message: str) -> "Mistake":
         """Return the mistake at a place; a file or option with control characters is escaped."""
         return cls(printable(place.file), place.line, place.column, printable(key), message)
 

@@ -10,7 +10,7 @@ from ..families import FAMILIES
 from ..keys import keys, settings
 from ..scenario import Scenario
 from .former_keys import READ_YET, path_now
-from .mistakes import Mistake, Place
+from .mistakes import FilePlace, Mistake
 from .plain_yaml import Document, Path, dotted, read_yaml
 
 # Keys whose value is the name of a model, or a mapping with it and what is set about it.
@@ -25,7 +25,7 @@ def override(document: Document, option: str) -> None:
     ``asvs.formation.positions_m.0.1=5``.  Another model begins without the settings of the one
     before, but for those that an option gave.
     """
-    place = Place(f"--set {option}")
+    place = FilePlace(f"--set {option}")
     name, equals, text = option.partition("=")
     path = _path(name.strip())
     if not equals or "" in path:

@@ -15,7 +15,7 @@ from typing import Any
 import yaml
 
 from ...core.wording import shortened
-from .mistakes import Mistake, Place
+from .mistakes import FilePlace, Mistake
 
 # What breaks the grammar of YAML, in plain words in place of the parser's.
 
@@ -39,18 +39,18 @@ _PROBLEMS = {
 }
 
 
-def syntax_mistake(error: yaml.YAMLError, text: str, file: str) -> tuple[Place, str]:
+def syntax_mistake(error: yaml.YAMLError, text: str, file: str) -> tuple[FilePlace, str]:
     """Return where YAML's grammar was broken and, in plain words, how."""
     if isinstance(error, yaml.reader.ReaderError):
         before = text[: error.position]
         column = error.position - before.rfind("\n")
-        place = Place(file, before.count("\n") + 1, column)
+        place = FilePlace(file, before.count("\n") + 1, column)
         return place, "YAML syntax: a control character; is this a text file?"
     mark = getattr(error, "problem_mark", None)
     problem = str(getattr(error, "problem", None) or error).splitlines()[0]
     if mark is None:
-        return Place(file), f"YAML syntax: {problem}"
-    place = Place(file, mark.line + 1, mark.column + 1)
+        return FilePlace(file), f"YAML syntax: {problem}"
+    place = FilePlace(file, mark.line + 1, mark.column + 1)
     lines = text.splitlines()
     line = lines[mark.line] if mark.line < len(lines) else ""
     indentation = line[: len(line) - len(line.lstrip())]
@@ -126,13 +126,13 @@ class Document:
 
     file: str
     data: Any = None
-    keys: dict[Path, Place] = field(default_factory=dict)
-    values: dict[Path, Place] = field(default_factory=dict)
+    keys: dict[Path, FilePlace] = field(default_factory=dict)
+    values: dict[Path, FilePlace] = field(default_factory=dict)
     mistakes: list[Mistake] = field(default_factory=list)
     warnings: list[Mistake] = field(default_factory=list)
     unsettled: set[Path] = field(default_factory=set)
 
-    def report(self, place: Place, path: Path, message: str) -> None:
+    def report(self, place: FilePlace, path: Path, message: str) -> None:
         """Note a mistake and that the value at its path is unsettled."""
         self.mistakes.append(Mistake.at(place, dotted(path), message))
         self.unsettled.add(path)
@@ -153,7 +153,7 @@ def read_yaml(text: str, file: str) -> Document:
         _Reader(document, text).read()
     except UnicodeEncodeError as error:  # what a shell hands over need not be text
         message = f"not UTF-8 text ({text[error.start]!r} at {error.start})"
-        document.mistakes.append(Mistake.at(Place(file), "", message))
+        document.mistakes.append(Mistake.at(FilePlace(file), "", message))
         document.data = None
     except yaml.YAMLError as error:
         place, message = syntax_mistake(error, text, file)
@@ -182,9 +182,9 @@ class _Reader:
             self._stop(follower, "a second document (---) begins here; keep one per file")
         self.document.data = None if isinstance(data, _Rejected) else data
 
-    def _place(self, event: Any) -> Place:
+    def _place(self, event: Any) -> FilePlace:
         mark = event.start_mark
-        return Place(self.document.file, mark.line + 1, mark.column + 1)
+        return FilePlace(self.document.file, mark.line + 1, mark.column + 1)
 
     def _stop(self, event: Any, message: str, path: Path = ()) -> None:
         self.document.report(self._place(event), path, message)

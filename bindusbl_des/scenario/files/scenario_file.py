@@ -16,7 +16,7 @@ from ..scenario_keys import Problem
 from ..water import sound_speed_of
 from .explanations import ROUTE, Finding, guessed_kind
 from .former_keys import as_now, is_former, is_of_old, move_keys
-from .mistakes import Mistake, Place, ScenarioError
+from .mistakes import FilePlace, Mistake, ScenarioError
 from .named_files import misplaced_tracks, place_files
 from .overrides import override
 from .plain_yaml import Document, Path, dotted, read_yaml
@@ -116,7 +116,7 @@ def read_text(path: str | FilePath) -> str:
 
 
 def _failure(path: str | FilePath, message: str) -> ScenarioError:
-    return ScenarioError([Mistake.at(Place(str(path)), "", message)])
+    return ScenarioError([Mistake.at(FilePlace(str(path)), "", message)])
 
 
 def parse_scenario(
@@ -169,7 +169,7 @@ def parsed(source: Source, allow_plugins: bool = False) -> tuple[Document, Scena
 
 
 def _check_root(document: Document) -> None:
-    place = document.values.get((), Place(document.file, 1, 1))
+    place = document.values.get((), FilePlace(document.file, 1, 1))
     if document.data is None:
         message = "the file is empty; a scenario needs at least `name: my_mission`"
         document.mistakes.append(Mistake.at(place, "", message))
@@ -218,13 +218,13 @@ def _note(document: Document, finding: Finding) -> None:
     document.unsettled |= {finding.path, *finding.unsettled}
 
 
-def _place(document: Document, path: Path, at_key: bool = False) -> Place:
+def _place(document: Document, path: Path, at_key: bool = False) -> FilePlace:
     """Return where a path stands, or the section that it is missing from."""
     places = document.keys if at_key else document.values
     for length in range(len(path), 0, -1):
         if path[:length] in places:
             return places[path[:length]]
-    return document.keys.get((), Place(document.file, 1, 1))
+    return document.keys.get((), FilePlace(document.file, 1, 1))
 
 
 def _set_aside(data: Any, path: Path) -> None:
@@ -255,13 +255,13 @@ def _note_contradictions(document: Document, problems: Iterable[Problem]) -> Non
         )
 
 
-def told_at(document: Document, problem: Problem) -> Place:
+def told_at(document: Document, problem: Problem) -> FilePlace:
     """Return where a problem stands; where its key is left to its default, at a key behind it."""
     paths = [_split(key) for key in (problem.key, *problem.others)]
     return _place(document, next((path for path in paths if path in document.values), paths[0]))
 
 
-def place_of(document: Document, key: str) -> Place:
+def place_of(document: Document, key: str) -> FilePlace:
     """Return where a dotted key stands, or the section that it is missing from."""
     return _place(document, _split(key))
 

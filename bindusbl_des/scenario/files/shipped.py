@@ -5,7 +5,7 @@ from functools import cache
 from pathlib import Path
 
 from ...core.wording import did_you_mean
-from .mistakes import Mistake, Place, ScenarioError
+from .mistakes import FilePlace, Mistake, ScenarioError
 
 PACKAGE = Path(__file__).parents[2]
 KINDS = ("scenarios", "experiments")
@@ -38,7 +38,7 @@ def located(given: str, kinds: tuple[str, ...] = KINDS) -> str:
             return str(shipped(kind)[given])
     message = _objection(given, kinds)
     if message:
-        raise ScenarioError([Mistake.at(Place(given or "''"), "", message)])
+        raise ScenarioError([Mistake.at(FilePlace(given or "''"), "", message)])
     return given
 
 

@@ -9,7 +9,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from ...core.plugins import is_plugin
 from ...core.wording import described, did_you_mean
-from ..declared import ASVS, AUVS, Hull
+from ..declared import ASVS, AUVS, HullTraits
 from ..part_choice import PartChoice
 
 
@@ -21,7 +21,7 @@ class VehicleChoice:
     is a vehicle with settings: one without dynamics, or somebody's own, named ``module:object``.
     """
 
-    MODELS: ClassVar[Mapping[str, Hull]] = {}
+    MODELS: ClassVar[Mapping[str, HullTraits]] = {}
 
     model: str
     coefficients: tuple[tuple[str, float], ...] = ()

@@ -57,22 +57,22 @@ def failing(scenario: Scenario) -> Iterator[Problem]:
 FEWEST_SAMPLES = 10
 
 
-class Caution(Problem):
+class ScenarioWarning(Problem):
     """A warning about a key: the key, what it warns of, and the keys behind it."""
 
     def __str__(self) -> str:
         return f"{self.key}: {self.message}"
 
 
-def cautions(scenario: Scenario) -> list[Caution]:
+def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
     """Return warnings about a scenario, to be read before its results are trusted.
 
     >>> small = {"name": "m", "survey": {"side_m": 60}, "acoustics": {"hf": {"range_m": 50}}}
-    >>> print(cautions(Scenario.model_validate(small))[0])  # doctest: +ELLIPSIS
+    >>> print(warnings_of(Scenario.model_validate(small))[0])  # doctest: +ELLIPSIS
     asvs.formation.radius_m: is by default hf.range_m + clearance_m = 50 m, ...
     """
     return [
-        Caution(*found)
+        ScenarioWarning(*found)
         for look in (
             _former_words,
             believed,
@@ -102,7 +102,7 @@ def cautions(scenario: Scenario) -> list[Caution]:
             _samples,
         )
         for found in look(scenario)
-    ] + [Caution(*found) for found in idle_keys(scenario)]
+    ] + [ScenarioWarning(*found) for found in idle_keys(scenario)]
 
 
 def _former_words(scenario: Scenario) -> Iterator[Problem]:
@@ -239,7 +239,7 @@ def read_scenario(
     unusable = tuple(_tables(document, scenario))
     if unusable:
         raise ScenarioError(unusable)
-    places = {found: told_at(document, found) for found in cautions(scenario)}
+    places = {found: told_at(document, found) for found in warnings_of(scenario)}
     found = sorted(places, key=lambda it: (places[it].file != source.name, places[it].line))
     warnings = (
         *document.warnings,

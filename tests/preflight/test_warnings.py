@@ -14,14 +14,14 @@ from bindusbl_des import (
     Scenario,
     Signals,
     Sounding,
-    cautions,
     load_result,
     load_scenario,
     simulate,
+    warnings_of,
 )
 from bindusbl_des.cli import main
 from bindusbl_des.preflight.idle_keys import RULES, idle_keys
-from bindusbl_des.preflight.worth_knowing import read_scenario
+from bindusbl_des.preflight.warnings import read_scenario
 from bindusbl_des.presets.modems import table_file
 from bindusbl_des.results.result import scenario_sha256
 from bindusbl_des.scenario.files.scenario_file import ScenarioError
@@ -60,7 +60,7 @@ UNSEEN = (
 def told(**changes: Any) -> dict[str, str]:
     """Return the warnings of the default scenario with changes, by their keys."""
     scenario = Scenario.model_validate({"name": "m", **changes})
-    return {found.key: found.message for found in cautions(scenario)}
+    return {found.key: found.message for found in warnings_of(scenario)}
 
 
 def fading(signals: Signals) -> np.ndarray:
@@ -79,8 +79,8 @@ OWN: dict[str, Any] = {
     "survey.depths_m": [4.0, 6.0, 9.0],
     "auvs.speeds_m_per_s": [0.5, 0.7, 0.6],
     "auvs.launch_m": [[3.0, -4.0]],
-    "acoustics.hf.channel": "test_worth_knowing:fading",
-    "usbl.model": "test_worth_knowing:compass",
+    "acoustics.hf.channel": "test_warnings:fading",
+    "usbl.model": "test_warnings:compass",
     "acoustics.mf.airtimes": table_file("s2c_airtimes.csv"),
 }
 
@@ -175,7 +175,7 @@ def test_a_downlink_that_cannot_carry_all_fixes_is_warned_of() -> None:
         return load_scenario("recovery_140m", overrides=[*crowd, "protocol.frame_s=0.3", *keys])
 
     def warned(scenario: Scenario) -> str:
-        return {found.key: found.message for found in cautions(scenario)}.get(
+        return {found.key: found.message for found in warnings_of(scenario)}.get(
             "protocol.frame_s", ""
         )
 
@@ -219,8 +219,8 @@ def test_nobody_is_nagged_for_defaults() -> None:
     """Keys that are not in the file are not told, nor defaults that the program wrote out."""
     assert told() == {}
     written = Scenario(name="m", protocol={"frame_s": 1.0})
-    assert [found.key for found in cautions(written)] == ["protocol.frame_s"]
-    assert cautions(Scenario.model_validate(written.model_dump(mode="json"))) == []
+    assert [found.key for found in warnings_of(written)] == ["protocol.frame_s"]
+    assert warnings_of(Scenario.model_validate(written.model_dump(mode="json"))) == []
 
 
 def test_the_default_formation_may_lie_outside_the_survey() -> None:
@@ -357,8 +357,8 @@ def test_estimate_is_another_name_of_last_fix(tmp_path: Path) -> None:
     assert (old, scenario_sha256(old)) == (new, scenario_sha256(new))
     one, two = simulate(old), simulate(new)
     assert all(one.arrow[name].equals(two.arrow[name]) for name in one.arrow)
-    assert cautions(new) == []
-    (found,) = cautions(old)
+    assert warnings_of(new) == []
+    (found,) = warnings_of(old)
     assert str(found).startswith("protocol.positions: 'estimate' is the former name of 'last_fix'")
     file = tmp_path / "f.yaml"
     file.write_text("name: m\nprotocol: {positions: estimate}\n")
@@ -400,24 +400,24 @@ def test_a_run_tells_and_keeps_its_warnings() -> None:
     """On stderr with their places, in run.json, in the report, and in the result read back."""
     ran = CliRunner().invoke(main, ["run", "f.yaml", "--out", "o"])
     assert ran.exit_code == 0
-    assert "\nWorth knowing:\n" + LINE in ran.stderr
+    assert "\nWarnings:\n" + LINE in ran.stderr
     assert LINE not in ran.stdout
     (kept,) = json.loads(Path("o/run.json").read_text())["warnings"]
     assert (kept["key"], load_result("o").warnings[0].message) == (
         "protocol.broadcaster", kept["message"],
     )  # fmt: skip
     page = Path("o/report.html").read_text()
-    assert "<h2>Worth knowing</h2>" in page
+    assert "<h2>Warnings</h2>" in page
     assert "<code>protocol.broadcaster</code>: has no effect" in page
     assert CliRunner().invoke(main, ["-q", "run", "f.yaml", "--out", "q"]).stderr == ""
 
 
 @pytest.mark.usefixtures("in_folder")
 def test_a_report_without_warnings_has_no_such_section() -> None:
-    """Where nothing is worth knowing, nothing is said."""
+    """Where there is nothing to warn of, nothing is said."""
     Path("f.yaml").write_text("name: m\nduration_s: 5\n")
     assert CliRunner().invoke(main, ["-q", "run", "f.yaml", "--out", "o"]).exit_code == 0
-    assert "Worth knowing" not in Path("o/report.html").read_text()
+    assert "Warnings" not in Path("o/report.html").read_text()
 
 
 @pytest.mark.usefixtures("in_folder")
@@ -427,7 +427,7 @@ def test_a_sweep_tells_the_warnings_of_its_base_once() -> None:
     held = CliRunner().invoke(main, [*words, "asvs.count=2,3"])
     assert held.stderr.count(LINE) == 1
     varied = CliRunner().invoke(main, [*words, "protocol.downlink=sequential,direct_reply"])
-    assert (varied.exit_code, "Worth knowing" in varied.stderr) == (0, False)
+    assert (varied.exit_code, "Warnings" in varied.stderr) == (0, False)
 
 
 def test_a_sweep_over_a_key_that_does_nothing_is_told(tmp_path: Path) -> None:

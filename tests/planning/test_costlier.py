@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from bindusbl_des import Scenario
 from bindusbl_des.planning.candidates import Candidate
-from bindusbl_des.planning.doubting import with_dearer
+from bindusbl_des.planning.doubting import with_costlier
 from bindusbl_des.planning.selection.goals import Goal
 from bindusbl_des.planning.selection.selection import Estimate, Selection
 
@@ -31,7 +31,7 @@ def shown(values: Floats, most: int = 100) -> Selection:
         left -= len(found)
         return np.array(found).reshape(-1, 1)
 
-    return with_dearer(before, candidates, GOALS, sample)
+    return with_costlier(before, candidates, GOALS, sample)
 
 
 def test_the_best_of_each_higher_cost_is_flown_until_its_mean_is_known_about() -> None:
