@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from .protocol.ranging import Slot
     from .protocol.schedules.view import TimedGroups, View
     from .protocol.slots import downlink_slot, uplink_slot
+    from .protocol.tdma import broadcast, downlink_free, ping_group, until
     from .recorded.fitting import fit
     from .recorded.reading import read_log
     from .recorded.replaying import replay
@@ -73,9 +74,11 @@ _HOMES = {
     "sweep": "campaigns.running",
     "absorption": "sea.water",
     "airtime": "acoustics.modem",
+    "broadcast": "protocol.tdma",
     "warnings_of": "preflight.warnings",
     "covered_area": "geometry.coverage",
     "covering_radius": "geometry.coverage",
+    "downlink_free": "protocol.tdma",
     "downlink_slot": "protocol.slots",
     "formation": "geometry.formation",
     "fit": "recorded.fitting",
@@ -85,6 +88,7 @@ _HOMES = {
     "load_result": "results.loading",
     "load_scenario": "scenario.files.scenario_file",
     "Mission": "mission.mission",
+    "ping_group": "protocol.tdma",
     "plan": "planning.planning",
     "Plan": "planning.outcome",
     "range_loss": "acoustics.loss",
@@ -97,6 +101,7 @@ _HOMES = {
     "simulate": "mission.simulation",
     "sound_speed": "sea.water",
     "travel_time": "acoustics.travel_time",
+    "until": "protocol.tdma",
     "uplink_slot": "protocol.slots",
     "PlanView": "scenario.own_plans",
     "Signals": "acoustics.channel",
@@ -138,9 +143,11 @@ __all__ = [
     "absorption",
     "advise",
     "airtime",
+    "broadcast",
     "compare",
     "covered_area",
     "covering_radius",
+    "downlink_free",
     "downlink_slot",
     "fit",
     "formation",
@@ -149,6 +156,7 @@ __all__ = [
     "load_campaign",
     "load_result",
     "load_scenario",
+    "ping_group",
     "plan",
     "range_loss",
     "read_log",
@@ -158,6 +166,7 @@ __all__ = [
     "sound_speed",
     "sweep",
     "travel_time",
+    "until",
     "uplink_slot",
     "verify",
     "warnings_of",

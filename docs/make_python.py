@@ -140,7 +140,10 @@ VIEWS = (
 
 # What a mission shows of itself, and what navigators and downlinks offer and are handed
 SHOWN = ("AuvStates", "PingUnderWay")
-INTERFACES = ("Navigator", "DeadReckoning", "Odometry", "Network", "Turn")
+INTERFACES = (
+    "Navigator", "DeadReckoning", "Odometry", "Network", "Turn", "ping_group", "broadcast",
+    "downlink_free", "until",
+)  # fmt: skip
 
 # A default that is longer is not written.
 LONGEST_DEFAULT = 24

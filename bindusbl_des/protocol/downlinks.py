@@ -14,13 +14,13 @@ from ..scenario.families import DOWNLINK
 from ..scenario.part_settings import own_part
 from .network import Downlink, Network, Steps, Turn
 from .steps import SAME, checked_steps
-from .tdma import broadcast, downlink_free, uplink_slot
+from .tdma import broadcast, downlink_free, ping_group
 
 
 def sequential(network: Network, turn: Turn, time: float) -> Steps:
     """All groups ping; then the fixes of the round are broadcast; then the next round starts."""
     for slot in range(len(turn.groups)):
-        time = yield from uplink_slot(network, turn, slot, time)
+        time = yield from ping_group(network, turn, slot, time)
     broadcast(network, turn, time)
     return (yield from downlink_free(network, time))
 
@@ -28,7 +28,7 @@ def sequential(network: Network, turn: Turn, time: float) -> Steps:
 def pipelined_round(network: Network, turn: Turn, time: float) -> Steps:
     """All groups ping; their fixes are broadcast while the next round pings."""
     for slot in range(len(turn.groups)):
-        time = yield from uplink_slot(network, turn, slot, time)
+        time = yield from ping_group(network, turn, slot, time)
     time = yield from downlink_free(network, time)
     broadcast(network, turn, time)
     return time
@@ -37,7 +37,7 @@ def pipelined_round(network: Network, turn: Turn, time: float) -> Steps:
 def pipelined_group(network: Network, turn: Turn, time: float) -> Steps:
     """Each group's fixes are broadcast while the next group pings."""
     for slot in range(len(turn.groups)):
-        time = yield from uplink_slot(network, turn, slot, time)
+        time = yield from ping_group(network, turn, slot, time)
         time = yield from downlink_free(network, time)
         broadcast(network, turn, time)
     return time
@@ -46,7 +46,7 @@ def pipelined_group(network: Network, turn: Turn, time: float) -> Steps:
 def direct_reply(network: Network, turn: Turn, time: float) -> Steps:
     """All groups ping; the ASV that hears a ping first answers it at once (conventional USBL)."""
     for slot in range(len(turn.groups)):
-        time = yield from uplink_slot(network, turn, slot, time)
+        time = yield from ping_group(network, turn, slot, time)
     turn.row.downlink_s = 0.0
     return time
 

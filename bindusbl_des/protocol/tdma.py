@@ -1,7 +1,7 @@
 """The TDMA protocol: AUVs ping in groups on HF, then an ASV broadcasts their fixes on MF.
 
 ``serve`` is the process that runs through the mission, round after round.  How a round reads, the
-downlink decides (:mod:`.downlinks`), in the words that follow: `uplink_slot`, `broadcast`,
+downlink decides (:mod:`.downlinks`), in the words that follow: `ping_group`, `broadcast`,
 `downlink_free` and `until`.
 """
 
@@ -22,7 +22,7 @@ from .schedules.view import TimedGroups
 from .steps import check_now, event_of, moment, some_work
 
 # What is said to a downlink whose words are not of now.
-WAITING = "`time = yield from uplink_slot(...)` waits, and `yield until(network, time)`"
+WAITING = "`time = yield from ping_group(...)` waits, and `yield until(network, time)`"
 
 
 def serve(network: Network) -> Generator[simpy.Event, None, None]:
@@ -58,7 +58,7 @@ def scheduled(network: Network, number: int, time: float) -> Turn:
     return Turn(row, groups, lengths, view)
 
 
-def uplink_slot(network: Network, turn: Turn, slot: int, time: float) -> Steps:
+def ping_group(network: Network, turn: Turn, slot: int, time: float) -> Steps:
     """Let those of a ping group that know it ping, and wait for the end of its slot (eq. UL_slot,
     UL_tick).
 

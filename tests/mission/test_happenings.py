@@ -15,7 +15,7 @@ from bindusbl_des import Mission, Scenario, simulate
 from bindusbl_des.protocol.happenings import KINDS, Happening
 from bindusbl_des.protocol.network import Network, Turn
 from bindusbl_des.protocol.schedules.view import View
-from bindusbl_des.protocol.tdma import broadcast, downlink_free, until, uplink_slot
+from bindusbl_des.protocol.tdma import broadcast, downlink_free, until, ping_group
 
 # Where somebody waits, the band is busy: pings are lost, collide, and come in whatever order.
 BUSY: dict[str, Any] = {
@@ -37,7 +37,7 @@ def neighbours(view: View) -> list[list[int]]:
 def twice_and_once(network: Network, turn: Turn, time: float) -> Generator[simpy.Event, Any, float]:
     """All groups ping twice before any ping is decided: their noise is taken in order."""
     for slot in [*range(len(turn.groups))] * 2:
-        time = yield from uplink_slot(network, turn, slot, time)
+        time = yield from ping_group(network, turn, slot, time)
     broadcast(network, turn, time)
     return (yield from downlink_free(network, time))
 
@@ -45,7 +45,7 @@ def twice_and_once(network: Network, turn: Turn, time: float) -> Generator[simpy
 def acknowledged(network: Network, turn: Turn, time: float) -> Generator[simpy.Event, Any, float]:
     """The next round begins as soon as the last of the fixes has been delivered, or never will."""
     for slot in range(len(turn.groups)):
-        time = yield from uplink_slot(network, turn, slot, time)
+        time = yield from ping_group(network, turn, slot, time)
     deliveries = network.happenings("delivery", round=turn.row.round)
     broadcast(network, turn, time)
     over = until(network, network.downlink_free_at)

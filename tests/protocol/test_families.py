@@ -37,7 +37,7 @@ from bindusbl_des.scenario.files.overrides import put
 OWN = """
 import numpy as np
 from bindusbl_des import BroadcastView, View
-from bindusbl_des.protocol.tdma import broadcast, downlink_free, uplink_slot, until
+from bindusbl_des.protocol.tdma import broadcast, downlink_free, ping_group, until
 
 def schedule(view: View):
     return [[auv] for auv in reversed(range(len(view.auvs)))]
@@ -45,7 +45,7 @@ def schedule(view: View):
 def downlink(network, turn, time):
     for slot in range(len(turn.groups)):
         yield until(network, time + 0.25)  # a pause before each slot
-        time = yield from uplink_slot(network, turn, slot, time + 0.25)
+        time = yield from ping_group(network, turn, slot, time + 0.25)
     if turn.row.round % 2:
         broadcast(network, turn, time)
     return (yield from downlink_free(network, time))
@@ -95,7 +95,7 @@ def route(plan):
 # What is wrong with others.
 WRONG = """
 import math
-from bindusbl_des.protocol.tdma import broadcast, uplink_slot
+from bindusbl_des.protocol.tdma import broadcast, ping_group
 
 def far(view): return 3
 def minus(view): return -1
@@ -119,14 +119,14 @@ def hurries(network, turn, time):
     yield
 def ends(value):
     def downlink(network, turn, time):
-        yield from uplink_slot(network, turn, 0, time)
+        yield from ping_group(network, turn, 0, time)
         return value
     return downlink
 no, nan, words, long = ends(None), ends(math.nan), ends("1.0"), ends(10**400)
 early = ends(0.01)
-def slot(network, turn, time): yield from uplink_slot(network, turn, 99, time)
+def slot(network, turn, time): yield from ping_group(network, turn, 99, time)
 def late(network, turn, time):
-    yield from uplink_slot(network, turn, 0, time)
+    yield from ping_group(network, turn, 0, time)
     raise ValueError("too\\nlate")
 def fails(network, turn, time):
     def inner():
@@ -136,7 +136,7 @@ def fails(network, turn, time):
 def forever(network, turn, time): yield network.env.timeout(math.nan)
 def few(network, turn): yield
 def tells(network, turn, time):
-    time = yield from uplink_slot(network, turn, 0, time)
+    time = yield from ping_group(network, turn, 0, time)
     broadcast(network, turn, time)
     return time
 """
@@ -376,9 +376,9 @@ def test_a_broadcasters_mistake_is_not_the_downlinks(home: Path) -> None:
 def test_a_round_that_ends_later_is_waited_for(home: Path) -> None:
     """A downlink may return an instant that is still to come: the next round begins then."""
     (home / "own_parts.py").write_text(
-        "from bindusbl_des.protocol.tdma import broadcast, uplink_slot\n"
+        "from bindusbl_des.protocol.tdma import broadcast, ping_group\n"
         "def downlink(network, turn, time):\n"
-        "    ends = yield from uplink_slot(network, turn, 0, time)\n"
+        "    ends = yield from ping_group(network, turn, 0, time)\n"
         "    broadcast(network, turn, ends)\n"
         "    return time + 2\n"
     )

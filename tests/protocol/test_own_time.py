@@ -14,7 +14,7 @@ from bindusbl_des.core import plugins
 from bindusbl_des.core.plugins import PluginError, allow
 
 OWN = """
-from bindusbl_des.protocol.tdma import broadcast, downlink_free, uplink_slot, until
+from bindusbl_des.protocol.tdma import broadcast, downlink_free, ping_group, until
 
 def nobody(view):
     return [[]]
@@ -28,7 +28,7 @@ def slow(slot, time):
 slow.slot_s = lambda ping_s, way_s, crossing_s: 1.5
 
 def often(network, turn, time):
-    time = yield from uplink_slot(network, turn, 0, time)
+    time = yield from ping_group(network, turn, 0, time)
     for _ in range(4):
         broadcast(network, turn, time)
         time = yield from downlink_free(network, time)
@@ -56,16 +56,16 @@ def one_after_the_other(slot, time):
     slot.ping(slot.group, time + 0.01)
 
 def unassigned(network, turn, time):
-    yield from uplink_slot(network, turn, 0, time)
+    yield from ping_group(network, turn, 0, time)
     broadcast(network, turn, time)
     return (yield from downlink_free(network, time))
 
 def early(network, turn, time):
-    time = yield from uplink_slot(network, turn, 0, time + 1.0)
+    time = yield from ping_group(network, turn, 0, time + 1.0)
     return time
 
 def unfinished(network, turn, time):
-    time = uplink_slot(network, turn, 0, time)
+    time = ping_group(network, turn, 0, time)
     broadcast(network, turn, time)
     return time
 

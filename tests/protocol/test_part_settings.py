@@ -45,7 +45,7 @@ from bindusbl_des.scenario.part_choice import PartChoice
 OWN = """
 import numpy as np
 from pydantic import BaseModel, Field
-from bindusbl_des.protocol.tdma import broadcast, downlink_free, uplink_slot, until
+from bindusbl_des.protocol.tdma import broadcast, downlink_free, ping_group, until
 
 open(__file__ + ".imported", "a").close()
 
@@ -55,7 +55,7 @@ def schedule(view, *, most: int = 9):
 def downlink(network, turn, time, *, pause_s: float = 0.25):
     for slot in range(len(turn.groups)):
         yield until(network, time + pause_s)
-        time = yield from uplink_slot(network, turn, slot, time + pause_s)
+        time = yield from ping_group(network, turn, slot, time + pause_s)
     broadcast(network, turn, time)
     return (yield from downlink_free(network, time))
 
