@@ -103,7 +103,7 @@ print(campaign.summary())                                    # the table of `swe
 print(campaign.missions.groupby("asvs.count").worst_position_error_m.mean())
 ```
 
-Notebooks display scenarios, results, campaigns and figures.
+Notebooks display scenarios, results, campaigns and figures: [examples](index.md#notebooks).
 """
 
 

@@ -5,6 +5,7 @@ import importlib
 import importlib.util
 import io
 import re
+import runpy
 import shlex
 import subprocess
 import sys
@@ -13,6 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import get_args
 
+import matplotlib.pyplot as plt
 import pytest
 import yaml
 from campaigns_for_tests import OneThread
@@ -46,6 +48,7 @@ MANUAL = (
 PICTURES = (".png", ".svg")
 # Language, the file that it is if it has a title, and content
 FENCED = r'^```(\w+)(?: title="([\w.]+)")?\n(.*?)^```'
+NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.py"))
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
 # What `run` advises takes seconds, and no page's is compared.
 SHORTLY_ADVISED = ("--advice-missions", "8")
@@ -192,6 +195,34 @@ def kept(block: str) -> None:
         Path(named[1]).write_text(block)
     else:
         Scenario.model_validate({"name": "part"} | yaml.safe_load(block))
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_notebooks_find_what_they_state(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each runs from top to bottom, and what it says in words it asserts of its numbers."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr("matplotlib.pyplot.show", lambda: None)
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.ExitStack() as after:
+        after.callback(plt.close, "all")
+        runpy.run_path(str(path))
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_notebooks_ask_and_answer(path: Path) -> None:
+    """Each is short, answers each of its questions, and imports public names alone."""
+    text = path.read_text()
+    assert 60 <= text.count("\n") <= 130
+    assert text.startswith("# %% [markdown]\n# # ")
+    questions = re.split(r"^# ## .*\?$", text, flags=re.MULTILINE)[1:]
+    assert len(questions) >= 3
+    for answered in questions:
+        assert re.search(r"^# (.* )?\*\*", answered, re.MULTILINE), answered
+        assert re.search(r"^assert ", answered, re.MULTILINE), answered
+    assert not re.search(r"(from|import) bindusbl_des\.", text)
+    assert f"(notebooks/{path.name})" in (ROOT / "docs" / "index.md").read_text()
 
 
 def test_a_part_of_ones_own_is_a_file_of_forty_lines() -> None:

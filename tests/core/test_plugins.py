@@ -181,6 +181,12 @@ def test_with_leave_a_plug_in_is_loaded(home: Path, monkeypatch: pytest.MonkeyPa
     """By the option, the environment, or Python; leave for one name is none for another."""
     assert call("run", "m.yaml", "--allow-plugins", "--no-advice", "--out", "a").exit_code == 0
     assert simulate(load_scenario(home / "m.yaml", allow_plugins=True)).mission.rounds[0] > 1
+    still = named("stranger:Navigator", "navigation.filter")
+    with pytest.raises(PluginError, match="is a plug-in"):
+        simulate(still)
+    assert simulate(still, allow_plugins=True).mission.rounds[0] > 1
+    with pytest.raises(PluginError, match="has no"):
+        simulate(named("stranger:nobody"), allow_plugins=True)
     with pytest.raises(PluginError, match="is a plug-in"):
         simulate(named("stranger:framed"))
     monkeypatch.setenv(PERMISSION, "0")

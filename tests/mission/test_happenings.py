@@ -15,7 +15,7 @@ from bindusbl_des import Mission, Scenario, simulate
 from bindusbl_des.protocol.happenings import KINDS, Happening
 from bindusbl_des.protocol.network import Network, Turn
 from bindusbl_des.protocol.schedules.view import View
-from bindusbl_des.protocol.tdma import broadcast, downlink_free, until, ping_group
+from bindusbl_des.protocol.tdma import broadcast, downlink_free, ping_group, until
 
 # Where somebody waits, the band is busy: pings are lost, collide, and come in whatever order.
 BUSY: dict[str, Any] = {

@@ -78,10 +78,13 @@ def as_scenario(given: Scenario | str | FilePath, *, allow_plugins: bool = False
     """Return the scenario that is given, or that of the file whose path is.
 
     Raises:
+        PluginError: when a part of one's own that a given scenario names cannot be used.
         ScenarioError: listing every mistake, when the file cannot be read or used.
         TypeError: when it is neither, in one line that says what is wanted.
     """
     if isinstance(given, Scenario):
+        for mistake in load_plugins(given) if allow_plugins else ():
+            raise mistake
         return given
     if isinstance(given, str | FilePath):
         return load_scenario(given, allow_plugins=allow_plugins)
