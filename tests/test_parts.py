@@ -9,9 +9,8 @@ from typing import Any
 import pytest
 
 import bindusbl_des
-from bindusbl_des import Scenario, View, simulate
+from bindusbl_des import Scenario, View, ping_group, simulate
 from bindusbl_des.protocol.network import Steps
-from bindusbl_des.protocol.tdma import uplink_slot
 from bindusbl_des.scenario import declared, families
 from bindusbl_des.scenario.declared import (
     BroadcasterTraits,
@@ -123,7 +122,7 @@ def _models(tree: ast.AST) -> list[str]:
 def replying(network: Any, turn: Any, time: float) -> Steps:
     """A downlink that declares what `direct_reply` does."""
     for slot in range(len(turn.groups)):
-        time = yield from uplink_slot(network, turn, slot, time)
+        time = yield from ping_group(network, turn, slot, time)
     turn.row.downlink_s = 0.0
     return time
 
