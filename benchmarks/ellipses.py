@@ -82,6 +82,7 @@ BASE: Changes = {
     "acoustics": {"hf": {"range_m": 50}, "mf": {"range_m": 100}},
     "record": {"detail": "full", "tracks_hz": 0.1, "metrics_hz": 0.1},
 }
+MISALIGNED = {"usbl": {"misalignment_sd_deg": 3.0}}
 HOUR, ONE = {"duration_s": 3600.0}, drift(percent_of_distance=1.0)
 PASSIVE = {"protocol": {"ranging": "passive"}}
 SILENT: Changes = {"asvs": {"formation": {"radius_m": 1e5}}}
@@ -127,6 +128,8 @@ CELLS: dict[str, tuple[Changes, ...]] = {
     "500 m, 1 deg, 1 %, 1 h, slow 600 s": (away(500.0), ONE, sheet(1.0), slow(600.0)),
     "three ASVs, an array, slow 60 s": (slow(60.0),),
     "`twtt`, slow 60 s": (turnaround(0.3), slow(60.0)),
+    "`twtt`, turnaround 1 s, slow 60 s": (turnaround(1.0), slow(60.0)),
+    "`twtt`, turnaround 1 s, misalignment 3 deg": (turnaround(1.0), MISALIGNED),
     "`passive`, slow 60 s": (PASSIVE, slow(60.0)),
     "no ping is heard, 1 %, 1 h, GNSS each 300 s": (HOUR, ONE, SILENT, surfacing(300.0)),
     "500 m, 1 deg, 1 %, 1 h, GNSS each 300 s": (away(500.0), ONE, sheet(1.0), surfacing(300.0)),

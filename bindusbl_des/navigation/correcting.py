@@ -71,7 +71,7 @@ class Holding(NamedTuple):
 class Desk(NamedTuple):
     """Room to work things out: two beliefs of k states, at one instant and further `ahead`; shares
     (k, 2) of what a fix says, and what the last m states add to it, `common` (2, m).  `alone`
-    (2, 4 m) are zeros: what a fix by GNSS contains of these states.
+    (2, 4 m + 2) are zeros: what a fix by GNSS contains of these states.
     """
 
     belief: Belief
@@ -86,7 +86,7 @@ def desk_for(first: Belief, common: int) -> Desk:
     belief, ahead = [
         Belief(first.moment.copy(), first.state.copy(), first.covariance.copy()) for _ in range(2)
     ]
-    shares, alone = np.zeros((len(first.state), 2)), np.zeros((2, 4 * common))
+    shares, alone = np.zeros((len(first.state), 2)), np.zeros((2, 4 * common + 2))
     return Desk(belief, ahead, shares, np.zeros((2, common)), alone)
 
 
@@ -119,7 +119,7 @@ def correct(
     address of a :class:`.correcting.Known`.
 
     Each fix contains of the m last states, errors that fixes have in common, beside the true
-    position `common` (n or more, 2, 4 m), as of :class:`.rows.Levers`; its noise is what is
+    position `common` (n or more, 2, 4 m + 2), as of :class:`.rows.Levers`; its noise is what is
     `left` of its covariance without them, xx, yy, xy (n or more, 3), m2.  None: there are none.
     """
     by = opened(handed, Known)
@@ -189,6 +189,8 @@ def _take_in(
             receptions = by.receptions[fix.first : fix.end]
             believed = _believed(receptions, auv, told, latest, unsure, handed)
             said, polar = turned(receptions, said, believed)
+            if common is not None and not polar:
+                said = _moved(said, levers, believed)
             _note(fix, said, polar)
         if common is not None and not polar:
             said = _without(said, at, levers, latest, told, by.desk.common)
@@ -214,7 +216,7 @@ def _believed(
     place = told.x - belief.state[0], told.y - belief.state[1], depth
     called, moved = place, 0.0
     for it in receptions:
-        if it.outcome == HEARD and not isnan(it.caller_x_m):
+        if it.outcome == HEARD and not isnan(it.called_before_s):
             before = reckoned(auv, told.time - it.called_before_s, by.reckoning)
             drift = expected(belief, by.growth)
             x, y = expected_error(drift, way_since(drift, before, by.growth.in_body))
@@ -222,6 +224,20 @@ def _believed(
             moved = between(belief, told, before, by.growth)
             break
     return Believed(place, spread, called, moved, unsure)
+
+
+@compiled
+def _moved(fix: Said, levers: Floats, own: Believed) -> Said:
+    """Return what a fix says without what it takes for noise: how far its AUV has moved, as this
+    believes itself, since it heard the call that it answers.  `levers` as of :class:`.rows.Levers`.
+    """
+    count = levers.shape[1] - 2
+    x, y = own.called[0] - own.place[0], own.called[1] - own.place[1]
+    (a, b), (c, d) = levers[0, count:], levers[1, count:]
+    xx, yy, xy = fix.noise
+    xx, yy = xx + own.moved * (a * a + b * b), yy + own.moved * (c * c + d * d)
+    xy += own.moved * (a * c + b * d)
+    return Said(fix.x - a * x - b * y, fix.y - c * x - d * y, (xx, yy, xy))
 
 
 @compiled

@@ -35,7 +35,7 @@ class Believed(NamedTuple):
 
 
 class Known(NamedTuple):
-    """Fixes (n,), and what they have of m common errors (n, 2, 4 m), as :class:`.rows.Levers`
+    """Fixes (n,), and what they have of m common errors (n, 2, 4 m + 2), as :class:`.rows.Levers`
     has it.
     """
 
@@ -76,7 +76,7 @@ class Smoother:
         rows = np.array(fixes[np.where(by_gnss, 0, due)])
         rows[by_gnss] = self._filter.gnss.array[-1 - due[by_gnss]]
         kept = ~(np.isnan(rows["correction_m"]) & ~np.isnan(rows["innovation_m"]))
-        told = Known(rows[kept], np.zeros((kept.sum(), 2, 4 * common.columns)))
+        told = Known(rows[kept], np.zeros((kept.sum(), 2, 4 * common.columns + 2)))
         if common.columns:
             told.common[~by_gnss[kept]] = common.of[due[kept & ~by_gnss]]
         self._told.append(told)

@@ -67,7 +67,7 @@ def said_of(
     """Return what a fix says to who expects something; write by what the last n states add to it,
     `common` (2, n), m per unit.
 
-    `levers` (2, 4 n) are J `at` a place (m), its derivatives along x and along y, and B.
+    `levers` (2, 4 n or more) are J `at` a place (m), its derivatives along x and along y, and B.
     """
     n = own.errors.size
     place, seen, (xx, yy, xy) = np.array((own.x, own.y)), np.array((fix.x, fix.y)), fix.noise

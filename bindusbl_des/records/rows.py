@@ -176,14 +176,15 @@ class EventBuffer:
 class Levers:
     """How fixes, row by row, depend on k errors that outlast them, where such errors are told.
 
-    J along x and y, with its derivatives along x, along y and by each error behind it (n, 2, 4 k),
-    and the covariance xx, yy, xy (n, 3), m2, that is not due to them.
+    J along x and y, with its derivatives along x, along y and by each error behind it, and by the
+    way along x and y (m) back to where a call was heard, (n, 2, 4 k + 2); and the covariance
+    xx, yy, xy (n, 3), m2, that is due to neither.
     """
 
     def __init__(self, columns: int) -> None:
         """Have J of k columns."""
         self.columns = columns
-        self.of, self.left = np.empty((0, 2, 4 * columns)), np.empty((0, 3))
+        self.of, self.left = np.empty((0, 2, 4 * columns + 2)), np.empty((0, 3))
         self._handed: list[Handed] = []
 
     def hand_on(self, to: Handed) -> None:

@@ -77,9 +77,9 @@ def located_itself(own: Hearing, instrument: Instrument) -> tuple[Floats, Floats
 def located_astray(
     own: Hearing, instrument: Instrument, lasting: Systematic
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return the fix (3,), m, of an AUV, its covariance (3, 3), m2, J with its changes (3, 4 k),
-    and what is left, as of :func:`.systematic_fixes.measured_astray`: the array is turned in the
-    AUV by its misalignment, its clock is late, the ASV is slowly astray.
+    """Return the fix (3,), m, of an AUV, its covariance (3, 3), m2, J with its changes
+    (3, 4 k + 2), and what is left, as of :func:`.systematic_fixes.measured_astray`: the array is
+    turned in the AUV by its misalignment, its clock is late, the ASV is slowly astray.
     """
     ping, it, levels = own.ping, own.reception, instrument.levels
     beneath, above = negative(own.place), negative(_source(own))
@@ -106,7 +106,7 @@ def located_astray(
     fix = -image
     jump(fix, own.noise, lasting.levels)
     levers, count = _columns(effects, moved, bends, it, lasting), lasting.variances.size
-    told = np.concatenate((levers[:, 3 * count :], levers[:, :count]), axis=1)
+    told = np.concatenate((levers[:, 3 * count : 4 * count], levers[:, :count]), axis=1)
     left = noise_of(covariance, told, lasting.variances)
     note_sight(it, fix, negative(seen.unit), path, left, instrument)
     return fix, covariance, levers, level_part(left)
@@ -151,16 +151,16 @@ def _deviations(time: float, levels: Row) -> Floats:
 @compiled
 def _columns(effects: Floats, moved: Floats, bends: Floats, it: Row, lasting: Systematic) -> Floats:
     """Return effects in the columns of J, and how these change along x, along y, and with what they
-    belong to, (3, 4 k).
+    belong to, and that nobody was called, (3, 4 k + 2).
     """
     count = lasting.variances.size
-    out = np.zeros((3, 4 * count))
+    out = np.zeros((3, 4 * count + 2))
     _spread_out(effects, out[:, :count], it, lasting.levels)
     for axis in range(2):
         _spread_out(
             moved[axis], out[:, (1 + axis) * count : (2 + axis) * count], it, lasting.levels
         )
-    _spread_out(bends, out[:, 3 * count :], it, lasting.levels)
+    _spread_out(bends, out[:, 3 * count : 4 * count], it, lasting.levels)
     return out
 
 

@@ -107,8 +107,16 @@ def note_answer(it: Row, ping: Row, path: float, baseline: Vector, levels: Row) 
 
 @compiled
 def unknown_sights(receptions: Rows) -> None:
-    """Note that what was measured is not known apart from what others measured, nor who called:
-    rows begin with what lay in memory.
+    """Note that what was measured is not known apart from what others measured, nor who called,
+    nor when: rows begin with what lay in memory.
     """
     for row in range(len(receptions)):
-        receptions[row].range_m2 = receptions[row].caller_x_m = nan
+        it = receptions[row]
+        it.range_m2 = it.caller_x_m = it.called_before_s = nan
+
+
+@compiled
+def note_call(receptions: Rows, ping: Row) -> None:
+    """Write to receptions how long (s) before its answer an AUV has heard a call."""
+    for row in range(len(receptions)):
+        receptions[row].called_before_s = ping.sent_at_s - (ping.called_at_s + ping.call_time_s)

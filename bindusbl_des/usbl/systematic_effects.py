@@ -291,7 +291,7 @@ def spread_out(effects: Floats, out: Floats, heard: Heard, row: int, levels: Row
 
 @compiled
 def move(levers: Floats, way: Floats) -> None:
-    """Move the place at which J (n, 5 k) holds by a `way` (m)."""
+    """Move the place at which J (n, 5 k + 1) holds by a `way` (m)."""
     count = levers.shape[1] // 5
     for axis in range(2):
         levers[:, :count] += way[axis] * levers[:, (1 + axis) * count : (2 + axis) * count]

@@ -21,7 +21,7 @@ from ..vehicles.motion import Floats, Motion
 from .array import Vector, dot, plus, rotation, turned
 from .fusion import fuse_shared, product
 from .instrument import NOISE_WIDTH, Instrument, offset_of, path_sd, placed, slow_path_sd
-from .sights import note_direction, note_sight, unknown_sights
+from .sights import note_call, note_direction, note_sight, unknown_sights
 from .systematic_effects import (
     CALLER,
     CLOCK,
@@ -87,8 +87,8 @@ class Systematic(NamedTuple):
 
 class HandedErrors(NamedTuple):
     """What lasts (:class:`Systematic`) as compiled code is handed it once: levels (1,); and where
-    it writes how each fix depends on that, `levers` (fixes, 2, 4 k), and the covariance that does
-    not come from it, xx, yy, xy, `left` (fixes, 3), m2.
+    it writes how each fix depends on that, `levers` (fixes, 2, 4 k + 2), and the covariance that
+    does not come from it, xx, yy, xy, `left` (fixes, 3), m2: see :class:`..records.rows.Levers`.
     """
 
     levels: Annotated[Rows, SYSTEMATIC]
@@ -136,7 +136,8 @@ class Part(NamedTuple):
     range `reach` (m); the covariance (4, 4), m2, of it and of (less) the length of the call's way,
     with no error that lasts; its effects (4, EFFECTS), their changes along x and y (2, 4, EFFECTS),
     the `bends` (4, EFFECTS) that a misalignment (rad) squared makes half of, and that length (m), 0
-    without a call.
+    without a call.  The call came along the unit vector `bearing` (3,); per m that its way was
+    longer than if the AUV had kept its place, fix and (less) that length are off by `moved` (4,).
     """
 
     fix: Floats
@@ -147,6 +148,8 @@ class Part(NamedTuple):
     changes: Floats
     bends: Floats
     call_way: float
+    bearing: Vector
+    moved: Floats
 
 
 @compiled
@@ -182,7 +185,7 @@ def by_other(
     jump(fix, noise, lasting.levels)
     return Part(
         fix, seen.unit, reach, spread, effects, changes(effects, ahead, seen, instrument),
-        bent(effects, ahead, instrument), call_way,
+        bent(effects, ahead, instrument), call_way, seen.unit, np.zeros(4),
     )  # fmt: skip
 
 
@@ -196,7 +199,8 @@ def _by_whole_way(
     seen = _seen(heard, row, asvs, instrument, lasting)
     baseline = way_to_caller(heard, row, seen, asvs, instrument)
     baseline = plus(baseline, astray(ping.called_by, ping.called_at_s, lasting))
-    fix, spread, own = by_itself(seen, baseline, heard, row, instrument, strayed[ping.auv])
+    alone = by_itself(seen, baseline, heard, row, instrument, strayed[ping.auv])
+    fix, spread, own = alone.fix, alone.covariance, alone.own
     ahead = offset_of(fix, seen.vessel, own.reach, noise, instrument)
     effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
     for k in range(3):
@@ -216,10 +220,13 @@ def _by_whole_way(
     lengthen(effects, seen.unit, farther, kept(ahead, own.reach))
     effects[3, SOUND_SPEED] -= seen.path
     effects[3, SLOW_RANGE] -= slow_sd
+    moved = np.full(4, alone.share)
+    for i in range(3):
+        moved[i] *= kept(ahead, own.reach) * seen.unit[i]
     jump(fix, noise, lasting.levels)
     return Part(
         fix, seen.unit, own.reach, spread, effects, changes(effects, ahead, seen, instrument),
-        bent(effects, ahead, instrument), seen.path - own.reach,
+        bent(effects, ahead, instrument), seen.path - own.reach, own.bearing, moved,
     )  # fmt: skip
 
 
@@ -269,11 +276,12 @@ CONTRADICTION = 3.0902
 def measured_astray(
     heard: Heard, asvs: Motion, instrument: Instrument, strayed: Floats | None, lasting: Systematic
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return the fix (3,), m, of a ping, its covariance (3, 3), m2, J (3, 4 k), and what is left of
-    the covariance without the errors that J is of, xx, yy, xy (3,), m2.
+    """Return the fix (3,), m, of a ping, its covariance (3, 3), m2, J (3, 4 k + 2), and what is
+    left of the covariance without the errors that J is of, xx, yy, xy (3,), m2.
 
     `strayed` as of :class:`..protocol.hf.reception.Extras`.  Behind the columns of J at the fix are
-    their derivatives along x, along y, and by what they belong to.
+    their derivatives along x, along y, and by what they belong to; last are those of the way along
+    x and y (m) from where the AUV has answered back to where it has heard the call.
     """
     first, sds = first_to_locate(heard), deviations(heard, lasting.levels)
     begun = by_first(heard, first, asvs, instrument, strayed, sds, lasting)
@@ -307,13 +315,23 @@ def measured_astray(
             state, spread, squares = fused.estimate, fused.covariance, squares + fused.square
     doubt = _doubt(squares, 3.0 * others, lasting.levels)
     count, covariance = lasting.variances.size, doubt * spread[:3, :3]
-    left = noise_of(covariance, levers[:3, 3 * count :], lasting.variances)
+    left = noise_of(covariance, levers[:3, 3 * count : 5 * count], lasting.variances)
+    out = np.zeros((3, 4 * count + 2))
+    if strayed is not None and begun.call_way > 0.0:
+        for axis in range(2):
+            out[:, 4 * count + axis] = begun.bearing[axis] * levers[:3, 5 * count]
+            add(left, out[:, 4 * count + axis], -strayed[heard.ping.auv])
+        for i in range(3):
+            left[i, i] = max(left[i, i], 0.0)
     if others == 0 and begun.call_way == 0.0:
         note_sight(it, begun.fix, begun.unit, begun.reach, left, instrument)
     elif count > 0 or doubt > 1.0 or begun.call_way > 0.0 or sds[SOUND_SPEED] + sds[CLOCK] > 0.0:
         unknown_sights(heard.receptions)  # they err together
+        if _called(heard):
+            note_call(heard.receptions, heard.ping)
     move(levers, state)
-    return state[:3].copy(), covariance, levers[:3, : 4 * count].copy(), level_part(left)
+    out[:, : 4 * count] = levers[:3, : 4 * count]
+    return state[:3].copy(), covariance, out, level_part(left)
 
 
 @compiled
@@ -345,17 +363,19 @@ def _beside(part: Part, sds: Floats) -> Floats:
 
 @compiled
 def _columns(part: Part, heard: Heard, row: int, lasting: Systematic) -> Floats:
-    """Return effects in the columns of J, (4, 5 k): as they would be at the origin, how they change
-    along x, along y, and with what they belong to, and as they are.
+    """Return effects in the columns of J, (4, 5 k + 1): as they would be at the origin, how they
+    change along x, along y, and with what they belong to, and as they are; and that of the call's
+    way.
     """
     count = lasting.variances.size
-    out = np.zeros((4, 5 * count))
+    out = np.zeros((4, 5 * count + 1))
+    out[:, 5 * count] = part.moved
     spread_out(part.effects, out[:, :count], heard, row, lasting.levels)
     for axis in range(2):
         moved = out[:, (1 + axis) * count : (2 + axis) * count]
         spread_out(part.changes[axis], moved, heard, row, lasting.levels)
     spread_out(part.bends, out[:, 3 * count : 4 * count], heard, row, lasting.levels)
-    out[:, 4 * count :] = out[:, :count]
+    out[:, 4 * count : 5 * count] = out[:, :count]
     move(out, -part.fix)  # each from its own fix to where all can be added up
     return out
 

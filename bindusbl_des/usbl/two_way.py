@@ -84,6 +84,16 @@ def own_range(path: float, baseline: Vector, unit: Vector) -> OwnRange:
 
 
 @compiled
+def limited_share(own: OwnRange, limit: float, errors: PathErrors) -> float:
+    """Return the share of an error of the path that goes into the range: it makes no more of it
+    than the path itself and a `limit` (m2).
+    """
+    drawn = own.share**2 * (errors.timing + errors.motion + 2 * errors.other_gnss)
+    most = errors.timing + errors.motion + limit
+    return own.share if drawn <= most else own.share * math.sqrt(most / drawn)
+
+
+@compiled
 def dated(
     covariance: Floats, unit: Vector, own: OwnRange, limit: float, errors: PathErrors
 ) -> Floats:
@@ -96,7 +106,7 @@ def dated(
     tells, the AUV lies on an ellipse: neither direction nor path make more than a `limit` (m2) of
     it.
     """
-    share, timing, motion = own.share, errors.timing, errors.motion
+    share, timing, motion = limited_share(own, limit, errors), errors.timing, errors.motion
     tilt = np.zeros(3)  # covariance of the place with what the direction makes of the range
     variance = 0.0
     for i in range(3):
@@ -106,9 +116,6 @@ def dated(
     if variance > limit:
         tilt *= math.sqrt(limit / variance)
         variance = limit
-    drawn = share**2 * (timing + motion + 2 * errors.other_gnss)
-    if drawn > timing + motion + limit:
-        share *= math.sqrt((timing + motion + limit) / drawn)
     variance += share**2 * (timing + motion + 2 * errors.other_gnss) + own.doubt
     out = np.empty((4, 4))
     for i in range(3):
@@ -149,12 +156,14 @@ class Sighting(NamedTuple):
 
 class Alone(NamedTuple):
     """What one ASV makes of an answer by itself: the fix (3,), m, the covariance (4, 4), m2, of it
-    and of (less) the length of the call's way, and its range.
+    and of (less) the length of the call's way, its range, and how much longer (m per m) that is
+    where the call's way is.
     """
 
     fix: Floats
     covariance: Floats
     own: OwnRange
+    share: float
 
 
 @compiled
@@ -289,4 +298,5 @@ def by_itself(
     limit = dot(baseline, baseline) / 6  # two places on a line
     level = own.bearing[0] ** 2 + own.bearing[1] ** 2  # AUVs go level
     errors = PathErrors(path_sd(seen.path, levels) ** 2, level * strayed, beside, other_gnss)
-    return Alone(fix, dated(covariance, seen.unit, own, limit, errors), own)
+    spread = dated(covariance, seen.unit, own, limit, errors)
+    return Alone(fix, spread, own, limited_share(own, limit, errors))

@@ -16,6 +16,7 @@ MADE: dict[str, Any] = runpy.run_path(
     "cell",
     [
         "`twtt`, turnaround 1 s",
+        "`twtt`, turnaround 1 s, slow 60 s",
         "500 m, 10 deg, 1 %, 1 h",
         "`passive`, start by 2 m and heading by 3 deg",
     ],

@@ -86,7 +86,7 @@ def test_effects_are_what_lasting_errors_make_of_a_fix(name: str) -> None:
     }[name]()
     count, step = len(lasting.variances), 1e-3
     moved = levers[:, count : 3 * count].reshape(3, 2, count)
-    bend = levers[:, 3 * count :]
+    bend = levers[:, 3 * count : 4 * count]
     columns, levers = levers[:, : len(truth)], levers[:, :count]
     size = np.linalg.norm(error)
     assert size > 0.05

@@ -28,7 +28,7 @@ SOUND = 1500.0
 STATIONS = np.array([[40.0, 5.0, 0.0], [-25.0, 30.0, 0.0], [-10.0, -35.0, 0.0]])
 FLEET = together([moored(Place(*place, 0.7 * k)).legs for k, place in enumerate(STATIONS)])
 SOURCE = np.array([3.0, -6.0, 12.0])
-PINGED = 200.0  # s
+PINGED, TURNAROUND = 200.0, 0.5  # s
 # columns of J: three misalignments, three GNSS errors along x and y, sound speed, clock and drift
 COLUMNS = 12
 SDS = np.array([*[0.03] * 3, *[0.8] * 6, 0.007, 5e-4, 2e-6])
@@ -47,17 +47,22 @@ class Sea:
     array: str = "oem5"
     outliers: tuple[float, float] = (-math.inf, 0.0)
     source: Array = field(default_factory=lambda: SOURCE)
+    called_from: Array = field(default_factory=lambda: np.zeros(3))  # on the way since the call
+    strayed: float = 0.0
 
-    def measured(self) -> tuple[Array, Array, Array]:
-        """Return fix (3,), covariance (3, 3), and J with its derivatives (3, 48)."""
+    def measured(self) -> tuple[Array, Array, Array, Array]:
+        """Return fix (3,), covariance (3, 3), J with its derivatives, and by the way since the
+        call, (3, 50), and what is left of the covariance (3,).
+        """
         travel = np.linalg.norm(self.source - STATIONS, axis=1) / SOUND
         ping, receptions = blank(PING, 1), blank(RECEPTION, 3)
         ping["auv"], ping["sent_at_s"] = 0, PINGED
         ping["x_m"], ping["y_m"], ping["z_m"] = self.source
         if self.called_by != NONE:
             ping["called_by"] = self.called_by
-            ping["call_time_s"] = travel[self.called_by]
-            ping["called_at_s"] = PINGED - travel[self.called_by]
+            way = self.source + self.called_from - STATIONS[self.called_by]
+            ping["call_time_s"] = np.linalg.norm(way) / SOUND
+            ping["called_at_s"] = PINGED - TURNAROUND - ping["call_time_s"]
         receptions["asv"], receptions["travel_time_s"] = np.arange(3), travel
         receptions["arrived_at_s"] = PINGED + travel
         receptions["outcome"] = LOST
@@ -80,7 +85,7 @@ class Sea:
             self.wrong[3:9].reshape(3, 1, 2), self.wrong[None, 10:],
         )  # fmt: skip
         instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0], None)
-        strayed = None if self.called_by == NONE else np.zeros(1)
+        strayed = None if self.called_by == NONE else np.array([self.strayed])
         return measured_astray(heard, FLEET, instrument, strayed, lasting)
 
 
@@ -104,6 +109,27 @@ def test_a_fix_moves_with_what_is_wrong_as_it_says(way: dict[str, Any], column: 
     depends = {**{k: k in way.get("heard", (0, 1, 2)) for k in range(3)}, 9: True}
     depends |= {3 + 2 * k + axis: k in alone for k in range(3) for axis in range(2)}
     assert (np.abs(lever).max() > 0.0) == depends.get(column, not called)
+
+
+@pytest.mark.parametrize("heard", [(0,), (1,), (0, 1), (0, 1, 2)])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_fix_moves_with_the_way_since_a_call_as_it_says(
+    heard: tuple[int, ...], axis: int
+) -> None:
+    """J equals differences, and what that way may be is no part of what is left."""
+    sea, step = Sea(called_by=0, heard=heard), 1e-3 * np.eye(3)[axis]
+    lever = sea.measured()[2][:, 4 * COLUMNS + axis]
+    ahead, behind = (replace(sea, called_from=s * step).measured()[0] for s in (1.0, -1.0))
+    found = (ahead - behind) / 2e-3
+    assert found == pytest.approx(lever, rel=2e-3, abs=2e-3 * abs(lever).max())
+    assert abs(lever).max() > 0.01
+    strays = replace(sea, strayed=1e-8)  # so little that no weights change
+    assert strays.measured()[3] == pytest.approx(sea.measured()[3], rel=1e-5)
+
+
+def test_who_was_not_called_has_no_way_since() -> None:
+    """The columns of the way are 0."""
+    assert not Sea().measured()[2][:, 4 * COLUMNS :].any()
 
 
 @pytest.mark.parametrize("way", [{"heard": (1,)}, {"array": "cross5", "heard": (2,)}])
@@ -204,7 +230,7 @@ def test_fixes_are_as_good_as_they_say(kind: str, way: dict[str, Any]) -> None:
         off = fix - sea.source
         left = np.array([[xx, xy], [xy, yy]])
         squares[0] += off[:2] @ np.linalg.solve(covariance[:2, :2], off[:2])
-        there, along_x, along_y, bend = np.split(lever, 4, axis=1)
+        there, along_x, along_y, bend = np.split(lever[:, : 4 * COLUMNS], 4, axis=1)
         there = there - off[0] * along_x - off[1] * along_y  # J of the place, not of the fix
         off = off - there @ wrong - bend @ wrong**2 / 2
         squares[1] += off[:2] @ np.linalg.solve(left, off[:2])
