@@ -168,14 +168,16 @@ def params(pattern: str, as_json: bool) -> None:
     a * in it, as in acoustics.*.range_m, it must match the whole name.
     """
     from ..core.wording import did_you_mean
-    from ..records.metrics import metrics
+    from ..records.metrics import WORST, metrics
     from ..scenario.keys import items, keys, settings
 
+    # of a mission's worst AUV the metric of each AUV has the meaning
+    wanted = pattern.lower().removeprefix(WORST)
     rows = [row for row in (*keys(), *items(), *settings()) if _matches(row, pattern)]
     measured = [
         {"key": name, "kind": "metric", "unit": unit, "meaning": meaning}
         for name, (unit, meaning) in metrics().items()
-        if pattern and pattern.lower() in f"{name} {meaning}".lower()
+        if wanted and wanted in f"{name} {meaning}".lower()
     ]
     if not rows and not measured:
         hint = did_you_mean(pattern, [*(row.name for row in keys()), *metrics()])

@@ -254,6 +254,7 @@ def test_params_knows_metrics() -> None:
     assert call("params", "fix_age_p95").stdout == (
         "fix_age_p95_s: metric, s\n    95 % of the time that age is below this\n"
     )
+    assert call("params", "worst_fix_age_p95").stdout == call("params", "fix_age_p95").stdout
     (found,) = json.loads(call("params", "fix_age_p95", "--json").stdout)
     assert (found["key"], found["kind"], found["unit"]) == ("fix_age_p95_s", "metric", "s")
 
