@@ -223,16 +223,17 @@ class LogTable:
         """Return columns of numbers (n, columns).
 
         Raises:
-            BadLog: naming the place and the column that holds none.
+            BadLog: naming the place, and all columns that are needed and lacking.
         """
-        found = [[_number(place, row, column) for column in columns] for place, row in self.rows]
+        for place, row in self.rows:
+            lacking = [column for column in columns if row.get(column) in (None, "")]
+            if lacking:
+                raise BadLog(
+                    f"{place}: needs numbers in {', '.join(columns)}; it lacks "
+                    f"{', '.join(lacking)} and has {', '.join(filter(None, row))}"
+                )
+        found = [[recorded(place, it, row[it]) for it in columns] for place, row in self.rows]
         return np.array(found, dtype=np.float64).reshape(-1, len(columns))
-
-
-def _number(place: str, row: Row, column: str) -> float:
-    if row.get(column) in (None, ""):
-        raise BadLog(f"{place}: needs a number in the column {column}; it has {', '.join(row)}")
-    return recorded(place, column, row[column])
 
 
 def csv_tables(folder: Path) -> dict[str, LogTable]:

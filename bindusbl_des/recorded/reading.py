@@ -4,6 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..charts.shapes import BadChart, position
+from ..geometry.geodesy import ned_at_depth
 from .formats import NOMINAL_SPEED, LogTable, csv_tables, mcap_tables, read_pyfg, shipped
 from .log import Array, BadLog, Bools, Log, LoggedFixes, Ranges, Receptions, SurveyedBeacons
 
@@ -47,11 +49,12 @@ def read_log(name: str, vehicle: str | None = None, speed: float = NOMINAL_SPEED
 
 def _log_of(path: Path, tables: dict[str, LogTable], vehicle: str | None) -> Log:
     """Return the log of one vehicle in tables."""
+    tables = _in_metres(tables)
     kind = next((it for it in ("odometry", "tracks") if len(tables.get(it, ()))), None)
     if kind is None:
         raise BadLog(
-            f"{path}: has no odometry; a table `odometry` needs time_s, x_m, y_m, yaw_rad, or "
-            "`tracks` of an export time_s, vehicle, imu_x_m, imu_y_m, yaw_rad"
+            f"{path}: has no odometry; a table `odometry` needs time_s, yaw_rad, and x_m, y_m or "
+            "lat_deg, lon_deg; `tracks` of an export time_s, vehicle, imu_x_m, imu_y_m, yaw_rad"
         )
     whose = _vehicle(path, tables[kind], vehicle)
     rows = tables[kind].where("vehicle", whose)
@@ -86,6 +89,52 @@ def _log_of(path: Path, tables: dict[str, LogTable], vehicle: str | None) -> Log
     )
     _check_times(path, log)
     return log
+
+
+def _in_metres(tables: dict[str, LogTable]) -> dict[str, LogTable]:
+    """Return tables in metres north and east of where an odometry in degrees begins.
+
+    Raises:
+        BadLog: naming a place that is in degrees where the odometry is in metres, or the reverse.
+    """
+    odometry = tables.get("odometry", LogTable(""))
+    placed = {name: tables[name] for name in ("odometry", "beacons", "fixes") if name in tables}
+    if "fixes" in placed:  # those that nobody received need no place
+        placed["fixes"] = placed["fixes"].where("outcome", "delivered")
+    origin = _degrees(odometry)[0] if len(odometry) and odometry.has("lat_deg") else None
+    for table in placed.values():
+        if not len(table) or table.has("lat_deg") == (origin is not None):
+            continue
+        units = ("lat_deg, lon_deg", "metres") if origin is None else ("metres", "lat_deg, lon_deg")
+        raise BadLog(
+            f"{table.rows[0][0]}: is in {units[0]}, but the odometry is in {units[1]}; where it "
+            "began is not known, so write all tables in one of them"
+        )
+    if origin is None:
+        return tables
+    return tables | {name: _north_east(table, origin) for name, table in placed.items()}
+
+
+def _north_east(table: LogTable, origin: tuple[float, float]) -> LogTable:
+    lat, lon = np.array(_degrees(table)).reshape(-1, 2).T
+    places = ned_at_depth(lat, lon, np.zeros(len(lat)), origin).tolist()
+    rows = [
+        (place, {**row, "x_m": x, "y_m": y})
+        for (place, row), (x, y, _) in zip(table.rows, places, strict=True)
+    ]
+    return LogTable(table.source, rows)
+
+
+def _degrees(table: LogTable) -> list[tuple[float, float]]:
+    """Return latitude and longitude (deg) of each row."""
+    places = table.numbers("lat_deg", "lon_deg").tolist()
+    try:
+        return [
+            position(lat, lon, place, "lat_deg, lon_deg")
+            for (lat, lon), (place, _) in zip(places, table.rows, strict=True)
+        ]
+    except BadChart as error:
+        raise BadLog(str(error)) from None
 
 
 def _until(instants: Array, end: float, after: float) -> Bools:

@@ -14,6 +14,7 @@ from bindusbl_des.recorded.reading import read_log
 ODOMETRY = "time_s,x_m,y_m,yaw_rad\n10,0,0,0\n11,1,0,0\n13,3,0,0\n"
 BEACONS = "beacon,x_m,y_m\nN,0,50\nE,50,0\n"
 RANGES = "time_s,beacon,range_m\n12,N,50.1\n11,E,49\n"
+DEGREES = "time_s,lat_deg,lon_deg,yaw_rad\n10,54.0,10.0,0\n11,54.0001,10.0,0\n"
 CROSSED = "time_s,x_m,y_m,sd_x_m,sd_y_m,cov_xy_m2\n11,0,0,2,2.5,-6\n"
 
 
@@ -93,7 +94,20 @@ def test_a_folder_of_csv_is_a_log(tmp_path: Path) -> None:
         ({"beacons": BEACONS}, "has no odometry"),
         ({"odometry": ODOMETRY.replace("\n11,1", "\n9,1")}, "odometry.csv:3: time_s must rise"),
         ({"odometry": ODOMETRY.replace("13,3", "13,x")}, "csv:4: needs a number in .* x_m"),
-        ({"odometry": ODOMETRY.replace("yaw_rad", "yaw")}, "odometry.csv:2: .* column yaw_rad"),
+        (
+            {"odometry": ODOMETRY.replace("yaw_rad", "yaw").replace("y_m", "north_m")},
+            "csv:2: needs numbers in time_s, x_m, y_m, yaw_rad; it lacks y_m, yaw_rad and has "
+            "time_s, x_m, north_m, yaw$",
+        ),
+        ({"beacons": "beacon,lat_deg,lon_deg\nN,54,10\n"}, "beacons.csv:2: is in lat_deg, lon_deg"),
+        (
+            {"odometry": DEGREES},
+            "beacons.csv:2: is in metres, but the odometry is in lat_deg, lon_deg",
+        ),
+        (
+            {"odometry": DEGREES.replace("54.0,", "154.0,"), "beacons": "beacon"},
+            "odometry.csv:2: latitude 154 is beyond 90 deg: latitude and longitude are swapped",
+        ),
         ({"ranges": RANGES.replace("E,", "W,")}, "ranges.csv:3: the beacon W is not in .*N, E"),
         ({"ranges": RANGES.replace("49", "-49")}, "ranges.csv:3: range_m is -49"),
         ({"ranges": RANGES.replace("49", "9" * 400)}, "ranges.csv:3: range_m is inf"),
@@ -116,6 +130,29 @@ def test_mistakes_in_csv_name_their_line(files: dict[str, str], told: str, tmp_p
     given = files if told.startswith(("neither", "has no")) else whole | files
     with pytest.raises(BadLog, match=told):
         read_log(folder_of(tmp_path, **given))
+
+
+def test_a_log_in_degrees_is_in_metres_from_its_start(tmp_path: Path) -> None:
+    """Lengths of a degree at 54 deg north on WGS-84: 111,305 m of latitude, 65,576 m of longitude
+    (M = a (1 - e2) / w^3, N cos(lat) = a cos(lat) / w with w^2 = 1 - e2 sin^2(lat)).
+    """
+    a, e2, lat = 6378137.0, 6.69437999014e-3, np.radians(54.0)
+    w = np.sqrt(1.0 - e2 * np.sin(lat) ** 2)
+    north, east = np.radians((a * (1.0 - e2) / w**3, a * np.cos(lat) / w))
+    log = read_log(
+        folder_of(
+            tmp_path,
+            odometry=DEGREES,
+            beacons="beacon,lat_deg,lon_deg,z_m\nN,54.001,10.0,5\nE,54.0,10.001,5\n",
+            ranges="time_s,beacon,range_m\n10.5,N,106\n",
+            fixes="valid_at_s,lat_deg,lon_deg,sd_x_m,sd_y_m,outcome\n10.5,54.0001,10.0001,1,1,"
+            "delivered\n10.6,,,,,lost\n",
+        )
+    )
+    assert log.places == pytest.approx(np.array([[0.0, 0.0], [1e-4 * north, 0.0]]), abs=1e-4)
+    placed = [[1e-3 * north, 0.0, 5.0], [0.0, 1e-3 * east, 5.0]]
+    assert log.beacons.places == pytest.approx(np.array(placed), abs=2e-3)
+    assert log.fixes.places == pytest.approx(1e-4 * np.array([[north, east]]), abs=1e-4)
 
 
 def test_names_that_are_no_logs(tmp_path: Path) -> None:
