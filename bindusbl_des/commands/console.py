@@ -75,7 +75,6 @@ if TYPE_CHECKING:
     from ..preflight.effort import Effort
     from ..preflight.warnings import Reading
     from ..scenario.files.mistakes import Mistake
-    from ..scenario.scenario import Scenario
 
 BAD_INPUT = 2
 FIGURES = (".png", ".svg", ".pdf")
@@ -172,11 +171,6 @@ def print_json(data: Any) -> None:
 def refuse(message: str) -> NoReturn:
     """End the command with exit code 2 and a message."""
     raise BadInput(message)
-
-
-def scenario_from(path: str, overrides: tuple[str, ...] = ()) -> "Scenario":
-    """Return the scenario in a file, or end the command with all its mistakes."""
-    return reading_from(path, overrides).scenario
 
 
 def reading_from(
