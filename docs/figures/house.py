@@ -1,0 +1,106 @@
+"""Draw the house, `python docs/figures/house.py`: each room a box, on a row above all that it
+imports from.
+
+An arrow is an import; those that follow from others are left out (transitive reduction).
+"""
+
+import ast
+from pathlib import Path
+
+import networkx as nx
+
+HERE = Path(__file__).parent
+LIBRARY = HERE.parents[1] / "bindusbl_des"
+
+FACES, MANY, MISSION, DATA = "#fdf3e1", "#eee8f7", "#dff0ee", "#e8edf2"
+LINE, EDGE, WORD, SMALL = "#9aa7b3", "#5d6b78", "#1d2730", "#46535f"
+WIDTH, BOX, TALL, PITCH, TOP = 1000, 176, 44, 74, 10
+BEND = PITCH - TALL  # an arrow goes to its column between two rows
+
+# The middle of each room's box, what it does in a few words, and its colour.
+ROOMS = {
+    "commands": (500, "the command line", FACES),
+    "planning": (500, "how many, where, how sure", MANY),
+    "advice": (500, "what would help", MANY),
+    "campaigns": (500, "many missions, statistics", MANY),
+    "recorded": (130, "recorded missions", MANY),
+    "figures": (500, "matplotlib", FACES),
+    "report": (500, "one HTML page", FACES),
+    "explain": (320, "why a fix was late", FACES),
+    "gym": (510, "missions to learn from", FACES),
+    "verification": (700, "may signals overlap", MISSION),
+    "live": (890, "telegrams against the clock", FACES),
+    "export": (130, "MCAP, CSV, GeoJSON, KML", FACES),
+    "mission": (605, "world, simulation, metrics", MISSION),
+    "results": (500, "tables, folder", DATA),
+    "preflight": (500, "what is known beforehand", DATA),
+    "protocol": (500, "slots, schedules, both bands", MISSION),
+    "acoustics": (250, "channels, loss, travel time", MISSION),
+    "usbl": (500, "array, instrument, fusion", MISSION),
+    "navigation": (750, "dead reckoning, navigators", MISSION),
+    "scenario": (500, "keys, parts, files", DATA),
+    "vehicles": (610, "motion, hulls, guidance", MISSION),
+    "presets": (150, "figures of data sheets", DATA),
+    "sea": (350, "sound speed, absorption", MISSION),
+    "records": (550, "events and their columns", DATA),
+    "charts": (745, "files of places on Earth", MISSION),
+    "core": (450, "clocks, streams, files", DATA),
+    "geometry": (900, "formations, coverage, paths", MISSION),
+}
+
+
+def imports() -> nx.DiGraph:
+    """Return which room imports from which, without what follows from other imports."""
+    found = nx.DiGraph()
+    for path in LIBRARY.rglob("*.py"):
+        room, *below = path.relative_to(LIBRARY).with_suffix("").parts
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.level == len(below) + 1 and room in ROOMS:
+                names = [node.module] if node.module else [it.name for it in node.names]
+                others = {str(name).partition(".")[0] for name in names} & ROOMS.keys() - {room}
+                found.add_edges_from((room, other) for other in others)
+    return nx.transitive_reduction(found)
+
+
+def rows(graph: nx.DiGraph) -> dict[str, int]:
+    """Return the row of each room, 0 at the bottom: just above the highest that it imports from."""
+    found: dict[str, int] = {}
+    for room in reversed(list(nx.topological_sort(graph))):
+        found[room] = max((found[other] + 1 for other in graph[room]), default=0)
+    return found
+
+
+def drawn(graph: nx.DiGraph) -> str:
+    """Return the picture as SVG."""
+    level = rows(graph)
+    top = {room: TOP + PITCH * (max(level.values()) - row) for room, row in level.items()}
+    height = max(top.values()) + TALL + TOP
+    lines = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" '
+        'font-family="system-ui, sans-serif" role="img" aria-label="The rooms of bindusbl_des from '
+        "the command line at the top to the core at the bottom; arrows show which room imports "
+        'from which">',
+        '<defs><marker id="a" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" '
+        f'markerHeight="7" orient="auto"><path d="M0 0L8 4L0 8z" fill="{LINE}"/></marker></defs>',
+        f'<rect width="{WIDTH}" height="{height}" fill="#ffffff"/>',
+    ]
+    for room, other in sorted(graph.edges):
+        x, y, x_end, y_end = ROOMS[room][0], top[room] + TALL, ROOMS[other][0], top[other] - 1
+        middle, below = y + BEND // 2, y + BEND - 10
+        lines.append(
+            f'<path d="M{x} {y}C{x} {middle} {x_end} {middle} {x_end} {below}L{x_end} {y_end}" '
+            f'fill="none" stroke="{LINE}" stroke-width="1.4" marker-end="url(#a)"/>'
+        )
+    for room, (x, words, colour) in ROOMS.items():
+        y = top[room]
+        lines.append(
+            f'<rect x="{x - BOX // 2}" y="{y}" width="{BOX}" height="{TALL}" rx="7" '
+            f'fill="{colour}" stroke="{EDGE}"/><text x="{x}" y="{y + 19}" text-anchor="middle" '
+            f'font-size="14" font-weight="600" fill="{WORD}">{room}</text><text x="{x}" '
+            f'y="{y + 36}" text-anchor="middle" font-size="11" fill="{SMALL}">{words}</text>'
+        )
+    return "\n".join([*lines, "</svg>", ""])
+
+
+if __name__ == "__main__":
+    (HERE / "house.svg").write_text(drawn(imports()), encoding="utf-8")
