@@ -9,7 +9,7 @@ import click
 
 from ..scenario.files.shipped import ENDINGS, KINDS, listed, located, shipped
 from .console import BAD_INPUT, print_json, refuse, say, talk, write_new
-from .options import json_option, out_option, set_option, shipped_or_file
+from .options import bare_keys, json_option, out_option, set_option, shipped_or_file
 
 # The starters that `init` writes, named here for shells, which wait for no keys.
 STARTERS = ("starter", "paper", "still", "large")
@@ -159,7 +159,7 @@ def _text_named(name: str) -> str:
 
 
 @click.command()
-@click.argument("pattern", metavar="[WORD]", default="")
+@click.argument("pattern", metavar="[WORD]", default="", shell_complete=bare_keys)
 @json_option("the keys")
 def params(pattern: str, as_json: bool) -> None:
     """List the keys of a scenario: default, range, meaning, source.

@@ -89,11 +89,30 @@ def scenario_keys(_: click.Context, __: click.Parameter, begun: str) -> list[Com
     return [CompletionItem(key) for key in names]
 
 
+def bare_keys(*asked: Any) -> list[CompletionItem]:
+    """Return what a shell offers for KEY."""
+    return [CompletionItem(it.value.removesuffix("=")) for it in scenario_keys(*asked)]
+
+
 def goal_metrics(_: click.Context, __: click.Parameter, begun: str) -> list[CompletionItem]:
     """Return what a shell offers for METRIC=VALUE."""
     from ..records.metrics import metrics
 
     return [CompletionItem(f"{name}=") for name in metrics() if name.startswith(begun)]
+
+
+def mission_metrics(_: click.Context, __: click.Parameter, begun: str) -> list[CompletionItem]:
+    """Return what a shell offers for the METRIC of a mission: also those of its worst AUV."""
+    from ..records.metrics import WORST, AuvMetrics, metrics
+
+    bad = [f"{WORST}{it.name}" for it in fields(AuvMetrics) if it.metadata["worst"]]
+    names = [*bad, *metrics()]
+    return [CompletionItem(name) for name in names if name.startswith(begun)]
+
+
+def stopping_metrics(*asked: Any) -> list[CompletionItem]:
+    """Return what a shell offers for METRIC=WIDTH."""
+    return [CompletionItem(f"{it.value}=") for it in mission_metrics(*asked)]
 
 
 def set_option(command: Any) -> Any:
@@ -231,7 +250,7 @@ def experiment_options(command: Any) -> Any:
     command = click.option(
         "--until-ci",
         metavar="METRIC=WIDTH",
-        shell_complete=goal_metrics,
+        shell_complete=stopping_metrics,
         multiple=True,
         help="Stop a point when half the width of the metric's 95 % CI is at most this, such as "
         "5% of the mean or 0.02; --seeds is the largest number of seeds then (default 256).",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .console import FIGURES, check_figure, check_file, print_json, refuse, talk, writing
-from .options import json_option, out_option
+from .options import bare_keys, json_option, mission_metrics, out_option
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -45,9 +45,20 @@ WIDTHS = {"1": 3.5, "2": 7.16}
 @click.option("--columns", type=click.Choice(list(WIDTHS)), help="As wide as columns of a paper.")
 @click.option("--from", "first", type=click.IntRange(min=0), help="First round (timeline, round).")
 @click.option("--to", "last", type=click.IntRange(min=0), help="Last round (timeline).")
-@click.option("--metric", help="Metric of a campaign's figures (default worst_position_error_m).")
-@click.option("--x", metavar="KEY", help="Varied key along x (curves, heatmap).")
-@click.option("--series", metavar="KEY", help="Varied key of the curves, or along y (heatmap).")
+@click.option(
+    "--metric",
+    shell_complete=mission_metrics,
+    help="Metric of a campaign's figures (default worst_position_error_m).",
+)
+@click.option(
+    "--x", metavar="KEY", shell_complete=bare_keys, help="Varied key along x (curves, heatmap)."
+)
+@click.option(
+    "--series",
+    metavar="KEY",
+    shell_complete=bare_keys,
+    help="Varied key of the curves, or along y (heatmap).",
+)
 @click.option("--no-title", is_flag=True, help="Leave the titles out, for a figure with a caption.")
 @click.option("--force", is_flag=True, help="Replace figures that exist.")
 @json_option("the figures' names")

@@ -9,7 +9,7 @@ import click
 from ..core.wording import printable
 from .console import BadInput, check_file, mistakes_told, print_json, refuse, say, talk, writing
 from .missions import advice_on, advice_options
-from .options import json_option, out_option
+from .options import bare_keys, json_option, mission_metrics, out_option
 
 if TYPE_CHECKING:
     from ..campaigns.campaign import Campaign
@@ -23,9 +23,20 @@ TABLES = (".csv", ".parquet")
 
 @click.command()
 @click.argument("folders", metavar="DIR...", nargs=-1, required=True)
-@click.option("--by", metavar="KEY", help="Compare the points of one campaign along this key.")
+@click.option(
+    "--by",
+    metavar="KEY",
+    shell_complete=bare_keys,
+    help="Compare the points of one campaign along this key.",
+)
 @click.option("--baseline", metavar="VALUE", help="Compare with this value of KEY, not the first.")
-@click.option("--metric", "metrics", multiple=True, help="Metric to compare; repeatable.")
+@click.option(
+    "--metric",
+    "metrics",
+    multiple=True,
+    shell_complete=mission_metrics,
+    help="Metric to compare; repeatable.",
+)
 @click.option(
     "--mean", "by_mean", is_flag=True, help="Judge by the fleet's means, not each worst AUV."
 )

@@ -172,6 +172,16 @@ def test_shells_complete_keys_and_metrics() -> None:
         "plain,auvs.route.lane_spacing_m="
     ]
     assert "plain,position_error_p95_m=" in completed("bindusbl-des plan x --below posi")
+    assert completed("bindusbl-des sweep x --until-ci worst_nav") == []
+    assert completed("bindusbl-des sweep x --until-ci worst_cross") == [
+        "plain,worst_cross_track_error_m="
+    ]
+    for words in ("compare x --metric", "plot x curves --metric"):
+        assert completed(f"bindusbl-des {words} worst_fix_ag") == [
+            f"plain,worst_fix_age_{it}_s" for it in ("mean", "p95", "max")
+        ]
+    for words in ("params", "compare x --by", "plot x curves --x", "plot x heatmap --series"):
+        assert completed(f"bindusbl-des {words} asvs.c") == ["plain,asvs.count"]
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
