@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields
 from glob import escape, glob
 from math import isfinite
 from typing import Any
