@@ -104,8 +104,12 @@ def _join_table(
     kind = part_schema(*_at(first, table))
     kind = kind.with_metadata({SCHEMA: (kind.metadata or {}).get(SCHEMA, b"")})
     with writer.file(table) as file, pq.ParquetWriter(file, kind, compression="zstd") as rows_of:
+        is_empty = True
         for rows in _grouped(_pieces(table, taken)):
             rows_of.write_table(rows.cast(kind), row_group_size=ROWS_IN_GROUP)
+            is_empty = False
+        if is_empty:  # pyarrow 18 reads no file without a group of rows
+            rows_of.write_table(kind.empty_table())
 
 
 def _grouped(pieces: Iterable[pa.Table]) -> Iterator[pa.Table]:
