@@ -172,7 +172,6 @@ def test_shells_complete_keys_and_metrics() -> None:
         "plain,auvs.route.lane_spacing_m="
     ]
     assert "plain,position_error_p95_m=" in completed("bindusbl-des plan x --below posi")
-    assert completed("bindusbl-des sweep x --until-ci worst_nav") == []
     assert completed("bindusbl-des sweep x --until-ci worst_cross") == [
         "plain,worst_cross_track_error_m="
     ]
