@@ -116,6 +116,10 @@ def test_the_glossary_has_every_word_of_a_table() -> None:
         ("INS", "instruments.md"),
         ("KML", "surveys.md"),
         ("SLURM", "clusters.md"),
+        *(
+            (word, "glossary.md")
+            for word in ("battery", "EKF", "LBL", "multipath", "RTK", "Windows")
+        ),
     ],
 )
 def test_a_search_finds_the_page(word: str, page: str) -> None:
