@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from ..core.palette import ALARM, HF, INK, MF
 from ..protocol.slots import slots_of
@@ -169,14 +170,15 @@ def _annotate_slot(axes: Axes, result: "Result", number: int) -> None:
         *there,
         *([] if result.scenario.protocol.random_access else [(slots.uplink_guard, "$T_G$")]),
     )
-    until = first.start
-    axes.set_xlim(until, until + 1.05 * sum(length for length, _ in parts))
+    until, shown_ms = first.start, 1.05e3 * sum(length for length, _ in parts)
+    axes.set_xlim(until, until + shown_ms / 1e3)
     for length, symbol in parts:
         span = Span(until, until + length)
         _bracket(axes, span, -1.0, f"{symbol} {1e3 * length:.3g} ms")
         until = span.end
         axes.axvline(until, color=INK, lw=0.4, ls=":")
-    axes.xaxis.set_major_formatter(lambda time, _: f"{1e3 * (time - first.start):.0f}")
+    ticks_ms = [it for it in MaxNLocator(7).tick_values(0.0, shown_ms) if 0.0 <= it <= shown_ms]
+    axes.set_xticks([first.start + it / 1e3 for it in ticks_ms], [f"{it:g}" for it in ticks_ms])
 
 
 def _first_slot(result: "Result", number: int) -> Span:

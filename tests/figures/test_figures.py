@@ -271,6 +271,10 @@ def test_a_round_shows_its_calls() -> None:
         gaps = answered.sent_at_s.to_numpy() - [way[1][0] for way in calls.get_segments()]
         assert gaps == pytest.approx(0.11)
     assert "turnaround 100 ms" in {it.get_text() for it in figure.axes[1].texts}
+    slot, begun = figure.axes[1], answered.called_at_s.min()  # as the call, the slot begins
+    marks = [float(it.get_text()) for it in slot.get_xticklabels()]
+    assert marks[0] == 0.0
+    assert slot.get_xticks() == pytest.approx(begun + np.array(marks) / 1e3)
 
 
 @pytest.mark.parametrize(
