@@ -28,8 +28,9 @@ def assignments(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
     size = slots.payload_bytes(auvs, rounds.named) - slots.payload_bytes(auvs)
     longer = slots.airtime(auvs, rounds.named) - slots.airtime(auvs)
     yield (
-        f"AUVs are told their slots (knowledge: broadcast): {counted(rounds.named, 'record')} of "
-        f"{protocol.dissemination.assignment_bytes} B in each broadcast."
+        "Frames name the slots of AUVs (knowledge: broadcast): "
+        f"{counted(rounds.named, 'record')} of {protocol.dissemination.assignment_bytes} B "
+        "in each broadcast."
     )
     yield f"Beside the records of all fixes they take {size} B and {1e3 * longer:.1f} ms."
     if rounds.contention:
@@ -208,7 +209,7 @@ def _frames(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
 
     count, frame = scenario.auvs.count, rounds.frame
     by_lot = schedule_of(scenario).turn == "lot"
-    turn, chosen = ("on average ", "drawn by lot from") if by_lot else ("", "in turn of")
+    turn, chosen = ("on average ", "drawn at random from") if by_lot else ("", "in turn of")
     yield f"One AUV pings in each frame of {frame:g} s, {chosen} {count}:"
     yield f"{'':<24}{'round s':>10}{'begins every s':>18}{'an AUV pings every s':>24}"
     answers = ("without a fix", "with a fix") if rounds.broadcasts else ("answered",)

@@ -169,7 +169,7 @@ def _why_it(result: "Result", fix: Any, number: int) -> str:
     if chosen.chosen_by == "turn":
         return f"{rule}: frame {number} is that of ASV {number} mod {count} = {number % count}"
     if chosen.chosen_by == "lot":
-        return f"{rule}: drawn by lot"
+        return f"{rule}: drawn at random"
     if chosen.chosen_by == "one":
         asked = f"ASV{rule.settings.get('asv', 0)}"
         if asked != fix.broadcast_by:

@@ -63,8 +63,8 @@ def by_reckoning(result: "Result", ping: Any) -> str:
     if result.scenario.protocol.dissemination.missed == "contention":
         return "it knows of no slot of its own, and tries its luck where it takes contention to be"
     return (
-        f"it has heard of no slot since, and pings in the last it was told, {ping.slot}, when that "
-        f"is by its reckoning{_turn_of_others(result, ping)}"
+        f"it has received no slot since, and pings in the last that it received, {ping.slot}, "
+        f"when that is by its reckoning{_turn_of_others(result, ping)}"
     )
 
 
@@ -90,7 +90,7 @@ def _assigned(result: "Result", ping: Any) -> Any:
 def _why_missed(result: "Result", slot: Any) -> str:
     """Tell why an AUV did not know a slot."""
     if slot.told_by is None or slot.told_at_s != slot.told_at_s:
-        return "no frame had told of that round"
+        return "no frame had named the slots of that round"
     auv, asv = (place(result, name, slot.told_at_s) for name in (slot.auv, slot.told_by))
     away, mf = math.hypot(*(auv - asv)[:2]), result.scenario.acoustics.mf
     frame = f"the frame of {slot.told_by} that began at {slot.told_at_s:.4f} s"

@@ -115,8 +115,8 @@ def _unvaried(found: Found) -> Iterator[str]:
     if same:
         unseen = 100 * (1 - (1 - question.confidence) ** (1 / missions))
         yield (
-            f"{' and '.join(same)} did not differ in {missions} missions of the answer, by which "
-            f"nothing is told of what happens in fewer than {unseen:.0f} % of missions."
+            f"{' and '.join(same)} did not differ in {missions} missions of the answer, which "
+            f"says nothing of what happens in fewer than {unseen:.0f} % of missions."
         )
 
 

@@ -45,7 +45,7 @@ def sheet(scenario: Scenario) -> Iterator[Problem]:
     if "reference_snr_db" in scenario.usbl.model.settings and not channel_named(channel).has_levels:
         yield Problem(
             "usbl.model.reference_snr_db",
-            f"has no effect with acoustics.hf.channel: {channel} (it tells of no signal-to-noise "
+            f"has no effect with acoustics.hf.channel: {channel} (it gives no signal-to-noise "
             "ratio, angles are as stated); remove it",
             ("acoustics.hf.channel",),
         )
@@ -137,7 +137,7 @@ def cast(scenario: Scenario) -> Iterator[Problem]:
     if water.sound_speed_law != USUAL_LAW and read_cast(water.ctd).speeds_m_per_s is not None:
         yield Problem(
             "environment.sound_speed_law",
-            "has no effect on a cast that has speeds of sound itself; remove it",
+            "has no effect on a CTD profile that has speeds of sound itself; remove it",
             ("environment.ctd",),
         )
 
@@ -200,7 +200,7 @@ RULES = (
         Idle(
             {f"acoustics.{band}.transmit_w": (None,)},
             (f"acoustics.{band}.receive_w", f"acoustics.{band}.idle_w"),
-            "the energy of this band is told where all its powers are known",
+            "the energy of this band is reported where all its powers are known",
         )
         for band in ("hf", "mf")
     ),
@@ -233,7 +233,7 @@ RULES = (
     Idle(
         {"record.detail": ("summary",)},
         ("record.tracks_hz", "navigation.depth_sd_m"),
-        "no tracks are kept, and depths are told by tracks alone",
+        "no tracks are kept, and depths stand in tracks alone",
     ),
     Idle(
         {"asvs.count": (1,)},

@@ -260,7 +260,7 @@ MEASURING = (
     Idle(
         {"usbl.model": names(INSTRUMENTS, lambda it: it.is_stated)},
         tuple(f"usbl.{name}" for name in ("array", "tdoa_sd_s", "travel_time_sd_s", "quantum_s")),
-        "the sheet says what all of them make together",
+        "the data sheet says what all of them make together",
         remedy="remove it, or set usbl.model: array",
     ),
     Idle({"usbl.model": OWN}, ARRAY + CLOCKS, "how well fixes are measured only the plug-in says"),

@@ -150,7 +150,7 @@ def _told(scenario: Scenario) -> Iterator[Problem]:
         if kind.times > MOST_TOLD:
             yield Problem(
                 f"usbl.{keys[kind.name]}",
-                f"counts as noise of each fix, so that the filter will be too sure: it is told of "
+                f"counts as noise of each fix, so that the filter will be too sure: it models "
                 f"each ASV's own errors with up to {MOST_TOLD} ASVs, not with {kind.times}",
                 ("asvs.count", "navigation.filter"),
             )

@@ -39,7 +39,7 @@ class LogRow:
     start_loss: float = column("1", "mean loss of a range with the start that was found")
     rival_loss: float = column("1", "the same with the best start elsewhere")
     range_sd_m: float = column("m", "standard deviation of a range that is no outlier")
-    outlier_share: float = column("1", "share of outliers by the noise told")
+    outlier_share: float = column("1", "share of outliers by the stated noise")
     outlier_sd_m: float = column("m", "standard deviation of their further error")
     random_walk_m_per_sqrt_s: float = column("m/sqrt(s)", "random walk of dead reckoning")
     filter_nis: float = column("1", "mean normalised innovation squared of what is no outlier")

@@ -57,7 +57,7 @@ def find_start(log: Log) -> Start:
     heard = np.unique(log.ranges.beacons)
     if len(heard) < 2 or len(log.ranges.times) < 3:
         raise BadLog(
-            f"{log.name}: {len(log.ranges.times)} ranges to {len(heard)} beacons tell of no start; "
+            f"{log.name}: {len(log.ranges.times)} ranges to {len(heard)} beacons give no start; "
             "three or more to two beacons are needed, or a log in the frame of its beacons"
         )
     local = log.begun_at(LoggedPose(0.0, 0.0, 0.0))

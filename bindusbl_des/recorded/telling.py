@@ -26,8 +26,8 @@ COLUMNS = (
     ("smoother", "m", "smoother_to_reference_m", 2, 1),
 )
 LEGEND = (
-    "outliers, NIS (1 for ranges where noise is as told, 2 for fixes): of the filter; walk,\n"
-    "range: the noise told; apart: RMS distance of filter and smoother; reckoned, filter,\n"
+    "outliers, NIS (1 for ranges where noise is as stated, 2 for fixes): of the filter; walk,\n"
+    "range: the noise stated; apart: RMS distance of filter and smoother; reckoned, filter,\n"
     "smoother: RMS distance from GTSAM's robust optimum, which is an estimate, no truth"
 )
 

@@ -210,7 +210,7 @@ class Assignment:
     auv: int = column("", "AUV whose slot it is")
     starts_at_s: float = column("s", "start of the slot")
     told_at_s: float | None = column(
-        "s", "start of the frame that names it; null where it was agreed at launch, or not told"
+        "s", "start of the frame that names it; null where it was agreed at launch, or not received"
     )
     told_by: int | None = column("", "ASV that broadcast that frame")
     outcome: str = column("", "known, or missed: the AUV had not decoded that frame by then")

@@ -72,7 +72,7 @@ def _are_unequal(scenario: "Scenario") -> bool:
 def _first_pings(result: "Result", number: int) -> dict[int, float]:
     """Return when (s) the first ping, or call, of each slot of a round was sent, by slot.
 
-    AUVs that were not told their slots may ping at any instant: there slots are those assigned.
+    AUVs that received no slots may ping at any instant: there slots are those assigned.
     """
     assigned = result.tables.get("assignments")
     if assigned is not None and len(assigned):

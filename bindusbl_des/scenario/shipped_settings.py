@@ -16,7 +16,7 @@ class Kalman(Settings):
     """The settings of the filter `kalman`."""
 
     untold: tuple[Untold, ...] = key(
-        (), "", "errors of instruments, clocks and AUVs' own sensors that the filter is not told of"
+        (), "", "errors of instruments, clocks and AUVs' own sensors that the filter does not model"
     )
     random_walk_m_per_sqrt_s: Real | None = key(
         None, "m/sqrt(s)", "process noise of the position; null = the scenario's", ge=0, le=1e3
@@ -69,7 +69,7 @@ class CarrierSense(ScheduleSettings):
     """The settings of the schedule `csma`."""
 
     window: Whole = key(
-        10, "1", "an AUV holds back for 0 to window - 1 slots, drawn by lot", ge=1, le=1_000_000
+        10, "1", "an AUV holds back for 0 to window - 1 slots, drawn at random", ge=1, le=1_000_000
     )
     slot_s: Real | None = key(
         None,
@@ -172,7 +172,7 @@ class Broadcast(Settings):
     missed: Literal["silent", "last_slot", "contention"] = key(
         "silent",
         "",
-        "what an AUV does that was not told its slot: it keeps silent, or pings in its last slot, "
+        "what an AUV does that received no slot: it keeps silent, or pings in its last slot, "
         "or by chance in a further slot at the end of the round, when it reckons these to be",
     )
 

@@ -65,7 +65,7 @@ def _read_cast(path: str, rows: tuple[tuple[str, ...], ...]) -> Cast:
     places = {name: header.index(name) for name in names}
     lines = [number for number, row in enumerate(rows[1:], 2) if row]
     if len(lines) < 2:
-        raise ValueError(f"{path}: has {len(lines)} samples; a cast needs at least two")
+        raise ValueError(f"{path}: has {len(lines)} samples; a CTD profile needs at least two")
     samples = np.array([_sample(path, line, rows[line - 1], places) for line in lines])
     stuck = np.flatnonzero(np.diff(samples[:, 0]) <= 0.0)
     if len(stuck):

@@ -66,15 +66,13 @@ def _unknown(case: Case) -> Iterator[SignalPair]:
         why = "nothing is proved of this schedule beyond what was played"
         yield undecided("schedule", str(protocol.schedule), why, partial(groups_shown, case))
     if tells_slots(case.scenario) and protocol.dissemination.missed != "silent":
-        why = "AUVs that were not told their slots ping when they reckon these to be"
+        why = "AUVs that received no slots ping when they reckon these to be"
         shown = partial(groups_shown, case)
-        yield undecided(
-            "slots that are told", f"missed {protocol.dissemination.missed}", why, shown
-        )
+        yield undecided("disseminated slots", f"missed {protocol.dissemination.missed}", why, shown)
     elif tells_slots(case.scenario) and schedule_of(case.scenario).is_shared_and_proved:
         why = "slots are shared by where AUVs are believed to be as a frame begins, a round ahead"
         shown = partial(groups_shown, case)
-        yield undecided("slots that are told", str(protocol.schedule), why, shown)
+        yield undecided("disseminated slots", str(protocol.schedule), why, shown)
 
 
 # What would be accepted: guards and margins as long as they must be, and no longer.

@@ -122,7 +122,7 @@ def groups_shown(case: Case) -> Iterator[Plan]:
             yield come_in_together(case, min(20 * rounds_shown(case), LONGEST_SHOWN_S))
 
 
-# So many rounds of a scenario whose broadcasters are drawn by lot
+# So many rounds of a scenario whose broadcasters are drawn at random
 ROUNDS_OF_CHANCE = 4
 
 # In fleets of so many AUVs every number of others is tried.

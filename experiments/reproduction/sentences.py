@@ -33,7 +33,7 @@ NEARLY = 0.05
 def compared_schedulers(runs: Runs, campaign: str) -> "pd.DataFrame":
     """Return a row per side, number of ASVs and AUVs: rates, gains, rounds and collisions.
 
-    Nothing is drawn by lot in these missions; what they differ in beside is the formation angle,
+    Nothing is drawn at random in these missions; what they differ in beside is the formation angle,
     over which gains have their mean, least and largest value.
     """
     import pandas as pd

@@ -265,7 +265,7 @@ def test_one_seed_is_not_sure(made: Make) -> None:
     found = said(campaign)
     assert "point 1 (gain=0.05), 0.900 m over 1 seed (AUV1 is the worst)" in found.best
     assert found.best.endswith(
-        "One seed shows no interval: whether another point is as good cannot be told."
+        "One seed shows no interval: whether another point is as good is not known."
     )
     assert found.sure == "With one seed a point nothing is surely below 1 m; run more."
     assert found.harm[0] == (

@@ -370,7 +370,7 @@ def test_a_fix_too_late_for_its_place_is_told() -> None:
     ("broadcaster", "told"),
     [
         ("rotate", "rotate: frame 1 is that of ASV 1 mod 2 = 1"),
-        ("random", "random: drawn by lot"),
+        ("random", "random: drawn at random"),
         ("fixed", "fixed: always ASV0"),
         ("most_fixes", "most_fixes: it measured 1 of the 1, no ASV more"),
         ("nearest", "nearest: mean distance to the fixes ASV0 20.0 m, ASV1 10.0 m"),

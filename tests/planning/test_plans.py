@@ -169,8 +169,8 @@ def test_goals_of_the_mean_and_of_a_share_are_easier() -> None:
     assert asvs(half) == 1
     # 0.6 m in every mission says little of what is rare: 0.69^8 is 5 %
     assert half.record["told"][1:-1] == [
-        "position_error_p95_m did not differ in 8 missions of the answer, by which nothing is told "
-        "of what happens in fewer than 31 % of missions."
+        "position_error_p95_m did not differ in 8 missions of the answer, which says nothing of "
+        "what happens in fewer than 31 % of missions."
     ]
 
 

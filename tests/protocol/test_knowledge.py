@@ -360,7 +360,7 @@ def test_oldest_first_keeps_room_for_all_assignments() -> None:
         (
             {"protocol": {"knowledge": {"assignment_bytes": 20}},
              "acoustics": {"mf": {"payload_bytes": 24}}},
-            "a message has room for 16 B beside its header, and one slot is told in 20 B",
+            "a message has room for 16 B beside its header, and one slot takes 20 B",
         ),
         (
             {"auvs": {"count": 30},

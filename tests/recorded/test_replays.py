@@ -45,7 +45,7 @@ def test_ranges_to_one_beacon_tell_no_start() -> None:
     times, beacons, metres = log.ranges
     one = beacons == 1
     adrift, _ = lost(replace(log, ranges=Ranges(times[one], beacons[one], metres[one])))
-    with pytest.raises(BadLog, match="ranges to 1 beacons tell of no start"):
+    with pytest.raises(BadLog, match="ranges to 1 beacons give no start"):
         find_start(adrift)
 
 

@@ -146,7 +146,10 @@ def test_a_cast_of_speeds(tmp_path: Path) -> None:
     [
         ("", r":1: has the columns ; it needs depth_m and sound_speed_m_per_s, or depth_m, temp"),
         ("depth_m,temperature_c\n0,4\n9,4\n", r":1: has the columns depth_m, temperature_c; it ne"),
-        ("depth_m,sound_speed_m_per_s\n0,1500\n", "has 1 samples; a cast needs at least two"),
+        (
+            "depth_m,sound_speed_m_per_s\n0,1500\n",
+            r"has 1 samples; a CTD profile needs",
+        ),
         ("depth_m,sound_speed_m_per_s\n0,1500\n5,\n", r":3: sound_speed_m_per_s must be a number"),
         ("depth_m,sound_speed_m_per_s\n0,1500\n5\n", r":3: sound_speed_m_per_s .* got ''"),
         ("depth_m,sound_speed_m_per_s\n0,1500\n5,4921\n", r":3: .* from 1300 to 1700; got '4921'"),

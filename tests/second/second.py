@@ -15,7 +15,7 @@ Place = tuple[float, float, float]
 
 @dataclass
 class Drawn:
-    """What is drawn by lot: turns of `random`, broadcasters of `random`."""
+    """What is drawn at random: turns of `random`, broadcasters of `random`."""
 
     turns: list[int] = field(default_factory=list)
     broadcasters: list[int] = field(default_factory=list)

@@ -200,7 +200,7 @@ def _rivals(table: Floats, best: int) -> str:
         return ""
     found = compared_with_best(table, best)
     if not (found.count[best] > 1):
-        return " One seed shows no interval: whether another point is as good cannot be told."
+        return " One seed shows no interval: whether another point is as good is not known."
     is_near = (found.count > 1) & (found.mean - found.half_width <= 0)
     is_same = is_near & (found.mean == 0) & (found.half_width == 0)
     is_near[best] = is_same[best] = False

@@ -48,7 +48,7 @@ def round_robin(view: View) -> Groups:
 
 
 def random(view: View) -> Groups:
-    """Give every frame to an AUV drawn by lot."""
+    """Give every frame to an AUV drawn at random."""
     return [[int(view.random.integers(len(view.auvs)))]]
 
 

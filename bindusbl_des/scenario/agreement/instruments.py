@@ -41,7 +41,7 @@ def _water(scenario: ScenarioKeys) -> Iterator[Problem]:
     if water.ctd is not None and water.temperature_c is not None:
         yield Problem(
             "environment.ctd",
-            "says how warm the water is; remove temperature_c, or the cast",
+            "says how warm the water is; remove temperature_c, or the CTD profile",
             ("environment.temperature_c",),
         )
     given, whole = water.model_fields_set, set(type(water).model_fields)

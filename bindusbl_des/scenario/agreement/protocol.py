@@ -128,13 +128,13 @@ def telling_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
     downlink = scenario.protocol.downlink
     if not downlink_of(scenario).is_foreseen:
         why = (
-            "answers each ping at once, and broadcasts nothing that could tell AUVs their slots"
+            "answers each ping at once, and broadcasts no frame that could name the slots of AUVs"
             if downlink_of(scenario).replies
             else "begins its rounds at instants that no frame can tell beforehand"
         )
         yield Problem(
             "protocol.knowledge",
-            f"broadcast needs frames that tell AUVs the slots of a round to come; {downlink} {why};"
+            f"broadcast needs frames that name the slots of a round to come; {downlink} {why};"
             f" use {' or '.join(FORESEEN_DOWNLINKS)}, or knowledge shared",
             ("protocol.downlink",),
         )
@@ -177,7 +177,7 @@ def _overfull(scenario: ScenarioKeys, room: int) -> Iterator[Problem]:
     if each > room:
         yield Problem(
             key,
-            f"a message has room for {room} B beside its header, and one slot is told in {each} B; "
+            f"a message has room for {room} B beside its header, and one slot takes {each} B; "
             "make it smaller, or use a modem with larger messages",
             others,
         )
@@ -246,7 +246,7 @@ def _messages(scenario: ScenarioKeys) -> Iterator[Problem]:
         if most is not None and most > measured:
             yield Problem(
                 key,
-                f"{most} B are more than the table of airtimes tells of, which ends at "
+                f"{most} B exceed the table of airtimes, which ends at "
                 f"{measured} B; use that at most",
                 ("acoustics.mf.airtimes", "acoustics.mf.modem"),
             )

@@ -129,8 +129,8 @@ def drift_told(scenario: ScenarioKeys) -> str:
     )
     lasts = "constant for the mission" if line is None else f"wandering over {line:g} m"
     return (
-        f"Dead reckoning: its sheet's {drift.told} is {drawn} (standard deviations), drawn for "
-        f"each AUV and seed, {lasts}."
+        f"Dead reckoning: its data sheet's {drift.told} is {drawn} (standard deviations), "
+        f"drawn for each AUV and seed, {lasts}."
     )
 
 

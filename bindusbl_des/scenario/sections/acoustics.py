@@ -53,7 +53,7 @@ class Band(Part):
         "are not given; one that is given wins",
     )
     transmit_w: Real | None = key(
-        None, "W", "electrical power while sending; null = energy is not told", ge=0, le=1e5
+        None, "W", "electrical power while sending; null = energy is not reported", ge=0, le=1e5
     )
     receive_w: Real = key(0.0, "W", "electrical power while a signal arrives", ge=0, le=1e5)
     idle_w: Real | None = key(

@@ -44,8 +44,8 @@ class Environment(Part):
     ctd: Text | None = key(
         None,
         "",
-        "CSV of a CTD cast, from which the speed of sound follows: depth_m with temperature_c and "
-        "salinity_psu, or with sound_speed_m_per_s",
+        "CSV of a CTD profile, from which the speed of sound follows: depth_m with temperature_c "
+        "and salinity_psu, or with sound_speed_m_per_s",
     )
     sound_speed_law: Literal["mackenzie", "medwin", "teos10"] = key(
         "mackenzie",

@@ -134,7 +134,9 @@ class Navigation(Section):
         description="a fix by GNSS while an AUV is at the surface; null, unless one of its keys is "
         "given = AUVs have no receiver",
     )
-    drift: Drift = Field(default=Drift(), description="drift as an inertial system's sheet has it")
+    drift: Drift = Field(
+        default=Drift(), description="drift as an inertial system's data sheet has it"
+    )
     velocity_bias_m_per_s: Point = key(
         (0.06, 0.06),
         "m/s",

@@ -109,7 +109,7 @@ class Placed(Moving):
     speed_m_per_s: Real = key(
         SPEED_M_PER_S, "m/s", "speed of an ASV on its way", OURS, ge=0.001, le=20
     )
-    replan_s: Real = key(REPLAN_S, "s", "how often ASVs are told where to go", OURS, ge=0.1, le=1e6)
+    replan_s: Real = key(REPLAN_S, "s", "how often ASVs get new orders", OURS, ge=0.1, le=1e6)
     start_m: tuple[Point, ...] | None = key(
         None, "m", "one [x, y] per ASV where it is launched; null = where it is to be at first"
     )

@@ -58,8 +58,8 @@ class Survey(Part):
     swath_m: Annotated[Real, Field(ge=0.01, le=1e5)] | None = key(
         None,
         "m",
-        "width of what an AUV surveys as it passes, by which the area covered is told; null = the "
-        "spacing of the lanes",
+        "width of what an AUV surveys as it passes, from which the area covered follows; null = "
+        "the spacing of the lanes",
     )
 
     # Corners, latitude and longitude (deg), of the polygon in the file, as it was read.

@@ -140,7 +140,9 @@ USBLS = [it.name for it in CATALOGUE["usbl"]]
 AHRS = ("roll_sd_deg", "pitch_sd_deg", "heading_sd_deg")
 
 
-NONE_BY_SHEET = "; with model: datasheet none unless given, and then added to the sheet's figures"
+NONE_BY_SHEET = (
+    "; with model: datasheet none unless given, and then added to the data sheet's figures"
+)
 
 
 def _known(name: str) -> str:

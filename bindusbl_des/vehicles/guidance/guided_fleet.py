@@ -250,7 +250,7 @@ class GuidedFleet:
             return
         if wanted > self._intervals:
             raise ValueError(
-                f"{self.model.name}: {time_s} s lies beyond the voyage of {self.duration_s} s; "
+                f"{self.model.name}: {time_s} s lies beyond the trajectory of {self.duration_s} s; "
                 "give it a longer duration_s"
             )
         self._move_on(wanted)
