@@ -41,8 +41,9 @@ plug-in. Experiment files have ranges as well, in a list or in its stead: `vary:
 COMPLETION = """\
 ### Completion in shells
 
-Commands, options, files, the names of what ships, keys after `--set` and `--vary` and metrics after
-`--below` are completed after one line in the shell's own file (bash 4.4 or newer):
+Commands, options, files, the names of what ships, keys (after `--set`, `--vary`, `--by`, `params`)
+and metrics (after `--below`, `--metric`, `--until-ci`) are completed after one line in the shell's
+own file (bash 4.4 or newer):
 
 * bash, `~/.bashrc`: `eval "$(_BINDUSBL_DES_COMPLETE=bash_source bindusbl-des)"`
 * zsh, `~/.zshrc`: `eval "$(_BINDUSBL_DES_COMPLETE=zsh_source bindusbl-des)"`

@@ -96,7 +96,8 @@ def test_help_lists_the_commands_in_the_order_of_use() -> None:
     for command in main.commands:
         assert text.count(f"\n  {command} ") == 1
     assert not [line for line in text.splitlines()[1:] if line.endswith("...")]
-    assert max(map(len, text.splitlines())) <= 80
+    for said in (text, *(call(command, "--help").stdout for command in main.commands)):
+        assert max(map(len, said.splitlines())) <= 80, said.splitlines()[0]
 
 
 def test_version() -> None:
