@@ -121,6 +121,35 @@ def test_idle_keys_do_nothing(rule: Any, share: float) -> None:
         assert False not in tried, key
 
 
+# What a mission may need besides, so that another rule does not warn of a key before.
+BESIDES = (
+    ("", None),
+    ("navigation.drift.percent_of_distance", 0.5),
+    ("protocol.knowledge", "broadcast"),
+)
+
+
+def says_so(rule: Any, key: str) -> bool:
+    """Tell whether a rule warns of a key in some mission that can be flown."""
+    for base in BASES.values():
+        for beside, its in BESIDES:
+            data = in_mode(put(base, beside, its) if beside else base, rule)
+            for value in alternatives(key, value_of(data, key)):
+                try:
+                    scenario = Scenario.model_validate({"name": "m", **put(data, key, value)})
+                except ValueError:
+                    continue
+                if any(it.key == key and rule.why in it.message for it in idle_keys(scenario)):
+                    return True
+    return False
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: ", ".join(map(str, rule.mode.items())))
+def test_every_rule_is_told(rule: Any) -> None:
+    """No rule is about keys that cannot be given, or that another rule has told of already."""
+    assert any(says_so(rule, key) for key in rule.keys)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("mode", "value"), modes())
 def test_every_key_that_does_nothing_is_known(mode: str, value: Any) -> None:

@@ -631,7 +631,7 @@ def test_plans_that_do_not_fit_are_refused() -> None:
     drift = SteeringDrift(steady(np.zeros((1, 5, 2)), 1.0, (0.0, 0.0), False))
     with pytest.raises(ValueError, match=r"drift.walks has shape \(1, 5, 2\)"):
         voyage("otter", stations=[(0, 0)], duration_s=10.0, drift=drift)
-    with pytest.raises(ValueError, match="beyond the voyage of 10"):
+    with pytest.raises(ValueError, match="beyond the trajectory of 10"):
         believing("bluerov2", None, 10.0).vehicle(0).at(10.5)
     assert top_speed("otter") > 2.8
 
