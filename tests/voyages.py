@@ -3,7 +3,7 @@
 from dataclasses import fields
 from typing import Any
 
-from bindusbl_des.vehicles.guidance import GuidedFleet, Plan, SteeringIntervals
+from bindusbl_des.vehicles.guidance import DeparturePlan, GuidedFleet, SteeringIntervals
 
 
 def voyage(model: str, overrides: dict[str, float] | None = None, **told: Any) -> GuidedFleet:
@@ -13,5 +13,5 @@ def voyage(model: str, overrides: dict[str, float] | None = None, **told: Any) -
         names = [field.name for field in fields(kind) if field.name in told]
         return kind(**{name: told.pop(name) for name in names})
 
-    plan, intervals = part(Plan), part(SteeringIntervals)
+    plan, intervals = part(DeparturePlan), part(SteeringIntervals)
     return GuidedFleet(model, plan, overrides, intervals=intervals, **told)

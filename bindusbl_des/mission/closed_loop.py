@@ -127,7 +127,7 @@ def guided_auvs(
 
     They steer by their estimates, and their dead reckoning is `wrong`; by the truth for None.
     """
-    from ..vehicles.guidance import GuidedFleet, Plan, SteeringDrift
+    from ..vehicles.guidance import DeparturePlan, GuidedFleet, SteeringDrift
 
     auvs, navigation = scenario.auvs, scenario.navigation
     drift = None
@@ -137,7 +137,7 @@ def guided_auvs(
         drift = SteeringDrift(wrong._replace(walks=walks), navigation.velocity == "through_water")
     return GuidedFleet(
         auvs.vehicle.model,
-        Plan(
+        DeparturePlan(
             paths=tours,
             speed_m_per_s=auvs.speeds,
             depth_m=[scenario.survey.depth(auv) for auv in range(auvs.count)],
@@ -157,7 +157,7 @@ def guided_asvs(
     water: MissionCurrent,
 ) -> "GuidedFleet":
     """Return the trajectories of all ASVs, which keep their stations by noisy GNSS positions."""
-    from ..vehicles.guidance import GuidedFleet, Plan
+    from ..vehicles.guidance import DeparturePlan, GuidedFleet
 
     asvs, count = scenario.asvs, control_intervals(scenario)
     noise = [
@@ -166,7 +166,9 @@ def guided_asvs(
     ]
     return GuidedFleet(
         asvs.vehicle.model,
-        Plan(stations=np.array(stations), names=[f"ASV{index}" for index in range(asvs.count)]),
+        DeparturePlan(
+            stations=np.array(stations), names=[f"ASV{index}" for index in range(asvs.count)]
+        ),
         dict(asvs.vehicle.coefficients),
         currents=water.series,
         duration_s=count * CONTROL_S,

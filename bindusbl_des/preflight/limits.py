@@ -25,7 +25,7 @@ from ..scenario.families import broadcaster_of, schedule_of
 from ..scenario.scenario import Scenario
 from ..scenario.water import sound_speed_of
 from .round_lengths import Rounds, rounds_of
-from .sights import Floats, Groups, Ints, Sights, each, groups_made, groups_of, planned_sights
+from .sights import Floats, Groups, Ints, SurveySights, each, groups_made, groups_of, planned_sights
 
 # Whose rates stand beside those of the scenario's own rounds.
 POLICIES = tuple(name for name, it in DOWNLINKS.items() if it.is_foreseen)
@@ -54,7 +54,7 @@ class Rates:
 
 
 def rates_of(
-    scenario: Scenario, rounds: Rounds, sights: Sights, senders: int, records_hz: float | None
+    scenario: Scenario, rounds: Rounds, sights: SurveySights, senders: int, records_hz: float | None
 ) -> dict[str, Rates]:
     """Return the rates of a scenario's own rounds (`planned`; none where they are not known), of
     sequential and pipelined ones of its schedule, and with frame behind frame (`back_to_back`).
@@ -151,7 +151,7 @@ def limits(scenario: Scenario) -> Limits:
     return limits_of(scenario, planned_sights(scenario))
 
 
-def limits_of(scenario: Scenario, sights: Sights) -> Limits:
+def limits_of(scenario: Scenario, sights: SurveySights) -> Limits:
     """Return what is possible in a mission in which so much is in range."""
     rounds, protocol = rounds_of(scenario), scenario.protocol
     slots, ping = rounds.slots, scenario.acoustics.hf.ping_s
@@ -181,7 +181,7 @@ def _records(slots: Slots, fixes: int) -> float:
     return record_bound(slots.airtime, range(1, most + 1))
 
 
-def _capacity(scenario: Scenario, sights: Sights, slots: Slots) -> float | None:
+def _capacity(scenario: Scenario, sights: SurveySights, slots: Slots) -> float | None:
     """Return how many pings (1/s) of ALOHA the ASV decodes that hears most AUVs, at the best load.
 
     None where no closed form tells, and where nobody is heard.
@@ -198,14 +198,14 @@ def _capacity(scenario: Scenario, sights: Sights, slots: Slots) -> float | None:
             return None
 
 
-def _senders(scenario: Scenario, sights: Sights) -> int:
+def _senders(scenario: Scenario, sights: SurveySights) -> int:
     """Return how many ASVs may send frames at once, at most."""
     if not broadcaster_of(scenario).at_once and not scenario.protocol.replies:
         return 1
     return int(each(sights.told, disjoint_senders).max())
 
 
-def _latency(scenario: Scenario, sights: Sights, slots: Slots) -> float | None:
+def _latency(scenario: Scenario, sights: SurveySights, slots: Slots) -> float | None:
     """Return the least latency (s) of fixes, a mean over AUVs in range; None if none ever is."""
     near = sights.nearest_m[sights.heard.any(axis=2)]
     if not near.size:

@@ -50,7 +50,7 @@ Flags = NDArray[np.bool_]
 INSTANTS, MOST_PAIRS = 121, 4_000_000
 
 
-class Sights(NamedTuple):
+class SurveySights(NamedTuple):
     """What n AUVs and m ASVs are to each other at k instants (s), evenly spread.
 
     Which ASVs hear the pings of which AUVs, and which AUVs the frames of which ASVs, as the
@@ -69,7 +69,7 @@ class Sights(NamedTuple):
     at_best: Floats
 
 
-def planned_sights(scenario: Scenario) -> Sights:
+def planned_sights(scenario: Scenario) -> SurveySights:
     """Return who is to be within range of whom, by the plans of a scenario.
 
     Raises:
@@ -90,7 +90,7 @@ def instants(scenario: Scenario, most: int = INSTANTS) -> Floats:
     return np.asarray((np.arange(count) + 0.5) * scenario.duration_s / count)
 
 
-def sights(scenario: Scenario, times: Floats, auvs: Floats, asvs: Floats) -> Sights:
+def sights(scenario: Scenario, times: Floats, auvs: Floats, asvs: Floats) -> SurveySights:
     """Return who is within range of whom, of AUVs (k, n, 3) and ASVs (k, m, 3), m, at instants
     (k,), s.  An ASV that has failed neither hears nor is heard.
     """
@@ -108,7 +108,7 @@ def sights(scenario: Scenario, times: Floats, auvs: Floats, asvs: Floats) -> Sig
     frames = _chances(scenario, slant, told, ~broken, mf.channel, frame_chance)
     made, delivered = made_and_delivered(scenario, pings, frames, np.where(broken, np.inf, slant))
     at_best = made if scenario.protocol.asvs_ping else made * frames.max(axis=2)
-    return Sights(times, heard, told, nearest, made, delivered, at_best)
+    return SurveySights(times, heard, told, nearest, made, delivered, at_best)
 
 
 def _chances(

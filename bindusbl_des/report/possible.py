@@ -17,7 +17,7 @@ from ..acoustics.fix_chance import fix_chance, survey_grid
 from ..geometry.formation import keep_station
 from ..preflight.limits import Limits, least_latency, limits_of, rates_of
 from ..preflight.round_lengths import rounds_of
-from ..preflight.sights import MOST_PAIRS, Sights, each, groups_of, instants, sights
+from ..preflight.sights import MOST_PAIRS, SurveySights, each, groups_of, instants, sights
 from ..protocol.bounds import reuse_bound
 from ..protocol.slots import slots_of
 from ..scenario.families import navigator_of, schedule_of
@@ -200,7 +200,7 @@ def _places(mission: Recording, times: Floats) -> Floats:
     return places
 
 
-def _sights(mission: Recording, times: Floats) -> Sights:
+def _sights(mission: Recording, times: Floats) -> SurveySights:
     """Return who was within range of whom at instants (k,), s, by the true tracks."""
     places = _places(mission, times)
     return sights(mission.scenario, times, places[:, : mission.auvs], places[:, mission.auvs :])

@@ -15,7 +15,7 @@ from ..core.plugins import asked, loaded
 from .instruments.datasheet import Datasheet
 from .part_settings import Settings
 from .shipped_settings import (
-    Broadcast,
+    BroadcastSettings,
     CarrierSense,
     DirectReply,
     Fixed,
@@ -26,7 +26,7 @@ from .shipped_settings import (
     ScheduleSettings,
     Smoothing,
     SuperTdma,
-    TwoWay,
+    TwoWaySettings,
     WorstFirst,
 )
 
@@ -273,12 +273,12 @@ BROADCASTERS: Mapping[str, BroadcasterTraits] = {
 }
 RANGINGS: Mapping[str, RangingTraits] = {
     "owtt_sync": RangingTraits(own_clocks=True),
-    "twtt": RangingTraits(settings=TwoWay, calls=True),
+    "twtt": RangingTraits(settings=TwoWaySettings, calls=True),
     "passive": RangingTraits(asvs_ping=True),
 }
 KNOWLEDGES: Mapping[str, KnowledgeTraits] = {
     "shared": KnowledgeTraits(),
-    "broadcast": KnowledgeTraits(settings=Broadcast, by_frames=True),
+    "broadcast": KnowledgeTraits(settings=BroadcastSettings, by_frames=True),
 }
 INSTRUMENTS: Mapping[str, InstrumentTraits] = {
     "array": InstrumentTraits(times_arrivals=True),

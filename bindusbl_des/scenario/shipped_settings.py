@@ -157,13 +157,13 @@ class DirectReply(Settings):
         return self.reply == "frame"
 
 
-class TwoWay(Settings):
+class TwoWaySettings(Settings):
     """The settings of the ranging `twtt`."""
 
     turnaround_s: Real = key(0.0, "s", "turnaround time of AUVs", ge=0, le=60)
 
 
-class Broadcast(Settings):
+class BroadcastSettings(Settings):
     """The settings of the knowledge `broadcast`."""
 
     assignment_bytes: Whole = key(

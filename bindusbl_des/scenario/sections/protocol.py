@@ -6,7 +6,7 @@ from ..declared import downlink_named, knowledge_named, ranging_named, schedule_
 from ..key_types import PAPER, Real, Whole, formerly, key
 from ..moved_keys import Moved, Section
 from ..part_choice import SET, PartChoice
-from ..shipped_settings import Broadcast, DirectReply, TwoWay
+from ..shipped_settings import BroadcastSettings, DirectReply, TwoWaySettings
 
 
 class Protocol(Section):
@@ -109,12 +109,16 @@ class Protocol(Section):
     @property
     def turnaround_s(self) -> float:
         """How long (s) AUVs take to answer a call."""
-        return self.ranging.settings_as(TwoWay, ranging_named(self.ranging).settings).turnaround_s
+        return self.ranging.settings_as(
+            TwoWaySettings, ranging_named(self.ranging).settings
+        ).turnaround_s
 
     @property
-    def dissemination(self) -> Broadcast:
+    def dissemination(self) -> BroadcastSettings:
         """How AUVs are told their slots, where frames name them."""
-        return self.knowledge.settings_as(Broadcast, knowledge_named(self.knowledge).settings)
+        return self.knowledge.settings_as(
+            BroadcastSettings, knowledge_named(self.knowledge).settings
+        )
 
     @property
     def asvs_ping(self) -> bool:

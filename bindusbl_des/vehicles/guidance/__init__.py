@@ -5,15 +5,15 @@
 """
 
 from .belief import SteeringDrift
-from .departure import Plan, SteeringIntervals
+from .departure import DeparturePlan, SteeringIntervals
 from .guided_fleet import GuidedFleet, GuidedVehicle
 from .limits import GuidanceError, smallest_turn, top_speed
 
 __all__ = [
+    "DeparturePlan",
     "GuidanceError",
     "GuidedFleet",
     "GuidedVehicle",
-    "Plan",
     "SteeringDrift",
     "SteeringIntervals",
     "smallest_turn",

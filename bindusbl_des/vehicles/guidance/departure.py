@@ -22,7 +22,7 @@ WHOLE = 1e-9  # rounding, in steps, within which a control interval is a whole n
 
 
 @dataclass(frozen=True)
-class Plan:
+class DeparturePlan:
     """Where the vehicles of a fleet are to go, and what they are called.
 
     AUVs follow `paths` at a speed and a depth, either one number or one for each; ASVs keep

@@ -19,7 +19,7 @@ from ..vehicle import Place
 from . import belief, departure, flight, tracks
 from .autopilots import AUTOPILOTS, PathFollower, follower, keeper
 from .belief import SteeringDrift
-from .departure import LOST_CIRCLES, PATIENCE_S, FlightState, Plan, SteeringIntervals
+from .departure import LOST_CIRCLES, PATIENCE_S, DeparturePlan, FlightState, SteeringIntervals
 from .limits import GuidanceError, refuse_impossible, smallest_turn
 from .sensing import Craft
 from .tracks import Flags, Ints, PathTracks
@@ -146,7 +146,7 @@ class GuidedFleet:
     def __init__(
         self,
         model: str,
-        plan: Plan,
+        plan: DeparturePlan,
         overrides: Mapping[str, float] | None = None,
         *,
         duration_s: float,
@@ -306,7 +306,7 @@ class GuidedFleet:
         return np.asarray(self.logs[:, last, logs.DISTANCE] / max(last * self.step_s, 1e-300))
 
 
-def _refuse_wrong_plan(model: str, plan: Plan) -> None:
+def _refuse_wrong_plan(model: str, plan: DeparturePlan) -> None:
     """Raise ValueError unless AUVs have paths and ASVs stations."""
     if model not in AUTOPILOTS:
         raise ValueError(f"{model} has no controller; known: {', '.join(AUTOPILOTS)}")
