@@ -129,9 +129,13 @@ def calibration_told(mission: Recording) -> str:
         ("filter", ""),
     ]
     said = _said(mission.scenario, fleet)
-    others = [f"{name} {it.verdict}" for name, it in known.items() if it.verdict != fleet.verdict]
-    if 0 < len(others) <= MOST_NAMED:
-        said += f" Of the AUVs alone: {', '.join(others)}."
+    others: dict[str, list[str]] = {}
+    for name, it in known.items():
+        if it.verdict != fleet.verdict:
+            others.setdefault(it.verdict, []).append(name)
+    if 0 < sum(map(len, others.values())) <= MOST_NAMED:
+        alone = "; ".join(f"{verdict}: {', '.join(names)}" for verdict, names in others.items())
+        said += f" Of the AUVs alone, {alone}."
     shown = table(headings, rows, "Share of time with the truth inside each AUV's ellipses")
     return (
         filled('<h3>Truth inside the ellipses</h3><p class="note">{said}</p>', said=said)

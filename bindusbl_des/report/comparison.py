@@ -107,6 +107,12 @@ def _answer(names: Sequence[str], runs: Sequence[Named]) -> str:
     if len(known) < 2:
         return ""
     (best, first), *others = sorted(known)
+    if best == max(known)[0]:
+        return filled(
+            '<p class="verdict">The worst AUV navigated alike in all runs: its mean error was '
+            "{best} m.</p>",
+            best=f"{best:.2f}",
+        )
     rest = ", ".join(f"{error:.2f} m in {name}" for error, name in others)
     return filled(
         '<p class="verdict">In {first} the worst AUV navigated best: its mean error was {best} m, '

@@ -78,9 +78,10 @@ def _collisions(mission: Recording) -> list[str]:
     why = f"under the schedule {escape(schedule)}"
     if mission.scenario.protocol.random_access:
         why = f"AUVs ping as they like ({escape(schedule)})"
-    return [
-        f"{met}, {why}; for that no ASV decoded {collided} of {counted(len(mission.fate), 'ping')}."
-    ]
+    pings = counted(len(mission.fate), "ping")
+    if not collided:
+        return [f"{met}, {why}; no ping went undecoded because of that."]
+    return [f"{met}, {why}; for that no ASV decoded {collided} of {pings}."]
 
 
 def _beyond_reach(mission: Recording) -> list[str]:

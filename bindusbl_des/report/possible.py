@@ -356,11 +356,16 @@ def _full(rows: list[Reached]) -> str:
     if not rows:
         return ""
     told = "; ".join(
-        f"{row.name} {number(row.reached)}{' ' + row.unit if row.unit else ''}".strip()
-        + (f" (of {number(row.possible)}: {row.meaning})" if row.meaning else "")
+        f"{row.name} {_whole(row.reached)} {row.unit}".strip()
+        + (f" (of {_whole(row.possible)}: {row.meaning})" if row.meaning else "")
         for row in rows
     )
     return f"<p>At their limit: {escape(told)}.</p>"
+
+
+def _whole(value: float | None) -> str:
+    """Return a value in words; a whole number has no decimals."""
+    return number(value, 0 if value is not None and value == round(value) else 2)
 
 
 def _line(row: Reached) -> str:

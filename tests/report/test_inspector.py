@@ -92,3 +92,28 @@ def test_a_plot_is_saved(opened: Open, run: tuple[Result, Path]) -> None:
     with it.page.expect_download() as picture:
         it.page.click("#error-plots .save button >> text=PNG")
     assert Path(picture.value.path()).read_bytes()[:4] == b"\x89PNG"
+
+
+def test_a_drag_across_a_plot_selects_everywhere(opened: Open, run: tuple[Result, Path]) -> None:
+    """Plots of time zoom, the map has the paths of that time, the log all that happened then."""
+    it = opened(run[1])
+    it.page.locator("#error-plots .u-over").first.scroll_into_view_if_needed()
+    box = it.page.locator("#error-plots .u-over").first.bounding_box()
+    at = [box["x"] + share * box["width"] for share in (0.25, 0.5)]
+    painted = it.ask("byId('map').toDataURL()")
+    it.page.mouse.move(at[0], box["y"] + 40)
+    it.page.mouse.down()
+    it.page.mouse.move(at[1], box["y"] + 40, steps=4)
+    it.page.mouse.up()
+    it.until("bindusbl.playback.span !== null")
+    start, end = it.ask("bindusbl.playback.span")
+    assert [start, end] == pytest.approx([15, 30], abs=0.5)
+    assert it.ask("bindusbl.map.span") == [start, end]
+    assert it.ask("bindusbl.playback.now") == end
+    shown = it.ask("[...byId('log').children].map((line) => +line.textContent.split(' ')[0])")
+    known = it.ask("Array.from(bindusbl.log.times)")
+    assert len(shown) == sum(start < time <= end for time in known) > 6
+    assert it.ask("byId('map').toDataURL()") != painted
+    it.page.mouse.dblclick(at[0], box["y"] + 40)
+    it.until("bindusbl.playback.span === null && bindusbl.map.span === null")
+    assert it.ask("byId('log').children.length") == 6

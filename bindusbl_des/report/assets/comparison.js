@@ -9,12 +9,33 @@ function sharedClock(missions) {
   return playback;
 }
 
+// Another run on the map of this one: where its AUVs are and were the last minute, as they believed.
+function ghost(map, other, caption) {
+  if (!other) return;
+  const box = make("input", { type: "checkbox", checked: "" });
+  box.addEventListener("change", () => map.sheet.paint());
+  caption.append(" ", make("label", { class: "on-screen" }, box, `with the ghost of ${other.name}`));
+  map.overlay = (context) => {
+    if (!box.checked) return;
+    const now = Math.min(map.now, other.duration), end = above(other.time, now), start = above(other.time, now - 60);
+    other.auvs.forEach((auv, number) => {
+      const along = (column, off) => Array.from(auv[column].subarray(start, end), (value, i) => value + auv[off][start + i]);
+      map.line(context, along("x", "off_x"), along("y", "off_y"), { colour: colours.soft, width: 1.5, dash: [2, 3] });
+      const { estimateX, estimateY, yaw } = other.auvAt(number, now);
+      context.globalAlpha = 0.5;
+      map.hull(context, ...map.at(estimateX, estimateY), yaw, colours.soft);
+      context.globalAlpha = 1;
+    });
+  };
+}
+
 function maps(missions, playback) {
   const host = byId("maps");
-  return missions.map((mission) => {
+  return missions.map((mission, run) => {
     const canvas = make("canvas", { class: "map", tabindex: "0", role: "img", "aria-label": `Map of ${mission.name}` });
-    host.append(make("figure", {}, make("figcaption", {}, mission.name), canvas));
-    const map = new SeaMap(canvas, mission);
+    const caption = make("figcaption", {}, mission.name), map = new SeaMap(canvas, mission);
+    host.append(make("figure", {}, caption, canvas));
+    ghost(map, missions[run ? 0 : 1], caption);
     map.linger = () => playback.linger(mission);
     playback.onChange((now) => { map.now = Math.min(now, mission.duration); map.sheet.paint(); });
     return map;

@@ -9,7 +9,7 @@ class Inspector {
     Object.assign(this, { mission, playback, map, follow, ping: null, rowOf: new Map() });
     mission.pings.id.forEach((id, row) => this.rowOf.has(id) || this.rowOf.set(id, row));
     this.host = byId("inspector");
-    map.inspected = (context) => this.draw(context);
+    map.overlay = (context) => this.draw(context);
     map.sheet.canvas.addEventListener("click", (event) => this.pick(event.offsetX, event.offsetY));
     byId("log").addEventListener("click", (event) => { const at = event.target.closest("[data-ping]"); if (at) this.show(+at.dataset.ping, { seek: false }); });
     addEventListener("hashchange", () => this.read());

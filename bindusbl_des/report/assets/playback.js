@@ -10,10 +10,22 @@ class Playback {
     this.playing = false;
     this.speed = SPEEDS.find((speed) => mission.duration / speed <= 60) ?? 200;
     this.listeners = [];
+    this.span = null;
+    this.selecting = [];
     this.controls();
     this.keyboard();
   }
   onChange(listener) { this.listeners.push(listener); }
+  onSelect(listener) { this.selecting.push(listener); }
+  // An interval of time (s) that was dragged across in a plot; all of the mission is none.
+  select(from, until) {
+    const { time } = this.mission, span = from <= 0 && until >= time[time.length - 1] ? null : [Math.max(from, 0), Math.min(until, this.mission.duration)];
+    if (`${span}` === `${this.span}`) return;
+    this.span = span;
+    this.selecting.forEach((listener) => listener(span));
+    if (span && (this.now < span[0] || this.now > span[1])) { this.play(false); this.seek(span[1]); }
+    else this.listeners.forEach((listener) => listener(this.now));
+  }
   seek(time) {
     this.now = Math.min(Math.max(time, 0), this.mission.duration);
     byId("slider").value = this.now;
@@ -96,7 +108,9 @@ class Playback {
   }
 }
 
-// What is known at an instant of what went on before it, in words; the latest first.
+const MOST_EVENTS = 300; // of an interval that is selected
+
+// What is known at an instant of what went on before it, or in a selected interval, in words; the latest first.
 class Log {
   constructor(list, mission) {
     this.list = list;
@@ -123,11 +137,13 @@ class Log {
     this.times = Float64Array.from(this.events, (event) => event[0]);
   }
   show(now) {
-    const end = above(this.times, now);
-    if (end === this.end) return;
-    this.end = end;
+    const [from, until] = this.span ? this.span.map((time) => above(this.times, time)) : [0, above(this.times, now)];
+    const key = `${from} ${until} ${!this.span}`;
+    if (key === this.shown) return;
+    this.shown = key;
+    const first = Math.max(from, until - (this.span ? MOST_EVENTS : 6));
     const signs = { delivered: "●", out_of_hf: "×", lost: "○", collided: "✕", out_of_mf: "◌" };
-    this.list.replaceChildren(...this.events.slice(Math.max(end - 6, 0), end).reverse().map(([at, text, fate, ping]) =>
+    this.list.replaceChildren(...this.events.slice(first, until).reverse().map(([at, text, fate, ping]) =>
       make("li", { class: fate, "data-ping": ping }, `${at.toFixed(2)} s  ${signs[fate]} ${text}`)));
   }
 }

@@ -97,6 +97,9 @@ function clickToSeek(u, seek) {
   });
 }
 
+// Dragging across a plot of time zooms all of them, and selects that interval everywhere.
+const selects = (playback) => (u, scale) => { if (scale === "x" && u.status) requestAnimationFrame(() => playback.select(u.scales.x.min, u.scales.x.max)); }; // once all have zoomed
+
 function errorPlot(host, mission, number, playback, highest) {
   const auv = mission.auvs[number];
   const data = [mission.time, auv.error, auv.envelope];
@@ -111,7 +114,7 @@ function errorPlot(host, mission, number, playback, highest) {
         { label: `${auv.name} error`, stroke: colour, width: 1.5, value: (u, v) => (v === null ? "–" : `${v.toFixed(2)} m`) },
         { label: "3σ envelope", stroke: colour, width: 0.8, dash: dashed(4, 3), fill: colour + "22", value: (u, v) => (v === null ? "–" : `${v.toFixed(2)} m`) },
       ],
-      hooks: { drawClear: [drawGaps(auv.gaps)], draw: [drawTicks(mission.landed[number], () => colour)], ready: [(u) => clickToSeek(u, playback.seek)] },
+      hooks: { drawClear: [drawGaps(auv.gaps)], draw: [drawTicks(mission.landed[number], () => colour)], ready: [(u) => clickToSeek(u, playback.seek)], setScale: [selects(playback)] },
     };
   };
   host.setAttribute("aria-label", `Position error of ${auv.name} over time, with its 3-sigma envelope and its fixes`);
@@ -224,8 +227,13 @@ function fateBars(mission) {
     totals[auv][fate] = (totals[auv][fate] || 0) + 1;
   });
   const full = []; // a bar of one part says what a sentence says shorter
+  const alike = new Map(); // AUVs whose pings became the same share a bar
   for (const i of mission.order) {
-    const { name } = mission.auvs[i], total = totals[i], all = Object.values(total).reduce((a, b) => a + b, 0), bar = make("div", { class: "bar" });
+    const fates = JSON.stringify(Object.entries(totals[i]).sort());
+    alike.set(fates, [...(alike.get(fates) ?? []), i]);
+  }
+  for (const [i, ...others] of alike.values()) {
+    const name = others.length > 2 ? `${mission.auvs[i].name} and ${others.length} others, each` : [i, ...others].map((it) => mission.auvs[it].name).join(", "), total = totals[i], all = Object.values(total).reduce((a, b) => a + b, 0), bar = make("div", { class: "bar" });
     told.push(`${name}: ${Object.entries(total).map(([fate, n]) => `${n} ${looks[fate][0]}`).join(", ")}`);
     if (Object.keys(total).length < 2) { full.push(all ? `All ${all} pings of ${name}: ${looks[Object.keys(total)[0]][0]}.` : `${name} sent no ping.`); continue; }
     for (const [fate, [words, look]] of Object.entries(looks)) {

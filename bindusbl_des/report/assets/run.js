@@ -139,6 +139,11 @@ async function start() {
   map.linger = () => playback.linger();
   const log = new Log(byId("log"), mission), states = followed(mission, closeup, playback);
   playback.onChange((now) => { map.now = now; map.sheet.paint(); closeup.paint(now); states.show(now); log.show(now); });
+  playback.onSelect((span) => {
+    map.span = log.span = span;
+    log.list.classList.toggle("selected", Boolean(span));
+    announce(span ? `Selected ${span[0].toFixed(1)} to ${span[1].toFixed(1)} seconds` : "All of the mission");
+  });
   byId("all").addEventListener("click", () => { map.touched = false; map.seeAll(); });
   byId("speed").addEventListener("change", () => slowed(playback));
   gapStrip(mission);

@@ -31,6 +31,9 @@ const LEAST_CHANCE = 1e-3;
 // Where fronts are held to be seen, no more of them than can be told apart.
 const MOST_RINGS = 6;
 
+// Eight AUVs have colours of their own; the dashes of their paths tell further ones from these.
+const PATH_DASHES = [[], [9, 4], [9, 3, 2, 3]];
+
 // The ellipse that holds a normal error in the plane with 95 %, in standard deviations.
 const SURE = Math.sqrt(-2 * Math.log(0.05));
 
@@ -152,14 +155,15 @@ class SeaMap {
     if (!this.hidden.has("pings") && this.mission.calls) this.drawCalls(context);
     if (!this.hidden.has("pings")) this.drawPings(context);
     this.mission.asvs.forEach((_, number) => this.drawAsv(context, number));
-    this.mission.auvs.forEach((_, number) => this.drawAuv(context, number));
-    this.inspected?.(context);
+    this.labelled = [];
+    for (const number of this.mission.order ?? this.mission.auvs.keys()) this.drawAuv(context, number);
+    this.overlay?.(context);
     this.drawCursor(context);
   }
   // What does not move is drawn once for each view.
   drawPaths() {
     const ratio = pixelRatio();
-    const key = [this.width, this.height, ratio, JSON.stringify(this.view), [...this.hidden], colours.paper, this.field].join();
+    const key = [this.width, this.height, ratio, JSON.stringify(this.view), [...this.hidden], colours.paper, this.field, this.span].join();
     if (key === this.drawn) return;
     this.drawn = key;
     this.paths.width = Math.round(this.width * ratio);
@@ -171,12 +175,15 @@ class SeaMap {
     const { auvs, asvs } = this.mission;
     if (!this.hidden.has("truth")) for (const { x, y } of asvs) this.line(context, x, y, { colour: colours.ink, width: 1, alpha: 0.45 });
     if (!this.hidden.has("plan")) for (const { plan } of auvs) if (plan) this.line(context, plan.x, plan.y, { colour: colours.plan, width: 1 });
-    auvs.forEach((auv, i) => {
+    // Of a selected interval (s) only the paths in it.
+    const [from, until] = this.span ? this.span.map((time) => above(this.mission.time, time)) : [0, this.mission.time.length];
+    auvs.forEach((whole, i) => {
+      const auv = { ...whole, ...Object.fromEntries(["x", "y", "off_x", "off_y", "drift_x", "drift_y"].map((column) => [column, whole[column].subarray(from, until)])) };
       const colour = seriesColour(i);
       const sum = (a, b) => a.map((value, k) => value + b[k]);
       if (!this.hidden.has("imu")) this.line(context, sum(auv.x, auv.drift_x), sum(auv.y, auv.drift_y), { colour, width: 1.2, dash: [1.5, 3.5], alpha: 0.75 });
       if (!this.hidden.has("truth")) this.line(context, auv.x, auv.y, { colour, width: 4, alpha: 0.25 });
-      if (!this.hidden.has("fused")) this.line(context, sum(auv.x, auv.off_x), sum(auv.y, auv.off_y), { colour, width: 1, alpha: 0.8 });
+      if (!this.hidden.has("fused")) this.line(context, sum(auv.x, auv.off_x), sum(auv.y, auv.off_y), { colour, width: 1, alpha: 0.8, dash: PATH_DASHES[Math.floor(i / 8) % PATH_DASHES.length] });
     });
   }
   // The field that is chosen, cell by cell; cells without a value stay as the sea is.
@@ -356,8 +363,13 @@ class SeaMap {
       this.stroke(context, colour, ex, ey - 5, ex, ey + 5, 2);
     }
     this.hull(context, px, py, state.yaw, colour);
-    const name = this.mission.auvs[number].name;
-    this.label(context, this.mission.auvs.length > 12 ? name.slice(3) : name, px + 9, py + 15, colour);
+    const { auvs } = this.mission, { name } = auvs[number], words = auvs.length > 12 ? name.slice(3) : name;
+    // A name that would cover another goes above, or is left out; the worst AUVs come first.
+    const free = (y) => this.labelled.every(([left, top]) => Math.abs(left - px) > 8 * words.length + 2 || Math.abs(top - y) > 12);
+    const y = [py + 15, py - 9, py + 27].find(free);
+    if (y === undefined) return;
+    this.labelled.push([px, y]);
+    this.label(context, words, px + 9, y, colour);
   }
   // Where an AUV believes to be with 95 %, faintly.
   sure(context, { estimateX, estimateY, spread }, colour) {

@@ -12,6 +12,7 @@ class Timeline {
     this.choices();
     this.listen();
     playback.onChange(() => this.sheet.paint());
+    playback.onSelect(() => this.sheet.paint());
     byId("timeline-legend").textContent = mission.asvsPing ? "ASV lanes: a tick is a ping. AUV lanes: dots are pings arriving (filled: decoded, and a fix; open: lost; red ✕: collided). "
       + "The upright line is the time of the playback; drag to move in time." : "AUV lanes: a tick is a ping, with ✕ in red where it collided, ○ where it was lost, half as high where no ASV was in HF range. "
       + "ASV lanes: dots above are pings arriving, in the colour of their AUV (filled: decoded, open: lost, red ✕: collided), bars below are its MF broadcasts" + (mission.calls ? ", grey ticks above its calls, which AUVs answer by a ping" : "") + ". The upright line is the time of the playback; drag to move in time.";
@@ -60,6 +61,14 @@ class Timeline {
     context.clip();
     this.broadcasts(context, start, end);
     this.pings(context, start, end);
+    if (playback.span) { // what is not selected, shaded
+      const [from, until] = playback.span.map((time) => Math.min(Math.max(this.x(time), label), width)), tall = this.lanes.length * this.height;
+      context.fillStyle = colours.line;
+      context.globalAlpha = 0.6;
+      context.fillRect(label, 0, from - label, tall);
+      context.fillRect(until, 0, width - until, tall);
+      context.globalAlpha = 1;
+    }
     context.fillStyle = colours.accent;
     context.fillRect(this.x(playback.now) - 0.75, 0, 1.5, this.lanes.length * this.height);
     context.restore();
