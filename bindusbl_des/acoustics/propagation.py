@@ -136,8 +136,8 @@ def spread(
     and from `row` on one for each of their ASVs.
 
     Return the row that comes after the last reception.  `handed` is the address of a
-    :class:`Spread`.  AUVs that were `called` in vain (1,), :data:`.rows.CALLED`, do not ping.  So
-    many `calls` are on record by now.
+    :class:`Spread`.  An AUV that was `called` in vain (1,), :data:`.rows.CALLED`, does not ping
+    (:func:`silence`).  So many `calls` are on record by now.
     """
     into = opened(handed, Spread)
     pings, receptions, auvs, asvs = into.pings, into.receptions, into.auvs, into.asvs
@@ -162,8 +162,6 @@ def spread(
         line.end, line.in_range_of, line.heard_by = row, in_range, 0
         line.passed_at_s = inf if silent or not in_range else time + longest + duration
         line.longest_s, line.calls = longest_so_far, calls
-        if silent:
-            _silence(receptions[line.first : row], call.call)
         ping += 1
     return row
 
@@ -222,15 +220,6 @@ def _reach(
     return row, in_range, longest
 
 
-@compiled
-def _silence(receptions: Rows, outcome: int) -> None:
-    """Let nothing arrive of a ping whose call had an outcome other than to be heard."""
-    for line in receptions:
-        line.arrived_at_s = line.snr_db = nan
-        if line.outcome == IN_FLIGHT:
-            line.outcome = outcome
-
-
 def deafen(failures: Failures, pings: Rows, receptions: Rows, band: SignalBand) -> None:
     """Let ASVs that have failed, or fail meanwhile, not hear pings that have just been sent.
 
@@ -251,6 +240,12 @@ def deafen(failures: Failures, pings: Rows, receptions: Rows, band: SignalBand) 
             others = (sender == number) & (receptions["outcome"] != OUT_OF_RANGE)
             last = (arrive[others] + band.duration).max(initial=-np.inf)
             ping["passed_at_s"] = last if others.any() else np.inf
+
+
+def silence(receptions: Rows, outcome: int) -> None:
+    """Let nothing arrive of a ping whose call had an outcome other than to be heard."""
+    receptions["arrived_at_s"] = receptions["snr_db"] = nan
+    receptions["outcome"][receptions["outcome"] != OUT_OF_RANGE] = outcome
 
 
 # Arrivals that were predicted, amended when they have come: where an ASV was then, it was heard.

@@ -44,10 +44,17 @@ class MissionCurrent:
         """Whether the current never varies, so that it is the same for every seed."""
         return self._scenario.environment.current_variation_m_per_s == 0.0
 
-    @cached_property
+    @property
     def series(self) -> Array:
         """The current (m/s) along x and y in each control interval, shape (n, 2)."""
-        asked, count = self._scenario.environment, control_intervals(self._scenario)
+        return self._drawn[: control_intervals(self._scenario)]
+
+    @cached_property
+    def _drawn(self) -> Array:
+        """The same, as far as the last sample of the IMU, which may come long after the end."""
+        asked, rate = self._scenario.environment, self._scenario.navigation.imu_rate_hz
+        last = math.ceil(self._scenario.duration_s * rate) / rate
+        count = max(control_intervals(self._scenario), math.ceil(last / CONTROL_S))
         return current_series(
             asked.current_m_per_s,
             math.radians(asked.current_direction_deg),
@@ -59,7 +66,7 @@ class MissionCurrent:
 
     def carried(self, times: Array) -> Array:
         """Return how far (m) the water has moved by each instant (s), shape (n, 2)."""
-        return carried(self.series, CONTROL_S, times)
+        return carried(self._drawn, CONTROL_S, times)
 
 
 def afterwards_s(scenario: Scenario) -> float:

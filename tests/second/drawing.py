@@ -2,7 +2,7 @@
 
 import random
 
-SCHEDULES = ["spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random"]
+SCHEDULES = ["spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random", "polling"]
 
 
 def scenario(seed: int, **wanted: object) -> dict:
@@ -55,12 +55,7 @@ def scenario(seed: int, **wanted: object) -> dict:
     if protocol["downlink"] == "direct_reply" and draw.random() < 0.5:
         protocol["downlink"] = {"model": "direct_reply", "reply": "frame"}
     failures: list[dict] = []
-    # Open (docs/validation.md): ASVs that have failed count as in range of turns without an answer
-    called = protocol["ranging"] != "owtt_sync"
-    # and replies that begin between two ticks are delivered a tick late
-    if "direct_reply" in str(protocol["downlink"]):
-        protocol["tick_rate_hz"] = None
-    if draw.random() < 0.3 and not called:
+    if draw.random() < 0.3:
         at = round(draw.uniform(0.0, duration), 3)
         until = draw.choice([None, round(at + draw.uniform(0.5, 10.0), 3)])
         failures = [{"asv": draw.randrange(ships), "at_s": at, "until_s": until}]

@@ -329,7 +329,8 @@ class Second:
                 ping.in_range = [
                     j
                     for j in self.all_asvs
-                    if self.heard(place, self.asvs[j]) and self.works(j, start)
+                    if self.heard(place, self.asvs[j])
+                    and self.works(j, start + math.dist(place, self.asvs[j]) / self.speed)
                 ]
                 ping.outcomes = {
                     j: ping.call if j in ping.in_range else "out_of_range" for j in self.all_asvs

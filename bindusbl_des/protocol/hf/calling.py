@@ -4,7 +4,7 @@ Compiled, as :mod:`.propagation`.
 """
 
 from dataclasses import dataclass
-from math import inf, nan
+from math import inf, nan, sqrt
 
 import numpy as np
 
@@ -42,6 +42,9 @@ class Call:
 
 
 CALL = row_type(Call)
+
+# Factor on the longest way after which sound has met whoever was in range; nobody is as fast.
+PASSED = 1.05
 
 
 @compiled
@@ -103,9 +106,39 @@ def interrogate(
                     beside = light_time(there, auvs, auv, time, sound_speed)
                     if overlap(travel, beside, duration):
                         others += strength
+            others += _still_there(calls, count, time, travel, k, auv, callers[k], into)
             if drowns(sound(here, caller, k, callers[k], way), others, capture):
                 answer.call = COLLIDED
     return _sound(calling, time, calls, count, asvs, band)
+
+
+@compiled
+def _still_there(
+    calls: Rows, count: int, time: float, travel: float, number: int, auv: int, caller: int,
+    spread: Spread,
+) -> float:  # fmt: skip
+    """Return how strong calls before an instant (s) are together where they overlap one that a
+    caller begins then, and that travels so long (s) to an AUV, `number` of its group.
+    """
+    auvs, asvs, band = spread.auvs, spread.asvs, spread.way.band
+    others, farthest, here = 0.0, 0.0, where(auvs, auv, time)
+    for asv in range(asvs.first.size - 1):
+        there = where(asvs, asv, time)
+        square = (here[0] - there[0]) ** 2 + (here[1] - there[1]) ** 2 + (here[2] - there[2]) ** 2
+        farthest = max(farthest, sqrt(square))
+    latest = PASSED * farthest / band.sound_speed + band.duration
+    for before in range(count - 1, -1, -1):
+        call = calls[before]
+        if call.sent_at_s + latest < time + travel:
+            break
+        if call.arrived_at_s > call.sent_at_s or (call.sent_at_s == time and call.asv == caller):
+            continue  # how it is heard at others; or the same call, which names several
+        there = where(asvs, call.asv, call.sent_at_s)
+        place = where(auvs, auv, call.sent_at_s)
+        arrives = light_time(there, auvs, auv, call.sent_at_s, band.sound_speed)
+        if overlap(time + travel, call.sent_at_s + arrives, band.duration):
+            others += sound(place, there, number, call.asv, spread.way)
+    return others
 
 
 @compiled

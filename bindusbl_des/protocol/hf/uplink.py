@@ -8,7 +8,7 @@ import numpy as np
 
 from ...acoustics.channel import AskedChannel, Bending, Signals, between, deciding
 from ...acoustics.loss import LossTerms
-from ...acoustics.propagation import SignalBand, SignalPath, Spread, amend, deafen, spread
+from ...acoustics.propagation import SignalBand, SignalPath, Spread, amend, deafen, silence, spread
 from ...acoustics.sonar_channel import ECHO, EchoingSonar
 from ...acoustics.travel_time import travel_time
 from ...core.handed import Handed
@@ -17,11 +17,7 @@ from ...records.events import HEARD, LOST
 from ...records.rows import CALLED, NONE, EventBuffer, Recorder, Rows
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Ints, places
-from .calling import CALL, interrogate
-
-# Factor on the longest way after which sound has met whoever was in range; nobody is as fast.
-PASSED = 1.05
-
+from .calling import CALL, PASSED, interrogate
 
 # What a ping has that nobody called
 NO_CALL = np.array([(np.nan, NONE, NONE, np.nan)], dtype=CALLED)
@@ -178,6 +174,8 @@ class Uplink:
             self._bend(self._bending, group, first, row)
         if self._asvs.failures is not None:
             deafen(self._asvs.failures, pings.rows[first:], receptions.rows[row:], self.band)
+        if called[0]["call"] not in (NONE, HEARD):
+            silence(receptions.rows[row:], called[0]["call"])
         sent = range(first, pings.count)
         if self.on_sent is not None:
             self.on_sent(sent)
