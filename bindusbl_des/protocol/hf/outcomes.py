@@ -26,8 +26,9 @@ from ...usbl.two_way import Heard
 from ...usbl.usbl import Usbl, measured, note
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Floats
+from .calling import PASSED
 from .reception import Decided, PairNoise, foretold, resolve
-from .uplink import PASSED, Uplink
+from .uplink import Uplink
 
 
 class Measuring:
