@@ -18,7 +18,7 @@ from .failures import failures_in
 from .statistics.differences import key_effects
 from .statistics.findings import findings
 from .statistics.intervals import intervals
-from .statistics.naming import written
+from .statistics.naming import plus_minus, written
 from .statistics.outcomes import JUDGED, MEANS, MissionOutcomes, lower_is_better, outcomes
 from .statistics.points_table import in_intervals
 
@@ -142,6 +142,10 @@ SCRIPTS = ("plots.js", "heatmap.js", "lookup.js", "sweep.js")
 FIRST = (*JUDGED, "worst_fix_benefit_m", *MEANS)
 # Those of which the page names the worst AUV at each point
 NAMED = (*JUDGED, "worst_fix_benefit_m")
+# What the table of points shows, the worst AUV by the first of them
+TABLED = (*JUDGED[:3], "worst_fix_benefit_m", MEANS[0])
+# A larger campaign shows its first points; its tables hold them all.
+MOST_POINTS = 500
 # Metrics of all missions that are in memory at a time
 AT_A_TIME = 8
 # More failures than this are counted, and found in the folder.
@@ -169,6 +173,7 @@ def sweep_page(campaign: "Campaign") -> str:
         _head(campaign)
         + f'<section id="story"><h2>What this sweep found</h2>{_story(campaign, found)}</section>'
         + asset("sweep.html")
+        + _points_section(campaign, found)
         + _failure_section(campaign, failures)
         + _origin(campaign)
     )
@@ -218,6 +223,50 @@ def _items(kind: str, texts: Sequence[str]) -> str:
 
 def _text(said: str) -> str:
     return html.escape(said).replace("+-", "&plusmn;")
+
+
+def _points_section(campaign: "Campaign", found: MissionOutcomes) -> str:
+    """Return all points with their settings and metrics, which a page without scripts has too."""
+    points, metrics = len(campaign.plan.points), described(TABLED)
+    columns = [_means(found, name, points) for name in TABLED]
+    well, ran = found.well(points), np.bincount(found.point, minlength=points)
+    rows = [
+        [
+            str(point),
+            *(written(value) for value in campaign.plan.points[point].varied.values()),
+            f"{well[point]}" if well[point] == ran[point] else f"{well[point]} of {ran[point]}",
+            _worst_auv(found, point, well[point]),
+            *(column[point] for column in columns),
+        ]
+        for point in range(min(points, MOST_POINTS))
+    ]
+    headings = [(name, "") for name in ("point", *campaign.plan.columns, "missions", "worst AUV")]
+    headings += [(it["words"], "worst AUV" if it["of"] == "worst" else it["of"]) for it in metrics]
+    shown = table(headings, rows, "All points").replace('"scroll"', '"scroll tall"', 1)
+    more = f" The first {MOST_POINTS} of {points} points." if points > MOST_POINTS else ""
+    return (
+        f'<section id="points"><h2>All points</h2>{shown}'
+        '<p class="note">Means over the missions that went well, with half of the 95 % confidence '
+        "interval; n/m: n of m missions have a value for every AUV. The worst AUV is that of most "
+        f"missions by its mean error.{more}</p></section>"
+    )
+
+
+def _means(found: MissionOutcomes, metric: str, points: int) -> list[str]:
+    """Return a metric at each point as text, and in how many missions all AUVs have it."""
+    known = intervals(found.by_seed(metric, points))
+    whole, well = found.whole(metric, points), found.well(points)
+    return [
+        plus_minus(known.mean[point], known.half_width[point]).replace("+-", "±")
+        + (f" {whole[point]}/{well[point]}" if whole[point] < well[point] else "")
+        for point in range(points)
+    ]
+
+
+def _worst_auv(found: MissionOutcomes, point: int, well: int) -> str:
+    """Return the AUV that is the worst of most missions of a point, and in how many it is."""
+    name, times = next(iter(found.who(point, TABLED[0]).items()), ("-", 0))
+    return name if times in (0, well) else f"{name} {times}/{well}"
 
 
 def _failure_section(campaign: "Campaign", failures: list[dict[str, Any]]) -> str:

@@ -613,6 +613,22 @@ def test_a_page_without_javascript_has_its_tables(browser: Any, recovery: Path) 
     context.close()
 
 
+def test_a_sweep_without_javascript_has_its_points(browser: Any, swept: Path) -> None:
+    """Scripts are off: a notice, what was found and a row for each point; no empty frames."""
+    context = browser.new_context(java_script_enabled=False, viewport={"width": 390, "height": 844})
+    page = context.new_page()
+    page.goto(swept.as_uri())
+    assert page.locator("noscript p").is_visible()
+    assert page.locator("#story .verdict").is_visible()
+    assert page.locator("#points table").is_visible()
+    rows = page.locator("#points tbody tr").all_inner_texts()
+    assert [row.split()[:2] for row in rows[:2]] == [["0", "1"], ["1", "1"]]
+    assert len(rows) == 12
+    for hidden in ("#grid", "#lookup-section", "#theme"):
+        assert not page.locator(hidden).is_visible()
+    context.close()
+
+
 def test_the_answer_is_on_the_first_screen_of_a_phone(opened: Open, recovery: Path) -> None:
     """The sentence and the tiles of the worst AUV; playback follows that AUV."""
     it = opened(recovery, width=390)

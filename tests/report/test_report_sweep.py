@@ -65,6 +65,25 @@ def test_points_have_the_intervals_of_the_missions(campaign: Campaign) -> None:
             assert key["labels"][number] == (f"{value:g}" if key["values"] else value)
 
 
+def test_the_table_of_points_needs_no_script(campaign: Campaign) -> None:
+    """It has each point's mean of the missions that went well, and how many of them did."""
+    cells = Cells()
+    cells.feed(sweep_page(campaign))
+    rows = [row for row in cells.rows if len(row) == 11 and row[0].isdigit()]
+    missions = campaign.missions
+    assert len(rows) == 12
+    for row in rows:
+        went = missions[(missions.point == int(row[0])) & (missions.status == "ok")]
+        if went.empty:
+            assert (row[4], row[5], row[10]) == ("0 of 3", "-", "-")
+            continue
+        assert row[4] == "3"
+        mean, half = map(float, row[10].split(" ± "))
+        expected = interval(went.position_error_m.tolist())
+        assert mean == pytest.approx(expected.mean, abs=0.01)
+        assert half == pytest.approx(expected.half_width, rel=0.1, abs=0.005)
+
+
 def test_failures_tell_how_to_see_them_again(campaign: Campaign) -> None:
     """Each failed mission has its error and the command that does it again."""
     cells = Cells()

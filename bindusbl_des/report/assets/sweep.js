@@ -1,13 +1,10 @@
 "use strict";
-// The page of a campaign: curves and maps along any varied key, the lookup table, all points.
+// The page of a campaign: curves and maps along any varied key, the lookup table.
 
-const MOST_POINTS = 500;
 // A key with more different values was sampled: its points are drawn as dots, the others not held.
 const MOST_STEPS = 40;
 // A reader tells so many lines apart.
 const MOST_LINES = 6;
-// What the table of points shows.
-const TABLED = ["worst_position_error_m", "worst_position_error_p95_m", "worst_fix_age_p95_s", "worst_fix_benefit_m", "position_error_m"];
 
 class Sweep {
   constructor(data) {
@@ -228,22 +225,10 @@ function gapMarks(u, gaps) {
   ctx.restore();
 }
 
-function pointsTable(sweep) {
-  const metrics = sweep.metrics.filter(({ name }) => TABLED.includes(name));
-  const head = make("tr", {}, make("th", {}, "point"), ...sweep.keys.map(({ key }) => make("th", { scope: "col" }, key)), make("th", { scope: "col" }, "missions"),
-    make("th", { scope: "col" }, "worst AUV"), ...metrics.map(({ name, of }) => make("th", { scope: "col" }, sweep.words(name), make("span", { class: "unit" }, of === "worst" ? "worst AUV" : "fleet mean"))));
-  const rows = Array.from({ length: Math.min(sweep.size, MOST_POINTS) }, (_, point) => make("tr", {}, make("th", { scope: "row" }, `${point}`),
-    ...sweep.keys.map(({ labels }, k) => make("td", {}, labels[sweep.points[k][point]])), make("td", {}, sweep.failed[point] ? `${sweep.count[point]} of ${sweep.count[point] + sweep.failed[point]}` : `${sweep.count[point]}`),
-    make("td", {}, sweep.whose(TABLED[0], point)), ...metrics.map(({ name }) => { const cell = sweep.at(name, point); return make("td", {}, `${plusMinus(cell.mean, cell.half)} ${gapText(cell)}`.trim()); })));
-  byId("points").append(make("table", {}, make("thead", {}, head), make("tbody", {}, ...rows)));
-  byId("points-note").textContent = `Means over the missions that went well ± half of the 95 % confidence interval; the worst AUV is that of most missions by its mean error.${sweep.size > MOST_POINTS ? ` The first ${MOST_POINTS} of ${sweep.size} points.` : ""}`;
-}
-
 async function start() {
   startTheme();
   const sweep = new Sweep(unpackAll(readData(), await unpacker()));
   const view = new View(sweep), lookup = new Lookup(sweep);
-  pointsTable(sweep);
   Object.assign(bindusbl, { ready: true, sweep, view, lookup });
 }
 bindusbl.opened = start();
