@@ -491,6 +491,21 @@ def test_a_sweep_opens(opened: Open, swept: Path, scheme: str, width: int) -> No
     assert it.ask("document.documentElement.scrollWidth") <= width
 
 
+def test_curves_name_their_ends_beside_the_plot(opened: Open, swept: Path) -> None:
+    """The labels begin to the right of the plot, where no line strikes them through."""
+    it = opened(swept, width=390)
+    told = it.ask(
+        """(() => {
+            const { plot } = bindusbl.view.plot, { left, width } = plot.bbox, told = [];
+            const edge = left + width;
+            plot.ctx.fillText = (text, x) => told.push([plot.ctx.textAlign, x - edge]);
+            endLabels(plot, bindusbl.sweep.keys[bindusbl.view.by].labels);
+            return told; })()"""
+    )
+    assert {align for align, _ in told} == {"left"}
+    assert all(beyond > 0 for _, beyond in told)
+
+
 def test_the_lookup_table_follows_its_threshold(opened: Open, swept: Path) -> None:
     """The fewest ASVs are those whose interval ends below the threshold."""
     it = opened(swept)

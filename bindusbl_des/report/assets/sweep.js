@@ -189,6 +189,7 @@ function endLabels(u, rows) {
   ctx.save();
   ctx.font = `600 ${11 * ratio}px system-ui, sans-serif`;
   ctx.textBaseline = "middle";
+  ctx.textAlign = "left"; // axes leave theirs behind
   const right = u.bbox.left + u.bbox.width + 8 * ratio;
   for (const { label, i, x, y, at } of ends) {
     ctx.strokeStyle = ctx.fillStyle = seriesColour(i);
