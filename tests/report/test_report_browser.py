@@ -644,6 +644,23 @@ def test_a_sweep_without_javascript_has_its_points(browser: Any, swept: Path) ->
     context.close()
 
 
+def test_names_are_not_cut_at_the_edge_of_the_map(opened: Open, recovery: Path) -> None:
+    """An AUV beside the right edge has its whole name on the map."""
+    it = opened(recovery, width=390)
+    left, long, width = it.ask(
+        """(() => {
+            const { map } = bindusbl, context = map.sheet.canvas.getContext("2d");
+            let told;
+            map.at = () => [map.width - 5, 100];
+            map.labelled = [];
+            map.label = (_, words, x) => { told = [x, context.measureText(words).width]; };
+            context.font = "600 12px system-ui, sans-serif";
+            map.drawAuv(context, 0);
+            return [...told, map.width]; })()"""
+    )
+    assert width - 60 < left < width - long
+
+
 def test_the_answer_is_on_the_first_screen_of_a_phone(opened: Open, recovery: Path) -> None:
     """The sentence and the tiles of the worst AUV; playback follows that AUV."""
     it = opened(recovery, width=390)

@@ -369,7 +369,7 @@ class SeaMap {
     const y = [py + 15, py - 9, py + 27].find(free);
     if (y === undefined) return;
     this.labelled.push([px, y]);
-    this.label(context, words, px + 9, y, colour);
+    this.label(context, words, px > this.width ? px + 9 : Math.min(px + 9, this.width - 9 * words.length - 2), y, colour); // not cut at the edge
   }
   // Where an AUV believes to be with 95 %, faintly.
   sure(context, { estimateX, estimateY, spread }, colour) {
