@@ -644,6 +644,18 @@ def test_a_sweep_without_javascript_has_its_points(browser: Any, swept: Path) ->
     context.close()
 
 
+def test_two_runs_without_javascript_show_no_empty_headings(browser: Any, tmp_path: Path) -> None:
+    """Scripts are off: the tables that compare are there, the frames of plots are not."""
+    run = simulate(load_scenario("quickstart", overrides=["duration_s=10"]), 1)
+    (tmp_path / "both.html").write_text(comparison_page([("one", run), ("two", run)]))
+    context = browser.new_context(java_script_enabled=False)
+    page = context.new_page()
+    page.goto((tmp_path / "both.html").as_uri())
+    assert page.get_by_text("The worst AUV of each").is_visible()
+    assert not page.get_by_text("Delivered fixes", exact=True).is_visible()
+    context.close()
+
+
 def test_names_are_not_cut_at_the_edge_of_the_map(opened: Open, recovery: Path) -> None:
     """An AUV beside the right edge has its whole name on the map."""
     it = opened(recovery, width=390)
