@@ -98,7 +98,7 @@ THEME = (
 )
 NOTICE = (
     '<noscript><p class="verdict warning">Maps, playback and plots need JavaScript, which is off '
-    "here; the answer and all tables are below.</p></noscript>"
+    "here; the answer and the tables are below.</p></noscript>"
 )
 
 
