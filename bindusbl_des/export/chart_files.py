@@ -21,7 +21,7 @@ from ..core.files import write_text
 from ..geometry.formation import keep_station
 from ..geometry.geodesy import geodetic_from_ned
 from ..scenario.on_earth import origin_of
-from ..scenario.planned import asv_stations, horizontal_reach
+from ..scenario.planned import horizontal_reach, stations_kept
 from ..scenario.plans import planned_paths
 from ..scenario.survey_area import area_of
 
@@ -185,8 +185,8 @@ def drawn(result: "Result") -> Iterator[Drawn]:
 
 
 def planned(scenario: "Scenario") -> Iterator[Drawn]:
-    """Yield the survey area, a point for each ASV, rings of its HF and MF range, and the lanes that
-    AUVs are to go, thinned to what a chart shows.
+    """Yield the survey area, a point for each ASV that keeps station, rings of its HF and MF range,
+    and the lanes that AUVs are to go, thinned to what a chart shows.
     """
     on_earth = _earthly(scenario)
     yield _survey(scenario)
@@ -194,7 +194,7 @@ def planned(scenario: "Scenario") -> Iterator[Drawn]:
     if scenario.protocol.sends_frames:
         bands.append(("MF", scenario.acoustics.mf.range_m))
     around = np.linspace(0.0, 2.0 * np.pi, CORNERS + 1)
-    for number, (x, y) in enumerate(asv_stations(scenario)):
+    for number, (x, y) in enumerate(stations_kept(scenario)):
         yield Drawn("Point", f"ASV{number}", on_earth([(x, y)]))
         for band, reach in bands:
             corners = np.column_stack((x + reach * np.cos(around), y + reach * np.sin(around)))

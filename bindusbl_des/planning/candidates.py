@@ -17,7 +17,7 @@ from ..campaigns.experiments.experiment import laid_over
 from ..core.wording import counted
 from ..scenario.files.former_keys import key_now
 from ..scenario.files.plain_yaml import read_yaml
-from ..scenario.planned import asv_stations
+from ..scenario.planned import stations_kept
 from ..scenario.scenario import Scenario
 from .prediction.inputs import Inputs, inputs_of
 from .prediction.parts import STATED_ERROR
@@ -44,8 +44,13 @@ class Candidate:
 
     @cached_property
     def stations(self) -> Floats:
-        """Where its ASVs keep station (n, 2), m."""
-        return np.array(asv_stations(self.scenario))
+        """Where its ASVs keep station (n, 2), m; none where they move."""
+        return np.array(stations_kept(self.scenario)).reshape(-1, 2)
+
+    @property
+    def moves(self) -> bool:
+        """Whether its ASVs move: then nothing is predicted, and it is flown."""
+        return not len(self.stations)
 
     @property
     def is_ring(self) -> bool:
@@ -117,7 +122,10 @@ class Foresight:
         """Return the prediction of a candidate; None where there is none."""
         if candidate not in self._made:
             inputs = self.inputs(candidate.scenario)
-            self._made[candidate] = None if inputs is None else predict(inputs, candidate.stations)
+            if inputs is None or candidate.moves:
+                self._made[candidate] = None
+            else:
+                self._made[candidate] = predict(inputs, candidate.stations)
         return self._made[candidate]
 
     def values(self, candidate: Candidate) -> Floats:

@@ -195,11 +195,13 @@ def _kept(team: Candidate) -> dict[str, Any]:
 
 def _lost(question: Question, team: Candidate, foresight: Foresight) -> list[Doubt]:
     """Return the team without the vessel that is predicted to be missed most, and with that vessel
-    until half of the mission is over.
+    until half of the mission is over; of vessels that move, which are told where to go anew, with
+    the first until then.
     """
-    if team.scenario.asvs.formation.moored is None:
+    if team.scenario.asvs.formation.moored is None and not team.moves:
         return []
-    rests = [_without(question, team, lost) for lost in range(team.asvs) if team.asvs > 1]
+    vessels = 0 if team.moves or team.asvs == 1 else team.asvs
+    rests = [_without(question, team, lost) for lost in range(vessels)]
     missed = [(foresight.rank(it.team), -n) for n, it in enumerate(rests) if it is not None]
     lost = -max(missed)[1] if missed else 0
     failures = [it.model_dump(mode="json") for it in team.scenario.asvs.failures]

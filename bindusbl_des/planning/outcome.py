@@ -9,6 +9,7 @@ from typing import Any
 from ..campaigns.campaign import Campaign, unfinished_campaign
 from ..core.files import write_text
 from ..scenario.families import leave_of
+from ..scenario.planned import stations_kept
 from ..scenario.scenario import Scenario
 from .folder import BEST, MISSIONS, PAGE, PLAN, best_yaml, record
 from .found import Found
@@ -76,7 +77,7 @@ def written(found: Found, folder: Path) -> Plan:
 def _page(found: Found, told: dict[str, Any]) -> str:
     base = found.question.base
     inputs = found.foresight.inputs(base)
-    if inputs is None:
+    if inputs is None or not stations_kept(base):
         return plan_page(told)
     each: list[Inputs | None] = [found.foresight.inputs(it.scenario) for it in found.candidates]
     return plan_page(told, chart_of(base, inputs, each))

@@ -318,6 +318,8 @@ def _chart(record: Record, inputs: Mapping[str, Any] | None) -> str:
     ]
     told = f"Beside simulations they are off ({'; '.join(said)})." if said else ""
     left_out = " ".join(inputs["inputs"].get("approximations") or ())
+    if any(it.get("stations") == [] for it in record.get("candidates") or []):
+        told += " Vessels that move are neither drawn nor predicted: they were simulated."
     return Template(asset("plan.html")).substitute(stated=escape(told), left_out=escape(left_out))
 
 

@@ -42,7 +42,7 @@ from ..campaigns.experiments.plan import ExperimentPlan as Missions
 from ..campaigns.running import check_plugins
 from ..core.wording import counted, did_you_mean
 from ..scenario.files.shipped import located
-from ..scenario.planned import asv_stations
+from ..scenario.planned import stations_kept
 from ..scenario.scenario import Scenario
 from .binding import binding
 from .candidates import Candidate, Foresight, further, narrowed
@@ -142,11 +142,10 @@ def admitted(question: Question, allow_plugins: bool) -> None:
 
     Raises:
         PluginError: when one is not allowed.
-        NoStations: when ASVs do not keep station.
     """
     check_plugins(Missions(question.experiment), allow_plugins)
     for point in range(len(question.experiment.points)):
-        asv_stations(question.experiment.scenario(point))
+        stations_kept(question.experiment.scenario(point))
 
 
 def _removed(folder: Path, owner: int) -> None:

@@ -105,7 +105,8 @@ def _about(
 def _counts(scenario: Scenario, point: Keys) -> Iterator[dict[str, Any]]:
     """Yield the numbers of ASVs to try; none but the user's where he varies it, or places them."""
     varied = COUNT in point or f"{FORMATION}.positions_m" in point or FORMATION in point
-    if varied or scenario.asvs.formation.moored is None:
+    placement = scenario.asvs.formation
+    if varied or (placement.moored is None and not placement.moves):
         yield {}
         return
     yield from ({COUNT: count} for count in COUNTS)

@@ -37,7 +37,9 @@ def team_told(candidate: Candidate) -> str:
     names = ("radius_m", "angle_deg", "positions_m")
     radius, angle, positions = (keys.get(f"{FORMATION}.{name}") for name in names)
     places = " in the scenario's places"
-    if positions is not None:
+    if candidate.moves:
+        places = f" on the move ({candidate.scenario.asvs.formation.choice})"
+    elif positions is not None:
         places = " at " + ", ".join(f"({x:g}, {y:g})" for x, y in positions)
     elif candidate.asvs == 1:
         places = " in the middle" if candidate.is_ring else places

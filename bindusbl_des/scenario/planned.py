@@ -158,11 +158,7 @@ def are_told(scenario: ScenarioKeys) -> bool:
     placement = scenario.asvs.formation
     if not isinstance(placement, OwnPlacement):
         return placement.replanned is not None
-    try:
-        asv_stations(scenario)
-    except NoStations:
-        return True
-    return False
+    return not stations_kept(scenario)
 
 
 def mover_of(scenario: ScenarioKeys) -> Any:
@@ -184,6 +180,18 @@ def mover_of(scenario: ScenarioKeys) -> Any:
 def is_mover(answer: Any) -> bool:
     """Tell whether what a placement returned is to be asked where ASVs go: it has `targets`."""
     return callable(getattr(answer, "targets", None))
+
+
+def stations_kept(scenario: ScenarioKeys) -> list[tuple[float, float]]:
+    """Return where the ASVs keep station, [x, y] in m; none where they move.
+
+    Raises:
+        PluginError: as of :func:`asv_stations`.
+    """
+    try:
+        return asv_stations(scenario)
+    except NoStations:
+        return []
 
 
 def known_stations(scenario: ScenarioKeys) -> list[tuple[float, float]]:

@@ -13,6 +13,7 @@ from campaigns_for_tests import OneThread, auv, hand_made
 import bindusbl_des
 from bindusbl_des import Scenario, load_scenario, plan
 from bindusbl_des.campaigns.storage.folder import CampaignError
+from bindusbl_des.export.chart_files import planned
 from bindusbl_des.planning import flying
 from bindusbl_des.planning.flying import Budget
 from bindusbl_des.planning.folder import drawn_team
@@ -364,3 +365,36 @@ def fleet_error(asvs: int, keys: dict[str, Any], seed: int) -> float:
     return max(
         float(it["position_error_p95_m"] or 0) for it in fleet(Scenario.model_validate(data), seed)
     )
+
+
+def test_vessels_that_follow_are_candidates(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the user allows it, vessels that move are tried in each number beside those at rest;
+    they are not predicted but flown, and the page says so.
+    """
+
+    def followed(scenario: Scenario, seed: int) -> list[dict[str, float | None]]:
+        share = 0.3 if scenario.asvs.formation.moves else 1.0
+        return [
+            {key: share * (it or 0.0) for key, it in row.items()} for row in fleet(scenario, seed)
+        ]
+
+    hand_made(monkeypatch, followed)
+    vary = {**TEAMS, "asvs.formation.model": ["ring", "follow"]}
+    del vary["asvs.count"], vary["asvs.formation.angle_deg"]
+    found = plan(BASE, "team", below=GOAL, vary=vary)
+    assert found.answer is not None
+    assert found.answer["asvs.count"] == 1
+    assert found.answer["asvs.formation.model"] == "follow"
+    assert found.record["told"][0].startswith("1 ASV on the move (follow)")
+    moving = [it for it in found.record["candidates"] if not it["stations"]]
+    assert {it["asvs"] for it in moving} == {1, 2, 3, 4, 5, 6}
+    assert {it["predicted"]["value"][0] for it in moving} == {None}
+    assert load_scenario("team/best.yaml").asvs.formation.moves
+    lost = [it["told"] for it in found.record["sensitivity"] if "lost" in it["told"]]
+    assert lost == ["ASV0 lost halfway, from then on"]
+    assert "neither drawn nor predicted" in Path("team/plan.html").read_text()
+    on_earth = ("environment.origin={lat_deg: 43.9, lon_deg: 15.4}",)
+    drawn = {it.name for it in planned(load_scenario("team/best.yaml", overrides=on_earth))}
+    assert not any(name.startswith("ASV") for name in drawn)

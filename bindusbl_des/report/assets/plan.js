@@ -47,13 +47,13 @@ class Chart {
     for (const button of document.querySelectorAll(".copy")) button.addEventListener("click", () => copy(byId(button.dataset.copies), button));
   }
   offerTeams() {
-    const offered = this.candidates.map((it, i) => [it, i]).filter(([it]) => it.simulated);
+    const offered = this.candidates.map((it, i) => [it, i]).filter(([it]) => it.simulated && it.stations.length);
     byId("team").append(make("option", { value: "own", disabled: "" }, "moved by hand"), make("option", { value: "" }, "as in the scenario"), ...offered.map(([{ asvs }, i]) => make("option", { value: i }, this.named(i, asvs))));
   }
   named(number, asvs) { return `${number === this.chosen ? "the answer, " : ""}candidate ${number + 1}: ${asvs} vessel${asvs === 1 ? "" : "s"}`; }
-  // Puts a candidate on the chart, or the scenario's own team.
+  // Puts a candidate on the chart, or the scenario's own team, also for one whose vessels move.
   show(number) {
-    const known = Number.isInteger(number) && this.candidates[number];
+    const known = Number.isInteger(number) && this.candidates[number]?.stations.length && this.candidates[number];
     this.team.take(known ? number : null, known || null);
     if (known && !this.candidates[number].simulated && !byId("team").querySelector(`[value="${number}"]`)) {
       byId("team").append(make("option", { value: number }, this.named(number, known.asvs)));
