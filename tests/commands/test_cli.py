@@ -266,7 +266,7 @@ def test_params_lists_and_selects() -> None:
     assert call("params", "AHRS heading").stdout == (
         "usbl.heading_sd_deg: 1 deg  (number >= 0 and <= 45)\n"
         "    AHRS heading noise; with model: datasheet none unless given, and then added to the "
-        "sheet's figures [Nitsch 2024, USBL-Simulator]\n"
+        "data sheet's figures [Nitsch 2024, USBL-Simulator]\n"
     )
     rows = json.loads(call("params", "acoustics.*.range_m", "--json").stdout)
     assert [row["key"] for row in rows] == ["acoustics.hf.range_m", "acoustics.mf.range_m"]

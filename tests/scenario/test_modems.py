@@ -76,7 +76,7 @@ def test_names_that_are_wrong() -> None:
     [
         ({"modem": "m64"}, "a message of 8 B holds no fix, .* = 24 B"),
         ({"payload_bytes": 23}, "a message of 23 B holds no fix"),
-        ({"modem": "s2c_instant", "payload_bytes": 65}, "65 B are more than the table .* 64 B"),
+        ({"modem": "s2c_instant", "payload_bytes": 65}, "65 B exceed the table .* 64 B"),
         ({"modem": "s2c_instant", "fix_bytes": 60}, "a message of 64 B holds no fix"),
     ],
 )
