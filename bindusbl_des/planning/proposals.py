@@ -31,6 +31,9 @@ from .candidates import (
 from .placement import free_places
 from .question import Question
 
+# With which placements are compared: each is then placed as well as if nobody had named it.
+MODEL = f"{FORMATION}.model"
+
 # Proposed where the user varies nothing of the kind.
 COUNTS = range(1, 7)
 SCHEDULES = tuple(name for name, it in declared.SCHEDULES.items() if it.is_proposed)
@@ -91,7 +94,7 @@ def _about(
         if team is None:
             continue
         places = [team]
-        if not any(key.startswith(FORMATION) for key in point):
+        if not any(key.startswith(FORMATION) and key != MODEL for key in point):
             places += _placed(question, foresight, team, widely)
         yield from places
         best = min(places, key=foresight.rank)

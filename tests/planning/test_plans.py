@@ -390,6 +390,8 @@ def test_vessels_that_follow_are_candidates(
     assert found.record["told"][0].startswith("1 ASV on the move (follow)")
     moving = [it for it in found.record["candidates"] if not it["stations"]]
     assert {it["asvs"] for it in moving} == {1, 2, 3, 4, 5, 6}
+    at_rest = [it["keys"] for it in found.record["candidates"] if it["stations"]]
+    assert any("asvs.formation.positions_m" in keys for keys in at_rest), "placed as well as can be"
     assert {it["predicted"]["value"][0] for it in moving} == {None}
     assert load_scenario("team/best.yaml").asvs.formation.moves
     lost = [it["told"] for it in found.record["sensitivity"] if "lost" in it["told"]]
