@@ -47,7 +47,7 @@ def warm(folder: Path) -> Iterator[int]:
     What is kept already is loaded only.  The folder then says that it holds all.
     """
     from ..campaigns.workers.pools import Spawn, go_with_parent
-    from ..core.compiled import whole
+    from ..core.compiled import warm_marker
 
     workers = min(PROCESSES, os.cpu_count() or 1)
     with ProcessPoolExecutor(workers, Spawn(), go_with_parent) as pool:
@@ -55,7 +55,7 @@ def warm(folder: Path) -> Iterator[int]:
         for done, future in enumerate(as_completed(flown), start=1):
             future.result()
             yield done
-    whole(folder).touch()
+    warm_marker(folder).touch()
 
 
 def fly(kind: tuple[str, ...]) -> None:
@@ -193,12 +193,12 @@ def _compiled_code() -> Check:
 
 def _compile_all() -> None:
     """Compile what missions need, unless that was done, and tell how far it is."""
-    from ..core.compiled import is_uncompiled, kept_in, whole
+    from ..core.compiled import is_uncompiled, kept_in, warm_marker
     from ..core.process import ProgressLine
 
     folder = None if is_uncompiled() else kept_in()
-    if folder is None or whole(folder).exists():  # without a folder the findings say what to do
-        return
+    if folder is None or warm_marker(folder).exists():
+        return  # without a folder the findings say what to do
     talk(f"Compiling what missions need, once, in {folder}; this takes a minute or two ...")
     line, done = ProgressLine(quiet=is_quiet()), 0
 

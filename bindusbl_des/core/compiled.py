@@ -244,7 +244,7 @@ def kept_in() -> Path | None:
     return None
 
 
-def whole(folder: Path) -> Path:
+def warm_marker(folder: Path) -> Path:
     """Return the file that says that a folder holds what nearly all missions need on this machine.
 
     `doctor --warm` writes it.  Another machine may see the folder, too, and need code of its own.

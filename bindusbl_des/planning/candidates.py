@@ -30,7 +30,7 @@ from .selection.goals import Floats, Goal
 
 Keys = Mapping[str, Any]
 
-COUNT, FORMATION = "asvs.count", "asvs.formation"
+COUNT, FORMATION, PLACEMENT = "asvs.count", "asvs.formation", "asvs.formation.model"
 SCHEDULE, DOWNLINK, REPLY = "protocol.schedule", "protocol.downlink", "protocol.downlink.reply"
 
 

@@ -17,6 +17,7 @@ from .candidates import (
     COUNT,
     DOWNLINK,
     FORMATION,
+    PLACEMENT,
     REPLY,
     SCHEDULE,
     Candidate,
@@ -30,9 +31,6 @@ from .candidates import (
 )
 from .placement import free_places
 from .question import Question
-
-# With which placements are compared: each is then placed as well as if nobody had named it.
-MODEL = f"{FORMATION}.model"
 
 # Proposed where the user varies nothing of the kind.
 COUNTS = range(1, 7)
@@ -94,7 +92,8 @@ def _about(
         if team is None:
             continue
         places = [team]
-        if not any(key.startswith(FORMATION) and key != MODEL for key in point):
+        # Where only the kind of placement varies, each is placed as well as if nobody had named it.
+        if not any(key.startswith(FORMATION) and key != PLACEMENT for key in point):
             places += _placed(question, foresight, team, widely)
         yield from places
         best = min(places, key=foresight.rank)

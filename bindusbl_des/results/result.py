@@ -29,7 +29,7 @@ from .result_folder import (
     write_json,
     write_parquet,
 )
-from .schemas import SCHEMA_VERSION, PandasTables, dictionary_text
+from .schemas import SCHEMA_VERSION, PandasTables, data_dictionary
 from .summary import summary
 from .violations import Violations
 
@@ -213,7 +213,7 @@ class Result:
         # JSON is YAML, but for its escapes of characters beyond U+FFFF.
         text = scenario_text or json.dumps(run["scenario"], indent=2, ensure_ascii=False)
         (folder / "scenario.yaml").write_text(text, encoding="utf-8")
-        (folder / "data_dictionary.json").write_text(dictionary_text(), encoding="utf-8")
+        write_json(folder / "data_dictionary.json", data_dictionary())
         if self.advice is not None:
             (folder / ADVICE).write_text(advice_text(self.advice), encoding="utf-8")
         (folder / "report.html").write_text(page(self), encoding="utf-8")

@@ -26,9 +26,6 @@ from .schemas import SCHEMA_VERSION, TABLES, schema
 # A table of fewer rows is read sooner by one thread.
 ROWS = 100_000
 
-# Columns of so few rows are longer compressed than plain, and take twice as long to write.
-FEW_ROWS = 16
-
 # Whoever reads a table forward holds so many rows at a time.
 PIECE = 20_000
 
@@ -145,14 +142,12 @@ def read_table(path: Path, name: str, origin: Mapping[str, str]) -> pa.Table:
 
 
 def write_parquet(table: pa.Table, name: str, path: Any, origin: Mapping[str, str]) -> None:
-    """Write one table as Parquet, compressed by zstd unless it is short; `origin` (scenario hash,
-    seed) goes into its metadata.
-    """
+    """Write one table as Parquet (zstd); `origin` (scenario hash, seed) goes into its metadata."""
     metadata = {"bindusbl.schema": f"{name}/{SCHEMA_VERSION}", **origin}
     pq.write_table(
         table.replace_schema_metadata(metadata),
         path,
-        compression="zstd" if table.num_rows > FEW_ROWS else "none",
+        compression="zstd",
         use_dictionary=[f.name for f in table.schema if f.type == pa.string()],
     )
 

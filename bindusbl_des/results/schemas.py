@@ -8,7 +8,6 @@ half a second in every run and every worker.
 Tables as pandas frames: each is made when it is first asked for, and kept.
 """
 
-import json
 import types
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import Field, fields
@@ -217,12 +216,6 @@ def data_dictionary() -> dict[str, dict[str, dict[str, str]]]:
         }
         for table in TABLES
     }
-
-
-@cache
-def dictionary_text() -> str:
-    """Return what `data_dictionary.json` holds."""
-    return json.dumps(data_dictionary(), indent=2) + "\n"
 
 
 if TYPE_CHECKING:

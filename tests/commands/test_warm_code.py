@@ -9,7 +9,7 @@ from bindusbl_des.campaigns.experiments.experiment import Experiment
 from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
 from bindusbl_des.campaigns.workers import batches
 from bindusbl_des.commands import doctor as warming
-from bindusbl_des.core.compiled import whole
+from bindusbl_des.core.compiled import warm_marker
 
 
 @pytest.mark.parametrize("kind", warming.KINDS, ids=" ".join)
@@ -25,9 +25,9 @@ def test_a_folder_says_when_it_holds_all(tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr(batches, "kept_in", lambda: tmp_path)
     plan = ExperimentPlan(Experiment("bay", {"name": "bay"}, ({},), (0,)))
     batches.compile_kernels(plan, tmp_path)
-    assert not whole(tmp_path).exists()
+    assert not warm_marker(tmp_path).exists()
     assert len(flown) == 1
     assert list(warming.warm(tmp_path)) == [1]
-    assert whole(tmp_path).exists()
+    assert warm_marker(tmp_path).exists()
     batches.compile_kernels(plan, tmp_path)
     assert len(flown) == 1

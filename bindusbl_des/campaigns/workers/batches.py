@@ -16,7 +16,7 @@ from typing import Any
 
 import pyarrow as pa
 
-from ...core.compiled import is_uncompiled, kept_in, whole
+from ...core.compiled import is_uncompiled, kept_in, warm_marker
 from ...core.kept_files import check_kept, named_files, placed
 from ...core.plugins import allow, source_sha256
 from ...mission.simulation import simulate
@@ -55,7 +55,7 @@ def compile_kernels(plan: ExperimentPlan, folder: Path) -> None:
     Where `doctor --warm` has left it they do; what it has not compiled the first worker compiles.
     """
     folder_of_code = None if is_uncompiled() else kept_in()
-    if folder_of_code is not None and whole(folder_of_code).exists():
+    if folder_of_code is not None and warm_marker(folder_of_code).exists():
         return
     for point in plan.points:
         warm(point.scenario, folder)
