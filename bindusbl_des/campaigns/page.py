@@ -136,7 +136,7 @@ def _whose(name: str, meaning: str) -> str:
 if TYPE_CHECKING:
     from .campaign import Campaign
 
-SCRIPTS = ("plots.js", "heatmap.js", "lookup.js", "sweep.js")
+SCRIPTS = ("saving.js", "plots.js", "heatmap.js", "lookup.js", "sweep.js")
 
 # Metrics of a mission that a reader asks for first
 FIRST = (*JUDGED, "worst_fix_benefit_m", *MEANS)

@@ -164,7 +164,7 @@ PREDICTOR = (
     *("predict_sights.js", "predict_rounds.js", "predict_errors.js", "predict_waiting.js"),
     *("predict_afterwards.js", "predictor.js", "predict_map.js"),
 )
-CHART = ("seamap.js", *PREDICTOR, "team.js", "planmap.js", "sliders.js")
+CHART = ("saving.js", "seamap.js", *PREDICTOR, "team.js", "planmap.js", "sliders.js")
 SCRIPTS = (*CHART, "pareto.js", "plan.js")
 
 

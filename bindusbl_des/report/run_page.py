@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 Row = dict[str, Any]
 
-MAP = ("mission.js", "seamap.js", "closeup.js", "playback.js")
+MAP = ("saving.js", "mission.js", "seamap.js", "closeup.js", "playback.js")
 SCRIPTS = (*MAP, "plots.js", "timeline.js", "inspector.js", "run.js")
 
 # heading, unit, metric, digits, factor

@@ -4,6 +4,7 @@ import re
 import shlex
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -278,6 +279,26 @@ def test_candidates_are_shown_on_the_chart(opened: Open, page: Path) -> None:
     assert it.ask("document.querySelectorAll('#pareto .shown').length") == 1
     it.page.select_option("#team", "")
     assert it.ask("bindusbl.chart.shown") is None
+
+
+def test_candidates_and_chart_are_saved(opened: Open, page: Path) -> None:
+    """As SVG with the looks of the page: a mark for each candidate, shades and vessels."""
+    it = opened(page)
+    settled(it)
+    svg = "{http://www.w3.org/2000/svg}"
+
+    def saved(name: str) -> ElementTree.Element:
+        with it.page.expect_download() as download:
+            it.page.click(f"[aria-label='Save {name} as SVG']")
+        return ElementTree.parse(download.value.path()).getroot()
+
+    marks = [mark for mark in saved("candidates").iter() if mark.get("class") == "mark"]
+    assert len(marks) == it.ask("bindusbl.plots.pareto")
+    assert all((mark.get("fill") or "").startswith("rgb(") for mark in marks)
+    chart = saved("chart")
+    assert len(chart.findall(f".//{svg}image")) == 1  # the shades
+    told = {text.text for text in chart.iter(f"{svg}text")}
+    assert {"ASV0", "AUV0", "AUV2"} <= told
 
 
 def test_a_plan_prints_light_and_whole(opened: Open, page: Path) -> None:

@@ -1,7 +1,9 @@
 """Reports in a real browser: they open, play and draw, and ask the network for nothing."""
 
+import re
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -229,6 +231,57 @@ def test_nothing_speaks_while_time_plays_on(opened: Open, recovery: Path) -> Non
     assert it.ask("byId('slider').getAttribute('aria-valuetext')").endswith(" seconds")
     it.page.select_option("#follow", "2")
     assert it.ask("byId('said').textContent") == "Following AUV2"
+
+
+def saved(it: Opened, name: str, kind: str = "SVG") -> bytes:
+    """Press the button that saves a plot, and return the file."""
+    with it.page.expect_download() as download:
+        it.page.click(f"[aria-label='Save {name} as {kind}']")
+    assert download.value.suggested_filename == f"{name.replace(' ', '_')}.{kind.lower()}"
+    return Path(download.value.path()).read_bytes()
+
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def polylines(svg: bytes, colours: list[str]) -> list[list[tuple[float, float]]]:
+    """Return lines of some colours that are cut at the edges of a plot, as those of series are."""
+    found = ElementTree.fromstring(svg).findall(f".//{SVG}g[@clip-path]/{SVG}path[@fill='none']")
+    lines = [it.get("d", "") for it in found if it.get("stroke") in colours]
+    places = [re.findall(r"(-?[\d.]+) (-?[\d.]+)", it) for it in lines if "A" not in it]  # no dots
+    return [[(float(x), float(y)) for x, y in line] for line in places]
+
+
+def test_plots_are_saved_as_they_are_drawn(opened: Open, recovery: Path) -> None:
+    """An SVG has a line for each series that is shown, as high as its values; a CSV has these."""
+    it = opened(recovery)
+    landed = it.ask("bindusbl.mission.landed.map((times) => times.length)")
+    lines = polylines(saved(it, "fixes"), list(COLOURS[:3]))
+    assert len(lines) == 3
+    heights = [line[0][1] - line[-1][1] for line in lines]  # each begins at no fix
+    assert np.array(heights) / heights[0] == pytest.approx(np.array(landed) / landed[0], abs=0.01)
+    assert saved(it, "fixes", "PNG")[:8] == b"\x89PNG\r\n\x1a\n"
+    rows = saved(it, "fixes", "CSV").decode().splitlines()
+    assert rows[0] == '"time","AUV0","AUV1","AUV2"'
+    assert [int(number) for number in rows[-1].split(",")[1:]] == landed
+    it.page.click("#fixes-plot .u-legend tr:has-text('AUV1') th")
+    assert len(polylines(saved(it, "fixes"), list(COLOURS[:3]))) == 2
+    assert len(polylines(saved(it, "error AUV0"), [COLOURS[0]])) == 2  # with its envelope
+    names = it.ask(
+        "[...document.querySelectorAll('.save button[aria-label$=SVG]')].map((it) => it.ariaLabel)"
+    )
+    assert len(names) == 10
+    it.ask("window.save = (text) => { bindusbl.saved = text; }")  # browsers ask after ten files
+    for label in names:  # maps, too: well-formed, and nothing is wanting to a number
+        it.ask(f"document.querySelector('[aria-label=\"{label}\"]').click()")
+        text = it.ask("bindusbl.saved")
+        assert len(ElementTree.fromstring(text).findall(f".//{SVG}path")) > 3, label
+        assert "NaN" not in text, label
+        if label == "Save map as SVG":
+            assert all(name in text for name in ("AUV0<", "ASV2<", "north (m)<"))
+    # What listens while a picture is saved is gone afterwards.
+    own = "Object.keys(byId('map').getContext('2d')).length + (Path2D === PlainPath)"
+    assert it.ask(own) == 1
 
 
 @pytest.fixture(scope="module")
@@ -504,6 +557,18 @@ def test_curves_name_their_ends_beside_the_plot(opened: Open, swept: Path) -> No
     )
     assert {align for align, _ in told} == {"left"}
     assert all(beyond > 0 for _, beyond in told)
+
+
+def test_curves_and_maps_of_a_sweep_are_saved(opened: Open, swept: Path) -> None:
+    """An SVG of the curves has a line for each row, and names it; a CSV of the map its means."""
+    it = opened(swept)
+    svg = saved(it, "curves")
+    assert len(polylines(svg, list(COLOURS[:2]))) == 2
+    words = [text.text for text in ElementTree.fromstring(svg).iter(f"{SVG}text")]
+    assert {"range_m 40", "range_m 80"} <= set(words)
+    rows = [row.split(",") for row in saved(it, "heatmap", "CSV").decode().splitlines()]
+    assert rows[0] == ['""', '"1"', '"2"', '"3"']
+    assert float(rows[1][1]) == it.ask("bindusbl.sweep.at(byId('metric').value, 0).mean")
 
 
 def test_the_lookup_table_follows_its_threshold(opened: Open, swept: Path) -> None:

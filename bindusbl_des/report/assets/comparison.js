@@ -35,6 +35,7 @@ function maps(missions, playback) {
     const canvas = make("canvas", { class: "map", tabindex: "0", role: "img", "aria-label": `Map of ${mission.name}` });
     const caption = make("figcaption", {}, mission.name), map = new SeaMap(canvas, mission);
     host.append(make("figure", {}, caption, canvas));
+    caption.append(saving(`map ${mission.name.split(":")[0]}`, map.pictures()));
     ghost(map, missions[run ? 0 : 1], caption);
     map.linger = () => playback.linger(mission);
     playback.onChange((now) => { map.now = Math.min(now, mission.duration); map.sheet.paint(); });

@@ -37,4 +37,5 @@ function heatmap(host, scale, { rows, columns, rowName, columnName, cells, unit,
   host.replaceChildren(make("table", { class: "heat" }, make("thead", {}, top), make("tbody", {}, ...body)));
   scale.replaceChildren(ramp(`${significant(low)} ${unit}`, `${significant(high)} ${unit}`, more));
   bindusbl.plots.heatmap = known.length;
+  return [["", ...columns], ...cells.map((line, r) => [rows[r], ...line.map((cell) => cell?.mean ?? NaN)])];
 }

@@ -21,7 +21,9 @@ class Pareto {
     new ResizeObserver(() => this.draw()).observe(host);
     this.key();
     this.draw();
+    this.host.after(saving("candidates", { SVG: () => standalone(this.host.firstChild), CSV: () => this.csv() }));
   }
+  csv() { return csvOf([["candidate", byId("against").value, "mean", "low", "high", "predicted"], ...this.dots().map((dot) => [dot.number + 1, ...["x", "mean", "low", "high", "predicted"].map((name) => dot[name] ?? NaN)])]); }
   // Dots of one kind: where they are, as values; those of as many vessels stand side by side.
   dots() {
     const which = +byId("goal").value || 0, against = byId("against").value, factor = this.goal[which]?.factor ?? 1;

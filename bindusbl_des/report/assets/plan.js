@@ -36,6 +36,7 @@ class Chart {
       removed: (number) => this.drop(number),
       chosen: (number) => { this.last = number; this.nameLast(); },
     });
+    byId("vessels").nextElementSibling.append(saving("chart", this.map.pictures()));
     this.listen();
     this.show(data.first);
   }

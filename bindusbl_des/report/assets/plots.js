@@ -7,13 +7,6 @@ const axis = (label, more = {}) => ({
   grid: { stroke: colours.grid, width: 1 }, ticks: { stroke: colours.grid, width: 1 }, ...more,
 });
 
-// Offers a file to the reader; nothing leaves the page.
-function save(blob, name) {
-  const link = make("a", { href: URL.createObjectURL(blob), download: name.replaceAll(" ", "_") });
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-}
-
 // Steps of an axis that counts.
 const COUNTS = [1, 2, 5].flatMap((it) => [it, 10 * it, 100 * it, 1e3 * it, 1e4 * it, 1e5 * it]).sort((a, b) => a - b);
 
@@ -25,14 +18,15 @@ class Plot {
     onTheme(() => this.make());
     new ResizeObserver(() => this.fit()).observe(host);
     this.make();
-    const button = (kind, act) => { const it = make("button", { type: "button", "aria-label": `Save ${name} as ${kind}` }, kind); it.addEventListener("click", act); return it; };
-    this.host.after(make("div", { class: "save on-screen" }, "save ", button("PNG", () => this.host.querySelector("canvas").toBlob((blob) => save(blob, `${name}.png`))), button("CSV", () => save(new Blob([this.csv()], { type: "text/csv" }), `${name}.csv`))));
+    this.host.after(saving(name, { ...pictures(() => this.plot.ctx.canvas, () => this.plot.batch(() => this.plot.redraw()), { key: () => this.key() }), CSV: () => this.csv() }));
+  }
+  // The lines that are shown, if there are several.
+  key() {
+    const lines = this.options().series.slice(1).filter((_, i) => this.plot.series[i + 1].show);
+    return lines.length > 1 ? lines : [];
   }
   // What is drawn, a column for each line, in the units of the axes.
-  csv() {
-    const quote = (text) => `"${`${text}`.replaceAll('"', '""')}"`, heads = this.options().series.map(({ label }) => quote(label)).join(",");
-    return [heads, ...Array.from(this.data[0], (_, i) => this.data.map((column) => (Number.isFinite(column[i]) && column[i] !== null ? column[i] : "")).join(","))].join("\r\n");
-  }
+  csv() { return csvOf([this.options().series.map(({ label }) => label), ...Array.from(this.data[0], (_, i) => this.data.map((column) => column[i] ?? NaN))]); }
   make() {
     this.plot?.destroy();
     this.width = this.host.clientWidth;
@@ -247,6 +241,7 @@ function fateBars(mission) {
   for (const [fate, [words, look]] of Object.entries(looks)) {
     if (used.has(fate)) key.append(make("span", {}, make("span", { class: "swatch", style: `background:${look}` }), words));
   }
-  byId("fates-plot").replaceChildren(bars, key, ...(full.length ? [make("p", {}, full.join(" "))] : []), make("p", { class: "hidden" }, told.join("; ")));
+  byId("fates-plot").replaceChildren(bars, key, ...(full.length ? [make("p", {}, full.join(" "))] : []), make("p", { class: "hidden" }, told.join("; ")),
+    saving("fates", { CSV: () => csvOf([["AUV", ...Object.values(looks).map(([words]) => words)], ...mission.order.map((i) => [mission.auvs[i].name, ...Object.keys(looks).map((fate) => totals[i][fate] ?? 0)])]) }));
   bindusbl.plots.fates = mission.pings.at.length;
 }

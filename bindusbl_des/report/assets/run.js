@@ -146,6 +146,8 @@ async function start() {
   });
   byId("all").addEventListener("click", () => { map.touched = false; map.seeAll(); });
   byId("speed").addEventListener("change", () => slowed(playback));
+  byId("map").nextElementSibling.append(saving("map", map.pictures()));
+  byId("closeup-caption").after(saving("close-up", closeup.map.pictures()));
   gapStrip(mission);
   legend(map, closeup);
   shading(map);

@@ -145,6 +145,7 @@ class SeaMap {
       if (act) { act(); event.preventDefault(); }
     });
   }
+  pictures() { return pictures(() => this.sheet.canvas, () => { this.drawn = ""; this.sheet.paint(); }, { others: [this.paths] }); }
   draw(context, width, height) {
     if (!this.view || (!this.touched && (width !== this.width || height !== this.height))) this.home(width, height);
     this.width = width;

@@ -65,6 +65,7 @@ class View {
     byId("along").value = this.along;
     byId("by").value = this.by;
     this.fixed = sweep.keys.map(() => 0);
+    byId("scale").after(saving("heatmap", { CSV: () => csvOf(this.map) }));
     byId("metric").addEventListener("change", () => this.show());
     byId("along").addEventListener("change", () => this.choose("along"));
     byId("by").addEventListener("change", () => this.choose("by"));
@@ -119,8 +120,8 @@ class View {
     const { less } = sweep.metrics.find(({ name }) => name === metric), shared = { unit: sweep.unit(metric), more: less !== false };
     if (!mapped) return;
     if (innerWidth < 600 && columns.length > 4 && columns.length > rows.length) { // a phone is higher than wide
-      heatmap(byId("heat"), byId("scale"), { ...shared, rows: columns, columns: rows, cells: columns.map((_, c) => rows.map((_, r) => cells[r][c])), rowName: names[1], columnName: names[0] });
-    } else heatmap(byId("heat"), byId("scale"), { ...shared, rows, columns, cells, rowName: names[0], columnName: names[1] });
+      this.map = heatmap(byId("heat"), byId("scale"), { ...shared, rows: columns, columns: rows, cells: columns.map((_, c) => rows.map((_, r) => cells[r][c])), rowName: names[1], columnName: names[0] });
+    } else this.map = heatmap(byId("heat"), byId("scale"), { ...shared, rows, columns, cells, rowName: names[0], columnName: names[1] });
   }
   // No more lines than can be told apart, evenly chosen; the map has all.
   curves(metric, all, names, columns) {

@@ -16,6 +16,7 @@ class Timeline {
     byId("timeline-legend").textContent = mission.asvsPing ? "ASV lanes: a tick is a ping. AUV lanes: dots are pings arriving (filled: decoded, and a fix; open: lost; red ✕: collided). "
       + "The upright line is the time of the playback; drag to move in time." : "AUV lanes: a tick is a ping, with ✕ in red where it collided, ○ where it was lost, half as high where no ASV was in HF range. "
       + "ASV lanes: dots above are pings arriving, in the colour of their AUV (filled: decoded, open: lost, red ✕: collided), bars below are its MF broadcasts" + (mission.calls ? ", grey ticks above its calls, which AUVs answer by a ping" : "") + ". The upright line is the time of the playback; drag to move in time.";
+    canvas.after(saving("timeline", pictures(() => canvas, () => this.sheet.paint())));
     bindusbl.plots.timeline = mission.pings.at.length + mission.broadcasts.at.length;
   }
   choices() {
