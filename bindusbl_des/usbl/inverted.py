@@ -69,7 +69,7 @@ def located_itself(own: Hearing, instrument: Instrument) -> tuple[Floats, Floats
     image, covariance = placed(
         above, unit, believed, reach, path_sd(reach, levels), it.snr_db, own.noise, instrument
     )
-    note_sight(it, -image, negative(unit), reach, covariance, instrument)
+    note_sight(it, -image, negative(unit), -believed, reach, covariance, instrument)
     return -image, covariance
 
 
@@ -108,7 +108,7 @@ def located_astray(
     levers, count = _columns(effects, moved, bends, it, lasting), lasting.variances.size
     told = np.concatenate((levers[:, 3 * count : 4 * count], levers[:, :count]), axis=1)
     left = noise_of(covariance, told, lasting.variances)
-    note_sight(it, fix, negative(seen.unit), path, left, instrument)
+    note_sight(it, fix, negative(seen.unit), -seen.believed, path, left, instrument)
     return fix, covariance, levers, level_part(left)
 
 

@@ -7,11 +7,25 @@ measurement itself: from where, in which direction, how far, and how large the e
 
 from math import atan2, degrees, hypot, isnan, nan
 
+import numpy as np
+
 from ..core.compiled import compiled
 from ..records.events import HEARD
 from ..records.rows import Row, Rows
 from ..vehicles.motion import Floats
-from .array import Vector, dot, minus, scaled, tangents, turned, turned_back
+from .array import (
+    Vector,
+    arrival_differences,
+    direction,
+    divided,
+    dot,
+    length,
+    minus,
+    scaled,
+    tangents,
+    turned,
+    turned_back,
+)
 from .instrument import Instrument, angle_sds, path_sd, spread_sd
 
 # A direction so unsure (rad2, both axes together) is none: the second order does not describe it.
@@ -55,12 +69,14 @@ def copy_direction(fix: Row, receptions: Rows) -> None:
 
 @compiled
 def note_sight(
-    it: Row, fix: Floats, unit: Vector, reach: float, noise: Floats, instrument: Instrument
-) -> None:
+    it: Row, fix: Floats, unit: Vector, believed: Floats, reach: float, noise: Floats,
+    instrument: Instrument,
+) -> None:  # fmt: skip
     """Write to a reception what was measured of it.
 
     `fix` (3,), m, was placed by the unit vector (3,) to the AUV and the range `reach` (m), and
-    shortened (:func:`.covariance.debias`); `noise` (3, 3), m2, is its covariance.
+    shortened (:func:`.covariance.debias`); `noise` (3, 3), m2, is its covariance.  `believed` as of
+    :func:`note_direction`; negative if it was the AUV that measured, in the other direction.
     """
     levels = instrument.levels
     it.caller_x_m = it.caller_y_m = it.caller_z_m = it.called_before_s = it.is_caller = nan
@@ -83,11 +99,28 @@ def note_sight(
     it.level_rad2 -= it.turn_rad2 * (unit[0] ** 2 + unit[1] ** 2)
     it.range_m2 = max(dot(turned(noise, unit), unit) - own - second, 0.0)
     it.from_m2 = own
-    ahead = scaled(unit, reach)
+    ahead = scaled(_of_round_wave(unit, believed, reach, instrument), reach)
     it.ahead_x_m, it.ahead_y_m, it.ahead_z_m = ahead
-    shortened = scaled(ahead, 1.0 - 0.5 * angles)
+    shortened = scaled(unit, reach * (1.0 - 0.5 * angles))
     origin = minus((fix[0], fix[1], fix[2]), shortened)
     it.from_x_m, it.from_y_m, it.from_z_m = origin
+
+
+@compiled
+def _of_round_wave(unit: Vector, believed: Floats, reach: float, instrument: Instrument) -> Vector:
+    """Return the direction (3,) of a source at a range (m) that an array has made out at `unit`.
+
+    An array fits a plane wave to a spherical one: what it would make of a source there is as far
+    from `unit` as that is from the truth, to first order in the size of the array over the range.
+    """
+    if instrument.has_sheet is not None:
+        return unit
+    array, speed = instrument.array, instrument.levels.sound_speed_m_per_s
+    within, silence = turned_back(believed, unit), np.zeros(len(array))
+    plane = arrival_differences(array, scaled(within, reach), speed, silence, 0.0, 0.0)
+    made_out = direction(array, plane, speed, instrument.metric)
+    within = minus(scaled(within, 2.0), made_out)
+    return turned(believed, divided(within, length(within)))
 
 
 @compiled

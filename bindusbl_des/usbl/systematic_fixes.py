@@ -133,15 +133,17 @@ def jump(fix: Floats, noise: Floats, levels: Row) -> None:
 
 class Part(NamedTuple):
     """What one ASV makes of a ping: a fix (3,), m, in the direction of a unit vector (3,) at a
-    range `reach` (m); the covariance (4, 4), m2, of it and of (less) the length of the call's way,
-    with no error that lasts; its effects (4, EFFECTS), their changes along x and y (2, 4, EFFECTS),
-    the `bends` (4, EFFECTS) that a misalignment (rad) squared makes half of, and that length (m), 0
-    without a call.  The call came along the unit vector `bearing` (3,); per m that its way was
-    longer than if the AUV had kept its place, fix and (less) that length are off by `moved` (4,).
+    range `reach` (m), by an attitude `believed` (3, 3); the covariance (4, 4), m2, of it and of
+    (less) the length of the call's way, with no error that lasts; its effects (4, EFFECTS), their
+    changes along x and y (2, 4, EFFECTS), the `bends` (4, EFFECTS) that a misalignment (rad)
+    squared makes half of, and that length (m), 0 without a call.  The call came along the unit
+    vector `bearing` (3,); per m that its way was longer than if the AUV had kept its place, fix and
+    (less) that length are off by `moved` (4,).
     """
 
     fix: Floats
     unit: Vector
+    believed: Floats
     reach: float
     covariance: Floats
     effects: Floats
@@ -184,7 +186,8 @@ def by_other(
     effects[3] = 0.0  # the length of the call's way is given
     jump(fix, noise, lasting.levels)
     return Part(
-        fix, seen.unit, reach, spread, effects, changes(effects, ahead, seen, instrument),
+        fix, seen.unit, seen.believed, reach, spread, effects,
+        changes(effects, ahead, seen, instrument),
         bent(effects, ahead, instrument), call_way, seen.unit, np.zeros(4),
     )  # fmt: skip
 
@@ -225,7 +228,8 @@ def _by_whole_way(
         moved[i] *= kept(ahead, own.reach) * seen.unit[i]
     jump(fix, noise, lasting.levels)
     return Part(
-        fix, seen.unit, own.reach, spread, effects, changes(effects, ahead, seen, instrument),
+        fix, seen.unit, seen.believed, own.reach, spread, effects,
+        changes(effects, ahead, seen, instrument),
         bent(effects, ahead, instrument), seen.path - own.reach, own.bearing, moved,
     )  # fmt: skip
 
@@ -289,7 +293,7 @@ def measured_astray(
     state[:3] = begun.fix
     known = _columns(begun, heard, first, lasting)
     it, alone = heard.receptions[first], spread[:3, :3].copy()
-    note_sight(it, begun.fix, begun.unit, begun.reach, alone, instrument)
+    note_sight(it, begun.fix, begun.unit, begun.believed, begun.reach, alone, instrument)
     levers = np.zeros((UNKNOWNS, known.shape[1]))
     levers[:3] = known[:3]
     others = 0
@@ -299,7 +303,10 @@ def measured_astray(
             part = by_other(heard, row, begun.call_way, asvs, instrument, lasting)
             fix, own, beside = part.fix, part.covariance[:3, :3].copy(), _beside(part, sds)
             add_own(own, part.effects, part.bends, sds)
-            note_sight(heard.receptions[row], part.fix, part.unit, part.reach, own, instrument)
+            note_sight(
+                heard.receptions[row], part.fix, part.unit, part.believed, part.reach, own,
+                instrument,
+            )  # fmt: skip
             fused = fuse_shared(state, spread, fix, own, beside)
             off = _columns(part, heard, row, lasting)[:3]
             if begun.call_way > 0.0:  # its error is in every other range
@@ -324,7 +331,7 @@ def measured_astray(
         for i in range(3):
             left[i, i] = max(left[i, i], 0.0)
     if others == 0 and begun.call_way == 0.0:
-        note_sight(it, begun.fix, begun.unit, begun.reach, left, instrument)
+        note_sight(it, begun.fix, begun.unit, begun.believed, begun.reach, left, instrument)
     elif count > 0 or doubt > 1.0 or begun.call_way > 0.0 or sds[SOUND_SPEED] + sds[CLOCK] > 0.0:
         unknown_sights(heard.receptions)  # they err together
         if _called(heard):

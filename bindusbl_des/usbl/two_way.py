@@ -205,7 +205,7 @@ def _note(heard: Heard, row: int, seen: Sighting, asvs: Motion, instrument: Inst
         heard.noise[row], instrument,
     )  # fmt: skip
     it, baseline = heard.receptions[row], way_to_caller(heard, row, seen, asvs, instrument)
-    note_sight(it, fix, seen.unit, half, noise, instrument)
+    note_sight(it, fix, seen.unit, seen.believed, half, noise, instrument)
     note_answer(it, heard.ping, seen.path, baseline, levels)
 
 

@@ -216,7 +216,7 @@ def measured(
         fix, spread = placed(
             vessel, unit, believed, reach, path_sd(reach, levels), it.snr_db, noise, instrument
         )
-        note_sight(it, fix, unit, reach, spread, instrument)
+        note_sight(it, fix, unit, believed, reach, spread, instrument)
         if first:
             estimate, covariance, first = fix, spread, False
         else:
