@@ -181,19 +181,7 @@ def _take_in(
         step_on(latest, auv, time, growth, by.reckoning)
         told = reckoned(auv, time, by.reckoning)
         carry(latest, told, growth)
-        at, polar, unsure = (fix.x_m, fix.y_m), False, 0.0
-        if by.rule.gain == WEIGHED and fix.first != NONE:
-            if common is not None:
-                x, y = told.x - latest.state[0], told.y - latest.state[1]
-                unsure = at_place(at, levers, x, y, latest.covariance, by.desk.common)
-            receptions = by.receptions[fix.first : fix.end]
-            believed = _believed(receptions, auv, told, latest, unsure, handed)
-            said, polar = turned(receptions, said, believed)
-            if common is not None and not polar:
-                said = _moved(said, levers, believed)
-            _note(fix, said, polar)
-        if common is not None and not polar:
-            said = _without(said, at, levers, latest, told, by.desk.common)
+        said = _expanded(fix, said, levers, latest, told, handed)
         x, y = latest.state[0], latest.state[1]
         off, weight, is_taken = take(latest, said, by.desk.common, told, by.rule, by.desk.shares)
         if growth.aligned > 0:
@@ -202,6 +190,58 @@ def _take_in(
         if number == row:
             fix.innovation_m, fix.nis, taken = off, weight, is_taken
     return taken
+
+
+@compiled
+def _expanded(
+    fix: Row, said: Said, levers: Floats, belief: Belief, told: Told, handed: int
+) -> Said:
+    """Return what a fix says to an AUV that believes in something of its instant; note what it has
+    been taken for, and write to the desk what the last states add to it, by its `levers`.
+    """
+    by, at, polar, unsure = opened(handed, Known), (fix.x_m, fix.y_m), False, 0.0
+    common, has_common = by.desk.common, by.desk.common.shape[1] > 0
+    if by.rule.gain == WEIGHED and fix.first != NONE:
+        if has_common:
+            x, y = told.x - belief.state[0], told.y - belief.state[1]
+            unsure = at_place(at, levers, x, y, belief.covariance, common)
+        receptions = by.receptions[fix.first : fix.end]
+        believed = _believed(receptions, fix.auv, told, belief, unsure, handed)
+        said, polar = turned(receptions, said, believed)
+        if has_common and not polar:
+            said = _moved(said, levers, believed)
+        _note(fix, said, polar)
+    if has_common and not polar:
+        said = _without(said, at, levers, belief, told, common)
+    return said
+
+
+@compiled
+def expand(
+    handed: int, fixes: Rows, noise: Floats, levers: Floats, states: Floats, spreads: Floats,
+    said: Floats, common: Floats,
+) -> None:  # fmt: skip
+    """Write what fixes (n,) say to AUVs that believe in states (n, k), covariances (n, k, k), of
+    their instants: `said` (n, 5), position and xx, yy, xy of its noise, and what the m last states
+    add to it, `common` (n, 2, m).
+
+    `handed` is the address of a :class:`Known`; without that, fixes have a `noise` xx, yy, xy
+    (n, 3), m2, and `levers` (n, 2, 4 m + 2) as of :class:`.rows.Levers`.
+    """
+    by = opened(handed, Known)
+    belief = by.desk.belief
+    moment = belief.moment[0]
+    for k in range(fixes.size):
+        fix = fixes[k]
+        told = reckoned(fix.auv, fix.valid_at_s, by.reckoning)
+        moment.at_s, moment.cosine_s, moment.sine_s = told.time, told.cosine, told.sine
+        moment.x_m, moment.y_m = told.x, told.y
+        belief.state[:], belief.covariance[:] = states[k], spreads[k]
+        alone = Said(fix.x_m, fix.y_m, (noise[k, 0], noise[k, 1], noise[k, 2]))
+        it = _expanded(fix, alone, levers[k], belief, told, handed)
+        said[k, 0], said[k, 1] = it.x, it.y
+        said[k, 2], said[k, 3], said[k, 4] = it.noise
+        common[k] = by.desk.common
 
 
 @compiled

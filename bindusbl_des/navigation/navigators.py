@@ -28,7 +28,7 @@ from .belief import (
     step_on,
     write,
 )
-from .correcting import Desk, Holding, Known, correct, desk_for, memory_of
+from .correcting import Desk, Holding, Known, correct, desk_for, expand, memory_of
 from .dead_reckoning import DeadReckoning, Odometry
 from .weighing import Rule
 
@@ -207,6 +207,14 @@ class LinearNavigator:
         told = (common, left) if self.common.columns else (None, None)
         correct(self._known.address, self._held.count, fixes, due, *told)
         self._held.count += len(due)
+
+    def expanded(
+        self, fixes: Rows, noise: Array, levers: Array, states: Array, spreads: Array
+    ) -> tuple[Array, Array]:
+        """Return what fixes say to who believes in states of their instants; :func:`expand`."""
+        said, common = np.empty((len(fixes), 5)), np.empty((len(fixes), 2, self.common.columns))
+        expand(self._known.address, fixes, noise, levers, states, spreads, said, common)
+        return said, common
 
     def latest(self, auv: int) -> tuple[Array, Array]:
         """Return the states (k,) that an AUV believes in after its last fix, and their covariance

@@ -35,16 +35,17 @@ class Believed(NamedTuple):
 
 
 class Known(NamedTuple):
-    """Fixes (n,), and what they have of m common errors (n, 2, 4 m + 2), as :class:`.rows.Levers`
-    has it.
+    """Fixes (n,), what they have of m common errors (n, 2, 4 m + 2), and the covariance xx, yy, xy
+    (n, 3), m2, that is not due to these, as :class:`.rows.Levers` has both.
     """
 
     rows: Rows
     common: Array
+    noise: Array
 
     def of(self, which: Ints) -> "Known":
         """Return some of them, by their numbers."""
-        return Known(self.rows[which], self.common[which])
+        return Known(self.rows[which], self.common[which], self.noise[which])
 
 
 class Smoother:
@@ -76,9 +77,12 @@ class Smoother:
         rows = np.array(fixes[np.where(by_gnss, 0, due)])
         rows[by_gnss] = self._filter.gnss.array[-1 - due[by_gnss]]
         kept = ~(np.isnan(rows["correction_m"]) & ~np.isnan(rows["innovation_m"]))
-        told = Known(rows[kept], np.zeros((kept.sum(), 2, 4 * common.columns + 2)))
+        rows = rows[kept]
+        noise = np.column_stack((rows["sd_x_m"] ** 2, rows["sd_y_m"] ** 2, rows["cov_xy_m2"]))
+        told = Known(rows, np.zeros((len(rows), 2, 4 * common.columns + 2)), noise)
         if common.columns:
             told.common[~by_gnss[kept]] = common.of[due[kept & ~by_gnss]]
+            told.noise[~by_gnss[kept]] = common.left[due[kept & ~by_gnss]]
         self._told.append(told)
         self._latest = None
 
@@ -104,19 +108,25 @@ class Smoother:
         times, count = odometry.times, len(odometry.times)
         found = Believed(np.empty((count, 2)), np.empty((count, 3)))
         begin = begun_at(self._first, self._reckoning.at(auv, 0.0))
-        is_open = np.ones(len(valid), dtype=bool)
+        is_open, growth = np.ones(len(valid), dtype=bool), self._growth
         for first, end in self._groups(times, delivered):
             told = delivered <= times[first] + self._lag
             # nothing that comes later is about an earlier instant than this
             settled = min(float(times[first]), float(np.min(valid[~told], initial=inf)))
             sure = is_open & told & (valid <= settled)
             if sure.any():
-                begin = filtered(
-                    begin, *self._between(auv, begin, valid, sights, sure), self._growth
-                )
+                begin = filtered(begin, *self._between(auv, begin, valid, sights, sure), growth)
                 is_open &= ~sure
             nodes, own = self._between(auv, begin, valid, sights, is_open & told, times[first:end])
-            states, spreads = smooth(begin, nodes, own, self._growth)
+            states, spreads = smooth(begin, nodes, own, growth)
+            which = np.flatnonzero(is_open & told)
+            if self._first.covariance[0, 0] > 0.0 and which.size:
+                growth = growth._replace(aligned=0)  # all J are of the same places: nothing turns
+                self._expand_anew(auv, known.of(which), nodes, states, spreads, sights, which)
+                nodes, own = self._between(
+                    auv, begin, valid, sights, is_open & told, times[first:end]
+                )
+                states, spreads = smooth(begin, nodes, own, growth)
             at = np.searchsorted(nodes.times, times[first:end])
             found.places[first:end] = odometry.position[first:end] - states[at, :2]
             found.covariances[first:end] = [
@@ -129,7 +139,7 @@ class Smoother:
         if len(self._told) > 1:  # put together once, not for each AUV
             self._told = [Known(*map(np.concatenate, zip(*self._told, strict=True)))]
         if not self._told:
-            return Known(np.zeros(0, dtype=FIX), np.zeros((0, 2, 0)))
+            return Known(np.zeros(0, dtype=FIX), np.zeros((0, 2, 0)), np.zeros((0, 3)))
         [told] = self._told
         own = np.flatnonzero(told.rows["auv"] == auv)
         return told.of(own[np.argsort(told.rows["valid_at_s"][own], kind="stable")])
@@ -187,13 +197,30 @@ class Smoother:
             )
             xx, yy, xy = noise.T
             slopes[:, :, states - count :] -= common
-        share = np.divide(xy, xx, out=np.zeros(len(xx)), where=xx > 0.0)
-        slopes[:, 1] -= share[:, None] * slopes[:, 0]
-        off = then.position - places
-        values = np.column_stack((off[:, 0], off[:, 1] - share * off[:, 0]))
-        variances = np.column_stack((xx, np.maximum(yy - share * xy, 0.0)))
-        numbers = np.repeat(np.arange(len(rows)), 2)
-        return Sights(numbers, slopes.reshape(-1, states), values.ravel(), variances.ravel())
+        return _sights_of(then.position - places, slopes, xx, yy, xy)
+
+    def _expand_anew(
+        self, auv: int, known: Known, nodes: Odometry, states: Array, spreads: Array,
+        sights: Sights, which: Ints,
+    ) -> None:  # fmt: skip
+        """Expand fixes, which these are of all, about what has been smoothed; write their sights.
+
+        A filter that did not know where it was has expanded them about a place far off, and holds
+        what the second order adds for noise of each, which it is not.  Source: A. F.
+        Garcia-Fernandez, L. Svensson, S. Sarkka, Iterated Posterior Linearization Smoother, IEEE
+        Trans. Automatic Control 62(4), 2017.
+        """
+        at = np.searchsorted(nodes.times, known.rows["valid_at_s"])
+        said, common = self._filter.expanded(
+            known.rows, known.noise, known.common, states[at], spreads[at]
+        )
+        slopes = np.zeros((len(at), 2, states.shape[1]))
+        slopes[:, 0, 0] = slopes[:, 1, 1] = 1.0
+        slopes[:, :, states.shape[1] - common.shape[2] :] -= common
+        anew = _sights_of(nodes.position[at] - said[:, :2], slopes, *said[:, 2:].T)
+        rows = (2 * which[:, None] + [0, 1]).ravel()
+        sights.rows[rows], sights.values[rows] = anew.rows, anew.values
+        sights.variances[rows] = anew.variances
 
     def _stepped(self, begin: Belief, instants: Array) -> Array:
         """Return instants (s) with those between at which a belief must be stepped on."""
@@ -202,3 +229,15 @@ class Smoother:
         first, last = float(begin.moment["at_s"][0]), float(instants[-1])
         numbers = np.arange(np.floor(first / self._growth.step) + 1, last / self._growth.step)
         return np.unique(np.concatenate((instants, numbers * self._growth.step)))
+
+
+def _sights_of(off: Array, slopes: Array, xx: Array, yy: Array, xy: Array) -> Sights:
+    """Return two sights each of errors (n, 2), m, with noise xx, yy, xy (n,), m2: what is off along
+    x, and along y less what its noise has in common with that; `slopes` (n, 2, k).
+    """
+    share = np.divide(xy, xx, out=np.zeros(len(xx)), where=xx > 0.0)
+    slopes[:, 1] -= share[:, None] * slopes[:, 0]
+    values = np.column_stack((off[:, 0], off[:, 1] - share * off[:, 0]))
+    variances = np.column_stack((xx, np.maximum(yy - share * xy, 0.0)))
+    numbers = np.repeat(np.arange(len(off)), 2)
+    return Sights(numbers, slopes.reshape(-1, slopes.shape[2]), values.ravel(), variances.ravel())
