@@ -6,6 +6,7 @@ A campaign as data of a page: its varied keys, and each point's metrics with the
 import html
 import json
 from collections.abc import Iterator, Sequence
+from string import Template
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from .statistics.intervals import intervals
 from .statistics.naming import plus_minus, written
 from .statistics.outcomes import JUDGED, MEANS, MissionOutcomes, lower_is_better, outcomes
 from .statistics.points_table import in_intervals
+from .sweep_tables import fewest_said, heat_table
 
 if TYPE_CHECKING:
     from .campaign import Campaign
@@ -172,7 +174,10 @@ def sweep_page(campaign: "Campaign") -> str:
     body = (
         _head(campaign)
         + f'<section id="story"><h2>What this sweep found</h2>{_story(campaign, found)}</section>'
-        + asset("sweep.html")
+        + Template(asset("sweep.html")).substitute(
+            heat=heat_table(campaign, found, FIRST[0], keys(campaign)),
+            metric=html.escape(described(FIRST[:1])[0]["title"]),
+        )
         + _points_section(campaign, found)
         + _failure_section(campaign, failures)
         + _origin(campaign)
@@ -207,6 +212,8 @@ def _story(campaign: "Campaign", found: MissionOutcomes) -> str:
     first, _, rest = said.best.partition(". ")
     story = f'<p class="verdict">{_text(first.removesuffix("."))}.</p>'
     story += f"<p>{_text(rest)} {_text(said.sure)}</p>" if rest or said.sure else ""
+    fewest = fewest_said(campaign, found)
+    story += f'<p id="fewest">{_text(fewest)}</p>' if fewest else ""
     story += _items("alarms", [*said.harm, *said.starved])
     effects = key_effects(campaign.plan, found)
     if effects:
@@ -222,7 +229,7 @@ def _items(kind: str, texts: Sequence[str]) -> str:
 
 
 def _text(said: str) -> str:
-    return html.escape(said).replace("+-", "&plusmn;")
+    return html.escape(said).replace(" +- ", "&nbsp;&plusmn;&nbsp;")
 
 
 def _points_section(campaign: "Campaign", found: MissionOutcomes) -> str:

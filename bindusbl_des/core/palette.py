@@ -19,15 +19,30 @@ COLOURS_ON_DARK = (
 )  # fmt: skip
 PLANNED_ON_DARK, HF_ON_DARK, MF_ON_DARK, ALARM_ON_DARK = "#5f7080", "#8796a5", "#f2c230", "#ff4d5a"
 
+# Cividis: even steps of lightness, the same for every kind of colour vision.  Dark is bad.
+SHADES = (
+    "#00224e", "#1a345d", "#35456c", "#4e576e", "#666970", "#7d7c74",
+    "#948e77", "#aea36e", "#c8b866", "#e3d04f", "#fee838",
+)  # fmt: skip
+# On the first of them one writes in white: each reaches 4.5 : 1.
+WHITE_ON = 5
+
 
 def variables() -> str:
-    """Return the colours as variables of a style sheet: `--c0` and so on, for either theme."""
+    """Return the colours as variables of a style sheet: `--c0` and so on, for either theme.
+
+    Also classes `shade0` to `shade10`, whose ground is a shade.
+    """
+    shades = "".join(
+        f".shade{number} {{ background: {code}; color: #{'fff' if number < WHITE_ON else '000'}; }}"
+        for number, code in enumerate(SHADES)
+    )
     light = {"plan": PLANNED, "hf": HF, "mf": MF, "collided": ALARM}
     dark = {
         "plan": PLANNED_ON_DARK, "hf": HF_ON_DARK, "mf": MF_ON_DARK, "collided": ALARM_ON_DARK,
     }  # fmt: skip
     themes = ((":root", light, COLOURS), (":root[data-theme=dark]", dark, COLOURS_ON_DARK))
-    return "\n".join(
+    return f"{shades}\n" + "\n".join(
         f"{where} {{ "
         + " ".join(f"--{name}: {code};" for name, code in meanings.items())
         + " "

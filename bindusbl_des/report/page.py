@@ -9,11 +9,12 @@ import html
 import json
 import re
 import zlib
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
 from string import Template
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -76,8 +77,6 @@ def _planes(steps: NDArray[np.int32], order: int) -> tuple[int, int, bytes]:
     planes = zigzag.view(np.uint8).reshape(-1, 4).T
     return int(np.count_nonzero(planes)), order, planes.tobytes()
 
-
-MARK = ' class="worst"'
 
 # Before anything is painted: a reader's theme; without scripts the page has none, and shows tables.
 FIRST = (
@@ -205,11 +204,11 @@ def table(
     headings: Sequence[tuple[str, str]],
     rows: Sequence[Sequence[str]],
     caption: str,
-    worst: Container[tuple[int, int]] = (),
+    looks: Mapping[tuple[int, int], str] = MappingProxyType({}),
 ) -> str:
     """Return an HTML table: headings with their units, then rows whose first cell names them.
 
-    The cells (row, column) in `worst` stand out.
+    `looks` are classes of cells (row, column).  Further lines of a cell are small.
     """
     top = "".join(
         f'<th scope="col">{html.escape(name)}<span class="unit">{html.escape(unit)}</span></th>'
@@ -218,7 +217,7 @@ def table(
     lines = [
         f'<tr><th scope="row">{html.escape(row[0])}</th>'
         + "".join(
-            f"<td{MARK * ((place, column) in worst)}>{html.escape(cell)}</td>"
+            f"<td{_look(looks.get((place, column)))}>{_lines(cell)}</td>"
             for column, cell in enumerate(row[1:], 1)
         )
         + "</tr>"
@@ -229,6 +228,15 @@ def table(
         f'<table><caption class="hidden">{html.escape(caption)}</caption>'
         f"<thead><tr>{top}</tr></thead><tbody>{''.join(lines)}</tbody></table></div>"
     )
+
+
+def _look(name: str | None) -> str:
+    return f' class="{name}"' if name else ""
+
+
+def _lines(cell: str) -> str:
+    first, *rest = html.escape(cell).split("\n")
+    return first + "".join(f"<small>{line}</small>" for line in rest)
 
 
 def number(value: Any, digits: int = 2, factor: float = 1.0) -> str:

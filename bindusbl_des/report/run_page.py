@@ -256,7 +256,7 @@ def _auv_table(title: str, columns: Sequence[Column], auvs: Sequence[Row], missi
     rows.append(("mean", {**mission, "collisions": None, "frame_collisions": None}))
     cells = [[name, *(number(row[c[2]], c[3], c[4]) for c in columns)] for name, row in rows]
     worst = {
-        (place, column)
+        (place, column): "worst"
         for column, (_, _, metric, *_) in enumerate(columns, 1)
         for place, row in enumerate(auvs)
         if mission.get(f"worst_{metric}_auv") == row["auv"] and _differ(auvs, metric)

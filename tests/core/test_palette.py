@@ -76,7 +76,19 @@ def test_a_colour_means_one_thing(theme: str) -> None:
 
 def test_pages_have_the_colours_of_the_figures() -> None:
     """The style sheet's variables are the palette, which has as many colours for each theme."""
-    light, dark = palette.variables().splitlines()
+    _, light, dark = palette.variables().splitlines()
     assert re.findall(r"--c\d: (#\w{6})", light) == list(palette.COLOURS)
     assert re.findall(r"--c\d: (#\w{6})", dark) == list(palette.COLOURS_ON_DARK)
     assert len(palette.COLOURS) == len(palette.COLOURS_ON_DARK) == 8
+
+
+def test_shades_can_be_read() -> None:
+    """What is written on a shade reaches 4.5 : 1, and each shade is lighter than the one before."""
+    shades = re.findall(r"background: (#\w{6}); color: #(\w{3});", palette.variables())
+    assert [code for code, _ in shades] == list(palette.SHADES)
+    script = (files("bindusbl_des.report") / "assets" / "base.js").read_text()
+    stops = eval(re.findall(r"CIVIDIS = (\[\[.*?\]\])", script)[0])  # maps draw between these
+    assert [f"#{bytes(it).hex()}" for it in stops] == list(palette.SHADES[::2])
+    assert all(contrast(code, f"#{2 * ink}") >= TEXT for code, ink in shades)
+    lights = [float(linear(code) @ [0.2126, 0.7152, 0.0722]) for code, _ in shades]
+    assert lights == sorted(lights)

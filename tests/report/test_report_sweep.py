@@ -84,6 +84,27 @@ def test_the_table_of_points_needs_no_script(campaign: Campaign) -> None:
         assert half == pytest.approx(expected.half_width, rel=0.1, abs=0.005)
 
 
+def test_the_fewest_asvs_are_said_without_scripts(campaign: Campaign) -> None:
+    """They are the smallest number whose interval ends below a metre, for each of the other keys;
+    only where none does more than the largest number is named.
+    """
+    told = re.findall(r'<p id="fewest">(.*?)</p>', sweep_page(campaign))[0]
+    missions = campaign.missions[campaign.missions.status == "ok"]
+    expected: dict[str, list[str]] = {}
+    for point in campaign.plan.points:
+        key = f"(range_m={point.varied['acoustics.hf.range_m']:g}, schedule="
+        key += point.varied["protocol.schedule"]
+        values = missions[missions.point == campaign.plan.points.index(point)]
+        found = interval(values.worst_position_error_p95_m.tolist())
+        count = f"{point.varied['asvs.count']}"
+        expected.setdefault(key, []).extend([count] * (found.mean + found.half_width < 1.0))
+    for key, counts in expected.items():
+        answer = next(part for part in told.split("; ") if key in part)
+        assert answer.removeprefix(told.split(": ")[0] + ": ").startswith(
+            f"{min(counts)} with" if counts else "more than 3 with"
+        )
+
+
 def test_failures_tell_how_to_see_them_again(campaign: Campaign) -> None:
     """Each failed mission has its error and the command that does it again."""
     cells = Cells()

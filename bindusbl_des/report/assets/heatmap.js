@@ -1,12 +1,6 @@
 "use strict";
 // A table whose cells are coloured by their values.
 
-// How light a colour is, as WCAG counts it; black and white differ as much from 0.179.
-function luminance(rgb) {
-  const [red, green, blue] = rgb.map((it) => (it / 255 <= 0.04045 ? it / 255 / 12.92 : ((it / 255 + 0.055) / 1.055) ** 2.4));
-  return 0.2126 * red + 0.7152 * green + 0.0722 * blue;
-}
-
 // A mean with half its interval, as many digits as that bears, of the mean four or its whole part.
 function plusMinus(mean, half) {
   if (!Number.isFinite(mean)) return "–";
@@ -28,8 +22,8 @@ function heatmap(host, scale, { rows, columns, rowName, columnName, cells, unit,
   const body = cells.map((line, r) => make("tr", {}, make("th", { scope: "row" }, rows[r]), ...line.map((cell) => {
     const gap = cell ? gapText(cell) : "";
     if (!cell || !Number.isFinite(cell.mean)) return make("td", { class: gap ? "gap none" : "none" }, "–", ...(gap ? [make("small", {}, gap)] : []));
-    const ground = shadeOf(high > low ? (cell.mean - low) / (high - low) : 0.5, more);
-    const text = make("td", { style: `background:rgb(${ground});color:${luminance(ground) < 0.179 ? "#fff" : "#000"}`, title: `${cell.point}; ${cell.count} missions` }, significant(cell.mean));
+    const share = high > low ? (cell.mean - low) / (high - low) : 0.5;
+    const text = make("td", { class: `shade${Math.round(10 * (more ? 1 - share : share))}`, title: `${cell.point}; ${cell.count} missions` }, significant(cell.mean));
     text.append(make("small", {}, Number.isFinite(cell.half) ? `± ${significant(cell.half, 2)}` : "one seed"));
     if (gap) text.append(make("small", {}, gap));
     return text;
