@@ -11,7 +11,7 @@ from browser_for_tests import Open, Opened, without_browser
 from campaigns_for_tests import UNSERVED, auv, hand_made
 from test_report_sweep import BASE, EXPERIMENT
 
-from bindusbl_des import Scenario, load_scenario, simulate, sweep
+from bindusbl_des import Result, Scenario, load_scenario, simulate, sweep
 from bindusbl_des.campaigns.page import sweep_page
 from bindusbl_des.core.palette import COLOURS
 from bindusbl_des.core.wording import significant
@@ -509,6 +509,61 @@ def test_runs_open_beside_each_other(opened: Open, tmp_path: Path, scheme: str, 
     it.page.select_option("#whose", "0")
     assert it.ask("bindusbl.plots.errors") == 240
     assert it.ask("document.documentElement.scrollWidth") <= width
+
+
+@pytest.fixture(scope="module")
+def runs() -> list[tuple[str, Result]]:
+    """Two missions of a minute that differ in how many ASVs they have."""
+    names, changes = ("failure_140m", "recovery_140m"), ["duration_s=60"]
+    return [(it, simulate(load_scenario(SCENARIOS / f"{it}.yaml", overrides=changes), seed=0))
+            for it in names]  # fmt: skip
+
+
+def test_the_other_run_is_a_ghost(
+    opened: Open, tmp_path: Path, runs: list[tuple[str, Result]]
+) -> None:
+    """Each map has the AUVs of the other run where these believed to be, until it is unticked."""
+    (tmp_path / "both.html").write_text(comparison_page(runs), encoding="utf-8")
+    it = opened(tmp_path / "both.html", width=390)
+    assert it.ask("[...document.querySelectorAll('.named .scroll')]"
+                  ".every((it) => it.scrollWidth <= it.clientWidth)")  # fmt: skip
+    slide(it, 40)
+    for here, (_, other) in enumerate(reversed(runs)):
+        seen = it.ask(
+            f"""(() => {{
+                const map = bindusbl.maps[{here}], {{ hull }} = map, seen = [];
+                map.hull = (_, x, y, yaw, colour) => colour === colours.soft && seen.push([x, y]);
+                map.sheet.paint();
+                map.hull = hull;
+                return seen.map((at) => map.placeAt(...at)); }})()"""
+        )
+        tracks = other.tables["tracks"].query("time_s == 40.0 and vehicle.str.startswith('AUV')")
+        expected = tracks[["estimate_x_m", "estimate_y_m"]].to_numpy()
+        assert np.array(seen) == pytest.approx(expected, abs=0.03)
+    shown = it.ask("bindusbl.maps[0].sheet.canvas.toDataURL()")
+    it.page.click("text=with the ghost of B >> input")
+    assert it.ask("bindusbl.maps[0].sheet.canvas.toDataURL()") != shown
+
+
+def test_a_drag_selects_in_both_runs(
+    opened: Open, tmp_path: Path, runs: list[tuple[str, Result]]
+) -> None:
+    """Across the plot of errors: all plots show that interval, and the maps its paths alone."""
+    (tmp_path / "both.html").write_text(comparison_page(runs), encoding="utf-8")
+    it = opened(tmp_path / "both.html")
+    it.page.locator("#error-plot").scroll_into_view_if_needed()
+    box = it.page.locator("#error-plot .u-over").bounding_box()
+    assert box is not None
+    y, mouse = box["y"] + box["height"] / 2, it.page.mouse
+    mouse.move(box["x"] + 0.25 * box["width"], y)
+    mouse.down()
+    for step in range(1, 6):
+        mouse.move(box["x"] + (0.25 + 0.05 * step) * box["width"], y)
+    mouse.up()
+    it.until("bindusbl.playback.span !== null")
+    span = it.ask("bindusbl.playback.span")
+    assert span == pytest.approx([15, 30], abs=0.5)
+    assert it.ask("bindusbl.maps.map((map) => map.span)") == [span, span]
 
 
 @pytest.fixture(scope="module")

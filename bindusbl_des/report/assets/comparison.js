@@ -39,6 +39,7 @@ function maps(missions, playback) {
     ghost(map, missions[run ? 0 : 1], caption);
     map.linger = () => playback.linger(mission);
     playback.onChange((now) => { map.now = Math.min(now, mission.duration); map.sheet.paint(); });
+    playback.onSelect((span) => { map.span = span; });
     return map;
   });
 }
@@ -71,7 +72,7 @@ function overTime(name, host, missions, table, unit, playback, stepped) {
       label: mission.name, ...runLook(i), spanGaps: true, points: { show: false },
       paths: stepped ? uPlot.paths.stepped({ align: 1 }) : undefined, value: (u, v) => (v === null || v === undefined ? "–" : `${v.toFixed(digits)} ${unit}`),
     }))],
-    hooks: { ready: [(u) => clickToSeek(u, playback.seek)] },
+    hooks: { ready: [(u) => clickToSeek(u, playback.seek)], setScale: [selects(playback)] },
   });
   const plot = new Plot(name, host, options, uPlot.join(table()));
   playback.onChange((now) => nowLine(plot.plot, now));
@@ -97,7 +98,7 @@ function differenceOf(missions, whose, playback) {
     height: 200, cursor: { y: false, sync: { key: "time" } }, scales: { x: { time: false } },
     axes: [axis("time (s)"), axis("B − A (m)", { size: 52 })],
     series: [{ label: "time", value: seconds }, { label: "error of B − error of A", stroke: colours.ink, fill: colours.ink + "22", width: 1.5, points: { show: false }, value: (u, v) => (v === null ? "–" : `${v.toFixed(2)} m`) }],
-    hooks: { ready: [(u) => clickToSeek(u, playback.seek)] },
+    hooks: { ready: [(u) => clickToSeek(u, playback.seek)], setScale: [selects(playback)] },
   });
   const host = byId("difference-plot");
   host.setAttribute("aria-label", "Error of run B less that of run A over time");
@@ -125,6 +126,7 @@ async function start() {
     const firsts = Array.from(times).filter((time, i) => time !== times[i + 1]); // a time stands once
     return [[0, ...firsts, mission.duration], [0, ...firsts.map((time) => above(times, time)), times.length]];
   }), "", playback, true);
+  playback.onSelect((span) => announce(span ? `Selected ${span[0].toFixed(1)} to ${span[1].toFixed(1)} seconds` : "All of the missions"));
   playback.seek(0);
   Object.assign(bindusbl, { ready: true, missions, playback, maps: shown });
 }
