@@ -301,6 +301,18 @@ def test_candidates_and_chart_are_saved(opened: Open, page: Path) -> None:
     assert {"ASV0", "AUV0", "AUV2"} <= told
 
 
+def test_a_plan_without_javascript_has_no_empty_frames(browser: Any, page: Path) -> None:
+    """Scripts are off: the answer and the tables of candidates, no chart and no room for a plot."""
+    context = browser.new_context(java_script_enabled=False)
+    tab = context.new_page()
+    tab.goto(page.as_uri())
+    for shown in ("noscript p", "#answer .verdict", ".candidates table", "#sensitivity table"):
+        assert tab.locator(shown).first.is_visible()
+    for hidden in ("#chart", "#pareto", "#theme", ".controls"):
+        assert not tab.locator(hidden).first.is_visible()
+    context.close()
+
+
 def test_a_plan_prints_light_and_whole(opened: Open, page: Path) -> None:
     """On paper the page is light, not wider than A4, and holds all tables."""
     it = opened(page, "dark")
