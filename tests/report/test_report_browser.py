@@ -793,6 +793,31 @@ def test_names_are_not_cut_at_the_edge_of_the_map(opened: Open, recovery: Path) 
     assert width - 60 < left < width - long
 
 
+def test_names_in_the_close_up_keep_apart(opened: Open, recovery: Path) -> None:
+    """Wherever truth, estimate and fix lie to one another, no name covers another."""
+    it = opened(recovery)
+    places = it.ask(
+        """(() => {
+            const { closeup } = bindusbl, all = [];
+            const context = closeup.map.sheet.canvas.getContext("2d");
+            for (let x = -60; x <= 60; x += 12) for (let y = -40; y <= 40; y += 8) {
+                for (const [u, v] of [[0, 0], [50, 5], [-30, 12]]) {
+                    closeup.named = [];
+                    closeup.name(context, "truth", 100, 100, "red");
+                    closeup.name(context, "estimate", 100 + x, 100 + y, "red");
+                    closeup.name(context, "last fix", 100 + u, 100 + v, "red");
+                    all.push(closeup.named);
+                } }
+            return all; })()"""
+    )
+    for named in places:
+        for i, (left, right, base) in enumerate(named):
+            for begin, end, other in named[:i]:
+                assert right < begin or end < left or abs(base - other) >= 13
+    slide(it, 100)
+    assert len(it.ask("bindusbl.closeup.named")) == 3
+
+
 def test_the_answer_is_on_the_first_screen_of_a_phone(opened: Open, recovery: Path) -> None:
     """The sentence and the tiles of the worst AUV; playback follows that AUV."""
     it = opened(recovery, width=390)

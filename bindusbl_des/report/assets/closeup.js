@@ -31,11 +31,20 @@ class Closeup {
     map.hull(context, px, py, state.yaw, colour);
     map.stroke(context, colour, ex - 7, ey, ex + 7, ey, 2.5);
     map.stroke(context, colour, ex, ey - 7, ex, ey + 7, 2.5);
-    // The names of two places side by side keep apart.
-    const upwards = ey <= py;
-    map.label(context, "truth", px + 9, py + (upwards ? 18 : -10), colour);
-    map.label(context, "estimate", ex + 9, ey + (upwards ? -10 : 18), colour);
+    this.named = [];
+    this.name(context, "truth", px, py, colour);
+    this.name(context, "estimate", ex, ey, colour);
+    if (state.fix !== null) this.name(context, "last fix", ...map.at(mission.fixes.x[state.fix], mission.fixes.y[state.fix]), colours.ink);
     this.width = 2 * reach;
+  }
+  // The name of a place beside it, where it covers no other name.
+  name(context, words, px, py, colour) {
+    context.font = "600 12px system-ui, sans-serif";
+    const wide = context.measureText(words).width, rows = [18, -10, 34, -26, 50];
+    const [left, base] = rows.flatMap((row) => [[px + 9, py + row], [px - 9 - wide, py + row]])
+      .find(([x, y]) => this.named.every(([from, to, other]) => x > to + 3 || x + wide < from - 3 || Math.abs(y - other) > 13));
+    this.named.push([left, left + wide, base]);
+    this.map.label(context, words, left, base, colour);
   }
   drawScale(context, reach, width, height) {
     const { map } = this;
@@ -56,12 +65,9 @@ class Closeup {
   // The last fix is of where the AUV was when it pinged: its mark stays behind, with its 3-sigma ellipse.
   fix(context, state, colour) {
     const { map } = this, fixes = this.mission.fixes, row = state.fix;
-    const [px, py] = map.at(fixes.x[row], fixes.y[row]);
     const spread = [fixes.sd_x[row] ** 2, fixes.sd_y[row] ** 2, fixes.cov[row]];
     map.ellipse(context, fixes.x[row], fixes.y[row], spread, 3, colours.mf, { fill: 0.25 });
     map.cross(context, fixes.x[row], fixes.y[row], colours.mf, 1);
-    const words = "last fix"; // to the left, as the others are to the right
-    map.label(context, words, px - 10 - context.measureText(words).width, py + 4, colours.ink);
     if (state.jumpFrom && state.sinceFix < 1) {
       const [jx, jy] = map.at(...state.jumpFrom), [ex, ey] = map.at(state.estimateX, state.estimateY);
       map.stroke(context, colours.mf, jx, jy, ex, ey, 2.5, [4, 3]);
