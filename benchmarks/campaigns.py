@@ -1,11 +1,11 @@
 """What campaigns cost beyond their missions: `python benchmarks/campaigns.py [MISSIONS] [NAME]`.
 
-One campaign of missions of some 20 ms runs in three ways: in two processes, as eight shards, two at
-a time, that are merged, and on a Dask cluster of eight worker processes of this machine.  Each is
-what a user runs, from the start of Python to the last file.  *Efficiency* is the processor time
-that the missions alone take, one after the other in one process, over that of all processes of the
-campaign: what is missing from 1 is starting, handing out, writing and reporting.  By the clock the
-ideal is that time over the machine's cores, which eight workers on two cores share like two.
+One campaign of missions of some 12 ms runs in three ways, two processes each: in a pool, as two
+shares that are merged, and on a Dask cluster of this machine.  Each is what a user runs, from the
+start of Python to the last file.  They run in turns, a small campaign and a large one each time:
+what the small one takes beyond its missions is the *fixed cost* of a way, and what the large one
+takes more, by mission, is what it costs at any length.  *Efficiency* is the pool's processor time
+over that of a way, for the same large campaign.
 
 Then campaigns of ever more missions, all but the last of which are copies of one: how long `status`
 takes, and what the process that supervises them keeps in memory until its report is written.  What
@@ -20,7 +20,9 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from bindusbl_des import Scenario, simulate
@@ -36,11 +38,11 @@ from bindusbl_des.campaigns.workers.supervisor import batch_of
 
 HERE = Path(__file__).resolve().parent
 
-MISSIONS = 2000
+MISSIONS, FEW = 2000, 16
 # Points of the campaign, and missions of each that tell how long one takes alone
 POINTS, SEEDS = 8, 16
-SHARDS = WORKERS_OF_CLUSTER = 8
 WORKERS = 2
+TURNS = 3
 
 # Missions of large campaigns, in each of their parts, and not yet flown.
 LARGE = (1000, 10_000, 100_000)
@@ -73,34 +75,42 @@ if __name__ == "__main__":
 def scaled_out(missions: int) -> dict[str, Any]:
     """Return what a campaign costs in each of the ways."""
     each_s = mission_s()
+    ways = {
+        f"pool of {WORKERS} processes": in_processes,
+        f"{WORKERS} shares at once, merged": in_shares,
+        f"Dask, {WORKERS} worker processes": on_dask,
+    }
+    took: dict[str, list[tuple[Took, Took]]] = {way: [] for way in ways}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        file = experiment_file(folder, missions)
-        in_processes(file, folder / "warm")  # compiles and loads
-        ways = {
-            f"{WORKERS} processes": in_processes,
-            f"{SHARDS} shards, {WORKERS} at a time, merged": in_shards,
-            f"Dask, {WORKERS_OF_CLUSTER} worker processes": on_dask,
-        }
-        took = {
-            way: clocked(lambda n=n, run=run: run(file, folder / str(n)))  # type: ignore[misc]
-            for n, (way, run) in enumerate(ways.items())
-        }
+        small, large = (experiment_file(folder, count) for count in (FEW, missions))
+        in_processes(small, folder / "warm")  # compiles and loads
+        for turn in range(TURNS):
+            for n, (way, run) in enumerate(ways.items()):
+                out = folder / f"{n}-{turn}"
+                sizes = ((small, out / "small"), (large, out / "large"))
+                few, many = (clocked(partial(run, *size)) for size in sizes)
+                took[way].append((few, many))
+    pool = median(large.processor for _, large in next(iter(took.values())))
     return {
         "missions": missions,
         "mission_ms": 1e3 * each_s,
+        "turns": TURNS,
         "cores": len(os.sched_getaffinity(0)),
-        "ways": {way: efficiency(missions * each_s, it) for way, it in took.items()},
+        "ways": {way: costs(turns, missions, pool) for way, turns in took.items()},
     }
 
 
-def efficiency(ideal_s: float, took: Took) -> dict[str, float]:
-    """Return what a campaign took, and how much of that its missions take alone."""
+def costs(turns: list[tuple[Took, Took]], missions: int, pool_s: float) -> dict[str, float]:
+    """Return what a way costs, of its turns with a small and a large campaign."""
+    few, many = (median(it.processor for it in size) for size in zip(*turns, strict=True))
+    each_s = (many - few) / (missions - FEW)
     return {
-        "wall_s": took.wall,
-        "processor_s": took.processor,
-        "efficiency": ideal_s / took.processor,
-        "efficiency_by_the_clock": ideal_s / len(os.sched_getaffinity(0)) / took.wall,
+        "wall_s": median(it.wall for _, it in turns),
+        "processor_s": many,
+        "mission_ms": 1e3 * each_s,
+        "fixed_s": few - FEW * each_s,
+        "efficiency": pool_s / many,
     }
 
 
@@ -129,7 +139,7 @@ def experiment_file(folder: Path, missions: int) -> Path:
     given = standard_mission(3, 3).model_dump(mode="json", exclude_unset=True)
     (folder / "base.yaml").write_text(json.dumps(given))  # JSON is YAML
     vary = {"auvs.speed_m_per_s": [speed(point) for point in range(POINTS)]}
-    file = folder / "experiment.yaml"
+    file = folder / f"experiment-{missions}.yaml"
     seeds = missions // POINTS
     file.write_text(json.dumps({"scenario": "base.yaml", "vary": vary, "seeds": seeds}))
     return file
@@ -140,29 +150,27 @@ def in_processes(file: Path, out: Path) -> None:
     call(["sweep", str(file), "--workers", str(WORKERS), "--out", str(out)])
 
 
-def in_shards(file: Path, out: Path) -> None:
-    """Run its shards, two at a time, and merge them."""
+def in_shares(file: Path, out: Path) -> None:
+    """Run its shares, a process each, at once, and merge them."""
     words = [sys.executable, "-m", "bindusbl_des.cli", "-q", "sweep", str(file), "--workers", "1"]
-    shards = [f"{out}-{part}" for part in range(1, SHARDS + 1)]
-    for first in range(0, SHARDS, WORKERS):
-        running = [
-            subprocess.Popen(
-                [*words, "--shard", f"{part + 1}/{SHARDS}", "--out", shards[part]],
-                stdout=subprocess.DEVNULL,
-            )
-            for part in range(first, first + WORKERS)
-        ]
-        ended = [it.wait() for it in running]
-        if any(ended):
-            raise RuntimeError("a shard failed")
-    call(["merge", *shards, "--out", str(out)])
+    shares = [f"{out}-{part}" for part in range(1, WORKERS + 1)]
+    running = [
+        subprocess.Popen(
+            [*words, "--shard", f"{part}/{WORKERS}", "--out", share], stdout=subprocess.DEVNULL
+        )
+        for part, share in enumerate(shares, start=1)
+    ]
+    ended = [it.wait() for it in running]
+    if any(ended):
+        raise RuntimeError("a share failed")
+    call(["merge", *shares, "--out", str(out)])
 
 
 def on_dask(file: Path, out: Path) -> None:
     """Run it on a cluster of this machine, which is started and ended."""
     script = file.parent / "on_dask.py"
     script.write_text(ON_DASK)
-    words = [sys.executable, str(script), str(file), str(out), str(WORKERS_OF_CLUSTER)]
+    words = [sys.executable, str(script), str(file), str(out), str(WORKERS)]
     subprocess.run(words, check=True, capture_output=True)
 
 

@@ -8,11 +8,12 @@ python benchmarks/mutations.py 60 --rooms navigation metrics
 Of equations, protocol, navigation, verification, the planner's selection and metrics as many lines
 each are drawn, and in each one thing is changed: an operator, a comparison, a number, a truth
 value, a condition, or a statement goes.  Equations are not compiled (NUMBA_DISABLE_JIT=1), so that
-a mutant takes seconds.  First each room's everyday tests run without a mutant: those that fail, or
-take longer than a second uncompiled, are left out from then on; the others run in the order of
-how long they took until one fails.  Some of what survives is the same program (`<` for `<=` of a
-float, how far a search goes): read the list.  All of it happens in a copy, one after the other; put
-`nice` before it on a machine that has other work.
+a mutant takes seconds.  The everyday tests in files that name the mutant's module judge it, then
+the others of its room and of missions.  They run without a mutant before: those that fail, or take
+longer than two seconds uncompiled, are left out from then on; of the others the quickest run, 30 s
+of either kind at most, until one fails.  Some of what survives is the same program (`<` for `<=` of
+a float, how far a search goes): read the list.  All of it happens in a copy, one after the other;
+put `nice` before it on a machine that has other work.
 """
 
 import argparse
@@ -22,20 +23,25 @@ import os
 import random
 import re
 import shutil
-import subprocess
+import signal
 import sys
 import tempfile
 from collections.abc import Iterator
 from functools import cache
-from itertools import islice
+from importlib import import_module
+from itertools import accumulate, islice
+from operator import itemgetter
 from pathlib import Path
-from time import monotonic
+from time import monotonic, sleep
+from traceback import print_exc
 from typing import NamedTuple
+
+import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = "bindusbl_des"
 
-# What is changed; tests of a folder's room notice it, or those of missions.
+# What is changed.
 ROOMS = {
     "equations": ("acoustics", "sea", "usbl", "vehicles"),
     "protocol": ("protocol",),
@@ -51,7 +57,7 @@ ROOMS = {
     ),
 }
 
-# The everyday tests that cover the rooms of these, beside those of missions for all but the last.
+# The everyday tests of a room, where these are not its folder and those of missions.
 MISSIONS = ("tests/test_golden.py", "tests/mission", "tests/protocol/test_reception.py")
 SELECTING = ("goals", "ranking", "selecting", "selecting_beside_others", "doubting", "sizes")
 TESTS = {
@@ -60,9 +66,9 @@ TESTS = {
     "verification": ("tests/verification",),
 }
 
-# A test that takes longer uncompiled is left out (s); what takes longer beside a mutant than all
-# of the room's tests together, and this, has no end.
-LONGEST_TEST_S, LONGEST_S = 1.0, 120.0
+# A test that takes longer uncompiled is left out (s), and so is what the quicker ones leave no time
+# for; what takes three times as long beside a mutant, and this, has no end.
+LONGEST_TEST_S, BUDGET_S, LONGEST_S = 2.0, 30.0, 60.0
 
 SWAPS = {
     ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.FloorDiv: "/", ast.Mod: "+",
@@ -80,6 +86,7 @@ from pathlib import Path
 import pytest
 
 KNOWN, LONGEST_S = Path(os.environ["MUTATIONS_TESTS"]), float(os.environ["MUTATIONS_LONGEST_S"])
+UNTIL = time.monotonic() + float(os.environ["MUTATIONS_BUDGET_S"])
 took = {}
 
 def late(*_):
@@ -95,6 +102,8 @@ def pytest_collection_modifyitems(config, items):
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item):
+    if time.monotonic() > UNTIL and not KNOWN.exists():
+        pytest.exit("enough of this file's tests are known", returncode=0)
     signal.signal(signal.SIGVTALRM, late)
     signal.setitimer(signal.ITIMER_VIRTUAL, 0.0 if KNOWN.exists() else LONGEST_S)
     try:
@@ -223,7 +232,9 @@ class Copy:
     def took(self, tests: str) -> dict[str, float]:
         """Return how long (s) each test of a file or folder takes that passes in time."""
         file = self.root / f"{tests.replace('/', '.')}.json"
-        self._run([tests], file, (), 1e5)
+        _, said = self._run([tests], file, (), 1e5)
+        if not file.exists():
+            sys.exit(f"{tests} does not run:\n{said}")
         found: dict[str, float] = json.loads(file.read_text())
         # the limit is one of processor time: tests that wait for other processes are left out too
         found = {name: lasts for name, lasts in found.items() if lasts < 10 * LONGEST_TEST_S}
@@ -231,49 +242,84 @@ class Copy:
         return found
 
     @cache  # noqa: B019
-    def tests(self, room: str) -> tuple[list[str], Path, float]:
-        """Return the tests of a room, the file of those that pass in time, and how long all take
-        (s).
-        """
-        named = dict.fromkeys(TESTS.get(room, (f"tests/{room}", *MISSIONS)))
-        tests = [it for it in named if (self.root / it).exists()]
-        took = {name: lasts for it in tests for name, lasts in self.took(it).items()}
-        file = self.root / f"{room}.json"
-        file.write_text(json.dumps(took))
-        return tests, file, sum(took.values())
+    def tests(self, module: Path) -> tuple[list[str], list[str]]:
+        """Return the files of tests that name a module, and the others of its room."""
+        name = ".".join(module.with_suffix("").parts)
+        found = (self.root / "tests").rglob("test_*.py")
+        named = [it for it in found if it.stem == f"test_{module.stem}" or name in it.read_text()]
+        first = sorted(str(it.relative_to(self.root)) for it in named)
+        room = module.parts[1]
+        others = []
+        for it in TESTS.get(room, (f"tests/{room}", *MISSIONS)):
+            files = sorted((self.root / it).rglob("test_*.py")) or [self.root / it]
+            others += [str(file.relative_to(self.root)) for file in files if file.exists()]
+        return first, [it for it in dict.fromkeys(others) if it not in first]
 
     def killer(self, mutant: Mutant) -> str:
         """Return which test fails with a mutant, or ""."""
-        room = mutant.file.parts[1]
-        tests, file, lasts = self.tests(room)
         path = self.root / mutant.file
         text = path.read_bytes()
-        path.write_bytes(text[: mutant.begin] + mutant.new.encode() + text[mutant.end :])
-        try:
-            done = self._run(tests, file, ("-x",), LONGEST_S + 3 * lasts)
-        except subprocess.TimeoutExpired:
-            return "no end"
-        finally:
-            path.write_bytes(text)
-        if done.returncode == 0:
+        for files in filter(None, self.tests(mutant.file)):
+            took = {name: lasts for it in files for name, lasts in self.took(it).items()}
+            path.write_bytes(text[: mutant.begin] + mutant.new.encode() + text[mutant.end :])
+            try:
+                by = self._first_failure(files, took) if took else ""
+            finally:
+                path.write_bytes(text)
+            if by:
+                return by
+        return ""
+
+    def _first_failure(self, files: list[str], took: dict[str, float]) -> str:
+        """Return which of the tests that take so long (s), in files, fails first, or "".
+
+        The quickest are run, as many as take BUDGET_S together.
+        """
+        ends = accumulate(sorted(took.values()))
+        asked = dict(
+            islice(sorted(took.items(), key=itemgetter(1)), sum(it < BUDGET_S for it in ends))
+        )
+        file = self.root / "asked.json"
+        file.write_text(json.dumps(asked))
+        code, said = self._run(files, file, ("-x",), LONGEST_S + 3 * sum(asked.values()))
+        if code == 0:
             return ""
-        found = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.MULTILINE)
-        return found[1] if found else "does not even start"
+        found = re.search(r"^(?:FAILED|ERROR) (\S+)", said, re.MULTILINE)
+        return found[1] if found else "no end" if code < 0 else "does not even start"
 
     def _run(
         self, tests: list[str], file: Path, options: tuple[str, ...], longest_s: float
-    ) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider"]
-        further = {
-            "PYTHONPATH": str(self.root), "NUMBA_DISABLE_JIT": "1", "PYTHONDONTWRITEBYTECODE": "1",
-            "MUTATIONS_TESTS": str(file), "MUTATIONS_LONGEST_S": str(LONGEST_TEST_S),
-            "BINDUSBL_DES_CODE_CACHE_TOLD": "1",
-        }  # fmt: skip
-        return subprocess.run(
-            [*command, "-p", "mutations_plugin", *options, *tests],
-            cwd=self.root, capture_output=True, text=True, timeout=longest_s, check=False,
-            env={**os.environ, **further},
-        )  # fmt: skip
+    ) -> tuple[int, str]:
+        """Run tests in a copy of this process, which has imported what they import from others;
+        return how it ended and what it said.
+        """
+        said = self.root / "said"
+        if (child := os.fork()) == 0:
+            os.chdir(self.root)
+            into = os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+            os.dup2(into, 1)
+            os.dup2(into, 2)
+            os.environ |= {"MUTATIONS_TESTS": str(file), "PYTHONPATH": str(self.root)}
+            sys.path[:0] = [str(self.root)]
+            code = 3
+            try:
+                code = pytest.main(["-q", "-n", "0", "-p", "no:cacheprovider",
+                                    "-p", "mutations_plugin", *options, *tests])  # fmt: skip
+            except BaseException:
+                print_exc()
+            finally:
+                sys.stdout.flush()
+                sys.stderr.flush()
+                os._exit(int(code))
+        until = monotonic() + longest_s
+        while monotonic() < until:
+            ended, status = os.waitpid(child, os.WNOHANG)
+            if ended:
+                return abs(os.waitstatus_to_exitcode(status)), said.read_text(errors="replace")
+            sleep(0.05)
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        return -1, ""
 
 
 def main() -> None:
@@ -284,6 +330,14 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="number of the first mutant")
     parser.add_argument("--rooms", nargs="+", choices=[*ROOMS], default=[*ROOMS])
     given = parser.parse_args()
+    os.environ |= {
+        "NUMBA_DISABLE_JIT": "1", "BINDUSBL_DES_CODE_CACHE_TOLD": "1",
+        "MUTATIONS_LONGEST_S": str(LONGEST_TEST_S), "MUTATIONS_BUDGET_S": str(BUDGET_S),
+    }  # fmt: skip
+    sys.dont_write_bytecode = True
+    for name in ("numba", "pandas", "pyarrow.parquet", "pydantic", "scipy.stats",
+                 "simpy", "yaml"):  # fmt: skip
+        import_module(name)
     killed = 0
     with tempfile.TemporaryDirectory() as folder:
         copy = Copy(Path(folder))

@@ -97,7 +97,13 @@ def _plans(now: Measured) -> str:
 
 def _campaigns(found: Measured) -> str:
     rows = (
-        (way, number(it["processor_s"]), f"{it['efficiency']:.2f}")
+        (
+            way,
+            number(it["processor_s"]),
+            number(it["fixed_s"]),
+            number(it["mission_ms"]),
+            f"{it['efficiency']:.2f}",
+        )
         for way, it in found["ways"].items()
     )
     text = (
@@ -114,7 +120,7 @@ def _campaigns(found: Measured) -> str:
         for it in found["large"]
     )
     asked = ("missions", "`status`, s", "`resume` of the last 16, s", "memory MB")
-    ways = table(("campaign", "processor s", "efficiency"), rows)
+    ways = table(("campaign", "processor s", "fixed s", "ms each further", "efficiency"), rows)
     return f"{text}\n\n{ways}\n{table(asked, large)}"
 
 
