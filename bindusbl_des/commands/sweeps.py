@@ -278,7 +278,8 @@ def _report(campaign: "Campaign", as_json: bool, *, merged: bool = False) -> Non
     if state.failed:
         with mistakes_told():
             error = an_error(campaign.folder)
-        told = f", one of them by {printable(error)}" if error else ""
+        one = ": " if state.failed == 1 else ", one of them: "
+        told = f"{one}{printable(error)}" if error else ""
         failed = counted(state.failed, "mission")
         talk(f"{failed} failed{told}; see {campaign.folder / 'failures'}")
     if state.status == "interrupted" and not merged:

@@ -31,7 +31,7 @@ from bindusbl_des.campaigns.storage.folder import (
 from bindusbl_des.campaigns.storage.joining import compact
 from bindusbl_des.campaigns.storage.parts import committed, done, part_path
 from bindusbl_des.campaigns.workers import pools
-from bindusbl_des.campaigns.workers.batches import Row, run_batch
+from bindusbl_des.campaigns.workers.batches import Row, run_batch, signal_name
 from bindusbl_des.campaigns.workers.pools import LocalPool, Progress
 from bindusbl_des.campaigns.workers.supervisor import batch_of
 from bindusbl_des.core.plugins import PERMISSION
@@ -58,6 +58,8 @@ def slow(view):
 def poison(view):
     if _seed(view) == 3:
         os.kill(os.getpid(), 9)
+    if _seed(view) == 5:
+        os._exit(0)
     return [[auv] for auv in range(len(view.auvs))]
 
 def endless(view):
@@ -146,6 +148,14 @@ def wait_for_part(folder: Path, seconds: float = 120.0) -> None:
         time.sleep(0.02)
 
 
+def wait_for_mission(folder: Path, number: int, seconds: float = 120.0) -> None:
+    """Wait until a worker is at a mission."""
+    until = time.monotonic() + seconds
+    while str(number) not in [it.read_text().strip() for it in folder.glob("missions/.at-*.tmp")]:
+        assert time.monotonic() < until, f"mission {number} was never begun"
+        time.sleep(0.02)
+
+
 def wait_for_stop(folder: Path, seconds: float = 120.0) -> None:
     """Wait until a campaign has asked its workers to stop."""
     until = time.monotonic() + seconds
@@ -215,6 +225,27 @@ def test_a_killed_campaign_is_resumed(
     assert not (folder / "campaign.lock").exists()
 
 
+def test_a_campaign_that_was_stopped_for_a_while_goes_on(
+    undisturbed: Campaign, home: Path, hold: Path, tmp_path: Path
+) -> None:
+    """Ctrl-Z, then `fg`: no mission is lost, though its limit ran out while it was stopped."""
+    folder = tmp_path / "stopped"
+    words = ("--out", folder, "--workers", 1, "--mission-timeout", 3)
+    parent = start(home, "sweep", home / "slow.yaml", *words, start_new_session=True)
+    wait_for_mission(folder, 29)
+    os.killpg(parent.pid, signal.SIGSTOP)
+    hold.unlink()
+    time.sleep(3.1)
+    assert "running" in call("status", folder).stdout
+    parent.send_signal(signal.SIGCONT)  # first alone, with its worker still stopped
+    time.sleep(0.3)
+    parent.send_signal(signal.SIGSTOP)
+    os.killpg(parent.pid, signal.SIGCONT)
+    _, stderr = parent.communicate(timeout=120)
+    assert parent.returncode == 0, stderr
+    same(undisturbed, load_campaign(folder))
+
+
 def test_ctrl_c_flushes_what_was_run(home: Path, hold: Path, tmp_path: Path) -> None:
     """The first Ctrl-C ends the campaign in order, with exit code 130."""
     folder = tmp_path / "interrupted"
@@ -234,10 +265,7 @@ def test_a_second_ctrl_c_ends_at_once(home: Path, tmp_path: Path) -> None:
     """A mission that never ends keeps nobody waiting; what was written counts, no worker stays."""
     folder = tmp_path / "twice"
     parent = start(home, "sweep", home / "endless.yaml", "--out", folder, "--workers", 1)
-    until = time.monotonic() + 120
-    while not any(mark.read_text().strip() == "3" for mark in folder.glob("missions/.at-*.tmp")):
-        assert time.monotonic() < until, "mission 3 was never begun"
-        time.sleep(0.02)
+    wait_for_mission(folder, 3)
     parent.send_signal(signal.SIGINT)
     wait_for_stop(folder)
     parent.send_signal(signal.SIGINT)
@@ -251,13 +279,13 @@ def test_a_second_ctrl_c_ends_at_once(home: Path, tmp_path: Path) -> None:
 def test_a_mission_that_never_ends_is_ended(home: Path, tmp_path: Path) -> None:
     """It is quarantined at its limit with the place where it hung; all others are done."""
     folder = tmp_path / "endless"
-    words = ("--out", folder, "--workers", 2, "--mission-timeout", 5)
+    words = ("--out", folder, "--workers", 2, "--mission-timeout", 3)
     result = call("sweep", home / "endless.yaml", *words)
     assert result.exit_code == 3, result.stderr
     missions = load_campaign(folder).missions
     failed = missions[missions["status"] == "failed"]
     assert list(failed["seed"]) == [3]
-    assert list(failed["error"]) == ["took longer than 5 s; ended"]
+    assert list(failed["error"]) == ["took longer than 3 s; ended"]
     assert len(missions) == 8
     trace = json.loads(next((folder / "failures").iterdir()).read_text())["traceback"]
     assert trace.startswith("Timeout")
@@ -265,20 +293,28 @@ def test_a_mission_that_never_ends_is_ended(home: Path, tmp_path: Path) -> None:
     assert not list(folder.glob("**/*.tmp"))
 
 
-def test_a_mission_that_kills_its_worker_is_quarantined(home: Path, tmp_path: Path) -> None:
-    """All others are done; its file says how to see it again; the exit code is 3."""
+def test_missions_that_kill_their_workers_are_quarantined(home: Path, tmp_path: Path) -> None:
+    """All others are done; a file each says how to see it again; the exit code is 3."""
     folder = tmp_path / "poison"
     result = call("sweep", home / "poison.yaml", "--out", folder, "--workers", 2)
     assert result.exit_code == 3, result.stderr
     missions = load_campaign(folder).missions
-    assert list(missions["seed"][missions["status"] == "failed"]) == [3]
-    assert (missions["status"] == "ok").sum() == 7
-    failures = [json.loads(path.read_text()) for path in (folder / "failures").iterdir()]
-    assert len(failures) == 1
-    assert all("SIGKILL" in failure["error"] for failure in failures)
-    assert failures[0]["reproduce"] == (
+    assert missions["status"].value_counts().to_dict() == {"ok": 6, "failed": 2}
+    paths = (folder / "failures").iterdir()
+    failures = {it["seed"]: it for it in (json.loads(path.read_text()) for path in paths)}
+    causes = {3: "signal 9 (SIGKILL)", 5: "exit code 0"}
+    assert {seed: failures[seed]["error"] for seed in sorted(failures)} == {
+        seed: f"killed its worker 3 times: {cause}" for seed, cause in causes.items()
+    }
+    assert failures[3]["reproduce"] == (
         f"bindusbl-des run {folder}/scenario.yaml --set asvs.count=2 --seed 3 --allow-plugins"
     )
+
+
+def test_what_ended_a_worker_is_named() -> None:
+    """Signals of real time have no name."""
+    causes = [signal_name(it) for it in (None, 7, -9, -40)]
+    assert causes == ["an unknown cause", "exit code 7", "signal 9 (SIGKILL)", "signal 40"]
 
 
 @pytest.mark.usefixtures("at_home")
@@ -289,7 +325,7 @@ def test_a_mission_that_raises_is_a_failed_row(home: Path, tmp_path: Path) -> No
     missions = load_campaign(folder).missions
     failed = missions[missions["status"] == "failed"]
     told = "'accidents:raising' raised RuntimeError in round 0: seed 3 does not work"
-    line = ", at accidents.py:26"
+    line = ", at accidents.py:28"
     assert list(failed["error"]) == [f"PluginError: protocol.schedule: {told}{line}"] * 2
     assert failed["position_error_m"].isna().all()
     assert len(load_campaign(folder).auvs) == 14 * 3

@@ -422,9 +422,11 @@ def write(batch: Batch, found: Gathered) -> None:
 
 
 def signal_name(exit_code: int | None) -> str:
-    """Return what ended a process: the name of a signal, or an exit code."""
+    """Return what ended a process: a signal, with its name if it has one, or an exit code."""
     if exit_code is None:
         return "an unknown cause"
-    if exit_code < 0:
+    if exit_code >= 0:
+        return f"exit code {exit_code}"
+    with suppress(ValueError):  # signals of real time have none
         return f"signal {-exit_code} ({signal.Signals(-exit_code).name})"
-    return f"exit code {exit_code}"
+    return f"signal {-exit_code}"

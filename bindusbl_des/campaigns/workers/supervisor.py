@@ -101,6 +101,8 @@ LONGEST_BATCH_S = 30.0
 
 # A mission whose worker died this often, at last with it alone, is not tried again.
 MOST_KILLS = 3
+# Nor is one that took too long this often: once the whole campaign may have been stopped (Ctrl-Z).
+MOST_TIMEOUTS = 2
 
 # Batches end after this share of the time that the campaign has taken so far.
 BATCH_SHARE = 0.1
@@ -220,11 +222,11 @@ class Supervisor:
         number = numbers[0] if culprit is None else culprit
         self._fresh.put_back(other for other in numbers if other != number)
         self._kills[number] += 1
-        if trace:
+        if self._kills[number] < (MOST_TIMEOUTS if trace else MOST_KILLS):
+            self._suspects.append((number,))
+        elif trace:
             text = f"took longer than {self.mission_timeout_s:g} s; ended"
             self._quarantine(batch, number, text, trace)
-        elif self._kills[number] < MOST_KILLS:
-            self._suspects.append((number,))
         else:
             text = f"killed its worker {MOST_KILLS} times: {end}"
             self._quarantine(batch, number, text, str(error))
