@@ -166,7 +166,8 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
     foresight = Foresight(goals)
     try:
         with local_workers(workers) as pool:
-            candidates, left_out = narrowed(proposed(question, foresight), foresight, goals)
+            teams_proposed = proposed(question, foresight, budget.begin)
+            candidates, left_out = narrowed(teams_proposed, foresight, goals)
             fly = partial(flights, asked=wanted(goals), pool=pool, note=budget.note)
             budget.begin(f"choosing among {counted(len(candidates), 'team')}")
             teams = _experiment(question, candidates, question.seeds())

@@ -5,11 +5,12 @@ then tried with the best of them.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import product
 from typing import Any
 
 from ..advice.stations import Ways
+from ..core.wording import counted
 from ..scenario import declared
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of
@@ -51,8 +52,12 @@ MOST_PREDICTED = 60
 MOST_PLACED = 50
 
 
-def proposed(question: Question, foresight: Foresight) -> list[Candidate]:
+def proposed(
+    question: Question, foresight: Foresight, told: Callable[[str], object] = str
+) -> list[Candidate]:
     """Return all candidates of a plan: the user's points, each with what is proposed to go with it.
+
+    `told` is called with how far that is; by default nobody hears it.
 
     Raises:
         ValueError: when none of them is a valid scenario.
@@ -62,7 +67,10 @@ def proposed(question: Question, foresight: Foresight) -> list[Candidate]:
         found = [candidate(question, point) for point in points]
     else:
         widely = len(points) * len(COUNTS) > MOST_PREDICTED
-        found = [it for point in points for it in _about(question, foresight, point, widely)]
+        found = []
+        for number, point in enumerate(points, start=1):
+            told(f"proposing teams, {number} of {counted(len(points), 'choice')}")
+            found += _about(question, foresight, point, widely)
     unlike = {it.scenario.model_dump_json(): it for it in reversed(found) if it is not None}
     return list(unlike.values())[::-1]
 

@@ -185,8 +185,10 @@ KEYS = (
     *("name", "scenario", "goal", "candidates", "confidence", "budget_s", "budget_missions"),
     *("cost", "seed"),
 )
-# Points that a user may have compared: each is proposed for and predicted before any is flown.
+# Points that a user may have compared, and their ASVs together: each is proposed for and predicted
+# before any is flown.
 MOST_POINTS = 500
+MOST_ASVS = 5000
 
 FORM = "{metric: position_error_p95_m, below: 1}"
 
@@ -218,10 +220,14 @@ def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
         experiment = experiment_in(inner, asking.options, source, allow_plugins=allow)
     except ScenarioError as error:
         raise ScenarioError(map(_as_candidates, error.mistakes)) from None
-    if (points := len(experiment.points)) > MOST_POINTS:
+    points = len(experiment.points)
+    counts = (it.get("asvs.count") for it in experiment.points)
+    asvs = sum(it if isinstance(it, int) else 1 for it in counts)
+    if points > MOST_POINTS or asvs > MOST_ASVS:
         told = (
-            f"make {points:,} teams before any is proposed; a plan compares {MOST_POINTS} at most, "
-            "since each is predicted; narrow the ranges or give them a step (4:40:4)"
+            f"make {points:,} teams with {asvs:,} ASVs before any is proposed; a plan compares "
+            f"{MOST_POINTS} with {MOST_ASVS:,} at most, since each is predicted; narrow the ranges "
+            "or give them a step (4:40:4)"
         )
         _note(document, ("candidates",), told)
         raise ScenarioError(document.mistakes)

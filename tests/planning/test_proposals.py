@@ -60,11 +60,25 @@ def test_answers_without_airtime_are_never_proposed() -> None:
         assert {it.keys.get("protocol.downlink.reply") for it in found} <= {"frame", None}
 
 
-def test_candidates_that_nobody_could_predict_are_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("counts", "told"), [("1:10000", "10,000 teams"), ("1:500", "500 teams with 125,250 ASVs")]
+)
+def test_candidates_that_nobody_could_predict_are_refused(
+    counts: str, told: str, tmp_path: Path
+) -> None:
     """Ten thousand took minutes before the first mission, whatever the budget."""
     (tmp_path / "plan.yaml").write_text(
         "scenario: quickstart\ngoal: {metric: position_error_p95_m, below: 1}\n"
-        "candidates: {asvs.count: '1:10000'}\n"
+        f"candidates: {{asvs.count: '{counts}'}}\n"
     )
-    with pytest.raises(ScenarioError, match=r"plan.yaml:3:.*candidates: make 10,000 teams"):
+    with pytest.raises(ScenarioError, match=rf"plan.yaml:3:.*candidates: make {told}"):
         read_plan(tmp_path / "plan.yaml", Asking())
+
+
+def test_how_far_proposing_is_is_told() -> None:
+    goals = goals_of_arguments({"position_error_m": 1.0}, None, None)
+    options = PythonArguments({"asvs.count": [1, 2]})
+    question = read_plan(load_scenario("quickstart"), Asking(goals, options=options))
+    said = list[str]()
+    proposed(question, Foresight(goals), said.append)
+    assert said == ["proposing teams, 1 of 2 choices", "proposing teams, 2 of 2 choices"]
