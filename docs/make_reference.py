@@ -55,7 +55,7 @@ EXIT_CODES = {
     1: "a run failed although its input was in order",
     2: "bad input: a wrong file, key, value, option or folder, or one that cannot be written; "
     "nothing was replaced",
-    3: "a campaign finished, but some of its missions failed",
+    3: "a campaign finished, but some of its missions failed; `verify` is undecided",
     129: "ended by SIGHUP",
     130: "interrupted (Ctrl-C)",
     143: "ended by SIGTERM",
