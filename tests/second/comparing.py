@@ -6,15 +6,115 @@ from second import Drawn, Second
 
 from bindusbl_des import Scenario, simulate
 
-
-def number(name: object) -> int | None:
-    """Return the number of a vehicle."""
-    return int(name[4:] if name[:4] == "AUV " else name[3:]) if isinstance(name, str) else None
+Tables = dict[str, list[dict]]
+KEPT = {  # columns that are compared as they are
+    "rounds": "round started_at_s colours conflicts uplink_s downlink_s fixes",
+    "pings": "auv round slot sent_at_s x_m y_m in_range_of heard_by called_at_s called_by call",
+    "receptions": "auv asv arrived_at_s outcome",
+    "broadcasts": "round asv sent_at_s airtime_s payload_bytes fixes part",
+    "frame_receptions": "auv arrived_at_s outcome",
+    "fixes": "auv round asvs pinged_at_s broadcast_at_s broadcast_by delivered_at_s outcome",
+}
 
 
 def value(it: object) -> object:
-    """Return a table's value, None where it has none."""
-    return None if it is None or (isinstance(it, float) and math.isnan(it)) else it
+    """Return a table's value: None where it has none, the number of a vehicle for its name."""
+    if it is None or (isinstance(it, float) and math.isnan(it)):
+        return None
+    return int(it[3:]) if isinstance(it, str) and it[:3] in ("AUV", "ASV") and " " not in it else it
+
+
+def tables_of(result) -> Tables:
+    """Return the simulator's events."""
+    read = {
+        name: [
+            {key: value(it) for key, it in row.items()}
+            for row in result.tables[name].to_dict("records")
+        ]
+        for name in KEPT
+    }
+    tables = {
+        name: [{key: row[key] for key in KEPT[name].split()} for row in rows]
+        for name, rows in read.items()
+    }
+    sent = {row["ping"]: row["sent_at_s"] for row in read["pings"]}
+    for row, kept in zip(read["receptions"], tables["receptions"], strict=True):
+        kept["sent_at_s"] = sent[row["ping"]]
+    for row, kept in zip(read["frame_receptions"], tables["frame_receptions"], strict=True):
+        frame = read["broadcasts"][row["broadcast"]]
+        kept |= {"sent_at_s": frame["sent_at_s"], "asv": frame["asv"]}
+    for row in tables["fixes"]:
+        asvs = [row["asvs"]] if isinstance(row["asvs"], int) else map(value, row["asvs"].split())
+        row["asvs"] = sorted(asvs)
+    return tables
+
+
+def tables_of_second(mission: Second) -> Tables:
+    """Return the second implementation's events, in the same form."""
+    return {
+        "rounds": mission.rounds,
+        "pings": [
+            {
+                "auv": p.auv,
+                "round": p.round,
+                "slot": p.slot,
+                "sent_at_s": p.sent,
+                "x_m": p.place[0],
+                "y_m": p.place[1],
+                "in_range_of": len(p.in_range),
+                "heard_by": list(p.outcomes.values()).count("heard"),
+                "called_at_s": p.called,
+                "called_by": p.caller,
+                "call": p.call,
+            }
+            for p in mission.pings
+        ],
+        "receptions": [
+            {
+                "sent_at_s": p.sent,
+                "auv": p.auv,
+                "asv": j,
+                "arrived_at_s": p.arrivals.get(j),
+                "outcome": p.outcomes[j],
+            }
+            for p in mission.pings
+            for j in mission.asvs
+        ],
+        "broadcasts": [frame.row for frame in mission.frames],
+        "frame_receptions": [
+            {
+                "sent_at_s": frame.row["sent_at_s"],
+                "asv": frame.row["asv"],
+                "auv": i,
+                "arrived_at_s": frame.at[i][0] if frame.at[i][0] < mission.end else None,
+                "outcome": mission.reception(frame, i),
+            }
+            for frame in mission.frames
+            for i in mission.auvs
+        ],
+        "fixes": [
+            {
+                "auv": f.ping.auv,
+                "round": f.ping.round,
+                "asvs": f.asvs,
+                "pinged_at_s": f.ping.sent,
+                "broadcast_at_s": f.sent,
+                "broadcast_by": f.by,
+                "delivered_at_s": f.delivered,
+                "outcome": f.outcome,
+            }
+            for f in mission.fixes
+        ],
+    }
+
+
+def order(row: dict) -> tuple:
+    """Order rows by instants (to 0.1 us) and vehicles."""
+    keys = ("round", "sent_at_s", "pinged_at_s", "auv", "asv")
+    found = [row[key] for key in keys if key in row]
+    return tuple(
+        round(it, 7) if isinstance(it, float) else -1 if it is None else it for it in found
+    )
 
 
 def alike(ours: object, theirs: object) -> bool:
@@ -22,160 +122,6 @@ def alike(ours: object, theirs: object) -> bool:
     if isinstance(ours, float) and isinstance(theirs, (int, float)):
         return abs(ours - theirs) < 1e-9
     return ours == theirs
-
-
-def tables_of(result) -> dict[str, list[dict]]:
-    """Return the simulator's events."""
-    found = {
-        name: [
-            {k: value(v) for k, v in row.items()} for row in result.tables[name].to_dict("records")
-        ]
-        for name in ("rounds", "pings", "receptions", "broadcasts", "frame_receptions", "fixes")
-    }
-    pings = {row["ping"]: row for row in found["pings"]}
-    out = {name: [] for name in found}
-    keys = {}
-    for row in found["pings"]:
-        keys[row["ping"]] = (round(row["sent_at_s"], 8), number(row["auv"]))
-        out["pings"].append(
-            {
-                "sent": row["sent_at_s"],
-                "auv": number(row["auv"]),
-                "round": row["round"],
-                "slot": row["slot"],
-                "in_range": row["in_range_of"],
-                "heard": row["heard_by"],
-                "x": row["x_m"],
-                "y": row["y_m"],
-                "called": row["called_at_s"],
-                "caller": number(row["called_by"]),
-                "call": row["call"],
-            }
-        )
-    for row in found["receptions"]:
-        out["receptions"].append(
-            {
-                "sent": pings[row["ping"]]["sent_at_s"],
-                "auv": number(row["auv"]),
-                "asv": number(row["asv"]),
-                "arrived": row["arrived_at_s"],
-                "outcome": row["outcome"],
-            }
-        )
-    for row in found["rounds"]:
-        out["rounds"].append(
-            {
-                k: row[k]
-                for k in (
-                    "round",
-                    "started_at_s",
-                    "colours",
-                    "conflicts",
-                    "uplink_s",
-                    "downlink_s",
-                    "fixes",
-                )
-            }
-        )
-    for row in found["broadcasts"]:
-        out["broadcasts"].append(
-            {"sent_at_s": row["sent_at_s"], "asv": number(row["asv"])}
-            | {k: row[k] for k in ("round", "airtime_s", "payload_bytes", "fixes", "part")}
-        )
-    for row in found["frame_receptions"]:
-        sent = found["broadcasts"][row["broadcast"]]
-        out["frame_receptions"].append(
-            {
-                "sent": sent["sent_at_s"],
-                "asv": number(sent["asv"]),
-                "auv": number(row["auv"]),
-                "arrived": row["arrived_at_s"],
-                "outcome": row["outcome"],
-            }
-        )
-    for row in found["fixes"]:
-        out["fixes"].append(
-            {
-                "pinged": row["pinged_at_s"],
-                "auv": number(row["auv"]),
-                "round": row["round"],
-                "asvs": sorted(map(number, row["asvs"].split())),
-                "broadcast": row["broadcast_at_s"],
-                "by": number(row["broadcast_by"]),
-                "delivered": row["delivered_at_s"],
-                "outcome": row["outcome"],
-            }
-        )
-    return out
-
-
-def tables_of_second(mission: Second) -> dict[str, list[dict]]:
-    """Return the second implementation's events, in the same form."""
-    out: dict[str, list[dict]] = {"rounds": mission.rounds, "broadcasts": mission.broadcasts}
-    out["pings"], out["receptions"] = [], []
-    for p in mission.pings:
-        x, y, _ = mission.where(p.auv, p.sent)
-        heard = sum(it == "heard" for it in p.outcomes.values())
-        out["pings"].append(
-            {
-                "sent": p.sent,
-                "auv": p.auv,
-                "round": p.round,
-                "slot": p.slot,
-                "x": x,
-                "y": y,
-                "in_range": len(p.in_range),
-                "heard": heard,
-                "called": p.called,
-                "caller": p.caller,
-                "call": p.call,
-            }
-        )
-        for j in mission.all_asvs:
-            out["receptions"].append(
-                {
-                    "sent": p.sent,
-                    "auv": p.auv,
-                    "asv": j,
-                    "arrived": p.arrivals.get(j),
-                    "outcome": p.outcomes[j],
-                }
-            )
-    out["frame_receptions"] = [
-        {
-            "sent": mission.frames[row["broadcast"]]["row"]["sent_at_s"],
-            "asv": mission.frames[row["broadcast"]]["row"]["asv"],
-            "auv": row["auv"],
-            "arrived": row["arrived_at_s"],
-            "outcome": row["outcome"],
-        }
-        for row in mission.listen()
-    ]
-    out["fixes"] = [
-        {
-            "pinged": f.ping.sent,
-            "auv": f.ping.auv,
-            "round": f.ping.round,
-            "asvs": f.asvs,
-            "broadcast": f.sent,
-            "by": f.by,
-            "delivered": f.delivered,
-            "outcome": f.outcome,
-        }
-        for f in mission.fixes
-    ]
-    return out
-
-
-def order(row: dict) -> tuple:
-    """Order rows by instants (to 0.1 us) and vehicles."""
-    return tuple(
-        round(row[k], 7)
-        if isinstance(row.get(k), float)
-        else (-1 if row.get(k) is None else row[k])
-        for k in ("round", "sent", "sent_at_s", "pinged", "auv", "asv")
-        if k in row
-    )
 
 
 def disagreements(keys: dict, seed: int = 1) -> tuple[list[str], dict[str, int]]:
@@ -188,10 +134,9 @@ def disagreements(keys: dict, seed: int = 1) -> tuple[list[str], dict[str, int]]
     mission = Second(keys, drawn)
     mission.fly()
     ours = tables_of_second(mission)
-    found, counts = [], {}
+    found = []
     for name, rows in theirs.items():
         mine, rows = sorted(ours[name], key=order), sorted(rows, key=order)
-        counts[name] = len(rows)
         for a, b in zip(mine, rows, strict=False):
             wrong = [k for k in b if not alike(a.get(k), b[k])]
             if wrong:
@@ -199,10 +144,6 @@ def disagreements(keys: dict, seed: int = 1) -> tuple[list[str], dict[str, int]]
                 break
         else:
             if len(mine) != len(rows):
-                extra = (
-                    (mine + rows)[min(len(mine), len(rows))]
-                    if len(mine) > len(rows)
-                    else rows[len(mine)]
-                )
+                extra = max(mine, rows, key=len)[min(len(mine), len(rows))]
                 found.append(f"{name}: second has {len(mine)} rows, simulator {len(rows)}: {extra}")
-    return found, counts
+    return found, {name: len(rows) for name, rows in theirs.items()}

@@ -7,6 +7,7 @@ without noise. What the simulator draws by lot it is given (`Drawn`).
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 Row = dict[str, object]
@@ -21,7 +22,7 @@ class Drawn:
     broadcasters: list[int] = field(default_factory=list)
 
 
-@dataclass
+@dataclass(eq=False)
 class Ping:
     """A ping of an AUV, or a turn whose call got no answer (`call` is not heard)."""
 
@@ -29,94 +30,91 @@ class Ping:
     slot: int
     auv: int
     sent: float
-    in_range: list[int]
-    arrivals: dict[int, float]
-    ready: float = math.inf
-    outcomes: dict[int, str] = field(default_factory=dict)
     called: float | None = None
     caller: int | None = None
     call: str | None = None
+    place: Place = (0.0, 0.0, 0.0)
+    in_range: list[int] = field(default_factory=list)
+    arrivals: dict[int, float] = field(default_factory=dict)
+    outcomes: dict[int, str] = field(default_factory=dict)
+    passed: float = math.inf
 
 
-@dataclass
+@dataclass(eq=False)
 class Fix:
     """A fix of a ping, and what becomes of it."""
 
     ping: Ping
     asvs: list[int]
-    place: Place
     sent: float | None = None
     by: int | None = None
     delivered: float | None = None
     outcome: str = "in_flight"
 
 
-def horizontal(a: Place, b: Place) -> float:
-    """Return the horizontal distance of two places."""
-    return math.hypot(a[0] - b[0], a[1] - b[1])
+@dataclass(eq=False)
+class Frame:
+    """A frame: its row, its fixes, whether its ASV works on, and when it is at each AUV."""
+
+    row: Row
+    fixes: list[Fix]
+    whole: bool
+    at: list[tuple[float, float]]
+    in_range: list[int]
 
 
 class Second:
-    """A mission, flown by `fly`; its events are in `rounds`, `broadcasts`, `pings` and `fixes`."""
+    """A mission, flown by `fly`; its events are in `rounds`, `pings`, `frames` and `fixes`."""
 
     def __init__(self, keys: Row, drawn: Drawn) -> None:
         """Take a scenario's keys, of which all that matter here are given."""
-        self.drawn = drawn
-        self.end: float = keys["duration_s"]
-        hf, mf, self.protocol = keys["acoustics"]["hf"], keys["acoustics"]["mf"], keys["protocol"]
-        self.mf = mf
-        self.speed = keys["environment"]["sound_speed_m_per_s"]
-        believed = keys["environment"].get("assumed_sound_speed_m_per_s") or self.speed
+        self.drawn, self.end = drawn, keys["duration_s"]
+        hf, self.mf, self.keys = keys["acoustics"]["hf"], keys["acoustics"]["mf"], keys["protocol"]
         self.reach, self.metric, self.ping_s = hf["range_m"], hf["range_metric"], hf["ping_s"]
-        self.depth = keys["survey"]["depth_m"]
-        route, count = keys["auvs"]["route"], keys["auvs"]["count"]
+        self.speed = keys["environment"]["sound_speed_m_per_s"]
+        self.depth, route = keys["survey"]["depth_m"], keys["auvs"]["route"]
         self.legs = route.get("points_m") or [[at, at] for at in route["positions_m"]]
-        self.way_speed = keys["auvs"]["speed_m_per_s"]
-        self.asvs = [(x, y, 0.0) for x, y in keys["asvs"]["formation"]["positions_m"]]
-        self.failures = keys["asvs"].get("failures", [])
-        self.auvs, self.all_asvs = range(count), range(len(self.asvs))
-        p = self.protocol
-        crossing = keys["survey"]["side_m"] / believed
-        guard = p.get("uplink_guard_s")
-        guard = 0.5 * crossing if guard is None else guard
-        shortest = p.get("shortest_uplink_slot_s")
-        shortest = 2.5 * crossing if shortest is None else shortest
-        longest = self.reach if self.metric == "slant" else math.hypot(self.reach, self.depth)
-        longest /= believed
-        self.down_guard = p.get("downlink_guard_s")
-        if self.down_guard is None:
-            self.down_guard = 1.25 * crossing
-        self.down_shortest = p.get("shortest_downlink_slot_s")
-        if self.down_shortest is None:
-            self.down_shortest = 10 * crossing
-        self.schedule, self.schedule_keys = named(p["schedule"])
-        self.downlink, self.downlink_keys = named(p["downlink"])
-        self.broadcaster, self.broadcaster_keys = named(p["broadcaster"])
-        self.ranging, self.ranging_keys = named(p["ranging"])
-        self.turnaround = self.ranging_keys.get("turnaround_s", 0.0)
-        self.reply = self.downlink_keys.get("reply", "frame")
-        called = self.ranging == "twtt" or self.schedule == "polling"
-        self.reply_s = 0.0
-        if self.downlink == "direct_reply" and self.reply == "frame":
-            self.reply_s = self.airtime(1) + self.down_guard
-        slot = self.ping_s + longest + guard
-        if called:
-            slot = 2 * self.ping_s + self.turnaround + 2 * longest + guard
-        self.slot_s = max(slot, shortest) + self.reply_s
-        self.called = called
+        self.auv_speed = keys["auvs"]["speed_m_per_s"]
+        self.places = [(x, y, 0.0) for x, y in keys["asvs"]["formation"]["positions_m"]]
+        self.failures = keys["asvs"]["failures"]
+        self.auvs, self.asvs = range(keys["auvs"]["count"]), range(len(self.places))
+        self.schedule, self.schedule_keys = named(self.keys["schedule"])
+        self.downlink, self.downlink_keys = named(self.keys["downlink"])
+        self.broadcaster, self.broadcaster_keys = named(self.keys["broadcaster"])
+        self.ranging, self.ranging_keys = named(self.keys["ranging"])
+        self.plan_slots(keys)
         self.rounds: list[Row] = []
         self.pings: list[Ping] = []
-        self.undecided: list[Ping] = []
+        self.frames: list[Frame] = []
         self.fixes: list[Fix] = []
-        self.waiting: list[Fix] = []
-        self.broadcasts: list[Row] = []
-        self.frames: list[Row] = []
-        self.receptions: list[Row] = []
-        self.at_asv: list[list] = [[] for _ in self.asvs]
-        self.calls_at: list[list] = [[] for _ in self.auvs]
-        self.frames_at: list[list] = [[] for _ in self.auvs]
-        self.known: list[Place] = [self.where(i, 0.0) for i in self.auvs]
-        self.free = self.waited = 0.0
+        self.passing: list[Ping] = []  # pings whose fate is open
+        self.waiting: list[Fix] = []  # fixes that wait for the downlink
+        self.known = [self.where(i, 0.0) for i in self.auvs]  # where fixes put the AUVs
+        self.free = self.waited = 0.0  # end of the last downlink slot; time without ASVs
+        # What arrives, as (begin, end, sound)
+        self.hf_at_asv: list[list] = [[] for _ in self.asvs]
+        self.hf_at_auv: list[list] = [[] for _ in self.auvs]
+        self.mf_at_auv: list[list] = [[] for _ in self.auvs]
+
+    def plan_slots(self, keys: Row) -> None:
+        """Work out how long slots last."""
+        believed = keys["environment"]["assumed_sound_speed_m_per_s"] or self.speed
+        crossing = keys["survey"]["side_m"] / believed
+        longest = self.reach if self.metric == "slant" else math.hypot(self.reach, self.depth)
+
+        def given(key: str, crossings: float) -> float:
+            return crossings * crossing if self.keys[key] is None else self.keys[key]
+
+        self.down_guard = given("downlink_guard_s", 1.25)
+        self.down_shortest = given("shortest_downlink_slot_s", 10.0)
+        self.called = self.ranging == "twtt" or self.schedule == "polling"
+        self.turnaround = self.ranging_keys.get("turnaround_s", 0.0)
+        slot = self.ping_s + longest / believed + given("uplink_guard_s", 0.5)
+        if self.called:
+            slot += self.ping_s + self.turnaround + longest / believed
+        self.replies = self.downlink == "direct_reply"
+        self.reply_s = self.airtime(1) + self.down_guard if self.replies else 0.0
+        self.slot_s = max(slot, given("shortest_uplink_slot_s", 2.5)) + self.reply_s
 
     # Vehicles, sound and clock
 
@@ -124,372 +122,304 @@ class Second:
         """Return where an AUV is: on its leg, or at rest."""
         (x, y), (to_x, to_y) = self.legs[auv]
         way = math.hypot(to_x - x, to_y - y)
-        share = self.way_speed * time / way if way > 0 else 0.0
+        share = self.auv_speed * time / way if way > 0 else 0.0
         return (x + share * (to_x - x), y + share * (to_y - y), self.depth)
-
-    def reaches_auv(self, source: Place, auv: int, time: float) -> float:
-        """Return when what sets out at a place reaches an AUV: the light-time equation."""
-        late = 0.0
-        for _ in range(60):
-            late = math.dist(source, self.where(auv, time + late)) / self.speed
-        return time + late
 
     def works(self, asv: int, begin: float, end: float | None = None) -> bool:
         """Tell whether an ASV works at an instant, or all the time from one to another."""
-        return not any(f["asv"] == asv and self.fails(f, begin, end) for f in self.failures)
+        end = begin if end is None else end
+        return not any(
+            f["asv"] == asv and f["at_s"] <= end and begin < (f["until_s"] or math.inf)
+            for f in self.failures
+        )
 
-    def fails(self, failure: Row, begin: float, end: float | None = None) -> bool:
-        """Tell whether a failure is there at some time between two instants."""
-        until = math.inf if failure["until_s"] is None else failure["until_s"]
-        return failure["at_s"] <= (begin if end is None else end) and begin < until
+    def working(self, time: float) -> list[int]:
+        """Return the ASVs that work at an instant."""
+        return [j for j in self.asvs if self.works(j, time)]
 
-    def heard(self, a: Place, b: Place, margin: float = 0.0) -> bool:
+    def reaches(self, a: Place, b: Place, margin: float = 0.0) -> bool:
         """Tell whether two places are within HF range of each other."""
         distance = math.dist(a, b) if self.metric == "slant" else horizontal(a, b)
         return distance <= self.reach + margin
 
+    def arrival(self, asv: int, auv: int, time: float) -> float:
+        """Return when what an ASV sends reaches an AUV: the light-time equation."""
+        late = 0.0
+        for _ in range(10):
+            late = math.dist(self.places[asv], self.where(auv, time + late)) / self.speed
+        return time + late
+
     def after(self, start: float, duration: float) -> float:
         """Return the instant so much later, on a tick where there are ticks."""
-        rate = self.protocol.get("tick_rate_hz")
-        if rate is None:
+        rate = self.keys["tick_rate_hz"]
+        if rate is None or duration == math.inf:
             return start + duration
-        return math.ceil(min(start + duration, 1e9) * rate - 1e-7) / rate
-
-    def airtime(self, fixes: int) -> float:
-        """Return how long a frame of so many fixes is on the air."""
-        payload = self.mf["header_bytes"] + fixes * self.mf["fix_bytes"]
-        return 8 * payload * self.mf["overhead"] / self.mf["bit_rate_bps"]
-
-    def frame_slot(self, airtime: float) -> float:
-        """Return the downlink slot of a frame."""
-        return max(airtime + self.down_guard, self.down_shortest)
+        return math.ceil((start + duration) * rate - 1e-7) / rate
 
     # Who pings when
 
-    def hearing(self, time: float) -> list[list[bool]]:
-        """Return by which ASV the fleet believes each AUV to be heard."""
-        margin = self.protocol.get("conflict_margin_m", 0.0)
-        return [
-            [
-                self.works(j, time) and self.heard(place, asv, margin)
-                for j, asv in enumerate(self.asvs)
-            ]
-            for place in self.believed(time)
-        ]
-
     def believed(self, time: float) -> list[Place]:
         """Return where the fleet believes its AUVs."""
-        if self.protocol["positions"] == "last_fix":
+        if self.keys["positions"] == "last_fix":
             return list(self.known)
         return [self.where(i, time) for i in self.auvs]
 
     def conflicts(self, time: float) -> list[set[int]]:
-        """Return of each AUV those that some ASV hears as well."""
-        by = self.hearing(time)
-        return [
-            {
-                k
-                for k in self.auvs
-                if k != i and any(a and b for a, b in zip(by[i], by[k], strict=True))
-            }
-            for i in self.auvs
+        """Return of each AUV the others that some ASV hears as well, as the fleet believes."""
+        margin = self.keys["conflict_margin_m"]
+        by = [
+            {j for j in self.working(time) if self.reaches(place, self.places[j], margin)}
+            for place in self.believed(time)
         ]
+        return [{k for k in self.auvs if k != i and by[i] & by[k]} for i in self.auvs]
 
-    def groups(self, number: int, time: float) -> list[list[int]]:
+    def groups(self, number: int, rivals: list[set[int]]) -> list[list[int]]:
         """Return the ping groups of a round."""
-        rivals = self.conflicts(time)
-        everybody = list(self.auvs)
-        if self.schedule in ("one_per_slot", "polling") and not self.schedule_keys.get(
-            "side_by_side"
-        ):
-            return [[i] for i in everybody]
+        if self.schedule in ("one_per_slot", "polling"):
+            return [[i] for i in self.auvs]
         if self.schedule == "round_robin":
-            return [[number % len(everybody)]]
+            return [[number % len(self.auvs)]]
         if self.schedule == "random":
             return [[self.drawn.turns[number]]]
-        colours: dict[int, int] = {}
-        while len(colours) < len(everybody):
-            free = [i for i in everybody if i not in colours]
-            if self.schedule == "dsatur":
-                free.sort(
-                    key=lambda i: (
-                        -len({colours[k] for k in rivals[i] if k in colours}),
-                        -len(rivals[i]),
-                        i,
-                    )
-                )
-            taken = {colours[k] for k in rivals[free[0]] if k in colours}
-            colours[free[0]] = next(k for k in range(len(everybody)) if k not in taken)
-        return [[i for i in everybody if colours[i] == k] for k in range(max(colours.values()) + 1)]
+        return coloured(rivals, by_saturation=self.schedule == "dsatur")
 
     # Uplink
 
-    def send(self, ping: Ping) -> None:
-        """Let an AUV ping: all ASVs in range are reached."""
-        place = self.where(ping.auv, ping.sent)
-        for j in self.all_asvs:
-            front = ping.arrivals[j] = ping.sent + math.dist(place, self.asvs[j]) / self.speed
-            if self.heard(place, self.asvs[j]):
-                self.at_asv[j].append((front, front + self.ping_s, ping))
-                if self.works(j, front):
-                    ping.in_range.append(j)
-        ping.ready = max((ping.arrivals[j] + self.ping_s for j in ping.in_range), default=ping.sent)
-        if self.protocol["duplex"] == "per_node":
-            self.frames_at[ping.auv].append((ping.sent, ping.sent + self.ping_s, ping))
+    def ping_group(self, slot: int, group: list[int], start: float) -> float:
+        """Let a group ping in its slot; return when the next slot begins."""
+        number = len(self.rounds) - 1
+        following = self.after(start, self.slot_s)
+        if self.called:
+            calls = self.call(group, start)
+            turns = [Ping(number, slot, i, start, start, j) for i, j in calls.items()]
+        else:
+            turns = [Ping(number, slot, i, start) for i in group]
+        for ping in turns:
+            self.take_turn(ping)
+        if self.replies:
+            self.reply()
+        if self.schedule == "polling":
+            heard = [p for p in turns if p.arrivals and self.outcome(p, p.caller) == "heard"]
+            if len(heard) == len(group):
+                end = max(p.arrivals[p.caller] for p in heard) + self.ping_s
+                return self.after(end, self.reply_s)
+        return following
+
+    def call(self, group: list[int], time: float) -> dict[int, int]:
+        """Call the AUVs of a group, each by the nearest ASV; return who is called by whom."""
+        callers = {}
+        for i in group:
+            near = sorted(
+                self.working(time), key=lambda j: math.dist(self.launch[i], self.places[j])
+            )
+            callers.update({i: near[0]} if near else {})
+        for j in sorted(set(callers.values())):
+            call = (time, j)
+            for k in self.asvs:
+                if self.reaches(self.places[j], self.places[k]):
+                    at = time + math.dist(self.places[j], self.places[k]) / self.speed
+                    self.hf_at_asv[k].append((at, at + self.ping_s, call))
+            for i in self.auvs:
+                if self.reaches(self.where(i, time), self.places[j]):
+                    at = self.arrival(j, i, time)
+                    self.hf_at_auv[i].append((at, at + self.ping_s, call))
+        return callers
+
+    def take_turn(self, ping: Ping) -> None:
+        """Let an AUV ping, if it has its call, where it needs one."""
+        if ping.caller is not None:
+            self.await_call(ping)
+        if ping.sent >= self.end:
+            return
+        ping.place = self.where(ping.auv, ping.sent)
+        at = [ping.sent + math.dist(ping.place, asv) / self.speed for asv in self.places]
+        near = [j for j in self.asvs if self.reaches(ping.place, self.places[j])]
+        ping.in_range = [j for j in near if self.works(j, at[j])]
         self.pings.append(ping)
-        self.undecided.append(ping)
+        if ping.call not in (None, "heard"):
+            ping.outcomes = {
+                j: ping.call if j in ping.in_range else "out_of_range" for j in self.asvs
+            }
+            return
+        ping.arrivals = dict(enumerate(at))
+        ping.passed = max((at[j] + self.ping_s for j in ping.in_range), default=ping.sent)
+        for j in near:
+            self.hf_at_asv[j].append((at[j], at[j] + self.ping_s, ping))
+        if self.keys["duplex"] == "per_node":
+            self.mf_at_auv[ping.auv].append((ping.sent, ping.sent + self.ping_s, ping))
+        self.passing.append(ping)
+
+    def await_call(self, ping: Ping) -> None:
+        """Decide what becomes of a ping's call, and when its AUV answers it."""
+        call = (ping.called, ping.caller)
+        at = [(begin, end) for begin, end, sound in self.hf_at_auv[ping.auv] if sound == call]
+        answer = at[0][1] + self.turnaround if at else math.inf
+        if not at:
+            ping.call = "out_of_range"
+        elif not self.works(ping.caller, ping.called, ping.called + self.ping_s):
+            ping.call = "lost"
+        elif overlapped(self.hf_at_auv[ping.auv], *at[0], call):
+            ping.call = "collided"
+        elif answer >= self.end:
+            ping.call = "in_flight"
+        else:
+            ping.call, ping.sent = "heard", answer
 
     def outcome(self, ping: Ping, asv: int) -> str:
         """Return what becomes of a ping at an ASV, once all that overlaps it is known."""
         if asv not in ping.in_range:
             return "out_of_range"
-        begin = ping.arrivals[asv]
-        if begin + self.ping_s > self.end:
+        begin, end = ping.arrivals[asv], ping.arrivals[asv] + self.ping_s
+        return self.fate(self.hf_at_asv[asv], begin, end, ping, self.works(asv, begin, end))
+
+    def fate(self, sounds: list, begin: float, end: float, own: object, whole: bool) -> str:
+        """Return what becomes of a sound that arrives, the first that holds."""
+        if end > self.end:
             return "in_flight"
-        if not self.works(asv, begin, begin + self.ping_s):
+        if not whole:
             return "lost"
-        return (
-            "collided"
-            if overlapped(self.at_asv[asv], begin, begin + self.ping_s, ping)
-            else "heard"
-        )
+        return "collided" if overlapped(sounds, begin, end, own) else "heard"
 
     def decide(self, until: float) -> None:
         """Decide all pings that have passed by an instant; what was heard becomes fixes."""
-        for ping in sorted((p for p in self.undecided if p.ready <= until), key=lambda p: p.ready):
-            self.undecided.remove(ping)
-            ping.outcomes = {j: self.outcome(ping, j) for j in self.all_asvs}
-            by = [j for j in self.all_asvs if ping.outcomes[j] == "heard"]
-            if by and ping.ready <= self.end:
-                self.learn(Fix(ping, by, self.where(ping.auv, ping.sent)))
+        for ping in sorted(self.passing, key=lambda p: p.passed):
+            if ping.passed <= until:
+                self.passing.remove(ping)
+                ping.outcomes = {j: self.outcome(ping, j) for j in self.asvs}
+                by = [j for j in self.asvs if ping.outcomes[j] == "heard"]
+                if by and ping.passed <= self.end:
+                    self.waiting.append(self.fix(ping, by))
 
-    def learn(self, fix: Fix) -> None:
-        """Take a fix: it waits for the downlink, and the fleet knows where the AUV was."""
-        self.fixes.append(fix)
-        self.waiting.append(fix)
-        self.known[fix.ping.auv] = fix.place
-
-    def ping_group(self, number: int, slot: int, group: list[int], start: float) -> float:
-        """Let a group ping in its slot; return when the next slot begins."""
-        if self.called:
-            return self.call_group(number, slot, group, start)
-        for i in group:
-            if start < self.end:
-                self.send(Ping(number, slot, i, start, [], {}))
-        if self.reply_s or self.downlink == "direct_reply":
-            self.answer(self.after(start, self.slot_s))
-        return self.after(start, self.slot_s)
-
-    def call_group(self, number: int, slot: int, group: list[int], start: float) -> float:
-        """Call the AUVs of a group, each by the nearest ASV; those that hear it answer."""
-        following = self.after(start, self.slot_s)
-        callers: dict[int, int | None] = {}
-        for i in group:
-            working = [j for j in self.all_asvs if self.works(j, start)]
-            callers[i] = min(
-                working, key=lambda j: (math.dist(self.places[i], self.asvs[j]), j), default=None
-            )
-        calls: dict[int, object] = {}
-        for j in sorted({j for j in callers.values() if j is not None}):
-            call = calls[j] = object()
-            self.at_asv[j].append((start, start + self.ping_s, call))
-            for k in self.all_asvs:
-                if k != j and self.heard(self.asvs[j], self.asvs[k]):
-                    reached = start + math.dist(self.asvs[j], self.asvs[k]) / self.speed
-                    self.at_asv[k].append((reached, reached + self.ping_s, call))
-            for i in self.auvs:
-                if self.heard(self.where(i, start), self.asvs[j]):
-                    front = self.reaches_auv(self.asvs[j], i, start)
-                    self.calls_at[i].append((front, front + self.ping_s, call))
-        ends = []
-        for i in group:
-            ping = Ping(number, slot, i, start, [], {}, called=start, caller=callers[i])
-            if callers[i] is None:
-                continue
-            mine = calls[callers[i]]
-            at = next(((a, b) for a, b, call in self.calls_at[i] if call is mine), None)
-            if at is None:
-                ping.call = "out_of_range"
-            elif not self.works(callers[i], start, start + self.ping_s):
-                ping.call = "lost"
-            elif overlapped(self.calls_at[i], *at, mine):
-                ping.call = "collided"
-            elif at[1] > self.end:
-                ping.call = "in_flight"
-            else:
-                ping.call = "heard"
-                ping.sent = at[0] + self.ping_s + self.turnaround
-                if ping.sent >= self.end:
-                    ping.call, ping.sent = "in_flight", start
-            if ping.call == "heard":
-                self.send(ping)
-                ends.append((ping, callers[i]))
-            else:
-                place = self.where(i, start)
-                ping.in_range = [
-                    j
-                    for j in self.all_asvs
-                    if self.heard(place, self.asvs[j])
-                    and self.works(j, start + math.dist(place, self.asvs[j]) / self.speed)
-                ]
-                ping.outcomes = {
-                    j: ping.call if j in ping.in_range else "out_of_range" for j in self.all_asvs
-                }
-                self.pings.append(ping)
-        if self.downlink == "direct_reply":
-            self.answer(following)
-        if self.schedule != "polling":
-            return following
-        answered = [p.arrivals[j] + self.ping_s for p, j in ends if self.outcome(p, j) == "heard"]
-        if len(answered) < len(group):
-            return following
-        return self.after(start, max(answered) + self.reply_s - start)
+    def fix(self, ping: Ping, asvs: list[int]) -> Fix:
+        """Make a fix of a ping: the fleet knows where its AUV was."""
+        self.fixes.append(Fix(ping, asvs))
+        self.known[ping.auv] = ping.place
+        return self.fixes[-1]
 
     # Downlink
 
-    def choose(self, number: int, time: float, fixes: list[Fix]) -> int | None:
-        """Return which ASV broadcasts."""
-        working = [j for j in self.all_asvs if self.works(j, time)]
-        if not working:
-            return None
-        if self.broadcaster == "random":
-            return self.drawn.broadcasters[len(self.broadcasts)]
-        if self.broadcaster == "most_fixes":
-            return max(working, key=lambda j: (sum(j in f.asvs for f in fixes), -j))
-        if self.broadcaster == "nearest":
-            return min(
-                working, key=lambda j: (sum(horizontal(f.place, self.asvs[j]) for f in fixes), j)
-            )
-        if self.broadcaster == "fixed":
-            first = self.broadcaster_keys.get("asv", 0)
-            return min(working, key=lambda j: (j - first) % len(self.asvs))
-        return working[len(self.broadcasts) % len(working)]
+    def airtime(self, fixes: int) -> float:
+        """Return how long a frame of so many fixes is on the air."""
+        return 8 * self.payload(fixes) * self.mf["overhead"] / self.mf["bit_rate_bps"]
 
-    def broadcast(self, row: Row, start: float) -> float:
-        """Broadcast what waits, as of a round; return when the downlink slot ends."""
+    def payload(self, fixes: int) -> int:
+        """Return how many bytes a frame of so many fixes has."""
+        return self.mf["header_bytes"] + fixes * self.mf["fix_bytes"]
+
+    def chosen(self, working: list[int]) -> int:
+        """Return which of the ASVs that work broadcasts the fixes that wait."""
+        if self.broadcaster == "random":
+            return self.drawn.broadcasters[len(self.frames)]
+        if self.broadcaster == "fixed":
+            first = self.broadcaster_keys["asv"]
+            return min(working, key=lambda j: (j - first) % len(self.asvs))
+        if self.broadcaster == "most_fixes":
+            return max(working, key=lambda j: (sum(j in f.asvs for f in self.waiting), -j))
+        if self.broadcaster == "nearest":
+            far = [sum(horizontal(f.ping.place, at) for f in self.waiting) for at in self.places]
+            return min(working, key=lambda j: far[j])
+        return working[len(self.frames) % len(working)]
+
+    def broadcast(self, start: float) -> float:
+        """Broadcast what waits, as of the last round; return when the downlink slot ends."""
         if start >= self.end:
             return start
         self.decide(start)
-        sender = self.choose(row["round"], start, self.waiting)
+        row = self.rounds[-1]
         row["downlink_s"] = row["downlink_s"] or 0.0
-        if sender is None:
+        working = self.working(start)
+        if not working:
             return start
-        fixes, self.waiting = self.waiting, []
-        self.frame(row["round"], sender, start, fixes)
-        end = self.after(start, self.frame_slot(self.airtime(len(fixes))))
+        asv, fixes, self.waiting = self.chosen(working), self.waiting, []
+        self.send(row["round"], asv, start, fixes)
+        end = self.after(start, max(self.airtime(len(fixes)) + self.down_guard, self.down_shortest))
         row["fixes"] += len(fixes)
         row["downlink_s"] += end - start
         return end
 
-    def frame(self, number: int, asv: int, start: float, fixes: list[Fix], part: int = 0) -> None:
-        """Send a frame: what becomes of it at each AUV is worked out at the end (`listen`)."""
-        whole = self.airtime(len(fixes))
-        stops = min(
-            (f["at_s"] for f in self.failures if f["asv"] == asv and f["at_s"] > start),
-            default=math.inf,
-        )
-        airtime = min(whole, stops - start)
-        payload = self.mf["header_bytes"] + len(fixes) * self.mf["fix_bytes"]
+    def send(self, number: int, asv: int, start: float, fixes: list[Fix]) -> None:
+        """Send a frame, until its ASV fails; the end of `fly` tells what becomes of it."""
+        planned = self.airtime(len(fixes))
+        fails = [f["at_s"] for f in self.failures if f["asv"] == asv and f["at_s"] > start]
+        airtime = min([planned, *(at - start for at in fails)])
         row: Row = {
             "round": number,
             "asv": asv,
             "sent_at_s": start,
             "airtime_s": airtime,
-            "payload_bytes": payload,
+            "payload_bytes": self.payload(len(fixes)),
             "fixes": len(fixes),
-            "part": part,
+            "part": 0,
         }
-        self.broadcasts.append(row)
-        if self.protocol["duplex"] == "per_node" or self.downlink == "direct_reply":
-            self.at_asv[asv].append((start, start + airtime, row))
+        at = [
+            (self.arrival(asv, i, start), self.arrival(asv, i, start + airtime)) for i in self.auvs
+        ]
+        far = [horizontal(self.where(i, start), self.places[asv]) for i in self.auvs]
+        near = [i for i in self.auvs if far[i] <= self.mf["range_m"]]
+        frame = Frame(row, fixes, airtime == planned, at, near)
+        self.frames.append(frame)
+        if self.keys["duplex"] == "per_node" or self.replies:
+            self.hf_at_asv[asv].append((start, start + airtime, frame))
         for fix in fixes:
             fix.sent, fix.by = start, asv
-        at = {}
-        for i in self.auvs:
-            front = self.reaches_auv(self.asvs[asv], i, start)
-            back = self.reaches_auv(self.asvs[asv], i, start + airtime)
-            near = horizontal(self.where(i, start), self.asvs[asv]) <= self.mf["range_m"]
-            if near:
-                self.frames_at[i].append((front, back, row))
-            at[i] = (front, back, near)
-        self.frames.append({"row": row, "at": at, "fixes": fixes, "whole": airtime == whole})
+        for i in near:
+            self.mf_at_auv[i].append((*at[i], frame))
 
-    def listen(self) -> list[Row]:
-        """Return what becomes of each frame at each AUV, and of the fixes that it carries."""
-        rows = []
-        for number, frame in enumerate(self.frames):
-            for i, (front, back, near) in frame["at"].items():
-                if not near:
-                    outcome = "out_of_range"
-                elif back > self.end:
-                    outcome = "in_flight"
-                elif not frame["whole"]:
-                    outcome = "lost"
-                elif overlapped(self.frames_at[i], front, back, frame["row"]):
-                    outcome = "collided"
-                else:
-                    outcome = "heard"
-                rows.append(
-                    {
-                        "broadcast": number,
-                        "auv": i,
-                        "outcome": outcome,
-                        "arrived_at_s": front if front < self.end else None,
-                    }
-                )
-                for fix in frame["fixes"]:
-                    if fix.ping.auv == i:
-                        fix.outcome = "delivered" if outcome == "heard" else outcome
-                        late = self.after(fix.sent, back - fix.sent)
-                        if outcome == "heard":
-                            fix.delivered = late if late < self.end else None
-                            fix.outcome = "delivered" if late < self.end else "in_flight"
-        return rows
+    def reception(self, frame: Frame, auv: int) -> str:
+        """Return what becomes of a frame at an AUV, once all that overlaps it is known."""
+        if auv not in frame.in_range:
+            return "out_of_range"
+        return self.fate(self.mf_at_auv[auv], *frame.at[auv], frame, frame.whole)
 
-    def answer(self, until: float) -> None:
+    def deliver(self, fix: Fix, frame: Frame) -> None:
+        """Tell what becomes of a fix, as of its frame."""
+        outcome = self.reception(frame, fix.ping.auv)
+        fix.outcome = "delivered" if outcome == "heard" else outcome
+        if outcome == "heard":
+            at = self.after(0.0, frame.at[fix.ping.auv][1])
+            fix.outcome, fix.delivered = ("delivered", at) if at < self.end else ("in_flight", None)
+
+    def reply(self) -> None:
         """Let the first ASV that decodes a ping reply, ping by ping as they are decoded."""
-        ends = sorted(
+        ends = [
             (p.arrivals[j] + self.ping_s, n, j)
-            for n, p in enumerate(self.undecided)
+            for n, p in enumerate(self.passing)
             for j in p.in_range
-        )
-        pings = list(self.undecided)
+        ]
         replied = set()
-        for end, n, j in ends:
-            ping = pings[n]
+        for end, n, j in sorted(ends):
+            ping = self.passing[n]
             ping.outcomes[j] = self.outcome(ping, j)
             if ping.outcomes[j] == "heard" and n not in replied:
                 replied.add(n)
-                fix = Fix(ping, [j], self.where(ping.auv, ping.sent))
-                self.learn(fix)
-                self.waiting.remove(fix)
-                self.rounds[-1]["fixes"] += 1
-                self.frame(ping.round, j, end, [fix])
-        for ping in pings:
-            for j in self.all_asvs:
-                ping.outcomes.setdefault(j, self.outcome(ping, j))
-        self.undecided.clear()
+                self.send(ping.round, j, end, [self.fix(ping, [j])])
+                self.rounds[ping.round]["fixes"] += 1
+        for ping in self.passing:
+            ping.outcomes = {j: ping.outcomes.get(j, "out_of_range") for j in self.asvs}
+        self.passing = []
 
     # Rounds
 
     def fly(self) -> None:
         """Fly the mission."""
-        number, start = 0, 0.0
+        start = 0.0
         while start < self.end:
-            start = self.one_round(number, start)
-            number += 1
+            start = self.one_round(start)
         self.decide(math.inf)
+        for frame in self.frames:
+            for fix in frame.fixes:
+                self.deliver(fix, frame)
 
-    def one_round(self, number: int, start: float) -> float:
+    def one_round(self, start: float) -> float:
         """Play a round; return when the next begins."""
-        self.places = self.believed(start)
-        conflicts = sum(map(len, self.conflicts(start))) // 2
-        groups = self.groups(number, start)
+        rivals, number = self.conflicts(start), len(self.rounds)
+        groups = self.groups(number, rivals)
+        self.launch = self.believed(start)
         row: Row = {
             "round": number,
             "started_at_s": start,
             "colours": len(groups),
-            "conflicts": conflicts,
+            "conflicts": sum(map(len, rivals)) // 2,
             "uplink_s": None,
             "downlink_s": None,
             "fixes": 0,
@@ -499,26 +429,48 @@ class Second:
         for slot, group in enumerate(groups):
             if time >= self.end:
                 return time
-            time = self.ping_group(number, slot, group, time)
-            if time <= self.end:
-                row["uplink_s"] = time - start
+            time = self.ping_group(slot, group, time)
+            row["uplink_s"] = time - start if time <= self.end else row["uplink_s"]
             if self.downlink == "pipelined_group":
                 time = max(time, self.free)
-                self.free = self.broadcast(row, time)
+                self.free = self.broadcast(time)
         if self.downlink == "sequential":
-            time = self.broadcast(row, time)
+            time = self.broadcast(time)
         elif self.downlink == "pipelined_round":
             time = max(time, self.free)
-            self.free = self.broadcast(row, time)
-        elif self.downlink == "direct_reply" and time <= self.end:
+            self.free = self.broadcast(time)
+        elif self.replies and time <= self.end:
             row["downlink_s"] = 0.0
         if self.schedule in ("round_robin", "random"):
-            frame = self.protocol["frame_s"]
-            time = max(time, self.after(0.0, (number + 1) * frame) + self.waited)
-        while time < self.end and not any(self.works(j, time) for j in self.all_asvs):
-            back = min(f["until_s"] or math.inf for f in self.failures if self.fails(f, time))
-            self.waited, time = self.waited + self.after(0.0, back) - time, self.after(0.0, back)
+            time = max(time, self.after(0.0, (number + 1) * self.keys["frame_s"]) + self.waited)
+        return self.await_asv(time)
+
+    def await_asv(self, time: float) -> float:
+        """Return when an ASV works."""
+        while time < self.end and not self.working(time):
+            back = min(
+                self.after(0.0, f["until_s"] or math.inf)
+                for f in self.failures
+                if f["at_s"] <= time < (f["until_s"] or math.inf)
+            )
+            self.waited, time = self.waited + back - time, back
         return time
+
+
+def coloured(rivals: list[set[int]], by_saturation: bool = False) -> list[list[int]]:
+    """Colour a conflict graph greedily, by number or (DSATUR) by colours and rivals around."""
+    colours: dict[int, int] = {}
+
+    def around(i: int) -> set[int]:
+        return {colours[k] for k in rivals[i] if k in colours}
+
+    while len(colours) < len(rivals):
+        free = [i for i in range(len(rivals)) if i not in colours]
+        if by_saturation:
+            free.sort(key=lambda i: (-len(around(i)), -len(rivals[i]), i))
+        colours[free[0]] = min(set(range(len(rivals))) - around(free[0]))
+    groups: Iterable[int] = range(max(colours.values()) + 1)
+    return [[i for i in range(len(rivals)) if colours[i] == k] for k in groups]
 
 
 def named(part: object) -> tuple[str, Row]:
@@ -526,6 +478,11 @@ def named(part: object) -> tuple[str, Row]:
     return (part["model"], part) if isinstance(part, dict) else (str(part), {})
 
 
+def horizontal(a: Place, b: Place) -> float:
+    """Return the horizontal distance of two places."""
+    return math.hypot(a[0] - b[0], a[1] - b[1])
+
+
 def overlapped(sounds: list, begin: float, end: float, own: object) -> bool:
     """Tell whether another sound is there between two instants."""
-    return any(a < end and begin < b for a, b, sound in sounds if sound is not own)
+    return any(a < end and begin < b for a, b, sound in sounds if sound != own)
