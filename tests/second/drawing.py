@@ -2,7 +2,9 @@
 
 import random
 
-SCHEDULES = ["spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random", "polling"]
+SCHEDULES = ["spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random", "polling"] + [
+    "worst_first"
+]
 
 
 def scenario(seed: int, **wanted: object) -> dict:
@@ -48,6 +50,10 @@ def scenario(seed: int, **wanted: object) -> dict:
         ),
     }
     protocol.update(wanted)
+    if protocol["schedule"] == "worst_first":
+        protocol["schedule"] = {"model": "worst_first", "slots": draw.randint(1, 5)}
+        if route["kind"] != "hold":  # motion between call and answer would make fixes uncertain
+            protocol["ranging"] = "owtt_sync"
     if protocol["broadcaster"] == "fixed":
         protocol["broadcaster"] = {"model": "fixed", "asv": draw.randrange(ships)}
     if protocol["ranging"] == "twtt":
@@ -59,6 +65,8 @@ def scenario(seed: int, **wanted: object) -> dict:
         at = round(draw.uniform(0.0, duration), 3)
         until = draw.choice([None, round(at + draw.uniform(0.5, 10.0), 3)])
         failures = [{"asv": draw.randrange(ships), "at_s": at, "until_s": until}]
+    # Ranges of another speed of sound would put last fixes elsewhere, and make them uncertain
+    exact = protocol["positions"] == "truth" and "worst_first" not in str(protocol["schedule"])
     return {
         "name": f"second_{seed}",
         "duration_s": duration,
@@ -71,10 +79,7 @@ def scenario(seed: int, **wanted: object) -> dict:
         },
         "environment": {
             "sound_speed_m_per_s": draw.choice([1500.0, 1450.0, 1540.0]),
-            # Ranges of another speed of sound would put last fixes elsewhere
-            "assumed_sound_speed_m_per_s": draw.choice([None, None, 1500.0])
-            if protocol["positions"] == "truth"
-            else None,
+            "assumed_sound_speed_m_per_s": draw.choice([None, None, 1500.0]) if exact else None,
         },
         "acoustics": {
             "hf": {
@@ -100,6 +105,10 @@ def scenario(seed: int, **wanted: object) -> dict:
             "pitch_sd_deg": 0.0,
             "heading_sd_deg": 0.0,
         },
-        "navigation": {"imu_rate_hz": 1.0},
+        "navigation": {
+            "imu_rate_hz": 1.0,
+            "velocity_bias_m_per_s": [round(draw.uniform(0.0, 0.1), 3), 0.0],
+            "random_walk_m_per_sqrt_s": round(draw.uniform(0.0, 0.1), 3),
+        },
         "record": {"tracks_hz": 0.1, "metrics_hz": 0.1},
     }

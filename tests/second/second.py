@@ -82,6 +82,8 @@ class Second:
         self.downlink, self.downlink_keys = named(self.keys["downlink"])
         self.broadcaster, self.broadcaster_keys = named(self.keys["broadcaster"])
         self.ranging, self.ranging_keys = named(self.keys["ranging"])
+        own = keys["navigation"]
+        self.drift = math.hypot(*own["velocity_bias_m_per_s"]), own["random_walk_m_per_sqrt_s"]
         self.plan_slots(keys)
         self.rounds: list[Row] = []
         self.pings: list[Ping] = []
@@ -90,6 +92,8 @@ class Second:
         self.passing: list[Ping] = []  # pings whose fate is open
         self.waiting: list[Fix] = []  # fixes that wait for the downlink
         self.known = [self.where(i, 0.0) for i in self.auvs]  # where fixes put the AUVs
+        self.known_at = [0.0 for _ in self.auvs]
+        self.turns_in_vain = [0 for _ in self.auvs]  # of each AUV since its last fix
         self.free = self.waited = 0.0  # end of the last downlink slot; time without ASVs
         # What arrives, as (begin, end, sound)
         self.hf_at_asv: list[list] = [[] for _ in self.asvs]
@@ -164,24 +168,43 @@ class Second:
             return list(self.known)
         return [self.where(i, time) for i in self.auvs]
 
-    def conflicts(self, time: float) -> list[set[int]]:
-        """Return of each AUV the others that some ASV hears as well, as the fleet believes."""
-        margin = self.keys["conflict_margin_m"]
-        by = [
-            {j for j in self.working(time) if self.reaches(place, self.places[j], margin)}
+    def hearers(self, time: float) -> list[set[int]]:
+        """Return of each AUV the ASVs that hear it, as the fleet believes."""
+        margin, working = self.keys["conflict_margin_m"], self.working(time)
+        return [
+            {j for j in working if self.reaches(place, self.places[j], margin)}
             for place in self.believed(time)
         ]
-        return [{k for k in self.auvs if k != i and by[i] & by[k]} for i in self.auvs]
 
-    def groups(self, number: int, rivals: list[set[int]]) -> list[list[int]]:
-        """Return the ping groups of a round."""
+    def groups(self, start: float, by: list[set[int]], rivals: list[set[int]]) -> list[list[int]]:
+        """Return the ping groups of a round, by who hears whom and who conflicts with whom."""
         if self.schedule in ("one_per_slot", "polling"):
             return [[i] for i in self.auvs]
         if self.schedule == "round_robin":
-            return [[number % len(self.auvs)]]
+            return [[len(self.rounds) % len(self.auvs)]]
         if self.schedule == "random":
-            return [[self.drawn.turns[number]]]
+            return [[self.drawn.turns[len(self.rounds)]]]
+        if self.schedule == "worst_first":
+            return self.worst_first(start, by, rivals)
         return coloured(rivals, by_saturation=self.schedule == "dsatur")
+
+    def worst_first(
+        self, start: float, by: list[set[int]], rivals: list[set[int]]
+    ) -> list[list[int]]:
+        """Return groups of the AUVs with the largest claims; the others wait."""
+        bias, walk = self.drift
+        ages = [start - at for at in self.known_at]
+        claims = [
+            math.sqrt((bias * age) ** 2 + 2 * walk**2 * age) / (in_vain + 2)
+            for age, in_vain in zip(ages, self.turns_in_vain, strict=True)
+        ]
+        groups: list[list[int]] = [[] for _ in range(self.schedule_keys.get("slots", 4))]
+        for i in sorted(self.auvs, key=lambda i: -claims[i]):
+            free = [group for group in groups if not rivals[i] & set(group)]
+            if free:
+                free[0].append(i)
+                self.turns_in_vain[i] += bool(by[i])
+        return [sorted(group) for group in groups if group]
 
     # Uplink
 
@@ -293,7 +316,8 @@ class Second:
     def fix(self, ping: Ping, asvs: list[int]) -> Fix:
         """Make a fix of a ping: the fleet knows where its AUV was."""
         self.fixes.append(Fix(ping, asvs))
-        self.known[ping.auv] = ping.place
+        self.known[ping.auv], self.known_at[ping.auv] = ping.place, ping.sent
+        self.turns_in_vain[ping.auv] = 0
         return self.fixes[-1]
 
     # Downlink
@@ -412,8 +436,10 @@ class Second:
 
     def one_round(self, start: float) -> float:
         """Play a round; return when the next begins."""
-        rivals, number = self.conflicts(start), len(self.rounds)
-        groups = self.groups(number, rivals)
+        self.decide(start)
+        by, number = self.hearers(start), len(self.rounds)
+        rivals = [{k for k in self.auvs if k != i and by[i] & by[k]} for i in self.auvs]
+        groups = self.groups(start, by, rivals)
         self.launch = self.believed(start)
         row: Row = {
             "round": number,
