@@ -2,9 +2,11 @@
 
 import random
 
-SCHEDULES = ["spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random", "polling"] + [
-    "worst_first"
-]
+SCHEDULES = ["spatial_reuse", "dsatur", "one_per_slot", "worst_first"]
+SCHEDULES += ["round_robin", "random", "polling"]
+DOWNLINKS = ["sequential", "pipelined_round", "pipelined_group", "direct_reply"]
+OVERFULL = ["split", "split", "oldest_first"]
+BROADCASTERS = ["rotate", "random", "most_fixes", "nearest", "fixed", "parallel"]
 
 
 def scenario(seed: int, **wanted: object) -> dict:
@@ -32,10 +34,8 @@ def scenario(seed: int, **wanted: object) -> dict:
     hf = round(draw.choice([0.3, 0.5, 0.7, 1.0, 1.5]) * side * draw.uniform(0.8, 1.2), 2)
     protocol = {
         "schedule": draw.choice(SCHEDULES),
-        "downlink": draw.choice(
-            ["sequential", "pipelined_round", "pipelined_group", "direct_reply"]
-        ),
-        "broadcaster": draw.choice(["rotate", "random", "most_fixes", "nearest", "fixed"]),
+        "downlink": draw.choice(DOWNLINKS),
+        "broadcaster": draw.choice(BROADCASTERS),
         "ranging": draw.choice(["owtt_sync", "owtt_sync", "twtt"]),
         "positions": draw.choice(["truth", "truth", "last_fix"]),
         "tick_rate_hz": draw.choice([None, None, 30.0, 100.0]),
@@ -50,6 +50,8 @@ def scenario(seed: int, **wanted: object) -> dict:
         ),
     }
     protocol.update(wanted)
+    if protocol["downlink"] == "direct_reply" and protocol["broadcaster"] == "parallel":
+        protocol["broadcaster"] = "rotate"
     if protocol["schedule"] == "worst_first":
         protocol["schedule"] = {"model": "worst_first", "slots": draw.randint(1, 5)}
         if route["kind"] != "hold":  # motion between call and answer would make fixes uncertain
@@ -67,6 +69,7 @@ def scenario(seed: int, **wanted: object) -> dict:
         failures = [{"asv": draw.randrange(ships), "at_s": at, "until_s": until}]
     # Ranges of another speed of sound would put last fixes elsewhere, and make them uncertain
     exact = protocol["positions"] == "truth" and "worst_first" not in str(protocol["schedule"])
+    overfull = "split" if protocol["broadcaster"] == "parallel" else draw.choice(OVERFULL)
     return {
         "name": f"second_{seed}",
         "duration_s": duration,
@@ -93,6 +96,9 @@ def scenario(seed: int, **wanted: object) -> dict:
                 "overhead": draw.choice([1.0, 2.0]),
                 "header_bytes": draw.choice([0, 8]),
                 "fix_bytes": draw.choice([8, 16]),
+                "payload_bytes": draw.choice([None, None, 24, 40, 64]),
+                "overfull": overfull,
+                "processing_s": draw.choice([None, None, 0.05]),
             },
             "loss": {"law": "none"},
         },

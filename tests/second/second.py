@@ -84,6 +84,10 @@ class Second:
         self.ranging, self.ranging_keys = named(self.keys["ranging"])
         own = keys["navigation"]
         self.drift = math.hypot(*own["velocity_bias_m_per_s"]), own["random_walk_m_per_sqrt_s"]
+        self.processing = self.mf["processing_s"] or 0.0
+        self.capacity = ((self.mf["payload_bytes"] or 10**9) - self.mf["header_bytes"]) // self.mf[
+            "fix_bytes"
+        ]
         self.plan_slots(keys)
         self.rounds: list[Row] = []
         self.pings: list[Ping] = []
@@ -92,8 +96,7 @@ class Second:
         self.passing: list[Ping] = []  # pings whose fate is open
         self.waiting: list[Fix] = []  # fixes that wait for the downlink
         self.known = [self.where(i, 0.0) for i in self.auvs]  # where fixes put the AUVs
-        self.known_at = [0.0 for _ in self.auvs]
-        self.turns_in_vain = [0 for _ in self.auvs]  # of each AUV since its last fix
+        self.turns: list[list[int]] = [[] for _ in self.auvs]  # rounds, if somebody hears the AUV
         self.free = self.waited = 0.0  # end of the last downlink slot; time without ASVs
         # What arrives, as (begin, end, sound)
         self.hf_at_asv: list[list] = [[] for _ in self.asvs]
@@ -193,17 +196,19 @@ class Second:
     ) -> list[list[int]]:
         """Return groups of the AUVs with the largest claims; the others wait."""
         bias, walk = self.drift
-        ages = [start - at for at in self.known_at]
-        claims = [
-            math.sqrt((bias * age) ** 2 + 2 * walk**2 * age) / (in_vain + 2)
-            for age, in_vain in zip(ages, self.turns_in_vain, strict=True)
-        ]
+        claims = []
+        for i in self.auvs:
+            sent = [f for f in self.fixes if f.ping.auv == i and (f.sent or math.inf) <= start]
+            age = start - max((f.ping.sent for f in sent), default=0.0)
+            last = max((f.ping.round for f in sent), default=-1)
+            in_vain = sum(number > last for number in self.turns[i])
+            claims.append(math.sqrt((bias * age) ** 2 + 2 * walk**2 * age) / (in_vain + 2))
         groups: list[list[int]] = [[] for _ in range(self.schedule_keys.get("slots", 4))]
         for i in sorted(self.auvs, key=lambda i: -claims[i]):
             free = [group for group in groups if not rivals[i] & set(group)]
             if free:
                 free[0].append(i)
-                self.turns_in_vain[i] += bool(by[i])
+                self.turns[i] += [len(self.rounds)] if by[i] else []
         return [sorted(group) for group in groups if group]
 
     # Uplink
@@ -316,8 +321,7 @@ class Second:
     def fix(self, ping: Ping, asvs: list[int]) -> Fix:
         """Make a fix of a ping: the fleet knows where its AUV was."""
         self.fixes.append(Fix(ping, asvs))
-        self.known[ping.auv], self.known_at[ping.auv] = ping.place, ping.sent
-        self.turns_in_vain[ping.auv] = 0
+        self.known[ping.auv] = ping.place
         return self.fixes[-1]
 
     # Downlink
@@ -330,19 +334,20 @@ class Second:
         """Return how many bytes a frame of so many fixes has."""
         return self.mf["header_bytes"] + fixes * self.mf["fix_bytes"]
 
-    def chosen(self, working: list[int]) -> int:
-        """Return which of the ASVs that work broadcasts the fixes that wait."""
+    def chosen(self, working: list[int], fixes: list[Fix]) -> int:
+        """Return which of the ASVs that work broadcasts fixes."""
         if self.broadcaster == "random":
             return self.drawn.broadcasters[len(self.frames)]
         if self.broadcaster == "fixed":
             first = self.broadcaster_keys["asv"]
             return min(working, key=lambda j: (j - first) % len(self.asvs))
         if self.broadcaster == "most_fixes":
-            return max(working, key=lambda j: (sum(j in f.asvs for f in self.waiting), -j))
+            return max(working, key=lambda j: (sum(j in f.asvs for f in fixes), -j))
         if self.broadcaster == "nearest":
-            far = [sum(horizontal(f.ping.place, at) for f in self.waiting) for at in self.places]
+            far = [sum(horizontal(f.ping.place, at) for f in fixes) for at in self.places]
             return min(working, key=lambda j: far[j])
-        return working[len(self.frames) % len(working)]
+        number = sum(frame.row["part"] == 0 for frame in self.frames)
+        return working[number % len(working)]
 
     def broadcast(self, start: float) -> float:
         """Broadcast what waits, as of the last round; return when the downlink slot ends."""
@@ -354,18 +359,62 @@ class Second:
         working = self.working(start)
         if not working:
             return start
-        asv, fixes, self.waiting = self.chosen(working), self.waiting, []
-        self.send(row["round"], asv, start, fixes)
-        end = self.after(start, max(self.airtime(len(fixes)) + self.down_guard, self.down_shortest))
-        row["fixes"] += len(fixes)
+        end = start
+        for shares in self.senders(start, working):
+            begun = end
+            ends = [self.send(row["round"], asv, begun, fixes) for asv, fixes in shares.items()]
+            end = self.after(max(ends), self.down_guard)
+        end = max(end, self.after(start, self.down_shortest))
         row["downlink_s"] += end - start
         return end
 
-    def send(self, number: int, asv: int, start: float, fixes: list[Fix]) -> None:
+    def senders(self, start: float, working: list[int]) -> list[dict[int, list[Fix]]]:
+        """Return who sends what: fixes of each ASV, of those that broadcast at once."""
+        if self.broadcaster != "parallel":
+            fixes, self.waiting = self.waiting, []
+            if self.mf["overfull"] == "oldest_first":
+                fixes, self.waiting = fixes[: self.capacity], fixes[self.capacity :]
+            return [{self.chosen(working, fixes): fixes}]
+        shares: dict[int, list[Fix]] = {}
+        for fix in self.waiting:
+            far = {j: horizontal(fix.ping.place, self.places[j]) for j in working}
+            shares.setdefault(min(working, key=lambda j: far[j]), []).append(fix)
+        self.waiting, shares = (
+            [],
+            dict(sorted(shares.items(), key=lambda x: (-len(x[1]), x[0]))) or {working[0]: []},
+        )
+        listeners = {
+            j: {
+                i
+                for i, place in enumerate(self.believed(start))
+                if horizontal(place, self.places[j]) <= self.mf["range_m"]
+            }
+            for j in shares
+        }
+        asvs = list(shares)
+        rivals = [
+            {n for n, k in enumerate(asvs) if k != j and listeners[j] & listeners[k]} for j in asvs
+        ]
+        return [{asvs[n]: shares[asvs[n]] for n in group} for group in coloured(rivals)]
+
+    def send(self, number: int, asv: int, start: float, fixes: list[Fix]) -> float:
+        """Send fixes, in several frames if one does not hold them; return when that ends."""
+        for part in range(max(1, math.ceil(len(fixes) / self.capacity))):
+            share = fixes[part * self.capacity : (part + 1) * self.capacity]
+            if start < self.end:
+                self.send_frame(number, asv, start, share, part)
+            start += self.airtime(len(share))
+        return start
+
+    def send_frame(self, number: int, asv: int, start: float, fixes: list[Fix], part: int) -> None:
         """Send a frame, until its ASV fails; the end of `fly` tells what becomes of it."""
         planned = self.airtime(len(fixes))
-        fails = [f["at_s"] for f in self.failures if f["asv"] == asv and f["at_s"] > start]
-        airtime = min([planned, *(at - start for at in fails)])
+        fails = [
+            max(0.0, f["at_s"] - start)
+            for f in self.failures
+            if f["asv"] == asv and start < (f["until_s"] or math.inf)
+        ]
+        airtime = min([planned, *fails])
         row: Row = {
             "round": number,
             "asv": asv,
@@ -373,7 +422,7 @@ class Second:
             "airtime_s": airtime,
             "payload_bytes": self.payload(len(fixes)),
             "fixes": len(fixes),
-            "part": 0,
+            "part": part,
         }
         at = [
             (self.arrival(asv, i, start), self.arrival(asv, i, start + airtime)) for i in self.auvs
@@ -382,6 +431,7 @@ class Second:
         near = [i for i in self.auvs if far[i] <= self.mf["range_m"]]
         frame = Frame(row, fixes, airtime == planned, at, near)
         self.frames.append(frame)
+        self.rounds[number]["fixes"] += len(fixes)
         if self.keys["duplex"] == "per_node" or self.replies:
             self.hf_at_asv[asv].append((start, start + airtime, frame))
         for fix in fixes:
@@ -398,10 +448,10 @@ class Second:
     def deliver(self, fix: Fix, frame: Frame) -> None:
         """Tell what becomes of a fix, as of its frame."""
         outcome = self.reception(frame, fix.ping.auv)
-        fix.outcome = "delivered" if outcome == "heard" else outcome
-        if outcome == "heard":
-            at = self.after(0.0, frame.at[fix.ping.auv][1])
-            fix.outcome, fix.delivered = ("delivered", at) if at < self.end else ("in_flight", None)
+        at = self.after(frame.at[fix.ping.auv][1], self.processing)
+        if at >= self.end and outcome != "out_of_range":
+            outcome = "in_flight"
+        fix.outcome, fix.delivered = ("delivered", at) if outcome == "heard" else (outcome, None)
 
     def reply(self) -> None:
         """Let the first ASV that decodes a ping reply, ping by ping as they are decoded."""
@@ -417,7 +467,6 @@ class Second:
             if ping.outcomes[j] == "heard" and n not in replied:
                 replied.add(n)
                 self.send(ping.round, j, end, [self.fix(ping, [j])])
-                self.rounds[ping.round]["fixes"] += 1
         for ping in self.passing:
             ping.outcomes = {j: ping.outcomes.get(j, "out_of_range") for j in self.asvs}
         self.passing = []
