@@ -62,7 +62,7 @@ def tables_of_second(mission: Second) -> Tables:
                 "x_m": p.place[0],
                 "y_m": p.place[1],
                 "in_range_of": len(p.in_range),
-                "heard_by": list(p.outcomes.values()).count("heard"),
+                "heard_by": sum(mission.outcome(p, j) == "heard" for j in mission.asvs),
                 "called_at_s": p.called,
                 "called_by": p.caller,
                 "call": p.call,
@@ -75,7 +75,7 @@ def tables_of_second(mission: Second) -> Tables:
                 "auv": p.auv,
                 "asv": j,
                 "arrived_at_s": p.arrivals.get(j),
-                "outcome": p.outcomes[j],
+                "outcome": mission.outcome(p, j),
             }
             for p in mission.pings
             for j in mission.asvs

@@ -36,7 +36,6 @@ class Ping:
     place: Place = (0.0, 0.0, 0.0)
     in_range: list[int] = field(default_factory=list)
     arrivals: dict[int, float] = field(default_factory=dict)
-    outcomes: dict[int, str] = field(default_factory=dict)
     passed: float = math.inf
 
 
@@ -265,9 +264,6 @@ class Second:
         ping.in_range = [j for j in near if self.works(j, at[j])]
         self.pings.append(ping)
         if ping.call not in (None, "heard"):
-            ping.outcomes = {
-                j: ping.call if j in ping.in_range else "out_of_range" for j in self.asvs
-            }
             return
         ping.arrivals = dict(enumerate(at))
         ping.passed = max((at[j] + self.ping_s for j in ping.in_range), default=ping.sent)
@@ -297,6 +293,8 @@ class Second:
         """Return what becomes of a ping at an ASV, once all that overlaps it is known."""
         if asv not in ping.in_range:
             return "out_of_range"
+        if not ping.arrivals:
+            return ping.call
         begin, end = ping.arrivals[asv], ping.arrivals[asv] + self.ping_s
         return self.fate(self.hf_at_asv[asv], begin, end, ping, self.works(asv, begin, end))
 
@@ -313,8 +311,7 @@ class Second:
         for ping in sorted(self.passing, key=lambda p: p.passed):
             if ping.passed <= until:
                 self.passing.remove(ping)
-                ping.outcomes = {j: self.outcome(ping, j) for j in self.asvs}
-                by = [j for j in self.asvs if ping.outcomes[j] == "heard"]
+                by = [j for j in self.asvs if self.outcome(ping, j) == "heard"]
                 if by and ping.passed <= self.end:
                     self.waiting.append(self.fix(ping, by))
 
@@ -456,19 +453,16 @@ class Second:
     def reply(self) -> None:
         """Let the first ASV that decodes a ping reply, ping by ping as they are decoded."""
         ends = [
-            (p.arrivals[j] + self.ping_s, n, j)
-            for n, p in enumerate(self.passing)
-            for j in p.in_range
+            (ping.arrivals[j] + self.ping_s, n, j)
+            for n, ping in enumerate(self.passing)
+            for j in ping.in_range
         ]
         replied = set()
         for end, n, j in sorted(ends):
             ping = self.passing[n]
-            ping.outcomes[j] = self.outcome(ping, j)
-            if ping.outcomes[j] == "heard" and n not in replied:
+            if n not in replied and self.outcome(ping, j) == "heard":
                 replied.add(n)
                 self.send(ping.round, j, end, [self.fix(ping, [j])])
-        for ping in self.passing:
-            ping.outcomes = {j: ping.outcomes.get(j, "out_of_range") for j in self.asvs}
         self.passing = []
 
     # Rounds
