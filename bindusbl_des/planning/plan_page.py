@@ -1,6 +1,7 @@
 """The page of a plan: the answer, a chart to move vessels on, what was simulated, and what if."""
 
 import json
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from html import escape
@@ -58,11 +59,22 @@ def goal_told(goal: Record) -> str:
     """Return a goal in words: what, of whom, below what.
 
     >>> goal_told({"metric": "position_error_p95_m", "below": 1.0, "of": "worst"})
-    'Goal: position error, 95 % of the time, of the worst AUV below 1.00 m'
+    'Goal for the worst AUV: position error, 95 % of the time below 1.00 m'
     """
     whose = goal.get("of", "worst")
-    who = f"of the {WHOSE[whose]}" if whose in WHOSE else f"of {100 * float(whose):g} % of the AUVs"
-    return f"Goal: {units(goal['metric'])['words']}, {who} {bound(goal)}"
+    who = f"the {WHOSE[whose]}" if whose in WHOSE else f"{100 * float(whose):g} % of the AUVs"
+    return f"Goal for {who}: {units(goal['metric'])['words']} {bound(goal)}"
+
+
+def worded(text: str, goals: Sequence[Record]) -> str:
+    """Return what a plan says with the metrics of its goals in words.
+
+    >>> worded("position_error_m 0.80 m", [{"metric": "position_error_m"}])
+    'mean position error 0.80 m'
+    """
+    for goal in goals:
+        text = re.sub(rf"\b{goal['metric']}\b", units(goal["metric"])["words"], text)
+    return text
 
 
 def value_of(candidate: Record, part: str, name: str, goal: int) -> float | None:
@@ -204,20 +216,18 @@ def _head(record: Record) -> str:
 
 def _answer(record: Record) -> str:
     """Return the answer: in sentences, in numbers, what binds, and the command that flies it."""
-    told = list(record.get("told") or [])
+    goals = record.get("goal") or []
+    told = [worded(it, goals) for it in record.get("told") or []]
     is_open, none = not record.get("settled", True), not record.get("answer")
     kind = "verdict open" if is_open else "verdict warning" if none else "verdict"
     first = told[0] if told else _plainly(record)
-    parts = [filled(f'<p class="{kind}">{{it}}</p>', it=first), _tiles(record), _fragile(record)]
-    parts += [filled("<p>{it}</p>", it=it) for it in told[1:]]
+    beside = _fragile(record) + _binding(record)
+    parts = [filled(f'<p class="{kind}">{{it}}</p>', it=first), _tiles(record)]
+    parts += [f'<div class="pair">{beside}</div>'] if beside else []
+    parts += [filled("<p>{it}</p>", it=it[:1].upper() + it[1:]) for it in told[1:]]
     if record.get("would"):
-        parts.append(filled("<p><b>What would:</b> {it}</p>", it=record["would"]))
-    binding = [it for it in record.get("binding") or [] if it.get("told")]
-    if binding:
-        items = "".join(filled("<li>{it}</li>", it=it["told"]) for it in binding)
-        team = shown_first(record)
-        of = "" if team is None or record.get("chosen") is not None else f" candidate {team + 1}"
-        parts.append(f"<h3>What binds{of}</h3><ul>{items}</ul>")
+        would = worded(record["would"], goals)
+        parts.append(filled("<p><b>What would:</b> {it}</p>", it=would))
     if record.get("run") and record.get("answer"):
         fly = '<p class="copied">To fly it: <code id="answer-run">{it}</code></p>'
         parts.append(filled(fly, it=record["run"]))
@@ -230,6 +240,17 @@ def shown_first(record: Record) -> int | None:
     if record.get("chosen") is not None:
         return int(record["chosen"])
     return int(runners[0]) if runners else None
+
+
+def _binding(record: Record) -> str:
+    """Return in a list what keeps the team from being better, "" where it is not known."""
+    binding = [it for it in record.get("binding") or [] if it.get("told")]
+    if not binding:
+        return ""
+    goals, team = record.get("goal") or [], shown_first(record)
+    of = "" if team is None or record.get("chosen") is not None else f" candidate {team + 1}"
+    items = "".join(filled("<li>{it}</li>", it=worded(it["told"], goals)) for it in binding)
+    return f"<div><h3>What binds{of}</h3><ul>{items}</ul></div>"
 
 
 def _fragile(record: Record) -> str:
@@ -252,7 +273,7 @@ def _fragile(record: Record) -> str:
             planned=planned,
             unit=told["unit"],
         )
-    return f'<h3>If it is not as planned</h3><ul class="fragile">{items}</ul>'
+    return f"<div><h3>If it is not as planned</h3><ul>{items}</ul></div>"
 
 
 def _plainly(record: Record) -> str:
@@ -264,30 +285,25 @@ def _plainly(record: Record) -> str:
 
 def _tiles(record: Record) -> str:
     """Return the numbers of the answer; of a null answer what was flown, and how sure one asked."""
-    found = [("missions simulated", number(record.get("missions"), 0), "")]
+    found = [("missions simulated", number(record.get("missions"), 0), "", "")]
     if record.get("confidence") is not None and record.get("settled", True):
-        found.append(("confidence", number(record["confidence"], 0, 100), "%"))
+        found.append(("confidence", number(record["confidence"], 0, 100), "%", ""))
     chosen = _chosen(record)
     if chosen is not None:
-        first = [("vessels", number(chosen.get("asvs"), 0), "")]
+        first = [("vessels", number(chosen.get("asvs"), 0), "", "")]
         for place, goal in enumerate(record.get("goal") or []):
             told = units(goal["metric"])
-            words = f"{told['words']}, simulated (goal {bound(goal)})"
             mean, span = parted(chosen, place, told["factor"])
-            first.append((words, mean, f"{told['unit']} {span}".strip()))
+            first.append((f"{told['words']}, simulated", mean, told["unit"], span))
             missed, flown = _missed(chosen, place)
             if missed is not None:
-                first.append(("missions that miss the goal", f"{missed:.0f}", f"of {flown}"))
+                first.append(("missions that miss the goal", f"{missed:.0f}", f"of {flown}", ""))
         found = [*first, *found][:MOST_TILES]
-    tiles = "".join(
-        filled(
-            "<div><dt>{words}</dt><dd>{it} <small>{unit}</small></dd></div>",
-            words=words,
-            it=it,
-            unit=unit,
-        )
-        for words, it, unit in found
-    )
+    tiles = ""
+    for words, it, unit, span in found:
+        more = filled("<dd><small>{span}</small></dd>", span=span) if span else ""
+        shown = "<dt>{words}</dt><dd>{it} <small>{unit}</small></dd>"
+        tiles += f"<div>{filled(shown, words=words, it=it, unit=unit)}{more}</div>"
     return f'<dl class="tiles">{tiles}</dl>'
 
 

@@ -126,11 +126,23 @@ function startPrinting() {
     if (on === onPaper()) return;
     if (on) before = root.dataset.theme;
     root.classList.toggle("paper", on);
+    fillPage(on);
     setTheme(on ? "light" : before);
   };
   window.addEventListener("beforeprint", () => print(true));
   window.addEventListener("afterprint", () => print(false));
   printing.addEventListener("change", () => print(printing.matches));
+}
+
+// A map on paper is as high as what the rest of its page holds, where that is enough to see much.
+const PAGE = 1020, LEAST = 280, MOST = 470; // pixels; a sheet of A4 less its margins
+function fillPage(on) {
+  const map = byId("map");
+  if (!map) return;
+  map.style.height = "";
+  const top = (element) => element.getBoundingClientRect().top, beneath = map.closest("figure").offsetHeight - map.offsetHeight;
+  const left = PAGE - (top(map) - top(byId("main"))) % PAGE - beneath;
+  if (on && left > LEAST) map.style.height = `${Math.min(left, MOST)}px`;
 }
 
 // Tells those who listen to the page what they did; nothing speaks while time plays on.

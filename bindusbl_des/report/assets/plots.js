@@ -180,7 +180,7 @@ function histogram(name, host, values, unit, top) {
   const bins = Array.from({ length: count }, (_, i) => start + (i + 0.5) * width), heights = new Array(count).fill(0);
   for (const value of values) heights[Math.min(Math.max(Math.floor((value - start) / width), 0), count - 1)]++;
   const options = () => ({
-    height: 220, cursor: { y: false, drag: { x: false } }, scales: { x: { time: false, range: [start, end] } },
+    height: 220, cursor: { y: false, drag: { x: false } }, scales: { x: { time: false, range: [start, end] }, y: { range: (u, low, high) => [0, 1.08 * high || 1] } },
     axes: [axis(`time (s), in steps of ${significant(width, 1)} s`), axis(unit, { size: 50, incrs: COUNTS })],
     series: [{ label: "from–to", value: (u, v) => (v === null ? "–" : `${(v - width / 2).toFixed(3)}–${(v + width / 2).toFixed(3)} s`) },
       { label: unit, value: (u, v) => (v === null ? "–" : `${v}`), stroke: colours.accent, fill: colours.accent + "99", paths: uPlot.paths.bars({ size: [0.9, 100] }), points: { show: false } }],
