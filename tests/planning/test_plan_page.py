@@ -129,8 +129,14 @@ def test_a_chart_offers_each_filter(chart: Record) -> None:
     ("goal", "words"),
     [
         (GOAL, "Goal for the worst AUV: position error, 95 % of the time below 1.00 m"),
-        ({"metric": "hf_coverage", "above": 0.9, "of": "mean"}, "Goal for the mean of the AUVs: pings in HF range above 90.0 %"),
-        ({"metric": "fix_age_p95_s", "below": 20, "of": 0.9}, "Goal for 90 % of the AUVs: age of the last fix, 95 % of the time below 20.0 s"),
+        (
+            {"metric": "hf_coverage", "above": 0.9, "of": "mean"},
+            "Goal for the mean of the AUVs: pings in HF range above 90.0 %",
+        ),
+        (
+            {"metric": "fix_age_p95_s", "below": 20, "of": 0.9},
+            "Goal for 90 % of the AUVs: age of the last fix, 95 % of the time below 20.0 s",
+        ),
     ],
 )
 def test_goals_are_told_with_their_units(goal: Record, words: str) -> None:
