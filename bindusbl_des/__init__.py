@@ -26,8 +26,7 @@ if TYPE_CHECKING:
     from .mission.simulation import simulate
     from .navigation.dead_reckoning import DeadReckoning, Odometry
     from .navigation.navigators import Navigator
-    from .planning.outcome import Plan
-    from .planning.planning import plan
+    from .planning.planning import Plan, plan
     from .preflight.limits import limits
     from .preflight.warnings import warnings_of
     from .protocol.anchors.view import AnchorView
@@ -90,7 +89,7 @@ _HOMES = {
     "Mission": "mission.mission",
     "ping_group": "protocol.tdma",
     "plan": "planning.planning",
-    "Plan": "planning.outcome",
+    "Plan": "planning.planning",
     "range_loss": "acoustics.loss",
     "read_log": "recorded.reading",
     "replay": "recorded.replaying",

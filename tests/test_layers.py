@@ -32,7 +32,7 @@ HOMES = {
     "pyarrow": "acoustics.ray_tables results mission.metrics campaigns export recorded",
     "yaml": "scenario.files",
     "click": "cli commands",
-    "numba": "core.compiled core.handed",
+    "numba": "core.compiled core.packed",
     "pydantic": "scenario campaigns",
     "pydantic_core": "scenario",
     "matplotlib": "figures recorded",

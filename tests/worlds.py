@@ -11,8 +11,8 @@ from bindusbl_des.geometry.paths import Path
 from bindusbl_des.geometry.routes import Turning, lawnmower
 from bindusbl_des.navigation.belief import Growth, first_belief
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning
+from bindusbl_des.navigation.fix_update import Rule
 from bindusbl_des.navigation.navigators import LinearNavigator
-from bindusbl_des.navigation.weighing import Rule
 from bindusbl_des.records.rows import LEARNT, NONE
 
 

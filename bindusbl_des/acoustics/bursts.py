@@ -98,7 +98,7 @@ def renewed(key: np.uint64, burst_s: float, time: float, loss: float) -> tuple[f
 
 
 @compiled
-def lasting(pair: Row, time: float, loss: float) -> float:
+def burst_luck(pair: Row, time: float, loss: float) -> float:
     """Return the luck of a pair, :data:`PAIR`, at an instant (s), a standard normal; `loss` as of
     :func:`renewed`.
     """
@@ -120,11 +120,11 @@ def lost_since(pair: Row, time: float, loss: float) -> float:
 
 
 @compiled
-def lasting_chances(of: Rows, time: float, losses: Floats) -> Floats:
+def burst_chances(of: Rows, time: float, losses: Floats) -> Floats:
     """Return the luck of pairs (n,), :data:`PAIR`, at an instant (s), as numbers in [0, 1), (n,):
     signals are lost with those below their `losses` (n,).
     """
     out = np.empty(losses.size)
     for k in range(losses.size):
-        out[k] = chance_of(lasting(of[k], time, losses[k]))
+        out[k] = chance_of(burst_luck(of[k], time, losses[k]))
     return out

@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from ..core.compiled import compiled
-from ..core.handed import opened
+from ..core.packed import unpacked
 from ..records.events import HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ..records.rows import NONE, PING, RECEPTION, Row, Rows
 from ..vehicles.fleet import Failures
@@ -129,17 +129,17 @@ class Spread(NamedTuple):
 
 @compiled
 def spread(
-    handed: int, group: Ints, round_number: int, slot: int, time: float, called: Rows, calls: int,
+    packed: int, group: Ints, round_number: int, slot: int, time: float, called: Rows, calls: int,
     ping: int, row: int,
 ) -> int:  # fmt: skip
     """Let a group of AUVs ping at an instant (s): write their rows, the first of which is `ping`,
     and from `row` on one for each of their ASVs.
 
-    Return the row that comes after the last reception.  `handed` is the address of a
+    Return the row that comes after the last reception.  `packed` is the address of a
     :class:`Spread`.  An AUV that was `called` in vain (1,), :data:`.rows.CALLED`, does not ping
     (:func:`silence`).  So many `calls` are on record by now.
     """
-    into = opened(handed, Spread)
+    into = unpacked(packed, Spread)
     pings, receptions, auvs, asvs = into.pings, into.receptions, into.auvs, into.asvs
     way, duration = into.way, into.way.band.duration
     vessels, call = Vessels(asvs, _places(asvs, time)), called[0]
@@ -256,15 +256,15 @@ def silence(receptions: Rows, outcome: int) -> None:
 
 
 @compiled
-def amend(handed: int, time: float, first: int, end: int) -> int:
+def amend(packed: int, time: float, first: int, end: int) -> int:
     """Work out anew when the pings `first` to `end` (not included) arrive, as ASVs have moved by an
     instant (s).
 
     Arrivals before that are then exact, and what is not there by then has a later one.  Return the
-    first of the pings that have not arrived everywhere.  `handed` is the address of a
+    first of the pings that have not arrived everywhere.  `packed` is the address of a
     :class:`.propagation.Spread`.
     """
-    of = opened(handed, Spread)
+    of = unpacked(packed, Spread)
     pings, band, under_way = of.pings, of.way.band, end
     for number in range(first, end):
         ping = pings[number]

@@ -243,7 +243,7 @@ def _directions(scenario: "Scenario") -> dict[str, Any]:
     """
     from ..mission.build import usbl_of
     from ..scenario.families import INSTRUMENT
-    from ..usbl.usbl import level_sds
+    from ..usbl.measuring import level_sds
 
     if scenario.usbl.model not in INSTRUMENT.siblings:
         return {"bearing_sd_deg": None, "elevation_sd_deg": None}

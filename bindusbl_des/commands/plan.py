@@ -30,7 +30,7 @@ from .options import (
 )
 
 if TYPE_CHECKING:
-    from ..planning.outcome import Plan
+    from ..planning.planning import Plan
     from ..planning.question import Question
     from ..planning.selection.goals import Of
 

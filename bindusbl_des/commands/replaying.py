@@ -76,7 +76,7 @@ def replay(
     A navigator of your own that --noise names at navigation.filter takes the filter's place.
     """
     from ..recorded.outcome import tables
-    from ..recorded.telling import summary
+    from ..recorded.replay_text import summary
 
     told = None if noise is None else reading_from(noise, allow_plugins=allow_plugins).scenario
     navigator = None if told is None else _navigator_of(told)
@@ -111,8 +111,8 @@ def fit(
     """
     from ..recorded.fitting import fit as fitted
     from ..recorded.log import BadLog
+    from ..recorded.replay_text import noise_file, noise_keys
     from ..recorded.replaying import placed_log
-    from ..recorded.telling import noise_file, noise_keys
 
     if out is not None:
         check_file(Path(out), force)

@@ -65,8 +65,8 @@ def verify(
     reading = reading_from(scenario, overrides, allow_plugins)
     refuse_plugins(reading.unloaded)
     from ..core.files import refusal
-    from ..verification.telling import objection, record, told, write
     from ..verification.verdict import verify as decided
+    from ..verification.verdict_text import objection, record, told, write
 
     folder = Path(out) if out else None
     if folder is not None:

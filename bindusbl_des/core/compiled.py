@@ -41,7 +41,7 @@ MARKS = re.compile(rb"^@(compiled|inlined|written_out)$", re.MULTILINE)
 
 # Files that hold no equations, from which equations take numbers and rows.
 NUMBERS = (
-    *("core/compiled.py", "core/handed.py", "core/uncompiled.py", "geometry/paths.py"),
+    *("core/compiled.py", "core/packed.py", "core/uncompiled.py", "geometry/paths.py"),
     "navigation/correcting.py",
     *("planning/prediction/sights.py", "records/events.py"),
     *("records/rows.py", "vehicles/hulls/remus100_parameters.py"),
@@ -82,7 +82,7 @@ def compiled(function: Function, **options: Any) -> Function:
 
     numba takes a tuple of arrays apart ten times slower than the arrays by themselves, so what is
     called at every event may have arguments that stand flat.  What an equation is given again and
-    again is handed over once instead, and opened inside (:mod:`.handed`).
+    again is handed over once instead, and opened inside (:mod:`.packed`).
 
     Where the user's environment forbids numba to compile, Python runs it (:mod:`.uncompiled`).
     """

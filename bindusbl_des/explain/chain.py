@@ -91,7 +91,7 @@ class Chain:
 
 if TYPE_CHECKING:
     from ..results.result import Result
-    from ..scenario.sections.acoustics import Uplink
+    from ..scenario.sections.acoustics import UplinkSection
 
     Place = NDArray[np.float64] | tuple[float, float, float]
 
@@ -112,7 +112,7 @@ def compared(value: float, limit: float) -> str:
     return f"{value:.{digits}f} m {sign} {limit:g} m"
 
 
-def out_of_range(hf: "Uplink") -> str:
+def out_of_range(hf: "UplinkSection") -> str:
     """Return where nothing on the HF band is decoded, as ends "ASV0 is 60 m away, ..."."""
     if is_plugin(hf.channel):
         return f"where the channel {hf.channel.told} lets no sound through"
@@ -121,7 +121,7 @@ def out_of_range(hf: "Uplink") -> str:
     return f"out of HF range ({hf.range_m:g} m {hf.range_metric})"
 
 
-def apart(hf: "Uplink", here: "Place", there: "Place") -> float:
+def apart(hf: "UplinkSection", here: "Place", there: "Place") -> float:
     """Return the distance (m) of two places (x, y, z in m) that is compared with the HF range."""
     axes = 3 if hf.range_metric == "slant" else 2
     return math.dist(here[:axes], there[:axes])

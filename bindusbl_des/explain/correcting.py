@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..navigation.weighing import MOST_REFUSED
+from ..navigation.fix_update import MOST_REFUSED
 from ..scenario.families import navigator_of
 from .chain import Step, rows_where
 

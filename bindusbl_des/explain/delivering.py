@@ -13,7 +13,7 @@ from ..scenario.declared import channel_named
 from ..scenario.families import broadcaster_of, downlink_of
 from ..scenario.water import sound_speed_of
 from .chain import LatencyPart, Step, compared, place, rows_where
-from .losing import frame_lasting, why_broadcast, wrong
+from .losing import frame_burst_words, why_broadcast, wrong
 from .overlapping import failed, frame_cut, overlapped
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def broadcasting(result: "Result", fix: Any) -> Step:
     elif not channel_named(mf.channel).ends_at_range:
         reached = f"{fix.auv} is {away:.1f} m away"
         reached += f"; {undecoded(mf, fix)}" if fix.outcome in ("lost", "out_of_range") else ""
-        if fix.outcome == "lost" and (lasts := frame_lasting(result, fix)):
+        if fix.outcome == "lost" and (lasts := frame_burst_words(result, fix)):
             reached += f"; {lasts}"
     if protocol.replies:
         why = f"{at_once}; {_on_air(result, frame)}; {reached}"

@@ -17,11 +17,11 @@ from ..scenario.declared import channel_named
 from ..scenario.families import schedule_of, tells_slots
 from .chain import Step, apart, compared, out_of_range, place, row_of, rows_where
 from .losing import (
+    burst_words,
     decided_by_channel,
-    lasting,
     levels,
     loss_by_channel,
-    ping_lasting,
+    ping_burst_words,
     sending_at_random,
 )
 from .ordering import by_reckoning, is_reckoned, slot_told, why_now
@@ -116,7 +116,7 @@ def why_unanswered(result: "Result", ping: Any) -> str:
     cut = failed_while(result, ping.called_by, ping.called_at_s, ends, "called")
     if ping.call == "lost" and cut:
         return cut
-    lasts = lasting(hf.channel)
+    lasts = burst_words(hf.channel)
     return {
         "out_of_range": f"{ping.auv} is {away:.1f} m away, {out_of_range(hf)}",
         "lost": f"{ping.auv}, {away:.1f} m away, loses the call by chance"
@@ -215,7 +215,7 @@ def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
             "; ".join(filter(None, [
                 within, "no other ping overlaps",
                 f"{told}, and the draw (not recorded) was below",
-                ping_lasting(result, reception, probability),
+                ping_burst_words(result, reception, probability),
             ])),
         )  # fmt: skip
     return "decodes it", f"{within}; no other ping overlaps; {told}"

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 def wrong(result: "Result", fix: Any) -> tuple[list[str], dict[str, float]]:
-    """Return in words, and as numbers, the lasting errors that a fix contains.
+    """Return in words, and as numbers, the systematic errors that a fix contains.
 
     They are drawn anew, as the mission of this seed drew them.
     """
@@ -223,7 +223,7 @@ if TYPE_CHECKING:
     from ..results.result import Result
 
 
-def ping_lasting(result: "Result", reception: Any, loss: float | None) -> str:
+def ping_burst_words(result: "Result", reception: Any, loss: float | None) -> str:
     """Tell since when pings of a pair were lost as one arrived that was, with its probability of
     that, None where nobody knows it; "" where each is lost by itself.
     """
@@ -232,7 +232,7 @@ def ping_lasting(result: "Result", reception: Any, loss: float | None) -> str:
     return _told(result, channel, Purpose.BURST, (reception.auv, reception.asv), time, loss)
 
 
-def frame_lasting(result: "Result", fix: Any) -> str:
+def frame_burst_words(result: "Result", fix: Any) -> str:
     """Tell since when frames of a pair were lost as one began that was, with a fix; "" where each
     is lost by itself.
     """
@@ -256,7 +256,7 @@ def _frame_loss(result: "Result", fix: Any) -> float:
     return float(channel.prospects(signals)["loss"][0, 0])
 
 
-def lasting(channel: PartChoice) -> str:
+def burst_words(channel: PartChoice) -> str:
     """Tell how long losses of a channel last; "" where each signal is lost by itself."""
     mean_s = burst_s(channel)
     return "" if mean_s is None else f"losses last {plain(mean_s)} s on average (burst_s)"
@@ -270,7 +270,7 @@ def _told(
     time: float,
     loss: float | None,
 ) -> str:
-    mean_s, words = burst_s(channel), lasting(channel)
+    mean_s, words = burst_s(channel), burst_words(channel)
     if mean_s is None:
         return ""
     auv, asv = (int(name[3:]) for name in vehicles)
@@ -327,7 +327,7 @@ def decided_by_channel(result: "Result", reception: Any, others: list[str]) -> t
     if outcome == "lost":
         drawn = "" if level else ", and the draw (not recorded) was below"
         loss = loss_by_channel(scenario, float(reception.slant_range_m))
-        lasts = ping_lasting(result, reception, loss)
+        lasts = ping_burst_words(result, reception, loss)
         return "loses it", "; ".join(filter(None, [level, *survived, f"{chance}{drawn}", lasts]))
     return "decodes it", "; ".join(filter(None, [level, *survived, chance]))
 

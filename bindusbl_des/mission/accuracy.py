@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.compiled import compiled, inlined
-from ..navigation.weighing import SURE
+from ..navigation.fix_update import SURE
 from ..records.events import TrackPoint
 from ..records.rows import Row, Rows, row_type
 from .service import MOST, mean, quantile_of

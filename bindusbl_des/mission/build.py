@@ -34,7 +34,7 @@ from ..protocol.schedules.view import known_of
 from ..protocol.slots import slots_of
 from ..protocol.steps import moment
 from ..protocol.tdma import serve
-from ..records.rows import Levers, Recorder, Rows
+from ..records.rows import Jacobians, Recorder, Rows
 from ..scenario.channel_settings import burst_s
 from ..scenario.declared import ranging_named
 from ..scenario.failing import failures_of
@@ -43,17 +43,17 @@ from ..scenario.instruments.own_sensors import told_of
 from ..scenario.scenario import Scenario, kept
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
 from ..usbl.array import elements_of
+from ..usbl.measuring import Usbl, sheet_of
 from ..usbl.own_instrument import instrument_named
 from ..usbl.slow_errors import slow_numbers
 from ..usbl.systematic_fixes import Astray
-from ..usbl.usbl import Usbl, sheet_of
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
 from ..vehicles.poses import Poses, PoseSource
 from .closed_loop import MissionCurrent, afterwards_s
 from .launch import launch_anchors, launch_asvs, launch_auvs, posed
 from .onboard import equip_auvs
-from .sensor_errors import lasting_errors, wrong_reckoning
+from .sensor_errors import systematic_errors_of, wrong_reckoning
 from .world import World
 
 
@@ -71,7 +71,7 @@ def build_world(
     ready_plugins(scenario)
     streams = Streams(seed)
     columns = sum(len(kind.sds) * kind.times for kind in told_of(scenario))
-    record = Recorder(scenario.record.detail == "full", levers=Levers(columns))
+    record = Recorder(scenario.record.detail == "full", jacobians=Jacobians(columns))
     water = MissionCurrent(scenario, streams)
     wrong = wrong_reckoning(scenario, streams, water)
     moved = {} if source is None else _moved(scenario, source, pose_step_s)
@@ -319,8 +319,8 @@ def carried(scenario: Scenario, streams: Streams) -> Usbl | Astray:
     """Return the USBL instrument that every ASV carries, or with passive ranging every AUV, and
     what is wrong all the time.
     """
-    usbl, lasting = usbl_of(scenario), lasting_errors(scenario, streams)
-    return usbl if lasting is None else Astray(usbl, lasting)
+    usbl, systematic = usbl_of(scenario), systematic_errors_of(scenario, streams)
+    return usbl if systematic is None else Astray(usbl, systematic)
 
 
 def slow_errors(scenario: Scenario, streams: Streams) -> Rows | None:

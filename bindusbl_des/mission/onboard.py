@@ -12,9 +12,9 @@ import numpy as np
 from ..core.plugins import is_plugin
 from ..navigation.belief import STATES, Belief, Growth, first_belief
 from ..navigation.dead_reckoning import DeadReckoning
+from ..navigation.fix_update import WEIGHED, Rule
 from ..navigation.navigators import LinearNavigator, Navigator, OwnNavigator
 from ..navigation.smoother import Smoother
-from ..navigation.weighing import WEIGHED, Rule
 from ..records.rows import LEARNT, Recorder
 from ..scenario.families import NAVIGATOR, navigator_of
 from ..scenario.instruments.own_sensors import own_sensors, told_of
@@ -181,7 +181,7 @@ def equip_auvs(
         growth,
         first,
         *steering,
-        record.levers,
+        record.jacobians,
         record.receptions,
         record.gnss_fixes,
     )

@@ -123,7 +123,7 @@ def clocks(scenario: Scenario, streams: Streams) -> Array:
     return np.asarray(sds * np.array(drawn))
 
 
-def lasting_errors(scenario: Scenario, streams: Streams) -> Systematic | None:
+def systematic_errors_of(scenario: Scenario, streams: Streams) -> Systematic | None:
     """Return the errors that last, None if there are none of them.
 
     Fixes say how they depend on those that navigators are told of.

@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from ..core.compiled import compiled
-from ..core.handed import opened
+from ..core.packed import unpacked
 from ..records.events import HEARD
 from ..records.rows import FIX, LEARNT, NONE, RECEPTION, Row, Rows, fix_numbered
 from ..vehicles.motion import Floats, Ints, where
@@ -28,8 +28,8 @@ from .belief import (
     write,
 )
 from .dead_reckoning import Reckoned, reckoned
-from .turning import Believed, turned
-from .weighing import WEIGHED, Expected, Rule, Said, at_place, said_of, take
+from .fix_update import WEIGHED, Expected, Rule, Said, at_place, said_of, take
+from .turning import PingBelief, turned
 
 # Fixes that a late one may be earlier than, and still be put in its place.
 REMEMBERED = 16
@@ -58,17 +58,17 @@ def memory_of(first: Belief, start: Beliefs) -> Memory:
     return Memory(latest, copies(first, past.size), past, np.zeros(count, dtype=np.int64))
 
 
-class Holding(NamedTuple):
+class FilterHistory(NamedTuple):
     """Beliefs in the order in which they came about: by which AUV (n,), since when (n,), s, and
     what was believed.
     """
 
-    holders: Ints
+    whose: Ints
     since: Floats
     beliefs: Beliefs
 
 
-class Desk(NamedTuple):
+class Scratch(NamedTuple):
     """Room to work things out: two beliefs of k states, at one instant and further `ahead`; shares
     (k, 2) of what a fix says, and what the last m states add to it, `common` (2, m).  `alone`
     (2, 4 m + 2) are zeros: what a fix by GNSS contains of these states.
@@ -81,13 +81,13 @@ class Desk(NamedTuple):
     alone: Annotated[Floats, 2]
 
 
-def desk_for(first: Belief, common: int) -> Desk:
+def scratch_for(first: Belief, common: int) -> Scratch:
     """Return room for beliefs of as many states as the first, so many of them in common."""
     belief, ahead = [
         Belief(first.moment.copy(), first.state.copy(), first.covariance.copy()) for _ in range(2)
     ]
     shares, alone = np.zeros((len(first.state), 2)), np.zeros((2, 4 * common + 2))
-    return Desk(belief, ahead, shares, np.zeros((2, common)), alone)
+    return Scratch(belief, ahead, shares, np.zeros((2, common)), alone)
 
 
 class Known(NamedTuple):
@@ -102,8 +102,8 @@ class Known(NamedTuple):
     growth: Growth
     reckoning: Reckoned
     memory: Memory
-    held: Holding
-    desk: Desk
+    held: FilterHistory
+    scratch: Scratch
     receptions: Annotated[Rows, RECEPTION]
     gnss: Annotated[Rows, FIX]
     corrections: Annotated[Floats, 2]
@@ -112,40 +112,40 @@ class Known(NamedTuple):
 
 @compiled
 def correct(
-    handed: int, count: int, fixes: Rows, due: Ints, common: Floats | None, left: Floats | None
+    packed: int, count: int, fixes: Rows, due: Ints, common: Floats | None, left: Floats | None
 ) -> None:
     """Take in the fixes `due`, by their numbers (:func:`.rows.fix_numbered`); note what is believed
-    then in the rows from `count` on of what has been held, and for autopilots.  `handed` is the
+    then in the rows from `count` on of what has been held, and for autopilots.  `packed` is the
     address of a :class:`.correcting.Known`.
 
     Each fix contains of the m last states, errors that fixes have in common, beside the true
-    position `common` (n or more, 2, 4 m + 2), as of :class:`.rows.Levers`; its noise is what is
+    position `common` (n or more, 2, 4 m + 2), as of :class:`.rows.Jacobians`; its noise is what is
     `left` of its covariance without them, xx, yy, xy (n or more, 3), m2.  None: there are none.
     """
-    by = opened(handed, Known)
-    holders, since, beliefs = by.held
+    by = unpacked(packed, Known)
+    whose, since, beliefs = by.held
     for number in range(due.size):
         fix = fix_numbered(fixes, by.gnss, due[number])
         auv, now = fix.auv, fix.delivered_at_s
         latest, told = one(by.memory.latest, auv), reckoned(auv, now, by.reckoning)
-        was_x, was_y = _error_at(told, auv, latest, handed)
-        taken = _take_in(fixes, common, left, due[number], handed)
-        now_x, now_y = _error_at(told, auv, latest, handed)
+        was_x, was_y = _error_at(told, auv, latest, packed)
+        taken = _take_in(fixes, common, left, due[number], packed)
+        now_x, now_y = _error_at(told, auv, latest, packed)
         moved = hypot(now_x - was_x, now_y - was_y)
         fix.correction_m = moved if taken else nan
         by.corrections[auv, 0], by.corrections[auv, 1] = -latest.state[0], -latest.state[1]
         learn(by.learnt[auv], expected(latest, by.growth))
-        holders[count + number], since[count + number] = auv, now
+        whose[count + number], since[count + number] = auv, now
         write(latest, one(beliefs, count + number))
 
 
 @compiled
-def _error_at(told: Told, auv: int, belief: Belief, handed: int) -> tuple[float, float]:
+def _error_at(told: Told, auv: int, belief: Belief, packed: int) -> tuple[float, float]:
     """Return the error (m) that a belief expects at an instant."""
-    by = opened(handed, Known)
+    by = unpacked(packed, Known)
     if next_stop(belief, by.growth) < told.time:
-        write(belief, by.desk.belief)
-        belief = by.desk.belief
+        write(belief, by.scratch.belief)
+        belief = by.scratch.belief
         step_on(belief, auv, told.time, by.growth, by.reckoning)
     drift = expected(belief, by.growth)
     return expected_error(drift, way_since(drift, told, by.growth.in_body))
@@ -153,13 +153,13 @@ def _error_at(told: Told, auv: int, belief: Belief, handed: int) -> tuple[float,
 
 @compiled
 def _take_in(
-    fixes: Rows, common: Floats | None, left: Floats | None, row: int, handed: int
+    fixes: Rows, common: Floats | None, left: Floats | None, row: int, packed: int
 ) -> bool:
     """Put a fix in its place among those of its AUV, and weigh anew those that come after it.
 
     Note its innovation and normalised square; tell whether the gate let it pass.
     """
-    by = opened(handed, Known)
+    by = unpacked(packed, Known)
     own, memory, growth = fix_numbered(fixes, by.gnss, row), by.memory, by.growth
     auv = own.auv
     latest, past = one(memory.latest, auv), memory.past[auv]
@@ -174,16 +174,18 @@ def _take_in(
         write(latest, one(memory.before, past[k].before))
         number = past[k].fix
         fix = fix_numbered(fixes, by.gnss, number)
-        said, levers = _by_itself(fix, left, number), by.desk.alone
+        said, jacobians = _by_itself(fix, left, number), by.scratch.alone
         if common is not None and number >= 0:
-            levers = common[number]
+            jacobians = common[number]
         time = fix.valid_at_s if by.rule.at_ping else own.delivered_at_s
         step_on(latest, auv, time, growth, by.reckoning)
         told = reckoned(auv, time, by.reckoning)
         carry(latest, told, growth)
-        said = _expanded(fix, said, levers, latest, told, handed)
+        said = _expanded(fix, said, jacobians, latest, told, packed)
         x, y = latest.state[0], latest.state[1]
-        off, weight, is_taken = take(latest, said, by.desk.common, told, by.rule, by.desk.shares)
+        off, weight, is_taken = take(
+            latest, said, by.scratch.common, told, by.rule, by.scratch.shares
+        )
         if growth.aligned > 0:
             x, y = x - latest.state[0], y - latest.state[1]
             turn_with(latest.covariance, growth.aligned, x, y)
@@ -194,42 +196,42 @@ def _take_in(
 
 @compiled
 def _expanded(
-    fix: Row, said: Said, levers: Floats, belief: Belief, told: Told, handed: int
+    fix: Row, said: Said, jacobians: Floats, belief: Belief, told: Told, packed: int
 ) -> Said:
     """Return what a fix says to an AUV that believes in something of its instant; note what it has
-    been taken for, and write to the desk what the last states add to it, by its `levers`.
+    been taken for, and write to the desk what the last states add to it, by its `jacobians`.
     """
-    by, at, polar, unsure = opened(handed, Known), (fix.x_m, fix.y_m), False, 0.0
-    common, has_common = by.desk.common, by.desk.common.shape[1] > 0
+    by, at, polar, unsure = unpacked(packed, Known), (fix.x_m, fix.y_m), False, 0.0
+    common, has_common = by.scratch.common, by.scratch.common.shape[1] > 0
     if by.rule.gain == WEIGHED and fix.first != NONE:
         if has_common:
             x, y = told.x - belief.state[0], told.y - belief.state[1]
-            unsure = at_place(at, levers, x, y, belief.covariance, common)
+            unsure = at_place(at, jacobians, x, y, belief.covariance, common)
         receptions = by.receptions[fix.first : fix.end]
-        believed = _believed(receptions, fix.auv, told, belief, unsure, handed)
+        believed = _believed(receptions, fix.auv, told, belief, unsure, packed)
         said, polar = turned(receptions, said, believed)
         if has_common and not polar:
-            said = _moved(said, levers, believed)
+            said = _moved(said, jacobians, believed)
         _note(fix, said, polar)
     if has_common and not polar:
-        said = _without(said, at, levers, belief, told, common)
+        said = _without(said, at, jacobians, belief, told, common)
     return said
 
 
 @compiled
 def expand(
-    handed: int, fixes: Rows, noise: Floats, levers: Floats, states: Floats, spreads: Floats,
+    packed: int, fixes: Rows, noise: Floats, jacobians: Floats, states: Floats, spreads: Floats,
     said: Floats, common: Floats,
 ) -> None:  # fmt: skip
     """Write what fixes (n,) say to AUVs that believe in states (n, k), covariances (n, k, k), of
     their instants: `said` (n, 5), position and xx, yy, xy of its noise, and what the m last states
     add to it, `common` (n, 2, m).
 
-    `handed` is the address of a :class:`Known`; without that, fixes have a `noise` xx, yy, xy
-    (n, 3), m2, and `levers` (n, 2, 4 m + 2) as of :class:`.rows.Levers`.
+    `packed` is the address of a :class:`Known`; without that, fixes have a `noise` xx, yy, xy
+    (n, 3), m2, and `jacobians` (n, 2, 4 m + 2) as of :class:`.rows.Jacobians`.
     """
-    by = opened(handed, Known)
-    belief = by.desk.belief
+    by = unpacked(packed, Known)
+    belief = by.scratch.belief
     moment = belief.moment[0]
     for k in range(fixes.size):
         fix = fixes[k]
@@ -238,20 +240,20 @@ def expand(
         moment.x_m, moment.y_m = told.x, told.y
         belief.state[:], belief.covariance[:] = states[k], spreads[k]
         alone = Said(fix.x_m, fix.y_m, (noise[k, 0], noise[k, 1], noise[k, 2]))
-        it = _expanded(fix, alone, levers[k], belief, told, handed)
+        it = _expanded(fix, alone, jacobians[k], belief, told, packed)
         said[k, 0], said[k, 1] = it.x, it.y
         said[k, 2], said[k, 3], said[k, 4] = it.noise
-        common[k] = by.desk.common
+        common[k] = by.scratch.common
 
 
 @compiled
 def _believed(
-    receptions: Rows, auv: int, told: Told, belief: Belief, unsure: float, handed: int
-) -> Believed:
+    receptions: Rows, auv: int, told: Told, belief: Belief, unsure: float, packed: int
+) -> PingBelief:
     """Return where an AUV believes to have been as it pinged, and as it heard what it answers;
-    `unsure` (m2) as of :func:`.weighing.at_place`.
+    `unsure` (m2) as of :func:`.fix_update.at_place`.
     """
-    by, spread = opened(handed, Known), belief.covariance
+    by, spread = unpacked(packed, Known), belief.covariance
     depth = where(by.reckoning.motion, auv, told.time)[2]  # as its pressure sensor has it
     place = told.x - belief.state[0], told.y - belief.state[1], depth
     called, moved = place, 0.0
@@ -263,17 +265,18 @@ def _believed(
             called = before.x - x, before.y - y, depth
             moved = between(belief, told, before, by.growth)
             break
-    return Believed(place, spread, called, moved, unsure)
+    return PingBelief(place, spread, called, moved, unsure)
 
 
 @compiled
-def _moved(fix: Said, levers: Floats, own: Believed) -> Said:
+def _moved(fix: Said, jacobians: Floats, own: PingBelief) -> Said:
     """Return what a fix says without what it takes for noise: how far its AUV has moved, as this
-    believes itself, since it heard the call that it answers.  `levers` as of :class:`.rows.Levers`.
+    believes itself, since it heard the call that it answers.  `jacobians` as of
+    :class:`.rows.Jacobians`.
     """
-    count = levers.shape[1] - 2
+    count = jacobians.shape[1] - 2
     x, y = own.called[0] - own.place[0], own.called[1] - own.place[1]
-    (a, b), (c, d) = levers[0, count:], levers[1, count:]
+    (a, b), (c, d) = jacobians[0, count:], jacobians[1, count:]
     xx, yy, xy = fix.noise
     xx, yy = xx + own.moved * (a * a + b * b), yy + own.moved * (c * c + d * d)
     xy += own.moved * (a * c + b * d)
@@ -298,7 +301,12 @@ def _note(fix: Row, said: Said, polar: bool) -> None:
 
 @compiled
 def _without(
-    fix: Said, at: tuple[float, float], levers: Floats, belief: Belief, told: Told, common: Floats
+    fix: Said,
+    at: tuple[float, float],
+    jacobians: Floats,
+    belief: Belief,
+    told: Told,
+    common: Floats,
 ) -> Said:
     """Return what a fix `at` a place (m) says to an AUV that believes in a position already,
     without errors that fixes have in common; write what these add to it to `common` (2, m).
@@ -311,7 +319,7 @@ def _without(
         for axis in range(2):  # of the place, which is less what dead reckoning errs by
             together[axis, k] = -spread[axis, begin + k]
     own = Expected(told.x - state[0], told.y - state[1], state[begin:], variances, together)
-    return said_of(fix, at, levers, own, common)
+    return said_of(fix, at, jacobians, own, common)
 
 
 @compiled

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.compiled import compiled, inlined
-from ..core.handed import Handed, opened
+from ..core.packed import Packed, unpacked
 from ..vehicles.fleet import FleetTracksCache, VehicleTrack
 from ..vehicles.motion import Motion, headed, places
 from ..vehicles.reckoning import Told, Wrong, by_compass, error, follow
@@ -87,13 +87,13 @@ class DeadReckoning:
         self._followed, self._steps, self._held_s = 1, wrong.biases.shape[1], wrong.held_s
         #: What compiled equations take it for.
         self.known = Reckoned(motion, wrong)
-        self._handed = Handed(self.known)
+        self._packed = Packed(self.known)
 
     def follow(self, time: float) -> None:
         """Sum up what biases that wander have done by an instant (s), when the motion is known."""
         end = min(int(time / self._held_s) + 1, self._steps)
         if end > self._followed:
-            _follow(self._handed.address, self._followed, end)
+            _follow(self._packed.address, self._followed, end)
             self._followed = end
 
     def at(self, auv: int, time: float) -> tuple[float, float]:
@@ -110,7 +110,7 @@ class DeadReckoning:
         """Return what an AUV's own sensors have told it of its way."""
         n = len(way.times)
         position, headings = np.empty((n, 2)), np.empty((n, 2))
-        _reckoned_all(self._handed.address, auv, way.times, way.lines, position, headings)
+        _reckoned_all(self._packed.address, auv, way.times, way.lines, position, headings)
         return Odometry(way.times, position, headings)
 
 
@@ -136,13 +136,13 @@ def reckoned(auv: int, time: float, known: Reckoned) -> Told:
 
 @compiled
 def _reckoned_all(
-    handed: int, auv: int, times: Array, lines: Array, position: Array, headings: Array
+    packed: int, auv: int, times: Array, lines: Array, position: Array, headings: Array
 ) -> None:
     """Write dead reckoning (n, 2) and headings (n, 2) on a way (:class:`.ways.VehicleTrack`).
 
-    `handed` is the address of a :class:`Reckoned`.
+    `packed` is the address of a :class:`Reckoned`.
     """
-    wrong = opened(handed, Reckoned).wrong
+    wrong = unpacked(packed, Reckoned).wrong
     for k in range(times.size):
         place, turned = (lines[k, 0], lines[k, 1]), (lines[k, 4], lines[k, 5])
         told = _reckon(auv, times[k], place, turned, wrong)
@@ -151,11 +151,11 @@ def _reckoned_all(
 
 
 @compiled
-def _follow(handed: int, begin: int, end: int) -> None:
-    """Write the offsets of the biases that are held in the steps begin..end; `handed` is the
+def _follow(packed: int, begin: int, end: int) -> None:
+    """Write the offsets of the biases that are held in the steps begin..end; `packed` is the
     address of a :class:`Reckoned`.
     """
-    motion, wrong = opened(handed, Reckoned)
+    motion, wrong = unpacked(packed, Reckoned)
     for auv in range(len(wrong.biases)):
         for k in range(begin, end):
             _, _, _, _, cosine, sine = headed(motion, auv, k * wrong.held_s)

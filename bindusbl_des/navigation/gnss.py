@@ -7,7 +7,7 @@ import numpy as np
 from ..core.streams import Purpose, Streams
 from ..records.events import DELIVERED
 from ..records.rows import FIX, NONE, EventBuffer, Rows
-from ..scenario.sections.navigation import GnssFix
+from ..scenario.sections.navigation import GnssFixSection
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import Floats, Ints, lines
 
@@ -24,7 +24,12 @@ class GnssReceivers:
     """
 
     def __init__(
-        self, fleet: Fleet, receiver: GnssFix, end: float, streams: Streams, fixes: EventBuffer
+        self,
+        fleet: Fleet,
+        receiver: GnssFixSection,
+        end: float,
+        streams: Streams,
+        fixes: EventBuffer,
     ) -> None:
         """Take what the receivers are like; `fixes`, :data:`.rows.FIX`, are written, those of no
         ping, ASV or frame.

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from ..core.compiled import compiled
 from ..core.growing import lengthened
-from ..core.handed import Handed, opened
+from ..core.packed import Packed, unpacked
 from ..core.plugins import PluginError, asked
-from ..records.rows import FIX, RECEPTION, EventBuffer, Levers, Rows
+from ..records.rows import FIX, RECEPTION, EventBuffer, Jacobians, Rows
 from ..scenario.families import NAVIGATOR
 from ..vehicles.motion import Floats, Ints
 from ..vehicles.reckoning import ExpectedDrift, Told, expected_error, way_since
@@ -28,9 +28,9 @@ from .belief import (
     step_on,
     write,
 )
-from .correcting import Desk, Holding, Known, correct, desk_for, expand, memory_of
+from .correcting import FilterHistory, Known, Scratch, correct, expand, memory_of, scratch_for
 from .dead_reckoning import DeadReckoning, Odometry
-from .weighing import Rule
+from .fix_update import Rule
 
 
 class Held:
@@ -41,46 +41,46 @@ class Held:
         self.count = self._fleet = len(first.moments)
         self._sorted = 0
         #: Those of the first `count` rows, and room for more.
-        self.all = Holding(np.arange(self.count), np.zeros(self.count), first)
+        self.all = FilterHistory(np.arange(self.count), np.zeros(self.count), first)
 
-    def make_room(self, count: int, handed: Handed) -> None:
+    def make_room(self, count: int, packed: Packed) -> None:
         """Have room in the rows for further ones, also in the field `held` of what is handed."""
-        room = len(self.all.holders)
+        room = len(self.all.whose)
         if self.count + count > room:
             length = max(2 * room, self.count + count)
-            holders, since, beliefs = self.all
+            whose, since, beliefs = self.all
             longer = Beliefs(*[lengthened(part[: self.count], length) for part in beliefs])
-            self.all = Holding(
-                lengthened(holders[: self.count], length),
+            self.all = FilterHistory(
+                lengthened(whose[: self.count], length),
                 lengthened(since[: self.count], length),
                 longer,
             )
-            handed.renew("held", self.all)
+            packed.renew("held", self.all)
 
     def of(self, auv: int) -> Ints:
         """Return the rows of what an AUV has believed (k,), one after the other."""
         if self._sorted != self.count:  # not a search of all for each AUV
-            holders = self.all.holders[: self.count]
-            self._order = np.argsort(holders, kind="stable")
-            self._ends = np.searchsorted(holders[self._order], np.arange(self._fleet + 1)).tolist()
+            whose = self.all.whose[: self.count]
+            self._order = np.argsort(whose, kind="stable")
+            self._ends = np.searchsorted(whose[self._order], np.arange(self._fleet + 1)).tolist()
             self._sorted = self.count
         return self._order[self._ends[auv] : self._ends[auv + 1]]
 
 
 @compiled
 def believed(
-    handed: int, auv: int, own: Ints, sure: bool, times: Floats, position: Floats,
+    packed: int, auv: int, own: Ints, sure: bool, times: Floats, position: Floats,
     headings: Floats, out: Floats,
 ) -> None:  # fmt: skip
     """Write the positions (n, 2), m, that an AUV believed in at instants (n,), s, that rise.
 
-    Or how `sure` it was of them: covariances xx, yy, xy (n, 3), m2.  `handed` is the address of a
+    Or how `sure` it was of them: covariances xx, yy, xy (n, 3), m2.  `packed` is the address of a
     :class:`.correcting.Known`, in which its `own` beliefs (k,), by their rows, are held, the first
     from before all `times`; times, position and headings as in :class:`.dead_reckoning.Odometry`.
     """
-    known = opened(handed, Known)
+    known = unpacked(packed, Known)
     growth, beliefs, since = known.growth, known.held.beliefs, known.held.since
-    belief, told, n = known.desk.belief, Odometry(times, position, headings), 0
+    belief, told, n = known.scratch.belief, Odometry(times, position, headings), 0
     for k in range(own.size):
         until = since[own[k + 1]] if k + 1 < own.size else inf
         if n < times.size and times[n] < until:
@@ -91,7 +91,7 @@ def believed(
             while end < times.size and times[end] < until and times[end] <= stop:
                 end += 1
             if sure:
-                _spread(out, told, n, end, known.desk, growth)
+                _spread(out, told, n, end, known.scratch, growth)
             else:
                 _places(out, told, n, end, expected(belief, growth), growth.in_body)
             n = end
@@ -111,18 +111,18 @@ def _places(
 
 @compiled
 def _spread(
-    out: Floats, odometry: Odometry, begin: int, end: int, desk: Desk, growth: Growth
+    out: Floats, odometry: Odometry, begin: int, end: int, scratch: Scratch, growth: Growth
 ) -> None:
     """Write what the covariance of the belief on a desk has become at some instants."""
     times, position, headings = odometry.times, odometry.position, odometry.headings
-    spread = desk.ahead.covariance
+    spread = scratch.ahead.covariance
     for n in range(begin, end):
         told = Told(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
         if growth.stretched + growth.wandering + growth.aligned == 0:
-            out[n, 0], out[n, 1], out[n, 2] = error_spread(desk.belief, told, growth)
+            out[n, 0], out[n, 1], out[n, 2] = error_spread(scratch.belief, told, growth)
         else:
-            write(desk.belief, desk.ahead)
-            carry(desk.ahead, told, growth)
+            write(scratch.belief, scratch.ahead)
+            carry(scratch.ahead, told, growth)
             out[n, 0], out[n, 1], out[n, 2] = on_circle(spread, growth.aligned)
 
 
@@ -138,7 +138,7 @@ def _spread(
 Array = NDArray[np.float64]
 
 # Fixes of which each errs by itself
-NOTHING = Levers(0)
+NOTHING = Jacobians(0)
 
 
 class Navigator(Protocol):
@@ -172,7 +172,7 @@ class LinearNavigator:
         first: Belief,
         corrections: Array,
         learnt: Rows,
-        common: Levers = NOTHING,
+        common: Jacobians = NOTHING,
         receptions: EventBuffer | None = None,
         gnss: EventBuffer | None = None,
     ) -> None:
@@ -189,13 +189,13 @@ class LinearNavigator:
             for auv in range(len(corrections)):
                 start.moments[auv] = begun_at(first, reckoning.at(auv, 0.0)).moment[0]
         self._held = Held(start)
-        memory, desk = memory_of(first, start), desk_for(first, common.columns)
+        memory, scratch = memory_of(first, start), scratch_for(first, common.columns)
         receptions = EventBuffer(RECEPTION) if receptions is None else receptions
         #: The fixes by GNSS.
         self.gnss = EventBuffer(FIX) if gnss is None else gnss
         known, held, rows = reckoning.known, self._held.all, (receptions.array, self.gnss.array)
-        self._known = Handed(
-            Known(rule, growth, known, memory, held, desk, *rows, corrections, learnt)
+        self._known = Packed(
+            Known(rule, growth, known, memory, held, scratch, *rows, corrections, learnt)
         )
         receptions.hand_on(self._known, "receptions")
         self.gnss.hand_on(self._known, "gnss")
@@ -209,11 +209,11 @@ class LinearNavigator:
         self._held.count += len(due)
 
     def expanded(
-        self, fixes: Rows, noise: Array, levers: Array, states: Array, spreads: Array
+        self, fixes: Rows, noise: Array, jacobians: Array, states: Array, spreads: Array
     ) -> tuple[Array, Array]:
         """Return what fixes say to who believes in states of their instants; :func:`expand`."""
         said, common = np.empty((len(fixes), 5)), np.empty((len(fixes), 2, self.common.columns))
-        expand(self._known.address, fixes, noise, levers, states, spreads, said, common)
+        expand(self._known.address, fixes, noise, jacobians, states, spreads, said, common)
         return said, common
 
     def latest(self, auv: int) -> tuple[Array, Array]:

@@ -14,9 +14,9 @@ from ..records.rows import FIX, Rows
 from ..vehicles.motion import Ints
 from .belief import NONE, Belief, Growth, begun_at, on_circle
 from .dead_reckoning import DeadReckoning, Odometry
+from .fix_update import said_of_all
 from .navigators import LinearNavigator
 from .smoothing import Sights, filtered, smooth
-from .weighing import said_of_all
 
 Array = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 MOST_INSTANTS = 20_000
 
 
-class Believed(NamedTuple):
+class SmoothedTrack(NamedTuple):
     """Places (n, 2), m, that an AUV believes to have been at, and their covariances xx, yy, xy
     (n, 3), m2.
     """
@@ -34,18 +34,18 @@ class Believed(NamedTuple):
     covariances: Array
 
 
-class Known(NamedTuple):
+class FixHistory(NamedTuple):
     """Fixes (n,), what they have of m common errors (n, 2, 4 m + 2), and the covariance xx, yy, xy
-    (n, 3), m2, that is not due to these, as :class:`.rows.Levers` has both.
+    (n, 3), m2, that is not due to these, as :class:`.rows.Jacobians` has both.
     """
 
     rows: Rows
     common: Array
     noise: Array
 
-    def of(self, which: Ints) -> "Known":
+    def of(self, which: Ints) -> "FixHistory":
         """Return some of them, by their numbers."""
-        return Known(self.rows[which], self.common[which], self.noise[which])
+        return FixHistory(self.rows[which], self.common[which], self.noise[which])
 
 
 class Smoother:
@@ -67,8 +67,8 @@ class Smoother:
         self._filter, self._reckoning = navigator, reckoning
         self._growth, self._first = growth, first
         self._lag = inf if lag_s is None else lag_s
-        self._told: list[Known] = []
-        self._latest: tuple[object, Believed] | None = None
+        self._told: list[FixHistory] = []
+        self._latest: tuple[object, SmoothedTrack] | None = None
 
     def correct(self, fixes: Rows, due: Ints) -> None:
         """Take in the fixes whose rows are due; note what the filter makes of them."""
@@ -79,7 +79,7 @@ class Smoother:
         kept = ~(np.isnan(rows["correction_m"]) & ~np.isnan(rows["innovation_m"]))
         rows = rows[kept]
         noise = np.column_stack((rows["sd_x_m"] ** 2, rows["sd_y_m"] ** 2, rows["cov_xy_m2"]))
-        told = Known(rows, np.zeros((len(rows), 2, 4 * common.columns + 2)), noise)
+        told = FixHistory(rows, np.zeros((len(rows), 2, 4 * common.columns + 2)), noise)
         if common.columns:
             told.common[~by_gnss[kept]] = common.of[due[kept & ~by_gnss]]
             told.noise[~by_gnss[kept]] = common.left[due[kept & ~by_gnss]]
@@ -94,19 +94,19 @@ class Smoother:
         """Return how sure it is of that: variances and covariance xx, yy, xy (n, 3), m2."""
         return self._believed(auv, odometry).covariances
 
-    def _believed(self, auv: int, odometry: Odometry) -> Believed:
+    def _believed(self, auv: int, odometry: Odometry) -> SmoothedTrack:
         """Return what an AUV believes; the latest answer is kept, since it is asked for twice."""
         question = auv, odometry.times.tobytes()
         if self._latest is None or self._latest[0] != question:
             self._latest = question, self._worked_out(auv, odometry)
         return self._latest[1]
 
-    def _worked_out(self, auv: int, odometry: Odometry) -> Believed:
+    def _worked_out(self, auv: int, odometry: Odometry) -> SmoothedTrack:
         known = self._of(auv)
         sights = self._as_sights(auv, known)
         valid, delivered = known.rows["valid_at_s"], known.rows["delivered_at_s"]
         times, count = odometry.times, len(odometry.times)
-        found = Believed(np.empty((count, 2)), np.empty((count, 3)))
+        found = SmoothedTrack(np.empty((count, 2)), np.empty((count, 3)))
         begin = begun_at(self._first, self._reckoning.at(auv, 0.0))
         is_open, growth = np.ones(len(valid), dtype=bool), self._growth
         for first, end in self._groups(times, delivered):
@@ -134,12 +134,12 @@ class Smoother:
             ]
         return found
 
-    def _of(self, auv: int) -> Known:
+    def _of(self, auv: int) -> FixHistory:
         """Return the fixes of one AUV, in the order in which they hold."""
         if len(self._told) > 1:  # put together once, not for each AUV
-            self._told = [Known(*map(np.concatenate, zip(*self._told, strict=True)))]
+            self._told = [FixHistory(*map(np.concatenate, zip(*self._told, strict=True)))]
         if not self._told:
-            return Known(np.zeros(0, dtype=FIX), np.zeros((0, 2, 0)), np.zeros((0, 3)))
+            return FixHistory(np.zeros(0, dtype=FIX), np.zeros((0, 2, 0)), np.zeros((0, 3)))
         [told] = self._told
         own = np.flatnonzero(told.rows["auv"] == auv)
         return told.of(own[np.argsort(told.rows["valid_at_s"][own], kind="stable")])
@@ -171,7 +171,7 @@ class Smoother:
         at = np.repeat(np.searchsorted(nodes.times, valid[which]), 2)
         return nodes, Sights(at, sights.rows[own], sights.values[own], sights.variances[own])
 
-    def _as_sights(self, auv: int, known: Known) -> Sights:
+    def _as_sights(self, auv: int, known: FixHistory) -> Sights:
         """Return fixes as two sights each, by the fixes' numbers: what they say along x, and what
         they say along y less what its noise has in common with that along x.
         """
@@ -182,7 +182,7 @@ class Smoother:
         slopes = np.zeros((len(rows), 2, states))
         slopes[:, 0, 0] = slopes[:, 1, 1] = 1.0
         if count := known.common.shape[2] // 4:  # expanded about what the filter has believed
-            noise, levers = np.column_stack((xx, yy, xy)), np.ascontiguousarray(known.common)
+            noise, jacobians = np.column_stack((xx, yy, xy)), np.ascontiguousarray(known.common)
             at = np.column_stack((rows["x_m"], rows["y_m"]))
             believed, (errors, spread) = self._filter.estimate(auv, then), self._filter.latest(auv)
             places, noise, common = said_of_all(
@@ -190,7 +190,7 @@ class Smoother:
                 places,
                 at,
                 noise,
-                levers,
+                jacobians,
                 believed,
                 errors[-count:],
                 np.diag(spread)[-count:].copy(),
@@ -200,7 +200,7 @@ class Smoother:
         return _sights_of(then.position - places, slopes, xx, yy, xy)
 
     def _expand_anew(
-        self, auv: int, known: Known, nodes: Odometry, states: Array, spreads: Array,
+        self, auv: int, known: FixHistory, nodes: Odometry, states: Array, spreads: Array,
         sights: Sights, which: Ints,
     ) -> None:  # fmt: skip
         """Expand fixes, which these are of all, about what has been smoothed; write their sights.

@@ -95,7 +95,7 @@ def absorb(belief: Belief, row: Floats, off: float, variance: float, gain: Float
     """Take a sight in, in the place of `belief`, that is `off` from what is believed of it.
 
     Write its gain (k,); return the variance of `off`.  A sight of what is known exactly, without
-    noise of its own, says nothing.  Joseph's form, as in :func:`.weighing.weigh`.
+    noise of its own, says nothing.  Joseph's form, as in :func:`.fix_update.weigh`.
     """
     state, spread = belief.state, belief.covariance
     count = state.size

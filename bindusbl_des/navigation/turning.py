@@ -26,7 +26,7 @@ from ..core.compiled import compiled, inlined
 from ..records.events import HEARD
 from ..records.rows import Row, Rows
 from ..vehicles.motion import Floats
-from .weighing import SURE, Said
+from .fix_update import SURE, Said
 
 # Variance (m2) below that of any instrument, so that what is known exactly divides nothing by 0.
 EXACT = 1e-8
@@ -37,7 +37,7 @@ Vector = tuple[float, float, float]
 AT_THE_ARRAY = 1e-3
 
 
-class Believed(NamedTuple):
+class PingBelief(NamedTuple):
     """Where an AUV believes to have been as it pinged: x, y, z (m), and the covariance of x and y
     (its first two states), m2; where as it heard the call that it answers, if there was one, and
     the variance (m2) of the way between the two along any direction; that of what errors in
@@ -52,7 +52,7 @@ class Believed(NamedTuple):
 
 
 @compiled
-def turned(receptions: Rows, table: Said, own: Believed) -> tuple[Said, bool]:
+def turned(receptions: Rows, table: Said, own: PingBelief) -> tuple[Said, bool]:
     """Return what the receptions of a ping say to an AUV that believes in a place; `table` is what
     the fix says by itself, which is all there is where what was measured is not known, or where no
     direction is believed in: at an array, or about a caller.  And whether it is a range and a
@@ -87,7 +87,7 @@ def turned(receptions: Rows, table: Said, own: Believed) -> tuple[Said, bool]:
 
 
 @inlined
-def _is_beside(it: Row, own: Believed) -> bool:
+def _is_beside(it: Row, own: PingBelief) -> bool:
     """Tell whether an AUV believes to be where an array is, or to have been no farther from the
     caller than it is unsure of: neither lies in a direction.
     """
@@ -115,7 +115,7 @@ def _leave_out(known: Floats, off: Floats, last: int) -> None:
 
 
 @compiled
-def _add(it: Row, own: Believed, known: Floats, off: Floats) -> bool:
+def _add(it: Row, own: PingBelief, known: Floats, off: Floats) -> bool:
     """Add the information of a reception (4, 4), 1/m2, and how far it is off the place by it; tell
     whether it was compared as a range and a direction.
     """

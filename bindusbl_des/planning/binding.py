@@ -4,12 +4,11 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from .candidates import Candidate, Foresight, excess, value_of
+from .candidates import Candidate, Predictor, excess, value_of
 from .prediction.inputs import Inputs
 from .prediction.parts import Chances
 from .prediction.predicting import predict
-from .selection.goals import Goal
-from .wording import said
+from .selection.goals import Goal, value_text
 
 # Less than this share of a value is no gain.
 NOTEWORTHY = 0.01
@@ -29,12 +28,12 @@ class Relief:
         return {"what": self.what, "told": self.told, "value": self.value}
 
 
-def binding(candidate: Candidate, foresight: Foresight, goals: Sequence[Goal]) -> list[Relief]:
+def binding(candidate: Candidate, predictor: Predictor, goals: Sequence[Goal]) -> list[Relief]:
     """Return what would help a team most, the most first; nothing where it is not predicted.
 
     The goal that is the farthest from being met, as predicted, is what counts.
     """
-    inputs, now = foresight.inputs(candidate.scenario), foresight.prediction(candidate)
+    inputs, now = predictor.inputs(candidate.scenario), predictor.prediction(candidate)
     known = [it for it in goals if value_of(it, now) == value_of(it, now)]
     if inputs is None or not known:
         return []
@@ -47,7 +46,7 @@ def _reliefs(inputs: Inputs, candidate: Candidate, goal: Goal, now: float) -> It
     for what, words, improved in IMPROVED:
         value = value_of(goal, predict(improved(inputs), candidate.stations))
         if excess(goal, value) < excess(goal, now) - NOTEWORTHY:
-            values = f"{said(goal, value)} instead of {said(goal, now)}, as predicted"
+            values = f"{value_text(goal, value)} instead of {value_text(goal, now)}, as predicted"
             told = f"{words}: {goal.metric} {values}"
             yield Relief(what, value, told, excess(goal, value) < 0)
 
@@ -95,7 +94,7 @@ def _downlink(inputs: Inputs) -> Inputs:
 
 
 def _noise(inputs: Inputs) -> Inputs:
-    noise, lasting = inputs.noise, inputs.lasting
+    noise, systematic = inputs.noise, inputs.systematic
     return replace(
         inputs,
         noise=replace(
@@ -105,12 +104,12 @@ def _noise(inputs: Inputs) -> Inputs:
             down_m2=noise.down_m2 / 4,
             leaning_m2=noise.leaning_m2 / 4,
         ),
-        lasting=replace(
-            lasting,
-            misalignment_rad=lasting.misalignment_rad / 2,
-            gnss_m=lasting.gnss_m / 2,
-            sound_speed_share=lasting.sound_speed_share / 2,
-            clock_s=lasting.clock_s / 2,
+        systematic=replace(
+            systematic,
+            misalignment_rad=systematic.misalignment_rad / 2,
+            gnss_m=systematic.gnss_m / 2,
+            sound_speed_share=systematic.sound_speed_share / 2,
+            clock_s=systematic.clock_s / 2,
         ),
     )
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..advice.stations import Ways
 from ..campaigns.experiments.experiment import laid_over
-from ..core.wording import counted
+from ..core.wording import counted, plain
 from ..scenario.files.former_keys import key_now
 from ..scenario.files.plain_yaml import read_yaml
 from ..scenario.planned import stations_kept
@@ -24,9 +24,6 @@ from .prediction.parts import STATED_ERROR
 from .prediction.predicting import Prediction, predict
 from .question import ASV, Question
 from .selection.goals import Floats, Goal
-
-# What may be chosen: teams of ASVs, each a scenario that differs from the user's in some keys.
-
 
 Keys = Mapping[str, Any]
 
@@ -98,7 +95,7 @@ def _value(scenario: Scenario, key: str) -> Any:
 STANDARD = Goal("position_error_p95_m", below=1.0)
 
 
-class Foresight:
+class Predictor:
     """Predictions of scenarios; what all placements of one have in common is worked out once."""
 
     def __init__(self, goals: Sequence[Goal]) -> None:
@@ -222,7 +219,7 @@ class _Range:
 
 
 def narrowed(
-    candidates: Sequence[Candidate], foresight: Foresight, goals: Sequence[Goal]
+    candidates: Sequence[Candidate], predictor: Predictor, goals: Sequence[Goal]
 ) -> tuple[list[Candidate], list[LeftOut]]:
     """Return the candidates to fly, the cheapest first, and those that are left out, with reasons.
 
@@ -230,7 +227,7 @@ def narrowed(
     what is worse than another of the same cost even if both are.  The best of each cost is flown in
     any case, and so is what cannot be predicted.
     """
-    ranges = {it: _range(it, foresight, goals) for it in candidates}
+    ranges = {it: _range(it, predictor, goals) for it in candidates}
     by_cost: dict[float, list[Candidate]] = defaultdict(list)
     for it in candidates:
         by_cost[it.cost].append(it)
@@ -238,7 +235,7 @@ def narrowed(
     hopeless: list[Candidate] = []
     outdone: list[Candidate] = []
     for _, equals in sorted(by_cost.items()):
-        ranked = sorted(equals, key=foresight.rank)
+        ranked = sorted(equals, key=predictor.rank)
         sure = min(ranges[it].high for it in equals)
         for it in ranked:
             if it is ranked[0]:
@@ -263,10 +260,10 @@ def _left_out(candidates: Iterable[Candidate], why: str) -> list[LeftOut]:
     return [LeftOut(f"{counted(len(found), 'candidate')}: {why}", found)] if found else []
 
 
-def _range(candidate: Candidate, foresight: Foresight, goals: Sequence[Goal]) -> _Range:
+def _range(candidate: Candidate, predictor: Predictor, goals: Sequence[Goal]) -> _Range:
     """Return how far a candidate may be from its goals; infinitely wide where one is unknown."""
     low, high = -math.inf, -math.inf
-    for goal, value in zip(goals, foresight.values(candidate).tolist(), strict=True):
+    for goal, value in zip(goals, predictor.values(candidate).tolist(), strict=True):
         doubt = doubt_of(goal.metric)
         if value != value or doubt is None:
             high = math.inf
@@ -313,24 +310,45 @@ def _taken_back(question: Question, *names: str) -> dict[str, Any]:
 MOST_ASVS = 12
 
 
-def further(question: Question, tried: Sequence[Candidate], foresight: Foresight) -> str:
+def further(question: Question, tried: Sequence[Candidate], predictor: Predictor) -> str:
     """Return in a sentence how many more ASVs are predicted to be enough; empty if that is unknown.
 
     They are those of the nearest team, in the regular formation that covers best.
     """
-    nearest = min(tried, key=foresight.rank)
+    nearest = min(tried, key=predictor.rank)
     if nearest.scenario.asvs.formation.moored is None:
         return ""
-    if foresight.prediction(nearest) is None:
+    if predictor.prediction(nearest) is None:
         return ""
     most = max(it.asvs for it in tried)
     for count in range(most + 1, MOST_ASVS + 1):
         radius, angle = Ways(nearest.scenario).best(count)
         ring = ring_keys(question, radius, angle)
         team = placed(question, {**nearest.keys, COUNT: count}, ring)
-        if team is not None and foresight.rank(team) < 0:
+        if team is not None and predictor.rank(team) < 0:
             return (
                 f"{counted(count, 'ASV')} on a ring of {radius:g} m, the first at {angle:g} deg, "
                 "are predicted to meet the goal."
             )
     return f"Not even {MOST_ASVS} ASVs are predicted to meet the goal." if most < MOST_ASVS else ""
+
+
+def team_text(candidate: Candidate) -> str:
+    """Return a team in words: how many vessels, where, and what else is chosen."""
+    keys = candidate.keys
+    names = ("radius_m", "angle_deg", "positions_m")
+    radius, angle, positions = (keys.get(f"{FORMATION}.{name}") for name in names)
+    places = " in the scenario's places"
+    if candidate.moves:
+        places = f" on the move ({candidate.scenario.asvs.formation.choice})"
+    elif positions is not None:
+        places = " at " + ", ".join(f"({x:g}, {y:g})" for x, y in positions)
+    elif candidate.asvs == 1:
+        places = " in the middle" if candidate.is_ring else places
+    elif radius is not None:
+        places = f" on a ring of {radius:g} m, the first at {angle or 0:g} deg"
+    others = {
+        key: value for key, value in keys.items() if key != COUNT and not key.startswith(FORMATION)
+    }
+    chosen = ", ".join(f"{key.rpartition('.')[2]} {plain(value)}" for key, value in others.items())
+    return f"{counted(candidate.asvs, 'ASV')}{places}{f', {chosen}' if chosen else ''}"

@@ -21,7 +21,7 @@ from ..scenario.instruments.own_sensors import wanders_over_m
 from ..scenario.scenario import Scenario
 from ..scenario.sections.navigation import Drift
 from ..scenario.water import assumed_sound_speed_of
-from .candidates import FORMATION, Candidate, Foresight, candidate, place_keys, placed
+from .candidates import FORMATION, Candidate, Predictor, candidate, place_keys, placed
 from .question import Question
 from .selection.evidence import SPENT, CutOff, Evidence, estimated, looks_at_each
 from .selection.goals import Floats, Goal
@@ -132,12 +132,12 @@ class Doubted:
         }
 
 
-def doubts(question: Question, team: Candidate, foresight: Foresight) -> list[Doubt]:
+def doubts(question: Question, team: Candidate, predictor: Predictor) -> list[Doubt]:
     """Return the conditions in which a team is to be flown; without those that make no scenario."""
     changes = [*_ranges(team), *_bursts(team), *_sound(team), *_drift(team)]
     worse = [(told, keys, candidate(question, {**team.keys, **keys})) for told, keys in changes]
     found = [Doubt(told, keys, it) for told, keys, it in worse if it is not None]
-    return [*found[:1], *_lost(question, team, foresight), *found[1:]]
+    return [*found[:1], *_lost(question, team, predictor), *found[1:]]
 
 
 def _ranges(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -193,7 +193,7 @@ def _kept(team: Candidate) -> dict[str, Any]:
     return {**cleared, f"{FORMATION}.radius_m": float(f"{radius:.9g}")}
 
 
-def _lost(question: Question, team: Candidate, foresight: Foresight) -> list[Doubt]:
+def _lost(question: Question, team: Candidate, predictor: Predictor) -> list[Doubt]:
     """Return the team without the vessel that is predicted to be missed most, and with that vessel
     until half of the mission is over; of vessels that move, which are told where to go anew, with
     the first until then.
@@ -202,7 +202,7 @@ def _lost(question: Question, team: Candidate, foresight: Foresight) -> list[Dou
         return []
     vessels = 0 if team.moves or team.asvs == 1 else team.asvs
     rests = [_without(question, team, lost) for lost in range(vessels)]
-    missed = [(foresight.rank(it.team), -n) for n, it in enumerate(rests) if it is not None]
+    missed = [(predictor.rank(it.team), -n) for n, it in enumerate(rests) if it is not None]
     lost = -max(missed)[1] if missed else 0
     failures = [it.model_dump(mode="json") for it in team.scenario.asvs.failures]
     fails = {"asv": lost, "at_s": team.scenario.duration_s / 2}

@@ -19,14 +19,13 @@ from ..core.kept_files import FOLDERS, copies_of, keep, placed, portable, rename
 from ..results.result import scenario_sha256, versions
 from ..scenario.files.scenario_file import load_scenario
 from ..scenario.scenario import Scenario
-from .candidates import band
+from .answer_text import answer_text, caveats, reached, remedy_text
+from .candidates import band, team_text
 from .doubting import plainly
 from .found import Found
 from .prediction.parts import STATED_ERROR
 from .question import Question
 from .selection.goals import goals_in
-from .telling import answer_told, caveats, reached, would_told
-from .wording import team_told
 
 QUESTION, PLAN, BEST, PAGE = "question.json", "plan.json", "best.yaml", "plan.html"
 MISSIONS, DOUBTS = "missions", "sensitivity"
@@ -194,7 +193,7 @@ def record(found: Found, run: str) -> dict[str, Any]:
     question, answer = found.question, found.selection.answer
     others = [n for n in found.ranked if n != answer][:MOST_RUNNERS_UP]
     goals = question.goals
-    told = [answer_told(found), *caveats(found)]
+    told = [answer_text(found), *caveats(found)]
     return {
         "name": question.name,
         "scenario": question.source,
@@ -210,7 +209,7 @@ def record(found: Found, run: str) -> dict[str, Any]:
         "missions": found.missions,
         "answer": None if found.team is None else dict(found.team.keys),
         "chosen": answer,
-        "would": would_told(found),
+        "would": remedy_text(found),
         "told": told,
         "run": run,
         "candidates": [_candidate(found, n) for n in range(len(found.candidates))],
@@ -230,7 +229,7 @@ def record(found: Found, run: str) -> dict[str, Any]:
 def _candidate(found: Found, number: int) -> dict[str, Any]:
     candidate, selection = found.candidates[number], found.selection
     estimates, missions = selection.estimates[number], selection.missions[number]
-    values = found.foresight.values(candidate).tolist()
+    values = found.predictor.values(candidate).tolist()
     bands = [band(goal, it) for goal, it in zip(found.question.goals, values, strict=True)]
     predicted = {
         "value": [_known(it) for it in values],
@@ -246,7 +245,7 @@ def _candidate(found: Found, number: int) -> dict[str, Any]:
         "predicted": predicted,
         "simulated": simulated if missions else None,
         "verdict": selection.verdicts[number],
-        "team": team_told(candidate),
+        "team": team_text(candidate),
         "told": reached(found.question.goals, estimates) if missions else "",
     }
 

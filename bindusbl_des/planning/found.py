@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .binding import Relief
-from .candidates import Candidate, Foresight, LeftOut, excess
+from .candidates import Candidate, LeftOut, Predictor, excess
 from .doubting import Doubted
 from .question import Question
 from .selection.goals import Goal
@@ -22,7 +22,7 @@ class Found:
     question: Question
     candidates: Sequence[Candidate]
     selection: Selection
-    foresight: Foresight
+    predictor: Predictor
     left_out: Sequence[LeftOut]
     reliefs: Sequence[Relief]
     further: str

@@ -27,36 +27,77 @@ What is found lies in a folder: `plan.json`, `best.yaml` (a scenario that meets 
 Any number that is not known is null.
 """
 
+import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from shlex import quote
 from shutil import rmtree
 from tempfile import mkdtemp
 from typing import Any, TypedDict, Unpack
 from weakref import finalize
 
+from ..campaigns.campaign import Campaign, unfinished_campaign
 from ..campaigns.experiments.experiment import Experiment
 from ..campaigns.experiments.options import PythonArguments
 from ..campaigns.experiments.plan import ExperimentPlan as Missions
 from ..campaigns.running import check_plugins
+from ..core.files import write_text
 from ..core.wording import counted, did_you_mean
+from ..scenario.families import leave_of
 from ..scenario.files.shipped import located
 from ..scenario.planned import stations_kept
 from ..scenario.scenario import Scenario
+from .answer_text import best_text, summary
 from .binding import binding
-from .candidates import Candidate, Foresight, further, narrowed
+from .candidates import Candidate, Predictor, further, narrowed
 from .doubting import SEEDS, Doubted, doubted, doubts, teams_of, with_costlier
 from .flying import Budget, flights, local_workers, wanted
-from .folder import DOUBTS, MISSIONS, begin
+from .folder import BEST, DOUBTS, MISSIONS, PAGE, PLAN, begin, best_yaml, record
 from .found import Found, ranked
-from .outcome import Plan, written
+from .plan_page import chart_of, plan_page
+from .prediction.inputs import Inputs
 from .proposals import proposed
 from .question import Asking, Question, goals_of_arguments, read_plan
 from .selection.goals import Floats, Of
 from .selection.search import select
 from .selection.selection import Choice, Sample, Selection
-from .telling import best_told
+
+
+class Plan:
+    """A plan that was made: its `folder`, and the `record` that `plan.json` holds."""
+
+    def __init__(self, folder: Path, record: Mapping[str, Any]) -> None:
+        self.folder, self.record = folder, record
+
+    def __repr__(self) -> str:
+        answer = "no team" if self.answer is None else f"{self.answer['asvs.count']} ASVs"
+        return f"<Plan {self.record['name']}: {answer}, in {self.folder}>"
+
+    @property
+    def answer(self) -> dict[str, Any] | None:
+        """The keys and values of the least team; None where none is shown to keep to the goals."""
+        answer: dict[str, Any] | None = self.record["answer"]
+        return answer
+
+    @property
+    def scenario(self) -> Scenario | None:
+        """The scenario of that team."""
+        if self.answer is None:
+            return None
+        from ..scenario.files.scenario_file import load_scenario
+
+        return load_scenario(self.folder / BEST)
+
+    @property
+    def campaign(self) -> Campaign:
+        """The missions by which the team was chosen."""
+        return unfinished_campaign(self.folder / MISSIONS)
+
+    def summary(self) -> str:
+        """Return what the command prints."""
+        return summary(self.record, str(self.folder))
 
 
 class HowToPlan(TypedDict, total=False):
@@ -163,26 +204,26 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
         NotWritten: when the folder cannot be written; what was flown is kept.
     """
     goals = question.goals
-    foresight = Foresight(goals)
+    predictor = Predictor(goals)
     try:
         with local_workers(workers) as pool:
-            teams_proposed = proposed(question, foresight, budget.begin)
-            candidates, left_out = narrowed(teams_proposed, foresight, goals)
+            teams_proposed = proposed(question, predictor, budget.begin)
+            candidates, left_out = narrowed(teams_proposed, predictor, goals)
             fly = partial(flights, asked=wanted(goals), pool=pool, note=budget.note)
             budget.begin(f"choosing among {counted(len(candidates), 'team')}")
             teams = _experiment(question, candidates, question.seeds())
             with fly(teams, folder / MISSIONS) as missions:
                 sample = partial(budget.sample, missions)
-                selection = _selected(question, candidates, foresight, sample, budget)
+                selection = _selected(question, candidates, predictor, sample, budget)
                 selection = with_costlier(selection, candidates, goals, sample)
-                looked_at = _looked_at(question, candidates, selection, foresight)
+                looked_at = _looked_at(question, candidates, selection, predictor)
                 is_found = selection.answer is not None and not budget.cut_by
                 number = candidates.index(looked_at)
 
                 def as_planned(seeds: Sequence[int]) -> Floats:
                     return sample([(number, seed) for seed in seeds])
 
-                conditions = doubts(question, looked_at, foresight) if is_found else []
+                conditions = doubts(question, looked_at, predictor) if is_found else []
                 told, flown_in_doubt = list[Doubted](), 0
                 if conditions:
                     budget.begin("doubting the answer")
@@ -197,15 +238,15 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
         question=question,
         candidates=candidates,
         selection=selection,
-        foresight=foresight,
+        predictor=predictor,
         left_out=left_out,
-        reliefs=[] if budget.cut_by else binding(looked_at, foresight, goals),
-        further="" if is_found else further(question, candidates, foresight),
+        reliefs=[] if budget.cut_by else binding(looked_at, predictor, goals),
+        further="" if is_found else further(question, candidates, predictor),
         doubted=told,
         missions=len(missions) + flown_in_doubt,
         cut=budget.cut_by,
     )
-    return written(found, folder)
+    return _written(found, folder)
 
 
 def _experiment(
@@ -219,17 +260,17 @@ def _experiment(
 def _selected(
     question: Question,
     candidates: Sequence[Candidate],
-    foresight: Foresight,
+    predictor: Predictor,
     sample: Sample,
     budget: Budget,
 ) -> Selection:
     """Fly what it takes to know which team is the least that keeps to the goals."""
 
     def note(selection: Selection) -> None:
-        budget.best = best_told(question.goals, candidates, selection)
+        budget.best = best_text(question.goals, candidates, selection)
 
     return select(
-        [Choice(it.cost, foresight.values(it).tolist()) for it in candidates],
+        [Choice(it.cost, predictor.values(it).tolist()) for it in candidates],
         sample,
         question.goals,
         confidence=question.confidence,
@@ -242,10 +283,40 @@ def _looked_at(
     question: Question,
     candidates: Sequence[Candidate],
     selection: Selection,
-    foresight: Foresight,
+    predictor: Predictor,
 ) -> Candidate:
     """Return the answer, or else the team that comes nearest to the goals."""
     if selection.answer is not None:
         return candidates[selection.answer]
     nearest = ranked(question.goals, candidates, selection)[:1]
-    return candidates[nearest[0]] if nearest else min(candidates, key=foresight.rank)
+    return candidates[nearest[0]] if nearest else min(candidates, key=predictor.rank)
+
+
+def _written(found: Found, folder: Path) -> Plan:
+    """Write the files of a plan, `plan.json` last; return the plan.
+
+    Raises:
+        OSError: when one cannot be written.
+    """
+    scenario = found.question.source or str(folder / MISSIONS / "scenario.yaml")
+    team = found.team
+    file, keys = (str(folder / BEST), team.scenario) if team else (scenario, found.question.base)
+    run = f"bindusbl-des run {quote(file)}{leave_of(keys)}"
+    told = {**record(found, run), "scenario": scenario}
+    if found.team is None:
+        (folder / BEST).unlink(missing_ok=True)
+    else:
+        write_text(folder / BEST, best_yaml(found.team.scenario, told["told"][0]))
+    write_text(folder / PAGE, _page(found, told))
+    text = json.dumps(told, indent=2, allow_nan=False, ensure_ascii=False)
+    write_text(folder / PLAN, f"{text}\n")
+    return Plan(folder, told)
+
+
+def _page(found: Found, told: dict[str, Any]) -> str:
+    base = found.question.base
+    inputs = found.predictor.inputs(base)
+    if inputs is None or not stations_kept(base):
+        return plan_page(told)
+    each: list[Inputs | None] = [found.predictor.inputs(it.scenario) for it in found.candidates]
+    return plan_page(told, chart_of(base, inputs, each))

@@ -22,8 +22,8 @@ from .candidates import (
     REPLY,
     SCHEDULE,
     Candidate,
-    Foresight,
     Keys,
+    Predictor,
     candidate,
     place_keys,
     placed,
@@ -53,7 +53,7 @@ MOST_PLACED = 50
 
 
 def proposed(
-    question: Question, foresight: Foresight, told: Callable[[str], object] = str
+    question: Question, predictor: Predictor, told: Callable[[str], object] = str
 ) -> list[Candidate]:
     """Return all candidates of a plan: the user's points, each with what is proposed to go with it.
 
@@ -70,7 +70,7 @@ def proposed(
         found = []
         for number, point in enumerate(points, start=1):
             told(f"proposing teams, {number} of {counted(len(points), 'choice')}")
-            found += _about(question, foresight, point, widely)
+            found += _about(question, predictor, point, widely)
     unlike = {it.scenario.model_dump_json(): it for it in reversed(found) if it is not None}
     return list(unlike.values())[::-1]
 
@@ -87,7 +87,7 @@ def is_instant(question: Question, point: Keys) -> bool:
 
 
 def _about(
-    question: Question, foresight: Foresight, point: Keys, widely: bool
+    question: Question, predictor: Predictor, point: Keys, widely: bool
 ) -> Iterator[Candidate | None]:
     """Yield the candidates of one point."""
     base = candidate(question, point)
@@ -102,14 +102,14 @@ def _about(
         places = [team]
         # Where only the kind of placement varies, each is placed as well as if nobody had named it.
         if not any(key.startswith(FORMATION) and key != PLACEMENT for key in point):
-            places += _placed(question, foresight, team, widely)
+            places += _placed(question, predictor, team, widely)
         yield from places
-        best = min(places, key=foresight.rank)
+        best = min(places, key=predictor.rank)
         others = [
             candidate(question, {**best.keys, **it}) for it in _protocols(base.scenario, point)
         ]
-        ranked = sorted(filter(None, others), key=foresight.rank)[:MOST_PROTOCOLS]
-        yield from _unlike([best, *ranked], foresight)
+        ranked = sorted(filter(None, others), key=predictor.rank)[:MOST_PROTOCOLS]
+        yield from _unlike([best, *ranked], predictor)
 
 
 def _counts(scenario: Scenario, point: Keys) -> Iterator[dict[str, Any]]:
@@ -123,7 +123,7 @@ def _counts(scenario: Scenario, point: Keys) -> Iterator[dict[str, Any]]:
 
 
 def _placed(
-    question: Question, foresight: Foresight, team: Candidate, widely: bool
+    question: Question, predictor: Predictor, team: Candidate, widely: bool
 ) -> Iterator[Candidate]:
     """Yield the best regular formations of a team, for coverage and for what is predicted, and the
     places that cover most.
@@ -133,25 +133,25 @@ def _placed(
     if team.asvs > 1:
         ring = ring_keys(question, *Ways(team.scenario).best(team.asvs))
         yield from _those(placed(question, team.keys, ring))
-    inputs = foresight.inputs(team.scenario)
+    inputs = predictor.inputs(team.scenario)
     if widely or inputs is None:
         return
     if team.asvs > 1:
         keys = (ring_keys(question, *ring) for ring in _rings(team))
         rings = _those(*(placed(question, team.keys, it) for it in keys))
-        yield from sorted(rings, key=foresight.rank)[:1]
+        yield from sorted(rings, key=predictor.rank)[:1]
     free = place_keys(question, free_places(team.scenario, team.asvs, "coverage", inputs))
     yield from _those(placed(question, team.keys, free))
 
 
-def _unlike(teams: Sequence[Candidate], foresight: Foresight) -> Iterator[Candidate]:
+def _unlike(teams: Sequence[Candidate], predictor: Predictor) -> Iterator[Candidate]:
     """Yield all but the first of teams that differ in their protocols alone, without those whose
     schedule is predicted to change nothing: where no two AUVs ever ping together, it has nothing
     to choose.
     """
     known = set[tuple[str, bytes]]()
     for number, team in enumerate(teams):
-        prediction = foresight.prediction(team)
+        prediction = predictor.prediction(team)
         if prediction is not None:
             told = str(team.scenario.protocol.downlink), b"".join(it.tobytes() for it in prediction)
             if told in known:

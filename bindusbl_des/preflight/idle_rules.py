@@ -10,7 +10,7 @@ from ..scenario.declared import DOWNLINKS, INSTRUMENTS, KNOWLEDGES, NAVIGATORS, 
 from ..scenario.families import schedule_of
 from ..scenario.instruments.own_sensors import wanders_over_m
 from ..scenario.scenario import Scenario
-from ..scenario.sections.usbl import Usbl
+from ..scenario.sections.usbl import UsblSection
 
 
 class _Own(tuple[str, ...]):
@@ -226,7 +226,7 @@ CLOCKS = ("navigation.clock_offset_sd_s", "navigation.clock_drift_sd")
 
 # Vessels keep their stations by GNSS, too.
 BESIDES = ("preset", "model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_constant_s")
-ARRAY = tuple(f"usbl.{name}" for name in Usbl.model_fields if name not in BESIDES)
+ARRAY = tuple(f"usbl.{name}" for name in UsblSection.model_fields if name not in BESIDES)
 
 
 def wanders(scenario: Scenario) -> bool:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..acoustics.propagation import within
 from ..core.compiled import compiled
-from ..core.handed import Handed, opened
+from ..core.packed import Packed, unpacked
 from ..vehicles.motion import Motion, where
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ class VehiclePositions:
 
     def __init__(self, surveyed: Surveyed) -> None:
         """Take who is looked at."""
-        self._handed = Handed(surveyed)
+        self._packed = Packed(surveyed)
         self._auvs, self._asvs = len(surveyed.auvs.first) - 1, len(surveyed.asvs.first) - 1
 
     def at(self, time: float) -> tuple[Array, Array, Hearing]:
@@ -77,13 +77,13 @@ class VehiclePositions:
         """
         auvs, asvs = np.empty((self._auvs, 3)), np.empty((self._asvs, 3))
         heard = np.empty((self._auvs, self._asvs), dtype=np.bool_)
-        _survey(self._handed.address, time, auvs, asvs, heard)
+        _survey(self._packed.address, time, auvs, asvs, heard)
         return auvs, asvs, heard
 
 
 @compiled
-def _survey(handed: int, time: float, auvs: Array, asvs: Array, heard: Hearing) -> None:
-    of = opened(handed, Surveyed)
+def _survey(packed: int, time: float, auvs: Array, asvs: Array, heard: Hearing) -> None:
+    of = unpacked(packed, Surveyed)
     _place(of.auvs, time, auvs)
     _place(of.asvs, time, asvs)
     _hearing(auvs, asvs, of.reach, of.slant, heard)

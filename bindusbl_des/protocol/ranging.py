@@ -100,8 +100,8 @@ class TwoWay:
             return  # nobody calls
         callers = nearest(view, group, failed)
         calls = self._uplink.call(group, callers, time)
-        outcomes, lasting = calls["call"].tolist(), calls["call_time_s"].tolist()
-        for number, (auv, outcome, lasts) in enumerate(zip(group, outcomes, lasting, strict=True)):
+        outcomes, ways_s = calls["call"].tolist(), calls["call_time_s"].tolist()
+        for number, (auv, outcome, way_s) in enumerate(zip(group, outcomes, ways_s, strict=True)):
             call = calls[number : number + 1]
             if outcome != HEARD:
                 self._uplink.send(round_number, slot, [auv], time, call)
@@ -109,9 +109,9 @@ class TwoWay:
             turn = round_number, slot, auv
             self._waiting[turn] = call
             if self._uplink.foresees_calls:
-                self._answer_at(time + lasts + self._answer_delay, turn)
+                self._answer_at(time + way_s + self._answer_delay, turn)
             else:
-                event = self._env.timeout(max(time + lasts - self._env.now, 0.0))
+                event = self._env.timeout(max(time + way_s - self._env.now, 0.0))
                 event.callbacks.append(partial(self._hear, turn))
 
     def _hear(self, turn: tuple[int, int, int], _: simpy.Event) -> None:

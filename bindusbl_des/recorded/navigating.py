@@ -13,7 +13,7 @@ from ..records.rows import Rows
 from ..scenario.instruments.own_sensors import own_sensors
 from ..scenario.scenario import Scenario
 from ..scenario.water import assumed_sound_speed_of
-from ..usbl.usbl import range_sd, sheet_of, stated_range_sd
+from ..usbl.measuring import range_sd, sheet_of, stated_range_sd
 from .log import Array, Log
 from .sighting import SEEN, SIGHT, Mixture, follow, look
 
@@ -28,7 +28,7 @@ class Noise:
     reckoning's random walk (m/sqrt(s)) and velocity bias (m/s, ahead and to the side of y).
 
     `bias_sd` is what a bias may be beyond the one given (m/s), which wanders with a time constant
-    `bias_lasts` (s) or, if that is infinite, is constant; the scale of the way is off by
+    `bias_time_constant_s` (s) or, if that is infinite, is constant; the scale of the way is off by
     `scale_sd`, its heading by `heading_sd` (rad), both constant.  A sight that not even the
     variance of an outlier explains is refused: its normalised square is above `gate`; 0: none is.
     """
@@ -44,7 +44,7 @@ class Noise:
     in_body: bool = True
     scale_sd: float = 0.0
     heading_sd: float = 0.0
-    bias_lasts: float = inf
+    bias_time_constant_s: float = inf
 
     def with_start_found(self) -> "Noise":
         """Return noise that leaves a start that was found free to move."""
@@ -65,24 +65,28 @@ class Noise:
     @property
     def wanders(self) -> bool:
         """Whether the bias beyond the one given changes with time."""
-        return self.bias_sd > 0.0 and self.bias_lasts < inf
+        return self.bias_sd > 0.0 and self.bias_time_constant_s < inf
 
     @property
     def _further(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """The standard deviations and time constants (s) of states 6 and 7, which stretch and turn
         the way, and of 8 and 9, a bias that wanders, if it does.
         """
-        sds, lasting = (self.scale_sd, self.heading_sd), (inf, inf)
+        sds, time_constants = (self.scale_sd, self.heading_sd), (inf, inf)
         if not self.wanders:
-            return sds, lasting
-        return (*sds, self.bias_sd, self.bias_sd), (*lasting, self.bias_lasts, self.bias_lasts)
+            return sds, time_constants
+        return (*sds, self.bias_sd, self.bias_sd), (
+            *time_constants,
+            self.bias_time_constant_s,
+            self.bias_time_constant_s,
+        )
 
     def growth(self) -> Growth:
         """Return how beliefs become less sure."""
-        sds, lasting = map(np.array, self._further)
+        sds, time_constants = map(np.array, self._further)
         wandering = STATES + 2 if self.wanders else 0
         walk = float(self.random_walk) ** 2
-        return Growth(walk, 0.0, self.in_body, STATES, wandering, sds, lasting)
+        return Growth(walk, 0.0, self.in_body, STATES, wandering, sds, time_constants)
 
 
 def noise_of(scenario: Scenario) -> Noise:

@@ -17,8 +17,8 @@ import numpy as np
 from ..core.compiled import compiled, inlined
 from ..navigation.belief import Belief, Growth, carry
 from ..navigation.dead_reckoning import Odometry
+from ..navigation.fix_update import MOST_REFUSED
 from ..navigation.smoothing import Sights, absorb, told_at
-from ..navigation.weighing import MOST_REFUSED
 from ..records.rows import Row, Rows
 from ..vehicles.motion import Floats
 from ..vehicles.reckoning import Told

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..core.compiled import compiled
 from ..core.growing import lengthened
-from ..core.handed import Handed
+from ..core.packed import Packed
 from .events import Assignment, Broadcast, Fix, FrameReception, Ping, Reception, Round
 
 Rows = NDArray[np.void]
@@ -150,11 +150,11 @@ class EventBuffer:
     def __init__(self, kind: np.dtype[Any]) -> None:
         self.array: Rows = np.empty(ROOM, dtype=kind)
         self.count = 0
-        self._handed: list[tuple[Handed, str]] = []
+        self._packed: list[tuple[Packed, str]] = []
 
-    def hand_on(self, to: Handed, name: str) -> None:
+    def hand_on(self, to: Packed, name: str) -> None:
         """Keep a field of what compiled code is handed what the array is."""
-        self._handed.append((to, name))
+        self._packed.append((to, name))
 
     @property
     def rows(self) -> Rows:
@@ -168,12 +168,12 @@ class EventBuffer:
             while self.count + count > length:
                 length *= 2
             self.array = lengthened(self.rows, length)
-            for handed, name in self._handed:
-                handed.renew(name, self.array)
+            for packed, name in self._packed:
+                packed.renew(name, self.array)
         return self.array
 
 
-class Levers:
+class Jacobians:
     """How fixes, row by row, depend on k errors that outlast them, where such errors are told.
 
     J along x and y, with its derivatives along x, along y and by each error behind it, and by the
@@ -185,19 +185,19 @@ class Levers:
         """Have J of k columns."""
         self.columns = columns
         self.of, self.left = np.empty((0, 2, 4 * columns + 2)), np.empty((0, 3))
-        self._handed: list[Handed] = []
+        self._packed: list[Packed] = []
 
-    def hand_on(self, to: Handed) -> None:
-        """Keep the fields `levers` and `left` of what compiled code is handed what both are."""
-        self._handed.append(to)
+    def hand_on(self, to: Packed) -> None:
+        """Keep the fields `jacobians` and `left` of what compiled code is handed what both are."""
+        self._packed.append(to)
 
     def make_room(self, rows: int) -> None:
         """Have room for so many rows."""
         if rows > len(self.of):
             self.of, self.left = lengthened(self.of, rows), lengthened(self.left, rows)
-            for handed in self._handed:
-                handed.renew("levers", self.of)
-                handed.renew("left", self.left)
+            for packed in self._packed:
+                packed.renew("jacobians", self.of)
+                packed.renew("left", self.left)
 
 
 @dataclass
@@ -216,5 +216,5 @@ class Recorder:
     frame_receptions: EventBuffer = field(default_factory=lambda: EventBuffer(FRAME_RECEPTION))
     assignments: list[Assignment] = field(default_factory=list)
     fixes: EventBuffer = field(default_factory=lambda: EventBuffer(FIX))
-    levers: Levers = field(default_factory=lambda: Levers(0))
+    jacobians: Jacobians = field(default_factory=lambda: Jacobians(0))
     gnss_fixes: EventBuffer = field(default_factory=lambda: EventBuffer(FIX))  # AUVs' own

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..navigation.weighing import SURE
+from ..navigation.fix_update import SURE
 from ..scenario.families import navigator_of
 from .page import filled, number, table
 from .recording import Floats, Recording

@@ -16,7 +16,7 @@ from .sections.environment import Environment
 from .sections.navigation import Navigation
 from .sections.protocol import Protocol
 from .sections.survey import SURVEY, Survey, SurveyEnd
-from .sections.usbl import Usbl
+from .sections.usbl import UsblSection
 from .sections.vehicles import Asvs, Auvs
 from .survey_area import area_of
 
@@ -35,7 +35,7 @@ class GivenKeys(TypedDict, total=False):
     environment: Environment | Keys
     acoustics: Acoustics | Keys
     protocol: Protocol | Keys
-    usbl: Usbl | Keys
+    usbl: UsblSection | Keys
     navigation: Navigation | Keys
     record: Record | Keys
 

@@ -10,7 +10,7 @@ from .sections.environment import Environment
 from .sections.navigation import Navigation
 from .sections.protocol import Protocol
 from .sections.survey import Duration, Survey
-from .sections.usbl import Usbl
+from .sections.usbl import UsblSection
 from .sections.vehicles import Asvs, Auvs
 
 
@@ -54,6 +54,6 @@ class ScenarioKeys(Part):
     environment: Environment = Field(default=Environment(), description="the water")
     acoustics: Acoustics = Field(default=Acoustics(), description="acoustic bands")
     protocol: Protocol = Field(default=Protocol(), description="medium access")
-    usbl: Usbl = Field(default=Usbl(), description="USBL measurement")
+    usbl: UsblSection = Field(default=UsblSection(), description="USBL measurement")
     navigation: Navigation = Field(default=Navigation(), description="AUV navigation")
     record: Record = Field(default=Record(), description="what is recorded")

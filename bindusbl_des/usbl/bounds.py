@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .usbl import Usbl
+from .measuring import Usbl
 
 # Nearer (in sizes of the array) than this a wave is too round for the array to tell a direction.
 ROUND = 10.0

@@ -74,13 +74,13 @@ class Fused(NamedTuple):
 
 @compiled
 def fuse_shared(
-    estimate: Vector, covariance: Vector, fix: Vector, other: Vector, lever: Vector
+    estimate: Vector, covariance: Vector, fix: Vector, other: Vector, jacobian: Vector
 ) -> Fused:
     """Fuse a fix into an estimate whose own errors it shares.
 
     `estimate` (n,) and `covariance` (n, n) are those of a place (m) and of n - 3 unknowns beside
-    it; `fix` (3,) with the covariance `other` (3, 3) is that place, `lever` (3, n - 3) times those
-    unknowns off.  Source: Kalman update, z = p + lever u + noise.
+    it; `fix` (3,) with the covariance `other` (3, 3) is that place, `jacobian` (3, n - 3) times
+    those unknowns off.  Source: Kalman update, z = p + J u + noise.
     """
     size = len(estimate)
     shared, spread, miss = np.empty((size, 3)), np.empty((3, 3)), np.empty(3)
@@ -88,15 +88,15 @@ def fuse_shared(
         for j in range(3):
             shared[i, j] = covariance[i, j]
             for k in range(3, size):
-                shared[i, j] += covariance[i, k] * lever[j, k - 3]
+                shared[i, j] += covariance[i, k] * jacobian[j, k - 3]
     for i in range(3):
         miss[i] = fix[i] - estimate[i]
         for k in range(3, size):
-            miss[i] -= lever[i, k - 3] * estimate[k]
+            miss[i] -= jacobian[i, k - 3] * estimate[k]
         for j in range(3):
             spread[i, j] = shared[i, j]
             for k in range(3, size):
-                spread[i, j] += lever[i, k - 3] * shared[k, j]
+                spread[i, j] += jacobian[i, k - 3] * shared[k, j]
             spread[i, j] += other[i, j]
     inverse = _pseudo_inverse(spread)
     gain, square = np.zeros((size, 3)), 0.0

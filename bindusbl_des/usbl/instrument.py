@@ -157,7 +157,7 @@ class Instrument(NamedTuple):
     has_sheet: bool | None
 
 
-class HandedInstrument(NamedTuple):
+class PackedInstrument(NamedTuple):
     """An :class:`Instrument` as compiled code is handed it once: levels (1,), and no array where
     somebody's own measures later.
     """
@@ -168,13 +168,13 @@ class HandedInstrument(NamedTuple):
 
 
 @written_out
-def instrument_of(handed: HandedInstrument, has_sheet: bool | None) -> Instrument:
+def instrument_of(packed: PackedInstrument, has_sheet: bool | None) -> Instrument:
     """Return an instrument, of what was handed over, and whether it has a data sheet."""
-    return Instrument(handed.array, handed.metric, handed.levels[0], has_sheet)
+    return Instrument(packed.array, packed.metric, packed.levels[0], has_sheet)
 
 
 # What is handed over in the place of an instrument of somebody's own
-NO_INSTRUMENT = HandedInstrument(np.empty((0, 3)), np.eye(3), np.zeros(1, dtype=LEVELS))
+NO_INSTRUMENT = PackedInstrument(np.empty((0, 3)), np.eye(3), np.zeros(1, dtype=LEVELS))
 
 
 @compiled

@@ -75,7 +75,7 @@ def located_itself(own: Hearing, instrument: Instrument) -> tuple[Floats, Floats
 
 @compiled
 def located_astray(
-    own: Hearing, instrument: Instrument, lasting: Systematic
+    own: Hearing, instrument: Instrument, systematic: Systematic
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return the fix (3,), m, of an AUV, its covariance (3, 3), m2, J with its changes
     (3, 4 k + 2), and what is left, as of :func:`.systematic_fixes.measured_astray`: the array is
@@ -84,11 +84,11 @@ def located_astray(
     ping, it, levels = own.ping, own.reception, instrument.levels
     beneath, above = negative(own.place), negative(_source(own))
     unit, believed = sighted(beneath, above, own.yaw, it.snr_db, own.noise, instrument)
-    turn = rotation(0.0, 0.0, lasting.misalignments[it.auv])
-    late, later = lasting.clocks[it.auv]
+    turn = rotation(0.0, 0.0, systematic.misalignments[it.auv])
+    late, later = systematic.clocks[it.auv]
     took = it.travel_time_s - late - later * it.arrived_at_s
     path = levels.sound_speed_m_per_s * clocked(took, own.noise, instrument)
-    origin = minus(above, astray(it.asv, ping.sent_at_s, lasting))
+    origin = minus(above, astray(it.asv, ping.sent_at_s, systematic))
     below = beneath[2] - above[2]
     seen = Sighting(origin, turned(turn, unit), product(turn, believed), path, it.snr_db, below)
     note_direction(it, seen.unit, seen.believed)
@@ -98,18 +98,21 @@ def located_astray(
     )  # fmt: skip
     ahead = offset_of(image, origin, path, own.noise, instrument)
     effects, moved = _effects(seen, ahead, instrument)
-    sds = _deviations(it.arrived_at_s, lasting.levels)
+    sds = _deviations(it.arrived_at_s, systematic.levels)
     bends = -bent(effects, ahead, instrument)
     add_own(covariance, effects, bends, sds)
     for k in (SOUND_SPEED, CLOCK):
         add(covariance, effects[:, k], sds[k] ** 2)
     fix = -image
-    jump(fix, own.noise, lasting.levels)
-    levers, count = _columns(effects, moved, bends, it, lasting), lasting.variances.size
-    told = np.concatenate((levers[:, 3 * count : 4 * count], levers[:, :count]), axis=1)
-    left = noise_of(covariance, told, lasting.variances)
+    jump(fix, own.noise, systematic.levels)
+    jacobians, count = (
+        _columns(effects, moved, bends, it, systematic),
+        systematic.variances.size,
+    )
+    told = np.concatenate((jacobians[:, 3 * count : 4 * count], jacobians[:, :count]), axis=1)
+    left = noise_of(covariance, told, systematic.variances)
     note_sight(it, fix, negative(seen.unit), -seen.believed, path, left, instrument)
-    return fix, covariance, levers, level_part(left)
+    return fix, covariance, jacobians, level_part(left)
 
 
 @compiled
@@ -149,18 +152,23 @@ def _deviations(time: float, levels: Row) -> Floats:
 
 
 @compiled
-def _columns(effects: Floats, moved: Floats, bends: Floats, it: Row, lasting: Systematic) -> Floats:
+def _columns(
+    effects: Floats, moved: Floats, bends: Floats, it: Row, systematic: Systematic
+) -> Floats:
     """Return effects in the columns of J, and how these change along x, along y, and with what they
     belong to, and that nobody was called, (3, 4 k + 2).
     """
-    count = lasting.variances.size
+    count = systematic.variances.size
     out = np.zeros((3, 4 * count + 2))
-    _spread_out(effects, out[:, :count], it, lasting.levels)
+    _spread_out(effects, out[:, :count], it, systematic.levels)
     for axis in range(2):
         _spread_out(
-            moved[axis], out[:, (1 + axis) * count : (2 + axis) * count], it, lasting.levels
+            moved[axis],
+            out[:, (1 + axis) * count : (2 + axis) * count],
+            it,
+            systematic.levels,
         )
-    _spread_out(bends, out[:, 3 * count : 4 * count], it, lasting.levels)
+    _spread_out(bends, out[:, 3 * count : 4 * count], it, systematic.levels)
     return out
 
 

@@ -43,7 +43,7 @@ class Sounding:
     random: np.random.Generator
 
 
-class Instrument(Protocol):
+class MeasureFunction(Protocol):
     """What an arrival measures, and how surely."""
 
     def __call__(self, sounding: Sounding, /) -> tuple[Array, Array]:
@@ -57,7 +57,7 @@ class OwnInstrument:
     """
 
     name: str
-    measure: Instrument
+    measure: MeasureFunction
 
     def fused(self, sounding: Sounding) -> tuple[Array, Array]:
         """Return what ASVs make of a ping together: a fix (3,), m, and its covariance (3, 3), m2.

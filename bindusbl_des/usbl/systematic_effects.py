@@ -225,16 +225,16 @@ def bent(effects: Floats, ahead: Vector, instrument: Instrument) -> Floats:
 
 
 @compiled
-def noise_of(covariance: Floats, levers: Floats, variances: Floats) -> Floats:
+def noise_of(covariance: Floats, jacobians: Floats, variances: Floats) -> Floats:
     """Return what is left of a covariance (3, 3), m2, without errors of some `variances` (k,);
-    `levers` (3, 2 k) are what it holds of their squares, then of themselves.
+    `jacobians` (3, 2 k) are what it holds of their squares, then of themselves.
     """
     out, count = covariance.copy(), variances.size
     for k in range(2 * count):
         variance = variances[k - count] if k >= count else 0.75 * variances[k] ** 2
         for i in range(3):
             for j in range(3):
-                out[i, j] -= variance * levers[i, k] * levers[j, k]
+                out[i, j] -= variance * jacobians[i, k] * jacobians[j, k]
     for i in range(3):
         out[i, i] = max(out[i, i], 0.0)
     return out
@@ -290,8 +290,8 @@ def spread_out(effects: Floats, out: Floats, heard: Heard, row: int, levels: Row
 
 
 @compiled
-def move(levers: Floats, way: Floats) -> None:
+def move(jacobians: Floats, way: Floats) -> None:
     """Move the place at which J (n, 5 k + 1) holds by a `way` (m)."""
-    count = levers.shape[1] // 5
+    count = jacobians.shape[1] // 5
     for axis in range(2):
-        levers[:, :count] += way[axis] * levers[:, (1 + axis) * count : (2 + axis) * count]
+        jacobians[:, :count] += way[axis] * jacobians[:, (1 + axis) * count : (2 + axis) * count]

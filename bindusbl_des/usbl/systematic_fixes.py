@@ -21,6 +21,7 @@ from ..vehicles.motion import Floats, Motion
 from .array import Vector, dot, plus, rotation, turned
 from .fusion import fuse_shared, product
 from .instrument import NOISE_WIDTH, Instrument, offset_of, path_sd, placed, slow_path_sd
+from .measuring import Usbl
 from .sights import note_call, note_direction, note_sight, unknown_sights
 from .systematic_effects import (
     CALLER,
@@ -46,7 +47,6 @@ from .systematic_effects import (
     states_place,
 )
 from .two_way import Heard, Sighting, by_itself, first_to_locate, sighting, travelled, way_to_caller
-from .usbl import Usbl
 
 # What is known: standard deviations along these columns but for the clock, that of its offset (s)
 # and of its drift, the standard normal number below which a measurement is an outlier and the
@@ -85,10 +85,10 @@ class Systematic(NamedTuple):
     clocks: Floats
 
 
-class HandedErrors(NamedTuple):
+class PackedErrors(NamedTuple):
     """What lasts (:class:`Systematic`) as compiled code is handed it once: levels (1,); and where
-    it writes how each fix depends on that, `levers` (fixes, 2, 4 k + 2), and the covariance that
-    does not come from it, xx, yy, xy, `left` (fixes, 3), m2: see :class:`..records.rows.Levers`.
+    it writes how each fix depends on that, `jacobians` (fixes, 2, 4 k + 2), and the covariance that
+    does not come from it, xx, yy, xy, `left` (fixes, 3), m2: see :class:`..records.rows.Jacobians`.
     """
 
     levels: Annotated[Rows, SYSTEMATIC]
@@ -96,15 +96,15 @@ class HandedErrors(NamedTuple):
     misalignments: Floats
     gnss: Annotated[Floats, 3]
     clocks: Annotated[Floats, 2]
-    levers: Annotated[Floats, 3]
+    jacobians: Annotated[Floats, 3]
     left: Annotated[Floats, 2]
 
 
 @written_out
-def lasting_of(handed: HandedErrors) -> Systematic:
+def systematic_of(packed: PackedErrors) -> Systematic:
     """Return what lasts, of what was handed over."""
     return Systematic(
-        handed.levels[0], handed.variances, handed.misalignments, handed.gnss, handed.clocks
+        packed.levels[0], packed.variances, packed.misalignments, packed.gnss, packed.clocks
     )
 
 
@@ -112,13 +112,13 @@ class Astray(NamedTuple):
     """The instrument that every ASV carries, and what is wrong all the time."""
 
     usbl: Usbl
-    lasting: Systematic
+    systematic: Systematic
 
 
 @compiled
-def astray(asv: int, time: float, lasting: Systematic) -> Vector:
+def astray(asv: int, time: float, systematic: Systematic) -> Vector:
     """Return the slow GNSS error (3,), m, of an ASV at an instant (s)."""
-    own = lasting.gnss[asv]
+    own = systematic.gnss[asv]
     now = min(int(time / CONTROL_S), len(own) - 1)
     return own[now, 0], own[now, 1], 0.0
 
@@ -131,7 +131,7 @@ def jump(fix: Floats, noise: Floats, levels: Row) -> None:
             fix[axis] += levels.outlier_sd_m * noise[NOISE_WIDTH + 2 + axis]
 
 
-class Part(NamedTuple):
+class AsvFix(NamedTuple):
     """What one ASV makes of a ping: a fix (3,), m, in the direction of a unit vector (3,) at a
     range `reach` (m), by an attitude `believed` (3, 3); the covariance (4, 4), m2, of it and of
     (less) the length of the call's way, with no error that lasts; its effects (4, EFFECTS), their
@@ -157,22 +157,22 @@ class Part(NamedTuple):
 @compiled
 def by_first(
     heard: Heard, row: int, asvs: Motion, instrument: Instrument, strayed: Floats | None,
-    sds: Floats, lasting: Systematic,
-) -> Part:  # fmt: skip
+    sds: Floats, systematic: Systematic,
+) -> AsvFix:  # fmt: skip
     """Return what the ASV makes of a ping that locates its AUV first."""
     if strayed is not None:  # noqa: SIM102 - else the two ways are not even compiled
         if _called(heard):
-            return _by_whole_way(heard, row, asvs, instrument, strayed, sds, lasting)
-    return by_other(heard, row, 0.0, asvs, instrument, lasting)
+            return _by_whole_way(heard, row, asvs, instrument, strayed, sds, systematic)
+    return by_other(heard, row, 0.0, asvs, instrument, systematic)
 
 
 @compiled
 def by_other(
     heard: Heard, row: int, call_way: float, asvs: Motion, instrument: Instrument,
-    lasting: Systematic,
-) -> Part:  # fmt: skip
+    systematic: Systematic,
+) -> AsvFix:  # fmt: skip
     """Return what an ASV makes of a ping, or of an answer whose call went a known way (m)."""
-    seen, noise = _seen(heard, row, asvs, instrument, lasting), heard.noise[row]
+    seen, noise = _seen(heard, row, asvs, instrument, systematic), heard.noise[row]
     reach, spread, levels = max(seen.path - call_way, 0.0), np.zeros((4, 4)), instrument.levels
     ranging_sd = path_sd(seen.path, levels)
     fix, spread[:3, :3] = placed(
@@ -184,8 +184,8 @@ def by_other(
     farther[SLOW_RANGE] = slow_path_sd(seen.path, levels)
     lengthen(effects, seen.unit, farther, kept(ahead, reach))
     effects[3] = 0.0  # the length of the call's way is given
-    jump(fix, noise, lasting.levels)
-    return Part(
+    jump(fix, noise, systematic.levels)
+    return AsvFix(
         fix, seen.unit, seen.believed, reach, spread, effects,
         changes(effects, ahead, seen, instrument),
         bent(effects, ahead, instrument), call_way, seen.unit, np.zeros(4),
@@ -195,13 +195,13 @@ def by_other(
 @compiled
 def _by_whole_way(
     heard: Heard, row: int, asvs: Motion, instrument: Instrument, strayed: Floats, sds: Floats,
-    lasting: Systematic,
-) -> Part:  # fmt: skip
+    systematic: Systematic,
+) -> AsvFix:  # fmt: skip
     """Return what an ASV makes of an answer by the whole way of call and answer."""
     ping, noise = heard.ping, heard.noise[row]
-    seen = _seen(heard, row, asvs, instrument, lasting)
+    seen = _seen(heard, row, asvs, instrument, systematic)
     baseline = way_to_caller(heard, row, seen, asvs, instrument)
-    baseline = plus(baseline, astray(ping.called_by, ping.called_at_s, lasting))
+    baseline = plus(baseline, astray(ping.called_by, ping.called_at_s, systematic))
     alone = by_itself(seen, baseline, heard, row, instrument, strayed[ping.auv])
     fix, spread, own = alone.fix, alone.covariance, alone.own
     ahead = offset_of(fix, seen.vessel, own.reach, noise, instrument)
@@ -226,8 +226,8 @@ def _by_whole_way(
     moved = np.full(4, alone.share)
     for i in range(3):
         moved[i] *= kept(ahead, own.reach) * seen.unit[i]
-    jump(fix, noise, lasting.levels)
-    return Part(
+    jump(fix, noise, systematic.levels)
+    return AsvFix(
         fix, seen.unit, seen.believed, own.reach, spread, effects,
         changes(effects, ahead, seen, instrument),
         bent(effects, ahead, instrument), seen.path - own.reach, own.bearing, moved,
@@ -236,20 +236,20 @@ def _by_whole_way(
 
 @compiled
 def _seen(
-    heard: Heard, row: int, asvs: Motion, instrument: Instrument, lasting: Systematic
+    heard: Heard, row: int, asvs: Motion, instrument: Instrument, systematic: Systematic
 ) -> Sighting:
     """Return what an ASV measures that is turned and astray, by the clock of the AUV or of all."""
     ping, it = heard.ping, heard.receptions[row]
     if _called(heard):
         under_way = ping.call_time_s + travelled(it)
     else:
-        late, later = lasting.clocks[ping.auv]
+        late, later = systematic.clocks[ping.auv]
         under_way = travelled(it) + late + later * ping.sent_at_s
     seen = sighting(heard, row, under_way, asvs, instrument)
-    turn = rotation(0.0, 0.0, lasting.misalignments[it.asv])
+    turn = rotation(0.0, 0.0, systematic.misalignments[it.asv])
     unit, believed = turned(turn, seen.unit), product(turn, seen.believed)
     note_direction(it, unit, believed)
-    vessel = plus(seen.vessel, astray(it.asv, it.arrived_at_s, lasting))
+    vessel = plus(seen.vessel, astray(it.asv, it.arrived_at_s, systematic))
     return Sighting(vessel, unit, believed, seen.path, seen.snr_db, seen.below)
 
 
@@ -278,7 +278,11 @@ CONTRADICTION = 3.0902
 
 @compiled
 def measured_astray(
-    heard: Heard, asvs: Motion, instrument: Instrument, strayed: Floats | None, lasting: Systematic
+    heard: Heard,
+    asvs: Motion,
+    instrument: Instrument,
+    strayed: Floats | None,
+    systematic: Systematic,
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return the fix (3,), m, of a ping, its covariance (3, 3), m2, J (3, 4 k + 2), and what is
     left of the covariance without the errors that J is of, xx, yy, xy (3,), m2.
@@ -287,20 +291,20 @@ def measured_astray(
     their derivatives along x, along y, and by what they belong to; last are those of the way along
     x and y (m) from where the AUV has answered back to where it has heard the call.
     """
-    first, sds = first_to_locate(heard), deviations(heard, lasting.levels)
-    begun = by_first(heard, first, asvs, instrument, strayed, sds, lasting)
+    first, sds = first_to_locate(heard), deviations(heard, systematic.levels)
+    begun = by_first(heard, first, asvs, instrument, strayed, sds, systematic)
     state, spread, squares = np.zeros(UNKNOWNS), _begun(begun, sds), 0.0
     state[:3] = begun.fix
-    known = _columns(begun, heard, first, lasting)
+    known = _columns(begun, heard, first, systematic)
     it, alone = heard.receptions[first], spread[:3, :3].copy()
     note_sight(it, begun.fix, begun.unit, begun.believed, begun.reach, alone, instrument)
-    levers = np.zeros((UNKNOWNS, known.shape[1]))
-    levers[:3] = known[:3]
+    jacobians = np.zeros((UNKNOWNS, known.shape[1]))
+    jacobians[:3] = known[:3]
     others = 0
     for row in range(len(heard.receptions)):
         if heard.receptions[row].outcome == HEARD and row != first:
             others += 1
-            part = by_other(heard, row, begun.call_way, asvs, instrument, lasting)
+            part = by_other(heard, row, begun.call_way, asvs, instrument, systematic)
             fix, own, beside = part.fix, part.covariance[:3, :3].copy(), _beside(part, sds)
             add_own(own, part.effects, part.bends, sds)
             note_sight(
@@ -308,25 +312,25 @@ def measured_astray(
                 instrument,
             )  # fmt: skip
             fused = fuse_shared(state, spread, fix, own, beside)
-            off = _columns(part, heard, row, lasting)[:3]
+            off = _columns(part, heard, row, systematic)[:3]
             if begun.call_way > 0.0:  # its error is in every other range
                 for i in range(3):
                     off[i] += part.unit[i] * known[3]
             for i in range(3):
-                off[i] -= levers[i]
+                off[i] -= jacobians[i]
                 for k in range(3, UNKNOWNS):
-                    off[i] -= beside[i, k - 3] * levers[k]
+                    off[i] -= beside[i, k - 3] * jacobians[k]
             for i in range(UNKNOWNS):
                 for j in range(3):
-                    levers[i] += fused.gain[i, j] * off[j]
+                    jacobians[i] += fused.gain[i, j] * off[j]
             state, spread, squares = fused.estimate, fused.covariance, squares + fused.square
-    doubt = _doubt(squares, 3.0 * others, lasting.levels)
-    count, covariance = lasting.variances.size, doubt * spread[:3, :3]
-    left = noise_of(covariance, levers[:3, 3 * count : 5 * count], lasting.variances)
+    doubt = _doubt(squares, 3.0 * others, systematic.levels)
+    count, covariance = systematic.variances.size, doubt * spread[:3, :3]
+    left = noise_of(covariance, jacobians[:3, 3 * count : 5 * count], systematic.variances)
     out = np.zeros((3, 4 * count + 2))
     if strayed is not None and begun.call_way > 0.0:
         for axis in range(2):
-            out[:, 4 * count + axis] = begun.bearing[axis] * levers[:3, 5 * count]
+            out[:, 4 * count + axis] = begun.bearing[axis] * jacobians[:3, 5 * count]
             add(left, out[:, 4 * count + axis], -strayed[heard.ping.auv])
         for i in range(3):
             left[i, i] = max(left[i, i], 0.0)
@@ -336,13 +340,13 @@ def measured_astray(
         unknown_sights(heard.receptions)  # they err together
         if _called(heard):
             note_call(heard.receptions, heard.ping)
-    move(levers, state)
-    out[:, : 4 * count] = levers[:3, : 4 * count]
+    move(jacobians, state)
+    out[:, : 4 * count] = jacobians[:3, : 4 * count]
     return state[:3].copy(), covariance, out, level_part(left)
 
 
 @compiled
-def _begun(part: Part, sds: Floats) -> Floats:
+def _begun(part: AsvFix, sds: Floats) -> Floats:
     """Return the covariance (UNKNOWNS, UNKNOWNS) of what is fused, after the first measurement."""
     out = np.zeros((UNKNOWNS, UNKNOWNS))
     out[:4, :4] = part.covariance
@@ -357,7 +361,7 @@ def _begun(part: Part, sds: Floats) -> Floats:
 
 
 @compiled
-def _beside(part: Part, sds: Floats) -> Floats:
+def _beside(part: AsvFix, sds: Floats) -> Floats:
     """Return how a fix depends (3, UNKNOWNS - 3) on what is fused beside the place."""
     out = np.zeros((3, UNKNOWNS - 3))
     for i in range(3):
@@ -369,19 +373,19 @@ def _beside(part: Part, sds: Floats) -> Floats:
 
 
 @compiled
-def _columns(part: Part, heard: Heard, row: int, lasting: Systematic) -> Floats:
+def _columns(part: AsvFix, heard: Heard, row: int, systematic: Systematic) -> Floats:
     """Return effects in the columns of J, (4, 5 k + 1): as they would be at the origin, how they
     change along x, along y, and with what they belong to, and as they are; and that of the call's
     way.
     """
-    count = lasting.variances.size
+    count = systematic.variances.size
     out = np.zeros((4, 5 * count + 1))
     out[:, 5 * count] = part.moved
-    spread_out(part.effects, out[:, :count], heard, row, lasting.levels)
+    spread_out(part.effects, out[:, :count], heard, row, systematic.levels)
     for axis in range(2):
         moved = out[:, (1 + axis) * count : (2 + axis) * count]
-        spread_out(part.changes[axis], moved, heard, row, lasting.levels)
-    spread_out(part.bends, out[:, 3 * count : 4 * count], heard, row, lasting.levels)
+        spread_out(part.changes[axis], moved, heard, row, systematic.levels)
+    spread_out(part.bends, out[:, 3 * count : 4 * count], heard, row, systematic.levels)
     out[:, 4 * count : 5 * count] = out[:, :count]
     move(out, -part.fix)  # each from its own fix to where all can be added up
     return out

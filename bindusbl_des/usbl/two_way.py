@@ -178,7 +178,7 @@ def two_way(
     seen = answered(heard, reference, asvs, instrument)
     baseline = way_to_caller(heard, reference, seen, asvs, instrument)
     alone = by_itself(seen, baseline, heard, reference, instrument, strayed)
-    state, spread, lever = np.zeros(4), alone.covariance, np.empty((3, 1))
+    state, spread, jacobian = np.zeros(4), alone.covariance, np.empty((3, 1))
     state[:3] = alone.fix
     _note(heard, reference, seen, asvs, instrument)
     call_way = seen.path - alone.own.reach
@@ -191,8 +191,8 @@ def two_way(
                 path_sd(seen.path, instrument.levels), seen.snr_db, heard.noise[row], instrument,
             )  # fmt: skip
             for k in range(3):
-                lever[k, 0] = -seen.unit[k]
-            state, spread, _, _ = fuse_shared(state, spread, fix, other, lever)
+                jacobian[k, 0] = -seen.unit[k]
+            state, spread, _, _ = fuse_shared(state, spread, fix, other, jacobian)
     return state[:3].copy(), spread[:3, :3].copy()
 
 

@@ -93,10 +93,13 @@ def believed_off_m(case: Case) -> float:
     both_ways = ranging_of(scenario).calls
     if many or (both_ways and case.bounds.asv_speed_m_per_s > 0.0):
         return math.inf
-    lasting, auvs = {it.name: it.sds[0] for it in kinds(scenario)}, range(scenario.auvs.count)
+    systematic, auvs = (
+        {it.name: it.sds[0] for it in kinds(scenario)},
+        range(scenario.auvs.count),
+    )
     beside = Beside(
-        lasting.get("misalignment", 0.0),
-        lasting.get("gnss", 0.0),
+        systematic.get("misalignment", 0.0),
+        systematic.get("gnss", 0.0),
         usbl.outlier_sd_m if usbl.outlier_share > 0.0 else 0.0,
         0.0 if both_ways else case.bounds.clock_error_s,
         case.bounds.sound_speed_error_m_per_s,

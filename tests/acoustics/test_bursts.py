@@ -12,8 +12,8 @@ from worlds import merged, scenario, still
 from bindusbl_des import ScenarioError, explain, load_scenario, simulate
 from bindusbl_des.acoustics.bursts import (
     PAIR,
-    lasting,
-    lasting_chances,
+    burst_chances,
+    burst_luck,
     lost_since,
     pairs,
     renewed,
@@ -37,7 +37,7 @@ def pair(seed: int, burst_s: float) -> Any:
 
 def lost(of: Any, times: np.ndarray, losses: np.ndarray) -> np.ndarray:
     """Return which receptions (n,) at instants (n,), s, are lost, with their probabilities (n,)."""
-    luck = [chance_of(lasting(of, at, p)) for at, p in zip(times, losses, strict=True)]
+    luck = [chance_of(burst_luck(of, at, p)) for at, p in zip(times, losses, strict=True)]
     return np.asarray(np.array(luck) < losses)
 
 
@@ -104,8 +104,8 @@ def test_luck_is_that_of_an_instant_whoever_asks_first() -> None:
     """So pinging more often does not change the sea; another pair, seed or band has its own."""
     of, times = pair(4, 2.0), np.random.default_rng(0).uniform(-5.0, 500.0, 2000)
     losses = np.random.default_rng(1).uniform(0.0, 1.0, 2000)
-    luck = np.array([lasting(of, at, p) for at, p in zip(times, losses, strict=True)])
-    again = [lasting(of, at, p) for at, p in zip(times[::-1], losses[::-1], strict=True)]
+    luck = np.array([burst_luck(of, at, p) for at, p in zip(times, losses, strict=True)])
+    again = [burst_luck(of, at, p) for at, p in zip(times[::-1], losses[::-1], strict=True)]
     assert luck.tolist() == again[::-1]
     found = pairs(2.0, Streams(4), Purpose.BURST, 2, 3)
     assert found is not None
@@ -118,8 +118,8 @@ def test_luck_is_that_of_an_instant_whoever_asks_first() -> None:
     assert fewer is not None
     assert fewer.tolist() == found[:1, :2].tolist()
     assert pairs(None, Streams(4), Purpose.BURST, 2, 3) is None
-    chances = lasting_chances(found[:, 0].copy(), 7.0, np.array([0.2, 0.7]))
-    assert chances[1] == chance_of(lasting(found[1, 0], 7.0, 0.7))
+    chances = burst_chances(found[:, 0].copy(), 7.0, np.array([0.2, 0.7]))
+    assert chances[1] == chance_of(burst_luck(found[1, 0], 7.0, 0.7))
 
 
 def test_what_is_lost_has_been_lost_since_an_instant_before() -> None:

@@ -68,11 +68,11 @@ def test_a_ping_without_fixes_is_told_why(changes: dict, outcome: str, told: str
 
 def test_what_was_wrong_all_the_time_is_told() -> None:
     """The AUV's own array and clock, and where the ASV took itself for."""
-    lasting = {
+    systematic = {
         "usbl": {"misalignment_sd_deg": 3.0, "gnss_correlated_sd_m": 0.8},
         "navigation": {"clock_offset_sd_s": 1e-3},
     }
-    result = simulate(scenario(**merged(WORLD, lasting)), 1)
+    result = simulate(scenario(**merged(WORLD, systematic)), 1)
     facts = step(chain_of_fix(result, 1), "Fix 1").facts
     assert {"AUV2_misalignment_deg", "ASV0_gnss_x_m", "ASV0_gnss_y_m", "clock_late_s"} <= set(facts)
     way = "short" if facts["clock_late_s"] > 0 else "long"

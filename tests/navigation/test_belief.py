@@ -16,8 +16,8 @@ from bindusbl_des.navigation.belief import (
     on_circle,
     turn_with,
 )
-from bindusbl_des.navigation.weighing import weigh
-from bindusbl_des.records.rows import Levers
+from bindusbl_des.navigation.fix_update import weigh
+from bindusbl_des.records.rows import Jacobians
 from bindusbl_des.vehicles.reckoning import Told
 
 
@@ -34,15 +34,15 @@ def test_an_error_that_fixes_share_is_weighed_as_one(lasts: float, order: list[i
     rng = np.random.default_rng(7)
     common = rng.normal(0.0, 1.0, (4, 2, 1))
     places = rng.normal(0.0, 2.0, (4, 2))
-    levers = Levers(1)
-    levers.of = np.concatenate((common, np.zeros((4, 2, 3))), axis=2)
-    levers.left = np.tile((sd**2, sd**2, 0.0), (4, 1))
+    jacobians = Jacobians(1)
+    jacobians.of = np.concatenate((common, np.zeros((4, 2, 3))), axis=2)
+    jacobians.left = np.tile((sd**2, sd**2, 0.0), (4, 1))
     navigator = navigator_of(
         straight(0.0),
         KALMAN,
         grown(0.0, [shared], [lasts]),
         first_belief(start, (0.0, 0.0), 0.0, [shared]),
-        levers,
+        jacobians,
     )
     fixes = fixes_at(pinged.tolist(), [50.0] * 4, places, sd)
     for row in order:

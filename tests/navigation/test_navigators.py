@@ -12,9 +12,9 @@ from bindusbl_des import Scenario, simulate
 from bindusbl_des.navigation.belief import Belief, Growth, carry, first_belief
 from bindusbl_des.navigation.correcting import REMEMBERED
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry
+from bindusbl_des.navigation.fix_update import MOST_REFUSED, WEIGHED, Rule, weigh
 from bindusbl_des.navigation.navigators import NOTHING, LinearNavigator
-from bindusbl_des.navigation.weighing import MOST_REFUSED, WEIGHED, Rule, weigh
-from bindusbl_des.records.rows import FIX, LEARNT, Levers
+from bindusbl_des.records.rows import FIX, LEARNT, Jacobians
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.reckoning import Told, steady
 from bindusbl_des.vehicles.vehicle import recorded
@@ -45,7 +45,7 @@ def fixes_at(
 
 
 def navigator_of(
-    reckoning: DeadReckoning, rule: Rule, growth: Growth, first: Belief, common: Levers = NOTHING
+    reckoning: DeadReckoning, rule: Rule, growth: Growth, first: Belief, common: Jacobians = NOTHING
 ) -> LinearNavigator:
     """Return the navigator of one AUV, by which nobody steers."""
     steering = np.zeros((1, 2)), np.zeros(1, dtype=LEARNT)

@@ -19,7 +19,7 @@ from bindusbl_des.navigation.belief import (
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry
 from bindusbl_des.navigation.smoother import Smoother
 from bindusbl_des.navigation.smoothing import Sights, filtered, smooth, transition
-from bindusbl_des.records.rows import Levers
+from bindusbl_des.records.rows import Jacobians
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.reckoning import Told, steady
 from bindusbl_des.vehicles.vehicle import recorded
@@ -229,10 +229,10 @@ def test_errors_that_fixes_have_in_common_are_smoothed_too() -> None:
     growth = Growth(0.03**2, 0.0, True, 0, 0, *lasting)
     first = first_belief(0.5, (0.0, 0.0), 0.0, (offset_sd,))
     reckoning = reckoned()
-    levers = Levers(1)
-    levers.make_room(10)
-    of, left = levers.of, levers.left
-    navigator = navigator_of(reckoning, KALMAN, growth, first, levers)
+    jacobians = Jacobians(1)
+    jacobians.make_room(10)
+    of, left = jacobians.of, jacobians.left
+    navigator = navigator_of(reckoning, KALMAN, growth, first, jacobians)
     of[:10, 0, 0], of[:10, 1, 0], of[:10, :, 1:] = 1.0, 0.0, 0.0
     left[:10] = 0.25, 0.64, 0.1
     smoother = Smoother(navigator, reckoning, growth, first)

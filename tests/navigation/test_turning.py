@@ -10,8 +10,8 @@ from missions_against import drawn_protocol
 from worlds import QUIET_NAVIGATION, QUIET_USBL, blank, merged, still
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.navigation.turning import Believed, turned
-from bindusbl_des.navigation.weighing import Said
+from bindusbl_des.navigation.fix_update import Said
+from bindusbl_des.navigation.turning import PingBelief, turned
 from bindusbl_des.records.events import HEARD
 from bindusbl_des.records.rows import RECEPTION
 from bindusbl_des.usbl.sights import unknown_sights
@@ -37,9 +37,9 @@ def sights(origins: np.ndarray, polar: np.ndarray, sds: tuple[float, float, floa
     return rows
 
 
-def standing(place: tuple[float, float, float], spread: np.ndarray) -> Believed:
+def standing(place: tuple[float, float, float], spread: np.ndarray) -> PingBelief:
     """Return the belief of an AUV that nobody called."""
-    return Believed(place, spread, place, 0.0)
+    return PingBelief(place, spread, place, 0.0)
 
 
 def polar_of(places: np.ndarray, origin: np.ndarray) -> np.ndarray:
@@ -141,7 +141,7 @@ def test_answers_are_ranged_by_the_way_that_the_auv_knows(caller: int) -> None:
         moved = rng.normal(size=2) * sure
         place = (*(truth[:2] + moved), DEPTH)
         before = (*(called[:2] + moved), DEPTH)
-        said, _ = turned(rows, NO_FIX, Believed(place, own, before, 0.0))
+        said, _ = turned(rows, NO_FIX, PingBelief(place, own, before, 0.0))
         off[k] = said.x - truth[0], said.y - truth[1]
         xx, yy, xy = said.noise
         square = yy * off[k, 0] ** 2 - 2 * xy * off[k, 0] * off[k, 1] + xx * off[k, 1] ** 2

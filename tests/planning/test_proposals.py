@@ -6,7 +6,7 @@ import pytest
 
 from bindusbl_des import ScenarioError, load_scenario
 from bindusbl_des.campaigns.experiments.options import PythonArguments
-from bindusbl_des.planning.candidates import DOWNLINK, SCHEDULE, Foresight
+from bindusbl_des.planning.candidates import DOWNLINK, SCHEDULE, Predictor
 from bindusbl_des.planning.proposals import proposed
 from bindusbl_des.planning.question import Asking, goals_of_arguments, read_plan
 
@@ -20,7 +20,7 @@ def pairs(side_m: float, schedules: list[str] | None = None) -> list[tuple[str, 
     goals = goals_of_arguments({"position_error_m": 1.0}, None, None)
     vary = TEAM if schedules is None else {**TEAM, SCHEDULE: schedules}
     question = read_plan(scenario, Asking(goals, options=PythonArguments(vary)))
-    found = proposed(question, Foresight(goals))
+    found = proposed(question, Predictor(goals))
     return [
         (it.keys.get(SCHEDULE, "spatial_reuse"), it.keys.get(DOWNLINK, "sequential"))
         for it in found
@@ -54,7 +54,7 @@ def test_answers_without_airtime_are_never_proposed() -> None:
             keys += ["protocol.downlink.reply=instant"]
         scenario = load_scenario("recovery_140m", overrides=keys)
         question = read_plan(scenario, Asking(goals, options=PythonArguments(TEAM)))
-        found = proposed(question, Foresight(goals))
+        found = proposed(question, Predictor(goals))
         assert any(it.scenario.protocol.replies for it in found) or downlink == "sequential"
         assert {it.scenario.protocol.answer.reply for it in found} == {"frame"}
         assert {it.keys.get("protocol.downlink.reply") for it in found} <= {"frame", None}
@@ -80,5 +80,5 @@ def test_how_far_proposing_is_is_told() -> None:
     options = PythonArguments({"asvs.count": [1, 2]})
     question = read_plan(load_scenario("quickstart"), Asking(goals, options=options))
     said = list[str]()
-    proposed(question, Foresight(goals), said.append)
+    proposed(question, Predictor(goals), said.append)
     assert said == ["proposing teams, 1 of 2 choices", "proposing teams, 2 of 2 choices"]

@@ -12,7 +12,7 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
 from bindusbl_des import Result, Scenario, simulate
 from bindusbl_des.acoustics.named_channels import hf_channel
 from bindusbl_des.acoustics.sonar_equation import link_budget
-from bindusbl_des.explain.telling import explain_ping
+from bindusbl_des.explain.ping_and_fix import explain_ping
 from bindusbl_des.scenario.channel_settings import Sonar
 
 CURVE = "range_m,note,delivery_ratio\n10,near,0.9\n50,a dip,0.3\n90,far,0.8\n"

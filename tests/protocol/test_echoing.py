@@ -12,7 +12,7 @@ from bindusbl_des.acoustics.channel import between
 from bindusbl_des.acoustics.named_channels import hf_channel
 from bindusbl_des.acoustics.sonar_channel import EchoingSonar, Sea, blended, echoes
 from bindusbl_des.acoustics.sonar_equation import link_budget
-from bindusbl_des.explain.telling import explain_ping
+from bindusbl_des.explain.ping_and_fix import explain_ping
 from bindusbl_des.scenario.channel_settings import PingSonar
 
 LOUD: dict[str, Any] = {"model": "sonar", "shadowing_sd_db": 0.0, "snr_threshold_db": 10.0}

@@ -12,7 +12,7 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 from bindusbl_des import Result, Scenario, simulate, sweep
 from bindusbl_des.acoustics.channel import Signals
 from bindusbl_des.core.plugins import PluginError
-from bindusbl_des.explain.telling import explain_ping
+from bindusbl_des.explain.ping_and_fix import explain_ping
 from bindusbl_des.protocol.ranging import Slot, nearest
 from bindusbl_des.protocol.schedules.view import View
 from bindusbl_des.protocol.slots import two_way_uplink_slot

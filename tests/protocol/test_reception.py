@@ -42,7 +42,7 @@ from bindusbl_des.records.rows import CALLED, FIX, NONE, ROOM, SIGHT, EventBuffe
 from bindusbl_des.records.rows import PING as PING_ROW
 from bindusbl_des.usbl.array import ARRAYS
 from bindusbl_des.usbl.instrument import NOISE_WIDTH
-from bindusbl_des.usbl.usbl import Usbl
+from bindusbl_des.usbl.measuring import Usbl
 from bindusbl_des.vehicles.fleet import Fleet
 from bindusbl_des.vehicles.motion import distance_at, lines, places, together
 from bindusbl_des.vehicles.reckoning import steady

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from bindusbl_des import load_scenario, simulate
-from bindusbl_des.acoustics.bursts import PAIR, lasting
+from bindusbl_des.acoustics.bursts import PAIR, burst_luck
 from bindusbl_des.acoustics.loss import chance_of
 from bindusbl_des.cli import main
 from bindusbl_des.core.counted_draws import pair_keys
@@ -18,7 +18,7 @@ from bindusbl_des.export.csv_folder import write_csv
 from bindusbl_des.recorded.log import BadLog, Receptions
 from bindusbl_des.recorded.losses import losses_of
 from bindusbl_des.recorded.reading import read_log
-from bindusbl_des.recorded.telling import outage_told
+from bindusbl_des.recorded.replay_text import outage_told
 
 
 def received(
@@ -35,7 +35,7 @@ def received(
         key = pair_keys(Streams(seed), Purpose.BURST, 0, 2)[asv]
         pair = np.array([(key, burst_s)], dtype=PAIR)[0]
         rows.append(
-            [chance_of(lasting(pair, t, p)) < p for t, p in zip(times, shares, strict=True)]
+            [chance_of(burst_luck(pair, t, p)) < p for t, p in zip(times, shares, strict=True)]
         )
     is_lost = np.array(rows).T.ravel()
     pairs = np.tile(np.arange(2), count)

@@ -20,8 +20,8 @@ from bindusbl_des.recorded.log import BadLog, Log, Ranges
 from bindusbl_des.recorded.navigating import Noise, filter_log, noise_of, prepared, smooth_log
 from bindusbl_des.recorded.outcome import tables
 from bindusbl_des.recorded.reading import read_log
+from bindusbl_des.recorded.replay_text import _rival, noise_file, summary
 from bindusbl_des.recorded.replaying import find_start, mean_nis, outlier_share, replay, rms_between
-from bindusbl_des.recorded.telling import _rival, noise_file, summary
 
 ROOT = Path(__file__).parents[2]
 SEA = Sea()

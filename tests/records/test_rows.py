@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bindusbl_des.protocol.hf.calling import CALL, Call
-from bindusbl_des.protocol.mf.frames import FRAME, Frame
+from bindusbl_des.protocol.mf.reception import FRAME, Frame
 from bindusbl_des.records.events import Fix, FrameReception, Ping, Reception
 from bindusbl_des.records.rows import CALLED, FIX, FRAME_RECEPTION, PING, RECEPTION, SIGHT
 

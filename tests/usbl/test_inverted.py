@@ -13,7 +13,7 @@ from worlds import QUIET_USBL, merged, scenario, still
 from bindusbl_des import Result, Scenario, simulate
 from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import slow_gnss
-from bindusbl_des.mission.sensor_errors import clocks, lasting_errors, misalignments
+from bindusbl_des.mission.sensor_errors import clocks, misalignments, systematic_errors_of
 from bindusbl_des.records.rows import PING, RECEPTION
 from bindusbl_des.usbl.instrument import Instrument
 from bindusbl_des.usbl.inverted import Hearing, located_astray, located_itself
@@ -65,8 +65,8 @@ def test_a_fix_of_oneself_is_the_mirror_image_of_a_fix_of_the_source(
 def test_effects_are_what_lasting_errors_make_of_a_fix(name: str) -> None:
     """J c is how a fix moves with c, by differences; and the covariance contains it."""
     world = scenario(**merged(LASTING[name], {**PASSIVE, "usbl": QUIET_USBL}))
-    lasting = lasting_errors(world, Streams(3))
-    assert lasting is not None
+    systematic = systematic_errors_of(world, Streams(3))
+    assert systematic is not None
     c0 = 1500.0 if name != "sound_speed" else 1530.0
     usbl = instrument(
         tdoa_sd=0.0, travel_time_sd=0.0, quantum=0.0, attitude_sd=(0.0, 0.0, 0.0),
@@ -74,33 +74,33 @@ def test_effects_are_what_lasting_errors_make_of_a_fix(name: str) -> None:
     )  # fmt: skip
     parts = Instrument(usbl.array, usbl.metric, usbl.levels[0], None)
     own = heard((30.0, -20.0, 0.0), (-4.0, 9.0, 15.0), 0.7, np.zeros(20))
-    told = lasting._replace(levels=lasting.levels[0])
-    fix, covariance, levers, left = located_astray(own, parts, told)
+    told = systematic._replace(levels=systematic.levels[0])
+    fix, covariance, jacobians, left = located_astray(own, parts, told)
     error = np.array(fix) - own.place
     truth = {
-        "misalignment": lambda: lasting.misalignments[:1],
-        "heading": lambda: lasting.misalignments[:1],
-        "gnss": lambda: lasting.gnss[0, int(own.ping["sent_at_s"] / CONTROL_S)],
+        "misalignment": lambda: systematic.misalignments[:1],
+        "heading": lambda: systematic.misalignments[:1],
+        "gnss": lambda: systematic.gnss[0, int(own.ping["sent_at_s"] / CONTROL_S)],
         "sound_speed": lambda: np.array([1.0 - 1500.0 / 1530.0]),
-        "clock": lambda: lasting.clocks[0],
+        "clock": lambda: systematic.clocks[0],
     }[name]()
-    count, step = len(lasting.variances), 1e-3
-    moved = levers[:, count : 3 * count].reshape(3, 2, count)
-    bend = levers[:, 3 * count : 4 * count]
-    columns, levers = levers[:, : len(truth)], levers[:, :count]
+    count, step = len(systematic.variances), 1e-3
+    moved = jacobians[:, count : 3 * count].reshape(3, 2, count)
+    bend = jacobians[:, 3 * count : 4 * count]
+    columns, jacobians = jacobians[:, : len(truth)], jacobians[:, :count]
     size = np.linalg.norm(error)
     assert size > 0.05
     # but for the second order of a turn by 8 deg, and a plane wave taken for a sphere
     assert columns @ truth == pytest.approx(error, abs=0.1 * size)
-    spread = levers @ np.diag(lasting.variances) @ levers.T
-    spread += bend @ np.diag(0.75 * lasting.variances**2) @ bend.T
+    spread = jacobians @ np.diag(systematic.variances) @ jacobians.T
+    spread += bend @ np.diag(0.75 * systematic.variances**2) @ bend.T
     assert covariance == pytest.approx(spread, abs=1e-6 + 1e-3 * np.abs(spread).max())
     assert left == pytest.approx(np.zeros(3), abs=1e-6 + 1e-3 * np.abs(spread).max())
     for axis in range(2):
         aside = np.array((-4.0, 9.0, 15.0)) + step * np.eye(3)[axis]
         there = heard((30.0, -20.0, 0.0), aside, 0.7, np.zeros(20))
         other = located_astray(there, parts, told)[2]
-        found = (other[:2, :count] - levers[:2]) / step
+        found = (other[:2, :count] - jacobians[:2]) / step
         largest = np.abs(moved[:2]).max()
         assert found == pytest.approx(moved[:2, axis], abs=0.2 * largest + 1e-6)
 

@@ -12,11 +12,11 @@ from bindusbl_des.records.events import HEARD, LOST
 from bindusbl_des.records.rows import NONE, PING, RECEPTION
 from bindusbl_des.usbl.array import ARRAYS
 from bindusbl_des.usbl.instrument import NOISE_WIDTH, Instrument
+from bindusbl_des.usbl.measuring import Sheet, Usbl
 from bindusbl_des.usbl.slow_errors import FIRST, advance, blend, slow_numbers
 from bindusbl_des.usbl.systematic_effects import SLOW
 from bindusbl_des.usbl.systematic_fixes import SYSTEMATIC, Systematic, measured_astray
 from bindusbl_des.usbl.two_way import Heard
-from bindusbl_des.usbl.usbl import Sheet, Usbl
 
 Array = NDArray[np.float64]
 
@@ -58,10 +58,12 @@ def measured(
     for kind in ("misalignment", "gnss", "sound_speed", "clock"):
         levels[f"{kind}_at"] = NONE
     known = np.ones(3 * SLOW)
-    lasting = Systematic(levels[0], known, np.zeros(3), np.zeros((3, 1, 2)), np.zeros((1, 2)))
+    systematic = Systematic(levels[0], known, np.zeros(3), np.zeros((3, 1, 2)), np.zeros((1, 2)))
     instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0], usbl.has_sheet)
     strayed = None if called_by == NONE else np.zeros(1)
-    return measured_astray(Heard(ping[0], receptions, noise), FLEET, instrument, strayed, lasting)
+    return measured_astray(
+        Heard(ping[0], receptions, noise), FLEET, instrument, strayed, systematic
+    )
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -69,7 +71,7 @@ def measured(
 def test_j_holds_what_slow_numbers_move(kind: str, way: str) -> None:
     """J J^T of each ASV is that of the fix's differences by the numbers that are slow."""
     sheet, quiet, step = SHEETS[kind], np.zeros((3, NOISE_WIDTH + 4)), 1e-3
-    lever = measured(quiet, sheet, **WAYS[way])[2]
+    jacobian = measured(quiet, sheet, **WAYS[way])[2]
     for asv in range(3):
         found = np.zeros((2, 2))
         for number in range(FIRST):
@@ -78,7 +80,7 @@ def test_j_holds_what_slow_numbers_move(kind: str, way: str) -> None:
             up = measured(moved, sheet, **WAYS[way])[0]
             by = (up - measured(-moved, sheet, **WAYS[way])[0])[:2] / (2 * step)
             found += np.outer(by, by)
-        own = lever[:2, SLOW * asv : SLOW * (asv + 1)]
+        own = jacobian[:2, SLOW * asv : SLOW * (asv + 1)]
         assert own @ own.T == pytest.approx(found, rel=0.02, abs=0.02 * np.abs(found).max())
         assert (np.abs(own).max() > 0.0) == (asv in WAYS[way].get("heard", (0, 1, 2)))
 
@@ -88,10 +90,10 @@ def test_j_holds_what_slow_numbers_move(kind: str, way: str) -> None:
 def test_the_covariance_of_a_fix_is_what_it_was(kind: str, way: str) -> None:
     """A single fix errs as it does without slow errors; J and what is left add up to that."""
     sheet, quiet = SHEETS[kind], np.zeros((3, NOISE_WIDTH + 4))
-    _, covariance, lever, left = measured(quiet, sheet, **WAYS[way])
+    _, covariance, jacobian, left = measured(quiet, sheet, **WAYS[way])
     plain = measured(quiet, sheet, **WAYS[way], share=0.0)[1]
     assert covariance == pytest.approx(plain, rel=0.02, abs=0.02 * np.abs(plain).max())
-    own = lever[:2, : 3 * SLOW]
+    own = jacobian[:2, : 3 * SLOW]
     rest = np.array([[left[0], left[2]], [left[2], left[1]]])
     assert own @ own.T + rest == pytest.approx(covariance[:2, :2], rel=0.02, abs=1e-3)
 

@@ -16,10 +16,10 @@ from bindusbl_des.records.rows import NONE, PING, RECEPTION
 from bindusbl_des.usbl.array import ARRAYS
 from bindusbl_des.usbl.fusion import fuse_shared
 from bindusbl_des.usbl.instrument import NOISE_WIDTH, Instrument
+from bindusbl_des.usbl.measuring import Usbl
 from bindusbl_des.usbl.systematic_effects import EFFECTS, changes
 from bindusbl_des.usbl.systematic_fixes import SYSTEMATIC, Systematic, measured_astray
 from bindusbl_des.usbl.two_way import Heard, Sighting
-from bindusbl_des.usbl.usbl import Usbl
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import Place, moored
 
@@ -80,13 +80,13 @@ class Sea:
         levels["slow_at"] = NONE
         for kind, at in (("misalignment", 0), ("gnss", 3), ("sound_speed", 9), ("clock", 10)):
             levels[f"{kind}_at"] = at
-        lasting = Systematic(
+        systematic = Systematic(
             levels[0], self.sds**2, self.wrong[:3],
             self.wrong[3:9].reshape(3, 1, 2), self.wrong[None, 10:],
         )  # fmt: skip
         instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0], None)
         strayed = None if self.called_by == NONE else np.array([self.strayed])
-        return measured_astray(heard, FLEET, instrument, strayed, lasting)
+        return measured_astray(heard, FLEET, instrument, strayed, systematic)
 
 
 WAYS = [
@@ -101,14 +101,16 @@ def test_a_fix_moves_with_what_is_wrong_as_it_says(way: dict[str, Any], column: 
     """J equals differences: each heading, GNSS, sound speed and clock, one way and two ways."""
     sea = Sea(**way)  # without noise: where fixes differ, weights that change matter as well
     step = 1e-3 * SDS[column] * np.eye(COLUMNS)[column]
-    lever = sea.measured()[2][:, column]
+    jacobian = sea.measured()[2][:, column]
     moved = replace(sea, wrong=step).measured()[0] - replace(sea, wrong=-step).measured()[0]
-    assert moved / (2 * step[column]) == pytest.approx(lever, rel=2e-3, abs=2e-3 * abs(lever).max())
+    assert moved / (2 * step[column]) == pytest.approx(
+        jacobian, rel=2e-3, abs=2e-3 * abs(jacobian).max()
+    )
     called = "called_by" in way
     alone = set(way.get("heard", (0, 1, 2))) | ({way["called_by"]} if called else set())
     depends = {**{k: k in way.get("heard", (0, 1, 2)) for k in range(3)}, 9: True}
     depends |= {3 + 2 * k + axis: k in alone for k in range(3) for axis in range(2)}
-    assert (np.abs(lever).max() > 0.0) == depends.get(column, not called)
+    assert (np.abs(jacobian).max() > 0.0) == depends.get(column, not called)
 
 
 @pytest.mark.parametrize("heard", [(0,), (1,), (0, 1), (0, 1, 2)])
@@ -118,11 +120,11 @@ def test_a_fix_moves_with_the_way_since_a_call_as_it_says(
 ) -> None:
     """J equals differences, and what that way may be is no part of what is left."""
     sea, step = Sea(called_by=0, heard=heard), 1e-3 * np.eye(3)[axis]
-    lever = sea.measured()[2][:, 4 * COLUMNS + axis]
+    jacobian = sea.measured()[2][:, 4 * COLUMNS + axis]
     ahead, behind = (replace(sea, called_from=s * step).measured()[0] for s in (1.0, -1.0))
     found = (ahead - behind) / 2e-3
-    assert found == pytest.approx(lever, rel=2e-3, abs=2e-3 * abs(lever).max())
-    assert abs(lever).max() > 0.01
+    assert found == pytest.approx(jacobian, rel=2e-3, abs=2e-3 * abs(jacobian).max())
+    assert abs(jacobian).max() > 0.01
     strays = replace(sea, strayed=1e-8)  # so little that no weights change
     assert strays.measured()[3] == pytest.approx(sea.measured()[3], rel=1e-5)
 
@@ -150,15 +152,17 @@ def test_what_is_wrong_turns_with_the_direction(way: dict[str, Any], axis: int) 
     assert (np.abs(found - told) <= 5e-3 * scale + 1e-9).all()
 
 
-def fused(fixes: list[Array], covariances: list[Array], levers: list[Array]) -> tuple[Array, Array]:
+def fused(
+    fixes: list[Array], covariances: list[Array], jacobians: list[Array]
+) -> tuple[Array, Array]:
     """Fuse fixes (3,) that share unknowns of unit variance; return place and covariance."""
-    beside = levers[0].shape[1]
+    beside = jacobians[0].shape[1]
     state, spread = np.zeros(3 + beside), np.eye(3 + beside)
     state[:3] = fixes[0]
-    spread[:3, :3] = covariances[0] + levers[0] @ levers[0].T
-    spread[:3, 3:], spread[3:, :3] = -levers[0], -levers[0].T
-    for fix, covariance, lever in zip(fixes[1:], covariances[1:], levers[1:], strict=True):
-        state, spread, _, _ = fuse_shared(state, spread, fix, covariance, lever)
+    spread[:3, :3] = covariances[0] + jacobians[0] @ jacobians[0].T
+    spread[:3, 3:], spread[3:, :3] = -jacobians[0], -jacobians[0].T
+    for fix, covariance, jacobian in zip(fixes[1:], covariances[1:], jacobians[1:], strict=True):
+        state, spread, _, _ = fuse_shared(state, spread, fix, covariance, jacobian)
     return state[:3], spread[:3, :3]
 
 
@@ -189,9 +193,9 @@ def test_a_clock_cancels_where_geometry_says_so() -> None:
 
 def test_weights_may_be_negative() -> None:
     """Of two that err together the worse one tells what the better one errs by (sd 1, 2; 0.9)."""
-    levers = [np.array([[0.95], [0], [0]]), np.array([[1.8 / 0.95], [0], [0]])]
+    jacobians = [np.array([[0.95], [0], [0]]), np.array([[1.8 / 0.95], [0], [0]])]
     own = [np.diag([1 - 0.95**2, 1, 1]), np.diag([4 - (1.8 / 0.95) ** 2, 1, 1])]
-    place, spread = fused([np.array([1.0, 0, 0]), np.zeros(3)], own, levers)
+    place, spread = fused([np.array([1.0, 0, 0]), np.zeros(3)], own, jacobians)
     assert place[0] == pytest.approx(1.5714286, abs=1e-7)
     assert spread[0, 0] == pytest.approx(0.542857143, abs=1e-9)
 
@@ -226,11 +230,11 @@ def test_fixes_are_as_good_as_they_say(kind: str, way: dict[str, Any]) -> None:
             rng.standard_normal((3, NOISE_WIDTH + 4)),
         )
         sea = Sea(wrong, noise, told, source=anywhere(rng, way), **way)
-        fix, covariance, lever, (xx, yy, xy) = sea.measured()
+        fix, covariance, jacobian, (xx, yy, xy) = sea.measured()
         off = fix - sea.source
         left = np.array([[xx, xy], [xy, yy]])
         squares[0] += off[:2] @ np.linalg.solve(covariance[:2, :2], off[:2])
-        there, along_x, along_y, bend = np.split(lever[:, : 4 * COLUMNS], 4, axis=1)
+        there, along_x, along_y, bend = np.split(jacobian[:, : 4 * COLUMNS], 4, axis=1)
         there = there - off[0] * along_x - off[1] * along_y  # J of the place, not of the fix
         off = off - there @ wrong - bend @ wrong**2 / 2
         squares[1] += off[:2] @ np.linalg.solve(left, off[:2])

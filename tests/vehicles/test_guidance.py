@@ -124,13 +124,13 @@ def test_a_bend_is_seen_ahead() -> None:
 def test_no_thruster_is_overloaded() -> None:
     """Whatever is wanted, eight thrusters at their places give it with 30.4 N each or less."""
     c, arm = math.sqrt(0.5), 0.18880
-    lever = 0.085 * c
+    jacobian = 0.085 * c
     thrusters = np.array([
         [c, c, -c, -c, 0, 0, 0, 0],
         [-c, c, -c, c, 0, 0, 0, 0],
         [0, 0, 0, 0, -1, 1, 1, -1],
-        [lever, -lever, lever, -lever, -0.218, -0.218, 0.218, 0.218],
-        [lever, lever, -lever, -lever, 0.12, -0.12, 0.12, -0.12],
+        [jacobian, -jacobian, jacobian, -jacobian, -0.218, -0.218, 0.218, 0.218],
+        [jacobian, jacobian, -jacobian, -jacobian, 0.12, -0.12, 0.12, -0.12],
         [-arm, arm, arm, -arm, 0, 0, 0, 0],
     ])  # fmt: skip
     allocation, given, random = np.linalg.pinv(thrusters), np.zeros(6), np.random.default_rng(1)

@@ -17,7 +17,7 @@ from bindusbl_des.preflight.effort import effort
 from bindusbl_des.scenario.files.overrides import put
 from bindusbl_des.verification.case import Case, bounds_of
 from bindusbl_des.verification.playing import played, staged
-from bindusbl_des.verification.telling import told, write
+from bindusbl_des.verification.verdict_text import told, write
 
 # As many as it takes for every rule to accept and to refuse
 DRAWN = 60

@@ -81,10 +81,10 @@ def approximations(scenario: Scenario) -> Iterator[str]:
         yield "AUVs are taken to know their slots: in no round does one miss the frame that tells."
     if scenario.protocol.positions != "truth" or tells_slots(scenario):
         yield "The schedule is taken to know where AUVs are: it may believe in fewer conflicts."
-    lasting = [it for it in map(burst_s, _channels(scenario)) if it is not None]
-    if lasting:
+    bursts = [it for it in map(burst_s, _channels(scenario)) if it is not None]
+    if bursts:
         yield (
-            f"Losses that last {plain(max(lasting))} s are taken to come one by one: times without "
+            f"Losses that last {plain(max(bursts))} s are taken to come one by one: times without "
             "a fix, and errors, may be several times those predicted."
         )
     if scenario.navigation.gnss_fix is not None:
@@ -354,7 +354,7 @@ def fix_noise(scenario: Scenario) -> FixNoise:
         moved = _moved_m2(scenario)
         found, rest = (
             _variances(
-                away, depth, snr, moved, scenario.navigation.weighs, *it.handed, it.has_sheet
+                away, depth, snr, moved, scenario.navigation.weighs, *it.packed, it.has_sheet
             )
             for it in (whole, white)
         )

@@ -45,7 +45,7 @@ class Inputs:
     hf: Chances
     mf: Chances
     noise: FixNoise
-    lasting: SystematicErrors
+    systematic: SystematicErrors
     slots: SlotLengths
     access: AccessPlan
     navigator: PredictedNavigator

@@ -185,10 +185,10 @@ def drifts_of(inputs: Inputs) -> tuple[Drifts, DriftState]:
 
     What fixes have in common is two numbers without a unit, of which a fix has some metres.
     """
-    navigator, lasting = inputs.navigator, inputs.lasting
+    navigator, systematic = inputs.navigator, inputs.systematic
     sources, frames = navigator.sources, [FRAMES[own.frame] for own in navigator.sources]
-    if not lasting.is_none:
-        told = (1.0, 1.0) if lasting.is_told else (0.0, 0.0)
+    if not systematic.is_none:
+        told = (1.0, 1.0) if systematic.is_told else (0.0, 0.0)
         sources = (*sources, DriftSource("none", (0.0, 0.0), (1.0, 1.0), told))
         frames.append(NOT_AT_ALL)
     rows = np.zeros((1 + 2 * ANCHORS, 2 + 2 * len(sources)))
@@ -209,7 +209,7 @@ def drifts_of(inputs: Inputs) -> tuple[Drifts, DriftState]:
         thought,
         navigator.walk_m2_per_s,
         navigator.told_walk_m2_per_s,
-        not lasting.is_none,
+        not systematic.is_none,
     )
     return drifts, state
 

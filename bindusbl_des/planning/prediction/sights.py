@@ -122,7 +122,7 @@ def fixes(inputs: Inputs, sights: ExpectedSights, places: Floats, stations: Floa
     if inputs.access.downlink.replies:  # the first to hear it answers by itself
         weights = np.where(level == level.min(axis=2, keepdims=True), weights, 0.0)
     fused = _fused((along, across, down, leaning), weights, line)
-    if inputs.lasting.is_none:
+    if inputs.systematic.is_none:
         return Fixes(fused, np.zeros(fused.shape), np.zeros(fused.shape[:3]))
     found = Fixes(fused, *systematic.of_all(inputs, *apart, line, weights, (along, across)))
     slow = _added(weights * looked_up(noise.slow, noise.step_m, level))
@@ -132,7 +132,7 @@ def fixes(inputs: Inputs, sights: ExpectedSights, places: Floats, stations: Floa
 
 def _with_slow(inputs: Inputs, fixes: Fixes, share: Floats) -> Fixes:
     """Return fixes of whose noise a share (n, k, w) is slow: it is of what they have in common."""
-    lasts_s = inputs.lasting.slow_s
+    lasts_s = inputs.systematic.slow_s
     if lasts_s == 0.0:
         return fixes
     noise, common, rate = fixes

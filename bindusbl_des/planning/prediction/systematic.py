@@ -22,10 +22,10 @@ def of_each(
     They are `level` (...), m, away seen from above and `slant` in truth, in the direction `line`,
     its cosine and sine.
     """
-    lasting, share = inputs.lasting, level / np.maximum(slant, 1e-9)
-    late = lasting.clock_s * inputs.slots.sound_speed_m_per_s * share
-    along = (lasting.sound_speed_share * level) ** 2 + late**2 + lasting.gnss_m**2
-    across = (lasting.misalignment_rad * level) ** 2 + lasting.gnss_m**2
+    systematic, share = inputs.systematic, level / np.maximum(slant, 1e-9)
+    late = systematic.clock_s * inputs.slots.sound_speed_m_per_s * share
+    along = (systematic.sound_speed_share * level) ** 2 + late**2 + systematic.gnss_m**2
+    across = (systematic.misalignment_rad * level) ** 2 + systematic.gnss_m**2
     return turned(along, across, line), _rate(inputs, along + across, level)
 
 
@@ -45,14 +45,14 @@ def of_all(
     averages out; what all ranges have adds up by direction, and is nothing between two opposite
     ASVs.
     """
-    lasting, (cosine, sine) = inputs.lasting, line
-    turns = (lasting.misalignment_rad * level) ** 2 + lasting.gnss_m**2
-    shifts = np.full(level.shape, lasting.gnss_m**2)
+    systematic, (cosine, sine) = inputs.systematic, line
+    turns = (systematic.misalignment_rad * level) ** 2 + systematic.gnss_m**2
+    shifts = np.full(level.shape, systematic.gnss_m**2)
     along, across = errors[0] + shifts, errors[1] + turns
     said = turned(weights / np.maximum(along, 1e-30), weights / np.maximum(across, 1e-30), line)
     own = turned(shifts, turns, line)
-    late = lasting.clock_s * inputs.slots.sound_speed_m_per_s * level / np.maximum(slant, 1e-9)
-    far = lasting.sound_speed_share * level
+    late = systematic.clock_s * inputs.slots.sound_speed_m_per_s * level / np.maximum(slant, 1e-9)
+    far = systematic.sound_speed_share * level
     xx, yy, xy = (_added(said[..., k]) for k in range(3))
     determinant = np.maximum(xx * yy - xy * xy, 1e-30)
     pull = np.empty((*level.shape, 2, 2))  # what each ASV's fix adds to that of all
@@ -86,12 +86,12 @@ def _rate(inputs: Inputs, square: Floats, level: Floats, arrays: Floats | float 
     What is of GNSS wanders with its time constant; all else turns with the direction of ASVs that
     are `level` (m) away on average.
     """
-    ways, lasting = inputs.ways, inputs.lasting
+    ways, systematic = inputs.ways, inputs.systematic
     moved = np.diff(ways.places_m, axis=1)
     speed = np.sqrt((moved * moved).sum(axis=2)).sum(axis=1) / inputs.duration_s
-    by_gnss = np.minimum(2.0 * lasting.gnss_m**2 / arrays / np.maximum(square, 1e-30), 1.0)
+    by_gnss = np.minimum(2.0 * systematic.gnss_m**2 / arrays / np.maximum(square, 1e-30), 1.0)
     turning = speed.reshape(-1, *(1,) * (level.ndim - 1)) / np.maximum(level, 1.0)
-    return np.asarray(by_gnss / lasting.gnss_time_constant_s + (1.0 - by_gnss) * turning)
+    return np.asarray(by_gnss / systematic.gnss_time_constant_s + (1.0 - by_gnss) * turning)
 
 
 def turned(along: Floats, across: Floats, line: tuple[Floats, Floats]) -> Floats:

@@ -1,6 +1,6 @@
 """What is asked of a team: a metric of each mission's worst AUV, or of others, within a limit."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from math import ceil, isfinite
 from typing import Any, Literal
@@ -8,8 +8,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.wording import described, did_you_mean, plain, refuse
-from ...records.metrics import WORST, AuvMetrics, Utilisation
+from ...core.wording import described, did_you_mean, plain, refuse, significant
+from ...records.metrics import WORST, AuvMetrics, Utilisation, unit_of
 from ...records.worst import WORST_IS_LARGEST
 
 Floats = NDArray[np.float64]
@@ -193,3 +193,26 @@ def _goal(written: object, where: str) -> Goal:
         return Goal(written["metric"], limits["below"], limits["above"], of)  # type: ignore[arg-type]
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None
+
+
+def limits_text(goals: Sequence[Goal]) -> str:
+    """Return the goals in words, one after the other.
+
+    >>> limits_text([Goal("position_error_p95_m", below=1.0)])
+    'position_error_p95_m of the worst AUV at most 1 m'
+    """
+    return " and ".join(f"{goal} {unit_of_goal(goal)}".strip() for goal in goals)
+
+
+def unit_of_goal(goal: Goal) -> str:
+    """Return the unit of a goal's metric; empty where it is a share or a count."""
+    return "" if unit_of(goal.metric) in ("share", "count") else unit_of(goal.metric)
+
+
+def value_text(goal: Goal, value: float) -> str:
+    """Return a value of a goal's metric with its unit.
+
+    >>> value_text(Goal("position_error_p95_m", below=1.0), 0.84123)
+    '0.841 m'
+    """
+    return f"{significant(value)} {unit_of_goal(goal)}".strip()

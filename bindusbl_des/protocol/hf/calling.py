@@ -8,7 +8,7 @@ from math import inf, nan, sqrt
 
 import numpy as np
 
-from ...acoustics.bursts import lasting
+from ...acoustics.bursts import burst_luck
 from ...acoustics.loss import chance_of
 from ...acoustics.propagation import (
     SignalBand,
@@ -22,7 +22,7 @@ from ...acoustics.propagation import (
 )
 from ...acoustics.travel_time import light_time
 from ...core.compiled import compiled
-from ...core.handed import opened
+from ...core.packed import unpacked
 from ...records.events import COLLIDED, HEARD, LOST, OUT_OF_RANGE
 from ...records.rows import Row, Rows, row_type
 from ...vehicles.motion import Floats, Ints, Motion, where
@@ -68,7 +68,7 @@ def choose_callers(auvs: Floats, asvs: Floats, group: Ints, failed: Ints, caller
 
 @compiled
 def interrogate(
-    handed: int, group: Ints, callers: Ints, chances: Floats, time: float, answers: Rows,
+    packed: int, group: Ints, callers: Ints, chances: Floats, time: float, answers: Rows,
     calls: Rows, count: int, capture: float, bursts: Rows | None,
 ) -> int:  # fmt: skip
     """Let ASVs call the AUVs of a group at an instant (s), one for each; one call may name several.
@@ -77,10 +77,10 @@ def interrogate(
     ASVs after the first `count` of `calls`; return how many these are then.  Calls that overlap at
     an AUV destroy each other, and each is lost as a ping over the same way: if its one of `chances`
     (n,), in [0, 1), is below the probability of that, or that of `bursts`, as of
-    :func:`.reception.resolve`.  `handed` is the address of a :class:`.propagation.Spread`,
+    :func:`.reception.resolve`.  `packed` is the address of a :class:`.propagation.Spread`,
     `capture` as of :class:`.channel.Receiver`.
     """
-    into = opened(handed, Spread)
+    into = unpacked(packed, Spread)
     auvs, asvs, way, band = into.auvs, into.asvs, into.way, into.way.band
     duration, sound_speed = band.duration, band.sound_speed
     calling = np.unique(callers)
@@ -95,7 +95,7 @@ def interrogate(
             chance = lost(travel * sound_speed, k, callers[k], way)
             drawn = chances[k]
             if bursts is not None:
-                drawn = chance_of(lasting(bursts[auv, callers[k]], time + travel, chance))
+                drawn = chance_of(burst_luck(bursts[auv, callers[k]], time + travel, chance))
             answer.call = LOST if drawn < chance else HEARD
             answer.call_time_s = travel
             others = 0.0

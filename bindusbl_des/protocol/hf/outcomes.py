@@ -6,24 +6,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...acoustics.bursts import lasting
-from ...core.handed import Handed
+from ...acoustics.bursts import burst_luck
+from ...core.packed import Packed
 from ...core.streams import NoiseStore, Purpose, Streams
 from ...records.events import HEARD, IN_FLIGHT
 from ...records.rows import NONE, EventBuffer, Recorder, Row, Rows
 from ...usbl.array import ELEMENTS, plus, scaled
 from ...usbl.instrument import NO_INSTRUMENT, NOISE_WIDTH, Instrument, gnss_noise
+from ...usbl.measuring import Usbl, measured, note
 from ...usbl.own_instrument import OwnInstrument, sounding_of
 from ...usbl.slow_errors import advance, blend
 from ...usbl.systematic_fixes import (
     OUTLIER_WIDTH,
     Astray,
-    HandedErrors,
+    PackedErrors,
     astray,
     measured_astray,
 )
 from ...usbl.two_way import Heard
-from ...usbl.usbl import Usbl, measured, note
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Floats
 from .calling import PASSED
@@ -53,13 +53,13 @@ class Measuring:
         """
         self._record, self._errors, outliers = record, None, 0
         #: What is wrong all the time, if anything.
-        self.lasting = None
+        self.systematic = None
         if isinstance(instrument, Astray):
-            (instrument, lasting), outliers = instrument, OUTLIER_WIDTH
-            self.lasting = lasting._replace(levels=lasting.levels[0])
-            levers = record.levers
-            self._errors = Handed(HandedErrors(*lasting, levers.of, levers.left))
-            levers.hand_on(self._errors)
+            (instrument, systematic), outliers = instrument, OUTLIER_WIDTH
+            self.systematic = systematic._replace(levels=systematic.levels[0])
+            jacobians = record.jacobians
+            self._errors = Packed(PackedErrors(*systematic, jacobians.of, jacobians.left))
+            jacobians.hand_on(self._errors)
         further = outliers
         if isinstance(instrument, Usbl):
             further += max(len(instrument.array) - ELEMENTS, 0)
@@ -68,7 +68,7 @@ class Measuring:
         self.draw = cache(partial(streams.of, Purpose.INSTRUMENT))
         self.instrument, has_sheet = NO_INSTRUMENT, None
         if isinstance(instrument, Usbl):
-            self.instrument, has_sheet = instrument.handed, instrument.has_sheet
+            self.instrument, has_sheet = instrument.packed, instrument.has_sheet
         #: What compiled code is made for: whether there is a data sheet, errors that last, by their
         #: address, and slow ones; None where there are none.
         self.made_for = has_sheet, None if self._errors is None else self._errors.address, slow
@@ -77,9 +77,9 @@ class Measuring:
         """Have room for so many further fixes."""
         room = self._record.fixes.room_for(fixes)
         if self._errors is not None:
-            self._record.levers.make_room(len(room))
+            self._record.jacobians.make_room(len(room))
 
-    def hand_on(self, to: Handed) -> None:
+    def hand_on(self, to: Packed) -> None:
         """Keep the field `noise` of what compiled code is handed what the noise is."""
         self.noise.on_grown = lambda store: to.renew("noise", noise_of(store))
 
@@ -131,10 +131,10 @@ class Outcomes:
         self._room = 1  # for numbers of pings that are due
         self._undecided = 0  # pings before this one are decided
 
-    def _packed(self, record: Recorder, calls: EventBuffer) -> Handed:
+    def _packed(self, record: Recorder, calls: EventBuffer) -> Packed:
         """Return the packed state that pings are decided by, :class:`.reception.Decided`."""
         measuring = self._measuring
-        packed = Handed(
+        packed = Packed(
             Decided(
                 record.pings.array,
                 record.receptions.array,
@@ -250,7 +250,7 @@ class Outcomes:
         luck = float(self._noise_at(row)[NOISE_WIDTH])
         if (bursts := self._uplink.bursts) is not None:
             pair = bursts[it["auv"], it["asv"]]
-            luck = lasting(pair, float(it["arrived_at_s"]), float(it["loss"]))
+            luck = burst_luck(pair, float(it["arrived_at_s"]), float(it["loss"]))
         outcome = foretold(
             self._decided_by.address, row, luck, record.pings.count, record.receptions.count,
             self._uplink.calls.count, *self._further_sound,
@@ -295,14 +295,14 @@ class Outcomes:
         *vessel, yaw = self._asvs.vehicles[asv].at(float(alone["arrived_at_s"][0]))
         gnss_sd, heading_sd = float(levels["gnss_sd_m"][0]), levels["attitude_sd_rad"][0, 2]
         own = plus((vessel[0], vessel[1], vessel[2]), scaled(gnss_noise(noise), gnss_sd))
-        if measuring.lasting is None:
+        if measuring.systematic is None:
             place, covariance = measured(heard, self._asvs.motion, instrument, self._strayed)
         else:
             place, covariance, *_ = measured_astray(
-                heard, self._asvs.motion, instrument, self._strayed, measuring.lasting
+                heard, self._asvs.motion, instrument, self._strayed, measuring.systematic
             )
             arrived_at = float(alone["arrived_at_s"][0])
-            own = plus(own, astray(asv, arrived_at, measuring.lasting))
+            own = plus(own, astray(asv, arrived_at, measuring.systematic))
         heading = math.remainder(yaw + heading_sd * float(noise[8]), math.tau)
         return Sight(place, covariance, own, heading)
 

@@ -3,21 +3,21 @@
 from math import inf, nan
 from typing import Annotated, NamedTuple
 
-from ...acoustics.bursts import lasting
+from ...acoustics.bursts import burst_luck
 from ...acoustics.loss import chance_of
 from ...acoustics.propagation import drowns, overlap
 from ...core.compiled import compiled
-from ...core.handed import opened
+from ...core.packed import unpacked
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
-from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, instrument_of
+from ...usbl.instrument import NOISE_WIDTH, PackedInstrument, instrument_of
+from ...usbl.measuring import measured, note
 from ...usbl.sights import copy_direction, unknown_sights
 from ...usbl.slow_errors import advance, blend
-from ...usbl.systematic_fixes import HandedErrors, lasting_of, measured_astray
+from ...usbl.systematic_fixes import PackedErrors, measured_astray, systematic_of
 from ...usbl.two_way import Heard
-from ...usbl.usbl import measured, note
 from ...vehicles.motion import Floats, Ints, Motion
-from ..mf.frames import sends
+from ..mf.reception import sends
 from .calling import CALL, drowned
 
 
@@ -58,7 +58,7 @@ class Decided(NamedTuple):
     due: Ints
     noise: PairNoise
     asvs: Motion
-    instrument: HandedInstrument
+    instrument: PackedInstrument
     duration: float
     capture: float
     shadowing_sd_db: float
@@ -114,7 +114,7 @@ def _echoed(it: Row, other: Row, echo: Row, duration: float) -> float:
 
 @compiled
 def resolve(
-    handed: int, time: float, first: int, only: int, pings: int, receptions: int, calls: int,
+    packed: int, time: float, first: int, only: int, pings: int, receptions: int, calls: int,
     fix: int, has_sheet: bool | None, errors: int | None, slow: Rows | None,
     strayed: Floats | None, echoes: Rows | None, frames: Rows | None, bursts: Rows | None,
 ) -> tuple[int, int, int, int]:  # fmt: skip
@@ -123,18 +123,18 @@ def resolve(
 
     Return the number of fixes then, the first ping that is yet to be decided, and NONE, NONE; or,
     when the noise of a pair of an AUV and an ASV is used up, these: it must be refilled and the
-    function called again.  `handed` is the address of a :class:`Decided`, of which so many `pings`,
+    function called again.  `packed` is the address of a :class:`Decided`, of which so many `pings`,
     `receptions` and `calls` are on record, and `fix` fixes.
 
     What few bands have comes with each call; what is None is not even compiled: a data sheet, as
     :class:`.instrument.Instrument` has it; systematic `errors`, the address of a
-    :class:`.systematic_fixes.HandedErrors`; `slow` errors (AUVs, ASVs, n),
+    :class:`.systematic_fixes.PackedErrors`; `slow` errors (AUVs, ASVs, n),
     :data:`.slow_errors.SLOW`; how far each AUV may have `strayed` (n,) between a call and its
     answer (variance along its course, m2), where ASVs call; `echoes`, row by row of
     receptions, as of :data:`.sonar_channel.ECHO`; `frames`, of ASVs that hear no ping while they
     send them; and `bursts` (AUVs, ASVs), :data:`.bursts.PAIR`, in which pings are lost.
     """
-    by = opened(handed, Decided)
+    by = unpacked(packed, Decided)
     air = _on_record(by, pings, receptions, calls)
     count, by.due[0] = 1, first
     if only == NONE:
@@ -144,7 +144,7 @@ def resolve(
         if dry != NONE:
             return fix, first, air.pings[ping].auv, dry
         if makes_fix:
-            _make(fix, air.pings[ping], only, handed, has_sheet, errors, strayed)
+            _make(fix, air.pings[ping], only, packed, has_sheet, errors, strayed)
             fix += 1
         if only == NONE:
             air.pings[ping].passed_at_s = inf
@@ -155,14 +155,14 @@ def resolve(
 
 @compiled
 def _make(
-    fix: int, ping: Row, only: int, handed: int, has_sheet: bool | None, errors: int | None,
+    fix: int, ping: Row, only: int, packed: int, has_sheet: bool | None, errors: int | None,
     strayed: Floats | None,
 ) -> None:  # fmt: skip
     """Write the row of a fix: the receptions that it is made of, and what is measured of the ping.
 
     Arguments as of :func:`resolve`.
     """
-    by = opened(handed, Decided)
+    by = unpacked(packed, Decided)
     row = by.fixes[fix]
     row.fix = fix
     begin(row, ping, only)
@@ -173,11 +173,11 @@ def _make(
     instrument = instrument_of(by.instrument, has_sheet)
     heard = Heard(ping, by.receptions[row.first : row.end], by.noise.taken_now)
     if errors is not None:
-        told = opened(errors, HandedErrors)
-        place, covariance, lever, told.left[fix] = measured_astray(
-            heard, by.asvs, instrument, strayed, lasting_of(told)
+        told = unpacked(errors, PackedErrors)
+        place, covariance, jacobian, told.left[fix] = measured_astray(
+            heard, by.asvs, instrument, strayed, systematic_of(told)
         )
-        told.levers[fix] = lever[:2]
+        told.jacobians[fix] = jacobian[:2]
     else:
         place, covariance = measured(heard, by.asvs, instrument, strayed)
     note(row, ping, place, covariance)
@@ -235,7 +235,7 @@ def _resolve(
             blend(taken_now, slow[auv, it.asv])
         luck = drawn[NOISE_WIDTH]
         if bursts is not None:
-            luck = lasting(bursts[auv, it.asv], it.arrived_at_s, it.loss)
+            luck = burst_luck(bursts[auv, it.asv], it.arrived_at_s, it.loss)
         it.outcome = _outcome(row, luck, air, echoes, frames)
         it.snr_db += air.shadowing_sd_db * luck
         hearers += it.outcome == HEARD
@@ -264,13 +264,13 @@ def by_luck(it: Row, luck: float) -> int:
 
 @compiled
 def foretold(
-    handed: int, row: int, luck: float, pings: int, receptions: int, calls: int,
+    packed: int, row: int, luck: float, pings: int, receptions: int, calls: int,
     echoes: Rows | None, frames: Rows | None,
 ) -> int:  # fmt: skip
     """Return what will be decided of a reception, once the ping has passed its ASV; arguments as of
     :func:`resolve`, and its `luck` a standard normal.
     """
-    air = _on_record(opened(handed, Decided), pings, receptions, calls)
+    air = _on_record(unpacked(packed, Decided), pings, receptions, calls)
     return _outcome(row, luck, air, echoes, frames)
 
 

@@ -11,7 +11,7 @@ from ...acoustics.loss import LossTerms
 from ...acoustics.propagation import SignalBand, SignalPath, Spread, amend, deafen, silence, spread
 from ...acoustics.sonar_channel import ECHO, EchoingSonar
 from ...acoustics.travel_time import travel_time
-from ...core.handed import Handed
+from ...core.packed import Packed
 from ...core.streams import Purpose, Streams
 from ...records.events import HEARD, LOST
 from ...records.rows import CALLED, NONE, EventBuffer, Recorder, Rows
@@ -29,13 +29,13 @@ def members(group: tuple[int, ...]) -> Ints:
     return np.array(group, dtype=np.int64)
 
 
-def spread_in(record: Recorder, way: SignalPath, auvs: Fleet, asvs: Fleet) -> Handed:
+def spread_in(record: Recorder, way: SignalPath, auvs: Fleet, asvs: Fleet) -> Packed:
     """Return the packed state that pings spread in, :class:`.propagation.Spread`."""
     pings, receptions, fleets = record.pings, record.receptions, (auvs.motion, asvs.motion)
-    handed = Handed(Spread(pings.array, receptions.array, way, *fleets, record.everything))
-    pings.hand_on(handed, "pings")
-    receptions.hand_on(handed, "receptions")
-    return handed
+    packed = Packed(Spread(pings.array, receptions.array, way, *fleets, record.everything))
+    pings.hand_on(packed, "pings")
+    receptions.hand_on(packed, "receptions")
+    return packed
 
 
 class Uplink:

@@ -9,13 +9,13 @@ import numpy as np
 import simpy
 from numpy.typing import NDArray
 
-from ...acoustics.bursts import lasting_chances
+from ...acoustics.bursts import burst_chances
 from ...acoustics.channel import AskedChannel, between
 from ...acoustics.modem import Message
 from ...acoustics.named_channels import FrameChannel
 from ...acoustics.travel_time import travel_time
 from ...core.clock import Clock
-from ...core.handed import Handed
+from ...core.packed import Packed
 from ...core.streams import Purpose, Streams
 from ...navigation.gnss import GnssReceivers
 from ...navigation.navigators import Navigator
@@ -24,7 +24,7 @@ from ...records.rows import FRAME_RECEPTION, NONE, EventBuffer, Recorder, Rows
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Ints, places
 from ...vehicles.vehicle import Place
-from .frames import FRAME, PROMISE, Sent, begin, delivered, receive, way_s
+from .reception import FRAME, PROMISE, Sent, begin, delivered, receive, way_s
 
 
 class Deliveries:
@@ -137,17 +137,17 @@ class MfDownlink(Deliveries):
         self._overheard = cache(partial(streams.of, Purpose.OVERHEARD))
         self._asvs, self._clock, self._record = asvs, clock, record
         self._frames, self._promises = EventBuffer(FRAME), EventBuffer(PROMISE)
-        self._sent_in = self._handed(band)
+        self._sent_in = self._packed(band)
         self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
         self._foreseen_s = asvs.sure_s if auvs.foreseen else -math.inf
         self._passed_at = 0.0  # by then (s) all frames so far have passed
         self._is_deaf = band.deafening_s > 0.0  # whether AUVs are, to frames, as they ping
         self._is_shared = self._is_deaf  # whether anything may ever have met a frame
 
-    def _handed(self, band: FrameBand) -> Handed:
+    def _packed(self, band: FrameBand) -> Packed:
         """Return what frames are sent in, :class:`.events.Sent`."""
         fixes, pings = self._record.fixes, self._record.pings
-        handed = Handed(
+        packed = Packed(
             Sent(
                 self._frames.array,
                 fixes.array,
@@ -162,11 +162,11 @@ class MfDownlink(Deliveries):
                 self._clock.rate,
             )
         )
-        self._frames.hand_on(handed, "frames")
-        self._promises.hand_on(handed, "promises")
-        fixes.hand_on(handed, "fixes")
-        pings.hand_on(handed, "pings")
-        return handed
+        self._frames.hand_on(packed, "frames")
+        self._promises.hand_on(packed, "promises")
+        fixes.hand_on(packed, "fixes")
+        pings.hand_on(packed, "pings")
+        return packed
 
     def send(
         self, round_number: int, rows: Ints, asv: int, time: float, message: Message, part: int = 0
@@ -215,7 +215,7 @@ class MfDownlink(Deliveries):
             luck[auv] = self._luck(auv, asv).random()
         if self._bursts is not None:
             pairs = np.ascontiguousarray(self._bursts[:, asv])
-            luck = lasting_chances(pairs, time, np.ascontiguousarray(found["loss"]))
+            luck = burst_chances(pairs, time, np.ascontiguousarray(found["loss"]))
         told, loss = self._promises.room_for(len(auvs))[self._promises.count :], found["loss"]
         told = told[: len(auvs)]
         told["outcome"] = np.where(loss < 1.0, np.where(luck < loss, LOST, IN_FLIGHT), OUT_OF_RANGE)

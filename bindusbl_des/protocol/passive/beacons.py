@@ -11,12 +11,12 @@ from ...acoustics.channel import AskedChannel, Prospects, between, deciding
 from ...acoustics.loss import LossTerms
 from ...acoustics.propagation import TOUCH, SignalBand
 from ...acoustics.travel_time import travel_time
-from ...core.handed import Handed
+from ...core.packed import Packed
 from ...core.streams import Purpose, Streams
 from ...records.events import IN_FLIGHT, LOST
 from ...records.rows import NONE, EventBuffer, Recorder, Row, Rows
+from ...usbl.measuring import note
 from ...usbl.own_instrument import OwnInstrument, mirrored
-from ...usbl.usbl import note
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import places
 from ..hf.outcomes import Measuring, noise_of
@@ -130,13 +130,13 @@ class PassiveOutcomes:
         self.band, self.receiver = beacons.band, beacons.receiver
         self._beacons, self._auvs, self._record = beacons, auvs, record
         self._measuring = measuring
-        self._decided_by = self._handed()
+        self._decided_by = self._packed()
         self._undecided = 0  # receptions before this one are decided
 
-    def _handed(self) -> Handed:
+    def _packed(self) -> Packed:
         """Return what receptions are decided by, :class:`.reception.PassiveDecided`."""
         record, measuring, gnss_noise = self._record, self._measuring, self._beacons.gnss_noise
-        handed = Handed(
+        packed = Packed(
             PassiveDecided(
                 record.pings.array,
                 record.receptions.array,
@@ -150,12 +150,12 @@ class PassiveOutcomes:
                 self.receiver.shadowing_sd_db,
             )
         )
-        record.pings.hand_on(handed, "pings")
-        record.receptions.hand_on(handed, "receptions")
-        record.fixes.hand_on(handed, "fixes")
-        gnss_noise.hand_on(handed, "gnss_noise")
-        measuring.hand_on(handed)
-        return handed
+        record.pings.hand_on(packed, "pings")
+        record.receptions.hand_on(packed, "receptions")
+        record.fixes.hand_on(packed, "fixes")
+        gnss_noise.hand_on(packed, "gnss_noise")
+        measuring.hand_on(packed)
+        return packed
 
     def resolve(self, time: float) -> None:
         """Decide all receptions that have ended by an instant (s), and what AUVs make of them."""

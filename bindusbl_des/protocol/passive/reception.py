@@ -5,19 +5,19 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from ...acoustics.bursts import lasting
+from ...acoustics.bursts import burst_luck
 from ...acoustics.propagation import SignalPath, Spread, drowns, lost, overlap, reaches, snr, sound
 from ...acoustics.travel_time import light_time
 from ...core.compiled import compiled
-from ...core.handed import opened
+from ...core.packed import unpacked
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
-from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, instrument_of
+from ...usbl.instrument import NOISE_WIDTH, PackedInstrument, instrument_of
 from ...usbl.inverted import Hearing, located_astray, located_itself
+from ...usbl.measuring import note
 from ...usbl.sights import copy_direction, unknown_sights
 from ...usbl.slow_errors import advance, blend
-from ...usbl.systematic_fixes import HandedErrors, lasting_of
-from ...usbl.usbl import note
+from ...usbl.systematic_fixes import PackedErrors, systematic_of
 from ...vehicles.motion import Floats, Ints, Motion, Place, where
 from ..hf.reception import PairNoise, begin, by_luck
 
@@ -28,17 +28,17 @@ NEARLY_THERE = 0.98
 
 @compiled
 def radiate(
-    handed: int, asv: int, round_number: int, slot: int, time: float, foreseen: bool,
+    packed: int, asv: int, round_number: int, slot: int, time: float, foreseen: bool,
     ping: int, row: int,
 ) -> int:  # fmt: skip
     """Let an ASV ping at an instant (s): write its row, `ping`, and from `row` on one for each AUV
     that it reaches.
 
-    Return the row that comes after the last reception.  `handed` is the address of a
+    Return the row that comes after the last reception.  `packed` is the address of a
     :class:`.propagation.Spread`.  Where the way of AUVs is not `foreseen`, the arrivals written are
     those at which it is nearly there (:func:`arrive`).
     """
-    into = opened(handed, Spread)
+    into = unpacked(packed, Spread)
     pings, receptions, auvs, asvs = into.pings, into.receptions, into.auvs, into.asvs
     way, sound_speed = into.way, into.way.band.sound_speed
     here, line = where(asvs, asv, time), pings[ping]
@@ -90,11 +90,11 @@ def _meet(it: Row, sent_at: float, travel: float, way: SignalPath) -> None:
 
 
 @compiled
-def arrive(handed: int, row: int, travel: float) -> None:
+def arrive(packed: int, row: int, travel: float) -> None:
     """Write the arrival of a ping that is nearly there, now that its travel time (s) is known;
-    `handed` as of :func:`radiate`.
+    `packed` as of :func:`radiate`.
     """
-    into = opened(handed, Spread)
+    into = unpacked(packed, Spread)
     it = into.receptions[row]
     line = into.pings[it.ping]
     _meet(it, line.sent_at_s, travel, into.way)
@@ -119,7 +119,7 @@ class PassiveDecided(NamedTuple):
     gnss_noise: Annotated[Floats, 2]
     noise: PairNoise
     auvs: Motion
-    instrument: HandedInstrument
+    instrument: PackedInstrument
     duration: float
     capture: float
     shadowing_sd_db: float
@@ -127,17 +127,17 @@ class PassiveDecided(NamedTuple):
 
 @compiled
 def resolve(
-    handed: int, time: float, first: int, ping_count: int, reception_count: int, fix: int,
+    packed: int, time: float, first: int, ping_count: int, reception_count: int, fix: int,
     has_sheet: bool | None, errors: int | None, slow: Rows | None, bursts: Rows | None,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Decide all receptions from the row `first` on that have ended by an instant (s), as they did.
 
     Return the number of fixes then, the first row that is not decided, and NONE; or, when the noise
     of a pair is used up, in place of that its row: the pair must have new noise and the function be
-    called again.  `handed` is the address of a :class:`PassiveDecided`, of which so many
+    called again.  `packed` is the address of a :class:`PassiveDecided`, of which so many
     pings, receptions and fixes are on record; the rest as of :func:`..hf.reception.resolve`.
     """
-    by = opened(handed, PassiveDecided)
+    by = unpacked(packed, PassiveDecided)
     noise, pings, receptions = by.noise, by.pings[:ping_count], by.receptions[:reception_count]
     for row in _ended(receptions, first, time, by.duration):
         it = receptions[row]
@@ -151,12 +151,12 @@ def resolve(
             blend(drawn, slow[it.auv, it.asv])
         luck = drawn[NOISE_WIDTH]
         if bursts is not None:
-            luck = lasting(bursts[it.auv, it.asv], it.arrived_at_s, it.loss)
+            luck = burst_luck(bursts[it.auv, it.asv], it.arrived_at_s, it.loss)
         it.outcome = _outcome(row, luck, pings, receptions, by.duration, by.capture)
         it.snr_db += by.shadowing_sd_db * luck
         if it.outcome == HEARD:
             pings[it.ping].heard_by += 1
-            _make(fix, row, drawn, handed, has_sheet, errors)
+            _make(fix, row, drawn, packed, has_sheet, errors)
             fix += 1
     while first < len(receptions) and receptions[first].outcome != IN_FLIGHT:
         first += 1
@@ -165,10 +165,10 @@ def resolve(
 
 @compiled
 def _make(
-    fix: int, row: int, drawn: Floats, handed: int, has_sheet: bool | None, errors: int | None
+    fix: int, row: int, drawn: Floats, packed: int, has_sheet: bool | None, errors: int | None
 ) -> None:
     """Write the row of a fix that an AUV makes of a reception, by the noise `drawn` for that."""
-    by = opened(handed, PassiveDecided)
+    by = unpacked(packed, PassiveDecided)
     it, line = by.receptions[row], by.fixes[fix]
     ping = by.pings[it.ping]
     line.fix = fix
@@ -183,9 +183,11 @@ def _make(
     noise[9:12] = by.gnss_noise[it.ping]  # one error of the ASV for all that hear it
     own = Hearing(ping, it, (x, y, z), yaw, noise)
     if errors is not None:
-        told = opened(errors, HandedErrors)
-        place, covariance, lever, told.left[fix] = located_astray(own, instrument, lasting_of(told))
-        told.levers[fix] = lever[:2]
+        told = unpacked(errors, PackedErrors)
+        place, covariance, jacobian, told.left[fix] = located_astray(
+            own, instrument, systematic_of(told)
+        )
+        told.jacobians[fix] = jacobian[:2]
     else:
         place, covariance = located_itself(own, instrument)
     note(line, ping, place, covariance)

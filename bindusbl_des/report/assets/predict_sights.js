@@ -81,7 +81,7 @@ function fixesOf(inputs, sights, places, stations) {
   const { auvs, instants, asvs, level } = sights, passive = inputs.access.ranging.asvs_ping;
   const kinds = passive ? asvs : 1, size = 3 * auvs * instants * kinds;
   const noise = new Float64Array(size), lasts = new Float64Array(size), rate = new Float64Array(size / 3);
-  const slowS = inputs.lasting.slow_s, slows = flat(inputs.noise.slow);
+  const slowS = inputs.systematic.slow_s, slows = flat(inputs.noise.slow);
   const row = newRow(inputs, asvs), lasting = hasCommon(inputs), speeds = lasting ? speedsOf(inputs.ways, auvs, instants, places) : null;
   for (let auv = 0, i = 0; auv < auvs; auv++) for (let k = 0; k < instants; k++, i++) {
     fillRow(row, inputs, sights, auv, i, places, stations);

@@ -154,7 +154,7 @@ class Kind(NamedTuple):
 
 
 def kinds(scenario: Scenario) -> list[Kind]:
-    """Return the kinds of lasting errors that fixes of a scenario have, in the order of J."""
+    """Return the kinds of systematic errors that fixes of a scenario have, in the order of J."""
     usbl, asvs = scenario.usbl, scenario.asvs.count
     arrays = 1 if scenario.protocol.asvs_ping else asvs  # that a fix may be of: else one's own
     clock = scenario.navigation.clock_offset_sd_s, scenario.navigation.clock_drift_sd
@@ -179,7 +179,7 @@ def misalignment_sd(scenario: Scenario) -> float:
 
 @kept
 def told_of(scenario: Scenario) -> list[Kind]:
-    """Return the kinds of lasting errors that navigators are told of, to estimate them.
+    """Return the kinds of systematic errors that navigators are told of, to estimate them.
 
     They are none of filters that do not weigh, nor of those that somebody leaves `untold`; and
     with more than MOST_TOLD ASVs none of each of these, which would be too many states.

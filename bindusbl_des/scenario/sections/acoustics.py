@@ -72,7 +72,7 @@ class Band(Part):
         return band
 
 
-class Uplink(Band):
+class UplinkSection(Band):
     """The high-frequency band on which AUVs ping."""
 
     range_m: Real = key(50.0, "m", "HF range R_HF", PAPER, ge=0.1, le=1e5)
@@ -142,6 +142,6 @@ class Loss(Part):
 class Acoustics(Part):
     """The two acoustic bands and the loss on the uplink."""
 
-    hf: Uplink = Field(default=Uplink(), description="uplink band")
+    hf: UplinkSection = Field(default=UplinkSection(), description="uplink band")
     mf: Downlink = Field(default=Downlink(), description="downlink band")
     loss: Loss = Field(default=Loss(), description="loss of single pings")

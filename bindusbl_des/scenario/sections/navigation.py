@@ -113,7 +113,7 @@ class Drift(Part):
         return (self.m_per_hour or 0.0) / SECONDS_PER_HOUR * time
 
 
-class GnssFix(Part):
+class GnssFixSection(Part):
     """A GNSS receiver of each AUV, which has a fix while its AUV is at the surface."""
 
     depth_m: Real = key(0.5, "m", "depth down to which an AUV is at the surface", ge=0, le=100)
@@ -129,7 +129,7 @@ class Navigation(Section):
         Moved("delay_compensation", "filter", "fixed_gain"),
     )
 
-    gnss_fix: GnssFix | None = Field(
+    gnss_fix: GnssFixSection | None = Field(
         default=None,
         description="a fix by GNSS while an AUV is at the surface; null, unless one of its keys is "
         "given = AUVs have no receiver",

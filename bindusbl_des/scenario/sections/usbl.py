@@ -166,7 +166,7 @@ def usbl_values(name: str) -> dict[str, Any]:
     return {**rest, "model": {"model": "datasheet", **sheet} if sheet else "array"}
 
 
-class Usbl(Part):
+class UsblSection(Part):
     """The hydrophone array and the errors of what it measures."""
 
     preset: UsblName | None = key(
@@ -226,7 +226,9 @@ class Usbl(Part):
 
     @model_validator(mode="wrap")
     @classmethod
-    def _as_its_sheet_says(cls, data: Any, validate: ModelWrapValidatorHandler["Usbl"]) -> "Usbl":
+    def _as_its_sheet_says(
+        cls, data: Any, validate: ModelWrapValidatorHandler["UsblSection"]
+    ) -> "UsblSection":
         """Let the figures of the preset stand for keys that are not given, and do not become so;
         and an AHRS that is not given add nothing to a sheet.
         """

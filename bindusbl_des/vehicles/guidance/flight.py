@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from ...core.compiled import compiled, inlined
-from ...core.handed import opened
+from ...core.packed import unpacked
 from ...records.rows import LEARNT, Row, Rows
 from ..hulls import rk4
 from ..hulls.frames import Current, Floats, along_body
@@ -125,14 +125,14 @@ def _steer(
 
 
 @compiled
-def fly(handed: int, has_learnt: bool, first: int, last: int) -> int:
+def fly(packed: int, has_learnt: bool, first: int, last: int) -> int:
     """Move a fleet, in place, through the control intervals `first` to `last` (not included).
 
-    `handed` is the address of a :class:`Flight`; `has_learnt` as of
+    `packed` is the address of a :class:`Flight`; `has_learnt` as of
     :class:`.sensing.NavigationState`.  Returns -1, or the vehicle lost, with `lost`
     holding how it fares and when (s).
     """
-    by = opened(handed, Flight)
+    by = unpacked(packed, Flight)
     craft, p, paths, currents = by.craft, by.hull, by.paths, by.currents
     known = NavigationState(by.drift, by.noise, by.corrections, by.learnt, has_learnt, by.logs)
     model, size, control, step, steps = craft
@@ -178,12 +178,12 @@ def fly(handed: int, has_learnt: bool, first: int, last: int) -> int:
 
 
 @compiled
-def beside(handed: int, vehicle: int, times: Floats, errors: Floats) -> None:
+def beside(packed: int, vehicle: int, times: Floats, errors: Floats) -> None:
     """Write how far (m) a vehicle was from the path that it flew at instants (s).
 
-    `handed` is the address of a :class:`Flight`.
+    `packed` is the address of a :class:`Flight`.
     """
-    by = opened(handed, Flight)
+    by = unpacked(packed, Flight)
     log, active, step, control = (
         by.logs[vehicle],
         by.active[vehicle],

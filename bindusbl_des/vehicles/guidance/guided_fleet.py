@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.handed import Handed
+from ...core.packed import Packed
 from ...geometry.paths import Path
 from ...records.rows import LEARNT
 from .. import logs
@@ -34,7 +34,7 @@ class UnderWay(Protocol):
     at_limit: Flags  # whether an actuator was at its limit, for each vehicle and control instant
     stations: Floats
     tracks: PathTracks
-    flight: Handed  # what compiled code is handed once, a Flight
+    flight: Packed  # what compiled code is handed once, a Flight
 
     def advance(self, time_s: float) -> None:
         """Make the state at an instant (s) known."""
@@ -190,7 +190,7 @@ class GuidedFleet:
         self._vessels.own["progress"]["row"] = self.tracks.bounds["first"]
         self.at_limit = np.zeros((count, self._intervals), dtype=np.bool_)
         self._flown, self._lost = 0, np.zeros(2)
-        self.flight = self._handed()
+        self.flight = self._packed()
         self._move_on(0)  # the start is known before anybody moves
 
     def _set_out(
@@ -217,11 +217,11 @@ class GuidedFleet:
             ]
         return tracks.pack(paths), vessels
 
-    def _handed(self) -> Handed:
+    def _packed(self) -> Packed:
         """Return what compiled code is handed once, :class:`.flight.Flight`."""
         vessels = self._vessels
         size = vessels.states.shape[1]
-        return Handed(
+        return Packed(
             flight.Flight(
                 Craft(self.model.equations, size, self.control_s, self.step_s, self._steps),
                 vessels.hull,

@@ -14,7 +14,7 @@ from ...acoustics.propagation import drowns, meet, within
 from ...acoustics.travel_time import distance, light_time, light_time_by
 from ...core.clock import after
 from ...core.compiled import compiled
-from ...core.handed import opened
+from ...core.packed import unpacked
 from ...records.events import COLLIDED, DELIVERED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ...records.rows import FIX, NONE, PING, Row, Rows, row_type
 from ...vehicles.motion import Ints, Motion, where
@@ -86,19 +86,19 @@ class Sent(NamedTuple):
 
 @compiled
 def begin(
-    handed: int, number: int, asv: int, time: float, on_air: float, airtime: float,
+    packed: int, number: int, asv: int, time: float, on_air: float, airtime: float,
     processing: float, carried: Ints, foreseen: bool,
 ) -> tuple[float, float]:  # fmt: skip
     """Let an ASV send fixes, the rows `carried` (k,), in a frame at an instant (s), which is to
     last `airtime` (s) and is on the air for `on_air` (s); write it as `number` of the frames.
 
-    `handed` is the address of a :class:`Sent`.  The fixes tell when their AUVs will have them:
+    `packed` is the address of a :class:`Sent`.  The fixes tell when their AUVs will have them:
     `processing` (s) after the end of the frame has come.  An AUV out of the horizontal range when
     the frame begins never gets its fix, nor one that does not decode it (whose outcome says so
     already), and where its way is not `foreseen` the arrival is left open (NaN).  Return the last
     instant (s) of those known, or -1, and the frame's `passed_at_s`.
     """
-    into = opened(handed, Sent)
+    into = unpacked(packed, Sent)
     frames, fixes, auvs, asvs = into.frames, into.fixes, into.auvs, into.asvs
     reach, sound_speed, rate = into.reach, into.sound_speed, into.rate
     begins, ends = where(asvs, asv, time), where(asvs, asv, time + airtime)
@@ -122,12 +122,12 @@ def begin(
 
 
 @compiled
-def way_s(handed: int, asv: int, auv: int, time: float) -> float:
+def way_s(packed: int, asv: int, auv: int, time: float) -> float:
     """Return how long (s) the sound of an ASV at an instant (s) travels to an AUV that it meets.
 
-    `handed` is the address of a :class:`Sent`.
+    `packed` is the address of a :class:`Sent`.
     """
-    of = opened(handed, Sent)
+    of = unpacked(packed, Sent)
     return light_time(where(of.asvs, asv, time), of.auvs, auv, time, of.sound_speed)
 
 
@@ -149,15 +149,15 @@ def _passed(
 
 @compiled
 def receive(
-    handed: int, receptions: Rows, known: float, frames: int, promises: int, pings: int
+    packed: int, receptions: Rows, known: float, frames: int, promises: int, pings: int
 ) -> None:  # fmt: skip
     """Write what has become of frames at AUVs by an instant (s), `known`, up to which their motion
     is: `receptions` say which frame, and at which AUV (:data:`.rows.FRAME_RECEPTION`).
 
-    `handed` is the address of a :class:`Sent`, of which so many frames, promises and pings are on
+    `packed` is the address of a :class:`Sent`, of which so many frames, promises and pings are on
     record: all that have begun by then.  What has not ended at its AUV is in flight.
     """
-    of = opened(handed, Sent)
+    of = unpacked(packed, Sent)
     medium = Medium(
         of.frames[:frames], of.promises[:promises], of.reach, of.sound_speed, of.capture, known,
         of.auvs, of.asvs, of.pings[:pings], of.ping_s,

@@ -45,29 +45,31 @@ class Expected(NamedTuple):
 
 @compiled
 def at_place(
-    at: tuple[float, float], levers: Floats, x: float, y: float, spread: Floats, common: Floats
+    at: tuple[float, float], jacobians: Floats, x: float, y: float, spread: Floats, common: Floats
 ) -> float:
-    """Write to `common` (2, n), m per unit, J at a place (m), of `levers` as of :func:`said_of`;
+    """Write to `common` (2, n), m per unit, J at a place (m), of `jacobians` as of :func:`said_of`;
     return the variance (m2) of what the last n states, of the covariance `spread`, add to a fix.
     """
     n, unsure = common.shape[1], 0.0
     begin = len(spread) - n
     for k in range(n):
         for i in range(2):
-            common[i, k] = levers[i, k]
-            common[i, k] += (x - at[0]) * levers[i, n + k] + (y - at[1]) * levers[i, 2 * n + k]
+            common[i, k] = jacobians[i, k]
+            common[i, k] += (x - at[0]) * jacobians[i, n + k] + (y - at[1]) * jacobians[
+                i, 2 * n + k
+            ]
             unsure += common[i, k] ** 2 * spread[begin + k, begin + k]
     return unsure
 
 
 @compiled
 def said_of(
-    fix: Said, at: tuple[float, float], levers: Floats, own: Expected, common: Floats
+    fix: Said, at: tuple[float, float], jacobians: Floats, own: Expected, common: Floats
 ) -> Said:
     """Return what a fix says to who expects something; write by what the last n states add to it,
     `common` (2, n), m per unit.
 
-    `levers` (2, 4 n or more) are J `at` a place (m), its derivatives along x and along y, and B.
+    `jacobians` (2, 4 n or more) are J `at` a place (m), its derivatives along x and along y, and B.
     """
     n = own.errors.size
     place, seen, (xx, yy, xy) = np.array((own.x, own.y)), np.array((fix.x, fix.y)), fix.noise
@@ -76,16 +78,16 @@ def said_of(
     for k in range(n):
         error, variance = own.errors[k], own.variances[k]
         for i in range(2):
-            bend, moved = levers[i, 3 * n + k], 0.0
+            bend, moved = jacobians[i, 3 * n + k], 0.0
             for j in range(2):
-                change = levers[i, (1 + j) * n + k]
+                change = jacobians[i, (1 + j) * n + k]
                 moved += change * (place[j] - at[j])
                 slope[i, j] += change * error
                 second[i] += change * own.together[j, k]
-            first[i] += (levers[i, k] + moved) * error + bend * error**2 / 2
+            first[i] += (jacobians[i, k] + moved) * error + bend * error**2 / 2
             second[i] += bend * variance / 2
             for j in range(2):
-                left[i, j] += bend * levers[j, 3 * n + k] * variance**2 / 2
+                left[i, j] += bend * jacobians[j, 3 * n + k] * variance**2 / 2
     determinant = slope[0, 0] * slope[1, 1] - slope[0, 1] * slope[1, 0]
     back = np.array(((slope[1, 1], -slope[0, 1]), (-slope[1, 0], slope[0, 0]))) / determinant
     told = place.copy()
@@ -94,10 +96,10 @@ def said_of(
         for j in range(2):
             told[i] += back[i, j] * (seen[j] - first[j] - second[j])
             for k in range(n):  # J where the fix is expected
-                lever = levers[j, k]
+                jacobian = jacobians[j, k]
                 for m in range(2):
-                    lever += levers[j, (1 + m) * n + k] * (first[m] - at[m])
-                common[i, k] += back[i, j] * lever
+                    jacobian += jacobians[j, (1 + m) * n + k] * (first[m] - at[m])
+                common[i, k] += back[i, j] * jacobian
     for k in range(n):
         for i in range(2):
             told[i] += common[i, k] * own.errors[k]
@@ -118,7 +120,7 @@ def _turned(spread: Floats, by: Floats) -> Noise:
 
 @compiled
 def said_of_all(
-    polar: Ints, places: Floats, at: Floats, noise: Floats, levers: Floats, believed: Floats,
+    polar: Ints, places: Floats, at: Floats, noise: Floats, jacobians: Floats, believed: Floats,
     errors: Floats, variances: Floats,
 ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
     """Return the positions (n, 2), m, noise xx, yy, xy (n, 3), m2, and dependence (n, 2, m) of
@@ -133,10 +135,10 @@ def said_of_all(
         own = Expected(believed[k, 0], believed[k, 1], errors, variances, together)
         fix = Said(places[k, 0], places[k, 1], (noise[k, 0], noise[k, 1], noise[k, 2]))
         if polar[k]:
-            at_place((at[k, 0], at[k, 1]), levers[k], own.x, own.y, nothing, common[k])
+            at_place((at[k, 0], at[k, 1]), jacobians[k], own.x, own.y, nothing, common[k])
             said = fix
         else:
-            said = said_of(fix, (at[k, 0], at[k, 1]), levers[k], own, common[k])
+            said = said_of(fix, (at[k, 0], at[k, 1]), jacobians[k], own, common[k])
         told[k, 0], told[k, 1] = said.x, said.y
         left[k, 0], left[k, 1], left[k, 2] = said.noise
     return told, left, common

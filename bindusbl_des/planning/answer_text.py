@@ -6,12 +6,11 @@ from textwrap import fill
 from typing import Any
 
 from ..core.wording import counted, significant
-from .candidates import Candidate, band, excess
+from .candidates import Candidate, band, excess, team_text
 from .found import Found, ranked
 from .proposals import is_instant
-from .selection.goals import Goal
+from .selection.goals import Goal, limits_text, value_text
 from .selection.selection import Estimate, Selection
-from .wording import limits, said, team_told
 
 WIDEST = 80
 
@@ -23,20 +22,20 @@ def reached(goals: Sequence[Goal], estimates: Sequence[Estimate]) -> str:
     'position_error_m 0.390 m (95 % interval 0.280 to 0.510)'
     """
     return ", ".join(
-        f"{goal.metric} {said(goal, it.mean)} (95 % interval {significant(it.low)} to "
+        f"{goal.metric} {value_text(goal, it.mean)} (95 % interval {significant(it.low)} to "
         f"{significant(it.high)})"
         for goal, it in zip(goals, estimates, strict=True)
     )
 
 
-def best_told(goals: Sequence[Goal], candidates: Sequence[Candidate], found: Selection) -> str:
+def best_text(goals: Sequence[Goal], candidates: Sequence[Candidate], found: Selection) -> str:
     """Return which of the teams that were flown is the best so far; empty where none was."""
     flown = ranked(goals, candidates, found)[:1]
     if not flown:
         return ""
     number = flown[0]
     means = ", ".join(
-        f"{f'{goal.metric} ' if len(goals) > 1 else ''}{said(goal, it.mean)}"
+        f"{f'{goal.metric} ' if len(goals) > 1 else ''}{value_text(goal, it.mean)}"
         + (f" ({significant(it.low)} to {significant(it.high)})" if it.low == it.low else "")
         for goal, it in zip(goals, found.estimates[number], strict=True)
     )
@@ -44,10 +43,10 @@ def best_told(goals: Sequence[Goal], candidates: Sequence[Candidate], found: Sel
     return f"{counted(candidates[number].asvs, 'ASV')}, {means} after {after}"
 
 
-def answer_told(found: Found) -> str:
+def answer_text(found: Found) -> str:
     """Return the answer in one sentence."""
     question, selection, answer = found.question, found.selection, found.selection.answer
-    goals = limits(question.goals)
+    goals = limits_text(question.goals)
     flown = counted(found.missions, "mission")
     if not selection.is_settled:
         return f"Not settled: {_open(found)}; {goals} ({flown})."
@@ -56,7 +55,7 @@ def answer_told(found: Found) -> str:
     team, estimates = found.candidates[answer], selection.estimates[answer]
     sure = f"{100 * question.confidence:g} % confidence"
     return (
-        f"{team_told(team)}: {reached(question.goals, estimates)}; {goals}, with {sure} ({flown})."
+        f"{team_text(team)}: {reached(question.goals, estimates)}; {goals}, with {sure} ({flown})."
     )
 
 
@@ -64,18 +63,18 @@ def _open(found: Found) -> str:
     """Return how many teams may still be the answer, and which is the best so far."""
     selection = found.selection
     still = sum(it in ("met", "needs more missions", "not flown") for it in selection.verdicts)
-    best = best_told(found.question.goals, found.candidates, selection)
+    best = best_text(found.question.goals, found.candidates, selection)
     return f"{still} of {counted(len(found.candidates), 'team')} may do" + (
         f"; best so far {best}" if best else ""
     )
 
 
-def _candidate_told(candidate: Mapping[str, Any]) -> str:
+def _candidate_text(candidate: Mapping[str, Any]) -> str:
     """Return a team and what it came to."""
     return f"{candidate['team']}: {candidate['told']}"
 
 
-def _doubt_told(doubted: Mapping[str, Any]) -> str:
+def _doubt_text(doubted: Mapping[str, Any]) -> str:
     """Return what becomes of the goals in a condition."""
     met = {True: "still met", False: "not met", None: "needs more missions"}[doubted["met"]]
     means, planned = (
@@ -126,7 +125,7 @@ def _predicted(found: Found) -> Iterator[str]:
     if answer is None or found.cut:
         return
     for place, goal in enumerate(found.question.goals):
-        values = [float(found.foresight.values(it)[place]) for it in found.candidates]
+        values = [float(found.predictor.values(it)[place]) for it in found.candidates]
         low, high = band(goal, values[answer])
         means = [estimates[place].mean for estimates in selection.estimates]
         ratios = [mean / value for mean, value in zip(means, values, strict=True) if value > 0]
@@ -134,14 +133,14 @@ def _predicted(found: Found) -> Iterator[str]:
             continue
         known = [it for it in ratios if isfinite(it)]
         yield (
-            f"{goal.metric} of the answer was predicted to be {said(goal, values[answer])}; nine "
-            f"in ten teams so predicted lie from {significant(low)} to {said(goal, high)}. Flights "
-            f"of this plan gave {significant(min(known))} to {significant(max(known))} times what "
-            "was predicted."
+            f"{goal.metric} of the answer was predicted to be {value_text(goal, values[answer])}; "
+            f"nine in ten teams so predicted lie from {significant(low)} to "
+            f"{value_text(goal, high)}. Flights of this plan gave {significant(min(known))} to "
+            f"{significant(max(known))} times what was predicted."
         )
 
 
-def would_told(found: Found) -> str | None:
+def remedy_text(found: Found) -> str | None:
     """Return what would meet the goals, where it is settled that no team does, or the nearest does
     not; None otherwise.
     """
@@ -152,14 +151,12 @@ def would_told(found: Found) -> str | None:
     goals = found.question.goals
     if all(excess(goal, it.mean) <= 0 for goal, it in zip(goals, estimates, strict=True)):
         return None
-    said_first = (
-        f"The nearest is {team_told(found.candidates[nearest])}: {reached(goals, estimates)}."
-    )
+    first = f"The nearest is {team_text(found.candidates[nearest])}: {reached(goals, estimates)}."
     helping = [it.told for it in found.reliefs if it.meets]
     if helping:
-        return f"{said_first} It is predicted to meet the goal with: {'; '.join(helping)}."
+        return f"{first} It is predicted to meet the goal with: {'; '.join(helping)}."
     rest = f" Most would help {found.reliefs[0].told}." if found.reliefs else ""
-    return f"{said_first} {found.further}{rest}".replace("  ", " ").strip()
+    return f"{first} {found.further}{rest}".replace("  ", " ").strip()
 
 
 def summary(record: Mapping[str, Any], folder: str) -> str:
@@ -168,10 +165,10 @@ def summary(record: Mapping[str, Any], folder: str) -> str:
     if record["would"]:
         lines.append(_filled(record["would"]))
     lines += _section(
-        "runners-up", [_candidate_told(record["candidates"][n]) for n in record["runners_up"]]
+        "runners-up", [_candidate_text(record["candidates"][n]) for n in record["runners_up"]]
     )
     lines += _section("what binds", [it["told"] for it in record["binding"]][:2])
-    lines += _section("and if", [_doubt_told(it) for it in record["sensitivity"]])
+    lines += _section("and if", [_doubt_text(it) for it in record["sensitivity"]])
     lines += map(_filled, record["told"][1:])
     lines += ["", f"Results: {folder}"]
     if record["answer"] is not None:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from typing_extensions import TypeAliasType
 
 from bindusbl_des.core.compiled import compiled
-from bindusbl_des.core.handed import ArrayKind, Handed, fields_of, opened
+from bindusbl_des.core.packed import ArrayKind, Packed, fields_of, unpacked
 
 FLAG = np.dtype([("number", "i8"), ("value", "f8")])
 
@@ -32,9 +32,9 @@ class Outer(NamedTuple):
 
 
 @compiled
-def work(handed: int, row: int) -> float:
+def work(packed: int, row: int) -> float:
     """Read each field, and write to a row."""
-    it = opened(handed, Outer)
+    it = unpacked(packed, Outer)
     factor = 2.0 if it.inner.is_doubled else 1.0
     it.flags[row].number = len(it.flags) + it.first[row] + it.count + it.grid[1, 0].number
     it.flags[row].value = it.scale * it.inner.plane[row, 1] * factor
@@ -67,8 +67,8 @@ def test_an_alias_of_arrays_says_what_it_is_of() -> None:
 @pytest.mark.parametrize("is_doubled", [False, True])
 def test_every_field_is_what_was_handed_over(is_doubled: bool) -> None:
     whole = everything(inner=Inner(np.arange(6.0).reshape(3, 2), is_doubled))
-    handed = Handed(whole)
-    assert work(handed.address, 1) == 2 + 5.0
+    packed = Packed(whole)
+    assert work(packed.address, 1) == 2 + 5.0
     assert whole.flags[1].item() == (3 + 8 + 100 + 1000, 0.5 * 3.0 * (1 + is_doubled))
     assert whole.flags[0].item() == whole.flags[2].item() == (0, 0.0)
 
@@ -76,14 +76,14 @@ def test_every_field_is_what_was_handed_over(is_doubled: bool) -> None:
 def test_a_field_that_is_renewed_is_another_from_then_on() -> None:
     """The array before stays as it is, and all that was handed over is kept alive."""
     whole = everything()
-    handed = Handed(whole)
-    handed.renew("flags", np.zeros(1000, FLAG))
-    handed.renew("inner", Inner(np.full((1000, 4), 3.0), False))
-    handed.renew("first", np.arange(1000))
-    work(handed.address, 999)
+    packed = Packed(whole)
+    packed.renew("flags", np.zeros(1000, FLAG))
+    packed.renew("inner", Inner(np.full((1000, 4), 3.0), False))
+    packed.renew("first", np.arange(1000))
+    work(packed.address, 999)
     again = np.zeros(1000, FLAG)
-    handed.renew("flags", again)
-    assert work(handed.address, 999) == 4 + 3.0
+    packed.renew("flags", again)
+    assert work(packed.address, 999) == 4 + 3.0
     assert again[999].item() == (1000 + 999 + 100 + 1000, 1.5)
     assert not whole.flags["number"].any()
 
@@ -101,7 +101,7 @@ def test_a_field_that_is_renewed_is_another_from_then_on() -> None:
 def test_an_array_of_another_kind_is_refused(change: dict[str, Any]) -> None:
     """Compiled code would read what is not there."""
     with pytest.raises(TypeError, match="is an array of"):
-        Handed(everything(**change))
-    handed = Handed(everything())
+        Packed(everything(**change))
+    packed = Packed(everything())
     with pytest.raises(TypeError, match="is an array of"):
-        handed.renew(*change.popitem())
+        packed.renew(*change.popitem())

@@ -25,8 +25,8 @@ from .fusion import fuse_pair
 from .instrument import (
     LEVELS,
     NO_SHEET,
-    HandedInstrument,
     Instrument,
+    PackedInstrument,
     Sheet,
     clocked,
     locate,
@@ -122,9 +122,9 @@ class Usbl:
         object.__setattr__(self, "metric", metric)
 
     @property
-    def handed(self) -> HandedInstrument:
+    def packed(self) -> PackedInstrument:
         """The instrument as compiled code is handed it once."""
-        return HandedInstrument(np.ascontiguousarray(self.array), self.metric, self.levels)
+        return PackedInstrument(np.ascontiguousarray(self.array), self.metric, self.levels)
 
     @property
     def has_sheet(self) -> bool | None:

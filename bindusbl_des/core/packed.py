@@ -2,7 +2,7 @@
 
 Handing an array over takes as long as working out where a vehicle is, and a step of a mission works
 with a dozen of them.  So their addresses and shapes are written to one record, whose own address is
-handed over; compiled code makes them again from there (:func:`opened`).  Nothing else is copied.
+handed over; compiled code makes them again from there (:func:`unpacked`).  Nothing else is copied.
 """
 
 from functools import cache, cached_property
@@ -40,9 +40,9 @@ class ArrayKind(NamedTuple):
     axes: int
 
 
-class Handed:
+class Packed:
     """A named tuple of numbers, arrays and such tuples, for compiled code to open again
-    (:func:`opened`).
+    (:func:`unpacked`).
 
     Its class says what it holds: ``Annotated[Rows, PING]`` are rows of records of a kind, and
     ``Annotated[Floats, 2]`` has two axes, where an array has not one; both can be said.  Arrays
@@ -130,27 +130,27 @@ def _write(name: str, hint: Any, value: Any, words: list[Any]) -> None:
             _write(part, of, its_own, words)
 
 
-class _Opened(Protocol):
-    """How :func:`opened` is called in compiled code, and nowhere else."""
+class _Unpacked(Protocol):
+    """How :func:`unpacked` is called in compiled code, and nowhere else."""
 
-    def __call__(self, handed: int, whole: type[Whole]) -> Whole:
+    def __call__(self, packed: int, whole: type[Whole]) -> Whole:
         """Return the tuple, of a class, whose record was handed over, by its address."""
 
 
 # What was handed over, by its address, where equations are not compiled.
-IN_PYTHON: WeakValueDictionary[int, Handed] | None = (
+IN_PYTHON: WeakValueDictionary[int, Packed] | None = (
     WeakValueDictionary() if is_uncompiled() else None
 )
 
 
-def _opened(handed: int, whole: type[Whole]) -> Whole:
+def _unpacked(packed: int, whole: type[Whole]) -> Whole:
     if IN_PYTHON is None:
         raise RuntimeError("only compiled code opens what it was handed")
-    found: Whole = IN_PYTHON[handed].whole
+    found: Whole = IN_PYTHON[packed].whole
     return found
 
 
-opened: _Opened = _opened
+unpacked: _Unpacked = _unpacked
 
 
 @intrinsic
@@ -163,15 +163,15 @@ def _pointer(_: Any, address: Any) -> Any:
     return numba.types.voidptr(numba.types.int64), build
 
 
-@overload(_opened, strict=False, jit_options={"forceinline": True})
+@overload(_unpacked, strict=False, jit_options={"forceinline": True})
 def _open(_: Any, whole: Any) -> Any:
     """Write how a tuple of a class is made of the words of its record."""
     carray = numba.carray  # type: ignore[attr-defined]
     names: dict[str, Any] = {"carray": carray, "pointer": _pointer, "np": np}
     made, words = _made(whole.instance_class, 0, names)
-    source = f"""def implementation(handed, whole):
-    words = carray(pointer(handed), {words}, np.int64)
-    numbers = carray(pointer(handed), {words}, np.float64)
+    source = f"""def implementation(packed, whole):
+    words = carray(pointer(packed), {words}, np.int64)
+    numbers = carray(pointer(packed), {words}, np.float64)
     return {made}
 """
     exec(source, names)
