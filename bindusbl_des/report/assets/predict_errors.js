@@ -8,13 +8,13 @@
 const WEIGHED = -1, HARDLY = 1e-9, ANCHORS = 6;
 
 class March {
-  constructor({ navigator, ways, lasting }) {
+  constructor({ navigator, ways, systematic }) {
     const { sources } = navigator;
     this.sources = sources.map((it) => ({ ...it, lasts: it.time_constant_s || Infinity }));
     // What fixes have in common: two numbers without a unit, of which a fix has some metres.
-    this.common = hasCommon({ lasting }) ? 2 + 2 * sources.length : 0;
+    this.common = hasCommon({ systematic }) ? 2 + 2 * sources.length : 0;
     if (this.common) {
-      const told = lasting.is_told ? 1 : 0;
+      const told = systematic.is_told ? 1 : 0;
       this.sources.push({ frame: "none", mean: [0, 0], drawn_sd: [1, 1], told_sd: [told, told], wander_per_s: 0, lasts: Infinity });
     }
     this.size = 2 + 2 * this.sources.length;

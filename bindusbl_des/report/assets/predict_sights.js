@@ -82,20 +82,20 @@ function fixesOf(inputs, sights, places, stations) {
   const kinds = passive ? asvs : 1, size = 3 * auvs * instants * kinds;
   const noise = new Float64Array(size), lasts = new Float64Array(size), rate = new Float64Array(size / 3);
   const slowS = inputs.systematic.slow_s, slows = flat(inputs.noise.slow);
-  const row = newRow(inputs, asvs), lasting = hasCommon(inputs), speeds = lasting ? speedsOf(inputs.ways, auvs, instants, places) : null;
+  const row = newRow(inputs, asvs), systematic = hasCommon(inputs), speeds = systematic ? speedsOf(inputs.ways, auvs, instants, places) : null;
   for (let auv = 0, i = 0; auv < auvs; auv++) for (let k = 0; k < instants; k++, i++) {
     fillRow(row, inputs, sights, auv, i, places, stations);
     if (passive) {
       for (let asv = 0; asv < asvs; asv++) {
         const n = i * asvs + asv, [cosine, sine] = [row.cosine[asv], row.sine[asv]];
         noise.set(turned(row.along[asv], row.across[asv], cosine, sine), 3 * n);
-        if (lasting) rate[n] = lastsOfEach(inputs, level[n], sights.slant[n], cosine, sine, speeds[auv], lasts, 3 * n);
+        if (systematic) rate[n] = lastsOfEach(inputs, level[n], sights.slant[n], cosine, sine, speeds[auv], lasts, 3 * n);
         if (slowS) rate[n] = withSlow(lookedUp(slows, auv * row.length, row.length, inputs.noise.step_m, level[n]), slowS, rate[n], noise, lasts, 3 * n);
       }
       continue;
     }
     noise.set(fused(row, asvs), 3 * i);
-    if (lasting) rate[i] = lastsOfAll(inputs, row, asvs, speeds[auv], lasts, 3 * i);
+    if (systematic) rate[i] = lastsOfAll(inputs, row, asvs, speeds[auv], lasts, 3 * i);
     if (!slowS) continue;
     let [slow, heard] = [0, 0];
     for (let asv = 0; asv < asvs; asv++) {
@@ -170,7 +170,7 @@ function fused({ along, across, down, leaning, cosine, sine, weight }, asvs) {
 }
 
 // Whether fixes have errors in common.
-function hasCommon({ lasting: it }) { return [it.misalignment_rad, it.gnss_m, it.sound_speed_share, it.clock_s, it.slow_s].some((size) => size !== 0); }
+function hasCommon({ systematic: it }) { return [it.misalignment_rad, it.gnss_m, it.sound_speed_share, it.clock_s, it.slow_s].some((size) => size !== 0); }
 
 // How fast each AUV goes on average (m/s).
 function speedsOf({ times_s }, auvs, instants, places) {
@@ -187,19 +187,19 @@ function rateOf({ gnss_m, gnss_time_constant_s }, square, level, arrays, speed) 
   return byGnss / gnss_time_constant_s + (1 - byGnss) * (speed / Math.max(level, 1));
 }
 
-function lastsOfEach({ lasting, slots }, level, slant, cosine, sine, speed, out, at) {
-  const late = lasting.clock_s * slots.sound_speed_m_per_s * (level / Math.max(slant, 1e-9));
-  const along = (lasting.sound_speed_share * level) ** 2 + late ** 2 + lasting.gnss_m ** 2;
-  const across = (lasting.misalignment_rad * level) ** 2 + lasting.gnss_m ** 2;
+function lastsOfEach({ systematic, slots }, level, slant, cosine, sine, speed, out, at) {
+  const late = systematic.clock_s * slots.sound_speed_m_per_s * (level / Math.max(slant, 1e-9));
+  const along = (systematic.sound_speed_share * level) ** 2 + late ** 2 + systematic.gnss_m ** 2;
+  const across = (systematic.misalignment_rad * level) ** 2 + systematic.gnss_m ** 2;
   out.set(turned(along, across, cosine, sine), at);
-  return rateOf(lasting, along + across, level, 1, speed);
+  return rateOf(systematic, along + across, level, 1, speed);
 }
 
 // What lasts in fixes that ASVs make together: of each array by itself, and what all ranges have.
-function lastsOfAll({ lasting, slots }, { along, across, cosine, sine, weight, level, slant }, asvs, speed, lasts, at) {
-  const shift = lasting.gnss_m ** 2, said = [], own = [], sum = [0, 0, 0];
+function lastsOfAll({ systematic, slots }, { along, across, cosine, sine, weight, level, slant }, asvs, speed, lasts, at) {
+  const shift = systematic.gnss_m ** 2, said = [], own = [], sum = [0, 0, 0];
   for (let asv = 0; asv < asvs; asv++) {
-    const turns = (lasting.misalignment_rad * level[asv]) ** 2 + shift;
+    const turns = (systematic.misalignment_rad * level[asv]) ** 2 + shift;
     said.push(turned(weight[asv] / Math.max(along[asv] + shift, 1e-30), weight[asv] / Math.max(across[asv] + turns, 1e-30), cosine[asv], sine[asv]));
     own.push(turned(shift, turns, cosine[asv], sine[asv]));
     for (let k = 0; k < 3; k++) sum[k] += said[asv][k];
@@ -212,11 +212,11 @@ function lastsOfAll({ lasting, slots }, { along, across, cosine, sine, weight, l
     [[0, 0], [1, 1], [0, 1]].forEach(([i, j], k) => {
       out[k] += pull[i][0] * (ox * pull[j][0] + oxy * pull[j][1]) + pull[i][1] * (oxy * pull[j][0] + oy * pull[j][1]);
     });
-    const clock = lasting.clock_s * slots.sound_speed_m_per_s * level[asv] / Math.max(slant[asv], 1e-9);
+    const clock = systematic.clock_s * slots.sound_speed_m_per_s * level[asv] / Math.max(slant[asv], 1e-9);
     for (const axis of [0, 1]) {
       const along_line = pull[axis][0] * cosine[asv] + pull[axis][1] * sine[asv];
       late[axis] += along_line * clock;
-      far[axis] += along_line * lasting.sound_speed_share * level[asv];
+      far[axis] += along_line * systematic.sound_speed_share * level[asv];
     }
   }
   [[0, 0], [1, 1], [0, 1]].forEach(([i, j], k) => { out[k] += late[i] * late[j] + far[i] * far[j]; });
@@ -227,5 +227,5 @@ function lastsOfAll({ lasting, slots }, { along, across, cosine, sine, weight, l
     apart += weight[asv] * level[asv];
   }
   heard = Math.max(heard, 1e-9);
-  return rateOf(lasting, out[0] + out[1], apart / heard, heard, speed);
+  return rateOf(systematic, out[0] + out[1], apart / heard, heard, speed);
 }
