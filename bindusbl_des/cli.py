@@ -94,8 +94,10 @@ class Commands(click.Group):
         except ValueError as error:
             if "Number of threads specified" in str(error):  # numba's, as it is imported
                 threads = os.environ.get("NUMBA_NUM_THREADS")
-                told = f"NUMBA_NUM_THREADS: must be 1 or more; got {threads!r}; change or unset it"
-                click.echo(told, err=True)
+                problem = (
+                    f"NUMBA_NUM_THREADS: must be 1 or more; got {threads!r}; change or unset it"
+                )
+                click.echo(problem, err=True)
                 sys.exit(BAD_INPUT)
             if "embedded null" not in str(error):  # byte, or character
                 raise

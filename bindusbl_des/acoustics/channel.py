@@ -142,9 +142,13 @@ class OwnChannel:
                 f"{self.name!r} returned {said}{when}; it must be an array of probabilities in "
                 f"[0, 1], {wanted[0]} AUVs by {wanted[1]} ASVs",
             )
-        told = np.empty(wanted, PROSPECT)
-        told["loss"], told["snr_db"], told["sound"] = 1.0 - found.astype(np.float64), nan, found > 0
-        return told
+        drawn = np.empty(wanted, PROSPECT)
+        drawn["loss"], drawn["snr_db"], drawn["sound"] = (
+            1.0 - found.astype(np.float64),
+            nan,
+            found > 0,
+        )
+        return drawn
 
 
 def own_channel(family: Family, choice: str) -> OwnChannel:

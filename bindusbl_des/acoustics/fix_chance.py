@@ -69,17 +69,17 @@ def fix_chance(scenario: Scenario, stations: ArrayLike, places: ArrayLike) -> Fl
     if is_plugin(acoustics.hf.channel) or (frames and is_plugin(acoustics.mf.channel)):
         return None
     heard = _heard(scenario, auvs, asvs)
-    told = _told(scenario, auvs, asvs) if frames else heard
-    return made_and_delivered(scenario, heard, told, _apart(auvs, asvs))[1]
+    delivered = _delivered(scenario, auvs, asvs) if frames else heard
+    return made_and_delivered(scenario, heard, delivered, _apart(auvs, asvs))[1]
 
 
 def made_and_delivered(
-    scenario: Scenario, heard: Floats, told: Floats, away: Floats
+    scenario: Scenario, heard: Floats, delivered: Floats, away: Floats
 ) -> tuple[Floats, Floats]:
     """Return how likely a ping of each AUV makes a fix, and how likely that is delivered (..., n).
 
     Each ASV decodes its pings as often as `heard` says, and it the frames of each ASV as often as
-    `told`, from `away` (m), all (..., n, m).  With passive ranging a ping is that of any ASV.
+    `delivered`, from `away` (m), all (..., n, m).  With passive ranging a ping is that of any ASV.
     """
     if scenario.protocol.asvs_ping:
         return heard.mean(axis=-1), heard.mean(axis=-1)
@@ -91,11 +91,11 @@ def made_and_delivered(
         return made, made
     rule, replies = broadcaster_of(scenario), scenario.protocol.replies
     if rule.chosen_by == "one" and not replies:
-        by_all = told[..., scenario.protocol.broadcaster.settings.get("asv", 0)]
+        by_all = delivered[..., scenario.protocol.broadcaster.settings.get("asv", 0)]
     elif replies or rule.serves_nearest:
-        by_all = np.take_along_axis(told, nearest, axis=-1)[..., 0]
+        by_all = np.take_along_axis(delivered, nearest, axis=-1)[..., 0]
     else:
-        by_all = told.mean(axis=-1)
+        by_all = delivered.mean(axis=-1)
     return made, made * by_all
 
 
@@ -171,7 +171,7 @@ def _heard(scenario: Scenario, auvs: Floats, asvs: Floats) -> Floats:
     return np.where(counted <= hf.range_m, 1.0 - lost, 0.0)
 
 
-def _told(scenario: Scenario, auvs: Floats, asvs: Floats) -> Floats:
+def _delivered(scenario: Scenario, auvs: Floats, asvs: Floats) -> Floats:
     """Return how likely each AUV decodes the frame with its fix from each ASV (n, m)."""
     reach, channel = scenario.acoustics.mf.range_m, _frames(scenario)
     if channel is None:

@@ -111,10 +111,10 @@ class Messages:
             return
         while fixes or named:
             each = self.assignment_bytes
-            told = min(named, self.room // each) if each else named
-            carried = min(fixes, (self.room - told * each) // self.fix_bytes)
-            yield self._message(carried, told)
-            fixes, named = fixes - carried, named - told
+            named_now = min(named, self.room // each) if each else named
+            carried = min(fixes, (self.room - named_now * each) // self.fix_bytes)
+            yield self._message(carried, named_now)
+            fixes, named = fixes - carried, named - named_now
 
     def _message(self, fixes: int, named: int) -> Message:
         size = self.payload_bytes(fixes, named)

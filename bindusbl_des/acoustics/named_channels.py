@@ -42,11 +42,11 @@ class CurveChannel:
 
     def prospects(self, signals: Signals) -> Prospects:
         """Return what becomes of each signal."""
-        told = np.empty(signals.ranges.shape, PROSPECT)
-        told["loss"] = 1.0 - np.interp(signals.ranges, self.ranges, self.ratios, right=0.0)
-        told["snr_db"] = math.nan
-        told["sound"] = signals.ranges <= self.audible_m
-        return told
+        out = np.empty(signals.ranges.shape, PROSPECT)
+        out["loss"] = 1.0 - np.interp(signals.ranges, self.ranges, self.ratios, right=0.0)
+        out["snr_db"] = math.nan
+        out["sound"] = signals.ranges <= self.audible_m
+        return out
 
 
 def curve_channel(settings: Curve) -> CurveChannel:

@@ -213,17 +213,17 @@ class Listener:
         ratio = math.inf if capture is None else 10.0 ** (capture / 10.0)
         return Receiver(ratio, self.sonar.shadowing_sd_db, noise_db, self.threshold_db)
 
-    def told(self, snr_db: Floats) -> Prospects:
+    def prospects_at(self, snr_db: Floats) -> Prospects:
         """Return what becomes of signals of an SNR (dB), of any shape."""
         if self.sonar.decoding == "threshold":
             chance = chance_decoded(self.sonar, snr_db, self.message, self.threshold_db)
         else:
             chance = np.interp(snr_db, LOOKED_UP, self.chances)
-        told = np.empty(snr_db.shape, PROSPECT)
-        told["loss"] = np.where(chance < SELDOM, 1.0, 1.0 - chance)
-        told["snr_db"] = snr_db
-        told["sound"] = self.loud(snr_db)
-        return told
+        out = np.empty(snr_db.shape, PROSPECT)
+        out["loss"] = np.where(chance < SELDOM, 1.0, 1.0 - chance)
+        out["snr_db"] = snr_db
+        out["sound"] = self.loud(snr_db)
+        return out
 
     def loud(self, snr_db: Floats) -> Floats:
         """Return how strong sounds of an SNR (dB) are, in units of the noise; 0 if too faint."""
@@ -245,15 +245,15 @@ def listener(
 
 @dataclass(frozen=True)
 class SonarChannel:
-    """Signals are decoded as often as their SNR says; `told` is what becomes of them at RANGES."""
+    """Signals are decoded as often as their SNR says; `by_range` is their fate at RANGES."""
 
-    told: Prospects
+    by_range: Prospects
     receiver: Receiver
     audible_m: float
 
     def prospects(self, signals: Signals) -> Prospects:
         """Return what becomes of each signal."""
-        return self.told.take(CHANGES_OVER.searchsorted(signals.ranges))
+        return self.by_range.take(CHANGES_OVER.searchsorted(signals.ranges))
 
 
 @lru_cache(maxsize=16)
@@ -267,9 +267,11 @@ def sonar_channel(
     `interference_db`.
     """
     hears = listener(sonar, budget, message, band_range_m)
-    told = hears.told(budget.snr_db(RANGES))
-    told.setflags(write=False)
-    return SonarChannel(told, hears.receiver(budget.noise_db), reach_m(budget, hears.faintest_db))
+    by_range = hears.prospects_at(budget.snr_db(RANGES))
+    by_range.setflags(write=False)
+    return SonarChannel(
+        by_range, hears.receiver(budget.noise_db), reach_m(budget, hears.faintest_db)
+    )
 
 
 def reach_m(budget: LinkBudget, snr_db: float) -> float:
@@ -362,7 +364,7 @@ class EchoingSonar:
         out["lowered"] = np.where(alone, np.nan, straight - blend.from_above)
         out["later_s"] = np.moveaxis(found.later_s, 0, -1)
         out["sound"] = np.moveaxis(np.where(apart, self.hears.loud(each), 0.0), 0, -1)
-        return self.hears.told(faded), out
+        return self.hears.prospects_at(faded), out
 
 
 def echoing_sonar(

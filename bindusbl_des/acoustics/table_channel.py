@@ -246,7 +246,7 @@ class TableChannel:
 
     def prospects(self, signals: Signals) -> Prospects:
         """Return what becomes of each signal."""
-        return self.hears.told(self.snr_db(signals))
+        return self.hears.prospects_at(self.snr_db(signals))
 
     def late_s(self, signals: Signals) -> Floats:
         """Return how much later (s) each signal is there by the table than at the mean speed

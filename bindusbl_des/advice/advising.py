@@ -31,8 +31,8 @@ from .choosing import (
     FEWEST,
     WORTHWHILE,
     OutOfMissions,
+    Progress,
     Race,
-    Told,
     Trial,
     Trials,
     missions_for,
@@ -161,7 +161,7 @@ def advise(
     *,
     missions: int | None = None,
     again: Reader | None = None,
-    progress: Told = lambda flown, left: None,
+    progress: Progress = lambda flown, left: None,
 ) -> Advice:
     """Return what would change the worst AUV's error of a mission, as measured in other missions.
 

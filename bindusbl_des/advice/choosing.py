@@ -20,7 +20,7 @@ from .changes import PAIR, Change, both, changed, may_be_paired
 
 
 Floats = NDArray[np.float64]
-Told = Callable[[int, int], None]
+Progress = Callable[[int, int], None]
 
 # What a mission may raise that cannot be flown: the change is no good, whatever the reason.
 FAILURES = (ValueError, ArithmeticError, RuntimeError, LookupError, MemoryError)
@@ -56,8 +56,8 @@ def missions_for(scenario: Scenario) -> int:
 class Trials:
     """Trials of changes by seed, each flown once, `most` in all.
 
-    After `seconds`, in which compiling does not count, none is begun (`is_cut`).  `told` hears
-    after each mission how many were flown, and how many are left.
+    After `seconds`, in which compiling does not count, none is begun (`is_cut`).  `on_progress`
+    hears after each mission how many were flown, and how many are left.
     """
 
     def __init__(
@@ -65,10 +65,10 @@ class Trials:
         scenario: Scenario,
         most: int,
         seconds: float | None = None,
-        told: Told = lambda flown, left: None,
+        on_progress: Progress = lambda flown, left: None,
     ) -> None:
         self.spent, self.is_cut = 0, False
-        self._most, self._seconds, self._told = most, seconds, told
+        self._most, self._seconds, self._on_progress = most, seconds, on_progress
         self._began = perf_counter() - compiling_s()
         self._plan = changed(scenario, {"record.detail": "summary"}) or scenario
         self._flown: dict[tuple[Change, int], Trial] = {}
@@ -106,7 +106,7 @@ class Trials:
             self.failed[change] = str(error) or type(error).__name__
             raise ValueError(self.failed[change]) from error
         finally:
-            self._told(self.missions, self.left)
+            self._on_progress(self.missions, self.left)
         return trial
 
     def _trial(self, change: Change, seed: int) -> Trial:

@@ -142,7 +142,7 @@ def _changed(folder: Path, record: Mapping[str, Any]) -> str:
             f"{model_version()}; their missions cannot be mixed. Sweep anew into another folder, "
             f"or install bindusbl-des {record['model_version'].partition('/')[0]}"
         )
-    changed = (it for it, told in record["own_parts"].items() if source_sha256(it) != told)
+    changed = (it for it, recorded in record["own_parts"].items() if source_sha256(it) != recorded)
     name = next(changed, None)
     return _changed_part(folder, name) if name else ""
 

@@ -198,11 +198,11 @@ def _statistics(
 
 def _head(campaign: "Campaign") -> str:
     state, seeds = campaign.state(), len(campaign.plan.experiment.seeds)
-    told = (
+    answer = (
         f"{len(campaign.plan.points)} points with {seeds} seed{'s' * (seeds != 1)} each: "
         f"{state.done} missions done, {state.failed} failed, {state.missing} missing"
     )
-    head = filled("<h1>{name}</h1><p>{told}</p>", name=campaign.record["name"], told=told)
+    head = filled("<h1>{name}</h1><p>{answer}</p>", name=campaign.record["name"], answer=answer)
     return f"<header><div>{head}</div>{THEME}</header>"
 
 

@@ -213,8 +213,8 @@ def _swept(
             if (folder / RECORD).exists():
                 raise
             _empty(folder)
-            told = f"{error.strerror or error}; nothing was kept: free some space, run it again"
-            raise OSError(error.errno, told, str(folder)) from None
+            why = f"{error.strerror or error}; nothing was kept: free some space, run it again"
+            raise OSError(error.errno, why, str(folder)) from None
 
 
 def _empty(folder: Path) -> None:

@@ -174,14 +174,14 @@ def _read(path: str, _changed_at: int, _size: int) -> tuple[Degrees, ...]:
         )
     if len(areas) > 1:
         named = "; ".join(
-            shape.told.removeprefix(f"{path}:").strip() for shape in areas[:MOST_NAMED]
+            shape.where.removeprefix(f"{path}:").strip() for shape in areas[:MOST_NAMED]
         )
         raise BadChart(
             f"{path}: holds {len(areas)} polygons ({named}); leave the one to be surveyed"
         )
     if areas[0].holes:
         raise BadChart(
-            f"{areas[0].told}: has {counted(areas[0].holes, 'hole')}; an area has none: draw it "
+            f"{areas[0].where}: has {counted(areas[0].holes, 'hole')}; an area has none: draw it "
             "without, lanes cross what lies within"
         )
     return areas[0].corners
@@ -190,7 +190,7 @@ def _read(path: str, _changed_at: int, _size: int) -> tuple[Degrees, ...]:
 def _joined(areas: list[Shape]) -> list[Shape]:
     """Return polygons, the parts of one that was cut at 180 degrees (RFC 7946, 3.1.9) as one."""
     cut = [it for it in areas if not it.holes and any(abs(lon) == 180.0 for _, lon in it.corners)]
-    if len(cut) < 2 or len(cut) != len(areas) or len({it.told for it in cut}) > 1:
+    if len(cut) < 2 or len(cut) != len(areas) or len({it.where for it in cut}) > 1:
         return areas
     import shapely  # which other charts do not need
 
@@ -200,7 +200,7 @@ def _joined(areas: list[Shape]) -> list[Shape]:
     if whole.geom_type != "Polygon":
         return areas
     corners = whole.exterior.coords[:-1]
-    return [Shape("polygon", cut[0].told, tuple((lat, _wrapped(lon)) for lon, lat in corners))]
+    return [Shape("polygon", cut[0].where, tuple((lat, _wrapped(lon)) for lon, lat in corners))]
 
 
 def _wrapped(lon: float) -> float:

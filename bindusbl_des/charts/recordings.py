@@ -62,19 +62,19 @@ def _columns(path: str, header: Sequence[str]) -> tuple[list[str], bool]:
 
 
 def _sample(
-    told: str, row: Sequence[str], places: Sequence[int], columns: Sequence[str], in_degrees: bool
+    where: str, row: Sequence[str], places: Sequence[int], columns: Sequence[str], in_degrees: bool
 ) -> Sample:
     try:
         time, first, second, depth = (float(row[place]) for place in places)
     except (ValueError, IndexError):
-        raise BadChart(f"{told}: needs a number in each of {', '.join(columns)}") from None
+        raise BadChart(f"{where}: needs a number in each of {', '.join(columns)}") from None
     if not all(math.isfinite(value) for value in (time, first, second, depth)):
         values = [time, first, second, depth]
-        raise BadChart(f"{told}: holds a value that is not finite: {values}")
-    depth = in_sea(told, depth)
+        raise BadChart(f"{where}: holds a value that is not finite: {values}")
+    depth = in_sea(where, depth)
     if in_degrees:
-        return Sample(told, time, position(first, second, told, "lat_deg, lon_deg"), depth, True)
-    return Sample(told, time, (first, second), depth, False)
+        return Sample(where, time, position(first, second, where, "lat_deg, lon_deg"), depth, True)
+    return Sample(where, time, (first, second), depth, False)
 
 
 # Tracks in MCAP files: positions on Earth (foxglove.LocationFix), or rows of our own `tracks`.
@@ -101,11 +101,11 @@ def read_mcap(path: str) -> Iterator[tuple[str, Sample]]:
     counts: dict[str, int] = {}
     for topic, kind, at, message in _messages(path):
         counts[topic] = counts.get(topic, 0) + 1
-        told = f"{path}: message {counts[topic]} on {topic}"
+        where = f"{path}: message {counts[topic]} on {topic}"
         if kind == LOCATION:
-            yield topic, _location(told, message, at)
+            yield topic, _location(where, message, at)
         elif isinstance(message, Mapping) and all(name in message for name in ROW):
-            yield topic, _row(told, message)
+            yield topic, _row(where, message)
 
 
 def _messages(path: str) -> Iterator[tuple[str, str, float, Any]]:
@@ -131,23 +131,23 @@ def _messages(path: str) -> Iterator[tuple[str, str, float, Any]]:
         raise BadChart(f"{path}: cannot be read as an MCAP file: {error}") from None
 
 
-def _location(told: str, message: Any, at: float) -> Sample:
+def _location(where: str, message: Any, at: float) -> Sample:
     """Return a position on Earth at its own time, or else that of the log."""
     is_json = not hasattr(message, "HasField")
     parts = _of_json(message) if is_json else _of_protobuf(message)
     lat, lon, height, seconds, nanoseconds = map(_number, parts)
     if lat is None or lon is None:
-        raise BadChart(f"{told}: needs numbers as latitude and longitude")
+        raise BadChart(f"{where}: needs numbers as latitude and longitude")
     time = at if seconds is None or nanoseconds is None else seconds + nanoseconds / 1e9
     if not math.isfinite(time):
-        raise BadChart(f"{told}: its timestamp is {time:g} s; leave it out, then log_time counts")
-    place = position(lat, lon, told, "latitude and longitude of WGS-84")
+        raise BadChart(f"{where}: its timestamp is {time:g} s; leave it out, then log_time counts")
+    place = position(lat, lon, where, "latitude and longitude of WGS-84")
     depth = math.nan
     if height is not None:
         if not math.isfinite(height):
-            raise BadChart(f"{told}: its height is {height:g}; leave it out if it is unknown")
+            raise BadChart(f"{where}: its height is {height:g}; leave it out if it is unknown")
         depth = -height
-    return Sample(told, time, place, depth, True, below_ellipsoid=True)
+    return Sample(where, time, place, depth, True, below_ellipsoid=True)
 
 
 def _of_json(message: Any) -> tuple[Any, ...]:
@@ -165,12 +165,12 @@ def _of_protobuf(message: Any) -> tuple[Any, ...]:
     return (message.latitude, message.longitude, message.altitude, *parts)
 
 
-def _row(told: str, message: Mapping[str, Any]) -> Sample:
+def _row(where: str, message: Mapping[str, Any]) -> Sample:
     values = [_number(message[name]) for name in ROW]
     time, x, y, depth = (math.nan if it is None else it for it in values)
     if not math.isfinite(time + x + y + depth):
-        raise BadChart(f"{told}: needs a finite number in each of {', '.join(ROW)}")
-    return Sample(told, time, (x, y), in_sea(told, depth), False)
+        raise BadChart(f"{where}: needs a finite number in each of {', '.join(ROW)}")
+    return Sample(where, time, (x, y), in_sea(where, depth), False)
 
 
 def _number(value: object) -> float | None:
@@ -202,7 +202,7 @@ class RecordedTrack(NamedTuple):
 
     `times` (n,), s, by whatever clock, rise strictly; `places` (n, 2) are x and y (m) or, if
     `in_degrees`, latitude and longitude; `depths` (n,), m, are nan where the file says none, and
-    below the ellipsoid, not the sea, if `below_ellipsoid`.  `told` (n,) names the place of each
+    below the ellipsoid, not the sea, if `below_ellipsoid`.  `where` (n,) names the place of each
     sample in the file.
     """
 
@@ -210,7 +210,7 @@ class RecordedTrack(NamedTuple):
     places: Array
     depths: Array
     in_degrees: bool
-    told: tuple[str, ...]
+    where: tuple[str, ...]
     below_ellipsoid: bool = False
 
     @property
@@ -282,17 +282,17 @@ def _recording(path: str, samples: list[Sample]) -> RecordedTrack:
     if len(stuck):
         first = int(stuck[0])
         raise BadChart(
-            f"{samples[first + 1].told}: time_s must increase, but this sample "
+            f"{samples[first + 1].where}: time_s must increase, but this sample "
             f"({numbers[first + 1, 0]:.15g} s) does not follow {numbers[first, 0]:.15g} s"
         )
     numbers.setflags(write=False)
-    told = tuple(it.told for it in samples)
+    where = tuple(it.where for it in samples)
     kind = samples[0]
     return RecordedTrack(
         times=numbers[:, 0],
         places=numbers[:, 1:3],
         depths=numbers[:, 3],
         in_degrees=kind.in_degrees,
-        told=told,
+        where=where,
         below_ellipsoid=kind.below_ellipsoid,
     )

@@ -24,7 +24,7 @@ class Shape(NamedTuple):
     """
 
     kind: str
-    told: str
+    where: str
     corners: tuple[Degrees, ...]
     holes: int = 0
 
@@ -93,7 +93,7 @@ class Sample(NamedTuple):
     the ellipsoid of WGS-84, which falls away from the survey's plane with the distance.
     """
 
-    told: str
+    where: str
     time: float
     place: Degrees
     depth: float
@@ -101,23 +101,23 @@ class Sample(NamedTuple):
     below_ellipsoid: bool = False
 
 
-def above_sea(told: str, height: float) -> float:
+def above_sea(where: str, height: float) -> float:
     """Return the depth (m) of a height above the sea, which may be a little above it, as waves are.
 
     Raises:
         BadChart: when it is far above: heights by GNSS are above the ellipsoid, not above the sea.
     """
     if not math.isfinite(height):
-        raise BadChart(f"{told}: its height is {height:g}; leave it out if it is unknown")
+        raise BadChart(f"{where}: its height is {height:g}; leave it out if it is unknown")
     if height > HIGHEST:
         raise BadChart(
-            f"{told}: is {height:.4g} m above the sea; heights must be negative below it. Remove "
+            f"{where}: is {height:.4g} m above the sea; heights must be negative below it. Remove "
             "them from the file to have the AUV at survey.depth_m"
         )
     return -height
 
 
-def in_sea(told: str, depth: float) -> float:
+def in_sea(where: str, depth: float) -> float:
     """Return a depth (m), which may be a little above the sea, as waves are.
 
     Raises:
@@ -125,8 +125,8 @@ def in_sea(told: str, depth: float) -> float:
     """
     if depth < -HIGHEST:
         raise BadChart(
-            f"{told}: a depth of {depth:.4g} m is above the sea; depths must be positive below it. "
-            "Turn the sign of the column if it holds heights"
+            f"{where}: a depth of {depth:.4g} m is above the sea; depths must be positive below "
+            "it. Turn the sign of the column if it holds heights"
         )
     return depth
 

@@ -146,28 +146,28 @@ def _shapes(mark: Element, path: str) -> Iterator[Shape]:
     name = mark.said("name")
     for geometry in mark.within(*KINDS):
         place = f"{path}:{geometry.line}: {geometry.name}"
-        told = f"{place} ({shortened(repr(name))})" if name else place
-        yield checked(_shape(geometry, path, told), told)
+        where = f"{place} ({shortened(repr(name))})" if name else place
+        yield checked(_shape(geometry, path, where), where)
 
 
-def _shape(geometry: Element, path: str, told: str) -> Shape:
+def _shape(geometry: Element, path: str, where: str) -> Shape:
     kind = KINDS[geometry.name]
     if kind == "polygon":
         outer = next(geometry.within("outerBoundaryIs"), None)
         if outer is None:
-            raise BadChart(f"{told}: needs an outerBoundaryIs with a LinearRing")
+            raise BadChart(f"{where}: needs an outerBoundaryIs with a LinearRing")
         holes = len(list(geometry.within("innerBoundaryIs")))
-        return Shape(kind, told, ring(_positions(outer, path, told), told), holes)
-    corners = tuple(_positions(geometry, path, told))
+        return Shape(kind, where, ring(_positions(outer, path, where), where), holes)
+    corners = tuple(_positions(geometry, path, where))
     if len(corners) < 2 and kind == "line":
-        raise BadChart(f"{told}: needs two positions; it has {len(corners)}")
-    return Shape(kind, told, corners)
+        raise BadChart(f"{where}: needs two positions; it has {len(corners)}")
+    return Shape(kind, where, corners)
 
 
-def _positions(within: Element, path: str, told: str) -> list[Degrees]:
+def _positions(within: Element, path: str, where: str) -> list[Degrees]:
     found = next(within.within("coordinates"), None)
     if found is None or not found.text.strip():
-        raise BadChart(f"{told}: has no coordinates")
+        raise BadChart(f"{where}: has no coordinates")
     return [_position(text, f"{path}:{found.line}") for text in found.text.split()]
 
 
@@ -217,19 +217,19 @@ def read_gpx_shapes(path: str | Path) -> list[Shape]:
     lines = [_outline(path, it, "rtept") for it in root.within("rte")]
     lines += [_outline(path, it, "trkpt") for it in root.within("trkseg")]
     points = [(f"{path}:{it.line}: wpt", it) for it in root.within("wpt")]
-    return [*lines, *(Shape("point", told, (_place(told, it),)) for told, it in points)]
+    return [*lines, *(Shape("point", where, (_place(where, it),)) for where, it in points)]
 
 
 def _outline(path: str | Path, line: Element, name: str) -> Shape:
-    told = f"{path}:{line.line}: {line.name}"
+    where = f"{path}:{line.line}: {line.name}"
     corners = tuple(_place(f"{path}:{it.line}", it) for it in line.within(name))
     if len(corners) < 2:
-        raise BadChart(f"{told}: needs two positions; it has {len(corners)}")
+        raise BadChart(f"{where}: needs two positions; it has {len(corners)}")
     around = sum(_apart(one, next_) for one, next_ in pairwise(corners))
     gap = _apart(corners[0], corners[-1])
     if len(corners) < 4 or gap > CLOSED * around:
-        return checked(Shape("line", told, corners), told)
-    return checked(Shape("polygon", told, corners[: -1 if gap == 0.0 else None]), told)
+        return checked(Shape("line", where, corners), where)
+    return checked(Shape("polygon", where, corners[: -1 if gap == 0.0 else None]), where)
 
 
 def _apart(one: Degrees, other: Degrees) -> float:
@@ -237,39 +237,39 @@ def _apart(one: Degrees, other: Degrees) -> float:
     return math.hypot(other[0] - one[0], (other[1] - one[1]) * math.cos(math.radians(one[0])))
 
 
-def _place(told: str, point: Element) -> Degrees:
+def _place(where: str, point: Element) -> Degrees:
     try:
         lat, lon = float(point.attributes["lat"]), float(point.attributes["lon"])
     except (KeyError, ValueError):
-        raise BadChart(f"{told}: a {point.name} needs numbers as lat and lon") from None
-    return position(lat, lon, told, 'lat="latitude" lon="longitude"')
+        raise BadChart(f"{where}: a {point.name} needs numbers as lat and lon") from None
+    return position(lat, lon, where, 'lat="latitude" lon="longitude"')
 
 
-def _sample(told: str, point: Element) -> Sample:
-    place = _place(told, point)
-    return Sample(told, _unix(told, point.said("time")), place, _depth(told, point), True)
+def _sample(where: str, point: Element) -> Sample:
+    place = _place(where, point)
+    return Sample(where, _unix(where, point.said("time")), place, _depth(where, point), True)
 
 
-def _unix(told: str, text: str) -> float:
+def _unix(where: str, text: str) -> float:
     """Return an instant of ISO 8601 as Unix time (s); it is UTC unless it says otherwise."""
     if not text:
-        raise BadChart(f"{told}: has no <time>; a track needs one at each point, a route has none")
+        raise BadChart(f"{where}: has no <time>; a track needs one at each point, a route has none")
     try:
         instant = datetime.fromisoformat(text)
         return (instant if instant.tzinfo else instant.replace(tzinfo=UTC)).timestamp()
     except (ValueError, OverflowError):
         raise BadChart(
-            f"{told}: {text[:40]!r} is no time; write it as 2026-11-22T14:55:00.250Z"
+            f"{where}: {text[:40]!r} is no time; write it as 2026-11-22T14:55:00.250Z"
         ) from None
 
 
-def _depth(told: str, point: Element) -> float:
+def _depth(where: str, point: Element) -> float:
     text = point.said("ele")
     if not text:
         return math.nan
     try:
-        return above_sea(told, float(text))
+        return above_sea(where, float(text))
     except ValueError as error:
         if isinstance(error, BadChart):
             raise
-        raise BadChart(f"{told}: {text[:40]!r} is no elevation in metres") from None
+        raise BadChart(f"{where}: {text[:40]!r} is no elevation in metres") from None

@@ -44,7 +44,7 @@ def bench(
     if not names:
         refuse(f"--only {only}: no such mission; there are {', '.join(missions)}")
     records = _records(against)
-    found = measure(names, quick=quick, with_commands=with_commands, told=talk)
+    found = measure(names, quick=quick, with_commands=with_commands, note=talk)
     if as_json:
         print_json(found)
     else:
@@ -81,10 +81,10 @@ def _compared(found: dict[str, Any], records: dict[str, Any]) -> Iterator[str]:
     name, before = last
     yield f"processor time over that of {name!r}, measured on the same kind of machine"
     for it in ratios(found, before):
-        told = "  SLOWER" if it.is_slower else ""
+        note = "  SLOWER" if it.is_slower else ""
         yield (
             f"{it.mission:<24}{it.what:<20}{it.value:>6.2f}  ({it.now_ms:.1f} ms, was "
-            f"{it.before_ms:.1f}){told}"
+            f"{it.before_ms:.1f}){note}"
         )
 
 

@@ -132,7 +132,7 @@ def be_quiet(context: click.Context) -> None:
 
 
 @contextmanager
-def compiling_told() -> Iterator[None]:
+def compiling_shown() -> Iterator[None]:
     """Tell the user why the first mission after an installation takes longer, if it does.
 
     On a terminal a line counts down the equations.
@@ -195,9 +195,11 @@ def talk_of(warnings: "Iterable[Mistake]") -> None:
 
 def refuse_plugins(unloaded: "Iterable[Mistake]") -> None:
     """End the command if a file names plug-ins that were not allowed."""
-    told = [str(mistake) for mistake in unloaded]
-    if told:
-        refuse("\n".join([*(line.removesuffix(f" {LEAVE}") for line in told[:-1]), told[-1]]))
+    mistakes = [str(mistake) for mistake in unloaded]
+    if mistakes:
+        refuse(
+            "\n".join([*(line.removesuffix(f" {LEAVE}") for line in mistakes[:-1]), mistakes[-1]])
+        )
 
 
 def weigh(name: str, cost: "Effort", anyway: bool, at_once: int = 1) -> None:
@@ -267,7 +269,7 @@ def writing(path: Path) -> Iterator[None]:
 
 
 @contextmanager
-def mistakes_told() -> Iterator[None]:
+def mistakes_text() -> Iterator[None]:
     """Tell what a user can mend as such: exit code 2, or 1 where a campaign broke off."""
     from ..campaigns.experiments.experiment_points import ScipyMissing
     from ..campaigns.storage.folder import CampaignError

@@ -48,7 +48,7 @@ def planned_limits(scenario: "Scenario") -> "Limits | None":
         return None
 
 
-def limits_told(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]:
+def limits_lines(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]:
     """Yield the lines about limits: of slots, pings, records, latency, and fix rates."""
     if limits is None:
         yield "Limits follow from where the AUVs go, which only the plug-in knows."
@@ -59,8 +59,8 @@ def limits_told(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]:
     yield _line("in HF range", f"{mean:.1f} % of the time, AUV{worst} {least:.1f} %")
     chances = 100 * limits.fix_chance
     worst = int(chances.argmin())
-    told = f"{chances.mean():.1f} % of pings, AUV{worst} {chances[worst]:.1f} %"
-    yield _line("chance of a fix", told)
+    words = f"{chances.mean():.1f} % of pings, AUV{worst} {chances[worst]:.1f} %"
+    yield _line("chance of a fix", words)
     if limits.groups is not None:
         yield from _groups(limits.groups)
     who = "an AUV" if scenario.protocol.asvs_ping else "an ASV"
@@ -103,8 +103,8 @@ def _groups(groups: "Groups") -> Iterator[str]:
     yield _line("AUVs in a slot, at most", f"{groups.reuse:.2f}, of those in range")
 
 
-def _line(name: str, told: str) -> str:
-    return f"  {name:<{WIDTH - 2}}{told}"
+def _line(name: str, words: str) -> str:
+    return f"  {name:<{WIDTH - 2}}{words}"
 
 
 def limits_data(limits: "Limits | None") -> dict[str, Any] | None:
@@ -207,7 +207,7 @@ def _coverage(
     few = len(stations) <= MOST_ASVS
     return {
         "asvs": [{"asv": number, "x_m": x, "y_m": y} for number, (x, y) in enumerate(stations)],
-        "survey": area.told,
+        "survey": area.words,
         "side_m": area.side,
         "area_m2": area.square_m,
         "hf_range_m": hf_range,
@@ -266,10 +266,10 @@ def _told(found: dict[str, Any]) -> Iterator[str]:
     yield f"{'worst corner':<26}{found['worst_corner_m']:>9.2f} m to its nearest ASV"
     if (bound := found["formation_radius_bound_m"]) is None:
         why = "the HF range is below half the side" if found["side_m"] else "for squares only"
-        told = f"{'none':>9} ({why})"
+        words = f"{'none':>9} ({why})"
     else:
-        told = f"{bound:>9.2f} m (not sufficient by itself)"
-    yield f"{'smallest radius (paper)':<26}{told}"
+        words = f"{bound:>9.2f} m (not sufficient by itself)"
+    yield f"{'smallest radius (paper)':<26}{words}"
     if (radius := found["covering_radius_m"]) is None:
         yield f"{'covering radius':<26}{'-':>9} (not computed for more than {MOST_ASVS} ASVs)"
     else:

@@ -202,12 +202,12 @@ def _compile_all() -> None:
     talk(f"Compiling what missions need, once, in {folder}; this takes a minute or two ...")
     line, done = ProgressLine(quiet=is_quiet()), 0
 
-    def told() -> str:
+    def words() -> str:
         return f"{done} of {len(KINDS)} kinds of missions compiled"
 
     for done in warm(folder):  # noqa: B007 (told says it)
-        line.tell(told)
-    line.end(told)
+        line.tell(words)
+    line.end(words)
 
 
 def _tiny_mission() -> Check:

@@ -185,8 +185,8 @@ def params(pattern: str, as_json: bool) -> None:
     if as_json:
         print_json([*map(asdict, rows), *measured])
     else:
-        told = [f"{it['key']}: metric, {it['unit']}\n    {it['meaning']}" for it in measured]
-        say("\n".join([*map(_paragraph, rows), *told]))
+        columns = [f"{it['key']}: metric, {it['unit']}\n    {it['meaning']}" for it in measured]
+        say("\n".join([*map(_paragraph, rows), *columns]))
 
 
 def _matches(row: "Key", pattern: str) -> bool:

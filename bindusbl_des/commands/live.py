@@ -17,7 +17,7 @@ import click
 from ..core.process import ProgressLine
 from .console import (
     RunFailed,
-    compiling_told,
+    compiling_shown,
     is_quiet,
     print_json,
     reading_from,
@@ -266,7 +266,7 @@ def _flown(
 
     line = ProgressLine(quiet=is_quiet(), on_terminals=True)
     try:
-        with compiling_told():
+        with compiling_shown():
             mission = Mission(scenario, seed, poses=ear)
             instruments = Instruments(mission, truth=mouth.truth, only=mouth.only)
             session = Session(
@@ -281,7 +281,7 @@ def _flown(
             warn("usbl.model is one's own: what one vessel alone measures is not known, nor sent")
         talk(_summary(session))
         if ear is not None:
-            talk(ear.told())
+            talk(ear.words())
         return mission.result()
     except (ValueError, ArithmeticError, RuntimeError, MemoryError) as error:
         raise RunFailed(f"{scenario.name}: the run failed: {error}") from error
@@ -289,7 +289,7 @@ def _flown(
 
 def _listening(poses: str, bind: str, scenario: "Scenario", stack: ExitStack) -> "Received":
     """Return the poses that are received, once each AUV has been heard of."""
-    from ..live.poses import Received, missing_told
+    from ..live.poses import Received, missing_text
     from ..scenario.on_earth import origin_of
 
     sink, _, port = poses.partition(":")
@@ -300,7 +300,7 @@ def _listening(poses: str, bind: str, scenario: "Scenario", stack: ExitStack) ->
     except OSError as error:
         refuse(f"--poses {poses}: cannot be opened ({error.strerror or error})")
     stack.callback(ear.close)
-    talk(missing_told(ear.missing, ear.port))
+    talk(missing_text(ear.missing, ear.port))
     while ear.missing:
         time.sleep(WAIT_S)
         ear.listen()
@@ -368,7 +368,7 @@ def _dry(
     for it in outputs:
         if it.format in WHOLE:
             talk(f"{it.text}: {FORMATS[it.format].meaning}, of which there is no telegram to show")
-    with compiling_told():
+    with compiling_shown():
         instruments = Instruments(Mission(scenario, seed), truth=truth, only=heard)
         seen: set[tuple[str, type]] = set()
         encoders = [(it, encoder(it, heard)) for it in outputs]

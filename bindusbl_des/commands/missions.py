@@ -18,7 +18,7 @@ from ..core.process import ProgressLine, answered, duration, end_now
 from ..core.wording import counted
 from .console import (
     RunFailed,
-    compiling_told,
+    compiling_shown,
     is_quiet,
     print_json,
     reading_from,
@@ -88,7 +88,7 @@ def advice_on(
     line, began = ProgressLine(quiet=is_quiet()), monotonic()
     now = "trying changes"
 
-    def told(flown: int, left: int) -> None:
+    def on_progress(flown: int, left: int) -> None:
         nonlocal now
         seconds_left = (monotonic() - began) / max(flown, 1) * left
         now = (
@@ -97,7 +97,7 @@ def advice_on(
         line.tell(lambda: now)
 
     try:
-        advice = advise(result, seconds, missions=missions, again=again, progress=told)
+        advice = advise(result, seconds, missions=missions, again=again, progress=on_progress)
     except KeyboardInterrupt:
         talk("Interrupted while changes were tried; the mission is written without advice.")
         return None
@@ -219,7 +219,7 @@ def models(scenario: "Scenario") -> str:
         parts = ""
     return (
         f"{scenario.name}: {counted(auvs.count, 'AUV')} ({auvs.vehicle}), "
-        f"{counted(asvs.count, 'ASV')} ({asvs.told}), {scenario.duration_s:g} s, "
+        f"{counted(asvs.count, 'ASV')} ({asvs.words}), {scenario.duration_s:g} s, "
         f"{parts}{protocol.ranging}, {scenario.navigation.filter}, {clock}"
     )
 
@@ -234,7 +234,7 @@ def _simulated(scenario: "Scenario", seed: int, draft: Path) -> "Result":
 
     progress = MissionProgress(scenario.duration_s, quiet=is_quiet())
     try:
-        with answered(end), compiling_told():
+        with answered(end), compiling_shown():
             return simulate(scenario, seed=seed, progress=progress.note)
     except (ValueError, ArithmeticError, RuntimeError, MemoryError, OSError) as error:
         raise RunFailed(f"{scenario.name}: the run failed: {_reason(error)}") from error

@@ -58,11 +58,13 @@ def json_option(what: str) -> Command:
     return click.option(JSON, "as_json", is_flag=True, help=f"Print {what} as JSON.")
 
 
-def out_option(metavar: str, told: str, *, required: bool = False) -> Command:
+def out_option(metavar: str, explained: str, *, required: bool = False) -> Command:
     """Give a command the option ``--out``; a name that is empty, as that of a shell's variable
     which was not set, is refused.
     """
-    return click.option("--out", metavar=metavar, callback=_named, required=required, help=told)
+    return click.option(
+        "--out", metavar=metavar, callback=_named, required=required, help=explained
+    )
 
 
 def _named(_: click.Context, __: click.Parameter, given: str | None) -> str | None:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import click
 
 from .console import (
-    compiling_told,
+    compiling_shown,
     is_quiet,
-    mistakes_told,
+    mistakes_text,
     print_json,
     refuse_plugins,
     say,
@@ -122,7 +122,7 @@ def plan(
     """
     if mean and share is not None:
         raise click.UsageError("give either --mean or --share")
-    with mistakes_told():
+    with mistakes_text():
         from ..campaigns.experiments.options import Options
         from ..planning.folder import begin
         from ..planning.planning import admitted
@@ -159,7 +159,7 @@ def default_folder(name: str) -> Path:
 
 def resume_plan(folder: Path, workers: int | None, as_json: bool, allow_plugins: bool) -> None:
     """Go on with a plan that was cut short."""
-    with mistakes_told():
+    with mistakes_text():
         from ..planning.folder import resumed
         from ..planning.planning import admitted
 
@@ -175,13 +175,13 @@ def _make(
     as_json: bool,
 ) -> None:
     """Make a plan and tell it."""
-    with mistakes_told():
+    with mistakes_text():
         from ..planning.flying import Budget
         from ..planning.planning import planned
 
         budget = Budget(question, quiet=is_quiet())
         try:
-            with compiling_told():
+            with compiling_shown():
                 found = planned(question, folder, budget, workers)
         except KeyboardInterrupt:
             talk(f"What was flown is kept; `bindusbl-des resume {folder}` goes on from there.")

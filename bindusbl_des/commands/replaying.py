@@ -8,7 +8,7 @@ import click
 
 from .console import (
     check_file,
-    compiling_told,
+    compiling_shown,
     print_json,
     reading_from,
     refuse,
@@ -78,12 +78,12 @@ def replay(
     from ..recorded.outcome import tables
     from ..recorded.replay_text import summary
 
-    told = None if noise is None else reading_from(noise, allow_plugins=allow_plugins).scenario
-    navigator = None if told is None else _navigator_of(told)
+    stated = None if noise is None else reading_from(noise, allow_plugins=allow_plugins).scenario
+    navigator = None if stated is None else _navigator_of(stated)
     read = [_read(name, vehicle, speed) for name in logs]
     if len({it.name for it in read}) < len(read):
         refuse("two logs have the same name; replay them one by one")
-    replays = [_replayed(it, told, navigator) for it in read]
+    replays = [_replayed(it, stated, navigator) for it in read]
     found = tables(replays)
     rows, beacons = found["logs"].to_pylist(), found["beacons"].to_pylist()
     if out is not None:
@@ -117,7 +117,7 @@ def fit(
     if out is not None:
         check_file(Path(out), force)
     read = _read(log, vehicle, speed)
-    with compiling_told():
+    with compiling_shown():
         try:
             placed, _ = placed_log(read)
         except BadLog as error:
@@ -167,7 +167,7 @@ def _replayed(log: "Log", noise: Any, navigator: Any) -> "Replay":
     from ..recorded.replaying import replay as replayed
 
     try:
-        with compiling_told():
+        with compiling_shown():
             found = replayed(log, navigator=navigator, noise=noise)
     except (BadLog, PluginError) as error:
         refuse(str(error))

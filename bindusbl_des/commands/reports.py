@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..core.wording import printable
-from .console import BadInput, check_file, mistakes_told, print_json, refuse, say, talk, writing
+from .console import BadInput, check_file, mistakes_text, print_json, refuse, say, talk, writing
 from .missions import advice_on, advice_options
 from .options import bare_keys, json_option, mission_metrics, out_option
 
@@ -62,7 +62,7 @@ def compare(
         refuse("--metric says what to compare; leave out --mean")
     if out:
         check_file(Path(out), force, TABLES, "table")
-    with mistakes_told():
+    with mistakes_text():
         from ..campaigns.compare import compared
         from ..campaigns.statistics.comparison_table import comparison_table, filled
         from ..campaigns.statistics.outcomes import JUDGED, MEANS
@@ -74,7 +74,7 @@ def compare(
     if as_json:
         print_json({"labels": found.labels, "differences": found.records(), "notes": found.notes})
     else:
-        labels = [f"{label}: {told}" for label, told in found.labels.items()]
+        labels = [f"{label}: {meaning}" for label, meaning in found.labels.items()]
         labels[0] += " (baseline)"
         say("\n".join([*map(filled, labels), ""]))
         say("\n".join([comparison_table(found.differences), *map(filled, found.notes)]))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import is_quiet, mistakes_told, print_json, refuse, say, talk
+from .console import is_quiet, mistakes_text, print_json, refuse, say, talk
 from .options import json_option, out_option
 from .sweeps import SOME_FAILED
 
@@ -64,7 +64,7 @@ def reproduce(
     """
     if reading is not None and readings:
         refuse("--reading runs one joint reading, --readings counts all; give one of them")
-    with mistakes_told():
+    with mistakes_text():
         from ..experiments.reproduction import reproduce as ways
         from ..experiments.reproduction.campaigns import SomeFailed
 

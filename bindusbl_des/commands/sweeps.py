@@ -11,9 +11,9 @@ import click
 
 from ..core.wording import counted, printable
 from .console import (
-    compiling_told,
+    compiling_shown,
     is_quiet,
-    mistakes_told,
+    mistakes_text,
     print_json,
     refuse_plugins,
     say,
@@ -78,7 +78,7 @@ def sweep(
     Whatever is cut short, by Ctrl-C, a kill or a full disk, `resume` continues.  Exit code 3: some
     missions failed.
     """
-    with mistakes_told():
+    with mistakes_text():
         from ..campaigns.experiments.experiment_file import load_experiment
         from ..campaigns.experiments.options import Options
 
@@ -94,7 +94,7 @@ def sweep(
             return
         from ..campaigns.running import sweep as sweep_experiment
 
-        with compiling_told():
+        with compiling_shown():
             campaign = _as_far_as_it_came(
                 sweep_experiment,
                 plan,
@@ -153,7 +153,7 @@ def resume(
     retry_failed: bool,
 ) -> None:
     """Run what is missing of a campaign, or go on with a plan that was cut short."""
-    with mistakes_told():
+    with mistakes_text():
         from ..planning.folder import is_plan_folder
 
         if is_plan_folder(Path(folder)):
@@ -161,7 +161,7 @@ def resume(
             return
         from ..campaigns.running import resume as resume_campaign
 
-        with compiling_told():
+        with compiling_shown():
             campaign = _as_far_as_it_came(
                 resume_campaign,
                 folder,
@@ -181,7 +181,7 @@ def resume(
 @json_option("how far it is")
 def status(folder: str, as_json: bool) -> None:
     """Tell how far a campaign is."""
-    with mistakes_told():
+    with mistakes_text():
         from ..campaigns.campaign import load_campaign
         from ..core.process import duration
         from ..planning.folder import MISSIONS, is_plan_folder
@@ -213,7 +213,7 @@ def status(folder: str, as_json: bool) -> None:
 @json_option("a summary")
 def merge(folders: tuple[str, ...], out: str, as_json: bool) -> None:
     """Join the shards of a campaign."""
-    with mistakes_told():
+    with mistakes_text():
         from ..campaigns.storage.joining import merge as merge_campaigns
 
         campaign = merge_campaigns(folders, out)
@@ -262,7 +262,7 @@ def _report(campaign: "Campaign", as_json: bool, *, merged: bool = False) -> Non
     from ..campaigns.statistics.findings import findings
     from ..campaigns.statistics.points_table import points_table
 
-    with mistakes_told():  # what an older version ran may lack a metric
+    with mistakes_text():  # what an older version ran may lack a metric
         state = campaign.state()
         if as_json:
             said = findings(campaign.folder, campaign.plan).sentences()
@@ -276,12 +276,12 @@ def _report(campaign: "Campaign", as_json: bool, *, merged: bool = False) -> Non
     leave_report(campaign)
     context = click.get_current_context()
     if state.failed:
-        with mistakes_told():
+        with mistakes_text():
             error = an_error(campaign.folder)
         one = ": " if state.failed == 1 else ", one of them: "
-        told = f"{one}{printable(error)}" if error else ""
+        why = f"{one}{printable(error)}" if error else ""
         failed = counted(state.failed, "mission")
-        talk(f"{failed} failed{told}; see {campaign.folder / 'failures'}")
+        talk(f"{failed} failed{why}; see {campaign.folder / 'failures'}")
     if state.status == "interrupted" and not merged:
         talk(f"interrupted; `bindusbl-des resume {campaign.folder}` runs the other {state.missing}")
         context.exit(INTERRUPTED)

@@ -11,7 +11,7 @@ import click
 from ..core.plugins import is_plugin, loaded
 from ..core.wording import counted
 from .console import print_json, reading_from, say
-from .coverage import limits_data, limits_told, planned_limits
+from .coverage import limits_data, limits_lines, planned_limits
 from .options import json_option, plugins_option, scenario_argument, set_option
 
 if TYPE_CHECKING:
@@ -45,8 +45,8 @@ def messages(slots: "Slots") -> Iterator[str]:
         yield f"A message holds {messages.most} {'fix' if messages.most == 1 else 'fixes'}; {rest}."
     delays = messages.delay(0), messages.delay(messages.most or 0)
     if any(delays):
-        told = span([1e3 * it for it in sorted({*delays})])
-        yield f"A modem hands a message over {told} ms after its end."
+        delays_ms = span([1e3 * it for it in sorted({*delays})])
+        yield f"A modem hands a message over {delays_ms} ms after its end."
 
 
 def span(values: list[float]) -> str:
@@ -54,7 +54,7 @@ def span(values: list[float]) -> str:
     return " .. ".join(dict.fromkeys(f"{value:.3f}" for value in values))
 
 
-def random_told(scenario: "Scenario", rounds: "Rounds", fixes: list[int]) -> Iterator[str]:
+def random_lines(scenario: "Scenario", rounds: "Rounds", fixes: list[int]) -> Iterator[str]:
     """Yield the load that AUVs offer, and how long broadcasts of some numbers of fixes take."""
     from ..preflight.round_lengths import offered
 
@@ -83,8 +83,8 @@ def _load(scenario: "Scenario", load: "OfferedLoad") -> Iterator[str]:
 
     protocol = scenario.protocol
     yield (
-        f"{protocol.schedule.told}: each AUV has something to send every {protocol.frame_s:g} s on "
-        "average, at Poisson instants."
+        f"{protocol.schedule.words}: each AUV has something to send every {protocol.frame_s:g} s "
+        "on average, at Poisson instants."
     )
     unit = "slots" if schedule_of(scenario).access == "slotted" else "pings"
     yield f"{'offered load G':<22}{load.load:>10.3f} {unit} of {1e3 * load.lasts_s:.3f} ms"
@@ -138,8 +138,12 @@ def timing(scenario: str, overrides: tuple[str, ...], as_json: bool, allow_plugi
     if as_json:
         print_json({**_timing(mission, rounds), "limits": limits_data(limits)})
         return
-    told = _durations(mission, rounds.slots), _policy(mission, rounds), limits_told(mission, limits)
-    say("\n\n".join("\n".join(lines) for lines in told))
+    parts = (
+        _durations(mission, rounds.slots),
+        _policy(mission, rounds),
+        limits_lines(mission, limits),
+    )
+    say("\n\n".join("\n".join(lines) for lines in parts))
 
 
 def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
@@ -179,7 +183,7 @@ def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
         yield from _passive(rounds)
         return
     if scenario.protocol.random_access:
-        yield from random_told(scenario, rounds, _shown(1, rounds.auvs))
+        yield from random_lines(scenario, rounds, _shown(1, rounds.auvs))
         return
     if not rounds.are_known:
         yield f"{schedule} / {policy}: the plug-in decides when fixes are broadcast and rounds end."
@@ -187,7 +191,7 @@ def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
     yield f"{schedule} / {policy}: {downlink_of(scenario).in_words}"
     if scenario.protocol.replies:
         yield f"There, {answered(rounds.slots)}."
-    yield from rounds.pace_told(schedule_of(scenario))
+    yield from rounds.pace_lines(schedule_of(scenario))
     yield from assignments(scenario, rounds)
     if rounds.frame:
         yield from _frames(scenario, rounds)

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from .console import (
-    compiling_told,
+    compiling_shown,
     print_json,
     reading_from,
     refuse,
@@ -66,7 +66,7 @@ def verify(
     refuse_plugins(reading.unloaded)
     from ..core.files import refusal
     from ..verification.verdict import verify as decided
-    from ..verification.verdict_text import objection, record, told, write
+    from ..verification.verdict_text import objection, record, verdict_text, write
 
     folder = Path(out) if out else None
     if folder is not None:
@@ -75,7 +75,7 @@ def verify(
         if taken:
             refuse(f"{folder}: {taken}")
     try:
-        with compiling_told():
+        with compiling_shown():
             verdict = decided(
                 reading.scenario,
                 max_speed=max_speed,
@@ -90,7 +90,7 @@ def verify(
     if as_json:
         print_json(record(verdict))
     else:
-        say(told(verdict))
+        say(verdict_text(verdict))
     if folder is not None:
         talk(f"Results: {folder}")
     elif verdict.witness is not None:

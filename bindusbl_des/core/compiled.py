@@ -157,7 +157,7 @@ def _locks(folder: Path) -> int | None:
 
 
 # Hears, as each function is compiled, how many were before it, and how long (s) all took.
-Told = Callable[[int, float], None]
+OnCompiling = Callable[[int, float], None]
 
 
 class _Watch:
@@ -169,7 +169,7 @@ class _Watch:
     def __init__(self) -> None:
         self.functions = self._depth = 0
         self._spent = self._began = 0.0
-        self.tell: Told | None = None
+        self.tell: OnCompiling | None = None
 
     @property
     def seconds(self) -> float:
@@ -198,7 +198,7 @@ class _Watch:
 _WATCH = _Watch()
 
 
-def watch_compiling(tell: Told | None) -> None:
+def watch_compiling(tell: OnCompiling | None) -> None:
     """Have somebody told from now on, in the place of whoever asked before, how far it is."""
     functions, seconds = _WATCH.functions, _WATCH.seconds
     _WATCH.tell = tell and (lambda made, spent: tell(made - functions, spent - seconds))

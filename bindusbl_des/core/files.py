@@ -40,8 +40,8 @@ def regular(path: Name, most: int | None = MOST_BYTES) -> Name:
     if not stat.S_ISREG(found.st_mode):
         raise OSError(errno.EINVAL, "no regular file; save it to one", str(path))
     if most is not None and found.st_size > most:
-        told = f"larger than {most:,} bytes; leave in it what is needed"
-        raise OSError(errno.EFBIG, told, str(path))
+        message = f"larger than {most:,} bytes; leave in it what is needed"
+        raise OSError(errno.EFBIG, message, str(path))
     return path
 
 

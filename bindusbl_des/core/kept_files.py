@@ -50,12 +50,12 @@ def kept_name(file: str, folder: str) -> str:
         found = os.stat(path)
         if not stat.S_ISREG(found.st_mode):
             return f"{folder}/{path.name}"
-        told = _sha256(file, found.st_mtime_ns, found.st_size)[:16]
+        digest = _sha256(file, found.st_mtime_ns, found.st_size)[:16]
     except OSError:
         return f"{folder}/{path.name}"
-    stem = re.sub(r"[^\w.-]", "_", path.stem).removesuffix(f"-{told}")
+    stem = re.sub(r"[^\w.-]", "_", path.stem).removesuffix(f"-{digest}")
     ending = path.suffix if re.fullmatch(r"\.\w{1,8}", path.suffix) else ""
-    return f"{folder}/{stem[:60]}-{told}{ending}"
+    return f"{folder}/{stem[:60]}-{digest}{ending}"
 
 
 @lru_cache(maxsize=4096)

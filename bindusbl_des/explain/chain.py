@@ -34,8 +34,8 @@ class Step:
     def text(self) -> str:
         """Return the step in lines of at most 80 characters."""
         first = f"{self.time_s:>12.4f} s"
-        told = [f"{self.who} {self.what}", *(self.why.split("; ") if self.why else [])]
-        lines = [line for part in told for line in textwrap.wrap(part, WIDEST - INDENT - 1)]
+        words = [f"{self.who} {self.what}", *(self.why.split("; ") if self.why else [])]
+        lines = [line for part in words for line in textwrap.wrap(part, WIDEST - INDENT - 1)]
         return "\n".join([f"{first}  {lines[0]}", *(f"{'':>{INDENT + 1}}{it}" for it in lines[1:])])
 
 
@@ -115,7 +115,7 @@ def compared(value: float, limit: float) -> str:
 def out_of_range(hf: "UplinkSection") -> str:
     """Return where nothing on the HF band is decoded, as ends "ASV0 is 60 m away, ..."."""
     if is_plugin(hf.channel):
-        return f"where the channel {hf.channel.told} lets no sound through"
+        return f"where the channel {hf.channel.words} lets no sound through"
     if not channel_named(hf.channel).ends_at_range:
         return f"where the channel {hf.channel} lets nothing be decoded"
     return f"out of HF range ({hf.range_m:g} m {hf.range_metric})"

@@ -23,9 +23,9 @@ ELLIPSE_SCALE = math.sqrt(-2 * math.log(0.05))
 def arriving(result: "Result", fix: Any) -> Step:
     """Return the step at which the AUV has the fix and corrects its estimate."""
     before, after = errors_around(result, fix)
-    told = ""
+    words = ""
     if before is not None and after is not None:
-        told = f"; its error {_changed(before, after)}"
+        words = f"; its error {_changed(before, after)}"
     why = [_compared(result, fix), _gated(result, fix), _moved(result, fix)]
     was, became = ellipses_around(result, fix)
     if was is not None and became is not None:
@@ -36,7 +36,7 @@ def arriving(result: "Result", fix: Any) -> Step:
     return Step(
         fix.delivered_at_s,
         fix.auv,
-        f"has it {fix.latency_s:.4f} s after its ping{told}",
+        f"has it {fix.latency_s:.4f} s after its ping{words}",
         "; ".join(filter(None, why)),
         {
             "latency_s": fix.latency_s, "innovation_m": _known(fix.innovation_m),
@@ -120,12 +120,12 @@ def _gated(result: "Result", fix: Any) -> str:
         return ""
     if navigation.nis_gate is None:
         return f"normalised, its square is {square:.2f}; no gate (nis_gate null)"
-    told, limit = f"gate: normalised, its square is {square:.2f}", f"{navigation.nis_gate:.3g}"
+    words, limit = f"gate: normalised, its square is {square:.2f}", f"{navigation.nis_gate:.3g}"
     if square <= navigation.nis_gate:
-        return f"{told} <= {limit} (nis_gate)"
+        return f"{words} <= {limit} (nis_gate)"
     if _known(fix.correction_m) is None:
-        return f"{told} > {limit} (nis_gate)"
-    return f"{told} > {limit} (nis_gate), yet {MOST_REFUSED} in a row had been refused"
+        return f"{words} > {limit} (nis_gate)"
+    return f"{words} > {limit} (nis_gate), yet {MOST_REFUSED} in a row had been refused"
 
 
 def _moved(result: "Result", fix: Any) -> str:
@@ -142,7 +142,7 @@ def _moved(result: "Result", fix: Any) -> str:
     moves = f"moves {whose} estimate by {moved:.2f} m"
     if navigator_of(result.scenario).has_gain:
         return f"gain {navigation.fixed_gain.gain:g} x {fix.innovation_m:.2f} m {moves}"
-    who = "by the covariances it" if navigation.weighs else navigation.filter.told
+    who = "by the covariances it" if navigation.weighs else navigation.filter.words
     share = _share(fix)
     return f"{who} {moves}" + (f", {share:.2f} of the innovation" if share is not None else "")
 

@@ -37,13 +37,13 @@ def fixing(result: "Result", fix: Any) -> Step:
     """Return the step at which receptions become a fix."""
     asvs = fix.asvs.split()
     why = "one measurement" if len(asvs) == 1 else f"{len(asvs)} measurements fused (MVLUE)"
-    told, facts = wrong(result, fix)
+    words, facts = wrong(result, fix)
     return Step(
         known_at(result, fix),
         f"Fix {fix.fix}",
         f"is made by {', '.join(asvs)}: x {fix.x_m:.2f} +- {fix.sd_x_m:.2f}, y {fix.y_m:.2f} +- "
         f"{fix.sd_y_m:.2f} m",
-        "; ".join([f"{why}, {fix.error_m:.2f} m off the truth", *told]),
+        "; ".join([f"{why}, {fix.error_m:.2f} m off the truth", *words]),
         {
             "fix": fix.fix, "asvs": asvs, "x_m": fix.x_m, "y_m": fix.y_m, "error_m": fix.error_m,
             **facts,
@@ -76,8 +76,8 @@ def broadcasting(result: "Result", fix: Any) -> Step:
         why = f"{at_once}; {when}, without airtime (reply instant)"
         return Step(fix.broadcast_at_s, fix.broadcast_by, "answers it", why, facts)
     within = (away > limit) == (fix.outcome == "out_of_range")
-    told = compared(away, limit) if within else "at the edge of the"
-    reached = f"horizontal range of {fix.auv} {told} MF range"
+    words = compared(away, limit) if within else "at the edge of the"
+    reached = f"horizontal range of {fix.auv} {words} MF range"
     if met := overlapped(result, fix):
         reached = f"the frame is {met}"
     elif cut := frame_cut(result, fix):
@@ -130,7 +130,7 @@ def _why_then(result: "Result", fix: Any, frame: Any) -> str:
     """Tell what the fix has waited for."""
     policy = result.scenario.protocol.downlink
     if is_plugin(policy):
-        return f"{policy.told}: the plug-in decided to broadcast now"
+        return f"{policy.words}: the plug-in decided to broadcast now"
     if result.scenario.protocol.random_access:
         return why_broadcast(result, fix, frame, known_at(result, fix))
     slots, declared = uplink_slots(result, fix["round"]), downlink_of(result.scenario)
@@ -140,10 +140,10 @@ def _why_then(result: "Result", fix: Any, frame: Any) -> str:
         return f"{policy}: older fixes filled the messages before, of {most} each"
     ends = slots[slot].end
     which = "its slot" if declared.by_group else "the last slot of its round"
-    told = f"{policy}: {which} ended at {ends:.4f} s"
+    words = f"{policy}: {which} ended at {ends:.4f} s"
     if fix.broadcast_at_s - ends > 1e-9:
-        told += " and the frame before it held the band until now"
-    return told
+        words += " and the frame before it held the band until now"
+    return words
 
 
 def row_slot(result: "Result", fix: Any) -> int:
@@ -158,7 +158,7 @@ def _why_it(result: "Result", fix: Any, number: int) -> str:
     able = [n for n in range(count) if n not in gone]
     carried = rows_where(result.tables["fixes"], broadcast_at_s=fix.broadcast_at_s)
     if is_plugin(rule):
-        return f"{rule.told}: the plug-in chose {fix.broadcast_by}"
+        return f"{rule.words}: the plug-in chose {fix.broadcast_by}"
     chosen = broadcaster_of(result.scenario)
     if chosen.chosen_by == "turn" and gone:
         names = ", ".join(f"ASV{n}" for n in able)
@@ -185,8 +185,8 @@ def _why_it(result: "Result", fix: Any, number: int) -> str:
         float(np.hypot(*(goals - place(result, f"ASV{n}", fix.broadcast_at_s)[:2]).T).mean())
         for n in able
     ]
-    told = ", ".join(f"ASV{n} {mean:.1f} m" for n, mean in zip(able, means, strict=True))
-    return f"{rule}: mean distance to the fixes {told}"
+    words = ", ".join(f"ASV{n} {mean:.1f} m" for n, mean in zip(able, means, strict=True))
+    return f"{rule}: mean distance to the fixes {words}"
 
 
 def _shared(result: "Result", fix: Any, able: list[int]) -> str:
@@ -196,10 +196,10 @@ def _shared(result: "Result", fix: Any, able: list[int]) -> str:
     frames = rows_where(result.tables["broadcasts"], sent_at_s=begin)
     others = sorted(set(frames.asv) - {fix.broadcast_by})
     rule = result.scenario.protocol.broadcaster
-    told = f"{rule}: {fix.broadcast_by} is the nearest to the fix, {min(away):.1f} m from it"
+    words = f"{rule}: {fix.broadcast_by} is the nearest to the fix, {min(away):.1f} m from it"
     if not others:
-        return f"{told}; no other ASV sends now"
-    return f"{told}; {', '.join(others)} {'send' if len(others) > 1 else 'sends'} at once"
+        return f"{words}; no other ASV sends now"
+    return f"{words}; {', '.join(others)} {'send' if len(others) > 1 else 'sends'} at once"
 
 
 def latency(result: "Result", fix: Any) -> Iterator[LatencyPart]:

@@ -24,7 +24,7 @@ from .losing import (
     ping_burst_words,
     sending_at_random,
 )
-from .ordering import by_reckoning, is_reckoned, slot_told, why_now
+from .ordering import by_reckoning, is_reckoned, slot_steps, why_now
 from .overlapping import deafened, failed, failed_while, had_failed, on_its_way, sounds_beside
 
 if TYPE_CHECKING:
@@ -42,22 +42,22 @@ def sending(result: "Result", ping: Any) -> Iterator[Step]:
         row.started_at_s,
         f"Round {ping['round']}",
         f"begins: {counted(row.colours, 'ping group')}, {counted(row.conflicts, 'conflict')} "
-        f"({protocol.schedule.told})",
+        f"({protocol.schedule.words})",
         facts={"round": ping["round"], "colours": row.colours, "conflicts": row.conflicts},
     )
     yield from _call(result, ping)
     if not is_sent(ping):
         return
-    told, facts = why_now(result, ping)
+    words, facts = why_now(result, ping)
     facts |= {"slot": ping.slot, "x_m": ping.x_m, "y_m": ping.y_m, "z_m": ping.z_m}
     if tells_slots(result.scenario):
-        yield from slot_told(result, ping)
+        yield from slot_steps(result, ping)
     if is_reckoned(result, ping):
         why = by_reckoning(result, ping)
     else:
         slot = uplink_slots(result, ping["round"])[ping.slot]
         lasts = f"slot {ping.slot} lasts from {slot.start:.4f} to {slot.end:.4f} s"
-        why = "; ".join([lasts, *told, _companions(result, ping)])
+        why = "; ".join([lasts, *words, _companions(result, ping)])
         facts |= {"slot_started_at_s": slot.start, "slot_ended_at_s": slot.end}
     yield Step(
         ping.sent_at_s,
@@ -82,17 +82,17 @@ def _call(result: "Result", ping: Any) -> Iterator[Step]:
     facts = {"outcome": outcome, "reply_delay_s": delay}
     if outcome == "heard":
         facts["call_travel_time_s"] = ping.sent_at_s - ping.called_at_s - delay
-        told = (
+        words = (
             f"the call is under way for {1e3 * facts['call_travel_time_s']:.1f} ms; "
             f"the answer follows {1e3 * delay:.1f} ms later, a ping and the turnaround"
         )
     else:
-        told = why_unanswered(result, ping)
+        words = why_unanswered(result, ping)
     yield Step(
         ping.called_at_s,
         ping.called_by,
         f"calls {ping.auv}",
-        f"{_caller(result, ping)}; {told}",
+        f"{_caller(result, ping)}; {words}",
         facts,
     )
 
@@ -131,13 +131,13 @@ def _companions(result: "Result", ping: Any) -> str:
     pings = result.tables["pings"]
     own = rows_where(pings, round=ping["round"])
     beside = own[(own.slot == ping.slot) & (own.auv != ping.auv)]
-    told = f"together with {', '.join(beside.auv)}" if len(beside) else "alone"
+    words = f"together with {', '.join(beside.auv)}" if len(beside) else "alone"
     hearers = _in_range(result, ping.ping)
     later = own[own.slot != ping.slot]
     mixed = {auv: hearers & _in_range(result, number)
              for auv, number in zip(later.auv, later.ping, strict=True)}  # fmt: skip
     shared = [f"{auv} ({', '.join(sorted(asvs))})" for auv, asvs in mixed.items() if asvs]
-    return told + (f", apart from {', '.join(shared)}: heard by the same ASV" if shared else "")
+    return words + (f", apart from {', '.join(shared)}: heard by the same ASV" if shared else "")
 
 
 def _in_range(result: "Result", ping: int) -> set[str]:
@@ -182,22 +182,22 @@ def receptions(result: "Result", ping: Any) -> Iterator[Step]:
 
 def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
     hf, outcome = result.scenario.acoustics.hf, reception.outcome
-    if told := _failed(result, reception):
-        return "loses it" if outcome == "lost" else "hears nothing", told
-    if told := deafened(result, reception):
-        return "hears nothing", told
+    if words := _failed(result, reception):
+        return "loses it" if outcome == "lost" else "hears nothing", words
+    if words := deafened(result, reception):
+        return "hears nothing", words
     others = sounds_beside(result, reception)
     if not channel_named(hf.channel).ends_at_range and not is_plugin(hf.channel):
         return decided_by_channel(result, reception, others)
     away = _counted_range(result, reception, depth)
     # A vessel that moves may cross the limit while the ping is under way.
     is_beyond = outcome == "out_of_range"
-    told = compared(away, hf.range_m) if (away > hf.range_m) == is_beyond else "at the edge of the"
-    within = f"{hf.range_metric} range {told} HF range"
+    words = compared(away, hf.range_m) if (away > hf.range_m) == is_beyond else "at the edge of the"
+    within = f"{hf.range_metric} range {words} HF range"
     if is_plugin(hf.channel):
         if is_beyond:
             return "hears nothing", f"it is {out_of_range(hf)}"
-        within = f"{hf.channel.told}: the plug-in let some sound through"
+        within = f"{hf.channel.words}: the plug-in let some sound through"
     if is_beyond:
         return "is too far away", within
     if outcome == "in_flight":
@@ -208,17 +208,17 @@ def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
         )
     if outcome == "collided":
         return "hears pings mixed", f"{within}; overlaps {', '.join(others)}"
-    probability, told = _loss(result, reception)
+    probability, words = _loss(result, reception)
     if outcome == "lost":
         return (
             "loses it",
             "; ".join(filter(None, [
                 within, "no other ping overlaps",
-                f"{told}, and the draw (not recorded) was below",
+                f"{words}, and the draw (not recorded) was below",
                 ping_burst_words(result, reception, probability),
             ])),
         )  # fmt: skip
-    return "decodes it", f"{within}; no other ping overlaps; {told}"
+    return "decodes it", f"{within}; no other ping overlaps; {words}"
 
 
 def _failed(result: "Result", reception: Any) -> str:

@@ -33,9 +33,9 @@ def own_chain(result: "Result", fix: Any) -> Chain:
             "the ping's own length, until it is decoded", fix.delivered_at_s - fix.valid_at_s
         ),
     )
-    told = f"fix {fix.fix}, the AUV's own, {fix.latency_s:.4f} s after the ping"
+    words = f"fix {fix.fix}, the AUV's own, {fix.latency_s:.4f} s after the ping"
     return Chain(
-        int(fix.ping), fix.auv, fix.fix, fix.outcome, told, _in_order(steps), parts, ping.asv
+        int(fix.ping), fix.auv, fix.fix, fix.outcome, words, _in_order(steps), parts, ping.asv
     )
 
 
@@ -46,8 +46,8 @@ def shared_chain(result: "Result", ping: Any) -> Chain:
     for number in fixes.fix:
         fix = row_of(result, "fixes", "fix", number)
         steps += [_fixing(result, fix), arriving(result, fix)]
-    outcome, told = _shared(result, ping, fixes)
-    return Chain(ping.ping, None, None, outcome, told, _in_order(steps), (), ping.asv)
+    outcome, words = _shared(result, ping, fixes)
+    return Chain(ping.ping, None, None, outcome, words, _in_order(steps), (), ping.asv)
 
 
 def _in_order(steps: list[Step]) -> tuple[Step, ...]:
@@ -79,14 +79,14 @@ def _sending(result: "Result", ping: Any) -> Iterator[Step]:
 
 def _fixing(result: "Result", fix: Any) -> Step:
     """Return the step at which an AUV makes a fix of what it has heard."""
-    told, facts = wrong(result, fix)
+    words, facts = wrong(result, fix)
     return Step(
         fix.delivered_at_s,
         f"Fix {fix.fix}",
         f"is made by {fix.auv} itself, of where it was as the ping arrived: x {fix.x_m:.2f} +- "
         f"{fix.sd_x_m:.2f}, y {fix.y_m:.2f} +- {fix.sd_y_m:.2f} m",
         f"the offset by its own array, AHRS and clock, taken from where {fix.asvs} was; "
-        + "; ".join([f"{fix.error_m:.2f} m off the truth", *told]),
+        + "; ".join([f"{fix.error_m:.2f} m off the truth", *words]),
         {"fix": fix.fix, "asvs": [fix.asvs], "x_m": fix.x_m, "y_m": fix.y_m,
          "error_m": fix.error_m, **facts},
     )  # fmt: skip
@@ -105,10 +105,13 @@ def _shared(result: "Result", ping: Any, fixes: Any) -> tuple[str, str]:
         cut := failed_while(result, ping.asv, ping.sent_at_s, ends, "pinged")
     ):
         return "lost", f"no fix: {cut}"
-    for outcome, told in FATES.items():
+    for outcome, words in FATES.items():
         if outcome in outcomes:
-            return outcome, f"no fix: {told} at every AUV in range" if outcome != "in_flight" else (
-                f"no fix: {told}"
+            return (
+                outcome,
+                f"no fix: {words} at every AUV in range"
+                if outcome != "in_flight"
+                else (f"no fix: {words}"),
             )
     beyond = out_of_range(result.scenario.acoustics.hf)
     return "out_of_range", f"no fix: {'the AUV is' if count == 1 else 'every AUV is'} {beyond}"

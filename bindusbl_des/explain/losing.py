@@ -47,7 +47,7 @@ def wrong(result: "Result", fix: Any) -> tuple[list[str], dict[str, float]]:
         return [], {}
     has = {kind.name for kind in kinds(result.scenario)}
     found = [*_of_vessels(result, fix, has), *_shared(result, fix, has)]
-    return [told for told, _ in found], {
+    return [text for text, _ in found], {
         name: it for _, facts in found for name, it in facts.items()
     }
 
@@ -62,11 +62,11 @@ def _of_vessels(
     if "misalignment" in has:
         carriers = [fix.auv] if passive else names
         turns = np.degrees(misalignments(world, streams))[[int(it[3:]) for it in carriers]]
-        told = ", ".join(f"{it} {turn:+.2f}" for it, turn in zip(carriers, turns, strict=True))
+        text = ", ".join(f"{it} {turn:+.2f}" for it, turn in zip(carriers, turns, strict=True))
         facts = {
             f"{it}_misalignment_deg": float(turn) for it, turn in zip(carriers, turns, strict=True)
         }
-        yield f"headings misaligned (deg): {told}", facts
+        yield f"headings misaligned (deg): {text}", facts
     if "gnss" in has:
         met = rows_where(result.tables["receptions"], ping=fix.ping)
         arrived = [
@@ -75,18 +75,18 @@ def _of_vessels(
         ]
         slow = slow_gnss(world, streams)
         off = [slow[asv, int(time / CONTROL_S)] for asv, time in zip(asvs, arrived, strict=True)]
-        told = ", ".join(f"{n} {x:+.2f} {y:+.2f}" for n, (x, y) in zip(names, off, strict=True))
+        text = ", ".join(f"{n} {x:+.2f} {y:+.2f}" for n, (x, y) in zip(names, off, strict=True))
         facts = {
             f"{name}_gnss_{axis}_m": float(error)
             for name, place in zip(names, off, strict=True)
             for axis, error in zip("xy", place, strict=True)
         }
-        yield f"GNSS slowly astray (x y, m): {told}", facts
+        yield f"GNSS slowly astray (x y, m): {text}", facts
     if "slow" in has and not ranging_of(world).calls:  # of a call and its answer it is in a path
         errors = {name: _slow_error(result, fix, name) for name in names}
-        told = ", ".join(f"{name} {it:+.3f}" for name, it in errors.items())
+        text = ", ".join(f"{name} {it:+.3f}" for name, it in errors.items())
         facts = {f"{name}_slow_range_m": it for name, it in errors.items()}
-        yield f"ranges slowly astray (m): {told}", facts
+        yield f"ranges slowly astray (m): {text}", facts
 
 
 def _slow_error(result: "Result", fix: Any, asv: str) -> float:
@@ -112,20 +112,20 @@ def _shared(result: "Result", fix: Any, has: set[str]) -> Iterator[tuple[str, di
     if "sound_speed" in has:
         share = sound_speed_error(world)
         way = "long" if share > 0 else "short"
-        told = f"ranges {100 * abs(share):.2f} % too {way}: sound is assumed to travel at "
-        told += f"{assumed_sound_speed_of(world):g}, not at "
-        told += f"{sound_speed_of(world):g} m/s"
-        yield told, {"sound_speed_error": share}
+        text = f"ranges {100 * abs(share):.2f} % too {way}: sound is assumed to travel at "
+        text += f"{assumed_sound_speed_of(world):g}, not at "
+        text += f"{sound_speed_of(world):g} m/s"
+        yield text, {"sound_speed_error": share}
     ping = row_of(result, "pings", "ping", int(fix.ping))
     if "clock" in has and not isinstance(ping.get("call"), str):
         offset, drift = clocks(world, Streams(result.seed))[int(fix.auv.removeprefix("AUV"))]
         passive = world.protocol.asvs_ping  # it says when it hears, not when it pings
         late = offset + drift * (fix.valid_at_s if passive else fix.pinged_at_s)
         longer = late * assumed_sound_speed_of(world) * (-1 if passive else 1)
-        told = (
+        text = (
             f"the clock of {fix.auv} is {1e3 * late:+.3f} ms late: ranges {longer:+.2f} m too long"
         )
-        yield told, {"clock_late_s": float(late)}
+        yield text, {"clock_late_s": float(late)}
 
 
 if TYPE_CHECKING:
@@ -142,7 +142,7 @@ def sending_at_random(result: "Result", ping: Any) -> Iterator[Step]:
     yield Step(
         row.started_at_s,
         f"Round {ping['round']}",
-        f"begins: {_why_round(protocol.replies)} ({protocol.schedule.told})",
+        f"begins: {_why_round(protocol.replies)} ({protocol.schedule.words})",
         f"AUVs ping as they like; {counted(row.conflicts, 'pair')} of them could collide at an ASV",
         {"round": ping["round"], "conflicts": row.conflicts},
     )
@@ -215,8 +215,8 @@ def _others_on_air(result: "Result", ping: Any) -> str:
     others = beside[beside.ping != ping.ping]
     if not len(others):
         return "nobody else pings meanwhile"
-    told = [f"{it.auv} since {it.sent_at_s:.4f} s (ping {it.ping})" for it in others.itertuples()]
-    return f"others ping meanwhile: {', '.join(told)}"
+    text = [f"{it.auv} since {it.sent_at_s:.4f} s (ping {it.ping})" for it in others.itertuples()]
+    return f"others ping meanwhile: {', '.join(text)}"
 
 
 if TYPE_CHECKING:
@@ -229,7 +229,7 @@ def ping_burst_words(result: "Result", reception: Any, loss: float | None) -> st
     """
     channel = result.scenario.acoustics.hf.channel
     time = float(reception.arrived_at_s)
-    return _told(result, channel, Purpose.BURST, (reception.auv, reception.asv), time, loss)
+    return _burst_step(result, channel, Purpose.BURST, (reception.auv, reception.asv), time, loss)
 
 
 def frame_burst_words(result: "Result", fix: Any) -> str:
@@ -241,7 +241,7 @@ def frame_burst_words(result: "Result", fix: Any) -> str:
         return ""
     vehicles = fix.auv, fix.broadcast_by
     loss = None if is_plugin(channel) else _frame_loss(result, fix)
-    return _told(result, channel, Purpose.FRAME_BURST, vehicles, time, loss)
+    return _burst_step(result, channel, Purpose.FRAME_BURST, vehicles, time, loss)
 
 
 def _frame_loss(result: "Result", fix: Any) -> float:
@@ -262,7 +262,7 @@ def burst_words(channel: PartChoice) -> str:
     return "" if mean_s is None else f"losses last {plain(mean_s)} s on average (burst_s)"
 
 
-def _told(
+def _burst_step(
     result: "Result",
     channel: PartChoice,
     purpose: Purpose,

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 # How an AUV knows its slot (protocol.knowledge broadcast), and why it was silent before.
 
 
-def slot_told(result: "Result", ping: Any) -> Iterator[Step]:
+def slot_steps(result: "Result", ping: Any) -> Iterator[Step]:
     """Yield the slots that the AUV has missed since its last ping, and the frame that named it."""
     assigned = rows_where(result.tables["assignments"], auv=ping.auv)
     pings = rows_where(result.tables["pings"], auv=ping.auv)
@@ -38,9 +38,9 @@ def slot_told(result: "Result", ping: Any) -> Iterator[Step]:
             _why_missed(result, last),
             {"missed": len(missed), "round": int(last["round"])},
         )
-    told = _assigned(result, ping)
-    if len(told) and told.told_at_s.notna().all():
-        frame: Any = told.iloc[0]
+    assigned = _assigned(result, ping)
+    if len(assigned) and assigned.told_at_s.notna().all():
+        frame: Any = assigned.iloc[0]
         yield Step(
             frame.told_at_s,
             frame.told_by,
@@ -70,8 +70,8 @@ def by_reckoning(result: "Result", ping: Any) -> str:
 
 def _turn_of_others(result: "Result", ping: Any) -> str:
     """Name the AUVs whose slot it is by now in which an AUV pings by reckoning; "" for none."""
-    told = rows_where(result.tables["assignments"], outcome="known")
-    begun = told[told.starts_at_s <= ping.sent_at_s]
+    assigned = rows_where(result.tables["assignments"], outcome="known")
+    begun = assigned[assigned.starts_at_s <= ping.sent_at_s]
     now = begun[(begun.starts_at_s == begun.starts_at_s.max()) & (begun.auv != ping.auv)]
     if not len(now):
         return ""

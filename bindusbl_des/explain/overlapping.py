@@ -77,14 +77,14 @@ def overlapped(result: "Result", fix: Any) -> str:
     own = ((frames.sent_at_s == fix.broadcast_at_s) & (frames.asv == fix.broadcast_by)).to_numpy()
     begin, end = begins[own][0], ends[own][0]
     others = ~own & (begins < end - TOUCH) & (ends > begin + TOUCH)
-    told = [
+    words = [
         f"the frame of {asv} from {its_begin:.4f} to {its_end:.4f} s"
         for asv, its_begin, its_end in zip(
             frames.asv[others], begins[others], ends[others], strict=True
         )
     ]
-    told += _own_pings(result, fix.auv, begin, end)
-    return f"at {fix.auv} from {begin:.4f} to {end:.4f} s, overlapped by {', '.join(told)}"
+    words += _own_pings(result, fix.auv, begin, end)
+    return f"at {fix.auv} from {begin:.4f} to {end:.4f} s, overlapped by {', '.join(words)}"
 
 
 def _own_pings(result: "Result", auv: str, begin: float, end: float) -> list[str]:

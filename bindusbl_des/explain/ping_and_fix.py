@@ -48,21 +48,21 @@ def chain_of_ping(result: "Result", number: int) -> Chain:
     steps = [*sending(result, ping), *receptions(result, ping)]
     found = rows_where(result.tables["fixes"], ping=number)
     if not len(found):
-        outcome, told = _without_fix(result, ping)
-        return Chain(number, ping.auv, None, outcome, told, _in_order(steps))
+        outcome, words = _without_fix(result, ping)
+        return Chain(number, ping.auv, None, outcome, words, _in_order(steps))
     fix: Any = found.astype(object).where(found.notna(), None).iloc[0]
     parts: tuple[LatencyPart, ...] = ()
     steps.append(fixing(result, fix))
     if fix.broadcast_by is None:
-        told = f"fix {fix.fix}, but the mission ends before any ASV broadcasts it"
+        words = f"fix {fix.fix}, but the mission ends before any ASV broadcasts it"
     else:
         steps.append(broadcasting(result, fix))
-        told = _never_delivered(result, fix)
+        words = _never_delivered(result, fix)
     if fix.outcome == "delivered":
         steps.append(arriving(result, fix))
         parts = tuple(latency(result, fix))
-        told = f"fix {fix.fix}, delivered {fix.latency_s:.4f} s after the ping"
-    return Chain(number, ping.auv, fix.fix, fix.outcome, told, _in_order(steps), parts)
+        words = f"fix {fix.fix}, delivered {fix.latency_s:.4f} s after the ping"
+    return Chain(number, ping.auv, fix.fix, fix.outcome, words, _in_order(steps), parts)
 
 
 def _in_order(steps: list[Step]) -> tuple[Step, ...]:

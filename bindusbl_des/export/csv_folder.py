@@ -32,7 +32,7 @@ def write_csv(
 def columns(tables: Mapping[str, pa.Table]) -> pa.Table:
     """Return table, column, type, unit, meaning and frame of every column, a row each."""
     described = [(name, field) for name, table in tables.items() for field in table.schema]
-    told = {
+    record = {
         key: [(field.metadata or {}).get(key.encode(), b"").decode() for _, field in described]
         for key in ("unit", "meaning", "frame")
     }
@@ -41,6 +41,6 @@ def columns(tables: Mapping[str, pa.Table]) -> pa.Table:
             "table": [name for name, _ in described],
             "column": [field.name for _, field in described],
             "type": [str(field.type) for _, field in described],
-            **told,
+            **record,
         }
     )

@@ -177,13 +177,16 @@ def json_schema(table: str) -> dict[str, Any]:
         "title": f"bindusbl.{table}",
         "type": "object",
         "properties": {
-            field.name: {"type": JSON_TYPES[str(field.type)], "description": _told(field.metadata)}
+            field.name: {
+                "type": JSON_TYPES[str(field.type)],
+                "description": _description(field.metadata),
+            }
             for field in schema(table)
         },
     }
 
 
-def _told(metadata: dict[bytes, bytes]) -> str:
+def _description(metadata: dict[bytes, bytes]) -> str:
     unit = metadata[b"unit"].decode()
     return metadata[b"meaning"].decode() + (f" ({unit})" if unit not in ("", "1") else "")
 

@@ -96,7 +96,7 @@ def coverage_figure(
         Patch(fc=UNHEARD, label="heard by no ASV"),
     ]
     if chance is not None:
-        handles = [Line2D([], [], color=INK, lw=0.7, ls="--", label=_ring_told(scenario, covered))]
+        handles = [Line2D([], [], color=INK, lw=0.7, ls="--", label=_ring_label(scenario, covered))]
         bar = figure.colorbar(chance, ax=axes, fraction=0.046, pad=0.03)
         bar.set_label("chance that a ping makes a fix which is delivered (1)")
     handles.append(_draw_corners(axes, area, stations))
@@ -114,7 +114,7 @@ def coverage_figure(
     return figure
 
 
-def _ring_told(scenario: "Scenario", covered: float) -> str:
+def _ring_label(scenario: "Scenario", covered: float) -> str:
     """Tell what the dashed circles are, and what of the survey they cover."""
     if channel_named(scenario.acoustics.hf.channel).ends_at_range:
         return f"HF range: {100 * covered:.1f} % of the survey"

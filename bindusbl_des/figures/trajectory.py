@@ -115,9 +115,9 @@ def frame(axes: Axes, scenario: "Scenario", places: Floats, margin: float) -> No
     chart_axes(axes)
     axes.grid(visible=False)
     if water.current_m_per_s:
-        told = f"current\n{water.current_m_per_s:g} m/s"
+        words = f"current\n{water.current_m_per_s:g} m/s"
         _arrow(axes, math.radians(water.current_direction_deg), 0.83, HF)
-        _write(axes, told, (0.985, 0.785), HF, ha="right")
+        _write(axes, words, (0.985, 0.785), HF, ha="right")
 
 
 def chart_axes(axes: Axes) -> None:

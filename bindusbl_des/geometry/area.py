@@ -126,7 +126,7 @@ class Area:
         return max(math.hypot(*corner) for corner in self.corners)
 
     @property
-    def told(self) -> str:
+    def words(self) -> str:
         """What it is, in words."""
         if not self.is_rectangle:
             return f"{plain_area(self.square_m)}, a polygon of {len(self.corners)} corners"

@@ -165,7 +165,7 @@ class Received:
         found = ned_at_depth([known["lat"]], [known["lon"]], [known["z"]], self._origin)[0]
         return float(found[0]), float(found[1]), float(found[2])
 
-    def told(self) -> str:
+    def words(self) -> str:
         """Return what has become of poses, in a line."""
         refused = [f"{count} {why}" for why, count in self.counts.items() if why != "taken"]
         silent = ""
@@ -227,15 +227,17 @@ def _angle(text: str, side: str) -> float:
 
 def _of_json(line: str) -> tuple[int, Said]:
     try:
-        told: Any = json.loads(line)
-        name = told["vehicle"]
+        telegram: Any = json.loads(line)
+        name = telegram["vehicle"]
         number = int(name.removeprefix("AUV")) if name.startswith("AUV") else -1
-        said = {KEYS[key][0]: KEYS[key][1] * float(told[key]) for key in KEYS if key in told}
+        said = {
+            KEYS[key][0]: KEYS[key][1] * float(telegram[key]) for key in KEYS if key in telegram
+        }
     except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
         raise Nonsense("not understood") from None
     return number, said
 
 
-def missing_told(missing: Sequence[str], port: int) -> str:
+def missing_text(missing: Sequence[str], port: int) -> str:
     """Return what is waited for, in a line."""
     return f"waiting for poses of {', '.join(missing)} on UDP port {port} (Ctrl-C ends)"

@@ -207,14 +207,14 @@ class Instruments:
         """Note what happens, at the instant at which it does."""
         while True:
             happening: Happening = yield watch.next()
-            for reading in self._told(happening.kind, happening.time, happening.row):
+            for reading in self._readings_of(happening.kind, happening.time, happening.row):
                 if self._is_wanted(reading.vehicle):
                     self._heard.append(reading)
 
     def _is_wanted(self, vehicle: str) -> bool:
         return not self._only or vehicle in self._only
 
-    def _told(self, kind: str, at_s: float, row: Any) -> Iterator[Reading]:
+    def _readings_of(self, kind: str, at_s: float, row: Any) -> Iterator[Reading]:
         """Yield what instruments have of a happening."""
         if kind == "ping":
             name = f"ASV{row.asv}" if row.auv is None else f"AUV{row.auv}"

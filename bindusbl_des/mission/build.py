@@ -39,7 +39,7 @@ from ..scenario.channel_settings import burst_s
 from ..scenario.declared import ranging_named
 from ..scenario.failing import failures_of
 from ..scenario.families import downlink_of, ready_plugins, schedule_of, tells_slots
-from ..scenario.instruments.own_sensors import told_of
+from ..scenario.instruments.own_sensors import estimated_kinds
 from ..scenario.scenario import Scenario, kept
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
 from ..usbl.array import elements_of
@@ -70,7 +70,7 @@ def build_world(
     """
     ready_plugins(scenario)
     streams = Streams(seed)
-    columns = sum(len(kind.sds) * kind.times for kind in told_of(scenario))
+    columns = sum(len(kind.sds) * kind.times for kind in estimated_kinds(scenario))
     record = Recorder(scenario.record.detail == "full", jacobians=Jacobians(columns))
     water = MissionCurrent(scenario, streams)
     wrong = wrong_reckoning(scenario, streams, water)
@@ -348,5 +348,5 @@ def usbl_of(scenario: Scenario) -> Usbl:
         sound_speed_of(scenario),
         sheet_of(scenario),
         timing_sd_of(scenario),
-        usbl.slow_share if any(kind.name == "slow" for kind in told_of(scenario)) else 0.0,
+        usbl.slow_share if any(kind.name == "slow" for kind in estimated_kinds(scenario)) else 0.0,
     )

@@ -15,7 +15,7 @@ from ..scenario.families import ASV, AUV
 from ..scenario.on_earth import vessel_tracks
 from ..scenario.own_plans import WayView, own_motion
 from ..scenario.part_choice import PartChoice
-from ..scenario.planned import are_told, asv_stations, route_of
+from ..scenario.planned import are_steered, asv_stations, route_of
 from ..scenario.plans import planned_tours
 from ..scenario.scenario import Scenario
 from ..scenario.sections.environment import Environment
@@ -136,7 +136,7 @@ def launch_anchors(scenario: Scenario, auvs: Fleet) -> Anchors | None:
 
     They know where the AUVs were launched, and what is planned for them.
     """
-    if not are_told(scenario):
+    if not are_steered(scenario):
         return None
     launched = places(auvs.motion, 0.0)[:, :3]
     return anchors_of(scenario, CarriedForward(launched, courses(scenario)), room_of(scenario))

@@ -56,9 +56,9 @@ def event_tables(world: World) -> dict[str, pa.Table]:
 
 def _receptions_table(record: Recorder, receiver: Receiver) -> pa.Table:
     rows = record.receptions.rows
-    told, levels = receiver.levels(rows["snr_db"]), np.empty(len(rows), dtype=LEVELS)
+    levels_now, levels = receiver.levels(rows["snr_db"]), np.empty(len(rows), dtype=LEVELS)
     for name in LEVELS.names or ():
-        levels[name] = told[name]
+        levels[name] = levels_now[name]
     return from_numbers("receptions", rows, levels)
 
 

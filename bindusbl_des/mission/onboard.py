@@ -17,7 +17,7 @@ from ..navigation.navigators import LinearNavigator, Navigator, OwnNavigator
 from ..navigation.smoother import Smoother
 from ..records.rows import LEARNT, Recorder
 from ..scenario.families import NAVIGATOR, navigator_of
-from ..scenario.instruments.own_sensors import own_sensors, told_of
+from ..scenario.instruments.own_sensors import estimated_kinds, own_sensors
 from ..scenario.part_settings import own_part, shipped_part
 from ..scenario.scenario import Scenario, kept
 from ..scenario.shipped_settings import Kalman
@@ -39,7 +39,7 @@ NONE = Further((), ())
 
 
 @kept
-def told_to(scenario: Scenario) -> tuple[Belief, Growth]:
+def assumed_by(scenario: Scenario) -> tuple[Belief, Growth]:
     """Return what the navigators of a scenario believe at first, and how they become less sure."""
     navigation, settings = scenario.navigation, settings_of(scenario)
     skew, wandering, common = _skew(scenario), _wandering(scenario), _common(scenario)
@@ -80,8 +80,8 @@ def _start(scenario: Scenario) -> float:
     settings = settings_of(scenario)
     if settings.initial_position_sd_m is not None:
         return settings.initial_position_sd_m
-    told = "initial_position" not in settings.untold
-    return scenario.navigation.initial_position_sd_m if told else 0.0
+    is_known = "initial_position" not in settings.untold
+    return scenario.navigation.initial_position_sd_m if is_known else 0.0
 
 
 def _bias(scenario: Scenario) -> tuple[float, float]:
@@ -120,7 +120,7 @@ def _skew(scenario: Scenario) -> Further:
 
 def _common(scenario: Scenario) -> Further:
     """Return the states of errors that fixes have in common."""
-    kinds = told_of(scenario)
+    kinds = estimated_kinds(scenario)
     sds = [sd for kind in kinds for sd in kind.sds * kind.times]
     lasts = [kind.time_constant_s for kind in kinds for _ in range(len(kind.sds) * kind.times)]
     return Further(tuple(sds), tuple(lasts))
@@ -129,7 +129,7 @@ def _common(scenario: Scenario) -> Further:
 def _is_aligned(scenario: Scenario) -> bool:
     """Tell whether AUVs carry arrays that may be turned, by as much as is estimated."""
     return scenario.protocol.asvs_ping and any(
-        it.name == "misalignment" for it in told_of(scenario)
+        it.name == "misalignment" for it in estimated_kinds(scenario)
     )
 
 
@@ -174,7 +174,7 @@ def equip_auvs(
         make = own_part(NAVIGATOR, navigation.filter)
         gnss = record.gnss_fixes
         return reckoning, OwnNavigator(navigation.filter, make, reckoning, steering[0], gnss)
-    first, growth = told_to(scenario)
+    first, growth = assumed_by(scenario)
     navigator = LinearNavigator(
         reckoning,
         _rule(scenario),

@@ -146,7 +146,7 @@ def _overlapping(world: World, it: Row) -> Iterator[str]:
     if not len(called):
         return
     here = np.array(world.asv_fleet.vehicles[it["asv"]].at(float(it["arrived_at_s"]))[:3])
-    told = set()
+    seen = set()
     for ping in called[np.abs(called["called_at_s"] - it["arrived_at_s"]) < 1.0 + lasts]:
         caller, sent = int(ping["called_by"]), float(ping["called_at_s"])
         source = np.array(world.asv_fleet.vehicles[caller].at(sent)[:3])
@@ -154,8 +154,8 @@ def _overlapping(world: World, it: Row) -> Iterator[str]:
         arrives = sent + float(np.linalg.norm(source - here)) / band.sound_speed
         is_near = hearing(source[None], here[None], band.reach, band.slant)[0, 0]
         if is_near and abs(arrives - it["arrived_at_s"]) < lasts:
-            told.add(f"a call of ASV{caller}")
-    yield from sorted(told)
+            seen.add(f"a call of ASV{caller}")
+    yield from sorted(seen)
 
 
 def _call(world: World, destroyed: Rows) -> Iterator[Violation]:

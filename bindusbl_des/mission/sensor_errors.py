@@ -9,7 +9,7 @@ from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams
 from ..navigation.dead_reckoning import random_walk
 from ..records.rows import NONE, Rows
-from ..scenario.instruments.own_sensors import kinds, own_sensors, told_of
+from ..scenario.instruments.own_sensors import estimated_kinds, kinds, own_sensors
 from ..scenario.scenario import Scenario
 from ..usbl.systematic_fixes import SYSTEMATIC, Systematic
 from ..vehicles.currents import CONTROL_S, gauss_markov
@@ -136,7 +136,7 @@ def systematic_errors_of(scenario: Scenario, streams: Streams) -> Systematic | N
     known = levels[0]
     for name in ("misalignment", "gnss", "sound_speed", "clock", "slow"):
         known[f"{name}_at"] = NONE
-    for kind in told_of(scenario):
+    for kind in estimated_kinds(scenario):
         known[f"{kind.name}_at"] = len(variances)
         variances += [sd**2 for sd in kind.sds] * kind.times
     one, two = {name: kind.sds for name, kind in found.items()}, (0.0, 0.0)

@@ -46,7 +46,7 @@ class World:
     def sample(self, auv: int, times: Array) -> Samples:
         """Sample one AUV at instants (s) by which its motion is known."""
         way = self.auv_fleet.ways.of(auv, times)
-        odometry = self.reckoning.told(auv, way)
+        odometry = self.reckoning.odometry(auv, way)
         return Samples(way, odometry, self.navigator.estimate(auv, odometry))
 
     def depth_noise(self, auv: int, times: Array) -> Array:

@@ -30,7 +30,13 @@ import numpy as np
 from ..core.compiled import compiled, inlined, written_out
 from ..records.rows import Rows
 from ..vehicles.motion import Floats
-from ..vehicles.reckoning import ExpectedDrift, ReckonedPath, Told, expected_error, way_since
+from ..vehicles.reckoning import (
+    DeadReckoned,
+    ExpectedDrift,
+    ReckonedPath,
+    expected_error,
+    way_since,
+)
 from .dead_reckoning import Reckoned, reckoned
 
 # States that every belief has: the error (m), velocity bias (m/s) and current (m/s), two each.
@@ -146,15 +152,15 @@ def expected(belief: Belief, growth: Growth) -> ExpectedDrift:
 
 
 @compiled
-def carry(belief: Belief, told: Told, growth: Growth) -> None:
+def carry(belief: Belief, dr: DeadReckoned, growth: Growth) -> None:
     """Carry a belief, in its place, to another instant; to an earlier one it gets no surer."""
     drift = expected(belief, growth)
-    way = way_since(drift, told, growth.in_body)
+    way = way_since(drift, dr, growth.in_body)
     passed, ahead, aside = way.passed, way.ahead, way.aside
     moment, state, spread = belief.moment[0], belief.state, belief.covariance
     state[0], state[1] = expected_error(drift, way)
-    moment.at_s, moment.cosine_s, moment.sine_s = told.time, told.cosine, told.sine
-    moment.x_m, moment.y_m = told.x, told.y
+    moment.at_s, moment.cosine_s, moment.sine_s = dr.time, dr.cosine, dr.sine
+    moment.x_m, moment.y_m = dr.x, dr.y
     for k in range(state.size):  # F P ...
         spread[0, k], spread[1, k] = _carried(spread, k, way)
     for k in range(state.size):  # ... F^T
@@ -185,11 +191,11 @@ def _carried(spread: Floats, k: int, way: ReckonedPath) -> tuple[float, float]:
 
 
 @inlined
-def error_spread(belief: Belief, told: Told, growth: Growth) -> tuple[float, float, float]:
+def error_spread(belief: Belief, dr: DeadReckoned, growth: Growth) -> tuple[float, float, float]:
     """Return xx, yy, xy (m2) of the error's covariance at another instant, as :func:`carry` does,
     where nothing stretches the way and no bias wanders.
     """
-    way = way_since(expected(belief, growth), told, growth.in_body)
+    way = way_since(expected(belief, growth), dr, growth.in_body)
     passed, ahead, aside, p = way.passed, way.ahead, way.aside, belief.covariance
     x0, _ = _carried(p, 0, way)
     x1, y1 = _carried(p, 1, way)
@@ -205,18 +211,18 @@ def error_spread(belief: Belief, told: Told, growth: Growth) -> tuple[float, flo
 
 
 @compiled
-def between(belief: Belief, told: Told, before: Told, growth: Growth) -> float:
+def between(belief: Belief, dr: DeadReckoned, before: DeadReckoned, growth: Growth) -> float:
     """Return the variance (m2), along any direction, of the way that is believed to lie between two
     instants near to each other: that of the walk, of velocities, and of a stretch and turn.
     """
-    passed, spread = told.time - before.time, belief.covariance
+    passed, spread = dr.time - before.time, belief.covariance
     speed = spread[2, 2] + spread[3, 3] + spread[4, 4] + spread[5, 5]
     if growth.wandering > 0:
         speed += spread[growth.wandering, growth.wandering]
         speed += spread[growth.wandering + 1, growth.wandering + 1]
     out = growth.walk * passed + 0.5 * speed * passed**2
     if growth.stretched > 0:
-        way = (told.x - before.x) ** 2 + (told.y - before.y) ** 2
+        way = (dr.x - before.x) ** 2 + (dr.y - before.y) ** 2
         skew = spread[growth.stretched, growth.stretched]
         out += 0.5 * way * (skew + spread[growth.stretched + 1, growth.stretched + 1])
     return float(out)

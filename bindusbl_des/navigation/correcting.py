@@ -12,7 +12,7 @@ from ..core.packed import unpacked
 from ..records.events import HEARD
 from ..records.rows import FIX, LEARNT, NONE, RECEPTION, Row, Rows, fix_numbered
 from ..vehicles.motion import Floats, Ints, where
-from ..vehicles.reckoning import Told, expected_error, learn, way_since
+from ..vehicles.reckoning import DeadReckoned, expected_error, learn, way_since
 from .belief import (
     Belief,
     Beliefs,
@@ -127,10 +127,10 @@ def correct(
     for number in range(due.size):
         fix = fix_numbered(fixes, by.gnss, due[number])
         auv, now = fix.auv, fix.delivered_at_s
-        latest, told = one(by.memory.latest, auv), reckoned(auv, now, by.reckoning)
-        was_x, was_y = _error_at(told, auv, latest, packed)
+        latest, dr = one(by.memory.latest, auv), reckoned(auv, now, by.reckoning)
+        was_x, was_y = _error_at(dr, auv, latest, packed)
         taken = _take_in(fixes, common, left, due[number], packed)
-        now_x, now_y = _error_at(told, auv, latest, packed)
+        now_x, now_y = _error_at(dr, auv, latest, packed)
         moved = hypot(now_x - was_x, now_y - was_y)
         fix.correction_m = moved if taken else nan
         by.corrections[auv, 0], by.corrections[auv, 1] = -latest.state[0], -latest.state[1]
@@ -140,15 +140,15 @@ def correct(
 
 
 @compiled
-def _error_at(told: Told, auv: int, belief: Belief, packed: int) -> tuple[float, float]:
+def _error_at(dr: DeadReckoned, auv: int, belief: Belief, packed: int) -> tuple[float, float]:
     """Return the error (m) that a belief expects at an instant."""
     by = unpacked(packed, Known)
-    if next_stop(belief, by.growth) < told.time:
+    if next_stop(belief, by.growth) < dr.time:
         write(belief, by.scratch.belief)
         belief = by.scratch.belief
-        step_on(belief, auv, told.time, by.growth, by.reckoning)
+        step_on(belief, auv, dr.time, by.growth, by.reckoning)
     drift = expected(belief, by.growth)
-    return expected_error(drift, way_since(drift, told, by.growth.in_body))
+    return expected_error(drift, way_since(drift, dr, by.growth.in_body))
 
 
 @compiled
@@ -179,12 +179,12 @@ def _take_in(
             jacobians = common[number]
         time = fix.valid_at_s if by.rule.at_ping else own.delivered_at_s
         step_on(latest, auv, time, growth, by.reckoning)
-        told = reckoned(auv, time, by.reckoning)
-        carry(latest, told, growth)
-        said = _expanded(fix, said, jacobians, latest, told, packed)
+        dr = reckoned(auv, time, by.reckoning)
+        carry(latest, dr, growth)
+        said = _expanded(fix, said, jacobians, latest, dr, packed)
         x, y = latest.state[0], latest.state[1]
         off, weight, is_taken = take(
-            latest, said, by.scratch.common, told, by.rule, by.scratch.shares
+            latest, said, by.scratch.common, dr, by.rule, by.scratch.shares
         )
         if growth.aligned > 0:
             x, y = x - latest.state[0], y - latest.state[1]
@@ -196,7 +196,7 @@ def _take_in(
 
 @compiled
 def _expanded(
-    fix: Row, said: Said, jacobians: Floats, belief: Belief, told: Told, packed: int
+    fix: Row, said: Said, jacobians: Floats, belief: Belief, dr: DeadReckoned, packed: int
 ) -> Said:
     """Return what a fix says to an AUV that believes in something of its instant; note what it has
     been taken for, and write to the desk what the last states add to it, by its `jacobians`.
@@ -205,16 +205,16 @@ def _expanded(
     common, has_common = by.scratch.common, by.scratch.common.shape[1] > 0
     if by.rule.gain == WEIGHED and fix.first != NONE:
         if has_common:
-            x, y = told.x - belief.state[0], told.y - belief.state[1]
+            x, y = dr.x - belief.state[0], dr.y - belief.state[1]
             unsure = at_place(at, jacobians, x, y, belief.covariance, common)
         receptions = by.receptions[fix.first : fix.end]
-        believed = _believed(receptions, fix.auv, told, belief, unsure, packed)
+        believed = _believed(receptions, fix.auv, dr, belief, unsure, packed)
         said, polar = turned(receptions, said, believed)
         if has_common and not polar:
             said = _moved(said, jacobians, believed)
         _note(fix, said, polar)
     if has_common and not polar:
-        said = _without(said, at, jacobians, belief, told, common)
+        said = _without(said, at, jacobians, belief, dr, common)
     return said
 
 
@@ -235,12 +235,12 @@ def expand(
     moment = belief.moment[0]
     for k in range(fixes.size):
         fix = fixes[k]
-        told = reckoned(fix.auv, fix.valid_at_s, by.reckoning)
-        moment.at_s, moment.cosine_s, moment.sine_s = told.time, told.cosine, told.sine
-        moment.x_m, moment.y_m = told.x, told.y
+        dr = reckoned(fix.auv, fix.valid_at_s, by.reckoning)
+        moment.at_s, moment.cosine_s, moment.sine_s = dr.time, dr.cosine, dr.sine
+        moment.x_m, moment.y_m = dr.x, dr.y
         belief.state[:], belief.covariance[:] = states[k], spreads[k]
         alone = Said(fix.x_m, fix.y_m, (noise[k, 0], noise[k, 1], noise[k, 2]))
-        it = _expanded(fix, alone, jacobians[k], belief, told, packed)
+        it = _expanded(fix, alone, jacobians[k], belief, dr, packed)
         said[k, 0], said[k, 1] = it.x, it.y
         said[k, 2], said[k, 3], said[k, 4] = it.noise
         common[k] = by.scratch.common
@@ -248,22 +248,22 @@ def expand(
 
 @compiled
 def _believed(
-    receptions: Rows, auv: int, told: Told, belief: Belief, unsure: float, packed: int
+    receptions: Rows, auv: int, dr: DeadReckoned, belief: Belief, unsure: float, packed: int
 ) -> PingBelief:
     """Return where an AUV believes to have been as it pinged, and as it heard what it answers;
     `unsure` (m2) as of :func:`.fix_update.at_place`.
     """
     by, spread = unpacked(packed, Known), belief.covariance
-    depth = where(by.reckoning.motion, auv, told.time)[2]  # as its pressure sensor has it
-    place = told.x - belief.state[0], told.y - belief.state[1], depth
+    depth = where(by.reckoning.motion, auv, dr.time)[2]  # as its pressure sensor has it
+    place = dr.x - belief.state[0], dr.y - belief.state[1], depth
     called, moved = place, 0.0
     for it in receptions:
         if it.outcome == HEARD and not isnan(it.called_before_s):
-            before = reckoned(auv, told.time - it.called_before_s, by.reckoning)
+            before = reckoned(auv, dr.time - it.called_before_s, by.reckoning)
             drift = expected(belief, by.growth)
             x, y = expected_error(drift, way_since(drift, before, by.growth.in_body))
             called = before.x - x, before.y - y, depth
-            moved = between(belief, told, before, by.growth)
+            moved = between(belief, dr, before, by.growth)
             break
     return PingBelief(place, spread, called, moved, unsure)
 
@@ -305,7 +305,7 @@ def _without(
     at: tuple[float, float],
     jacobians: Floats,
     belief: Belief,
-    told: Told,
+    dr: DeadReckoned,
     common: Floats,
 ) -> Said:
     """Return what a fix `at` a place (m) says to an AUV that believes in a position already,
@@ -318,7 +318,7 @@ def _without(
         variances[k] = spread[begin + k, begin + k]
         for axis in range(2):  # of the place, which is less what dead reckoning errs by
             together[axis, k] = -spread[axis, begin + k]
-    own = Expected(told.x - state[0], told.y - state[1], state[begin:], variances, together)
+    own = Expected(dr.x - state[0], dr.y - state[1], state[begin:], variances, together)
     return said_of(fix, at, jacobians, own, common)
 
 

@@ -10,7 +10,7 @@ from ..core.compiled import compiled, inlined
 from ..core.packed import Packed, unpacked
 from ..vehicles.fleet import FleetTracksCache, VehicleTrack
 from ..vehicles.motion import Motion, headed, places
-from ..vehicles.reckoning import Told, Wrong, by_compass, error, follow
+from ..vehicles.reckoning import DeadReckoned, Wrong, by_compass, error, follow
 
 Array = NDArray[np.float64]
 
@@ -104,9 +104,9 @@ class DeadReckoning:
     def sample(self, auv: int, times: Array) -> tuple[Array, Odometry]:
         """Return truth x, y, z (m), yaw (rad), (n, 4), and what the AUV knew, at instants (s)."""
         way = FleetTracksCache(self.known.motion, foreseen=False).of(auv, times)
-        return way.truth, self.told(auv, way)
+        return way.truth, self.odometry(auv, way)
 
-    def told(self, auv: int, way: VehicleTrack) -> Odometry:
+    def odometry(self, auv: int, way: VehicleTrack) -> Odometry:
         """Return what an AUV's own sensors have told it of its way."""
         n = len(way.times)
         position, headings = np.empty((n, 2)), np.empty((n, 2))
@@ -117,18 +117,18 @@ class DeadReckoning:
 @inlined
 def _reckon(
     auv: int, time: float, place: tuple[float, float], turned: tuple[float, float], wrong: Wrong
-) -> Told:
+) -> DeadReckoned:
     """Return what an AUV's own sensors have told it by an instant (s), at which it is at a place
     (m); `turned` are the true integrals of the cosine and sine of its heading (s).
     """
     cosine, sine = by_compass(turned[0], turned[1], wrong, auv)
     way = place[0] - wrong.skews[auv].begin_x, place[1] - wrong.skews[auv].begin_y
     ahead, aside = error(time, (cosine, sine), way, wrong, auv)
-    return Told(time, place[0] + ahead, place[1] + aside, cosine, sine)
+    return DeadReckoned(time, place[0] + ahead, place[1] + aside, cosine, sine)
 
 
 @compiled
-def reckoned(auv: int, time: float, known: Reckoned) -> Told:
+def reckoned(auv: int, time: float, known: Reckoned) -> DeadReckoned:
     """Return what an AUV's own sensors have told it by an instant (s)."""
     x, y, _, _, cosine, sine = headed(known.motion, auv, time)
     return _reckon(auv, time, (x, y), (cosine, sine), known.wrong)
@@ -145,9 +145,9 @@ def _reckoned_all(
     wrong = unpacked(packed, Reckoned).wrong
     for k in range(times.size):
         place, turned = (lines[k, 0], lines[k, 1]), (lines[k, 4], lines[k, 5])
-        told = _reckon(auv, times[k], place, turned, wrong)
-        position[k, 0], position[k, 1] = told.x, told.y
-        headings[k, 0], headings[k, 1] = told.cosine, told.sine
+        odometry = _reckon(auv, times[k], place, turned, wrong)
+        position[k, 0], position[k, 1] = odometry.x, odometry.y
+        headings[k, 0], headings[k, 1] = odometry.cosine, odometry.sine
 
 
 @compiled

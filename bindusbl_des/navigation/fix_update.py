@@ -15,7 +15,7 @@ import numpy as np
 
 from ..core.compiled import compiled
 from ..vehicles.motion import Floats, Ints
-from ..vehicles.reckoning import Told
+from ..vehicles.reckoning import DeadReckoned
 from .belief import Belief
 
 Noise = tuple[float, float, float]
@@ -90,11 +90,11 @@ def said_of(
                 left[i, j] += bend * jacobians[j, 3 * n + k] * variance**2 / 2
     determinant = slope[0, 0] * slope[1, 1] - slope[0, 1] * slope[1, 0]
     back = np.array(((slope[1, 1], -slope[0, 1]), (-slope[1, 0], slope[0, 0]))) / determinant
-    told = place.copy()
+    out = place.copy()
     common[:] = 0.0
     for i in range(2):
         for j in range(2):
-            told[i] += back[i, j] * (seen[j] - first[j] - second[j])
+            out[i] += back[i, j] * (seen[j] - first[j] - second[j])
             for k in range(n):  # J where the fix is expected
                 jacobian = jacobians[j, k]
                 for m in range(2):
@@ -102,8 +102,8 @@ def said_of(
                 common[i, k] += back[i, j] * jacobian
     for k in range(n):
         for i in range(2):
-            told[i] += common[i, k] * own.errors[k]
-    return Said(told[0], told[1], _turned(left, back))
+            out[i] += common[i, k] * own.errors[k]
+    return Said(out[0], out[1], _turned(left, back))
 
 
 @compiled
@@ -128,7 +128,7 @@ def said_of_all(
     J is that `at` places (n, 2), m; of what is `polar` (n,) it is linear.
     """
     count = len(places)
-    told, left = np.empty((count, 2)), np.empty((count, 3))
+    places, left = np.empty((count, 2)), np.empty((count, 3))
     common, together = np.empty((count, 2, errors.size)), np.zeros((2, errors.size))
     nothing = np.zeros((errors.size, errors.size))
     for k in range(count):
@@ -139,9 +139,9 @@ def said_of_all(
             said = fix
         else:
             said = said_of(fix, (at[k, 0], at[k, 1]), jacobians[k], own, common[k])
-        told[k, 0], told[k, 1] = said.x, said.y
+        places[k, 0], places[k, 1] = said.x, said.y
         left[k, 0], left[k, 1], left[k, 2] = said.noise
-    return told, left, common
+    return places, left, common
 
 
 # A gain that is worked out anew for each fix from the covariances.
@@ -204,9 +204,9 @@ def weigh(belief: Belief, gain: Floats, x: float, y: float, noise: Noise, common
 
 @compiled
 def take(
-    belief: Belief, said: Said, common: Floats, told: Told, rule: Rule, share: Floats
+    belief: Belief, said: Said, common: Floats, dr: DeadReckoned, rule: Rule, share: Floats
 ) -> tuple[float, float, bool]:
-    """Correct a belief by what a fix says, in its place; `told` is dead reckoning of its instant.
+    """Correct a belief by what a fix says, in its place; `dr` is dead reckoning of its instant.
 
     `common` as of :func:`weigh`; `share` (k, 2) is written over.  Return the length of the
     innovation (m), its normalised square (NaN where nothing is unsure), and whether the gate let
@@ -214,8 +214,8 @@ def take(
     """
     moment, state, noise = belief.moment[0], belief.state, said.noise
     begin = state.size - common.shape[1]
-    ahead = said.x - (told.x - state[0])
-    aside = said.y - (told.y - state[1])
+    ahead = said.x - (dr.x - state[0])
+    aside = said.y - (dr.y - state[1])
     _tell(share, belief.covariance, common)
     xx, yy, xy = share[0, 0], share[1, 1], share[0, 1]
     for c in range(common.shape[1]):

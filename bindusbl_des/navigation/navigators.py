@@ -13,7 +13,7 @@ from ..core.plugins import PluginError, asked
 from ..records.rows import FIX, RECEPTION, EventBuffer, Jacobians, Rows
 from ..scenario.families import NAVIGATOR
 from ..vehicles.motion import Floats, Ints
-from ..vehicles.reckoning import ExpectedDrift, Told, expected_error, way_since
+from ..vehicles.reckoning import DeadReckoned, ExpectedDrift, expected_error, way_since
 from .belief import (
     Belief,
     Beliefs,
@@ -80,7 +80,7 @@ def believed(
     """
     known = unpacked(packed, Known)
     growth, beliefs, since = known.growth, known.held.beliefs, known.held.since
-    belief, told, n = known.scratch.belief, Odometry(times, position, headings), 0
+    belief, odometry, n = known.scratch.belief, Odometry(times, position, headings), 0
     for k in range(own.size):
         until = since[own[k + 1]] if k + 1 < own.size else inf
         if n < times.size and times[n] < until:
@@ -91,9 +91,9 @@ def believed(
             while end < times.size and times[end] < until and times[end] <= stop:
                 end += 1
             if sure:
-                _spread(out, told, n, end, known.scratch, growth)
+                _spread(out, odometry, n, end, known.scratch, growth)
             else:
-                _places(out, told, n, end, expected(belief, growth), growth.in_body)
+                _places(out, odometry, n, end, expected(belief, growth), growth.in_body)
             n = end
 
 
@@ -104,9 +104,9 @@ def _places(
     """Write where dead reckoning less the drift expected of it is, of some instants."""
     times, position, headings = odometry.times, odometry.position, odometry.headings
     for n in range(begin, end):
-        told = Told(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
-        x, y = expected_error(drift, way_since(drift, told, in_body))
-        out[n, 0], out[n, 1] = told.x - x, told.y - y
+        dr = DeadReckoned(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
+        x, y = expected_error(drift, way_since(drift, dr, in_body))
+        out[n, 0], out[n, 1] = dr.x - x, dr.y - y
 
 
 @compiled
@@ -117,12 +117,12 @@ def _spread(
     times, position, headings = odometry.times, odometry.position, odometry.headings
     spread = scratch.ahead.covariance
     for n in range(begin, end):
-        told = Told(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
+        dr = DeadReckoned(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
         if growth.stretched + growth.wandering + growth.aligned == 0:
-            out[n, 0], out[n, 1], out[n, 2] = error_spread(scratch.belief, told, growth)
+            out[n, 0], out[n, 1], out[n, 2] = error_spread(scratch.belief, dr, growth)
         else:
             write(scratch.belief, scratch.ahead)
-            carry(scratch.ahead, told, growth)
+            carry(scratch.ahead, dr, growth)
             out[n, 0], out[n, 1], out[n, 2] = on_circle(spread, growth.aligned)
 
 
@@ -204,8 +204,8 @@ class LinearNavigator:
         """Take in the fixes whose rows are due; note innovation, its weight, and the change (m)."""
         self._held.make_room(len(due), self._known)
         common, left = self.common.of, self.common.left
-        told = (common, left) if self.common.columns else (None, None)
-        correct(self._known.address, self._held.count, fixes, due, *told)
+        errors = (common, left) if self.common.columns else (None, None)
+        correct(self._known.address, self._held.count, fixes, due, *errors)
         self._held.count += len(due)
 
     def expanded(
@@ -304,9 +304,9 @@ class OwnNavigator:
             x, y = self.estimate(auv, then)[0]
             fix["innovation_m"] = np.hypot(fix["x_m"] - x, fix["y_m"] - y)
             was = self.estimate(auv, odometry)
-            told = np.array([fix])
-            told["error_m"] = np.nan  # nobody on board knows it
-            self._asked(self._navigator.correct, told.view(np.recarray), np.array([0]))
+            one_fix = np.array([fix])
+            one_fix["error_m"] = np.nan  # nobody on board knows it
+            self._asked(self._navigator.correct, one_fix.view(np.recarray), np.array([0]))
             moved = self.estimate(auv, odometry)
             fix["correction_m"] = np.hypot(*(moved - was)[0])
             self._corrections[auv] = (moved - odometry.position)[0]
@@ -332,8 +332,8 @@ class OwnNavigator:
         return found
 
     def _checked(self, verb: str, auv: int, odometry: Odometry, width: int) -> Array:
-        told = Odometry(*(column.copy() for column in odometry))  # they may be written over
-        answer = self._asked(lambda: getattr(self._navigator, verb)(auv, told))
+        copied = Odometry(*(column.copy() for column in odometry))  # they may be written over
+        answer = self._asked(lambda: getattr(self._navigator, verb)(auv, copied))
         found: Array | None = self._asked(_numbers, answer)
         wanted = (len(odometry.times), width)
         if found is None or found.shape != wanted or not np.isfinite(found).all():

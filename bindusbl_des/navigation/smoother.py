@@ -67,7 +67,7 @@ class Smoother:
         self._filter, self._reckoning = navigator, reckoning
         self._growth, self._first = growth, first
         self._lag = inf if lag_s is None else lag_s
-        self._told: list[FixHistory] = []
+        self._histories: list[FixHistory] = []
         self._latest: tuple[object, SmoothedTrack] | None = None
 
     def correct(self, fixes: Rows, due: Ints) -> None:
@@ -79,11 +79,11 @@ class Smoother:
         kept = ~(np.isnan(rows["correction_m"]) & ~np.isnan(rows["innovation_m"]))
         rows = rows[kept]
         noise = np.column_stack((rows["sd_x_m"] ** 2, rows["sd_y_m"] ** 2, rows["cov_xy_m2"]))
-        told = FixHistory(rows, np.zeros((len(rows), 2, 4 * common.columns + 2)), noise)
+        history = FixHistory(rows, np.zeros((len(rows), 2, 4 * common.columns + 2)), noise)
         if common.columns:
-            told.common[~by_gnss[kept]] = common.of[due[kept & ~by_gnss]]
-            told.noise[~by_gnss[kept]] = common.left[due[kept & ~by_gnss]]
-        self._told.append(told)
+            history.common[~by_gnss[kept]] = common.of[due[kept & ~by_gnss]]
+            history.noise[~by_gnss[kept]] = common.left[due[kept & ~by_gnss]]
+        self._histories.append(history)
         self._latest = None
 
     def estimate(self, auv: int, odometry: Odometry) -> Array:
@@ -110,21 +110,23 @@ class Smoother:
         begin = begun_at(self._first, self._reckoning.at(auv, 0.0))
         is_open, growth = np.ones(len(valid), dtype=bool), self._growth
         for first, end in self._groups(times, delivered):
-            told = delivered <= times[first] + self._lag
+            is_delivered = delivered <= times[first] + self._lag
             # nothing that comes later is about an earlier instant than this
-            settled = min(float(times[first]), float(np.min(valid[~told], initial=inf)))
-            sure = is_open & told & (valid <= settled)
+            settled = min(float(times[first]), float(np.min(valid[~is_delivered], initial=inf)))
+            sure = is_open & is_delivered & (valid <= settled)
             if sure.any():
                 begin = filtered(begin, *self._between(auv, begin, valid, sights, sure), growth)
                 is_open &= ~sure
-            nodes, own = self._between(auv, begin, valid, sights, is_open & told, times[first:end])
+            nodes, own = self._between(
+                auv, begin, valid, sights, is_open & is_delivered, times[first:end]
+            )
             states, spreads = smooth(begin, nodes, own, growth)
-            which = np.flatnonzero(is_open & told)
+            which = np.flatnonzero(is_open & is_delivered)
             if self._first.covariance[0, 0] > 0.0 and which.size:
                 growth = growth._replace(aligned=0)  # all J are of the same places: nothing turns
                 self._expand_anew(auv, known.of(which), nodes, states, spreads, sights, which)
                 nodes, own = self._between(
-                    auv, begin, valid, sights, is_open & told, times[first:end]
+                    auv, begin, valid, sights, is_open & is_delivered, times[first:end]
                 )
                 states, spreads = smooth(begin, nodes, own, growth)
             at = np.searchsorted(nodes.times, times[first:end])
@@ -136,13 +138,13 @@ class Smoother:
 
     def _of(self, auv: int) -> FixHistory:
         """Return the fixes of one AUV, in the order in which they hold."""
-        if len(self._told) > 1:  # put together once, not for each AUV
-            self._told = [FixHistory(*map(np.concatenate, zip(*self._told, strict=True)))]
-        if not self._told:
+        if len(self._histories) > 1:  # put together once, not for each AUV
+            self._histories = [FixHistory(*map(np.concatenate, zip(*self._histories, strict=True)))]
+        if not self._histories:
             return FixHistory(np.zeros(0, dtype=FIX), np.zeros((0, 2, 0)), np.zeros((0, 3)))
-        [told] = self._told
-        own = np.flatnonzero(told.rows["auv"] == auv)
-        return told.of(own[np.argsort(told.rows["valid_at_s"][own], kind="stable")])
+        [fixes] = self._histories
+        own = np.flatnonzero(fixes.rows["auv"] == auv)
+        return fixes.of(own[np.argsort(fixes.rows["valid_at_s"][own], kind="stable")])
 
     def _groups(self, times: Array, delivered: Array) -> Iterator[tuple[int, int]]:
         """Yield instants that know the same fixes, so many at most as memory bears: the first of

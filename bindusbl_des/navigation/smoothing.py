@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..core.compiled import compiled, inlined
 from ..vehicles.motion import Floats, Ints
-from ..vehicles.reckoning import Told, way_since
+from ..vehicles.reckoning import DeadReckoned, way_since
 from .belief import STATES, Belief, Growth, carry, expected, turn_with
 from .dead_reckoning import Odometry
 
@@ -60,16 +60,18 @@ def filtered(first: Belief, odometry: Odometry, sights: Sights, growth: Growth) 
 
 
 @inlined
-def told_at(odometry: Odometry, n: int) -> Told:
+def dr_at(odometry: Odometry, n: int) -> DeadReckoned:
     """Return what an odometry tells at its n-th instant."""
     position, headings = odometry.position, odometry.headings
-    return Told(odometry.times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
+    return DeadReckoned(
+        odometry.times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1]
+    )
 
 
 @compiled
-def transition(belief: Belief, told: Told, growth: Growth, move: Floats) -> None:
+def transition(belief: Belief, dr: DeadReckoned, growth: Growth, move: Floats) -> None:
     """Write by what :func:`.belief.carry` multiplies small changes of the states: F (k, k)."""
-    way = way_since(expected(belief, growth), told, growth.in_body)
+    way = way_since(expected(belief, growth), dr, growth.in_body)
     move[:] = 0.0
     for k in range(belief.state.size):
         move[k, k] = 1.0
@@ -123,17 +125,17 @@ def _project(spread: Floats, gain: Floats, row: Floats) -> None:
     """Have (1 - g h') P (1 - g h')' in the place of P (k, k), for columns g and h (k,)."""
     count = gain.size
     for j in range(count):
-        told = 0.0
+        product = 0.0
         for i in range(count):
-            told += row[i] * spread[i, j]
+            product += row[i] * spread[i, j]
         for i in range(count):
-            spread[i, j] -= gain[i] * told
+            spread[i, j] -= gain[i] * product
     for i in range(count):
-        told = 0.0
+        product = 0.0
         for j in range(count):
-            told += spread[i, j] * row[j]
+            product += spread[i, j] * row[j]
         for j in range(count):
-            spread[i, j] -= told * gain[j]
+            spread[i, j] -= product * gain[j]
 
 
 @compiled
@@ -149,7 +151,7 @@ def _filter(own: Belief, odometry: Odometry, sights: Sights, growth: Growth) -> 
     """Take sights into a belief, in its place, and carry it to the last instant."""
     gain, sight = np.empty(own.state.size), 0
     for n in range(odometry.times.size):
-        carry(own, told_at(odometry, n), growth)
+        carry(own, dr_at(odometry, n), growth)
         x, y = own.state[0], own.state[1]
         while sight < sights.nodes.size and sights.nodes[sight] == n:
             row = sights.rows[sight]
@@ -170,9 +172,9 @@ def _smooth(
     gains, offs, totals = np.empty_like(rows), np.empty(len(rows)), np.empty(len(rows))
     own, sight = Belief(first.moment.copy(), first.state.copy(), first.covariance.copy()), 0
     for n in range(count):
-        told = told_at(odometry, n)
-        transition(own, told, growth, moves[n])
-        carry(own, told, growth)
+        dr = dr_at(odometry, n)
+        transition(own, dr, growth, moves[n])
+        carry(own, dr, growth)
         x, y = own.state[0], own.state[1]
         while sight < len(rows) and sights.nodes[sight] == n:
             offs[sight] = _seen(own, rows[sight], sights.values[sight])
@@ -245,13 +247,13 @@ def _turn_back(later: Floats, sure: Floats, k: int, x: float, y: float) -> None:
 def _go_back(later: Floats, sure: Floats, move: Floats) -> None:
     """Have what is said about a state, said about that before it was moved by F: F' l, F' L F."""
     count = later.size
-    told, product = np.zeros(count), np.zeros((count, count))
+    back, product = np.zeros(count), np.zeros((count, count))
     for i in range(count):
         for j in range(count):
-            told[i] += move[j, i] * later[j]
+            back[i] += move[j, i] * later[j]
             for k in range(count):
                 product[i, j] += move[k, i] * sure[k, j]
-    later[:] = told
+    later[:] = back
     sure[:] = 0.0
     for i in range(count):
         for j in range(count):

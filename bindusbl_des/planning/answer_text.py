@@ -152,10 +152,10 @@ def remedy_text(found: Found) -> str | None:
     if all(excess(goal, it.mean) <= 0 for goal, it in zip(goals, estimates, strict=True)):
         return None
     first = f"The nearest is {team_text(found.candidates[nearest])}: {reached(goals, estimates)}."
-    helping = [it.told for it in found.reliefs if it.meets]
+    helping = [it.text for it in found.reliefs if it.meets]
     if helping:
         return f"{first} It is predicted to meet the goal with: {'; '.join(helping)}."
-    rest = f" Most would help {found.reliefs[0].told}." if found.reliefs else ""
+    rest = f" Most would help {found.reliefs[0].text}." if found.reliefs else ""
     return f"{first} {found.further}{rest}".replace("  ", " ").strip()
 
 

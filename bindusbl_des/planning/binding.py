@@ -20,12 +20,12 @@ class Relief:
 
     what: str
     value: float
-    told: str
+    text: str
     meets: bool
 
     def record(self) -> dict[str, Any]:
         """Return it as plain data."""
-        return {"what": self.what, "told": self.told, "value": self.value}
+        return {"what": self.what, "told": self.text, "value": self.value}
 
 
 def binding(candidate: Candidate, predictor: Predictor, goals: Sequence[Goal]) -> list[Relief]:
@@ -47,8 +47,8 @@ def _reliefs(inputs: Inputs, candidate: Candidate, goal: Goal, now: float) -> It
         value = value_of(goal, predict(improved(inputs), candidate.stations))
         if excess(goal, value) < excess(goal, now) - NOTEWORTHY:
             values = f"{value_text(goal, value)} instead of {value_text(goal, now)}, as predicted"
-            told = f"{words}: {goal.metric} {values}"
-            yield Relief(what, value, told, excess(goal, value) < 0)
+            text = f"{words}: {goal.metric} {values}"
+            yield Relief(what, value, text, excess(goal, value) < 0)
 
 
 def _reach(inputs: Inputs) -> Inputs:
@@ -121,7 +121,7 @@ def _drift(inputs: Inputs) -> Inputs:
             it,
             mean=_halved(it.mean),
             drawn_sd=_halved(it.drawn_sd),
-            told_sd=_halved(it.told_sd),
+            assumed_sd=_halved(it.assumed_sd),
             wander_per_s=it.wander_per_s / 4,
         )
         for it in navigator.sources
@@ -132,7 +132,7 @@ def _drift(inputs: Inputs) -> Inputs:
             navigator,
             sources=sources,
             walk_m2_per_s=navigator.walk_m2_per_s / 4,
-            told_walk_m2_per_s=navigator.told_walk_m2_per_s / 4,
+            assumed_walk_m2_per_s=navigator.assumed_walk_m2_per_s / 4,
         ),
     )
 

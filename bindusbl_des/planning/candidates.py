@@ -204,7 +204,7 @@ def band(goal: Goal, value: float) -> tuple[float, float]:
 class LeftOut:
     """Candidates that are not flown, and why."""
 
-    told: str
+    words: str
     candidates: tuple[Candidate, ...]
 
 

@@ -100,7 +100,7 @@ class Doubt:
     `without` is the team without the condition, judged over the same time; None is the answer.
     """
 
-    told: str
+    words: str
     keys: Mapping[str, Any]
     team: Candidate
     without: Candidate | None = None
@@ -123,7 +123,7 @@ class Doubted:
     def record(self) -> dict[str, Any]:
         """Return it as plain data."""
         return {
-            "told": self.doubt.told,
+            "told": self.doubt.words,
             "keys": dict(self.doubt.keys),
             "missions": self.missions,
             **plainly(self.estimates),
@@ -135,8 +135,8 @@ class Doubted:
 def doubts(question: Question, team: Candidate, predictor: Predictor) -> list[Doubt]:
     """Return the conditions in which a team is to be flown; without those that make no scenario."""
     changes = [*_ranges(team), *_bursts(team), *_sound(team), *_drift(team)]
-    worse = [(told, keys, candidate(question, {**team.keys, **keys})) for told, keys in changes]
-    found = [Doubt(told, keys, it) for told, keys, it in worse if it is not None]
+    worse = [(words, keys, candidate(question, {**team.keys, **keys})) for words, keys in changes]
+    found = [Doubt(words, keys, it) for words, keys, it in worse if it is not None]
     return [*found[:1], *_lost(question, team, predictor), *found[1:]]
 
 
@@ -246,8 +246,10 @@ def _drift(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
     line = navigation.drift.line_m
     if wanders_over_m(team.scenario) or (navigation.drift.is_stated and line is None):
         sooner = USUAL_LINE_M if line is None else line / SOONER
-        told = f"drift wanders over {sooner:.3g} m, not {'at all' if line is None else f'{line:g}'}"
-        yield told, {f"{NAVIGATION}.drift.line_m": float(f"{sooner:.3g}")}
+        words = (
+            f"drift wanders over {sooner:.3g} m, not {'at all' if line is None else f'{line:g}'}"
+        )
+        yield words, {f"{NAVIGATION}.drift.line_m": float(f"{sooner:.3g}")}
 
 
 def teams_of(conditions: Sequence[Doubt]) -> list[Candidate]:

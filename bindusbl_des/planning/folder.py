@@ -193,7 +193,7 @@ def record(found: Found, run: str) -> dict[str, Any]:
     question, answer = found.question, found.selection.answer
     others = [n for n in found.ranked if n != answer][:MOST_RUNNERS_UP]
     goals = question.goals
-    told = [answer_text(found), *caveats(found)]
+    sentences = [answer_text(found), *caveats(found)]
     return {
         "name": question.name,
         "scenario": question.source,
@@ -210,10 +210,10 @@ def record(found: Found, run: str) -> dict[str, Any]:
         "answer": None if found.team is None else dict(found.team.keys),
         "chosen": answer,
         "would": remedy_text(found),
-        "told": told,
+        "told": sentences,
         "run": run,
         "candidates": [_candidate(found, n) for n in range(len(found.candidates))],
-        "excluded": [{"told": it.told, "count": len(it.candidates)} for it in found.left_out],
+        "excluded": [{"told": it.words, "count": len(it.candidates)} for it in found.left_out],
         "runners_up": others,
         "binding": [it.record() for it in found.reliefs],
         "sensitivity": [it.record() for it in found.doubted],
@@ -254,9 +254,9 @@ def _known(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def best_yaml(scenario: Scenario, told: str) -> str:
+def best_yaml(scenario: Scenario, sentence: str) -> str:
     """Return the text of a scenario file: JSON is YAML, and each section has a line."""
     given = portable(scenario.model_dump(mode="json", exclude_unset=True))
     given["record"] = {**given.get("record", {}), "detail": "full"}
     lines = [f"{key}: {json.dumps(value, ensure_ascii=False)}" for key, value in given.items()]
-    return "\n".join([f"# {told}", *lines, ""])
+    return "\n".join([f"# {sentence}", *lines, ""])

@@ -71,7 +71,7 @@ def _unserved(inputs: Inputs) -> Value:
 
     def value(places: Floats) -> float:
         sights = seen(inputs, places)
-        served = located(inputs, sights).mean(axis=2) * _told(inputs, sights)
+        served = located(inputs, sights).mean(axis=2) * _delivered(inputs, sights)
         own, nearest = served.mean(axis=1), sights.level_m.min(axis=2).mean()
         return float(1.0 - own.min() + OF_ALL * (1.0 - own.mean()) + OF_WAY * nearest / reach)
 
@@ -85,14 +85,14 @@ def _unknown(inputs: Inputs) -> Value:
 
     def value(places: Floats) -> float:
         sights, noise = seen(inputs, places), inputs.noise
-        heard = sights.heard * _told(inputs, sights)[..., None]
+        heard = sights.heard * _delivered(inputs, sights)[..., None]
         with np.errstate(divide="ignore"):
             along, across = (
                 looked_up(table, noise.step_m, sights.level_m) / heard
                 for table in (noise.along_m2, noise.across_m2)
             )
-        told = information(inputs.ways.places_m, places, along, across)
-        return float(trace_of_inverse(told + prior[..., None, None] * np.eye(2)).mean())
+        gained = information(inputs.ways.places_m, places, along, across)
+        return float(trace_of_inverse(gained + prior[..., None, None] * np.eye(2)).mean())
 
     return value
 
@@ -102,18 +102,18 @@ def _predicted(inputs: Inputs) -> Value:
     return lambda places: predict(inputs, places).worst("position_error_p95_m")
 
 
-def _told(inputs: Inputs, sights: ExpectedSights) -> Floats:
+def _delivered(inputs: Inputs, sights: ExpectedSights) -> Floats:
     """Return how likely AUVs decode a frame (n, k), whichever ASV broadcasts it."""
-    access, told = inputs.access, sights.told
+    access, delivered = inputs.access, sights.delivered
     replies = access.downlink.replies
     if access.ranging.asvs_ping or (replies and not access.replies_in_frames):
-        return np.ones(told.shape[:2])
+        return np.ones(delivered.shape[:2])
     if access.broadcaster.chosen_by == "one" and not replies:
-        return np.asarray(told[:, :, access.fixed_asv])
+        return np.asarray(delivered[:, :, access.fixed_asv])
     if replies or access.broadcaster.serves_nearest:
         nearest = sights.level_m.argmin(axis=2)[:, :, None]
-        return np.asarray(np.take_along_axis(told, nearest, axis=2)[:, :, 0])
-    return np.asarray(told.mean(axis=2))
+        return np.asarray(np.take_along_axis(delivered, nearest, axis=2)[:, :, 0])
+    return np.asarray(delivered.mean(axis=2))
 
 
 # Where few ASVs serve the AUVs of a scenario best: in a regular formation, or each by itself.

@@ -50,15 +50,15 @@ def bound(goal: Record) -> str:
     >>> bound({"metric": "position_error_p95_m", "below": 1.0})
     'below 1.00 m'
     """
-    told = units(goal["metric"])
+    unit = units(goal["metric"])
     side = "below" if goal.get("below") is not None else "above"
-    return f"{side} {significant(goal[side] * told['factor'])} {told['unit']}".strip()
+    return f"{side} {significant(goal[side] * unit['factor'])} {unit['unit']}".strip()
 
 
-def goal_told(goal: Record) -> str:
+def goal_text(goal: Record) -> str:
     """Return a goal in words: what, of whom, below what.
 
-    >>> goal_told({"metric": "position_error_p95_m", "below": 1.0, "of": "worst"})
+    >>> goal_text({"metric": "position_error_p95_m", "below": 1.0, "of": "worst"})
     'Goal for the worst AUV: position error, 95 % of the time below 1.00 m'
     """
     whose = goal.get("of", "worst")
@@ -209,22 +209,22 @@ def plan_page(record: Record, inputs: Mapping[str, Any] | None = None) -> str:
 
 
 def _head(record: Record) -> str:
-    goals = "; ".join(map(goal_told, record.get("goal") or []))
-    head = filled("<h1>{name}</h1><p>{told}</p>", name=record.get("name", "plan"), told=goals)
+    goals = "; ".join(map(goal_text, record.get("goal") or []))
+    head = filled("<h1>{name}</h1><p>{goals}</p>", name=record.get("name", "plan"), goals=goals)
     return f"<header><div>{head}</div>{THEME}</header>"
 
 
 def _answer(record: Record) -> str:
     """Return the answer: in sentences, in numbers, what binds, and the command that flies it."""
     goals = record.get("goal") or []
-    told = [worded(it, goals) for it in record.get("told") or []]
+    sentences = [worded(it, goals) for it in record.get("told") or []]
     is_open, none = not record.get("settled", True), not record.get("answer")
     kind = "verdict open" if is_open else "verdict warning" if none else "verdict"
-    first = told[0] if told else _plainly(record)
+    first = sentences[0] if sentences else _plainly(record)
     beside = _fragile(record) + _binding(record)
     parts = [filled(f'<p class="{kind}">{{it}}</p>', it=first), _tiles(record)]
     parts += [f'<div class="pair">{beside}</div>'] if beside else []
-    parts += [filled("<p>{it}</p>", it=it[:1].upper() + it[1:]) for it in told[1:]]
+    parts += [filled("<p>{it}</p>", it=it[:1].upper() + it[1:]) for it in sentences[1:]]
     if record.get("would"):
         would = worded(record["would"], goals)
         parts.append(filled("<p><b>What would:</b> {it}</p>", it=would))
@@ -260,18 +260,18 @@ def _fragile(record: Record) -> str:
         return ""
     order = {False: 0, None: 1, True: 2}
     words = {True: "✓ the goal is still met", False: "✗ the goal is missed", None: "open"}
-    told = units(goals[0]["metric"])
+    unit = units(goals[0]["metric"])
     items = ""
     for case in sorted(cases, key=lambda it: order[it.get("met")]):
-        mean = parted({"simulated": case}, 0, told["factor"])[0]
-        planned = parted({"simulated": case.get("as_planned")}, 0, told["factor"])[0]
+        mean = parted({"simulated": case}, 0, unit["factor"])[0]
+        planned = parted({"simulated": case.get("as_planned")}, 0, unit["factor"])[0]
         items += filled(
             "<li>{what}: <b>{verdict}</b> ({mean} {unit} instead of {planned})</li>",
             what=case.get("told") or named(case.get("keys") or {}),
             verdict=words[case.get("met")],
             mean=mean,
             planned=planned,
-            unit=told["unit"],
+            unit=unit["unit"],
         )
     return f"<div><h3>If it is not as planned</h3><ul>{items}</ul></div>"
 
@@ -292,9 +292,9 @@ def _tiles(record: Record) -> str:
     if chosen is not None:
         first = [("vessels", number(chosen.get("asvs"), 0), "", "")]
         for place, goal in enumerate(record.get("goal") or []):
-            told = units(goal["metric"])
-            mean, span = parted(chosen, place, told["factor"])
-            first.append((f"{told['words']}, simulated", mean, told["unit"], span))
+            unit = units(goal["metric"])
+            mean, span = parted(chosen, place, unit["factor"])
+            first.append((f"{unit['words']}, simulated", mean, unit["unit"], span))
             missed, flown = _missed(chosen, place)
             if missed is not None:
                 first.append(("missions that miss the goal", f"{missed:.0f}", f"of {flown}", ""))
@@ -332,11 +332,11 @@ def _chart(record: Record, inputs: Mapping[str, Any] | None) -> str:
         for metric, it in stated.items()
         if any(metric == goal["metric"] for goal in record.get("goal") or [])
     ]
-    told = f"Beside simulations they are off ({'; '.join(said)})." if said else ""
+    precision = f"Beside simulations they are off ({'; '.join(said)})." if said else ""
     left_out = " ".join(inputs["inputs"].get("approximations") or ())
     if any(it.get("stations") == [] for it in record.get("candidates") or []):
-        told += " Vessels that move are neither drawn nor predicted: they were simulated."
-    return Template(asset("plan.html")).substitute(stated=escape(told), left_out=escape(left_out))
+        precision += " Vessels that move are neither drawn nor predicted: they were simulated."
+    return Template(asset("plan.html")).substitute(stated=escape(precision), left_out=escape(left_out))
 
 
 def _chosen(record: Record) -> Record | None:
@@ -374,8 +374,8 @@ def _table(record: Record, places: Sequence[int], caption: str) -> str:
     priced = any(it.get("cost") != it.get("asvs") for it in candidates)
     headings = [("candidate", ""), ("vessels", ""), *([("cost", "")] * priced)]
     for goal in goals:
-        told = units(goal["metric"])
-        headings += [(f"{told['words']}, predicted", told["unit"]), ("simulated", told["unit"])]
+        unit = units(goal["metric"])
+        headings += [(f"{unit['words']}, predicted", unit["unit"]), ("simulated", unit["unit"])]
     headings += [("missions", ""), ("verdict", ""), ("settings", "")]
     rows = []
     for place in places:
@@ -401,8 +401,8 @@ def _sensitivity(record: Record) -> str:
         return ""
     headings = [("if", "")]
     for it in goals:
-        told = units(it["metric"])
-        headings += [(told["words"], told["unit"]), ("as planned", told["unit"])]
+        unit = units(it["metric"])
+        headings += [(unit["words"], unit["unit"]), ("as planned", unit["unit"])]
     headings += [("missions", ""), ("goal", "")]
     words = {True: "✓ still met", False: "✗ not met", None: "needs more missions"}
     rows = []

@@ -224,13 +224,13 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
                     return sample([(number, seed) for seed in seeds])
 
                 conditions = doubts(question, looked_at, predictor) if is_found else []
-                told, flown_in_doubt = list[Doubted](), 0
+                doubts_flown, flown_in_doubt = list[Doubted](), 0
                 if conditions:
                     budget.begin("doubting the answer")
                     worse = _experiment(question, teams_of(conditions), question.seeds()[:SEEDS])
                     with fly(worse, folder / DOUBTS) as doubtful:
                         sampled = partial(budget.sample, doubtful)
-                        told = doubted(conditions, goals, sampled, as_planned)
+                        doubts_flown = doubted(conditions, goals, sampled, as_planned)
                         flown_in_doubt = len(doubtful)
     finally:
         budget.end()
@@ -242,7 +242,7 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
         left_out=left_out,
         reliefs=[] if budget.cut_by else binding(looked_at, predictor, goals),
         further="" if is_found else further(question, candidates, predictor),
-        doubted=told,
+        doubted=doubts_flown,
         missions=len(missions) + flown_in_doubt,
         cut=budget.cut_by,
     )
@@ -302,21 +302,21 @@ def _written(found: Found, folder: Path) -> Plan:
     team = found.team
     file, keys = (str(folder / BEST), team.scenario) if team else (scenario, found.question.base)
     run = f"bindusbl-des run {quote(file)}{leave_of(keys)}"
-    told = {**record(found, run), "scenario": scenario}
+    plan_record = {**record(found, run), "scenario": scenario}
     if found.team is None:
         (folder / BEST).unlink(missing_ok=True)
     else:
-        write_text(folder / BEST, best_yaml(found.team.scenario, told["told"][0]))
-    write_text(folder / PAGE, _page(found, told))
-    text = json.dumps(told, indent=2, allow_nan=False, ensure_ascii=False)
+        write_text(folder / BEST, best_yaml(found.team.scenario, plan_record["told"][0]))
+    write_text(folder / PAGE, _page(found, plan_record))
+    text = json.dumps(plan_record, indent=2, allow_nan=False, ensure_ascii=False)
     write_text(folder / PLAN, f"{text}\n")
-    return Plan(folder, told)
+    return Plan(folder, plan_record)
 
 
-def _page(found: Found, told: dict[str, Any]) -> str:
+def _page(found: Found, plan_record: dict[str, Any]) -> str:
     base = found.question.base
     inputs = found.predictor.inputs(base)
     if inputs is None or not stations_kept(base):
-        return plan_page(told)
+        return plan_page(plan_record)
     each: list[Inputs | None] = [found.predictor.inputs(it.scenario) for it in found.candidates]
-    return plan_page(told, chart_of(base, inputs, each))
+    return plan_page(plan_record, chart_of(base, inputs, each))

@@ -53,11 +53,11 @@ MOST_PLACED = 50
 
 
 def proposed(
-    question: Question, predictor: Predictor, told: Callable[[str], object] = str
+    question: Question, predictor: Predictor, on_progress: Callable[[str], object]
 ) -> list[Candidate]:
     """Return all candidates of a plan: the user's points, each with what is proposed to go with it.
 
-    `told` is called with how far that is; by default nobody hears it.
+    `on_progress` is called with how far that is; by default nobody hears it.
 
     Raises:
         ValueError: when none of them is a valid scenario.
@@ -69,7 +69,7 @@ def proposed(
         widely = len(points) * len(COUNTS) > MOST_PREDICTED
         found = []
         for number, point in enumerate(points, start=1):
-            told(f"proposing teams, {number} of {counted(len(points), 'choice')}")
+            on_progress(f"proposing teams, {number} of {counted(len(points), 'choice')}")
             found += _about(question, predictor, point, widely)
     unlike = {it.scenario.model_dump_json(): it for it in reversed(found) if it is not None}
     return list(unlike.values())[::-1]
@@ -153,10 +153,13 @@ def _unlike(teams: Sequence[Candidate], predictor: Predictor) -> Iterator[Candid
     for number, team in enumerate(teams):
         prediction = predictor.prediction(team)
         if prediction is not None:
-            told = str(team.scenario.protocol.downlink), b"".join(it.tobytes() for it in prediction)
-            if told in known:
+            found = (
+                str(team.scenario.protocol.downlink),
+                b"".join(it.tobytes() for it in prediction),
+            )
+            if found in known:
                 continue
-            known.add(told)
+            known.add(found)
         if number:
             yield team
 

@@ -224,12 +224,12 @@ def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
     counts = (it.get("asvs.count") for it in experiment.points)
     asvs = sum(it if isinstance(it, int) else 1 for it in counts)
     if points > MOST_POINTS or asvs > MOST_ASVS:
-        told = (
+        problem = (
             f"make {points:,} teams with {asvs:,} ASVs before any is proposed; a plan compares "
             f"{MOST_POINTS} with {MOST_ASVS:,} at most, since each is predicted; narrow the ranges "
             "or give them a step (4:40:4)"
         )
-        _note(document, ("candidates",), told)
+        _note(document, ("candidates",), problem)
         raise ScenarioError(document.mistakes)
     return Question(
         experiment=experiment,

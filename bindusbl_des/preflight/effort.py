@@ -15,7 +15,7 @@ from ..core.wording import spoken
 from ..navigation.belief import STATES
 from ..navigation.correcting import REMEMBERED
 from ..scenario.families import downlink_of, schedule_of
-from ..scenario.instruments.own_sensors import told_of
+from ..scenario.instruments.own_sensors import estimated_kinds
 from ..scenario.planned import horizontal_reach, known_route, known_stations
 from ..scenario.scenario import Scenario
 from ..scenario.sections.routes import Lawnmower
@@ -339,8 +339,8 @@ def effort(scenario: Scenario) -> Effort:
     if scenario.protocol.calls:
         seconds += counts["pings"] * (CALL_S + scenario.asvs.count * CALLED_S)
     held = {name: n * COSTS[name][1] for name, n in counts.items()}
-    told = sum(len(kind.sds) * kind.times for kind in told_of(scenario))
-    pairs = told * (told + 2 * STATES)  # of states, beyond those of any belief
+    states = sum(len(kind.sds) * kind.times for kind in estimated_kinds(scenario))
+    pairs = states * (states + 2 * STATES)  # of states, beyond those of any belief
     seconds += counts["fixes"] * pairs * STATES_S
     held["fixes"] += counts["fixes"] * pairs * STATES_BYTES
     rows = max(FEWEST_ROWS, min(ROWS, MOST_ROWS // (auvs * scenario.asvs.count)))

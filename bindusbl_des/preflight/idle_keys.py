@@ -306,7 +306,7 @@ RULES = (
 
 def idle_keys(scenario: Scenario) -> Iterator[Problem]:
     """Yield the keys that somebody has set and that do nothing, each told once."""
-    told: set[str] = set()
+    seen: set[str] = set()
     wholly_dumped = _is_whole(scenario)
     for rule in RULES:
         if not all(_value(scenario, key) in values for key, values in rule.mode.items()):
@@ -314,8 +314,8 @@ def idle_keys(scenario: Scenario) -> Iterator[Problem]:
         if rule.but(scenario):
             continue
         for key in rule.keys:
-            if key not in told and _is_given(scenario, key, but_defaults=wholly_dumped):
-                told.add(key)
+            if key not in seen and _is_given(scenario, key, but_defaults=wholly_dumped):
+                seen.add(key)
                 yield Problem(key, f"{rule.effect} {_with(scenario, rule)}", tuple(rule.mode))
 
 

@@ -95,8 +95,10 @@ def _lengths(policy: str, rounds: Rounds, groups: Ints, made: Floats) -> Floats:
     """Return how long (s) rounds are at each instant (k,), with as many fixes (k, n) as are
     made on average.
     """
-    further, told, slots = rounds.contention, rounds.named, rounds.slots
-    length = cache(lambda count, fixes: cycle(policy, slots, count + further, fixes, told).length_s)
+    further, named, slots = rounds.contention, rounds.named, rounds.slots
+    length = cache(
+        lambda count, fixes: cycle(policy, slots, count + further, fixes, named).length_s
+    )
     fixes = np.rint(made.sum(axis=1)).astype(np.int64).tolist()
     return np.array([length(*it) for it in zip(groups.tolist(), fixes, strict=True)])
 
@@ -202,7 +204,7 @@ def _senders(scenario: Scenario, sights: SurveySights) -> int:
     """Return how many ASVs may send frames at once, at most."""
     if not broadcaster_of(scenario).at_once and not scenario.protocol.replies:
         return 1
-    return int(each(sights.told, disjoint_senders).max())
+    return int(each(sights.reached, disjoint_senders).max())
 
 
 def _latency(scenario: Scenario, sights: SurveySights, slots: Slots) -> float | None:

@@ -67,7 +67,7 @@ class Rounds:
         """Return the time (s) from one round to the next: its length, or its frame if longer."""
         return max(self.length(groups, fixes), self.frame)
 
-    def pace_told(self, schedule: ScheduleTraits) -> Iterator[str]:
+    def pace_lines(self, schedule: ScheduleTraits) -> Iterator[str]:
         """Yield how long slots are that are not all of T_UL."""
         if self.pace is None:
             return
@@ -100,8 +100,8 @@ def rounds_of(scenario: Scenario) -> Rounds:
     )
     declared = schedule_of(scenario)
     if declared.framed:
-        told = replace(rounds, named=min(named, 1))
-        return replace(told, fewest=1, most=1, auvs=1, frame=protocol.frame_s)
+        one_named = replace(rounds, named=min(named, 1))
+        return replace(one_named, fewest=1, most=1, auvs=1, frame=protocol.frame_s)
     settings = schedule_settings(scenario)
     if settings.most_groups is not None:
         most = min(count, settings.most_groups)

@@ -62,7 +62,7 @@ class SurveySights(NamedTuple):
 
     times_s: Floats
     heard: Flags
-    told: Flags
+    reached: Flags
     nearest_m: Floats
     made: Floats
     delivered: Floats
@@ -103,12 +103,12 @@ def sights(scenario: Scenario, times: Floats, auvs: Floats, asvs: Floats) -> Sur
         broken[[failure.lasts(time) for time in times.tolist()], 0, failure.asv] = True
     heard = ((slant if hf.range_metric == "slant" else level) <= hf.range_m) & ~broken
     nearest = np.where(broken, np.inf, slant).min(axis=2)
-    told = (level <= mf.range_m) & ~broken
+    reached = (level <= mf.range_m) & ~broken
     pings = _chances(scenario, slant, heard, ~broken, hf.channel, ping_chance)
-    frames = _chances(scenario, slant, told, ~broken, mf.channel, frame_chance)
+    frames = _chances(scenario, slant, reached, ~broken, mf.channel, frame_chance)
     made, delivered = made_and_delivered(scenario, pings, frames, np.where(broken, np.inf, slant))
     at_best = made if scenario.protocol.asvs_ping else made * frames.max(axis=2)
-    return SurveySights(times, heard, told, nearest, made, delivered, at_best)
+    return SurveySights(times, heard, reached, nearest, made, delivered, at_best)
 
 
 def _chances(

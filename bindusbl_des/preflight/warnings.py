@@ -17,7 +17,7 @@ from ..scenario.failing import alive
 from ..scenario.families import CHANNEL, plugins_of, schedule_of
 from ..scenario.files.mistakes import Mistake, ScenarioError
 from ..scenario.files.plain_yaml import Document
-from ..scenario.files.scenario_file import Source, parsed, place_of, told_at
+from ..scenario.files.scenario_file import Source, parsed, place_of, place_of_problem
 from ..scenario.instruments.own_sensors import MOST_TOLD, kinds
 from ..scenario.key_types import Renamed
 from ..scenario.part_settings import settings_of
@@ -33,7 +33,7 @@ from .whereabouts import anchors, bays, formation, routes, shapes, tracks
 def failing(scenario: Scenario) -> Iterator[Problem]:
     """Yield failures that have no effect, and instants from which no ASV works."""
     given, end = scenario.asvs.failures, float(scenario.duration_s)
-    told: set[float] = set()  # several may fail at one instant
+    seen: set[float] = set()  # several may fail at one instant
     for number, failure in enumerate(given):
         key = f"asvs.failures.{number}.at_s"
         if failure.at_s >= end:
@@ -43,8 +43,8 @@ def failing(scenario: Scenario) -> Iterator[Problem]:
                 "remove it",
                 ("duration_s",),
             )
-        elif failure.at_s not in told and not any(alive(scenario, failure.at_s)):
-            told.add(failure.at_s)
+        elif failure.at_s not in seen and not any(alive(scenario, failure.at_s)):
+            seen.add(failure.at_s)
             yield Problem(
                 key,
                 f"leaves no ASV at {failure.at_s:g} s: until one works again nobody begins a "
@@ -86,7 +86,7 @@ def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
             formation,
             anchors,
             failing,
-            _told,
+            _dissemination,
             sheet,
             _lobes,
             sonar,
@@ -137,7 +137,7 @@ def _lobes(scenario: Scenario) -> Iterator[Problem]:
         )
 
 
-def _told(scenario: Scenario) -> Iterator[Problem]:
+def _dissemination(scenario: Scenario) -> Iterator[Problem]:
     """Yield which errors of ASVs a filter takes for noise, because these are too many."""
     if not scenario.navigation.weighs:
         return
@@ -239,7 +239,7 @@ def read_scenario(
     unusable = tuple(_tables(document, scenario))
     if unusable:
         raise ScenarioError(unusable)
-    places = {found: told_at(document, found) for found in warnings_of(scenario)}
+    places = {found: place_of_problem(document, found) for found in warnings_of(scenario)}
     found = sorted(places, key=lambda it: (places[it].file != source.name, places[it].line))
     warnings = (
         *document.warnings,

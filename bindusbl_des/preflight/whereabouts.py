@@ -119,7 +119,7 @@ def routes(scenario: Scenario) -> Iterator[Problem]:
     if outside:
         yield Problem(
             f"auvs.route.{route.PLACES}_{'deg' if route.positions else 'm'}",
-            f"{_named('AUV', list(outside))} outside the survey of {area.told}, up to "
+            f"{_named('AUV', list(outside))} outside the survey of {area.words}, up to "
             f"{max(outside.values()):.3g} m beyond its edge; slots are made for sound that crosses "
             "the survey",
             tuple(shapes(scenario)),
@@ -205,7 +205,7 @@ def tracks(scenario: Scenario) -> Iterator[Problem]:
     for auv, (excess, share) in list(away.items())[:MOST_NAMED]:
         yield Problem(
             f"auvs.route.files.{auv}",
-            f"the track of AUV{auv} leaves the survey of {area.told}, by up to {excess:.3g} m "
+            f"the track of AUV{auv} leaves the survey of {area.words}, by up to {excess:.3g} m "
             f"and for {100 * share:.2g} % of the mission{_more(away)}; slots are made for sound "
             "that crosses the survey",
             tuple(shapes(scenario)),

@@ -51,7 +51,7 @@ class _Bands:
 
 
 @dataclass
-class _Told:
+class _Dissemination:
     """Schedule dissemination of which each frame names so many AUVs, and all know their slots."""
 
     named: int
@@ -81,7 +81,7 @@ class _Dry:
     def __init__(self, slots: Slots, brings: Sequence[int], named: int, busy_s: float) -> None:
         self.env, self.slots = simpy.Environment(), slots
         self.bands = self.ranging = self.downlink = _Bands(brings, self.env)
-        self.dissemination = _Told(named) if named else None
+        self.dissemination = _Dissemination(named) if named else None
         self.answers = self.broadcaster_draw = self.listeners = None
         self.asv_fleet = self.record = _Nobody()
         self.broadcasts, self.downlink_free_at = 0, busy_s

@@ -34,15 +34,15 @@ Decoded = Callable[[int, float], Flags]
 class AnnouncedRound:
     """The ping groups of a round that begins at an instant, and the frames that tell of it.
 
-    `frames` are numbers of broadcasts, each with the AUVs that it names; `told` (n,) who knows the
-    plan so far, all of them where it was agreed before the launch.
+    `frames` are numbers of broadcasts, each with the AUVs that it names; `informed` (n,) who knows
+    the plan so far, all of them where it was agreed before the launch.
     """
 
     number: int
     view: View
     groups: TimedGroups
     starts_s: float
-    told: Flags
+    informed: Flags
     frames: list[tuple[int, Sequence[int]]] = field(default_factory=list)
 
     @property
@@ -61,7 +61,7 @@ class AnnouncedRound:
     def forget(self, starts_s: float) -> None:
         """Have the round begin later than anybody was told; nobody knows when."""
         self.starts_s = starts_s
-        self.told[:] = False
+        self.informed[:] = False
         self.frames.clear()
 
     def learn(self, decoded: Decoded, time: float) -> list[int]:
@@ -69,7 +69,7 @@ class AnnouncedRound:
 
         An AUV knows its slot by the frame that names it, and that it has none by all of them.
         """
-        if not self.frames or self.told.all():
+        if not self.frames or self.informed.all():
             return []
         heard = [decoded(number, time) for number, _ in self.frames]
         knows = np.logical_and.reduce(heard)
@@ -77,8 +77,8 @@ class AnnouncedRound:
             knows[:] = False  # there are frames to come
         for mine, (_, named) in zip(heard, self.frames, strict=True):
             knows[list(named)] = mine[list(named)]
-        new: list[int] = np.flatnonzero(knows & ~self.told).tolist()
-        self.told |= knows
+        new: list[int] = np.flatnonzero(knows & ~self.informed).tolist()
+        self.informed |= knows
         return new
 
 
@@ -195,7 +195,7 @@ class Dissemination:
         for number in range(self.manner.ahead):
             starts = max(starts, self.opens(number))
             plan = self._plans[number] = self._plan(number, 0.0, starts, starts)
-            plan.told[:] = True
+            plan.informed[:] = True
             starts = self._slot_starts(plan.groups, plan.starts_s)[-1]
             for auv in range(len(self.auvs)):
                 self._learn(auv, plan)
@@ -276,13 +276,13 @@ class Dissemination:
         plan = self._plans[row.round]
         row.assigned, row.informed = len(plan.named), row.informed or 0
         if self.manner.missed == "contention" and slot == len(plan.groups) - 1:
-            heard = np.flatnonzero(plan.told).tolist()
+            heard = np.flatnonzero(plan.informed).tolist()
             late = [auv for auv in heard if self.auvs[auv].pinged_at_s < plan.starts_s]
             group = [auv for auv in late if self._dares(auv)]
         else:
             for auv in plan.groups[slot]:
                 self._note(plan, slot, auv, time)
-            group = [auv for auv in plan.groups[slot] if plan.told[auv]]
+            group = [auv for auv in plan.groups[slot] if plan.informed[auv]]
             row.informed += len(group)
         able = [auv for auv in group if self._is_quiet(auv, time)]
         for auv in able:
@@ -301,7 +301,7 @@ class Dissemination:
                 time,
                 told_at_s=None if frame is None else frame.sent_at_s,
                 told_by=None if frame is None else frame.asv,
-                outcome="known" if plan.told[auv] else "missed",
+                outcome="known" if plan.informed[auv] else "missed",
             )
         )
 
@@ -347,12 +347,12 @@ class Dissemination:
         return self.slots.clock.after(it.starts_s, rounds * it.period_s + it.turn_s)
 
     def _turn(
-        self, auv: int, told: int, rounds: int, instant: float, _: simpy.Event | None = None
+        self, auv: int, informed: int, rounds: int, instant: float, _: simpy.Event | None = None
     ) -> None:
         """Let an AUV have the turn that it has reckoned, unless it was told of a later round."""
         self._hear(instant)
         it = self.auvs[auv]
-        if it.round != told:
+        if it.round != informed:
             return
         luck = self.manner.missed == "last_slot" or self._dares(auv)
         if luck and self._is_quiet(auv, instant):

@@ -273,8 +273,8 @@ class Happenings:
             return
         outcome, snr = self._outcomes.outcome_of(row) if lasts else (IN_FLIGHT, nan)
         levels = {} if isnan(snr) else self._outcomes.receiver.levels(snr)
-        told = dict.fromkeys(LEVELS) | levels | {"outcome": OUTCOMES[outcome]}
-        self._tell(kind, instant, _row_of(Reception, reception, **told))
+        known = dict.fromkeys(LEVELS) | levels | {"outcome": OUTCOMES[outcome]}
+        self._tell(kind, instant, _row_of(Reception, reception, **known))
 
     def _broadcast(self) -> None:
         """Tell of the broadcast that begins now."""
@@ -323,12 +323,12 @@ class Watched:
         return self.watching.watch(kinds, which, self.env.now)
 
 
-def _row_of(event: type, row: Row, **told: Any) -> Any:
-    """Return a row of a buffer as its event's class, but for what is `told` of it."""
+def _row_of(event: type, row: Row, **known: Any) -> Any:
+    """Return a row of a buffer as its event's class, but for what is `known` of it."""
     for field in fields(event):
-        if field.name not in told:
+        if field.name not in known:
             value = row[field.name].item()
             missing = isnan(value) if isinstance(value, float) else value == NONE
             label = OUTCOMES[value] if field.name in ("outcome", "call") else value
-            told[field.name] = None if missing else label
-    return event(**told)
+            known[field.name] = None if missing else label
+    return event(**known)

@@ -72,9 +72,9 @@ def _log_of(path: Path, tables: dict[str, LogTable], vehicle: str | None) -> Log
     fixes = _fixes(tables.get("fixes", empty).where("auv", whose).where("outcome", "delivered"))
     # Odometry of even steps ends up to a step before its mission does; later is another clock.
     ends = float(times[-1]), float(2.0 * times[-1] - times[-2])
-    in_time, told = _until(ranges.times, *ends), _until(fixes.times, *ends)
+    in_time, known = _until(ranges.times, *ends), _until(fixes.times, *ends)
     ranges = Ranges(ranges.times[in_time], ranges.beacons[in_time], ranges.metres[in_time])
-    fixes = LoggedFixes(fixes.times[told], fixes.places[told], fixes.covariances[told])
+    fixes = LoggedFixes(fixes.times[known], fixes.places[known], fixes.covariances[known])
     first = float(times[0])
     log = Log(
         f"{path.stem}_{whose}" if whose else path.stem,
@@ -229,13 +229,13 @@ def _receptions(table: LogTable) -> Receptions | None:
 
 
 def _is_lost(place: str, column: str, said: object) -> bool:
-    told = OUTCOMES if column == "outcome" else VALID
-    if str(said).strip().lower() not in told:
+    known = OUTCOMES if column == "outcome" else VALID
+    if str(said).strip().lower() not in known:
         raise BadLog(
             f"{place}: {column} is {said!r}; receptions need a column outcome (heard or lost), or "
             "valid (1 or 0, true or false)"
         )
-    return told[str(said).strip().lower()]
+    return known[str(said).strip().lower()]
 
 
 def _check_times(path: Path, log: Log) -> None:

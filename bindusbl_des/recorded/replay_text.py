@@ -74,16 +74,16 @@ def _remarks(logs: Sequence[Row], beacons: Sequence[Row]) -> Iterator[str]:
 
 
 def _lost(log: Row) -> str:
-    told = f"{100 * log['lost_share']:.1f} % of {log['receptions']} receptions were lost"
+    words = f"{100 * log['lost_share']:.1f} % of {log['receptions']} receptions were lost"
     if log["burst_s"] is None:
-        return f"{told}, each by itself as far as they tell"
-    told = f"{told}, for {log['burst_s']:.2g} s on average"
+        return f"{words}, each by itself as far as they tell"
+    words = f"{words}, for {log['burst_s']:.2g} s on average"
     if log["outage_chance"] is not None and log["outage_chance"] < RARE:
-        told += f"; {outage_told(log['longest_outage_s'], log['outage_chance'])}"
-    return told
+        words += f"; {outage_text(log['longest_outage_s'], log['outage_chance'])}"
+    return words
 
 
-def outage_told(lasted_s: float, chance: float) -> str:
+def outage_text(lasted_s: float, chance: float) -> str:
     """Tell of an outage that one mean does not explain."""
     return (
         f"the longest outage, {lasted_s:.2g} s, is met in {100 * chance:.1g} % of such logs: "
@@ -126,11 +126,11 @@ def noise_keys(fit: Fit, log: Log) -> dict[str, tuple[Any, str]]:
     losses = fit.losses
     if losses is not None and losses.burst_s is not None:
         low, high = losses.interval_s
-        told = f"{100 * losses.share:.3g} % of {losses.receptions} receptions were lost; "
-        told += f"{low:.2g} to {high:.2g} s; the model is yours to choose"
+        words = f"{100 * losses.share:.3g} % of {losses.receptions} receptions were lost; "
+        words += f"{low:.2g} to {high:.2g} s; the model is yours to choose"
         if losses.longest is not None and losses.longest.is_rare:
-            told += f"; {outage_told(losses.longest.lasted_s, losses.longest.chance)}"
-        keys["acoustics.hf.channel"] = {"model": "disc", "burst_s": losses.burst_s}, told
+            words += f"; {outage_text(losses.longest.lasted_s, losses.longest.chance)}"
+        keys["acoustics.hf.channel"] = {"model": "disc", "burst_s": losses.burst_s}, words
     return {name: (_rounded(value), said) for name, (value, said) in keys.items()}
 
 

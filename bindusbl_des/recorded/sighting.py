@@ -18,10 +18,10 @@ from ..core.compiled import compiled, inlined
 from ..navigation.belief import Belief, Growth, carry
 from ..navigation.dead_reckoning import Odometry
 from ..navigation.fix_update import MOST_REFUSED
-from ..navigation.smoothing import Sights, absorb, told_at
+from ..navigation.smoothing import Sights, absorb, dr_at
 from ..records.rows import Row, Rows
 from ..vehicles.motion import Floats
-from ..vehicles.reckoning import Told
+from ..vehicles.reckoning import DeadReckoned
 
 # A sight: at which instant, its number; the beacon, m, and the measured range (m), or where a fix
 # lies and NaN; how far beacon and vehicle are apart in depth (m); along two axes at right angles
@@ -149,23 +149,23 @@ def follow(
     state, covariance, sight = own.state, own.covariance, 0
     row, gain = np.zeros(state.size), np.empty(state.size)
     for n in range(odometry.times.size):
-        told = told_at(odometry, n)
-        carry(own, told, growth)
+        dr = dr_at(odometry, n)
+        carry(own, dr, growth)
         while sight < sights.size and sights[sight].node == n:
-            _take(own, sights[sight], told, noise, seen[sight], row, gain)
+            _take(own, sights[sight], dr, noise, seen[sight], row, gain)
             sight += 1
-        places[n, 0], places[n, 1] = told.x - state[0], told.y - state[1]
+        places[n, 0], places[n, 1] = dr.x - state[0], dr.y - state[1]
         spreads[n, 0], spreads[n, 1] = covariance[0, 0], covariance[1, 1]
         spreads[n, 2] = covariance[0, 1]
 
 
 @compiled
 def _take(
-    own: Belief, sight: Row, told: Told, noise: Mixture, seen: Row, row: Floats, gain: Floats
+    own: Belief, sight: Row, dr: DeadReckoned, noise: Mixture, seen: Row, row: Floats, gain: Floats
 ) -> None:
     """Take one sight into a belief, and note what became of it."""
     is_fix = np.isnan(sight.range_m)
-    x, y = told.x - own.state[0], told.y - own.state[1]
+    x, y = dr.x - own.state[0], dr.y - own.state[1]
     aim, other = aimed(sight, x, y, noise.sd), across(sight, x, y)
     nis, wide_nis, inlier, density = _judged(aim, other, own.covariance, is_fix, noise)
     seen.off_m, seen.nis, seen.inlier, seen.density = aim.off, nis, inlier, density
@@ -179,7 +179,7 @@ def _take(
     row[0], row[1] = aim.x, aim.y
     absorb(own, row, aim.off, mixed(aim.variance, inlier, noise), gain)
     if is_fix:
-        x, y = told.x - own.state[0], told.y - own.state[1]
+        x, y = dr.x - own.state[0], dr.y - own.state[1]
         other = across(sight, x, y)
         row[0], row[1] = other.x, other.y
         absorb(own, row, other.off, mixed(other.variance, inlier, noise), gain)

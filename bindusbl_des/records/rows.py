@@ -34,8 +34,10 @@ def row_type(
     ('body_elevation_deg', 'answered_s')
     """
     hints = get_type_hints(event)
-    told = {field.name: hints[field.name] for field in fields(event) if field.name not in without}
-    return np.dtype([(name, _kind(hint)) for name, hint in {**told, **(further or {})}.items()])
+    columns = {
+        field.name: hints[field.name] for field in fields(event) if field.name not in without
+    }
+    return np.dtype([(name, _kind(hint)) for name, hint in {**columns, **(further or {})}.items()])
 
 
 @compiled

@@ -114,7 +114,7 @@ def independent(errors: Floats) -> float:
     return float(count / max(summed, 1.0))
 
 
-def calibration_told(mission: Recording) -> str:
+def calibration_text(mission: Recording) -> str:
     """Return in HTML how often the truth lay inside the ellipses; empty where there are none."""
     auvs = {f"AUV{auv}": of_auv(mission, auv) for auv in range(mission.auvs)}
     known = {name: it for name, it in auvs.items() if it is not None}
@@ -155,7 +155,7 @@ def _said(scenario: "Scenario", fleet: Calibration) -> str:
     half, most, _ = (f"{100 * share:.0f} %" for share in fleet.inside)
     name = navigation.filter
     over, under = f"The filter {name} is over", f"The filter {name} is under"
-    told = {
+    text = {
         OVERCONFIDENT: f"{over}confident, further off than it believes: the",
         UNDERCONFIDENT: f"{under}confident, less far off than it believes: the",
         CONSISTENT: f"Nothing says that the filter {name} is over- or underconfident: the",
@@ -173,7 +173,7 @@ def _said(scenario: "Scenario", fleet: Calibration) -> str:
         "covariance does not know of the way gone since the ping."
     ) * (late and fleet.verdict == OVERCONFIDENT)
     return (
-        f"{told} truth was inside its 50 % ellipses {half} of the time, inside those of 95 % "
+        f"{text} truth was inside its 50 % ellipses {half} of the time, inside those of 95 % "
         f"{most}.{why} Errors are alike from instant to instant: they are worth some {worth} "
         f"independent one{'s' * (worth != 1)}, {chance}."
     )

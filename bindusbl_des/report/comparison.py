@@ -67,9 +67,9 @@ def comparison_page(runs: Sequence[Named]) -> str:
         said = "recorded metrics only (record.detail: summary)."
         if "tracks" in result.arrow:
             mission = recording(result)
-            told = story(mission)
-            said = " ".join(filter(None, (told.warning, told.verdict, told.reason)))
-            data["runs"].append({**run_data(mission, told.services, packer), "name": title})
+            tale = story(mission)
+            said = " ".join(filter(None, (tale.warning, tale.verdict, tale.reason)))
+            data["runs"].append({**run_data(mission, tale.services, packer), "name": title})
         verdicts.append(filled("<li><b>{name}</b>: {said}</li>", name=name, said=said))
     body = (
         _head(names, runs)
@@ -177,8 +177,8 @@ def _worst_beside(metric: str, missions: Sequence[Row], digits: int, factor: flo
     """Return the worst AUV's values of a metric, each with the AUV and its difference."""
     values = [row[f"worst_{metric}"] for row in missions]
     auvs = [row[f"worst_{metric}_auv"] for row in missions]
-    told = ("none" if it == "-" else it for it in _with_differences(values, digits, factor))
-    return [f"{it}, {auv}" if auv else "-" for it, auv in zip(told, auvs, strict=True)]
+    tale = ("none" if it == "-" else it for it in _with_differences(values, digits, factor))
+    return [f"{it}, {auv}" if auv else "-" for it, auv in zip(tale, auvs, strict=True)]
 
 
 def _means_beside(metric: str, missions: Sequence[Row], digits: int, factor: float) -> list[str]:

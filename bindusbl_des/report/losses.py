@@ -18,9 +18,9 @@ MOST_OTHERS = 12
 def lost(mission: Recording) -> tuple[str, ...]:
     """Return paragraphs of HTML about what was lost; none where nothing was."""
     broken = mission.metrics.broken
-    told = [f"<b>Schedule:</b> {escape(broken)}"] if broken else []
+    text = [f"<b>Schedule:</b> {escape(broken)}"] if broken else []
     return (
-        *_losses(mission), *_collisions(mission), *told, *_beyond_reach(mission),
+        *_losses(mission), *_collisions(mission), *text, *_beyond_reach(mission),
         *_untold(mission.metrics),
     )  # fmt: skip
 
@@ -89,19 +89,19 @@ def _beyond_reach(mission: Recording) -> list[str]:
     made = missed + int(np.sum(mission.fate == DELIVERED))
     if not missed:
         return []
-    met, told = int(np.sum(mission.fixes["outcome"] == "collided")), []
+    met, text = int(np.sum(mission.fixes["outcome"] == "collided")), []
     if met:
         other = "frame" if mission.scenario.protocol.duplex == "per_band" else "frame, or its ping,"
-        told.append(
+        text.append(
             f"<b>Frames that met:</b> {met} of {made} fixes ({100 * met / made:.0f} %) were in "
             f"frames that another {other} overlapped at their AUV."
         )
     missed -= met
     if not missed:
-        return told
+        return text
     if not channel_named(mission.scenario.acoustics.mf.channel).ends_at_range:
         return [
-            *told,
+            *text,
             f"<b>Downlink:</b> {missed} of {made} fixes ({100 * missed / made:.0f} %) were in "
             f"frames that their AUV did not decode (acoustics.mf.channel: "
             f"{escape(mission.scenario.acoustics.mf.channel)}).",
@@ -109,12 +109,12 @@ def _beyond_reach(mission: Recording) -> list[str]:
     away, nearest = broadcast_distances(mission)
     reach, cut = mission.scenario.acoustics.mf.range_m, missed - len(away)
     if cut:  # of the disc, only a failure loses frames that nothing met
-        told.append(f"<b>Downlink:</b> {cut} of {made} fixes were on the air as their ASV failed.")
+        text.append(f"<b>Downlink:</b> {cut} of {made} fixes were on the air as their ASV failed.")
     if not len(away):
-        return told
+        return text
     missed = len(away)
     return [
-        *told,
+        *text,
         f"<b>Downlink:</b> {missed} of {made} fixes ({100 * missed / made:.0f} %) were broadcast "
         f"beyond MF range ({reach:g} m) of their AUV, up to {away.max():.0f} m away; "
         f"{int(np.sum(nearest <= reach))} of them were within range of another ASV.",

@@ -334,7 +334,7 @@ def _nearest(mission: Recording, times: Floats, auvs: Whole) -> float:
     return float(np.linalg.norm(apart, axis=2).min(axis=1).mean())
 
 
-def possible_told(mission: Recording) -> str:
+def possible_text(mission: Recording) -> str:
     """Return the section of limits as HTML: a row each, with a bar of what was reached of it."""
     rows = reached(mission)
     full = [row for row in rows if (row.share or 0.0) >= FULL]
@@ -355,12 +355,12 @@ def _full(rows: list[Reached]) -> str:
     """Return what reached its limit, in a sentence."""
     if not rows:
         return ""
-    told = "; ".join(
+    words = "; ".join(
         f"{row.name} {_whole(row.reached)} {row.unit}".strip()
         + (f" (of {_whole(row.possible)}: {row.meaning})" if row.meaning else "")
         for row in rows
     )
-    return f"<p>At their limit: {escape(told)}.</p>"
+    return f"<p>At their limit: {escape(words)}.</p>"
 
 
 def _whole(value: float | None) -> str:

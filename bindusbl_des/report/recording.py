@@ -78,7 +78,7 @@ class Metrics:
 def metrics_of(result: "Result") -> Metrics:
     """Return the metrics of a mission, whatever was recorded of it."""
     mission = result.arrow["mission"].to_pylist()[0]
-    broken = "" if result.violations is None else result.violations.told
+    broken = "" if result.violations is None else result.violations.text
     return Metrics(result.arrow["auvs"].to_pylist(), mission, result.advice, broken)
 
 

@@ -133,8 +133,8 @@ def _known(setting: str, advice: Advice | None) -> str:
     for effect in advice.effects:
         if own := first(effect.settings):
             what = "" if own == setting else f" with {own.partition('=')[2]}"
-            told = "" if effect.verdict in (HELPS, HARMS) else f", {effect.verdict}"
-            return f"measured{what}: {_interval(effect)}{told}"
+            text = "" if effect.verdict in (HELPS, HARMS) else f", {effect.verdict}"
+            return f"measured{what}: {_interval(effect)}{text}"
     for it in advice.foreseen:
         if own := first(it.settings):
             what = "" if own == setting else f" with {own.partition('=')[2]}"

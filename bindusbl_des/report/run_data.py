@@ -54,7 +54,7 @@ def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer
         "soundSpeed": sound_speed_of(scenario),
         "pingLength": acoustics.hf.ping_s,
         "asvsPing": scenario.protocol.asvs_ping,
-        "calls": _calls_are_told(mission),
+        "calls": _has_calls(mission),
         "round": float(np.median(np.diff(mission.rounds["started_at_s"])))
         if len(mission.rounds["round"]) > 1
         else scenario.duration_s,
@@ -188,11 +188,11 @@ def _pings(mission: Recording, kept: NDArray[np.bool_], packer: Packer) -> dict[
         "y": packer.add(pings["y_m"][kept], quantum=CENTIMETRE),
         "fate": packer.add(mission.fate[kept]),
         **({"asv": packer.add(pings["asv"][kept])} if mission.scenario.protocol.asvs_ping else {}),
-        **(_calls(pings, kept, packer) if _calls_are_told(mission) else {}),
+        **(_calls(pings, kept, packer) if _has_calls(mission) else {}),
     }
 
 
-def _calls_are_told(mission: Recording) -> bool:
+def _has_calls(mission: Recording) -> bool:
     return mission.scenario.protocol.calls and "call" in mission.pings  # older folders lack them
 
 

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
 from ..core.wording import plain
-from ..results.summary import rounds_told
+from ..results.summary import rounds_text
 from ..scenario.families import leave_of
-from ..scenario.instruments.own_sensors import drift_told
+from ..scenario.instruments.own_sensors import drift_text
 from ..scenario.survey_area import area_of
-from .calibration import calibration_told
+from .calibration import calibration_text
 from .envelope import envelope_made_of
 from .page import THEME, Packer, assembled, asset, filled, flat, number, table
-from .possible import possible_told
+from .possible import possible_text
 from .recording import metrics_of, recording
 from .run_data import run_data
-from .service import intervals, latencies, spread_told
+from .service import intervals, latencies, spread_text
 from .story import Story, short_story, story
 
 if TYPE_CHECKING:
@@ -100,23 +100,23 @@ def run_page(result: "Result") -> str:
     scripts: tuple[str, ...] = ()
     if "tracks" in result.arrow:
         mission = recording(result)
-        told = story(mission)
-        data, scripts = run_data(mission, told.services, packer), SCRIPTS
+        tale = story(mission)
+        data, scripts = run_data(mission, tale.services, packer), SCRIPTS
         middle = Template(asset("run.html")).substitute(
-            story=_why(told),
-            latency=html.escape(spread_told(latencies(mission))),
-            interval=html.escape(spread_told(intervals(mission))),
+            story=_why(tale),
+            latency=html.escape(spread_text(latencies(mission))),
+            interval=html.escape(spread_text(intervals(mission))),
             thinned=_sentences(data["thinned"]),
-            calibration=calibration_told(mission),
+            calibration=calibration_text(mission),
             envelope=html.escape(envelope_made_of(result.scenario)),
         )
-        middle += possible_told(mission)
+        middle += possible_text(mission)
     else:
-        told = short_story(metrics_of(result))
-        middle = Template(SUMMARY).substitute(story=_why(told))
+        tale = short_story(metrics_of(result))
+        middle = Template(SUMMARY).substitute(story=_why(tale))
     body = (
         _head(result)
-        + _answer(told)
+        + _answer(tale)
         + _tiles(result)
         + _described(result)
         + middle
@@ -135,7 +135,7 @@ def _head(result: "Result") -> str:
 def _described(result: "Result") -> str:
     return (
         f'<p class="note">{html.escape(described(result))}. '
-        f"{html.escape(drift_told(result.scenario))}</p>"
+        f"{html.escape(drift_text(result.scenario))}</p>"
     )
 
 
@@ -149,7 +149,7 @@ def described(result: "Result") -> str:
     """Return in a line who was where for how long, and the seed."""
     scenario, protocol = result.scenario, result.scenario.protocol
     auvs, asvs, area = scenario.auvs, scenario.asvs, area_of(scenario)
-    over = f"{area.side:g} m by {area.side:g} m" if area.side else area.told
+    over = f"{area.side:g} m by {area.side:g} m" if area.side else area.words
     parts = f"{protocol.schedule}, {protocol.downlink} downlink, {protocol.ranging} ranging"
     if protocol.asvs_ping:
         parts = "passive ranging"
@@ -157,7 +157,7 @@ def described(result: "Result") -> str:
         parts += " (an AUV pings when an ASV calls it)"
     return (
         f"{auvs.count} AUV{'s' * (auvs.count != 1)} ({auvs.vehicle}) and {asvs.count} "
-        f"ASV{'s' * (asvs.count != 1)} ({asvs.told}) over {over} for "
+        f"ASV{'s' * (asvs.count != 1)} ({asvs.words}) over {over} for "
         f"{scenario.duration_s:g} s; {parts}, {scenario.navigation.filter} navigation; "
         f"seed {result.seed}"
     )
@@ -174,15 +174,15 @@ def warnings_section(result: "Result") -> str:
     return f'<section id="knowing"><h2>Warnings</h2><ul>{items}</ul></section>'
 
 
-def _answer(told: Story) -> str:
-    warning = f'<p class="verdict warning">{html.escape(told.warning)}</p>' if told.warning else ""
-    return f'{warning}<p class="verdict">{html.escape(told.verdict)}</p>'
+def _answer(tale: Story) -> str:
+    warning = f'<p class="verdict warning">{html.escape(tale.warning)}</p>' if tale.warning else ""
+    return f'{warning}<p class="verdict">{html.escape(tale.verdict)}</p>'
 
 
-def _why(told: Story) -> str:
-    parts = [f"<p>{html.escape(told.reason)}</p>"] if told.reason else []
+def _why(tale: Story) -> str:
+    parts = [f"<p>{html.escape(tale.reason)}</p>"] if tale.reason else []
     parts.append('<div class="cards">')
-    for heading, paragraphs in told.sections:
+    for heading, paragraphs in tale.sections:
         text = "".join(f"<div>{paragraph}</div>" for paragraph in paragraphs)
         parts.append(f"<article><h3>{html.escape(heading)}</h3>{text}</article>")
     return "".join(parts) + "</div>"
@@ -239,7 +239,7 @@ def auv_tables(result: "Result") -> str:
         for title, columns in AUV_TABLES
     )
     return (
-        f'<section id="auvs"><h2>Each AUV</h2><p>The mission: {rounds_told(mission)}; {whole}.</p>'
+        f'<section id="auvs"><h2>Each AUV</h2><p>The mission: {rounds_text(mission)}; {whole}.</p>'
         f'<div class="pair">{shown}</div>'
         '<p class="note">First the AUV that navigated worst; bold: the worst of a column. '
         "Errors are horizontal |estimate &minus; truth|, "

@@ -159,7 +159,7 @@ def shown_until(values: Floats) -> float:
     return min(largest, most) if most > 0.0 else largest or 1.0
 
 
-def spread_told(values: Floats) -> str:
+def spread_text(values: Floats) -> str:
     """Return mean, 95 % quantile and largest of values (s), and how many a histogram leaves out."""
     if not len(values):
         return "none"

@@ -10,7 +10,7 @@ from math import isnan
 
 from ..core.wording import counted
 from ..explain.chain import out_of_range
-from ..results.effects import harm_told
+from ..results.effects import harm_text
 from ..scenario.declared import channel_named
 from ..scenario.failing import alive
 from ..scenario.families import tells_slots
@@ -57,17 +57,17 @@ def story(mission: Recording) -> Story:
     sections = [(f"AUV{it.auv}", _starvation(mission, it)) for it in starving[:MOST_AUVS]]
     if len(starving) > MOST_AUVS:
         sections.append(("Others", (_others(starving[MOST_AUVS:]),)))
-    if told := lost(mission):
-        sections.append(("Pings and fixes that were lost", told))
+    if sentence := lost(mission):
+        sections.append(("Pings and fixes that were lost", sentence))
     sections.append(("What would help", (*remedies(mission), *advised(mission.metrics.advice))))
-    warning = " ".join(harm_told(mission.metrics.auvs, mission.metrics.advice))
+    warning = " ".join(harm_text(mission.metrics.auvs, mission.metrics.advice))
     reason = _reason(mission, starving, wait, harmless=not warning)
     return Story(warning, _worst(mission.metrics), reason, tuple(sections), services)
 
 
 def short_story(metrics: Metrics) -> Story:
     """Return what can be said of a mission of which only metrics were recorded."""
-    warning = " ".join(harm_told(metrics.auvs, metrics.advice))
+    warning = " ".join(harm_text(metrics.auvs, metrics.advice))
     sections = [("What would help", advised(metrics.advice))]
     if metrics.broken:
         sections.insert(0, ("Its schedule", (escape(metrics.broken),)))
@@ -97,26 +97,26 @@ def _worst(metrics: Metrics) -> str:
 
 def _reason(mission: Recording, starving: list[Service], wait: Patience, *, harmless: bool) -> str:
     """Return who had no fixes for how long, and which ASVs failed."""
-    told = _failed(mission)
+    text = _failed(mission)
     if starving:
-        return f"{told} {_starved(mission, starving)} {wait.rule}".lstrip()
+        return f"{text} {_starved(mission, starving)} {wait.rule}".lstrip()
     if not harmless:  # however often they come, fixes that do harm are no service
-        return told
+        return text
     oldest, auv = (mission.metrics.mission[f"worst_fix_age_max_s{it}"] for it in ("", "_auv"))
-    told += f" No AUV starved; the last fix was never older than {oldest:.1f} s ({auv})."
-    return f"{told} {wait.rule}".lstrip()
+    text += f" No AUV starved; the last fix was never older than {oldest:.1f} s ({auv})."
+    return f"{text} {wait.rule}".lstrip()
 
 
 def _failed(mission: Recording) -> str:
     """Return which ASVs failed when."""
     end = mission.scenario.duration_s
-    told = [
+    text = [
         f"ASV{it.asv} failed at {it.at_s:g} s"
         + (f" and worked again from {it.until_s:g} s" if (it.until_s or end) < end else "")
         for it in sorted(mission.scenario.asvs.failures, key=lambda it: it.at_s)
         if it.at_s < end
     ]
-    return f"{'; '.join(told)}." if told else ""
+    return f"{'; '.join(text)}." if text else ""
 
 
 def _starved(mission: Recording, starving: list[Service]) -> str:
@@ -170,19 +170,19 @@ def _why(mission: Recording, auv: Service) -> str:
         return f"<b>Why:</b> {pings}, and all led to fixes: there were too few."
     ordered = sorted(fates.items(), key=lambda it: -it[1])
     were = "were" if calls else "were sent"
-    told = {"out_of_hf": f"{were} {escape(out_of_range(mission.scenario.acoustics.hf))}"}
-    told |= REASONS | (HEARD_BY_ITSELF if passive else {})
+    reasons = {"out_of_hf": f"{were} {escape(out_of_range(mission.scenario.acoustics.hf))}"}
+    reasons |= REASONS | (HEARD_BY_ITSELF if passive else {})
     if not channel_named(mission.scenario.acoustics.mf.channel).ends_at_range:
-        told["out_of_mf"] = UNDECODED
+        reasons["out_of_mf"] = UNDECODED
     elif mission.scenario.asvs.failures:
-        told["out_of_mf"] += ", or as its ASV failed"
+        reasons["out_of_mf"] += ", or as its ASV failed"
     if "collided" in mission.fixes["outcome"]:
-        told["out_of_mf"] += ", or met another frame"
-    reasons = ", ".join(
-        f"{n} ({100 * n / sent:.0f} %) {told[name].replace('were', 'was', n == 1)}"
+        reasons["out_of_mf"] += ", or met another frame"
+    why = ", ".join(
+        f"{n} ({100 * n / sent:.0f} %) {reasons[name].replace('were', 'was', n == 1)}"
         for name, n in ordered
     )
-    text = f"<b>Why:</b> of {pings}, {reasons}"
+    text = f"<b>Why:</b> of {pings}, {why}"
     if late:
         text += f"; {late} led to the fixes that ended them"
     if fates.get("out_of_hf") and isnan(auv.median):

@@ -138,7 +138,7 @@ def interval(it: Effect | Harm) -> str:
     return f"{signed(it.mean_m)} m [{signed(it.low_m)}, {signed(it.high_m)}]"
 
 
-def harm_told(auvs: Sequence[Mapping[str, Any]], advice: Advice | None) -> list[str]:
+def harm_text(auvs: Sequence[Mapping[str, Any]], advice: Advice | None) -> list[str]:
     """Return sentences about fixes that make AUVs navigate worse; none where they do not.
 
     `auvs` are the metrics of each AUV.  One mission alone may be chance: where other seeds were
@@ -150,16 +150,16 @@ def harm_told(auvs: Sequence[Mapping[str, Any]], advice: Advice | None) -> list[
         return []
     here = {str(row["auv"]): (row["position_error_m"], row["imu_error_m"]) for row in auvs}
     first, *others = advice.harms
-    told = [f"Fixes make {_worse(first, here)}{_tried(advice)}."]
+    text = [f"Fixes make {_worse(first, here)}{_tried(advice)}."]
     if others:
         named = "; ".join(_worse(it, here) for it in others[:MOST_NAMED])
         more = len(others) - MOST_NAMED
-        told.append(f"They also make {named}" + (f"; and {more} more AUVs." if more > 0 else "."))
-    told.append(
+        text.append(f"They also make {named}" + (f"; and {more} more AUVs." if more > 0 else "."))
+    text.append(
         f"Over {first.seeds} missions with other seeds {first.auv} had {first.with_m:.2f} m with "
         f"fixes and {first.without_m:.2f} m without: {interval(first)}."
     )
-    return [*told, REAL_REMEDY] if advice.fixed_gain else told
+    return [*text, REAL_REMEDY] if advice.fixed_gain else text
 
 
 def _worse(harm: Harm, here: Mapping[str, tuple[float, float]]) -> str:
@@ -167,8 +167,8 @@ def _worse(harm: Harm, here: Mapping[str, tuple[float, float]]) -> str:
     errors = here[harm.auv]
     if errors[0] > errors[1]:
         return _with_and_without(harm.auv, errors)
-    told = _with_and_without(harm.auv, (harm.with_m, harm.without_m))
-    return f"{told}, on average (in this mission {errors[0]:.2f} and {errors[1]:.2f} m)"
+    text = _with_and_without(harm.auv, (harm.with_m, harm.without_m))
+    return f"{text}, on average (in this mission {errors[0]:.2f} and {errors[1]:.2f} m)"
 
 
 def _with_and_without(auv: str, errors: tuple[float, float]) -> str:

@@ -51,11 +51,11 @@ def load_result(folder: str | Path) -> Result:
     try:
         arrow = _tables(folder, scenario, run)
     except _Damaged as error:
-        raise ValueError("; ".join([*error.told, _again(folder, run["seed"])])) from None
-    told = [ScenarioWarning(it["key"], it["message"]) for it in run.get("warnings", ())]
+        raise ValueError("; ".join([*error.damage, _again(folder, run["seed"])])) from None
+    warnings = [ScenarioWarning(it["key"], it["message"]) for it in run.get("warnings", ())]
     broken = violations_in(run.get("violations"))
     result = Result(
-        scenario, run["seed"], arrow, float(run["wall_time_s"]), told, violations=broken,
+        scenario, run["seed"], arrow, float(run["wall_time_s"]), warnings, violations=broken,
         overrides=run.get("overrides", ()),
     )  # fmt: skip
     result.advice = _read_advice(folder, scenario)
@@ -67,10 +67,10 @@ class _Newer(ValueError):
 
 
 class _Damaged(Exception):
-    """Files of a folder are damaged; `told` says each, and why."""
+    """Files of a folder are damaged; `damage` says each, and why."""
 
-    def __init__(self, told: list[str]) -> None:
-        self.told = told
+    def __init__(self, damage: list[str]) -> None:
+        self.damage = damage
 
 
 def _tables(folder: Path, scenario: Scenario, run: Mapping[str, Any]) -> dict[str, pa.Table]:

@@ -90,12 +90,14 @@ class Result:
         self.wall_time_s, self.violations = wall_time_s, violations
         self.overrides = tuple(overrides)
         self.advice: Advice | None = None
-        self._told = warnings
+        self._given_warnings = warnings
 
     @cached_property
     def warnings(self) -> tuple[ScenarioWarning, ...]:
         """Warnings about the scenario, to be read before the results are trusted."""
-        return tuple(warnings_of(self.scenario) if self._told is None else self._told)
+        return tuple(
+            warnings_of(self.scenario) if self._given_warnings is None else self._given_warnings
+        )
 
     @cached_property
     def tables(self) -> "Mapping[str, pd.DataFrame]":
@@ -115,7 +117,7 @@ class Result:
     def summary(self) -> str:
         """Return the metrics that matter most, in a table of at most 80 columns, and the advice."""
         auvs, mission = (self.arrow[name].to_pylist() for name in ("auvs", "mission"))
-        broken = "" if self.violations is None else self.violations.told
+        broken = "" if self.violations is None else self.violations.text
         return summary(auvs, mission[0], self.advice, broken)
 
     def report(self, path: str | Path | None = None) -> str:

@@ -183,8 +183,8 @@ def _read(path: Path) -> Iterator[None]:
 def _check_origin(
     path: Path, name: str, origin: Mapping[str, str], found: Mapping[bytes, bytes]
 ) -> None:
-    told = {key.decode(): value.decode() for key, value in found.items() if b"bindusbl" in key}
-    kind, _, number = told.get("bindusbl.schema", "").partition("/")
+    written = {key.decode(): value.decode() for key, value in found.items() if b"bindusbl" in key}
+    kind, _, number = written.get("bindusbl.schema", "").partition("/")
     if kind != name:
         raise DamagedFile(str(path), f"holds {kind or 'another table'}, not {name}")
     if number != str(SCHEMA_VERSION):
@@ -192,11 +192,11 @@ def _check_origin(
             str(path), f"is of version {number}; this package reads version {SCHEMA_VERSION}"
         )
     for key, expected in origin.items():
-        if told.get(key) != expected:
+        if written.get(key) != expected:
             what = key.rpartition(".")[2]
             raise DamagedFile(
                 str(path),
-                f"is of another mission: its {what} is {told.get(key, 'missing')[:16]}, that of "
+                f"is of another mission: its {what} is {written.get(key, 'missing')[:16]}, that of "
                 f"run.json {expected[:16]}",
             )
 

@@ -5,7 +5,7 @@ from textwrap import wrap
 from typing import Any
 
 from ..core.wording import aligned, counted, significant
-from .effects import HELPS, NO_EFFECT, Advice, Effect, harm_told, interval
+from .effects import HELPS, NO_EFFECT, Advice, Effect, harm_text, interval
 
 Row = dict[str, Any]
 
@@ -35,7 +35,7 @@ def summary(
     Take the metrics of each AUV and of the mission by their names; None is not known.  `broken`
     says what broke its schedule, if anything.
     """
-    harm = [line for told in harm_told(auvs, advice) for line in wrap(told, WIDTH)]
+    harm = [line for text in harm_text(auvs, advice) for line in wrap(text, WIDTH)]
     table = "\n".join([summary_table(auvs, mission), *wrap(broken, WIDTH)])
     parts = ["\n".join(harm), table, "\n".join(_advice(advice))]
     return "\n\n".join(part for part in parts if part)
@@ -66,17 +66,17 @@ def summary_table(auvs: Sequence[Row], mission: Row) -> str:
     lines = aligned(rows)
     lines.insert(2, "-" * max(map(len, lines)))
     lines.append(
-        f"{rounds_told(mission)}; channel use "
+        f"{rounds_text(mission)}; channel use "
         f"HF {100 * mission['hf_utilisation']:.1f} %, MF {100 * mission['mf_utilisation']:.1f} %"
     )
     if (drawn := mission.get("energy_j")) is not None:
         each = mission.get("energy_per_fix_j")
-        told = "" if each is None else f", {significant(each)} J for each fix delivered"
-        lines.append(f"modems drew {significant(drawn)} J{told}")
+        text = "" if each is None else f", {significant(each)} J for each fix delivered"
+        lines.append(f"modems drew {significant(drawn)} J{text}")
     return "\n".join(lines)
 
 
-def rounds_told(mission: Row) -> str:
+def rounds_text(mission: Row) -> str:
     """Return how many rounds a mission had, and how many collisions.
 
     >>> rounds_told({"rounds": 1, "collisions": 2, "frame_collisions": 0})

@@ -26,7 +26,7 @@ class Violation:
     others: tuple[str, ...]
 
     @property
-    def told(self) -> str:
+    def text(self) -> str:
         """The violation in words."""
         turn = f"round {self.round}" + ("" if self.slot is None else f", slot {self.slot}")
         met = f"met {' and '.join(self.others)}" if self.others else "was overlapped"
@@ -43,12 +43,12 @@ class Violations:
     first: Violation | None
 
     @property
-    def told(self) -> str:
+    def text(self) -> str:
         """The violations in a sentence, empty where there are none."""
         if self.first is None:
             return ""
         often = f"{counted(self.count, 'time')}, first" if self.count > 1 else "once,"
-        return f"The schedule was violated {often} {self.first.told}."
+        return f"The schedule was violated {often} {self.first.text}."
 
     def data(self) -> dict[str, Any]:
         """Return them as plain data."""

@@ -124,8 +124,8 @@ def vessel_tracks(scenario: ScenarioKeys, placement: AsvTrack) -> "list[Recorded
     from ..vehicles.tracks import misplaced
 
     tracks = [vessel_track(scenario, placement, asv) for asv in range(len(placement.files))]
-    told = misplaced(tracks, placement.time_offset_s, scenario.duration_s, "asvs.formation")
-    for number, problem in told:
+    message = misplaced(tracks, placement.time_offset_s, scenario.duration_s, "asvs.formation")
+    for number, problem in message:
         raise ValueError(f"asvs.formation.files.{number}: {problem}")
     return tracks
 

@@ -66,7 +66,7 @@ class PartChoice(str):
         return self._read  # type: ignore[return-value]
 
     @property
-    def told(self) -> str:
+    def words(self) -> str:
         """The choice in words, such as ``my_parts:fast (depth 2)``."""
         given = ", ".join(f"{name} {plain(value)}" for name, value in self.settings.items())
         return f"{self} ({given})" if given else str(self)

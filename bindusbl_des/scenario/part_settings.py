@@ -147,7 +147,7 @@ def mistakes(
         for detail in error.errors(include_url=False):
             key, missing = ".".join(map(str, detail["loc"])), detail["type"] == "missing"
             if not (missing and any(nearest(word, known) == key for word in unknown)):
-                yield key or "model", _told(detail)
+                yield key or "model", _message(detail)
 
 
 def _validated(model: type[BaseModel], settings: Mapping[str, Any]) -> BaseModel:
@@ -155,7 +155,7 @@ def _validated(model: type[BaseModel], settings: Mapping[str, Any]) -> BaseModel
     return model.model_validate_json(json.dumps(dict(settings)))
 
 
-def _told(detail: Any) -> str:
+def _message(detail: Any) -> str:
     kind, context = detail["type"], detail.get("ctx", {})
     if kind == "missing":
         return "missing; add it"

@@ -149,7 +149,7 @@ def _own_stations(
     return tuple(own_stations(scenario, choice, answer))
 
 
-def are_told(scenario: ScenarioKeys) -> bool:
+def are_steered(scenario: ScenarioKeys) -> bool:
     """Tell whether ASVs are told during the mission where to go.
 
     Raises:

@@ -95,7 +95,7 @@ def _over_lanes(scenario: ScenarioKeys, route: Lawnmower, share: Share, auv: int
     if 2 * radius > area.across:
         raise ValueError(
             f"auvs.vehicle: at {auvs.speed(auv):g} m/s {auvs.vehicle} turns with a radius of "
-            f"{radius:.1f} m, too wide for a survey of {area.told}; use another vehicle "
+            f"{radius:.1f} m, too wide for a survey of {area.words}; use another vehicle "
             "(bluerov2 turns tightly), another speed or a larger survey"
         )
     heading = lanes_heading(scenario)

@@ -67,7 +67,7 @@ class Scenario(ScenarioKeys):
     def __repr__(self) -> str:
         return (
             f"<Scenario {self.name}: {self.auvs.count} AUVs, {self.asvs.count} ASVs, "
-            f"{area_of(self).told}, {self.duration_s:g} s>"
+            f"{area_of(self).words}, {self.duration_s:g} s>"
         )
 
     __str__ = __repr__
@@ -124,8 +124,8 @@ def kept(work: Callable[[Scenario], Answer]) -> Callable[[Scenario], Answer]:
 def _ended(scenario: Scenario) -> list[Problem]:
     """Work out when the survey of a mission ends, and with it the mission; or say why not."""
     if not scenario.auvs.route.is_flown:
-        told = f"{SURVEY} needs lanes or waypoints to be flown; give the seconds"
-        return [Problem("duration_s", told, ("auvs.route.kind",))]
+        message = f"{SURVEY} needs lanes or waypoints to be flown; give the seconds"
+        return [Problem("duration_s", message, ("auvs.route.kind",))]
     from .plans import survey_end  # with all that plans need, which other missions do not wait for
 
     try:

@@ -109,8 +109,8 @@ def located_astray(
         _columns(effects, moved, bends, it, systematic),
         systematic.variances.size,
     )
-    told = np.concatenate((jacobians[:, 3 * count : 4 * count], jacobians[:, :count]), axis=1)
-    left = noise_of(covariance, told, systematic.variances)
+    each = np.concatenate((jacobians[:, 3 * count : 4 * count], jacobians[:, :count]), axis=1)
+    left = noise_of(covariance, each, systematic.variances)
     note_sight(it, fix, negative(seen.unit), -seen.believed, path, left, instrument)
     return fix, covariance, jacobians, level_part(left)
 

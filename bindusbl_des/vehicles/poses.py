@@ -134,8 +134,10 @@ class ReceivedPoses:
         """Return the poses of a fleet, (n, 4), if they can be used."""
         count, name = self._counts[kind], NAMES[kind]
         try:
-            told = np.asarray(answer)
-            poses = np.array(told if told.dtype.kind in "fiu" else (), dtype=np.float64, order="C")
+            answers = np.asarray(answer)
+            poses = np.array(
+                answers if answers.dtype.kind in "fiu" else (), dtype=np.float64, order="C"
+            )
         except (TypeError, ValueError):
             poses = np.empty(0)
         if poses.shape != (count, 4):

@@ -20,7 +20,7 @@ from ..core.compiled import compiled, inlined
 from ..records.rows import Row, Rows
 
 
-class Told(NamedTuple):
+class DeadReckoned(NamedTuple):
     """What a vehicle's own sensors have told it by an instant (s): its dead reckoning (m), and the
     integrals of the cosine and sine of its heading from the start of the mission (s).
     """
@@ -70,18 +70,18 @@ class ReckonedPath(NamedTuple):
 
 
 @inlined
-def way_since(drift: ExpectedDrift, told: Told, in_body: bool) -> ReckonedPath:
+def way_since(drift: ExpectedDrift, dr: DeadReckoned, in_body: bool) -> ReckonedPath:
     """Return what has summed up since then; `in_body` if biases turn with the body."""
-    passed = told.time - drift.at
-    ahead = told.cosine - drift.cosine if in_body else passed
-    aside = told.sine - drift.sine if in_body else 0.0
+    passed = dr.time - drift.at
+    ahead = dr.cosine - drift.cosine if in_body else passed
+    aside = dr.sine - drift.sine if in_body else 0.0
     share, left = passed / drift.time_constant, 1.0
     if share > 0.0:
         left = -expm1(-share) / share
     forward = drift.bias_ahead + left * drift.roaming_ahead
     starboard = drift.bias_aside + left * drift.roaming_aside
-    x = told.x - drift.x - (ahead * forward - aside * starboard)
-    y = told.y - drift.y - (aside * forward + ahead * starboard)
+    x = dr.x - drift.x - (ahead * forward - aside * starboard)
+    y = dr.y - drift.y - (aside * forward + ahead * starboard)
     return ReckonedPath(passed, ahead, aside, left, x, y)
 
 

@@ -88,7 +88,7 @@ def _in_metres(
     is_far = far_apart_m(lat, lon, origin) > FARTHEST
     if is_far.any():
         first = int(is_far.argmax())
-        raise ValueError(f"{recording.told[first]}: {too_far((lat[first], lon[first]), origin)}")
+        raise ValueError(f"{recording.where[first]}: {too_far((lat[first], lon[first]), origin)}")
     positions = ned_at_depth(lat, lon, _depths(recording, depth_m), origin)
     if recording.below_ellipsoid:
         known = np.flatnonzero(~np.isnan(recording.depths))
@@ -96,7 +96,7 @@ def _in_metres(
             lat[known], lon[known], -recording.depths[known], *origin
         )
         for sample in known[np.argsort(positions[known, 2])][:1]:  # the highest
-            above_sea(recording.told[sample], -float(positions[sample, 2]))
+            above_sea(recording.where[sample], -float(positions[sample, 2]))
     return positions
 
 
@@ -104,13 +104,13 @@ def too_far(position: Degrees, origin: Degrees) -> str:
     """Return what is to be said of a position that is far beyond a survey about an origin (deg)."""
     lat, lon = position
     away = float(far_apart_m([lat], [lon], origin)[0])
-    told = (
+    where = (
         f"latitude {lat:.9g}, longitude {lon:.9g} is {away / 1e3:,.0f} km from environment.origin"
     )
     swapped = abs(lon) <= 90.0 and far_apart_m([lon], [lat], origin)[0] < FARTHEST
     if swapped:
-        return f"{told}, but near it with latitude and longitude swapped; swap them"
-    return f"{told} ({origin[0]:.9g}, {origin[1]:.9g}); correct one of them"
+        return f"{where}, but near it with latitude and longitude swapped; swap them"
+    return f"{where} ({origin[0]:.9g}, {origin[1]:.9g}); correct one of them"
 
 
 def _check_speed(path: str | Path, recording: RecordedTrack, positions: Array) -> None:

@@ -161,7 +161,7 @@ class Witness:
     signals: tuple[Signal, Signal]
 
     @property
-    def told(self) -> str:
+    def words(self) -> str:
         """Whose signals overlap where."""
         one, other = self.signals
         return f"{one.sender} and {other.sender} at {self.receiver}"

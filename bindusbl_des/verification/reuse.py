@@ -52,7 +52,7 @@ def same_slot(case: Case) -> Iterator[SignalPair]:
         return
     margin, needed = scenario.protocol.conflict_margin_m, margin_needed(case)
     spare = margin - needed
-    why = f"{_told(case)}: {needed:.3g} m of conflict margin needed, {margin:.3g} m set"
+    why = f"{_rule(case)}: {needed:.3g} m of conflict margin needed, {margin:.3g} m set"
     if needed == math.inf:
         why = "nothing bounds how far AUVs may be from where they are believed"
     if spare > -TOUCH_M:
@@ -154,7 +154,7 @@ def _slot_in_round(case: Case) -> float:
     return max(slot_gap(case), slots.clock.after(0.0, slots.downlink_slot(len(case.depths))))
 
 
-def _told(case: Case) -> str:
+def _rule(case: Case) -> str:
     age, speed = age_s(case), case.closing_m_per_s
     if case.scenario.protocol.positions != "truth":
         return f"positions may be {age:.4g} s old, and {speed:.3g} m/s makes of that"

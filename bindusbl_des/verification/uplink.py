@@ -84,8 +84,8 @@ def round_s(case: Case) -> float:
     """Return how long (s) the longest round of a schedule with frames lasts."""
     rounds = rounds_of(case.scenario)
     turns = 1 + case.recalls
-    told = replace(rounds, named=min(rounds.named, 1) * turns)
-    return told.length(turns, 0 if downlink_of(case.scenario).replies else turns)
+    one_named = replace(rounds, named=min(rounds.named, 1) * turns)
+    return one_named.length(turns, 0 if downlink_of(case.scenario).replies else turns)
 
 
 def _margin(case: Case, it: Succession) -> float:

@@ -70,7 +70,7 @@ def _guard_data(guard: Guard | None) -> Data | None:
 def _witness(witness: Witness) -> Data:
     return {
         "kind": witness.kind,
-        "told": witness.told,
+        "told": witness.words,
         "seed": witness.seed,
         "receiver": witness.receiver,
         "overlap_s": witness.overlap_s,
@@ -94,7 +94,7 @@ def witness_yaml(witness: Witness) -> str:
     plan = portable(witness.plan)
     first = ["name", "duration_s", *(key for key in plan if key not in ("name", "duration_s"))]
     lines = [
-        f"# {witness.kind}: {witness.told}",
+        f"# {witness.kind}: {witness.words}",
         f"# bindusbl-des run witness.yaml --seed {witness.seed}",
         # JSON is YAML; each section has a line.
         *(f"{key}: {json.dumps(plan[key], ensure_ascii=False)}" for key in first),
@@ -138,7 +138,7 @@ MEANT = {
 }
 
 
-def told(verdict: Verdict) -> str:
+def verdict_text(verdict: Verdict) -> str:
     """Return a verdict in lines of at most 80 columns."""
     return "\n".join(_lines(verdict))
 

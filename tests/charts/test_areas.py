@@ -108,7 +108,7 @@ def test_points_and_lines_are_read_as_well(tmp_path: Path) -> None:
     ]
     kml = read_kml(written(tmp_path, KML.format(corners=KML_CORNERS, inner=""), "a.kml"))
     assert [it.kind for it in kml] == ["point", "polygon"]
-    assert kml[0].told == f"{tmp_path}/a.kml:5: Point ('Pier')"
+    assert kml[0].where == f"{tmp_path}/a.kml:5: Point ('Pier')"
 
 
 SWAPPED = [[lat, lon] for lon, lat in [[140.0 + x, y] for x, y in RING]]

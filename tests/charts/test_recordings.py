@@ -40,7 +40,7 @@ def test_a_gpx_track_is_read_in_unix_time(tmp_path: Path) -> None:
     assert found.times.tolist() == [UNIX, UNIX + 60.5, UNIX + 120.0]
     assert found.places.tolist() == [[54.33, 10.18], [54.331, 10.18], [54.332, 10.18]]
     assert found.depths.tolist() == [10.0, 12.5, 12.5]
-    assert found.told[2] == f"{tmp_path}/a.gpx:7"
+    assert found.where[2] == f"{tmp_path}/a.gpx:7"
 
 
 def test_what_a_gpx_does_not_say_of_depth_is_unknown(tmp_path: Path) -> None:

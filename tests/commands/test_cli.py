@@ -664,14 +664,14 @@ class Terminal(io.StringIO):
 
 def test_a_terminal_counts_the_equations_down(monkeypatch: pytest.MonkeyPatch) -> None:
     """How many are compiled and how long the rest takes, in a line that is gone in the end."""
-    from bindusbl_des.commands.console import compiling_told
+    from bindusbl_des.commands.console import compiling_shown
     from bindusbl_des.core import compiled
     from bindusbl_des.core import process as progress
 
     screen, clock = Terminal(), iter(range(0, 1000, 5))
     monkeypatch.setattr(sys, "stderr", screen)
     monkeypatch.setattr(progress, "monotonic", lambda: float(next(clock)))
-    with compiling_told():
+    with compiling_shown():
         tell = compiled._WATCH.tell
         assert tell is not None
         made, spent = compiled._WATCH.functions, compiled.compiling_s()

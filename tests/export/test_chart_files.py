@@ -46,7 +46,7 @@ def test_a_chart_shows_area_vessels_and_ways(run: Path, ending: str) -> None:
     result = load_result(run)
     read = read_geojson if ending == "geojson" else read_kml
     shapes = {
-        it.told.rpartition("('")[2].rstrip("')"): it for it in read(run / f"Kiel_Fjord_.{ending}")
+        it.where.rpartition("('")[2].rstrip("')"): it for it in read(run / f"Kiel_Fjord_.{ending}")
     }
     auvs, asvs = result.scenario.auvs.count, result.scenario.asvs.count
     assert len(shapes) == 1 + asvs + 2 * auvs
@@ -201,7 +201,7 @@ def test_the_team_of_a_plan_is_a_chart(tmp_path: Path, kind: str) -> None:
         return
     read = read_geojson if kind == "geojson" else read_kml
     shapes = {
-        it.told.rpartition("('")[2].rstrip("')"): np.array(it.corners)
+        it.where.rpartition("('")[2].rstrip("')"): np.array(it.corners)
         for it in read(tmp_path / f"plan.{kind}")
     }
 

@@ -60,7 +60,7 @@ def test_what_an_area_is() -> None:
     assert area.across == pytest.approx(300.0)
     assert area.farthest == pytest.approx(math.hypot(300.0, 100.0))
     assert area.side is None
-    assert area.told == "45,000 m2, a polygon of 6 corners"
+    assert area.words == "45,000 m2, a polygon of 6 corners"
     assert area.contains([(50.0, 200.0), (200.0, 200.0), (300.0, 50.0)]).tolist() == [
         True, False, True,
     ]  # fmt: skip
@@ -71,10 +71,10 @@ def test_what_an_area_is() -> None:
 def test_a_square_is_told_from_other_areas() -> None:
     """Only a square along the axes about the origin is the paper's; a turned one is another."""
     assert rectangle(140.0, 140.0).side == 140.0
-    assert rectangle(140.0, 140.0).told == "140 m"
+    assert rectangle(140.0, 140.0).words == "140 m"
     for area in (rectangle(140.0, 100.0), rectangle(140.0, 140.0, 0.1), polygon(L_SHAPE[:4])):
         assert area.side is None
-    assert rectangle(500.0, 300.0, math.radians(30)).told == "500 m by 300 m, turned by 30 deg"
+    assert rectangle(500.0, 300.0, math.radians(30)).words == "500 m by 300 m, turned by 30 deg"
 
 
 @given(st.floats(1.0, 900.0), st.floats(1.0, 900.0), st.floats(-3.0, 3.0))

@@ -96,7 +96,7 @@ def test_nonsense_is_counted_and_the_last_good_pose_holds(
     assert np.array_equal(ear.advance_to(0.1)["auvs"], before)
     assert sum(ear.counts.values()) == 3
     assert any(it.startswith(why) for it in ear.counts)
-    assert why in ear.told()
+    assert why in ear.words()
 
 
 def test_a_mission_flies_where_it_is_told() -> None:

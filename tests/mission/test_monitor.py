@@ -47,7 +47,7 @@ def test_who_met_whom_is_told_in_every_face(tmp_path: Any) -> None:
         plan = {**witness.plan, "record": {"detail": detail}}
         result = simulate(Scenario.model_validate(plan))
         assert result.violations is not None
-        told = result.violations.told
+        told = result.violations.text
         assert told == (
             "The schedule was violated 2 times, first at 0.2672 s a ping of AUV2 (round 0, slot 1) "
             "met that of AUV1 at ASV0."

@@ -13,7 +13,7 @@ from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import slow_gnss
 from bindusbl_des.mission.sensor_errors import clocks, misalignments
 from bindusbl_des.protocol.slots import slots_of
-from bindusbl_des.scenario.instruments.own_sensors import told_of
+from bindusbl_des.scenario.instruments.own_sensors import estimated_kinds
 from bindusbl_des.scenario.planned import asv_stations
 from bindusbl_des.vehicles.currents import CONTROL_S
 
@@ -226,12 +226,12 @@ def test_of_many_asvs_a_filter_is_told_nothing_each_has_by_itself() -> None:
         "acoustics": {"hf": {"range_m": 140.0}, "mf": {"range_m": 500.0}},
     }
     world = scenario(**merged(EVERYTHING, {**asvs, "duration_s": 5.0}))
-    assert [kind.name for kind in told_of(world)] == ["sound_speed", "clock"]
+    assert [kind.name for kind in estimated_kinds(world)] == ["sound_speed", "clock"]
     keys = {found.key for found in warnings_of(world)}
     assert {"usbl.misalignment_sd_deg", "usbl.gnss_correlated_sd_m"} <= keys
     assert simulate(world).auvs.fixes_delivered.min() > 0
     fewer = scenario(**merged(EVERYTHING, {"asvs": {"count": 16}}))
-    assert [kind.name for kind in told_of(fewer)][:2] == ["misalignment", "gnss"]
+    assert [kind.name for kind in estimated_kinds(fewer)][:2] == ["misalignment", "gnss"]
     assert not {found.key for found in warnings_of(fewer)} & keys
 
 

@@ -18,7 +18,7 @@ from bindusbl_des.navigation.belief import (
 )
 from bindusbl_des.navigation.fix_update import weigh
 from bindusbl_des.records.rows import Jacobians
-from bindusbl_des.vehicles.reckoning import Told
+from bindusbl_des.vehicles.reckoning import DeadReckoned
 
 
 def grown(walk: float, sds: list[float], lasts: list[float], **places: int) -> Growth:
@@ -83,7 +83,7 @@ def test_a_bias_that_wanders_carries_off_as_its_integral(steps: int) -> None:
     growth = grown(0.0, [sd, sd], [lasts, lasts], wandering=6)
     belief = first_belief(0.0, (0.0, 0.0), 0.0, [sd, sd])
     for k in range(1, steps + 1):
-        carry(belief, Told(k * time / steps, 0.0, 0.0, 0.0, 0.0), growth)
+        carry(belief, DeadReckoned(k * time / steps, 0.0, 0.0, 0.0, 0.0), growth)
     fallen = math.exp(-time / lasts)
     p = belief.covariance
     assert p[0, 0] == pytest.approx(2 * sd**2 * lasts**2 * (time / lasts - 1 + fallen), rel=1e-9)
@@ -97,7 +97,7 @@ def test_what_is_known_of_a_wandering_bias_is_forgotten() -> None:
     growth = Growth(0.0, 0.0, True, 0, 6, np.full(2, 0.05), np.full(2, 60.0))
     belief = first_belief(0.0, (0.0, 0.0), 0.0, [0.0, 0.0])
     belief.state[6:] = 0.04, 0.02
-    carry(belief, Told(30.0, 0.0, 0.0, 0.0, 30.0), growth)  # to the east
+    carry(belief, DeadReckoned(30.0, 0.0, 0.0, 0.0, 30.0), growth)  # to the east
     fallen = math.exp(-0.5)
     assert belief.state[6:] == pytest.approx([0.04 * fallen, 0.02 * fallen])
     gone = 60.0 * (1 - fallen)
@@ -113,7 +113,7 @@ def test_a_scale_factor_and_a_heading_error_stretch_and_turn_the_way() -> None:
     belief = first_belief(0.0, (0.0, 0.0), 0.0, [1.0, 1.0])
     belief.state[2], belief.state[6:] = bias, (1 - c / (1 + scale), s / (1 + scale))
     growth = grown(0.0, [1.0, 1.0], [inf, inf], stretched=6)
-    carry(belief, Told(200.0, x, y, 0.0, 0.0), growth)
+    carry(belief, DeadReckoned(200.0, x, y, 0.0, 0.0), growth)
     assert np.array([x, y]) - belief.state[:2] == pytest.approx(way, abs=1e-9)
 
 
@@ -164,7 +164,7 @@ def test_covariances_stay_covariances() -> None:
         passed, yaw = rng.exponential(4.0), rng.uniform(0.0, 6.0)
         ahead, aside = passed * math.cos(yaw), passed * math.sin(yaw)
         at += passed, ahead, aside, ahead, aside
-        carry(belief, Told(at[0], at[1], at[2], at[3], at[4]), growth)
+        carry(belief, DeadReckoned(at[0], at[1], at[2], at[3], at[4]), growth)
         assert numbered(belief) > -1e-12
         common = rng.normal(0.0, 1.0, (2, 2))
         gain = np.zeros((12, 2))
@@ -182,7 +182,7 @@ def test_how_sure_one_is_of_the_error_is_what_carrying_makes_of_it(in_body: bool
     for passed in rng.uniform(-5.0, 60.0, 20).tolist():
         belief = first_belief(1.0, (0.05, 0.05), 0.1, [0.3])
         belief.covariance[:] = np.cov(rng.normal(0.0, 1.0, (7, 20)))
-        told = Told(passed, *rng.normal(0.0, 30.0, 4).tolist())
+        told = DeadReckoned(passed, *rng.normal(0.0, 30.0, 4).tolist())
         found = error_spread(belief, told, growth)
         carry(belief, told, growth)
         p = belief.covariance

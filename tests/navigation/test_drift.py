@@ -16,7 +16,7 @@ from bindusbl_des.mission.closed_loop import MissionCurrent
 from bindusbl_des.mission.sensor_errors import wrong_reckoning
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning
 from bindusbl_des.scenario.instruments.own_sensors import (
-    drift_told,
+    drift_text,
     own_sensors,
     straight_drift_rms,
 )
@@ -123,7 +123,7 @@ def test_where_no_one_speed_is_planned_they_are_constant(changes: dict[str, Any]
 
 def test_a_report_says_how_drift_is_drawn() -> None:
     for line, words in ((1000.0, "wandering over 1000 m."), (None, "constant for the mission.")):
-        told = drift_told(survey({"percent_of_distance": 0.3, "line_m": line}))
+        told = drift_text(survey({"percent_of_distance": 0.3, "line_m": line}))
         assert "is a scale factor of" in told
         assert told.endswith(words)
 

@@ -16,7 +16,7 @@ from bindusbl_des.navigation.fix_update import MOST_REFUSED, WEIGHED, Rule, weig
 from bindusbl_des.navigation.navigators import NOTHING, LinearNavigator
 from bindusbl_des.records.rows import FIX, LEARNT, Jacobians
 from bindusbl_des.vehicles.motion import together
-from bindusbl_des.vehicles.reckoning import Told, steady
+from bindusbl_des.vehicles.reckoning import DeadReckoned, steady
 from bindusbl_des.vehicles.vehicle import recorded
 
 KALMAN = Rule(WEIGHED, at_ping=True, gate=0.0)
@@ -77,11 +77,11 @@ def test_a_late_fix_speaks_of_its_ping() -> None:
     # until it is delivered, nobody knows of it
     assert estimate(navigator, reckoning, 1.25)[0] == pytest.approx([1.25, 0.0])
     naive = first_belief(1.0, (0.1, 0.1), 0.0)
-    carry(naive, Told(1.0, 1.0, 0.0, 1.0, 0.0), growth)
+    carry(naive, DeadReckoned(1.0, 1.0, 0.0, 1.0, 0.0), growth)
     p = naive.covariance
     gain = p[:, :2] / (p[0, 0] + 0.25)
     weigh(naive, gain, -(0.8 - 1.0), 0.0, (0.25, 0.25, 0.0), NOTHING_IN_COMMON)
-    carry(naive, Told(1.5, 1.5, 0.0, 1.5, 0.0), growth)
+    carry(naive, DeadReckoned(1.5, 1.5, 0.0, 1.5, 0.0), growth)
     # too fast, and that is the bias
     assert naive.state[2] == pytest.approx(0.00158638, abs=5e-9)
     assert (p[0, 0], p[0, 2], p[2, 2]) == pytest.approx(
@@ -103,7 +103,7 @@ def test_the_gain_settles_where_riccati_says(
     belief = first_belief(1.0, (0.0, 0.0), 0.1)
     p, growth = belief.covariance, Growth(0.027**2, 1e-8, in_body=True)
     for k in range(1, 4000):
-        carry(belief, Told(k * period, 0.0, 0.0, k * period, 0.0), growth)
+        carry(belief, DeadReckoned(k * period, 0.0, 0.0, k * period, 0.0), growth)
         gain, was = p[:, :2] / (p[0, 0] + 0.25), p[0, 0]
         weigh(belief, gain, 0.0, 0.0, (0.25, 0.25, 0.0), NOTHING_IN_COMMON)
     assert (gain[0, 0], -gain[4, 0]) == pytest.approx(gains, rel=3e-6)

@@ -21,7 +21,7 @@ from bindusbl_des.navigation.smoother import Smoother
 from bindusbl_des.navigation.smoothing import Sights, filtered, smooth, transition
 from bindusbl_des.records.rows import Jacobians
 from bindusbl_des.vehicles.motion import together
-from bindusbl_des.vehicles.reckoning import Told, steady
+from bindusbl_des.vehicles.reckoning import DeadReckoned, steady
 from bindusbl_des.vehicles.vehicle import recorded
 
 WANDERING = Growth(0.03**2, 1e-4, True, 0, 6, np.full(2, 0.02), np.full(2, 30.0))
@@ -38,9 +38,9 @@ def winding(count: int = 30, seed: int = 0) -> Odometry:
     return Odometry(times, 0.7 * headings, headings)
 
 
-def told_at(odometry: Odometry, row: int) -> Told:
+def dr_at(odometry: Odometry, row: int) -> DeadReckoned:
     """Return what dead reckoning has told by one of its instants."""
-    return Told(
+    return DeadReckoned(
         float(odometry.times[row]),
         *odometry.position[row].tolist(),
         *odometry.headings[row].tolist(),
@@ -57,7 +57,7 @@ def seen(states: int, nodes: int, count: int = 15, seed: int = 1) -> Sights:
 
 
 def moved_and_spread(
-    moment: np.ndarray, told: Told, growth: Growth, states: int
+    moment: np.ndarray, told: DeadReckoned, growth: Growth, states: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return F and Q from one instant to another; `moment` is carried there."""
     blank = Belief(moment, np.zeros(states), np.zeros((states, states)))
@@ -76,7 +76,7 @@ def test_smoothing_is_least_squares_over_all_sights(growth: Growth) -> None:
     joint = np.zeros((count, count, k, k))
     moment, own = np.zeros(1, dtype=MOMENT), first.covariance
     for n in range(count):
-        move, noise = moved_and_spread(moment, told_at(odometry, n), growth, k)
+        move, noise = moved_and_spread(moment, dr_at(odometry, n), growth, k)
         for m in range(n):
             joint[n, m] = move @ joint[n - 1, m]
             joint[m, n] = joint[n, m].T
@@ -124,7 +124,7 @@ def test_a_transition_is_what_carrying_does(growth: Growth) -> None:
     half = rng.normal(size=(k, k))
     moment = np.zeros(1, dtype=MOMENT)
     moment["at_s"], moment["cosine_s"], moment["x_m"] = 5.0, 3.0, 2.0
-    told = Told(11.0, 6.0, -2.0, 7.0, 2.5)
+    told = DeadReckoned(11.0, 6.0, -2.0, 7.0, 2.5)
     state = 0.05 * rng.normal(size=k)
     belief = Belief(moment.copy(), state.copy(), half @ half.T)
     move, before = np.empty((k, k)), belief.covariance.copy()
@@ -284,7 +284,7 @@ def solved(gtsam: Any, fixes: np.ndarray, first: Belief, odometry: Odometry) -> 
     moment, k = np.zeros(1, dtype=MOMENT), STATES
     add({bias: np.eye(2)}, np.zeros(2), first.covariance[2:4, 2:4])
     for n in range(len(odometry.times)):
-        move, spread = moved_and_spread(moment, told_at(odometry, n), PLAIN, k)
+        move, spread = moved_and_spread(moment, dr_at(odometry, n), PLAIN, k)
         own, pushed = move[np.ix_(split, split)], move[np.ix_(split, [2, 3])]
         if n == 0:
             start = first.covariance[np.ix_(split, split)]

@@ -165,12 +165,12 @@ def test_how_the_drift_of_a_sheet_is_drawn_is_doubted(line: float | None, tried:
     ],
 )
 def test_losses_that_last_are_a_doubt_where_anything_is_lost(
-    acoustics: dict[str, Any], told_of: str, keys: dict[str, float]
+    acoustics: dict[str, Any], estimated_kinds: str, keys: dict[str, float]
 ) -> None:
     given = {"name": "bay", "acoustics": acoustics}
     found = dict(_bursts(Candidate({}, Scenario.model_validate(given), 1.0)))
     expected = {f"acoustics.{band}.channel.burst_s": it for band, it in keys.items()}
-    assert found == ({told_of: expected} if keys else {})
+    assert found == ({estimated_kinds: expected} if keys else {})
     for name, value in expected.items():
         band = getattr(laid_over(given, expected).acoustics, name.split(".")[1])
         assert band.channel.settings["burst_s"] == value

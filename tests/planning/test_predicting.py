@@ -43,10 +43,10 @@ def test_chances_of_a_fix_are_those_of_the_map_of_a_survey(keys: dict[str, Any])
     ways, sights = inputs.ways, seen(inputs, stations)
     found = located(inputs, sights)[:, :, 0]
     if own.protocol.downlink != "direct_reply":
-        told = sights.told.mean(axis=2)
+        told = sights.delivered.mean(axis=2)
         if own.protocol.broadcaster == "nearest":
             nearest = sights.level_m.argmin(axis=2)[:, :, None]
-            told = np.take_along_axis(sights.told, nearest, axis=2)[:, :, 0]
+            told = np.take_along_axis(sights.delivered, nearest, axis=2)[:, :, 0]
         found = found * told
     places = np.concatenate((ways.places_m[0], np.full((len(ways.times_s), 1), 10.0)), axis=1)
     exact = fix_chance(own, stations, places)

@@ -20,7 +20,7 @@ def pairs(side_m: float, schedules: list[str] | None = None) -> list[tuple[str, 
     goals = goals_of_arguments({"position_error_m": 1.0}, None, None)
     vary = TEAM if schedules is None else {**TEAM, SCHEDULE: schedules}
     question = read_plan(scenario, Asking(goals, options=PythonArguments(vary)))
-    found = proposed(question, Predictor(goals))
+    found = proposed(question, Predictor(goals), print)
     return [
         (it.keys.get(SCHEDULE, "spatial_reuse"), it.keys.get(DOWNLINK, "sequential"))
         for it in found
@@ -54,7 +54,7 @@ def test_answers_without_airtime_are_never_proposed() -> None:
             keys += ["protocol.downlink.reply=instant"]
         scenario = load_scenario("recovery_140m", overrides=keys)
         question = read_plan(scenario, Asking(goals, options=PythonArguments(TEAM)))
-        found = proposed(question, Predictor(goals))
+        found = proposed(question, Predictor(goals), print)
         assert any(it.scenario.protocol.replies for it in found) or downlink == "sequential"
         assert {it.scenario.protocol.answer.reply for it in found} == {"frame"}
         assert {it.keys.get("protocol.downlink.reply") for it in found} <= {"frame", None}

@@ -502,9 +502,9 @@ def test_a_law_is_not_for_a_cast_of_speeds(tmp_path: Path) -> None:
     speeds, water = tmp_path / "speeds.csv", tmp_path / "water.csv"
     speeds.write_text("depth_m,sound_speed_m_per_s\n0,1500\n30,1490\n")
     water.write_text("depth_m,temperature_c,salinity_psu\n0,15,35\n30,10,35\n")
-    for file, is_told in ((speeds, True), (water, False)):
+    for file, is_estimated in ((speeds, True), (water, False)):
         found = told(environment={"ctd": str(file), "sound_speed_law": "medwin"})
-        assert ("environment.sound_speed_law" in found) == is_told
+        assert ("environment.sound_speed_law" in found) == is_estimated
 
 
 FAR = {"hf": {"range_m": 1200.0}, "mf": {"range_m": 2400.0}}
@@ -551,9 +551,9 @@ def test_lanes_that_cross_a_bay_are_told_with_how_far() -> None:
     """Of ten lanes 20 m apart the seven beyond y = 50 m cross 100 m of open water each."""
     keys = {"survey": {"polygon_m": BAY}, "asvs": {"count": 1}}
     across = {"count": 2, "route": {"lane_spacing_m": 20}}
-    told_of = told(**keys, auvs=across)["survey.polygon_m"]
-    assert told_of.startswith("7 of 10 lanes leave the area and come back across a bay (AUV0 on 2,")
-    assert "AUV1 on 5): 700 m in all, 100 m at a stretch, up to 50 m beyond its edge" in told_of
+    found = told(**keys, auvs=across)["survey.polygon_m"]
+    assert found.startswith("7 of 10 lanes leave the area and come back across a bay (AUV0 on 2,")
+    assert "AUV1 on 5): 700 m in all, 100 m at a stretch, up to 50 m beyond its edge" in found
     along = {"count": 2, "route": {"lane_spacing_m": 20, "lane_heading_deg": 90}}
     assert "survey.polygon_m" not in told(**keys, auvs=along)
     convex = {**keys, "survey": {"polygon_m": [*BAY[:3], BAY[-1]]}}

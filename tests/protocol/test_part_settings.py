@@ -399,7 +399,7 @@ def test_numbers_of_numpys_are_settings_too() -> None:
     choice = Scenario.model_validate(
         {"name": "m", "protocol": {"schedule": given}}
     ).protocol.schedule
-    assert choice.told == "a:b (x 2, n 3, w [0, 1], y [true])"
+    assert choice.words == "a:b (x 2, n 3, w [0, 1], y [true])"
     assert [type(it) for it in choice.settings.values()] == [float, int, list, list]
     assert yaml.safe_load(yaml.safe_dump(choice.plain())) == choice.plain()
 

@@ -18,7 +18,7 @@ from bindusbl_des.export.csv_folder import write_csv
 from bindusbl_des.recorded.log import BadLog, Receptions
 from bindusbl_des.recorded.losses import losses_of
 from bindusbl_des.recorded.reading import read_log
-from bindusbl_des.recorded.replay_text import outage_told
+from bindusbl_des.recorded.replay_text import outage_text
 
 
 def received(
@@ -86,7 +86,7 @@ def test_an_outage_that_one_mean_does_not_explain_is_told() -> None:
     assert found.longest is not None
     assert found.longest.is_rare
     assert found.longest.lasted_s == pytest.approx(15.0, abs=2.0)
-    assert "the longest outage, 15 s," in outage_told(15.0, found.longest.chance)
+    assert "the longest outage, 15 s," in outage_text(15.0, found.longest.chance)
 
 
 def test_a_log_that_tells_nothing_of_losses() -> None:

@@ -15,7 +15,7 @@ from bindusbl_des.report.calibration import (
     UNDERCONFIDENT,
     Calibration,
     calibration,
-    calibration_told,
+    calibration_text,
     independent,
     normalised,
     of_auv,
@@ -139,7 +139,7 @@ def test_a_mission_tells_on_its_filter(
 ) -> None:
     """The report has the shares of each AUV and of the fleet, and says in words what they mean."""
     mission = recording(believing(weighed, factor))
-    told = calibration_told(mission)
+    told = calibration_text(mission)
     assert words in told
     found = [of_auv(mission, auv) for auv in range(3)]
     fleet = of_fleet([it for it in found if it is not None])
@@ -157,10 +157,10 @@ def test_a_drift_alone_is_not_judged() -> None:
         simulate(scenario(duration_s=20.0, navigation={"filter": "dead_reckoning", **noise}))
         for noise in ({}, QUIET_NAVIGATION)
     )
-    told = calibration_told(recording(drifting))
+    told = calibration_text(recording(drifting))
     assert "worth some 3 independent ones, too few to say whether it is over-" in told
     assert "<td>cannot be told</td>" in told
-    assert calibration_told(recording(sure)) == ""
+    assert calibration_text(recording(sure)) == ""
     assert "Truth inside the ellipses" not in run_page(sure)
 
 

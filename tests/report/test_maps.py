@@ -177,7 +177,7 @@ def test_a_page_is_the_chart_that_is_exported(
     """
     write_chart(result, tmp_path / "bay.kml", "kml")
     exported = read_kml(tmp_path / "bay.kml")
-    shapes = {it.told.rpartition("('")[2].rstrip("')"): it.corners for it in exported}
+    shapes = {it.where.rpartition("('")[2].rstrip("')"): it.corners for it in exported}
     tracks = result.tables["tracks"].groupby("vehicle")
     it = opened(page)
     for name in ("AUV0", "ASV1", "ASV2"):

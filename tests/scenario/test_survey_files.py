@@ -100,7 +100,7 @@ def test_results_take_the_chart_along(tmp_path: Path) -> None:
     ):
         assert back.survey.area == str(tmp_path / "run" / "charts" / copies[0])
         assert area_of(back) == area_of(scenario)
-    assert area_of(scenario).told == "2,350 m2, a polygon of 5 corners"  # as it was read
+    assert area_of(scenario).words == "2,350 m2, a polygon of 5 corners"  # as it was read
     (tmp_path / "run" / "charts" / copies[0]).unlink()
     with pytest.raises(ValueError, match=r"run.json is damaged .*survey.area: .*cannot be read"):
         load_result(tmp_path / "run")

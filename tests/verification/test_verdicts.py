@@ -17,7 +17,7 @@ from bindusbl_des.preflight.effort import effort
 from bindusbl_des.scenario.files.overrides import put
 from bindusbl_des.verification.case import Case, bounds_of
 from bindusbl_des.verification.playing import played, staged
-from bindusbl_des.verification.verdict_text import told, write
+from bindusbl_des.verification.verdict_text import verdict_text, write
 
 # As many as it takes for every rule to accept and to refuse
 DRAWN = 60
@@ -244,7 +244,7 @@ def test_a_round_longer_than_its_frame_is_told_and_no_overlap() -> None:
         "frame_s": 1.0, "round_s": pytest.approx(12.5 * 140 / 1500), "fits": False,
     }  # fmt: skip
     assert verdict.accepted
-    assert "A round may last 1.167 s, its frame 1 s: rounds begin late." in told(verdict)
+    assert "A round may last 1.167 s, its frame 1 s: rounds begin late." in verdict_text(verdict)
 
 
 @pytest.mark.parametrize(

@@ -56,12 +56,12 @@ def check_points(
 
 def plugins_in(document: Document, points: Points, places: Places) -> Iterator[Mistake]:
     """Yield the plug-ins that points name, each once and at its place."""
-    told: set[str] = set()
+    checked: set[str] = set()
     for point, where in zip(points, places, strict=True):
         for key in (*PARTS, *NAMES):
             name = named(point.get(key))
-            if is_plugin(name) and name not in told:
-                told.add(name)
+            if is_plugin(name) and name not in checked:
+                checked.add(name)
                 yield Mistake.at(document.values[where[key]], key, refusal(name))
 
 
@@ -143,12 +143,12 @@ def _explain(
         known = any((m.key, m.message) == (mistake.key, mistake.message) for m in together)
         if known or of_part:  # plug-ins are loaded for valid scenarios only
             _add(document, _place(document, where[key], mistake), mistake.key, mistake.message)
-    told = {(mistake.key, mistake.message) for _, mistake, _ in alone}
+    checked = {(mistake.key, mistake.message) for _, mistake, _ in alone}
     for mistake, of_part in both:
         if of_part and not _is_given(mistake.key, where):
             # Of the scenario, at its place there.
             document.mistakes += [mistake] if mistake not in document.mistakes else []
-        elif (mistake.key, mistake.message) not in told:
+        elif (mistake.key, mistake.message) not in checked:
             key, place = _last(document, where)
             if mistake.key in where:
                 place = document.values[where[mistake.key]]

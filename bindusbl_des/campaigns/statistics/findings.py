@@ -285,14 +285,14 @@ def _sure(found: MissionOutcomes, points: int) -> str:
 def harm_said(harms: Harms, plan: ExperimentPlan, points: Iterable[int]) -> Iterator[str]:
     """Yield whom fixes make worse at some points, the worst first, and what may help."""
     wanted = set(points)
-    told = [them for them in harms.sure if them[0].point in wanted]
-    for them in told[:MOST_SAID]:
+    chosen = [them for them in harms.sure if them[0].point in wanted]
+    for them in chosen[:MOST_SAID]:
         yield _harm(them, plan)
-    if len(told) > MOST_SAID:
-        rest = [them[0].point for them in told[MOST_SAID:]]
+    if len(chosen) > MOST_SAID:
+        rest = [them[0].point for them in chosen[MOST_SAID:]]
         yield f"Fixes also make AUVs worse at {points_named(sorted(rest))}."
-    if told:
-        yield from _remedies([json.loads(plan.points[it[0].point].scenario) for it in told])
+    if chosen:
+        yield from _remedies([json.loads(plan.points[it[0].point].scenario) for it in chosen])
     once = [it for it in harms.once if it.point in wanted]
     if once:
         yield _once(once, harms.missions, plan)
@@ -355,10 +355,10 @@ def starved_said(
 ) -> Iterator[str]:
     """Yield which AUVs got no fix at some points, and in how many seeds, those with most first."""
     wanted = set(points)
-    told = [it for it in found if it.point in wanted]
-    for it in told[:MOST_SAID]:
+    chosen = [it for it in found if it.point in wanted]
+    for it in chosen[:MOST_SAID]:
         place = point_name(it.point, plan.points[it.point].varied)
         yield f"No fix at {place}: {who_lacks(it.auvs, it.missions)}."
-    if len(told) > MOST_SAID:
-        rest = sorted(it.point for it in told[MOST_SAID:])
+    if len(chosen) > MOST_SAID:
+        rest = sorted(it.point for it in chosen[MOST_SAID:])
         yield f"AUVs got no fix also at {points_named(rest)}."

@@ -242,8 +242,10 @@ def _lines(rows: list[list[str]]) -> list[str]:
         widest = max(range(1, last), key=lambda n: widths[n])
         widths[widest] -= 1
     lines = ["  ".join(map(_fit, row, widths))[:WIDEST].rstrip() for row in (head, *points)]
-    told = [_filled(", ".join(f"{it}: {key}" for it, key in letters.items()))] if letters else []
-    return [*told, lines[0], "-" * max(map(len, lines)), *lines[1:]]
+    key_lines = (
+        [_filled(", ".join(f"{it}: {key}" for it, key in letters.items()))] if letters else []
+    )
+    return [*key_lines, lines[0], "-" * max(map(len, lines)), *lines[1:]]
 
 
 def _widths(rows: list[list[str]]) -> list[int]:

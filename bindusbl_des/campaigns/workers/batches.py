@@ -366,8 +366,8 @@ def _run(batch: Batch, mission: PlannedMission) -> Ran:
 
 
 def _check_parts(own_parts: Mapping[str, str]) -> None:
-    for name, told in own_parts.items():
-        if _source(name) != told:
+    for name, recorded in own_parts.items():
+        if _source(name) != recorded:
             raise ValueError(f"{name}: its source has changed since the campaign began")
 
 

@@ -33,9 +33,9 @@ class Drifts(NamedTuple):
     time_constants: Floats
     wanders: Floats
     variances: Floats
-    told: Floats
+    assumed: Floats
     walk: float
-    told_walk: float
+    assumed_walk: float
     has_common: bool
 
 
@@ -103,16 +103,16 @@ def carry(state: DriftState, begin: Moment, end: Moment, drifts: Drifts) -> None
                 row[k] *= kept
                 row[k + 1] *= kept
             _fade(state.true, k, kept, drifts.variances)
-            _fade(state.believed, k, kept, drifts.told)
+            _fade(state.believed, k, kept, drifts.assumed)
             line = ahead / passed, aside / passed
             _roam(state.true, k, line, passed, drifts.time_constants[source], drifts.variances)
-            _roam(state.believed, k, line, passed, drifts.time_constants[source], drifts.told)
+            _roam(state.believed, k, line, passed, drifts.time_constants[source], drifts.assumed)
         if drifts.wanders[source] > 0.0:
             _wander(state.true, k, passed, drifts.wanders[source])
             _wander(state.believed, k, passed, drifts.wanders[source])
     for axis in range(2):
         state.true[axis, axis] += drifts.walk * passed
-        state.believed[axis, axis] += drifts.told_walk * passed
+        state.believed[axis, axis] += drifts.assumed_walk * passed
 
 
 @compiled

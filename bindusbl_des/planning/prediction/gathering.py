@@ -21,7 +21,7 @@ from ...core.compiled import compiled
 from ...core.plugins import is_plugin, loaded
 from ...core.wording import plain
 from ...mission.build import usbl_of
-from ...mission.onboard import told_to
+from ...mission.onboard import assumed_by
 from ...preflight.round_lengths import pace_of
 from ...protocol.predicted_positions import planned_vehicles
 from ...protocol.replies import reply_delay_of
@@ -44,7 +44,7 @@ from ...scenario.families import (
     schedule_of,
     tells_slots,
 )
-from ...scenario.instruments.own_sensors import OwnSensors, kinds, own_sensors, told_of
+from ...scenario.instruments.own_sensors import OwnSensors, estimated_kinds, kinds, own_sensors
 from ...scenario.part_choice import PartChoice
 from ...scenario.planned import route_of
 from ...scenario.scenario import Scenario
@@ -162,7 +162,7 @@ def systematic_errors_of(scenario: Scenario) -> SystematicErrors:
         found.get("sound_speed", (0.0,))[0],
         hypot(offset, drift * float(scenario.duration_s) / 2),
         scenario.usbl.correlation_s if "slow" in found else 0.0,
-        len(told_of(scenario)) == len(found),
+        len(estimated_kinds(scenario)) == len(found),
     )
 
 
@@ -171,13 +171,13 @@ def navigator_of(scenario: Scenario) -> PredictedNavigator:
     navigation, sensors = scenario.navigation, own_sensors(scenario)
     own = is_plugin(navigation.filter)
     name = NAVIGATOR if own else str(navigation.filter)
-    first, growth = told_to(scenario)
-    told = [sqrt(first.covariance[k, k]) for k in range(len(first.state))]
+    first, growth = assumed_by(scenario)
+    assumed = [sqrt(first.covariance[k, k]) for k in range(len(first.state))]
     sources = [
-        *_bias(scenario, sensors, (told[2], told[3])),
-        *_current(scenario, told[4], growth.wander),
+        *_bias(scenario, sensors, (assumed[2], assumed[3])),
+        *_current(scenario, assumed[4], growth.wander),
         *_wandering(scenario, sensors, growth.wandering > 0),
-        *_skew(sensors, (told[6], told[7]) if growth.stretched > 0 else (0.0, 0.0)),
+        *_skew(sensors, (assumed[6], assumed[7]) if growth.stretched > 0 else (0.0, 0.0)),
     ]
     return PredictedNavigator(
         name,
@@ -185,45 +185,49 @@ def navigator_of(scenario: Scenario) -> PredictedNavigator:
         navigation.fixed_gain.gain,
         navigation.weighs or own or navigation.fixed_gain.delay_compensation == "shift",
         navigation.initial_position_sd_m,
-        told[0],
+        assumed[0],
         sensors.random_walk_m_per_sqrt_s**2,
         growth.walk,
         tuple(sources),
     )
 
 
-def _bias(scenario: Scenario, sensors: OwnSensors, told: tuple[float, float]) -> list[DriftSource]:
+def _bias(
+    scenario: Scenario, sensors: OwnSensors, assumed: tuple[float, float]
+) -> list[DriftSource]:
     drawn = 0.0 if sensors.bias_time_constant_s is not None else sensors.bias_sd_m_per_s
     mean = sensors.bias_m_per_s
-    if not any((*mean, drawn, *told)):
+    if not any((*mean, drawn, *assumed)):
         return []
-    return [DriftSource(scenario.navigation.bias_frame, mean, (drawn, drawn), told)]
+    return [DriftSource(scenario.navigation.bias_frame, mean, (drawn, drawn), assumed)]
 
 
-def _current(scenario: Scenario, told: float, wander: float) -> list[DriftSource]:
+def _current(scenario: Scenario, assumed: float, wander: float) -> list[DriftSource]:
     """Return the current as one more velocity that dead reckoning through the water misses."""
     water = scenario.environment
-    if scenario.navigation.velocity == "over_ground" or not told:
+    if scenario.navigation.velocity == "over_ground" or not assumed:
         return []
     heading, speed = radians(water.current_direction_deg), water.current_m_per_s
     mean, varies = (-speed * cos(heading), -speed * sin(heading)), water.current_variation_m_per_s
     lasts = None if wander else water.current_variation_time_s if varies else None
-    return [DriftSource("world", mean, (varies, varies), (told, told), lasts, wander)]
+    return [DriftSource("world", mean, (varies, varies), (assumed, assumed), lasts, wander)]
 
 
-def _wandering(scenario: Scenario, sensors: OwnSensors, is_told: bool) -> list[DriftSource]:
+def _wandering(scenario: Scenario, sensors: OwnSensors, is_estimated: bool) -> list[DriftSource]:
     sd, lasts = sensors.bias_sd_m_per_s, sensors.bias_time_constant_s
     if not sd or lasts is None:
         return []
-    told = sd if is_told else 0.0
-    return [DriftSource(scenario.navigation.bias_frame, (0.0, 0.0), (sd, sd), (told, told), lasts)]
+    assumed = sd if is_estimated else 0.0
+    return [
+        DriftSource(scenario.navigation.bias_frame, (0.0, 0.0), (sd, sd), (assumed, assumed), lasts)
+    ]
 
 
-def _skew(sensors: OwnSensors, told: tuple[float, float]) -> list[DriftSource]:
+def _skew(sensors: OwnSensors, assumed: tuple[float, float]) -> list[DriftSource]:
     turned = radians(sensors.heading_sd_deg)
     if not sensors.scale_factor_sd and not turned:
         return []
-    return [DriftSource("way", (0.0, 0.0), (sensors.scale_factor_sd, turned), told)]
+    return [DriftSource("way", (0.0, 0.0), (sensors.scale_factor_sd, turned), assumed)]
 
 
 # What stands in for parts of one's own that do not say what they are like.

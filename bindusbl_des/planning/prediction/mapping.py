@@ -163,7 +163,7 @@ def error_map(inputs: Inputs, stations: ArrayLike, places: ArrayLike) -> ErrorMa
         chance, kind = found.max(axis=1), found.argmax(axis=1)
         period *= len(asvs) / np.maximum(found.sum(axis=1) / np.maximum(chance, SELDOM), 1.0)
     else:
-        chance, kind = found[:, 0] * _told(here, around), np.zeros(len(spots), dtype=np.int64)
+        chance, kind = found[:, 0] * _delivered(here, around), np.zeros(len(spots), dtype=np.int64)
     if inputs.access.schedule.turn != "each":
         period *= len(ways.places_m)
     spread = own.noise[0, np.arange(len(spots)), kind]
@@ -180,19 +180,19 @@ def _tables(noise: FixNoise) -> tuple[Floats, ...]:
     return noise.along_m2, noise.across_m2, noise.down_m2, noise.leaning_m2, noise.slow
 
 
-def _told(inputs: Inputs, around: ExpectedSights) -> Floats:
+def _delivered(inputs: Inputs, around: ExpectedSights) -> Floats:
     """Return how likely an AUV decodes a broadcast (p,)."""
-    chosen, told = inputs.access.broadcaster, around.told[0]
+    chosen, delivered = inputs.access.broadcaster, around.delivered[0]
     nearest = chosen.serves_nearest
     if inputs.access.downlink.replies:
         if not inputs.access.replies_in_frames:
-            return np.ones(len(told))
+            return np.ones(len(delivered))
         nearest = True
     elif chosen.chosen_by == "one":
-        return np.asarray(told[:, inputs.access.fixed_asv])
+        return np.asarray(delivered[:, inputs.access.fixed_asv])
     if nearest:
-        return np.asarray(told[np.arange(len(told)), around.level_m[0].argmin(axis=1)])
-    return np.asarray(told.mean(axis=1))
+        return np.asarray(delivered[np.arange(len(delivered)), around.level_m[0].argmin(axis=1)])
+    return np.asarray(delivered.mean(axis=1))
 
 
 class Pauses(NamedTuple):

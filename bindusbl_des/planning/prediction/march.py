@@ -188,14 +188,14 @@ def drifts_of(inputs: Inputs) -> tuple[Drifts, DriftState]:
     navigator, systematic = inputs.navigator, inputs.systematic
     sources, frames = navigator.sources, [FRAMES[own.frame] for own in navigator.sources]
     if not systematic.is_none:
-        told = (1.0, 1.0) if systematic.is_told else (0.0, 0.0)
-        sources = (*sources, DriftSource("none", (0.0, 0.0), (1.0, 1.0), told))
+        assumed = (1.0, 1.0) if systematic.is_estimated else (0.0, 0.0)
+        sources = (*sources, DriftSource("none", (0.0, 0.0), (1.0, 1.0), assumed))
         frames.append(NOT_AT_ALL)
     rows = np.zeros((1 + 2 * ANCHORS, 2 + 2 * len(sources)))
     rows[0, 2:] = [it for own in sources for it in own.mean]
     drawn = np.array([it * it for own in sources for it in own.drawn_sd])
-    thought = np.array([it * it for own in sources for it in own.told_sd])
-    start, believed = navigator.start_sd_m**2, navigator.told_start_sd_m**2
+    thought = np.array([it * it for own in sources for it in own.assumed_sd])
+    start, believed = navigator.start_sd_m**2, navigator.assumed_start_sd_m**2
     state = DriftState(
         rows,
         np.diag([start, start, *drawn]),
@@ -208,7 +208,7 @@ def drifts_of(inputs: Inputs) -> tuple[Drifts, DriftState]:
         drawn,
         thought,
         navigator.walk_m2_per_s,
-        navigator.told_walk_m2_per_s,
+        navigator.assumed_walk_m2_per_s,
         not systematic.is_none,
     )
     return drifts, state
@@ -242,7 +242,7 @@ def _march(
             if turn < turns.pinged_s.shape[1]:
                 if turns.chance[auv, turn] < NONE:
                     continue
-                until = turns.told_s[auv, turn]
+                until = turns.delivered_s[auv, turn]
                 holds = turns.pinged_s[auv, turn] if at_ping else until
             while next_one < instants and next_one * step < until:
                 then = moment_at(next_one * step, step, way, turned)
@@ -328,7 +328,7 @@ def _fix(noise: Floats, lasts: Floats, drifts: Drifts) -> ExpectedFix:
     if not drifts.has_common:
         return ExpectedFix(own, own, 0, 0.0, 0.0, 0.0)
     thought, last = own, 2 * drifts.frames.size
-    if drifts.told[last - 2] == 0.0:  # to a filter that is not told it is noise as any
+    if drifts.assumed[last - 2] == 0.0:  # to a filter that is not told it is noise as any
         thought = own[0] + lasts[0], own[1] + lasts[1], own[2] + lasts[2]
     xx = sqrt(lasts[0])
     yx = lasts[2] / xx if xx > 0.0 else 0.0
@@ -341,7 +341,7 @@ ANYWHERE_M = 1e4
 
 def smoothed(inputs: Inputs, turns: Turns, fixes: Fixes) -> Errors:
     """Return the errors of all AUVs that know all fixes of the mission, whenever they were told."""
-    forward = errors_of(inputs, turns._replace(told_s=turns.pinged_s), fixes)
+    forward = errors_of(inputs, turns._replace(delivered_s=turns.pinged_s), fixes)
     back = errors_of(*_backwards(inputs, turns, fixes))
     before, after = _second_moments(forward), _second_moments(back)[:, ::-1]
     covariance = _both(before, after)
@@ -357,15 +357,15 @@ def _backwards(inputs: Inputs, turns: Turns, fixes: Fixes) -> tuple[Inputs, Turn
     unknown = replace(
         navigator,
         start_sd_m=ANYWHERE_M,
-        told_start_sd_m=ANYWHERE_M,
+        assumed_start_sd_m=ANYWHERE_M,
         sources=tuple(
-            replace(it, mean=(0.0, 0.0), drawn_sd=it.told_sd) for it in navigator.sources
+            replace(it, mean=(0.0, 0.0), drawn_sd=it.assumed_sd) for it in navigator.sources
         ),
     )
     pinged = end - turns.pinged_s[:, ::-1]
     turned = turns._replace(
         pinged_s=pinged,
-        told_s=pinged,
+        delivered_s=pinged,
         chance=turns.chance[:, ::-1].copy(),
         at=last - turns.at[:, ::-1],
         kind=np.ascontiguousarray(turns.kind[:, ::-1]),

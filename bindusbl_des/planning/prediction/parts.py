@@ -93,7 +93,7 @@ class SystematicErrors:
     Of each array's heading (rad) and GNSS position per axis (m), which wanders with a time constant
     (s); of all ranges the share by which they are too long, and how late (s) an AUV's clock is.
     Slow acoustic errors last for `slow_s` (s; 0: there are none).  Whether the filter is told of
-    all of them (`is_told`), so that it estimates them.
+    all of them (`is_estimated`), so that it estimates them.
     """
 
     misalignment_rad: float
@@ -102,7 +102,7 @@ class SystematicErrors:
     sound_speed_share: float
     clock_s: float
     slow_s: float
-    is_told: bool
+    is_estimated: bool
 
     @property
     def is_none(self) -> bool:
@@ -171,7 +171,7 @@ class DriftSource:
     frame: str
     mean: tuple[float, float]
     drawn_sd: tuple[float, float]
-    told_sd: tuple[float, float]
+    assumed_sd: tuple[float, float]
     time_constant_s: float | None = None
     wander_per_s: float = 0.0
 
@@ -191,7 +191,7 @@ class PredictedNavigator:
     gain: float
     at_ping: bool
     start_sd_m: float
-    told_start_sd_m: float
+    assumed_start_sd_m: float
     walk_m2_per_s: float
-    told_walk_m2_per_s: float
+    assumed_walk_m2_per_s: float
     sources: tuple[DriftSource, ...]

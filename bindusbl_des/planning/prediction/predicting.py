@@ -37,17 +37,19 @@ class Waiting(NamedTuple):
 
 def waiting(turns: Turns, end: float) -> Waiting:
     """Return how long AUVs wait for fixes in a mission that lasts until an `end` (s)."""
-    return Waiting(*_waiting(turns.told_s, turns.pinged_s, turns.chance, turns.many, end))
+    return Waiting(*_waiting(turns.delivered_s, turns.pinged_s, turns.chance, turns.many, end))
 
 
 @compiled
 def _waiting(
-    told: Floats, pinged: Floats, chance: Floats, many: int, end: float
+    delivered_s: Floats, pinged: Floats, chance: Floats, many: int, end: float
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    count = len(told)
+    count = len(delivered_s)
     rate, mean, p95, longest = np.zeros(count), np.empty(count), np.empty(count), np.empty(count)
     for auv in range(count):
-        instants, lags, odds, expected = _of_one(told[auv], pinged[auv], chance[auv], many, end)
+        instants, lags, odds, expected = _of_one(
+            delivered_s[auv], pinged[auv], chance[auv], many, end
+        )
         rate[auv] = expected / end
         ages, weights = _ages(instants, lags, odds, end)
         mean[auv], p95[auv], longest[auv] = _over_time(ages, weights, end)
@@ -56,21 +58,21 @@ def _waiting(
 
 @compiled
 def _of_one(
-    told: Floats, pinged: Floats, chance: Floats, many: int, end: float
+    delivered_s: Floats, pinged: Floats, chance: Floats, many: int, end: float
 ) -> tuple[Floats, Floats, Floats, float]:
     """Return when an AUV may be told of a fix (k,), s, how old that is then (k,), s, and how likely
     (k,), and the number of fixes to be expected; of rounds that stand for several, each has its
     instant.
     """
-    instants, lags, odds = np.empty((3, many * told.size))
+    instants, lags, odds = np.empty((3, many * delivered_s.size))
     count, expected = 0, 0.0
-    for turn in range(told.size):
-        if chance[turn] <= 0.0 or told[turn] >= end:
+    for turn in range(delivered_s.size):
+        if chance[turn] <= 0.0 or delivered_s[turn] >= end:
             continue
-        later = told[turn + 1] if turn + 1 < told.size else end
+        later = delivered_s[turn + 1] if turn + 1 < delivered_s.size else end
         for k in range(many):
-            instants[count] = told[turn] + k * (later - told[turn]) / many
-            lags[count], odds[count] = told[turn] - pinged[turn], chance[turn]
+            instants[count] = delivered_s[turn] + k * (later - delivered_s[turn]) / many
+            lags[count], odds[count] = delivered_s[turn] - pinged[turn], chance[turn]
             expected += chance[turn]
             count += 1
     return instants[:count], lags[:count], odds[:count], expected

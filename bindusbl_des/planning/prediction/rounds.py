@@ -41,7 +41,7 @@ class Turns(NamedTuple):
     """
 
     pinged_s: Floats
-    told_s: Floats
+    delivered_s: Floats
     chance: Floats
     at: Ints
     kind: Ints
@@ -168,8 +168,8 @@ def turns_of(inputs: Inputs, sights: ExpectedSights, plan: RoundPlan) -> Turns:
     if access.ranging.asvs_ping:
         kind = np.tile(number % asvs, (auvs, 1))
         chance = found[rows, late, kind]
-        told = pinged + sights.slant_m[rows, late, kind] / c + inputs.slots.ping_s
-        return Turns(pinged, told, chance, late, kind, many)
+        delivered = pinged + sights.slant_m[rows, late, kind] / c + inputs.slots.ping_s
+        return Turns(pinged, delivered, chance, late, kind, many)
     kind = np.zeros(pinged.shape, dtype=np.int64)
     chance = found[rows, late, kind]
     if access.schedule.turn == "rotation":
@@ -178,19 +178,19 @@ def turns_of(inputs: Inputs, sights: ExpectedSights, plan: RoundPlan) -> Turns:
         chance = chance / auvs
     if access.downlink.replies:
         way = sights.slant_m.min(axis=2)
-        told = pinged + 2.0 * way[rows, late] / c + access.reply_s
+        delivered = pinged + 2.0 * way[rows, late] / c + access.reply_s
         if access.replies_in_frames:
-            told = told + 0.5 * _tick(inputs.slots)
+            delivered = delivered + 0.5 * _tick(inputs.slots)
             alone = access.frame_s > 0.0  # one AUV pings in each frame
             together = np.broadcast_to(rows, slot.shape) if alone else slot
             chance = chance * _answered(sights, together, chance, late)
-        return Turns(pinged, told, chance, late, kind, many)
+        return Turns(pinged, delivered, chance, late, kind, many)
     by_group = access.downlink.by_group
     base = pinged + plan.send_s[at] if by_group else begin + plan.send_s[at]
     sender = number + slot if by_group else np.broadcast_to(number, pinged.shape)
     hears, way = _by_sender(inputs, sights, sender, late)
-    told = base + plan.frame_s[at] + way / c + 0.5 * _tick(inputs.slots)
-    return Turns(pinged, told, chance * hears, late, kind, many)
+    delivered = base + plan.frame_s[at] + way / c + 0.5 * _tick(inputs.slots)
+    return Turns(pinged, delivered, chance * hears, late, kind, many)
 
 
 def _answered(sights: ExpectedSights, slot: Ints, chance: Floats, at: Ints) -> Floats:
@@ -201,9 +201,9 @@ def _answered(sights: ExpectedSights, slot: Ints, chance: Floats, at: Ints) -> F
     """
     auvs, rows = len(slot), np.arange(len(slot))[:, np.newaxis]
     nearest = sights.level_m.argmin(axis=2)[rows, at]
-    heard = sights.told[rows, at, nearest]
+    heard = sights.delivered[rows, at, nearest]
     for other in range(auvs):
-        overheard = sights.told[rows, at, nearest[other]]
+        overheard = sights.delivered[rows, at, nearest[other]]
         beside = (slot == slot[other]) & (rows != other)
         heard = heard * np.where(beside, 1.0 - chance[other] * overheard, 1.0)
     return np.asarray(heard)
@@ -218,9 +218,9 @@ def _by_sender(
 ) -> tuple[Floats, Floats]:
     """Return how likely AUVs decode broadcasts of some numbers (n, r), and over which way (m)."""
     chosen, rows = inputs.access.broadcaster, np.arange(len(number))[:, np.newaxis]
-    asvs = sights.told.shape[2]
+    asvs = sights.delivered.shape[2]
     if chosen.chosen_by == "lot":
-        return sights.told.mean(axis=2)[rows, at], sights.level_m.mean(axis=2)[rows, at]
+        return sights.delivered.mean(axis=2)[rows, at], sights.level_m.mean(axis=2)[rows, at]
     if chosen.chosen_by == "turn":
         sender = number % asvs
     elif chosen.chosen_by == "one":
@@ -234,7 +234,7 @@ def _by_sender(
         else:
             best = np.broadcast_to(score.sum(axis=0).argmin(axis=1), score.shape[:2])
         sender = best[rows, at]
-    return sights.told[rows, at, sender], sights.level_m[rows, at, sender]
+    return sights.delivered[rows, at, sender], sights.level_m[rows, at, sender]
 
 
 @compiled

@@ -30,7 +30,7 @@ class ExpectedSights(NamedTuple):
     slant_m: Floats
     in_range: Flags
     heard: Floats
-    told: Floats
+    delivered: Floats
 
 
 class Fixes(NamedTuple):
@@ -73,8 +73,8 @@ def sights(inputs: Inputs, places: Floats, stations: Floats) -> ExpectedSights:
     counted = slant if inputs.hf.by_slant else level
     in_range = counted <= inputs.hf.range_m
     heard = _chance(inputs.hf, level, slant)
-    told = _chance(inputs.mf, level, slant)
-    return ExpectedSights(level, slant, in_range, heard, told)
+    delivered = _chance(inputs.mf, level, slant)
+    return ExpectedSights(level, slant, in_range, heard, delivered)
 
 
 def _chance(chances: Chances, level: Floats, slant: Floats) -> Floats:

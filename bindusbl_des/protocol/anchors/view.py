@@ -72,8 +72,8 @@ class OwnMover:
         if found is None or found.shape != (count, 2):
             self._refuse(answer, when, f"({count}, 2), x and y in m, one for each ASV")
         if not (np.hypot(*found.T) <= self._farthest).all():
-            told = f"finite numbers within {self._farthest:.0f} m of the origin, where AUVs are"
-            self._refuse(answer, when, told)
+            words = f"finite numbers within {self._farthest:.0f} m of the origin, where AUVs are"
+            self._refuse(answer, when, words)
         return found
 
     def _refuse(self, answer: Any, when: str, needed: str) -> NoReturn:

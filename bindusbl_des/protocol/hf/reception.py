@@ -173,11 +173,11 @@ def _make(
     instrument = instrument_of(by.instrument, has_sheet)
     heard = Heard(ping, by.receptions[row.first : row.end], by.noise.taken_now)
     if errors is not None:
-        told = unpacked(errors, PackedErrors)
-        place, covariance, jacobian, told.left[fix] = measured_astray(
-            heard, by.asvs, instrument, strayed, systematic_of(told)
+        packed_errors = unpacked(errors, PackedErrors)
+        place, covariance, jacobian, packed_errors.left[fix] = measured_astray(
+            heard, by.asvs, instrument, strayed, systematic_of(packed_errors)
         )
-        told.jacobians[fix] = jacobian[:2]
+        packed_errors.jacobians[fix] = jacobian[:2]
     else:
         place, covariance = measured(heard, by.asvs, instrument, strayed)
     note(row, ping, place, covariance)

@@ -216,13 +216,15 @@ class MfDownlink(Deliveries):
         if self._bursts is not None:
             pairs = np.ascontiguousarray(self._bursts[:, asv])
             luck = burst_chances(pairs, time, np.ascontiguousarray(found["loss"]))
-        told, loss = self._promises.room_for(len(auvs))[self._promises.count :], found["loss"]
-        told = told[: len(auvs)]
-        told["outcome"] = np.where(loss < 1.0, np.where(luck < loss, LOST, IN_FLIGHT), OUT_OF_RANGE)
-        told["sound"] = found["sound"]
+        promised, loss = self._promises.room_for(len(auvs))[self._promises.count :], found["loss"]
+        promised = promised[: len(auvs)]
+        promised["outcome"] = np.where(
+            loss < 1.0, np.where(luck < loss, LOST, IN_FLIGHT), OUT_OF_RANGE
+        )
+        promised["sound"] = found["sound"]
         self._promises.count += len(auvs)
         fixes = self._fixes.array
-        promised = told["outcome"][fixes["auv"][carried]]
+        promised = promised["outcome"][fixes["auv"][carried]]
         missed = promised != IN_FLIGHT
         fixes["outcome"][carried[missed]] = promised[missed]
 

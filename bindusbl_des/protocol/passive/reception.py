@@ -183,11 +183,11 @@ def _make(
     noise[9:12] = by.gnss_noise[it.ping]  # one error of the ASV for all that hear it
     own = Hearing(ping, it, (x, y, z), yaw, noise)
     if errors is not None:
-        told = unpacked(errors, PackedErrors)
-        place, covariance, jacobian, told.left[fix] = located_astray(
-            own, instrument, systematic_of(told)
+        packed_errors = unpacked(errors, PackedErrors)
+        place, covariance, jacobian, packed_errors.left[fix] = located_astray(
+            own, instrument, systematic_of(packed_errors)
         )
-        told.jacobians[fix] = jacobian[:2]
+        packed_errors.jacobians[fix] = jacobian[:2]
     else:
         place, covariance = located_itself(own, instrument)
     note(line, ping, place, covariance)

@@ -111,10 +111,10 @@ class KnownFixes:
                 self._tried[auv].append(ping)
         self._pings += len(pings)
         fixes = self._record.fixes.rows[self._fixes :]
-        told = np.isfinite(fixes["broadcast_at_s"])
-        for fix in fixes[told]:
+        broadcast = np.isfinite(fixes["broadcast_at_s"])
+        for fix in fixes[broadcast]:
             self._note_fix(fix)
-        self._fixes += len(fixes) if told.all() else int(told.argmin())
+        self._fixes += len(fixes) if broadcast.all() else int(broadcast.argmin())
 
     def _note_fix(self, fix: Rows) -> None:
         auv = int(fix["auv"])

@@ -27,8 +27,8 @@ function backwards(inputs, turns, fixes) {
   const { ways, navigator, duration_s } = inputs, auvs = ways.depths_m.length, instants = ways.times_s.length;
   const headings = reversed(flat(ways.headings_s), auvs, 2), ends = flat(ways.headings_s);
   for (let i = 0; i < headings.length; i++) headings[i] = ends[2 * (Math.floor(i / 2 / instants) * instants + instants - 1) + i % 2] - headings[i];
-  const sources = navigator.sources.map((it) => ({ ...it, mean: [0, 0], drawn_sd: it.told_sd }));
-  const unknown = { ...navigator, start_sd_m: ANYWHERE_M, told_start_sd_m: ANYWHERE_M, sources };
+  const sources = navigator.sources.map((it) => ({ ...it, mean: [0, 0], drawn_sd: it.assumed_sd }));
+  const unknown = { ...navigator, start_sd_m: ANYWHERE_M, assumed_start_sd_m: ANYWHERE_M, sources };
   const pinged = reversed(turns.pinged, auvs, 1).map((it) => duration_s - it), turn = (values, width = 1) => reversed(values, auvs, width);
   return [
     { ...inputs, ways: { ...ways, places_m: turn(flat(ways.places_m), 2), headings_s: headings }, navigator: unknown },

@@ -14,15 +14,15 @@ class March {
     // What fixes have in common: two numbers without a unit, of which a fix has some metres.
     this.common = hasCommon({ systematic }) ? 2 + 2 * sources.length : 0;
     if (this.common) {
-      const told = systematic.is_told ? 1 : 0;
-      this.sources.push({ frame: "none", mean: [0, 0], drawn_sd: [1, 1], told_sd: [told, told], wander_per_s: 0, lasts: Infinity });
+      const told = systematic.is_estimated ? 1 : 0;
+      this.sources.push({ frame: "none", mean: [0, 0], drawn_sd: [1, 1], assumed_sd: [told, told], wander_per_s: 0, lasts: Infinity });
     }
     this.size = 2 + 2 * this.sources.length;
     this.rows = 1 + 2 * ANCHORS;
     this.variances = this.sources.flatMap(({ drawn_sd }) => drawn_sd.map((it) => it * it));
-    this.told = this.sources.flatMap(({ told_sd }) => told_sd.map((it) => it * it));
-    this.walks = [navigator.walk_m2_per_s, navigator.told_walk_m2_per_s];
-    this.starts = [navigator.start_sd_m ** 2, navigator.told_start_sd_m ** 2];
+    this.assumed = this.sources.flatMap(({ assumed_sd }) => assumed_sd.map((it) => it * it));
+    this.walks = [navigator.walk_m2_per_s, navigator.assumed_walk_m2_per_s];
+    this.starts = [navigator.start_sd_m ** 2, navigator.assumed_start_sd_m ** 2];
     this.mean = [0, 0, ...this.sources.flatMap(({ mean: it }) => it)];
     this.gain = navigator.kind.has_gain ? navigator.gain : navigator.kind.ignores_fixes ? 0 : WEIGHED;
     this.atPing = navigator.at_ping;
@@ -40,7 +40,7 @@ class March {
     };
     const rows = new Float64Array(this.rows * size);
     rows.set(this.mean);
-    return { used: 1, rows, true: spread(this.starts[0], this.variances), believed: spread(this.starts[1], this.told) };
+    return { used: 1, rows, true: spread(this.starts[0], this.variances), believed: spread(this.starts[1], this.assumed) };
   }
   // An AUV's time (s), integrals of its heading (s) and place (m) at an instant.
   moment(time, places, headings, auv, out) {
@@ -85,8 +85,8 @@ class March {
         this.fade(real, k, kept, this.variances);
         this.roam(real, k, line, share, lasts, this.variances[k - 2]);
         if (believed) {
-          this.fade(believed, k, kept, this.told);
-          this.roam(believed, k, line, share, lasts, this.told[k - 2]);
+          this.fade(believed, k, kept, this.assumed);
+          this.roam(believed, k, line, share, lasts, this.assumed[k - 2]);
         }
       }
       if (wander_per_s > 0) {
@@ -150,7 +150,7 @@ class March {
     this.noise = [noise[at], noise[at + 1], noise[at + 2]];
     this.thought = this.noise;
     if (!this.common) return;
-    if (this.told[this.common - 2] === 0) this.thought = this.noise.map((it, k) => it + lasts[at + k]);
+    if (this.assumed[this.common - 2] === 0) this.thought = this.noise.map((it, k) => it + lasts[at + k]);
     this.xx = Math.sqrt(lasts[at]);
     this.yx = this.xx > 0 ? lasts[at + 2] / this.xx : 0;
     this.yy = Math.sqrt(Math.max(lasts[at + 1] - this.yx * this.yx, 0));

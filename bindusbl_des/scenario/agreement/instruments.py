@@ -93,7 +93,7 @@ def _usbl(scenario: ScenarioKeys) -> Iterator[Problem]:
         yield Problem(
             "usbl.model",
             f"is not that of the preset {name}, which says what an arrival measures; keep one of "
-            f"them; got {model.told}",
+            f"them; got {model.words}",
             ("usbl.preset",),
         )
     own = not isinstance(scenario.usbl.array, str)

@@ -108,7 +108,7 @@ def _lanes(scenario: ScenarioKeys) -> Iterator[Problem]:
     if not auvs.vehicle.has_dynamics and 2 * auvs.turning_radius_m > area.across:
         yield Problem(
             "auvs.vehicle.turning_radius_m",
-            f"a turn of {auvs.turning_radius_m:g} m radius does not fit a survey of {area.told}; "
+            f"a turn of {auvs.turning_radius_m:g} m radius does not fit a survey of {area.words}; "
             f"use at most {area.across / 2:g}",
             (shape, "auvs.vehicle", "auvs.route.kind"),
         )
@@ -334,8 +334,10 @@ def failures_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
         if failure.asv >= count:
             yield Problem(f"{key}.asv", no_such_asv(failure.asv, count), ("asvs.count",))
         if failure.until_s is not None and failure.until_s <= failure.at_s:
-            told = f"must be later than at_s, which is {failure.at_s:g} s; got {failure.until_s:g}"
-            yield Problem(f"{key}.until_s", told, (f"{key}.at_s",))
+            problem = (
+                f"must be later than at_s, which is {failure.at_s:g} s; got {failure.until_s:g}"
+            )
+            yield Problem(f"{key}.until_s", problem, (f"{key}.at_s",))
         for other in range(number):
             if given[other].asv == failure.asv and _meet(given[other], failure):
                 yield Problem(

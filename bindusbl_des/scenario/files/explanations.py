@@ -60,8 +60,8 @@ def in_words(error: ValidationError, data: Any) -> ValidationError:
     for number, detail in enumerate(error.errors(include_url=False)):
         finding = explained(detail, data, briefly=number >= MOST_EXPLAINED)
         context = {"message": finding.message, "finding": finding}
-        told = PydanticCustomError(detail["type"], "{message}", context)
-        details.append(InitErrorDetails(type=told, loc=finding.path, input=detail["input"]))
+        error_type = PydanticCustomError(detail["type"], "{message}", context)
+        details.append(InitErrorDetails(type=error_type, loc=finding.path, input=detail["input"]))
     return ValidationError.from_exception_data(error.title, details)
 
 

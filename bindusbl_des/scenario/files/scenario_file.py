@@ -254,11 +254,11 @@ def _note_contradictions(document: Document, problems: Iterable[Problem]) -> Non
         if any(_overlap(path, doubtful) for path in paths for doubtful in unsettled):
             continue
         document.mistakes.append(
-            Mistake.at(told_at(document, problem), problem.key, problem.message)
+            Mistake.at(place_of_problem(document, problem), problem.key, problem.message)
         )
 
 
-def told_at(document: Document, problem: Problem) -> FilePlace:
+def place_of_problem(document: Document, problem: Problem) -> FilePlace:
     """Return where a problem stands; where its key is left to its default, at a key behind it."""
     paths = [_split(key) for key in (problem.key, *problem.others)]
     return _place(document, next((path for path in paths if path in document.values), paths[0]))

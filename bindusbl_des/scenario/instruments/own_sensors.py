@@ -110,7 +110,7 @@ def straight_drift_rms(scenario: ScenarioKeys, time: float, speed: float | None 
     )
 
 
-def drift_told(scenario: ScenarioKeys) -> str:
+def drift_text(scenario: ScenarioKeys) -> str:
     """Return in a sentence how what an inertial system's sheet says is drawn; "" without a sheet.
 
     Of AUVs that follow no plan of the scenario, whose speed is another, nothing can be said.
@@ -129,7 +129,7 @@ def drift_told(scenario: ScenarioKeys) -> str:
     )
     lasts = "constant for the mission" if line is None else f"wandering over {line:g} m"
     return (
-        f"Dead reckoning: its data sheet's {drift.told} is {drawn} (standard deviations), "
+        f"Dead reckoning: its data sheet's {drift.words} is {drawn} (standard deviations), "
         f"drawn for each AUV and seed, {lasts}."
     )
 
@@ -178,7 +178,7 @@ def misalignment_sd(scenario: Scenario) -> float:
 
 
 @kept
-def told_of(scenario: Scenario) -> list[Kind]:
+def estimated_kinds(scenario: Scenario) -> list[Kind]:
     """Return the kinds of systematic errors that navigators are told of, to estimate them.
 
     They are none of filters that do not weigh, nor of those that somebody leaves `untold`; and

@@ -100,7 +100,7 @@ class Drift(Part):
         return self.percent_of_distance is not None or self.m_per_hour is not None
 
     @property
-    def told(self) -> str:
+    def words(self) -> str:
         """The sheet's own words."""
         share, rate = self.percent_of_distance, self.m_per_hour
         what = f"{rate:g} m per hour" if share is None else f"{share:g} % of distance"

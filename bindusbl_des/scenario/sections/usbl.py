@@ -43,15 +43,15 @@ def _array(value: Any) -> str | tuple[Element, ...]:
     if not isinstance(value, list | tuple) or not all(map(_is_place, value)):
         _no_array(value)
     if not FEWEST_ELEMENTS <= len(value) <= MOST_ELEMENTS:
-        told = f"has {len(value)} elements; give {FEWEST_ELEMENTS} to {MOST_ELEMENTS} of them"
-        raise PydanticCustomError("array", "{text}", {"text": told})
+        message = f"has {len(value)} elements; give {FEWEST_ELEMENTS} to {MOST_ELEMENTS} of them"
+        raise PydanticCustomError("array", "{text}", {"text": message})
     places = tuple((float(x), float(y), float(z)) for x, y, z in value)
     if thickness(places) < FLAT:
-        told = (
+        message = (
             "lies in a plane, or nearly so: it cannot tell above from below; move an element out "
             f"of it, by {1e3 * size_m(places) / 4:.2g} mm or so"
         )
-        raise PydanticCustomError("array", "{text}", {"text": told})
+        raise PydanticCustomError("array", "{text}", {"text": message})
     return places
 
 
@@ -65,12 +65,12 @@ def _is_place(value: Any) -> bool:
 
 
 def _no_array(value: Any) -> NoReturn:
-    told = (
+    message = (
         f"must be one of {', '.join(NAMED_SIZES_M)}, or the places of its elements in metres "
         f"(forward, to starboard, down), none beyond {FARTHEST_M:g} m: [[x, y, z], ...]; got "
         f"{str(value)[:60]!r}"
     )
-    raise PydanticCustomError("array", "{text}", {"text": told})
+    raise PydanticCustomError("array", "{text}", {"text": message})
 
 
 def _plainly(array: str | tuple[Element, ...]) -> str | list[list[float]]:

@@ -128,7 +128,7 @@ class Asvs(Part):
     """The surface vessels that carry the USBL arrays."""
 
     @property
-    def told(self) -> str:
+    def words(self) -> str:
         """What they are in a word: their model, or how they move."""
         placement = self.formation
         return placement.choice if placement.moves else str(self.vehicle)

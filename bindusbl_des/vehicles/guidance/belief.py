@@ -108,7 +108,7 @@ def for_fleet(
 
 @inlined
 def set_of(
-    frame: tuple[float, float], log: tuple[float, float], told: ExpectedDrift
+    frame: tuple[float, float], log: tuple[float, float], assumed: ExpectedDrift
 ) -> tuple[float, float]:
     """Return how fast water and bias carry the vehicle beyond what its log measures (m/s).
 
@@ -116,11 +116,14 @@ def set_of(
     `log` what is measured along x and y.
     """
     c_turn, s_turn = frame
-    ahead, aside = told.bias_ahead + told.roaming_ahead, told.bias_aside + told.roaming_aside
+    ahead, aside = (
+        assumed.bias_ahead + assumed.roaming_ahead,
+        assumed.bias_aside + assumed.roaming_aside,
+    )
     bias_n, bias_e = c_turn * ahead - s_turn * aside, s_turn * ahead + c_turn * aside
     own_n, own_e = log[0] - bias_n, log[1] - bias_e
-    north = told.current_x - bias_n - (told.stretch * own_n - told.turn * own_e)
-    east = told.current_y - bias_e - (told.turn * own_n + told.stretch * own_e)
+    north = assumed.current_x - bias_n - (assumed.stretch * own_n - assumed.turn * own_e)
+    east = assumed.current_y - bias_e - (assumed.turn * own_n + assumed.stretch * own_e)
     return north, east
 
 

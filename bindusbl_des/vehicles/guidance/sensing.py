@@ -9,7 +9,15 @@ from ..hulls import rk4
 from ..hulls.frames import C_PHI, C_PSI, C_THETA, S_PHI, S_PSI, S_THETA, Current, Floats
 from ..hulls.rk4 import MovedVehicle
 from ..logs import COS, RATES, SIN, X, Y, Z
-from ..reckoning import Told, by_compass, error, expected_error, follow, learnt_drift, way_since
+from ..reckoning import (
+    DeadReckoned,
+    by_compass,
+    error,
+    expected_error,
+    follow,
+    learnt_drift,
+    way_since,
+)
 from . import belief, drift
 from .belief import Posture, Sensed, Spot, SteeringDrift
 
@@ -115,8 +123,8 @@ def sense(
     set_n = set_e = 0.0
     if known.has_learnt:
         learnt = learnt_drift(known.learnt[number])
-        told = Told(time, at.x + wrong_n, at.y + wrong_e, cosine, sine)
-        carried_n, carried_e = expected_error(learnt, way_since(learnt, told, wrong.in_body))
+        dr = DeadReckoned(time, at.x + wrong_n, at.y + wrong_e, cosine, sine)
+        carried_n, carried_e = expected_error(learnt, way_since(learnt, dr, wrong.in_body))
         off_n, off_e = off_n - carried_n, off_e - carried_e
         frame = (lies.c_yaw, lies.s_yaw) if wrong.in_body else (1.0, 0.0)
         set_n, set_e = belief.set_of(frame, (log[0], log[1]), learnt)

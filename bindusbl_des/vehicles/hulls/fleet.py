@@ -105,11 +105,11 @@ class Fleet:
         rows = _rows(self.model, "values", values, self.model.commands, len(self._states))
         self._hold(time_s, slice(0, len(rows)), rows)
 
-    def _hold(self, time_s: float, told: slice, rows: Floats) -> None:
+    def _hold(self, time_s: float, due: slice, rows: Floats) -> None:
         """Bring these vehicles to exactly `time_s` and give them their new commands."""
         time_s = self._advance(time_s)
-        self._leap(self._states[told], self._commands[told], self._clocks[told], time_s, told.start)
-        self._commands[told] = rows
+        self._leap(self._states[due], self._commands[due], self._clocks[due], time_s, due.start)
+        self._commands[due] = rows
 
     def _advance(self, time_s: float) -> float:
         """Move the fleet along its grid to the last boundary at or before `time_s`."""
