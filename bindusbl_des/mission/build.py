@@ -17,7 +17,7 @@ from ..navigation.gnss import GnssReceivers
 from ..navigation.navigators import Navigator
 from ..protocol.access.serving import access_of, serve_at_random
 from ..protocol.broadcasters import broadcaster_named
-from ..protocol.dissemination import Dissemination, Knowledge, Manner, Roll
+from ..protocol.dissemination import Dissemination, Knowledge, Announcing, LastHeard
 from ..protocol.downlinks import downlink_named
 from ..protocol.hf.outcomes import Measuring, Outcomes
 from ..protocol.hf.uplink import Uplink
@@ -241,8 +241,8 @@ def dissemination_of(scenario: Scenario, network: Network, streams: Streams) -> 
         network.view,
         network.opens,
         network.asv_fleet.works_from,
-        Roll(count, network.record.fixes, protocol.forget_after_s),
-        Manner(
+        LastHeard(count, network.record.fixes, protocol.forget_after_s),
+        Announcing(
             ahead, protocol.dissemination.missed, protocol.contention_chance, protocol.recall_rounds
         ),
         [Knowledge() for _ in range(count)],

@@ -105,7 +105,7 @@ class Knowledge:
         self.turn_s, self.slot = turn_s, slot
 
 
-class Roll:
+class LastHeard:
     """When each AUV was heard last, as far as the fleet knows: by the fixes that it has made.
 
     One that has not been heard for `forget_after` (s) is lost, from its launch on.  Lost ones are
@@ -131,7 +131,7 @@ class Roll:
         return auv
 
 
-class Manner(NamedTuple):
+class Announcing(NamedTuple):
     """How AUVs are told: frames of a round tell the slots of the one `ahead` of it.
 
     `missed` and `chance`: what those do that were not told.  Each `recall_rounds` rounds a lost AUV
@@ -162,8 +162,8 @@ class Dissemination:
     view: Callable[[int, float], View]
     opens: Callable[[int], float]
     works_from: Callable[[float], float]
-    roll: Roll
-    manner: Manner
+    last_heard: LastHeard
+    announcing: Announcing
     auvs: list[Knowledge]
     streams: Streams
     _plans: dict[int, AnnouncedRound] = field(default_factory=dict, init=False)
@@ -192,7 +192,7 @@ class Dissemination:
     def _agree(self) -> None:
         """Agree before the launch on all rounds that no frame can tell of."""
         starts = 0.0
-        for number in range(self.manner.ahead):
+        for number in range(self.announcing.ahead):
             starts = max(starts, self.opens(number))
             plan = self._plans[number] = self._plan(number, 0.0, starts, starts)
             plan.informed[:] = True
@@ -202,7 +202,7 @@ class Dissemination:
         count = len(plan.named)
         lasts = starts - plan.starts_s, self.slots.downlink_slot(count, count)
         for auv, it in enumerate(self.auvs):  # rounds are planned to bring a fix of everybody
-            it.period_s = sum(lasts) if self.manner.ahead == 1 else max(lasts)
+            it.period_s = sum(lasts) if self.announcing.ahead == 1 else max(lasts)
             self._reckon(auv, 1)
 
     def assign(self, number: int, time: float, senders: Sequence[int]) -> dict[int, list[int]]:
@@ -210,9 +210,9 @@ class Dissemination:
 
         Return which AUVs each of the ASVs names that send it: those to which it is the nearest.
         """
-        ahead, count = number + self.manner.ahead, len(self.auvs)
+        ahead, count = number + self.announcing.ahead, len(self.auvs)
         lasts = len(senders) * self.slots.downlink_slot(count, count)  # at most, one by one
-        before = self._plans.get(ahead - 1) if self.manner.ahead > 1 else None
+        before = self._plans.get(ahead - 1) if self.announcing.ahead > 1 else None
         if before is not None:
             lasts = max(lasts, self._slot_starts(before.groups, before.starts_s)[-1] - time)
         lasts = max(lasts, self.opens(ahead) - time)
@@ -225,9 +225,9 @@ class Dissemination:
 
     def foretell(self, number: int, ends: float) -> None:
         """Have the round ahead begin once the downlink slot of one has ended (s), if no later."""
-        ahead = number + self.manner.ahead
+        ahead = number + self.announcing.ahead
         plan, starts = self._plans[ahead], [ends, self.opens(ahead)]
-        if self.manner.ahead > 1:  # the round before it begins with the broadcast
+        if self.announcing.ahead > 1:  # the round before it begins with the broadcast
             time = plan.starts_s
             before = self._plans.get(ahead - 1) or self._plan(ahead - 1, time, time)
             starts.append(self._slot_starts(before.groups, time)[-1])
@@ -235,7 +235,7 @@ class Dissemination:
 
     def send(self, number: int, broadcast: int, named: Sequence[int]) -> None:
         """Note that a broadcast, by its number, of a round names AUVs."""
-        self._plans[number + self.manner.ahead].frames.append((broadcast, named))
+        self._plans[number + self.announcing.ahead].frames.append((broadcast, named))
 
     def _plan(
         self, number: int, time: float, starts: float, ahead_s: float = 0.0
@@ -243,7 +243,7 @@ class Dissemination:
         """Return the plan of a round by what the fleet knows at an instant (s), so much (s) before
         it begins.
         """
-        view, lost = self.view(number, time), self.roll.lost(time)
+        view, lost = self.view(number, time), self.last_heard.lost(time)
         view.heard[lost] = False
         view.lost, view.ahead_s = tuple(np.flatnonzero(lost).tolist()), ahead_s
         asked = self.schedule(view)
@@ -251,10 +251,10 @@ class Dissemination:
         lengths = list(asked.lengths_s) if isinstance(asked, TimedGroups) else []
         if not lengths:  # slots of T_UL can be left out
             groups = [group for group in groups if group] or [[]]
-        if self.manner.missed == "contention":
+        if self.announcing.missed == "contention":
             groups.append([])
-        elif lost.any() and number % self.manner.recall_rounds == 0:
-            groups.append([self.roll.recall(lost, number)])
+        elif lost.any() and number % self.announcing.recall_rounds == 0:
+            groups.append([self.last_heard.recall(lost, number)])
         lengths += [self.slots.uplink_slot] * (len(groups) - len(lengths))
         nobody = np.zeros(len(lost), dtype=np.bool_)
         return AnnouncedRound(number, view, TimedGroups(groups, lengths), starts, nobody)
@@ -275,7 +275,7 @@ class Dissemination:
         self._hear(time)
         plan = self._plans[row.round]
         row.assigned, row.informed = len(plan.named), row.informed or 0
-        if self.manner.missed == "contention" and slot == len(plan.groups) - 1:
+        if self.announcing.missed == "contention" and slot == len(plan.groups) - 1:
             heard = np.flatnonzero(plan.informed).tolist()
             late = [auv for auv in heard if self.auvs[auv].pinged_at_s < plan.starts_s]
             group = [auv for auv in late if self._dares(auv)]
@@ -306,7 +306,7 @@ class Dissemination:
         )
 
     def _dares(self, auv: int) -> bool:
-        return bool(self._luck(auv).random() < self.manner.chance)
+        return bool(self._luck(auv).random() < self.announcing.chance)
 
     def _is_quiet(self, auv: int, time: float) -> bool:
         """Tell whether the last ping of an AUV is over."""
@@ -323,10 +323,10 @@ class Dissemination:
     def _learn(self, auv: int, plan: AnnouncedRound) -> None:
         """Let an AUV know a plan."""
         slot = plan.slot_of(auv)
-        if self.manner.missed == "contention":
+        if self.announcing.missed == "contention":
             slot = len(plan.groups) - 1
         turn = None
-        if slot is not None and self.manner.missed != "silent":
+        if slot is not None and self.announcing.missed != "silent":
             turn = self._slot_starts(plan.groups, plan.starts_s)[slot] - plan.starts_s
         self.auvs[auv].learn(plan, turn, slot or 0)
 
@@ -354,7 +354,7 @@ class Dissemination:
         it = self.auvs[auv]
         if it.round != informed:
             return
-        luck = self.manner.missed == "last_slot" or self._dares(auv)
+        luck = self.announcing.missed == "last_slot" or self._dares(auv)
         if luck and self._is_quiet(auv, instant):
             it.pinged_at_s = instant
             plan = self._plan_at(instant)
