@@ -16,6 +16,7 @@ from bindusbl_des.core.plugins import allow
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.scenario.files.overrides import put
 from bindusbl_des.verification.case import Case, bounds_of
+from bindusbl_des.verification.frames import most_fixes
 from bindusbl_des.verification.playing import played, staged
 from bindusbl_des.verification.verdict_text import verdict_text, write
 
@@ -322,6 +323,24 @@ def test_a_witness_is_a_scenario_of_its_own(tmp_path: Path) -> None:
     assert (again.receiver, again.signals) == (verdict.witness.receiver, verdict.witness.signals)
     assert {it.sender for it in again.signals} == {"AUV1", "AUV2"}
     assert again.overlap_s == pytest.approx(0.01, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("protocol", "most"),
+    [
+        ({"schedule": "one_per_slot", "downlink": "pipelined_group"}, 1),
+        ({"schedule": "one_per_slot", "downlink": "sequential"}, 4),
+        ({"schedule": "round_robin", "downlink": "sequential"}, 1),
+    ],
+)
+def test_a_frame_is_as_long_as_the_most_fixes_that_a_mission_sends(
+    protocol: dict[str, str], most: int
+) -> None:
+    scenario = Scenario.model_validate(
+        {"name": "most", "duration_s": 20.0, "auvs": {"count": 4}, "protocol": protocol}
+    )
+    sent = simulate(scenario, seed=0).tables["broadcasts"]["fixes"].max()
+    assert most_fixes(Case(scenario, bounds_of(scenario, None, None, None))) == most == sent
 
 
 def test_a_witness_that_lasts_weeks_needs_no_more_memory_than_others() -> None:

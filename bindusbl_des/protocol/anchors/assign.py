@@ -78,7 +78,11 @@ def lengthwise(fleet: Array) -> Array:
 
 
 def across(line: Array) -> Array:
-    """Return the direction (2,) at a right angle to another."""
+    """Return the direction (2,) at a right angle to another.
+
+    >>> across(np.array([0.6, 0.8])).tolist()
+    [-0.8, 0.6]
+    """
     return np.array([-line[1], line[0]])
 
 
