@@ -225,8 +225,8 @@ def test_errors_that_fixes_have_in_common_are_smoothed_too() -> None:
     with a variance, by dense least squares over all fixes.
     """
     fixes, offset_sd = late_fixes(10), 2.0
-    lasting = np.array([offset_sd]), np.array([math.inf])
-    growth = Growth(0.03**2, 0.0, True, 0, 0, *lasting)
+    shared = np.array([offset_sd]), np.array([math.inf])
+    growth = Growth(0.03**2, 0.0, True, 0, 0, *shared)
     first = first_belief(0.5, (0.0, 0.0), 0.0, (offset_sd,))
     reckoning = reckoned()
     jacobians = Jacobians(1)
@@ -234,7 +234,7 @@ def test_errors_that_fixes_have_in_common_are_smoothed_too() -> None:
     of, left = jacobians.of, jacobians.left
     navigator = navigator_of(reckoning, KALMAN, growth, first, jacobians)
     of[:10, 0, 0], of[:10, 1, 0], of[:10, :, 1:] = 1.0, 0.0, 0.0
-    left[:10] = 0.25, 0.64, 0.1
+    left[:10] = 0.16, 0.49, 0.05  # less than the fixes' own covariances, which hold the offset too
     smoother = Smoother(navigator, reckoning, growth, first)
     smoother.correct(fixes, np.arange(10))
     asked_at = np.array([50.0])
@@ -245,7 +245,7 @@ def test_errors_that_fixes_have_in_common_are_smoothed_too() -> None:
     off = places - np.column_stack((fixes["x_m"], fixes["y_m"]))
     # errors of x and y of each fix, x then y: walk, white noise, and the offset in x
     total = np.kron(np.eye(2), walked[:10, :10])
-    white = np.array([[0.25, 0.1], [0.1, 0.64]])
+    white = np.array([[0.16, 0.05], [0.05, 0.49]])
     total += np.kron(white, np.eye(10))
     total[:10, :10] += offset_sd**2
     along = np.kron(np.eye(2), walked[10:, :10])
