@@ -128,7 +128,7 @@ def said_of_all(
     J is that `at` places (n, 2), m; of what is `polar` (n,) it is linear.
     """
     count = len(places)
-    places, left = np.empty((count, 2)), np.empty((count, 3))
+    means, left = np.empty((count, 2)), np.empty((count, 3))
     common, together = np.empty((count, 2, errors.size)), np.zeros((2, errors.size))
     nothing = np.zeros((errors.size, errors.size))
     for k in range(count):
@@ -139,9 +139,9 @@ def said_of_all(
             said = fix
         else:
             said = said_of(fix, (at[k, 0], at[k, 1]), jacobians[k], own, common[k])
-        places[k, 0], places[k, 1] = said.x, said.y
+        means[k, 0], means[k, 1] = said.x, said.y
         left[k, 0], left[k, 1], left[k, 2] = said.noise
-    return places, left, common
+    return means, left, common
 
 
 # A gain that is worked out anew for each fix from the covariances.
