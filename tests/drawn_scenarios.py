@@ -406,8 +406,8 @@ def outcome(seed: int, folder: Path) -> tuple[str, str]:
     except ValidationError as error:
         return "refused", str(error)
     except (ValueError, GuidanceError, DivergenceError) as error:
-        is_estimated = any(sign.isdigit() for sign in str(error))
-        return ("refused", str(error)) if is_estimated else ("broken", traceback.format_exc())
+        is_telling = any(sign.isdigit() for sign in str(error))
+        return ("refused", str(error)) if is_telling else ("broken", traceback.format_exc())
     except Exception:
         return "broken", traceback.format_exc()
     wild = [

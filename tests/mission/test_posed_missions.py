@@ -284,9 +284,9 @@ def test_who_waits_changes_nothing_of_a_program_that_steers_by_fixes(
     found = {(it.row.ping, it.row.asv): it.row for it in told if it.kind == "reception"}
     assert len(found) > 50
     for row in receptions[receptions.outcome.isin(["heard", "lost", "collided"])].itertuples():
-        estimated_kinds = found.get((row.ping, int(row.asv[3:])))
-        assert estimated_kinds is None or estimated_kinds.outcome == row.outcome
-        assert estimated_kinds is None or estimated_kinds.arrived_at_s == row.arrived_at_s
+        foretold = found.get((row.ping, int(row.asv[3:])))
+        assert foretold is None or foretold.outcome == row.outcome
+        assert foretold is None or foretold.arrived_at_s == row.arrived_at_s
     delivered = (alone.tables["fixes"].outcome == "delivered").sum()
     assert delivered == sum(it.kind == "delivery" for it in told) > 20
     assert alone.auvs.distance_m.min() > 5.0

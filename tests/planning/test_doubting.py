@@ -147,7 +147,7 @@ def test_how_the_drift_of_a_sheet_is_drawn_is_doubted(line: float | None, tried:
 
 
 @pytest.mark.parametrize(
-    ("acoustics", "doubted", "keys"),
+    ("acoustics", "what", "keys"),
     [
         ({}, "", {}),  # of the disc nothing is lost
         ({"loss": {"law": "head"}}, "losses last 10 s, not one by one", {"hf": 10.0}),
@@ -165,12 +165,12 @@ def test_how_the_drift_of_a_sheet_is_drawn_is_doubted(line: float | None, tried:
     ],
 )
 def test_losses_that_last_are_a_doubt_where_anything_is_lost(
-    acoustics: dict[str, Any], doubted: str, keys: dict[str, float]
+    acoustics: dict[str, Any], what: str, keys: dict[str, float]
 ) -> None:
     given = {"name": "bay", "acoustics": acoustics}
     found = dict(_bursts(Candidate({}, Scenario.model_validate(given), 1.0)))
     expected = {f"acoustics.{band}.channel.burst_s": it for band, it in keys.items()}
-    assert found == ({doubted: expected} if keys else {})
+    assert found == ({what: expected} if keys else {})
     for name, value in expected.items():
         band = getattr(laid_over(given, expected).acoustics, name.split(".")[1])
         assert band.channel.settings["burst_s"] == value

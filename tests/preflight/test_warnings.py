@@ -502,9 +502,9 @@ def test_a_law_is_not_for_a_cast_of_speeds(tmp_path: Path) -> None:
     speeds, water = tmp_path / "speeds.csv", tmp_path / "water.csv"
     speeds.write_text("depth_m,sound_speed_m_per_s\n0,1500\n30,1490\n")
     water.write_text("depth_m,temperature_c,salinity_psu\n0,15,35\n30,10,35\n")
-    for file, is_estimated in ((speeds, True), (water, False)):
+    for file, is_named in ((speeds, True), (water, False)):
         found = told(environment={"ctd": str(file), "sound_speed_law": "medwin"})
-        assert ("environment.sound_speed_law" in found) == is_estimated
+        assert ("environment.sound_speed_law" in found) == is_named
 
 
 FAR = {"hf": {"range_m": 1200.0}, "mf": {"range_m": 2400.0}}
