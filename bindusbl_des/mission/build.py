@@ -17,7 +17,7 @@ from ..navigation.gnss import GnssReceivers
 from ..navigation.navigators import Navigator
 from ..protocol.access.serving import access_of, serve_at_random
 from ..protocol.broadcasters import broadcaster_named
-from ..protocol.dissemination import Dissemination, Knowledge, Announcing, LastHeard
+from ..protocol.dissemination import Announcing, Dissemination, Knowledge, LastHeard
 from ..protocol.downlinks import downlink_named
 from ..protocol.hf.outcomes import Measuring, Outcomes
 from ..protocol.hf.uplink import Uplink
