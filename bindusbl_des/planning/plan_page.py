@@ -336,7 +336,9 @@ def _chart(record: Record, inputs: Mapping[str, Any] | None) -> str:
     left_out = " ".join(inputs["inputs"].get("approximations") or ())
     if any(it.get("stations") == [] for it in record.get("candidates") or []):
         precision += " Vessels that move are neither drawn nor predicted: they were simulated."
-    return Template(asset("plan.html")).substitute(stated=escape(precision), left_out=escape(left_out))
+    return Template(asset("plan.html")).substitute(
+        stated=escape(precision), left_out=escape(left_out)
+    )
 
 
 def _chosen(record: Record) -> Record | None:
