@@ -292,9 +292,9 @@ def _tiles(record: Record) -> str:
     if chosen is not None:
         first = [("vessels", number(chosen.get("asvs"), 0), "", "")]
         for place, goal in enumerate(record.get("goal") or []):
-            unit = units(goal["metric"])
-            mean, span = parted(chosen, place, unit["factor"])
-            first.append((f"{unit['words']}, simulated", mean, unit["unit"], span))
+            shown = units(goal["metric"])
+            mean, span = parted(chosen, place, shown["factor"])
+            first.append((f"{shown['words']}, simulated", mean, shown["unit"], span))
             missed, flown = _missed(chosen, place)
             if missed is not None:
                 first.append(("missions that miss the goal", f"{missed:.0f}", f"of {flown}", ""))
@@ -302,8 +302,8 @@ def _tiles(record: Record) -> str:
     tiles = ""
     for words, it, unit, span in found:
         more = filled("<dd><small>{span}</small></dd>", span=span) if span else ""
-        shown = "<dt>{words}</dt><dd>{it} <small>{unit}</small></dd>"
-        tiles += f"<div>{filled(shown, words=words, it=it, unit=unit)}{more}</div>"
+        tile = "<dt>{words}</dt><dd>{it} <small>{unit}</small></dd>"
+        tiles += f"<div>{filled(tile, words=words, it=it, unit=unit)}{more}</div>"
     return f'<dl class="tiles">{tiles}</dl>'
 
 
