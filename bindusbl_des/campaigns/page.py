@@ -19,10 +19,10 @@ from .failures import failures_in
 from .statistics.differences import key_effects
 from .statistics.findings import findings
 from .statistics.intervals import intervals
-from .statistics.naming import plus_minus, written
+from .statistics.naming import short_names, written
 from .statistics.outcomes import JUDGED, MEANS, MissionOutcomes, lower_is_better, outcomes
 from .statistics.points_table import in_intervals
-from .sweep_tables import fewest_said, heat_table
+from .sweep_tables import fewest_points, fewest_tables, heat_table, means, worst_auv
 
 if TYPE_CHECKING:
     from .campaign import Campaign
@@ -48,17 +48,6 @@ def packed_statistics(
     if (whole < found.well(points)).any():
         columns["whole"] = packer.add(whole)
     return columns
-
-
-def packed_names(
-    found: MissionOutcomes, metric: str, points: int, packer: Packer
-) -> dict[str, Any]:
-    """Return the AUV that is most often the worst at each point, and in how many missions it is."""
-    first = [next(iter(found.who(point, metric).items()), None) for point in range(points)]
-    return {
-        "auv": packer.add([np.nan if it is None else int(it[0][3:]) for it in first]),
-        "times": packer.add([0 if it is None else it[1] for it in first]),
-    }
 
 
 def quantum(column: np.ndarray) -> float:
@@ -142,8 +131,6 @@ SCRIPTS = ("saving.js", "plots.js", "heatmap.js", "lookup.js", "sweep.js")
 
 # Metrics of a mission that a reader asks for first
 FIRST = (*JUDGED, "worst_fix_benefit_m", *MEANS)
-# Those of which the page names the worst AUV at each point
-NAMED = (*JUDGED, "worst_fix_benefit_m")
 # What the table of points shows, the worst AUV by the first of them
 TABLED = (*JUDGED[:3], "worst_fix_benefit_m", MEANS[0])
 # A larger campaign shows its first points; its tables hold them all.
@@ -160,13 +147,15 @@ def sweep_page(campaign: "Campaign") -> str:
     metrics = [*FIRST, *(name for name in mission_numbers() if name not in FIRST)]
     found = outcomes(campaign.folder, FIRST)
     well, ran = found.well(points), np.bincount(found.point, minlength=points)
+    varied = keys(campaign)
+    tried = fewest_points(campaign, varied)
     data = {
-        "keys": keys(campaign),
+        "keys": varied,
+        "lookup": tried,
         "metrics": described(metrics),
         "points": [packer.add(column) for column in value_numbers(campaign)],
         "seeds": len(campaign.plan.experiment.seeds),
         "statistics": dict(_statistics(campaign, metrics, packer)),
-        "worst": {name: packed_names(found, name, points, packer) for name in NAMED},
         "count": packer.add(well),
         "failed": packer.add(ran - well),
     }
@@ -175,7 +164,9 @@ def sweep_page(campaign: "Campaign") -> str:
         _head(campaign)
         + f'<section id="story"><h2>What this sweep found</h2>{_story(campaign, found)}</section>'
         + Template(asset("sweep.html")).substitute(
-            heat=heat_table(campaign, found, FIRST[0], keys(campaign)),
+            heat=heat_table(campaign, found, FIRST[0], varied),
+            fewest=fewest_tables(campaign, found, tried) if tried else "",
+            unvaried="" if tried else " hidden",
             metric=html.escape(described(FIRST[:1])[0]["title"]),
         )
         + _points_section(campaign, found)
@@ -212,8 +203,6 @@ def _story(campaign: "Campaign", found: MissionOutcomes) -> str:
     first, _, rest = said.best.partition(". ")
     story = f'<p class="verdict">{_text(first.removesuffix("."))}.</p>'
     story += f"<p>{_text(rest)} {_text(said.sure)}</p>" if rest or said.sure else ""
-    fewest = fewest_said(campaign, found)
-    story += f'<p id="fewest">{_text(fewest)}</p>' if fewest else ""
     story += _items("alarms", [*said.harm, *said.starved])
     effects = key_effects(campaign.plan, found)
     if effects:
@@ -235,19 +224,20 @@ def _text(said: str) -> str:
 def _points_section(campaign: "Campaign", found: MissionOutcomes) -> str:
     """Return all points with their settings and metrics, which a page without scripts has too."""
     points, metrics = len(campaign.plan.points), described(TABLED)
-    columns = [_means(found, name, points) for name in TABLED]
+    columns = [means(found, name, points) for name in TABLED]
     well, ran = found.well(points), np.bincount(found.point, minlength=points)
     rows = [
         [
             str(point),
             *(written(value) for value in campaign.plan.points[point].varied.values()),
             f"{well[point]}" if well[point] == ran[point] else f"{well[point]} of {ran[point]}",
-            _worst_auv(found, point, well[point]),
+            worst_auv(found, point, TABLED[0], well[point]) or "-",
             *(column[point] for column in columns),
         ]
         for point in range(min(points, MOST_POINTS))
     ]
-    headings = [(name, "") for name in ("point", *campaign.plan.columns, "missions", "worst AUV")]
+    names = short_names(list(campaign.plan.columns)).values()
+    headings = [(name, "") for name in ("point", *names, "missions", "worst AUV")]
     headings += [(it["words"], "worst AUV" if it["of"] == "worst" else it["of"]) for it in metrics]
     shown = table(headings, rows, "All points").replace('"scroll"', '"scroll tall"', 1)
     more = f" The first {MOST_POINTS} of {points} points." if points > MOST_POINTS else ""
@@ -257,23 +247,6 @@ def _points_section(campaign: "Campaign", found: MissionOutcomes) -> str:
         "interval; n/m: n of m missions have a value for every AUV. The worst AUV is that of most "
         f"missions by its mean error.{more}</p></section>"
     )
-
-
-def _means(found: MissionOutcomes, metric: str, points: int) -> list[str]:
-    """Return a metric at each point as text, and in how many missions all AUVs have it."""
-    known = intervals(found.by_seed(metric, points))
-    whole, well = found.whole(metric, points), found.well(points)
-    return [
-        plus_minus(known.mean[point], known.half_width[point]).replace("+-", "±")
-        + (f" {whole[point]}/{well[point]}" if whole[point] < well[point] else "")
-        for point in range(points)
-    ]
-
-
-def _worst_auv(found: MissionOutcomes, point: int, well: int) -> str:
-    """Return the AUV that is the worst of most missions of a point, and in how many it is."""
-    name, times = next(iter(found.who(point, TABLED[0]).items()), ("-", 0))
-    return name if times in (0, well) else f"{name} {times}/{well}"
 
 
 def _failure_section(campaign: "Campaign", failures: list[dict[str, Any]]) -> str:

@@ -1,4 +1,4 @@
-"""What a campaign's page has without scripts: its map as a table, and the fewest ASVs in words."""
+"""Tables of a campaign's page: the map as it is without scripts, and the fewest ASVs."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -8,7 +8,7 @@ from ..core.wording import significant
 from ..report.page import table
 from .statistics.findings import SUB_METRE
 from .statistics.intervals import intervals
-from .statistics.naming import MOST_NAMED, listed, plus_minus, point_name, short_key, written
+from .statistics.naming import plus_minus, short_names, written
 from .statistics.outcomes import MissionOutcomes, lower_is_better
 
 if TYPE_CHECKING:
@@ -16,8 +16,16 @@ if TYPE_CHECKING:
 
 # More rows or columns than this are no map; the table of points has them.
 MOST_STEPS = 40
-ACCURACY = "worst_position_error_p95_m"
+# Of errors that are asked to be small; a page without scripts has the first.
+ACCURACIES = (
+    "worst_position_error_p95_m",
+    "worst_position_error_m",
+    "position_error_p95_m",
+    "position_error_m",
+)
 COUNT = "asvs.count"
+# More combinations of the other keys than this nobody reads.
+MOST_COMBINATIONS = 300
 
 
 def heat_table(
@@ -32,12 +40,7 @@ def heat_table(
     points, names = campaign.plan.points, [it["key"] for it in columns]
     numbers = [it["key"] for it in columns if it["values"] is not None and len(it["labels"]) > 1]
     along = (numbers or names)[0]
-    others = [name for name in names if name != along]
-    across = columns[names.index(along)]["labels"]
-    rows: dict[str, dict[str, int]] = {}
-    for number, point in enumerate(points):
-        row = ", ".join(written(point.varied[name]) for name in others) or "all"
-        rows.setdefault(row, {})[written(point.varied[along])] = number
+    across, rows = columns[names.index(along)]["labels"], _rows(campaign, along)
     if max(len(rows), len(across)) > MOST_STEPS:
         return ""
     known = intervals(found.by_seed(metric, len(points)))
@@ -60,49 +63,108 @@ def heat_table(
             spread = f"± {significant(half, 2)}" if np.isfinite(half) else "one seed"
             line.append(f"{significant(known.mean[at])}\n{spread}{gap}")
         cells.append(line)
-    short = ", ".join(short_key(name, names) for name in others)
-    corner = f"{short} ↓ {short_key(along, names)} →" if short else f"{short_key(along, names)} →"
+    short, name = _others(campaign, along), short_names(names)[along]
+    corner = f"{short} ↓ {name} →" if short else f"{name} →"
     headings = [(corner, ""), *((label, "") for label in across)]
     return table(headings, cells, "Heatmap", looks).replace("<table>", '<table class="heat">', 1)
 
 
-def fewest_said(campaign: "Campaign", found: MissionOutcomes) -> str:
-    """Return with how few ASVs the worst AUV is surely below a metre, "" where none were varied."""
-    points = campaign.plan.points
-    if campaign.plan.columns.get(COUNT) != "int" or len({it.varied[COUNT] for it in points}) < 2:
-        return ""
-    goal = f"the worst AUV surely below {SUB_METRE:g} m for 95 % of the time"
-    known = intervals(found.by_seed(ACCURACY, len(points)))
-    if not np.isfinite(known.half_width).any():
-        return f"With one seed a point no number of ASVs keeps {goal}; run more."
-    names = [name for name in campaign.plan.columns if name != COUNT]
-    fewest: dict[str, int | None] = {}
-    for number, point in enumerate(points):
-        shown = (f"{short_key(it, names)}={written(point.varied[it])}" for it in names)
-        place, count = ", ".join(shown), point.varied[COUNT]
-        place = f"({place})" if len(names) > 1 else place
-        before = fewest.setdefault(place, None)
-        if known.mean[number] + known.half_width[number] < SUB_METRE:
-            fewest[place] = count if before is None else min(before, count)
-    counts = sorted({it for it in fewest.values() if it is not None})
-    if not counts:
-        near = int(np.nanargmin(known.mean))
-        return (
-            f"No number of ASVs here keeps {goal}; nearest comes "
-            f"{point_name(near, points[near].varied)}: "
-            f"{plus_minus(known.mean[near], known.half_width[near])} m."
-        )
-    begun = f"Fewest ASVs that keep {goal}"
-    if not names:
-        return f"{begun}: {counts[0]}."
-    said = [f"{it} with {_some([k for k, v in fewest.items() if v == it])}" for it in counts]
-    lost = [place for place, it in fewest.items() if it is None]
-    if lost:
-        said.append(f"more than {max(it.varied[COUNT] for it in points)} with {_some(lost)}")
-    return f"{begun}: {'; '.join(said)}."
+def _rows(campaign: "Campaign", along: str) -> dict[str, dict[str, int]]:
+    """Return of each combination of the other keys the point at each value of a key."""
+    rows: dict[str, dict[str, int]] = {}
+    for number, point in enumerate(campaign.plan.points):
+        others = (written(point.varied[it]) for it in campaign.plan.columns if it != along)
+        rows.setdefault(", ".join(others) or "all", {})[written(point.varied[along])] = number
+    return rows
 
 
-def _some(places: list[str]) -> str:
-    """Return places in words, the first of many."""
-    more = len(places) - MOST_NAMED
-    return listed([*places[:MOST_NAMED], f"{more} more"] if more > 0 else places)
+def _others(campaign: "Campaign", along: str) -> str:
+    names = short_names(list(campaign.plan.columns))
+    return ", ".join(short for key, short in names.items() if key != along)
+
+
+def fewest_points(campaign: "Campaign", columns: list[dict[str, Any]]) -> dict[str, Any] | None:
+    """Return the numbers of ASVs that were tried, and a row of points at them for each combination
+    of the other keys; None where their number was not varied.
+    """
+    counts: list[str] = next(
+        (it["labels"] for it in columns if it["key"] == COUNT and it["values"]), []
+    )
+    if len(counts) < 2:
+        return None
+    rows = list(_rows(campaign, COUNT).values())[:MOST_COMBINATIONS]
+    return {"counts": counts, "points": [[row.get(it) for it in counts] for row in rows]}
+
+
+def fewest_tables(
+    campaign: "Campaign", found: MissionOutcomes, tried: dict[str, Any], limit: float = SUB_METRE
+) -> str:
+    """Return for each kind of error the fewest ASVs that surely keep it below a limit (m).
+
+    `tried` is of :func:`fewest_points`.  A script marks the cells again for other limits.
+    """
+    counts, rows = tried["counts"], list(_rows(campaign, COUNT))
+    headings = [(_others(campaign, COUNT), ""), *((_asvs(it), "m") for it in counts)]
+    shown = ""
+    for metric in ACCURACIES:
+        known = intervals(found.by_seed(metric, len(campaign.plan.points)))
+        texts = _judged(found, metric, len(campaign.plan.points))
+        lines, looks = [], {}
+        for place, points in enumerate(tried["points"]):
+            upper = [
+                np.nan if it is None else known.mean[it] + known.half_width[it] for it in points
+            ]
+            sure = [column for column, it in enumerate(upper) if it < limit]
+            for column, point in enumerate(points):
+                if point is not None and known.mean[point] < limit:
+                    looks[place, column + 1] = "sure" if column in sure else "near"
+            if sure:
+                looks[place, sure[0] + 1] = "sure fewest"
+            looks[place, len(counts) + 1] = "answer"
+            fewest = counts[sure[0]] if sure else f"more than {counts[-1]}"
+            cells = ["-" if it is None else texts[it] for it in points]
+            lines.append([rows[place], *cells, fewest])
+        made = table([*headings, ("fewest", "")], lines, "Fewest ASVs", looks)
+        hidden = " hidden" * (metric != ACCURACIES[0])
+        shown += f'<div id="lookup-{metric}"{hidden}>{made}</div>'
+    if len(rows) > MOST_COMBINATIONS:
+        shown += f'<p class="note">The first {MOST_COMBINATIONS} of {len(rows)} combinations.</p>'
+    return shown
+
+
+def _asvs(count: str) -> str:
+    return f"{count} ASV{'s' * (count != '1')}"
+
+
+def _judged(found: MissionOutcomes, metric: str, points: int) -> list[str]:
+    """Return a metric at each point, and on further lines whose it is and what it leaves out."""
+    well, ran = found.well(points), np.bincount(found.point, minlength=points)
+    served = found.whole("worst_latency_mean_s", points)
+    texts = means(found, metric, points)
+    for point, text in enumerate(texts):
+        lines = [text, worst_auv(found, point, metric, well[point])]
+        if well[point] < ran[point]:
+            lines.append(f"{well[point]} of {ran[point]} missions")
+        if served[point] < well[point]:
+            lines.append(f"an AUV without a fix in {well[point] - served[point]}/{well[point]}")
+        texts[point] = "\n".join(filter(None, lines))
+    return texts
+
+
+def means(found: MissionOutcomes, metric: str, points: int) -> list[str]:
+    """Return a metric at each point as text, and in how many missions all AUVs have it."""
+    known = intervals(found.by_seed(metric, points))
+    whole, well = found.whole(metric, points), found.well(points)
+    return [
+        plus_minus(known.mean[point], known.half_width[point]).replace("+-", "±")
+        + (f" {whole[point]}/{well[point]}" if whole[point] < well[point] else "")
+        for point in range(points)
+    ]
+
+
+def worst_auv(found: MissionOutcomes, point: int, metric: str, well: int) -> str:
+    """Return the AUV that is the worst of most missions of a point, and in how many it is; "" where
+    none is.
+    """
+    name, times = next(iter(found.who(point, metric).items()), ("", 0))
+    return name if times in (0, well) else f"{name} {times}/{well}"

@@ -27,6 +27,16 @@ def short_key(key: str, keys: Sequence[str]) -> str:
     return key
 
 
+def short_names(keys: Sequence[str]) -> dict[str, str]:
+    """Return each key with its short name, which says what is counted.
+
+    >>> short_names(["asvs.count", "acoustics.hf.range_m"])
+    {'asvs.count': 'asvs.count', 'acoustics.hf.range_m': 'range_m'}
+    """
+    names = {key: short_key(key, keys) for key in keys}
+    return {key: key if name == "count" else name for key, name in names.items()}
+
+
 def written(value: Any) -> str:
     """Return one value of a key as text, numbers to six digits.
 
@@ -44,11 +54,8 @@ def point_name(point: int, varied: Mapping[str, Any]) -> str:
     >>> point_name(3, {"asvs.count": 2, "navigation.filter.gain": 0.9})
     'point 3 (asvs.count=2, gain=0.9)'
     """
-    names = {key: short_key(key, list(varied)) for key in varied}
-    set_to = ", ".join(
-        f"{key if names[key] == 'count' else names[key]}={written(value)}"
-        for key, value in varied.items()
-    )
+    names = short_names(list(varied))
+    set_to = ", ".join(f"{names[key]}={written(value)}" for key, value in varied.items())
     return f"point {point} ({set_to})" if set_to else f"point {point}"
 
 

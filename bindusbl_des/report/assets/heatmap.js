@@ -1,16 +1,6 @@
 "use strict";
 // A table whose cells are coloured by their values.
 
-// A mean with half its interval, as many digits as that bears, of the mean four or its whole part.
-function plusMinus(mean, half) {
-  if (!Number.isFinite(mean)) return "–";
-  if (!Number.isFinite(half)) return significant(mean);
-  if (half < 1e-7) return `${significant(mean)} ± 0`;
-  const whole = Math.max(Math.floor(Math.log10(Math.abs(mean) || 1)) + 1, 1);
-  const digits = Math.max(Math.min(1 - Math.floor(Math.log10(half)), 4 - whole), 0);
-  return `${mean.toFixed(digits)} ± ${half.toFixed(digits)}`;
-}
-
 // In how many missions every AUV has a value, where that is not in all.
 function gapText({ whole, count }) { return whole < count ? `${whole}/${count}` : ""; }
 

@@ -26,13 +26,6 @@ class Sweep {
     const { mean, half, whole } = this.statistics[metric], count = this.count[point];
     return { mean: mean[point], half: half[point], count, whole: whole ? whole[point] : count, failed: this.failed[point] };
   }
-  // The worst AUV at a point, and in how many of its missions it is, where the page knows it.
-  whose(metric, point) {
-    const known = this.worst[metric];
-    if (!known || !Number.isFinite(known.auv[point])) return "";
-    const [times, count] = [known.times[point], this.count[point]];
-    return `AUV${known.auv[point]}${times < count ? ` ${times}/${count}` : ""}`;
-  }
   // A point by its number and what is varied at it.
   named(point) { return `point ${point}: ${this.keys.map((key, k) => `${key.short} ${key.labels[this.points[k][point]]}`).join(", ")}`; }
   words(metric) { return this.metrics.find(({ name }) => name === metric).words; }
@@ -141,7 +134,7 @@ class View {
     const lowest = Math.min(0, ...ends), highest = Math.max(...ends, 0);
     const spread = (xs[xs.length - 1] - xs[0]) || 1;
     const options = () => ({
-      height: onPaper() ? 190 : 340, cursor: { drag: { x: false } }, legend: { show: true, live: true, markers: { width: 2, stroke: (u, i) => seriesColour(i - 1), dash: (u, i) => ["solid", "dashed", "dotted", "double"][(i - 1 + Math.floor((i - 1) / 8)) % 4] } },
+      height: onPaper() ? 260 : 340, cursor: { drag: { x: false } }, legend: { show: true, live: true, markers: { width: 2, stroke: (u, i) => seriesColour(i - 1), dash: (u, i) => ["solid", "dashed", "dotted", "double"][(i - 1 + Math.floor((i - 1) / 8)) % 4] } },
       scales: { x: { time: false, range: [xs[0] - 0.05 * spread, xs[xs.length - 1] + 0.05 * spread] }, y: { range: () => [lowest * 1.05, highest > lowest ? highest * 1.05 : 1] } },
       axes: [axis(key?.key ?? "", key && key.values === null ? { splits: () => xs, values: () => columns } : { splits: sampled ? undefined : () => xs }), axis(this.sweep.title(metric), { size: 56 })],
       series: [{ label: key?.short ?? "", value: (u, v) => (v === null ? "–" : key?.values ? `${v}` : columns[v]) }, ...rows.map((label, i) => ({
