@@ -7,13 +7,13 @@ python benchmarks/mutations.py 60 --rooms navigation metrics
 
 Of equations, protocol, navigation, verification, the planner's selection and metrics as many lines
 each are drawn, and in each one thing is changed: an operator, a comparison, a number, a truth
-value, a condition, or a statement goes.  Equations are not compiled (NUMBA_DISABLE_JIT=1), so that
-a mutant takes seconds.  The everyday tests in files that name the mutant's module judge it, then
-the others of its room and of missions.  They run without a mutant before: those that fail, or take
-longer than two seconds uncompiled, are left out from then on; of the others the quickest run, 30 s
-of either kind at most, until one fails.  Some of what survives is the same program (`<` for `<=` of
-a float, how far a search goes): read the list.  All of it happens in a copy, one after the other;
-put `nice` before it on a machine that has other work.
+value, a condition, or a statement goes. Equations are not compiled (NUMBA_DISABLE_JIT=1), so that a
+mutant takes seconds. Its module's own examples and the everyday tests that name the module judge
+it, then the others of its room and of missions. They run without a mutant before: those that fail,
+or take longer than two seconds uncompiled, are left out from then on; of the others the quickest
+run, 30 s of either kind at most, until one fails. Some of what survives is the same program (`<`
+for `<=` of a float, how far a search goes): read the list. All of it happens in a copy, one after
+the other; put `nice` before it on a machine that has other work.
 """
 
 import argparse
@@ -243,11 +243,13 @@ class Copy:
 
     @cache  # noqa: B019
     def tests(self, module: Path) -> tuple[list[str], list[str]]:
-        """Return the files of tests that name a module, and the others of its room."""
+        """Return a module for its own examples with the files of tests that name it, and the
+        others of its room.
+        """
         name = ".".join(module.with_suffix("").parts)
         found = (self.root / "tests").rglob("test_*.py")
         named = [it for it in found if it.stem == f"test_{module.stem}" or name in it.read_text()]
-        first = sorted(str(it.relative_to(self.root)) for it in named)
+        first = [str(module), *sorted(str(it.relative_to(self.root)) for it in named)]
         room = module.parts[1]
         others = []
         for it in TESTS.get(room, (f"tests/{room}", *MISSIONS)):

@@ -107,6 +107,16 @@ def test_groups_can_be_more_than_the_largest_clique() -> None:
     assert (clique_number(heard), fewest_groups(heard)) == (2, (3, 3))
 
 
+def test_the_search_for_groups_takes_back_what_led_nowhere() -> None:
+    """Seven AUVs, ten pairs of them with an ASV of their own: three groups do, not at first."""
+    pairs = [(0, 3), (0, 5), (0, 6), (1, 2), (1, 4), (1, 5), (2, 3), (2, 4), (3, 6), (4, 5)]
+    heard = np.zeros((7, len(pairs)), dtype=np.bool_)
+    for asv, pair in enumerate(pairs):
+        heard[list(pair), asv] = True
+    assert fewest_groups(heard) == (3, 3)
+    assert disjoint_senders(heard_by("1", "2", "3", "3")) == 3
+
+
 def test_nobody_in_range_takes_one_slot() -> None:
     heard = np.zeros((4, 2), dtype=np.bool_)
     assert (most_heard(heard), fewest_groups(heard), reuse_bound(heard)) == (0, (1, 1), 1.0)

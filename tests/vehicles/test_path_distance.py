@@ -1,7 +1,7 @@
 """How far a place is from a path: the nearest of the row that is flown and those beside it."""
 
 from itertools import pairwise
-from math import pi
+from math import cos, pi, sin
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bindusbl_des.core.compiled import compiled
 from bindusbl_des.geometry.paths import Path, Pose, Segment
 from bindusbl_des.records.rows import Rows
-from bindusbl_des.vehicles.guidance.tracks import distance_from, pack
+from bindusbl_des.vehicles.guidance.tracks import PROGRESS, distance_from, locate, pack
 
 Floats = NDArray[np.float64]
 
@@ -22,6 +22,29 @@ def distances(rows: Rows, bounds: Rows, row: int, places: Floats, found: Floats)
     """Write how far (m) places (n, 2) are from the path about one of its rows."""
     for k in range(len(places)):
         found[k] = distance_from(rows, bounds[0], row, places[k, 0], places[k, 1])
+
+
+@compiled
+def placed(
+    rows: Rows, bounds: Rows, progress: Rows, north: float, east: float
+) -> tuple[float, float]:
+    """Return the cross-track error (m) at a place, and its path's heading (rad)."""
+    point = locate(rows, bounds[0], progress[0], north, east)
+    return point.cross, point.yaw
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_past_a_path_that_ends_in_an_arc_it_is_taken_as_straight(side: float) -> None:
+    """A right angle of radius 8 m, turned by 0.4 rad; past its end, so far on and so far aside."""
+    begin, bend, on, aside = Pose(3.0, -7.0, 0.4), side / 8.0, 2.0, 1.5
+    tracks = pack([Path(begin, (Segment(bend, 4.0 * pi),))])
+    yaw = begin.yaw + side * pi / 2
+    ahead, across = 8.0, side * 8.0  # the end of the arc, in the frame of its beginning
+    north = begin.x + ahead * cos(begin.yaw) - across * sin(begin.yaw)
+    east = begin.y + ahead * sin(begin.yaw) + across * cos(begin.yaw)
+    north, east = north + on * cos(yaw) - aside * sin(yaw), east + on * sin(yaw) + aside * cos(yaw)
+    found = placed(tracks.rows, tracks.bounds, np.zeros(1, PROGRESS), north, east)
+    assert found == pytest.approx((aside, yaw), abs=1e-9)
 
 
 # Lanes joined by half circles of either side, a short straight between two arcs, a long bend

@@ -1,0 +1,82 @@
+"""What a verdict is worked out from: distances, speeds, guards."""
+
+import math
+from typing import Any
+
+import pytest
+
+from bindusbl_des import Scenario, verify
+from bindusbl_des.verification.case import Case, bounds_of
+from bindusbl_des.verification.two_way import call_and_answer
+from bindusbl_des.verification.verdict_text import verdict_text
+
+PLACES = [(10.0, 0.0), (0.0, 20.0), (-30.0, 5.0)]
+PLACED = {"count": 3, "formation": {"positions_m": PLACES}}
+
+
+def scenario(**changes: Any) -> Scenario:
+    return Scenario.model_validate({"name": "case", "duration_s": 60.0, **changes})
+
+
+def case(**changes: Any) -> Case:
+    asked = scenario(**changes)
+    return Case(asked, bounds_of(asked))
+
+
+def test_distances_are_those_of_pairs_and_of_neighbours_in_turn() -> None:
+    it = case(asvs=PLACED)
+    first, second, third = math.hypot(10, 20), math.hypot(40, 5), math.hypot(30, 15)
+    assert it.apart_m == pytest.approx(sorted([first, second, third]))
+    assert it.in_turn_m == pytest.approx(sorted([first, second, third]))
+    two = case(asvs={"count": 2, "formation": {"positions_m": PLACES[:2]}})
+    assert two.apart_m == pytest.approx([first])
+    same = {"count": 2, "formation": {"positions_m": [(0, 0), (0.1, 0)]}}
+    assert case(asvs=same).apart_m == pytest.approx([0.1])
+
+
+def test_vessels_and_auvs_come_nearer_by_both_speeds() -> None:
+    it = case(asvs={"count": 2, "formation": {"model": "follow"}})
+    bounds = it.bounds
+    assert min(bounds.max_speed_m_per_s, bounds.asv_speed_m_per_s) > 0.1
+    assert it.closing_m_per_s == bounds.max_speed_m_per_s + bounds.asv_speed_m_per_s
+
+
+@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
+def test_the_guard_of_a_slot_is_the_one_set_and_what_its_length_is_rounded_up_by(
+    ranging: str,
+) -> None:
+    guards = {"uplink_guard_s": 0.05, "shortest_uplink_slot_s": 0.0, "schedule": "one_per_slot"}
+    verdict = verify(scenario(protocol={**guards, "ranging": ranging}))
+    assert verdict.uplink is not None
+    assert 0.05 - 1e-9 <= verdict.uplink.set_s < 0.05 + 1.0 / 30.0 + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("protocol", "frames"),
+    [
+        ({}, True),
+        ({"ranging": "passive"}, False),
+        ({"downlink": {"model": "direct_reply"}}, False),
+    ],
+)
+def test_only_frames_that_follow_each_other_need_a_guard(
+    protocol: dict[str, Any], frames: bool
+) -> None:
+    assert (verify(scenario(protocol=protocol)).downlink is not None) == frames
+
+
+def test_a_call_is_compared_with_its_answer_where_asvs_hear_each_other() -> None:
+    """The detour by an AUV 3 m below is longest, compared with its way, between the nearest."""
+    protocol = {"ranging": "twtt", "schedule": "one_per_slot"}
+    water = {"acoustics": {"hf": {"range_m": 35.0}}, "protocol": protocol}
+    [pair] = call_and_answer(case(asvs=PLACED, **water))
+    assert f"over {math.hypot(30, 15):.4g} m" in pair.why  # of 22.4, 33.5 and 40.3 m
+    far = {"count": 2, "formation": {"positions_m": [(-50, 0), (50, 0)]}}
+    assert not list(call_and_answer(case(asvs=far, **water)))
+
+
+def test_a_verdict_in_words_has_a_line_for_each_pair_of_signals() -> None:
+    verdict = verify(scenario())
+    lines = verdict_text(verdict).splitlines()
+    for pair in verdict.pairs:
+        assert any(line.startswith(pair.kind) and pair.what in line for line in lines)
