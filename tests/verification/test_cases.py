@@ -41,12 +41,14 @@ def test_vessels_and_auvs_come_nearer_by_both_speeds() -> None:
     assert it.closing_m_per_s == bounds.max_speed_m_per_s + bounds.asv_speed_m_per_s
 
 
-@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
+@pytest.mark.parametrize(
+    "protocol", [{}, {"ranging": "twtt"}, {"downlink": {"model": "direct_reply"}}]
+)
 def test_the_guard_of_a_slot_is_the_one_set_and_what_its_length_is_rounded_up_by(
-    ranging: str,
+    protocol: dict[str, Any],
 ) -> None:
     guards = {"uplink_guard_s": 0.05, "shortest_uplink_slot_s": 0.0, "schedule": "one_per_slot"}
-    verdict = verify(scenario(protocol={**guards, "ranging": ranging}))
+    verdict = verify(scenario(protocol={**guards, **protocol}))
     assert verdict.uplink is not None
     assert 0.05 - 1e-9 <= verdict.uplink.set_s < 0.05 + 1.0 / 30.0 + 1e-9
 
