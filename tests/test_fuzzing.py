@@ -8,7 +8,18 @@ def test_inputs_that_nobody_would_give_end_as_documented() -> None:
     """Files, command lines and folders that are damaged: codes 0 to 3 and no traceback, within 5 s
     of processor time and 1 GB each.
     """
-    check(0, scenario=30, experiment=20, track=20, named=24, command=40, run=5, campaign=2)
+    check(
+        0,
+        scenario=30,
+        experiment=20,
+        track=20,
+        named=24,
+        plan=10,
+        log=24,
+        command=40,
+        run=5,
+        campaign=2,
+    )
 
 
 @pytest.mark.slow
@@ -16,6 +27,7 @@ def test_inputs_that_nobody_would_give_end_as_documented() -> None:
     ("kind", "count"),
     [
         *(("scenario", 15_000), ("experiment", 10_000), ("track", 10_000), ("named", 10_000)),
+        *(("plan", 1000), ("log", 6000)),
         *(("command", 15_000), ("run", 4000), ("campaign", 1000)),
     ],
 )

@@ -128,7 +128,9 @@ def _messages(path: str) -> Iterator[tuple[str, str, float, Any]]:
                     if decode is not None:
                         yield channel.topic, kind, at, decode(message.data)
     except Exception as error:  # of a damaged file the packages raise whatever they come upon
-        raise BadChart(f"{path}: cannot be read as an MCAP file: {error}") from None
+        raise BadChart(
+            f"{path}: cannot be read as an MCAP file: {error or type(error).__name__}"
+        ) from None
 
 
 def _location(where: str, message: Any, at: float) -> Sample:

@@ -295,4 +295,6 @@ def _messages(path: Path) -> Iterator[tuple[str, int, Row]]:
     except BadLog:
         raise
     except Exception as error:  # of a damaged file the package raises whatever it comes upon
-        raise BadLog(f"{path}: cannot be read as an MCAP file: {error}") from None
+        raise BadLog(
+            f"{path}: cannot be read as an MCAP file: {error or type(error).__name__}"
+        ) from None

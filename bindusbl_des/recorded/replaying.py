@@ -158,7 +158,7 @@ def robust_optimum(log: Log) -> Reference | None:
     """Return the poses that fit steps and ranges best, sought from where the log is placed.
 
     Noise is what the log states, with Cauchy's loss of ranges; a start is not held.  None where the
-    package gtsam is not installed, or the log states no noise.
+    package gtsam is not installed, the log states no noise, or its ranges do not determine a pose.
 
     Raises:
         BadLog: when the log is not placed yet.
@@ -193,9 +193,12 @@ def robust_optimum(log: Log) -> Reference | None:
         graph.add(gtsam.RangeFactor2D(row, gtsam.symbol("b", beacon), metres, robust))
     options = gtsam.LevenbergMarquardtParams()
     options.setMaxIterations(MOST_ITERATIONS)
-    found = gtsam.LevenbergMarquardtOptimizer(graph, guess, options).optimize()
-    marginals = gtsam.Marginals(graph, found)
-    spreads = [marginals.marginalCovariance(n)[:2, :2].trace() for n in range(len(poses))]
+    try:
+        found = gtsam.LevenbergMarquardtOptimizer(graph, guess, options).optimize()
+        marginals = gtsam.Marginals(graph, found)
+        spreads = [marginals.marginalCovariance(n)[:2, :2].trace() for n in range(len(poses))]
+    except RuntimeError:  # an ill-posed system
+        return None
     places = [found.atPose2(n).translation() for n in range(len(poses))]
     return Reference(np.array(places), np.sqrt(spreads))
 

@@ -104,6 +104,7 @@ def test_every_accident_in_one_campaign(tmp_path: Path, monkeypatch: pytest.Monk
     assert list(undisturbed.missions.query("status == 'failed'")["seed"]) == [450]
     assert read_record(folder)["status"] == "complete"
     assert sorted(path.name for path in folder.iterdir()) == [
-        "auvs", "campaign.json", "checksums", "failures", "missions", "report.html", "scenario.yaml",
+        "auvs", "campaign.json", "checksums", "failures", "missions", "report.html",
+        "scenario.yaml",
     ]  # fmt: skip
     assert len(list((folder / "failures").iterdir())) == 1

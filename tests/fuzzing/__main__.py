@@ -22,12 +22,15 @@ from .folders import campaign, run
 from .judging import Ending, ending, shown
 from .material import prepare
 from .named import named
+from .planned import log, plan
 
 KINDS: dict[str, Callable[[int, Random], Lines]] = {
     "scenario": scenario,
     "experiment": experiment,
     "track": track,
     "named": named,
+    "plan": plan,
+    "log": log,
     "command": command,
     "run": run,
     "campaign": campaign,

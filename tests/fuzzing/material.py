@@ -17,6 +17,7 @@ from bindusbl_des.campaigns import running
 from bindusbl_des.cli import main
 from bindusbl_des.commands import missions, sweeps
 from bindusbl_des.commands.console import refuse, weigh
+from bindusbl_des.planning import flying
 from bindusbl_des.preflight.effort import Effort
 
 MASTERS = {
@@ -35,8 +36,9 @@ def prepare(folder: Path) -> None:
     """Make the folders that others are copied from; have campaigns run in this process."""
     global _masters
     _masters = folder
-    running.pool_for = _pool_for  # type: ignore[assignment]
-    running.compile_kernels = lambda *_: None  # type: ignore[assignment]
+    for module in (running, flying):
+        module.pool_for = _pool_for  # type: ignore[attr-defined]
+        module.compile_kernels = lambda *_: None  # type: ignore[attr-defined]
     missions.weigh = sweeps.weigh = _weigh
     os.chdir(folder)
     Path("master.yaml").write_text(MASTER, encoding="utf-8")
