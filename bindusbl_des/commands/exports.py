@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import check_file, print_json, refuse, talk, writing
+from .console import check_file, print_json, refuse, say, talk, writing
 from .options import json_option, out_option
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def export(folder: str, kind: str, out: str | None, force: bool, as_json: bool) 
     if as_json:
         print_json({"export": str(path), "to": kind, "counts": dict(counts)})
     else:
-        click.echo(path)
+        say(str(path))
 
 
 def _plan_to_chart(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import FIGURES, check_figure, check_file, print_json, refuse, talk, writing
+from .console import FIGURES, check_figure, check_file, print_json, refuse, say, talk, writing
 from .options import bare_keys, json_option, mission_metrics, out_option
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def plot(
     for name, path in paths.items():
         _save(chosen[name], WIDTHS.get(columns or "", usual[name]), path, no_title, force)
         if not as_json:
-            click.echo(path)
+            say(str(path))
     if as_json:
         print_json({"figures": {name: str(path) for name, path in paths.items()}})
 

@@ -1,6 +1,7 @@
 """The commands `replay` and `fit`: recorded missions through our navigators."""
 
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -172,7 +173,10 @@ def _replayed(log: "Log", noise: Any, navigator: Any) -> "Replay":
     except (BadLog, PluginError) as error:
         refuse(str(error))
     if found.reference is None and log.stated is not None and log.has_ranges:
-        talk("No robust optimum to compare with: python -m pip install 'bindusbl-des[replay]'")
+        lacks = "its ranges do not determine all poses"
+        if find_spec("gtsam") is None:
+            lacks = "python -m pip install 'bindusbl-des[replay]'"
+        talk(f"{log.name}: no robust optimum to compare with: {lacks}")
     return found
 
 

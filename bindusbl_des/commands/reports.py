@@ -138,7 +138,7 @@ def report(
     if as_json:
         print_json({"report": str(path)})
     else:
-        click.echo(path)
+        say(str(path))
 
 
 def leave_report(campaign: "Campaign") -> None:

@@ -174,6 +174,9 @@ def _stated(steps: list[Line], ranges: list[Line]) -> Stated | None:
     if not ranges:
         return None
     variance = float(np.median([line.numbers[2] for line in ranges]))
+    for line in steps:
+        if min(line.numbers[4], line.numbers[7], line.numbers[9]) < 0.0:
+            raise BadLog(f"{line.place}: needs variances of a step from 0 on")
     spread = np.array([line.numbers[4:] for line in steps])
     along = np.sqrt(0.5 * (spread[:, 0] + spread[:, 3]))
     return Stated(sqrt(variance), along, np.sqrt(spread[:, 5]))

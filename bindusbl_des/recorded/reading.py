@@ -215,7 +215,7 @@ def _receptions(table: LogTable) -> Receptions | None:
     instant = "arrived_at_s" if table.has("arrived_at_s") else "time_s"
     known = table
     if named == "outcome":  # an answer that was never sent, its call being lost, has no instant
-        rows = [it for it in table.rows if it[1].get(named) in OUTCOMES and it[1].get(instant)]
+        rows = [it for it in table.rows if str(it[1].get(named)) in OUTCOMES and it[1].get(instant)]
         known = LogTable(table.source, rows)
     is_lost = [_is_lost(place, named, row.get(named)) for place, row in known.rows]
     away = next((it for it in ("slant_range_m", "range_m") if known.has(it)), None)

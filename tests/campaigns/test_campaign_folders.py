@@ -16,6 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from campaigns_for_tests import OneThread, as_of_an_earlier_version, call, same
+from click.testing import CliRunner
 
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import CampaignInterrupted, load_campaign
@@ -24,6 +25,7 @@ from bindusbl_des.campaigns.running import resume, sweep
 from bindusbl_des.campaigns.storage import joining as merging
 from bindusbl_des.campaigns.storage.folder import CampaignError, is_locked, locked, read_record
 from bindusbl_des.campaigns.storage.parts import TABLES, committed, part_path, read_part
+from bindusbl_des.cli import main
 from bindusbl_des.core.plugins import source_sha256
 from bindusbl_des.results.loading import load_result
 from bindusbl_des.results.result import scenario_sha256
@@ -661,3 +663,29 @@ def test_tables_without_any_row_are_whole() -> None:
     done = call("sweep", "base.yaml", "--seeds", 2, "--detail", "full", "--out", "empty")
     assert done.exit_code == 0, done.output
     assert load_campaign("empty").missions.status.tolist() == ["ok"] * 2
+
+
+# Names
+
+
+def test_names_with_escape_sequences_never_reach_a_terminal(folder: Path) -> None:
+    """What a folder is called is printed with its escapes written out, by whichever command."""
+    odd = folder.rename("c\x1b[31mred\x9b1m")
+    half_run(odd)
+    lines: list[tuple[object, ...]] = [
+        ("status", odd), ("resume", odd), ("report", odd), ("report", odd, "--json"),
+        ("plot", odd, "--force", "--out", "p\x1b[32m.svg"), ("plot", "error-vs-asvs", odd),
+        ("compare", odd, odd), ("merge", odd, "--out", "m\x1b[33m"), ("export", odd, "--to", "csv"),
+        ("sweep", "base.yaml", *SWEEP, "--out", odd), ("sweep", "base.yaml", "--out", "n\x1b[34m"),
+    ]  # fmt: skip
+    codes = []
+    for line in (*lines, *((command, odd) for command in ("status", "resume", "report", "plot"))):
+        if len(codes) == len(lines):
+            (odd / "campaign.json").write_text("{")
+        told = CliRunner().invoke(main, [str(word) for word in line], color=True)
+        assert not isinstance(told.exception, Exception), line
+        assert "\x1b" not in told.output, line
+        assert "\x9b" not in told.output, line
+        codes.append(told.exit_code)
+    assert codes[:4] == [0, 0, 0, 0]
+    assert codes[len(lines) :] == [2, 2, 2, 2]

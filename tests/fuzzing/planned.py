@@ -30,19 +30,19 @@ def plan(seed: int, draw: Random) -> Lines:
             (
                 [{"asvs.count": 1}, {"asvs.count": 2, "asvs.formation.radius_m": 31}],
                 {"asvs.count": [1, 2], "asvs.formation.radius_m": [30, draw.choice(LIKELY)]},
-                {"asvs.count": "1:3"},
+                *[{"asvs.count": "1:3"}] * 3,
                 {"asvs.count": "1:10000"},
                 {"asvs.count": draw.choice(NUMBERS)},
             )
         ),
     }
-    if draw.random() < 0.3:
+    if draw.random() < 0.2:
         data |= {draw.choice(("confidence", "budget_missions", "budget_s", "cost", "seed", "name")):
                  draw.choice((0.5, 1, 2, *NUMBERS))}  # fmt: skip
-    for _ in range(draw.choice((0, 0, 1, 1, 3))):
+    for _ in range(draw.choice((0, 0, 0, 0, 1, 3))):
         data = mutated(data, draw, raw=True)
     raw = encoded(as_yaml(data), draw)
-    Path(PLAN).write_bytes(bytes_mutated(raw, draw) if draw.random() < 0.15 else raw)
+    Path(PLAN).write_bytes(bytes_mutated(raw, draw) if draw.random() < 0.1 else raw)
     return [f"plan {PLAN} --out planned --budget-missions 4 --workers 1".split()]
 
 

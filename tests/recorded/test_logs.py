@@ -3,6 +3,7 @@
 import csv
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -61,6 +62,7 @@ def test_without_instants_the_way_stands_in(tmp_path: Path) -> None:
         ),
         (("48 0.5", "inf 0.5"), ":7: EDGE_RANGE is inf"),
         (("48 0.5", "-48 0.5"), ":7: needs a range from 0 m"),
+        (("2 0 0 0.0004 0 0 0.0004", "2 0 0 0.0004 0 0 -0.0004"), ":4: needs variances of a step"),
         (("EDGE_SE2 4", "EDGE_SE2 1.5"), ":6: its instant 1.5 s is before"),
         (("VERTEX_XY L1 0 40", "VERTEX_XYZ L1 0 40 3"), ":2: VERTEX_XYZ is not known"),
         (("L1 0 40", "L1 0"), ":2: VERTEX_XY has 2 words, not 3"),
@@ -208,6 +210,35 @@ def test_mcap_is_read_as_csv_is(tmp_path: Path) -> None:
         (tmp_path / "broken.mcap").write_bytes(path.read_bytes()[:size])
         with pytest.raises(BadLog, match="cannot be read as an MCAP file"):
             read_log(str(tmp_path / "broken.mcap"))
+
+
+def test_a_reception_without_a_plain_outcome_is_left_out(tmp_path: Path) -> None:
+    """Whatever JSON may hold in its place."""
+    pytest.importorskip("mcap")
+    from mcap.writer import Writer
+
+    path = tmp_path / "log.mcap"
+    outcomes: list[Any] = ["heard", {"heard": 1}, ["lost"], "lost", None]
+    with open(path, "wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schema = writer.register_schema(name="row", encoding="jsonschema", data=b"{}")
+        odometry, receptions = (
+            writer.register_channel(topic=it, message_encoding="json", schema_id=schema)
+            for it in ("/odometry", "/receptions")
+        )
+        for n, outcome in enumerate(outcomes):
+            pose = {"time_s": n, "x_m": 2.0 * n, "y_m": 0.0, "yaw_rad": 0.0}
+            heard = {"time_s": 1.0 + n, "outcome": outcome}
+            for channel, row in ((odometry, pose), (receptions, heard)):
+                writer.add_message(channel, n, json.dumps(row).encode(), n)
+        fixes = writer.register_channel(topic="/fixes", message_encoding="json", schema_id=schema)
+        fix = {"time_s": 1, "x_m": 2.0, "y_m": 0.0, "sd_x_m": 0.5, "sd_y_m": 0.5}
+        writer.add_message(fixes, 9, json.dumps(fix).encode(), 9)
+        writer.finish()
+    found = read_log(str(path)).receptions
+    assert found is not None
+    assert (found.times.tolist(), found.is_lost.tolist()) == ([1.0, 4.0], [False, True])
 
 
 def _number(text: str) -> float | str:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from logs_for_tests import BEACONS, Sea, lost, made_up, still
+from logs_for_tests import BEACONS, Sea, lost, made_up, still, write_pyfg
 from worlds import scenario
 
 from bindusbl_des import load_scenario, simulate
@@ -409,6 +409,28 @@ def test_commands_replay_and_fit_what_one_has_recorded(tmp_path: Path) -> None:
     refused = CliRunner().invoke(main, ["replay", log])
     assert refused.exit_code == 2
     assert "ranges.csv:2: needs a number in the column range_m" in refused.output
+
+
+@pytest.mark.parametrize("speed", ["nan", "inf", "0", "-1"])
+def test_a_speed_that_is_none_is_refused(speed: str, tmp_path: Path) -> None:
+    """One line names the option, whatever the log."""
+    path = write_pyfg(tmp_path / "log.pyfg")
+    for command in ("replay", "fit"):
+        refused = CliRunner().invoke(main, [command, str(path), "--speed", speed])
+        assert refused.exit_code == 2
+        assert "Invalid value for '--speed': " in refused.output
+
+
+def test_ranges_that_determine_no_pose_have_no_optimum(tmp_path: Path) -> None:
+    """The filter and the smoother are told all the same, and why GTSAM's optimum is not."""
+    pytest.importorskip("gtsam", reason="the optimum is GTSAM's, the extra `replay`")
+    path = write_pyfg(tmp_path / "log.pyfg", ("L1 0 40", "L1 1000 40"))
+    told = CliRunner().invoke(main, ["replay", str(path), "--json"])
+    assert told.exit_code == 0, told.output
+    assert told.stderr == (
+        "log: no robust optimum to compare with: its ranges do not determine all poses\n"
+    )
+    assert json.loads(told.stdout)["logs"][0]["smoother_to_reference_m"] is None
 
 
 def test_both_runs_at_sea_replay_from_the_line_of_the_manual() -> None:

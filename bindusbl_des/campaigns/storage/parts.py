@@ -108,7 +108,7 @@ class PartWriter:
             self._files[table] = {"sha256": file.sha256(), "bytes": file.tell()}
             if table == MISSIONS:
                 path = record_path(self._folder, self._part)
-                path.parent.mkdir(exist_ok=True)
+                _make_durably(path.parent)
                 write_json(path, {**self._record, "files": self._files})
 
 
@@ -132,11 +132,16 @@ def whole_file(path: Path) -> Iterator[SummedFile]:
     Raises:
         OSError: when it cannot be written.
     """
-    if not path.parent.is_dir():
-        path.parent.mkdir(exist_ok=True)
-        sync(path.parent.parent)
+    _make_durably(path.parent)
     with draft_of(path) as draft, SummedFile(draft) as file:
         yield file
+
+
+def _make_durably(folder: Path) -> None:
+    """Make a folder if need be, so that a power cut does not take it and what is synced in it."""
+    if not folder.is_dir():
+        folder.mkdir(exist_ok=True)
+        sync(folder.parent)
 
 
 def part_record(folder: Path, part: str) -> PartRecord:
