@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .acoustics.channel import Signals
     from .acoustics.loss import range_loss
-    from .acoustics.modem import airtime
+    from .acoustics.messages import airtime
     from .acoustics.travel_time import travel_time
     from .advice.advising import advise
     from .campaigns.campaign import Campaign, CampaignInterrupted, load_campaign
@@ -72,7 +72,7 @@ _HOMES = {
     "load_campaign": "campaigns.campaign",
     "sweep": "campaigns.running",
     "absorption": "sea.water",
-    "airtime": "acoustics.modem",
+    "airtime": "acoustics.messages",
     "broadcast": "protocol.tdma",
     "warnings_of": "preflight.warnings",
     "covered_area": "geometry.coverage",

@@ -14,7 +14,7 @@ from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of
 from .channel import AskedChannel, between
 from .loss import losses
-from .modem import messages_of
+from .messages import messages_of
 from .named_channels import hf_channel, loss_of, mf_channel
 
 Floats = NDArray[np.float64]

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import simpy
 
-from ..acoustics.modem import Message
+from ..acoustics.messages import Message
 from ..records.events import IN_FLIGHT
 from ..records.rows import Recorder
 from ..scenario.scenario import Scenario

@@ -7,7 +7,7 @@ as the survey grows (paper, section TDMA Acoustic Protocol).
 import math
 from dataclasses import dataclass
 
-from ..acoustics.modem import Messages, messages_of
+from ..acoustics.messages import Messages, messages_of
 from ..core.clock import Clock, ExactClock, TickClock
 from ..core.plugins import PluginError, asked, loaded, shown
 from ..scenario.families import RANGING

@@ -12,7 +12,7 @@ from itertools import count
 import numpy as np
 import simpy
 
-from ..acoustics.modem import Message
+from ..acoustics.messages import Message
 from ..records.events import Round
 from ..vehicles.motion import Ints
 from .broadcasters import BroadcastView

@@ -5,7 +5,7 @@ from math import sqrt
 from statistics import fmean
 from typing import TYPE_CHECKING
 
-from bindusbl_des.acoustics.modem import airtime, payload_bytes
+from bindusbl_des.acoustics.messages import airtime, payload_bytes
 from bindusbl_des.campaigns.campaign import Campaign
 from bindusbl_des.campaigns.statistics.intervals import interval
 

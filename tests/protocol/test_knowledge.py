@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, paper_case, scenario, still
 
 from bindusbl_des import Mission, Result, Scenario, simulate, warnings_of
-from bindusbl_des.acoustics.modem import Messages, Modem
+from bindusbl_des.acoustics.messages import Messages, Modem
 from bindusbl_des.explain import explain_ping
 
 CURVE = str(Path(__file__).parents[2] / "bindusbl_des/presets/ahoi_delivery.csv")

@@ -7,7 +7,7 @@ import pytest
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
 from bindusbl_des import Result, simulate
-from bindusbl_des.acoustics.modem import airtime
+from bindusbl_des.acoustics.messages import airtime
 from bindusbl_des.protocol.slots import slots_of
 
 # From 20 m away and 10 m deep to the vessel (s)

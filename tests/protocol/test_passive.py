@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from worlds import QUIET_USBL, merged, scenario, still
 
 from bindusbl_des import Result, Scenario, Signals, Sounding, simulate
-from bindusbl_des.acoustics.modem import airtime, payload_bytes
+from bindusbl_des.acoustics.messages import airtime, payload_bytes
 from bindusbl_des.protocol.slots import downlink_slot, slots_of
 
 PASSIVE: dict[str, Any] = {"protocol": {"ranging": "passive"}}

@@ -8,7 +8,7 @@ import pytest
 from worlds import scenario, still
 
 from bindusbl_des import load_scenario, simulate
-from bindusbl_des.acoustics.modem import airtime, payload_bytes
+from bindusbl_des.acoustics.messages import airtime, payload_bytes
 from bindusbl_des.core.clock import ExactClock, TickClock
 from bindusbl_des.protocol.slots import (
     crossing_time,

@@ -15,7 +15,7 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, blank, fixed_gain, scenario, st
 
 from bindusbl_des import simulate
 from bindusbl_des.acoustics.loss import LOSS_LAWS, LossTerms, range_loss
-from bindusbl_des.acoustics.modem import Message
+from bindusbl_des.acoustics.messages import Message
 from bindusbl_des.acoustics.propagation import SignalBand
 from bindusbl_des.acoustics.travel_time import light_time, travel_time
 from bindusbl_des.core.clock import Clock, ExactClock, TickClock

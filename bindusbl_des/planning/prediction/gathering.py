@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...acoustics.channel import between
 from ...acoustics.fix_chance import below, frame_chance, ping_chance
 from ...acoustics.loss import losses
-from ...acoustics.modem import messages_of
+from ...acoustics.messages import messages_of
 from ...acoustics.named_channels import hf_channel, loss_of
 from ...core.compiled import compiled
 from ...core.plugins import is_plugin, loaded

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...acoustics.bursts import burst_chances
 from ...acoustics.channel import AskedChannel, between
-from ...acoustics.modem import Message
+from ...acoustics.messages import Message
 from ...acoustics.named_channels import FrameChannel
 from ...acoustics.travel_time import travel_time
 from ...core.clock import Clock
