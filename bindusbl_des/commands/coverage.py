@@ -197,6 +197,7 @@ def _coverage(
     """
     from ..geometry.coverage import covered_area, covering_radius
     from ..geometry.formation import corner_distance, formation_radius_bound
+    from ..scenario.on_earth import origin_of
     from ..scenario.survey_area import area_of
 
     area, hf_range = area_of(scenario), scenario.acoustics.hf.range_m
@@ -208,6 +209,7 @@ def _coverage(
     return {
         "asvs": [{"asv": number, "x_m": x, "y_m": y} for number, (x, y) in enumerate(stations)],
         "survey": area.words,
+        "origin_deg": origin_of(scenario),
         "side_m": area.side,
         "area_m2": area.square_m,
         "hf_range_m": hf_range,
@@ -259,7 +261,11 @@ def _told(found: dict[str, Any]) -> Iterator[str]:
         yield f"... {len(stations) - MOST_ROWS} more ASVs"
     metric = found["range_metric"]
     if not found["side_m"]:
-        yield f"{'survey':<26}{found['area_m2']:>9.0f} m2: {found['survey']}"
+        yield f"{'survey':<{WIDTH}} {found['survey']}"
+    if found["origin_deg"]:
+        lat, lon = found["origin_deg"]
+        north, east = "N" if lat >= 0 else "S", "E" if lon >= 0 else "W"
+        yield f"{'x = y = 0':<{WIDTH}} {abs(lat):.5f} deg {north}, {abs(lon):.5f} deg {east}"
     yield f"{'HF range':<26}{found['hf_range_m']:>9.2f} m {metric}, {reach:.2f} m seen from above"
     if abs((heard := found["heard_m"]) - reach) > 0.01 * reach:
         yield f"{'half the pings':<26}{heard:>9.2f} m seen from above, up to which they are decoded"

@@ -348,7 +348,22 @@ def _in_short(found: Sequence[Measured]) -> str:
         "of these reproduced in another reading",
         "of these within 5 %",
     )
-    return markdown(heads, rows)
+    return f"{markdown(heads, rows)}\n\n{_furthest(found)}"
+
+
+def _furthest(found: Sequence[Measured]) -> str:
+    """Return which number is furthest from the paper's, and which error is."""
+    errors = [it for it in found if it.row.quantity.startswith("cte")]
+    most, error = (max(some, key=lambda it: abs(it.deviation() or 0.0)) for some in (found, errors))
+    return f"Furthest off: {_off(most)}; of the errors {_off(error)}."
+
+
+def _off(it: Measured) -> str:
+    return (
+        f"{it.row.auv} {it.row.quantity} ({it.row.case}), "
+        f"{_relation(it)}{it.row.text}{UNITS[it.row.unit]} in the paper, "
+        f"{it.prediction.mean:.{digits(it)}f} here ({_share(it.deviation())})"
+    )
 
 
 def _sections(

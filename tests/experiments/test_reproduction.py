@@ -254,6 +254,9 @@ def test_the_folder_holds_page_tables_and_figures(small: Path) -> None:
     parquet = pd.read_parquet(small / "paper_vs_measured.parquet")
     assert len(csv) == len(parquet) == 49
     assert (csv.verdict == parquet.verdict).all()
+    for rows, begun in ((csv, "Furthest off: "), (csv[csv.quantity.str[:3] == "cte"], "errors ")):
+        worst = rows.loc[(rows.measured / rows.paper - 1).abs().idxmax()]
+        assert f"{begun}{worst.auv} {worst.quantity} ({worst.case})" in page
 
 
 def test_every_figure_has_a_caption() -> None:
