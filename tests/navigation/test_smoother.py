@@ -234,7 +234,7 @@ def test_errors_that_fixes_have_in_common_are_smoothed_too() -> None:
     of, left = jacobians.of, jacobians.left
     navigator = navigator_of(reckoning, KALMAN, growth, first, jacobians)
     of[:10, 0, 0], of[:10, 1, 0], of[:10, :, 1:] = 1.0, 0.0, 0.0
-    left[:10] = 0.16, 0.49, 0.05  # less than the fixes' own covariances, which hold the offset too
+    left[:10] = 0.04, 0.09, 0.01  # less than the fixes' own covariances, which hold the offset too
     smoother = Smoother(navigator, reckoning, growth, first)
     smoother.correct(fixes, np.arange(10))
     asked_at = np.array([50.0])
@@ -245,7 +245,7 @@ def test_errors_that_fixes_have_in_common_are_smoothed_too() -> None:
     off = places - np.column_stack((fixes["x_m"], fixes["y_m"]))
     # errors of x and y of each fix, x then y: walk, white noise, and the offset in x
     total = np.kron(np.eye(2), walked[:10, :10])
-    white = np.array([[0.16, 0.05], [0.05, 0.49]])
+    white = np.array([[0.04, 0.01], [0.01, 0.09]])
     total += np.kron(white, np.eye(10))
     total[:10, :10] += offset_sd**2
     along = np.kron(np.eye(2), walked[10:, :10])

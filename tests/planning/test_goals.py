@@ -38,6 +38,20 @@ def test_a_metric_that_is_better_when_small_has_no_lower_limit() -> None:
 
 
 @pytest.mark.parametrize(
+    ("metric", "less"),
+    [
+        *(("energy_j", True), ("energy_per_fix_j", True), ("survey_finished_at_s", True)),
+        *(("fix_latency_p50_s", True), ("fix_latency_p95_s", True), ("position_error_m", True)),
+        *(("area_covered_m2", False), ("fairness", False), ("throughput_bps", False)),
+    ],
+)
+def test_a_limit_is_on_the_side_where_a_metric_is_good(metric: str, less: bool) -> None:
+    assert goal_of(f"{metric}=0.5", is_below=less).metric == metric
+    with pytest.raises(ValueError, match=f"{metric}: {'less' if less else 'more'} of it is better"):
+        goal_of(f"{metric}=0.5", is_below=not less)
+
+
+@pytest.mark.parametrize(
     ("written", "message"),
     [
         ("position_error_m", r"^goal: needs keys and values, such as .*; got the text"),

@@ -111,6 +111,8 @@ def looks_at_each(confidence: float, goals: int) -> tuple[Look, ...]:
 
     >>> [(look.seeds, round(look.met, 2)) for look in looks_at_each(0.95, 1)]
     [(8, 4.03), (16, 3.29), (32, 2.14)]
+    >>> [(round(look.met, 2), round(look.missed, 2)) for look in looks_at_each(0.95, 2)]
+    [(4.03, 4.59), (3.29, 3.62), (2.14, 2.45)]
     """
     risk = (1 - confidence) / 2
     shares = {seeds: share * risk for seeds, share in SPENT.items()}
