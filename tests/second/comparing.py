@@ -9,7 +9,8 @@ from bindusbl_des import Scenario, simulate
 Tables = dict[str, list[dict]]
 KEPT = {  # columns that are compared as they are
     "rounds": "round started_at_s colours conflicts uplink_s downlink_s fixes",
-    "pings": "auv round slot sent_at_s x_m y_m in_range_of heard_by called_at_s called_by call",
+    "pings": "auv round slot sent_at_s x_m y_m in_range_of heard_by waited_s "
+    "called_at_s called_by call",
     "receptions": "auv asv arrived_at_s outcome",
     "broadcasts": "round asv sent_at_s airtime_s payload_bytes fixes part",
     "frame_receptions": "auv arrived_at_s outcome",
@@ -66,6 +67,7 @@ def tables_of_second(mission: Second) -> Tables:
                 "called_at_s": p.called,
                 "called_by": p.caller,
                 "call": p.call,
+                "waited_s": p.waited,
             }
             for p in mission.pings
         ],
@@ -129,6 +131,10 @@ def disagreements(keys: dict, seed: int = 1) -> tuple[list[str], dict[str, int]]
     theirs = tables_of(simulate(Scenario.model_validate(keys), seed=seed))
     drawn = Drawn(
         turns=[row["auv"] for row in theirs["pings"]],
+        pings=[
+            (row["auv"], row["sent_at_s"] - (row["waited_s"] or 0.0), row["sent_at_s"])
+            for row in theirs["pings"]
+        ],
         broadcasters=[row["asv"] for row in theirs["broadcasts"]],
     )
     mission = Second(keys, drawn)

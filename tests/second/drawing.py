@@ -3,7 +3,7 @@
 import random
 
 SCHEDULES = ["spatial_reuse", "dsatur", "one_per_slot", "worst_first"]
-SCHEDULES += ["round_robin", "random", "polling"]
+SCHEDULES += ["round_robin", "random", "polling", "aloha", "slotted_aloha", "csma"]
 DOWNLINKS = ["sequential", "pipelined_round", "pipelined_group", "direct_reply"]
 OVERFULL = ["split", "split", "oldest_first"]
 BROADCASTERS = ["rotate", "random", "most_fixes", "nearest", "fixed", "parallel"]
@@ -52,6 +52,16 @@ def scenario(seed: int, **wanted: object) -> dict:
     protocol.update(wanted)
     if protocol["downlink"] == "direct_reply" and protocol["broadcaster"] == "parallel":
         protocol["broadcaster"] = "rotate"
+    if protocol["schedule"] in ("aloha", "slotted_aloha", "csma"):
+        protocol["ranging"] = "owtt_sync"
+        protocol["frame_s"] = draw.choice([0.2, 0.5, 1.0, 3.0])
+    if protocol["schedule"] == "csma":
+        slot_s = draw.choice([None, None, 0.01, 0.04])
+        protocol["schedule"] = {
+            "model": "csma",
+            "window": draw.choice([1, 4, 10]),
+            "slot_s": slot_s,
+        }
     if protocol["schedule"] == "worst_first":
         protocol["schedule"] = {"model": "worst_first", "slots": draw.randint(1, 5)}
         if route["kind"] != "hold":  # motion between call and answer would make fixes uncertain

@@ -16,10 +16,15 @@ Place = tuple[float, float, float]
 
 @dataclass
 class Drawn:
-    """What is drawn at random: turns of `random`, broadcasters of `random`."""
+    """What is drawn at random.
+
+    Turns and broadcasters of `random`; of random access each ping's AUV, when it wanted to ping and
+    about when it did.
+    """
 
     turns: list[int] = field(default_factory=list)
     broadcasters: list[int] = field(default_factory=list)
+    pings: list[tuple[int, float, float]] = field(default_factory=list)
 
 
 @dataclass(eq=False)
@@ -33,6 +38,7 @@ class Ping:
     called: float | None = None
     caller: int | None = None
     call: str | None = None
+    waited: float | None = None
     place: Place = (0.0, 0.0, 0.0)
     in_range: list[int] = field(default_factory=list)
     arrivals: dict[int, float] = field(default_factory=dict)
@@ -87,6 +93,7 @@ class Second:
         self.capacity = ((self.mf["payload_bytes"] or 10**9) - self.mf["header_bytes"]) // self.mf[
             "fix_bytes"
         ]
+        self.random_access = self.schedule in ("aloha", "slotted_aloha", "csma")
         self.plan_slots(keys)
         self.rounds: list[Row] = []
         self.pings: list[Ping] = []
@@ -107,6 +114,7 @@ class Second:
         believed = keys["environment"]["assumed_sound_speed_m_per_s"] or self.speed
         crossing = keys["survey"]["side_m"] / believed
         longest = self.reach if self.metric == "slant" else math.hypot(self.reach, self.depth)
+        self.longest_s = longest / believed
 
         def given(key: str, crossings: float) -> float:
             return crossings * crossing if self.keys[key] is None else self.keys[key]
@@ -115,9 +123,9 @@ class Second:
         self.down_shortest = given("shortest_downlink_slot_s", 10.0)
         self.called = self.ranging == "twtt" or self.schedule == "polling"
         self.turnaround = self.ranging_keys.get("turnaround_s", 0.0)
-        slot = self.ping_s + longest / believed + given("uplink_guard_s", 0.5)
+        slot = self.ping_s + self.longest_s + given("uplink_guard_s", 0.5)
         if self.called:
-            slot += self.ping_s + self.turnaround + longest / believed
+            slot += self.ping_s + self.turnaround + self.longest_s
         self.replies = self.downlink == "direct_reply"
         self.reply_s = self.airtime(1) + self.down_guard if self.replies else 0.0
         self.slot_s = max(slot, given("shortest_uplink_slot_s", 2.5)) + self.reply_s
@@ -148,11 +156,11 @@ class Second:
         distance = math.dist(a, b) if self.metric == "slant" else horizontal(a, b)
         return distance <= self.reach + margin
 
-    def arrival(self, asv: int, auv: int, time: float) -> float:
-        """Return when what an ASV sends reaches an AUV: the light-time equation."""
+    def arrival(self, source: Place, auv: int, time: float) -> float:
+        """Return when what is sent somewhere reaches an AUV: the light-time equation."""
         late = 0.0
         for _ in range(10):
-            late = math.dist(self.places[asv], self.where(auv, time + late)) / self.speed
+            late = math.dist(source, self.where(auv, time + late)) / self.speed
         return time + late
 
     def after(self, start: float, duration: float) -> float:
@@ -248,7 +256,7 @@ class Second:
                     self.hf_at_asv[k].append((at, at + self.ping_s, call))
             for i in self.auvs:
                 if self.reaches(self.where(i, time), self.places[j]):
-                    at = self.arrival(j, i, time)
+                    at = self.arrival(self.places[j], i, time)
                     self.hf_at_auv[i].append((at, at + self.ping_s, call))
         return callers
 
@@ -422,7 +430,11 @@ class Second:
             "part": part,
         }
         at = [
-            (self.arrival(asv, i, start), self.arrival(asv, i, start + airtime)) for i in self.auvs
+            (
+                self.arrival(self.places[asv], i, start),
+                self.arrival(self.places[asv], i, start + airtime),
+            )
+            for i in self.auvs
         ]
         far = [horizontal(self.where(i, start), self.places[asv]) for i in self.auvs]
         near = [i for i in self.auvs if far[i] <= self.mf["range_m"]]
@@ -465,24 +477,87 @@ class Second:
                 self.send(ping.round, j, end, [self.fix(ping, [j])])
         self.passing = []
 
+    # Random access
+
+    def ping_at_random(self) -> None:
+        """Let the AUVs ping, each when it wants to, at the next slot, or after its backoff."""
+        for auv, wanted, about in self.drawn.pings:
+            ping = Ping(0, 0, auv, wanted)
+            if self.schedule == "slotted_aloha":
+                slot = self.after(0.0, self.slot_s)
+                ping.sent = round(about / slot) * slot
+            elif self.schedule == "csma":
+                ping.sent = self.hold_back(auv, wanted, about)
+                ping.waited = ping.sent - wanted
+            self.take_turn(ping)
+            for i in self.auvs if self.schedule == "csma" else ():
+                if self.reaches(ping.place, self.where(i, ping.sent)):
+                    at = ping.sent if i == auv else self.arrival(ping.place, i, ping.sent)
+                    self.hf_at_auv[i].append((at, at + self.ping_s, ping))
+
+    def hold_back(self, auv: int, wanted: float, about: float) -> float:
+        """Return when an AUV pings, which counts slots of quiet if it hears a ping at first."""
+        heard = sorted((a, b) for a, b, _ in self.hf_at_auv[auv] if wanted < b)
+        if not heard or heard[0][0] > wanted:
+            return wanted
+        slot = self.schedule_keys["slot_s"] or self.ping_s + self.longest_s
+        gaps, until = [], wanted  # of quiet
+        for a, b in heard:
+            if a > until:
+                gaps.append((until, a))
+            until = max(b, until)
+        gaps.append((until, math.inf))
+        quiet = sum(min(b, about) - min(a, about) for a, b in gaps)
+        left = round(quiet / slot) * slot  # as many slots as it has drawn
+        for a, b in gaps:
+            if left <= b - a:
+                return a + left
+            left -= b - a
+        return math.inf
+
+    def broadcast_at_once(self) -> None:
+        """Broadcast fixes as soon as MF is free; each broadcast ends a round."""
+        start = 0.0
+        while start < self.end:
+            row, _ = self.begin_round(start)
+            self.decide(start)
+            time = start
+            if self.replies:
+                row["downlink_s"] = 0.0
+                self.reply()
+                break
+            while not self.waiting and self.passing:
+                time = min(p.passed for p in self.passing)
+                self.decide(time)
+            time = self.await_asv(self.after(0.0, time))
+            if not self.waiting or time >= self.end:
+                break
+            row["uplink_s"] = time - start
+            start = self.broadcast(time)
+        for ping in self.pings:
+            began = [row["round"] for row in self.rounds if row["started_at_s"] < ping.sent + 1e-9]
+            ping.round = max(began)
+
     # Rounds
 
     def fly(self) -> None:
         """Fly the mission."""
         start = 0.0
-        while start < self.end:
+        if self.random_access:
+            self.ping_at_random()
+            self.broadcast_at_once()
+        while start < self.end and not self.random_access:
             start = self.one_round(start)
         self.decide(math.inf)
         for frame in self.frames:
             for fix in frame.fixes:
                 self.deliver(fix, frame)
 
-    def one_round(self, start: float) -> float:
-        """Play a round; return when the next begins."""
-        self.decide(start)
+    def begin_round(self, start: float) -> tuple[Row, list[list[int]]]:
+        """Return the row and the ping groups of a round."""
         by, number = self.hearers(start), len(self.rounds)
         rivals = [{k for k in self.auvs if k != i and by[i] & by[k]} for i in self.auvs]
-        groups = self.groups(start, by, rivals)
+        groups = [] if self.random_access else self.groups(start, by, rivals)
         self.launch = self.believed(start)
         row: Row = {
             "round": number,
@@ -494,6 +569,12 @@ class Second:
             "fixes": 0,
         }
         self.rounds.append(row)
+        return row, groups
+
+    def one_round(self, start: float) -> float:
+        """Play a round; return when the next begins."""
+        self.decide(start)
+        row, groups = self.begin_round(start)
         time = start
         for slot, group in enumerate(groups):
             if time >= self.end:
@@ -511,7 +592,7 @@ class Second:
         elif self.replies and time <= self.end:
             row["downlink_s"] = 0.0
         if self.schedule in ("round_robin", "random"):
-            time = max(time, self.after(0.0, (number + 1) * self.keys["frame_s"]) + self.waited)
+            time = max(time, self.after(0.0, len(self.rounds) * self.keys["frame_s"]) + self.waited)
         return self.await_asv(time)
 
     def await_asv(self, time: float) -> float:
