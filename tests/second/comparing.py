@@ -9,7 +9,7 @@ from bindusbl_des import Scenario, simulate
 Tables = dict[str, list[dict]]
 KEPT = {  # columns that are compared as they are
     "rounds": "round started_at_s colours conflicts uplink_s downlink_s fixes",
-    "pings": "auv round slot sent_at_s x_m y_m in_range_of heard_by waited_s "
+    "pings": "auv asv round slot sent_at_s x_m y_m in_range_of heard_by waited_s "
     "called_at_s called_by call",
     "receptions": "auv asv arrived_at_s outcome",
     "broadcasts": "round asv sent_at_s airtime_s payload_bytes fixes part",
@@ -57,13 +57,14 @@ def tables_of_second(mission: Second) -> Tables:
         "pings": [
             {
                 "auv": p.auv,
+                "asv": p.asv,
                 "round": p.round,
                 "slot": p.slot,
                 "sent_at_s": p.sent,
                 "x_m": p.place[0],
                 "y_m": p.place[1],
                 "in_range_of": len(p.in_range),
-                "heard_by": sum(mission.outcome(p, j) == "heard" for j in mission.asvs),
+                "heard_by": sum(mission.outcome(p, at) == "heard" for at in mission.listeners(p)),
                 "called_at_s": p.called,
                 "called_by": p.caller,
                 "call": p.call,
@@ -74,13 +75,13 @@ def tables_of_second(mission: Second) -> Tables:
         "receptions": [
             {
                 "sent_at_s": p.sent,
-                "auv": p.auv,
-                "asv": j,
-                "arrived_at_s": p.arrivals.get(j),
-                "outcome": mission.outcome(p, j),
+                "auv": at if p.auv is None else p.auv,
+                "asv": at if p.asv is None else p.asv,
+                "arrived_at_s": p.arrivals.get(at),
+                "outcome": mission.outcome(p, at),
             }
             for p in mission.pings
-            for j in mission.asvs
+            for at in mission.listeners(p)
         ],
         "broadcasts": [frame.row for frame in mission.frames],
         "frame_receptions": [
@@ -96,7 +97,7 @@ def tables_of_second(mission: Second) -> Tables:
         ],
         "fixes": [
             {
-                "auv": f.ping.auv,
+                "auv": f.auv,
                 "round": f.ping.round,
                 "asvs": f.asvs,
                 "pinged_at_s": f.ping.sent,

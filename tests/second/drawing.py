@@ -36,7 +36,7 @@ def scenario(seed: int, **wanted: object) -> dict:
         "schedule": draw.choice(SCHEDULES),
         "downlink": draw.choice(DOWNLINKS),
         "broadcaster": draw.choice(BROADCASTERS),
-        "ranging": draw.choice(["owtt_sync", "owtt_sync", "twtt"]),
+        "ranging": draw.choice(["owtt_sync", "owtt_sync", "owtt_sync", "twtt", "twtt", "passive"]),
         "positions": draw.choice(["truth", "truth", "last_fix"]),
         "tick_rate_hz": draw.choice([None, None, 30.0, 100.0]),
         "duplex": draw.choice(["per_band", "per_band", "per_node"]),
@@ -52,6 +52,8 @@ def scenario(seed: int, **wanted: object) -> dict:
     protocol.update(wanted)
     if protocol["downlink"] == "direct_reply" and protocol["broadcaster"] == "parallel":
         protocol["broadcaster"] = "rotate"
+    if protocol["ranging"] == "passive":
+        protocol |= {"schedule": "spatial_reuse", "downlink": "sequential", "broadcaster": "rotate"}
     if protocol["schedule"] in ("aloha", "slotted_aloha", "csma"):
         protocol["ranging"] = "owtt_sync"
         protocol["frame_s"] = draw.choice([0.2, 0.5, 1.0, 3.0])
@@ -77,6 +79,8 @@ def scenario(seed: int, **wanted: object) -> dict:
         at = round(draw.uniform(0.0, duration), 3)
         until = draw.choice([None, round(at + draw.uniform(0.5, 10.0), 3)])
         failures = [{"asv": draw.randrange(ships), "at_s": at, "until_s": until}]
+    if protocol["ranging"] == "passive":
+        protocol["positions"] = "truth"
     # Ranges of another speed of sound would put last fixes elsewhere, and make them uncertain
     exact = protocol["positions"] == "truth" and "worst_first" not in str(protocol["schedule"])
     overfull = "split" if protocol["broadcaster"] == "parallel" else draw.choice(OVERFULL)

@@ -29,12 +29,13 @@ class Drawn:
 
 @dataclass(eq=False)
 class Ping:
-    """A ping of an AUV, or a turn whose call got no answer (`call` is not heard)."""
+    """A ping of an AUV or (passive) an ASV, or a turn whose call was in vain (not heard)."""
 
     round: int
     slot: int
-    auv: int
+    auv: int | None
     sent: float
+    asv: int | None = None
     called: float | None = None
     caller: int | None = None
     call: str | None = None
@@ -50,6 +51,7 @@ class Fix:
     """A fix of a ping, and what becomes of it."""
 
     ping: Ping
+    auv: int
     asvs: list[int]
     sent: float | None = None
     by: int | None = None
@@ -205,7 +207,7 @@ class Second:
         bias, walk = self.drift
         claims = []
         for i in self.auvs:
-            sent = [f for f in self.fixes if f.ping.auv == i and (f.sent or math.inf) <= start]
+            sent = [f for f in self.fixes if f.auv == i and (f.sent or math.inf) <= start]
             age = start - max((f.ping.sent for f in sent), default=0.0)
             last = max((f.ping.round for f in sent), default=-1)
             in_vain = sum(number > last for number in self.turns[i])
@@ -226,7 +228,7 @@ class Second:
         following = self.after(start, self.slot_s)
         if self.called:
             calls = self.call(group, start)
-            turns = [Ping(number, slot, i, start, start, j) for i, j in calls.items()]
+            turns = [Ping(number, slot, i, start, None, start, j) for i, j in calls.items()]
         else:
             turns = [Ping(number, slot, i, start) for i in group]
         for ping in turns:
@@ -297,14 +299,21 @@ class Second:
         else:
             ping.call, ping.sent = "heard", answer
 
-    def outcome(self, ping: Ping, asv: int) -> str:
-        """Return what becomes of a ping at an ASV, once all that overlaps it is known."""
-        if asv not in ping.in_range:
+    def listeners(self, ping: Ping) -> range:
+        """Return who may hear a ping: the ASVs, or (passive) the AUVs."""
+        return self.asvs if ping.asv is None else self.auvs
+
+    def outcome(self, ping: Ping, at: int) -> str:
+        """Return what becomes of a ping at an ASV (passive: AUV), once all sounds are known."""
+        if at not in ping.in_range:
             return "out_of_range"
         if not ping.arrivals:
             return ping.call
-        begin, end = ping.arrivals[asv], ping.arrivals[asv] + self.ping_s
-        return self.fate(self.hf_at_asv[asv], begin, end, ping, self.works(asv, begin, end))
+        begin, end = ping.arrivals[at], ping.arrivals[at] + self.ping_s
+        if ping.asv is not None:
+            whole = self.works(ping.asv, ping.sent, ping.sent + self.ping_s)
+            return self.fate(self.hf_at_auv[at], begin, end, ping, whole)
+        return self.fate(self.hf_at_asv[at], begin, end, ping, self.works(at, begin, end))
 
     def fate(self, sounds: list, begin: float, end: float, own: object, whole: bool) -> str:
         """Return what becomes of a sound that arrives, the first that holds."""
@@ -325,7 +334,7 @@ class Second:
 
     def fix(self, ping: Ping, asvs: list[int]) -> Fix:
         """Make a fix of a ping: the fleet knows where its AUV was."""
-        self.fixes.append(Fix(ping, asvs))
+        self.fixes.append(Fix(ping, ping.auv, asvs))
         self.known[ping.auv] = ping.place
         return self.fixes[-1]
 
@@ -456,8 +465,8 @@ class Second:
 
     def deliver(self, fix: Fix, frame: Frame) -> None:
         """Tell what becomes of a fix, as of its frame."""
-        outcome = self.reception(frame, fix.ping.auv)
-        at = self.after(frame.at[fix.ping.auv][1], self.processing)
+        outcome = self.reception(frame, fix.auv)
+        at = self.after(frame.at[fix.auv][1], self.processing)
         if at >= self.end and outcome != "out_of_range":
             outcome = "in_flight"
         fix.outcome, fix.delivered = ("delivered", at) if outcome == "heard" else (outcome, None)
@@ -476,6 +485,41 @@ class Second:
                 replied.add(n)
                 self.send(ping.round, j, end, [self.fix(ping, [j])])
         self.passing = []
+
+    # Passive ranging
+
+    def passive_round(self, start: float) -> float:
+        """Let the ASVs ping in turn; each AUV that hears one fixes itself."""
+        row, _ = self.begin_round(start)
+        working = self.working(start)
+        row["colours"], row["conflicts"] = len(working), 0
+        time = start
+        for slot, j in enumerate(working):
+            if time >= self.end:
+                break
+            if self.works(j, time):
+                ping = Ping(row["round"], slot, None, time, asv=j, place=self.places[j])
+                ping.arrivals = {i: self.arrival(ping.place, i, time) for i in self.auvs}
+                near = [i for i in self.auvs if self.reaches(ping.place, self.where(i, time))]
+                ping.in_range = near
+                for i in near:
+                    at = ping.arrivals[i]
+                    self.hf_at_auv[i].append((at, at + self.ping_s, ping))
+                self.pings.append(ping)
+            time = self.after(time, self.slot_s)
+            row["uplink_s"] = time - start if time <= self.end else row["uplink_s"]
+        row["downlink_s"] = 0.0
+        return self.await_asv(time)
+
+    def fix_themselves(self) -> None:
+        """Make the fixes of AUVs that have heard ASVs."""
+        for ping in self.pings:
+            for i in self.auvs:
+                if self.outcome(ping, i) == "heard":
+                    delivered = ping.arrivals[i] + self.ping_s
+                    fix = Fix(ping, i, [ping.asv], None, None, delivered, "delivered")
+                    self.fixes.append(fix)
+                    self.rounds[ping.round]["fixes"] += 1
 
     # Random access
 
@@ -547,7 +591,9 @@ class Second:
             self.ping_at_random()
             self.broadcast_at_once()
         while start < self.end and not self.random_access:
-            start = self.one_round(start)
+            start = (self.passive_round if self.ranging == "passive" else self.one_round)(start)
+        if self.ranging == "passive":
+            self.fix_themselves()
         self.decide(math.inf)
         for frame in self.frames:
             for fix in frame.fixes:
