@@ -121,9 +121,9 @@ def fit(
     with compiling_shown():
         try:
             placed, _ = placed_log(read)
+            found = fitted(placed)
         except BadLog as error:
             refuse(str(error))
-        found = fitted(placed)
     if out is not None:
         write_new(Path(out), noise_file(found, placed), force)
     if as_json:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .log import Array, Log
+from .log import Array, BadLog, Log
 from .losses import Losses, losses_of
 from .navigating import Noise, Prepared, filter_log, prepared, smooth_log
 
@@ -48,6 +48,9 @@ def fit(log: Log) -> Fit:
     Outliers are two numbers more, and that the start is unsure one, which the log must bear out:
     each number must make its n sights more likely by a factor of the root of n.
     Source: G. Schwarz, Estimating the dimension of a model, Annals of Statistics 6(2), 1978.
+
+    Raises:
+        BadLog: when numbers are so large that no noise makes them likely.
     """
     known, tailed, walks = prepared(log), _guess(log), _walks(log)
     plain = replace(tailed, outlier_share=0.0, outlier_sd=0.0)
@@ -58,7 +61,13 @@ def fit(log: Log) -> Fit:
     worth = 0.5 * np.log(len(known.sights))
     scores = [_score(known, it) - worth * n for it, (_, n) in zip(tried, guesses, strict=True)]
     noise = tried[int(np.argmax(scores))]
-    (ahead, aside), sds = _bias(known, noise)
+    with np.errstate(all="ignore"):  # told below
+        (ahead, aside), sds = _bias(known, noise)
+    if not np.isfinite((ahead, aside, *sds, max(scores))).all():
+        raise BadLog(
+            f"{log.name}: no noise makes what was measured likely; look for a range, fix or step "
+            "that is far too large"
+        )
     found = replace(noise, bias=(ahead, aside), bias_sd=float(np.sqrt(np.mean(sds**2))))
     sure = float(sds[0]), float(sds[1])
     return Fit(found, _score(known, noise), sure, losses_of(log.receptions))
@@ -188,4 +197,6 @@ def _scaled(noise: Noise, name: str, by: float) -> Noise:
 
 
 def _score(log: Prepared, noise: Noise) -> float:
-    return float(filter_log(log, noise).seen["density"].sum())
+    """Return the log-likelihood of the sights; the least where it exceeds all numbers."""
+    found = float(filter_log(log, noise).seen["density"].sum())
+    return -np.inf if np.isnan(found) else found

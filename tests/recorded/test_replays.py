@@ -146,6 +146,25 @@ def test_without_outliers_none_are_found() -> None:
     assert np.mean(sds) == pytest.approx(sea.range_sd, abs=3 * np.std(sds, ddof=1) / np.sqrt(10))
 
 
+@pytest.mark.parametrize("metres", [2.0**31, 9e9])
+def test_an_absurd_range_does_not_keep_the_search_going(metres: float, tmp_path: Path) -> None:
+    """Where no number is as low as a likelihood, the search went on for ever."""
+    n = range(8)
+    tables = {
+        "odometry": ["time_s,x_m,y_m,yaw_rad,z_m", *(f"{k},{2 * k},{0.5 * k},0.1,3" for k in n)],
+        "beacons": ["beacon,x_m,y_m", "L0,50,0", "L1,0,40"],
+        "ranges": ["time_s,beacon,range_m", *(f"{k},L{k % 2},{48 - k}" for k in n[1:-1])],
+        "fixes": ["time_s,x_m,y_m,sd_x_m,sd_y_m", *(f"{k},{2 * k},0.5,0.5,0.5" for k in n)],
+    }
+    tables["ranges"].append(f"7,L1,{metres}")
+    for name, lines in tables.items():
+        (tmp_path / f"{name}.csv").write_text("\n".join(lines))
+    told = CliRunner().invoke(main, ["fit", str(tmp_path)])
+    said = {0: "a range of", 2: "no noise makes what was measured likely"}[told.exit_code]
+    assert said in told.output
+    assert "nan" not in told.output
+
+
 def test_the_bias_is_as_unsure_as_it_is_said_to_be() -> None:
     """Squares of its errors in standard deviations, of 20 logs: 1 in the mean, chi-squared.
 
