@@ -14,7 +14,6 @@ def test_inputs_that_nobody_would_give_end_as_documented() -> None:
         experiment=20,
         track=20,
         named=24,
-        plan=10,
         log=24,
         command=40,
         run=5,
