@@ -21,6 +21,12 @@ GOALS = (
 def plan(seed: int, draw: Random) -> Lines:
     """Write a damaged plan file here; return the command line that reads it, in half a second."""
     Path(SCENARIO).write_text(as_yaml(TINY), encoding="utf-8")
+    lines = [f"plan {PLAN} --out planned --budget-missions 4 --workers 1".split()]
+    if seed % 8 == 0:  # else hardly any would ever be made
+        goal = {"metric": draw.choice(("position_error_m", "latency_p95_s")), "below": 1.0}
+        sound = {"scenario": SCENARIO, "goal": goal, "candidates": {"asvs.count": [1, 2]}}
+        Path(PLAN).write_text(as_yaml(sound), encoding="utf-8")
+        return lines
     metric, side = draw.choice(GOALS)
     limit = draw.choice((0.1, 1.0, 10.0, draw.choice(NUMBERS)))
     data: Any = {
@@ -43,7 +49,7 @@ def plan(seed: int, draw: Random) -> Lines:
         data = mutated(data, draw, raw=True)
     raw = encoded(as_yaml(data), draw)
     Path(PLAN).write_bytes(bytes_mutated(raw, draw) if draw.random() < 0.1 else raw)
-    return [f"plan {PLAN} --out planned --budget-missions 4 --workers 1".split()]
+    return lines
 
 
 PYFG = """VERTEX_XY L0 50 0
