@@ -94,6 +94,9 @@ def test_there_are_outliers_where_echoes_cancel_pings() -> None:
     assert off.max() > 3.0 * np.median(off)
     near = between(0.0, auvs[:5] * [0.1, 1.0, 1.0], np.zeros((1, 3)), 500.0, calling=False)
     assert np.isnan(channel.heard(near)[1]["lowered"]).all()  # echoes come apart
+    by = np.array([[37.0, -12.0, 0.0]])  # elsewhere in the sea it is the same
+    moved = channel.heard(between(0.0, auvs[:50] + by, by, 500.0, calling=False))[1]
+    assert moved["lowered"] == pytest.approx(found["lowered"][:50], rel=1e-6, abs=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -121,16 +121,35 @@ def test_a_bend_is_seen_ahead() -> None:
 # ---------------------------------------------------------------- BlueROV2
 
 
+@pytest.mark.parametrize(
+    ("axis", "most"),
+    [
+        (0, 4.0 * math.cos(math.radians(45.0))),
+        (1, 0.5 * 4.0 * math.cos(math.radians(45.0))),
+        (2, 4.0),
+        (3, 0.15 * 4.0 * 0.218),
+        (4, 0.75 * 4.0 * 0.12),
+        (5, 0.5 * 4.0 * 0.1888),
+    ],
+)
+def test_one_axis_alone_gets_what_its_four_thrusters_give(axis: int, most: float) -> None:
+    """By their arms (m) and angle, and the share that the axis may have; N or N m per newton."""
+    wanted, given = np.zeros(6), np.zeros(6)
+    wanted[axis] = 1e4
+    share_thrust(wanted, 10.0, given)
+    assert given[axis] == pytest.approx(10.0 * most, rel=1e-4)
+
+
 def test_no_thruster_is_overloaded() -> None:
     """Whatever is wanted, eight thrusters at their places give it with 30.4 N each or less."""
     c, arm = math.sqrt(0.5), 0.18880
-    jacobian = 0.085 * c
+    lever = 0.085 * c
     thrusters = np.array([
         [c, c, -c, -c, 0, 0, 0, 0],
         [-c, c, -c, c, 0, 0, 0, 0],
         [0, 0, 0, 0, -1, 1, 1, -1],
-        [jacobian, -jacobian, jacobian, -jacobian, -0.218, -0.218, 0.218, 0.218],
-        [jacobian, jacobian, -jacobian, -jacobian, 0.12, -0.12, 0.12, -0.12],
+        [lever, -lever, lever, -lever, -0.218, -0.218, 0.218, 0.218],
+        [lever, lever, -lever, -lever, 0.12, -0.12, 0.12, -0.12],
         [-arm, arm, arm, -arm, 0, 0, 0, 0],
     ])  # fmt: skip
     allocation, given, random = np.linalg.pinv(thrusters), np.zeros(6), np.random.default_rng(1)
