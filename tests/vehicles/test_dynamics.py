@@ -180,10 +180,10 @@ def bluerov2_rates(state: Floats, tau: Floats, current: Floats) -> Floats:
 def remus100_rates(state: Floats, command: Floats, current: Floats) -> Floats:
     """Return the rates of the REMUS-100, from its printed numbers and full matrices."""
     m, zg, rho = 31.029385, 0.02, 1026.0
-    jacobian = np.eye(6)
-    jacobian[:3, 3:] = cross(np.array([0, 0, zg])).T
+    lever = np.eye(6)
+    lever[:3, 3:] = cross(np.array([0, 0, zg])).T
     at_cg = np.diag([m, m, m, 0.11201608, 4.02776932, 4.02776932])
-    rigid = jacobian.T @ at_cg @ jacobian
+    rigid = lever.T @ at_cg @ lever
     added = np.diag([0.838909, 29.437637, 29.437637, 0.033605, 3.426210, 3.426210])
     mass = (rigid + added).diagonal()
 
@@ -282,11 +282,11 @@ def otter_rates(state: Floats, command: Floats, current: Floats) -> Floats:
 
 def otter_on_waves_rates(state: Floats, command: Floats) -> Floats:
     """Return the rates of the Otter in six degrees of freedom, PVS word for word, still water."""
-    jacobian = np.eye(6)
-    jacobian[:3, 3:] = cross(np.array([0.153125, 0, -0.246875])).T
+    lever = np.eye(6)
+    lever[:3, 3:] = cross(np.array([0.153125, 0, -0.246875])).T
     at_cg = np.diag([80.0, 80, 80, 16.67891961, 21.51669922, 15.10209961])
     at_cg[3, 5] = at_cg[5, 3] = 2.51665039
-    rigid = jacobian.T @ at_cg @ jacobian
+    rigid = lever.T @ at_cg @ lever
     added = np.diag([5.5, 82.5, 55, 3.33578392, 17.21335937, 25.67356934])
     linear = [77.55443235, 162.5, 605.40388378, 62.06541638, 266.59700215, 42.6514502]
     stiffness = np.diag([0, 0, 7541.4375, 967.26619227, 2743.3704878, 0])

@@ -104,9 +104,9 @@ def cross_flow(v: float, r: float, length: float) -> tuple[float, float]:
     width = length / (2 * STATION_PAIRS)
     force, moment = abs(v) * v, 0.0
     for pair in range(1, STATION_PAIRS + 1):
-        jacobian = pair * width
-        fore, aft = v + jacobian * r, v - jacobian * r
+        lever = pair * width
+        fore, aft = v + lever * r, v - lever * r
         push_fore, push_aft = abs(fore) * fore, abs(aft) * aft
         force += push_fore + push_aft
-        moment += jacobian * (push_fore - push_aft)
+        moment += lever * (push_fore - push_aft)
     return force * width, moment * width
