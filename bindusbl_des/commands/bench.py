@@ -44,7 +44,7 @@ def bench(
     if not names:
         refuse(f"--only {only}: no such mission; there are {', '.join(missions)}")
     records = _records(against)
-    found = measure(names, quick=quick, with_commands=with_commands, note=talk)
+    found = measure(names, quick=quick, with_commands=with_commands, told=talk)
     if as_json:
         print_json(found)
     else:

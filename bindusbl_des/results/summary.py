@@ -79,9 +79,9 @@ def summary_table(auvs: Sequence[Row], mission: Row) -> str:
 def rounds_text(mission: Row) -> str:
     """Return how many rounds a mission had, and how many collisions.
 
-    >>> rounds_told({"rounds": 1, "collisions": 2, "frame_collisions": 0})
+    >>> rounds_text({"rounds": 1, "collisions": 2, "frame_collisions": 0})
     '1 round, 2 collisions'
-    >>> rounds_told({"rounds": 2, "collisions": 1, "frame_collisions": 3})
+    >>> rounds_text({"rounds": 2, "collisions": 1, "frame_collisions": 3})
     '2 rounds, 4 collisions (1 on HF, 3 on MF)'
     """
     hf, mf = int(mission["collisions"]), int(mission.get("frame_collisions") or 0)
