@@ -143,11 +143,8 @@ class OwnChannel:
                 f"[0, 1], {wanted[0]} AUVs by {wanted[1]} ASVs",
             )
         drawn = np.empty(wanted, PROSPECT)
-        drawn["loss"], drawn["snr_db"], drawn["sound"] = (
-            1.0 - found.astype(np.float64),
-            nan,
-            found > 0,
-        )
+        drawn["loss"] = 1.0 - found.astype(np.float64)
+        drawn["snr_db"], drawn["sound"] = nan, found > 0
         return drawn
 
 

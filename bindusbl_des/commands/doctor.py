@@ -205,7 +205,7 @@ def _compile_all() -> None:
     def words() -> str:
         return f"{done} of {len(KINDS)} kinds of missions compiled"
 
-    for done in warm(folder):  # noqa: B007 (told says it)
+    for done in warm(folder):  # noqa: B007 (words says it)
         line.tell(words)
     line.end(words)
 

@@ -82,7 +82,7 @@ def compiled(function: Function, **options: Any) -> Function:
 
     numba takes a tuple of arrays apart ten times slower than the arrays by themselves, so what is
     called at every event may have arguments that stand flat.  What an equation is given again and
-    again is handed over once instead, and opened inside (:mod:`.packed`).
+    again is handed over once instead, and unpacked inside (:mod:`.packed`).
 
     Where the user's environment forbids numba to compile, Python runs it (:mod:`.uncompiled`).
     """

@@ -107,11 +107,7 @@ def _shared(result: "Result", ping: Any, fixes: Any) -> tuple[str, str]:
         return "lost", f"no fix: {cut}"
     for outcome, words in FATES.items():
         if outcome in outcomes:
-            return (
-                outcome,
-                f"no fix: {words} at every AUV in range"
-                if outcome != "in_flight"
-                else (f"no fix: {words}"),
-            )
+            where = "" if outcome == "in_flight" else " at every AUV in range"
+            return outcome, f"no fix: {words}{where}"
     beyond = out_of_range(result.scenario.acoustics.hf)
     return "out_of_range", f"no fix: {'the AUV is' if count == 1 else 'every AUV is'} {beyond}"

@@ -282,8 +282,8 @@ class Mission:
                 self._env.happen_next()
             if event.processed:
                 # the instant that is recorded may be a rounding later than that of its event
-                begun_s = event.value.time if isinstance(event.value, Happening) else 0.0
-                self._time = min(max(self._time, self._env.now, begun_s), last)
+                happened_s = event.value.time if isinstance(event.value, Happening) else 0.0
+                self._time = min(max(self._time, self._env.now, happened_s), last)
                 self._happen(self._time)
                 return event.value
         self.advance(self.scenario.duration_s)

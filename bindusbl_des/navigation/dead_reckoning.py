@@ -145,9 +145,9 @@ def _reckoned_all(
     wrong = unpacked(packed, Reckoned).wrong
     for k in range(times.size):
         place, turned = (lines[k, 0], lines[k, 1]), (lines[k, 4], lines[k, 5])
-        odometry = _reckon(auv, times[k], place, turned, wrong)
-        position[k, 0], position[k, 1] = odometry.x, odometry.y
-        headings[k, 0], headings[k, 1] = odometry.cosine, odometry.sine
+        dr = _reckon(auv, times[k], place, turned, wrong)
+        position[k, 0], position[k, 1] = dr.x, dr.y
+        headings[k, 0], headings[k, 1] = dr.cosine, dr.sine
 
 
 @compiled

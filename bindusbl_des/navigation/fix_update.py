@@ -54,10 +54,9 @@ def at_place(
     begin = len(spread) - n
     for k in range(n):
         for i in range(2):
-            common[i, k] = jacobians[i, k]
-            common[i, k] += (x - at[0]) * jacobians[i, n + k] + (y - at[1]) * jacobians[
-                i, 2 * n + k
-            ]
+            by_x = (x - at[0]) * jacobians[i, n + k]
+            by_y = (y - at[1]) * jacobians[i, 2 * n + k]
+            common[i, k] = jacobians[i, k] + (by_x + by_y)
             unsure += common[i, k] ** 2 * spread[begin + k, begin + k]
     return unsure
 

@@ -50,9 +50,9 @@ def bound(goal: Record) -> str:
     >>> bound({"metric": "position_error_p95_m", "below": 1.0})
     'below 1.00 m'
     """
-    unit = units(goal["metric"])
+    shown = units(goal["metric"])
     side = "below" if goal.get("below") is not None else "above"
-    return f"{side} {significant(goal[side] * unit['factor'])} {unit['unit']}".strip()
+    return f"{side} {significant(goal[side] * shown['factor'])} {shown['unit']}".strip()
 
 
 def goal_text(goal: Record) -> str:
@@ -260,18 +260,18 @@ def _fragile(record: Record) -> str:
         return ""
     order = {False: 0, None: 1, True: 2}
     words = {True: "✓ the goal is still met", False: "✗ the goal is missed", None: "open"}
-    unit = units(goals[0]["metric"])
+    shown = units(goals[0]["metric"])
     items = ""
     for case in sorted(cases, key=lambda it: order[it.get("met")]):
-        mean = parted({"simulated": case}, 0, unit["factor"])[0]
-        planned = parted({"simulated": case.get("as_planned")}, 0, unit["factor"])[0]
+        mean = parted({"simulated": case}, 0, shown["factor"])[0]
+        planned = parted({"simulated": case.get("as_planned")}, 0, shown["factor"])[0]
         items += filled(
             "<li>{what}: <b>{verdict}</b> ({mean} {unit} instead of {planned})</li>",
             what=case.get("told") or named(case.get("keys") or {}),
             verdict=words[case.get("met")],
             mean=mean,
             planned=planned,
-            unit=unit["unit"],
+            unit=shown["unit"],
         )
     return f"<div><h3>If it is not as planned</h3><ul>{items}</ul></div>"
 
@@ -376,8 +376,8 @@ def _table(record: Record, places: Sequence[int], caption: str) -> str:
     priced = any(it.get("cost") != it.get("asvs") for it in candidates)
     headings = [("candidate", ""), ("vessels", ""), *([("cost", "")] * priced)]
     for goal in goals:
-        unit = units(goal["metric"])
-        headings += [(f"{unit['words']}, predicted", unit["unit"]), ("simulated", unit["unit"])]
+        shown = units(goal["metric"])
+        headings += [(f"{shown['words']}, predicted", shown["unit"]), ("simulated", shown["unit"])]
     headings += [("missions", ""), ("verdict", ""), ("settings", "")]
     rows = []
     for place in places:
@@ -403,8 +403,8 @@ def _sensitivity(record: Record) -> str:
         return ""
     headings = [("if", "")]
     for it in goals:
-        unit = units(it["metric"])
-        headings += [(unit["words"], unit["unit"]), ("as planned", unit["unit"])]
+        shown = units(it["metric"])
+        headings += [(shown["words"], shown["unit"]), ("as planned", shown["unit"])]
     headings += [("missions", ""), ("goal", "")]
     words = {True: "✓ still met", False: "✗ not met", None: "needs more missions"}
     rows = []
