@@ -2,168 +2,116 @@
 
 Plain Python: no numba, no SimPy, nothing of the package, whose source its author had not read. Time
 goes on in the loops of `fly`; what a vehicle hears is found by comparing all intervals at it. It
-knows the disc without loss, ASVs at rest, AUVs at rest or on a straight leg, and instruments
-without noise. What the simulator draws by lot it is given (`Drawn`).
+knows the disc without loss, ASVs at rest and AUVs on straight legs. Vehicles are called as in the
+tables, whose rows it makes. What the simulator draws by lot or measures it is given (`Given`).
 """
 
+import csv
 import math
-from collections.abc import Iterable
+from collections import defaultdict
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 Row = dict[str, object]
 Place = tuple[float, float, float]
+AN_INSTANT = 1e-9  # s: what lies closer together is at the same time
 
 
 @dataclass
-class Drawn:
-    """What is drawn at random.
+class Given:
+    """What is drawn or measured: turns and broadcasters of `random`, random access and places.
 
-    Turns and broadcasters of `random`; of random access each ping's AUV, when it wanted to ping and
-    about when it did.
+    Of random access, each ping's AUV, when it wanted to ping and about when it did; of places,
+    where each AUV was measured and when (to 1 us).
     """
 
-    turns: list[int] = field(default_factory=list)
-    broadcasters: list[int] = field(default_factory=list)
-    pings: list[tuple[int, float, float]] = field(default_factory=list)
+    turns: list[str] = field(default_factory=list)
+    broadcasters: list[str] = field(default_factory=list)
+    pings: list[tuple[str, float, float]] = field(default_factory=list)
+    measured: dict[tuple[str, float], Place] = field(default_factory=dict)
 
 
 @dataclass(eq=False)
-class Ping:
-    """A ping of an AUV or (passive) an ASV, or a turn whose call was in vain (not heard)."""
+class Sound:
+    """A ping, a call or a frame: its row, when it is where, and who is within its reach.
 
-    round: int
-    slot: int
-    auv: int | None
-    sent: float
-    asv: int | None = None
-    called: float | None = None
-    caller: int | None = None
-    call: str | None = None
-    waited: float | None = None
-    place: Place = (0.0, 0.0, 0.0)
-    in_range: list[int] = field(default_factory=list)
-    arrivals: dict[int, float] = field(default_factory=dict)
-    passed: float = math.inf
+    It is whole if its sender works on until its end; `in_vain` says why a turn brought no ping.
+    """
 
-
-@dataclass(eq=False)
-class Fix:
-    """A fix of a ping, and what becomes of it."""
-
-    ping: Ping
-    auv: int
-    asvs: list[int]
-    sent: float | None = None
-    by: int | None = None
-    delivered: float | None = None
-    outcome: str = "in_flight"
-
-
-@dataclass(eq=False)
-class Frame:
-    """A frame: its row, its fixes, whether its ASV works on, and when it is at each AUV."""
-
+    band: str
     row: Row
-    fixes: list[Fix]
-    whole: bool
-    at: list[tuple[float, float]]
-    in_range: list[int]
+    at: dict[str, tuple[float, float]] = field(default_factory=dict)
+    reached: list[str] = field(default_factory=list)
+    whole: bool = True
+    in_vain: str | None = None
+    fixes: list[Row] = field(default_factory=list)
 
 
 class Second:
     """A mission, flown by `fly`; its events are in `rounds`, `pings`, `frames` and `fixes`."""
 
-    def __init__(self, keys: Row, drawn: Drawn) -> None:
+    def __init__(self, keys: Row, given: Given) -> None:
         """Take a scenario's keys, of which all that matter here are given."""
-        self.drawn, self.end = drawn, keys["duration_s"]
-        hf, self.mf, self.keys = keys["acoustics"]["hf"], keys["acoustics"]["mf"], keys["protocol"]
-        self.reach, self.metric, self.ping_s = hf["range_m"], hf["range_metric"], hf["ping_s"]
-        self.speed = keys["environment"]["sound_speed_m_per_s"]
-        self.depth, route = keys["survey"]["depth_m"], keys["auvs"]["route"]
-        self.legs = route.get("points_m") or [[at, at] for at in route["positions_m"]]
-        self.auv_speed = keys["auvs"]["speed_m_per_s"]
-        self.places = [(x, y, 0.0) for x, y in keys["asvs"]["formation"]["positions_m"]]
-        self.failures = keys["asvs"]["failures"]
-        self.auvs, self.asvs = range(keys["auvs"]["count"]), range(len(self.places))
+        self.given, self.end = given, keys["duration_s"]
+        self.hf, self.mf, self.keys = (
+            keys["acoustics"]["hf"],
+            keys["acoustics"]["mf"],
+            keys["protocol"],
+        )
+        self.ping_s, self.speed = self.hf["ping_s"], keys["environment"]["sound_speed_m_per_s"]
+        self.auvs = [f"AUV{i}" for i in range(keys["auvs"]["count"])]
+        self.asvs = [f"ASV{j}" for j in range(keys["asvs"]["count"])]
+        self.legs = dict(zip(self.auvs, legs(keys), strict=True))
+        stations = keys["asvs"]["formation"]["positions_m"]
+        self.legs |= {j: [(0.0, x, y, 0.0)] for j, (x, y) in zip(self.asvs, stations, strict=True)}
+        self.failures = [
+            (f"ASV{f['asv']}", f["at_s"], f["until_s"] or math.inf)
+            for f in keys["asvs"]["failures"]
+        ]
         self.schedule, self.schedule_keys = named(self.keys["schedule"])
         self.downlink, self.downlink_keys = named(self.keys["downlink"])
         self.broadcaster, self.broadcaster_keys = named(self.keys["broadcaster"])
         self.ranging, self.ranging_keys = named(self.keys["ranging"])
         own = keys["navigation"]
         self.drift = math.hypot(*own["velocity_bias_m_per_s"]), own["random_walk_m_per_sqrt_s"]
-        self.processing = self.mf["processing_s"] or 0.0
-        self.capacity = ((self.mf["payload_bytes"] or 10**9) - self.mf["header_bytes"]) // self.mf[
-            "fix_bytes"
-        ]
         self.random_access = self.schedule in ("aloha", "slotted_aloha", "csma")
+        self.replies, self.passive = self.downlink == "direct_reply", self.ranging == "passive"
+        self.called = self.ranging == "twtt" or self.schedule == "polling"
+        self.deaf = self.keys["duplex"] == "per_node"
         self.plan_slots(keys)
         self.rounds: list[Row] = []
-        self.pings: list[Ping] = []
-        self.frames: list[Frame] = []
-        self.fixes: list[Fix] = []
-        self.passing: list[Ping] = []  # pings whose fate is open
-        self.waiting: list[Fix] = []  # fixes that wait for the downlink
-        self.known = [self.where(i, 0.0) for i in self.auvs]  # where fixes put the AUVs
-        self.turns: list[list[int]] = [[] for _ in self.auvs]  # rounds, if somebody hears the AUV
+        self.pings: list[Sound] = []
+        self.frames: list[Sound] = []
+        self.fixes: list[Row] = []
+        self.passing: list[Sound] = []  # pings whose fate is open
+        self.waiting: list[Row] = []  # fixes that wait for the downlink
+        self.known = {i: self.where(i, 0.0) for i in self.auvs}  # where fixes put the AUVs
+        self.turns: dict[str, list[int]] = defaultdict(list)  # rounds, if somebody hears the AUV
         self.free = self.waited = 0.0  # end of the last downlink slot; time without ASVs
-        # What arrives, as (begin, end, sound)
-        self.hf_at_asv: list[list] = [[] for _ in self.asvs]
-        self.hf_at_auv: list[list] = [[] for _ in self.auvs]
-        self.mf_at_auv: list[list] = [[] for _ in self.auvs]
+        self.ears: dict[tuple[str, str], list[tuple[float, float, object]]] = defaultdict(list)
+
+    # Time slots
 
     def plan_slots(self, keys: Row) -> None:
         """Work out how long slots last."""
         believed = keys["environment"]["assumed_sound_speed_m_per_s"] or self.speed
-        crossing = keys["survey"]["side_m"] / believed
-        longest = self.reach if self.metric == "slant" else math.hypot(self.reach, self.depth)
-        self.longest_s = longest / believed
+        crossing, reach = keys["survey"]["side_m"] / believed, self.hf["range_m"]
+        slant = self.hf["range_metric"] == "slant"
+        self.longest_s = (
+            reach if slant else math.hypot(reach, keys["survey"]["depth_m"])
+        ) / believed
 
         def given(key: str, crossings: float) -> float:
             return crossings * crossing if self.keys[key] is None else self.keys[key]
 
         self.down_guard = given("downlink_guard_s", 1.25)
         self.down_shortest = given("shortest_downlink_slot_s", 10.0)
-        self.called = self.ranging == "twtt" or self.schedule == "polling"
         self.turnaround = self.ranging_keys.get("turnaround_s", 0.0)
         slot = self.ping_s + self.longest_s + given("uplink_guard_s", 0.5)
         if self.called:
             slot += self.ping_s + self.turnaround + self.longest_s
-        self.replies = self.downlink == "direct_reply"
         self.reply_s = self.airtime(1) + self.down_guard if self.replies else 0.0
         self.slot_s = max(slot, given("shortest_uplink_slot_s", 2.5)) + self.reply_s
-
-    # Vehicles, sound and clock
-
-    def where(self, auv: int, time: float) -> Place:
-        """Return where an AUV is: on its leg, or at rest."""
-        (x, y), (to_x, to_y) = self.legs[auv]
-        way = math.hypot(to_x - x, to_y - y)
-        share = self.auv_speed * time / way if way > 0 else 0.0
-        return (x + share * (to_x - x), y + share * (to_y - y), self.depth)
-
-    def works(self, asv: int, begin: float, end: float | None = None) -> bool:
-        """Tell whether an ASV works at an instant, or all the time from one to another."""
-        end = begin if end is None else end
-        return not any(
-            f["asv"] == asv and f["at_s"] <= end and begin < (f["until_s"] or math.inf)
-            for f in self.failures
-        )
-
-    def working(self, time: float) -> list[int]:
-        """Return the ASVs that work at an instant."""
-        return [j for j in self.asvs if self.works(j, time)]
-
-    def reaches(self, a: Place, b: Place, margin: float = 0.0) -> bool:
-        """Tell whether two places are within HF range of each other."""
-        distance = math.dist(a, b) if self.metric == "slant" else horizontal(a, b)
-        return distance <= self.reach + margin
-
-    def arrival(self, source: Place, auv: int, time: float) -> float:
-        """Return when what is sent somewhere reaches an AUV: the light-time equation."""
-        late = 0.0
-        for _ in range(10):
-            late = math.dist(source, self.where(auv, time + late)) / self.speed
-        return time + late
 
     def after(self, start: float, duration: float) -> float:
         """Return the instant so much later, on a tick where there are ticks."""
@@ -172,385 +120,354 @@ class Second:
             return start + duration
         return math.ceil((start + duration) * rate - 1e-7) / rate
 
+    # Vehicles and sound
+
+    def where(self, vehicle: str, time: float) -> Place:
+        """Return where a vehicle is: on one of its legs, or at rest."""
+        points = self.legs[vehicle]
+        for (begin, *a), (end, *b) in pairwise(points):
+            if time <= end:
+                share = (time - begin) / (end - begin)
+                return tuple(p + share * (q - p) for p, q in zip(a, b, strict=True))
+        return points[-1][1:]
+
+    def works(self, vehicle: str, begin: float, end: float | None = None) -> bool:
+        """Tell whether a vehicle works at an instant, or all the time from one to another."""
+        return not any(
+            asv == vehicle and at <= (begin if end is None else end) and begin < until
+            for asv, at, until in self.failures
+        )
+
+    def working(self, time: float) -> list[str]:
+        """Return the ASVs that work at an instant."""
+        return [j for j in self.asvs if self.works(j, time)]
+
+    def reaches(self, a: Place, b: Place, margin: float = 0.0) -> bool:
+        """Tell whether two places are within HF range of each other."""
+        distance = math.dist(a, b) if self.hf["range_metric"] == "slant" else horizontal(a, b)
+        return distance <= self.hf["range_m"] + margin
+
+    def arrival(self, source: Place, vehicle: str, time: float) -> float:
+        """Return when what is sent somewhere reaches a vehicle: the light-time equation."""
+        late = 0.0
+        for _ in range(8 if len(self.legs[vehicle]) > 1 else 1):
+            late = math.dist(source, self.where(vehicle, time + late)) / self.speed
+        return time + late
+
+    def spread(self, sound: Sound, sender: str, time: float, lasts: float, to: list[str]) -> Sound:
+        """Let a sound go to vehicles: a ping or call on HF, a frame on MF."""
+        place = self.where(sender, time)
+        for it in to:
+            begin, at = self.arrival(place, it, time), self.where(it, time)
+            if sound.band == "hf":
+                sound.at[it], near = (begin, begin + lasts), self.reaches(place, at)
+            else:
+                sound.at[it] = (begin, self.arrival(place, it, time + lasts))
+                near = horizontal(place, at) <= self.mf["range_m"]
+            if near:
+                sound.reached.append(it)
+                if sound.in_vain is None:
+                    self.ears[sound.band, it].append((*sound.at[it], sound))
+        return sound
+
+    def outcome(self, sound: Sound, at: str, end: float | None = None) -> str:
+        """Return what becomes of a sound at a vehicle, the first that holds, once all is known."""
+        begin, until = sound.at[at]
+        if at not in sound.reached or not self.works(at, begin):
+            return "out_of_range"
+        if sound.in_vain is not None:
+            return sound.in_vain
+        if until > (self.end if end is None else end):
+            return "in_flight"
+        if not sound.whole or not self.works(at, begin, until):
+            return "lost"
+        others = ((a, b) for a, b, other in self.ears[sound.band, at] if other is not sound)
+        return "collided" if any(a < until and begin < b for a, b in others) else "heard"
+
     # Who pings when
 
-    def believed(self, time: float) -> list[Place]:
+    def believed(self, time: float) -> dict[str, Place]:
         """Return where the fleet believes its AUVs."""
         if self.keys["positions"] == "last_fix":
-            return list(self.known)
-        return [self.where(i, time) for i in self.auvs]
+            return dict(self.known)
+        return {i: self.where(i, time) for i in self.auvs}
 
-    def hearers(self, time: float) -> list[set[int]]:
-        """Return of each AUV the ASVs that hear it, as the fleet believes."""
-        margin, working = self.keys["conflict_margin_m"], self.working(time)
-        return [
-            {j for j in working if self.reaches(place, self.places[j], margin)}
-            for place in self.believed(time)
-        ]
+    def begin_round(self, start: float) -> list[list[str]]:
+        """Begin a round; return its ping groups."""
+        self.launch, margin = self.believed(start), self.keys["conflict_margin_m"]
+        by = {
+            i: {j for j in self.working(start) if self.reaches(place, self.where(j, start), margin)}
+            for i, place in self.launch.items()
+        }
+        rivals = {i: {k for k in self.auvs if k != i and by[i] & by[k]} for i in self.auvs}
+        groups = [] if self.random_access else self.groups(start, by, rivals)
+        row: Row = {
+            "round": len(self.rounds),
+            "started_at_s": start,
+            "colours": len(groups),
+            "conflicts": 0 if self.passive else sum(map(len, rivals.values())) // 2,
+            "uplink_s": None,
+            "downlink_s": 0.0 if self.passive else None,
+            "fixes": 0,
+        }
+        self.rounds.append(row)
+        return groups
 
-    def groups(self, start: float, by: list[set[int]], rivals: list[set[int]]) -> list[list[int]]:
+    def groups(self, start: float, by: dict, rivals: dict) -> list[list[str]]:
         """Return the ping groups of a round, by who hears whom and who conflicts with whom."""
+        if self.passive:
+            return [[j] for j in self.working(start)]
         if self.schedule in ("one_per_slot", "polling"):
             return [[i] for i in self.auvs]
         if self.schedule == "round_robin":
-            return [[len(self.rounds) % len(self.auvs)]]
+            return [[self.auvs[len(self.rounds) % len(self.auvs)]]]
         if self.schedule == "random":
-            return [[self.drawn.turns[len(self.rounds)]]]
+            return [[self.given.turns[len(self.rounds)]]]
         if self.schedule == "worst_first":
             return self.worst_first(start, by, rivals)
         return coloured(rivals, by_saturation=self.schedule == "dsatur")
 
-    def worst_first(
-        self, start: float, by: list[set[int]], rivals: list[set[int]]
-    ) -> list[list[int]]:
+    def worst_first(self, start: float, by: dict, rivals: dict) -> list[list[str]]:
         """Return groups of the AUVs with the largest claims; the others wait."""
         bias, walk = self.drift
-        claims = []
+        claims = {}
         for i in self.auvs:
-            sent = [f for f in self.fixes if f.auv == i and (f.sent or math.inf) <= start]
-            age = start - max((f.ping.sent for f in sent), default=0.0)
-            last = max((f.ping.round for f in sent), default=-1)
+            sent = [f for f in self.fixes if f["auv"] == i and f["broadcast_at_s"] is not None]
+            sent = [f for f in sent if f["broadcast_at_s"] <= start]
+            age = start - max((f["pinged_at_s"] for f in sent), default=0.0)
+            last = max((f["round"] for f in sent), default=-1)
             in_vain = sum(number > last for number in self.turns[i])
-            claims.append(math.sqrt((bias * age) ** 2 + 2 * walk**2 * age) / (in_vain + 2))
-        groups: list[list[int]] = [[] for _ in range(self.schedule_keys.get("slots", 4))]
+            claims[i] = math.sqrt((bias * age) ** 2 + 2 * walk**2 * age) / (in_vain + 2)
+        groups: list[list[str]] = [[] for _ in range(self.schedule_keys.get("slots", 4))]
         for i in sorted(self.auvs, key=lambda i: -claims[i]):
             free = [group for group in groups if not rivals[i] & set(group)]
             if free:
                 free[0].append(i)
                 self.turns[i] += [len(self.rounds)] if by[i] else []
-        return [sorted(group) for group in groups if group]
+        return [sorted(group, key=self.auvs.index) for group in groups if group]
 
     # Uplink
 
-    def ping_group(self, slot: int, group: list[int], start: float) -> float:
+    def ping_group(self, slot: int, group: list[str], start: float) -> float:
         """Let a group ping in its slot; return when the next slot begins."""
-        number = len(self.rounds) - 1
-        following = self.after(start, self.slot_s)
         if self.called:
-            calls = self.call(group, start)
-            turns = [Ping(number, slot, i, start, None, start, j) for i, j in calls.items()]
+            turns = self.call(slot, group, start)
         else:
-            turns = [Ping(number, slot, i, start) for i in group]
-        for ping in turns:
-            self.take_turn(ping)
+            turns = [self.ping(i, start, slot) for i in group if self.works(i, start)]
         if self.replies:
             self.reply()
-        if self.schedule == "polling":
-            heard = [p for p in turns if p.arrivals and self.outcome(p, p.caller) == "heard"]
-            if len(heard) == len(group):
-                end = max(p.arrivals[p.caller] for p in heard) + self.ping_s
-                return self.after(end, self.reply_s)
-        return following
+        if self.schedule == "polling" and len(turns) == len(group):
+            ends = [p.at[p.row["called_by"]][1] for p in turns if self.answered(p)]
+            if len(ends) == len(group):
+                return self.after(max(ends), self.reply_s)
+        return self.after(start, self.slot_s)
 
-    def call(self, group: list[int], time: float) -> dict[int, int]:
-        """Call the AUVs of a group, each by the nearest ASV; return who is called by whom."""
+    def ping(self, sender: str, time: float, slot: int = 0, **more: object) -> Sound:
+        """Let a vehicle ping, or note the turn in which it could not."""
+        x, y, _ = self.where(sender, time)
+        row = dict.fromkeys(("auv", "asv", "called_at_s", "called_by", "call", "waited_s"))
+        row |= {sender[:3].lower(): sender, "round": max(0, len(self.rounds) - 1), "slot": slot}
+        row |= {"sent_at_s": time, "x_m": x, "y_m": y} | more
+        ping = Sound("hf", row, in_vain=None if row["call"] in (None, "heard") else row["call"])
+        ping.whole = self.works(sender, time, time + self.ping_s)
+        if time < self.end:
+            self.pings.append(ping)
+            to = self.auvs if self.passive else self.asvs
+            self.spread(ping, sender, time, self.ping_s, to)
+            if ping.in_vain is None and not self.passive:
+                self.passing.append(ping)
+                if self.deaf:
+                    self.ears["mf", sender].append((time, time + self.ping_s, ping))
+        return ping
+
+    def call(self, slot: int, group: list[str], time: float) -> list[Sound]:
+        """Call the AUVs of a group, each by the nearest ASV; return their answers."""
         callers = {}
         for i in group:
-            near = sorted(
-                self.working(time), key=lambda j: math.dist(self.launch[i], self.places[j])
-            )
-            callers.update({i: near[0]} if near else {})
-        for j in sorted(set(callers.values())):
-            call = (time, j)
-            for k in self.asvs:
-                if self.reaches(self.places[j], self.places[k]):
-                    at = time + math.dist(self.places[j], self.places[k]) / self.speed
-                    self.hf_at_asv[k].append((at, at + self.ping_s, call))
-            for i in self.auvs:
-                if self.reaches(self.where(i, time), self.places[j]):
-                    at = self.arrival(self.places[j], i, time)
-                    self.hf_at_auv[i].append((at, at + self.ping_s, call))
-        return callers
+            far = {j: math.dist(self.launch[i], self.where(j, time)) for j in self.working(time)}
+            callers.update({i: min(far, key=far.get)} if far else {})
+        calls = {
+            j: Sound("hf", {}, whole=self.works(j, time, time + self.ping_s))
+            for j in sorted(set(callers.values()))
+        }
+        for j, call in calls.items():
+            self.spread(call, j, time, self.ping_s, self.auvs + self.asvs)
+        answers = []
+        for i, j in callers.items():
+            outcome, sent = self.outcome(calls[j], i, end=math.inf), time
+            answer = calls[j].at[i][1] + self.turnaround
+            if outcome == "heard" and answer >= self.end:
+                outcome = "in_flight"
+            elif outcome == "heard":
+                sent = answer
+            answers.append(self.ping(i, sent, slot, called_at_s=time, called_by=j, call=outcome))
+        return answers
 
-    def take_turn(self, ping: Ping) -> None:
-        """Let an AUV ping, if it has its call, where it needs one."""
-        if ping.caller is not None:
-            self.await_call(ping)
-        if ping.sent >= self.end:
-            return
-        ping.place = self.where(ping.auv, ping.sent)
-        at = [ping.sent + math.dist(ping.place, asv) / self.speed for asv in self.places]
-        near = [j for j in self.asvs if self.reaches(ping.place, self.places[j])]
-        ping.in_range = [j for j in near if self.works(j, at[j])]
-        self.pings.append(ping)
-        if ping.call not in (None, "heard"):
-            return
-        ping.arrivals = dict(enumerate(at))
-        ping.passed = max((at[j] + self.ping_s for j in ping.in_range), default=ping.sent)
-        for j in near:
-            self.hf_at_asv[j].append((at[j], at[j] + self.ping_s, ping))
-        if self.keys["duplex"] == "per_node":
-            self.mf_at_auv[ping.auv].append((ping.sent, ping.sent + self.ping_s, ping))
-        self.passing.append(ping)
-
-    def await_call(self, ping: Ping) -> None:
-        """Decide what becomes of a ping's call, and when its AUV answers it."""
-        call = (ping.called, ping.caller)
-        at = [(begin, end) for begin, end, sound in self.hf_at_auv[ping.auv] if sound == call]
-        answer = at[0][1] + self.turnaround if at else math.inf
-        if not at:
-            ping.call = "out_of_range"
-        elif not self.works(ping.caller, ping.called, ping.called + self.ping_s):
-            ping.call = "lost"
-        elif overlapped(self.hf_at_auv[ping.auv], *at[0], call):
-            ping.call = "collided"
-        elif answer >= self.end:
-            ping.call = "in_flight"
-        else:
-            ping.call, ping.sent = "heard", answer
-
-    def listeners(self, ping: Ping) -> range:
-        """Return who may hear a ping: the ASVs, or (passive) the AUVs."""
-        return self.asvs if ping.asv is None else self.auvs
-
-    def outcome(self, ping: Ping, at: int) -> str:
-        """Return what becomes of a ping at an ASV (passive: AUV), once all sounds are known."""
-        if at not in ping.in_range:
-            return "out_of_range"
-        if not ping.arrivals:
-            return ping.call
-        begin, end = ping.arrivals[at], ping.arrivals[at] + self.ping_s
-        if ping.asv is not None:
-            whole = self.works(ping.asv, ping.sent, ping.sent + self.ping_s)
-            return self.fate(self.hf_at_auv[at], begin, end, ping, whole)
-        return self.fate(self.hf_at_asv[at], begin, end, ping, self.works(at, begin, end))
-
-    def fate(self, sounds: list, begin: float, end: float, own: object, whole: bool) -> str:
-        """Return what becomes of a sound that arrives, the first that holds."""
-        if end > self.end:
-            return "in_flight"
-        if not whole:
-            return "lost"
-        return "collided" if overlapped(sounds, begin, end, own) else "heard"
+    def answered(self, ping: Sound) -> bool:
+        """Tell whether the ASV that called an AUV hears its answer."""
+        return ping in self.pings and self.outcome(ping, ping.row["called_by"]) == "heard"
 
     def decide(self, until: float) -> None:
         """Decide all pings that have passed by an instant; what was heard becomes fixes."""
-        for ping in sorted(self.passing, key=lambda p: p.passed):
-            if ping.passed <= until:
+        for ping in sorted(self.passing, key=self.passed):
+            if self.passed(ping) <= until:
                 self.passing.remove(ping)
                 by = [j for j in self.asvs if self.outcome(ping, j) == "heard"]
-                if by and ping.passed <= self.end:
-                    self.waiting.append(self.fix(ping, by))
+                if by and self.passed(ping) <= self.end:
+                    self.waiting.append(self.fix(ping, ping.row["auv"], by))
 
-    def fix(self, ping: Ping, asvs: list[int]) -> Fix:
+    def passed(self, ping: Sound) -> float:
+        """Return when a ping has passed all ASVs in range."""
+        ends = [ping.at[j][1] for j in ping.reached if self.works(j, ping.at[j][0])]
+        return max(ends, default=ping.row["sent_at_s"])
+
+    def fix(self, ping: Sound, auv: str, asvs: list[str]) -> Row:
         """Make a fix of a ping: the fleet knows where its AUV was."""
-        self.fixes.append(Fix(ping, ping.auv, asvs))
-        self.known[ping.auv] = ping.place
+        time = ping.row["sent_at_s"]
+        place = self.given.measured.get((auv, round(time, 6)), self.where(auv, time))
+        row = {"auv": auv, "round": ping.row["round"], "asvs": " ".join(asvs), "pinged_at_s": time}
+        row |= dict.fromkeys(("broadcast_at_s", "broadcast_by", "delivered_at_s"))
+        self.fixes.append(row | {"outcome": "in_flight", "place": place, "ping": ping})
+        self.known[auv] = place
         return self.fixes[-1]
 
     # Downlink
-
-    def airtime(self, fixes: int) -> float:
-        """Return how long a frame of so many fixes is on the air."""
-        return 8 * self.payload(fixes) * self.mf["overhead"] / self.mf["bit_rate_bps"]
 
     def payload(self, fixes: int) -> int:
         """Return how many bytes a frame of so many fixes has."""
         return self.mf["header_bytes"] + fixes * self.mf["fix_bytes"]
 
-    def chosen(self, working: list[int], fixes: list[Fix]) -> int:
-        """Return which of the ASVs that work broadcasts fixes."""
-        if self.broadcaster == "random":
-            return self.drawn.broadcasters[len(self.frames)]
-        if self.broadcaster == "fixed":
-            first = self.broadcaster_keys["asv"]
-            return min(working, key=lambda j: (j - first) % len(self.asvs))
-        if self.broadcaster == "most_fixes":
-            return max(working, key=lambda j: (sum(j in f.asvs for f in fixes), -j))
-        if self.broadcaster == "nearest":
-            far = [sum(horizontal(f.ping.place, at) for f in fixes) for at in self.places]
-            return min(working, key=lambda j: far[j])
-        number = sum(frame.row["part"] == 0 for frame in self.frames)
-        return working[number % len(working)]
+    def airtime(self, fixes: int) -> float:
+        """Return how long a frame of so many fixes is on the air."""
+        return 8 * self.payload(fixes) * self.mf["overhead"] / self.mf["bit_rate_bps"]
+
+    def capacity(self) -> int:
+        """Return how many fixes a frame holds."""
+        return ((self.mf["payload_bytes"] or 10**9) - self.payload(0)) // self.mf["fix_bytes"]
 
     def broadcast(self, start: float) -> float:
         """Broadcast what waits, as of the last round; return when the downlink slot ends."""
+        working = self.working(start)
         if start >= self.end:
             return start
         self.decide(start)
         row = self.rounds[-1]
         row["downlink_s"] = row["downlink_s"] or 0.0
-        working = self.working(start)
         if not working:
             return start
         end = start
         for shares in self.senders(start, working):
-            begun = end
-            ends = [self.send(row["round"], asv, begun, fixes) for asv, fixes in shares.items()]
+            ends = [self.send(row["round"], j, end, fixes) for j, fixes in shares.items()]
             end = self.after(max(ends), self.down_guard)
         end = max(end, self.after(start, self.down_shortest))
         row["downlink_s"] += end - start
         return end
 
-    def senders(self, start: float, working: list[int]) -> list[dict[int, list[Fix]]]:
+    def senders(self, start: float, working: list[str]) -> list[dict[str, list[Row]]]:
         """Return who sends what: fixes of each ASV, of those that broadcast at once."""
+        at = {j: self.where(j, start) for j in working}
+        fixes, self.waiting = self.waiting, []
         if self.broadcaster != "parallel":
-            fixes, self.waiting = self.waiting, []
             if self.mf["overfull"] == "oldest_first":
-                fixes, self.waiting = fixes[: self.capacity], fixes[self.capacity :]
-            return [{self.chosen(working, fixes): fixes}]
-        shares: dict[int, list[Fix]] = {}
-        for fix in self.waiting:
-            far = {j: horizontal(fix.ping.place, self.places[j]) for j in working}
-            shares.setdefault(min(working, key=lambda j: far[j]), []).append(fix)
-        self.waiting, shares = (
-            [],
-            dict(sorted(shares.items(), key=lambda x: (-len(x[1]), x[0]))) or {working[0]: []},
-        )
-        listeners = {
-            j: {
-                i
-                for i, place in enumerate(self.believed(start))
-                if horizontal(place, self.places[j]) <= self.mf["range_m"]
-            }
-            for j in shares
+                fixes, self.waiting = fixes[: self.capacity()], fixes[self.capacity() :]
+            return [{self.chosen(at, fixes): fixes}]
+        shares: dict[str, list[Row]] = {}
+        for fix in fixes:
+            nearest = min(working, key=lambda j: horizontal(fix["place"], at[j]))
+            shares.setdefault(nearest, []).append(fix)
+        order = sorted(shares, key=lambda j: (-len(shares[j]), working.index(j))) or working[:1]
+        places = self.believed(start)
+        hear = {
+            j: {i for i in self.auvs if horizontal(places[i], at[j]) <= self.mf["range_m"]}
+            for j in order
         }
-        asvs = list(shares)
-        rivals = [
-            {n for n, k in enumerate(asvs) if k != j and listeners[j] & listeners[k]} for j in asvs
-        ]
-        return [{asvs[n]: shares[asvs[n]] for n in group} for group in coloured(rivals)]
+        rivals = {j: {k for k in order if k != j and hear[j] & hear[k]} for j in order}
+        return [{j: shares.get(j, []) for j in group} for group in coloured(rivals)]
 
-    def send(self, number: int, asv: int, start: float, fixes: list[Fix]) -> float:
+    def chosen(self, at: dict[str, Place], fixes: list[Row]) -> str:
+        """Return which of the ASVs that work broadcasts fixes."""
+        if self.broadcaster == "random":
+            return self.given.broadcasters[len(self.frames)]
+        if self.broadcaster == "fixed":
+            first = self.broadcaster_keys["asv"]
+            return min(at, key=lambda j: (self.asvs.index(j) - first) % len(self.asvs))
+        if self.broadcaster == "most_fixes":
+            return max(at, key=lambda j: sum(j in f["asvs"].split() for f in fixes))
+        if self.broadcaster == "nearest":
+            return min(at, key=lambda j: sum(horizontal(f["place"], at[j]) for f in fixes))
+        return list(at)[sum(frame.row["part"] == 0 for frame in self.frames) % len(at)]
+
+    def send(self, number: int, asv: str, start: float, fixes: list[Row]) -> float:
         """Send fixes, in several frames if one does not hold them; return when that ends."""
-        for part in range(max(1, math.ceil(len(fixes) / self.capacity))):
-            share = fixes[part * self.capacity : (part + 1) * self.capacity]
+        size = self.capacity()
+        for part in range(max(1, math.ceil(len(fixes) / size))):
+            share = fixes[part * size : (part + 1) * size]
             if start < self.end:
                 self.send_frame(number, asv, start, share, part)
             start += self.airtime(len(share))
         return start
 
-    def send_frame(self, number: int, asv: int, start: float, fixes: list[Fix], part: int) -> None:
+    def send_frame(self, number: int, asv: str, start: float, fixes: list[Row], part: int) -> None:
         """Send a frame, until its ASV fails; the end of `fly` tells what becomes of it."""
         planned = self.airtime(len(fixes))
         fails = [
-            max(0.0, f["at_s"] - start)
-            for f in self.failures
-            if f["asv"] == asv and start < (f["until_s"] or math.inf)
+            max(0.0, at - start) for j, at, until in self.failures if j == asv and start < until
         ]
         airtime = min([planned, *fails])
-        row: Row = {
-            "round": number,
-            "asv": asv,
-            "sent_at_s": start,
-            "airtime_s": airtime,
-            "payload_bytes": self.payload(len(fixes)),
-            "fixes": len(fixes),
-            "part": part,
-        }
-        at = [
-            (
-                self.arrival(self.places[asv], i, start),
-                self.arrival(self.places[asv], i, start + airtime),
-            )
-            for i in self.auvs
-        ]
-        far = [horizontal(self.where(i, start), self.places[asv]) for i in self.auvs]
-        near = [i for i in self.auvs if far[i] <= self.mf["range_m"]]
-        frame = Frame(row, fixes, airtime == planned, at, near)
-        self.frames.append(frame)
+        row = {"round": number, "asv": asv, "sent_at_s": start, "airtime_s": airtime, "part": part}
+        row |= {"payload_bytes": self.payload(len(fixes)), "fixes": len(fixes)}
+        frame = Sound("mf", row, whole=airtime == planned, fixes=fixes)
+        self.frames.append(self.spread(frame, asv, start, airtime, self.auvs))
         self.rounds[number]["fixes"] += len(fixes)
-        if self.keys["duplex"] == "per_node" or self.replies:
-            self.hf_at_asv[asv].append((start, start + airtime, frame))
+        if self.deaf or self.replies:
+            self.ears["hf", asv].append((start, start + airtime, frame))
         for fix in fixes:
-            fix.sent, fix.by = start, asv
-        for i in near:
-            self.mf_at_auv[i].append((*at[i], frame))
+            fix |= {"broadcast_at_s": start, "broadcast_by": asv}
 
-    def reception(self, frame: Frame, auv: int) -> str:
-        """Return what becomes of a frame at an AUV, once all that overlaps it is known."""
-        if auv not in frame.in_range:
-            return "out_of_range"
-        return self.fate(self.mf_at_auv[auv], *frame.at[auv], frame, frame.whole)
-
-    def deliver(self, fix: Fix, frame: Frame) -> None:
+    def deliver(self, fix: Row, frame: Sound) -> None:
         """Tell what becomes of a fix, as of its frame."""
-        outcome = self.reception(frame, fix.auv)
-        at = self.after(frame.at[fix.auv][1], self.processing)
-        if at >= self.end and outcome != "out_of_range":
-            outcome = "in_flight"
-        fix.outcome, fix.delivered = ("delivered", at) if outcome == "heard" else (outcome, None)
+        fix["outcome"] = self.outcome(frame, fix["auv"])
+        at = self.after(frame.at[fix["auv"]][1], self.mf["processing_s"] or 0.0)
+        if at >= self.end and fix["outcome"] != "out_of_range":
+            fix["outcome"] = "in_flight"
+        if fix["outcome"] == "heard":
+            fix |= {"outcome": "delivered", "delivered_at_s": at}
 
     def reply(self) -> None:
         """Let the first ASV that decodes a ping reply, ping by ping as they are decoded."""
-        ends = [
-            (ping.arrivals[j] + self.ping_s, n, j)
-            for n, ping in enumerate(self.passing)
-            for j in ping.in_range
-        ]
+        decoded = [(p.at[j][1], n, j) for n, p in enumerate(self.passing) for j in p.reached]
         replied = set()
-        for end, n, j in sorted(ends):
+        for end, n, j in sorted(decoded):
             ping = self.passing[n]
             if n not in replied and self.outcome(ping, j) == "heard":
                 replied.add(n)
-                self.send(ping.round, j, end, [self.fix(ping, [j])])
+                self.send(ping.row["round"], j, end, [self.fix(ping, ping.row["auv"], [j])])
         self.passing = []
-
-    # Passive ranging
-
-    def passive_round(self, start: float) -> float:
-        """Let the ASVs ping in turn; each AUV that hears one fixes itself."""
-        row, _ = self.begin_round(start)
-        working = self.working(start)
-        row["colours"], row["conflicts"] = len(working), 0
-        time = start
-        for slot, j in enumerate(working):
-            if time >= self.end:
-                break
-            if self.works(j, time):
-                ping = Ping(row["round"], slot, None, time, asv=j, place=self.places[j])
-                ping.arrivals = {i: self.arrival(ping.place, i, time) for i in self.auvs}
-                near = [i for i in self.auvs if self.reaches(ping.place, self.where(i, time))]
-                ping.in_range = near
-                for i in near:
-                    at = ping.arrivals[i]
-                    self.hf_at_auv[i].append((at, at + self.ping_s, ping))
-                self.pings.append(ping)
-            time = self.after(time, self.slot_s)
-            row["uplink_s"] = time - start if time <= self.end else row["uplink_s"]
-        row["downlink_s"] = 0.0
-        return self.await_asv(time)
-
-    def fix_themselves(self) -> None:
-        """Make the fixes of AUVs that have heard ASVs."""
-        for ping in self.pings:
-            for i in self.auvs:
-                if self.outcome(ping, i) == "heard":
-                    delivered = ping.arrivals[i] + self.ping_s
-                    fix = Fix(ping, i, [ping.asv], None, None, delivered, "delivered")
-                    self.fixes.append(fix)
-                    self.rounds[ping.round]["fixes"] += 1
 
     # Random access
 
     def ping_at_random(self) -> None:
         """Let the AUVs ping, each when it wants to, at the next slot, or after its backoff."""
-        for auv, wanted, about in self.drawn.pings:
-            ping = Ping(0, 0, auv, wanted)
-            if self.schedule == "slotted_aloha":
-                slot = self.after(0.0, self.slot_s)
-                ping.sent = round(about / slot) * slot
-            elif self.schedule == "csma":
-                ping.sent = self.hold_back(auv, wanted, about)
-                ping.waited = ping.sent - wanted
-            self.take_turn(ping)
-            for i in self.auvs if self.schedule == "csma" else ():
-                if self.reaches(ping.place, self.where(i, ping.sent)):
-                    at = ping.sent if i == auv else self.arrival(ping.place, i, ping.sent)
-                    self.hf_at_auv[i].append((at, at + self.ping_s, ping))
+        slot = self.after(0.0, self.slot_s)
+        for auv, wanted, about in self.given.pings:
+            if self.schedule == "csma":
+                sent = self.hold_back(auv, wanted, about)
+                self.ping(auv, sent, waited_s=sent - wanted)
+                self.spread(Sound("hf", {}), auv, sent, self.ping_s, self.auvs)
+            else:
+                self.ping(auv, round(about / slot) * slot if self.schedule != "aloha" else wanted)
 
-    def hold_back(self, auv: int, wanted: float, about: float) -> float:
+    def hold_back(self, auv: str, wanted: float, about: float) -> float:
         """Return when an AUV pings, which counts slots of quiet if it hears a ping at first."""
-        heard = sorted((a, b) for a, b, _ in self.hf_at_auv[auv] if wanted < b)
+        heard = sorted((a, b) for a, b, _ in self.ears["hf", auv] if wanted < b)
         if not heard or heard[0][0] > wanted:
             return wanted
         slot = self.schedule_keys["slot_s"] or self.ping_s + self.longest_s
         gaps, until = [], wanted  # of quiet
-        for a, b in heard:
-            if a > until:
+        for a, b in [*heard, (math.inf, math.inf)]:
+            if a > until + AN_INSTANT:
                 gaps.append((until, a))
             until = max(b, until)
-        gaps.append((until, math.inf))
         quiet = sum(min(b, about) - min(a, about) for a, b in gaps)
         left = round(quiet / slot) * slot  # as many slots as it has drawn
         for a, b in gaps:
@@ -563,7 +480,8 @@ class Second:
         """Broadcast fixes as soon as MF is free; each broadcast ends a round."""
         start = 0.0
         while start < self.end:
-            row, _ = self.begin_round(start)
+            self.begin_round(start)
+            row = self.rounds[-1]
             self.decide(start)
             time = start
             if self.replies:
@@ -571,7 +489,7 @@ class Second:
                 self.reply()
                 break
             while not self.waiting and self.passing:
-                time = min(p.passed for p in self.passing)
+                time = min(map(self.passed, self.passing))
                 self.decide(time)
             time = self.await_asv(self.after(0.0, time))
             if not self.waiting or time >= self.end:
@@ -579,8 +497,10 @@ class Second:
             row["uplink_s"] = time - start
             start = self.broadcast(time)
         for ping in self.pings:
-            began = [row["round"] for row in self.rounds if row["started_at_s"] < ping.sent + 1e-9]
-            ping.round = max(began)
+            sent = ping.row["sent_at_s"] + AN_INSTANT
+            ping.row["round"] = max(r["round"] for r in self.rounds if r["started_at_s"] < sent)
+        for fix in self.fixes:
+            fix["round"] = fix["ping"].row["round"]
 
     # Rounds
 
@@ -591,52 +511,38 @@ class Second:
             self.ping_at_random()
             self.broadcast_at_once()
         while start < self.end and not self.random_access:
-            start = (self.passive_round if self.ranging == "passive" else self.one_round)(start)
-        if self.ranging == "passive":
-            self.fix_themselves()
+            start = self.one_round(start)
         self.decide(math.inf)
+        for ping in self.pings if self.passive else ():
+            for i in self.auvs:
+                if self.outcome(ping, i) == "heard":
+                    fix = self.fix(ping, i, [ping.row["asv"]])
+                    fix |= {"outcome": "delivered", "delivered_at_s": ping.at[i][1]}
+                    self.rounds[ping.row["round"]]["fixes"] += 1
         for frame in self.frames:
             for fix in frame.fixes:
                 self.deliver(fix, frame)
 
-    def begin_round(self, start: float) -> tuple[Row, list[list[int]]]:
-        """Return the row and the ping groups of a round."""
-        by, number = self.hearers(start), len(self.rounds)
-        rivals = [{k for k in self.auvs if k != i and by[i] & by[k]} for i in self.auvs]
-        groups = [] if self.random_access else self.groups(start, by, rivals)
-        self.launch = self.believed(start)
-        row: Row = {
-            "round": number,
-            "started_at_s": start,
-            "colours": len(groups),
-            "conflicts": sum(map(len, rivals)) // 2,
-            "uplink_s": None,
-            "downlink_s": None,
-            "fixes": 0,
-        }
-        self.rounds.append(row)
-        return row, groups
-
     def one_round(self, start: float) -> float:
         """Play a round; return when the next begins."""
         self.decide(start)
-        row, groups = self.begin_round(start)
-        time = start
+        groups = self.begin_round(start)
+        row, time = self.rounds[-1], start
         for slot, group in enumerate(groups):
             if time >= self.end:
-                return time
+                break
             time = self.ping_group(slot, group, time)
-            row["uplink_s"] = time - start if time <= self.end else row["uplink_s"]
+            row["uplink_s"] = time - start if time < self.end else row["uplink_s"]
             if self.downlink == "pipelined_group":
                 time = max(time, self.free)
                 self.free = self.broadcast(time)
-        if self.downlink == "sequential":
-            time = self.broadcast(time)
+        if self.replies and time < self.end:
+            row["downlink_s"] = 0.0
         elif self.downlink == "pipelined_round":
             time = max(time, self.free)
             self.free = self.broadcast(time)
-        elif self.replies and time <= self.end:
-            row["downlink_s"] = 0.0
+        elif self.downlink == "sequential" and not self.passive:
+            time = self.broadcast(time)
         if self.schedule in ("round_robin", "random"):
             time = max(time, self.after(0.0, len(self.rounds) * self.keys["frame_s"]) + self.waited)
         return self.await_asv(time)
@@ -645,28 +551,25 @@ class Second:
         """Return when an ASV works."""
         while time < self.end and not self.working(time):
             back = min(
-                self.after(0.0, f["until_s"] or math.inf)
-                for f in self.failures
-                if f["at_s"] <= time < (f["until_s"] or math.inf)
+                self.after(0.0, until) for _, at, until in self.failures if at <= time < until
             )
             self.waited, time = self.waited + back - time, back
         return time
 
 
-def coloured(rivals: list[set[int]], by_saturation: bool = False) -> list[list[int]]:
-    """Colour a conflict graph greedily, by number or (DSATUR) by colours and rivals around."""
-    colours: dict[int, int] = {}
+def coloured(rivals: dict[str, set[str]], by_saturation: bool = False) -> list[list[str]]:
+    """Colour a conflict graph greedily, in order or (DSATUR) by colours and rivals around."""
+    colours: dict[str, int] = {}
 
-    def around(i: int) -> set[int]:
+    def around(i: str) -> set[int]:
         return {colours[k] for k in rivals[i] if k in colours}
 
     while len(colours) < len(rivals):
-        free = [i for i in range(len(rivals)) if i not in colours]
+        free = [i for i in rivals if i not in colours]
         if by_saturation:
-            free.sort(key=lambda i: (-len(around(i)), -len(rivals[i]), i))
+            free.sort(key=lambda i: (-len(around(i)), -len(rivals[i])))
         colours[free[0]] = min(set(range(len(rivals))) - around(free[0]))
-    groups: Iterable[int] = range(max(colours.values()) + 1)
-    return [[i for i in range(len(rivals)) if colours[i] == k] for k in groups]
+    return [[i for i in rivals if colours[i] == k] for k in range(max(colours.values()) + 1)]
 
 
 def named(part: object) -> tuple[str, Row]:
@@ -679,6 +582,19 @@ def horizontal(a: Place, b: Place) -> float:
     return math.hypot(a[0] - b[0], a[1] - b[1])
 
 
-def overlapped(sounds: list, begin: float, end: float, own: object) -> bool:
-    """Tell whether another sound is there between two instants."""
-    return any(a < end and begin < b for a, b, sound in sounds if sound != own)
+def legs(keys: Row) -> list[list[tuple[float, ...]]]:
+    """Return of each AUV when it is where (time, x, y, depth): its track, its leg or its place."""
+    route, depth = keys["auvs"]["route"], keys["survey"]["depth_m"]
+    if route["kind"] == "hold":
+        return [[(0.0, x, y, depth)] for x, y in route["positions_m"]]
+    found = []
+    for path in route.get("files", ()):
+        with open(path, newline="") as file:
+            rows = list(csv.DictReader(file))
+        found.append(
+            [tuple(float(r[k]) for k in ("time_s", "x_m", "y_m", "depth_m")) for r in rows]
+        )
+    for a, b in route.get("points_m", ()):
+        way = math.dist(a, b) / keys["auvs"]["speed_m_per_s"]
+        found.append([(0.0, *a, depth), (way, *b, depth)])
+    return found
