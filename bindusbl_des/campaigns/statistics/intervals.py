@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import atan, cos, inf, nan, pi, sin, sqrt, tan
-from statistics import NormalDist, fmean, stdev
+from statistics import NormalDist, fmean
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,12 +80,15 @@ def interval(values: Sequence[float | None]) -> Interval:
     >>> interval([0.1 + 0.2, 0.3]).half_width
     0.0
     """
-    known = [value for value in values if value is not None and value == value]
-    if len(known) < 2:
-        return Interval(known[0] if known else nan, nan, len(known))
-    half = student_95(len(known) - 1) * stdev(known) / sqrt(len(known))
-    is_round_off = half <= ROUND_OFF * max(map(abs, known))
-    return Interval(fmean(known), 0.0 if is_round_off else half, len(known))
+    known = np.array(values, dtype=float)  # None becomes nan
+    known = known[~np.isnan(known)]
+    count = len(known)
+    if count < 2:
+        return Interval(float(known[0]) if count else nan, nan, count)
+    mean = fmean(known.tolist())
+    half = student_95(count - 1) * float(np.std(known, ddof=1)) / sqrt(count)
+    is_round_off = half <= ROUND_OFF * float(np.abs(known).max())
+    return Interval(mean, 0.0 if is_round_off else half, count)
 
 
 def intervals(values: Floats, together: int = 1) -> Intervals:
@@ -131,6 +135,7 @@ def chance(it: Interval) -> float:
     return (1 - within) / 2 if t > 0 else (1 + within) / 2
 
 
+@lru_cache(maxsize=1024)
 def student(freedom: int, confidence: float) -> float:
     """Return Student's t for any confidence (two-sided) and whole degrees of freedom.
 
@@ -153,10 +158,10 @@ def _within(angle: float, freedom: int) -> float:
     It is a finite sum of powers of the cosine (Abramowitz and Stegun 26.7.3, 26.7.4).
     """
     odd = freedom % 2
-    term = total = 0.0 if freedom == 1 else (cos(angle) if odd else 1.0)
-    for k in range(2 + odd, freedom, 2):
-        term *= cos(angle) ** 2 * (k - 1) / k
-        total += term
+    first = 0.0 if freedom == 1 else (cos(angle) if odd else 1.0)
+    k = np.arange(2 + odd, freedom, 2)
+    terms = np.cumprod(np.concatenate(([first], cos(angle) ** 2 * (k - 1) / k)))
+    total = float(np.cumsum(terms)[-1])
     return 2 / pi * (angle + sin(angle) * total) if odd else sin(angle) * total
 
 

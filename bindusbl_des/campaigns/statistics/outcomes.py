@@ -8,7 +8,7 @@ What the AUVs of a campaign's missions got, each for itself.
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import get_args, get_type_hints
 
@@ -132,10 +132,16 @@ class MissionOutcomes:
 
     def by_seed(self, metric: str, points: int) -> Floats:
         """Return a metric (points, seeds) over all seeds that occur, nan where it has no value."""
-        seeds, column = np.unique(self.seed, return_inverse=True)
-        table = np.full((points, max(len(seeds), 1)), np.nan)
+        seeds, column = self._columns
+        table = np.full((points, max(seeds, 1)), np.nan)
         table[self.point[self.ok], column[self.ok]] = self.metrics[metric][self.ok]
         return table
+
+    @cached_property
+    def _columns(self) -> tuple[int, Whole]:
+        """How many seeds occur, and which of them in ascending order each mission has."""
+        seeds, column = np.unique(self.seed, return_inverse=True)
+        return len(seeds), column
 
     def whole(self, metric: str, points: int) -> Whole:
         """Return in how many missions (points,) every AUV has a value."""
@@ -257,12 +263,18 @@ class Fleets:
 
     def by_seed(self, metric: str) -> tuple[list[tuple[int, int]], Floats]:
         """Return point and number of every AUV, and their metric (AUVs, seeds), nan for none."""
+        who, row, seeds, column = self._cells
+        table = np.full((len(who), seeds), np.nan)
+        table[row, column] = self.metrics[metric]
+        return who, table
+
+    @cached_property
+    def _cells(self) -> tuple[list[tuple[int, int]], Whole, int, Whole]:
+        """Point and number of every AUV, which of them each row is of; the same of seeds."""
         auvs = int(self.auv.max(initial=0)) + 1
         who, row = np.unique(self.point * auvs + self.auv, return_inverse=True)
         seeds, column = np.unique(self.seed, return_inverse=True)
-        table = np.full((len(who), len(seeds)), np.nan)
-        table[row, column] = self.metrics[metric]
-        return [divmod(it, auvs) for it in who.tolist()], table
+        return [divmod(it, auvs) for it in who.tolist()], row, len(seeds), column
 
     def without(self, point: int, metric: str, seeds: Whole) -> dict[str, int]:
         """Return in how many of some missions of a point each AUV has no value, most first."""
