@@ -18,7 +18,7 @@ from .experiments.plan import ExperimentPlan
 from .statistics.outcomes import outcomes
 from .statistics.points_table import points_table, seeds_wanted
 from .storage.folder import LOCK, CampaignError, damaged_record, is_locked, read_record
-from .storage.parts import MISSIONS, Done, committed, done, part_path, read_part, read_table
+from .storage.parts import MISSIONS, Done, committed, done, listed, read_part, read_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -194,12 +194,12 @@ class Campaign:
         What went before it, workers that start and load compiled code, does not come again.
         """
         session = self.record["session"]
-        written = {
-            part: part_path(self.folder, MISSIONS, part).stat().st_mtime
-            for part in committed(self.folder)
-        }
-        ends = {part: at for part, at in written.items() if at > session["began_at"]}
-        if self.record["status"] != "running" or not ends:
+        if self.record["status"] != "running":
+            return None
+        written, parts = listed(self.folder)[MISSIONS], committed(self.folder)
+        ends = {part: written[part].st_mtime for part in parts if part in written}
+        ends = {part: at for part, at in ends.items() if at > session["began_at"]}
+        if not ends:
             return None
         first = min(ends, key=ends.__getitem__)
         rows = read_part(self.folder, MISSIONS, first, ("wall_time_s",))

@@ -106,6 +106,9 @@ def read_pieces(path: Path) -> Iterator[pa.Table]:
         DamagedFile: saying what is wrong with the file.
     """
     with _opened(path) as file:
+        if file.metadata.num_rows <= PIECE:  # sooner than by batches
+            yield file.read(use_threads=False)
+            return
         for batch in file.iter_batches(PIECE):
             yield pa.Table.from_batches([batch])
 

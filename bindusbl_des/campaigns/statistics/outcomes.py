@@ -22,7 +22,7 @@ from ...records.rows import NONE
 from ...records.worst import WORST_IS_LARGEST
 from ...results.schemas import mission_numbers, numpy_array, numpy_columns
 from ..storage.folder import CampaignError
-from ..storage.parts import MISSIONS, OK, metric_schema, read_table
+from ..storage.parts import MISSIONS, OK, has_status, metric_schema, read_table
 from .intervals import Floats
 
 # What a mission is for, first; what the network did for it, after.  A mission is as good as what
@@ -187,7 +187,7 @@ def outcomes(folder: Path, metrics: Sequence[str]) -> MissionOutcomes:
     found = numpy_columns(rows.drop_columns(["status", *who]))
     return MissionOutcomes(
         **{name: found[name] for name in ("mission", "point", "seed")},
-        ok=np.array(rows["status"].to_pylist()) == OK,
+        ok=has_status(rows, OK),
         metrics={name: found[name].astype(float, copy=False) for name in metrics},
         unserved={
             name: _unserved(found[own], who[f"{own}_auv"])

@@ -30,13 +30,13 @@ from .parts import (
     PartWriter,
     clean_parts,
     committed,
+    done_of,
     in_order,
     mission_numbers,
     part_path,
     part_pieces,
     part_record,
     part_schema,
-    read_part,
 )
 
 # So many rows are written together, whatever parts they come from: equal campaigns, equal files.
@@ -75,19 +75,22 @@ def _join(
 ) -> None:
     if not sources:
         return
-    seen = np.array(sorted(leave_out), dtype=np.int64)
-    taken: dict[Source, Numbers] = {}
-    for source in sources:
-        rows = read_part(*_at(source, MISSIONS), columns=("mission",))
-        if rows is None:
-            continue
-        numbers = np.setdiff1d(mission_numbers(rows), seen)
-        if len(numbers):
-            taken[source] = numbers
-            seen = np.union1d(seen, numbers)
+    taken = _taken(sources, leave_out)
     writer = PartWriter(out, part, part_record(*sources[0]).plan_sha256, replaces)
     for table in TABLES:
         _join_table(table, sources, taken, writer)
+
+
+def _taken(sources: Sequence[Source], leave_out: set[int]) -> dict[Source, Numbers]:
+    """Return which missions are taken from which part: each from the first that has it."""
+    each = [done_of(*source).numbers for source in sources]
+    numbers, first = np.unique(np.concatenate(each), return_index=True)
+    of = np.repeat(np.arange(len(each)), [len(it) for it in each])[first]
+    kept = ~np.isin(numbers, sorted(leave_out))
+    numbers, of = numbers[kept], of[kept]
+    order = np.argsort(of, kind="stable")
+    shares = np.split(numbers[order], np.searchsorted(of[order], np.arange(1, len(each))))
+    return {it: share for it, share in zip(sources, shares, strict=True) if len(share)}
 
 
 def _at(source: Source, table: str) -> tuple[Path, str, str]:
@@ -107,6 +110,8 @@ def _join_table(
         is_empty = True
         for rows in _grouped(_pieces(table, taken)):
             rows_of.write_table(rows.cast(kind), row_group_size=ROWS_IN_GROUP)
+            if table == MISSIONS:
+                writer.count(rows)
             is_empty = False
         if is_empty:  # pyarrow 18 reads no file without a group of rows
             rows_of.write_table(kind.empty_table())

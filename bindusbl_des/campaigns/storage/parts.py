@@ -4,17 +4,21 @@ A part has one name in all tables.  It counts from the moment when its file in `
 a file of that name elsewhere without one in `missions/` is what a killed process left.  The record
 of a part in `checksums/`, written before that, has the SHA-256 and size of each of its files, the
 plan that it is of and the parts that it replaces, so that no row is ever counted twice.  Whoever
-reads rows compares the file's checksum first; whoever counts missions compares sizes.  Parts of
-earlier versions have no record: they say in Parquet's metadata what they are of.
+reads rows compares the file's checksum first; whoever counts missions compares sizes, and finds
+which missions there are in the record, which has a checksum of its own.  Parts of earlier versions
+have no record: they say in Parquet's metadata what they are of.
 """
 
+import hashlib
 import json
+import os
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from stat import S_ISREG
 from typing import Any, TypeVar
 
 import numpy as np
@@ -33,7 +37,7 @@ from ...results.result_folder import (
     write_parquet,
 )
 from ...results.schemas import EVENT_TABLES, arrow, numpy_array, schema
-from .folder import CampaignError, write_json
+from .folder import MOST_MISSIONS, CampaignError, write_json
 
 OK, FAILED = "ok", "failed"
 
@@ -52,6 +56,9 @@ BATCH, REPLACES = b"bindusbl.batch", b"bindusbl.replaces"
 
 # So many parts are remembered: those of a campaign of some days on many machines.
 MOST_REMEMBERED = 8192
+
+# Missions in more pieces than this are not listed in the record of their part: rows are read.
+MOST_RUNS = 10_000
 ARROW_TYPES = {
     "bool": pa.bool_(),
     "int": pa.int64(),
@@ -61,7 +68,9 @@ ARROW_TYPES = {
 }
 
 Read = TypeVar("Read")
-Stamps = tuple[tuple[int, ...], ...]
+
+# Of each table, and of the records: what the file system says of the file of each part.
+Listed = Mapping[str, Mapping[str, os.stat_result]]
 
 
 def part_path(folder: Path, table: str, part: str) -> Path:
@@ -75,15 +84,28 @@ def record_path(folder: Path, part: str) -> Path:
 
 
 @dataclass(frozen=True)
+class Done:
+    """Missions that have a row: their numbers in the plan, ascending, and which of them failed."""
+
+    numbers: NDArray[np.int64]
+    failed: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+
+@dataclass(frozen=True)
 class PartRecord:
-    """What a part is of, which parts it replaces, and what its files are.
+    """What a part is of, which parts it replaces, what its files are, and which missions it has.
 
     `files` has the SHA-256 and the size (bytes) of each table; None in parts of earlier versions.
+    `done` is None there too, and where there is too much to list.
     """
 
     plan_sha256: str
     replaces: tuple[str, ...]
     files: Mapping[str, tuple[str, int]] | None
+    done: Done | None = None
 
 
 class PartWriter:
@@ -95,6 +117,11 @@ class PartWriter:
         self._folder, self._part = folder, part
         self._record = {"part": part, "plan_sha256": plan_sha256, "replaces": list(replaces)}
         self._files: dict[str, dict[str, Any]] = {}
+        self._done: list[Done] = []
+
+    def count(self, rows: pa.Table) -> None:
+        """Have the missions of rows in the record; all are to be counted before they are whole."""
+        self._done.append(done_in(rows))
 
     @contextmanager
     def file(self, table: str) -> Iterator[SummedFile]:
@@ -109,7 +136,54 @@ class PartWriter:
             if table == MISSIONS:
                 path = record_path(self._folder, self._part)
                 _make_durably(path.parent)
-                write_json(path, {**self._record, "files": self._files})
+                record = {**self._record, "files": self._files, **_listing(_united(self._done))}
+                write_json(path, {**record, "sha256": _sum_of(record)})
+
+
+def _sum_of(record: Mapping[str, Any]) -> str:
+    """Return the checksum of what a record says."""
+    return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
+
+
+def _listing(done: Done) -> dict[str, Any]:
+    """Return which missions a part has, and which of them failed; nothing where that is long.
+
+    >>> _listing(Done(np.array([4, 6, 8, 20]), np.array([False, True, False, False])))
+    {'missions': {'step': 2, 'runs': [[4, 3], [20, 1]]}, 'failed': {'step': 1, 'runs': [[6, 1]]}}
+    """
+    listed = {"missions": _runs(done.numbers), "failed": _runs(done.numbers[done.failed])}
+    return listed if sum(len(it["runs"]) for it in listed.values()) <= MOST_RUNS else {}
+
+
+def _runs(numbers: NDArray[np.int64]) -> dict[str, Any]:
+    """Return ascending numbers as runs of one step, each by its first number and its length."""
+    gaps = np.diff(numbers)
+    step = int(gaps.min(initial=MOST_MISSIONS)) if len(gaps) else 1
+    begins = np.flatnonzero(np.concatenate(([True], gaps != step))) if len(numbers) else gaps
+    lengths = np.diff(np.append(begins, len(numbers)))
+    return {"step": step, "runs": np.column_stack((numbers[begins], lengths)).tolist()}
+
+
+def _numbers(listed: Mapping[str, Any]) -> NDArray[np.int64]:
+    """Return numbers from their runs.
+
+    Raises:
+        ValueError: when they are no missions.
+    """
+    runs = np.array(listed["runs"], dtype=np.int64).reshape(-1, 2)
+    if (runs < 0).any() or runs[:, 1].sum(dtype=float) > MOST_MISSIONS:
+        raise ValueError("its missions are none")
+    first, length = np.repeat(runs[:, 0], runs[:, 1]), runs[:, 1]
+    place = np.arange(len(first)) - np.repeat(np.cumsum(length) - length, length)
+    return first + int(listed["step"]) * place
+
+
+def _united(some: Sequence[Done]) -> Done:
+    """Return all missions; one that is there twice counts as it is where it comes first."""
+    numbers = np.concatenate([np.zeros(0, np.int64), *(it.numbers for it in some)])
+    failed = np.concatenate([np.zeros(0, bool), *(it.failed for it in some)])
+    unique, first = np.unique(numbers, return_index=True)
+    return Done(unique, failed[first])
 
 
 def commit(folder: Path, part: str, tables: Mapping[str, pa.Table], plan_sha256: str) -> None:
@@ -121,6 +195,8 @@ def commit(folder: Path, part: str, tables: Mapping[str, pa.Table], plan_sha256:
     writer = PartWriter(folder, part, plan_sha256)
     for name in TABLES:
         if name in tables:
+            if name == MISSIONS:
+                writer.count(tables[name])
             with writer.file(name) as file:
                 write_parquet(tables[name], name, file, {})
 
@@ -151,18 +227,29 @@ def part_record(folder: Path, part: str) -> PartRecord:
         DamagedFile: when it says nothing that can be read.
     """
     path = record_path(folder, part)
-    if not path.exists():
-        return _record_in_metadata(folder, part)
+    stamp = _stamp(path)
+    return _record(path, part, stamp) if stamp else _record_in_metadata(folder, part)
+
+
+@lru_cache(maxsize=MOST_REMEMBERED)
+def _record(path: Path, part: str, _: tuple[int, ...]) -> PartRecord:
+    """Return what the record of a part says, which is read again only when it has changed."""
     try:
         found = read_json(path)
         files = {name: (str(it["sha256"]), int(it["bytes"])) for name, it in found["files"].items()}
         name, plan, replaces = found["part"], str(found["plan_sha256"]), tuple(found["replaces"])
-    except (OSError, AttributeError, KeyError, TypeError, ValueError) as error:
+        own_sum, done = found.pop("sha256", None), None  # earlier versions had none
+        if own_sum is not None and own_sum != _sum_of(found):
+            raise ValueError("its own SHA-256 is another")
+        if own_sum is not None and "missions" in found:
+            numbers = _numbers(found["missions"])
+            done = Done(numbers, np.isin(numbers, _numbers(found["failed"])))
+    except (OSError, ArithmeticError, LookupError, AttributeError, TypeError, ValueError) as error:
         said = (str(error).splitlines() or [type(error).__name__])[0]
         raise DamagedFile(str(path), f"is damaged ({said})") from None
     if name != part:
         raise DamagedFile(str(path), f"is that of part {name}")
-    return PartRecord(plan, replaces, files)
+    return PartRecord(plan, replaces, files, done)
 
 
 def _record_in_metadata(folder: Path, part: str) -> PartRecord:
@@ -181,7 +268,23 @@ def _record_in_metadata(folder: Path, part: str) -> PartRecord:
     return PartRecord(plan, tuple(metadata.get(REPLACES, b"").decode().split(",")), None)
 
 
-def check_part(folder: Path, part: str, plan_sha256: str | None = None) -> None:
+def listed(folder: Path) -> Listed:
+    """Return what the file system says of all parts; each folder of them is gone through once."""
+    return {name: _listed(folder / name) for name in (*TABLES, CHECKSUMS)}
+
+
+def _listed(folder: Path) -> dict[str, os.stat_result]:
+    found: dict[str, os.stat_result] = {}
+    with suppress(OSError), os.scandir(folder) as entries:
+        for it in entries:
+            if it.name.startswith("part-"):
+                with suppress(FileNotFoundError):  # removed meanwhile
+                    name = it.name.removeprefix("part-").rpartition(".")[0]
+                    found[name] = it.stat(follow_symlinks=False)
+    return found
+
+
+def check_part(folder: Path, files: Listed, part: str, plan_sha256: str | None = None) -> None:
     """Refuse a part that lacks a file, or has one of another size, or is of another plan.
 
     Raises:
@@ -196,15 +299,23 @@ def check_part(folder: Path, part: str, plan_sha256: str | None = None) -> None:
     if record.files is None:
         return
     for table in TABLES:
-        path, expected = part_path(folder, table, part), record.files.get(table)
-        if path.is_symlink() or (path.exists() and not path.is_file()):
-            raise DamagedFile(str(path), "is no file")
-        if expected is None and path.exists():
-            raise DamagedFile(str(path), "does not belong to the other tables of this part")
-        if expected is not None and not path.exists():
-            raise DamagedFile(str(path), "is missing")
-        if expected is not None and path.stat().st_size != expected[1]:
-            raise DamagedFile(str(path), f"is damaged (it should have {expected[1]:,} bytes)")
+        if why := _wrong(files[table].get(part), record.files.get(table)):
+            raise DamagedFile(str(part_path(folder, table, part)), why)
+
+
+def _wrong(found: os.stat_result | None, expected: tuple[str, int] | None) -> str:
+    """Return what is wrong with a file, of which a record expects checksum and size, "" if nothing.
+
+    Of what is not there nothing was `found`.
+    """
+    if found is None:
+        return "is missing" if expected else ""
+    if not S_ISREG(found.st_mode):
+        return "is no file"
+    if expected is None:
+        return "does not belong to the other tables of this part"
+    is_whole = found.st_size == expected[1]
+    return "" if is_whole else f"is damaged (it should have {expected[1]:,} bytes)"
 
 
 def check_table(folder: Path, table: str, part: str) -> None:
@@ -247,7 +358,11 @@ def committed(folder: Path) -> list[str]:
 
 def part_names(folder: Path) -> set[str]:
     """Return the names of all parts that have a row of missions."""
-    return {path.stem.removeprefix("part-") for path in (folder / MISSIONS).glob("part-*.parquet")}
+    ending = ".parquet"
+    with suppress(OSError):
+        names = [it for it in os.listdir(folder / MISSIONS) if it.endswith(ending)]
+        return {it[5 : -len(ending)] for it in names if it.startswith("part-")}
+    return set()
 
 
 def part_schema(folder: Path, table: str, part: str) -> pa.Schema:
@@ -295,8 +410,15 @@ def part_pieces(folder: Path, table: str, part: str) -> Iterator[pa.Table]:
         check_table(folder, table, part)
         if not path.exists():
             return
-        if _is_ordered(mission_numbers(read_parquet(path, ("mission",), ("mission",)))):
-            yield from read_pieces(path)
+        pieces = read_pieces(path)
+        first, second = next(pieces, None), next(pieces, None)
+        if first is None:
+            return
+        if second is None:  # as most are, which are opened once then
+            yield in_order(first)
+        elif _is_ordered(mission_numbers(read_parquet(path, ("mission",), ("mission",)))):
+            yield from (first, second)
+            yield from pieces
         else:
             yield in_order(read_parquet(path))
 
@@ -308,17 +430,6 @@ def damaged(folder: Path, error: DamagedFile) -> CampaignError:
     )
 
 
-@dataclass(frozen=True)
-class Done:
-    """Missions that have a row: their numbers in the plan, ascending, and which of them failed."""
-
-    numbers: NDArray[np.int64]
-    failed: NDArray[np.bool_]
-
-    def __len__(self) -> int:
-        return len(self.numbers)
-
-
 def done(folder: Path, plan_sha256: str | None = None) -> Done:
     """Return the missions that have a row.
 
@@ -327,29 +438,48 @@ def done(folder: Path, plan_sha256: str | None = None) -> Done:
     """
 
     def read(parts: Sequence[str]) -> Done:
-        found = [_done_in(folder, part, plan_sha256, _stamps(folder, part)) for part in parts]
-        numbers = np.concatenate([np.zeros(0, np.int64), *(it.numbers for it in found)])
-        failed = np.concatenate([np.zeros(0, bool), *(it.failed for it in found)])
-        unique, first = np.unique(numbers, return_index=True)
-        return Done(unique, failed[first])
+        files = listed(folder)
+        with _told_by(folder):
+            for part in parts:
+                check_part(folder, files, part, plan_sha256)
+        return _united([done_of(folder, part) for part in parts])
 
     return _in_peace(folder, read)
 
 
-@lru_cache(maxsize=MOST_REMEMBERED)
-def _done_in(folder: Path, part: str, plan_sha256: str | None, _: Stamps) -> Done:
-    """Return the missions of a part, which is read again only when a file of it has changed."""
+def done_of(folder: Path, part: str) -> Done:
+    """Return the missions of a part; its rows are read only where its record does not have them.
+
+    Raises:
+        CampaignError: when it is damaged.
+    """
     with _told_by(folder):
-        check_part(folder, part, plan_sha256)
+        recorded = part_record(folder, part).done
+    if recorded is not None:
+        return recorded
+    return _done_by_rows(folder, part, _stamp(part_path(folder, MISSIONS, part)))
+
+
+@lru_cache(maxsize=MOST_REMEMBERED)
+def _done_by_rows(folder: Path, part: str, _: tuple[int, ...]) -> Done:
+    """Return the missions of a part, which is read again only when it has changed."""
     rows = read_part(folder, MISSIONS, part, ("mission", "status"))
     assert rows is not None  # as a part without missions does not count
-    return Done(mission_numbers(rows), np.array(rows["status"].to_pylist(), dtype=str) == FAILED)
+    return done_in(rows)
 
 
-def _stamps(folder: Path, part: str) -> Stamps:
-    """Return what tells whether any file of a part has changed."""
-    paths = [part_path(folder, table, part) for table in TABLES]
-    return tuple(map(_stamp, [*paths, record_path(folder, part)]))
+def done_in(rows: pa.Table) -> Done:
+    """Return the missions of rows."""
+    return _united([Done(mission_numbers(rows), has_status(rows, FAILED))])
+
+
+def has_status(rows: pa.Table, status: str) -> NDArray[np.bool_]:
+    """Tell row by row whether the mission has a status, without Arrow's compute library."""
+    words = rows["status"].combine_chunks().dictionary_encode()
+    same = np.array([*(word == status for word in words.dictionary.to_pylist()), False])
+    places = np.nan_to_num(numpy_array(words.indices), nan=len(same) - 1)
+    found: NDArray[np.bool_] = same[places.astype(np.int64)]
+    return found
 
 
 def _stamp(path: Path) -> tuple[int, ...]:
@@ -394,22 +524,32 @@ def read_table(folder: Path, table: str, columns: Sequence[str] | None = None) -
     wanted = ("mission", *columns) if columns else None
 
     def read(names: Sequence[str]) -> pa.Table | None:
-        parts, seen = [], set[int]()
+        files, parts = listed(folder), []
         for part in names:
             with _told_by(folder):
-                check_part(folder, part)
+                check_part(folder, files, part)
             rows = read_part(folder, table, part, wanted)
-            if rows is None or not len(rows):
-                continue
-            numbers = mission_numbers(rows)
-            missions = np.unique(numbers).tolist()
-            if not seen.isdisjoint(missions):
-                rows = rows.filter(arrow([n not in seen for n in numbers.tolist()], pa.bool_()))
-            seen.update(missions)
-            parts.append(rows)
-        return in_order(_together(folder, parts)) if parts else None
+            if rows is not None and len(rows):
+                parts.append(rows)
+        return _each_once(_together(folder, parts), list(map(len, parts))) if parts else None
 
     return _in_peace(folder, read)
+
+
+def _each_once(rows: pa.Table, lengths: Sequence[int]) -> pa.Table:
+    """Return rows of parts of such lengths in the order of the plan, a mission's of one part."""
+    numbers = mission_numbers(rows)
+    part = np.repeat(np.arange(len(lengths)), lengths)
+    order = None if _is_ordered(numbers) else np.argsort(numbers, kind="stable")
+    if order is not None:
+        numbers, part = numbers[order], part[order]
+    begins = np.flatnonzero(np.diff(numbers, prepend=numbers[0] - 1))
+    first = np.repeat(part[begins], np.diff(np.append(begins, len(numbers))))
+    kept = part == first
+    if order is None and kept.all():
+        return rows
+    places = np.flatnonzero(kept) if order is None else order[kept]
+    return rows.take(arrow(places, pa.int64()))
 
 
 def _together(folder: Path, parts: Sequence[pa.Table]) -> pa.Table:
@@ -454,11 +594,10 @@ def set_aside(folder: Path, plan_sha256: str) -> list[str]:
     Raises:
         OSError: when a file cannot be renamed.
     """
-    told = []
-    for path in sorted((folder / MISSIONS).glob("part-*.parquet")):
-        part = path.stem.removeprefix("part-")
+    told, files = [], listed(folder)
+    for part in sorted(part_names(folder)):
         try:
-            check_part(folder, part, plan_sha256)
+            check_part(folder, files, part, plan_sha256)
             _compare(folder, part)
         except DamagedFile as error:
             aside = _rename(folder, part)

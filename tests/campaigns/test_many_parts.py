@@ -1,0 +1,221 @@
+"""What commands do for each part of a large campaign: files opened and looked at, never time."""
+
+import json
+import os
+import random
+import shutil
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from campaigns_for_tests import OneThread, auv, hand_made, same
+from hypothesis import given
+from hypothesis import strategies as st
+from test_campaign_folders import flipped
+
+from bindusbl_des.campaigns import running
+from bindusbl_des.campaigns.campaign import Campaign, load_campaign
+from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
+from bindusbl_des.campaigns.experiments.options import PythonArguments
+from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
+from bindusbl_des.campaigns.running import first_record, resume
+from bindusbl_des.campaigns.storage import parts as storage
+from bindusbl_des.campaigns.storage.folder import CampaignError, write_json, write_scenario
+from bindusbl_des.campaigns.storage.parts import committed, done, record_path
+from bindusbl_des.campaigns.workers.batches import run_batch
+from bindusbl_des.campaigns.workers.supervisor import batch_of
+
+IN_PART = 4
+FAILS = 6  # the seed whose mission fails
+
+_opened: Counter[str] | None = None
+
+
+def _note(event: str, given: tuple[Any, ...]) -> None:
+    if _opened is not None and event == "open":
+        _opened[Path(str(given[0])).suffix] += 1
+
+
+sys.addaudithook(_note)  # which cannot be taken away
+
+
+@contextmanager
+def opened() -> Iterator[Counter[str]]:
+    """Yield how many files are opened meanwhile, by their ending."""
+    global _opened
+    _opened = Counter()
+    try:
+        yield _opened
+    finally:
+        _opened = None
+
+
+@pytest.fixture
+def in_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[int], Path]:
+    """Return what writes a campaign of so many parts, interrupted before they are joined."""
+
+    def fleet(_: object, seed: int) -> list[dict[str, float | None]]:
+        if seed == FAILS:
+            raise ValueError("no")
+        return [auv(1.0 + seed)]
+
+    def write(parts: int) -> Path:
+        folder = tmp_path / f"c{parts}"
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir()
+        given = load_experiment("base.yaml", PythonArguments(None, None, parts * IN_PART, None))
+        plan = ExperimentPlan(given)
+        session = {"began_at": 0.0, "rows_before": 0}
+        record = {**first_record(plan, None), "status": "interrupted", "session": session}
+        write_json(folder / "campaign.json", record)
+        write_scenario(folder, plan.experiment.given)
+        for first in range(0, len(plan), IN_PART):
+            run_batch(batch_of(plan, folder, tuple(range(first, first + IN_PART)), 100.0))
+        assert len(committed(folder)) == parts
+        return folder
+
+    monkeypatch.chdir(tmp_path)
+    hand_made(monkeypatch, fleet)
+    monkeypatch.setattr(running, "pool_for", OneThread)
+    Path("base.yaml").write_text("name: tiny\nduration_s: 5\nauvs: {count: 1}\n")
+    return write
+
+
+def as_running(folder: Path) -> None:
+    """Have a campaign as it is when its process was killed."""
+    path = folder / "campaign.json"
+    path.write_text(json.dumps({**json.loads(path.read_text()), "status": "running"}))
+
+
+def test_to_count_missions_one_small_file_a_part_is_opened(
+    in_parts: Callable[[int], Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The record of each part is read, once; no table is."""
+    stats, plain = [0], os.stat
+
+    def stat(*words: Any, **more: Any) -> os.stat_result:
+        stats[0] += 1
+        return plain(*words, **more)
+
+    found = []
+    for count in (5, 15):
+        folder = in_parts(count)
+        monkeypatch.setattr(os, "stat", stat)
+        stats[0] = 0
+        with opened() as files, monkeypatch.context() as patch:
+            patch.setattr(pq, "ParquetFile", None)
+            state = load_campaign(folder).state()
+        monkeypatch.setattr(os, "stat", plain)
+        assert (state.done, state.failed, state.missing) == (count * IN_PART - 1, 1, 0)
+        found.append((files[".json"], files[".parquet"], stats[0]))
+    more = np.diff(found, axis=0)[0] / 10
+    assert more[:2].tolist() == [1, 0]
+    assert 1 <= more[2] <= 8
+
+
+def test_a_rate_reads_the_rows_of_one_part(in_parts: Callable[[int], Path]) -> None:
+    """That which was written first tells when the first mission began."""
+    folder = in_parts(9)
+    as_running(folder)
+    with opened() as files:
+        assert load_campaign(folder).state().missions_per_s
+    assert files[".parquet"] == 2  # its checksum is compared, then it is read
+
+
+def test_the_report_of_a_complete_campaign_reads_one_part(in_parts: Callable[[int], Path]) -> None:
+    """However many parts there were: each group of metrics is read of the one that is left."""
+    found = []
+    for count in (5, 15):
+        folder = in_parts(count)
+        resume(folder)
+        assert committed(folder) == ["all-0001"]
+        with opened() as files:
+            campaign = resume(folder)
+            campaign.report()
+        found.append((files[".json"], files[".parquet"]))
+    assert found[0] == found[1]
+    assert found[0][1] <= 25
+
+
+def test_no_flipped_bit_of_a_record_changes_what_is_counted(
+    in_parts: Callable[[int], Path],
+) -> None:
+    """It is told with its file, or the right missions are counted all the same."""
+    folder = in_parts(3)
+    sound, told = done(folder), []
+    path, dice = record_path(folder, committed(folder)[1]), random.Random(4)
+    whole = path.read_bytes()
+    for _ in range(300):
+        flipped(path, dice)
+        try:
+            found = done(folder)
+        except CampaignError as error:
+            told.append(str(error))
+        else:
+            assert (found.numbers == sound.numbers).all()
+            assert (found.failed == sound.failed).all()
+        path.write_bytes(whole)
+    assert 200 < len(told) < 300
+    assert all(committed(folder)[1] in it and f"resume {folder}" in it for it in told)
+    flipped(path, dice)
+    shutil.copytree(folder, "damaged")
+    path.write_bytes(whole)
+    with pytest.warns(UserWarning, match="its missions are run again"):
+        mended = resume("damaged")
+    same(mended, resume(folder))
+
+
+def test_a_record_without_missions_has_them_in_its_rows(
+    in_parts: Callable[[int], Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As those of earlier versions, and of parts whose missions are in too many pieces."""
+    folder = in_parts(3)
+    for path in folder.glob("checksums/*"):
+        record = json.loads(path.read_text())
+        assert record["missions"]["runs"][0][1] == IN_PART
+        path.write_text(json.dumps({key: record[key] for key in record if key in _FORMER}))
+    assert done(folder).numbers.tolist() == list(range(12))
+    assert done(folder).numbers[done(folder).failed].tolist() == [FAILS]
+    monkeypatch.setattr(storage, "MOST_RUNS", 0)
+    again = load_campaign(in_parts(3))
+    assert "missions" not in json.loads(next(again.folder.glob("checksums/*")).read_text())
+    _equal(again, load_campaign(folder))
+
+
+_FORMER = ("part", "plan_sha256", "replaces", "files")
+
+
+def _equal(one: Campaign, other: Campaign) -> None:
+    assert one.done().numbers.tolist() == other.done().numbers.tolist()
+    assert one.done().failed.tolist() == other.done().failed.tolist()
+    same(one, other)
+
+
+@given(st.sets(st.integers(0, 3000), max_size=60), st.integers(1, 1000))
+def test_numbers_are_found_again_from_their_runs(numbers: set[int], step: int) -> None:
+    """Whatever missions a part has; those of a share, every so many, are one run."""
+    some = np.array(sorted(numbers), dtype=np.int64)
+    assert storage._numbers(json.loads(json.dumps(storage._runs(some)))).tolist() == some.tolist()
+    share = storage._runs(np.arange(7, 7 + 50 * step, step))
+    assert share == {"step": step, "runs": [[7, 50]]}
+
+
+@pytest.mark.parametrize(
+    "runs", [[[0, 10**9]], [[-1, 2]], [[0, -2]], [[2**62, 4], [0, 2**62]], [[0]], "x", None]
+)
+def test_missions_that_cannot_be_are_refused(runs: Any, in_parts: Callable[[int], Path]) -> None:
+    """A stranger's record with a sum that fits takes no memory and ends in no traceback."""
+    folder = in_parts(1)
+    path = record_path(folder, committed(folder)[0])
+    record = json.loads(path.read_text())
+    del record["sha256"]
+    record["missions"]["runs"] = runs
+    path.write_text(json.dumps({**record, "sha256": storage._sum_of(record)}))
+    with pytest.raises(CampaignError, match="is damaged"):
+        done(folder)
