@@ -44,8 +44,7 @@ def tables_of_second(mission: Second) -> Tables:
             row = ping.row | {"arrived_at_s": arrived, "outcome": outcome}
             receptions.append(row | {at[:3].lower(): at})
         heard = list(outcomes.values()).count("heard")
-        missed = list(outcomes.values()).count("out_of_range")
-        pings.append(ping.row | {"in_range_of": len(outcomes) - missed, "heard_by": heard})
+        pings.append(ping.row | {"in_range_of": len(mission.in_range(ping)), "heard_by": heard})
     for frame in mission.frames:
         for i in mission.auvs:
             arrived = frame.at[i][0] if frame.at[i][0] < mission.end else None

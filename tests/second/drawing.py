@@ -1,6 +1,7 @@
 """Scenarios drawn at random over the keys that the second implementation knows."""
 
 import random
+from pathlib import Path
 
 SCHEDULES = ["spatial_reuse", "dsatur", "one_per_slot", "worst_first"]
 SCHEDULES += ["round_robin", "random", "polling", "aloha", "slotted_aloha", "csma"]
@@ -9,8 +10,11 @@ OVERFULL = ["split", "split", "oldest_first"]
 BROADCASTERS = ["rotate", "random", "most_fixes", "nearest", "fixed", "parallel"]
 
 
-def scenario(seed: int, **wanted: object) -> dict:
-    """Return a scenario drawn with a seed; `wanted` fixes keys of `protocol`."""
+def scenario(seed: int, folder: Path, **wanted: object) -> dict:
+    """Return a scenario drawn with a seed; `wanted` fixes keys of `protocol`.
+
+    Tracks of AUVs on several legs become files of a folder.
+    """
     draw = random.Random(seed)
     count, ships = draw.randint(1, 8), draw.randint(1, 4)
     side = draw.choice([60.0, 100.0, 140.0, round(draw.uniform(40.0, 300.0), 2)])
@@ -19,11 +23,12 @@ def scenario(seed: int, **wanted: object) -> dict:
     def place(reach: float = 1.0) -> list[float]:
         return [round(draw.uniform(-reach, reach) * half, 3) for _ in range(2)]
 
-    duration = round(draw.uniform(20.0, 40.0), 3)
-    speed = round(draw.uniform(0.1, 2.0), 3)
-    if draw.random() < 0.3:
+    duration = draw.choice([24.0, 30.0, round(draw.uniform(20.0, 40.0), 3)])
+    speed, depth = round(draw.uniform(0.1, 2.0), 3), draw.choice([0.0, 5.0, 10.0, 40.0])
+    moves = draw.choice(["hold", "one leg", "one leg", "legs", "legs"])
+    if moves == "hold":
         route = {"kind": "hold", "positions_m": [place() for _ in range(count)]}
-    else:
+    elif moves == "one leg":
         legs = []
         for _ in range(count):
             (x, y), (to_x, to_y) = place(), place()
@@ -31,6 +36,20 @@ def scenario(seed: int, **wanted: object) -> dict:
             far = 1.5 * speed * duration / way
             legs.append([[x, y], [round(x + far * (to_x - x), 3), round(y + far * (to_y - y), 3)]])
         route = {"kind": "waypoints", "points_m": legs}
+    else:
+        files = [folder / f"track_{seed}_{i}.csv" for i in range(count)]
+        for path in files:
+            time, (x, y), lines = 0.0, place(), ["time_s,x_m,y_m,depth_m"]
+            while time < duration + 10.0:
+                lines.append(f"{time:.3f},{x:.3f},{y:.3f},{draw.choice([0.5, 1.0]) * depth}")
+                lasts = draw.uniform(0.5, 15.0)
+                time, x, y = (
+                    time + lasts,
+                    x + draw.uniform(-1.4, 1.4) * lasts,
+                    y + draw.uniform(-1.4, 1.4) * lasts,
+                )
+            path.write_text("\n".join(lines) + "\n")
+        route = {"kind": "track", "files": [str(path) for path in files]}
     hf = round(draw.choice([0.3, 0.5, 0.7, 1.0, 1.5]) * side * draw.uniform(0.8, 1.2), 2)
     protocol = {
         "schedule": draw.choice(SCHEDULES),
@@ -56,7 +75,7 @@ def scenario(seed: int, **wanted: object) -> dict:
         protocol |= {"schedule": "spatial_reuse", "downlink": "sequential", "broadcaster": "rotate"}
     if protocol["schedule"] in ("aloha", "slotted_aloha", "csma"):
         protocol["ranging"] = "owtt_sync"
-        protocol["frame_s"] = draw.choice([0.2, 0.5, 1.0, 3.0])
+        protocol["frame_s"] = draw.choice([0.05, 0.2, 0.5, 1.0, 3.0])
     if protocol["schedule"] == "csma":
         slot_s = draw.choice([None, None, 0.01, 0.04])
         protocol["schedule"] = {
@@ -81,13 +100,13 @@ def scenario(seed: int, **wanted: object) -> dict:
         failures = [{"asv": draw.randrange(ships), "at_s": at, "until_s": until}]
     if protocol["ranging"] == "passive":
         protocol["positions"] = "truth"
-    # Ranges of another speed of sound would put last fixes elsewhere, and make them uncertain
-    exact = protocol["positions"] == "truth" and "worst_first" not in str(protocol["schedule"])
+    # Ranges of another speed of sound would make fixes uncertain
+    certain = "worst_first" not in str(protocol["schedule"])
     overfull = "split" if protocol["broadcaster"] == "parallel" else draw.choice(OVERFULL)
     return {
         "name": f"second_{seed}",
         "duration_s": duration,
-        "survey": {"side_m": side, "depth_m": draw.choice([0.0, 5.0, 10.0, 40.0])},
+        "survey": {"side_m": side, "depth_m": depth},
         "auvs": {"count": count, "speed_m_per_s": speed, "route": route},
         "asvs": {
             "count": ships,
@@ -96,7 +115,7 @@ def scenario(seed: int, **wanted: object) -> dict:
         },
         "environment": {
             "sound_speed_m_per_s": draw.choice([1500.0, 1450.0, 1540.0]),
-            "assumed_sound_speed_m_per_s": draw.choice([None, None, 1500.0]) if exact else None,
+            "assumed_sound_speed_m_per_s": draw.choice([None, None, 1500.0]) if certain else None,
         },
         "acoustics": {
             "hf": {

@@ -170,10 +170,14 @@ class Second:
                     self.ears[sound.band, it].append((*sound.at[it], sound))
         return sound
 
+    def in_range(self, sound: Sound) -> list[str]:
+        """Return who is in range of a sound: whom it reaches, and who works then."""
+        return [it for it in sound.reached if self.works(it, sound.at[it][0])]
+
     def outcome(self, sound: Sound, at: str, end: float | None = None) -> str:
         """Return what becomes of a sound at a vehicle, the first that holds, once all is known."""
         begin, until = sound.at[at]
-        if at not in sound.reached or not self.works(at, begin):
+        if at not in self.in_range(sound):
             return "out_of_range"
         if sound.in_vain is not None:
             return sound.in_vain
@@ -318,7 +322,7 @@ class Second:
 
     def passed(self, ping: Sound) -> float:
         """Return when a ping has passed all ASVs in range."""
-        ends = [ping.at[j][1] for j in ping.reached if self.works(j, ping.at[j][0])]
+        ends = [ping.at[j][1] for j in self.in_range(ping)]
         return max(ends, default=ping.row["sent_at_s"])
 
     def fix(self, ping: Sound, auv: str, asvs: list[str]) -> Row:
@@ -471,7 +475,7 @@ class Second:
         quiet = sum(min(b, about) - min(a, about) for a, b in gaps)
         left = round(quiet / slot) * slot  # as many slots as it has drawn
         for a, b in gaps:
-            if left <= b - a:
+            if left + AN_INSTANT < b - a:
                 return a + left
             left -= b - a
         return math.inf
