@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.planning.prediction.inputs import inputs_of
 from bindusbl_des.planning.prediction.predicting import Prediction, predict
-from bindusbl_des.records.worst import WORST_IS_LARGEST
+from bindusbl_des.records.metrics import WORST_IS_LARGEST
 from bindusbl_des.scenario.planned import asv_stations
 
 METRICS = (

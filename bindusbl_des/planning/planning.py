@@ -49,12 +49,12 @@ from ..scenario.families import leave_of
 from ..scenario.files.shipped import located
 from ..scenario.planned import stations_kept
 from ..scenario.scenario import Scenario
-from .answer_text import best_text, summary
+from .answer_text import best_text, best_yaml, record, summary
 from .binding import binding
 from .candidates import Candidate, Predictor, further, narrowed
 from .doubting import SEEDS, Doubted, doubted, doubts, teams_of, with_costlier
 from .flying import Budget, flights, local_workers, wanted
-from .folder import BEST, DOUBTS, MISSIONS, PAGE, PLAN, begin, best_yaml, record
+from .folder import BEST, DOUBTS, MISSIONS, PAGE, PLAN, begin
 from .found import Found, ranked
 from .plan_page import chart_of, plan_page
 from .prediction.inputs import Inputs

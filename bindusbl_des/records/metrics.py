@@ -275,6 +275,11 @@ SHARES = (
 
 WORST = "worst_"
 
+# For each metric that can be bad: whether the largest value is the worst.
+WORST_IS_LARGEST = {
+    it.name: it.metadata["worst"] == LARGEST for it in fields(AuvMetrics) if it.metadata["worst"]
+}
+
 
 def name_of(metric: str) -> str:
     """Return what a metric of an AUV or a mission is called, without its unit.

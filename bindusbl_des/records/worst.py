@@ -6,20 +6,11 @@ it got no fix, is worse than any that has one.  Of several equally bad the first
 """
 
 import math
-from dataclasses import fields
 
 import numpy as np
 
-from .events import LARGEST
-from .metrics import AuvMetrics
+from .metrics import WORST_IS_LARGEST
 from .rows import Rows
-
-# For each metric that can be bad: whether the largest value is the worst.
-WORST_IS_LARGEST = {
-    column.name: column.metadata["worst"] == LARGEST
-    for column in fields(AuvMetrics)
-    if column.metadata["worst"]
-}
 
 # What some missions have not at all: where no AUV has it, none is worse for it.
 UNDEFINED = ("latency_from_slot_s", "path_error_m", "saturated_share")

@@ -30,8 +30,7 @@ from ..records.events import (
     Round,
     TrackPoint,
 )
-from ..records.metrics import AuvMetrics, Utilisation
-from ..records.worst import WORST_IS_LARGEST
+from ..records.metrics import WORST_IS_LARGEST, AuvMetrics, Utilisation
 
 
 def arrow(values: NDArray[Any] | Sequence[Any], kind: pa.DataType) -> pa.Array:

@@ -3,8 +3,7 @@
 import numpy as np
 import pyarrow as pa
 
-from bindusbl_des.campaigns.statistics.outcomes import MissionOutcomes, auv_numbers
-from bindusbl_des.records.rows import NONE
+from bindusbl_des.campaigns.statistics.outcomes import NONE, MissionOutcomes, auv_numbers
 
 
 def test_names_are_numbers() -> None:

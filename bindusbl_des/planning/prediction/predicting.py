@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.compiled import compiled
-from ...records.worst import WORST_IS_LARGEST
+from ...records.metrics import WORST_IS_LARGEST
 from .inputs import Inputs
 from .mapping import expected_largest, mean_size, quantile, scatter, sizes_of_all, squares
 from .march import errors_of, smoothed

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.wording import described, did_you_mean, plain, refuse, significant
-from ...records.metrics import WORST, AuvMetrics, Utilisation, unit_of
-from ...records.worst import WORST_IS_LARGEST
+from ...records.metrics import WORST, WORST_IS_LARGEST, AuvMetrics, Utilisation, unit_of
 
 Floats = NDArray[np.float64]
 
