@@ -271,32 +271,38 @@ def writing(path: Path) -> Iterator[None]:
 @contextmanager
 def mistakes_text() -> Iterator[None]:
     """Tell what a user can mend as such: exit code 2, or 1 where a campaign broke off."""
+    try:
+        yield
+    except Exception as error:
+        _tell_mistake(error)
+        raise
+
+
+def _tell_mistake(error: Exception) -> None:
+    """Raise what a user is told of a mistake; nothing where it is none of the user's.
+
+    What runs campaigns, the machinery of missions with it, is loaded here: when something is wrong.
+    """
     from ..campaigns.experiments.experiment_points import ScipyMissing
-    from ..campaigns.storage.folder import CampaignError
     from ..campaigns.workers.batches import NotWritten
     from ..campaigns.workers.pools import BackendMissing
     from ..campaigns.workers.supervisor import WorkersDie
 
-    try:
-        yield
-    except NotWritten as error:
+    if isinstance(error, NotWritten):
         raise RunFailed(
             f"stopped, because results cannot be written: {error.strerror or error}. What was "
             f"written counts; {_remedy(error)}"
         ) from error
-    except (BackendMissing, ScipyMissing, WorkersDie) as error:
+    if isinstance(error, BackendMissing | ScipyMissing | WorkersDie):
         raise RunFailed(str(error)) from error
-    except (CampaignError, ValueError) as error:
+    if isinstance(error, ValueError):  # as a CampaignError is
         refuse(str(error))
-    except OSError as error:
-        if error.errno == errno.ENAMETOOLONG:  # bad input, which `cli` tells
-            raise
-        if isinstance(error, PermissionError):  # as bad input is, whatever was to be done there
-            refuse(
-                f"{error.filename}: {error.strerror}; ask its owner for the right, or name another"
-            )
-        what = error.filename or "the output cannot be written"
-        raise RunFailed(f"{what}: {error.strerror or error}") from error
+    if not isinstance(error, OSError) or error.errno == errno.ENAMETOOLONG:
+        return  # bad input, which `cli` tells
+    if isinstance(error, PermissionError):  # as bad input is, whatever was to be done there
+        refuse(f"{error.filename}: {error.strerror}; ask its owner for the right, or name another")
+    what = error.filename or "the output cannot be written"
+    raise RunFailed(f"{what}: {error.strerror or error}") from error
 
 
 def _remedy(error: OSError) -> str:

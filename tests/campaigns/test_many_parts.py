@@ -207,7 +207,8 @@ def test_numbers_are_found_again_from_their_runs(numbers: set[int], step: int) -
 
 
 @pytest.mark.parametrize(
-    "runs", [[[0, 10**9]], [[-1, 2]], [[0, -2]], [[2**62, 4], [0, 2**62]], [[0]], "x", None]
+    "runs",
+    [[[0, 10**9]], [[-1, 2]], [[0, -2]], [[2**63, 1]], [[2**62, 4], [0, 2**62]], [[0]], "x", None],
 )
 def test_missions_that_cannot_be_are_refused(runs: Any, in_parts: Callable[[int], Path]) -> None:
     """A stranger's record with a sum that fits takes no memory and ends in no traceback."""

@@ -68,6 +68,7 @@ ARROW_TYPES = {
 }
 
 Read = TypeVar("Read")
+Stamp = tuple[int, ...]
 
 # Of each table, and of the records: what the file system says of the file of each part.
 Listed = Mapping[str, Mapping[str, os.stat_result]]
@@ -170,12 +171,12 @@ def _numbers(listed: Mapping[str, Any]) -> NDArray[np.int64]:
     Raises:
         ValueError: when they are no missions.
     """
-    runs = np.array(listed["runs"], dtype=np.int64).reshape(-1, 2)
-    if (runs < 0).any() or runs[:, 1].sum(dtype=float) > MOST_MISSIONS:
+    step, runs = int(listed["step"]), [(int(first), int(count)) for first, count in listed["runs"]]
+    is_possible = all(min(it) >= 0 and it[0] + step * it[1] < 2**63 for it in runs)
+    if step < 1 or not is_possible or sum(count for _, count in runs) > MOST_MISSIONS:
         raise ValueError("its missions are none")
-    first, length = np.repeat(runs[:, 0], runs[:, 1]), runs[:, 1]
-    place = np.arange(len(first)) - np.repeat(np.cumsum(length) - length, length)
-    return first + int(listed["step"]) * place
+    each = [np.arange(first, first + step * count, step) for first, count in runs]
+    return np.concatenate([np.zeros(0, np.int64), *each])
 
 
 def _united(some: Sequence[Done]) -> Done:
@@ -226,14 +227,17 @@ def part_record(folder: Path, part: str) -> PartRecord:
     Raises:
         DamagedFile: when it says nothing that can be read.
     """
-    path = record_path(folder, part)
-    stamp = _stamp(path)
-    return _record(path, part, stamp) if stamp else _record_in_metadata(folder, part)
+    return _record_of(folder, part, _stamp(record_path(folder, part)))
+
+
+def _record_of(folder: Path, part: str, stamp: Stamp) -> PartRecord:
+    return _record(folder, part, stamp) if stamp else _record_in_metadata(folder, part)
 
 
 @lru_cache(maxsize=MOST_REMEMBERED)
-def _record(path: Path, part: str, _: tuple[int, ...]) -> PartRecord:
+def _record(folder: Path, part: str, _: Stamp) -> PartRecord:
     """Return what the record of a part says, which is read again only when it has changed."""
+    path = record_path(folder, part)
     try:
         found = read_json(path)
         files = {name: (str(it["sha256"]), int(it["bytes"])) for name, it in found["files"].items()}
@@ -242,8 +246,9 @@ def _record(path: Path, part: str, _: tuple[int, ...]) -> PartRecord:
         if own_sum is not None and own_sum != _sum_of(found):
             raise ValueError("its own SHA-256 is another")
         if own_sum is not None and "missions" in found:
-            numbers = _numbers(found["missions"])
-            done = Done(numbers, np.isin(numbers, _numbers(found["failed"])))
+            numbers, failed = (_numbers(found[it]) for it in ("missions", "failed"))
+            has_failed = np.isin(numbers, failed) if len(failed) else np.zeros(len(numbers), bool)
+            done = Done(numbers, has_failed)
     except (OSError, ArithmeticError, LookupError, AttributeError, TypeError, ValueError) as error:
         said = (str(error).splitlines() or [type(error).__name__])[0]
         raise DamagedFile(str(path), f"is damaged ({said})") from None
@@ -284,8 +289,12 @@ def _listed(folder: Path) -> dict[str, os.stat_result]:
     return found
 
 
-def check_part(folder: Path, files: Listed, part: str, plan_sha256: str | None = None) -> None:
+def check_part(
+    folder: Path, files: Listed, part: str, plan_sha256: str | None = None
+) -> PartRecord:
     """Refuse a part that lacks a file, or has one of another size, or is of another plan.
+
+    Returns what its record says.
 
     Raises:
         DamagedFile: saying what is wrong with which file.
@@ -293,14 +302,16 @@ def check_part(folder: Path, files: Listed, part: str, plan_sha256: str | None =
     missions = part_path(folder, MISSIONS, part)
     if not NAME.fullmatch(part):
         raise DamagedFile(str(missions), "has a name that no part has")
-    record = part_record(folder, part)
+    written = files[CHECKSUMS].get(part)
+    record = _record_of(folder, part, _stamp_of(written) if written else ())
     if plan_sha256 is not None and record.plan_sha256 != plan_sha256:
         raise DamagedFile(str(missions), "belongs to another campaign")
     if record.files is None:
-        return
+        return record
     for table in TABLES:
         if why := _wrong(files[table].get(part), record.files.get(table)):
             raise DamagedFile(str(part_path(folder, table, part)), why)
+    return record
 
 
 def _wrong(found: os.stat_result | None, expected: tuple[str, int] | None) -> str:
@@ -337,7 +348,7 @@ def check_table(folder: Path, table: str, part: str) -> None:
 
 
 @lru_cache(maxsize=MOST_REMEMBERED)
-def _sum(path: Path, _: tuple[int, ...]) -> str:
+def _sum(path: Path, _: Stamp) -> str:
     return sha256_of(path)
 
 
@@ -440,9 +451,8 @@ def done(folder: Path, plan_sha256: str | None = None) -> Done:
     def read(parts: Sequence[str]) -> Done:
         files = listed(folder)
         with _told_by(folder):
-            for part in parts:
-                check_part(folder, files, part, plan_sha256)
-        return _united([done_of(folder, part) for part in parts])
+            records = {part: check_part(folder, files, part, plan_sha256) for part in parts}
+        return _united([it.done or _by_rows(folder, part) for part, it in records.items()])
 
     return _in_peace(folder, read)
 
@@ -455,13 +465,15 @@ def done_of(folder: Path, part: str) -> Done:
     """
     with _told_by(folder):
         recorded = part_record(folder, part).done
-    if recorded is not None:
-        return recorded
+    return recorded or _by_rows(folder, part)
+
+
+def _by_rows(folder: Path, part: str) -> Done:
     return _done_by_rows(folder, part, _stamp(part_path(folder, MISSIONS, part)))
 
 
 @lru_cache(maxsize=MOST_REMEMBERED)
-def _done_by_rows(folder: Path, part: str, _: tuple[int, ...]) -> Done:
+def _done_by_rows(folder: Path, part: str, _: Stamp) -> Done:
     """Return the missions of a part, which is read again only when it has changed."""
     rows = read_part(folder, MISSIONS, part, ("mission", "status"))
     assert rows is not None  # as a part without missions does not count
@@ -482,11 +494,15 @@ def has_status(rows: pa.Table, status: str) -> NDArray[np.bool_]:
     return found
 
 
-def _stamp(path: Path) -> tuple[int, ...]:
+def _stamp(path: Path) -> Stamp:
+    """Return what tells whether a file has changed; () where it is not there."""
     try:
-        found = path.lstat()
+        return _stamp_of(path.lstat())
     except OSError:
         return ()
+
+
+def _stamp_of(found: os.stat_result) -> Stamp:
     return found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
 
