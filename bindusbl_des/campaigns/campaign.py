@@ -1,6 +1,7 @@
 """A campaign as it lies on the disk: how far it is and what it found."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from ..core.files import folder_draft, write_text
 from ..results.result import face
 from .experiments.experiment import Experiment
-from .experiments.plan import ExperimentPlan
+from .experiments.plan import ExperimentPlan, fingerprint
 from .statistics.outcomes import outcomes
 from .statistics.points_table import points_table, seeds_wanted
 from .storage.folder import LOCK, CampaignError, damaged_record, is_locked, read_record
@@ -67,14 +68,41 @@ class CampaignInterrupted(KeyboardInterrupt):
 class Campaign:
     """A campaign's folder and what it holds.
 
-    `folder` is its path, `plan` has its points and seeds, `record` is what `campaign.json` holds.
+    `folder` is its path, `record` is what `campaign.json` holds.
     """
 
-    def __init__(self, folder: Path, plan: ExperimentPlan, record: Mapping[str, Any]) -> None:
-        self.folder, self.plan, self.record = folder, plan, record
+    def __init__(
+        self, folder: Path, plan: ExperimentPlan | None, record: Mapping[str, Any]
+    ) -> None:
+        """Take a campaign of a plan; None: that of its record, made when it is first needed."""
+        self.folder, self._plan, self.record = folder, plan, record
+
+    @cached_property
+    def experiment(self) -> Experiment:
+        """The base scenario, the points at which it is varied, and the seeds."""
+        if self._plan is not None:
+            return self._plan.experiment
+        with _read_of(self.folder):
+            record = self.record["experiment"]
+            return Experiment.from_record(record, self.record["scenario"], self.folder)
+
+    @cached_property
+    def plan(self) -> ExperimentPlan:
+        """Its points, each with its whole scenario, which takes about a millisecond each.
+
+        Raises:
+            CampaignError: when the scenario of a point is none.
+        """
+        if self._plan is not None:
+            return self._plan
+        experiment = self.experiment
+        with _read_of(self.folder):
+            plan = ExperimentPlan(experiment)
+        plan.model_version = self.record["model_version"]
+        return plan
 
     def __repr__(self) -> str:
-        points, seeds = len(self.plan.points), len(self.plan.experiment.seeds)
+        points, seeds = len(self.experiment.points), len(self.experiment.seeds)
         status = self.record["status"]
         return (
             f"<Campaign {self.record['name']}: {points} point{'s' * (points != 1)} x "
@@ -167,12 +195,12 @@ class Campaign:
 
         Where `until_ci` says how sure to be, they are those that are needed as far as is known.
         """
-        numbers = self.plan.shard(*(self.record["shard"] or (1, 1)))
-        targets = self.plan.experiment.until_ci
+        numbers = self.experiment.shard(*(self.record["shard"] or (1, 1)))
+        targets = self.experiment.until_ci
         if not targets:
             return numbers
         found = outcomes(self.folder, [target.metric for target in targets])
-        point, replicate = np.divmod(numbers, len(self.plan.experiment.seeds))
+        point, replicate = np.divmod(numbers, len(self.experiment.seeds))
         return numbers[replicate < np.array(seeds_wanted(self.plan, found))[point]]
 
     def missing(self) -> NDArray[np.int64]:
@@ -234,10 +262,17 @@ def unfinished_campaign(folder: str | Path) -> Campaign:
     """
     folder = Path(folder)
     record = read_record(folder)
+    campaign = Campaign(folder, None, record)
+    plan = record["experiment"], record["own_parts"], record["model_version"]
+    if fingerprint(*plan) != record["plan_sha256"]:  # edited, so that its points may be none
+        _ = campaign.plan
+    return campaign
+
+
+@contextmanager
+def _read_of(folder: Path) -> Iterator[None]:
+    """Say of a record of which no plan can be made that it is damaged."""
     try:
-        experiment = Experiment.from_record(record["experiment"], record["scenario"], folder)
-        plan = ExperimentPlan(experiment)
-        plan.model_version = record["model_version"]
+        yield
     except WRONG as error:
         raise damaged_record(folder, error) from None
-    return Campaign(folder, plan, record)

@@ -231,7 +231,7 @@ def _tell_estimate(
     from ..core.process import duration
 
     plan = ExperimentPlan(experiment)
-    missions = len(plan.shard(*(shard or (1, 1))))
+    missions = len(plan.experiment.shard(*(shard or (1, 1))))
     cost = estimated(plan, missions, workers)
     if as_json:
         print_json(asdict(cost))

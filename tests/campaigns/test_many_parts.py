@@ -4,6 +4,7 @@ import json
 import os
 import random
 import shutil
+import subprocess
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -19,6 +20,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_campaign_folders import flipped
 
+from bindusbl_des.campaigns import campaign as campaign_module
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import Campaign, load_campaign
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
@@ -220,3 +222,37 @@ def test_missions_that_cannot_be_are_refused(runs: Any, in_parts: Callable[[int]
     path.write_text(json.dumps({**record, "sha256": storage._sum_of(record)}))
     with pytest.raises(CampaignError, match="is damaged"):
         done(folder)
+
+
+def test_a_plan_is_made_only_where_it_is_needed_or_was_edited(
+    in_parts: Callable[[int], Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Counting missions works out no scenario of a point, however many points there are."""
+    folder = in_parts(1)
+    monkeypatch.setattr(campaign_module, "ExperimentPlan", None)
+    campaign = load_campaign(folder)
+    assert (campaign.state().done, campaign.state().failed) == (IN_PART, 0)
+    with pytest.raises(CampaignError, match=r"campaign\.json is damaged or was edited"):
+        _ = campaign.plan  # since `None` makes none
+    path = folder / "campaign.json"
+    path.write_text(path.read_text().replace('"points": [', '"points": [{"auvs.count": 0}, '))
+    with pytest.raises(CampaignError, match=r"campaign\.json is damaged or was edited"):
+        load_campaign(folder)
+
+
+def test_status_loads_no_machinery_of_missions(in_parts: Callable[[int], Path]) -> None:
+    """Neither what compiles equations nor what draws, computes with or searches tables."""
+    code = (
+        "import sys\n"
+        "from bindusbl_des.cli import main\n"
+        f"try: main(['status', {str(in_parts(2))!r}])\n"
+        "except SystemExit: pass\n"
+        "heavy = {'numba', 'scipy', 'pandas', 'matplotlib', 'shapely', 'networkx', 'simpy'}\n"
+        "print('loaded', *heavy.intersection(sys.modules))"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    told = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True
+    )
+    assert told.stdout.splitlines()[-1] == "loaded", told.stderr
+    assert "done      7" in told.stdout

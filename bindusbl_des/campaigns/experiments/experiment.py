@@ -9,6 +9,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ...core.kept_files import KEPT, kept_name, portable, renamed, renamed_point
 from ...core.plugins import name_of
 from ...core.wording import described, did_you_mean
@@ -131,6 +134,16 @@ class Experiment:
     def varied(self) -> tuple[str, ...]:
         """Return the keys that differ between points, in the order of the experiment file."""
         return tuple(dict.fromkeys(key for point in self.points for key in point))
+
+    def shard(self, part: int, of: int) -> NDArray[np.int64]:
+        """Return the numbers of the missions of one shard, `part` counted from 1.
+
+        Where all seeds of a point decide together when it stops, a shard has whole points.
+        """
+        numbers = np.arange(len(self.points) * len(self.seeds))
+        unit = numbers // len(self.seeds) if self.until_ci else numbers
+        chosen: NDArray[np.int64] = numbers[unit % of == part - 1]
+        return chosen
 
     def record(self) -> dict[str, Any]:
         """Return the experiment as plain data, for `campaign.json`; files as in its folder."""

@@ -7,9 +7,6 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ...core.kept_files import copies_of, kept_name, portable, renamed_point
 from ...core.plugins import Family, is_plugin, source_sha256
 from ...scenario.families import parts_of
@@ -84,21 +81,17 @@ class ExperimentPlan:
         """Return the fingerprint of what decides a mission: scenario, seed and model."""
         return mission_id(self.points[mission.point].scenario, mission.seed, self.model_version)
 
-    def shard(self, part: int, of: int) -> NDArray[np.int64]:
-        """Return the numbers of the missions of one shard, `part` counted from 1.
-
-        Where all seeds of a point decide together when it stops, a shard has whole points.
-        """
-        numbers = np.arange(len(self))
-        unit = numbers // len(self.experiment.seeds) if self.experiment.until_ci else numbers
-        chosen: NDArray[np.int64] = numbers[unit % of == part - 1]
-        return chosen
-
     def fingerprint(self) -> str:
         """Return the sha256 of the whole plan; equal plans run the same missions."""
-        made_of = [self.experiment.record(), self.own_parts]
-        text = json.dumps(made_of, sort_keys=True) + self.model_version
-        return hashlib.sha256(text.encode()).hexdigest()
+        return fingerprint(self.experiment.record(), self.own_parts, self.model_version)
+
+
+def fingerprint(
+    experiment: Mapping[str, Any], own_parts: Mapping[str, str], model_version: str
+) -> str:
+    """Return the sha256 of a plan of what its campaign's record holds."""
+    text = json.dumps([experiment, own_parts], sort_keys=True) + model_version
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def model_version() -> str:
