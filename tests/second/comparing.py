@@ -46,7 +46,7 @@ def tables_of_second(mission: Second) -> Tables:
         heard = list(outcomes.values()).count("heard")
         pings.append(ping.row | {"in_range_of": len(mission.in_range(ping)), "heard_by": heard})
     for frame in mission.frames:
-        for i in mission.auvs:
+        for i in () if mission.instant else mission.auvs:
             arrived = frame.at[i][0] if frame.at[i][0] < mission.end else None
             row = {"auv": i, "arrived_at_s": arrived, "outcome": mission.outcome(frame, i)}
             frame_receptions.append(frame.row | row)

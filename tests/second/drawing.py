@@ -3,7 +3,7 @@
 import random
 from pathlib import Path
 
-SCHEDULES = ["spatial_reuse", "dsatur", "one_per_slot", "worst_first"]
+SCHEDULES = ["spatial_reuse", "dsatur", "one_per_slot", "worst_first", "super_tdma"]
 SCHEDULES += ["round_robin", "random", "polling", "aloha", "slotted_aloha", "csma"]
 DOWNLINKS = ["sequential", "pipelined_round", "pipelined_group", "direct_reply"]
 OVERFULL = ["split", "split", "oldest_first"]
@@ -73,9 +73,17 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
         protocol["broadcaster"] = "rotate"
     if protocol["ranging"] == "passive":
         protocol |= {"schedule": "spatial_reuse", "downlink": "sequential", "broadcaster": "rotate"}
+    if protocol["schedule"] == "super_tdma":  # AUVs at rest, known: predicted ways are right
+        protocol |= {"ranging": "owtt_sync", "positions": "truth"}
+        protocol["schedule"] = {"model": "super_tdma", "clear_s": draw.choice([0.0, 0.02, 0.05])}
+        protocol["downlink"] = draw.choice(["sequential", "pipelined_round", "direct_reply"])
+        route = {"kind": "hold", "positions_m": [place() for _ in range(count)]}
     if protocol["schedule"] in ("aloha", "slotted_aloha", "csma"):
         protocol["ranging"] = "owtt_sync"
         protocol["frame_s"] = draw.choice([0.05, 0.2, 0.5, 1.0, 3.0])
+        duration = min(duration, 100 * protocol["frame_s"])
+    if protocol["schedule"] == "polling":  # the simulator knows some fixes a round late
+        protocol["positions"] = "truth"
     if protocol["schedule"] == "csma":
         slot_s = draw.choice([None, None, 0.01, 0.04])
         protocol["schedule"] = {
@@ -92,7 +100,10 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
     if protocol["ranging"] == "twtt":
         protocol["ranging"] = {"model": "twtt", "turnaround_s": draw.choice([0.0, 0.05, 0.2])}
     if protocol["downlink"] == "direct_reply" and draw.random() < 0.5:
-        protocol["downlink"] = {"model": "direct_reply", "reply": "frame"}
+        reply = draw.choice(["frame", "instant", "instant"])
+        protocol["downlink"] = {"model": "direct_reply", "reply": reply}
+        if reply == "instant" and protocol["tick_rate_hz"] is None:
+            protocol["downlink"]["reply_at"] = draw.choice(["ping_end", "ping_front"])
     failures: list[dict] = []
     if draw.random() < 0.3:
         at = round(draw.uniform(0.0, duration), 3)

@@ -76,6 +76,7 @@ class Second:
         self.drift = math.hypot(*own["velocity_bias_m_per_s"]), own["random_walk_m_per_sqrt_s"]
         self.random_access = self.schedule in ("aloha", "slotted_aloha", "csma")
         self.replies, self.passive = self.downlink == "direct_reply", self.ranging == "passive"
+        self.instant = self.downlink_keys.get("reply") == "instant"
         self.called = self.ranging == "twtt" or self.schedule == "polling"
         self.deaf = self.keys["duplex"] == "per_node"
         self.plan_slots(keys)
@@ -95,11 +96,10 @@ class Second:
     def plan_slots(self, keys: Row) -> None:
         """Work out how long slots last."""
         believed = keys["environment"]["assumed_sound_speed_m_per_s"] or self.speed
-        crossing, reach = keys["survey"]["side_m"] / believed, self.hf["range_m"]
-        slant = self.hf["range_metric"] == "slant"
-        self.longest_s = (
-            reach if slant else math.hypot(reach, keys["survey"]["depth_m"])
-        ) / believed
+        crossing, longest = keys["survey"]["side_m"] / believed, self.hf["range_m"]
+        if self.hf["range_metric"] == "horizontal":
+            longest = math.hypot(longest, keys["survey"]["depth_m"])
+        self.believed_speed, self.longest_s = believed, longest / believed
 
         def given(key: str, crossings: float) -> float:
             return crossings * crossing if self.keys[key] is None else self.keys[key]
@@ -110,7 +110,9 @@ class Second:
         slot = self.ping_s + self.longest_s + given("uplink_guard_s", 0.5)
         if self.called:
             slot += self.ping_s + self.turnaround + self.longest_s
-        self.reply_s = self.airtime(1) + self.down_guard if self.replies else 0.0
+        self.reply_s = (
+            self.airtime(1) + self.down_guard if self.replies and not self.instant else 0.0
+        )
         self.slot_s = max(slot, given("shortest_uplink_slot_s", 2.5)) + self.reply_s
 
     def after(self, start: float, duration: float) -> float:
@@ -163,7 +165,7 @@ class Second:
                 sound.at[it], near = (begin, begin + lasts), self.reaches(place, at)
             else:
                 sound.at[it] = (begin, self.arrival(place, it, time + lasts))
-                near = horizontal(place, at) <= self.mf["range_m"]
+                near = self.instant or horizontal(place, at) <= self.mf["range_m"]
             if near:
                 sound.reached.append(it)
                 if sound.in_vain is None:
@@ -186,7 +188,8 @@ class Second:
         if not sound.whole or not self.works(at, begin, until):
             return "lost"
         others = ((a, b) for a, b, other in self.ears[sound.band, at] if other is not sound)
-        return "collided" if any(a < until and begin < b for a, b in others) else "heard"
+        overlaps = (min(b, until) - max(a, begin) for a, b in others)
+        return "collided" if any(it > AN_INSTANT for it in overlaps) else "heard"
 
     # Who pings when
 
@@ -199,8 +202,9 @@ class Second:
     def begin_round(self, start: float) -> list[list[str]]:
         """Begin a round; return its ping groups."""
         self.launch, margin = self.believed(start), self.keys["conflict_margin_m"]
+        at = {j: self.where(j, start) for j in self.working(start)}
         by = {
-            i: {j for j in self.working(start) if self.reaches(place, self.where(j, start), margin)}
+            i: {j for j in at if self.reaches(place, at[j], margin)}
             for i, place in self.launch.items()
         }
         rivals = {i: {k for k in self.auvs if k != i and by[i] & by[k]} for i in self.auvs}
@@ -229,6 +233,8 @@ class Second:
             return [[self.given.turns[len(self.rounds)]]]
         if self.schedule == "worst_first":
             return self.worst_first(start, by, rivals)
+        if self.schedule == "super_tdma":
+            return self.packed(start, by)
         return coloured(rivals, by_saturation=self.schedule == "dsatur")
 
     def worst_first(self, start: float, by: dict, rivals: dict) -> list[list[str]]:
@@ -250,6 +256,30 @@ class Second:
                 self.turns[i] += [len(self.rounds)] if by[i] else []
         return [sorted(group, key=self.auvs.index) for group in groups if group]
 
+    def packed(self, start: float, by: dict) -> list[list[str]]:
+        """Plan pings so that they arrive apart, the farthest first; return who pings together."""
+        c, gap = self.believed_speed, self.ping_s + self.schedule_keys["clear_s"] + self.reply_s
+        arrivals: list[tuple[str, float]] = []
+        sends, last = {}, 0.0
+        ways = {
+            i: {
+                j: min(self.longest_s, math.dist(self.launch[i], self.where(j, start)) / c)
+                for j in by[i]
+            }
+            for i in self.auvs
+        }
+        for i in sorted(self.auvs, key=lambda i: -max(ways[i].values(), default=0.0)):
+            taken = [at - ways[i][j] for j, at in arrivals if j in ways[i]]
+            tries = [0.0, *(self.after(start, at + gap) - start for at in taken)]
+            apart = gap - AN_INSTANT
+            send = min(t for t in tries if t >= 0 and all(abs(t - at) > apart for at in taken))
+            arrivals += [(j, send + way) for j, way in ways[i].items()]
+            sends[i] = send
+            last = max(last, send + max(ways[i].values(), default=self.longest_s))
+        times = sorted(set(sends.values()))
+        self.packed_slots = [*(start + time for time in times), self.after(start, last + gap)]
+        return [[i for i in self.auvs if sends[i] == time] for time in times]
+
     # Uplink
 
     def ping_group(self, slot: int, group: list[str], start: float) -> float:
@@ -264,6 +294,8 @@ class Second:
             ends = [p.at[p.row["called_by"]][1] for p in turns if self.answered(p)]
             if len(ends) == len(group):
                 return self.after(max(ends), self.reply_s)
+        if self.schedule == "super_tdma":
+            return self.packed_slots[slot + 1]
         return self.after(start, self.slot_s)
 
     def ping(self, sender: str, time: float, slot: int = 0, **more: object) -> Sound:
@@ -332,7 +364,7 @@ class Second:
         row = {"auv": auv, "round": ping.row["round"], "asvs": " ".join(asvs), "pinged_at_s": time}
         row |= dict.fromkeys(("broadcast_at_s", "broadcast_by", "delivered_at_s"))
         self.fixes.append(row | {"outcome": "in_flight", "place": place, "ping": ping})
-        self.known[auv] = place
+        self.known[auv] = (*place[:2], self.where(auv, 0.0)[2])
         return self.fixes[-1]
 
     # Downlink
@@ -413,13 +445,14 @@ class Second:
 
     def send_frame(self, number: int, asv: str, start: float, fixes: list[Row], part: int) -> None:
         """Send a frame, until its ASV fails; the end of `fly` tells what becomes of it."""
-        planned = self.airtime(len(fixes))
+        planned = 0.0 if self.instant else self.airtime(len(fixes))
         fails = [
             max(0.0, at - start) for j, at, until in self.failures if j == asv and start < until
         ]
         airtime = min([planned, *fails])
         row = {"round": number, "asv": asv, "sent_at_s": start, "airtime_s": airtime, "part": part}
-        row |= {"payload_bytes": self.payload(len(fixes)), "fixes": len(fixes)}
+        row |= {"payload_bytes": 0 if self.instant else self.payload(len(fixes))}
+        row |= {"fixes": len(fixes)}
         frame = Sound("mf", row, whole=airtime == planned, fixes=fixes)
         self.frames.append(self.spread(frame, asv, start, airtime, self.auvs))
         self.rounds[number]["fixes"] += len(fixes)
@@ -432,6 +465,9 @@ class Second:
         """Tell what becomes of a fix, as of its frame."""
         fix["outcome"] = self.outcome(frame, fix["auv"])
         at = self.after(frame.at[fix["auv"]][1], self.mf["processing_s"] or 0.0)
+        if self.instant:  # however near the AUV is, not before the ping is decoded
+            decoded = fix["ping"].at[frame.row["asv"]][1]
+            at = self.after(max(frame.at[fix["auv"]][1], decoded), 0.0)
         if at >= self.end and fix["outcome"] != "out_of_range":
             fix["outcome"] = "in_flight"
         if fix["outcome"] == "heard":
@@ -440,12 +476,13 @@ class Second:
     def reply(self) -> None:
         """Let the first ASV that decodes a ping reply, ping by ping as they are decoded."""
         decoded = [(p.at[j][1], n, j) for n, p in enumerate(self.passing) for j in p.reached]
-        replied = set()
+        replied, early = set(), self.downlink_keys.get("reply_at") == "ping_front"
         for end, n, j in sorted(decoded):
             ping = self.passing[n]
             if n not in replied and self.outcome(ping, j) == "heard":
                 replied.add(n)
-                self.send(ping.row["round"], j, end, [self.fix(ping, ping.row["auv"], [j])])
+                start = end - self.ping_s if early else end
+                self.send(ping.row["round"], j, start, [self.fix(ping, ping.row["auv"], [j])])
         self.passing = []
 
     # Random access

@@ -26,3 +26,29 @@ def test_a_second_implementation_agrees(tmp_path: Path) -> None:
 def test_a_second_implementation_agrees_a_thousand_times(tmp_path: Path) -> None:
     """A thousand further ones."""
     agree(1000, 1000, tmp_path)
+
+
+@pytest.mark.xfail(strict=True, reason="the simulator knows such a fix a round late")
+def test_a_fix_is_known_once_its_ping_has_passed(tmp_path: Path) -> None:
+    """The answer of round 10 passes ASV2 during the frame; in round 11 the nearer ASV1 calls."""
+    keys = scenario(0, tmp_path, schedule="polling", ranging="owtt_sync", downlink="sequential")
+    keys["protocol"] |= {"broadcaster": "rotate", "positions": "last_fix", "tick_rate_hz": None}
+    keys["protocol"] |= {"shortest_downlink_slot_s": 2.0, "duplex": "per_band"}
+    route = {"kind": "waypoints", "points_m": [[[5.0, 0.0], [65.0, 0.0]]]}
+    keys["auvs"] = {"count": 1, "speed_m_per_s": 1.0, "route": route}
+    stations = [[-10.0, 0.0], [60.0, 0.0], [25.0, 70.0]]
+    keys["asvs"] = {"count": 3, "formation": {"positions_m": stations}, "failures": []}
+    keys["acoustics"]["hf"] |= {"range_m": 80.0, "range_metric": "horizontal"}
+    assert not disagreements(keys)[0]
+
+
+@pytest.mark.xfail(strict=True, reason="the simulator delivers such a reply between ticks")
+def test_an_instant_reply_is_delivered_on_a_tick(tmp_path: Path) -> None:
+    """It leaves at the front of a ping that is longer than the way back."""
+    keys = scenario(0, tmp_path, schedule="one_per_slot", ranging="owtt_sync", tick_rate_hz=30.0)
+    reply = {"model": "direct_reply", "reply": "instant", "reply_at": "ping_front"}
+    keys["protocol"] |= {"downlink": reply, "broadcaster": "rotate", "positions": "truth"}
+    keys["auvs"] |= {"count": 1, "route": {"kind": "hold", "positions_m": [[3.0, 0.0]]}}
+    keys["asvs"] = {"count": 1, "formation": {"positions_m": [[0.0, 0.0]]}, "failures": []}
+    keys["acoustics"]["hf"] |= {"range_m": 50.0, "ping_s": 0.03}
+    assert not disagreements(keys)[0]
