@@ -233,7 +233,8 @@ class Campaign:
         rows = read_part(self.folder, MISSIONS, first, ("wall_time_s",))
         took = 0.0 if rows is None else sum(it or 0.0 for it in rows["wall_time_s"].to_pylist())
         spent = max(ends.values()) - max(ends[first] - took, session["began_at"])
-        return (ran - session["rows_before"]) / spent if spent > 0 else None
+        since = ran - session["rows_before"]  # none where rows went meanwhile
+        return since / spent if since > 0 and spent > 0 else None
 
 
 def load_campaign(folder: str | Path) -> Campaign:

@@ -27,7 +27,7 @@ from .schemas import SCHEMA_VERSION, TABLES, schema
 ROWS = 100_000
 
 # Whoever reads a table forward holds so many rows at a time.
-PIECE = 20_000
+PIECE = 10_000
 
 
 class DamagedFile(ValueError):

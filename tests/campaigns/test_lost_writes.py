@@ -5,13 +5,16 @@ import shutil
 from pathlib import Path
 from stat import S_ISDIR
 
+import pyarrow as pa
 import pytest
 from campaigns_for_tests import OneThread, call, same
 
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import load_campaign
 from bindusbl_des.campaigns.storage.folder import RECORD, read_record
-from bindusbl_des.campaigns.storage.parts import done
+from bindusbl_des.campaigns.storage.parts import CHECKSUMS, commit, done
+from bindusbl_des.campaigns.storage.parts import MISSIONS as MISSIONS_TABLE
+from bindusbl_des.core import files
 
 MISSIONS = 24
 
@@ -89,3 +92,31 @@ def test_no_mission_that_counted_is_lost_with_power(
         resumed = call("resume", left)
         assert resumed.exit_code == 0, resumed.stderr
         same(load_campaign(home / "c"), load_campaign(left))
+
+
+@pytest.mark.parametrize("made", [MISSIONS_TABLE, "auvs", CHECKSUMS])
+def test_a_table_folder_that_another_process_has_made_is_synced_too(
+    made: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Workers of two machines begin at once: one makes the folder and is slow to sync its name, the
+    other finds it and commits first; a power cut then must not take what was committed.
+    """
+    home, left = tmp_path / "home", tmp_path / "left"
+    home.mkdir()
+    rows = pa.table({"mission": [0, 1], "status": ["ok", "failed"]})
+    disk, plain = Disk(), os.fsync
+
+    def sync(descriptor: int) -> None:
+        plain(descriptor)
+        disk.keep(descriptor)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", sync)
+        for name in {MISSIONS_TABLE, "auvs", CHECKSUMS} - {made}:
+            (home / name).mkdir()
+        files.sync(home)
+        (home / made).mkdir()  # by the other, which syncs it later
+        commit(home, "00000000-00000000", {"auvs": rows, "missions": rows}, "0" * 64)
+    disk.restore(left, home, removed=False)
+    assert done(left).numbers.tolist() == done(home).numbers.tolist() == [0, 1]
+    assert done(left).failed.tolist() == [False, True]

@@ -40,7 +40,7 @@ from .parts import (
 )
 
 # So many rows are written together, whatever parts they come from: equal campaigns, equal files.
-ROWS_IN_GROUP = 50_000
+ROWS_IN_GROUP = 10_000
 
 # What a joined table keeps of the metadata of its parts: which table it is.
 SCHEMA = b"bindusbl.schema"

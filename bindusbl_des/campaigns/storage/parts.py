@@ -215,10 +215,20 @@ def whole_file(path: Path) -> Iterator[SummedFile]:
 
 
 def _make_durably(folder: Path) -> None:
-    """Make a folder if need be, so that a power cut does not take it and what is synced in it."""
+    """Make a folder if need be, so that a power cut does not take it and what is synced in it.
+
+    Another process may have made it, and not have synced its name yet.
+    """
     if not folder.is_dir():
         folder.mkdir(exist_ok=True)
         sync(folder.parent)
+    else:
+        _sync_name(folder, folder.stat().st_ino)
+
+
+@lru_cache(maxsize=64)
+def _sync_name(folder: Path, _: int) -> None:
+    sync(folder.parent)
 
 
 def part_record(folder: Path, part: str) -> PartRecord:
