@@ -68,9 +68,9 @@ def order(row: dict) -> tuple:
 
 
 def alike(ours: object, theirs: object) -> bool:
-    """Compare instants to 10 ns and all else exactly."""
+    """Compare instants to 0.1 us, places to 0.1 um and all else exactly."""
     if isinstance(ours, float) and isinstance(theirs, (int, float)):
-        return abs(ours - theirs) < 1e-8
+        return abs(ours - theirs) < 1e-7
     return ours == theirs
 
 

@@ -56,7 +56,7 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
         "downlink": draw.choice(DOWNLINKS),
         "broadcaster": draw.choice(BROADCASTERS),
         "ranging": draw.choice(["owtt_sync", "owtt_sync", "owtt_sync", "twtt", "twtt", "passive"]),
-        "positions": draw.choice(["truth", "truth", "last_fix"]),
+        "positions": draw.choice(["truth", "truth", "last_fix", "carried_forward"]),
         "tick_rate_hz": draw.choice([None, None, 30.0, 100.0]),
         "duplex": draw.choice(["per_band", "per_band", "per_node"]),
         "conflict_margin_m": draw.choice([0.0, 0.0, 5.0]),

@@ -87,6 +87,7 @@ class Second:
         self.passing: list[Sound] = []  # pings whose fate is open
         self.waiting: list[Row] = []  # fixes that wait for the downlink
         self.known = {i: self.where(i, 0.0) for i in self.auvs}  # where fixes put the AUVs
+        self.known_at = dict.fromkeys(self.auvs, 0.0)
         self.turns: dict[str, list[int]] = defaultdict(list)  # rounds, if somebody hears the AUV
         self.free = self.waited = 0.0  # end of the last downlink slot; time without ASVs
         self.ears: dict[tuple[str, str], list[tuple[float, float, object]]] = defaultdict(list)
@@ -188,16 +189,22 @@ class Second:
         if not sound.whole or not self.works(at, begin, until):
             return "lost"
         others = ((a, b) for a, b, other in self.ears[sound.band, at] if other is not sound)
-        overlaps = (min(b, until) - max(a, begin) for a, b in others)
-        return "collided" if any(it > AN_INSTANT for it in overlaps) else "heard"
+        early, late = until - AN_INSTANT, begin + AN_INSTANT
+        return "collided" if any(a < early and late < b for a, b in others) else "heard"
 
     # Who pings when
 
     def believed(self, time: float) -> dict[str, Place]:
         """Return where the fleet believes its AUVs."""
+        if self.keys["positions"] == "truth":
+            return {i: self.where(i, time) for i in self.auvs}
         if self.keys["positions"] == "last_fix":
             return dict(self.known)
-        return {i: self.where(i, time) for i in self.auvs}
+        found = {}
+        for i, (x, y, depth) in self.known.items():
+            (a, b, _), (c, d, _) = self.where(i, self.known_at[i]), self.where(i, time)
+            found[i] = (x + c - a, y + d - b, depth)
+        return found
 
     def begin_round(self, start: float) -> list[list[str]]:
         """Begin a round; return its ping groups."""
@@ -312,7 +319,7 @@ class Second:
             self.spread(ping, sender, time, self.ping_s, to)
             if ping.in_vain is None and not self.passive:
                 self.passing.append(ping)
-                if self.deaf:
+                if self.deaf and not self.instant:
                     self.ears["mf", sender].append((time, time + self.ping_s, ping))
         return ping
 
@@ -364,6 +371,7 @@ class Second:
         row = {"auv": auv, "round": ping.row["round"], "asvs": " ".join(asvs), "pinged_at_s": time}
         row |= dict.fromkeys(("broadcast_at_s", "broadcast_by", "delivered_at_s"))
         self.fixes.append(row | {"outcome": "in_flight", "place": place, "ping": ping})
+        self.known_at[auv] = time
         self.known[auv] = (*place[:2], self.where(auv, 0.0)[2])
         return self.fixes[-1]
 
