@@ -10,6 +10,11 @@ OVERFULL = ["split", "split", "oldest_first"]
 BROADCASTERS = ["rotate", "random", "most_fixes", "nearest", "fixed", "parallel"]
 
 
+def named(part: object) -> str:
+    """Return the name of a part."""
+    return part["model"] if isinstance(part, dict) else str(part)
+
+
 def scenario(seed: int, folder: Path, **wanted: object) -> dict:
     """Return a scenario drawn with a seed; `wanted` fixes keys of `protocol`.
 
@@ -105,15 +110,25 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
         if reply == "instant" and protocol["tick_rate_hz"] is None:
             protocol["downlink"]["reply_at"] = draw.choice(["ping_end", "ping_front"])
     failures: list[dict] = []
-    if draw.random() < 0.3:
+    told = (
+        protocol["broadcaster"] != "parallel"
+        and protocol["downlink"] in ("sequential", "pipelined_round")
+        and named(protocol["schedule"]) not in ("random", "worst_first", "super_tdma")
+        and draw.random() < 0.4
+    )
+    if told:
+        protocol["knowledge"] = draw.choice(
+            ["broadcast", {"model": "broadcast", "assignment_bytes": 1}]
+        )
+    elif draw.random() < 0.3:
         at = round(draw.uniform(0.0, duration), 3)
         until = draw.choice([None, round(at + draw.uniform(0.5, 10.0), 3)])
         failures = [{"asv": draw.randrange(ships), "at_s": at, "until_s": until}]
     if protocol["ranging"] == "passive":
         protocol["positions"] = "truth"
     # Ranges of another speed of sound would make fixes uncertain
-    certain = "worst_first" not in str(protocol["schedule"])
-    overfull = "split" if protocol["broadcaster"] == "parallel" else draw.choice(OVERFULL)
+    certain = named(protocol["schedule"]) != "worst_first"
+    overfull = "split" if told or protocol["broadcaster"] == "parallel" else draw.choice(OVERFULL)
     return {
         "name": f"second_{seed}",
         "duration_s": duration,

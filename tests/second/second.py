@@ -78,6 +78,11 @@ class Second:
         self.replies, self.passive = self.downlink == "direct_reply", self.ranging == "passive"
         self.instant = self.downlink_keys.get("reply") == "instant"
         self.called = self.ranging == "twtt" or self.schedule == "polling"
+        knowledge, self.knowledge_keys = named(self.keys.get("knowledge", "shared"))
+        self.told = knowledge == "broadcast" and not (
+            self.called or self.passive or self.random_access
+        )
+        self.ahead = 2 if self.downlink == "pipelined_round" else 1
         self.deaf = self.keys["duplex"] == "per_node"
         self.plan_slots(keys)
         self.rounds: list[Row] = []
@@ -87,6 +92,9 @@ class Second:
         self.passing: list[Sound] = []  # pings whose fate is open
         self.waiting: list[Row] = []  # fixes that wait for the downlink
         self.known = {i: self.where(i, 0.0) for i in self.auvs}  # where fixes put the AUVs
+        self.plans: dict[int, tuple[list[list[str]], int]] = {}  # of rounds
+        self.ends: dict[int, list[float]] = {}  # of their slots with super_tdma, since they began
+        self.tellers: dict[int, Sound] = {}  # frames that name the slots of rounds
         self.known_at = dict.fromkeys(self.auvs, 0.0)
         self.turns: dict[str, list[int]] = defaultdict(list)  # rounds, if somebody hears the AUV
         self.free = self.waited = 0.0  # end of the last downlink slot; time without ASVs
@@ -196,7 +204,7 @@ class Second:
 
     def believed(self, time: float) -> dict[str, Place]:
         """Return where the fleet believes its AUVs."""
-        if self.keys["positions"] == "truth":
+        if self.keys["positions"] == "truth" and not self.told:
             return {i: self.where(i, time) for i in self.auvs}
         if self.keys["positions"] == "last_fix":
             return dict(self.known)
@@ -206,21 +214,29 @@ class Second:
             found[i] = (x + c - a, y + d - b, depth)
         return found
 
-    def begin_round(self, start: float) -> list[list[str]]:
-        """Begin a round; return its ping groups."""
-        self.launch, margin = self.believed(start), self.keys["conflict_margin_m"]
-        at = {j: self.where(j, start) for j in self.working(start)}
+    def plan(self, number: int, time: float) -> tuple[list[list[str]], int]:
+        """Return the ping groups of a round and how many AUVs conflict, by what is known."""
+        self.launch, margin = self.believed(time), self.keys["conflict_margin_m"]
+        at = {j: self.where(j, time) for j in self.working(time)}
         by = {
             i: {j for j in at if self.reaches(place, at[j], margin)}
             for i, place in self.launch.items()
         }
         rivals = {i: {k for k in self.auvs if k != i and by[i] & by[k]} for i in self.auvs}
-        groups = [] if self.random_access else self.groups(start, by, rivals)
+        groups = [] if self.random_access else self.groups(number, time, by, rivals)
+        return groups, 0 if self.passive else sum(map(len, rivals.values())) // 2
+
+    def begin_round(self, start: float) -> list[list[str]]:
+        """Begin a round; return its ping groups."""
+        number = len(self.rounds)
+        if not self.told or number < self.ahead:  # `ahead` rounds are agreed before the launch
+            self.plans[number] = self.plan(number, start if not self.told else 0.0)
+        groups, conflicts = self.plans[number]
         row: Row = {
-            "round": len(self.rounds),
+            "round": number,
             "started_at_s": start,
             "colours": len(groups),
-            "conflicts": 0 if self.passive else sum(map(len, rivals.values())) // 2,
+            "conflicts": conflicts,
             "uplink_s": None,
             "downlink_s": 0.0 if self.passive else None,
             "fixes": 0,
@@ -228,23 +244,30 @@ class Second:
         self.rounds.append(row)
         return groups
 
-    def groups(self, start: float, by: dict, rivals: dict) -> list[list[str]]:
+    def knows(self, auv: str, start: float) -> bool:
+        """Tell whether an AUV knows its slot, from the launch or a frame decoded before it."""
+        frame = self.tellers.get(len(self.rounds) - 1)
+        return frame is None or (
+            self.outcome(frame, auv) == "heard" and self.decoded(frame, auv) <= start
+        )
+
+    def groups(self, number: int, start: float, by: dict, rivals: dict) -> list[list[str]]:
         """Return the ping groups of a round, by who hears whom and who conflicts with whom."""
         if self.passive:
             return [[j] for j in self.working(start)]
         if self.schedule in ("one_per_slot", "polling"):
             return [[i] for i in self.auvs]
         if self.schedule == "round_robin":
-            return [[self.auvs[len(self.rounds) % len(self.auvs)]]]
+            return [[self.auvs[number % len(self.auvs)]]]
         if self.schedule == "random":
-            return [[self.given.turns[len(self.rounds)]]]
+            return [[self.given.turns[number]]]
         if self.schedule == "worst_first":
-            return self.worst_first(start, by, rivals)
+            return self.worst_first(number, start, by, rivals)
         if self.schedule == "super_tdma":
-            return self.packed(start, by)
+            return self.packed(number, start, by)
         return coloured(rivals, by_saturation=self.schedule == "dsatur")
 
-    def worst_first(self, start: float, by: dict, rivals: dict) -> list[list[str]]:
+    def worst_first(self, number: int, start: float, by: dict, rivals: dict) -> list[list[str]]:
         """Return groups of the AUVs with the largest claims; the others wait."""
         bias, walk = self.drift
         claims = {}
@@ -253,17 +276,17 @@ class Second:
             sent = [f for f in sent if f["broadcast_at_s"] <= start]
             age = start - max((f["pinged_at_s"] for f in sent), default=0.0)
             last = max((f["round"] for f in sent), default=-1)
-            in_vain = sum(number > last for number in self.turns[i])
+            in_vain = sum(turn > last for turn in self.turns[i])
             claims[i] = math.sqrt((bias * age) ** 2 + 2 * walk**2 * age) / (in_vain + 2)
         groups: list[list[str]] = [[] for _ in range(self.schedule_keys.get("slots", 4))]
         for i in sorted(self.auvs, key=lambda i: -claims[i]):
             free = [group for group in groups if not rivals[i] & set(group)]
             if free:
                 free[0].append(i)
-                self.turns[i] += [len(self.rounds)] if by[i] else []
+                self.turns[i] += [number] if by[i] else []
         return [sorted(group, key=self.auvs.index) for group in groups if group]
 
-    def packed(self, start: float, by: dict) -> list[list[str]]:
+    def packed(self, number: int, start: float, by: dict) -> list[list[str]]:
         """Plan pings so that they arrive apart, the farthest first; return who pings together."""
         c, gap = self.believed_speed, self.ping_s + self.schedule_keys["clear_s"] + self.reply_s
         arrivals: list[tuple[str, float]] = []
@@ -284,7 +307,7 @@ class Second:
             sends[i] = send
             last = max(last, send + max(ways[i].values(), default=self.longest_s))
         times = sorted(set(sends.values()))
-        self.packed_slots = [*(start + time for time in times), self.after(start, last + gap)]
+        self.ends[number] = [*times[1:], self.after(start, last + gap) - start]
         return [[i for i in self.auvs if sends[i] == time] for time in times]
 
     # Uplink
@@ -294,7 +317,11 @@ class Second:
         if self.called:
             turns = self.call(slot, group, start)
         else:
-            turns = [self.ping(i, start, slot) for i in group if self.works(i, start)]
+            turns = [
+                self.ping(i, start, slot)
+                for i in group
+                if self.works(i, start) and self.knows(i, start)
+            ]
         if self.replies:
             self.reply()
         if self.schedule == "polling" and len(turns) == len(group):
@@ -302,7 +329,7 @@ class Second:
             if len(ends) == len(group):
                 return self.after(max(ends), self.reply_s)
         if self.schedule == "super_tdma":
-            return self.packed_slots[slot + 1]
+            return self.rounds[-1]["started_at_s"] + self.ends[len(self.rounds) - 1][slot]
         return self.after(start, self.slot_s)
 
     def ping(self, sender: str, time: float, slot: int = 0, **more: object) -> Sound:
@@ -377,17 +404,19 @@ class Second:
 
     # Downlink
 
-    def payload(self, fixes: int) -> int:
-        """Return how many bytes a frame of so many fixes has."""
-        return self.mf["header_bytes"] + fixes * self.mf["fix_bytes"]
+    def payload(self, fixes: int, slots: int = 0) -> int:
+        """Return how many bytes a frame of so many fixes and slots has."""
+        size = self.knowledge_keys.get("assignment_bytes", 2)
+        return self.mf["header_bytes"] + slots * size + fixes * self.mf["fix_bytes"]
 
-    def airtime(self, fixes: int) -> float:
-        """Return how long a frame of so many fixes is on the air."""
-        return 8 * self.payload(fixes) * self.mf["overhead"] / self.mf["bit_rate_bps"]
+    def airtime(self, fixes: int, slots: int = 0) -> float:
+        """Return how long a frame of so many fixes and slots is on the air."""
+        return 8 * self.payload(fixes, slots) * self.mf["overhead"] / self.mf["bit_rate_bps"]
 
-    def capacity(self) -> int:
-        """Return how many fixes a frame holds."""
-        return ((self.mf["payload_bytes"] or 10**9) - self.payload(0)) // self.mf["fix_bytes"]
+    def capacity(self, slots: int = 0) -> int:
+        """Return how many fixes a frame holds beside slots."""
+        most = self.mf["payload_bytes"] or 10**9
+        return max(0, most - self.payload(0, slots)) // self.mf["fix_bytes"]
 
     def broadcast(self, start: float) -> float:
         """Broadcast what waits, as of the last round; return when the downlink slot ends."""
@@ -399,21 +428,24 @@ class Second:
         row["downlink_s"] = row["downlink_s"] or 0.0
         if not working:
             return start
-        end = start
-        for shares in self.senders(start, working):
-            ends = [self.send(row["round"], j, end, fixes) for j, fixes in shares.items()]
+        end, number, slots = start, row["round"] + self.ahead, 0
+        if self.told:
+            self.plans[number] = self.plan(number, start)
+            slots = sum(map(len, self.plans[number][0]))
+        for shares in self.senders(start, working, slots):
+            ends = [self.send(row["round"], j, end, fixes, slots) for j, fixes in shares.items()]
             end = self.after(max(ends), self.down_guard)
         end = max(end, self.after(start, self.down_shortest))
         row["downlink_s"] += end - start
         return end
 
-    def senders(self, start: float, working: list[str]) -> list[dict[str, list[Row]]]:
+    def senders(self, start: float, working: list[str], slots: int) -> list[dict[str, list[Row]]]:
         """Return who sends what: fixes of each ASV, of those that broadcast at once."""
         at = {j: self.where(j, start) for j in working}
         fixes, self.waiting = self.waiting, []
         if self.broadcaster != "parallel":
             if self.mf["overfull"] == "oldest_first":
-                fixes, self.waiting = fixes[: self.capacity()], fixes[self.capacity() :]
+                fixes, self.waiting = fixes[: self.capacity(slots)], fixes[self.capacity(slots) :]
             return [{self.chosen(at, fixes): fixes}]
         shares: dict[str, list[Row]] = {}
         for fix in fixes:
@@ -441,38 +473,46 @@ class Second:
             return min(at, key=lambda j: sum(horizontal(f["place"], at[j]) for f in fixes))
         return list(at)[sum(frame.row["part"] == 0 for frame in self.frames) % len(at)]
 
-    def send(self, number: int, asv: str, start: float, fixes: list[Row]) -> float:
-        """Send fixes, in several frames if one does not hold them; return when that ends."""
-        size = self.capacity()
-        for part in range(max(1, math.ceil(len(fixes) / size))):
-            share = fixes[part * size : (part + 1) * size]
+    def send(self, number: int, asv: str, start: float, fixes: list[Row], slots: int = 0) -> float:
+        """Send slots and fixes, in several frames if need be; return when that ends."""
+        first, size = self.capacity(slots), self.capacity()
+        shares = [fixes[:first], *(fixes[k : k + size] for k in range(first, len(fixes), size))]
+        for part, share in enumerate(shares):
             if start < self.end:
-                self.send_frame(number, asv, start, share, part)
-            start += self.airtime(len(share))
+                self.send_frame(number, asv, start, share, part, slots)
+            start, slots = start + self.airtime(len(share), slots), 0
         return start
 
-    def send_frame(self, number: int, asv: str, start: float, fixes: list[Row], part: int) -> None:
+    def send_frame(
+        self, number: int, asv: str, start: float, fixes: list[Row], part: int, slots: int
+    ) -> None:
         """Send a frame, until its ASV fails; the end of `fly` tells what becomes of it."""
-        planned = 0.0 if self.instant else self.airtime(len(fixes))
+        planned = 0.0 if self.instant else self.airtime(len(fixes), slots)
         fails = [
             max(0.0, at - start) for j, at, until in self.failures if j == asv and start < until
         ]
         airtime = min([planned, *fails])
         row = {"round": number, "asv": asv, "sent_at_s": start, "airtime_s": airtime, "part": part}
-        row |= {"payload_bytes": 0 if self.instant else self.payload(len(fixes))}
+        row |= {"payload_bytes": 0 if self.instant else self.payload(len(fixes), slots)}
         row |= {"fixes": len(fixes)}
         frame = Sound("mf", row, whole=airtime == planned, fixes=fixes)
         self.frames.append(self.spread(frame, asv, start, airtime, self.auvs))
         self.rounds[number]["fixes"] += len(fixes)
+        if slots:
+            self.tellers[number + self.ahead] = frame
         if self.deaf or self.replies:
             self.ears["hf", asv].append((start, start + airtime, frame))
         for fix in fixes:
             fix |= {"broadcast_at_s": start, "broadcast_by": asv}
 
+    def decoded(self, frame: Sound, auv: str) -> float:
+        """Return when an AUV has decoded a frame."""
+        return self.after(frame.at[auv][1], self.mf["processing_s"] or 0.0)
+
     def deliver(self, fix: Row, frame: Sound) -> None:
         """Tell what becomes of a fix, as of its frame."""
         fix["outcome"] = self.outcome(frame, fix["auv"])
-        at = self.after(frame.at[fix["auv"]][1], self.mf["processing_s"] or 0.0)
+        at = self.decoded(frame, fix["auv"])
         if self.instant:  # however near the AUV is, not before the ping is decoded
             decoded = fix["ping"].at[frame.row["asv"]][1]
             at = self.after(max(frame.at[fix["auv"]][1], decoded), 0.0)
