@@ -113,13 +113,18 @@ def _campaigns(found: Measured) -> str:
     large = (
         (
             f"{it['missions']:,}",
+            f"{it['parts']:,}",
             number(it["status"]["processor_s"]),
+            number(it["complete"]["processor_s"]),
             number(it["resume"]["processor_s"]),
             number(it["resume"]["memory_mb"]),
         )
         for it in found["large"]
     )
-    asked = ("missions", "`status`, s", "`resume` of the last 16, s", "memory MB")
+    asked = (
+        "missions", "parts", "`status`, s", "`resume` of none, s", "`resume` of the last 16, s",
+        "memory MB",
+    )  # fmt: skip
     ways = table(("campaign", "processor s", "fixed s", "ms each further", "efficiency"), rows)
     return f"{text}\n\n{ways}\n{table(asked, large)}"
 
