@@ -1,4 +1,4 @@
-"""Hulls under the name that other programs know: see :mod:`.hulls`."""
+"""Hulls under the name that other programs know: see :mod:`.vehicles.hulls`."""
 
 from .vehicles.hulls import (
     MODELS,

@@ -4,7 +4,10 @@ import ast
 import re
 import runpy
 from functools import cache
+from importlib import import_module
+from importlib.util import resolve_name
 from pathlib import Path
+from pydoc import locate
 
 import networkx as nx
 import pytest
@@ -223,3 +226,21 @@ def room_at(boxes: list[tuple[str, ...]], x: str, y: str) -> str:
         if -2 <= int(x) - left <= width + 2 and -2 <= int(y) - top <= height + 2:
             return room
     raise AssertionError(f"no room is at {x}, {y}")
+
+
+def test_docstrings_refer_to_what_there_is() -> None:
+    """`:func:`.room.thing`` counts from the module's package, `:func:`thing`` from the module."""
+    missing = []
+    for name, path in NAMES.items():
+        if name == "__main__":  # which runs
+            continue
+        module = import_module(f"bindusbl_des.{name}".rstrip("."))
+        package = module.__name__ if path.name == "__init__.py" else module.__package__
+        for found in re.findall(r":(?:mod|class|func|data):`([\w.]+)`", path.read_text()):
+            if found.startswith("."):
+                there = locate(resolve_name(found, package))
+            else:
+                there = locate(f"{module.__name__}.{found}") or locate(found)
+            if there is None:
+                missing.append(f"{path}: {found}")
+    assert not missing

@@ -136,8 +136,8 @@ def spread(
     and from `row` on one for each of their ASVs.
 
     Return the row that comes after the last reception.  `packed` is the address of a
-    :class:`Spread`.  An AUV that was `called` in vain (1,), :data:`.rows.CALLED`, does not ping
-    (:func:`silence`).  So many `calls` are on record by now.
+    :class:`Spread`.  An AUV that was `called` in vain (1,), :data:`..records.rows.CALLED`, does not
+    ping (:func:`silence`).  So many `calls` are on record by now.
     """
     into = unpacked(packed, Spread)
     pings, receptions, auvs, asvs = into.pings, into.receptions, into.auvs, into.asvs

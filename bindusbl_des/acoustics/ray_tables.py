@@ -5,7 +5,7 @@ spherical spreading.  Both are smooth, and none where ways are steep or short, s
 tell them finely, and places off the grid's ends (nearer than its first range, too) have sensible
 values.  At the edge of a shadow direct rays end, and reflected ones that come milliseconds later
 are the first: values of two ways are never mixed.  Tables are one's own (CSV or Parquet, from any
-ray tracer) or traced (:mod:`.ray_tracing`).
+ray tracer) or traced (:mod:`.table_channel`).
 """
 
 import os

@@ -296,8 +296,9 @@ def reach_m(budget: LinkBudget, snr_db: float) -> float:
 MOST_REFLECTIONS = 3
 WAYS = len(tuple(ways(MOST_REFLECTIONS)))
 
-# What echoes make of a ping that they blend into, as of :data:`.rows.RECEPTION`; and for each way
-# how much later (s) an echo of its own arrives, and how strong it is where it overlaps others.
+# What echoes make of a ping that they blend into, as of :data:`..records.rows.RECEPTION`; and for
+# each way how much later (s) an echo of its own arrives, and how strong it is where it overlaps
+# others.
 ECHO = np.dtype(
     [
         ("late_s", "f8"),

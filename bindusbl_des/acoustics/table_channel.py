@@ -171,10 +171,10 @@ FORM = 2
 
 
 def kept_table(profile: Profile, grid: TableAxes, bottom_m: float) -> SoundTable:
-    """Return the table that :func:`.ray_tracing.traced` makes, from disk if it was made before.
+    """Return the table that :func:`traced` makes, from disk if it was made before.
 
     What cannot be kept is traced each time; what was damaged on disk is traced anew.  Errors are
-    those of :func:`.ray_tracing.traced`.
+    those of :func:`traced`.
     """
     path = cache_folder() / f"{_made_of(profile, grid, bottom_m)}.npz"
     with suppress(OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):

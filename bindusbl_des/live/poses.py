@@ -54,7 +54,7 @@ class Nonsense(ValueError):
 
 
 class Received:
-    """The poses that have been received: a :class:`.vehicles.poses.PoseSource`.
+    """The poses that have been received: a :class:`..vehicles.poses.PoseSource`.
 
     Until each AUV has been heard of, a mission cannot begin (:attr:`missing`).
     """

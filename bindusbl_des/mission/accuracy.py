@@ -48,8 +48,8 @@ def _note_errors(
     metrics: Rows, errors: Floats, lines: Floats, reckoned: Floats, estimate: Floats, sure: Floats
 ) -> None:
     """Write to the one row of metrics the errors of an estimate (n, 2), m, along a way
-    (:class:`.ways.Way`), and of dead reckoning (n, 2), m; `sure` (n, 3), m2, is xx, yy, xy of the
-    estimate.
+    (:class:`..vehicles.fleet.VehicleTrack`), and of dead reckoning (n, 2), m; `sure` (n, 3), m2, is
+    xx, yy, xy of the estimate.
     """
     metric, n = metrics[0], len(lines)
     total = square = largest = sideways = alone = 0.0
@@ -110,7 +110,8 @@ def _note_points(
     points: Rows, times: Floats, lines: Floats, reckoned: Floats, estimate: Floats, sure: Floats,
     depth_error: Floats,
 ) -> None:  # fmt: skip
-    """Write where an AUV was on its way (:class:`.ways.Way`), and what it made of it.
+    """Write where an AUV was on its way (:class:`..vehicles.fleet.VehicleTrack`), and what it made
+    of it.
 
     `reckoned` and `estimate` (n, 2), m; how `sure` it was: xx, yy, xy (n, 3), m2.
     """

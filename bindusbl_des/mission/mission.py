@@ -136,10 +136,10 @@ class Mission:
 
         `scenario` may be the path of a scenario file, or the name of one that ships, read as by
         `load_scenario`.  `poses` is an outside program that moves AUVs, ASVs or both, in the place
-        of what the scenario says (:class:`.poses.PoseSource`).  It is asked each
+        of what the scenario says (:class:`PoseSource`).  It is asked each
         `pose_step_s` (s), as the mission goes on; positions between two samples are interpolated.
         `schedule` says who pings when, in the place of that of the scenario
-        (:mod:`.protocol.schedules.named`).
+        (:mod:`..protocol.schedules.named`).
 
         Raises:
             ScenarioError: when the scenario file cannot be read or used.
@@ -183,7 +183,7 @@ class Mission:
         """Return the event of the next happening of a kind: `ping`, `arrival`, `reception`,
         `broadcast` or `delivery`.
 
-        Its value is a :class:`.protocol.happenings.Happening`: kind, time (s), and the row of that
+        Its value is a :class:`Happening`: kind, time (s), and the row of that
         instant.  `which` are values that columns of the row must have:
         ``happening("delivery", auv=1)``.  Whoever waits, and for what, changes nothing of the
         mission.

@@ -95,7 +95,7 @@ class Known(NamedTuple):
     dead reckoning, what is remembered, what has been believed since when, and the receptions that
     fixes are made of, and fixes by GNSS.  For autopilots,
     what to add to dead reckoning, `corrections` (n, 2), m, and which bias and current go on
-    carrying it off since when, `learnt` (n,), :data:`.rows.LEARNT`.
+    carrying it off since when, `learnt` (n,), :data:`LEARNT`.
     """
 
     rule: Rule
@@ -114,13 +114,14 @@ class Known(NamedTuple):
 def correct(
     packed: int, count: int, fixes: Rows, due: Ints, common: Floats | None, left: Floats | None
 ) -> None:
-    """Take in the fixes `due`, by their numbers (:func:`.rows.fix_numbered`); note what is believed
+    """Take in the fixes `due`, by their numbers (:func:`fix_numbered`); note what is believed
     then in the rows from `count` on of what has been held, and for autopilots.  `packed` is the
     address of a :class:`.correcting.Known`.
 
     Each fix contains of the m last states, errors that fixes have in common, beside the true
-    position `common` (n or more, 2, 4 m + 2), as of :class:`.rows.Jacobians`; its noise is what is
-    `left` of its covariance without them, xx, yy, xy (n or more, 3), m2.  None: there are none.
+    position `common` (n or more, 2, 4 m + 2), as of :class:`..records.rows.Jacobians`; its noise is
+    what is `left` of its covariance without them, xx, yy, xy (n or more, 3), m2.  None: there are
+    none.
     """
     by = unpacked(packed, Known)
     whose, since, beliefs = by.held
@@ -228,7 +229,7 @@ def expand(
     add to it, `common` (n, 2, m).
 
     `packed` is the address of a :class:`Known`; without that, fixes have a `noise` xx, yy, xy
-    (n, 3), m2, and `jacobians` (n, 2, 4 m + 2) as of :class:`.rows.Jacobians`.
+    (n, 3), m2, and `jacobians` (n, 2, 4 m + 2) as of :class:`..records.rows.Jacobians`.
     """
     by = unpacked(packed, Known)
     belief = by.scratch.belief
@@ -272,7 +273,7 @@ def _believed(
 def _moved(fix: Said, jacobians: Floats, own: PingBelief) -> Said:
     """Return what a fix says without what it takes for noise: how far its AUV has moved, as this
     believes itself, since it heard the call that it answers.  `jacobians` as of
-    :class:`.rows.Jacobians`.
+    :class:`..records.rows.Jacobians`.
     """
     count = jacobians.shape[1] - 2
     x, y = own.called[0] - own.place[0], own.called[1] - own.place[1]

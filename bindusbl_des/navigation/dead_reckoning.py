@@ -138,7 +138,7 @@ def reckoned(auv: int, time: float, known: Reckoned) -> DeadReckoned:
 def _reckoned_all(
     packed: int, auv: int, times: Array, lines: Array, position: Array, headings: Array
 ) -> None:
-    """Write dead reckoning (n, 2) and headings (n, 2) on a way (:class:`.ways.VehicleTrack`).
+    """Write dead reckoning (n, 2) and headings (n, 2) on a way (:class:`VehicleTrack`).
 
     `packed` is the address of a :class:`Reckoned`.
     """

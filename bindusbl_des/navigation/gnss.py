@@ -31,7 +31,7 @@ class GnssReceivers:
         streams: Streams,
         fixes: EventBuffer,
     ) -> None:
-        """Take what the receivers are like; `fixes`, :data:`.rows.FIX`, are written, those of no
+        """Take what the receivers are like; `fixes`, :data:`FIX`, are written, those of no
         ping, ASV or frame.
         """
         self._fleet, self._end, self.fixes = fleet, end, fixes

@@ -145,7 +145,7 @@ class Navigator(Protocol):
     """What the AUVs make of the fixes that reach them."""
 
     def correct(self, fixes: Rows, due: Ints) -> None:
-        """Take in the fixes (:data:`.rows.FIX`) whose rows are due, in the order of delivery.
+        """Take in the fixes (:data:`FIX`) whose rows are due, in the order of delivery.
 
         To those that ship -1 - k is row k of the mission's fixes by GNSS.
         """

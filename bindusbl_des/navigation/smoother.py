@@ -36,7 +36,7 @@ class SmoothedTrack(NamedTuple):
 
 class FixHistory(NamedTuple):
     """Fixes (n,), what they have of m common errors (n, 2, 4 m + 2), and the covariance xx, yy, xy
-    (n, 3), m2, that is not due to these, as :class:`.rows.Jacobians` has both.
+    (n, 3), m2, that is not due to these, as :class:`..records.rows.Jacobians` has both.
     """
 
     rows: Rows

@@ -184,7 +184,7 @@ def plan_page(record: Record, inputs: Mapping[str, Any] | None = None) -> str:
     """Return the page of a plan as HTML, one file that asks the network for nothing.
 
     `record` is what `plan.json` holds, `inputs` what the chart needs to know
-    (:func:`.chart.chart_of`); without it no vessel can be moved, and the page says so.  What the
+    (:func:`chart_of`); without it no vessel can be moved, and the page says so.  What the
     record lacks, the page leaves out.
     """
     goals = record.get("goal") or []

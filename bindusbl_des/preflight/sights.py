@@ -24,7 +24,7 @@ def planned_places(scenario: Scenario, times: Floats) -> Floats:
     """Return where the n AUVs are to be at k instants (s), shape (k, n, 3), m.
 
     Raises:
-        ValueError, PluginError: as of :func:`.predicted_positions.planned_vehicles`.
+        ValueError, PluginError: as of :func:`planned_vehicles`.
     """
     ways = [
         vehicle.sample(times)[:, :2] for vehicle in planned_vehicles(scenario, scenario.duration_s)

@@ -36,7 +36,7 @@ SMALL_FLEET = 32
 
 
 def hearing(auvs: Array, asvs: Array, reach: float, slant: bool) -> Hearing:
-    """Return who is within a reach (m) of whom (:func:`.propagation.within`), shape (AUVs, ASVs).
+    """Return who is within a reach (m) of whom (:func:`within`), shape (AUVs, ASVs).
 
     `auvs` (n, 3) and `asvs` (m, 3) are positions in m.
     """

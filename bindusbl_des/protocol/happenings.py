@@ -38,7 +38,7 @@ KINDS: dict[str, type] = {
 class Happening(NamedTuple):
     """Something that has happened at an instant (s): its kind, and its row as it stands then.
 
-    `ping`: an AUV begins to ping (:class:`.records.events.Ping`), with passive ranging an ASV.
+    `ping`: an AUV begins to ping (:class:`Ping`), with passive ranging an ASV.
     `arrival`: its front reaches an ASV in range (Reception), or an AUV.  `reception`: it has ended
     there, and was `heard`, `lost` or `collided` (Reception).  `broadcast`: an ASV begins a frame or
     an answer (Broadcast).  `delivery`: an AUV has a fix, and has made of it what it makes of it

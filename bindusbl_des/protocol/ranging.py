@@ -172,7 +172,7 @@ class Slot:
     def call(self, auvs: Sequence[int], asvs: Sequence[int], time: float) -> Any:
         """Let ASVs call AUVs now, at an instant (s), one for each.
 
-        Return what becomes of the calls, records of :data:`.rows.CALLED` (n,); who hears its call,
+        Return what becomes of the calls, records of :data:`CALLED` (n,); who hears its call,
         `.call == HEARD`, does so `.call_time_s` (s) later.
         """
         self._check(auvs, time)

@@ -21,7 +21,7 @@ RECKONED = {"tracks": ("imu_x_m", "imu_y_m"), "odometry": ("x_m", "y_m")}
 def read_log(name: str, vehicle: str | None = None, speed: float = NOMINAL_SPEED) -> Log:
     """Return a log: of a file or folder, or a run that ships with gtsam, by its bare name.
 
-    `vehicle` chooses one of those in the tables; `speed` (m/s) as in :func:`.pyfg.read_pyfg`.
+    `vehicle` chooses one of those in the tables; `speed` (m/s) as in :func:`read_pyfg`.
 
     Raises:
         BadLog: naming file, place and remedy.

@@ -89,7 +89,7 @@ RECEPTION = row_type(
     Reception,
     {
         "loss": float,  # probability that it is lost on its way
-        "sound": float,  # how strong it is where it overlaps others (:data:`.propagation.PROSPECT`)
+        "sound": float,  # how strong it is where it overlaps others (see `acoustics.propagation`)
         "late_s": float,  # how much later it seems to come where rays bend or echoes blend into it,
         "lowered": float,  # and by how much more the sine of its depression; NaN where none do
         **SIGHT,
@@ -109,7 +109,7 @@ FIX = row_type(
         "end": int,  # up to but not this one
         "arrives_at_s": float,  # when it reaches its AUV
         "frame": int,  # the frame that carries it
-        "said_x_m": float,  # what its AUV's filter has taken it for (:mod:`.navigation.turning`),
+        "said_x_m": float,  # what its AUV's filter has taken it for (:mod:`..navigation.turning`),
         "said_y_m": float,
         "said_xx_m2": float,  # and the noise of that
         "said_yy_m2": float,

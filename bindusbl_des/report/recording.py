@@ -93,7 +93,7 @@ class Recording:
     `metrics` what came of it all.
 
     With passive ranging each AUV has a row of `pings` for each ping of an ASV, its own chance to be
-    fixed (:mod:`.chances`); `receptions` count these rows.
+    fixed; `receptions` count these rows.
     """
 
     scenario: "Scenario"

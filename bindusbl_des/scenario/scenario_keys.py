@@ -24,8 +24,8 @@ class Problem(NamedTuple):
 
 # A mission as its planner describes it: frozen, validated, units in the key names.
 #
-# A :class:`Scenario` is plain data. It knows nothing of files, clocks or random numbers: the same
-# scenario run with the same seed is the same mission.
+# A :class:`.scenario.Scenario` is plain data. It knows nothing of files, clocks or random numbers:
+# the same scenario run with the same seed is the same mission.
 
 
 class Record(Part):
@@ -42,7 +42,7 @@ class Record(Part):
 
 
 class ScenarioKeys(Part):
-    """All keys of a scenario, each within its range; :class:`.Scenario` has them agree."""
+    """All keys of a scenario, each within its range; :class:`.scenario.Scenario` has them agree."""
 
     name: Text = Field(min_length=1, max_length=LONGEST_NAME, description="name of the scenario")
     duration_s: Duration = key(

@@ -193,7 +193,8 @@ def measured(
 ) -> tuple[Floats, Floats]:
     """Return the fix (3,), m, of a ping and its covariance (3, 3), m2, fused over its hearers.
 
-    `strayed` as of :class:`..protocol.hf.reception.Extras`.
+    `strayed` (AUVs,) is how far each may have strayed between a call and its answer (variance along
+    its course, m2); None where ASVs do not call.
     """
     ping = heard.ping
     if strayed is not None:  # noqa: SIM102 - else the two ways are not even compiled

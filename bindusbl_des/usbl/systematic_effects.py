@@ -41,7 +41,7 @@ AT_THE_ARRAY = 1e-3
 
 @compiled
 def kept(ahead: Vector, reach: float) -> float:
-    """Return how much of a range (m) an offset keeps that is shortened (:func:`.debias`)."""
+    """Return how much of a range (m) an offset keeps that :func:`.covariance.debias` shortens."""
     return 1.0 if reach <= 0.0 else length(ahead) / reach
 
 

@@ -287,7 +287,8 @@ def measured_astray(
     """Return the fix (3,), m, of a ping, its covariance (3, 3), m2, J (3, 4 k + 2), and what is
     left of the covariance without the errors that J is of, xx, yy, xy (3,), m2.
 
-    `strayed` as of :class:`..protocol.hf.reception.Extras`.  Behind the columns of J at the fix are
+    `strayed` (AUVs,) is how far each may have strayed between a call and its answer (variance along
+    its course, m2); None where ASVs do not call.  Behind the columns of J at the fix are
     their derivatives along x, along y, and by what they belong to; last are those of the way along
     x and y (m) from where the AUV has answered back to where it has heard the call.
     """

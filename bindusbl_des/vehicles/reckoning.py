@@ -35,7 +35,7 @@ class DeadReckoned(NamedTuple):
 class ExpectedDrift(NamedTuple):
     """What is expected: the instant (s), the integrals of the heading (s) and dead reckoning (m)
     that it is about; error (m), velocity bias and current (m/s), stretch and turn, and the bias
-    that wanders (m/s) with its time constant (s), as in :mod:`.navigation.belief`.
+    that wanders (m/s) with its time constant (s), as in :mod:`..navigation.belief`.
     """
 
     at: float
@@ -100,7 +100,9 @@ def expected_error(drift: ExpectedDrift, way: ReckonedPath) -> tuple[float, floa
 
 @inlined
 def learnt_drift(learnt: Row) -> ExpectedDrift:
-    """Return what is expected to be added to the error, by a row of :data:`.rows.LEARNT`."""
+    """Return what is expected to be added to the error, by a row of
+    :data:`..records.rows.LEARNT`.
+    """
     return ExpectedDrift(
         learnt.at_s, learnt.cosine_s, learnt.sine_s, learnt.x_m, learnt.y_m, 0.0, 0.0,
         learnt.bias[0], learnt.bias[1], learnt.current[0], learnt.current[1],
@@ -110,7 +112,7 @@ def learnt_drift(learnt: Row) -> ExpectedDrift:
 
 @inlined
 def learn(learnt: Row, drift: ExpectedDrift) -> None:
-    """Write what is expected to a row of :data:`.rows.LEARNT`."""
+    """Write what is expected to a row of :data:`..records.rows.LEARNT`."""
     learnt.at_s, learnt.cosine_s, learnt.sine_s = drift.at, drift.cosine, drift.sine
     learnt.x_m, learnt.y_m, learnt.time_constant_s = drift.x, drift.y, drift.time_constant
     learnt.bias[0], learnt.bias[1] = drift.bias_ahead, drift.bias_aside

@@ -318,11 +318,12 @@ def limit_of(row: Published) -> Limit | None:
     """Return the limit that the paper's own equations set to a number."""
     if not _is_latency(row):
         return None
-    shortest = airtime(payload_bytes(4))
+    shortest, largest = airtime(payload_bytes(4)), airtime(payload_bytes(10))
     return Limit(
         shortest,
         float("inf"),
-        f"a frame of four fixes takes {shortest:.3f} s on the air, and teams have up to ten AUVs",
+        f"a frame of four fixes takes {shortest:.3f} s on the air, of the ten AUVs of the largest "
+        f"teams {largest:.3f} s",
     )
 
 

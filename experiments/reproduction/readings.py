@@ -52,8 +52,8 @@ FACTORS = (
     ),
     Factor(
         "loss",
-        "the loss law is negative at every range, its contention term has no cause under TDMA, and "
-        'the baseline is called "ideal"',
+        "the loss law is negative at every range within 106 m, its contention term has no cause "
+        'under TDMA, and the baseline is called "ideal"',
         "E1, E2, E3",
         {
             "clamp_first": "the law made a probability before contention is added, none in the "

@@ -395,7 +395,7 @@ def _variances(
 
     Of the path of a call and its answer, which an AUV has `moved` on (m2) meanwhile, half is the
     range.  A filter that `weighs` them knows the direction better than one fix, and so how far away
-    an AUV is as well as the range itself is known (:mod:`....navigation.turning`).
+    an AUV is as well as the range itself is known (:mod:`...navigation.turning`).
     """
     instrument = Instrument(array, metric, levels[0], has_sheet)
     out, none, believed = np.empty((away.size, 4)), np.zeros(NOISE_WIDTH), np.eye(3)

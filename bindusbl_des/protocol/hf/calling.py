@@ -1,6 +1,6 @@
 """How ASVs call AUVs in two-way ranging: who hears the call, and which pings it drowns.
 
-Compiled, as :mod:`.propagation`.
+Compiled, as :mod:`...acoustics.propagation`.
 """
 
 from dataclasses import dataclass
@@ -73,12 +73,12 @@ def interrogate(
 ) -> int:  # fmt: skip
     """Let ASVs call the AUVs of a group at an instant (s), one for each; one call may name several.
 
-    Write what becomes of each call to `answers` (n,), :data:`.rows.CALLED`, and the calls' sound at
-    ASVs after the first `count` of `calls`; return how many these are then.  Calls that overlap at
-    an AUV destroy each other, and each is lost as a ping over the same way: if its one of `chances`
-    (n,), in [0, 1), is below the probability of that, or that of `bursts`, as of
-    :func:`.reception.resolve`.  `packed` is the address of a :class:`.propagation.Spread`,
-    `capture` as of :class:`.channel.Receiver`.
+    Write what becomes of each call to `answers` (n,), :data:`...records.rows.CALLED`, and the
+    calls' sound at ASVs after the first `count` of `calls`; return how many these are then.  Calls
+    that overlap at an AUV destroy each other, and each is lost as a ping over the same way: if its
+    one of `chances` (n,), in [0, 1), is below the probability of that, or that of `bursts`, as of
+    :func:`.reception.resolve`.  `packed` is the address of a :class:`Spread`, `capture` as of
+    :class:`...acoustics.channel.Receiver`.
     """
     into = unpacked(packed, Spread)
     auvs, asvs, way, band = into.auvs, into.asvs, into.way, into.way.band

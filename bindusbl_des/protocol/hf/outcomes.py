@@ -49,7 +49,7 @@ class Measuring:
     ) -> None:
         """Measure pings between so many AUVs and ASVs, and write fixes to a record.
 
-        `slow` numbers as of :func:`.slow_errors.slow_numbers`.
+        `slow` numbers as of :func:`...usbl.slow_errors.slow_numbers`.
         """
         self._record, self._errors, outliers = record, None, 0
         #: What is wrong all the time, if anything.
@@ -122,7 +122,7 @@ class Outcomes:
         """Decide pings at ASVs, and have them measured.
 
         `strayed` (n,), m2, as of :func:`.reception.resolve`.  ASVs hear nothing while they send
-        frames that are `deafening` (:data:`..mf.events.FRAME`).
+        frames that are `deafening` (:data:`..mf.reception.FRAME`).
         """
         self.band, self.receiver = uplink.band, uplink.receiver
         self._uplink, self._asvs, self._record = uplink, asvs, record

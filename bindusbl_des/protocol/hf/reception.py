@@ -23,7 +23,8 @@ from .calling import CALL, drowned
 
 class Air(NamedTuple):
     """All sound on record: pings, their receptions, calls; and how long (s) each lasts.  What a
-    receiver makes of it: `capture` and the shadowing (dB) as of :class:`.channel.Receiver`.
+    receiver makes of it: `capture` and the shadowing (dB) as of
+    :class:`...acoustics.channel.Receiver`.
     """
 
     pings: Rows
@@ -35,8 +36,8 @@ class Air(NamedTuple):
 
 
 class PairNoise(NamedTuple):
-    """Numbers drawn for each pair of an AUV and an ASV (:class:`.streams.NoiseStore`), and those
-    that a ping has `taken_now` (m or more, columns), one row for each of its receptions.
+    """Numbers drawn for each pair of an AUV and an ASV (:class:`...core.streams.NoiseStore`), and
+    those that a ping has `taken_now` (m or more, columns), one row for each of its receptions.
     """
 
     shelf: Annotated[Ints, 2]
@@ -127,12 +128,12 @@ def resolve(
     `receptions` and `calls` are on record, and `fix` fixes.
 
     What few bands have comes with each call; what is None is not even compiled: a data sheet, as
-    :class:`.instrument.Instrument` has it; systematic `errors`, the address of a
-    :class:`.systematic_fixes.PackedErrors`; `slow` errors (AUVs, ASVs, n),
-    :data:`.slow_errors.SLOW`; how far each AUV may have `strayed` (n,) between a call and its
-    answer (variance along its course, m2), where ASVs call; `echoes`, row by row of
-    receptions, as of :data:`.sonar_channel.ECHO`; `frames`, of ASVs that hear no ping while they
-    send them; and `bursts` (AUVs, ASVs), :data:`.bursts.PAIR`, in which pings are lost.
+    :class:`...usbl.instrument.Instrument` has it; systematic `errors`, the address of a
+    :class:`PackedErrors`; `slow` errors (AUVs, ASVs, n),
+    :data:`...usbl.slow_errors.SLOW`; how far each AUV may have `strayed` (n,) between a call and
+    its answer (variance along its course, m2), where ASVs call; `echoes`, row by row of receptions,
+    as of :data:`...acoustics.sonar_channel.ECHO`; `frames`, of ASVs that hear no ping while they
+    send them; and `bursts` (AUVs, ASVs), :data:`...acoustics.bursts.PAIR`, in which pings are lost.
     """
     by = unpacked(packed, Decided)
     air = _on_record(by, pings, receptions, calls)

@@ -30,7 +30,7 @@ def members(group: tuple[int, ...]) -> Ints:
 
 
 def spread_in(record: Recorder, way: SignalPath, auvs: Fleet, asvs: Fleet) -> Packed:
-    """Return the packed state that pings spread in, :class:`.propagation.Spread`."""
+    """Return the packed state that pings spread in, :class:`Spread`."""
     pings, receptions, fleets = record.pings, record.receptions, (auvs.motion, asvs.motion)
     packed = Packed(Spread(pings.array, receptions.array, way, *fleets, record.everything))
     pings.hand_on(packed, "pings")
@@ -56,7 +56,8 @@ class Uplink:
     ) -> None:
         """Put a band together; the channel is the compiled disc with its loss, or one asked.
 
-        Pings and calls are lost in `bursts` (AUVs, ASVs), :data:`.bursts.PAIR`, if not None.
+        Pings and calls are lost in `bursts` (AUVs, ASVs), :data:`...acoustics.bursts.PAIR`, if not
+        None.
         """
         self.band = band
         self._channel, self.receiver, self._way = deciding(channel, band)
@@ -68,7 +69,7 @@ class Uplink:
         self._predicted = 0  # pings before this one have arrived everywhere
         self.bursts = bursts
         #: The sound of calls, :data:`.calling.CALL`, and of echoes, where the channel has any, row
-        #: by row of receptions, :data:`.sonar_channel.ECHO`.
+        #: by row of receptions, :data:`ECHO`.
         self.calls = EventBuffer(CALL)
         self.echoes = EventBuffer(ECHO) if isinstance(channel, EchoingSonar) else None
         #: Whom to tell of pings that have just been sent: who answers each of them, if anybody
@@ -79,7 +80,7 @@ class Uplink:
     def call(self, group: Sequence[int], callers: Ints, time: float) -> Rows:
         """Let ASVs call AUVs at an instant (s), one for each, who may name several in its call.
 
-        Return for each AUV what became of its call (n,), :data:`.rows.CALLED`.
+        Return for each AUV what became of its call (n,), :data:`CALLED`.
         """
         calls, luck = self.calls, self._luck
         chances = [

@@ -98,9 +98,10 @@ NEARLY_THERE = 0.98
 class FrameBand(NamedTuple):
     """What holds for all frames: AUVs within a horizontal `reach` (m) decode them, or as often as
     the `channel` says, where one is asked; they travel at `sound_speed` (m/s).  Frames that overlap
-    at an AUV destroy each other, but for `capture` as of :class:`.channel.Receiver`.  An AUV hears
-    none while it sends a ping of `deafening_s` (s); 0: it hears one band as it sends on the other.
-    What a channel lets be lost is lost in `bursts` (AUVs, ASVs), :data:`.bursts.PAIR`, if not None.
+    at an AUV destroy each other, but for `capture` as of :class:`...acoustics.channel.Receiver`.
+    An AUV hears none while it sends a ping of `deafening_s` (s); 0: it hears one band as it sends
+    on the other. What a channel lets be lost is lost in `bursts` (AUVs, ASVs),
+    :data:`...acoustics.bursts.PAIR`, if not None.
     """
 
     reach: float
@@ -145,7 +146,7 @@ class MfDownlink(Deliveries):
         self._is_shared = self._is_deaf  # whether anything may ever have met a frame
 
     def _packed(self, band: FrameBand) -> Packed:
-        """Return what frames are sent in, :class:`.events.Sent`."""
+        """Return what frames are sent in, :class:`Sent`."""
         fixes, pings = self._record.fixes, self._record.pings
         packed = Packed(
             Sent(
@@ -230,7 +231,7 @@ class MfDownlink(Deliveries):
 
     @property
     def frames(self) -> EventBuffer:
-        """All frames so far, :data:`.events.FRAME`."""
+        """All frames so far, :data:`.reception.FRAME`."""
         return self._frames
 
     def deliver(self, time: float) -> None:

@@ -1,7 +1,7 @@
 """What becomes of a frame, and of its fixes, at each AUV: frames that overlap destroy each other.
 
-Compiled, as :mod:`.propagation`.  A frame begins at an AUV when its front has come, and ends when
-the sound of its end has, from where the ASV is by then.
+Compiled, as :mod:`...acoustics.propagation`.  A frame begins at an AUV when its front has come, and
+ends when the sound of its end has, from where the ASV is by then.
 """
 
 from dataclasses import dataclass
@@ -42,16 +42,17 @@ class Frame:
 FRAME = row_type(Frame)
 
 # What a channel other than the disc makes of a frame at an AUV: IN_FLIGHT if that decodes it where
-# nothing overlaps it, else why it does not; and how strong it is (:data:`.propagation.PROSPECT`).
+# nothing overlaps it, else why it does not; and how strong it is
+# (:data:`...acoustics.propagation.PROSPECT`).
 PROMISE = np.dtype([("outcome", "i8"), ("sound", "f8")])
 DISC: Rows = np.empty(0, PROMISE)
 
 
 class Medium(NamedTuple):
     """All frames on record, in the order in which they were sent, and the `promises` of each for
-    each AUV, where a channel was asked; what decides there, as of :class:`.FrameBand`.  The motion
-    of AUVs and ASVs is known up to an instant (s), `known`.  AUVs hear no frame while they send one
-    of the `pings`, which last `ping_s` (s) each.
+    each AUV, where a channel was asked; what decides there, as of :class:`.downlink.FrameBand`.
+    The motion of AUVs and ASVs is known up to an instant (s), `known`.  AUVs hear no frame while
+    they send one of the `pings`, which last `ping_s` (s) each.
     """
 
     frames: Rows
@@ -68,7 +69,7 @@ class Medium(NamedTuple):
 
 class Sent(NamedTuple):
     """What frames are sent in, handed over once: all of a :class:`Medium`, whose rows have room for
-    more, and the fixes.  Instants are those of a clock of a `rate` (Hz, see :func:`.clock.after`).
+    more, and the fixes.  Instants are those of a clock of a `rate` (Hz, see :func:`after`).
     """
 
     frames: Annotated[Rows, FRAME]
@@ -152,7 +153,7 @@ def receive(
     packed: int, receptions: Rows, known: float, frames: int, promises: int, pings: int
 ) -> None:  # fmt: skip
     """Write what has become of frames at AUVs by an instant (s), `known`, up to which their motion
-    is: `receptions` say which frame, and at which AUV (:data:`.rows.FRAME_RECEPTION`).
+    is: `receptions` say which frame, and at which AUV (:data:`...records.rows.FRAME_RECEPTION`).
 
     `packed` is the address of a :class:`Sent`, of which so many frames, promises and pings are on
     record: all that have begun by then.  What has not ended at its AUV is in flight.

@@ -30,7 +30,7 @@ GNSS_NOISE = np.dtype(("f8", (3,)))
 class Beacons:
     """ASVs ping: sound spreads at a finite speed; where it arrives is on record as it is sent.
 
-    What becomes of it there is decided later (:class:`.outcomes.PassiveOutcomes`).
+    What becomes of it there is decided later (:class:`PassiveOutcomes`).
     """
 
     def __init__(

@@ -35,7 +35,7 @@ def radiate(
     that it reaches.
 
     Return the row that comes after the last reception.  `packed` is the address of a
-    :class:`.propagation.Spread`.  Where the way of AUVs is not `foreseen`, the arrivals written are
+    :class:`Spread`.  Where the way of AUVs is not `foreseen`, the arrivals written are
     those at which it is nearly there (:func:`arrive`).
     """
     into = unpacked(packed, Spread)
@@ -103,7 +103,7 @@ def arrive(packed: int, row: int, travel: float) -> None:
 
 
 # Factor on the longest way on record after which sound has passed whoever was in range, be his
-# arrival one at which it was nearly there (:mod:`.radiation`); nobody is as fast.
+# arrival one at which it was nearly there; nobody is as fast.
 PASSED = 1.05
 
 

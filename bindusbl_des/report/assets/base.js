@@ -155,8 +155,15 @@ class Sheet {
     this.draw = draw;
     new ResizeObserver(() => this.paint()).observe(canvas);
     onTheme(() => this.paint());
+    new IntersectionObserver(([{ isIntersecting }]) => {
+      this.inView = isIntersecting;
+      if (isIntersecting && this.stale) this.paint();
+    }).observe(canvas);
   }
+  // Paints where somebody looks: what has been scrolled away waits until it is back.
+  show() { if (this.inView) this.paint(); else this.stale = true; }
   paint() {
+    this.stale = false;
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (!width || !height) return;
     const ratio = pixelRatio();

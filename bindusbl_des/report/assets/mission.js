@@ -10,6 +10,7 @@ class Mission {
     this.longestArrival = 2 * this.hf.range / this.soundSpeed;
     this.receptionsOf = Array.from({ length: this.pings.at.length }, () => []);
     this.receptions.ping.forEach((ping, row) => this.receptionsOf[ping].push(row));
+    this.asvsRest = this.asvs.every(({ x, y }) => x.every((it) => it === x[0]) && y.every((it) => it === y[0]));
     this.deliveredOrder = this.sortedFixes();
     this.decided = Float64Array.from(this.pings.at, (_, ping) => this.decidedAt(ping));
     this.lost = Array.from(this.decided.keys()).filter((ping) => this.isLost(ping));

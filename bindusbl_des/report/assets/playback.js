@@ -39,8 +39,9 @@ class Playback {
   step() { return this.speed < 1 ? this.speed : Math.max(this.mission.duration / 300, 0.1); }
   play(on) {
     if (on && this.now >= this.mission.duration) this.seek(0);
-    if (this.playing && !on) announce(`Paused at ${this.now.toFixed(1)} seconds`);
+    const pauses = this.playing && !on;
     this.playing = on;
+    if (pauses) { announce(`Paused at ${this.now.toFixed(1)} seconds`); this.seek(this.now); }
     if (!on) { this.tell(); this.paused?.(); }
     byId("play").textContent = on ? "❚❚" : "▶";
     byId("play").setAttribute("aria-label", on ? "Pause" : "Play");

@@ -78,9 +78,11 @@ function nowLine(u, now) {
     line = make("div", { class: "now" });
     u.over.append(line);
   }
-  const x = u.valToPos(now, "x");
+  const x = Math.round(2 * u.valToPos(now, "x")) / 2; // a finer step is not seen
+  if (x === line.x) return;
+  line.x = x;
   line.style.transform = `translateX(${x}px)`;
-  line.style.display = x < 0 || x > u.over.clientWidth ? "none" : "";
+  line.style.display = x < 0 || x > u.bbox.width / uPlot.pxRatio ? "none" : "";
 }
 
 function clickToSeek(u, seek) {

@@ -17,7 +17,9 @@ class StateTable {
     const heads = ["now", "error, m", "last fix, s ago", "fixes"].map((text) => make("th", { scope: "col" }, text));
     byId("now").append(make("table", {}, make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...mission.order.map((i) => this.rows[i].row))));
   }
-  show(now) {
+  show(now, playing) {
+    if (playing && performance.now() - this.shownAt < 100) return; // nobody reads faster
+    this.shownAt = performance.now();
     this.rows.forEach(({ cells }, i) => {
       const state = this.mission.auvAt(i, now);
       [state.error.toFixed(2), state.fixes ? state.sinceFix.toFixed(1) : "none yet", `${state.fixes}`].forEach((text, k) => { cells[k].textContent = text; });
@@ -138,7 +140,7 @@ async function start() {
   const map = new SeaMap(byId("map"), mission), closeup = new Closeup(byId("closeup"), mission, map.hidden);
   map.linger = () => playback.linger();
   const log = new Log(byId("log"), mission), states = followed(mission, closeup, playback);
-  playback.onChange((now) => { map.now = now; map.sheet.paint(); closeup.paint(now); states.show(now); log.show(now); });
+  playback.onChange((now) => { map.now = now; map.sheet.show(); closeup.paint(now); states.show(now, playback.playing); log.show(now); });
   playback.onSelect((span) => {
     map.span = log.span = span;
     log.list.classList.toggle("selected", Boolean(span));

@@ -164,7 +164,8 @@ class SeaMap {
   // What does not move is drawn once for each view.
   drawPaths() {
     const ratio = pixelRatio();
-    const key = [this.width, this.height, ratio, JSON.stringify(this.view), [...this.hidden], colours.paper, this.field, this.span].join();
+    const { auvs, asvs, asvsRest } = this.mission, failed = asvsRest && asvs.map((_, number) => this.mission.hasFailed(number, this.now));
+    const key = [this.width, this.height, ratio, JSON.stringify(this.view), [...this.hidden], colours.paper, this.field, this.span, failed].join();
     if (key === this.drawn) return;
     this.drawn = key;
     this.paths.width = Math.round(this.width * ratio);
@@ -173,7 +174,7 @@ class SeaMap {
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     this.drawField(context);
     this.drawGrid(context);
-    const { auvs, asvs } = this.mission;
+    if (asvsRest) asvs.forEach((_, number) => this.drawRanges(context, number));
     if (!this.hidden.has("truth")) for (const { x, y } of asvs) this.line(context, x, y, { colour: colours.ink, width: 1, alpha: 0.45 });
     if (!this.hidden.has("plan")) for (const { plan } of auvs) if (plan) this.line(context, plan.x, plan.y, { colour: colours.plan, width: 1 });
     // Of a selected interval (s) only the paths in it.
@@ -302,7 +303,7 @@ class SeaMap {
     context.stroke();
     context.setLineDash([]);
   }
-  ring(context, x, y, radius, colour, { width = 1, dash = [], alpha = 1, fill = 0 } = {}) {
+  ring(context, x, y, radius, colour, { width = 1, dash = [], alpha = 1 } = {}) {
     const [px, py] = this.at(x, y);
     context.save();
     context.globalAlpha = alpha;
@@ -311,29 +312,27 @@ class SeaMap {
     context.setLineDash(dash);
     context.beginPath();
     context.arc(px, py, Math.max(radius * this.view.scale, 0.1), 0, 2 * Math.PI);
-    if (fill) {
-      context.fillStyle = colour;
-      context.globalAlpha = fill;
-      context.fill();
-      context.globalAlpha = alpha;
-    }
     context.stroke();
     context.restore();
   }
   drawAsv(context, number) {
     const { x, y } = this.mission.asvAt(number, this.now);
-    const { hf, mf } = this.mission;
     if (this.mission.hasFailed(number, this.now)) {
       const [px, py] = this.at(x, y);
       this.cross(context, x, y, colours.ink, 1);
       this.label(context, `${this.mission.asvs[number].name} failed`, px + 9, py - 8, colours.ink);
       return;
     }
-    if (!this.hidden.has("hf")) this.ring(context, x, y, hf.reach, colours.hf, { dash: [7, 4], alpha: 0.8, width: 1.3 });
-    if (this.mission.broadcasting && !this.hidden.has("mf")) this.ring(context, x, y, mf.range, colours.mf, { dash: [2, 4], alpha: 0.8, width: 1.3 });
+    if (!this.mission.asvsRest) this.drawRanges(context, number);
     const [px, py] = this.at(x, y);
     this.star(context, px, py);
     this.label(context, this.mission.asvs[number].name, px + 9, py - 8, colours.ink);
+  }
+  drawRanges(context, number) {
+    if (this.mission.hasFailed(number, this.now)) return;
+    const { hf, mf } = this.mission, { x, y } = this.mission.asvAt(number, this.now);
+    if (!this.hidden.has("hf")) this.ring(context, x, y, hf.reach, colours.hf, { dash: [7, 4], alpha: 0.8, width: 1.3 });
+    if (this.mission.broadcasting && !this.hidden.has("mf")) this.ring(context, x, y, mf.range, colours.mf, { dash: [2, 4], alpha: 0.8, width: 1.3 });
   }
   star(context, px, py) {
     context.beginPath();
@@ -482,13 +481,13 @@ class SeaMap {
   }
   drawBroadcasts(context) {
     const { broadcasts, fixes, mf } = this.mission;
-    const linger = this.linger();
+    const linger = this.linger(), growing = Math.max(mf.range / this.mission.soundSpeed, 0.5 * linger);
     const latest = above(broadcasts.at, this.now) - 1, rings = MOST_RINGS * this.mission.asvs.length;
     for (let i = latest; i >= 0 && i > latest - rings; i--) {
       const age = this.now - broadcasts.at[i], shown = Math.max(broadcasts.airtime[i], linger);
       if (age > shown) continue; // of several at once some are shorter
       const { x, y } = this.mission.asvAt(broadcasts.asv[i], this.now);
-      this.ring(context, x, y, mf.range, colours.mf, { width: 2.5, alpha: 0.9 * (1 - age / shown), fill: 0.06 * (1 - age / shown) });
+      this.ring(context, x, y, Math.min(age / growing, 1) * mf.range, colours.mf, { width: 2.5, alpha: 0.9 * (1 - age / shown) });
     }
     const order = this.mission.deliveredOrder, times = this.mission.deliveredTimes ??= Float64Array.from(order, (row) => fixes.delivered[row]);
     const last = above(times, this.now) - 1, most = MOST_RINGS * this.mission.auvs.length;
