@@ -248,8 +248,6 @@ def silence(receptions: Rows, outcome: int) -> None:
     receptions["outcome"][receptions["outcome"] != OUT_OF_RANGE] = outcome
 
 
-# Arrivals that were predicted, amended when they have come: where an ASV was then, it was heard.
-#
 # An ASV that an outside program moves has no sure future. So the arrival of a ping is at first
 # where a constant velocity would have it (:mod:`..vehicles.poses`), which is right within a
 # microsecond. The sound of a call that may drown it at other ASVs stays where it was predicted.

@@ -16,6 +16,10 @@ MOST_STEPS = 200
 # An arrival so much (s) after an instant is there by then: rounding of the two is far smaller.
 NO_TIME = 1e-9
 
+# Nothing moves a fiftieth as fast as sound.  Factor on the longest way after which a sound has
+# passed whoever was in range, and share of a way after which its arrival is worked out.
+PASSED, NEARLY_THERE = 1.05, 0.98
+
 # Within this share of its last digit an instant is the same.
 LAST_DIGIT = 2.3e-16
 

@@ -204,7 +204,7 @@ def _network(
         downlink,
         ranging_of(scenario, env, uplink, streams, answers),
         policy=downlink_named(protocol.downlink),
-        frame=protocol.frame_s if framed else 0.0,
+        frame_s=protocol.frame_s if framed else 0.0,
         schedule=schedule,
         schedule_draw=streams.of(Purpose.SCHEDULE),
         broadcaster=broadcaster_named(protocol.broadcaster),

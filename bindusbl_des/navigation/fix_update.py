@@ -203,56 +203,60 @@ def weigh(belief: Belief, gain: Floats, x: float, y: float, noise: Noise, common
 
 @compiled
 def take(
-    belief: Belief, said: Said, common: Floats, dr: DeadReckoned, rule: Rule, share: Floats
+    belief: Belief, said: Said, common: Floats, dr: DeadReckoned, rule: Rule, gain: Floats
 ) -> tuple[float, float, bool]:
     """Correct a belief by what a fix says, in its place; `dr` is dead reckoning of its instant.
 
-    `common` as of :func:`weigh`; `share` (k, 2) is written over.  Return the length of the
-    innovation (m), its normalised square (NaN where nothing is unsure), and whether the gate let
-    it pass.
+    `common` as of :func:`weigh`; `gain` (k, 2) is written over: first P H^T, then K.  Return the
+    length of the innovation (m), its normalised square (NIS, NaN where nothing is unsure), and
+    whether the gate let it pass.
     """
     moment, state, noise = belief.moment[0], belief.state, said.noise
     begin = state.size - common.shape[1]
-    ahead = said.x - (dr.x - state[0])
-    aside = said.y - (dr.y - state[1])
-    _tell(share, belief.covariance, common)
-    xx, yy, xy = share[0, 0], share[1, 1], share[0, 1]
+    innovation_x = said.x - (dr.x - state[0])
+    innovation_y = said.y - (dr.y - state[1])
+    _cross_covariance(gain, belief.covariance, common)
+    xx, yy, xy = gain[0, 0], gain[1, 1], gain[0, 1]
     for c in range(common.shape[1]):
-        ahead -= common[0, c] * state[begin + c]
-        aside -= common[1, c] * state[begin + c]
-        xx -= common[0, c] * share[begin + c, 0]
-        yy -= common[1, c] * share[begin + c, 1]
-        xy -= common[0, c] * share[begin + c, 1]
+        innovation_x -= common[0, c] * state[begin + c]
+        innovation_y -= common[1, c] * state[begin + c]
+        xx -= common[0, c] * gain[begin + c, 0]
+        yy -= common[1, c] * gain[begin + c, 1]
+        xy -= common[0, c] * gain[begin + c, 1]
     xx, yy, xy = xx + noise[0], yy + noise[1], xy + noise[2]
     determinant = xx * yy - xy * xy
     unsure = determinant > SURE * (xx + yy) ** 2
-    weight = nan
+    nis = nan
     if unsure:
-        weight = (yy * ahead * ahead - 2.0 * xy * ahead * aside + xx * aside * aside) / determinant
-    if rule.gate > 0.0 and weight > rule.gate and moment.refused < MOST_REFUSED:
+        nis = (
+            yy * innovation_x * innovation_x
+            - 2.0 * xy * innovation_x * innovation_y
+            + xx * innovation_y * innovation_y
+        ) / determinant
+    if rule.gate > 0.0 and nis > rule.gate and moment.refused < MOST_REFUSED:
         moment.refused += 1
-        return hypot(ahead, aside), weight, False
+        return hypot(innovation_x, innovation_y), nis, False
     moment.refused = 0
     for k in range(state.size):
-        first, second = share[k, 0], share[k, 1]
-        share[k, 0] = share[k, 1] = 0.0
+        first, second = gain[k, 0], gain[k, 1]
+        gain[k, 0] = gain[k, 1] = 0.0
         if rule.gain != WEIGHED:
             if k < 2:
-                share[k, k] = rule.gain
+                gain[k, k] = rule.gain
         elif unsure:
-            share[k, 0] = (first * yy - second * xy) / determinant
-            share[k, 1] = (second * xx - first * xy) / determinant
+            gain[k, 0] = (first * yy - second * xy) / determinant
+            gain[k, 1] = (second * xx - first * xy) / determinant
     # a fix ahead of the estimate says that dead reckoning is less far ahead than believed
-    weigh(belief, share, -ahead, -aside, noise, common)
-    return hypot(ahead, aside), weight, True
+    weigh(belief, gain, -innovation_x, -innovation_y, noise, common)
+    return hypot(innovation_x, innovation_y), nis, True
 
 
 @compiled
-def _tell(share: Floats, spread: Floats, common: Floats) -> None:
+def _cross_covariance(gain: Floats, spread: Floats, common: Floats) -> None:
     """Write the covariances (k, 2) of all states with what a fix says of the error."""
     begin = spread.shape[0] - common.shape[1]
     for k in range(spread.shape[0]):
         for axis in range(2):
-            share[k, axis] = spread[k, axis]
+            gain[k, axis] = spread[k, axis]
             for c in range(common.shape[1]):
-                share[k, axis] -= common[axis, c] * spread[k, begin + c]
+                gain[k, axis] -= common[axis, c] * spread[k, begin + c]

@@ -1,4 +1,12 @@
-"""What AUVs have believed, and since when: where they took themselves for at any instant."""
+"""AUVs' own idea of where they are: dead reckoning, corrected by the fixes that they receive.
+
+A navigator serves the whole fleet, and never sees the true position: it is given fixes as they
+are delivered, and what the AUVs' own sensors tell.  Those that ship differ in one thing, the gain
+by which a fix changes what is believed of dead reckoning (:mod:`.belief`): a fixed share of the
+position (eq. update), the share that the covariances say (Kalman), or none.  What one of
+somebody's own answers is checked.  All that AUVs have believed is kept (:class:`Held`), since it
+is asked later where they took themselves for.
+"""
 
 from math import inf
 from typing import Any, Protocol
@@ -124,15 +132,6 @@ def _spread(
             write(scratch.belief, scratch.ahead)
             carry(scratch.ahead, dr, growth)
             out[n, 0], out[n, 1], out[n, 2] = on_circle(spread, growth.aligned)
-
-
-# AUVs' own idea of where they are: dead reckoning, corrected by the fixes that they receive.
-#
-# A navigator serves the whole fleet, and never sees the true position: it is given fixes as they
-# are delivered, and what the AUVs' own sensors tell. Those that ship differ in one thing, the gain
-# by which a fix changes what is believed of dead reckoning (:mod:`.belief`): a fixed share of the
-# position (eq. update), the share that the covariances say (Kalman), or none. What one of
-# somebody's own answers is checked.
 
 
 Array = NDArray[np.float64]

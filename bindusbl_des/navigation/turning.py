@@ -114,85 +114,141 @@ def _leave_out(known: Floats, off: Floats, last: int) -> None:
             known[i, j] -= share * known[last, j]
 
 
-@compiled
-def _add(it: Row, own: PingBelief, known: Floats, off: Floats) -> bool:
-    """Add the information of a reception (4, 4), 1/m2, and how far it is off the place by it; tell
-    whether it was compared as a range and a direction.
+class Axes(NamedTuple):
+    """The way from an array to where an AUV believes to be: unit vectors along it (s), level across
+    it (e; its z is 0), and across both (d); how long it is (m), and the share of it that is level.
     """
-    place, spread = own.place, own.spread
+
+    s: Vector
+    e: tuple[float, float]
+    d: Vector
+    reach: float
+    level: float
+
+
+@inlined
+def _axes(it: Row, place: Vector) -> Axes:
     x, y, z = place[0] - it.from_x_m, place[1] - it.from_y_m, place[2] - it.from_z_m
     reach = sqrt(x * x + y * y + z * z)
     x, y, z = x / reach, y / reach, z / reach
     level, ex, ey = sqrt(x * x + y * y), 0.0, 1.0
     if level > 1e-9:
         ex, ey = -y / level, x / level
-    dx, dy, dz = -z * ey, z * ex, x * ey - y * ex  # across both
-    square, vague = reach * reach, it.from_m2
-    a, b, c = it.level_rad2 + it.turn_rad2 * level * level, it.steep_rad2, it.both_rad2
-    # how unsure the AUV is of where it is to the array: along the three, and of two together
+    return Axes((x, y, z), (ex, ey), (-z * ey, z * ex, x * ey - y * ex), reach, level)
+
+
+class Unsure(NamedTuple):
+    """How unsure an AUV is of where it is to an array: variances along s, e, d of :class:`Axes`,
+    and the covariances of two of them (m2).
+    """
+
+    ss: float
+    ee: float
+    dd: float
+    ed: float
+    se: float
+    sd: float
+
+
+@inlined
+def _unsure(axes: Axes, spread: Floats, vague: float) -> Unsure:
+    """Turn the covariance of x and y; the array's own place is `vague` (m2) along each axis."""
+    (x, y, _), (ex, ey), (dx, dy, _) = axes.s, axes.e, axes.d
     xx, yy, xy = spread[0, 0], spread[1, 1], spread[0, 1]
-    ss = vague + x * x * xx + y * y * yy + 2.0 * x * y * xy
-    ee = vague + ex * ex * xx + ey * ey * yy + 2.0 * ex * ey * xy
-    dd = vague + dx * dx * xx + dy * dy * yy + 2.0 * dx * dy * xy
-    ed = ex * dx * xx + ey * dy * yy + (ex * dy + ey * dx) * xy
-    se = x * ex * xx + y * ey * yy + (x * ey + y * ex) * xy
-    sd = x * dx * xx + y * dy * yy + (x * dy + y * dx) * xy
+    return Unsure(
+        vague + x * x * xx + y * y * yy + 2.0 * x * y * xy,
+        vague + ex * ex * xx + ey * ey * yy + 2.0 * ex * ey * xy,
+        vague + dx * dx * xx + dy * dy * yy + 2.0 * dx * dy * xy,
+        ex * dx * xx + ey * dy * yy + (ex * dy + ey * dx) * xy,
+        x * ex * xx + y * ey * yy + (x * ey + y * ex) * xy,
+        x * dx * xx + y * dy * yy + (x * dy + y * dx) * xy,
+    )
+
+
+@inlined
+def _less_the_call(
+    it: Row, own: PingBelief, measured: float, s: Vector, range_m2: float
+) -> tuple[float, Vector, float]:
+    """Return what is left of a way (m) that was measured there and back without that of the call,
+    to second order; by which the whole grows with the place; and the variance of it (m2).
+    """
+    spread, vague = own.spread, it.from_m2
+    x, y = own.called[0] - it.caller_x_m, own.called[1] - it.caller_y_m
+    z = own.called[2] - it.caller_z_m
+    way = sqrt(x * x + y * y + z * z)
+    x, y, z = x / way, y / way, z / way
+    xx, yy, xy = spread[0, 0], spread[1, 1], spread[0, 1]
+    across_m2 = xx + yy - (x * x * xx + y * y * yy + 2.0 * x * y * xy) + 2.0 * vague
+    gx, gy, gz = s[0] + x, s[1] + y, s[2] + z
+    range_m2 += 0.5 * (across_m2 / way) ** 2
+    if it.is_caller > 0.0:  # one error of both ends
+        range_m2 += vague * (gx * gx + gy * gy + gz * gz - 2.0)
+    return measured - (way + 0.5 * across_m2 / way), (gx, gy, gz), range_m2
+
+
+@compiled
+def _add(it: Row, own: PingBelief, known: Floats, off: Floats) -> bool:
+    """Add the information of a reception (4, 4), 1/m2, and how far it is off the place by it; tell
+    whether it was compared as a range and a direction.
+
+    J^T W J and J^T W r, where r is how far the measurement is off what is believed along s, e and d
+    of :class:`Axes`, W the inverse of its covariance, and J has s, e and d by x, y, z and the call.
+    """
+    axes = _axes(it, own.place)
+    (sx, sy, sz), (ex, ey), (dx, dy, dz), reach, level = axes
+    square, vague = reach * reach, it.from_m2
+    ss, ee, dd, ed, se, sd = _unsure(axes, own.spread, vague)
     mx, my, mz = it.ahead_x_m, it.ahead_y_m, it.ahead_z_m
-    measured, along, calls = sqrt(mx * mx + my * my + mz * mz), it.range_m2 + vague, 0.0
-    gx, gy, gz = x, y, z  # by which the way measured grows with the place
+    measured, range_m2, calls = sqrt(mx * mx + my * my + mz * mz), it.range_m2 + vague, 0.0
+    gx, gy, gz = sx, sy, sz
     if not isnan(it.caller_x_m):
         calls, whole = 1.0, measured
-        x0, y0 = own.called[0] - it.caller_x_m, own.called[1] - it.caller_y_m
-        z0 = own.called[2] - it.caller_z_m
-        way = sqrt(x0 * x0 + y0 * y0 + z0 * z0)
-        x0, y0, z0 = x0 / way, y0 / way, z0 / way
-        aside = xx + yy - (x0 * x0 * xx + y0 * y0 * yy + 2.0 * x0 * y0 * xy) + 2.0 * vague
-        measured -= way + 0.5 * aside / way
-        gx, gy, gz = x + x0, y + y0, z + z0
-        along += 0.5 * (aside / way) ** 2
-        if it.is_caller > 0.0:  # one error of both ends
-            along += vague * (gx * gx + gy * gy + gz * gz - 2.0)
+        measured, (gx, gy, gz), range_m2 = _less_the_call(it, own, whole, axes.s, range_m2)
         shorter = measured / max(whole, AT_THE_ARRAY)
         mx, my, mz = shorter * mx, shorter * my, shorter * mz
-    by_s, by_e = x * mx + y * my + z * mz, ex * mx + ey * my
-    by_d = dx * mx + dy * my + dz * mz - 0.5 * reach * level * z * it.turn_rad2
+    off_s, off_e = sx * mx + sy * my + sz * mz, ex * mx + ey * my
+    off_d = dx * mx + dy * my + dz * mz - 0.5 * reach * level * sz * it.turn_rad2
+    # variances of the direction (rad2) along e and d, and their covariance
+    e_rad2, d_rad2 = it.level_rad2 + it.turn_rad2 * level * level, it.steep_rad2
+    both_rad2 = it.both_rad2
     # so unsure is which way is level: near the vertical any way may be
     swapped = min(ee / max(square * level * level, EXACT), 0.5)
-    a, b = a + swapped * (b - a), b + swapped * (a - b)
-    aa, bb, ab = square * a + vague, square * b + vague, square * c
-    polar = bool(
-        ee + dd < square * (a + b) + own.common
-    )  # surer of the direction than the array is
+    e_rad2, d_rad2 = e_rad2 + swapped * (d_rad2 - e_rad2), d_rad2 + swapped * (e_rad2 - d_rad2)
+    e_m2, d_m2, both_m2 = square * e_rad2 + vague, square * d_rad2 + vague, square * both_rad2
+    # surer of the direction than the array is
+    polar = bool(ee + dd < square * (e_rad2 + d_rad2) + own.common)
     if polar:
-        aside = hypot(by_e, by_d)
-        turn = atan2(aside, by_s) * reach / aside if aside > 0.0 else 1.0
-        by_s = measured - reach - 0.5 * (ee + dd) / reach
-        by_e, by_d = turn * by_e + se / reach, turn * by_d + sd / reach
-        along += 0.5 * (ee * ee + dd * dd + 2.0 * ed * ed) / square
-        aa, bb = aa + (ee * ss + se * se) / square, bb + (dd * ss + sd * sd) / square
-        ab += (ed * ss + se * sd) / square
+        across = hypot(off_e, off_d)
+        turn = atan2(across, off_s) * reach / across if across > 0.0 else 1.0
+        off_s = measured - reach - 0.5 * (ee + dd) / reach
+        off_e, off_d = turn * off_e + se / reach, turn * off_d + sd / reach
+        range_m2 += 0.5 * (ee * ee + dd * dd + 2.0 * ed * ed) / square
+        e_m2, d_m2 = e_m2 + (ee * ss + se * se) / square, d_m2 + (dd * ss + sd * sd) / square
+        both_m2 += (ed * ss + se * sd) / square
     else:
-        longer = 1.0 + 0.5 * (a + b)
-        by_s, by_e, by_d = longer * by_s - reach, longer * by_e, longer * by_d
-        along += 0.5 * square * (a * a + b * b + 2.0 * c * c) + a * ee + b * dd + 2.0 * c * ed
-    along, aa, bb = 1.0 / (along + EXACT), aa + EXACT, bb + EXACT
-    determinant = aa * bb - ab * ab
-    aa, bb, ab = bb / determinant, aa / determinant, -ab / determinant
-    by_s, by_e, by_d = along * by_s, aa * by_e + ab * by_d, ab * by_e + bb * by_d
+        longer = 1.0 + 0.5 * (e_rad2 + d_rad2)
+        off_s, off_e, off_d = longer * off_s - reach, longer * off_e, longer * off_d
+        curved = e_rad2 * e_rad2 + d_rad2 * d_rad2 + 2.0 * both_rad2 * both_rad2
+        range_m2 += 0.5 * square * curved + e_rad2 * ee + d_rad2 * dd + 2.0 * both_rad2 * ed
+    e_m2, d_m2 = e_m2 + EXACT, d_m2 + EXACT
+    determinant = e_m2 * d_m2 - both_m2 * both_m2
+    w_s = 1.0 / (range_m2 + EXACT)
+    w_e, w_d, w_both = d_m2 / determinant, e_m2 / determinant, -both_m2 / determinant
+    by_s, by_e, by_d = w_s * off_s, w_e * off_e + w_both * off_d, w_both * off_e + w_d * off_d
     off[0] += by_s * gx + by_e * ex + by_d * dx
     off[1] += by_s * gy + by_e * ey + by_d * dy
     off[2] += by_s * gz + by_d * dz
     off[3] += by_s * calls
-    known[0, 0] += along * gx * gx + aa * ex * ex + bb * dx * dx + 2.0 * ab * ex * dx
-    known[1, 1] += along * gy * gy + aa * ey * ey + bb * dy * dy + 2.0 * ab * ey * dy
-    known[2, 2] += along * gz * gz + bb * dz * dz
-    known[0, 1] += along * gx * gy + aa * ex * ey + bb * dx * dy + ab * (ex * dy + ey * dx)
-    known[0, 2] += along * gx * gz + bb * dx * dz + ab * ex * dz
-    known[1, 2] += along * gy * gz + bb * dy * dz + ab * ey * dz
-    known[0, 3] += along * gx * calls
-    known[1, 3] += along * gy * calls
-    known[2, 3] += along * gz * calls
-    known[3, 3] += along * calls
+    known[0, 0] += w_s * gx * gx + w_e * ex * ex + w_d * dx * dx + 2.0 * w_both * ex * dx
+    known[1, 1] += w_s * gy * gy + w_e * ey * ey + w_d * dy * dy + 2.0 * w_both * ey * dy
+    known[2, 2] += w_s * gz * gz + w_d * dz * dz
+    known[0, 1] += w_s * gx * gy + w_e * ex * ey + w_d * dx * dy + w_both * (ex * dy + ey * dx)
+    known[0, 2] += w_s * gx * gz + w_d * dx * dz + w_both * ex * dz
+    known[1, 2] += w_s * gy * gz + w_d * dy * dz + w_both * ey * dz
+    known[0, 3] += w_s * gx * calls
+    known[1, 3] += w_s * gy * calls
+    known[2, 3] += w_s * gz * calls
+    known[3, 3] += w_s * calls
     known[1, 0], known[2, 0], known[2, 1] = known[0, 1], known[0, 2], known[1, 2]
     known[3, 0], known[3, 1], known[3, 2] = known[0, 3], known[1, 3], known[2, 3]
     return polar

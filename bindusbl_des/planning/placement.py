@@ -116,12 +116,6 @@ def _delivered(inputs: Inputs, sights: ExpectedSights) -> Floats:
     return np.asarray(delivered.mean(axis=2))
 
 
-# Where few ASVs serve the AUVs of a scenario best: in a regular formation, or each by itself.
-#
-# Nothing is simulated here: places are judged by who is heard along the ways that are planned, by
-# what ranges and bearings tell of AUVs there, or by the error that is predicted.
-
-
 # A placement is improved by steps of this share of the reach at first, to this length (m) in the
 # end, and in so many trials for each of its numbers at most.
 STEP, FINELY_M, TRIALS = 0.25, 0.05, 40

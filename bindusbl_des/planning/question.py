@@ -31,11 +31,6 @@ from ..scenario.files.shipped import shipped
 from ..scenario.scenario import Scenario
 from .selection.goals import Goal, Of, goal_of, goals_in
 
-# What a plan is asked: which team is the least that meets the goals, and how sure to be.
-#
-# What is asked of a plan besides its file: options of the command line, or arguments of Python.
-
-
 CONFIDENCE = 0.95
 ASV = "asv"  # whose price is that of one vessel
 

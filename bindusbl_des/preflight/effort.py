@@ -1,4 +1,10 @@
-"""How many of each thing a mission has: rounds, pings, ways of sound, samples, lanes."""
+"""How many of each thing a mission has (rounds, pings, ways of sound, samples, lanes), and so what
+time and memory it takes.
+
+The constants were measured on one core of 2.5 GHz (`tests/preflight/test_effort.py` holds the
+memory to what `run` took, files included: 0 to 28 % more); a mission of some minutes is worth no
+estimate, one of a hundred thousand vehicles is.
+"""
 
 import math
 import os
@@ -186,15 +192,6 @@ def _tour(scenario: Scenario) -> tuple[float, float]:
     lanes = max(1.0, (box.y_max - box.y_min) / auvs.count / spacing)
     lane = box.x_max - box.x_min - 2 * (spacing / 2 if margin is None else margin)
     return lanes, 2 * lanes * lane + turns
-
-
-# What a mission will take, from its counts alone: rounds, pings, samples, and so time and memory.
-#
-# The constants were measured on one core of 2.5 GHz (`tests/preflight/test_effort.py` holds the
-# memory to what `run` took, files included: 0 to 28 % more); a mission of some minutes is worth no
-# estimate, one of a hundred thousand vehicles is.
-#
-# What this machine, or the container that we are in, has to offer.
 
 
 # Where Linux says how much memory a container may take (bytes).

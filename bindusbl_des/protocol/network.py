@@ -48,7 +48,7 @@ Downlink = Callable[["Network", Turn, float], Steps]
 class Network(Watched):
     """What the protocol runs on: slots and bands, who decides what, and what the fleet knows.
 
-    `policy` is the downlink; rounds start every `frame` (s), or as soon as they can if it is 0;
+    `policy` is the downlink; rounds start every `frame_s`, or as soon as they can if it is 0;
     all later by what they have `paused` (s), while no ASV worked.
     The fleet goes by the predicted `positions` of AUVs.  What it expects of their `estimates`
     schedules may ask; slots that end with `answers` wait for these.
@@ -66,7 +66,7 @@ class Network(Watched):
     downlink: MfDownlink
     ranging: OneWay | TwoWay | OwnRanging
     policy: Downlink
-    frame: float
+    frame_s: float
     schedule: Schedule
     schedule_draw: RandomStream
     broadcaster: Broadcaster
@@ -92,7 +92,7 @@ class Network(Watched):
 
     def opens(self, round_number: int) -> float:
         """Return the earliest instant (s) at which a round may begin: that of its frame."""
-        return self.slots.clock.after(0.0, round_number * self.frame + self.paused)
+        return self.slots.clock.after(0.0, round_number * self.frame_s + self.paused)
 
     def view(self, round_number: int, time: float) -> View:
         """Return what the fleet knows when it schedules a round."""

@@ -50,20 +50,12 @@ class Replies:
             for row in range(ping["first"], ping["end"]):
                 reception = self._record.receptions.array[row]
                 if reception["outcome"] == IN_FLIGHT:
-                    self._hear_at(float(reception["arrived_at_s"]), int(ping["ping"]), row)
+                    heard = partial(self._hear, int(ping["ping"]), row)
+                    self._outcomes.when_over(self._env, row, heard)
 
-    def _hear_at(self, arrives: float, ping: int, row: int) -> None:
-        ends = arrives + self._outcomes.band.duration
-        event = self._env.timeout(max(ends - self._env.now, 0.0))
-        event.callbacks.append(partial(self._hear, arrives, ping, row))
-
-    def _hear(self, expected: float, ping: int, row: int, _: simpy.Event) -> None:
+    def _hear(self, ping: int, row: int, arrived: float) -> None:
         """Answer a ping when it has just been heard for the first time."""
-        self._outcomes.update_arrivals(self._env.now)
-        arrived = float(self._record.receptions.array[row]["arrived_at_s"])
-        if arrived > expected:  # the ASV was predicted to be nearer
-            self._hear_at(arrived, ping, row)
-        elif self._outcomes.resolve(ping, row):
+        if self._outcomes.resolve(ping, row):
             asv = int(self._record.receptions.array[row]["asv"])
             number = int(self._record.pings.array[ping]["round"])
             self._record.rounds[number].fixes += 1

@@ -29,7 +29,7 @@ def serve(network: Network) -> Generator[simpy.Event, None, None]:
     """Serve the AUVs round after round, from the start of the mission to its end."""
     time = 0.0
     for number in count():
-        if network.frame:
+        if network.frame_s:
             time = yield from frame_start(network, number, time)
         if network.asv_fleet.failures is not None:
             begins = yield from some_work(network.env, network.asv_fleet, network.slots.clock, time)
@@ -111,12 +111,14 @@ def broadcast(network: Network, turn: Turn, time: float) -> None:
         for asv, fixes in at_once:
             sends_at, airtime, names = begins, 0.0, named.get(asv, ())
             for part, message in enumerate(slots.messages.packed(len(fixes), len(names))):
-                frame = message, part, asv, fixes[: message.fixes], names[: message.named]
+                send = partial(
+                    _send, network, turn, asv, sends_at, message, part,
+                    fixes[: message.fixes], names[: message.named],
+                )  # fmt: skip
                 if sends_at == time:
-                    _send(network, turn, frame, sends_at)
+                    send()
                 else:
-                    later = partial(_send, network, turn, frame, sends_at)
-                    moment(network.env, sends_at).callbacks.append(later)
+                    moment(network.env, sends_at).callbacks.append(send)
                 fixes, names = fixes[message.fixes :], names[message.named :]
                 sends_at += message.airtime_s
                 airtime += message.airtime_s
@@ -148,14 +150,17 @@ def _shared(network: Network, waiting: range, time: float) -> list[list[tuple[in
 def _send(
     network: Network,
     turn: Turn,
-    frame: tuple[Message, int, int, Ints, Sequence[int]],
+    asv: int,
     time: float,
+    message: Message,
+    part: int,
+    fixes: Ints,
+    names: Sequence[int],
     _: simpy.Event | None = None,
 ) -> None:
-    """Let an ASV send one message of a broadcast, its part of that, with these fixes, at an instant
-    (s); it names AUVs that have a slot in a round to come.
+    """Let an ASV send, at an instant (s), one message of a broadcast: the part of that number, with
+    these fixes; it names AUVs that have a slot in a round to come.
     """
-    message, part, asv, fixes, names = frame
     network.downlink.send(turn.row.round, fixes, asv, time, message, part)
     turn.row.fixes += message.fixes
     if network.dissemination is not None and (names or part == 0):

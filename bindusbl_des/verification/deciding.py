@@ -1,4 +1,6 @@
-"""Every kind of pair of signals that may meet at a receiver, and what is decided of it."""
+"""Every kind of pair of signals that may meet at a receiver, what is decided of it, and how long
+guards and margins would have to be.
+"""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -73,11 +75,6 @@ def _unknown(case: Case) -> Iterator[SignalPair]:
         why = "slots are shared by where AUVs are believed to be as a frame begins, a round ahead"
         shown = partial(groups_shown, case)
         yield undecided("disseminated slots", str(protocol.schedule), why, shown)
-
-
-# What would be accepted: guards and margins as long as they must be, and no longer.
-#
-# How long slots must be, how long they are, and what of their guards is wasted.
 
 
 # Pairs whose margin grows by as much as an uplink slot does

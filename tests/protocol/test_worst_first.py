@@ -11,8 +11,8 @@ from worlds import scenario, still
 
 from bindusbl_des import View, simulate
 from bindusbl_des.core.plugins import PluginError, allow
+from bindusbl_des.protocol.schedules.named import worst_first
 from bindusbl_des.protocol.schedules.view import TimedGroups
-from bindusbl_des.protocol.schedules.worst_first import worst_first
 
 allow(f"test_worst_first:{name}" for name in ("watching", "unequal", "uneven", "endless"))
 

@@ -1,4 +1,9 @@
-"""Random access: AUVs ping as they like, and who serves them."""
+"""Random access: AUVs ping as they like, ASVs broadcast what they make of it.
+
+One process goes from instant to instant, whoever has something to do at each.  A round is a cycle
+of the downlink: from when MF is free, over the broadcast that begins as soon as a fix waits, to
+the end of its slot.  Nobody waits for it on HF.
+"""
 
 from collections.abc import Generator, Iterator
 from functools import cache, partial
@@ -24,9 +29,6 @@ from ..steps import moment
 from ..tdma import broadcast
 from .aloha import Access, Aloha, SlottedAloha
 from .csma import Csma, Listening
-
-# The random access of a scenario, by the name of its schedule; when AUVs have what to send.
-
 
 # Intervals that are drawn at a time.
 DRAWN = 64
@@ -90,13 +92,6 @@ def backoff_slot_s(settings: CarrierSense, slots: Slots) -> float:
     if settings.slot_s is not None:
         return settings.slot_s
     return slots.ping_duration + slots.longest_travel_time
-
-
-# The process of random access: AUVs ping as they like, ASVs broadcast what they make of it.
-#
-# One process goes from instant to instant, whoever has something to do at each. A round is a cycle
-# of the downlink: from when MF is free, over the broadcast that begins as soon as a fix waits, to
-# the end of its slot. Nobody waits for it on HF.
 
 
 def serve_at_random(network: Network, access: Access) -> Generator[simpy.Event, None, None]:

@@ -20,7 +20,7 @@ from ...acoustics.propagation import (
     sound,
     within,
 )
-from ...acoustics.travel_time import light_time
+from ...acoustics.travel_time import PASSED, light_time
 from ...core.compiled import compiled
 from ...core.packed import unpacked
 from ...records.events import COLLIDED, HEARD, LOST, OUT_OF_RANGE
@@ -42,9 +42,6 @@ class Call:
 
 
 CALL = row_type(Call)
-
-# Factor on the longest way after which sound has met whoever was in range; nobody is as fast.
-PASSED = 1.05
 
 
 @compiled

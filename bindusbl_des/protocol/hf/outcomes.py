@@ -1,12 +1,15 @@
 """What becomes of pings at ASVs, and the fixes measured of them: decided when somebody asks."""
 
 import math
+from collections.abc import Callable
 from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
+import simpy
 
 from ...acoustics.bursts import burst_luck
+from ...acoustics.travel_time import PASSED
 from ...core.packed import Packed
 from ...core.streams import NoiseStore, Purpose, Streams
 from ...records.events import HEARD, IN_FLIGHT
@@ -26,7 +29,7 @@ from ...usbl.systematic_fixes import (
 from ...usbl.two_way import Heard
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Floats
-from .calling import PASSED
+from ..steps import moment
 from .reception import Decided, PairNoise, foretold, resolve
 from .uplink import Uplink
 
@@ -218,6 +221,24 @@ class Outcomes:
     def update_arrivals(self, time: float) -> None:
         """Amend what has arrived by now, an instant (s), at ASVs whose way was predicted."""
         self._uplink.update_arrivals(time)
+
+    def when_over(self, env: simpy.Environment, row: int, verb: Callable[[float], None]) -> None:
+        """Call a verb with the instant (s) of an arrival, a row of receptions, once it is over.
+
+        It is waited for anew where the ASV was predicted to be nearer than it is.
+        """
+        receptions = self._record.receptions
+        expected = float(receptions.array[row]["arrived_at_s"])
+
+        def look(_: simpy.Event) -> None:
+            self.update_arrivals(env.now)
+            arrived = float(receptions.array[row]["arrived_at_s"])
+            if arrived > expected:
+                self.when_over(env, row, verb)
+            else:
+                verb(arrived)
+
+        moment(env, expected + self.band.duration).callbacks.append(look)
 
     def first_under_way(self, time: float) -> int:
         """Return the first reception that may not be over by an instant (s)."""

@@ -10,14 +10,14 @@ from ...acoustics.channel import AskedChannel, Bending, Signals, between, decidi
 from ...acoustics.loss import LossTerms
 from ...acoustics.propagation import SignalBand, SignalPath, Spread, amend, deafen, silence, spread
 from ...acoustics.sonar_channel import ECHO, EchoingSonar
-from ...acoustics.travel_time import travel_time
+from ...acoustics.travel_time import PASSED, travel_time
 from ...core.packed import Packed
 from ...core.streams import Purpose, Streams
 from ...records.events import HEARD, LOST
 from ...records.rows import CALLED, NONE, EventBuffer, Recorder, Rows
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Ints, places
-from .calling import CALL, PASSED, interrogate
+from .calling import CALL, interrogate
 
 # What a ping has that nobody called
 NO_CALL = np.array([(np.nan, NONE, NONE, np.nan)], dtype=CALLED)

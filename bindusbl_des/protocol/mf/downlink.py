@@ -13,7 +13,7 @@ from ...acoustics.bursts import burst_chances
 from ...acoustics.channel import AskedChannel, between
 from ...acoustics.messages import Message
 from ...acoustics.named_channels import FrameChannel
-from ...acoustics.travel_time import travel_time
+from ...acoustics.travel_time import NEARLY_THERE, travel_time
 from ...core.clock import Clock
 from ...core.packed import Packed
 from ...core.streams import Purpose, Streams
@@ -89,10 +89,6 @@ class Deliveries:
             self._navigator.correct(fixes.array, numbers)
         if count and self.on_delivered is not None:
             self.on_delivered(due)
-
-
-# Share of the way after which an arrival is worked out; vehicles are a thousand times slower.
-NEARLY_THERE = 0.98
 
 
 class FrameBand(NamedTuple):

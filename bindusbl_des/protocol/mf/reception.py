@@ -11,16 +11,13 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from ...acoustics.propagation import drowns, meet, within
-from ...acoustics.travel_time import distance, light_time, light_time_by
+from ...acoustics.travel_time import PASSED, distance, light_time, light_time_by
 from ...core.clock import after
 from ...core.compiled import compiled
 from ...core.packed import unpacked
 from ...records.events import COLLIDED, DELIVERED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ...records.rows import FIX, NONE, PING, Row, Rows, row_type
 from ...vehicles.motion import Ints, Motion, where
-
-# Factor on airtime and way after which a frame has passed whoever was in range; nobody is as fast.
-PASSED = 1.05
 
 
 @dataclass(slots=True)

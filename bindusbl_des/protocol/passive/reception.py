@@ -7,7 +7,7 @@ import numpy as np
 
 from ...acoustics.bursts import burst_luck
 from ...acoustics.propagation import SignalPath, Spread, drowns, lost, overlap, reaches, snr, sound
-from ...acoustics.travel_time import light_time
+from ...acoustics.travel_time import NEARLY_THERE, PASSED, light_time
 from ...core.compiled import compiled
 from ...core.packed import unpacked
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE
@@ -20,10 +20,6 @@ from ...usbl.slow_errors import advance, blend
 from ...usbl.systematic_fixes import PackedErrors, systematic_of
 from ...vehicles.motion import Floats, Ints, Motion, Place, where
 from ..hf.reception import PairNoise, begin, by_luck
-
-# Share of the way after which an arrival is worked out at an AUV that has no sure future; nobody is
-# a fiftieth as fast as sound.
-NEARLY_THERE = 0.98
 
 
 @compiled
@@ -100,11 +96,6 @@ def arrive(packed: int, row: int, travel: float) -> None:
     _meet(it, line.sent_at_s, travel, into.way)
     if it.outcome == IN_FLIGHT:
         line.passed_at_s = max(line.passed_at_s, it.arrived_at_s + into.way.band.duration)
-
-
-# Factor on the longest way on record after which sound has passed whoever was in range, be his
-# arrival one at which it was nearly there; nobody is as fast.
-PASSED = 1.05
 
 
 class PassiveDecided(NamedTuple):

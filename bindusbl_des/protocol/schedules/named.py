@@ -13,6 +13,8 @@ from math import isfinite
 from numbers import Real
 from typing import Any
 
+import numpy as np
+
 from ...core.plugins import PluginError, asked, is_whole, shown
 from ...core.wording import shortened
 from ...scenario import declared
@@ -22,9 +24,12 @@ from ..conflicts import dsatur_groups, greedy_groups
 from .polling import polling
 from .super_tdma import super_tdma
 from .view import Groups, TimedGroups, View
-from .worst_first import worst_first
 
 Schedule = Callable[[View], Groups]
+
+# Of `worst_first`: as long as the shortest downlink slot, which every round pays: 10 t_C of at
+# least 2.5 t_C each.
+WORST_FIRST_SLOTS = 4
 
 
 def spatial_reuse(view: View) -> Groups:
@@ -50,6 +55,32 @@ def round_robin(view: View) -> Groups:
 def random(view: View) -> Groups:
     """Give every frame to an AUV drawn at random."""
     return [[int(view.random.integers(len(view.auvs)))]]
+
+
+def worst_first(view: View, *, slots: int = WORST_FIRST_SLOTS) -> Groups:
+    """Let those AUVs ping whose estimates are worst, in at most so many slots.
+
+    In the order of their claims, each AUV joins the first group in which no ASV would hear it and
+    another; those that have no room wait for a later round.  An AUV's claim is the error that is
+    expected of it times the chance that a turn will mend it: after k turns in vain, 1 / (k + 2)
+    (Laplace's rule of succession).  So an AUV that is not where it is believed to be cannot keep
+    the others waiting, and one that drifts has its turn again after a number of rounds that is
+    bounded by its turns in vain.  An AUV that no ASV is believed to hear pings in the first slot,
+    where it disturbs nobody.  Where frames tell of a round first, who may come within range until
+    it begins counts as heard.
+    """
+    heard = view.heard
+    if view.ahead_s > 0.0:
+        heard = view.may_hear(view.range_rates_m_per_s * view.ahead_s)
+    claims = view.expected_error_m / (view.turns_in_vain + 2.0)
+    groups: list[list[int]] = [[] for _ in range(slots)]
+    met = np.zeros((slots, heard.shape[1]), dtype=np.bool_)  # ASVs that hear one of a group
+    for auv in np.argsort(-claims, kind="stable").tolist():
+        room = np.flatnonzero(~(met & heard[auv]).any(axis=1))
+        if len(room):
+            groups[room[0]].append(auv)
+            met[room[0]] |= heard[auv]
+    return [group for group in groups if group]
 
 
 SCHEDULES: dict[str, Schedule] = {

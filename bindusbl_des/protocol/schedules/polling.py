@@ -13,7 +13,7 @@ from ..slots import Slots
 from ..steps import moment
 from .view import Groups, View
 
-Turn = tuple[int, int]  # number of a round, and of a slot in it
+SlotNumber = tuple[int, int]  # number of a round, and of a slot in it
 
 
 def polling(view: View, *, side_by_side: bool = False) -> Groups:
@@ -34,20 +34,21 @@ class Answers:
         self, env: simpy.Environment, outcomes: Outcomes, record: Recorder, slots: Slots
     ) -> None:
         self._env, self._outcomes, self._record, self._slots = env, outcomes, record, slots
-        self._turn, self._missing, self._last = (-1, -1), 0, 0.0
+        self._slot, self._missing, self._last = (-1, -1), 0, 0.0
         self._complete = env.event()
 
-    def begin(self, turn: Turn, calls: int) -> None:
+    def begin(self, slot: SlotNumber, calls: int) -> None:
         """Let a slot begin in which so many AUVs are called; answers to others are late."""
-        self._turn, self._missing, self._complete = turn, calls, self._env.event()
+        self._slot, self._missing, self._complete = slot, calls, self._env.event()
 
-    def expect(self, turn: Turn, number: int, caller: int) -> None:
+    def expect(self, slot: SlotNumber, number: int, caller: int) -> None:
         """Wait until the ASV that has called can have decoded a ping, by its number."""
         ping = self._record.pings.array[number]
         for row in range(ping["first"], ping["end"]):
             reception = self._record.receptions.array[row]
             if reception["asv"] == caller and reception["outcome"] == IN_FLIGHT:
-                self._decode_at(float(reception["arrived_at_s"]), turn, row)
+                decoded = partial(self._decode, slot, row)
+                self._outcomes.when_over(self._env, row, decoded)
 
     def wait(self, ends: float) -> Generator[simpy.Event, None, float]:
         """Wait for the answers, at most until an instant (s); return when the slot is over."""
@@ -60,16 +61,8 @@ class Answers:
             yield moment(self._env, over)
         return over
 
-    def _decode_at(self, arrives: float, turn: Turn, row: int) -> None:
-        event = moment(self._env, arrives + self._outcomes.band.duration)
-        event.callbacks.append(partial(self._decode, arrives, turn, row))
-
-    def _decode(self, expected: float, turn: Turn, row: int, _: simpy.Event) -> None:
-        self._outcomes.update_arrivals(self._env.now)
-        arrived = float(self._record.receptions.array[row]["arrived_at_s"])
-        if arrived > expected:  # the ASV was predicted to be nearer
-            self._decode_at(arrived, turn, row)
-        elif turn == self._turn and self._outcomes.outcome_of(row)[0] == HEARD:
+    def _decode(self, slot: SlotNumber, row: int, arrived: float) -> None:
+        if slot == self._slot and self._outcomes.outcome_of(row)[0] == HEARD:
             self._missing, self._last = self._missing - 1, arrived + self._outcomes.band.duration
             if self._missing == 0:
                 self._complete.succeed()
