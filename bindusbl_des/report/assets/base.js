@@ -160,8 +160,8 @@ class Sheet {
       if (isIntersecting && this.stale) this.paint();
     }).observe(canvas);
   }
-  // Paints where somebody looks: what has been scrolled away waits until it is back.
-  show() { if (this.inView) this.paint(); else this.stale = true; }
+  // While time plays, what has been scrolled away waits until it is back.
+  show(playing) { if (this.inView || !playing) this.paint(); else this.stale = true; }
   paint() {
     this.stale = false;
     const { clientWidth: width, clientHeight: height } = this.canvas;

@@ -12,7 +12,7 @@ class Closeup {
     this.auv = 0;
     this.now = 0;
   }
-  paint(now) { this.now = now; this.map.sheet.show(); }
+  paint(now, playing) { this.now = now; this.map.sheet.show(playing); }
   draw(context, width, height) {
     const { map, mission } = this, state = mission.auvAt(this.auv, this.now);
     map.width = width;

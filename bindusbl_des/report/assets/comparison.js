@@ -38,7 +38,7 @@ function maps(missions, playback) {
     caption.append(saving(`map ${mission.name.split(":")[0]}`, map.pictures()));
     ghost(map, missions[run ? 0 : 1], caption);
     map.linger = () => playback.linger(mission);
-    playback.onChange((now) => { map.now = Math.min(now, mission.duration); map.sheet.show(); });
+    playback.onChange((now) => { map.now = Math.min(now, mission.duration); map.sheet.show(playback.playing); });
     playback.onSelect((span) => { map.span = span; });
     return map;
   });

@@ -140,7 +140,7 @@ async function start() {
   const map = new SeaMap(byId("map"), mission), closeup = new Closeup(byId("closeup"), mission, map.hidden);
   map.linger = () => playback.linger();
   const log = new Log(byId("log"), mission), states = followed(mission, closeup, playback);
-  playback.onChange((now) => { map.now = now; map.sheet.show(); closeup.paint(now); states.show(now, playback.playing); log.show(now); });
+  playback.onChange((now) => { map.now = now; map.sheet.show(playback.playing); closeup.paint(now, playback.playing); states.show(now, playback.playing); log.show(now); });
   playback.onSelect((span) => {
     map.span = log.span = span;
     log.list.classList.toggle("selected", Boolean(span));

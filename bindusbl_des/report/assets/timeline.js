@@ -11,7 +11,7 @@ class Timeline {
     this.sheet = new Sheet(canvas, (context, width) => this.draw(context, width));
     this.choices();
     this.listen();
-    playback.onChange(() => this.sheet.show());
+    playback.onChange(() => this.sheet.show(playback.playing));
     playback.onSelect(() => this.sheet.paint());
     byId("timeline-legend").textContent = mission.asvsPing ? "ASV lanes: a tick is a ping. AUV lanes: dots are pings arriving (filled: decoded, and a fix; open: lost; red ✕: collided). "
       + "The upright line is the time of the playback; drag to move in time." : "AUV lanes: a tick is a ping, with ✕ in red where it collided, ○ where it was lost, half as high where no ASV was in HF range. "
