@@ -17,6 +17,7 @@ import simpy
 from gymnasium.spaces import Box, Discrete
 from numpy.typing import NDArray
 
+from .core.arrays import Floats
 from .mission.mission import Mission
 from .protocol.schedules.view import Groups, View
 from .scenario.files.scenario_file import as_scenario
@@ -24,7 +25,6 @@ from .scenario.planned import asv_stations
 from .scenario.scenario import Scenario
 from .scenario.survey_area import area_of
 
-Array = NDArray[np.float64]
 Observation = NDArray[np.float32]
 
 # What observations are divided by, so that they are about 1: s, m and turns; and where they end.
@@ -53,13 +53,13 @@ def _observed(*parts: Any) -> Observation:
 class GymVessels:
     """Vessels that go as they are told: a source of poses (:class:`.vehicles.poses.PoseSource`)."""
 
-    def __init__(self, places: Array, farthest: float) -> None:
+    def __init__(self, places: Floats, farthest: float) -> None:
         """Let them lie at places (m, 2), m; they stay within a square of this half side (m)."""
         self.places, self._farthest = places.copy(), farthest
         self.velocity, self._yaw = np.zeros_like(places), np.zeros(len(places))
         self._time = 0.0
 
-    def advance_to(self, time: float) -> Mapping[str, Array]:
+    def advance_to(self, time: float) -> Mapping[str, Floats]:
         """Move on to an instant (s); return the poses (m, 4) of the ASVs."""
         self.places += self.velocity * (time - self._time)
         np.clip(self.places, -self._farthest, self._farthest, out=self.places)

@@ -16,15 +16,13 @@ often somebody pings nor what is decided first changes the sea.
 from math import ceil, floor, log2
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..core.compiled import compiled
 from ..core.counted_draws import normal, pair_keys, uniform
 from ..core.streams import Purpose, Streams
 from ..records.rows import Row, Rows
 from .loss import chance_of
-
-Floats = NDArray[np.float64]
 
 # A pair of an AUV and an ASV: what its luck is drawn by, and how long losses last (s).
 PAIR = np.dtype([("key", "u8"), ("burst_s", "f8")])

@@ -11,15 +11,15 @@ from typing import NamedTuple, Protocol, TypeVar, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..core.plugins import Family, PluginError, asked, shown
 from ..scenario.part_settings import own_part
 from ..scenario.scenario import Scenario
 from .loss import LossTerms, contention_loss
 from .propagation import DISC, PROSPECT, SignalBand, SignalPath
 
-Array = NDArray[np.float64]
 Prospects = NDArray[np.void]
-Value = TypeVar("Value", float, Array)
+Value = TypeVar("Value", float, Floats)
 
 # Signals that are decoded more seldom are out of range.
 SELDOM = 1e-6
@@ -67,14 +67,14 @@ class Signals:
     """
 
     time: float
-    auvs: Array
-    asvs: Array
-    ranges: Array
+    auvs: Floats
+    asvs: Floats
+    ranges: Floats
     reach: float
     calling: bool
 
 
-def between(time: float, auvs: Array, asvs: Array, reach: float, calling: bool) -> Signals:
+def between(time: float, auvs: Floats, asvs: Floats, reach: float, calling: bool) -> Signals:
     """Return the signals of an instant (s) between places of AUVs (n, 3) and of ASVs (m, 3), m."""
     apart = auvs[:, None] - asvs
     ranges = np.sqrt((apart * apart) @ AXES)
@@ -84,7 +84,7 @@ def between(time: float, auvs: Array, asvs: Array, reach: float, calling: bool) 
 class Channel(Protocol):
     """How likely signals are decoded: what one's own channel answers."""
 
-    def __call__(self, signals: Signals, /) -> Array:
+    def __call__(self, signals: Signals, /) -> Floats:
         """Return the probability (n, m) that each is decoded if nothing overlaps it.
 
         Where it is 0 there is no sound either: the signal drowns no other.
@@ -110,7 +110,7 @@ class AskedChannel(Protocol):
 class Bending(Protocol):
     """A channel on whose ways sound takes another time than straight on."""
 
-    def late_s(self, signals: Signals) -> Array:
+    def late_s(self, signals: Signals) -> Floats:
         """Return how much later (s) each signal arrives (n, m); below 0 if sooner."""
 
 

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..core.arrays import Floats, Ints
 from ..records.events import HEARD, OUT_OF_RANGE, Broadcast
 from ..records.rows import NONE, Recorder
 from ..vehicles.fleet import Fleet
-from ..vehicles.motion import Floats, Ints
 
 
 class Powers(NamedTuple):

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..core.arrays import Floats
 from ..core.plugins import is_plugin
 from ..scenario.declared import channel_named
 from ..scenario.families import broadcaster_of
@@ -16,8 +17,6 @@ from .channel import AskedChannel, between
 from .loss import losses
 from .messages import messages_of
 from .named_channels import hf_channel, loss_of, mf_channel
-
-Floats = NDArray[np.float64]
 
 # The range within which pings are heard is looked for among so many.
 LOOKED_UP = 1001

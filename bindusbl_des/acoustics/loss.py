@@ -7,12 +7,10 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..core.compiled import compiled
 from ..core.wording import refuse
-
-Floats = NDArray[np.float64]
 
 # Range (m) beyond which the loss law is held constant (eq. fix_loss).
 LONGEST_LOSS_RANGE = 800.0

@@ -8,8 +8,8 @@ from operator import attrgetter
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..core.plugins import Family, is_plugin
 from ..presets.catalogue import preset
 from ..scenario.channel_settings import Curve, PingSonar, Sonar, Sound, Table
@@ -23,8 +23,6 @@ from .loss import COMBINERS, LossTerms, loss_law
 from .propagation import PROSPECT
 from .sonar_channel import echoing_sonar, sonar_channel
 from .sonar_equation import SoundMessage, link_budget, timing_sd_s
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

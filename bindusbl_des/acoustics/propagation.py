@@ -8,12 +8,13 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from ..core.arrays import Floats, Ints
 from ..core.compiled import compiled
 from ..core.packed import unpacked
 from ..records.events import HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ..records.rows import NONE, PING, RECEPTION, Row, Rows
 from ..vehicles.fleet import Failures
-from ..vehicles.motion import Floats, Ints, Motion, Place, where
+from ..vehicles.motion import Motion, Place, where
 from .loss import LossTerms, loss_probability
 from .travel_time import light_time
 

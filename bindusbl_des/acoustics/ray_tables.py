@@ -20,10 +20,9 @@ import pyarrow.csv as arrow_csv
 import pyarrow.parquet as parquet
 from numpy.typing import ArrayLike, NDArray
 
+from ..core.arrays import Floats
 from ..core.files import regular
 from ..sea.water_column import Profile, cumulated_slowness
-
-Floats = NDArray[np.float64]
 
 # The shortest way (m) that counts: levels of sources are those at 1 m.
 NEAREST_M = 1.0

@@ -9,13 +9,12 @@ from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..core.arrays import Floats
 from ..core.wording import refuse
 from ..scenario.channel_settings import Sonar, Sound
 from ..sea.water import USUAL_WATER, Water, absorption, absorption_ainslie_mccolm, absorption_thorp
-
-Floats = NDArray[np.float64]
 
 
 def ambient_noise_db(

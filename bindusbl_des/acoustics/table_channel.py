@@ -20,13 +20,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..core.files import draft_of
 from ..scenario.channel_settings import Table
 from ..scenario.scenario import Scenario
 from ..scenario.water import profile_of, sound_speed_of, water_of
 from ..sea.water_column import Profile
 from .channel import Prospects, Receiver, Signals
-from .ray_tables import Floats, SoundTable, TableAxes, read_table, slant_range_m, straight_time_s
+from .ray_tables import SoundTable, TableAxes, read_table, slant_range_m, straight_time_s
 from .sonar_channel import Listener, listener, reach_m
 from .sonar_equation import LinkBudget, SoundMessage, link_budget
 

@@ -6,9 +6,9 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..campaigns.statistics.intervals import CONFIDENCE, student
+from ..core.arrays import Floats
 from ..core.wording import counted
 from ..results.effects import (
     FILTER,
@@ -41,8 +41,6 @@ from .choosing import (
 if TYPE_CHECKING:
     from ..results.result import Result
 
-
-Floats = NDArray[np.float64]
 
 # No more changes than a reader compares, and no more seeds than intervals need to be narrow.
 MOST_CHANGES, MOST_SEEDS = 6, 20

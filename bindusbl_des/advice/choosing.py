@@ -7,8 +7,8 @@ from itertools import combinations
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..core.compiled import compiling_s
 from ..mission.simulation import simulate
 from ..preflight.effort import effort
@@ -19,7 +19,6 @@ from .changes import PAIR, Change, both, changed, may_be_paired
 # Missions flown beside a plan, as many as there are to be flown.
 
 
-Floats = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 # What a mission may raise that cannot be flown: the change is no good, whatever the reason.

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..geometry.formation import formation
 from ..scenario.families import broadcaster_of
 from ..scenario.planned import held_places, horizontal_reach, tracks_of
@@ -14,7 +14,6 @@ from ..scenario.plans import planned_tours
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of
 
-Floats = NDArray[np.float64]
 Score: TypeAlias = tuple[float, float, float]
 
 # More AUVs, or more places on the way of each, change no proposal.

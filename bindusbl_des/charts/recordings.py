@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..core.files import regular
 from ..core.wording import shortened
 from .shapes import BadChart, Sample, in_sea, position
@@ -188,8 +188,6 @@ def _number(value: object) -> float | None:
 # Recorded tracks of vehicles: CSV, GPX and MCAP files, in metres or in degrees.
 
 
-Array = NDArray[np.float64]
-
 READERS: Mapping[str, Callable[[str], Iterator[tuple[str, Sample]]]] = {
     ".csv": read_csv,
     ".gpx": read_gpx,
@@ -208,9 +206,9 @@ class RecordedTrack(NamedTuple):
     sample in the file.
     """
 
-    times: Array
-    places: Array
-    depths: Array
+    times: Floats
+    places: Floats
+    depths: Floats
     in_degrees: bool
     where: tuple[str, ...]
     below_ellipsoid: bool = False

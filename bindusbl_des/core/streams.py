@@ -11,7 +11,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from .growing import lengthened
+from .arrays import lengthened
 
 # Rows of noise that are drawn at a time; fewer where so many pairs would hold more than so many.
 ROWS, FEWEST_ROWS, MOST_ROWS = 64, 4, 6_400_000

@@ -4,8 +4,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats, Ints
 from ..navigation.fix_update import MOST_REFUSED
 from ..scenario.families import navigator_of
 from .chain import Step, rows_where
@@ -13,8 +13,6 @@ from .chain import Step, rows_where
 if TYPE_CHECKING:
     from ..results.result import Result
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # Half the length of the ellipse that holds a normal error in the plane with 95 %, per sd along it.
 ELLIPSE_SCALE = math.sqrt(-2 * math.log(0.05))

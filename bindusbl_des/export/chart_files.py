@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from xml.sax.saxutils import escape
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..core.files import write_text
 from ..geometry.formation import keep_station
 from ..geometry.geodesy import geodetic_from_ned
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from ..results.result import Result
     from ..scenario.scenario import Scenario
 
-Floats = NDArray[np.float64]
 
 # A range is drawn with so many corners; lanes are looked at in steps, and thinned to lines that are
 # off by no more than a chart shows (m).

@@ -23,7 +23,8 @@ from foxglove.messages import (
     Vector3,
 )
 
-from ..geometry.geodesy import Floats, enu_covariance, enu_from_ned, enu_yaw, geodetic_from_ned
+from ..core.arrays import Floats
+from ..geometry.geodesy import enu_covariance, enu_from_ned, enu_yaw, geodetic_from_ned
 from ..results.schemas import schema
 from ..scenario.on_earth import origin_of
 

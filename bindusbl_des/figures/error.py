@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..core.palette import FAINT, INK
 from ..report.envelope import SIGMAS, error_envelope
 from ..report.recording import Recording, recording
@@ -30,7 +30,6 @@ from .style import (
 if TYPE_CHECKING:
     from ..results.result import Result
 
-Array = NDArray[np.float64]
 
 # More AUVs than this are drawn as a fleet: median and quantiles.
 MOST_PANELS = 6
@@ -100,7 +99,7 @@ def _draw_panel(axes: Axes, result: "Result", recorded: Recording, name: str) ->
     axes.text(0.01, 0.86, name, transform=axes.transAxes, color=colour, weight="bold", va="top")
 
 
-def imu_errors(track: Any) -> Array:
+def imu_errors(track: Any) -> Floats:
     """Return the horizontal error (m) of dead reckoning alone along tracks."""
     x, y = track.imu_x_m - track.x_m, track.imu_y_m - track.y_m
     return np.asarray(np.hypot(x, y))

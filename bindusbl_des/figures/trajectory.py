@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..core.palette import HF, INK, MF, PLANNED
 from ..geometry.geodesy import east_north
 from ..scenario.plans import planned_paths
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from ..results.result import Result
     from ..scenario.scenario import Scenario
 
-Floats = NDArray[np.float64]
 
 # Points at which a planned path is drawn
 PLAN_POINTS = 1000

@@ -15,10 +15,9 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
+from ..core.arrays import Flags, Floats
 from .area import Area, rectangle
 from .formation import stations
-
-Floats = NDArray[np.float64]
 
 # Decimals of metres to which ASVs are told apart: bisectors of nearer ones are only rounding.
 MICROMETRES = 6
@@ -90,8 +89,6 @@ def _angle(first: Floats, second: Floats) -> Floats:
     """Return the signed angle (rad) from each vector to another, none where they are one."""
     return np.asarray(np.arctan2(_cross(first, second), (first * second).sum(axis=1)))
 
-
-Flags = NDArray[np.bool_]
 
 # What a cell of the map shows: heard by no ASV, by one, by two or more, and a station that
 # digits cannot name; and what is outside the survey.

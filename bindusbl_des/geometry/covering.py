@@ -14,9 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..core.arrays import Flags, Floats
 from .formation import stations
-
-Floats = NDArray[np.float64]
 
 # A place beyond a circle by no more than this share of its radius lies on it: rounding.
 CIRCLE_ROUNDING = 1e-12
@@ -238,8 +237,6 @@ def _improved(points: Floats, chosen: Numbers) -> Floats:
                 centres[number] = enclosing_circle(own)[:2]
     return centres
 
-
-Flags = NDArray[np.bool_]
 
 # Of so many places all pairs are tried, of more a grid of this many cells over a reach.
 MOST_PAIRED, CELLS = 60, 3

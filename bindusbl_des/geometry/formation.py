@@ -3,12 +3,10 @@
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..core.arrays import Floats
 from .area import Area
-
-Floats = NDArray[np.float64]
-
 
 # Vessels that stray by less than this share of what they hear keep their stations.
 KEPT = 0.1

@@ -8,9 +8,9 @@ this module is the only place where one becomes the other.
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Floats = NDArray[np.float64]
+from ..core.arrays import Floats
 
 # World Geodetic System 1984 (NGA.STND.0036, table 3.1): semi-major axis (m), flattening
 SEMI_MAJOR, FLATTENING = 6_378_137.0, 1 / 298.257_223_563

@@ -11,10 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from . import dubins
 from .area import Box, bounds, turned
-
-Array = NDArray[np.float64]
 
 # Segments shorter than this (m) are left out: they carry no distance, only rounding.
 SHORTEST_SEGMENT = 1e-9
@@ -134,14 +133,14 @@ class Path:
             distance - self._distances[index],
         )
 
-    def _wrapped(self, distances: Array) -> Array:
+    def _wrapped(self, distances: Floats) -> Floats:
         first = self.repeats_from
         if first is None:
             return np.minimum(distances, self.length)
         beyond = first + (distances - first) % (self.length - first)
         return np.where(distances < self.length, distances, beyond)
 
-    def sample(self, distances: Array) -> Array:
+    def sample(self, distances: Floats) -> Floats:
         """Return x, y (m) and yaw (rad) at each distance (m), shape (n, 3): :meth:`at` for many."""
         if not self.segments:
             return np.tile(np.array(self.start), (len(distances), 1))

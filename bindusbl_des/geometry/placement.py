@@ -11,9 +11,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..core.arrays import Floats
 from .formation import stations
 
-Floats = NDArray[np.float64]
 Numbers = NDArray[np.intp]
 
 # The place of a vessel that none was found for.

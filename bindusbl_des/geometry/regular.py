@@ -5,14 +5,12 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from .area import Area
 from .coverage import covering_radius
 from .formation import formation
 from .placement import descended
-
-Floats = NDArray[np.float64]
 
 # Formations tried at first: radii up to the widest, and angles between two that look alike.
 RADII, ANGLES = 12, 8

@@ -13,16 +13,14 @@ from time import monotonic
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..charts.shapes import HIGHEST
+from ..core.arrays import Floats
 from ..geometry.geodesy import ned_at_depth
 from ..vehicles.tracks import FARTHEST
 from .mavlink import ATTITUDE, messages
 from .mavlink import MAGIC as _MAGIC
 from .mavlink import MAGIC_1 as _MAGIC_1
-
-Array = NDArray[np.float64]
 
 # How often (s) a mission asks where vehicles are.
 STEP_S = 0.1
@@ -90,7 +88,7 @@ class Received:
         """The AUVs of which nothing has been heard yet."""
         return tuple(f"AUV{it}" for it in np.flatnonzero(np.isnan(self._goals).any(axis=1)))
 
-    def advance_to(self, time: float) -> Mapping[str, Array]:
+    def advance_to(self, time: float) -> Mapping[str, Floats]:
         """Return where AUVs are at an instant (s): where they were heard of last.
 
         Who has been silent comes back no faster than anybody goes.

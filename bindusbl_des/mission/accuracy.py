@@ -5,8 +5,8 @@ from math import hypot, nan, pi, sqrt
 from typing import NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..core.compiled import compiled, inlined
 from ..navigation.fix_update import SURE
 from ..records.events import TrackPoint
@@ -14,8 +14,6 @@ from ..records.rows import Row, Rows, row_type
 from .service import MOST, mean, quantile_of
 from .trajectories import beside, instants
 from .world import World
-
-Floats = NDArray[np.float64]
 
 
 def note_accuracy(metrics: Rows, world: World, auv: int, times: Floats, errors: Floats) -> None:

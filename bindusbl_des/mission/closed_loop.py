@@ -9,8 +9,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..core.streams import Purpose, Streams
 from ..geometry.paths import Path
 from ..protocol.anchors.placing import Room
@@ -24,7 +24,6 @@ from ..vehicles.reckoning import Wrong
 if TYPE_CHECKING:
     from ..vehicles.guidance import GuidedFleet
 
-Array = NDArray[np.float64]
 
 # Sound is at least this fast (m/s), so that it has arrived this long after the mission's end.
 SLOWEST_SOUND = 1300.0
@@ -45,12 +44,12 @@ class MissionCurrent:
         return self._scenario.environment.current_variation_m_per_s == 0.0
 
     @property
-    def series(self) -> Array:
+    def series(self) -> Floats:
         """The current (m/s) along x and y in each control interval, shape (n, 2)."""
         return self._drawn[: control_intervals(self._scenario)]
 
     @cached_property
-    def _drawn(self) -> Array:
+    def _drawn(self) -> Floats:
         """The same, as far as the last sample of the IMU, which may come long after the end."""
         asked, rate = self._scenario.environment, self._scenario.navigation.imu_rate_hz
         last = math.ceil(self._scenario.duration_s * rate) / rate
@@ -64,7 +63,7 @@ class MissionCurrent:
             self._streams.of(Purpose.CURRENT).standard_normal((count, 2)),
         )
 
-    def carried(self, times: Array) -> Array:
+    def carried(self, times: Floats) -> Floats:
         """Return how far (m) the water has moved by each instant (s), shape (n, 2)."""
         return carried(self._drawn, CONTROL_S, times)
 
@@ -113,7 +112,7 @@ def control_intervals(scenario: Scenario) -> int:
     return math.ceil((scenario.duration_s + afterwards_s(scenario)) / CONTROL_S)
 
 
-def slow_gnss(scenario: Scenario, streams: Streams) -> Array:
+def slow_gnss(scenario: Scenario, streams: Streams) -> Floats:
     """Return the slow error (m) of each ASV's GNSS position in each control interval, (m, n, 2)."""
     usbl, count = scenario.usbl, control_intervals(scenario)
     if usbl.gnss_correlated_sd_m == 0.0:

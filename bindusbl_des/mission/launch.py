@@ -5,8 +5,8 @@ from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..core.plugins import load
 from ..core.streams import Streams
 from ..protocol.anchors.placing import Anchors, anchors_of
@@ -37,8 +37,6 @@ from .closed_loop import (
 
 if TYPE_CHECKING:
     from ..vehicles.guidance import GuidedFleet, GuidedVehicle
-
-Array = NDArray[np.float64]
 
 
 def posed(poses: Poses, kind: str, count: int) -> Fleet:
@@ -89,7 +87,7 @@ def _own_asvs(scenario: Scenario, own: PartChoice, _loaded: int) -> Fleet:
     return _segmented([recorded(*track) for track in own_motion(scenario, ASV, own, ways)])
 
 
-def _stay(place: tuple[float, float, float], distances: Array) -> Array:
+def _stay(place: tuple[float, float, float], distances: Floats) -> Floats:
     return np.tile(place, (len(distances), 1))
 
 

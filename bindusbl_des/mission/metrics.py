@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..acoustics.channel import Receiver
 from ..acoustics.energy import Hf, Powers, covered, energy, on_hf, on_mf
+from ..core.arrays import Floats
 from ..protocol.broadcasters import hearers
 from ..records.events import DELIVERED, HEARD, OUTCOMES
 from ..records.metrics import AuvMetrics, Utilisation
@@ -102,8 +103,6 @@ def _tracks_table(world: World) -> pa.Table:
 
 # What a mission achieved: each figure defined once, here.
 
-
-Array = NDArray[np.float64]
 
 AUV_METRICS = row_type(AuvMetrics)
 NAMES = AUV_METRICS.names or ()
@@ -240,14 +239,14 @@ def _each(energy: float | None, fixes: int) -> float | None:
     return None if energy is None or not fixes else energy / fixes
 
 
-def modem_energies(world: World) -> tuple[Array, Array] | None:
+def modem_energies(world: World) -> tuple[Floats, Floats] | None:
     """Return what the modems of the n AUVs and of the m ASVs draw (J), (n,) and (m,); None where
     no band in use has powers.
     """
     scenario, record = world.scenario, world.record
     bands, protocol, end = scenario.acoustics, scenario.protocol, scenario.duration_s
     fleets = world.auv_fleet, world.asv_fleet
-    drawn: list[tuple[Array, Array]] = []
+    drawn: list[tuple[Floats, Floats]] = []
     failures = fleets[1].failures
     worked = end if failures is None else failures.worked_s(end)
     if (powers := _powers(bands.hf)) is not None:
@@ -278,7 +277,7 @@ def _powers(band: Band) -> Powers | None:
     return Powers(band.transmit_w, band.receive_w, waiting)
 
 
-def _sounds(record: Recorder) -> Array:
+def _sounds(record: Recorder) -> Floats:
     """Return the instants (s) at which a ping or a call begins on HF, in rising order."""
     pings = record.pings.rows
     called = pings["call"] != NONE

@@ -12,9 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import simpy
-from numpy.typing import NDArray
 
-from ..core.growing import keep_memory
+from ..core.arrays import Floats, keep_memory
 from ..core.wording import plain
 from ..preflight.warnings import ScenarioWarning, warnings_of
 from ..protocol.happenings import Happening, Watch
@@ -37,8 +36,6 @@ from .reach import violations_of
 from .trajectories import turned
 from .world import World
 
-Array = NDArray[np.float64]
-
 # Half of what missions of up to a hundred AUVs leave is kept for the next one (bytes).
 keep_memory(8_000_000)
 
@@ -50,9 +47,9 @@ class AuvStates(NamedTuple):
     AUV's own navigator has them.  `covariance` (n, 2, 2), m2: how sure that is of it.
     """
 
-    truth: Array
-    estimate: Array
-    covariance: Array
+    truth: Floats
+    estimate: Floats
+    covariance: Floats
 
 
 class PingUnderWay(NamedTuple):
@@ -81,7 +78,7 @@ def auv_states(world: World, time: float) -> AuvStates:
     return states
 
 
-def places_of(fleet: Fleet, time: float) -> Array:
+def places_of(fleet: Fleet, time: float) -> Floats:
     """Return x, y, z (m), yaw (rad, in (-pi, pi]) of a fleet at an instant (s), shape (n, 4)."""
     fleet.advance(time)
     found = places(fleet.motion, time)
@@ -335,7 +332,7 @@ class Mission:
             for row in rows
         ]
 
-    def asvs(self) -> Array:
+    def asvs(self) -> Floats:
         """Return where the ASVs are now: x, y, z (m), z down, yaw (rad, in (-pi, pi]), (n, 4)."""
         return places_of(self._world.asv_fleet, self._time)
 

@@ -5,6 +5,7 @@ from statistics import NormalDist
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams
 from ..navigation.dead_reckoning import random_walk
@@ -14,7 +15,7 @@ from ..scenario.scenario import Scenario
 from ..usbl.systematic_fixes import SYSTEMATIC, Systematic
 from ..vehicles.currents import CONTROL_S, gauss_markov
 from ..vehicles.reckoning import Wrong, skews_of
-from .closed_loop import Array, MissionCurrent, control_intervals, slow_gnss
+from .closed_loop import MissionCurrent, control_intervals, slow_gnss
 
 
 def wrong_reckoning(scenario: Scenario, streams: Streams, water: MissionCurrent) -> Wrong:
@@ -35,7 +36,7 @@ def wrong_reckoning(scenario: Scenario, streams: Streams, water: MissionCurrent)
     )
 
 
-def _velocity_biases(scenario: Scenario, streams: Streams) -> Array:
+def _velocity_biases(scenario: Scenario, streams: Streams) -> Floats:
     """Return the velocity biases (m/s) of each AUV's dead reckoning, (n, k, 2).
 
     One of each AUV; one for each control interval where what is drawn of it wanders.
@@ -62,20 +63,20 @@ def _skews(scenario: Scenario, streams: Streams) -> Rows:
     )
 
 
-def headings(scenario: Scenario, streams: Streams) -> Array:
+def headings(scenario: Scenario, streams: Streams) -> Floats:
     """Return the constant error of each AUV's heading (rad), (n,)."""
     sd = math.radians(own_sensors(scenario).heading_sd_deg)
     return _drawn(streams, Purpose.HEADING, scenario.auvs.count, sd)[:, 0]
 
 
-def _drawn(streams: Streams, purpose: Purpose, count: int, sd: float) -> Array:
+def _drawn(streams: Streams, purpose: Purpose, count: int, sd: float) -> Floats:
     """Return what each of some AUVs has drawn once for the mission, along two axes, (n, 2)."""
     if sd == 0.0:
         return np.zeros((count, 2))
     return sd * np.array([streams.of(purpose, auv).standard_normal(2) for auv in range(count)])
 
 
-def _walks(scenario: Scenario, streams: Streams, water: MissionCurrent, skews: Rows) -> Array:
+def _walks(scenario: Scenario, streams: Streams, water: MissionCurrent, skews: Rows) -> Floats:
     """Return each AUV's dead-reckoning error (m) but for biases and skew, at its IMU's samples,
     (n, k, 2).
 
@@ -100,7 +101,7 @@ def _walks(scenario: Scenario, streams: Streams, water: MissionCurrent, skews: R
     return lost
 
 
-def misalignments(scenario: Scenario, streams: Streams) -> Array:
+def misalignments(scenario: Scenario, streams: Streams) -> Floats:
     """Return the constant error of the heading of each ASV (rad), (m,); with passive ranging of
     each AUV (n,), which carries the array and turns what it measures by its own compass.
     """
@@ -113,7 +114,7 @@ def misalignments(scenario: Scenario, streams: Streams) -> Array:
     return np.asarray(turned + sd * np.array(drawn))
 
 
-def clocks(scenario: Scenario, streams: Streams) -> Array:
+def clocks(scenario: Scenario, streams: Streams) -> Floats:
     """Return how late (s) each AUV's clock is at first, and how much later each second, (n, 2)."""
     navigation, count = scenario.navigation, scenario.auvs.count
     sds = np.array((navigation.clock_offset_sd_s, navigation.clock_drift_sd))

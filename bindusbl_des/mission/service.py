@@ -4,13 +4,11 @@ from math import nan, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats, Ints
 from ..core.compiled import compiled
 from ..records.events import COLLIDED, DELIVERED, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ..records.rows import Row, Rows
-
-Floats = NDArray[np.float64]
 
 # numpy adds up to so many numbers in eight columns, and more by halves.
 BLOCK, COLUMNS = 128, 8
@@ -93,8 +91,6 @@ def quantile_of(values: Floats, share: float) -> float:
     pair = np.partition(values, (low, min(low + 1, values.size - 1)))[low : low + 2]
     return float(pair[0] + (place - low) * (pair[-1] - pair[0]))
 
-
-Ints = NDArray[np.int64]
 
 # Quantiles are told of so much of the time, and of so many fixes; what is left of that.
 MOST, SELDOM = 0.95, 0.05

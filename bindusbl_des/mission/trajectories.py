@@ -7,8 +7,8 @@ from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..navigation.dead_reckoning import Odometry
 from ..scenario.plans import plans_of
 from ..scenario.scenario import Scenario
@@ -17,14 +17,12 @@ from ..vehicles.fleet import Fleet, VehicleTrack
 from ..vehicles.sweeping import Sweep, sweep
 from ..vehicles.vehicle import Vehicle
 
-Array = NDArray[np.float64]
-
 # Guards floor(duration * rate) against rounding, as for ticks.
 COUNT_TOLERANCE = 1e-9
 
 
 @lru_cache(maxsize=8)
-def instants(duration: float, rate: float, begin: float = 0.0) -> Array:
+def instants(duration: float, rate: float, begin: float = 0.0) -> Floats:
     """Return the instants k / rate in [begin, duration) (s); read-only, since missions share them.
 
     Of those from the start on the first is always the start, however low the rate.
@@ -33,7 +31,7 @@ def instants(duration: float, rate: float, begin: float = 0.0) -> Array:
     [0.0]
     """
     count = max(1, int(np.ceil(duration * rate - COUNT_TOLERANCE)))
-    times: Array = np.arange(count) / rate
+    times: Floats = np.arange(count) / rate
     times = times[times.searchsorted(begin) :]
     times.setflags(write=False)
     return times
@@ -48,10 +46,10 @@ class Samples(NamedTuple):
 
     way: VehicleTrack
     odometry: Odometry
-    estimate: Array
+    estimate: Floats
 
 
-def turned(yaw: Array) -> Array:
+def turned(yaw: Floats) -> Floats:
     """Return headings (rad) in (-pi, pi].
 
     >>> turned(np.array([0.0, np.pi, -np.pi])).round(9).tolist()
@@ -73,9 +71,9 @@ class Trajectories(NamedTuple):
     All of them have swept `covered_m2` (m2), and the last has flown its lanes by `finished_at_s`.
     """
 
-    metrics: dict[str, Array]
-    beside_m: Array
-    swept_m2: Array
+    metrics: dict[str, Floats]
+    beside_m: Floats
+    swept_m2: Floats
     covered_m2: float | None
     finished_at_s: float | None
 
@@ -125,11 +123,11 @@ def _look_back(scenario: Scenario, fleet: Fleet) -> Trajectories:
     )
 
 
-def _mean(values: Array) -> float:
+def _mean(values: Floats) -> float:
     return float(values.mean()) if len(values) else math.nan
 
 
-def beside(vehicles: Sequence[Vehicle], times: Array) -> Array:
+def beside(vehicles: Sequence[Vehicle], times: Floats) -> Floats:
     """Return how far (m) vehicles were beside their paths at k instants (s), (n, k)."""
     found = np.full((len(vehicles), len(times)), np.nan)
     for its_own, vehicle in zip(found, vehicles, strict=True):
@@ -150,7 +148,7 @@ def _swept(scenario: Scenario, fleet: Fleet) -> Sweep | None:
     return sweep(area_of(scenario), fleet.vehicles, swath, scenario.duration_s, depths)
 
 
-def _first_to_sweep(swept: Sweep | None, count: int, times: Array) -> Array:
+def _first_to_sweep(swept: Sweep | None, count: int, times: Floats) -> Floats:
     """Return how much of the survey (m2) each AUV was the first to sweep by k instants (s)."""
     if swept is None:
         return np.full((count, len(times)), np.nan)

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..core.streams import Purpose, Streams
 from ..navigation.dead_reckoning import DeadReckoning
 from ..navigation.navigators import Navigator
@@ -16,8 +16,6 @@ from ..results.tables import numbers_of
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
 from .trajectories import Samples, Trajectories, trajectories_of
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -43,13 +41,13 @@ class World:
         """All frames of the mission, a row of numbers for each, when it has ended."""
         return numbers_of("broadcasts", self.record.broadcasts)
 
-    def sample(self, auv: int, times: Array) -> Samples:
+    def sample(self, auv: int, times: Floats) -> Samples:
         """Sample one AUV at instants (s) by which its motion is known."""
         way = self.auv_fleet.ways.of(auv, times)
         odometry = self.reckoning.odometry(auv, way)
         return Samples(way, odometry, self.navigator.estimate(auv, odometry))
 
-    def depth_noise(self, auv: int, times: Array) -> Array:
+    def depth_noise(self, auv: int, times: Floats) -> Floats:
         """Return the pressure sensor's errors (m) at instants (s); equal at equal IMU samples."""
         navigation = self.scenario.navigation
         index = (times * navigation.imu_rate_hz).astype(np.intp)

@@ -27,9 +27,9 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..core.compiled import compiled, inlined, written_out
 from ..records.rows import Rows
-from ..vehicles.motion import Floats
 from ..vehicles.reckoning import (
     DeadReckoned,
     ExpectedDrift,

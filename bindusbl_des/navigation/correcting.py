@@ -7,11 +7,12 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from ..core.arrays import Floats, Ints
 from ..core.compiled import compiled
 from ..core.packed import unpacked
 from ..records.events import HEARD
 from ..records.rows import FIX, LEARNT, NONE, RECEPTION, Row, Rows, fix_numbered
-from ..vehicles.motion import Floats, Ints, where
+from ..vehicles.motion import where
 from ..vehicles.reckoning import DeadReckoned, expected_error, learn, way_since
 from .belief import (
     Belief,

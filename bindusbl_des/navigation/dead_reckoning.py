@@ -4,18 +4,16 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..core.compiled import compiled, inlined
 from ..core.packed import Packed, unpacked
 from ..vehicles.fleet import FleetTracksCache, VehicleTrack
 from ..vehicles.motion import Motion, headed, places
 from ..vehicles.reckoning import DeadReckoned, Wrong, by_compass, error, follow
 
-Array = NDArray[np.float64]
 
-
-def bias_drift(bias: tuple[float, float], frame: str, times: Array, headings: Array) -> Array:
+def bias_drift(bias: tuple[float, float], frame: str, times: Floats, headings: Floats) -> Floats:
     """Return the drift (m), shape (n, 2), that a constant velocity bias (m/s) has caused.
 
     `times` (s) and `headings`, the integrals of cos(yaw) and sin(yaw) (n, 2), come from the path
@@ -34,7 +32,7 @@ def bias_drift(bias: tuple[float, float], frame: str, times: Array, headings: Ar
     )
 
 
-def random_walk(rate: float, sd: float, noise: Array) -> Array:
+def random_walk(rate: float, sd: float, noise: Floats) -> Floats:
     """Return random walks (m) of `sd` (m/sqrt(s)) at the samples k / rate, in the place of `noise`.
 
     `noise` (n, k + 1, 2) are standard normal numbers but for the first row of each walk, which is
@@ -46,7 +44,7 @@ def random_walk(rate: float, sd: float, noise: Array) -> Array:
 
 
 @compiled
-def _sum_up(walks: Array, step: float) -> None:
+def _sum_up(walks: Floats, step: float) -> None:
     for walk in range(walks.shape[0]):
         x, y = walks[walk, 0, 0], walks[walk, 0, 1]
         for k in range(1, walks.shape[1]):
@@ -69,9 +67,9 @@ class Odometry(NamedTuple):
     from the start of the mission (n, 2), s.
     """
 
-    times: Array
-    position: Array
-    headings: Array
+    times: Floats
+    position: Floats
+    headings: Floats
 
 
 class DeadReckoning:
@@ -101,7 +99,7 @@ class DeadReckoning:
         x, y = self.sample(auv, np.array((time,)))[1].position[0]
         return float(x), float(y)
 
-    def sample(self, auv: int, times: Array) -> tuple[Array, Odometry]:
+    def sample(self, auv: int, times: Floats) -> tuple[Floats, Odometry]:
         """Return truth x, y, z (m), yaw (rad), (n, 4), and what the AUV knew, at instants (s)."""
         way = FleetTracksCache(self.known.motion, foreseen=False).of(auv, times)
         return way.truth, self.odometry(auv, way)
@@ -136,7 +134,7 @@ def reckoned(auv: int, time: float, known: Reckoned) -> DeadReckoned:
 
 @compiled
 def _reckoned_all(
-    packed: int, auv: int, times: Array, lines: Array, position: Array, headings: Array
+    packed: int, auv: int, times: Floats, lines: Floats, position: Floats, headings: Floats
 ) -> None:
     """Write dead reckoning (n, 2) and headings (n, 2) on a way (:class:`VehicleTrack`).
 

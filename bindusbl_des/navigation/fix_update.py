@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..core.arrays import Floats, Ints
 from ..core.compiled import compiled
-from ..vehicles.motion import Floats, Ints
 from ..vehicles.reckoning import DeadReckoned
 from .belief import Belief
 

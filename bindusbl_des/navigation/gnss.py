@@ -4,12 +4,13 @@ from math import nan
 
 import numpy as np
 
+from ..core.arrays import Floats, Ints
 from ..core.streams import Purpose, Streams
 from ..records.events import DELIVERED
 from ..records.rows import FIX, NONE, EventBuffer, Rows
 from ..scenario.sections.navigation import GnssFixSection
 from ..vehicles.fleet import Fleet
-from ..vehicles.motion import Floats, Ints, lines
+from ..vehicles.motion import lines
 
 # Instants that are looked at in one go.
 AT_ONCE = 20_000

@@ -12,15 +12,13 @@ from math import inf
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats, Ints, lengthened, real_numbers
 from ..core.compiled import compiled
-from ..core.growing import lengthened
 from ..core.packed import Packed, unpacked
 from ..core.plugins import PluginError, asked
 from ..records.rows import FIX, RECEPTION, EventBuffer, Jacobians, Rows
 from ..scenario.families import NAVIGATOR
-from ..vehicles.motion import Floats, Ints
 from ..vehicles.reckoning import DeadReckoned, ExpectedDrift, expected_error, way_since
 from .belief import (
     Belief,
@@ -134,8 +132,6 @@ def _spread(
             out[n, 0], out[n, 1], out[n, 2] = on_circle(spread, growth.aligned)
 
 
-Array = NDArray[np.float64]
-
 # Fixes of which each errs by itself
 NOTHING = Jacobians(0)
 
@@ -149,10 +145,10 @@ class Navigator(Protocol):
         To those that ship -1 - k is row k of the mission's fixes by GNSS.
         """
 
-    def estimate(self, auv: int, odometry: Odometry) -> Array:
+    def estimate(self, auv: int, odometry: Odometry) -> Floats:
         """Return where an AUV believed to be (n, 2), m, at the instants of its odometry."""
 
-    def covariance(self, auv: int, odometry: Odometry) -> Array:
+    def covariance(self, auv: int, odometry: Odometry) -> Floats:
         """Return how sure it was of that: variances and covariance xx, yy, xy (n, 3), m2."""
 
 
@@ -169,7 +165,7 @@ class LinearNavigator:
         rule: Rule,
         growth: Growth,
         first: Belief,
-        corrections: Array,
+        corrections: Floats,
         learnt: Rows,
         common: Jacobians = NOTHING,
         receptions: EventBuffer | None = None,
@@ -208,29 +204,29 @@ class LinearNavigator:
         self._held.count += len(due)
 
     def expanded(
-        self, fixes: Rows, noise: Array, jacobians: Array, states: Array, spreads: Array
-    ) -> tuple[Array, Array]:
+        self, fixes: Rows, noise: Floats, jacobians: Floats, states: Floats, spreads: Floats
+    ) -> tuple[Floats, Floats]:
         """Return what fixes say to who believes in states of their instants; :func:`expand`."""
         said, common = np.empty((len(fixes), 5)), np.empty((len(fixes), 2, self.common.columns))
         expand(self._known.address, fixes, noise, jacobians, states, spreads, said, common)
         return said, common
 
-    def latest(self, auv: int) -> tuple[Array, Array]:
+    def latest(self, auv: int) -> tuple[Floats, Floats]:
         """Return the states (k,) that an AUV believes in after its last fix, and their covariance
         (k, k).
         """
         beliefs, last = self._held.all.beliefs, self._held.of(auv)[-1]
         return beliefs.states[last], beliefs.covariances[last]
 
-    def estimate(self, auv: int, odometry: Odometry) -> Array:
+    def estimate(self, auv: int, odometry: Odometry) -> Floats:
         """Return where an AUV believed to be (n, 2), m, at the instants of its odometry."""
         return self._believed(auv, odometry, sure=False)
 
-    def covariance(self, auv: int, odometry: Odometry) -> Array:
+    def covariance(self, auv: int, odometry: Odometry) -> Floats:
         """Return how sure it was of that: variances and covariance xx, yy, xy (n, 3), m2."""
         return self._believed(auv, odometry, sure=True)
 
-    def _believed(self, auv: int, odometry: Odometry, *, sure: bool) -> Array:
+    def _believed(self, auv: int, odometry: Odometry, *, sure: bool) -> Floats:
         found = np.empty((len(odometry.times), 2 + sure))
         times, position, headings = [np.ascontiguousarray(column) for column in odometry]
         own = self._held.of(auv)
@@ -252,7 +248,7 @@ class Reckoning:
         """Return where an AUV that has had no fix believes to be (m) at an instant (s)."""
         return self._whole.at(auv, time)
 
-    def odometry(self, auv: int, times: Array) -> Odometry:
+    def odometry(self, auv: int, times: Floats) -> Odometry:
         """Return what an AUV's own sensors have told it by instants (n,), s."""
         return self._whole.sample(auv, np.asarray(times, dtype=np.float64))[1]
 
@@ -269,7 +265,7 @@ class OwnNavigator:
         name: str,
         make: Any,
         reckoning: DeadReckoning,
-        corrections: Array,
+        corrections: Floats,
         gnss: EventBuffer | None = None,
     ) -> None:
         """Make the navigator; `corrections` (n, 2), m, is where autopilots read what it adds.
@@ -310,11 +306,11 @@ class OwnNavigator:
             fix["correction_m"] = np.hypot(*(moved - was)[0])
             self._corrections[auv] = (moved - odometry.position)[0]
 
-    def estimate(self, auv: int, odometry: Odometry) -> Array:
+    def estimate(self, auv: int, odometry: Odometry) -> Floats:
         """Return where an AUV believed to be (n, 2), m, at the instants of its odometry."""
         return self._checked("estimate", auv, odometry, 2)
 
-    def covariance(self, auv: int, odometry: Odometry) -> Array:
+    def covariance(self, auv: int, odometry: Odometry) -> Floats:
         """Return how sure it was of that: variances and covariance xx, yy, xy (n, 3), m2."""
         found = self._checked("covariance", auv, odometry, 3)
         if (found[:, :2] < 0.0).any():
@@ -330,10 +326,10 @@ class OwnNavigator:
             )
         return found
 
-    def _checked(self, verb: str, auv: int, odometry: Odometry, width: int) -> Array:
+    def _checked(self, verb: str, auv: int, odometry: Odometry, width: int) -> Floats:
         copied = Odometry(*(column.copy() for column in odometry))  # they may be written over
         answer = self._asked(lambda: getattr(self._navigator, verb)(auv, copied))
-        found: Array | None = self._asked(_numbers, answer)
+        found: Floats | None = self._asked(real_numbers, answer)
         wanted = (len(odometry.times), width)
         if found is None or found.shape != wanted or not np.isfinite(found).all():
             shape = "of no numbers" if found is None else f"of shape {found.shape}"
@@ -348,12 +344,3 @@ class OwnNavigator:
 
     def _asked(self, verb: Any, *arguments: Any) -> Any:
         return asked(NAVIGATOR.key, self._name, verb, *arguments)
-
-
-def _numbers(answer: Any) -> Array | None:
-    """Return an answer as an array; None for what is no array of real numbers."""
-    try:
-        found = np.asarray(answer)
-        return np.array(found, dtype=np.float64, order="C") if found.dtype.kind in "fiu" else None
-    except (TypeError, ValueError):
-        return None

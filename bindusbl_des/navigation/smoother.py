@@ -10,16 +10,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.arrays import Floats, Ints
 from ..records.rows import FIX, Rows
-from ..vehicles.motion import Ints
 from .belief import NONE, Belief, Growth, begun_at, on_circle
 from .dead_reckoning import DeadReckoning, Odometry
 from .fix_update import said_of_all
 from .navigators import LinearNavigator
 from .smoothing import Sights, filtered, smooth
-
-Array = NDArray[np.float64]
-
 
 # So many instants are smoothed at once: each has two matrices of all states.
 MOST_INSTANTS = 20_000
@@ -30,8 +27,8 @@ class SmoothedTrack(NamedTuple):
     (n, 3), m2.
     """
 
-    places: Array
-    covariances: Array
+    places: Floats
+    covariances: Floats
 
 
 class FixHistory(NamedTuple):
@@ -40,8 +37,8 @@ class FixHistory(NamedTuple):
     """
 
     rows: Rows
-    common: Array
-    noise: Array
+    common: Floats
+    noise: Floats
 
     def of(self, which: Ints) -> "FixHistory":
         """Return some of them, by their numbers."""
@@ -86,11 +83,11 @@ class Smoother:
         self._histories.append(history)
         self._latest = None
 
-    def estimate(self, auv: int, odometry: Odometry) -> Array:
+    def estimate(self, auv: int, odometry: Odometry) -> Floats:
         """Return where an AUV believes to have been (n, 2), m, at the instants of its odometry."""
         return self._believed(auv, odometry).places
 
-    def covariance(self, auv: int, odometry: Odometry) -> Array:
+    def covariance(self, auv: int, odometry: Odometry) -> Floats:
         """Return how sure it is of that: variances and covariance xx, yy, xy (n, 3), m2."""
         return self._believed(auv, odometry).covariances
 
@@ -146,7 +143,7 @@ class Smoother:
         own = np.flatnonzero(fixes.rows["auv"] == auv)
         return fixes.of(own[np.argsort(fixes.rows["valid_at_s"][own], kind="stable")])
 
-    def _groups(self, times: Array, delivered: Array) -> Iterator[tuple[int, int]]:
+    def _groups(self, times: Floats, delivered: Floats) -> Iterator[tuple[int, int]]:
         """Yield instants that know the same fixes, so many at most as memory bears: the first of
         them, and the first that is none.
         """
@@ -159,10 +156,10 @@ class Smoother:
         self,
         auv: int,
         begin: Belief,
-        valid: Array,
+        valid: Floats,
         sights: Sights,
         which: NDArray[np.bool_],
-        times: Array = NONE,
+        times: Floats = NONE,
     ) -> tuple[Odometry, Sights]:
         """Return the odometry at some instants, at those of some fixes, and at the steps on the way
         to them from a belief; and the sights of these fixes.
@@ -202,7 +199,7 @@ class Smoother:
         return _sights_of(then.position - places, slopes, xx, yy, xy)
 
     def _expand_anew(
-        self, auv: int, known: FixHistory, nodes: Odometry, states: Array, spreads: Array,
+        self, auv: int, known: FixHistory, nodes: Odometry, states: Floats, spreads: Floats,
         sights: Sights, which: Ints,
     ) -> None:  # fmt: skip
         """Expand fixes, which these are of all, about what has been smoothed; write their sights.
@@ -224,7 +221,7 @@ class Smoother:
         sights.rows[rows], sights.values[rows] = anew.rows, anew.values
         sights.variances[rows] = anew.variances
 
-    def _stepped(self, begin: Belief, instants: Array) -> Array:
+    def _stepped(self, begin: Belief, instants: Floats) -> Floats:
         """Return instants (s) with those between at which a belief must be stepped on."""
         if not np.isfinite(self._growth.step) or not instants.size:
             return instants
@@ -233,7 +230,7 @@ class Smoother:
         return np.unique(np.concatenate((instants, numbers * self._growth.step)))
 
 
-def _sights_of(off: Array, slopes: Array, xx: Array, yy: Array, xy: Array) -> Sights:
+def _sights_of(off: Floats, slopes: Floats, xx: Floats, yy: Floats, xy: Floats) -> Sights:
     """Return two sights each of errors (n, 2), m, with noise xx, yy, xy (n,), m2: what is off along
     x, and along y less what its noise has in common with that; `slopes` (n, 2, k).
     """

@@ -11,15 +11,12 @@ from math import exp
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats, Ints
 from ..core.compiled import compiled, inlined
-from ..vehicles.motion import Floats, Ints
 from ..vehicles.reckoning import DeadReckoned, way_since
 from .belief import STATES, Belief, Growth, carry, expected, turn_with
 from .dead_reckoning import Odometry
-
-Array = NDArray[np.float64]
 
 
 class Sights(NamedTuple):

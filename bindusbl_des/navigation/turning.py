@@ -22,10 +22,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..core.compiled import compiled, inlined
 from ..records.events import HEARD
 from ..records.rows import Row, Rows
-from ..vehicles.motion import Floats
 from .fix_update import SURE, Said
 
 # Variance (m2) below that of any instrument, so that what is known exactly divides nothing by 0.

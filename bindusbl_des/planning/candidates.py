@@ -14,6 +14,7 @@ import numpy as np
 
 from ..advice.stations import Ways
 from ..campaigns.experiments.experiment import laid_over
+from ..core.arrays import Floats
 from ..core.wording import counted, plain
 from ..scenario.files.former_keys import key_now
 from ..scenario.files.plain_yaml import read_yaml
@@ -23,7 +24,7 @@ from .prediction.inputs import Inputs, inputs_of
 from .prediction.parts import STATED_ERROR
 from .prediction.predicting import Prediction, predict
 from .question import ASV, Question
-from .selection.goals import Floats, Goal
+from .selection.goals import Goal
 
 Keys = Mapping[str, Any]
 

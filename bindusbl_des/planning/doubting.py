@@ -14,6 +14,7 @@ import numpy as np
 from ..acoustics.loss import losses
 from ..acoustics.named_channels import loss_of
 from ..campaigns.statistics.intervals import intervals
+from ..core.arrays import Floats
 from ..core.plugins import is_plugin
 from ..scenario.channel_settings import burst_s
 from ..scenario.declared import channel_named
@@ -24,7 +25,7 @@ from ..scenario.water import assumed_sound_speed_of
 from .candidates import FORMATION, Candidate, Predictor, candidate, place_keys, placed
 from .question import Question
 from .selection.evidence import SPENT, CutOff, Evidence, estimated, looks_at_each
-from .selection.goals import Floats, Goal
+from .selection.goals import Goal
 from .selection.selection import Estimate, Sample, Selection
 
 # So many missions of each show about where it is: the first so many where these tell the means of

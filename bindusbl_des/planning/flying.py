@@ -34,11 +34,12 @@ from ..campaigns.storage.parts import MISSIONS, OK, clean_parts, committed, read
 from ..campaigns.workers.batches import NotWritten, Row, compile_kernels
 from ..campaigns.workers.pools import WorkerPool, at_work, pool_for
 from ..campaigns.workers.supervisor import Supervisor, interruptible
+from ..core.arrays import Floats
 from ..core.files import sync
 from ..core.kept_files import keep, portable
 from ..core.process import ProgressLine, answered, duration, end_now
 from .question import Question
-from .selection.goals import Floats, Goal
+from .selection.goals import Goal
 
 AUVS = "auvs"
 

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..geometry import regular
 from ..geometry.covering import k_centre, max_cover
 from ..geometry.formation import formation
@@ -24,7 +24,6 @@ from .prediction.sights import ExpectedSights, located, looked_up, seen
 # What a placement of ASVs is worth, without simulation: a number, the less the better.
 
 
-Floats = NDArray[np.float64]
 Objective: TypeAlias = Literal["coverage", "information", "error"]
 #: What places (m, 2), m, are worth.
 Value: TypeAlias = Callable[[Floats], float]

@@ -43,6 +43,7 @@ from ..campaigns.experiments.experiment import Experiment
 from ..campaigns.experiments.options import PythonArguments
 from ..campaigns.experiments.plan import ExperimentPlan as Missions
 from ..campaigns.running import check_plugins
+from ..core.arrays import Floats
 from ..core.files import write_text
 from ..core.wording import counted, did_you_mean
 from ..scenario.families import leave_of
@@ -60,7 +61,7 @@ from .plan_page import chart_of, plan_page
 from .prediction.inputs import Inputs
 from .proposals import proposed
 from .question import Asking, Question, goals_of_arguments, read_plan
-from .selection.goals import Floats, Of
+from .selection.goals import Of
 from .selection.search import select
 from .selection.selection import Choice, Sample, Selection
 

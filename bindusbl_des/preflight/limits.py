@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 
+from ..core.arrays import Floats, Ints
 from ..protocol.bounds import (
     aloha_capacity,
     decode_bound,
@@ -25,7 +26,7 @@ from ..scenario.families import broadcaster_of, schedule_of
 from ..scenario.scenario import Scenario
 from ..scenario.water import sound_speed_of
 from .round_lengths import Rounds, rounds_of
-from .sights import Floats, Groups, Ints, SurveySights, each, groups_made, groups_of, planned_sights
+from .sights import Groups, SurveySights, each, groups_made, groups_of, planned_sights
 
 # Whose rates stand beside those of the scenario's own rounds.
 POLICIES = tuple(name for name, it in DOWNLINKS.items() if it.is_foreseen)

@@ -7,17 +7,15 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..acoustics.fix_chance import LOOKED_UP, frame_chance, made_and_delivered, ping_chance
+from ..core.arrays import Flags, Floats, Ints
 from ..protocol.bounds import EXACT_UP_TO, clique_number, fewest_groups, most_heard, reuse_bound
 from ..protocol.conflicts import dsatur_groups, greedy_groups
 from ..protocol.predicted_positions import planned_vehicles
 from ..scenario.declared import ScheduleTraits, channel_named
 from ..scenario.planned import known_stations
 from ..scenario.scenario import Scenario
-
-Floats = NDArray[np.float64]
 
 
 def planned_places(scenario: Scenario, times: Floats) -> Floats:
@@ -43,8 +41,6 @@ def planned_stations(scenario: Scenario, instants: int) -> Floats:
     flat = np.column_stack((stations, np.zeros(len(stations))))
     return np.broadcast_to(flat, (instants, *flat.shape))
 
-
-Flags = NDArray[np.bool_]
 
 # A mission is looked at so often, less often where there are more pairs of AUV and ASV than this.
 INSTANTS, MOST_PAIRS = 121, 4_000_000
@@ -123,8 +119,6 @@ def _chances(
     within = in_range if channel_named(channel).ends_at_range else works
     return np.where(within, np.interp(slant, ranges, table), 0.0)
 
-
-Ints = NDArray[np.int64]
 
 # How many ping groups there are of what is heard, by how they come about.
 COLOURINGS: Mapping[str, Callable[[Flags], int]] = {

@@ -11,14 +11,15 @@ from functools import cached_property
 
 import numpy as np
 
+from ..core.arrays import Floats, Ints
 from ..core.plugins import PluginError, asked, is_whole, shown
 from ..records.events import HEARD
 from ..records.rows import Recorder
 from ..scenario.families import BROADCASTER
 from ..scenario.part_settings import own_part, shipped_part
 from ..vehicles.fleet import Fleet
-from ..vehicles.motion import Ints, places
-from .conflicts import Array, Hearing, greedy_groups
+from ..vehicles.motion import places
+from .conflicts import Hearing, greedy_groups
 
 # What an ASV sends of a broadcast: its number, and which of the k fixes
 Share = tuple[int, Ints]
@@ -50,13 +51,13 @@ class BroadcastView:
         self._record, self._rows, self._fleet, self._reached = record, rows, fleet, reached
 
     @cached_property
-    def fixes(self) -> Array:
+    def fixes(self) -> Floats:
         """Where the fixes say that the AUVs were (m), shape (k, 3)."""
         fixes = self._record.fixes.array[self._rows.start : self._rows.stop]
         return np.column_stack((fixes["x_m"], fixes["y_m"], fixes["z_m"]))
 
     @cached_property
-    def asvs(self) -> Array:
+    def asvs(self) -> Floats:
         """Where the m ASVs are (m), shape (m, 3)."""
         return places(self._fleet.motion, self.time)[:, :3]
 
@@ -150,7 +151,7 @@ def parallel(view: BroadcastView) -> list[list[Share]]:
     ]
 
 
-def _nearest_of(asvs: Array, fixes: Array) -> Ints:
+def _nearest_of(asvs: Floats, fixes: Floats) -> Ints:
     """Return which of m ASVs (m, 3) is horizontally nearest to each of k fixes (k, 3), (k,)."""
     nearest = [
         np.linalg.norm(fixes[k : k + BLOCK, None, :2] - asvs[:, :2], axis=2).argmin(axis=1)
@@ -165,7 +166,7 @@ def _able(view: BroadcastView) -> Sequence[int]:
     return [asv for asv in every if asv not in view.failed] if view.failed else every
 
 
-def _largest(view: BroadcastView, values: Array) -> int:
+def _largest(view: BroadcastView, values: Floats) -> int:
     """Return the ASV that has the largest of values (m,) among those that can broadcast."""
     able = _able(view)
     return able[int(np.argmax(values[able] if view.failed else values))]

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..acoustics.propagation import within
+from ..core.arrays import Floats, Ints
 from ..core.compiled import compiled
 from ..core.packed import Packed, unpacked
 from ..vehicles.motion import Motion, where
@@ -19,9 +20,7 @@ from ..vehicles.motion import Motion, where
 if TYPE_CHECKING:
     import networkx as nx
 
-Array = NDArray[np.float64]
 Hearing = NDArray[np.bool_]
-Ints = NDArray[np.int64]
 Words = NDArray[np.uint64]
 Groups = tuple[tuple[int, ...], ...]
 
@@ -35,7 +34,7 @@ REMEMBERED = 256
 SMALL_FLEET = 32
 
 
-def hearing(auvs: Array, asvs: Array, reach: float, slant: bool) -> Hearing:
+def hearing(auvs: Floats, asvs: Floats, reach: float, slant: bool) -> Hearing:
     """Return who is within a reach (m) of whom (:func:`within`), shape (AUVs, ASVs).
 
     `auvs` (n, 3) and `asvs` (m, 3) are positions in m.
@@ -46,7 +45,7 @@ def hearing(auvs: Array, asvs: Array, reach: float, slant: bool) -> Hearing:
 
 
 @compiled
-def _hearing(auvs: Array, asvs: Array, reach: float, slant: bool, heard: Hearing) -> None:
+def _hearing(auvs: Floats, asvs: Floats, reach: float, slant: bool, heard: Hearing) -> None:
     for i in range(len(auvs)):
         here = auvs[i, 0], auvs[i, 1], auvs[i, 2], 0.0
         for j in range(len(asvs)):
@@ -71,7 +70,7 @@ class VehiclePositions:
         self._packed = Packed(surveyed)
         self._auvs, self._asvs = len(surveyed.auvs.first) - 1, len(surveyed.asvs.first) - 1
 
-    def at(self, time: float) -> tuple[Array, Array, Hearing]:
+    def at(self, time: float) -> tuple[Floats, Floats, Hearing]:
         """Return where AUVs and ASVs are at an instant (s), (n, 3) and (m, 3) in m, and
         :func:`hearing` of these.
         """
@@ -82,7 +81,7 @@ class VehiclePositions:
 
 
 @compiled
-def _survey(packed: int, time: float, auvs: Array, asvs: Array, heard: Hearing) -> None:
+def _survey(packed: int, time: float, auvs: Floats, asvs: Floats, heard: Hearing) -> None:
     of = unpacked(packed, Surveyed)
     _place(of.auvs, time, auvs)
     _place(of.asvs, time, asvs)
@@ -90,7 +89,7 @@ def _survey(packed: int, time: float, auvs: Array, asvs: Array, heard: Hearing) 
 
 
 @compiled
-def _place(motion: Motion, time: float, out: Array) -> None:
+def _place(motion: Motion, time: float, out: Floats) -> None:
     """Write where the vehicles of a fleet are at an instant (s)."""
     for vehicle in range(len(out)):
         x, y, z, _ = where(motion, vehicle, time)

@@ -14,6 +14,7 @@ import numpy as np
 import simpy
 from numpy.typing import NDArray
 
+from ..core.arrays import Flags
 from ..core.streams import Purpose, Streams
 from ..records.events import Assignment, Round
 from ..records.rows import EventBuffer, Recorder
@@ -23,8 +24,6 @@ from .schedules.named import Schedule
 from .schedules.view import TimedGroups, View
 from .slots import Slots
 from .steps import SAME, moment
-
-Flags = NDArray[np.bool_]
 
 # Whether each AUV has decoded a broadcast, by its number, by an instant (s), (n,)
 Decoded = Callable[[int, float], Flags]

@@ -16,10 +16,10 @@ from typing import Any, NamedTuple, get_args, get_type_hints
 import numpy as np
 import simpy
 
+from ..core.arrays import Ints
 from ..core.wording import did_you_mean
 from ..records.events import HEARD, IN_FLIGHT, OUTCOMES, Broadcast, Fix, Ping, Reception
 from ..records.rows import NONE, Recorder, Row
-from ..vehicles.motion import Ints
 from .hf.outcomes import Outcomes
 from .hf.uplink import Uplink
 from .mf.downlink import Deliveries

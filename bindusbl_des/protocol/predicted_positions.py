@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from ..acoustics.propagation import SignalBand
+from ..core.arrays import Floats
 from ..geometry.paths import Path
 from ..records.rows import EventBuffer, Rows
 from ..scenario.families import positions_of
@@ -19,7 +20,7 @@ from ..scenario.planned import held_places, route_of, tracks_of
 from ..scenario.plans import planned_tours
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
-from ..vehicles.motion import SPEED, Floats, places
+from ..vehicles.motion import SPEED, places
 from ..vehicles.vehicle import (
     Place,
     SegmentedTrajectory,
@@ -28,7 +29,7 @@ from ..vehicles.vehicle import (
     moored,
     recorded,
 )
-from .conflicts import Array, Hearing, Surveyed, VehiclePositions, hearing
+from .conflicts import Hearing, Surveyed, VehiclePositions, hearing
 
 Spot = tuple[float, float]
 
@@ -108,7 +109,7 @@ class Shifted:
 class LastFixes:
     """A chart of raw fixes: each AUV where its last fix had it, at first where it was launched."""
 
-    def __init__(self, launched: Array) -> None:
+    def __init__(self, launched: Floats) -> None:
         """Take the places x, y, z (m) of the launch, shape (n, 3)."""
         self._places = launched
 
@@ -117,7 +118,7 @@ class LastFixes:
         for fix in fixes:
             self._places[fix["auv"], :2] = fix["x_m"], fix["y_m"]
 
-    def at(self, time: float) -> Array:
+    def at(self, time: float) -> Floats:
         """Return where the AUVs are believed to be at an instant (s), shape (n, 3), m."""
         return self._places.copy()
 
@@ -125,7 +126,7 @@ class LastFixes:
 class CarriedForward:
     """Fixes carried forward by what is planned: each AUV where it should be by now."""
 
-    def __init__(self, launched: Array, courses: Sequence[Course]) -> None:
+    def __init__(self, launched: Floats, courses: Sequence[Course]) -> None:
         self._places, self._courses = launched, courses
 
     def note(self, fixes: Rows) -> None:
@@ -134,7 +135,7 @@ class CarriedForward:
             place = float(fix["x_m"]), float(fix["y_m"])
             self._courses[fix["auv"]].fixed(float(fix["pinged_at_s"]), place)
 
-    def at(self, time: float) -> Array:
+    def at(self, time: float) -> Floats:
         """Return where the AUVs are believed to be at an instant (s), shape (n, 3), m."""
         places = self._places.copy()
         places[:, :2] = [course.at(time) for course in self._courses]
@@ -165,7 +166,7 @@ class PredictedPositions:
         self._survey = VehiclePositions(Surveyed(auvs.motion, asvs.motion, self._reach, band.slant))
         self._prediction, self._fixes, self._noted = prediction, fixes, 0
 
-    def seen(self, time: float) -> tuple[Array, Array, Hearing]:
+    def seen(self, time: float) -> tuple[Floats, Floats, Hearing]:
         """Return where AUVs and ASVs are believed to be at an instant (s), (n, 3) and (m, 3) in m,
         and which AUVs each ASV that works is believed to hear, (n, m).
         """
@@ -189,7 +190,7 @@ class PredictedPositions:
         return hearing(auvs, asvs, reach, slant=False)
 
 
-def prediction_of(scenario: Scenario, launched: Array) -> Prediction | None:
+def prediction_of(scenario: Scenario, launched: Floats) -> Prediction | None:
     """Return how a fleet predicts the AUVs that it has launched at places (n, 3), m; None where it
     knows the truth.
     """

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import simpy
 
+from ..core.arrays import Floats, Ints
 from ..core.plugins import asked
 from ..core.streams import Purpose, Streams
 from ..records.events import HEARD, IN_FLIGHT
@@ -17,7 +18,6 @@ from ..scenario.families import RANGING
 from ..scenario.part_settings import own_part
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
-from ..vehicles.motion import Floats, Ints
 from .hf.calling import choose_callers
 from .hf.uplink import NO_CALL, Uplink, members
 from .predicted_positions import planned_speeds

@@ -13,8 +13,8 @@ import numpy as np
 import simpy
 
 from ..acoustics.messages import Message
+from ..core.arrays import Ints
 from ..records.events import Round
-from ..vehicles.motion import Ints
 from .broadcasters import BroadcastView
 from .conflicts import conflict_count
 from .network import Network, Steps, Turn

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .log import Array, BadLog, Log
+from ..core.arrays import Floats
+from .log import BadLog, Log
 from .losses import Losses, losses_of
 from .navigating import Noise, Prepared, filter_log, prepared, smooth_log
 
@@ -73,7 +74,7 @@ def fit(log: Log) -> Fit:
     return Fit(found, _score(known, noise), sure, losses_of(log.receptions))
 
 
-def _bias(log: Prepared, noise: Noise) -> tuple[list[float], Array]:
+def _bias(log: Prepared, noise: Noise) -> tuple[list[float], Floats]:
     """Return the velocity bias ahead and aside (m/s), and its standard deviations (2,).
 
     A bias is as sure as the random walk beside it is small, of which a log tells little: what each
@@ -143,7 +144,7 @@ def _first_off(log: Log) -> float:
     return float(max(off, default=0.0))
 
 
-def _offsets(log: Log) -> Iterator[tuple[Array, Array]]:
+def _offsets(log: Log) -> Iterator[tuple[Floats, Floats]]:
     """Yield instants (k,), s, and by how much odometry is off there (k, 1 or 2), m: of fixes along
     both axes, of ranges to a beacon along the line to it.
     """

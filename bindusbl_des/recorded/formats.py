@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..core.files import regular
 from ..core.wording import described
-from .log import Array, BadLog, Log, LoggedFixes, Ranges, Stated, SurveyedBeacons, recorded
+from .log import BadLog, Log, LoggedFixes, Ranges, Stated, SurveyedBeacons, recorded
 
 # Factor graphs as text (PyFG): the odometry and ranges of one vehicle in the plan.
 #
@@ -124,7 +125,7 @@ def _numbered(steps: list[Line]) -> dict[str, int]:
     return numbers
 
 
-def _poses(steps: Array) -> Array:
+def _poses(steps: Floats) -> Floats:
     """Return the poses (n + 1, 3) that steps (n, 3), each in the frame of the last, sum up to."""
     heading = np.concatenate(([0.0], np.cumsum(steps[:, 2])))
     c, s = np.cos(heading[:-1]), np.sin(heading[:-1])
@@ -133,12 +134,12 @@ def _poses(steps: Array) -> Array:
     return np.column_stack((places, heading))
 
 
-def _ahead(steps: Array) -> float:
+def _ahead(steps: Floats) -> float:
     """Return which way (rad, in the body) a vehicle goes: a file need not have x point ahead."""
     return float(np.arctan2(*steps[:, 1::-1].sum(axis=0)))
 
 
-def _times(steps: list[Line], poses: Array, speed: float) -> tuple[Array, bool]:
+def _times(steps: list[Line], poses: Floats, speed: float) -> tuple[Floats, bool]:
     """Return instants (n,), s, from 0, and whether they were recorded."""
     stamps = np.array([line.numbers[0] for line in steps])
     if (stamps == stamps[0]).all():
@@ -153,7 +154,7 @@ def _times(steps: list[Line], poses: Array, speed: float) -> tuple[Array, bool]:
 
 
 def _ranges(
-    lines: list[Line], poses: dict[str, int], beacons: SurveyedBeacons, times: Array
+    lines: list[Line], poses: dict[str, int], beacons: SurveyedBeacons, times: Floats
 ) -> Ranges:
     for line in lines:
         pose, beacon = line.names
@@ -222,7 +223,7 @@ class LogTable:
                 raise BadLog(f"{place}: needs a name in the column {column}")
         return [str(row[column]) for _, row in self.rows]
 
-    def numbers(self, *columns: str) -> Array:
+    def numbers(self, *columns: str) -> Floats:
         """Return columns of numbers (n, columns).
 
         Raises:

@@ -5,14 +5,10 @@ from math import cos, isfinite, sin
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Flags, Floats, Ints
 from ..core.wording import described
 from ..navigation.dead_reckoning import Odometry
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 
 
 class BadLog(ValueError):
@@ -47,15 +43,15 @@ class SurveyedBeacons(NamedTuple):
     """Beacons at surveyed places: their names, and where they are (k, 3), m, z down."""
 
     names: tuple[str, ...]
-    places: Array
+    places: Floats
 
 
 class Ranges(NamedTuple):
     """Ranges (n,), m, to beacons (n,), by their number, at instants (n,), s."""
 
-    times: Array
+    times: Floats
     beacons: Ints
-    metres: Array
+    metres: Floats
 
 
 class LoggedFixes(NamedTuple):
@@ -63,9 +59,9 @@ class LoggedFixes(NamedTuple):
     xx, yy, xy (n, 3), m2.
     """
 
-    times: Array
-    places: Array
-    covariances: Array
+    times: Floats
+    places: Floats
+    covariances: Floats
 
 
 class Receptions(NamedTuple):
@@ -73,10 +69,10 @@ class Receptions(NamedTuple):
     vehicles (its number), whether it was lost, and over which range (m), NaN where nobody knows.
     """
 
-    times: Array
+    times: Floats
     pairs: Ints
-    is_lost: Bools
-    ranges: Array
+    is_lost: Flags
+    ranges: Floats
 
 
 class Stated(NamedTuple):
@@ -85,8 +81,8 @@ class Stated(NamedTuple):
     """
 
     range_m: float
-    step_m: Array
-    step_rad: Array
+    step_m: Floats
+    step_rad: Floats
 
 
 class LoggedPose(NamedTuple):
@@ -108,10 +104,10 @@ class Log:
     """
 
     name: str
-    times: Array
-    places: Array
-    yaws: Array
-    depths: Array
+    times: Floats
+    places: Floats
+    yaws: Floats
+    depths: Floats
     beacons: SurveyedBeacons
     ranges: Ranges
     fixes: LoggedFixes
@@ -128,20 +124,20 @@ class Log:
         places = turned + np.array((start.x, start.y))
         return replace(self, places=places, yaws=self.yaws + turn, placed=True, start_found=True)
 
-    def odometry(self, times: Array) -> Odometry:
+    def odometry(self, times: Floats) -> Odometry:
         """Return what the vehicle's own sensors had told it by instants (k,), s.
 
         Between two rows velocity and turn rate are constant.
         """
         return Odometry(times, self.at(self.places, times), self.at(self._headings(), times))
 
-    def at(self, rows: Array, times: Array) -> Array:
+    def at(self, rows: Floats, times: Floats) -> Floats:
         """Return what rows (n,) or (n, m) were at instants (k,), s, between them linearly."""
         if rows.ndim == 1:
             return np.interp(times, self.times, rows)
         return np.column_stack([np.interp(times, self.times, column) for column in rows.T])
 
-    def _headings(self) -> Array:
+    def _headings(self) -> Floats:
         """Return the integrals of the cosine and sine of the heading (n, 2), s, by trapezoids."""
         steps = np.diff(self.times)
         both = np.column_stack((np.cos(self.yaws), np.sin(self.yaws)))
@@ -159,8 +155,8 @@ class Log:
         return float(np.hypot(*np.diff(self.places, axis=0).T).sum())
 
 
-def rotated(places: Array, angle: float) -> Array:
+def rotated(places: Floats, angle: float) -> Floats:
     """Return places (n, 2) turned about the origin by an angle (rad) from x towards y."""
     c, s = cos(angle), sin(angle)
-    turned: Array = places @ np.array(((c, s), (-s, c)))
+    turned: Floats = places @ np.array(((c, s), (-s, c)))
     return turned

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .log import Array, Bools, Receptions
+from ..core.arrays import Flags, Floats
+from .log import Receptions
 
 # Shares are those of so many stretches of range at most, in each of which so many were lost.
 MOST_STRETCHES, FEWEST_LOST = 8, 30
@@ -58,10 +59,10 @@ class _Steps(NamedTuple):
     of the second, and whether the first and the second were lost.
     """
 
-    apart: Array
-    share: Array
-    before: Bools
-    after: Bools
+    apart: Floats
+    share: Floats
+    before: Flags
+    after: Flags
 
 
 def losses_of(receptions: Receptions | None) -> Losses | None:
@@ -128,11 +129,11 @@ def _log_likelihood(steps: _Steps, burst_s: float) -> float:
     return float(np.log(np.where(steps.after, chance, 1.0 - chance)).sum())
 
 
-def _lost(steps: _Steps, burst_s: float) -> Array:
+def _lost(steps: _Steps, burst_s: float) -> Floats:
     """Return how likely each second reception is lost, by the first; losses last for burst_s."""
     rest = 1.0 - steps.share
     kept = np.exp(-steps.apart / (rest * burst_s)) if burst_s > 0.0 else np.zeros(len(rest))
-    found: Array = np.where(
+    found: Floats = np.where(
         steps.before, steps.share + rest * kept, steps.share * (1.0 - kept)
     ).clip(1e-12, 1.0 - 1e-12)
     return found
@@ -155,7 +156,7 @@ def _pairs(receptions: Receptions) -> Iterator[np.ndarray]:
         yield np.flatnonzero(receptions.pairs == pair)
 
 
-def _shares(receptions: Receptions) -> Array:
+def _shares(receptions: Receptions) -> Floats:
     """Return for each reception (n,) the share lost of those over about the same range."""
     is_lost, ranges = receptions.is_lost, receptions.ranges
     count = int(is_lost.sum()) // FEWEST_LOST

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..navigation.belief import STATES, Belief, Growth, begun_at, first_belief
 from ..navigation.dead_reckoning import Odometry
 from ..navigation.smoothing import Sights, Smoothed, smooth
@@ -14,7 +15,7 @@ from ..scenario.instruments.own_sensors import own_sensors
 from ..scenario.scenario import Scenario
 from ..scenario.water import assumed_sound_speed_of
 from ..usbl.measuring import range_sd, sheet_of, stated_range_sd
-from .log import Array, Log
+from .log import Log
 from .sighting import SEEN, SIGHT, Mixture, follow, look
 
 # How far off a start that was found may be, per axis (m), and its heading (rad): it was found from
@@ -123,12 +124,12 @@ class NavigatedTrack(NamedTuple):
     xx, yy, xy (n, 3), m2; what became of each of m sights (m,), SEEN.
     """
 
-    times: Array
-    places: Array
-    covariances: Array
+    times: Floats
+    places: Floats
+    covariances: Floats
     seen: Rows
 
-    def at(self, times: Array) -> Array:
+    def at(self, times: Floats) -> Floats:
         """Return the places (k, 2), m, of some of the instants (k,), s."""
         return self.places[np.searchsorted(self.times, times)]
 
@@ -204,7 +205,7 @@ def smooth_log(
     return NavigatedTrack(log.odometry.times, places, covariances, seen), found
 
 
-def _looked_at(log: Prepared, noise: Noise, places: Array) -> tuple[Sights, Rows]:
+def _looked_at(log: Prepared, noise: Noise, places: Floats) -> tuple[Sights, Rows]:
     """Return sights made linear at places (n, 2), m, and what is thought of each there."""
     most, states = 2 * len(log.sights), len(noise.first().state)
     linear = Sights(

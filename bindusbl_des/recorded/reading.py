@@ -5,9 +5,10 @@ from pathlib import Path
 import numpy as np
 
 from ..charts.shapes import BadChart, position
+from ..core.arrays import Flags, Floats
 from ..geometry.geodesy import ned_at_depth
 from .formats import NOMINAL_SPEED, LogTable, csv_tables, mcap_tables, read_pyfg, shipped
-from .log import Array, BadLog, Bools, Log, LoggedFixes, Ranges, Receptions, SurveyedBeacons
+from .log import BadLog, Log, LoggedFixes, Ranges, Receptions, SurveyedBeacons
 
 SHIPPED = ("goats_15", "goats_16")
 GTSAM = (
@@ -137,7 +138,7 @@ def _degrees(table: LogTable) -> list[tuple[float, float]]:
         raise BadLog(str(error)) from None
 
 
-def _until(instants: Array, end: float, after: float) -> Bools:
+def _until(instants: Floats, end: float, after: float) -> Flags:
     """Tell which instants (n,), s, do not lie between two others (s)."""
     return np.asarray((instants <= end) | (instants >= after))
 
@@ -186,7 +187,7 @@ def _fixes(table: LogTable) -> LoggedFixes:
     for (place, _), row in zip(table.rows, numbers, strict=True):
         if row[3] <= 0.0 or row[4] <= 0.0:
             raise BadLog(f"{place}: sd_x_m and sd_y_m must be above 0 m")
-    crossed: Array = np.zeros((len(table), 1))
+    crossed: Floats = np.zeros((len(table), 1))
     if table.has("cov_xy_m2"):
         crossed = table.numbers("cov_xy_m2")
         for (place, _), row, both in zip(table.rows, numbers, crossed[:, 0], strict=True):

@@ -16,12 +16,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..navigation.dead_reckoning import Odometry
 from ..navigation.navigators import Navigator, OwnNavigator
 from ..records.rows import FIX, NONE
 from ..scenario.scenario import Scenario
 from .fitting import fit
-from .log import Array, BadLog, Log, LoggedPose
+from .log import BadLog, Log, LoggedPose
 from .navigating import NavigatedTrack, Noise, filter_log, noise_of, prepared, smooth_log
 from .sighting import SEEN
 
@@ -77,7 +78,7 @@ def find_start(log: Log) -> Start:
     )
 
 
-def _guesses(log: Log) -> Array:
+def _guesses(log: Log) -> Floats:
     """Return poses (n, 3) all around the beacons, in all directions."""
     places = log.beacons.places[np.unique(log.ranges.beacons), :2]
     reach = float(np.median(log.ranges.metres))
@@ -97,11 +98,11 @@ class _Fit:
         self._beacons = log.beacons.places[beacons, :2]
         self._depths = log.beacons.places[beacons, 2] - log.at(log.depths, times)
 
-    def losses(self, poses: Array, scale: float) -> Array:
+    def losses(self, poses: Floats, scale: float) -> Floats:
         """Return the loss of each range with each pose (k, ranges)."""
         return np.asarray(0.5 * np.log1p((self._residuals(poses)[0] / scale) ** 2))
 
-    def descended(self, poses: Array, scale: float) -> Array:
+    def descended(self, poses: Floats, scale: float) -> Floats:
         """Return the poses that damped, reweighted least squares come to from others."""
         damping = np.full(len(poses), 1e-3)
         losses = self.losses(poses, scale).sum(axis=1)
@@ -120,7 +121,7 @@ class _Fit:
             damping = np.where(better, damping / 10.0, damping * 10.0)
         return poses
 
-    def _residuals(self, poses: Array) -> tuple[Array, Array]:
+    def _residuals(self, poses: Floats) -> tuple[Floats, Floats]:
         """Return predicted less measured ranges (k, n), m, and their slopes (k, n, 3)."""
         c, s = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])
         x, y = self._way.T
@@ -150,8 +151,8 @@ class Reference:
     `sds` (n,) are the roots of the traces of their covariances, by the noise that the log states.
     """
 
-    places: Array
-    sds: Array
+    places: Floats
+    sds: Floats
 
 
 def robust_optimum(log: Log) -> Reference | None:
@@ -271,12 +272,12 @@ class _Reckoning:
         x, y = self.sample(auv, np.array((time,)))[1].position[0].tolist()
         return x, y
 
-    def sample(self, auv: int, times: Array) -> tuple[None, Odometry]:
+    def sample(self, auv: int, times: Floats) -> tuple[None, Odometry]:
         return None, self._log.odometry(times)
 
 
 def _navigated(
-    log: Log, make: Callable[..., Navigator], noise: Noise, times: Array, *, given: bool
+    log: Log, make: Callable[..., Navigator], noise: Noise, times: Floats, *, given: bool
 ) -> NavigatedTrack:
     """Return where a navigator of one's own takes the vehicle for at instants (n,), s."""
     part = make.func if isinstance(make, partial) else make
@@ -324,7 +325,7 @@ def _fixes(log: Log) -> Any:
     return fixes.view(np.recarray)
 
 
-def rms_between(places: Array, others: Array) -> float:
+def rms_between(places: Floats, others: Floats) -> float:
     """Return the root mean square distance (m) of places (n, 2) from others.
 
     >>> rms_between(np.zeros((2, 2)), np.array([[3.0, 4.0], [0.0, 0.0]])).__round__(6)

@@ -14,13 +14,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..core.compiled import compiled, inlined
 from ..navigation.belief import Belief, Growth, carry
 from ..navigation.dead_reckoning import Odometry
 from ..navigation.fix_update import MOST_REFUSED
 from ..navigation.smoothing import Sights, absorb, dr_at
 from ..records.rows import Row, Rows
-from ..vehicles.motion import Floats
 from ..vehicles.reckoning import DeadReckoned
 
 # A sight: at which instant, its number; the beacon, m, and the measured range (m), or where a fix

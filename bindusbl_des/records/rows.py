@@ -12,8 +12,8 @@ from typing import Any, get_args, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.arrays import lengthened
 from ..core.compiled import compiled
-from ..core.growing import lengthened
 from ..core.packed import Packed
 from .events import Assignment, Broadcast, Fix, FrameReception, Ping, Reception, Round
 

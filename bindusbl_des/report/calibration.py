@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..navigation.fix_update import SURE
 from ..scenario.families import navigator_of
 from .page import filled, number, table
-from .recording import Floats, Recording
+from .recording import Recording
 
 if TYPE_CHECKING:
     from ..scenario.scenario import Scenario

@@ -4,8 +4,8 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..scenario.families import navigator_of
 from ..scenario.instruments.own_sensors import own_sensors
 
@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from ..scenario.scenario import Scenario
     from .recording import Recording
 
-Floats = NDArray[np.float64]
 
 SIGMAS = 3.0
 

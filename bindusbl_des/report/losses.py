@@ -3,13 +3,11 @@
 from html import escape
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..core.wording import counted
 from ..scenario.declared import channel_named
 from .recording import COLLIDED, DELIVERED, LOST, OUT_OF_MF, Metrics, Recording, works
-
-Floats = NDArray[np.float64]
 
 # A reader takes in a few names; the rest is in the table.
 MOST_OTHERS = 12

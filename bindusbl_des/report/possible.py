@@ -11,9 +11,9 @@ from html import escape
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..acoustics.fix_chance import fix_chance, survey_grid
+from ..core.arrays import Floats, Ints
 from ..geometry.formation import keep_station
 from ..preflight.limits import Limits, least_latency, limits_of, rates_of
 from ..preflight.round_lengths import rounds_of
@@ -22,9 +22,7 @@ from ..protocol.bounds import reuse_bound
 from ..protocol.slots import slots_of
 from ..scenario.families import navigator_of, schedule_of
 from .page import Packer, number
-from .recording import TRUTH, Recording, Whole
-
-Floats = NDArray[np.float64]
+from .recording import TRUTH, Recording
 
 # The longer side of the survey has so many cells.
 CELLS = 48
@@ -184,7 +182,7 @@ def reached(mission: Recording) -> list[Reached]:
     return [row for row in rows if row.reached is not None and row.possible is not None]
 
 
-def _evenly(mission: Recording, rows: Whole) -> Whole:
+def _evenly(mission: Recording, rows: Ints) -> Ints:
     """Return some of the rows of a table, evenly spread: as many as are looked at."""
     pairs = mission.scenario.auvs.count * mission.scenario.asvs.count
     most = min(MOST_ROWS, max(MOST_PAIRS // pairs, 1), len(rows))
@@ -323,7 +321,7 @@ def _latency(mission: Recording, limits: Limits) -> Reached:
     return Reached("Latency, mean of all fixes", "s", late_s, least_s, meaning, least=True)
 
 
-def _nearest(mission: Recording, times: Floats, auvs: Whole) -> float:
+def _nearest(mission: Recording, times: Floats, auvs: Ints) -> float:
     """Return how far (m) AUVs (k,) were from the ASV nearest to each at instants (k,), s: a mean.
 
     It may have failed by then: what was on its way from it still arrives.

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.arrays import Floats, Ints
 from ..results.schemas import numpy_columns
 from ..scenario.failing import failures_of
 
@@ -16,13 +17,11 @@ if TYPE_CHECKING:
 
 
 Columns = dict[str, NDArray[Any]]
-Whole = NDArray[np.int64]
-Floats = NDArray[np.float64]
 
 
 def chances(
     auvs: int, fixes: Columns, pings: Columns, receptions: Columns
-) -> tuple[Whole, Columns, Columns]:
+) -> tuple[Ints, Columns, Columns]:
     """Return the rows of chances that fixes are made of; the chances, as pings; and the receptions.
 
     There is a reception of each ping at each of so many AUVs, one after the other, and so a chance
@@ -106,7 +105,7 @@ class Recording:
     fixes: Columns
     broadcasts: Columns
     rounds: Columns
-    fate: Whole
+    fate: Ints
     nearest: Floats
     metrics: "Metrics"
 
@@ -120,7 +119,7 @@ class Recording:
         x, y, xy = (self.own[name][auv] for name in COVARIANCE)
         return np.column_stack((x**2, y**2, xy))
 
-    def delivered_to(self, auv: int) -> Whole:
+    def delivered_to(self, auv: int) -> Ints:
         """Return which rows of `fixes` reached an AUV, in the order in which they did."""
         fixes = self.fixes
         rows = np.flatnonzero((fixes["auv"] == auv) & (fixes["outcome"] == "delivered"))
@@ -188,7 +187,7 @@ def _events(result: "Result", name: str) -> Columns:
     return columns
 
 
-def _fates(pings: int, receptions: Columns, fixes: Columns, of: Whole) -> Whole:
+def _fates(pings: int, receptions: Columns, fixes: Columns, of: Ints) -> Ints:
     """Return what became of each of so many pings; what happened later in its life counts.
 
     `of` are the rows of the pings that fixes are made of.
@@ -208,7 +207,7 @@ def _fates(pings: int, receptions: Columns, fixes: Columns, of: Whole) -> Whole:
     return fate
 
 
-def works(scenario: "Scenario", asvs: Whole, times: Floats) -> NDArray[np.bool_]:
+def works(scenario: "Scenario", asvs: Ints, times: Floats) -> NDArray[np.bool_]:
     """Return whether ASVs work at instants (s), by their numbers; both broadcast."""
     failures = failures_of(scenario)
     if failures is None:

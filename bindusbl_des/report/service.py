@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..core.spreads import wandering_rms
 from ..core.wording import significant
 from ..preflight.round_lengths import rounds_of
@@ -16,7 +16,6 @@ from .recording import FATES, Recording
 if TYPE_CHECKING:
     from ..scenario.scenario import Scenario
 
-Floats = NDArray[np.float64]
 
 # An AUV starves when dead reckoning alone would have drifted this far (m) since its last fix ...
 TOLERATED_DRIFT_M = 1.0

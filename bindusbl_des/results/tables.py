@@ -10,6 +10,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from ..core.arrays import Ints
 from ..core.compiled import compiled
 from ..records.events import OUTCOMES
 from ..records.rows import NONE, Row, Rows
@@ -26,7 +27,6 @@ from .schemas import VEHICLES, never_null, schema
 # with Message.fbs and Schema.fbs; FlatBuffers internals for how a message is laid out.
 
 
-Ints = NDArray[np.int64]
 Ends = NDArray[np.int32]
 Bytes = NDArray[np.uint8]
 

@@ -7,9 +7,10 @@ from math import dist
 from typing import Any, NoReturn
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..charts.shapes import HIGHEST
+from ..core.arrays import Floats, real_numbers
 from ..core.plugins import Family, PluginError, asked, shown
 from ..vehicles.tracks import FARTHEST, FASTEST, Track
 from .agreement.vehicles import SHORTEST_WAY
@@ -18,8 +19,6 @@ from .part_choice import PartChoice
 from .part_settings import own_part
 from .scenario_keys import ScenarioKeys
 from .sections.routes import RouteTraits
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -56,9 +55,9 @@ class WayView:
     speed: float
     depth: float
     duration: float
-    _places: Callable[[Array], Array]
+    _places: Callable[[Floats], Floats]
 
-    def planned(self, distances: ArrayLike) -> Array:
+    def planned(self, distances: ArrayLike) -> Floats:
         """Return x, y (m) and heading (rad, from +x to +y) of the way at distances (n,), m, along
         it, shape (n, 3); it goes on there and back.
         """
@@ -175,18 +174,18 @@ def own_motion(
     return tracks
 
 
-def _way_problem(way: Array) -> str:
+def _way_problem(way: Floats) -> str:
     near = any(dist(a, b) < SHORTEST_WAY for a, b in pairwise(way))
     return f"way points in a row must be {SHORTEST_WAY:g} m apart or more" if near else ""
 
 
-def _track_problem(scenario: ScenarioKeys, way: Array) -> str:
+def _track_problem(scenario: ScenarioKeys, way: Floats) -> str:
     if scenario.auvs.vehicle.is_steered:
         return f"{scenario.auvs.vehicle} flies way points; with tracks use kinematic"
     return _motion_problem(scenario, way)
 
 
-def _motion_problem(scenario: ScenarioKeys, way: Array) -> str:
+def _motion_problem(scenario: ScenarioKeys, way: Floats) -> str:
     steps = np.diff(way, axis=0)
     if (steps[:, 0] <= 0.0).any():
         return "the times of a track must increase"
@@ -207,22 +206,14 @@ def _listed(answer: Any) -> list[Any] | None:
     return list(answer) if isinstance(answer, Sequence | np.ndarray) else None
 
 
-def _numbers(family: Family, choice: PartChoice, answer: Any) -> Array | None:
+def _numbers(family: Family, choice: PartChoice, answer: Any) -> Floats | None:
     """Return an answer as an array of finite numbers; None for what is none."""
 
-    def read() -> Array | None:
-        try:
-            found = np.asarray(answer)
-        except ValueError:  # rows of several lengths
-            return None
-        if found.dtype.kind not in "fiu" or not (np.abs(found) <= FARTHEST).all():
-            return None
-        return found.astype(np.float64)
-
-    return asked(family.key, str(choice), read)
+    found: Floats | None = asked(family.key, str(choice), real_numbers, answer)
+    return found if found is not None and (np.abs(found) <= FARTHEST).all() else None
 
 
-def _is_level(places: Array, count: int) -> bool:
+def _is_level(places: Floats, count: int) -> bool:
     return places.shape == (count, 3) and not places[:, 2].any()
 
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from ..core.arrays import Floats
 from ..core.plugins import PluginError, load
 from .families import PLACEMENT, ROUTE
 from .key_types import Point
@@ -21,7 +22,7 @@ from .survey_area import area_of
 if TYPE_CHECKING:
     from ..geometry.surfacing import Surfacing
     from ..vehicles.tracks import Track as RecordedTrack
-    from .own_plans import Array, PlanView, Points, Tracks
+    from .own_plans import PlanView, Points, Tracks
 
 
 class NoStations(ValueError):
@@ -130,7 +131,7 @@ def asv_stations(scenario: ScenarioKeys) -> list[tuple[float, float]]:
     return _about_centroid(scenario, formation(asvs.count, radius, math.radians(ring.angle_deg)))
 
 
-def _about_centroid(scenario: ScenarioKeys, vertices: "Array") -> list[tuple[float, float]]:
+def _about_centroid(scenario: ScenarioKeys, vertices: "Floats") -> list[tuple[float, float]]:
     """Return places (n, 2), m, about the origin as those about the middle of the survey."""
     centre = area_of(scenario).centroid
     places = vertices if centre == (0.0, 0.0) else vertices + centre

@@ -4,14 +4,14 @@ import math
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..core.arrays import Floats
 from ..core.wording import refuse
 
 # Sea water: how fast sound travels in it.
 
 
-Floats = NDArray[np.float64]
 Value = TypeVar("Value", float, Floats)
 
 # Sea water of 40 psu at 8000 m freezes near -8.4 degC (UNESCO 44); anything colder is a mistake.

@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..core.arrays import Floats
 from ..core.files import cells_of
 from ..core.wording import refuse
 from .water import USUAL_WATER, Water, sound_speed, sound_speed_medwin, sound_speed_teos10
-
-Floats = NDArray[np.float64]
 
 WATER = ("temperature_c", "salinity_psu")
 SPEED = "sound_speed_m_per_s"

@@ -12,8 +12,8 @@ from math import sqrt
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..core.compiled import compiled, inlined
-from ..vehicles.motion import Floats
 
 # x, y, z
 Vector = tuple[float, float, float]

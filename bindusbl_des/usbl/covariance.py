@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..core.compiled import compiled
-from ..vehicles.motion import Floats
 from .array import Vector, cross, divided, length, scaled, tangents, turned_back, weighted
 
 # A source nearer than this (m) is within the array; it only keeps divisions finite.

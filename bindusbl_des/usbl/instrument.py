@@ -12,9 +12,9 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..core.compiled import compiled, written_out
 from ..records.rows import Row, Rows
-from ..vehicles.motion import Floats
 from .array import Vector, arrival_differences, direction, minus, rotation, scaled, turned
 from .covariance import (
     Across,

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..core.compiled import compiled
 from ..records.rows import NONE, Row
-from ..vehicles.motion import Floats
 from .array import Vector, minus, negative, rotation, turned
 from .fusion import product
 from .instrument import Instrument, clocked, offset_of, path_sd, placed, sighted, slow_path_sd

@@ -9,6 +9,7 @@ from typing import cast
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..core.compiled import compiled
 from ..core.spreads import per_axis_sd
 from ..records.events import HEARD
@@ -18,7 +19,7 @@ from ..scenario.families import INSTRUMENT, ranging_of
 from ..scenario.instruments.datasheet import Datasheet
 from ..scenario.part_settings import settings_of
 from ..scenario.scenario import Scenario
-from ..vehicles.motion import Floats, Motion, where
+from ..vehicles.motion import Motion, where
 from .array import Vector, scatter
 from .covariance import across_by_array
 from .fusion import fuse_pair

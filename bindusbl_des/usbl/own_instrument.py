@@ -7,14 +7,13 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..core.plugins import PluginError, asked, shown
 from ..records.rows import Row, Rows
 from ..scenario.families import INSTRUMENT
 from ..scenario.part_settings import own_part
 from ..vehicles.tracks import FARTHEST
 from .fusion import fuse
-
-Array = NDArray[np.float64]
 
 # A covariance may be asymmetric, or have eigenvalues below 0, by this share of its largest entry.
 ROUNDING = 1e-9
@@ -35,10 +34,10 @@ class Sounding:
 
     time: float
     auv: int
-    source: Array
+    source: Floats
     asvs: NDArray[np.int64]
-    poses: Array
-    travel_times: Array
+    poses: Floats
+    travel_times: Floats
     call_time: float | None
     random: np.random.Generator
 
@@ -46,7 +45,7 @@ class Sounding:
 class MeasureFunction(Protocol):
     """What an arrival measures, and how surely."""
 
-    def __call__(self, sounding: Sounding, /) -> tuple[Array, Array]:
+    def __call__(self, sounding: Sounding, /) -> tuple[Floats, Floats]:
         """Return a fix for each ASV (k, 3), m, and their covariances (k, 3, 3), m2."""
 
 
@@ -59,7 +58,7 @@ class OwnInstrument:
     name: str
     measure: MeasureFunction
 
-    def fused(self, sounding: Sounding) -> tuple[Array, Array]:
+    def fused(self, sounding: Sounding) -> tuple[Floats, Floats]:
         """Return what ASVs make of a ping together: a fix (3,), m, and its covariance (3, 3), m2.
 
         Raises:
@@ -68,7 +67,7 @@ class OwnInstrument:
         places, covariances = self._asked(sounding)
         return fuse(list(places), list(covariances))
 
-    def _asked(self, sounding: Sounding) -> tuple[Array, Array]:
+    def _asked(self, sounding: Sounding) -> tuple[Floats, Floats]:
         when = f" of the ping at {sounding.time:g} s"
         answer = asked(INSTRUMENT.key, self.name, self.measure, sounding, when=when)
         places, covariances = asked(INSTRUMENT.key, self.name, _arrays, answer, when=when)
@@ -98,7 +97,7 @@ def instrument_named(name: str) -> OwnInstrument | None:
     return None if name in INSTRUMENT.siblings else OwnInstrument(name, own_part(INSTRUMENT, name))
 
 
-def sounding_of(ping: Row, heard: Rows, poses: Array, random: np.random.Generator) -> Sounding:
+def sounding_of(ping: Row, heard: Rows, poses: Floats, random: np.random.Generator) -> Sounding:
     """Return a ping at the ASVs that have decoded it, of the rows of both."""
     called = not np.isnan(ping["call_time_s"])
     return Sounding(
@@ -119,7 +118,7 @@ def mirrored(
     it: Row,
     pose: Sequence[float],
     random: np.random.Generator,
-) -> tuple[Array, Array]:
+) -> tuple[Floats, Floats]:
     """Return a fix (3,), m, of an AUV that hears an ASV's ping, and its covariance (3, 3), m2.
 
     The AUV, at its `pose` x, y, z (m), yaw (rad), measures where the ASV is; the offset that it has
@@ -146,7 +145,7 @@ def _arrays(answer: Any) -> tuple[NDArray[Any], NDArray[Any]]:
     return (parts[0], parts[1]) if len(parts) == 2 else (np.empty(0), np.empty(0))
 
 
-def _are_covariances(matrices: Array) -> bool:
+def _are_covariances(matrices: Floats) -> bool:
     if not np.isfinite(matrices).all():
         return False
     small = ROUNDING * np.abs(matrices).max(initial=0.0)

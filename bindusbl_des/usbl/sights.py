@@ -9,10 +9,10 @@ from math import atan2, degrees, hypot, isnan, nan
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..core.compiled import compiled
 from ..records.events import HEARD
 from ..records.rows import Row, Rows
-from ..vehicles.motion import Floats
 from .array import (
     Vector,
     arrival_differences,

@@ -15,11 +15,11 @@ from math import exp, expm1, inf, sqrt
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..core.compiled import compiled
 from ..core.counted_draws import normal, pair_keys
 from ..core.streams import Purpose, Streams
 from ..records.rows import Rows
-from ..vehicles.motion import Floats
 from .array import ELEMENTS
 
 # One number of a pair of an AUV and an ASV: what it is drawn by, the share of its variance that is

@@ -6,9 +6,9 @@ from math import hypot, isnan, sqrt
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..core.compiled import compiled
 from ..records.rows import NONE, Row
-from ..vehicles.motion import Floats
 from .array import (
     Vector,
     across_by_metric,

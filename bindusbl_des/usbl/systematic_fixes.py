@@ -13,11 +13,12 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..core.compiled import compiled, written_out
 from ..records.events import HEARD
 from ..records.rows import Row, Rows
 from ..vehicles.currents import CONTROL_S
-from ..vehicles.motion import Floats, Motion
+from ..vehicles.motion import Motion
 from .array import Vector, dot, plus, rotation, turned
 from .fusion import fuse_shared, product
 from .instrument import NOISE_WIDTH, Instrument, offset_of, path_sd, placed, slow_path_sd

@@ -14,10 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..core.compiled import compiled
 from ..records.events import HEARD
 from ..records.rows import NONE, Row, Rows
-from ..vehicles.motion import Floats, Motion, where
+from ..vehicles.motion import Motion, where
 from .array import NOTHING, Vector, divided, dot, length, minus, negative, plus, scaled
 from .covariance import SHORTEST_RANGE
 from .fusion import fuse_shared

@@ -3,11 +3,9 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..core.compiled import compiled
-
-Array = NDArray[np.float64]
 
 # Controllers look and steer ten times a second (s); the current holds meanwhile.
 CONTROL_S = 0.1
@@ -19,8 +17,8 @@ def current_series(
     variation: float,
     time_constant: float,
     interval: float,
-    noise: Array,
-) -> Array:
+    noise: Floats,
+) -> Floats:
     """Return the current (m/s) along x and y in each of n intervals, shape (n, 2).
 
     A uniform current of `speed` (m/s) flows towards `direction` (rad, from +x to +y).  Each axis
@@ -35,7 +33,7 @@ def current_series(
     return np.asarray(mean + gauss_markov(variation, time_constant, interval, noise))
 
 
-def gauss_markov(sd: float, time_constant: float, interval: float, noise: Array) -> Array:
+def gauss_markov(sd: float, time_constant: float, interval: float, noise: Floats) -> Floats:
     """Return stationary first-order Gauss-Markov processes (n, 2) along two axes.
 
     Exact at intervals of `interval` (s), with a `time_constant` (s); `noise` (n, 2) are standard
@@ -47,7 +45,7 @@ def gauss_markov(sd: float, time_constant: float, interval: float, noise: Array)
 
 
 @compiled
-def _vary(noise: Array, kept: float, varied: Array) -> None:
+def _vary(noise: Floats, kept: float, varied: Floats) -> None:
     """Write a process (n, 2) of unit variance that keeps a share of itself from row to row."""
     fresh = math.sqrt(1.0 - kept**2)
     for axis in range(2):  # a row at once would take two seconds more to compile
@@ -56,7 +54,7 @@ def _vary(noise: Array, kept: float, varied: Array) -> None:
             varied[k, axis] = kept * varied[k - 1, axis] + fresh * noise[k, axis]
 
 
-def carried(series: Array, interval: float, times: Array) -> Array:
+def carried(series: Floats, interval: float, times: Floats) -> Floats:
     """Return how far (m) the water has moved by each instant (s), shape (n, 2).
 
     >>> carried(np.array([[1.0, 0.0], [0.0, 1.0]]), 10.0, np.array([5.0, 15.0])).tolist()

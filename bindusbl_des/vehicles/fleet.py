@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .motion import PLACE, Floats, Motion, lines
+from ..core.arrays import Flags, Floats
+from .motion import PLACE, Motion, lines
 from .vehicle import Vehicle
 
 if TYPE_CHECKING:
@@ -64,9 +65,6 @@ class FleetTracksCache:
 #
 # A failure holds from its instant on, up to that from which its vehicle works again, which is no
 # part of it.
-
-
-Flags = NDArray[np.bool_]
 
 
 class Failures(NamedTuple):

@@ -8,12 +8,9 @@ is within a micrometre of the motion itself.
 from math import cos, hypot, sin
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ..core.arrays import Floats
 from ..core.compiled import compiled, inlined
 
-Floats = NDArray[np.float64]
 Place = tuple[float, float, float, float]
 Velocity = tuple[float, float, float]
 

@@ -10,13 +10,10 @@ from math import cos, nan, sin
 from typing import Annotated, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats, Ints
 from ..core.compiled import compiled, inlined
 from . import logs
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # A leg: its first place (m) and heading (rad), horizontal speed (m/s), turn rate (rad/s), climb
 # (m/s, downwards), instant at which it begins (s); then, as in a log, what has summed up to there:

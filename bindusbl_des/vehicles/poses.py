@@ -13,18 +13,17 @@ from traceback import walk_tb
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..charts.shapes import HIGHEST
+from ..core.arrays import Floats
 from ..core.compiled import compiled
 from ..core.wording import plain, shortened
 from . import logs
 from .logs import COS, DISTANCE, RATES, SIN, YAW, X, Y
-from .motion import HEADINGS, PLACE, Floats, Motion, distance_at, lines, place_at
+from .motion import HEADINGS, PLACE, Motion, distance_at, lines, place_at
 from .tracks import FARTHEST, FASTEST
 from .vehicle import Place
-
-Array = NDArray[np.float64]
 
 # What is said of one vehicle's pose, and how vehicles of a fleet are called.
 POSE, AXES = "x, y, z (m, z down), yaw (rad)", ("x", "y", "z", "yaw")
@@ -75,10 +74,10 @@ class ReceivedPoses:
             )
         self._source, self._counts = source, dict(counts)
         self._is_asked = False
-        self._last: dict[str, Array] = {}
+        self._last: dict[str, Floats] = {}
         self._last_at = 0.0
 
-    def at(self, time: float) -> dict[str, Array]:
+    def at(self, time: float) -> dict[str, Floats]:
         """Return the poses (n, 4) at the next instant (s), for each fleet that the source moves.
 
         Raises:
@@ -130,7 +129,7 @@ class ReceivedPoses:
                 "begin a new one for each, and choose pose_step_s as a multiple of its own step"
             )
 
-    def _poses(self, kind: str, answer: ArrayLike, time: float) -> Array:
+    def _poses(self, kind: str, answer: ArrayLike, time: float) -> Floats:
         """Return the poses of a fleet, (n, 4), if they can be used."""
         count, name = self._counts[kind], NAMES[kind]
         try:
@@ -167,7 +166,7 @@ class ReceivedPoses:
         return poses
 
 
-def _refuse_leap(kind: str, moved: Array, time: float, within_s: float) -> None:
+def _refuse_leap(kind: str, moved: Floats, time: float, within_s: float) -> None:
     """Refuse ways (n, 4) that nobody goes in such a time (s)."""
     ways = np.linalg.norm(moved[:, :3], axis=1)
     which = int(np.argmax(ways))
@@ -331,24 +330,24 @@ class PosedVehicle:
         self._poses.advance(time)
         return Place(*place_at(*self._motion, self._number, time))
 
-    def sample(self, times: Array) -> Array:
+    def sample(self, times: Floats) -> Floats:
         return self._lines(times)[:, PLACE]
 
-    def heading_integral(self, times: Array) -> Array:
+    def heading_integral(self, times: Floats) -> Floats:
         return self._lines(times)[:, HEADINGS]
 
-    def _lines(self, times: Array) -> Array:
+    def _lines(self, times: Floats) -> Floats:
         instants = np.array(times, dtype=np.float64)
         if len(instants):
             self._poses.advance(float(instants.max()))
-        found: Array = lines(*self._motion, self._number, instants)
+        found: Floats = lines(*self._motion, self._number, instants)
         return found
 
     def distance(self, time: float) -> float:
         self._poses.advance(time)
         return distance_at(*self._motion, self._number, time)
 
-    def path_error(self, times: Array) -> Array:
+    def path_error(self, times: Floats) -> Floats:
         return np.zeros(0)  # the mission knows of no plan that it follows
 
     def along(self, time: float) -> None:

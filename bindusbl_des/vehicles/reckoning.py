@@ -14,8 +14,9 @@ from math import expm1, inf
 from typing import Annotated, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..core.arrays import Floats
 from ..core.compiled import compiled, inlined
 from ..records.rows import Row, Rows
 
@@ -120,8 +121,6 @@ def learn(learnt: Row, drift: ExpectedDrift) -> None:
     learnt.stretch, learnt.turn = drift.stretch, drift.turn
     learnt.roaming[0], learnt.roaming[1] = drift.roaming_ahead, drift.roaming_aside
 
-
-Floats = NDArray[np.float64]
 
 # What a vehicle's log and compass make of a way: they add `along` of it, and `across` of it turned
 # by a quarter to starboard; they stretch it by a factor and turn it (rad, and its cosine and sine).

@@ -8,12 +8,10 @@ from collections.abc import Sequence
 from math import atan2, cos, hypot, inf, sin
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from .motion import BEGIN, LEG_COLUMNS, Motion, legs
 from .vehicle import SegmentedTrajectory
-
-Array = NDArray[np.float64]
 
 
 class Steered:
@@ -22,7 +20,7 @@ class Steered:
     `motion` is that of all of them, in one table: orders are written into it.
     """
 
-    def __init__(self, places: Array, speed: float, orders: int, lead_s: float) -> None:
+    def __init__(self, places: Floats, speed: float, orders: int, lead_s: float) -> None:
         """Let vehicles rest at places (m, 2), in m, until they are told where to go.
 
         They go at a `speed` (m/s), and are told `orders` times at most, each time for `lead_s` (s)
@@ -40,13 +38,13 @@ class Steered:
         ]
         self.speed, self.lead_s = speed, lead_s
         #: Where each vehicle rests, or will when it has arrived (m, 2), m.
-        self.bound_for: Array = np.array(places, dtype=np.float64)
+        self.bound_for: Floats = np.array(places, dtype=np.float64)
 
-    def places(self, time: float) -> Array:
+    def places(self, time: float) -> Floats:
         """Return where the vehicles are at an instant (s), by the orders so far, (m, 2), m."""
         return np.array([vehicle.at(time)[:2] for vehicle in self.vehicles])
 
-    def go(self, time: float, targets: Array) -> None:
+    def go(self, time: float, targets: Floats) -> None:
         """From an instant (s) on, no earlier than of any order before, go to targets (m, 2), m.
 
         Who is told to go where it goes already goes on.

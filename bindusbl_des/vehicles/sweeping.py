@@ -10,10 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..geometry.area import Area
 from .vehicle import Vehicle
-
-Array = NDArray[np.float64]
 
 # Cells are this share of a swath wide, unless there were too many of them, or ways too long.
 CELL = 1 / 8
@@ -36,11 +35,11 @@ BLOCK = 2_000
 class Sweep(NamedTuple):
     """When each cell of a survey was first swept (s; infinite: never) and by which vehicle."""
 
-    at_s: Array
+    at_s: Floats
     by: NDArray[np.int64]
     cell_m2: float
 
-    def area(self, times: Array, vehicle: int | None = None) -> Array:
+    def area(self, times: Floats, vehicle: int | None = None) -> Floats:
         """Return how much (m2) was swept by some instants (s), (n,): by all, or first by one."""
         mine = self.at_s if vehicle is None else self.at_s[self.by == vehicle]
         return np.asarray(self.cell_m2 * np.searchsorted(np.sort(mine), times, side="right"))
@@ -101,7 +100,7 @@ def _passed(
     counts: Sequence[int],
     until: float,
     depths: Sequence[float] | None,
-) -> tuple[Array, Array, NDArray[np.int64]]:
+) -> tuple[Floats, Floats, NDArray[np.int64]]:
     """Return instants (n,), s, in their order, at which a vehicle is at a place (n, 2), m, and
     which one it is.
     """

@@ -5,15 +5,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..charts.recordings import RecordedTrack, read_recording
 from ..charts.shapes import Degrees, above_sea
+from ..core.arrays import Floats
 from ..core.wording import plain
 from ..geometry.geodesy import far_apart_m, ned_at_depth, ned_from_geodetic
 
-Array = NDArray[np.float64]
-Track = tuple[Array, Array]
+Track = tuple[Floats, Floats]
 
 # Faster (m/s) is no vehicle, and would outrun its own sound.
 FASTEST = 1000.0
@@ -37,7 +36,7 @@ def misplaced(
     return [(number, f"{_span(tracks[number][0], duration_s)}; {remedy}") for number in away]
 
 
-def _span(times: Array, duration_s: float) -> str:
+def _span(times: Floats, duration_s: float) -> str:
     return (
         f"its times, {plain(float(times[0]))} to {plain(float(times[-1]))} s of the mission, lie "
         f"outside it (0 to {plain(duration_s)} s)"
@@ -72,13 +71,13 @@ def read_track(
     return recording.times - offset_s, positions
 
 
-def _depths(recording: RecordedTrack, depth_m: float) -> Array:
+def _depths(recording: RecordedTrack, depth_m: float) -> Floats:
     return np.where(np.isnan(recording.depths), depth_m, recording.depths)
 
 
 def _in_metres(
     path: str | Path, recording: RecordedTrack, depth_m: float, origin: Degrees | None
-) -> Array:
+) -> Floats:
     if origin is None:
         raise ValueError(
             f"{path}: is in latitude and longitude; set environment.origin.lat_deg and lon_deg, "
@@ -113,7 +112,7 @@ def too_far(position: Degrees, origin: Degrees) -> str:
     return f"{where} ({origin[0]:.9g}, {origin[1]:.9g}); correct one of them"
 
 
-def _check_speed(path: str | Path, recording: RecordedTrack, positions: Array) -> None:
+def _check_speed(path: str | Path, recording: RecordedTrack, positions: Floats) -> None:
     """Refuse a track that no vehicle could go."""
     speeds = np.hypot(*np.diff(positions[:, :2], axis=0).T) / np.diff(recording.times)
     fastest = int(np.argmax(speeds))

@@ -3,13 +3,11 @@
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..core.arrays import Floats
 from ..geometry.paths import Path, path_rows
 from . import motion
 from .motion import COS, HEADINGS, PLACE, Motion
-
-Array = NDArray[np.float64]
 
 
 class Place(NamedTuple):
@@ -27,10 +25,10 @@ class Vehicle(Protocol):
     def at(self, time: float) -> Place:
         """Return the true place at an instant (s)."""
 
-    def sample(self, times: Array) -> Array:
+    def sample(self, times: Floats) -> Floats:
         """Return x, y, z (m) and yaw (rad) at each instant (s), shape (n, 4)."""
 
-    def heading_integral(self, times: Array) -> Array:
+    def heading_integral(self, times: Floats) -> Floats:
         """Return the integrals of cos(yaw) and sin(yaw) from 0 to each instant (s), shape (n, 2).
 
         They carry a velocity that is constant in the body frame along the path actually travelled.
@@ -39,7 +37,7 @@ class Vehicle(Protocol):
     def distance(self, time: float) -> float:
         """Return the distance travelled until an instant (m)."""
 
-    def path_error(self, times: Array) -> Array:
+    def path_error(self, times: Floats) -> Floats:
         """Return the distance from the planned path (m) at each instant; empty without a plan."""
 
     def along(self, time: float) -> float | None:
@@ -61,27 +59,27 @@ class SegmentedTrajectory:
     `legs` are its lines as :mod:`.motion` has them; `planned` tells whether they are its plan.
     """
 
-    def __init__(self, legs: Array, *, planned: bool = True) -> None:
+    def __init__(self, legs: Floats, *, planned: bool = True) -> None:
         self.legs, self._planned = legs, planned
         self._motion = Motion(legs, np.array([0, len(legs)]), 0.0)
 
     def at(self, time: float) -> Place:
         return Place(*motion.place_at(*self._motion, 0, time))
 
-    def sample(self, times: Array) -> Array:
+    def sample(self, times: Floats) -> Floats:
         return self._lines(times)[:, PLACE]
 
-    def _lines(self, times: Array) -> Array:
+    def _lines(self, times: Floats) -> Floats:
         instants = np.array(times, dtype=np.float64)  # its own, as code for what is not is another
         return motion.lines(*self._motion, 0, instants)
 
-    def heading_integral(self, times: Array) -> Array:
+    def heading_integral(self, times: Floats) -> Floats:
         return self._lines(times)[:, HEADINGS]
 
     def distance(self, time: float) -> float:
         return motion.distance_at(*self._motion, 0, time)
 
-    def path_error(self, times: Array) -> Array:
+    def path_error(self, times: Floats) -> Floats:
         return np.zeros(len(times) if self._planned else 0)
 
     def along(self, time: float) -> float | None:
@@ -125,7 +123,7 @@ def kinematic(path: Path, speed: float, depth: float, until: float = 0.0) -> Seg
     return SegmentedTrajectory(motion.legs(table))
 
 
-def recorded(times: Array, positions: Array) -> SegmentedTrajectory:
+def recorded(times: Floats, positions: Floats) -> SegmentedTrajectory:
     """Return a vehicle that repeats a recorded track: straight legs between its samples.
 
     Take times (n,), s, strictly increasing, and positions (n, 3), m, z down; n >= 2.  Before the

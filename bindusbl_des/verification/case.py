@@ -7,9 +7,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..acoustics.propagation import TOUCH
+from ..core.arrays import Floats
 from ..core.plugins import PluginError
 from ..protocol.slots import Slots, slots_of
 from ..scenario.families import ranging_of, tells_slots
@@ -248,8 +248,6 @@ def _sound_speed_error(scenario: Scenario) -> float:
 # What a scenario's signals are decided from: slots, bounds, where ASVs lie, how deep AUVs are.
 
 
-Array = NDArray[np.float64]
-
 # Autopilots may take an AUV so much deeper than it is told to be.
 OVERSHOOT_M = 1.0
 
@@ -297,7 +295,7 @@ class Case:
         return self.bounds.max_speed_m_per_s + self.bounds.asv_speed_m_per_s
 
     @cached_property
-    def stations(self) -> Array | None:
+    def stations(self) -> Floats | None:
         """Where the ASVs lie (m), shape (m, 2); None where they move or are not known."""
         if self.bounds.asv_speed_m_per_s > 0.0:
             return None
@@ -307,7 +305,7 @@ class Case:
             return None
 
     @cached_property
-    def apart_m(self) -> Array:
+    def apart_m(self) -> Floats:
         """Distances (m) of pairs of ASVs at different places; where they move, any: 0 alone."""
         if self.scenario.asvs.count == 1:
             return np.empty(0)
@@ -317,7 +315,7 @@ class Case:
         return np.asarray(np.unique(found[found > 0.0]))
 
     @cached_property
-    def in_turn_m(self) -> Array:
+    def in_turn_m(self) -> Floats:
         """The same of pairs of which one sends after the other, in the order of their numbers."""
         if self.stations is None or self.scenario.asvs.failures:
             return self.apart_m

@@ -7,9 +7,10 @@ from itertools import product
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..preflight.round_lengths import rounds_of
 from ..scenario.families import broadcaster_of, downlink_of, schedule_of
-from .case import Array, Case, SignalPair, by_time, undecided
+from .case import Case, SignalPair, by_time, undecided
 from .signals import beacons_meet, frames_meet
 from .uplink import frame_s, slot_gap
 
@@ -36,7 +37,7 @@ def spread_m(apart: float, reach: float, depth: float) -> float | None:
 
 
 def widest(
-    case: Case, apart: Array, reach: float, slant: bool, moved: float
+    case: Case, apart: Floats, reach: float, slant: bool, moved: float
 ) -> tuple[float, float]:
     """Return the greatest such way (m) of ASVs so far `apart` (m, (n,)), and how far apart those
     are; AUVs in range when a signal begins may go on by so much (m) until it ends.

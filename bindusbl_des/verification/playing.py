@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..acoustics.propagation import TOUCH
+from ..core.arrays import Floats
 from ..mission.simulation import simulate
 from ..results.result import Result
 from ..scenario.families import ranging_of
@@ -19,7 +20,7 @@ from ..scenario.planned import asv_stations, known_stations
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
-from .case import REFUSED, UNDECIDED, Array, Case, Plan, SignalPair
+from .case import REFUSED, UNDECIDED, Case, Plan, SignalPair
 
 # What lies at a range is put so much nearer, or farther: roundings of its place are smaller.
 SLIVER = 1e-9
@@ -50,7 +51,7 @@ class Actor:
     late_s: float = 0.0
 
 
-def stations_of(case: Case) -> Array:
+def stations_of(case: Case) -> Floats:
     """Return where the ASVs of a witness lie (m), (m, 2): those that move on a ring."""
     found = case.stations
     return np.array(known_stations(case.scenario)) if found is None else found

@@ -11,10 +11,11 @@ from itertools import permutations, product
 
 import numpy as np
 
+from ..core.arrays import Floats
 from ..preflight.round_lengths import rounds_of
 from ..protocol.conflicts import dsatur_groups, greedy_groups
 from ..scenario.families import schedule_of
-from .case import Array, Case, Plan
+from .case import Case, Plan
 from .playing import LATEST_S, OUT_OF_THE_WAY, SLIVER, Actor, staged, stations_of
 
 # Draws by lot are waited for so many frames for each AUV.
@@ -198,7 +199,7 @@ def two_calls(case: Case) -> Iterator[Plan]:
         yield staged(case, actors, rounds_shown(case), case.sound_speeds[0])
 
 
-def _outside(stations: Array, asv: int, way: float) -> tuple[float, float] | None:
+def _outside(stations: Floats, asv: int, way: float) -> tuple[float, float] | None:
     """Return a place so far (m) from an ASV that is nearest to it; None if it lies within others'
     midst.
     """
@@ -270,7 +271,7 @@ def comes_into_range(case: Case) -> Iterator[Plan]:
             yield plan
 
 
-def _arrangements(case: Case) -> Iterator[tuple[Array, Array, float, float]]:
+def _arrangements(case: Case) -> Iterator[tuple[Floats, Floats, float, float]]:
     """Yield an ASV, another, and the bearings (rad) from the first of the two AUVs."""
     stations = stations_of(case)
     reach = case.scenario.acoustics.hf.range_m + case.scenario.protocol.conflict_margin_m
@@ -287,7 +288,7 @@ def _arrangements(case: Case) -> Iterator[tuple[Array, Array, float, float]]:
             )  # fmt: skip
 
 
-def _played(case: Case, asv: Array, other: Array, first: float, second: float) -> Plan | None:
+def _played(case: Case, asv: Floats, other: Floats, first: float, second: float) -> Plan | None:
     """Return the scenario of an arrangement, None where its AUVs would not share a slot in time."""
     hf, protocol = case.scenario.acoustics.hf, case.scenario.protocol
     count, speed, depths = case.scenario.auvs.count, case.closing_m_per_s, case.depths

@@ -8,15 +8,16 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ...core.arrays import Flags, Floats, Ints
 from ...core.wording import did_you_mean, lettered, plain
 from ...scenario.files.plain_yaml import read_yaml
 from ..campaign import Campaign
 from ..experiments.plan import ExperimentPlan
 from ..storage.folder import CampaignError
 from .findings import ERROR
-from .intervals import ROUND_OFF, Floats, Interval, interval, intervals
+from .intervals import ROUND_OFF, Interval, interval, intervals
 from .naming import written
-from .outcomes import Flags, Fleets, MissionOutcomes, Whole, lower_is_better, of_an_auv
+from .outcomes import Fleets, MissionOutcomes, lower_is_better, of_an_auv
 
 
 @dataclass(frozen=True)
@@ -256,7 +257,7 @@ def _sides(pair: Pair) -> tuple[Side, Side]:
     return pair.baseline, pair.other
 
 
-def _values(side: Side, metric: str, found: Found) -> tuple[Whole, Floats]:
+def _values(side: Side, metric: str, found: Found) -> tuple[Ints, Floats]:
     return found[side.campaign.folder].at(side.point, metric)
 
 
@@ -268,9 +269,7 @@ class _Lack:
     auvs: Mapping[str, int]
 
 
-def _lack(
-    side: Side, metric: str, seeds: Whole, rows: Whole, found: Found, served: Served
-) -> _Lack:
+def _lack(side: Side, metric: str, seeds: Ints, rows: Ints, found: Found, served: Served) -> _Lack:
     """Return what AUVs lack in the missions of some seeds, which are those rows of the point."""
     missions = found[side.campaign.folder].unserved_at(side.point, metric)[rows]
     if not missions.any():

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from ...core.arrays import Floats
 from ...scenario.declared import navigator_named
 from ...scenario.part_choice import PartChoice
 from ...scenario.shipped_settings import FixedGain
@@ -24,7 +25,6 @@ from ..experiments.plan import ExperimentPlan
 from .intervals import (
     CONFIDENCE,
     ROUND_OFF,
-    Floats,
     Interval,
     Intervals,
     chance,

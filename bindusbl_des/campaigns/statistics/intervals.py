@@ -9,7 +9,7 @@ from statistics import NormalDist, fmean
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from ...core.arrays import Floats
 
 # Student's t for 95 % confidence (two-sided) by degrees of freedom 1, 2, ...; standard tables.
 STUDENT_95 = (

@@ -14,8 +14,8 @@ from typing import get_args, get_type_hints
 
 import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
 
+from ...core.arrays import Flags, Floats, Ints
 from ...core.wording import did_you_mean
 from ...records.metrics import WORST, WORST_IS_LARGEST, AuvMetrics
 from ...results.schemas import mission_numbers, numpy_array, numpy_columns
@@ -87,10 +87,6 @@ def lacking(metric: str) -> str:
     return next((said for name, said in LACKING.items() if own.startswith(name)), f"had no {own}")
 
 
-Whole = NDArray[np.int64]
-Flags = NDArray[np.bool_]
-
-
 @dataclass(frozen=True)
 class MissionOutcomes:
     """Missions that have a row, in the order of the plan; a metric that has no value is nan.
@@ -100,15 +96,15 @@ class MissionOutcomes:
     mission, NONE where none is, by the metrics that are the worst AUV's.
     """
 
-    mission: Whole
-    point: Whole
-    seed: Whole
+    mission: Ints
+    point: Ints
+    seed: Ints
     ok: Flags
     metrics: Mapping[str, Floats]
     unserved: Mapping[str, Flags] = field(default_factory=dict)
-    worst: Mapping[str, Whole] = field(default_factory=dict)
+    worst: Mapping[str, Ints] = field(default_factory=dict)
 
-    def at(self, point: int, metric: str) -> tuple[Whole, Floats]:
+    def at(self, point: int, metric: str) -> tuple[Ints, Floats]:
         """Return the seeds of the missions of a point that went well, and their metric."""
         rows = self._rows(point)
         well = self.ok[rows]
@@ -139,18 +135,18 @@ class MissionOutcomes:
         return table
 
     @cached_property
-    def _columns(self) -> tuple[int, Whole]:
+    def _columns(self) -> tuple[int, Ints]:
         """How many seeds occur, and which of them in ascending order each mission has."""
         seeds, column = np.unique(self.seed, return_inverse=True)
         return len(seeds), column
 
-    def whole(self, metric: str, points: int) -> Whole:
+    def whole(self, metric: str, points: int) -> Ints:
         """Return in how many missions (points,) every AUV has a value."""
         without = self.unserved.get(metric, False)
         known = self.ok & ~np.isnan(self.metrics[metric]) & ~np.asarray(without)
         return np.bincount(self.point[known], minlength=points)
 
-    def well(self, points: int) -> Whole:
+    def well(self, points: int) -> Ints:
         """Return how many missions (points,) went well."""
         return np.bincount(self.point[self.ok], minlength=points)
 
@@ -198,18 +194,18 @@ def outcomes(folder: Path, metrics: Sequence[str]) -> MissionOutcomes:
     )
 
 
-def _unserved(worst: Floats, who: Whole) -> Flags:
+def _unserved(worst: Floats, who: Ints) -> Flags:
     """Tell of each mission whether an AUV has no value; it is named if it could have one."""
     unserved: Flags = (who != NONE) & np.isnan(worst)
     return unserved
 
 
-def auv_numbers(names: pa.ChunkedArray) -> Whole:
+def auv_numbers(names: pa.ChunkedArray) -> Ints:
     """Return the numbers of AUVs of which a column has the names; NONE where it has none."""
     each = names.combine_chunks().dictionary_encode()
     numbers = [int(name.removeprefix("AUV")) for name in each.dictionary.to_pylist()]
     places = np.nan_to_num(numpy_array(each.indices), nan=len(numbers)).astype(np.int64)
-    found: Whole = np.array([*numbers, NONE], np.int64)[places]
+    found: Ints = np.array([*numbers, NONE], np.int64)[places]
     return found
 
 
@@ -257,9 +253,9 @@ class Fleets:
     A metric that has no value is nan.
     """
 
-    point: Whole
-    seed: Whole
-    auv: Whole
+    point: Ints
+    seed: Ints
+    auv: Ints
     metrics: Mapping[str, Floats]
 
     def by_seed(self, metric: str) -> tuple[list[tuple[int, int]], Floats]:
@@ -270,14 +266,14 @@ class Fleets:
         return who, table
 
     @cached_property
-    def _cells(self) -> tuple[list[tuple[int, int]], Whole, int, Whole]:
+    def _cells(self) -> tuple[list[tuple[int, int]], Ints, int, Ints]:
         """Point and number of every AUV, which of them each row is of; the same of seeds."""
         auvs = int(self.auv.max(initial=0)) + 1
         who, row = np.unique(self.point * auvs + self.auv, return_inverse=True)
         seeds, column = np.unique(self.seed, return_inverse=True)
         return [divmod(it, auvs) for it in who.tolist()], row, len(seeds), column
 
-    def without(self, point: int, metric: str, seeds: Whole) -> dict[str, int]:
+    def without(self, point: int, metric: str, seeds: Ints) -> dict[str, int]:
         """Return in how many of some missions of a point each AUV has no value, most first."""
         here = (self.point == point) & np.isin(self.seed, seeds)
         return _counted(self.auv[here & np.isnan(self.metrics[metric])])
@@ -326,7 +322,7 @@ def starved(found: Fleets) -> list[Starved]:
     return sorted(at, key=lambda it: (-max(it.auvs.values()) / it.missions, it.point))
 
 
-def _counted(auvs: Whole) -> dict[str, int]:
+def _counted(auvs: Ints) -> dict[str, int]:
     numbers, counts = np.unique(auvs, return_counts=True)
     found = {f"AUV{n}": int(c) for n, c in zip(numbers, counts, strict=True)}
     return dict(sorted(found.items(), key=lambda it: -it[1]))

@@ -10,13 +10,8 @@ weighs by no covariance at all.
 from math import exp, expm1
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 BODY, WORLD, WAY, NOT_AT_ALL = 0, 1, 2, 3
 FRAMES = {"body": BODY, "world": WORLD, "way": WAY}

@@ -10,13 +10,13 @@ from math import cos, hypot, radians, sin, sqrt
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...acoustics.channel import between
 from ...acoustics.fix_chance import below, frame_chance, ping_chance
 from ...acoustics.loss import losses
 from ...acoustics.messages import messages_of
 from ...acoustics.named_channels import hf_channel, loss_of
+from ...core.arrays import Floats
 from ...core.compiled import compiled
 from ...core.plugins import is_plugin, loaded
 from ...core.wording import plain
@@ -302,8 +302,6 @@ def access_of(scenario: Scenario) -> AccessPlan:
         replies_in_frames=protocol.replies_in_frames,
     )
 
-
-Floats = NDArray[np.float64]
 
 # Steps of a table, and how far it reaches: so many times the farthest that matters.
 STEPS, FARTHER = 400, 1.25

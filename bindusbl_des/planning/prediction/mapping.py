@@ -9,15 +9,14 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...core.arrays import Floats
 from .inputs import Inputs
 from .march import Errors
 from .parts import FixNoise, PlannedWays
 from .rounds import RoundPlan, planned_rounds
 from .sights import ExpectedSights, fixes, located, seen, sights
-
-Floats = NDArray[np.float64]
 
 # Of a standard normal number: quantiles in the middle of each twentieth, those above a half
 QUANTILES = (

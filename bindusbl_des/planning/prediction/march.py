@@ -11,8 +11,8 @@ from math import inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled
 from .drift import FRAMES, NOT_AT_ALL, Drifts, DriftState, carry, moment_at
 from .inputs import Inputs
@@ -20,7 +20,6 @@ from .parts import DriftSource
 from .rounds import Turns
 from .sights import Fixes
 
-Floats = NDArray[np.float64]
 Spread = tuple[float, float, float]
 
 # A gain that is worked out from what the filter believes
@@ -137,8 +136,6 @@ def _joseph(spread: Floats, gains: Floats, fix: ExpectedFix, noise: Spread) -> F
             out[i, j] += over * gains[j, 0] + beside * gains[j, 1]
     return out
 
-
-Ints = NDArray[np.int64]
 
 # Fixes less likely than this are none.
 NONE = 1e-9

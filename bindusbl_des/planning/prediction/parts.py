@@ -5,9 +5,7 @@ predictions are from simulations, as measured (docs/planning.md, Predicted error
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ...core.arrays import Floats
 from ...scenario import declared
 from ...scenario.declared import BroadcasterTraits, DownlinkTraits, RangingTraits, ScheduleTraits
 
@@ -35,9 +33,6 @@ STATED_ERROR = {
     "fix_age_max_s": Off(0.017, 0.456, 2.908),
     "hf_coverage": Off(0.000, 0.015, 0.086),
 }
-
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

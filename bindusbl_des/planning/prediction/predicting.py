@@ -5,8 +5,9 @@ how long it waits for fixes that come with some chance each.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...core.arrays import Floats
 from ...core.compiled import compiled
 from ...records.metrics import WORST_IS_LARGEST
 from .inputs import Inputs
@@ -17,8 +18,6 @@ from .sights import SELDOM, fixes, seen
 
 # How long AUVs wait for fixes that come with some chance each.
 
-
-Floats = NDArray[np.float64]
 
 # A wait that is less likely than this to go on is over.
 OVER = 1e-5

@@ -4,16 +4,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...core.arrays import Flags, Floats, Ints
 from ...core.compiled import compiled
 from ...protocol.conflicts import dsatur_groups, greedy_colours
 from .inputs import Inputs
 from .parts import SlotLengths
-from .sights import ExpectedSights, Flags, located
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from .sights import ExpectedSights, located
 
 # More rounds than this are taken so many at a time, each a fix of as many.
 MOST_ROUNDS = 3000

@@ -3,14 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...core.arrays import Flags, Floats
 from . import systematic
 from .inputs import Inputs
 from .parts import Chances
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 # Signals that are decoded more seldom are out of range, as those of :mod:`...acoustics.channel`.
 SELDOM = 1e-6

@@ -6,11 +6,9 @@ the ASVs.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...core.arrays import Floats
 from .inputs import Inputs
-
-Floats = NDArray[np.float64]
 
 
 def of_each(

@@ -23,14 +23,12 @@ from functools import cache
 from math import inf, nan, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...campaigns.experiments.experiment import checkpoints
 from ...campaigns.statistics.intervals import ROUND_OFF, intervals, student
+from ...core.arrays import Floats
 from .goals import Goal
 from .selection import Estimate, Sample, Verdict
-
-Floats = NDArray[np.float64]
 
 # A skewness that makes no difference
 SYMMETRIC = 1e-6

@@ -6,12 +6,10 @@ from math import ceil, isfinite
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...core.arrays import Floats
 from ...core.wording import described, did_you_mean, plain, refuse, significant
 from ...records.metrics import WORST, WORST_IS_LARGEST, AuvMetrics, Utilisation, unit_of
-
-Floats = NDArray[np.float64]
 
 Of = float | Literal["worst", "mean"]
 

@@ -4,10 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
+from ...core.arrays import Floats
 
 # Return the goals' values (k, goals) of k missions, each of a candidate's and a seed's number from
 # 0.  nan: that mission failed, or had no value, and does not meet the goal.  Where the budget is

@@ -5,9 +5,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.arrays import Floats
 from ...geometry.covering import Circle, enclosing_circle
 from ...geometry.placement import least_sum
-from .view import AnchorView, Array
+from .view import AnchorView
 
 Numbers = NDArray[np.intp]
 
@@ -23,7 +24,7 @@ class VesselGroups:
         self._hysteresis = hysteresis
         self._of: dict[int, Numbers] = {}
 
-    def of(self, view: AnchorView, fleet: Array) -> dict[int, Numbers]:
+    def of(self, view: AnchorView, fleet: Floats) -> dict[int, Numbers]:
         """Return the AUVs of each vessel that works and has any, AUVs believed at (n, 2), m."""
         working = np.flatnonzero(view.working)
         wanted = split(fleet, len(working))
@@ -40,17 +41,17 @@ class VesselGroups:
         return self._of
 
 
-def circle(fleet: Array, group: Numbers) -> Circle:
+def circle(fleet: Floats, group: Numbers) -> Circle:
     """Return the smallest circle around a group of AUVs."""
     return enclosing_circle(fleet[group])
 
 
-def largest(fleet: Array, groups: list[Numbers]) -> float:
+def largest(fleet: Floats, groups: list[Numbers]) -> float:
     """Return the radius (m) of the largest of the smallest circles around groups."""
     return max(circle(fleet, group).radius for group in groups)
 
 
-def split(fleet: Array, count: int) -> list[Numbers]:
+def split(fleet: Floats, count: int) -> list[Numbers]:
     """Return AUVs (n, 2), m, in `count` groups, or n if that is less, of sizes that differ by one
     at most: neighbours along the direction in which the fleet is longest, or across it.
 
@@ -63,7 +64,7 @@ def split(fleet: Array, count: int) -> list[Numbers]:
     return min(tried, key=lambda groups: largest(fleet, groups))
 
 
-def lengthwise(fleet: Array) -> Array:
+def lengthwise(fleet: Floats) -> Floats:
     """Return the direction (2,) in which AUVs (n, 2) are spread out most; y where in none.
 
     >>> lengthwise(np.array([(0.0, 0.0), (3.0, -4.0)])).round(9).tolist()
@@ -73,11 +74,11 @@ def lengthwise(fleet: Array) -> Array:
     (xx, xy), (_, yy) = (offsets.T @ offsets).tolist()
     yaw = math.atan2(2.0 * xy, xx - yy) / 2.0 if xx + yy > 0.0 else math.pi / 2.0
     line = np.array([math.cos(yaw), math.sin(yaw)])
-    turned: Array = line * np.sign(line[np.abs(line).argmax()])
+    turned: Floats = line * np.sign(line[np.abs(line).argmax()])
     return turned  # either way is the same line
 
 
-def across(line: Array) -> Array:
+def across(line: Floats) -> Floats:
     """Return the direction (2,) at a right angle to another.
 
     >>> across(np.array([0.6, 0.8])).tolist()
@@ -95,7 +96,7 @@ class AssignPlacement:
     def __init__(self, *, horizon_s: float, hysteresis: float) -> None:
         self._horizon, self._groups = horizon_s, VesselGroups(hysteresis)
 
-    def targets(self, view: AnchorView) -> Array:
+    def targets(self, view: AnchorView) -> Floats:
         """Return where vessels are to go (m, 2), m; who has no AUV stays where it is."""
         fleet = view.auvs(view.begins + self._horizon)[:, :2]
         targets = at_rest(view, fleet)
@@ -104,7 +105,7 @@ class AssignPlacement:
         return targets
 
 
-def at_rest(view: AnchorView, fleet: Array) -> Array:
+def at_rest(view: AnchorView, fleet: Floats) -> Floats:
     """Return where vessels go anyway (m, 2), m; at first to the middle of AUVs (n, 2)."""
     if view.is_first:
         middle = circle(fleet, np.arange(len(fleet)))[:2]

@@ -4,9 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...core.arrays import Floats
 from ...geometry.covering import enclosing_circle, k_centre, max_cover
 from ...geometry.placement import assignment
-from .view import AnchorView, Array
+from .view import AnchorView
 
 
 class AnchorService(NamedTuple):
@@ -30,7 +31,7 @@ class FollowPlacement:
     def __init__(self, *, horizon_s: float, hysteresis: float) -> None:
         self._horizon, self._hysteresis = horizon_s, hysteresis
 
-    def targets(self, view: AnchorView) -> Array:
+    def targets(self, view: AnchorView) -> Floats:
         """Return where vessels are to go (m, 2), m."""
         fleet, working = view.auvs(view.begins + self._horizon)[:, :2], view.working
         there = best_places(fleet, int(working.sum()), view.reach)
@@ -45,12 +46,12 @@ class FollowPlacement:
             targets[working] = kept
         return targets
 
-    def _is_better(self, places: Array, others: Array, fleet: Array, reach: float) -> bool:
+    def _is_better(self, places: Floats, others: Floats, fleet: Floats, reach: float) -> bool:
         then, now = (service(fleet, it, reach) for it in (places, others))
         return gains(now, then, self._hysteresis)
 
 
-def best_places(fleet: Array, count: int, reach: float) -> Array:
+def best_places(fleet: Floats, count: int, reach: float) -> Floats:
     """Return the places (count, 2), m, that serve AUVs (n, 2) best at a reach (m)."""
     centres = k_centre(fleet, count)
     if centres.radius <= reach or reach == 0.0:
@@ -58,7 +59,7 @@ def best_places(fleet: Array, count: int, reach: float) -> Array:
     return max_cover(fleet, count, reach).places
 
 
-def moved_along(fleet: Array, places: Array, reach: float) -> Array:
+def moved_along(fleet: Floats, places: Floats, reach: float) -> Floats:
     """Return places (m, 2), m, each in the middle of the AUVs (n, 2) that it is nearest to of all
     places, and within reach (m) of; who has none stays.
     """
@@ -73,7 +74,7 @@ def moved_along(fleet: Array, places: Array, reach: float) -> Array:
     return out
 
 
-def service(fleet: Array, places: Array, reach: float) -> AnchorService:
+def service(fleet: Floats, places: Floats, reach: float) -> AnchorService:
     """Return how places (m, 2) serve AUVs (n, 2) that are heard within a reach (m)."""
     apart = fleet[:, None, :] - places
     away = np.hypot(apart[..., 0], apart[..., 1]).min(axis=1)

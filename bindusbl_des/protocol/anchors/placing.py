@@ -9,6 +9,7 @@ import numpy as np
 import simpy
 from numpy.typing import NDArray
 
+from ...core.arrays import Floats
 from ...core.plugins import PluginError, asked, shown
 from ...records.rows import EventBuffer
 from ...scenario.failing import failures_of
@@ -21,7 +22,7 @@ from ...vehicles.steered import Steered
 from ..predicted_positions import CarriedForward
 from ..steps import moment
 from . import assign, follow, zigzag
-from .view import AnchorView, Array, Mover, OwnMover
+from .view import AnchorView, Mover, OwnMover
 
 
 class Room(NamedTuple):
@@ -72,7 +73,7 @@ class Anchors:
         self.fleet = Fleet(self.steered.vehicles, self.steered.motion, steered=self.steered)
         self._noted = 0
 
-    def _view(self, time: float, begins: float, vessels: Array, bound_for: Array) -> AnchorView:
+    def _view(self, time: float, begins: float, vessels: Floats, bound_for: Floats) -> AnchorView:
         return AnchorView(
             time, begins, vessels, bound_for, self._working(begins), self._pace.speed_m_per_s,
             self._reach, self._prediction,

@@ -6,11 +6,10 @@ from typing import Any, NoReturn, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.arrays import Floats, real_numbers
 from ...core.plugins import PluginError, asked, shown
 from ...scenario.families import PLACEMENT
 from ..predicted_positions import Prediction
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -25,8 +24,8 @@ class AnchorView:
 
     time: float
     begins: float
-    vessels: Array
-    bound_for: Array
+    vessels: Floats
+    bound_for: Floats
     working: NDArray[np.bool_]
     speed: float
     reach: float
@@ -37,7 +36,7 @@ class AnchorView:
         """Whether vessels are yet to be placed."""
         return bool(np.isnan(self.vessels).any())
 
-    def auvs(self, time: float) -> Array:
+    def auvs(self, time: float) -> Floats:
         """Return where the fleet believes AUVs to be at an instant (s) from `time` on, (n, 3), m.
 
         That is the last fix of each carried forward by what is planned for it; before the first,
@@ -49,7 +48,7 @@ class AnchorView:
 class Mover(Protocol):
     """Says where vessels are to go; one for each mission, so that it may remember."""
 
-    def targets(self, view: AnchorView) -> Array:
+    def targets(self, view: AnchorView) -> Floats:
         """Return where vessels are to go (m, 2), m; those that do not work are not asked for."""
 
 
@@ -60,7 +59,7 @@ class OwnMover:
         """Take what the placement was when it was made; targets lie within `farthest_m` (m)."""
         self._name, self._mover, self._farthest = name, mover, farthest_m
 
-    def targets(self, view: AnchorView) -> Array:
+    def targets(self, view: AnchorView) -> Floats:
         """Return where vessels are to go (m, 2), m.
 
         Raises:
@@ -68,7 +67,7 @@ class OwnMover:
         """
         count, when = len(view.vessels), f" at {view.time:g} s"
         answer = asked(PLACEMENT.key, self._name, self._mover.targets, view, when=when)
-        found: Array | None = asked(PLACEMENT.key, self._name, _numbers, answer, when=when)
+        found: Floats | None = asked(PLACEMENT.key, self._name, real_numbers, answer, when=when)
         if found is None or found.shape != (count, 2):
             self._refuse(answer, when, f"({count}, 2), x and y in m, one for each ASV")
         if not (np.hypot(*found.T) <= self._farthest).all():
@@ -81,12 +80,3 @@ class OwnMover:
         raise PluginError(
             PLACEMENT.key, f"{self._name!r} returned {said}{when}; targets must be {needed}"
         )
-
-
-def _numbers(answer: Any) -> Array | None:
-    """Return an answer as an array; None for what is no array of real numbers."""
-    try:
-        found = np.asarray(answer)
-        return found.astype(np.float64) if found.dtype.kind in "fiu" else None
-    except (TypeError, ValueError):
-        return None

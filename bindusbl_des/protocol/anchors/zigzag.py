@@ -9,8 +9,9 @@ worth what it brings a vessel near to each AUV of a fleet that it cannot hear at
 
 import math
 
+from ...core.arrays import Floats
 from .assign import VesselGroups, across, at_rest, lengthwise
-from .view import AnchorView, Array
+from .view import AnchorView
 
 # Vessels no faster than their AUVs sweep at this share of their speed, and fall behind.
 LEAST_SHARE = 0.5
@@ -39,11 +40,11 @@ class ZigzagPlacement:
     ) -> None:
         self._amplitude, self._period, self._replan = amplitude_m, period_s, replan_s
         self._auv_speed, self._groups = auv_speed, VesselGroups(hysteresis)
-        self._line: Array | None = None
+        self._line: Floats | None = None
         self._phases: dict[int, float] = {}  # of vessels, in turns
         self._since = 0.0
 
-    def targets(self, view: AnchorView) -> Array:
+    def targets(self, view: AnchorView) -> Floats:
         """Return where vessels are to go (m, 2), m: where the sweep is when they set out again."""
         until = view.begins + self._replan
         fleet = view.auvs(until)[:, :2]
@@ -66,7 +67,7 @@ class ZigzagPlacement:
         return math.sqrt(max(speed**2 - self._auv_speed**2, (LEAST_SHARE * speed) ** 2))
 
 
-def _half_width(along: Array, reach: float) -> float:
+def _half_width(along: Floats, reach: float) -> float:
     """Return how far (m) to both sides a sweep goes over AUVs at places along it (n,), m."""
     half = float(along.max() - along.min()) / 2.0
     return half if half >= LEAST_M else max(reach / 2.0, LEAST_M)

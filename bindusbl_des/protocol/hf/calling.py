@@ -21,11 +21,12 @@ from ...acoustics.propagation import (
     within,
 )
 from ...acoustics.travel_time import PASSED, light_time
+from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled
 from ...core.packed import unpacked
 from ...records.events import COLLIDED, HEARD, LOST, OUT_OF_RANGE
 from ...records.rows import Row, Rows, row_type
-from ...vehicles.motion import Floats, Ints, Motion, where
+from ...vehicles.motion import Motion, where
 
 
 @dataclass(slots=True)

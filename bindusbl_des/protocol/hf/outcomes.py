@@ -10,6 +10,7 @@ import simpy
 
 from ...acoustics.bursts import burst_luck
 from ...acoustics.travel_time import PASSED
+from ...core.arrays import Floats
 from ...core.packed import Packed
 from ...core.streams import NoiseStore, Purpose, Streams
 from ...records.events import HEARD, IN_FLIGHT
@@ -28,7 +29,6 @@ from ...usbl.systematic_fixes import (
 )
 from ...usbl.two_way import Heard
 from ...vehicles.fleet import Fleet
-from ...vehicles.motion import Floats
 from ..steps import moment
 from .reception import Decided, PairNoise, foretold, resolve
 from .uplink import Uplink

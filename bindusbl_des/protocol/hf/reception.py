@@ -6,6 +6,7 @@ from typing import Annotated, NamedTuple
 from ...acoustics.bursts import burst_luck
 from ...acoustics.loss import chance_of
 from ...acoustics.propagation import drowns, overlap
+from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled
 from ...core.packed import unpacked
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST
@@ -16,7 +17,7 @@ from ...usbl.sights import copy_direction, unknown_sights
 from ...usbl.slow_errors import advance, blend
 from ...usbl.systematic_fixes import PackedErrors, measured_astray, systematic_of
 from ...usbl.two_way import Heard
-from ...vehicles.motion import Floats, Ints, Motion
+from ...vehicles.motion import Motion
 from ..mf.reception import sends
 from .calling import CALL, drowned
 

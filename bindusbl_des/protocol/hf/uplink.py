@@ -11,12 +11,13 @@ from ...acoustics.loss import LossTerms
 from ...acoustics.propagation import SignalBand, SignalPath, Spread, amend, deafen, silence, spread
 from ...acoustics.sonar_channel import ECHO, EchoingSonar
 from ...acoustics.travel_time import PASSED, travel_time
+from ...core.arrays import Ints
 from ...core.packed import Packed
 from ...core.streams import Purpose, Streams
 from ...records.events import HEARD, LOST
 from ...records.rows import CALLED, NONE, EventBuffer, Recorder, Rows
 from ...vehicles.fleet import Fleet
-from ...vehicles.motion import Ints, places
+from ...vehicles.motion import places
 from .calling import CALL, interrogate
 
 # What a ping has that nobody called

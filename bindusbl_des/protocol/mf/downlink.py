@@ -14,6 +14,7 @@ from ...acoustics.channel import AskedChannel, between
 from ...acoustics.messages import Message
 from ...acoustics.named_channels import FrameChannel
 from ...acoustics.travel_time import NEARLY_THERE, travel_time
+from ...core.arrays import Ints
 from ...core.clock import Clock
 from ...core.packed import Packed
 from ...core.streams import Purpose, Streams
@@ -22,7 +23,7 @@ from ...navigation.navigators import Navigator
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE, Broadcast
 from ...records.rows import FRAME_RECEPTION, NONE, EventBuffer, Recorder, Rows
 from ...vehicles.fleet import Fleet
-from ...vehicles.motion import Ints, places
+from ...vehicles.motion import places
 from ...vehicles.vehicle import Place
 from .reception import FRAME, PROMISE, Sent, begin, delivered, receive, way_s
 

@@ -12,12 +12,13 @@ import numpy as np
 
 from ...acoustics.propagation import drowns, meet, within
 from ...acoustics.travel_time import PASSED, distance, light_time, light_time_by
+from ...core.arrays import Ints
 from ...core.clock import after
 from ...core.compiled import compiled
 from ...core.packed import unpacked
 from ...records.events import COLLIDED, DELIVERED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ...records.rows import FIX, NONE, PING, Row, Rows, row_type
-from ...vehicles.motion import Ints, Motion, where
+from ...vehicles.motion import Motion, where
 
 
 @dataclass(slots=True)

@@ -8,6 +8,7 @@ import numpy as np
 from ...acoustics.bursts import burst_luck
 from ...acoustics.propagation import SignalPath, Spread, drowns, lost, overlap, reaches, snr, sound
 from ...acoustics.travel_time import NEARLY_THERE, PASSED, light_time
+from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled
 from ...core.packed import unpacked
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE
@@ -18,7 +19,7 @@ from ...usbl.measuring import note
 from ...usbl.sights import copy_direction, unknown_sights
 from ...usbl.slow_errors import advance, blend
 from ...usbl.systematic_fixes import PackedErrors, systematic_of
-from ...vehicles.motion import Floats, Ints, Motion, Place, where
+from ...vehicles.motion import Motion, Place, where
 from ..hf.reception import PairNoise, begin, by_luck
 
 

@@ -8,14 +8,10 @@ per second and ASV.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...core.arrays import Flags, Floats, Ints
 from ...core.compiled import compiled
 from .view import Groups, TimedGroups, View
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 # A tick count this near to a whole number is whole; and what of a gap (s) rounding may take.
 TICK_ROUNDING, ROUNDING = 1e-9, 1e-12
@@ -27,10 +23,10 @@ class PingArrivals(NamedTuple):
     with each, and what of that may be lost to rounding.
     """
 
-    ways: Array
+    ways: Floats
     heard: Flags
-    blurs: Array
-    rates: Array
+    blurs: Floats
+    rates: Floats
     lasts: float
     rounding: float
 
@@ -68,8 +64,8 @@ def super_tdma(view: View, *, clear_s: float = 0.02, sds: float = 2.0) -> Groups
 
 
 def departures(
-    ways: Array, heard: Flags, blurs: Array, rates: Array, lasts: float, tick_rate: float = 0.0
-) -> Array:
+    ways: Floats, heard: Flags, blurs: Floats, rates: Floats, lasts: float, tick_rate: float = 0.0
+) -> Floats:
     """Return when (s) AUVs set out, (n,), each as early as those heard from farther away allow.
 
     `ways` (n, m) are travel times (s) to ASVs, by which AUVs are `heard` (n, m).  At each of these
@@ -91,8 +87,8 @@ def departures(
 
 @compiled
 def _pack(
-    order: Ints, ways: Array, heard: Flags, blurs: Array, rates: Array, lasts: float,
-    tick_rate: float, departs: Array,
+    order: Ints, ways: Floats, heard: Flags, blurs: Floats, rates: Floats, lasts: float,
+    tick_rate: float, departs: Floats,
 ) -> None:  # fmt: skip
     rounding = ROUNDING if tick_rate == 0.0 else 2.0 * TICK_ROUNDING / tick_rate
     sound = PingArrivals(ways, heard, blurs, rates, lasts, rounding)
@@ -108,7 +104,7 @@ def _pack(
 
 
 @compiled
-def _past(auv: int, start: float, others: Ints, departs: Array, sound: PingArrivals) -> float:
+def _past(auv: int, start: float, others: Ints, departs: Floats, sound: PingArrivals) -> float:
     """Return the earliest instant (s) past the first of `others` that an AUV would come in too near
     to, wherever both are heard, if it set out at an instant; that instant if there is none.
     """

@@ -11,8 +11,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...core.arrays import Flags, Floats, Ints
 from ...records.rows import Recorder, Rows
 from ...scenario.families import positions_of
 from ...scenario.instruments.own_sensors import straight_drift_rms
@@ -25,9 +25,6 @@ from ..slots import Slots
 if TYPE_CHECKING:
     import networkx as nx
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 Groups = Sequence[Sequence[int]]
 
 
@@ -41,8 +38,8 @@ class Plans:
     """
 
     initial_sd_m: float
-    speeds_m_per_s: Array
-    range_rates_m_per_s: Array
+    speeds_m_per_s: Floats
+    range_rates_m_per_s: Floats
     drift: Callable[[int, float], float]
     positions: str
 
@@ -64,12 +61,12 @@ class KnownFixes:
         self._tried: list[list[int]] = [[] for _ in range(auvs)]  # pings since then
         self._fixes = self._pings = 0  # of these rows account has been taken
 
-    def since_s(self, time: float) -> Array:
+    def since_s(self, time: float) -> Floats:
         """Return how long before an instant (s) each AUV sent the ping of its last fix, (n,)."""
         self._note()
         return np.asarray(time - self._pinged_at)
 
-    def expected_error_m(self, time: float) -> Array:
+    def expected_error_m(self, time: float) -> Floats:
         """Return the RMS of the horizontal error (m) expected of each AUV at an instant (s), (n,).
 
         Variances of drift add up, those of fixes are weighed with them (:func:`weighed`).
@@ -79,7 +76,7 @@ class KnownFixes:
         drifted = [drift(auv, max(age, 0.0)) for auv, age in enumerate(since.tolist())]
         return np.asarray(np.sqrt(self._variance + np.square(drifted)))
 
-    def misplaced_m(self, time: float, sds: float) -> Array:
+    def misplaced_m(self, time: float, sds: float) -> Floats:
         """Return how far (m) AUVs may be from where they are believed at an instant (s), (n,).
 
         Where the last fixes are plotted: by so many standard deviations of them, and the way since.
@@ -186,8 +183,8 @@ class View:
 
     round: int
     time: float
-    auvs: Array
-    asvs: Array
+    auvs: Floats
+    asvs: Floats
     heard: Hearing
     hf_range: float
     range_metric: str
@@ -204,14 +201,14 @@ class View:
         return conflict_graph(self.heard)
 
     @cached_property
-    def since_s(self) -> Array:
+    def since_s(self) -> Floats:
         """How long (s) ago each AUV sent the ping of the last fix that was broadcast for it; since
         the start of the mission where there was none, shape (n,).
         """
         return self._known.since_s(self.time)
 
     @cached_property
-    def expected_error_m(self) -> Array:
+    def expected_error_m(self) -> Floats:
         """How wrong (m, RMS) each AUV's estimate is expected to be: as its last fix was, and what
         dead reckoning has drifted by on a straight way since, shape (n,).
         """
@@ -225,17 +222,17 @@ class View:
         return self._known.turns_in_vain(np.asarray(self.heard.any(axis=1)))
 
     @cached_property
-    def range_rates_m_per_s(self) -> Array:
+    def range_rates_m_per_s(self) -> Floats:
         """How fast (m/s) each AUV and an ASV may come nearer to each other, or go apart, (n,)."""
         return self._known.range_rates_m_per_s
 
-    def misplaced_m(self, sds: float) -> Array:
+    def misplaced_m(self, sds: float) -> Floats:
         """Return how far (m) each AUV may be from where it is believed, (n,), by so many standard
         deviations of fixes: nothing with `positions: truth`.
         """
         return self._known.misplaced_m(self.time, sds)
 
-    def may_hear(self, margins: Array) -> Hearing:
+    def may_hear(self, margins: Floats) -> Hearing:
         """Return which ASVs may hear each AUV, (n, m), that is up to so much, `margins` (n,), m,
         nearer than it is believed to be.
         """

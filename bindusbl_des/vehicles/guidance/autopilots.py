@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...core.arrays import Floats
 from ...records.rows import Row
 from ..hulls import bluerov2 as rov
 from ..hulls import steady_turn
-from ..hulls.frames import Floats
 from . import bluerov2, cybership2, otter, remus100
 
 TURN_MARGIN = 1.3  # over the REMUS's tightest circle: curvature steps, its rudder and yaw do not

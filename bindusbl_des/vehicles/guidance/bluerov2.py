@@ -10,10 +10,10 @@ from math import cos, hypot, sin, sqrt
 
 import numpy as np
 
+from ...core.arrays import Floats
 from ...core.compiled import compiled
 from ...records.rows import Row
 from ..hulls import bluerov2 as hull
-from ..hulls.frames import Floats
 from .belief import Sensed
 from .sensing import half_turn, within
 from .tracks import PathPoint

@@ -9,10 +9,10 @@ from math import copysign, hypot
 
 import numpy as np
 
+from ...core.arrays import Floats
 from ...core.compiled import compiled
 from ...records.rows import Row
 from ..hulls import cybership2 as hull
-from ..hulls.frames import Floats
 from .belief import Sensed
 from .otter import average_fixes
 from .sensing import half_turn, within

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...core.arrays import Floats
 from ...geometry.paths import Path, Segment
 from ...records.rows import Rows
 from ..currents import CONTROL_S
-from ..hulls.frames import Floats
 from ..hulls.models import Model
 from . import flight
 from .autopilots import InitialState, VehicleParameters, follower, keeper

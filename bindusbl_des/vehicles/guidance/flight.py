@@ -9,16 +9,17 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from ...core.arrays import Flags, Floats, Ints
 from ...core.compiled import compiled, inlined
 from ...core.packed import unpacked
 from ...records.rows import LEARNT, Row, Rows
 from ..hulls import rk4
-from ..hulls.frames import Current, Floats, along_body
+from ..hulls.frames import Current, along_body
 from ..logs import X, Y, place_at
 from . import bluerov2, cybership2, drift, logbook, otter, remus100, sensing, tracks
 from .belief import Sensed, SteeringDrift
 from .sensing import Craft, NavigationState
-from .tracks import Flags, Ints, PathPoint, PathTracks
+from .tracks import PathPoint, PathTracks
 
 HEALTHY, BROKEN, ADRIFT, STUCK = range(4)  # how a vehicle fares
 HEADWAY = 0.02  # of the speed demanded: less of it along its path is no headway

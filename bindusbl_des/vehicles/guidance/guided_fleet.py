@@ -7,12 +7,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...core.arrays import Flags, Floats, Ints
 from ...core.packed import Packed
 from ...geometry.paths import Path
 from ...records.rows import LEARNT
 from .. import logs
 from ..hulls import rk4
-from ..hulls.frames import Floats
 from ..hulls.models import find, parameters
 from ..motion import HEADINGS, PLACE, Motion, distance_at, lines, place_at
 from ..vehicle import Place
@@ -22,7 +22,7 @@ from .belief import SteeringDrift
 from .departure import LOST_CIRCLES, PATIENCE_S, DeparturePlan, FlightState, SteeringIntervals
 from .limits import GuidanceError, refuse_impossible, smallest_turn
 from .sensing import Craft
-from .tracks import Flags, Ints, PathTracks
+from .tracks import PathTracks
 
 
 class UnderWay(Protocol):

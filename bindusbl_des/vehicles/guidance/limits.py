@@ -5,8 +5,8 @@ from functools import cache
 
 import numpy as np
 
+from ...core.arrays import Floats
 from ..hulls import MODELS, parameters, steady_speed
-from ..hulls.frames import Floats
 from .autopilots import AUTOPILOTS, PathFollower, VehicleParameters, follower
 
 

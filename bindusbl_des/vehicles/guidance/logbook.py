@@ -4,9 +4,10 @@ from math import hypot
 
 import numpy as np
 
+from ...core.arrays import Floats
 from ...core.compiled import compiled, inlined
 from ..hulls import rk4
-from ..hulls.frames import C_PSI, S_PSI, Floats
+from ..hulls.frames import C_PSI, S_PSI
 from ..hulls.rk4 import MovedVehicle
 from ..logs import (
     COLUMNS,

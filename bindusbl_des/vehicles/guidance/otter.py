@@ -10,10 +10,10 @@ from math import atan2, hypot, sqrt
 
 import numpy as np
 
+from ...core.arrays import Floats
 from ...core.compiled import compiled
 from ...records.rows import Row
 from ..hulls import otter as hull
-from ..hulls.frames import Floats
 from .belief import Sensed
 from .sensing import half_turn, within
 

@@ -8,10 +8,11 @@ from math import asin, atan2, cos, exp, hypot, sin, sqrt
 
 import numpy as np
 
+from ...core.arrays import Floats
 from ...core.compiled import compiled
 from ...records.rows import Row
 from ..hulls import remus100_parameters as hull
-from ..hulls.frames import Floats, cross_flow
+from ..hulls.frames import cross_flow
 from .belief import Posture, Sensed
 from .sensing import half_turn, within
 from .tracks import PathPoint

@@ -3,10 +3,11 @@
 from math import cos, floor, pi, sin
 from typing import NamedTuple
 
+from ...core.arrays import Floats
 from ...core.compiled import inlined
 from ...records.rows import Row, Rows
 from ..hulls import rk4
-from ..hulls.frames import C_PHI, C_PSI, C_THETA, S_PHI, S_PSI, S_THETA, Current, Floats
+from ..hulls.frames import C_PHI, C_PSI, C_THETA, S_PHI, S_PSI, S_THETA, Current
 from ..hulls.rk4 import MovedVehicle
 from ..logs import COS, RATES, SIN, X, Y, Z
 from ..reckoning import (

@@ -10,15 +10,11 @@ from math import atan2, cos, hypot, inf, sin
 from typing import Annotated, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...core.compiled import compiled, inlined
 from ...geometry.paths import PATH_ROW, Path, path_rows
 from ...records.rows import Row, Rows
 from .sensing import half_turn
-
-Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 # Where a vehicle's rows lie: the first, the one past the last, and where a tour begins again (or
 # -1); where a vehicle is: row, metres into it, metres of whole tours behind it

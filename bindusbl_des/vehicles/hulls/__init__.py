@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...core.arrays import Floats
 from .fleet import DivergenceError, Fleet, SteadyTurn, steady_speed, steady_turn
-from .frames import Floats
 from .models import MODELS, Model, find, parameters
 
 __all__ = [

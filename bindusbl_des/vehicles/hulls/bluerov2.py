@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.arrays import Floats
 from ...core.compiled import compiled
-from .frames import C_PHI, C_THETA, S_PHI, S_THETA, Current, Floats, along_body
+from .frames import C_PHI, C_THETA, S_PHI, S_THETA, Current, along_body
 
 STATE = ("x", "y", "z", "phi", "theta", "psi", "u", "v", "w", "p", "q", "r")
 COMMAND = ("X", "Y", "Z", "K", "M", "N")

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.arrays import Floats
 from ...core.compiled import compiled
-from .frames import Current, Floats, along_level_body
+from .frames import Current, along_level_body
 
 STATE = ("x", "y", "psi", "u", "v", "r")
 COMMAND = ("tau_u", "tau_v", "tau_r")

@@ -7,8 +7,8 @@ from math import cos, degrees, inf, isfinite
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...core.arrays import Floats
 from . import rk4
-from .frames import Floats
 from .models import Model, find, parameters
 
 

@@ -9,12 +9,8 @@ Control, chapters 2 (kinematics) and 10 (currents).
 from math import cos, sin
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ...core.arrays import Floats
 from ...core.compiled import inlined
-
-Floats = NDArray[np.float64]
 
 STATION_PAIRS = (
     10  # 21 stations along the hull, one amidships (PythonVehicleSimulator crossFlowDrag)

@@ -6,9 +6,9 @@ from math import isfinite
 from numbers import Real
 from typing import Any
 
+from ...core.arrays import Floats
 from ...core.wording import did_you_mean
 from . import bluerov2, cybership2, otter, remus100, remus100_parameters, rk4
-from .frames import Floats
 
 # A quantity so named is above zero: lags, masses, densities, sizes, and the limits of actuators.
 _ABOVE_ZERO = (

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.arrays import Floats
 from ...core.compiled import compiled
-from .frames import Current, Floats, along_level_body, cross_flow
+from .frames import Current, along_level_body, cross_flow
 
 STATE = ("x", "y", "psi", "u", "v", "r", "n1", "n2")
 COMMAND = ("n1", "n2")

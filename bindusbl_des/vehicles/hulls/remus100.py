@@ -9,18 +9,10 @@ entering consistently; `derivative_pvs` keeps that program's own way with curren
 
 from math import atan2, exp, sqrt
 
+from ...core.arrays import Floats
 from ...core.compiled import compiled, inlined
 from . import remus100_parameters as at
-from .frames import (
-    C_THETA,
-    S_PHI,
-    S_THETA,
-    Current,
-    Floats,
-    along_body,
-    along_level_body,
-    cross_flow,
-)
+from .frames import C_THETA, S_PHI, S_THETA, Current, along_body, along_level_body, cross_flow
 
 STATE = (
     "x", "y", "z", "phi", "theta", "psi", "u", "v", "w", "p", "q", "r",

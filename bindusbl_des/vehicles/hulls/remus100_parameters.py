@@ -9,7 +9,7 @@ from math import log, pi, radians, sqrt
 
 import numpy as np
 
-from .frames import Floats
+from ...core.arrays import Floats
 
 
 @dataclass(frozen=True)

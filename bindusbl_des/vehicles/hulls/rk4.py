@@ -10,9 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...core.arrays import Floats
 from ...core.compiled import compiled, inlined
 from . import bluerov2, cybership2, otter, remus100
-from .frames import ANGLES, C_THETA, Current, Floats, move_rigid_body, move_surface_craft
+from .frames import ANGLES, C_THETA, Current, move_rigid_body, move_surface_craft
 
 REMUS100, REMUS100_PVS, BLUEROV2, OTTER, CYBERSHIP2 = range(5)  # which equations are taken
 

@@ -6,7 +6,7 @@ from platform import libc_ver
 
 import pytest
 
-from bindusbl_des.core.growing import keep_memory
+from bindusbl_des.core.arrays import keep_memory
 
 FAULTS = f"""
 import resource

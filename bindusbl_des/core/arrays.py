@@ -1,9 +1,26 @@
-"""Memory of arrays: taken for rows that are written, and kept for the next mission."""
+"""Types of arrays; their memory, taken for rows that are written and kept for the next mission."""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+
+def real_numbers(answer: Any) -> Floats | None:
+    """Return an answer as a new array; None for what is no array of real numbers.
+
+    >>> real_numbers([[1, 2], [3]]) is None, real_numbers(["1"]) is None, real_numbers([1, 2])
+    (True, True, array([1., 2.]))
+    """
+    try:
+        found = np.asarray(answer)
+        return np.array(found, dtype=np.float64, order="C") if found.dtype.kind in "fiu" else None
+    except (TypeError, ValueError):
+        return None
 
 
 def lengthened(rows: NDArray[Any], length: int) -> NDArray[Any]:
