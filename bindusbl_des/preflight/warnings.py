@@ -13,7 +13,6 @@ from pathlib import Path
 from ..core.plugins import refusal
 from ..scenario.channel_settings import Sound
 from ..scenario.declared import channel_named, instrument_named
-from ..scenario.failing import alive
 from ..scenario.families import CHANNEL, plugins_of, schedule_of
 from ..scenario.files.mistakes import Mistake, ScenarioError
 from ..scenario.files.plain_yaml import Document
@@ -21,6 +20,7 @@ from ..scenario.files.scenario_file import Source, parsed, place_of, place_of_pr
 from ..scenario.instruments.own_sensors import MOST_TOLD, kinds
 from ..scenario.key_types import Renamed
 from ..scenario.part_settings import settings_of
+from ..scenario.planned import alive
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
 from ..scenario.sections.usbl import spacing_m

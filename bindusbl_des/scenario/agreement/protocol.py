@@ -1,48 +1,18 @@
-"""What the parts of a mission must agree on: those that are named, slots where parts need them,
-frames that tell AUVs their slots, channels that reach deep enough, messages that hold a fix.
+"""What the parts of a mission must agree on: slots where parts need them, frames that tell AUVs
+their slots, channels that reach deep enough, messages that hold a fix.
 """
 
 from collections.abc import Iterator
 from importlib.util import find_spec
 
 from ...core.plugins import is_plugin
-from ...core.wording import did_you_mean
-from ...presets.catalogue import CATALOGUE
 from ...presets.modems import airtime_table
 from ..channel_settings import Table
 from ..declared import DOWNLINKS, RANGINGS, broadcaster_named, channel_named
-from ..families import downlink_of, parts_of, ranging_of, schedule_of, tells_slots
+from ..families import downlink_of, ranging_of, schedule_of, tells_slots
 from ..part_choice import PartChoice
-from ..part_settings import shipped_mistakes
 from ..scenario_keys import Problem, ScenarioKeys
 from .vehicles import no_such_asv
-
-
-def parts_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
-    """Yield names of parts that there are not, and wrong settings of those that ship."""
-    for family, name in parts_of(scenario):
-        if name in family.siblings:
-            for setting, message in shipped_mistakes(family, name):
-                yield Problem(f"{family.key}.{setting}", message)
-        elif not (family.is_open and is_plugin(name)):
-            own = ", or your own as module:object" if family.is_open else ""
-            yield Problem(
-                family.key,
-                f"{name!r} is no {family.noun}{did_you_mean(name, family.siblings)} (one of "
-                f"{', '.join(family.siblings)}{own})"
-                f"{_preset(family.key, name)}",
-            )
-
-
-def _preset(key: str, name: str) -> str:
-    """Return where a preset belongs that is named in a part's place; "" for what is none."""
-    section, _, _ = key.rpartition(".")
-    kind, own = ("usbl", "preset") if section == "usbl" else ("modem", "modem")
-    is_there = section.startswith(("usbl", "acoustics")) and any(
-        name == it.name for it in CATALOGUE[kind]
-    )
-    return f"; it is a preset: set {section}.{own} to {name}" if is_there else ""
-
 
 # With these AUVs ping by their own clocks, in no slot that must hold more than a ping.
 OWN_CLOCKS = [name for name, it in RANGINGS.items() if it.own_clocks]
