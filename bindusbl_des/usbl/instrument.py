@@ -117,9 +117,10 @@ def spread_sd(reach: float, levels: Row) -> float:
     return hypot(levels.spread_sd_m, levels.spread_share * reach)
 
 
-# Noise of one measurement: 5 element arrivals, 1 travel time, 3 attitude angles, 3 GNSS axes;
-# what further elements err by stands at the row's end
-NOISE_WIDTH = 12
+# Noise of one measurement: from column 0 on that of 5 element arrivals, then of the travel time, of
+# roll, pitch and heading, and of GNSS along 3 axes; what further elements err by stands at the
+# row's end
+TIME_NOISE, ATTITUDE_NOISE, HEADING_NOISE, GNSS_NOISE, NOISE_WIDTH = 5, 6, 8, 9, 12
 
 # What all measurements of an instrument share: the sound speed that it computes with and the true
 # one (m/s), the noise of one element by itself and with what its clock's steps add (s), that of a
@@ -217,7 +218,9 @@ def sighted(
     seen = cy * ahead + sy * aside, cy * aside - sy * ahead, below
     within = _made_out(seen, snr_db, noise, instrument, instrument.has_sheet)
     believed = rotation(
-        attitude_sd[0] * noise[6], attitude_sd[1] * noise[7], yaw + attitude_sd[2] * noise[8]
+        attitude_sd[0] * noise[ATTITUDE_NOISE],
+        attitude_sd[1] * noise[ATTITUDE_NOISE + 1],
+        yaw + attitude_sd[2] * noise[HEADING_NOISE],
     )
     return turned(believed, within), believed
 
@@ -271,7 +274,7 @@ def clocked(travel_time: float, noise: Floats, instrument: Instrument) -> float:
     """Return a travel time (s) as it is measured; none is negative, whatever the noise."""
     levels, quantum = instrument.levels, instrument.levels.quantum_s
     sd = math.hypot(levels.travel_time_sd_s, levels.path_share * travel_time)
-    measured = travel_time + sd * noise[5]
+    measured = travel_time + sd * noise[TIME_NOISE]
     if quantum > 0.0:
         measured = round(measured / quantum) * quantum
     return float(max(measured, 0.0))
@@ -300,7 +303,7 @@ def placed(
     shrinkage, spread = debias(ahead, covariance, ranging_sd), spread_sd(reach, levels)
     fix = np.empty(3)
     for k in range(3):
-        fix[k] = vessel[k] + levels.gnss_sd_m * noise[9 + k] + shrinkage * ahead[k]
+        fix[k] = vessel[k] + levels.gnss_sd_m * noise[GNSS_NOISE + k] + shrinkage * ahead[k]
         fix[k] += spread * noise[SPREAD_NOISE + k]
         covariance[k, k] += levels.gnss_sd_m**2 + (1.0 - levels.slow_share) * spread**2
     return fix, covariance
@@ -322,7 +325,7 @@ def offset_of(
 @compiled
 def gnss_noise(noise: Floats) -> Vector:
     """Return the numbers along x, y and z that a vessel is off by, in standard deviations."""
-    return noise[9], noise[10], noise[11]
+    return noise[GNSS_NOISE], noise[GNSS_NOISE + 1], noise[GNSS_NOISE + 2]
 
 
 @compiled

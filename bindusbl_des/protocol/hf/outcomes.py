@@ -16,7 +16,7 @@ from ...core.streams import NoiseStore, Purpose, Streams
 from ...records.events import HEARD, IN_FLIGHT
 from ...records.rows import NONE, EventBuffer, Recorder, Row, Rows
 from ...usbl.array import ELEMENTS, plus, scaled
-from ...usbl.instrument import NO_INSTRUMENT, NOISE_WIDTH, Instrument, gnss_noise
+from ...usbl.instrument import HEADING_NOISE, NO_INSTRUMENT, NOISE_WIDTH, Instrument, gnss_noise
 from ...usbl.measuring import Usbl, measured, note
 from ...usbl.own_instrument import OwnInstrument, sounding_of
 from ...usbl.slow_errors import advance, blend
@@ -171,12 +171,12 @@ class Outcomes:
         first = fixes.count
         self.update_arrivals(time)
         while True:
-            self._undecided, _, dry = self._resolve(time, self._undecided)
+            self._undecided, _, dry = self._decide(time, self._undecided)
             if dry == NONE:
                 return range(first, fixes.count)
             self._refill_noise()  # of all at once: settling begins anew each time
 
-    def _resolve(self, time: float, ping: int, only: int = NONE) -> tuple[int, int, int]:
+    def _decide(self, time: float, ping: int, only: int = NONE) -> tuple[int, int, int]:
         """Decide what has passed; return the first ping that has not, and an AUV and an ASV whose
         noise is used up, or NONE.
         """
@@ -214,8 +214,10 @@ class Outcomes:
     def resolve(self, ping: int, row: int) -> bool:
         """Decide one reception of a ping that has passed its ASV; tell whether it made a fix."""
         count = self._record.fixes.count
-        while (dry := self._resolve(0.0, ping, row)[1:])[1] != NONE:
-            self._measuring.noise.refill(*dry)
+        _, auv, asv = self._decide(0.0, ping, row)
+        while asv != NONE:
+            self._measuring.noise.refill(auv, asv)
+            _, auv, asv = self._decide(0.0, ping, row)
         return self._record.fixes.count > count
 
     def update_arrivals(self, time: float) -> None:
@@ -324,7 +326,7 @@ class Outcomes:
             )
             arrived_at = float(alone["arrived_at_s"][0])
             own = plus(own, astray(asv, arrived_at, measuring.systematic))
-        heading = math.remainder(yaw + heading_sd * float(noise[8]), math.tau)
+        heading = math.remainder(yaw + heading_sd * float(noise[HEADING_NOISE]), math.tau)
         return Sight(place, covariance, own, heading)
 
     def close(self, time: float) -> None:

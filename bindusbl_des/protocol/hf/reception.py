@@ -142,7 +142,7 @@ def resolve(
     if only == NONE:
         count = _write_due(by.due, air.pings, first, time)
     for ping in by.due[:count]:
-        dry, makes_fix = _resolve(ping, only, air, slow, echoes, frames, bursts, by.noise)
+        dry, makes_fix = _decide(ping, only, air, slow, echoes, frames, bursts, by.noise)
         if dry != NONE:
             return fix, first, air.pings[ping].auv, dry
         if makes_fix:
@@ -204,7 +204,7 @@ def _write_due(due: Ints, pings: Rows, first: int, time: float) -> int:
 
 
 @compiled
-def _resolve(
+def _decide(
     ping: int, only: int, air: Air, slow: Rows | None, echoes: Rows | None,
     frames: Rows | None, bursts: Rows | None, noise: PairNoise,
 ) -> tuple[int, bool]:  # fmt: skip

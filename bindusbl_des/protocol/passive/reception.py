@@ -13,7 +13,7 @@ from ...core.compiled import compiled
 from ...core.packed import unpacked
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
-from ...usbl.instrument import NOISE_WIDTH, PackedInstrument, instrument_of
+from ...usbl.instrument import GNSS_NOISE, NOISE_WIDTH, PackedInstrument, instrument_of
 from ...usbl.inverted import Hearing, located_astray, located_itself
 from ...usbl.measuring import note
 from ...usbl.sights import copy_direction, unknown_sights
@@ -172,7 +172,9 @@ def _make(
     instrument = instrument_of(by.instrument, has_sheet)
     x, y, z, yaw = where(by.auvs, it.auv, it.arrived_at_s)
     noise = drawn.copy()
-    noise[9:12] = by.gnss_noise[it.ping]  # one error of the ASV for all that hear it
+    noise[GNSS_NOISE:NOISE_WIDTH] = by.gnss_noise[
+        it.ping
+    ]  # one error of the ASV for all that hear it
     own = Hearing(ping, it, (x, y, z), yaw, noise)
     if errors is not None:
         packed_errors = unpacked(errors, PackedErrors)
