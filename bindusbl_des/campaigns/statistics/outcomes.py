@@ -21,7 +21,6 @@ from ...records.metrics import WORST, WORST_IS_LARGEST, AuvMetrics
 from ...results.schemas import mission_numbers, numpy_array, numpy_columns
 from ..storage.folder import CampaignError
 from ..storage.parts import MISSIONS, OK, has_status, metric_schema, read_table
-from .intervals import Floats
 
 # The number of an AUV that there is not.
 NONE = -1
