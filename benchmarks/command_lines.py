@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -83,7 +84,7 @@ def commands(quick: bool, whole_sweep: bool = False) -> dict[str, Any]:
 def _repeated(calls: Sequence[list[str]]) -> dict[str, Any]:
     """Return the times (ms) of some calls; one more before them loads what is cached."""
     call(calls[0] if len(calls[0]) == 1 else [*calls[0][:-1], calls[0][-1] + "-warm"])
-    return spread([clocked(lambda words=words: call(words)) for words in calls])  # type: ignore[misc]
+    return spread([clocked(partial(call, words)) for words in calls])
 
 
 def call(words: Sequence[str]) -> None:

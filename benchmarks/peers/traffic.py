@@ -175,10 +175,12 @@ def _places(result: Result, time: float, auvs: list[int] | None = None) -> tuple
     """Return where vehicles are at an instant: these AUVs, or all AUVs and then all ASVs."""
     tracks = _tracks(result)
     names = list(tracks) if auvs is None else [f"AUV{auv}" for auv in auvs]
-    return tuple(
-        tuple(float(np.interp(time, tracks[name][0], axis)) for axis in tracks[name][1:])  # type: ignore[misc]
-        for name in names
-    )
+    places = []
+    for name in names:
+        times, *axes = tracks[name]
+        x, y, z = (float(np.interp(time, times, axis)) for axis in axes)
+        places.append((x, y, z))
+    return tuple(places)
 
 
 def _tracks(result: Result) -> dict[str, np.ndarray]:

@@ -166,7 +166,7 @@ def _pointer(_: Any, address: Any) -> Any:
 @overload(_unpacked, strict=False, jit_options={"forceinline": True})
 def _open(_: Any, whole: Any) -> Any:
     """Write how a tuple of a class is made of the words of its record."""
-    carray = numba.carray  # type: ignore[attr-defined]
+    carray = numba.carray  # type: ignore[attr-defined]  # not in the stubs
     names: dict[str, Any] = {"carray": carray, "pointer": _pointer, "np": np}
     made, words = _made(whole.instance_class, 0, names)
     source = f"""def implementation(packed, whole):

@@ -106,7 +106,8 @@ def finished(draw: Callable[[float], Figure], width: float, path: str | Path | N
 def fits(text: str, axes: Axes, length: float, size: float) -> bool:
     """Tell whether a text of some size (pt) has room along a length on the x axis."""
     left, right = axes.get_xlim()
-    room = axes.figure.get_figwidth() * 72 * 0.85 * length / (right - left)  # type: ignore[union-attr]
+    width = axes.figure.get_figwidth()  # type: ignore[union-attr]  # no figure in a figure
+    room = width * 72 * 0.85 * length / (right - left)
     return len(text) * 0.5 * size < room
 
 

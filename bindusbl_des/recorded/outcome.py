@@ -152,7 +152,7 @@ def _table(row: type, values: Mapping[str, Any]) -> pa.Table:
     described = [
         pa.field(
             it.name,
-            TYPES[it.type],  # type: ignore[index]
+            TYPES[it.type],  # type: ignore[index]  # the stubs let it be a string
             metadata={"unit": it.metadata["unit"], "meaning": it.metadata["meaning"]}
             | ({"frame": FRAME} if it.name.endswith(("x_m", "y_m", "z_m")) else {}),
         )

@@ -294,7 +294,8 @@ def _navigated(
             f"{name} would not know the noise that is given: give it a parameter `noise`, as in "
             "def __init__(self, reckoning, auvs, *, noise=None), or leave the noise out"
         )
-    own: Any = OwnNavigator(name, make, _Reckoning(log), np.zeros((1, 2)))  # type: ignore[arg-type]
+    reckoning: Any = _Reckoning(log)  # what navigators ask of a DeadReckoning, of a log
+    own: Any = OwnNavigator(name, make, reckoning, np.zeros((1, 2)))
     fixes = _fixes(log)
     seen = np.zeros(len(fixes), dtype=SEEN).view(np.recarray)
     seen["inlier"], seen["density"], seen["taken"] = 1.0, np.nan, True
@@ -312,7 +313,7 @@ def _navigated(
 def _fixes(log: Log) -> Any:
     """Return the fixes of a log as a mission delivers them, each as it holds."""
     fixes = np.zeros(len(log.fixes.times), dtype=FIX)
-    for name, kind in FIX.fields.items():  # type: ignore[union-attr]
+    for name, kind in FIX.fields.items():  # type: ignore[union-attr]  # a record has fields
         fixes[name] = np.nan if kind[0].kind == "f" else NONE
     fixes["fix"], fixes["auv"] = np.arange(len(fixes)), 0
     for name in ("pinged_at_s", "valid_at_s", "broadcast_at_s", "delivered_at_s"):

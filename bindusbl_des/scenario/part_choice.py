@@ -63,7 +63,7 @@ class PartChoice(str):
                 self._read = made.model_validate(given)
             except ValidationError:
                 self._read = made()
-        return self._read  # type: ignore[return-value]
+        return self._read  # type: ignore[return-value]  # of `made`, which is a `model`
 
     @property
     def words(self) -> str:

@@ -201,7 +201,9 @@ def _model_of(found: Any) -> type[BaseModel] | None:
         return None
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a setting may be called `copy`
-        made: type[BaseModel] = create_model("Settings", __base__=Settings, **fields)  # type: ignore[call-overload]
+        made: type[BaseModel] = create_model(  # type: ignore[call-overload]  # keys by name
+            "Settings", __base__=Settings, **fields
+        )
     return made
 
 

@@ -112,8 +112,8 @@ def _numbers(campaign: "Campaign", asvs: int, frame: str) -> Iterator[int]:
 def errors_and_fixes(runs: "Runs") -> Figure:
     """Draw errors in both frames and cumulative fixes, one ASV above, three below."""
     campaign = runs["trajectories"]
-    tracks = read_table(campaign.folder, "tracks").to_pandas()  # type: ignore[union-attr]
-    fixes = read_table(campaign.folder, "fixes").to_pandas()  # type: ignore[union-attr]
+    tracks = read_table(campaign.folder, "tracks").to_pandas()  # type: ignore[union-attr]  # kept
+    fixes = read_table(campaign.folder, "fixes").to_pandas()  # type: ignore[union-attr]  # as well
     figure = new_figure(TWO_COLUMNS, 4.3)
     grid = figure.subplots(2, 3, sharex=True)
     for row, asvs in zip(grid, (1, 3), strict=True):
@@ -405,7 +405,7 @@ def schedulers(runs: "Runs") -> Figure:
 
 def _schedule_handles(sides: list[float]) -> list[Line2D]:
     rates = [
-        Line2D([], [], label=SHOWN[name], **looks)  # type: ignore[arg-type]
+        Line2D([], [], label=SHOWN[name], **looks)  # type: ignore[arg-type]  # words of several types
         for name, looks in SCHEDULE_LOOKS.items()
     ]
     gains = [

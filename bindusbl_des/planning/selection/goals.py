@@ -186,7 +186,7 @@ def _goal(written: object, where: str) -> Goal:
     if isinstance(of, bool) or not isinstance(of, str | int | float):
         raise ValueError(f"{where}.of: needs worst, mean or a share; got {described(of)}")
     limits = {key: None if written.get(key) is None else float(written[key]) for key in KEYS[1:3]}
-    try:
+    try:  # a word other than worst and mean is refused there
         return Goal(written["metric"], limits["below"], limits["above"], of)  # type: ignore[arg-type]
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None
