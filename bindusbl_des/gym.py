@@ -21,8 +21,9 @@ from .core.arrays import Floats
 from .mission.mission import Mission
 from .protocol.schedules.view import Groups, View
 from .scenario.files.scenario_file import as_scenario
-from .scenario.planned import area_of, asv_stations
+from .scenario.planned import asv_stations
 from .scenario.scenario import Scenario
+from .scenario.survey_area import area_of
 
 Observation = NDArray[np.float32]
 

@@ -10,8 +10,9 @@ from ..core.arrays import Floats
 from ..core.plugins import is_plugin
 from ..scenario.declared import channel_named
 from ..scenario.families import broadcaster_of
-from ..scenario.planned import area_of, horizontal_reach
+from ..scenario.planned import horizontal_reach
 from ..scenario.scenario import Scenario
+from ..scenario.survey_area import area_of
 from .channel import AskedChannel, between
 from .loss import losses
 from .messages import messages_of

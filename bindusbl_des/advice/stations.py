@@ -9,9 +9,10 @@ import numpy as np
 from ..core.arrays import Floats
 from ..geometry.formation import formation
 from ..scenario.families import broadcaster_of
-from ..scenario.planned import area_of, held_places, horizontal_reach, tracks_of
+from ..scenario.planned import held_places, horizontal_reach, tracks_of
 from ..scenario.plans import planned_tours
 from ..scenario.scenario import Scenario
+from ..scenario.survey_area import area_of
 
 Score: TypeAlias = tuple[float, float, float]
 

@@ -41,7 +41,8 @@ MARKS = re.compile(rb"^@(compiled|inlined|written_out)$", re.MULTILINE)
 
 # Files that hold no equations, from which equations take numbers and rows.
 NUMBERS = (
-    *("core/compiled.py", "core/packed.py", "core/uncompiled.py", "geometry/paths.py"),
+    *("core/arrays.py", "core/compiled.py", "core/packed.py", "core/uncompiled.py"),
+    "geometry/paths.py",
     "navigation/correcting.py",
     *("planning/prediction/sights.py", "records/events.py"),
     *("records/rows.py", "vehicles/hulls/remus100_parameters.py"),

@@ -21,8 +21,9 @@ from ..core.files import write_text
 from ..geometry.formation import keep_station
 from ..geometry.geodesy import geodetic_from_ned
 from ..scenario.on_earth import origin_of
-from ..scenario.planned import area_of, horizontal_reach, stations_kept
+from ..scenario.planned import horizontal_reach, stations_kept
 from ..scenario.plans import planned_paths
+from ..scenario.survey_area import area_of
 
 if TYPE_CHECKING:
     from ..results.result import Result

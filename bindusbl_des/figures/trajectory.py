@@ -13,8 +13,8 @@ from matplotlib.patches import Circle, Polygon
 from ..core.arrays import Floats
 from ..core.palette import HF, INK, MF, PLANNED
 from ..geometry.geodesy import east_north
-from ..scenario.planned import area_of
 from ..scenario.plans import planned_paths
+from ..scenario.survey_area import area_of
 from .style import (
     LARGEST_LEGEND,
     add_lines,

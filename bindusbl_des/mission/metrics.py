@@ -20,8 +20,8 @@ from ..records.worst import worst_of
 from ..results.schemas import never_null
 from ..results.tables import begun, from_numbers, from_rows
 from ..scenario.families import ranging_of, schedule_of
-from ..scenario.planned import area_of
 from ..scenario.sections.acoustics import Band
+from ..scenario.survey_area import area_of
 from ..scenario.water import sound_speed_of
 from ..vehicles.motion import places
 from .accuracy import TRACK_POINT, note_accuracy, refuse, track_points

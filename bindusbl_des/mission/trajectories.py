@@ -10,9 +10,9 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..navigation.dead_reckoning import Odometry
-from ..scenario.planned import area_of, swath_of
 from ..scenario.plans import plans_of
 from ..scenario.scenario import Scenario
+from ..scenario.survey_area import area_of, swath_of
 from ..vehicles.fleet import Fleet, VehicleTrack
 from ..vehicles.sweeping import Sweep, sweep
 from ..vehicles.vehicle import Vehicle

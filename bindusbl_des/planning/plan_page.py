@@ -15,8 +15,9 @@ from ..report.page import THEME, assembled, asset, filled, number, table
 from ..report.run_data import survey_data
 from ..report.run_page import footer
 from ..scenario.declared import NAVIGATORS
-from ..scenario.planned import area_of, asv_stations
+from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
+from ..scenario.survey_area import area_of
 from .prediction.inputs import Inputs, inputs_of
 
 Record = Mapping[str, Any]

@@ -12,8 +12,8 @@ from typing import Any
 from ..advice.stations import Ways
 from ..core.wording import counted
 from ..scenario import declared
-from ..scenario.planned import area_of
 from ..scenario.scenario import Scenario
+from ..scenario.survey_area import area_of
 from .candidates import (
     COUNT,
     DOWNLINK,

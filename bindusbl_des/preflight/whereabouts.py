@@ -5,10 +5,10 @@ from collections.abc import Iterator, Sequence
 
 from ..scenario.declared import channel_named
 from ..scenario.on_earth import positioned, positioned_stations, recorded_track
-from ..scenario.planned import area_of, lanes_heading
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
 from ..scenario.sections.placements import Formation
+from ..scenario.survey_area import area_of, lanes_heading
 
 # Vehicles of which the same is to be said are named up to so many.
 MOST_NAMED = 5

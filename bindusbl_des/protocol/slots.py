@@ -11,8 +11,8 @@ from ..acoustics.messages import Messages, messages_of
 from ..core.clock import Clock, ExactClock, TickClock
 from ..core.plugins import PluginError, asked, loaded, shown
 from ..scenario.families import RANGING
-from ..scenario.planned import area_of
 from ..scenario.scenario import Scenario
+from ..scenario.survey_area import area_of
 from ..scenario.water import assumed_sound_speed_of
 
 # eq. guard, UL_min, DL_guard, DL_min: factors of the crossing time

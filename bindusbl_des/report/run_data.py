@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from ..scenario.declared import channel_named
 from ..scenario.on_earth import origin_of
-from ..scenario.planned import area_of, horizontal_reach
+from ..scenario.planned import horizontal_reach
 from ..scenario.plans import planned_paths
+from ..scenario.survey_area import area_of
 from ..scenario.water import sound_speed_of
 from .envelope import error_envelope
 from .page import Packer

@@ -12,7 +12,7 @@ from ..core.wording import plain
 from ..results.summary import rounds_text
 from ..scenario.families import leave_of
 from ..scenario.instruments.own_sensors import drift_text
-from ..scenario.planned import area_of
+from ..scenario.survey_area import area_of
 from .calibration import calibration_text
 from .envelope import envelope_made_of
 from .page import THEME, Packer, assembled, asset, filled, flat, number, table

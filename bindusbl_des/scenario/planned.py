@@ -1,5 +1,4 @@
-"""What a scenario plans: the area of its survey, where its vehicles are to go or to keep station,
-and which ASVs fail, when.
+"""Where the vehicles of a scenario are to go or to keep station, and which ASVs fail, when.
 
 Whoever wants to know asks here: what somebody's own placement or route says is asked for once.
 """
@@ -10,15 +9,14 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from ..core.plugins import PluginError, load
-from ..geometry.area import Area, polygon, rectangle
 from .families import PLACEMENT, ROUTE
-from .key_types import Point, Position
-from .on_earth import in_metres, origin_of, positioned, positioned_stations, recorded_tracks
+from .key_types import Point
+from .on_earth import positioned, positioned_stations, recorded_tracks
 from .part_choice import PartChoice
 from .scenario_keys import ScenarioKeys
 from .sections.placements import OwnPlacement
 from .sections.routes import Hold, Lawnmower, OwnRoute, Track, Waypoints
-from .sections.survey import Survey
+from .survey_area import area_of
 
 if TYPE_CHECKING:
     from ..core.arrays import Floats
@@ -26,39 +24,6 @@ if TYPE_CHECKING:
     from ..vehicles.fleet import Failures
     from ..vehicles.tracks import Track as RecordedTrack
     from .own_plans import PlanView, Points, Tracks
-
-
-def area_of(scenario: ScenarioKeys) -> Area:
-    """Return the area to be surveyed.
-
-    Raises:
-        ValueError: when its polygon is none, saying why.
-    """
-    return _area(scenario.survey, origin_of(scenario) if scenario.survey.area else None)
-
-
-@lru_cache(maxsize=16)
-def _area(survey: Survey, origin: Position | None) -> Area:
-    turn = math.radians(survey.rotation_deg)
-    if origin is not None:
-        return polygon(in_metres(survey.corners_deg, origin))
-    if survey.polygon_m is not None:
-        return polygon(survey.polygon_m)
-    if survey.size_m is not None:
-        return rectangle(*survey.size_m, turn)
-    assert survey.side_m is not None, "a scenario has one shape"
-    return rectangle(survey.side_m, survey.side_m, turn)
-
-
-def swath_of(scenario: ScenarioKeys) -> float | None:
-    """Return how wide (m) a strip an AUV surveys; None where nobody says."""
-    return scenario.survey.swath_m or getattr(scenario.auvs.route, "lane_spacing_m", None)
-
-
-def lanes_heading(scenario: ScenarioKeys) -> float:
-    """Return the heading of the frame in which routes are planned (rad): that of the lanes."""
-    asked = getattr(scenario.auvs.route, "lane_heading_deg", None)
-    return area_of(scenario).turn if asked is None else math.radians(asked)
 
 
 class NoStations(ValueError):

@@ -10,7 +10,6 @@ from pydantic_core import PydanticCustomError
 
 from ..core.wording import plain, shortened
 from .agreement.consistency import problems
-from .planned import area_of
 from .scenario_keys import Problem, Record, ScenarioKeys
 from .sections.acoustics import Acoustics
 from .sections.environment import Environment
@@ -19,6 +18,7 @@ from .sections.protocol import Protocol
 from .sections.survey import SURVEY, Survey, SurveyEnd
 from .sections.usbl import UsblSection
 from .sections.vehicles import Asvs, Auvs
+from .survey_area import area_of
 
 Answer = TypeVar("Answer")
 Keys = Mapping[str, Any]

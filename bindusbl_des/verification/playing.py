@@ -16,8 +16,9 @@ from ..core.arrays import Floats
 from ..mission.simulation import simulate
 from ..results.result import Result
 from ..scenario.families import ranging_of
-from ..scenario.planned import area_of, asv_stations, known_stations
+from ..scenario.planned import asv_stations, known_stations
 from ..scenario.scenario import Scenario
+from ..scenario.survey_area import area_of
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
 from .case import REFUSED, UNDECIDED, Case, Plan, SignalPair
 

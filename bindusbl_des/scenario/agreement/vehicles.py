@@ -7,11 +7,11 @@ from math import dist
 from ...geometry.lanes import lane_count
 from ..key_types import Position
 from ..on_earth import origin_of, positioned
-from ..planned import area_of, lanes_heading
 from ..scenario_keys import Problem, ScenarioKeys
 from ..sections.placements import Formation
 from ..sections.survey import SHAPES
 from ..sections.vehicles import Failure
+from ..survey_area import area_of, lanes_heading
 
 MOST_LANES = 100_000
 
