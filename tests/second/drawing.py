@@ -126,8 +126,11 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
         failures = [{"asv": draw.randrange(ships), "at_s": at, "until_s": until}]
     if protocol["ranging"] == "passive":
         protocol["positions"] = "truth"
-    # Ranges of another speed of sound would make fixes uncertain
-    certain = named(protocol["schedule"]) != "worst_first"
+    # Ranges of another speed of sound, and motion between call and answer, make fixes uncertain
+    carried = protocol["positions"] == "carried_forward"
+    if carried and named(protocol["ranging"]) == "twtt":
+        protocol["positions"] = "last_fix"
+    certain = named(protocol["schedule"]) != "worst_first" and not carried and not told
     overfull = "split" if told or protocol["broadcaster"] == "parallel" else draw.choice(OVERFULL)
     return {
         "name": f"second_{seed}",

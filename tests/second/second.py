@@ -1,20 +1,15 @@
 """A second implementation of the protocols, written from docs/model.md and docs/protocols.md alone.
 
 Plain Python: no numba, no SimPy, nothing of the package, whose source its author had not read. Time
-goes on in the loops of `fly`; what a vehicle hears is found by comparing all intervals at it. It
-knows the disc without loss, ASVs at rest and AUVs on straight legs. Vehicles are called as in the
-tables, whose rows it makes. What the simulator draws by lot or measures it is given (`Given`).
+goes on in the loops of `fly`, which makes the rows of the tables. What the simulator draws by lot
+or measures it is given (`Given`).
 """
 
-import csv
 import math
 from collections import defaultdict
 from dataclasses import dataclass, field
-from itertools import pairwise
 
-Row = dict[str, object]
-Place = tuple[float, float, float]
-AN_INSTANT = 1e-9  # s: what lies closer together is at the same time
+from medium import AN_INSTANT, Medium, Place, Row, Sound, horizontal, named
 
 
 @dataclass
@@ -31,43 +26,13 @@ class Given:
     measured: dict[tuple[str, float], Place] = field(default_factory=dict)
 
 
-@dataclass(eq=False)
-class Sound:
-    """A ping, a call or a frame: its row, when it is where, and who is within its reach.
-
-    It is whole if its sender works on until its end; `in_vain` says why a turn brought no ping.
-    """
-
-    band: str
-    row: Row
-    at: dict[str, tuple[float, float]] = field(default_factory=dict)
-    reached: list[str] = field(default_factory=list)
-    whole: bool = True
-    in_vain: str | None = None
-    fixes: list[Row] = field(default_factory=list)
-
-
-class Second:
+class Second(Medium):
     """A mission, flown by `fly`; its events are in `rounds`, `pings`, `frames` and `fixes`."""
 
     def __init__(self, keys: Row, given: Given) -> None:
         """Take a scenario's keys, of which all that matter here are given."""
-        self.given, self.end = given, keys["duration_s"]
-        self.hf, self.mf, self.keys = (
-            keys["acoustics"]["hf"],
-            keys["acoustics"]["mf"],
-            keys["protocol"],
-        )
-        self.ping_s, self.speed = self.hf["ping_s"], keys["environment"]["sound_speed_m_per_s"]
-        self.auvs = [f"AUV{i}" for i in range(keys["auvs"]["count"])]
-        self.asvs = [f"ASV{j}" for j in range(keys["asvs"]["count"])]
-        self.legs = dict(zip(self.auvs, legs(keys), strict=True))
-        stations = keys["asvs"]["formation"]["positions_m"]
-        self.legs |= {j: [(0.0, x, y, 0.0)] for j, (x, y) in zip(self.asvs, stations, strict=True)}
-        self.failures = [
-            (f"ASV{f['asv']}", f["at_s"], f["until_s"] or math.inf)
-            for f in keys["asvs"]["failures"]
-        ]
+        super().__init__(keys)
+        self.given = given
         self.schedule, self.schedule_keys = named(self.keys["schedule"])
         self.downlink, self.downlink_keys = named(self.keys["downlink"])
         self.broadcaster, self.broadcaster_keys = named(self.keys["broadcaster"])
@@ -76,7 +41,6 @@ class Second:
         self.drift = math.hypot(*own["velocity_bias_m_per_s"]), own["random_walk_m_per_sqrt_s"]
         self.random_access = self.schedule in ("aloha", "slotted_aloha", "csma")
         self.replies, self.passive = self.downlink == "direct_reply", self.ranging == "passive"
-        self.instant = self.downlink_keys.get("reply") == "instant"
         self.called = self.ranging == "twtt" or self.schedule == "polling"
         knowledge, self.knowledge_keys = named(self.keys.get("knowledge", "shared"))
         self.told = knowledge == "broadcast" and not (
@@ -91,14 +55,15 @@ class Second:
         self.fixes: list[Row] = []
         self.passing: list[Sound] = []  # pings whose fate is open
         self.waiting: list[Row] = []  # fixes that wait for the downlink
-        self.known = {i: self.where(i, 0.0) for i in self.auvs}  # where fixes put the AUVs
-        self.plans: dict[int, tuple[list[list[str]], int]] = {}  # of rounds
-        self.ends: dict[int, list[float]] = {}  # of their slots with super_tdma, since they began
-        self.tellers: dict[int, Sound] = {}  # frames that name the slots of rounds
+        # Where fixes put the AUVs, and when; what was planned for rounds, when slots of
+        # `super_tdma` end in them, and which frames name their slots
+        self.known = {i: self.where(i, 0.0) for i in self.auvs}
         self.known_at = dict.fromkeys(self.auvs, 0.0)
+        self.plans: dict[int, tuple[list[list[str]], int]] = {}
+        self.ends: dict[int, list[float]] = {}
+        self.tellers: dict[int, Sound] = {}
         self.turns: dict[str, list[int]] = defaultdict(list)  # rounds, if somebody hears the AUV
         self.free = self.waited = 0.0  # end of the last downlink slot; time without ASVs
-        self.ears: dict[tuple[str, str], list[tuple[float, float, object]]] = defaultdict(list)
 
     # Time slots
 
@@ -124,82 +89,6 @@ class Second:
         )
         self.slot_s = max(slot, given("shortest_uplink_slot_s", 2.5)) + self.reply_s
 
-    def after(self, start: float, duration: float) -> float:
-        """Return the instant so much later, on a tick where there are ticks."""
-        rate = self.keys["tick_rate_hz"]
-        if rate is None or duration == math.inf:
-            return start + duration
-        return math.ceil((start + duration) * rate - 1e-7) / rate
-
-    # Vehicles and sound
-
-    def where(self, vehicle: str, time: float) -> Place:
-        """Return where a vehicle is: on one of its legs, or at rest."""
-        points = self.legs[vehicle]
-        for (begin, *a), (end, *b) in pairwise(points):
-            if time <= end:
-                share = (time - begin) / (end - begin)
-                return tuple(p + share * (q - p) for p, q in zip(a, b, strict=True))
-        return points[-1][1:]
-
-    def works(self, vehicle: str, begin: float, end: float | None = None) -> bool:
-        """Tell whether a vehicle works at an instant, or all the time from one to another."""
-        return not any(
-            asv == vehicle and at <= (begin if end is None else end) and begin < until
-            for asv, at, until in self.failures
-        )
-
-    def working(self, time: float) -> list[str]:
-        """Return the ASVs that work at an instant."""
-        return [j for j in self.asvs if self.works(j, time)]
-
-    def reaches(self, a: Place, b: Place, margin: float = 0.0) -> bool:
-        """Tell whether two places are within HF range of each other."""
-        distance = math.dist(a, b) if self.hf["range_metric"] == "slant" else horizontal(a, b)
-        return distance <= self.hf["range_m"] + margin
-
-    def arrival(self, source: Place, vehicle: str, time: float) -> float:
-        """Return when what is sent somewhere reaches a vehicle: the light-time equation."""
-        late = 0.0
-        for _ in range(8 if len(self.legs[vehicle]) > 1 else 1):
-            late = math.dist(source, self.where(vehicle, time + late)) / self.speed
-        return time + late
-
-    def spread(self, sound: Sound, sender: str, time: float, lasts: float, to: list[str]) -> Sound:
-        """Let a sound go to vehicles: a ping or call on HF, a frame on MF."""
-        place = self.where(sender, time)
-        for it in to:
-            begin, at = self.arrival(place, it, time), self.where(it, time)
-            if sound.band == "hf":
-                sound.at[it], near = (begin, begin + lasts), self.reaches(place, at)
-            else:
-                sound.at[it] = (begin, self.arrival(place, it, time + lasts))
-                near = self.instant or horizontal(place, at) <= self.mf["range_m"]
-            if near:
-                sound.reached.append(it)
-                if sound.in_vain is None:
-                    self.ears[sound.band, it].append((*sound.at[it], sound))
-        return sound
-
-    def in_range(self, sound: Sound) -> list[str]:
-        """Return who is in range of a sound: whom it reaches, and who works then."""
-        return [it for it in sound.reached if self.works(it, sound.at[it][0])]
-
-    def outcome(self, sound: Sound, at: str, end: float | None = None) -> str:
-        """Return what becomes of a sound at a vehicle, the first that holds, once all is known."""
-        begin, until = sound.at[at]
-        if at not in self.in_range(sound):
-            return "out_of_range"
-        if sound.in_vain is not None:
-            return sound.in_vain
-        if until > (self.end if end is None else end):
-            return "in_flight"
-        if not sound.whole or not self.works(at, begin, until):
-            return "lost"
-        others = ((a, b) for a, b, other in self.ears[sound.band, at] if other is not sound)
-        early, late = until - AN_INSTANT, begin + AN_INSTANT
-        return "collided" if any(a < early and late < b for a, b in others) else "heard"
-
     # Who pings when
 
     def believed(self, time: float) -> dict[str, Place]:
@@ -222,7 +111,7 @@ class Second:
             i: {j for j in at if self.reaches(place, at[j], margin)}
             for i, place in self.launch.items()
         }
-        rivals = {i: {k for k in self.auvs if k != i and by[i] & by[k]} for i in self.auvs}
+        rivals = rivals_of(by)
         groups = [] if self.random_access else self.groups(number, time, by, rivals)
         return groups, 0 if self.passive else sum(map(len, rivals.values())) // 2
 
@@ -230,7 +119,7 @@ class Second:
         """Begin a round; return its ping groups."""
         number = len(self.rounds)
         if not self.told or number < self.ahead:  # `ahead` rounds are agreed before the launch
-            self.plans[number] = self.plan(number, start if not self.told else 0.0)
+            self.plans[number] = self.plan(number, 0.0 if self.told else start)
         groups, conflicts = self.plans[number]
         row: Row = {
             "round": number,
@@ -457,8 +346,7 @@ class Second:
             j: {i for i in self.auvs if horizontal(places[i], at[j]) <= self.mf["range_m"]}
             for j in order
         }
-        rivals = {j: {k for k in order if k != j and hear[j] & hear[k]} for j in order}
-        return [{j: shares.get(j, []) for j in group} for group in coloured(rivals)]
+        return [{j: shares.get(j, []) for j in group} for group in coloured(rivals_of(hear))]
 
     def chosen(self, at: dict[str, Place], fixes: list[Row]) -> str:
         """Return which of the ASVs that work broadcasts fixes."""
@@ -646,6 +534,11 @@ class Second:
         return time
 
 
+def rivals_of(listeners: dict[str, set[str]]) -> dict[str, set[str]]:
+    """Return with whom each sender has a listener in common."""
+    return {i: {k for k in listeners if k != i and listeners[i] & listeners[k]} for i in listeners}
+
+
 def coloured(rivals: dict[str, set[str]], by_saturation: bool = False) -> list[list[str]]:
     """Colour a conflict graph greedily, in order or (DSATUR) by colours and rivals around."""
     colours: dict[str, int] = {}
@@ -659,31 +552,3 @@ def coloured(rivals: dict[str, set[str]], by_saturation: bool = False) -> list[l
             free.sort(key=lambda i: (-len(around(i)), -len(rivals[i])))
         colours[free[0]] = min(set(range(len(rivals))) - around(free[0]))
     return [[i for i in rivals if colours[i] == k] for k in range(max(colours.values()) + 1)]
-
-
-def named(part: object) -> tuple[str, Row]:
-    """Return the name of a part and its settings."""
-    return (part["model"], part) if isinstance(part, dict) else (str(part), {})
-
-
-def horizontal(a: Place, b: Place) -> float:
-    """Return the horizontal distance of two places."""
-    return math.hypot(a[0] - b[0], a[1] - b[1])
-
-
-def legs(keys: Row) -> list[list[tuple[float, ...]]]:
-    """Return of each AUV when it is where (time, x, y, depth): its track, its leg or its place."""
-    route, depth = keys["auvs"]["route"], keys["survey"]["depth_m"]
-    if route["kind"] == "hold":
-        return [[(0.0, x, y, depth)] for x, y in route["positions_m"]]
-    found = []
-    for path in route.get("files", ()):
-        with open(path, newline="") as file:
-            rows = list(csv.DictReader(file))
-        found.append(
-            [tuple(float(r[k]) for k in ("time_s", "x_m", "y_m", "depth_m")) for r in rows]
-        )
-    for a, b in route.get("points_m", ()):
-        way = math.dist(a, b) / keys["auvs"]["speed_m_per_s"]
-        found.append([(0.0, *a, depth), (way, *b, depth)])
-    return found
