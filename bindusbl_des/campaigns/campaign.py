@@ -16,6 +16,7 @@ from ..core.files import folder_draft, write_text
 from ..results.result import face
 from .experiments.experiment import Experiment
 from .experiments.plan import ExperimentPlan, fingerprint
+from .statistics.findings import findings
 from .statistics.outcomes import outcomes
 from .statistics.points_table import points_table, seeds_wanted
 from .storage.folder import LOCK, CampaignError, damaged_record, is_locked, read_record
@@ -116,7 +117,7 @@ class Campaign:
 
     def summary(self) -> str:
         """Return what `sweep` prints: a row per point, and what the points show."""
-        return points_table(self.folder, self.plan)
+        return points_table(self.folder, self.plan, findings(self.folder, self.plan))
 
     def report(self, path: str | Path | None = None) -> str:
         """Return the report, one HTML page that opens offline; also write it to `path`, if given.

@@ -17,7 +17,7 @@ from ..report.run_page import footer
 from ..results.schemas import mission_numbers, schema
 from .failures import failures_in
 from .statistics.differences import key_effects
-from .statistics.findings import findings
+from .statistics.findings import Findings, findings
 from .statistics.intervals import intervals
 from .statistics.naming import short_names, written
 from .statistics.outcomes import JUDGED, MEANS, MissionOutcomes, lower_is_better, outcomes
@@ -135,14 +135,15 @@ FIRST = (*JUDGED, "worst_fix_benefit_m", *MEANS)
 TABLED = (*JUDGED[:3], "worst_fix_benefit_m", MEANS[0])
 # A larger campaign shows its first points; its tables hold them all.
 MOST_POINTS = 500
-# Metrics of all missions that are in memory at a time
-AT_A_TIME = 8
+# Values of metrics that are in memory at a time: few metrics of many missions, or all of few
+MOST_VALUES = 1_000_000
 # More failures than this are counted, and found in the folder.
 MOST_FAILURES = 200
 
 
-def sweep_page(campaign: "Campaign") -> str:
-    """Return the report of a campaign, finished or not, as HTML."""
+def sweep_page(campaign: "Campaign", said: Findings | None = None) -> str:
+    """Return the report of a campaign, finished or not, as HTML; `said` is found unless given."""
+    said = said or findings(campaign.folder, campaign.plan)
     packer, points = Packer(), len(campaign.plan.points)
     metrics = [*FIRST, *(name for name in mission_numbers() if name not in FIRST)]
     found = outcomes(campaign.folder, FIRST)
@@ -155,14 +156,14 @@ def sweep_page(campaign: "Campaign") -> str:
         "metrics": described(metrics),
         "points": [packer.add(column) for column in value_numbers(campaign)],
         "seeds": len(campaign.plan.experiment.seeds),
-        "statistics": dict(_statistics(campaign, metrics, packer)),
+        "statistics": dict(_statistics(campaign, metrics, len(found.mission), packer)),
         "count": packer.add(well),
         "failed": packer.add(ran - well),
     }
-    failures = failures_in(campaign.folder)
+    failures, story = failures_in(campaign.folder), _story(campaign, found, said)
     body = (
         _head(campaign)
-        + f'<section id="story"><h2>What this sweep found</h2>{_story(campaign, found)}</section>'
+        + f'<section id="story"><h2>What this sweep found</h2>{story}</section>'
         + Template(asset("sweep.html")).substitute(
             heat=heat_table(campaign, found, FIRST[0], varied),
             fewest=fewest_tables(campaign, found, tried) if tried else "",
@@ -177,12 +178,12 @@ def sweep_page(campaign: "Campaign") -> str:
 
 
 def _statistics(
-    campaign: "Campaign", metrics: Sequence[str], packer: Packer
+    campaign: "Campaign", metrics: Sequence[str], missions: int, packer: Packer
 ) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield each metric with its statistics at all points, some metrics in memory at a time."""
-    points = len(campaign.plan.points)
-    for first in range(0, len(metrics), AT_A_TIME):
-        some = metrics[first : first + AT_A_TIME]
+    points, at_a_time = len(campaign.plan.points), max(1, MOST_VALUES // max(missions, 1))
+    for first in range(0, len(metrics), at_a_time):
+        some = metrics[first : first + at_a_time]
         found = outcomes(campaign.folder, some)
         yield from ((name, packed_statistics(found, name, points, packer)) for name in some)
 
@@ -197,9 +198,8 @@ def _head(campaign: "Campaign") -> str:
     return f"<header><div>{head}</div>{THEME}</header>"
 
 
-def _story(campaign: "Campaign", found: MissionOutcomes) -> str:
+def _story(campaign: "Campaign", found: MissionOutcomes, said: Findings) -> str:
     """Return what was found: the best point, harm and want of fixes, the effect of each key."""
-    said = findings(campaign.folder, campaign.plan)
     first, _, rest = said.best.partition(". ")
     story = f'<p class="verdict">{_text(first.removesuffix("."))}.</p>'
     story += f"<p>{_text(rest)} {_text(said.sure)}</p>" if rest or said.sure else ""

@@ -14,6 +14,7 @@ from .options import bare_keys, json_option, mission_metrics, out_option
 if TYPE_CHECKING:
     from ..campaigns.campaign import Campaign
     from ..campaigns.compare import Comparison
+    from ..campaigns.statistics.findings import Findings
     from ..results.result import Result
     from ..scenario.scenario import Scenario
 
@@ -141,12 +142,12 @@ def report(
         say(str(path))
 
 
-def leave_report(campaign: "Campaign") -> None:
+def leave_report(campaign: "Campaign", said: "Findings") -> None:
     """Write the report of a campaign into its folder; a sweep is no failure for want of one."""
     from ..campaigns.page import sweep_page
 
     try:
-        _write(campaign.folder / PAGE, sweep_page(campaign))
+        _write(campaign.folder / PAGE, sweep_page(campaign, said))
     except (BadInput, ValueError) as error:
         talk(str(error))
     else:

@@ -264,16 +264,14 @@ def _report(campaign: "Campaign", as_json: bool, *, merged: bool = False) -> Non
 
     with mistakes_text():  # what an older version ran may lack a metric
         state = campaign.state()
-        if as_json:
-            said = findings(campaign.folder, campaign.plan).sentences()
-        else:
-            shown = points_table(campaign.folder, campaign.plan)
+        said = findings(campaign.folder, campaign.plan)
+        shown = "" if as_json else points_table(campaign.folder, campaign.plan, said)
     if as_json:
-        print_json({**_summary(campaign), "findings": said})
+        print_json({**_summary(campaign), "findings": said.sentences()})
     else:
         say(shown)
         say(f"Results: {campaign.folder}")
-    leave_report(campaign)
+    leave_report(campaign, said)
     context = click.get_current_context()
     if state.failed:
         with mistakes_text():

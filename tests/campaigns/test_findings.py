@@ -23,7 +23,6 @@ from bindusbl_des.campaigns.statistics.findings import (
 from bindusbl_des.campaigns.statistics.intervals import intervals
 from bindusbl_des.campaigns.statistics.outcomes import fleets
 from bindusbl_des.campaigns.statistics.points_table import _lines as points_table_lines
-from bindusbl_des.campaigns.statistics.points_table import points_table
 from bindusbl_des.figures.style import styled
 from bindusbl_des.figures.sweeps import curves, heatmap
 
@@ -119,7 +118,7 @@ def test_the_worst_of_each_mission_counts(made: Make) -> None:
     assert (
         "At A AUV0 is the worst in 2 of 4 seeds, AUV1 in 2; at B AUV0 is the worst in all" in told
     )
-    assert "AUV0 2/4" in points_table(campaign.folder, campaign.plan)
+    assert "AUV0 2/4" in campaign.summary()
 
 
 def starving(scenario: Scenario, seed: int) -> Fleet:
@@ -274,7 +273,7 @@ def test_one_seed_is_not_sure(made: Make) -> None:
         "more seeds."
     )
     assert len(found.harm) == 1
-    assert "+-" not in points_table(campaign.folder, campaign.plan).partition("error (mean")[0]
+    assert "+-" not in campaign.summary().partition("error (mean")[0]
 
 
 def test_equal_points_are_the_same(made: Make) -> None:
@@ -320,7 +319,7 @@ def test_nothing_is_found_where_all_fails(made: Make) -> None:
 
     campaign = made(fleet, count=[2, 3])
     assert said(campaign).sentences() == ["No mission has gone well: all 8 failed."]
-    assert "0/4      -" in points_table(campaign.folder, campaign.plan)
+    assert "0/4      -" in campaign.summary()
     assert "No mission has gone well: all 8 failed." in sweep_page(campaign)
     assert call("compare", "c").stderr == (
         "nothing to compare: no seed has a result at both points of a pair\n"
@@ -335,7 +334,7 @@ def test_values_that_are_missing_are_counted(made: Make) -> None:
         return [auv(float("nan") if broken else 0.5 + noise(seed))]
 
     campaign = made(fleet, count=[2, 3])
-    assert "(3/4)" in points_table(campaign.folder, campaign.plan)
+    assert "(3/4)" in campaign.summary()
     row = compare("c", metrics=["position_error_m"]).iloc[0]
     assert (row.missions, row.pairs, row.baseline_whole, row.other_whole) == (4, 3, 3, 3)
     assert "3 of 4 paired seeds" in call("compare", "c", "--metric", "position_error_m").stdout
@@ -365,7 +364,7 @@ def test_intervals_say_what_they_contain(made: Make, sd: tuple[float, ...]) -> N
         return [auv(0.5 + noise(seed) + scenario.navigation.velocity_bias_sd_m_per_s)]
 
     campaign = made(fleet, sd=list(sd), count=[2, 3])
-    told = flat(points_table(campaign.folder, campaign.plan))
+    told = flat(campaign.summary())
     compared = flat(call("compare", "c", "--by", "count").stdout)
     for text in (told, compared, sweep_page(campaign)):
         assert CONTENTS[sd].lower() in text.lower()

@@ -1,5 +1,6 @@
 """What commands do for each part of a large campaign: files opened and looked at, never time."""
 
+import gc
 import json
 import os
 import random
@@ -256,3 +257,18 @@ def test_status_loads_no_machinery_of_missions(in_parts: Callable[[int], Path]) 
     )
     assert told.stdout.splitlines()[-1] == "loaded", told.stderr
     assert "done      7" in told.stdout
+
+
+def test_what_is_read_of_a_part_leaves_memory_with_it(in_parts: Callable[[int], Path]) -> None:
+    """Commands seldom look for garbage: what only that frees would be gigabytes of many parts."""
+    campaign = load_campaign(in_parts(5))
+    gc.collect()
+    gc.disable()
+    try:
+        assert len(campaign.missions) == 5 * IN_PART
+        running.compact(campaign.folder)
+        campaign.report()
+        left = [it for it in gc.get_objects() if type(it) in (pq.FileMetaData, pq.ParquetFile)]
+    finally:
+        gc.enable()
+    assert not left

@@ -11,7 +11,7 @@ from ...core.wording import lettered
 from ..experiments.experiment import checkpoints
 from ..experiments.plan import ExperimentPlan
 from ..storage.parts import MISSIONS
-from .findings import findings
+from .findings import Findings
 from .intervals import Interval, interval
 from .naming import short_key, written
 from .outcomes import JUDGED, MissionOutcomes, outcomes
@@ -134,7 +134,7 @@ SHORTEST_KEY = 4
 MOST_ROWS = 40
 
 
-def points_table(folder: Path, plan: ExperimentPlan) -> str:
+def points_table(folder: Path, plan: ExperimentPlan, said: Findings) -> str:
     """Return a row per point: its values, missions, what its worst AUV got; then the findings.
 
     Means are over the missions that went well, with 95 % intervals.
@@ -150,10 +150,10 @@ def points_table(folder: Path, plan: ExperimentPlan) -> str:
     lines = _lines(rows)
     if len(plan.points) > MOST_ROWS:
         lines.append(f"... {len(plan.points) - MOST_ROWS} more points in {MISSIONS}/")
-    return "\n".join([*lines, *_told(folder, plan), *_reached(plan, found)])
+    return "\n".join([*lines, *_told(plan, said), *_reached(plan, found)])
 
 
-def _told(folder: Path, plan: ExperimentPlan) -> Iterator[str]:
+def _told(plan: ExperimentPlan, said: Findings) -> Iterator[str]:
     """Yield what the columns are, what the missions show, and what the intervals contain."""
     yield _filled(
         "error (mean over time), 95 % (of the time it is below) and age (the last fix is younger "
@@ -161,7 +161,7 @@ def _told(folder: Path, plan: ExperimentPlan) -> Iterator[str]:
         "95 % confidence interval over seeds (Student's t). "
         + in_intervals(plan, range(len(plan.points)))
     )
-    for text in findings(folder, plan).sentences():
+    for text in said.sentences():
         yield _filled(f"* {text}", "  ")
 
 
