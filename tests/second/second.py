@@ -211,7 +211,7 @@ class Second(Medium):
                 for i in group
                 if self.works(i, start) and self.knows(i, start)
             ]
-        if self.replies:
+        if self.replies and self.schedule != "super_tdma":  # whose later pings may yet overlap
             self.reply()
         if self.schedule == "polling" and len(turns) == len(group):
             ends = [p.at[p.row["called_by"]][1] for p in turns if self.answered(p)]
@@ -513,8 +513,9 @@ class Second(Medium):
             if self.downlink == "pipelined_group":
                 time = max(time, self.free)
                 self.free = self.broadcast(time)
-        if self.replies and time < self.end:
-            row["downlink_s"] = 0.0
+        if self.replies:
+            self.reply()
+            row["downlink_s"] = 0.0 if time < self.end else None
         elif self.downlink == "pipelined_round":
             time = max(time, self.free)
             self.free = self.broadcast(time)
