@@ -89,7 +89,7 @@ class Campaign:
 
     @cached_property
     def plan(self) -> ExperimentPlan:
-        """Its points, each with its whole scenario, which takes about a millisecond each.
+        """All missions: each point with its whole scenario, made when first asked for.
 
         Raises:
             CampaignError: when the scenario of a point is none.
