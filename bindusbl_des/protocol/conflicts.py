@@ -5,8 +5,9 @@ some ASV hears both, so for counting and colouring it is enough to know of each 
 colours, it hears.  Only schedules of one's own get the graph.
 """
 
-from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from functools import lru_cache, wraps
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 Hearing = NDArray[np.bool_]
 Words = NDArray[np.uint64]
 Groups = tuple[tuple[int, ...], ...]
+Answer = TypeVar("Answer")
 
 BYTE, EIGHT = np.uint64(255), np.uint64(8)
 BITS = np.array([number.bit_count() for number in range(256)], dtype=np.int64)
@@ -96,42 +98,53 @@ def _place(motion: Motion, time: float, out: Floats) -> None:
         out[vehicle, 0], out[vehicle, 1], out[vehicle, 2] = x, y, z
 
 
+def _remembered(work_out: Callable[[Hearing], Answer]) -> Callable[[Hearing], Answer]:
+    """Remember what a function has said of the hearing of a small fleet."""
+
+    def asked(heard: bytes, auvs: int, asvs: int) -> Answer:
+        return work_out(np.frombuffer(heard, dtype=np.bool_).reshape(auvs, asvs))
+
+    kept = lru_cache(maxsize=REMEMBERED)(asked)
+
+    @wraps(work_out)
+    def answer(heard: Hearing) -> Answer:
+        ask = kept if len(heard) <= SMALL_FLEET else asked
+        return ask(heard.tobytes(), *heard.shape)
+
+    return answer
+
+
+@_remembered
 def conflict_graph(heard: Hearing) -> "nx.Graph[int]":
     """Return the graph whose edges join AUVs that some ASV hears both of (eq. conflict_pred).
+
+    It is frozen, because rounds share it.
 
     >>> sorted(conflict_graph(np.array([[True, False], [True, True], [False, True]])).edges)
     [(0, 1), (1, 2)]
     """
-    work_out = _remembered if len(heard) <= SMALL_FLEET else _graph
-    return work_out(heard.tobytes(), *heard.shape)
-
-
-def _graph(heard: bytes, auvs: int, asvs: int) -> "nx.Graph[int]":
-    """Return the conflict graph, frozen because rounds share it."""
     import networkx as nx  # takes as long as a mission, and no schedule that ships asks for it
 
-    hears = np.frombuffer(heard, dtype=np.bool_).reshape(auvs, asvs).astype(np.float32)
+    hears = heard.astype(np.float32)
     graph: nx.Graph[int] = nx.Graph()
-    graph.add_nodes_from(range(auvs))
+    graph.add_nodes_from(range(len(heard)))
     pairs = np.argwhere(np.triu(hears @ hears.T > 0, 1)).tolist()
     graph.add_edges_from((i, j) for i, j in pairs)
     frozen: nx.Graph[int] = nx.freeze(graph)
     return frozen
 
 
-_remembered = lru_cache(maxsize=REMEMBERED)(_graph)
-
-
+@_remembered
 def conflict_count(heard: Hearing) -> int:
     """Return the number of pairs of AUVs that some ASV hears both of; `heard` (AUVs, ASVs).
 
     >>> conflict_count(np.array([[True, False], [True, True], [False, True]]))
     2
     """
-    work_out = _remembered_count if len(heard) <= SMALL_FLEET else _count
-    return work_out(heard.tobytes(), *heard.shape)
+    return int(_degrees(heard).sum()) // 2
 
 
+@_remembered
 def greedy_groups(heard: Hearing) -> Groups:
     """Return the groups of AUVs without a common listener, each AUV in index order put into the
     first group that has room for it (eq. greedy_colour).
@@ -141,41 +154,19 @@ def greedy_groups(heard: Hearing) -> Groups:
     >>> greedy_groups(np.array([[True], [True], [False]]))
     ((0, 2), (1,))
     """
-    work_out = _remembered_greedy if len(heard) <= SMALL_FLEET else _greedy_groups
-    return work_out(heard.tobytes(), *heard.shape)
+    colours = np.empty(len(heard), dtype=np.int64)
+    greedy_colours(heard, colours)
+    return _grouped(colours)
 
 
+@_remembered
 def dsatur_groups(heard: Hearing) -> Groups:
     """Return groups without a common listener; the AUV that meets most colours is put first, and
     of these the one with most conflicts (DSATUR, Brelaz 1979).
     """
-    work_out = _remembered_dsatur if len(heard) <= SMALL_FLEET else _dsatur_groups
-    return work_out(heard.tobytes(), *heard.shape)
-
-
-def _count(heard: bytes, auvs: int, asvs: int) -> int:
-    return int(_degrees(_matrix(heard, auvs, asvs)).sum()) // 2
-
-
-def _greedy_groups(heard: bytes, auvs: int, asvs: int) -> Groups:
-    colours = np.empty(auvs, dtype=np.int64)
-    _greedy_colours(_matrix(heard, auvs, asvs), colours)
+    colours = np.full(len(heard), -1, dtype=np.int64)
+    _dsatur(heard, _degrees(heard), colours)
     return _grouped(colours)
-
-
-def _dsatur_groups(heard: bytes, auvs: int, asvs: int) -> Groups:
-    matrix, colours = _matrix(heard, auvs, asvs), np.full(auvs, -1, dtype=np.int64)
-    _dsatur(matrix, _degrees(matrix), colours)
-    return _grouped(colours)
-
-
-_remembered_count = lru_cache(maxsize=REMEMBERED)(_count)
-_remembered_greedy = lru_cache(maxsize=REMEMBERED)(_greedy_groups)
-_remembered_dsatur = lru_cache(maxsize=REMEMBERED)(_dsatur_groups)
-
-
-def _matrix(heard: bytes, auvs: int, asvs: int) -> Hearing:
-    return np.frombuffer(heard, dtype=np.bool_).reshape(auvs, asvs)
 
 
 def _grouped(colours: Ints) -> Groups:
@@ -229,11 +220,6 @@ def greedy_colours(heard: Hearing, colours: Ints) -> None:
             used[asv, colour] = True
             while used[asv, lowest[asv]]:
                 lowest[asv] += 1
-
-
-@compiled
-def _greedy_colours(heard: Hearing, colours: Ints) -> None:
-    greedy_colours(heard, colours)
 
 
 @compiled

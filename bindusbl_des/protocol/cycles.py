@@ -94,7 +94,7 @@ class _Dry:
         bands.broadcasts_s.append(time)
         taken = bands.waiting
         if messages.most is not None and not messages.splits:
-            taken = min(taken, messages.most)
+            taken = min(taken, messages.most)  # the others would wait for rounds: not counted again
         bands.waiting = 0
         return range(taken)
 
