@@ -96,6 +96,8 @@ class Network(Watched):
 
     def view(self, round_number: int, time: float) -> View:
         """Return what the fleet knows when it schedules a round."""
+        if self.positions.follow_fixes and self.replies is None:
+            self.outcomes.resolve_passed(time)  # fixes that came after the last broadcast, too
         auvs, asvs, heard = self.positions.seen(time)
         band = self.uplink.band
         return View(

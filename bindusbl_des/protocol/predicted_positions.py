@@ -166,6 +166,11 @@ class PredictedPositions:
         self._survey = VehiclePositions(Surveyed(auvs.motion, asvs.motion, self._reach, band.slant))
         self._prediction, self._fixes, self._noted = prediction, fixes, 0
 
+    @property
+    def follow_fixes(self) -> bool:
+        """Whether fixes change where the fleet believes its AUVs to be."""
+        return self._prediction is not None
+
     def seen(self, time: float) -> tuple[Floats, Floats, Hearing]:
         """Return where AUVs and ASVs are believed to be at an instant (s), (n, 3) and (m, 3) in m,
         and which AUVs each ASV that works is believed to hear, (n, m).

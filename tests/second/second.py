@@ -457,10 +457,9 @@ class Second(Medium):
         """Broadcast fixes as soon as MF is free; each broadcast ends a round."""
         start = 0.0
         while start < self.end:
-            self.begin_round(start)
-            row = self.rounds[-1]
             self.decide(start)
-            time = start
+            self.begin_round(start)
+            row, time = self.rounds[-1], start
             if self.replies:
                 row["downlink_s"] = 0.0
                 self.reply()

@@ -28,7 +28,6 @@ def test_a_second_implementation_agrees_a_thousand_times(tmp_path: Path) -> None
     agree(1000, 1000, tmp_path)
 
 
-@pytest.mark.xfail(strict=True, reason="the simulator knows such a fix a round late")
 def test_a_fix_is_known_once_its_ping_has_passed(tmp_path: Path) -> None:
     """The answer of round 10 passes ASV2 during the frame; in round 11 the nearer ASV1 calls."""
     keys = scenario(0, tmp_path, schedule="polling", ranging="owtt_sync", downlink="sequential")
@@ -42,7 +41,6 @@ def test_a_fix_is_known_once_its_ping_has_passed(tmp_path: Path) -> None:
     assert not disagreements(keys)[0]
 
 
-@pytest.mark.xfail(strict=True, reason="the simulator delivers such a reply between ticks")
 def test_an_instant_reply_is_delivered_on_a_tick(tmp_path: Path) -> None:
     """It leaves at the front of a ping that is longer than the way back."""
     keys = scenario(0, tmp_path, schedule="one_per_slot", ranging="owtt_sync", tick_rate_hz=30.0)

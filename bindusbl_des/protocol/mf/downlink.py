@@ -340,7 +340,7 @@ class MfDownlink(Deliveries):
             self._answered(fix, asv, time)
 
     def _answered(self, fix: int, asv: int, time: float) -> None:
-        """Let an AUV have the answer that an ASV sent at an instant (s)."""
+        """Let an AUV have the answer that an ASV sent at an instant (s), but not before now."""
         pinged_at = float(self._fixes.array[fix]["pinged_at_s"])
         two_way = time - pinged_at + self._travel(asv, fix, time)
-        self._expect(fix, self._clock.after(pinged_at, two_way))
+        self._expect(fix, self._clock.after(pinged_at, max(two_way, self._env.now - pinged_at)))
