@@ -109,6 +109,8 @@ def lost_since(pair: Row, time: float, loss: float) -> float:
     """Return since when (s) all signals of a pair have been lost, had their loss been the same; NaN
     if they are not lost at that instant (s).
     """
+    if loss >= 1.0:  # at no renewal that anybody could find
+        return 0.0
     begun = np.nan
     since, luck = renewed(pair.key, pair.burst_s, time, loss)
     while chance_of(luck) < loss and since > 0.0:
