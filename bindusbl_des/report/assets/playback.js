@@ -41,6 +41,7 @@ class Playback {
     if (on && this.now >= this.mission.duration) this.seek(0);
     const pauses = this.playing && !on;
     this.playing = on;
+    document.documentElement.classList.toggle("playing", on); // plots out of view are not drawn
     if (pauses) { announce(`Paused at ${this.now.toFixed(1)} seconds`); this.seek(this.now); }
     if (!on) { this.tell(); this.paused?.(); }
     byId("play").textContent = on ? "❚❚" : "▶";
