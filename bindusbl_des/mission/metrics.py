@@ -14,9 +14,8 @@ from ..acoustics.energy import Hf, Powers, covered, energy, on_hf, on_mf
 from ..core.arrays import Floats
 from ..protocol.broadcasters import hearers
 from ..records.events import DELIVERED, HEARD, OUTCOMES
-from ..records.metrics import AuvMetrics, Utilisation
+from ..records.metrics import WORST_IS_LARGEST, AuvMetrics, Utilisation
 from ..records.rows import NONE, Recorder, Rows, row_type
-from ..records.worst import worst_of
 from ..results.schemas import never_null
 from ..results.tables import begun, from_numbers, from_rows
 from ..scenario.families import ranging_of, schedule_of
@@ -35,6 +34,11 @@ from .world import World
 LEVELS = np.dtype([("level_db", "f8"), ("margin_db", "f8")])
 FUSED = np.dtype([("asvs", "i8")])
 GNSS = np.dtype([("gnss_fix", "i8"), ("fixed_at_s", "f8"), ("sd_m", "f8")])
+
+
+# What some missions have not at all: where no AUV has it, none is worse for it.
+UNDEFINED = ("latency_from_slot_s", "path_error_m", "saturated_share")
+_LARGEST = np.array(list(WORST_IS_LARGEST.values()))[:, np.newaxis]
 
 
 def event_tables(world: World) -> dict[str, pa.Table]:
@@ -295,3 +299,27 @@ def mission_metrics(auvs: Rows, whole: Utilisation) -> dict[str, float | None]:
         means[name] = math.fsum(known) / len(known) if known else None
     own = {column.name: getattr(whole, column.name) for column in fields(Utilisation)}
     return {**means, **own, **worst_of(auvs)}
+
+
+def worst_of(auvs: Rows) -> dict[str, float | None]:
+    """Return `worst_<metric>` of a fleet and `worst_<metric>_auv`, the number of that AUV.
+
+    The worst value of errors, ages, intervals, latencies and losses is the largest, of coverage,
+    fixes and rates the smallest (:class:`AuvMetrics` says which).  An AUV that has no value,
+    because it got no fix, is worse than any that has one.  Of several equally bad the first counts.
+
+    `auvs` (n,) has the metrics of each, NaN for none.  A value is None where that AUV has none,
+    both are where nobody's could be told.
+    """
+    names = list(WORST_IS_LARGEST)
+    values = np.array([auvs[name] for name in names], dtype=np.float64)
+    missing = np.isnan(values)
+    badness = np.where(missing, np.inf, np.where(_LARGEST, values, -values))
+    which: list[int] = badness.argmax(axis=1).tolist()
+    nobody: list[bool] = np.logical_and.reduce(missing, axis=1).tolist()
+    found: dict[str, float | None] = {}
+    for name, its_own, auv, none in zip(names, values, which, nobody, strict=True):
+        value = float(its_own[auv])
+        found[f"worst_{name}"] = None if math.isnan(value) else value
+        found[f"worst_{name}_auv"] = None if none and name in UNDEFINED else auv
+    return found

@@ -196,8 +196,7 @@ def _filled(text: str, indent: str = "") -> str:
     )
 
 
-# What a plan came to as plain data: `plan.json`, and the scenario that meets the goals.
-
+# So many candidates beside the answer `plan.json` names.
 MOST_RUNNERS_UP = 3
 
 

@@ -8,6 +8,9 @@ east, z down from the surface (metres).  What has not happened is ``None``.
 from dataclasses import MISSING, dataclass, field
 from typing import Any
 
+# No vehicle and no outcome: null in tables
+NONE = -1
+
 # Which of a fleet's values of a metric is the worst one
 LARGEST, SMALLEST = "largest", "smallest"
 

@@ -15,13 +15,11 @@ from numpy.typing import NDArray
 from ..core.arrays import lengthened
 from ..core.compiled import compiled
 from ..core.packed import Packed
+from .events import NONE as NONE
 from .events import Assignment, Broadcast, Fix, FrameReception, Ping, Reception, Round
 
 Rows = NDArray[np.void]
 Row = Any  # one of them: the type checker knows no fields
-
-# No vehicle and no outcome: null in tables
-NONE = -1
 
 
 def row_type(

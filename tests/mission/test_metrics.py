@@ -11,12 +11,12 @@ from worlds import scenario, still
 
 from bindusbl_des import load_scenario, simulate
 from bindusbl_des.mission import metrics
+from bindusbl_des.mission.metrics import worst_of
 from bindusbl_des.mission.mission import Mission
 from bindusbl_des.mission.service import fix_ages, mean, quantile, quantile_of, sort
 from bindusbl_des.navigation.dead_reckoning import Odometry
 from bindusbl_des.navigation.navigators import LinearNavigator
 from bindusbl_des.records.metrics import WORST_IS_LARGEST
-from bindusbl_des.records.worst import worst_of
 from bindusbl_des.scenario.files.mistakes import ScenarioError
 
 

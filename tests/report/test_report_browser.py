@@ -233,6 +233,24 @@ def test_nothing_speaks_while_time_plays_on(opened: Open, recovery: Path) -> Non
     assert it.ask("byId('said').textContent") == "Following AUV2"
 
 
+def test_what_is_out_of_view_is_not_painted_while_time_plays(opened: Open, recovery: Path) -> None:
+    """All is painted, and each number that of the instant, as soon as time rests."""
+    it = opened(recovery)
+    it.ask("byId('playback').scrollIntoView()")
+    it.ask(
+        """(() => { window.painted = 0; const draw = Timeline.prototype.draw;
+        Timeline.prototype.draw = function (...it) { painted++; draw.apply(this, it); }; })()"""
+    )
+    it.page.click("#play")
+    it.ask("new Promise((seen) => bindusbl.playback.onChange((now) => now > 3 && seen()))")
+    assert it.ask("painted") == 0
+    it.page.click("#play")
+    assert it.ask("painted") == 1
+    worst = "bindusbl.mission.auvAt(bindusbl.mission.order[0], bindusbl.playback.now)"
+    shown = it.ask("document.querySelector('#now tbody td').textContent")
+    assert shown == it.ask(f"{worst}.error.toFixed(2)")
+
+
 def saved(it: Opened, name: str, kind: str = "SVG") -> bytes:
     """Press the button that saves a plot, and return the file."""
     with it.page.expect_download() as download:

@@ -95,7 +95,7 @@ function differenceOf(missions, whose, playback) {
   if (missions.length !== 2) return null;
   byId("difference-title").hidden = false;
   const options = () => ({
-    height: 200, cursor: { y: false, sync: { key: "time" } }, scales: { x: { time: false } },
+    height: 200, cursor: { y: false, sync: { key: "time" } }, scales: { x: { time: false }, y: { range: (u, low, high) => (low === 0 && high === 0 ? [-1, 1] : uPlot.rangeNum(low, high, 0.1, true)) } },
     axes: [axis("time (s)"), axis("B − A (m)", { size: 52 })],
     series: [{ label: "time", value: seconds }, { label: "error of B − error of A", stroke: colours.ink, fill: colours.ink + "22", width: 1.5, points: { show: false }, value: (u, v) => (v === null ? "–" : `${v.toFixed(2)} m`) }],
     hooks: { ready: [(u) => clickToSeek(u, playback.seek)], setScale: [selects(playback)] },
