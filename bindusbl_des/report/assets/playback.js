@@ -145,7 +145,8 @@ class Log {
     this.shown = key;
     const first = Math.max(from, until - (this.span ? MOST_EVENTS : 6));
     const signs = { delivered: "●", out_of_hf: "×", lost: "○", collided: "✕", out_of_mf: "◌" };
-    this.list.replaceChildren(...this.events.slice(first, until).reverse().map(([at, text, fate, ping]) =>
-      make("li", { class: fate, "data-ping": ping }, `${at.toFixed(2)} s  ${signs[fate]} ${text}`)));
+    const lines = this.events.slice(first, until).reverse().map(([at, text, fate, ping]) =>
+      make("li", { class: fate, "data-ping": ping }, `${at.toFixed(2)} s  ${signs[fate]} ${text}`));
+    this.list.replaceChildren(...(lines.length ? lines : [make("li", {}, "Fixes and lost pings are listed here as time goes on.")]));
   }
 }
