@@ -85,7 +85,7 @@ def _candidate_text(candidate: Mapping[str, Any]) -> str:
 
 def _doubt_text(doubted: Mapping[str, Any]) -> str:
     """Return what becomes of the goals in a condition."""
-    met = {True: "still met", False: "not met", None: "needs more missions"}[doubted["met"]]
+    met = {True: "still met", False: "not met", None: "undecided"}[doubted["met"]]
     means, planned = (
         ", ".join("-" if it is None else significant(it) for it in it["mean"])
         for it in (doubted, doubted["as_planned"])
@@ -144,7 +144,7 @@ def _predicted(found: Found) -> Iterator[str]:
         yield (
             f"{goal.metric} of the answer was predicted to be {value_text(goal, values[answer])}; "
             f"nine in ten teams so predicted lie from {significant(low)} to "
-            f"{value_text(goal, high)}. Flights of this plan gave {significant(min(known))} to "
+            f"{value_text(goal, high)}. The missions of this plan gave {significant(min(known))} to "
             f"{significant(max(known))} times what was predicted."
         )
 

@@ -406,7 +406,7 @@ def _sensitivity(record: Record) -> str:
         shown = units(it["metric"])
         headings += [(shown["words"], shown["unit"]), ("as planned", shown["unit"])]
     headings += [("missions", ""), ("goal", "")]
-    words = {True: "✓ still met", False: "✗ not met", None: "needs more missions"}
+    words = {True: "✓ still met", False: "✗ not met", None: "undecided"}
     rows = []
     for case in cases:
         row = [case.get("told") or named(case.get("keys") or {})]

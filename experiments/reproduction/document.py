@@ -283,6 +283,8 @@ No parameter is tuned towards a published number. A number is
 * **cannot be** if it lies beyond a limit that follows from the paper's own equations;
 * **differs** otherwise; E-numbers are sections of [errata](errata.md).
 
+A sentence without a number **holds** where all missions bear it out.
+
 Numbers are measured in the paper's own words first: "cross-track error" is across the track, the
 bias turns with the vehicle (eq. dead_reckoning), a fix is compared with the estimate at its
 delivery (eq. update). Which single reading meets most numbers is counted
@@ -345,8 +347,8 @@ def _in_short(found: Sequence[Measured]) -> str:
         "reproduced",
         "differ",
         "cannot be",
-        "of these reproduced in another reading",
-        "of these within 5 %",
+        "not reproduced, but in another reading of its table",
+        "not reproduced, but within 5 %",
     )
     return f"{markdown(heads, rows)}\n\n{_furthest(found)}"
 
