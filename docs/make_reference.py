@@ -52,7 +52,7 @@ own file (bash 4.4 or newer):
 
 EXIT_CODES = {
     0: "done",
-    1: "a run failed although its input was in order",
+    1: "a run failed although its input was in order; `verify` refused",
     2: "bad input: a wrong file, key, value, option or folder, or one that cannot be written; "
     "nothing was replaced",
     3: "a campaign finished, but some of its missions failed; `verify` is undecided",

@@ -111,7 +111,7 @@ assert poor["dead_reckoning"] == good["dead_reckoning"]
 print(means.nees.unstack(0).loc[FILTERS].round(1))
 
 # %% [markdown]
-# **Yes**: between fixes it is a little too sure, since its covariance does not grow while it
+# **Almost**: between fixes it is a little too sure, since its covariance does not grow while it
 # drifts. Try to add the drift (`navigation.random_walk_m_per_sqrt_s`), and see it fall.
 
 # %%
