@@ -144,8 +144,8 @@ def _predicted(found: Found) -> Iterator[str]:
         yield (
             f"{goal.metric} of the answer was predicted to be {value_text(goal, values[answer])}; "
             f"nine in ten teams so predicted lie from {significant(low)} to "
-            f"{value_text(goal, high)}. The missions of this plan gave {significant(min(known))} to "
-            f"{significant(max(known))} times what was predicted."
+            f"{value_text(goal, high)}. The missions of this plan gave "
+            f"{significant(min(known))} to {significant(max(known))} times what was predicted."
         )
 
 
