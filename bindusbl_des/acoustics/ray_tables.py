@@ -27,6 +27,9 @@ from ..sea.water_column import Profile, cumulated_slowness
 # The shortest way (m) that counts: levels of sources are those at 1 m.
 NEAREST_M = 1.0
 
+# Sound of less loss (dB re 1 m) would be louder than at a hundredth of a millimetre.
+LEAST_LOSS_DB = -100.0
+
 
 class TableAxes(NamedTuple):
     """The axes of a table, increasing (m): horizontal ranges, depths of sources and receivers."""
@@ -222,6 +225,10 @@ def _read(path: str, _changed_at: int, _size: int) -> dict[str, Floats]:
     for name in (*AXES, "travel_time_s"):
         if columns[name].min() < 0.0:
             raise ValueError(f"{path}: {name} must not be negative; met {columns[name].min():g}")
+    if (least := columns["loss_db"].min()) < LEAST_LOSS_DB:
+        raise ValueError(
+            f"{path}: loss_db must be at least {LEAST_LOSS_DB:g} (dB re 1 m); met {least:g}"
+        )
     return columns
 
 

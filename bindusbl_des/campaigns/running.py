@@ -37,14 +37,18 @@ from .storage.folder import (
     FORMAT,
     LOCK,
     RECORD,
+    CampaignError,
+    DamagedRecord,
     check_no_links,
     clean,
+    is_locked,
     locked,
-    write_json,
+    read_record,
+    write_record,
     write_scenario,
 )
 from .storage.joining import compact
-from .storage.parts import clean_parts, done, set_aside
+from .storage.parts import clean_parts, done, plans_of_parts, set_aside
 from .workers.batches import NotWritten, compile_kernels
 from .workers.pools import Progress, at_work, pool_for
 from .workers.supervisor import Supervisor, interruptible
@@ -194,7 +198,7 @@ def _swept(
     """Run a campaign in a new folder, or go on with it in its own."""
     check_name(folder)
     check_backend(settings)
-    if is_unfinished(folder, plan, shard):
+    if restore_record(folder, plan, shard) or is_unfinished(folder, plan, shard):
         if not settings.quiet:
             say(f"{folder}: goes on with this campaign")
         return _resumed(folder, settings, _warn)
@@ -311,6 +315,25 @@ def first_record(plan: ExperimentPlan, shard: Shard | None) -> dict[str, Any]:
     }
 
 
+def restore_record(folder: Path, plan: ExperimentPlan, shard: Shard | None) -> bool:
+    """Write a damaged `campaign.json` anew where missions of the same plan lie; tell whether."""
+    if not (folder / RECORD).is_file() or is_locked(folder):
+        return False
+    try:
+        read_record(folder)
+    except DamagedRecord:
+        if plan.fingerprint() in plans_of_parts(folder):
+            session = {"began_at": 0.0, "rows_before": 0}
+            with locked(folder):
+                write_record(
+                    folder, {**first_record(plan, shard), "status": "killed", "session": session}
+                )
+            return True
+    except CampaignError:
+        pass  # told where it is read
+    return False
+
+
 def _run(campaign: Campaign, settings: RunSettings) -> Campaign:
     """Run the missing missions of a campaign whose folder is ours."""
     folder = campaign.folder
@@ -338,7 +361,7 @@ def _run(campaign: Campaign, settings: RunSettings) -> Campaign:
 
 def _begin(folder: Path, record: Mapping[str, Any]) -> None:
     try:
-        write_json(folder / RECORD, record)
+        write_record(folder, record)
     except OSError as error:
         raise NotWritten(error.errno, error.strerror or str(error)) from None
 
@@ -346,7 +369,7 @@ def _begin(folder: Path, record: Mapping[str, Any]) -> None:
 def _settle(folder: Path, record: Mapping[str, Any]) -> None:
     with suppress(OSError):  # on a full disk the rows still say what is done
         clean(folder)
-        write_json(folder / RECORD, record)
+        write_record(folder, record)
 
 
 def _supervise(campaign: Campaign, settings: RunSettings) -> str:

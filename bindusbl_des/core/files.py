@@ -2,6 +2,7 @@
 
 import csv
 import errno
+import hashlib
 import json
 import os
 import re
@@ -9,7 +10,7 @@ import shutil
 import socket
 import stat
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import lru_cache
 from itertools import count
@@ -51,6 +52,9 @@ def regular(path: Name, most: int | None = MOST_BYTES) -> Name:
 # A scenario file has at most 1 MB; spelt out, with all its defaults and warnings, some times that.
 LARGEST_FILE = 32_000_000
 
+# The key of a file's own checksum.
+SEAL = "sha256"
+
 
 def read_json(path: Path, most: int = LARGEST_FILE) -> Any:
     """Return what a JSON file holds.
@@ -75,6 +79,22 @@ def read_json(path: Path, most: int = LARGEST_FILE) -> Any:
 
 def _refused(name: str) -> NoReturn:
     raise ValueError(f"{name} is no number of JSON")
+
+
+def sealed(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a JSON file shall hold, with the checksum of all of it (`sha256`) at its end."""
+    data = {key: data[key] for key in data if key != SEAL}
+    return {**data, SEAL: hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()}
+
+
+def check_seal(data: Mapping[str, Any]) -> None:
+    """Refuse what does not have its own checksum; files of earlier versions have none.
+
+    Raises:
+        ValueError: when it has another.
+    """
+    if SEAL in data and data[SEAL] != sealed(data)[SEAL]:
+        raise ValueError("its own SHA-256 is another")
 
 
 # CSV files as lines of cells, read again only when they have changed.

@@ -20,13 +20,13 @@ from ..campaigns.campaign import Campaign, unfinished_campaign
 from ..campaigns.experiments.experiment import Experiment
 from ..campaigns.experiments.plan import ExperimentPlan
 from ..campaigns.failures import check_files
-from ..campaigns.running import first_record
+from ..campaigns.running import first_record, restore_record
 from ..campaigns.storage.folder import (
     RECORD,
     CampaignError,
     clean,
     locked,
-    write_json,
+    write_record,
     write_scenario,
 )
 from ..campaigns.storage.joining import compact
@@ -198,6 +198,7 @@ def flights(
     plan = ExperimentPlan(experiment)
     folder.mkdir(exist_ok=True)
     sync(folder.parent)
+    restore_record(folder, plan, None)
     with locked(folder):
         campaign = _campaign(plan, folder)
         status = "interrupted"
@@ -235,7 +236,7 @@ def _campaign(plan: ExperimentPlan, folder: Path) -> Campaign:
     session = {"began_at": time.time(), "rows_before": rows}
     record = {**first_record(plan, None), "status": "running", "session": session}
     try:
-        write_json(folder / RECORD, record)
+        write_record(folder, record)
     except OSError as error:
         raise NotWritten(error.errno or errno.EIO, error.strerror or str(error)) from None
     return Campaign(folder, plan, record)
@@ -245,7 +246,7 @@ def _settle(campaign: Campaign, status: str) -> None:
     with suppress(OSError):  # on a full disk the rows still say what is done
         clean(campaign.folder)
         compact(campaign.folder)
-        write_json(campaign.folder / RECORD, {**campaign.record, "status": status})
+        write_record(campaign.folder, {**campaign.record, "status": status})
 
 
 class Budget:

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import pyarrow as pa
 
-from ..core.files import read_json
+from ..core.files import check_seal, read_json
 from ..core.kept_files import placed
 from ..preflight.warnings import ScenarioWarning
 from ..scenario.files.former_keys import as_now
@@ -113,12 +113,13 @@ def _read_advice(folder: Path, scenario: Scenario) -> Advice | None:
     if not path.exists():
         return None
     try:
-        advice = from_data(read_json(path))
+        advice = from_data(data := read_json(path))
         strangers = {it.auv for it in advice.harms} - {
             f"AUV{n}" for n in range(scenario.auvs.count)
         }
         if strangers:
             raise ValueError(f"harms: the mission has no {min(strangers)[:30]!r}")
+        check_seal(data)
         return advice
     except PermissionError as error:
         raise ValueError(_unreadable(path, error)) from None
@@ -147,6 +148,7 @@ def _read_record(path: Path) -> tuple[Scenario, dict[str, Any]]:
                 raise ValueError(f"{key} is {'not ' if key in run else 'missing; it is '}{meaning}")
         if run["scenario_sha256"] != _sha256(run["scenario"]):
             raise ValueError("scenario_sha256 is not that of its scenario: one of them was edited")
+        check_seal(run)
         return Scenario.model_validate(placed(_as_flown(run["scenario"]), path.parent)), run
     except _Newer:
         raise

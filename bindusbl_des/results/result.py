@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 
-from ..core.files import write_text
+from ..core.files import sealed, write_text
 from ..core.kept_files import copies_of, keep, portable
 from ..preflight.warnings import ScenarioWarning, warnings_of
 from ..scenario.scenario import Scenario
@@ -219,7 +219,7 @@ class Result:
         if self.advice is not None:
             (folder / ADVICE).write_text(advice_text(self.advice), encoding="utf-8")
         (folder / "report.html").write_text(page(self), encoding="utf-8")
-        write_json(folder / RECORD, run)
+        write_json(folder / RECORD, sealed(run))
 
 
 @cache

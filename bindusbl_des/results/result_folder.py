@@ -12,7 +12,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from ..core.files import DRAFT, clear_killed, folder_draft
+from ..core.files import DRAFT, clear_killed, folder_draft, sealed
 from ..core.kept_files import FOLDERS, KEPT
 from .effects import Advice, as_data
 from .schemas import SCHEMA_VERSION, TABLES, schema
@@ -313,7 +313,7 @@ def exported_as(name: str) -> str:
 
 def advice_text(advice: Advice) -> str:
     """Return what `advice.json` holds."""
-    return json.dumps(as_data(advice), indent=2) + "\n"
+    return json.dumps(sealed(as_data(advice)), indent=2) + "\n"
 
 
 def write_json(path: Path, data: Any) -> None:

@@ -22,11 +22,10 @@ from bindusbl_des.campaigns.experiments.experiment_points import KEYS
 from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
 from bindusbl_des.campaigns.running import sweep
 from bindusbl_des.campaigns.storage.folder import (
-    RECORD,
     CampaignError,
     locked,
     read_record,
-    write_json,
+    write_record,
 )
 from bindusbl_des.campaigns.storage.joining import compact
 from bindusbl_des.campaigns.storage.parts import committed, done, part_path
@@ -358,12 +357,12 @@ def test_resume_refuses_another_model(experiment: Path) -> None:
     """Missions of two models are not mixed; the message shows both."""
     sweep(experiment, "old", workers=1)
     record = read_record(Path("old"))
-    write_json(Path("old") / RECORD, {**record, "model_version": "0.0.1/0"})
+    write_record(Path("old"), {**record, "model_version": "0.0.1/0"})
     refused = call("resume", "old")
     assert refused.exit_code == 2
     assert refused.stderr.startswith("old: began with model 0.0.1/0, this is model ")
     record["experiment"]["scenario_as_given"]["duration_s"] = 6
-    write_json(Path("old") / RECORD, record)
+    write_record(Path("old"), record)
     assert "was edited" in call("resume", "old").stderr
 
 
@@ -377,7 +376,7 @@ def test_a_campaign_keeps_the_defaults_that_it_ran_with(home: Path, tmp_path: Pa
     now = sweep(path, tmp_path / "then", workers=1)
     record = read_record(now.folder)
     record["scenario"]["navigation"]["filter"] = "fixed_gain"
-    write_json(now.folder / RECORD, record)
+    write_record(now.folder, record)
     old = load_campaign(now.folder)
     filters = [[it.varied["navigation.filter"] for it in c.plan.points] for c in (now, old)]
     assert filters == [["kalman", "dead_reckoning"], ["fixed_gain", "dead_reckoning"]]

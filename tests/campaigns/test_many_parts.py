@@ -29,10 +29,16 @@ from bindusbl_des.campaigns.experiments.options import PythonArguments
 from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
 from bindusbl_des.campaigns.running import first_record, resume
 from bindusbl_des.campaigns.storage import parts as storage
-from bindusbl_des.campaigns.storage.folder import CampaignError, write_json, write_scenario
+from bindusbl_des.campaigns.storage.folder import (
+    CampaignError,
+    read_record,
+    write_record,
+    write_scenario,
+)
 from bindusbl_des.campaigns.storage.parts import committed, done, record_path
 from bindusbl_des.campaigns.workers.batches import run_batch
 from bindusbl_des.campaigns.workers.supervisor import batch_of
+from bindusbl_des.core.files import sealed
 
 IN_PART = 4
 FAILS = 6  # the seed whose mission fails
@@ -76,7 +82,7 @@ def in_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[int],
         plan = ExperimentPlan(given)
         session = {"began_at": 0.0, "rows_before": 0}
         record = {**first_record(plan, None), "status": "interrupted", "session": session}
-        write_json(folder / "campaign.json", record)
+        write_record(folder, record)
         write_scenario(folder, plan.experiment.given)
         for first in range(0, len(plan), IN_PART):
             run_batch(batch_of(plan, folder, tuple(range(first, first + IN_PART)), 100.0))
@@ -92,8 +98,7 @@ def in_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[int],
 
 def as_running(folder: Path) -> None:
     """Have a campaign as it is when its process was killed."""
-    path = folder / "campaign.json"
-    path.write_text(json.dumps({**json.loads(path.read_text()), "status": "running"}))
+    write_record(folder, {**read_record(folder), "status": "running"})
 
 
 def test_to_count_missions_one_small_file_a_part_is_opened(
@@ -218,9 +223,8 @@ def test_missions_that_cannot_be_are_refused(runs: Any, in_parts: Callable[[int]
     folder = in_parts(1)
     path = record_path(folder, committed(folder)[0])
     record = json.loads(path.read_text())
-    del record["sha256"]
     record["missions"]["runs"] = runs
-    path.write_text(json.dumps({**record, "sha256": storage._sum_of(record)}))
+    path.write_text(json.dumps(sealed(record)))
     with pytest.raises(CampaignError, match="is damaged"):
         done(folder)
 

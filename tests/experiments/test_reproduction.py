@@ -14,6 +14,7 @@ from click.testing import CliRunner
 from bindusbl_des.campaigns.experiments.experiment import Experiment, Point
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
+from bindusbl_des.campaigns.storage.folder import read_record, write_record
 from bindusbl_des.cli import main
 from bindusbl_des.experiments.reproduction import campaigns, document, measuring, sentences
 from bindusbl_des.experiments.reproduction.document import CAPTIONS
@@ -296,8 +297,7 @@ def test_a_killed_reproduction_continues(small: Path) -> None:
 def test_a_folder_of_other_missions_is_refused(small: Path) -> None:
     """With and without --quick other missions are planned; neither may continue the other."""
     text = (small / "sweep" / "campaign.json").read_text()
-    record = json.loads(text)
-    (small / "sweep" / "campaign.json").write_text(json.dumps({**record, "plan_sha256": "0" * 64}))
+    write_record(small / "sweep", {**read_record(small / "sweep"), "plan_sha256": "0" * 64})
     result = CliRunner().invoke(main, ["reproduce", "--quick", "--out", str(small)])
     (small / "sweep" / "campaign.json").write_text(text)
     assert result.exit_code == 2

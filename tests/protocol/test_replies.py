@@ -189,7 +189,7 @@ def test_a_folder_from_before_answers_took_airtime_is_read(tmp_path: Path) -> No
     run["scenario"]["navigation"] |= {"gain": 0.9}
     run["scenario"]["auvs"] |= {"turning_radius_m": 5.0}
     run["scenario"]["protocol"] |= {"turnaround_s": 0.0}
-    del run["tables_sha256"]
+    del run["tables_sha256"], run["sha256"]
     canonical = json.dumps(run["scenario"], sort_keys=True, separators=(",", ":"))
     run["scenario_sha256"] = hashlib.sha256(canonical.encode()).hexdigest()
     (folder / "run.json").write_text(json.dumps(run))

@@ -15,6 +15,7 @@ from worlds import scenario
 
 from bindusbl_des import Result, load_campaign, simulate, sweep
 from bindusbl_des.campaigns.page import sweep_page
+from bindusbl_des.campaigns.storage.folder import read_record, write_record
 from bindusbl_des.cli import main
 from bindusbl_des.preflight.warnings import ScenarioWarning
 from bindusbl_des.report.comparison import comparison_page
@@ -42,11 +43,11 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("sweep")
     (folder / "base.yaml").write_text(BASE)
     sweep(folder / "base.yaml", folder / "out", vary={"asvs.count": [1, 2]}, seeds=2, workers=1)
-    record = json.loads((folder / "out" / "campaign.json").read_text())
+    record = read_record(folder / "out")
     record["name"] = ATTACK
     record["versions"] = {ATTACK: ATTACK}
     record["scenario"]["name"] = ATTACK
-    (folder / "out" / "campaign.json").write_text(json.dumps(record))
+    write_record(folder / "out", record)
     (folder / "out" / "failures").mkdir(exist_ok=True)
     failure = {"mission": 0, "varied": {ATTACK: ATTACK}, "seed": ATTACK, "error": ATTACK}
     text = json.dumps({**failure, "reproduce": ATTACK})
@@ -117,9 +118,9 @@ def test_the_policy_holds_where_escaping_fails(browser: Any, tmp_path: Path) -> 
 def test_a_terminal_obeys_no_file(campaign: Path, tmp_path: Path) -> None:
     """Escape sequences, bells, returns, C1 and changes of direction are shown, not obeyed."""
     broken = shutil.copytree(campaign, tmp_path / "c")
-    record = json.loads((broken / "campaign.json").read_text())
+    record = read_record(broken)
     record["name"] += TERMINAL  # which no program wrote, and so is refused
-    (broken / "campaign.json").write_text(json.dumps(record))
+    write_record(broken, record)
     (tmp_path / "x.yaml").write_text('name: x\n"owned\\e[31m\\a\\u009b\\u202e": 1\n')
     for words in (
         ("status", str(campaign)), ("status", str(campaign), "--json"), ("status", str(broken)),
@@ -136,8 +137,7 @@ def test_a_terminal_obeys_no_file(campaign: Path, tmp_path: Path) -> None:
 def test_what_cannot_be_a_fingerprint_is_refused(campaign: Path, tmp_path: Path, key: str) -> None:
     """Scripts in the place of hashes reach no page."""
     folder = shutil.copytree(campaign, tmp_path / "c")
-    record = json.loads((folder / "campaign.json").read_text())
-    (folder / "campaign.json").write_text(json.dumps({**record, key: ATTACK + TERMINAL}))
+    write_record(folder, {**read_record(folder), key: ATTACK + TERMINAL})
     done = CliRunner().invoke(main, ["report", str(folder)])
     assert done.exit_code == 2
     assert key in done.stderr

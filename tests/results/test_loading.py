@@ -15,7 +15,7 @@ from worlds import scenario
 
 from bindusbl_des import Result, load_result, simulate
 from bindusbl_des.cli import main
-from bindusbl_des.core.files import read_json
+from bindusbl_des.core.files import read_json, sealed
 from bindusbl_des.core.wording import printable
 from bindusbl_des.results.effects import GAIN, HELPS, Advice, Effect, Harm
 from bindusbl_des.results.schemas import TABLES, schema
@@ -139,16 +139,23 @@ def _refusal(folder: Path) -> str:
     return ""
 
 
-def test_no_flipped_bit_is_parsed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def flipped(whole: bytes, dice: random.Random) -> bytes:
+    """Return bytes of which one bit is another."""
+    at, bit = dice.randrange(len(whole)), 1 << dice.randrange(8)
+    return whole[:at] + bytes([whole[at] ^ bit]) + whole[at + 1 :]
+
+
+@pytest.mark.parametrize("count", [200, pytest.param(1000, marks=pytest.mark.slow)])
+def test_no_flipped_bit_is_parsed(
+    folder: Path, count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Every table has its checksum in run.json, compared before Parquet's decoders see a byte."""
     monkeypatch.setattr(pq, "ParquetFile", None)
-    dice = random.Random(35)
-    for number in range(200):
+    dice = random.Random(count)
+    for number in range(count):
         path = folder / f"{TABLES[number % len(TABLES)]}.parquet"
         whole = path.read_bytes()
-        flipped = bytearray(whole)
-        flipped[dice.randrange(len(whole))] ^= 1 << dice.randrange(8)
-        path.write_bytes(flipped)
+        path.write_bytes(flipped(whole, dice))
         with pytest.raises(ValueError, match=r"its SHA-256 is not in run\.json") as caught:
             load_result(folder)
         assert str(caught.value).startswith(f"{path} is damaged")
@@ -158,12 +165,31 @@ def test_no_flipped_bit_is_parsed(folder: Path, monkeypatch: pytest.MonkeyPatch)
         path.write_bytes(whole)
 
 
+@pytest.mark.parametrize("count", [30, pytest.param(500, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["run.json", "advice.json"])
+def test_no_flipped_bit_of_a_record_is_believed(folder: Path, name: str, count: int) -> None:
+    """Each record has its own checksum, which may lose its name: earlier versions have none."""
+    path, dice, told = folder / name, random.Random(count), 0
+    whole = path.read_bytes()
+    for _ in range(count):
+        path.write_bytes(flipped(whole, dice))
+        if refused := _refusal(folder):
+            assert refused.startswith(f"{path} is ")
+            assert "bindusbl-des" in refused
+            told += 1
+        else:
+            now, before = json.loads(path.read_bytes()), json.loads(whole)
+            assert now.pop([*now][-1]) == before.pop("sha256")
+            assert now == before
+    assert told > 0.95 * count
+
+
 def test_a_table_without_a_checksum_is_told(folder: Path) -> None:
     """Where run.json has checksums it has one for each table."""
     run = json.loads((folder / "run.json").read_text())
     assert set(run["tables_sha256"]) == set(TABLES)
     del run["tables_sha256"]["fixes"]
-    (folder / "run.json").write_text(json.dumps(run))
+    (folder / "run.json").write_text(json.dumps(sealed(run)))
     with pytest.raises(ValueError, match=r"fixes\.parquet has no checksum in run\.json; run"):
         load_result(folder)
 
@@ -171,7 +197,7 @@ def test_a_table_without_a_checksum_is_told(folder: Path) -> None:
 def without_sums(folder: Path) -> None:
     """Have the record of an earlier version, which knew no checksums."""
     run = json.loads((folder / "run.json").read_text())
-    run.pop("tables_sha256", None)
+    del run["tables_sha256"], run["sha256"]
     (folder / "run.json").write_text(json.dumps(run))
 
 
@@ -207,7 +233,7 @@ def test_a_folder_of_an_older_version_is_read(folder: Path) -> None:
 
     run = json.loads((folder / "run.json").read_text())
     before = run["scenario_sha256"]
-    del run["scenario"]["usbl"]["quantum_s"], run["warnings"], run["tables_sha256"]
+    del run["scenario"]["usbl"]["quantum_s"], run["warnings"], run["tables_sha256"], run["sha256"]
     after = run["scenario_sha256"] = _sha256(run["scenario"])
     (folder / "run.json").write_text(json.dumps(run))
     for name in TABLES:

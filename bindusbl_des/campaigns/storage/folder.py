@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ...core.files import DRAFT, write_text
+from ...core.files import DRAFT, SEAL, check_seal, sealed, write_text
 from ...core.wording import printable
 from ...scenario.key_types import PRINTABLE
 
@@ -99,12 +99,17 @@ STOP = "stop"
 # 2: parts say what belongs to them, and track files lie in the folder.
 FORMAT = 2
 
-# The only remedy when a record is lost.
+# The remedies when a record is lost.
+AGAIN = "sweep the same experiment into this folder again, which keeps missions, or into another"
 ANEW = "sweep the experiment anew into another folder"
 
 
 class CampaignError(ValueError):
     """A campaign cannot be run, continued or read; the message says why and what to do."""
+
+
+class DamagedRecord(CampaignError):
+    """What `campaign.json` holds cannot be used; the same experiment, swept again, writes it."""
 
 
 def read_record(folder: Path) -> dict[str, Any]:
@@ -130,6 +135,7 @@ def read_record(folder: Path) -> dict[str, Any]:
         )
     try:
         record: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        check_seal(record)
         found = record["format"]
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise damaged_record(folder, error) from None
@@ -142,7 +148,16 @@ def read_record(folder: Path) -> dict[str, Any]:
         check_record(record)
     except (ValueError, RecursionError) as error:
         raise damaged_record(folder, error) from None
-    return record
+    return {key: record[key] for key in record if key != SEAL}
+
+
+def write_record(folder: Path, record: Mapping[str, Any]) -> None:
+    """Write `campaign.json`, all of it or nothing, with its checksum.
+
+    Raises:
+        OSError: when it cannot be written.
+    """
+    write_json(folder / RECORD, sealed(record))
 
 
 def write_scenario(folder: Path, given: Mapping[str, Any]) -> None:
@@ -157,8 +172,8 @@ def damaged_record(folder: Path, error: Exception) -> CampaignError:
             f"{folder / RECORD} cannot be read ({error.strerror}); ask its owner for the right to"
         )
     said = printable((str(error).splitlines() or [""])[0])[:200]
-    return CampaignError(
-        f"{folder / RECORD} is damaged or was edited ({type(error).__name__}: {said}); {ANEW}"
+    return DamagedRecord(
+        f"{folder / RECORD} is damaged or was edited ({type(error).__name__}: {said}); {AGAIN}"
     )
 
 

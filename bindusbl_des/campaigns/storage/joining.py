@@ -23,7 +23,7 @@ from ...core.kept_files import keep, portable
 from ...results.schemas import arrow
 from ..campaign import Campaign, load_campaign
 from ..failures import check_files, check_name
-from .folder import RECORD, CampaignError, is_locked, write_json, write_scenario
+from .folder import CampaignError, is_locked, write_record, write_scenario
 from .parts import (
     MISSIONS,
     TABLES,
@@ -229,7 +229,7 @@ def _joined(campaigns: Sequence[Campaign], folder: Path) -> Campaign:
     merged = Campaign(folder, first.plan, record)
     record["session"] = {"began_at": time.time(), "rows_before": len(merged.done())}
     record["status"] = "interrupted" if len(merged.missing()) else "complete"
-    write_json(folder / RECORD, record)
+    write_record(folder, record)
     return merged
 
 

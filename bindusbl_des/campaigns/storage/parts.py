@@ -9,7 +9,6 @@ which missions there are in the record, which has a checksum of its own.  Parts 
 have no record: they say in Parquet's metadata what they are of.
 """
 
-import hashlib
 import json
 import os
 import re
@@ -26,7 +25,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from ...core.files import draft_of, read_json, sync
+from ...core.files import SEAL, check_seal, draft_of, read_json, sealed, sync
 from ...results.result_folder import (
     DamagedFile,
     SummedFile,
@@ -138,12 +137,7 @@ class PartWriter:
                 path = record_path(self._folder, self._part)
                 _make_durably(path.parent)
                 record = {**self._record, "files": self._files, **_listing(_united(self._done))}
-                write_json(path, {**record, "sha256": _sum_of(record)})
-
-
-def _sum_of(record: Mapping[str, Any]) -> str:
-    """Return the checksum of what a record says."""
-    return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
+                write_json(path, sealed(record))
 
 
 def _listing(done: Done) -> dict[str, Any]:
@@ -252,10 +246,9 @@ def _record(folder: Path, part: str, _: Stamp) -> PartRecord:
         found = read_json(path)
         files = {name: (str(it["sha256"]), int(it["bytes"])) for name, it in found["files"].items()}
         name, plan, replaces = found["part"], str(found["plan_sha256"]), tuple(found["replaces"])
-        own_sum, done = found.pop("sha256", None), None  # earlier versions had none
-        if own_sum is not None and own_sum != _sum_of(found):
-            raise ValueError("its own SHA-256 is another")
-        if own_sum is not None and "missions" in found:
+        check_seal(found)
+        done = None
+        if SEAL in found and "missions" in found:
             numbers, failed = (_numbers(found[it]) for it in ("missions", "failed"))
             has_failed = np.isin(numbers, failed) if len(failed) else np.zeros(len(numbers), bool)
             done = Done(numbers, has_failed)
@@ -384,6 +377,15 @@ def part_names(folder: Path) -> set[str]:
         names = [it for it in os.listdir(folder / MISSIONS) if it.endswith(ending)]
         return {it[5 : -len(ending)] for it in names if it.startswith("part-")}
     return set()
+
+
+def plans_of_parts(folder: Path) -> set[str]:
+    """Return the fingerprints of the plans that parts are of, as far as they can be read."""
+    found = set()
+    for part in part_names(folder):
+        with suppress(DamagedFile):
+            found.add(part_record(folder, part).plan_sha256)
+    return found
 
 
 def part_schema(folder: Path, table: str, part: str) -> pa.Schema:
