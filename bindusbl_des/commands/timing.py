@@ -107,7 +107,7 @@ def _load(scenario: "Scenario", load: "OfferedLoad") -> Iterator[str]:
 def _cycles(rounds: "Rounds", fixes: list[int]) -> Iterator[str]:
     """Yield how long MF is taken by a broadcast of each number of fixes."""
     if not rounds.broadcasts:
-        yield f"{rounds.policy}: {answered(rounds.slots)}; there are no rounds."
+        yield f"{rounds.downlink}: {answered(rounds.slots)}; there are no rounds."
         return
     yield "A fix is broadcast as soon as MF is free, with all that wait; a round of K fixes takes"
     yield f"{'K':>6}{'bytes':>8}{'T_tx ms':>10}{'T_DL ms':>10}{'fixes/s':>10}"
@@ -140,7 +140,7 @@ def timing(scenario: str, overrides: tuple[str, ...], as_json: bool, allow_plugi
         return
     parts = (
         _durations(mission, rounds.slots),
-        _policy(mission, rounds),
+        _downlink(mission, rounds),
         limits_lines(mission, limits),
     )
     say("\n\n".join("\n".join(lines) for lines in parts))
@@ -174,11 +174,11 @@ def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
     yield f"{'tick':<22}{1e3 / rate:>10.3f} ms = 1/{rate:g} s"
 
 
-def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
+def _downlink(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
     """Yield what a round is under the scenario's downlink and schedule, and a table of rounds."""
     from ..scenario.families import broadcaster_of, downlink_of, schedule_of
 
-    policy, schedule = scenario.protocol.downlink, scenario.protocol.schedule
+    downlink, schedule = scenario.protocol.downlink, scenario.protocol.schedule
     if scenario.protocol.asvs_ping:
         yield from _passive(rounds)
         return
@@ -186,9 +186,10 @@ def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
         yield from random_lines(scenario, rounds, _shown(1, rounds.auvs))
         return
     if not rounds.are_known:
-        yield f"{schedule} / {policy}: the plug-in decides when fixes are broadcast and rounds end."
+        own = "the plug-in decides when fixes are broadcast and rounds end."
+        yield f"{schedule} / {downlink}: {own}"
         return
-    yield f"{schedule} / {policy}: {downlink_of(scenario).in_words}"
+    yield f"{schedule} / {downlink}: {downlink_of(scenario).in_words}"
     if scenario.protocol.replies:
         yield f"There, {answered(rounds.slots)}."
     yield from rounds.pace_lines(schedule_of(scenario))

@@ -128,19 +128,19 @@ def _turn(frames: Any, frame: Any) -> int:
 
 def _why_then(result: "Result", fix: Any, frame: Any) -> str:
     """Tell what the fix has waited for."""
-    policy = result.scenario.protocol.downlink
-    if is_plugin(policy):
-        return f"{policy.words}: the plug-in decided to broadcast now"
+    downlink = result.scenario.protocol.downlink
+    if is_plugin(downlink):
+        return f"{downlink.words}: the plug-in decided to broadcast now"
     if result.scenario.protocol.random_access:
         return why_broadcast(result, fix, frame, known_at(result, fix))
     slots, declared = uplink_slots(result, fix["round"]), downlink_of(result.scenario)
     slot = row_slot(result, fix) if declared.by_group else len(slots) - 1
     if int(frame["round"]) != int(fix["round"]) and declared.waits:
         most = slots_of(result.scenario).messages.most
-        return f"{policy}: older fixes filled the messages before, of {most} each"
+        return f"{downlink}: older fixes filled the messages before, of {most} each"
     ends = slots[slot].end
     which = "its slot" if declared.by_group else "the last slot of its round"
-    words = f"{policy}: {which} ended at {ends:.4f} s"
+    words = f"{downlink}: {which} ended at {ends:.4f} s"
     if fix.broadcast_at_s - ends > 1e-9:
         words += " and the frame before it held the band until now"
     return words

@@ -167,16 +167,16 @@ def _why_round(replies: bool) -> str:
 
 def why_broadcast(result: "Result", fix: Any, frame: Any, known_at_s: float) -> str:
     """Tell what a fix has waited for, which the fleet has known since an instant (s)."""
-    policy, slots = result.scenario.protocol.downlink, slots_of(result.scenario)
+    downlink, slots = result.scenario.protocol.downlink, slots_of(result.scenario)
     waited, begun = fix.broadcast_at_s - known_at_s, frame.sent_at_s
     started = row_of(result, "rounds", "round", int(frame["round"])).started_at_s
     if begun <= slots.clock.after(known_at_s, 0.0) + SAME:
-        return f"{policy}: MF was free, so that it is broadcast at once"
+        return f"{downlink}: MF was free, so that it is broadcast at once"
     if frame.get("part"):
-        return f"{policy}: it is in message {frame.part + 1} of its broadcast"
+        return f"{downlink}: it is in message {frame.part + 1} of its broadcast"
     if started < known_at_s:
-        return f"{policy}: no ASV worked for {waited:.4f} s"
-    return f"{policy}: frames before it held the band until now, for {waited:.4f} s"
+        return f"{downlink}: no ASV worked for {waited:.4f} s"
+    return f"{downlink}: frames before it held the band until now, for {waited:.4f} s"
 
 
 def _why_now(result: "Result", ping: Any) -> str:

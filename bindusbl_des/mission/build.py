@@ -89,7 +89,7 @@ def build_world(
     make = _passive if scenario.protocol.asvs_ping else _network
     network = make(env, scenario, auvs, asvs, navigator, record, streams)
     if scenario.navigation.gnss_fix is not None:
-        equip_with_gnss(env, scenario, auvs, network.downlink, record, streams)
+        equip_with_gnss(env, scenario, auvs, network.deliveries, record, streams)
     if anchors is not None:
         known = None if scenario.protocol.asvs_ping else record.fixes
         env.process(anchors.keep_placing(env, known))
@@ -163,7 +163,7 @@ def _network(
         record,
         hf_bursts(scenario, streams),
     )
-    downlink = MfDownlink(
+    deliveries = MfDownlink(
         env,
         auvs,
         asvs,
@@ -182,13 +182,13 @@ def _network(
         ),
         None if ranging_named(protocol.ranging).own_clocks else strayed(scenario, auvs),
         record,
-        downlink.frames if protocol.deafens_asvs else None,
+        deliveries.frames if protocol.deafens_asvs else None,
     )
     replies = answers = None
     if protocol.replies:
         message = slots.messages.packed(1)[0] if protocol.replies_in_frames else None
         delay = reply_delay_of(scenario)
-        replies = Replies(env, outcomes, downlink, record, message, delay)
+        replies = Replies(env, outcomes, deliveries, record, message, delay)
     if schedule_of(scenario).calls:
         answers = Answers(env, outcomes, record, slots)
     schedule = schedule_named(protocol.schedule)
@@ -201,9 +201,9 @@ def _network(
         record,
         uplink,
         outcomes,
-        downlink,
+        deliveries,
         ranging_of(scenario, env, uplink, streams, answers),
-        policy=downlink_named(protocol.downlink),
+        downlink=downlink_named(protocol.downlink),
         frame_s=protocol.frame_s if framed else 0.0,
         schedule=schedule,
         schedule_draw=streams.of(Purpose.SCHEDULE),
@@ -235,7 +235,7 @@ def dissemination_of(scenario: Scenario, network: Network, streams: Streams) -> 
         network.env,
         network.slots,
         network.record,
-        network.downlink,
+        network.deliveries,
         network.ranging,
         network.schedule,
         network.view,

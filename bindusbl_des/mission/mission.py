@@ -316,12 +316,12 @@ class Mission:
 
         The estimate includes every fix delivered by now, as that of `tracks` does.
         """
-        self._world.network.downlink.settle(self._last_instant(self._time))
+        self._world.network.deliveries.settle(self._last_instant(self._time))
         return auv_states(self._world, self._time)
 
     def gnss_fixes(self, first: int = 0) -> list[GnssFix]:
         """Return the GNSS fixes that AUVs have made at the surface by now, from the `first` on."""
-        self._world.network.downlink.settle(self._last_instant(self._time))
+        self._world.network.deliveries.settle(self._last_instant(self._time))
         rows = self._world.record.gnss_fixes.rows[first:]
         return [
             GnssFix(

@@ -29,7 +29,7 @@ from .round_lengths import Rounds, rounds_of
 from .sights import Groups, SurveySights, each, groups_made, groups_of, planned_sights
 
 # Whose rates stand beside those of the scenario's own rounds.
-POLICIES = tuple(name for name, it in DOWNLINKS.items() if it.is_foreseen)
+COMPARED = tuple(name for name, it in DOWNLINKS.items() if it.is_foreseen)
 
 
 @dataclass(frozen=True)
@@ -72,13 +72,13 @@ def rates_of(
         found["planned"] = _shared(delivered, in_turn)
     groups = groups_made(schedule_of(scenario), heard)
     if groups is not None and not rounds.frame:
-        policies = dict.fromkeys((protocol.downlink, *POLICIES))
+        downlinks = dict.fromkeys((protocol.downlink, *COMPARED))
         if protocol.replies:
-            policies = {protocol.downlink: None}
-        for policy in policies:
-            if policy in DOWNLINKS:
-                name = "planned" if policy == protocol.downlink else policy
-                found[name] = _shared(delivered, _lengths(policy, rounds, groups, sights.made))
+            downlinks = {protocol.downlink: None}
+        for downlink in downlinks:
+            if downlink in DOWNLINKS:
+                name = "planned" if downlink == protocol.downlink else downlink
+                found[name] = _shared(delivered, _lengths(downlink, rounds, groups, sights.made))
     if records_hz is not None:
         frames = _airtimes(rounds.slots, sights.made, senders)
         if scenario.protocol.random_access or protocol.replies:  # whatever waits, or one fix each
@@ -92,13 +92,13 @@ def _shared(delivered: Floats, lengths: Floats) -> Rates:
     return Rates(np.asarray((delivered / lengths[:, np.newaxis]).mean(axis=0)))
 
 
-def _lengths(policy: str, rounds: Rounds, groups: Ints, made: Floats) -> Floats:
+def _lengths(downlink: str, rounds: Rounds, groups: Ints, made: Floats) -> Floats:
     """Return how long (s) rounds are at each instant (k,), with as many fixes (k, n) as are
     made on average.
     """
     further, named, slots = rounds.contention, rounds.named, rounds.slots
     length = cache(
-        lambda count, fixes: cycle(policy, slots, count + further, fixes, named).length_s
+        lambda count, fixes: cycle(downlink, slots, count + further, fixes, named).length_s
     )
     fixes = np.rint(made.sum(axis=1)).astype(np.int64).tolist()
     return np.array([length(*it) for it in zip(groups.tolist(), fixes, strict=True)])

@@ -17,11 +17,11 @@ from ..scenario.scenario import Scenario
 
 @dataclass(frozen=True)
 class Rounds:
-    """The rounds of a protocol: their slots and policy, and which ping groups they may have.
+    """The rounds of a protocol: their slots and downlink, and which ping groups they may have.
 
     With random access there are none: one of no groups is a cycle of the downlink, at its shortest.
     They have `fewest` to `most` groups, together of `auvs` AUVs.  A schedule with frames (`frame`
-    in s, else 0) begins each round with a frame.  How long those of a policy of one's own last,
+    in s, else 0) begins each round with a frame.  How long those of a downlink of one's own last,
     only it knows; where a number is needed, they are taken for sequential ones.  With passive
     ranging there is no downlink (None), and groups are of one ASV each.  Broadcasts tell
     `named` AUVs their slots, and after the groups there may be a slot for others (`contention`).
@@ -29,7 +29,7 @@ class Rounds:
     """
 
     slots: Slots
-    policy: str | None
+    downlink: str | None
     fewest: int
     most: int
     auvs: int
@@ -40,13 +40,15 @@ class Rounds:
 
     @property
     def are_known(self) -> bool:
-        """Whether the lengths follow from the slots: those of a policy that ships do."""
-        return self.policy is None or self.policy in DOWNLINKS
+        """Whether the lengths follow from the slots: those of a downlink that ships do."""
+        return self.downlink is None or self.downlink in DOWNLINKS
 
     @property
     def broadcasts(self) -> bool:
         """Whether fixes are broadcast, so that their number decides how long a round lasts."""
-        return self.policy is not None and not DOWNLINKS.get(self.policy, DownlinkTraits()).replies
+        return (
+            self.downlink is not None and not DOWNLINKS.get(self.downlink, DownlinkTraits()).replies
+        )
 
     def length(self, groups: int, fixes: int) -> float:
         """Return the time (s) that a round of some groups and fixes takes, at most."""
@@ -57,7 +59,7 @@ class Rounds:
         return self._lasts(self.slots if self.pace is None else self.pace[0], groups, fixes)
 
     def _lasts(self, slots: Slots, groups: int, fixes: int) -> float:
-        return cycle(self.policy, slots, groups + self.contention, fixes, self.named).length_s
+        return cycle(self.downlink, slots, groups + self.contention, fixes, self.named).length_s
 
     def usual(self, groups: int, fixes: int) -> float:
         """Return about how long (s) it is from one round to the next."""
@@ -91,8 +93,8 @@ def rounds_of(scenario: Scenario) -> Rounds:
     if protocol.asvs_ping:
         return Rounds(slots, None, asvs, asvs, count, 0.0)
     if scenario.protocol.random_access:
-        policy = protocol.downlink if protocol.replies else STAND_IN
-        return Rounds(slots, policy, 0, 0, count, 0.0)
+        downlink = protocol.downlink if protocol.replies else STAND_IN
+        return Rounds(slots, downlink, 0, 0, count, 0.0)
     named = count if tells_slots(scenario) else 0
     contention = named > 0 and protocol.dissemination.missed == "contention"
     rounds = Rounds(

@@ -80,7 +80,7 @@ class _Dry:
 
     def __init__(self, slots: Slots, brings: Sequence[int], named: int, busy_s: float) -> None:
         self.env, self.slots = simpy.Environment(), slots
-        self.bands = self.ranging = self.downlink = _Bands(brings, self.env)
+        self.bands = self.ranging = self.deliveries = _Bands(brings, self.env)
         self.dissemination = _Dissemination(named) if named else None
         self.answers = self.broadcaster_draw = self.listeners = None
         self.asv_fleet = self.record = _Nobody()
@@ -130,9 +130,9 @@ def cycle(downlink: str | None, slots: Slots, groups: int, fixes: int, named: in
 
 def _run(downlink: str | None, dry: _Dry, groups: int) -> float:
     """Return when a round ends (s) that begins at 0."""
-    policy = direct_reply if downlink is None else DOWNLINKS.get(downlink, DOWNLINKS[STAND_IN])
+    rounds = direct_reply if downlink is None else DOWNLINKS.get(downlink, DOWNLINKS[STAND_IN])
     slot = dry.slots.uplink_slot
     turn = Turn(Round(0, 0.0, groups, 0), [[0]] * groups, [slot] * groups, cast(Any, None))
 
-    process = dry.env.process(policy(cast(Network, dry), turn, 0.0))
+    process = dry.env.process(rounds(cast(Network, dry), turn, 0.0))
     return float(cast(float, dry.env.run(until=process)))

@@ -52,8 +52,8 @@ def direct_reply(network: Network, turn: Turn, time: float) -> Steps:
 
 
 DOWNLINKS: dict[str, Downlink] = {
-    policy.__name__: policy
-    for policy in (sequential, pipelined_round, pipelined_group, direct_reply)
+    downlink.__name__: downlink
+    for downlink in (sequential, pipelined_round, pipelined_group, direct_reply)
 }
 
 
@@ -79,7 +79,7 @@ class OwnDownlink:
     """
 
     name: str
-    policy: Downlink
+    rounds: Downlink
 
     def __call__(self, network: Network, turn: Turn, time: float) -> Steps:
         """Go through a round from an instant (s); return the instant at which the next begins.
@@ -89,7 +89,7 @@ class OwnDownlink:
                 instant after this one.
         """
         when = f" in round {turn.row.round}"
-        steps = asked(DOWNLINK.key, self.name, self.policy, network, turn, time, when=when)
+        steps = asked(DOWNLINK.key, self.name, self.rounds, network, turn, time, when=when)
         answer = yield from checked_steps(DOWNLINK.key, self.name, steps, network.env, when)
         return (yield from self._ended(network, answer, time, when))
 

@@ -48,8 +48,8 @@ Downlink = Callable[["Network", Turn, float], Steps]
 class Network(Watched):
     """What the protocol runs on: slots and bands, who decides what, and what the fleet knows.
 
-    `policy` is the downlink; rounds start every `frame_s`, or as soon as they can if it is 0;
-    all later by what they have `paused` (s), while no ASV worked.
+    `downlink` says when which fixes travel, by `deliveries`; rounds start every `frame_s`, or as
+    soon as they can if it is 0; all later by what they have `paused` (s), while no ASV worked.
     The fleet goes by the predicted `positions` of AUVs.  What it expects of their `estimates`
     schedules may ask; slots that end with `answers` wait for these.
     `dissemination` is how AUVs come to know their slots; without it all know them at once.
@@ -63,9 +63,9 @@ class Network(Watched):
     record: Recorder
     uplink: Uplink
     outcomes: Outcomes
-    downlink: MfDownlink
+    deliveries: MfDownlink
     ranging: OneWay | TwoWay | OwnRanging
-    policy: Downlink
+    downlink: Downlink
     frame_s: float
     schedule: Schedule
     schedule_draw: RandomStream
@@ -85,7 +85,7 @@ class Network(Watched):
     def __post_init__(self) -> None:
         counts = {"auv": len(self.auv_fleet), "asv": len(self.asv_fleet)}
         self.watching = Happenings(
-            self.env, self.record, self.uplink, self.outcomes, self.downlink, counts
+            self.env, self.record, self.uplink, self.outcomes, self.deliveries, counts
         )
         if self.replies is not None:
             self.uplink.answered_by = self.replies.expect
@@ -131,4 +131,4 @@ class Network(Watched):
             self.outcomes.resolve_passed(before_the_end)  # heard, but not broadcast any more
         self.outcomes.close(time)
         self.ranging.close()
-        self.downlink.close(before_the_end)
+        self.deliveries.close(before_the_end)

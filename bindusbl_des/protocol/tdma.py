@@ -35,7 +35,7 @@ def serve(network: Network) -> Generator[simpy.Event, None, None]:
             begins = yield from some_work(network.env, network.asv_fleet, network.slots.clock, time)
             network.paused += begins - time
             time = begins
-        time = yield from network.policy(network, scheduled(network, number, time), time)
+        time = yield from network.downlink(network, scheduled(network, number, time), time)
 
 
 def scheduled(network: Network, number: int, time: float) -> Turn:
@@ -161,7 +161,7 @@ def _send(
     """Let an ASV send, at an instant (s), one message of a broadcast: the part of that number, with
     these fixes; it names AUVs that have a slot in a round to come.
     """
-    network.downlink.send(turn.row.round, fixes, asv, time, message, part)
+    network.deliveries.send(turn.row.round, fixes, asv, time, message, part)
     turn.row.fixes += message.fixes
     if network.dissemination is not None and (names or part == 0):
         network.dissemination.send(turn.row.round, len(network.record.broadcasts) - 1, names)

@@ -69,7 +69,7 @@ class PassiveNetwork(Watched):
     record: Recorder
     uplink: Beacons
     outcomes: PassiveOutcomes
-    downlink: OwnFixes
+    deliveries: OwnFixes
 
     def __post_init__(self) -> None:
         counts = {"auv": len(self.auv_fleet), "asv": len(self.asv_fleet)}
@@ -78,7 +78,7 @@ class PassiveNetwork(Watched):
             self.record,
             self.uplink,
             self.outcomes,
-            self.downlink,
+            self.deliveries,
             counts,
             heard_is_had=True,
         )
@@ -86,7 +86,7 @@ class PassiveNetwork(Watched):
     def close(self, time: float) -> None:
         """Settle what is under way as the mission ends at an instant (s)."""
         before_the_end = math.nextafter(time, 0.0)
-        self.downlink.settle(before_the_end)
+        self.deliveries.settle(before_the_end)
         self.outcomes.close(before_the_end)
 
 
@@ -105,8 +105,8 @@ def take_turns(network: PassiveNetwork) -> Generator[simpy.Event, None, None]:
         network.record.rounds.append(row)
         for slot, asv in enumerate(turns):
             if asv not in asvs.failed(time):
-                network.downlink.expect(network.uplink.send(number, slot, asv, time))
+                network.deliveries.expect(network.uplink.send(number, slot, asv, time))
             time = network.slots.clock.after(time, network.slots.uplink_slot)
             yield moment(network.env, time)
             row.uplink_s = time - row.started_at_s
-            network.downlink.settle(time)
+            network.deliveries.settle(time)
