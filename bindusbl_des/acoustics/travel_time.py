@@ -60,31 +60,6 @@ def travel_time(
     )
 
 
-def travel_time_constant_velocity(
-    offset: Sequence[float], velocity: Sequence[float], sound_speed: float
-) -> float:
-    """Return how long (s) a sound travels to a receiver that keeps its course.
-
-    `offset` (m) points from the source to the receiver when the sound is sent, `velocity` (m/s) is
-    the receiver's, both with the same number of axes.  Raises ValueError for values that are not
-    finite and for a receiver as fast as sound.  Source: |d + v D| = c D solved for D.
-
-    >>> round(travel_time_constant_velocity((100, 0, 0), (1.5, 0, 0), 1500.0), 12)
-    0.066733400067
-    """
-    distance, speed = math.hypot(*offset), math.hypot(*velocity)
-    if not math.isfinite(distance):
-        refuse("offset", offset, "be finite", "give metres from source to receiver")
-    if not speed < sound_speed < math.inf:
-        refuse("receiver speed (m/s)", speed, f"be below {sound_speed}", "give metres per second")
-    receding = sum(d * v for d, v in zip(offset, velocity, strict=True))
-    excess = (sound_speed - speed) * (sound_speed + speed)
-    root = math.sqrt(receding**2 + excess * distance**2)
-    if receding >= 0.0:
-        return (receding + root) / excess
-    return distance**2 / (root - receding)  # the same number, without a difference of near equals
-
-
 @compiled
 def light_time(
     source: Place, motion: Motion, vehicle: int, sent_at: float, sound_speed: float

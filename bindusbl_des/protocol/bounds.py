@@ -179,21 +179,13 @@ def record_bound(airtime: Callable[[int], float], fixes: Iterable[int]) -> float
     """Return how many records one broadcaster can send (1/s), frame behind frame, headers included.
 
     `airtime` is that of a frame (s) of so many fixes; the best of the numbers `fixes` is taken.
-    With one record each of N AUVs in a frame it is N / T_tx(N).
+    With one record each of N AUVs in a frame it is N / T_tx(N); of endless frames the header no
+    longer counts.
 
     >>> round(record_bound(lambda fixes: 0.064 + 0.128 * fixes, range(1, 4)), 3)
     6.696
     """
     return max(fixes / airtime(fixes) for fixes in fixes)
-
-
-def record_limit(record_bytes: int, bit_rate: float = 2000.0, overhead: float = 2.0) -> float:
-    """Return what :func:`record_bound` tends to as frames grow and headers (bytes) no longer count.
-
-    >>> record_limit(16)
-    7.8125
-    """
-    return bit_rate / (8 * overhead * record_bytes)
 
 
 def latency_bound(up_m: float, airtime_s: float, down_m: float, sound_speed: float) -> float:
@@ -203,34 +195,3 @@ def latency_bound(up_m: float, airtime_s: float, down_m: float, sound_speed: flo
     0.2587
     """
     return (up_m + down_m) / sound_speed + airtime_s
-
-
-def sequential_rate(groups: int, uplink_slot: float, downlink_slot: float) -> float:
-    """Return how often (1/s) each AUV is fixed if each is in each round, and frames follow pings.
-
-    >>> round(sequential_rate(3, 0.1, 0.5), 6)
-    1.25
-    """
-    return 1.0 / (groups * uplink_slot + downlink_slot)
-
-
-def pipelined_rate(groups: int, uplink_slot: float, downlink_slot: float) -> float:
-    """Return what :func:`sequential_rate` does where frames are sent as the next round pings.
-
-    It is at most twice as much: (a + b) / max(a, b) <= 2.
-
-    >>> pipelined_rate(3, 0.1, 0.5)
-    2.0
-    """
-    return 1.0 / max(groups * uplink_slot, downlink_slot)
-
-
-def optimum_rate(auvs: int, airtime: Callable[[int], float]) -> float:
-    """Return how often (1/s) each of so many AUVs can be told of a fix, frame behind frame.
-
-    Pings are packed meanwhile so that no ASV waits: the downlink is what binds.
-
-    >>> round(optimum_rate(3, lambda fixes: 0.064 + 0.128 * fixes), 6)
-    2.232143
-    """
-    return 1.0 / airtime(auvs)

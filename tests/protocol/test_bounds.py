@@ -15,15 +15,12 @@ from bindusbl_des.protocol.bounds import (
     fewest_groups,
     latency_bound,
     most_heard,
-    optimum_rate,
-    pipelined_rate,
     record_bound,
-    record_limit,
     reuse_bound,
-    sequential_rate,
     slotted_aloha_capacity,
 )
 from bindusbl_des.protocol.conflicts import conflict_graph, dsatur_groups, greedy_groups
+from bindusbl_des.protocol.cycles import cycle
 from bindusbl_des.protocol.slots import slots_of
 
 # Fixes per AUV and second if all share one ASV, sequential and pipelined over 60, 100 and 140 m,
@@ -50,13 +47,9 @@ def test_rates_of_a_fleet_that_shares_one_asv(auvs: int) -> None:
     for side in SIDES:
         plain["survey"]["side_m"] = side
         slots = slots_of(type(load_scenario("recovery_140m")).model_validate(plain))
-        uplink, downlink = (
-            slots.clock.after(0.0, length)
-            for length in (slots.uplink_slot, slots.downlink_slot(auvs))
-        )
-        found += [rate(auvs, uplink, downlink) for rate in (sequential_rate, pipelined_rate)]
+        for downlink in ("sequential", "pipelined_round"):
+            found.append(1 / cycle(downlink, slots, auvs, auvs).length_s)
     assert found == pytest.approx(expected, abs=5e-7)
-    assert optimum_rate(auvs, slots.airtime) == pytest.approx(optimum, abs=5e-7)
     assert record_bound(slots.airtime, [auvs]) == pytest.approx(auvs * optimum, rel=1e-6)
     for sequential, pipelined in zip(found[::2], found[1::2], strict=True):
         assert sequential < pipelined <= min(2 * sequential, optimum)
@@ -65,7 +58,6 @@ def test_rates_of_a_fleet_that_shares_one_asv(auvs: int) -> None:
 def test_limits_of_pings_records_and_latency() -> None:
     assert decode_bound(0.010) == pytest.approx(100 / 3)
     assert decode_bound(0.010, 0.0) == pytest.approx(100.0)
-    assert record_limit(16) == pytest.approx(7.8125)
     assert record_bound(lambda fixes: 0.064 + 0.128 * fixes, [10**6]) == pytest.approx(7.8125)
     assert latency_bound(50.0, 0.192, 100.0, 1500.0) == pytest.approx(0.292)
 
