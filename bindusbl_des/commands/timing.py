@@ -92,8 +92,8 @@ def _load(scenario: "Scenario", load: "OfferedLoad") -> Iterator[str]:
     if load.success is not None:
         alone = "alone in their slot" if unit == "slots" else "meet no other"
         yield f"{alone:<22}{100 * load.success:>10.1f} % at an ASV that hears all AUVs"
-        throughput = load.load * load.success
-        yield f"{'throughput S':<22}{throughput:>10.3f} {unit} clear, per {unit[:-1]}'s length"
+        clear = load.pings_per_s * load.lasts_s * load.success
+        yield f"{'throughput S':<22}{clear:>10.3f} {unit} clear, per {unit[:-1]}'s length"
     else:
         assert load.window is not None
         assert load.slot_s is not None

@@ -343,7 +343,7 @@ def team_text(candidate: Candidate) -> str:
     if candidate.moves:
         places = f" on the move ({candidate.scenario.asvs.formation.choice})"
     elif positions is not None:
-        places = " at " + ", ".join(f"({x:g}, {y:g})" for x, y in positions)
+        places = " at " + ", ".join(f"({x + 0.0:g}, {y + 0.0:g})" for x, y in positions)
     elif candidate.asvs == 1:
         places = " in the middle" if candidate.is_ring else places
     elif radius is not None:
