@@ -211,8 +211,10 @@ class Dissemination:
         """
         ahead, count = number + self.announcing.ahead, len(self.auvs)
         lasts = len(senders) * self.slots.downlink_slot(count, count)  # at most, one by one
-        before = self._plans.get(ahead - 1) if self.announcing.ahead > 1 else None
-        if before is not None:
+        if self.announcing.ahead > 1:  # the round before it begins with the broadcast
+            if ahead - 1 not in self._plans:
+                self._plans[ahead - 1] = self._plan(ahead - 1, time, time)
+            before = self._plans[ahead - 1]
             lasts = max(lasts, self._slot_starts(before.groups, before.starts_s)[-1] - time)
         lasts = max(lasts, self.opens(ahead) - time)
         plan = self._plans[ahead] = self._plan(ahead, time, time, lasts)
@@ -226,10 +228,8 @@ class Dissemination:
         """Have the round ahead begin once the downlink slot of one has ended (s), if no later."""
         ahead = number + self.announcing.ahead
         plan, starts = self._plans[ahead], [ends, self.opens(ahead)]
-        if self.announcing.ahead > 1:  # the round before it begins with the broadcast
-            time = plan.starts_s
-            before = self._plans.get(ahead - 1) or self._plan(ahead - 1, time, time)
-            starts.append(self._slot_starts(before.groups, time)[-1])
+        if self.announcing.ahead > 1:
+            starts.append(self._slot_starts(self._plans[ahead - 1].groups, plan.starts_s)[-1])
         plan.starts_s = max(starts)
 
     def send(self, number: int, broadcast: int, named: Sequence[int]) -> None:
@@ -246,6 +246,8 @@ class Dissemination:
         view.heard[lost] = False
         view.lost, view.ahead_s = tuple(np.flatnonzero(lost).tolist()), ahead_s
         asked = self.schedule(view)
+        assert view.known is not None
+        view.known.give_turns(asked, view.heard, number)
         groups = [[auv for auv in group if not lost[auv]] for group in asked]
         lengths = list(asked.lengths_s) if isinstance(asked, TimedGroups) else []
         if not lengths:  # slots of T_UL can be left out

@@ -46,6 +46,7 @@ def scheduled(network: Network, number: int, time: float) -> Turn:
     if network.dissemination is None:
         view = network.view(number, time)
         groups = network.schedule(view)
+        network.estimates.give_turns(groups, view.heard, number)
     else:  # AUVs go by the schedule that frames have told them of
         plan = network.dissemination.planned(number, time)
         view, groups = plan.view, plan.groups

@@ -1,5 +1,6 @@
 """Worst first: the AUV that is expected to err most has its turn, and nobody is forgotten."""
 
+from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
@@ -170,12 +171,27 @@ def test_a_fleet_counts_turns_in_vain() -> None:
     assert [it.turns_in_vain.tolist() for it in SEEN[:3]] == [[0, 0], [0, 0], [0, 0]]
 
 
+@pytest.mark.parametrize("downlink", ["sequential", "pipelined_round"])
+def test_who_does_not_know_its_slot_keeps_nobody_waiting(downlink: str) -> None:
+    """AUV0 decodes no frame, so it has the largest claim and is silent: a turn is a turn."""
+    route = {"kind": "hold", "positions_m": [[30.0, 0.0], [10.0, 0.0], [0.0, 10.0]]}
+    protocol = {"downlink": downlink, "knowledge": "broadcast", **WORST["protocol"]}
+    mf = {"range_m": 20.0}
+    world = still(
+        3, duration_s=30.0, auvs={"route": route}, protocol=protocol, acoustics={"mf": mf}
+    )
+    turns = simulate(world).tables["assignments"].auv.tolist()[2:]
+    assert turns.count("AUV0") < len(turns) / 2
+    assert min(turns.count("AUV1"), turns.count("AUV2")) > len(turns) / 5
+    assert not any(turn == following for turn, following in pairwise(turns))
+
+
 def test_a_view_made_by_hand_says_what_it_lacks() -> None:
     view = view_of([[True]], [1.0])
     del view.__dict__["turns_in_vain"]
     with pytest.raises(LookupError, match="made by hand"):
         worst_first(view)
-    view.known = SimpleNamespace(turns_in_vain=lambda heard: np.zeros(1))  # type: ignore[assignment]
+    view.known = SimpleNamespace(turns_in_vain=lambda: np.zeros(1))  # type: ignore[assignment]
     assert worst_first(view) == [[0]]
 
 

@@ -113,7 +113,7 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
     told = (
         protocol["broadcaster"] != "parallel"
         and protocol["downlink"] in ("sequential", "pipelined_round")
-        and named(protocol["schedule"]) not in ("random", "worst_first", "super_tdma")
+        and named(protocol["schedule"]) not in ("random", "super_tdma")
         and draw.random() < 0.4
     )
     if told:

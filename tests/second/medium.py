@@ -68,6 +68,13 @@ class Medium:
                 return tuple(p + share * (q - p) for p, q in zip(a, b, strict=True))
         return points[-1][1:]
 
+    def fastest(self, vehicle: str) -> float:
+        """Return the horizontal speed of a vehicle on its fastest leg."""
+        return max(
+            (math.dist(a[1:3], b[1:3]) / (b[0] - a[0]) for a, b in pairwise(self.legs[vehicle])),
+            default=0.0,
+        )
+
     def works(self, vehicle: str, begin: float, end: float | None = None) -> bool:
         """Tell whether a vehicle works at an instant, or all the time from one to another."""
         return not any(

@@ -103,23 +103,52 @@ class Second(Medium):
             found[i] = (x + c - a, y + d - b, depth)
         return found
 
-    def plan(self, number: int, time: float) -> tuple[list[list[str]], int]:
-        """Return the ping groups of a round and how many AUVs conflict, by what is known."""
+    def plan(self, number: int, time: float, ahead: float = 0.0) -> tuple[list[list[str]], int]:
+        """Return the ping groups of a round and how many AUVs conflict, by what is known.
+
+        The round begins at most so much later (s).
+        """
         self.launch, margin = self.believed(time), self.keys["conflict_margin_m"]
         at = {j: self.where(j, time) for j in self.working(time)}
-        by = {
-            i: {j for j in at if self.reaches(place, at[j], margin)}
-            for i, place in self.launch.items()
-        }
+
+        def hearers(extra: dict[str, float]) -> dict[str, set[str]]:
+            return {
+                i: {j for j in at if self.reaches(place, at[j], max(margin, extra[i]))}
+                for i, place in self.launch.items()
+            }
+
+        by = hearers(dict.fromkeys(self.auvs, 0.0))
         rivals = rivals_of(by)
-        groups = [] if self.random_access else self.groups(number, time, by, rivals)
+        if self.schedule == "worst_first":
+            near = rivals_of(hearers({i: ahead * self.fastest(i) for i in self.auvs}))
+            groups = self.worst_first(number, time, by, near)
+        else:
+            groups = [] if self.random_access else self.groups(number, time, by, rivals)
         return groups, 0 if self.passive else sum(map(len, rivals.values())) // 2
+
+    def lasts_at_most(self, start: float, senders: int) -> float:
+        """Return how long after a broadcast the round of which it tells begins at the latest."""
+        each = self.airtime(len(self.auvs), len(self.auvs)) + self.down_guard
+        longest = senders * max(each, self.down_shortest)
+        if self.ahead == 2:  # slots of the round that begins with the broadcast
+            longest = max(longest, self.slots_end(len(self.rounds), start) - start)
+        return longest
+
+    def slots_end(self, number: int, start: float) -> float:
+        """Return when the slots of a planned round end, if they begin at an instant."""
+        for _ in self.plans[number][0]:
+            start = self.after(start, self.slot_s)
+        return start
 
     def begin_round(self, start: float) -> list[list[str]]:
         """Begin a round; return its ping groups."""
         number = len(self.rounds)
-        if not self.told or number < self.ahead:  # `ahead` rounds are agreed before the launch
-            self.plans[number] = self.plan(number, 0.0 if self.told else start)
+        if self.told and number == 0:  # `ahead` rounds are agreed before the launch
+            self.plans[0] = self.plan(0, 0.0)
+            if self.ahead == 2:
+                self.plans[1] = self.plan(1, 0.0, self.slots_end(0, 0.0))
+        if number not in self.plans:
+            self.plans[number] = self.plan(number, start)
         groups, conflicts = self.plans[number]
         row: Row = {
             "round": number,
@@ -150,8 +179,6 @@ class Second(Medium):
             return [[self.auvs[number % len(self.auvs)]]]
         if self.schedule == "random":
             return [[self.given.turns[number]]]
-        if self.schedule == "worst_first":
-            return self.worst_first(number, start, by, rivals)
         if self.schedule == "super_tdma":
             return self.packed(number, start, by)
         return coloured(rivals, by_saturation=self.schedule == "dsatur")
@@ -319,7 +346,7 @@ class Second(Medium):
             return start
         end, number, slots = start, row["round"] + self.ahead, 0
         if self.told:
-            self.plans[number] = self.plan(number, start)
+            self.plans[number] = self.plan(number, start, self.lasts_at_most(start, 1))
             slots = sum(map(len, self.plans[number][0]))
         for shares in self.senders(start, working, slots):
             ends = [self.send(row["round"], j, end, fixes, slots) for j, fixes in shares.items()]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...core.arrays import Flags, Floats, Ints
+from ...core.arrays import Floats, Ints
 from ...records.rows import Recorder, Rows
 from ...scenario.families import positions_of
 from ...scenario.instruments.own_sensors import straight_drift_rms
@@ -45,7 +45,7 @@ class Plans:
 
 
 class KnownFixes:
-    """The last fix of each AUV that was broadcast, and what has been tried since.
+    """The last fix of each AUV that was broadcast, and the turns that it was given since.
 
     Nothing is worked out before somebody asks.
     """
@@ -57,9 +57,9 @@ class KnownFixes:
         self._pinged_at = np.zeros(auvs)
         self._variance = np.full(auvs, 2.0 * initial_sd_m**2)
         self._fixed = np.full(auvs, 0.0)  # variances (m2) of the last fixes, where AUVs are plotted
-        self._heard = np.zeros(auvs, dtype=np.bool_)
-        self._tried: list[list[int]] = [[] for _ in range(auvs)]  # pings since then
-        self._fixes = self._pings = 0  # of these rows account has been taken
+        self._turns: list[list[int]] = [[] for _ in range(auvs)]  # rounds since then
+        self._is_asked = False  # whether the schedule of this round goes by them
+        self._fixes = 0  # of these rows account has been taken
 
     def since_s(self, time: float) -> Floats:
         """Return how long before an instant (s) each AUV sent the ping of its last fix, (n,)."""
@@ -90,23 +90,24 @@ class KnownFixes:
         way = self._plans.speeds_m_per_s * self.since_s(time)
         return np.asarray(sds * np.sqrt(self._fixed) + way)
 
-    def turns_in_vain(self, heard: Flags) -> Ints:
-        """Return how many pings each AUV was given since its last fix while it was believed to be
-        heard, (n,).
-
-        Whom an ASV is believed to hear now, `heard` (n,), counts for what is sent from now on.
-        """
+    def turns_in_vain(self) -> Ints:
+        """Return how many turns each AUV was given since that of its last fix, (n,)."""
         self._note()
-        self._heard = heard
-        return np.array([len(tried) for tried in self._tried], dtype=np.int64)
+        self._is_asked = True
+        return np.array([len(turns) for turns in self._turns], dtype=np.int64)
+
+    def give_turns(self, groups: Groups, heard: Hearing, number: int) -> None:
+        """Note who has a turn in a round, by its number, and is `heard` (n, m), if its schedule
+        asks for that.  Whether AUVs know of their turn and ping, the fleet cannot tell.
+        """
+        for group in groups if self._is_asked else ():
+            for auv in group:
+                if heard[auv].any():
+                    self._turns[auv].append(number)
+        self._is_asked = False
 
     def _note(self) -> None:
-        """Take account of the pings that were sent and the fixes that were broadcast meanwhile."""
-        pings = self._record.pings.rows[self._pings :]
-        for auv, ping in zip(pings["auv"].tolist(), pings["ping"].tolist(), strict=True):
-            if self._heard[auv]:
-                self._tried[auv].append(ping)
-        self._pings += len(pings)
+        """Take account of the fixes that were broadcast meanwhile."""
         fixes = self._record.fixes.rows[self._fixes :]
         broadcast = np.isfinite(fixes["broadcast_at_s"])
         for fix in fixes[broadcast]:
@@ -121,7 +122,7 @@ class KnownFixes:
             self._variance[auv] = weighed(drifted, fix["sd_x_m"] ** 2 + fix["sd_y_m"] ** 2)
             self._fixed[auv] = fix["sd_x_m"] ** 2 + fix["sd_y_m"] ** 2
             self._pinged_at[auv] = fix["pinged_at_s"]
-            self._tried[auv] = [ping for ping in self._tried[auv] if ping > fix["ping"]]
+            self._turns[auv] = [turn for turn in self._turns[auv] if turn > fix["round"]]
 
 
 def weighed(drifted: float, fix: float) -> float:
@@ -216,10 +217,10 @@ class View:
 
     @cached_property
     def turns_in_vain(self) -> Ints:
-        """How many pings each AUV has been given since then where an ASV was believed to hear it,
+        """How many turns each AUV has been given since then where an ASV was believed to hear it,
         none of which made a fix that was broadcast, shape (n,); of rounds whose view was asked.
         """
-        return self._known.turns_in_vain(np.asarray(self.heard.any(axis=1)))
+        return self._known.turns_in_vain()
 
     @cached_property
     def range_rates_m_per_s(self) -> Floats:
