@@ -11,13 +11,14 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from .conflicts import Hearing, dsatur_groups
+from ..core.arrays import Flags
+from .conflicts import dsatur_groups
 
 # Graphs of more AUVs that DSATUR does not settle are left with what is known of them.
 EXACT_UP_TO = 20
 
 
-def most_heard(heard: Hearing) -> int:
+def most_heard(heard: Flags) -> int:
     """Return max_k n_k, how many AUVs the ASV hears that hears most: each needs a slot of its own.
 
     >>> most_heard(np.array([[True, False], [True, True], [False, True]]))
@@ -26,7 +27,7 @@ def most_heard(heard: Hearing) -> int:
     return int(heard.sum(axis=0).max(initial=0))
 
 
-def reuse_bound(heard: Hearing) -> float:
+def reuse_bound(heard: Flags) -> float:
     """Return how many AUVs that are heard can ping in a slot on average, at most: in a slot an ASV
     hears one, so min(K, N / max_k n_k) of N that K ASVs hear; 1 where nobody is heard.
 
@@ -40,7 +41,7 @@ def reuse_bound(heard: Hearing) -> float:
     return min(float(listeners), auvs / most)
 
 
-def clique_number(heard: Hearing) -> int | None:
+def clique_number(heard: Flags) -> int | None:
     """Return how many AUVs are in conflict with each other, at most; None of a fleet that is large.
 
     It may be more than any ASV hears: of three AUVs each pair may have an ASV of its own.
@@ -65,7 +66,7 @@ def _largest_clique(neighbours: list[int], size: int, candidates: int, best: int
     return max(best, size)
 
 
-def fewest_groups(heard: Hearing) -> tuple[int, int]:
+def fewest_groups(heard: Flags) -> tuple[int, int]:
     """Return between what the chromatic number of the conflict graph lies, the two equal where it
     is known: it is of small fleets, and wherever DSATUR needs no more groups than one ASV hears.
 
@@ -104,14 +105,14 @@ def _colourable(neighbours: list[int], groups: list[int], most: int) -> bool:
     return False
 
 
-def _neighbours(heard: Hearing) -> list[int]:
+def _neighbours(heard: Flags) -> list[int]:
     """Return with whom each AUV is in conflict, as bits."""
     together = heard.astype(np.int64) @ heard.T.astype(np.int64) > 0
     np.fill_diagonal(together, val=False)
     return [sum(1 << other for other in np.flatnonzero(row).tolist()) for row in together]
 
 
-def disjoint_senders(heard: Hearing) -> int:
+def disjoint_senders(heard: Flags) -> int:
     """Return at most how many ASVs can broadcast at once without a listener in common.
 
     Who is heard by somebody alone may send together with others; as many AUVs as it takes to hear

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..core.arrays import Floats, Ints
+from ..core.arrays import Flags, Floats, Ints
 from ..core.plugins import PluginError, asked, is_whole, shown
 from ..records.events import HEARD
 from ..records.rows import Recorder
@@ -19,7 +19,7 @@ from ..scenario.families import BROADCASTER
 from ..scenario.part_settings import own_part, shipped_part
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
-from .conflicts import Hearing, greedy_groups
+from .conflicts import greedy_groups
 
 # What an ASV sends of a broadcast: its number, and which of the k fixes
 Share = tuple[int, Ints]
@@ -44,7 +44,7 @@ class BroadcastView:
         rows: range,
         fleet: Fleet,
         random: np.random.Generator,
-        reached: Callable[[float], Hearing],
+        reached: Callable[[float], Flags],
     ) -> None:
         """Take the fixes, `rows` of the record."""
         self.number, self.time, self.count, self.random = number, time, len(fleet.vehicles), random
@@ -67,17 +67,17 @@ class BroadcastView:
         return self._fleet.failed(self.time)
 
     @cached_property
-    def heard(self) -> Hearing:
+    def heard(self) -> Flags:
         """Whose measurements were fused for each fix, shape (k, m)."""
         return hearers(self._record, self._rows, self.count)
 
     @cached_property
-    def listeners(self) -> Hearing:
+    def listeners(self) -> Flags:
         """Which AUVs the fleet believes within MF range of each ASV, shape (n, m)."""
         return self._reached(self.time)
 
 
-def hearers(record: Recorder, rows: range, asvs: int) -> Hearing:
+def hearers(record: Recorder, rows: range, asvs: int) -> Flags:
     """Return whose measurements were fused for each of some fixes of a record, (k, `asvs`)."""
     fused = np.zeros((len(rows), asvs), dtype=np.bool_)
     if len(rows):

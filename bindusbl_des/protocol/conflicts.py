@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..acoustics.propagation import within
-from ..core.arrays import Floats, Ints
+from ..core.arrays import Flags, Floats, Ints
 from ..core.compiled import compiled
 from ..core.packed import Packed, unpacked
 from ..vehicles.motion import Motion, where
@@ -21,7 +21,6 @@ from ..vehicles.motion import Motion, where
 if TYPE_CHECKING:
     import networkx as nx
 
-Hearing = NDArray[np.bool_]
 Words = NDArray[np.uint64]
 Groups = tuple[tuple[int, ...], ...]
 Answer = TypeVar("Answer")
@@ -36,7 +35,7 @@ REMEMBERED = 256
 SMALL_FLEET = 32
 
 
-def hearing(auvs: Floats, asvs: Floats, reach: float, slant: bool) -> Hearing:
+def hearing(auvs: Floats, asvs: Floats, reach: float, slant: bool) -> Flags:
     """Return who is within a reach (m) of whom (:func:`within`), shape (AUVs, ASVs).
 
     `auvs` (n, 3) and `asvs` (m, 3) are positions in m.
@@ -47,7 +46,7 @@ def hearing(auvs: Floats, asvs: Floats, reach: float, slant: bool) -> Hearing:
 
 
 @compiled
-def _hearing(auvs: Floats, asvs: Floats, reach: float, slant: bool, heard: Hearing) -> None:
+def _hearing(auvs: Floats, asvs: Floats, reach: float, slant: bool, heard: Flags) -> None:
     for i in range(len(auvs)):
         here = auvs[i, 0], auvs[i, 1], auvs[i, 2], 0.0
         for j in range(len(asvs)):
@@ -72,7 +71,7 @@ class VehiclePositions:
         self._packed = Packed(surveyed)
         self._auvs, self._asvs = len(surveyed.auvs.first) - 1, len(surveyed.asvs.first) - 1
 
-    def at(self, time: float) -> tuple[Floats, Floats, Hearing]:
+    def at(self, time: float) -> tuple[Floats, Floats, Flags]:
         """Return where AUVs and ASVs are at an instant (s), (n, 3) and (m, 3) in m, and
         :func:`hearing` of these.
         """
@@ -83,7 +82,7 @@ class VehiclePositions:
 
 
 @compiled
-def _survey(packed: int, time: float, auvs: Floats, asvs: Floats, heard: Hearing) -> None:
+def _survey(packed: int, time: float, auvs: Floats, asvs: Floats, heard: Flags) -> None:
     of = unpacked(packed, Surveyed)
     _place(of.auvs, time, auvs)
     _place(of.asvs, time, asvs)
@@ -98,7 +97,7 @@ def _place(motion: Motion, time: float, out: Floats) -> None:
         out[vehicle, 0], out[vehicle, 1], out[vehicle, 2] = x, y, z
 
 
-def _remembered(work_out: Callable[[Hearing], Answer]) -> Callable[[Hearing], Answer]:
+def _remembered(work_out: Callable[[Flags], Answer]) -> Callable[[Flags], Answer]:
     """Remember what a function has said of the hearing of a small fleet."""
 
     def asked(heard: bytes, auvs: int, asvs: int) -> Answer:
@@ -107,7 +106,7 @@ def _remembered(work_out: Callable[[Hearing], Answer]) -> Callable[[Hearing], An
     kept = lru_cache(maxsize=REMEMBERED)(asked)
 
     @wraps(work_out)
-    def answer(heard: Hearing) -> Answer:
+    def answer(heard: Flags) -> Answer:
         ask = kept if len(heard) <= SMALL_FLEET else asked
         return ask(heard.tobytes(), *heard.shape)
 
@@ -115,7 +114,7 @@ def _remembered(work_out: Callable[[Hearing], Answer]) -> Callable[[Hearing], An
 
 
 @_remembered
-def conflict_graph(heard: Hearing) -> "nx.Graph[int]":
+def conflict_graph(heard: Flags) -> "nx.Graph[int]":
     """Return the graph whose edges join AUVs that some ASV hears both of (eq. conflict_pred).
 
     It is frozen, because rounds share it.
@@ -135,7 +134,7 @@ def conflict_graph(heard: Hearing) -> "nx.Graph[int]":
 
 
 @_remembered
-def conflict_count(heard: Hearing) -> int:
+def conflict_count(heard: Flags) -> int:
     """Return the number of pairs of AUVs that some ASV hears both of; `heard` (AUVs, ASVs).
 
     >>> conflict_count(np.array([[True, False], [True, True], [False, True]]))
@@ -145,7 +144,7 @@ def conflict_count(heard: Hearing) -> int:
 
 
 @_remembered
-def greedy_groups(heard: Hearing) -> Groups:
+def greedy_groups(heard: Flags) -> Groups:
     """Return the groups of AUVs without a common listener, each AUV in index order put into the
     first group that has room for it (eq. greedy_colour).
 
@@ -160,7 +159,7 @@ def greedy_groups(heard: Hearing) -> Groups:
 
 
 @_remembered
-def dsatur_groups(heard: Hearing) -> Groups:
+def dsatur_groups(heard: Flags) -> Groups:
     """Return groups without a common listener; the AUV that meets most colours is put first, and
     of these the one with most conflicts (DSATUR, Brelaz 1979).
     """
@@ -176,7 +175,7 @@ def _grouped(colours: Ints) -> Groups:
     return tuple(tuple(group.tolist()) for group in np.split(order, ends))
 
 
-def _degrees(heard: Hearing) -> Ints:
+def _degrees(heard: Flags) -> Ints:
     """Return with how many others each AUV is in conflict, (AUVs,)."""
     words = -(-len(heard) // 64)
     hearers = np.zeros((heard.shape[1], 8 * words), dtype=np.uint8)
@@ -187,7 +186,7 @@ def _degrees(heard: Hearing) -> Ints:
 
 
 @compiled
-def _count_neighbours(heard: Hearing, hearers: Words, bits: Ints, degrees: Ints) -> None:
+def _count_neighbours(heard: Flags, hearers: Words, bits: Ints, degrees: Ints) -> None:
     """Count all whom an AUV's listeners hear; each AUV is a bit of the words of `hearers`."""
     met = np.empty(hearers.shape[1], dtype=np.uint64)
     for auv in range(len(heard)):
@@ -206,7 +205,7 @@ def _count_neighbours(heard: Hearing, hearers: Words, bits: Ints, degrees: Ints)
 
 
 @compiled
-def greedy_colours(heard: Hearing, colours: Ints) -> None:
+def greedy_colours(heard: Flags, colours: Ints) -> None:
     """Write the numbers of the groups (AUVs,) that :func:`greedy_groups` puts AUVs into."""
     used = np.zeros((heard.shape[1], len(heard) + 1), dtype=np.bool_)
     lowest = np.zeros(heard.shape[1], dtype=np.int64)  # colour that an ASV may still hear
@@ -223,7 +222,7 @@ def greedy_colours(heard: Hearing, colours: Ints) -> None:
 
 
 @compiled
-def _smallest(own: Ints, used: Hearing, first: int) -> int:
+def _smallest(own: Ints, used: Flags, first: int) -> int:
     """Return the smallest colour from `first` on that none of the ASVs `own` has in use."""
     colour = first
     while _is_used(own, used, colour):
@@ -232,7 +231,7 @@ def _smallest(own: Ints, used: Hearing, first: int) -> int:
 
 
 @compiled
-def _is_used(own: Ints, used: Hearing, colour: int) -> bool:
+def _is_used(own: Ints, used: Flags, colour: int) -> bool:
     for asv in own:  # noqa: SIM110 (compiled)
         if used[asv, colour]:
             return True
@@ -240,7 +239,7 @@ def _is_used(own: Ints, used: Hearing, colour: int) -> bool:
 
 
 @compiled
-def _dsatur(heard: Hearing, degrees: Ints, colours: Ints) -> None:
+def _dsatur(heard: Flags, degrees: Ints, colours: Ints) -> None:
     """Write colours over -1."""
     used = np.zeros((heard.shape[1], len(heard) + 1), dtype=np.bool_)
     met = np.zeros(len(heard), dtype=np.int64)  # colours of neighbours
@@ -263,7 +262,7 @@ def _dsatur(heard: Hearing, degrees: Ints, colours: Ints) -> None:
 
 
 @compiled
-def _is_new(heard: Hearing, own: Ints, used: Hearing, colour: int) -> bool:
+def _is_new(heard: Flags, own: Ints, used: Flags, colour: int) -> bool:
     """Tell whether an AUV is heard by one of `own`, and by nobody who hears the colour so far."""
     shared = False
     for asv in own:

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 import simpy
 from numpy.random import Generator as RandomStream
 
+from ..core.arrays import Flags
 from ..records.events import Round
 from ..records.rows import Recorder
 from ..vehicles.fleet import Fleet
 from .broadcasters import Broadcaster
-from .conflicts import Hearing
 from .dissemination import Dissemination
 from .happenings import Happenings, Watched
 from .hf.outcomes import Outcomes
@@ -106,7 +106,7 @@ class Network(Watched):
             self.asv_fleet.failed(time), self.slots, self.estimates,
         )  # fmt: skip
 
-    def listeners(self, time: float) -> Hearing:
+    def listeners(self, time: float) -> Flags:
         """Return which AUVs the fleet believes within MF range of each ASV at an instant (s)."""
         return self.positions.within(self.mf_range, time)
 

@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from ..acoustics.propagation import SignalBand
-from ..core.arrays import Floats
+from ..core.arrays import Flags, Floats
 from ..geometry.paths import Path
 from ..records.rows import EventBuffer, Rows
 from ..scenario.families import positions_of
@@ -29,7 +29,7 @@ from ..vehicles.vehicle import (
     moored,
     recorded,
 )
-from .conflicts import Hearing, Surveyed, VehiclePositions, hearing
+from .conflicts import Surveyed, VehiclePositions, hearing
 
 Spot = tuple[float, float]
 
@@ -171,7 +171,7 @@ class PredictedPositions:
         """Whether fixes change where the fleet believes its AUVs to be."""
         return self._prediction is not None
 
-    def seen(self, time: float) -> tuple[Floats, Floats, Hearing]:
+    def seen(self, time: float) -> tuple[Floats, Floats, Flags]:
         """Return where AUVs and ASVs are believed to be at an instant (s), (n, 3) and (m, 3) in m,
         and which AUVs each ASV that works is believed to hear, (n, m).
         """
@@ -189,7 +189,7 @@ class PredictedPositions:
             heard[:, failed] = False
         return auvs, asvs, heard
 
-    def within(self, reach: float, time: float) -> Hearing:
+    def within(self, reach: float, time: float) -> Flags:
         """Return which AUVs are believed within a horizontal reach (m) of each ASV, (n, m)."""
         auvs, asvs, _ = self.seen(time)
         return hearing(auvs, asvs, reach, slant=False)

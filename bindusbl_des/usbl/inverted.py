@@ -41,7 +41,7 @@ from .systematic_fixes import Systematic, astray, jump
 from .two_way import Sighting
 
 
-class Hearing(NamedTuple):
+class HeardBeacon(NamedTuple):
     """A ping and its reception at an AUV: where that is as it arrives (3,), m, and heads (rad), and
     the noise of the measurement, standard normal numbers (NOISE_WIDTH or more).
 
@@ -56,7 +56,7 @@ class Hearing(NamedTuple):
 
 
 @compiled
-def located_itself(own: Hearing, instrument: Instrument) -> tuple[Floats, Floats]:
+def located_itself(own: HeardBeacon, instrument: Instrument) -> tuple[Floats, Floats]:
     """Return the fix (3,), m, of an AUV where a ping has reached it, and its covariance (3, 3), m2.
 
     It is the ASV's place less the offset measured.
@@ -75,7 +75,7 @@ def located_itself(own: Hearing, instrument: Instrument) -> tuple[Floats, Floats
 
 @compiled
 def located_astray(
-    own: Hearing, instrument: Instrument, systematic: Systematic
+    own: HeardBeacon, instrument: Instrument, systematic: Systematic
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return the fix (3,), m, of an AUV, its covariance (3, 3), m2, J with its changes
     (3, 4 k + 2), and what is left, as of :func:`.systematic_fixes.measured_astray`: the array is
@@ -116,7 +116,7 @@ def located_astray(
 
 
 @compiled
-def _source(own: Hearing) -> Vector:
+def _source(own: HeardBeacon) -> Vector:
     return own.ping.x_m, own.ping.y_m, own.ping.z_m
 
 

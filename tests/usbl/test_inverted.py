@@ -16,7 +16,7 @@ from bindusbl_des.mission.closed_loop import slow_gnss
 from bindusbl_des.mission.sensor_errors import clocks, misalignments, systematic_errors_of
 from bindusbl_des.records.rows import PING, RECEPTION
 from bindusbl_des.usbl.instrument import Instrument
-from bindusbl_des.usbl.inverted import Hearing, located_astray, located_itself
+from bindusbl_des.usbl.inverted import HeardBeacon, located_astray, located_itself
 from bindusbl_des.vehicles.currents import CONTROL_S
 
 PASSIVE = {"protocol": {"ranging": "passive"}}
@@ -31,7 +31,7 @@ LASTING_TURNS = LASTING["misalignment"], LASTING["heading"]
 COORDINATE = st.floats(-80.0, 80.0)
 
 
-def heard(source: Any, place: Any, yaw: float, noise: Any, at: float = 7.0) -> Hearing:
+def heard(source: Any, place: Any, yaw: float, noise: Any, at: float = 7.0) -> HeardBeacon:
     """Return what an AUV hears of a ping at an instant (s), in water of 1500 m/s."""
     way = math.dist(source, place) / 1500.0
     ping, it = np.zeros(1, dtype=PING), np.zeros(1, dtype=RECEPTION)
@@ -39,7 +39,7 @@ def heard(source: Any, place: Any, yaw: float, noise: Any, at: float = 7.0) -> H
     ping[0]["sent_at_s"] = at - way
     it[0]["arrived_at_s"], it[0]["travel_time_s"] = at, way
     x, y, z = map(float, place)
-    return Hearing(ping[0], it[0], (x, y, z), yaw, np.array(noise))
+    return HeardBeacon(ping[0], it[0], (x, y, z), yaw, np.array(noise))
 
 
 @settings(max_examples=60, deadline=None, derandomize=True)

@@ -217,7 +217,7 @@ def _decide(
     first, end = line.first, line.end
     if only != NONE:
         first, end = only, only + 1
-    auv, width = line.auv, noise.blocks.shape[2]
+    auv = line.auv
     for it in air.receptions[first:end]:
         if it.outcome == IN_FLIGHT and noise.taken[auv, it.asv] == noise.blocks.shape[1]:
             return int(it.asv), False
@@ -225,25 +225,34 @@ def _decide(
     for row in range(first, end):
         it, taken_now = air.receptions[row], noise.taken_now[row - first]
         if it.outcome != IN_FLIGHT:
-            for n in range(width):
-                taken_now[n] = 0.0
+            taken_now[:] = 0.0
             continue
-        drawn = noise.blocks[noise.shelf[auv, it.asv], noise.taken[auv, it.asv]]
-        noise.taken[auv, it.asv] += 1  # whatever comes of it: worlds that differ share their noise
-        for n in range(width):
-            taken_now[n] = drawn[n]
-        if slow is not None:
-            advance(slow[auv, it.asv], it.arrived_at_s)
-            blend(taken_now, slow[auv, it.asv])
-        luck = drawn[NOISE_WIDTH]
-        if bursts is not None:
-            luck = burst_luck(bursts[auv, it.asv], it.arrived_at_s, it.loss)
+        luck = take_noise(it, noise, slow, bursts, taken_now)
         it.outcome = _outcome(row, luck, air, echoes, frames)
         it.snr_db += air.shadowing_sd_db * luck
         hearers += it.outcome == HEARD
     makes_fix = hearers > 0 and line.heard_by == 0
     line.heard_by += hearers
     return NONE, makes_fix
+
+
+@compiled
+def take_noise(
+    it: Row, noise: PairNoise, slow: Rows | None, bursts: Rows | None, into: Floats
+) -> float:
+    """Write the next noise of a reception's pair `into` a row (columns,), with what its `slow`
+    errors add; return its luck, a standard normal.  Arguments as of :func:`resolve`.
+    """
+    auv, asv = it.auv, it.asv
+    into[:] = noise.blocks[noise.shelf[auv, asv], noise.taken[auv, asv]]
+    noise.taken[auv, asv] += 1  # whatever comes of it: worlds that differ share their noise
+    luck = float(into[NOISE_WIDTH])
+    if slow is not None:
+        advance(slow[auv, asv], it.arrived_at_s)
+        blend(into, slow[auv, asv])
+    if bursts is not None:
+        luck = burst_luck(bursts[auv, asv], it.arrived_at_s, it.loss)
+    return luck
 
 
 @compiled

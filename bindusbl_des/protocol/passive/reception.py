@@ -5,7 +5,6 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from ...acoustics.bursts import burst_luck
 from ...acoustics.propagation import SignalPath, Spread, drowns, lost, overlap, reaches, snr, sound
 from ...acoustics.travel_time import NEARLY_THERE, PASSED, light_time
 from ...core.arrays import Floats, Ints
@@ -14,13 +13,12 @@ from ...core.packed import unpacked
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import GNSS_NOISE, NOISE_WIDTH, PackedInstrument, instrument_of
-from ...usbl.inverted import Hearing, located_astray, located_itself
+from ...usbl.inverted import HeardBeacon, located_astray, located_itself
 from ...usbl.measuring import note
 from ...usbl.sights import copy_direction, unknown_sights
-from ...usbl.slow_errors import advance, blend
 from ...usbl.systematic_fixes import PackedErrors, systematic_of
 from ...vehicles.motion import Motion, Place, where
-from ..hf.reception import PairNoise, begin, by_luck
+from ..hf.reception import PairNoise, begin, by_luck, take_noise
 
 
 @compiled
@@ -131,19 +129,12 @@ def resolve(
     """
     by = unpacked(packed, PassiveDecided)
     noise, pings, receptions = by.noise, by.pings[:ping_count], by.receptions[:reception_count]
+    drawn = noise.taken_now[0]
     for row in _ended(receptions, first, time, by.duration):
         it = receptions[row]
         if noise.taken[it.auv, it.asv] == noise.blocks.shape[1]:
             return fix, first, row
-        drawn = noise.blocks[noise.shelf[it.auv, it.asv], noise.taken[it.auv, it.asv]]
-        noise.taken[it.auv, it.asv] += 1  # whatever comes of it: worlds that differ share it
-        if slow is not None:
-            drawn = drawn.copy()
-            advance(slow[it.auv, it.asv], it.arrived_at_s)
-            blend(drawn, slow[it.auv, it.asv])
-        luck = drawn[NOISE_WIDTH]
-        if bursts is not None:
-            luck = burst_luck(bursts[it.auv, it.asv], it.arrived_at_s, it.loss)
+        luck = take_noise(it, noise, slow, bursts, drawn)
         it.outcome = _outcome(row, luck, pings, receptions, by.duration, by.capture)
         it.snr_db += by.shadowing_sd_db * luck
         if it.outcome == HEARD:
@@ -171,11 +162,8 @@ def _make(
         return
     instrument = instrument_of(by.instrument, has_sheet)
     x, y, z, yaw = where(by.auvs, it.auv, it.arrived_at_s)
-    noise = drawn.copy()
-    noise[GNSS_NOISE:NOISE_WIDTH] = by.gnss_noise[
-        it.ping
-    ]  # one error of the ASV for all that hear it
-    own = Hearing(ping, it, (x, y, z), yaw, noise)
+    drawn[GNSS_NOISE:NOISE_WIDTH] = by.gnss_noise[it.ping]  # the ASV's, for all that hear it
+    own = HeardBeacon(ping, it, (x, y, z), yaw, drawn)
     if errors is not None:
         packed_errors = unpacked(errors, PackedErrors)
         place, covariance, jacobian, packed_errors.left[fix] = located_astray(

@@ -18,7 +18,7 @@ from ...scenario.families import positions_of
 from ...scenario.instruments.own_sensors import straight_drift_rms
 from ...scenario.scenario import Scenario
 from ...vehicles.fleet import Fleet
-from ..conflicts import Hearing, conflict_graph
+from ..conflicts import conflict_graph
 from ..predicted_positions import planned_speeds
 from ..slots import Slots
 
@@ -186,7 +186,7 @@ class View:
     time: float
     auvs: Floats
     asvs: Floats
-    heard: Hearing
+    heard: Flags
     hf_range: float
     range_metric: str
     random: np.random.Generator
@@ -233,13 +233,13 @@ class View:
         """
         return self._known.misplaced_m(self.time, sds)
 
-    def may_hear(self, margins: Floats) -> Hearing:
+    def may_hear(self, margins: Floats) -> Flags:
         """Return which ASVs may hear each AUV, (n, m), that is up to so much, `margins` (n,), m,
         nearer than it is believed to be.
         """
         axes = 3 if self.range_metric == "slant" else 2
         away = np.linalg.norm(self.auvs[:, None, :axes] - self.asvs[None, :, :axes], axis=2)
-        near: Hearing = away <= self.hf_range + margins[:, None]
+        near: Flags = away <= self.hf_range + margins[:, None]
         near[:, list(self.failed)] = False
         near[list(self.lost)] = False
         return near | self.heard
