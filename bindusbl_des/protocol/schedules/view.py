@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...core.arrays import Floats, Ints
+from ...core.arrays import Flags, Floats, Ints
 from ...records.rows import Recorder, Rows
 from ...scenario.families import positions_of
 from ...scenario.instruments.own_sensors import straight_drift_rms
@@ -96,7 +96,7 @@ class KnownFixes:
         self._is_asked = True
         return np.array([len(turns) for turns in self._turns], dtype=np.int64)
 
-    def give_turns(self, groups: Groups, heard: Hearing, number: int) -> None:
+    def give_turns(self, groups: Groups, heard: Flags, number: int) -> None:
         """Note who has a turn in a round, by its number, and is `heard` (n, m), if its schedule
         asks for that.  Whether AUVs know of their turn and ping, the fleet cannot tell.
         """
