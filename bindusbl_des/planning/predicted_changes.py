@@ -1,7 +1,6 @@
 """What changes of a plan are predicted to do where none of them could be flown."""
 
 from contextlib import suppress
-from time import monotonic
 from typing import TYPE_CHECKING
 
 from ..advice.changes import changed, proposals
@@ -16,8 +15,6 @@ if TYPE_CHECKING:
 
 # A reader compares a few, one of each kind; predictions are off by more than a smaller share.
 MOST, WORTHWHILE = 5, 0.1
-# No prediction is begun after so long (s).
-PATIENCE_S = 5.0
 
 
 def foreseen(result: "Result") -> tuple[Foreseen, ...]:
@@ -29,10 +26,8 @@ def foreseen(result: "Result") -> tuple[Foreseen, ...]:
         now = _error(result.scenario)
     except ValueError:
         return ()
-    began, best = monotonic(), dict[str, Foreseen]()
+    best: dict[str, Foreseen] = {}
     for change in proposals(result)[0]:
-        if monotonic() - began > PATIENCE_S:
-            break
         with suppress(ValueError):  # it cannot be predicted
             scenario = changed(result.scenario, change.settings)
             assert scenario is not None  # as it was proposed

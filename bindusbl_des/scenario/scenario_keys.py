@@ -1,4 +1,4 @@
-"""A contradiction between keys of a scenario."""
+"""All keys of a scenario, section by section, and how a contradiction between them is told."""
 
 from typing import Literal, NamedTuple
 
