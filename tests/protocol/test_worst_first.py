@@ -158,6 +158,30 @@ def test_the_fleet_expects_what_its_fixes_and_its_plans_say() -> None:
     assert second.turns_in_vain.tolist() == [0, 0, 0]
 
 
+def test_a_fix_is_weighed_once() -> None:
+    """Two ASVs after each other, the fix of AUV1 first, though that of AUV0 is the older one."""
+    SEEN.clear()
+    route = {"kind": "hold", "positions_m": [[40.0, 0.0], [5.0, 0.0]]}
+    vessels = {"count": 2, "formation": {"positions_m": [[0.0, 0.0], [45.0, 0.0]]}}
+    protocol = {"schedule": watching, "downlink": "pipelined_round", "broadcaster": "parallel"}
+    navigation = {"initial_position_sd_m": 2.0, "velocity_bias_m_per_s": [0.3, 0.4]}
+    result = simulate(still(2, duration_s=6.0, auvs={"route": route}, asvs=vessels,
+                            protocol=protocol, navigation=navigation))  # fmt: skip
+    walk, fixes = result.scenario.navigation.random_walk_m_per_sqrt_s, result.tables["fixes"]
+    assert fixes.broadcast_at_s[0] > fixes.broadcast_at_s[1]
+    assert len(SEEN) > 5
+    for view in SEEN:
+        variance, at = 8.0, 0.0
+        sent = fixes[(fixes.auv == "AUV1") & (fixes.broadcast_at_s <= view.time)]
+        for fix in sent.itertuples():
+            since, own = fix.pinged_at_s - at, fix.sd_x_m**2 + fix.sd_y_m**2
+            variance += (0.5 * since) ** 2 + 2 * walk**2 * since
+            variance, at = variance * own / (variance + own), fix.pinged_at_s
+        since = view.time - at
+        expected = np.sqrt(variance + (0.5 * since) ** 2 + 2 * walk**2 * since)
+        assert view.expected_error_m[1] == pytest.approx(expected)
+
+
 def test_a_fleet_counts_turns_in_vain() -> None:
     """Of an AUV that is not decoded each ping was in vain; of one that nobody hears, none."""
     SEEN.clear()

@@ -83,8 +83,12 @@ def given(tables: Tables) -> Given:
             for row in tables["pings"]
         ],
         broadcasters=[row["asv"] for row in tables["broadcasts"]],
+        pinged={(row["auv"], round(row["sent_at_s"], 6)) for row in tables["pings"]},
         measured={
-            (row["auv"], round(row["pinged_at_s"], 6)): (row["x_m"], row["y_m"], row["z_m"])
+            (row["auv"], round(row["pinged_at_s"], 6)): (
+                *(row["x_m"], row["y_m"], row["z_m"]),
+                row["sd_x_m"] ** 2 + row["sd_y_m"] ** 2,
+            )
             for row in tables["fixes"]
         },
     )

@@ -87,8 +87,6 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
         protocol["ranging"] = "owtt_sync"
         protocol["frame_s"] = draw.choice([0.05, 0.2, 0.5, 1.0, 3.0])
         duration = min(duration, 100 * protocol["frame_s"])
-    if protocol["schedule"] == "polling":  # the simulator knows some fixes a round late
-        protocol["positions"] = "truth"
     if protocol["schedule"] == "csma":
         slot_s = draw.choice([None, None, 0.01, 0.04])
         protocol["schedule"] = {
@@ -98,8 +96,6 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
         }
     if protocol["schedule"] == "worst_first":
         protocol["schedule"] = {"model": "worst_first", "slots": draw.randint(1, 5)}
-        if route["kind"] != "hold":  # motion between call and answer would make fixes uncertain
-            protocol["ranging"] = "owtt_sync"
     if protocol["broadcaster"] == "fixed":
         protocol["broadcaster"] = {"model": "fixed", "asv": draw.randrange(ships)}
     if protocol["ranging"] == "twtt":
@@ -111,26 +107,29 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
             protocol["downlink"]["reply_at"] = draw.choice(["ping_end", "ping_front"])
     failures: list[dict] = []
     told = (
-        protocol["broadcaster"] != "parallel"
-        and protocol["downlink"] in ("sequential", "pipelined_round")
+        protocol["downlink"] in ("sequential", "pipelined_round")
         and named(protocol["schedule"]) not in ("random", "super_tdma")
         and draw.random() < 0.4
     )
     if told:
-        protocol["knowledge"] = draw.choice(
-            ["broadcast", {"model": "broadcast", "assignment_bytes": 1}]
-        )
-    elif draw.random() < 0.3:
+        missed = draw.choice(["silent", "silent", "last_slot", "contention"])
+        if named(protocol["schedule"]) in (
+            "worst_first",
+            "round_robin",
+        ):  # who cannot tell the rest
+            missed = draw.choice(["silent", "last_slot"])
+        knowledge = {"assignment_bytes": draw.choice([1, 2]), "missed": missed}
+        protocol["knowledge"] = {"model": "broadcast"} | knowledge
+        protocol["forget_after_s"] = draw.choice([None, 3.0, 10.0, 60.0])
+        protocol["recall_rounds"] = draw.choice([1, 3, 5])
+        protocol["contention_chance"] = draw.choice([0.5, 1.0])
+    if draw.random() < 0.3:
         at = round(draw.uniform(0.0, duration), 3)
         until = draw.choice([None, round(at + draw.uniform(0.5, 10.0), 3)])
         failures = [{"asv": draw.randrange(ships), "at_s": at, "until_s": until}]
     if protocol["ranging"] == "passive":
         protocol["positions"] = "truth"
-    # Ranges of another speed of sound, and motion between call and answer, make fixes uncertain
-    carried = protocol["positions"] == "carried_forward"
-    if carried and named(protocol["ranging"]) == "twtt":
-        protocol["positions"] = "last_fix"
-    certain = named(protocol["schedule"]) != "worst_first" and not carried and not told
+    noise = draw.choice([0.0, 1.0])
     overfull = "split" if told or protocol["broadcaster"] == "parallel" else draw.choice(OVERFULL)
     return {
         "name": f"second_{seed}",
@@ -144,7 +143,7 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
         },
         "environment": {
             "sound_speed_m_per_s": draw.choice([1500.0, 1450.0, 1540.0]),
-            "assumed_sound_speed_m_per_s": draw.choice([None, None, 1500.0]) if certain else None,
+            "assumed_sound_speed_m_per_s": draw.choice([None, None, 1500.0]),
         },
         "acoustics": {
             "hf": {
@@ -166,8 +165,8 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
         },
         "protocol": protocol,
         "usbl": {
-            "tdoa_sd_s": 0.0,
-            "travel_time_sd_s": 0.0,
+            "tdoa_sd_s": noise * 2.6e-7,
+            "travel_time_sd_s": noise * 6.7e-6,
             "quantum_s": 0.0,
             "roll_sd_deg": 0.0,
             "pitch_sd_deg": 0.0,

@@ -7,9 +7,11 @@ or measures it is given (`Given`).
 
 import math
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from medium import AN_INSTANT, Medium, Place, Row, Sound, horizontal, named
+from dissemination import Dissemination, Groups
+from medium import AN_INSTANT, Place, Row, Sound, horizontal, named
 
 
 @dataclass
@@ -17,16 +19,18 @@ class Given:
     """What is drawn or measured: turns and broadcasters of `random`, random access and places.
 
     Of random access, each ping's AUV, when it wanted to ping and about when it did; of places,
-    where each AUV was measured and when (to 1 us).
+    where each AUV was measured, when (to 1 us) and with what horizontal variance (m2); of
+    contention slots, who pinged and when.
     """
 
     turns: list[str] = field(default_factory=list)
     broadcasters: list[str] = field(default_factory=list)
     pings: list[tuple[str, float, float]] = field(default_factory=list)
-    measured: dict[tuple[str, float], Place] = field(default_factory=dict)
+    measured: dict[tuple[str, float], tuple[float, ...]] = field(default_factory=dict)
+    pinged: set[tuple[str, float]] = field(default_factory=set)
 
 
-class Second(Medium):
+class Second(Dissemination):
     """A mission, flown by `fly`; its events are in `rounds`, `pings`, `frames` and `fixes`."""
 
     def __init__(self, keys: Row, given: Given) -> None:
@@ -42,11 +46,8 @@ class Second(Medium):
         self.random_access = self.schedule in ("aloha", "slotted_aloha", "csma")
         self.replies, self.passive = self.downlink == "direct_reply", self.ranging == "passive"
         self.called = self.ranging == "twtt" or self.schedule == "polling"
-        knowledge, self.knowledge_keys = named(self.keys.get("knowledge", "shared"))
-        self.told = knowledge == "broadcast" and not (
-            self.called or self.passive or self.random_access
-        )
-        self.ahead = 2 if self.downlink == "pipelined_round" else 1
+        self.told &= not (self.called or self.passive or self.random_access)
+        self.on_legs = keys["auvs"]["route"]["kind"] == "waypoints"
         self.deaf = self.keys["duplex"] == "per_node"
         self.plan_slots(keys)
         self.rounds: list[Row] = []
@@ -55,13 +56,10 @@ class Second(Medium):
         self.fixes: list[Row] = []
         self.passing: list[Sound] = []  # pings whose fate is open
         self.waiting: list[Row] = []  # fixes that wait for the downlink
-        # Where fixes put the AUVs, and when; what was planned for rounds, when slots of
-        # `super_tdma` end in them, and which frames name their slots
+        # Where fixes put the AUVs, and when; when slots of `super_tdma` end in rounds
         self.known = {i: self.where(i, 0.0) for i in self.auvs}
         self.known_at = dict.fromkeys(self.auvs, 0.0)
-        self.plans: dict[int, tuple[list[list[str]], int]] = {}
         self.ends: dict[int, list[float]] = {}
-        self.tellers: dict[int, Sound] = {}
         self.turns: dict[str, list[int]] = defaultdict(list)  # rounds, if somebody hears the AUV
         self.free = self.waited = 0.0  # end of the last downlink slot; time without ASVs
 
@@ -97,58 +95,70 @@ class Second(Medium):
             return {i: self.where(i, time) for i in self.auvs}
         if self.keys["positions"] == "last_fix":
             return dict(self.known)
-        found = {}
-        for i, (x, y, depth) in self.known.items():
-            (a, b, _), (c, d, _) = self.where(i, self.known_at[i]), self.where(i, time)
-            found[i] = (x + c - a, y + d - b, depth)
-        return found
+        return {i: self.carried_forward(i, time) for i in self.auvs}
 
-    def plan(self, number: int, time: float, ahead: float = 0.0) -> tuple[list[list[str]], int]:
+    def carried_forward(self, auv: str, time: float) -> Place:
+        """Return where an AUV should be, by its last fix and the way that is planned since.
+
+        A fix moves a track or a place as a whole; of a leg it says how far along it the AUV is.
+        """
+        (x, y, depth), (a, b, _) = self.known[auv], self.where(auv, self.known_at[auv])
+        now_x, now_y, _ = self.where(auv, time)
+        off_x, off_y = x - a, y - b
+        if self.on_legs:
+            (_, *p, _), (_, *q, _) = self.legs[auv]
+            way_x, way_y = ((k - j) / math.dist(p, q) for j, k in zip(p, q, strict=True))
+            along = off_x * way_x + off_y * way_y
+            off_x, off_y = along * way_x, along * way_y
+        return now_x + off_x, now_y + off_y, depth
+
+    def downlink_slot(self, fixes: int, slots: int) -> float:
+        """Return how long a downlink slot of so many fixes and slots is."""
+        return max(self.airtime(fixes, slots) + self.down_guard, self.down_shortest)
+
+    def opens(self, number: int) -> float:
+        """Return when a round begins at the earliest: with its frame."""
+        framed = self.schedule in ("round_robin", "random")
+        return self.after(0.0, number * self.keys["frame_s"]) + self.waited if framed else 0.0
+
+    def plan(self, number: int, time: float, ahead: float = 0.0) -> tuple[Groups, int]:
         """Return the ping groups of a round and how many AUVs conflict, by what is known.
 
         The round begins at most so much later (s).
         """
         self.launch, margin = self.believed(time), self.keys["conflict_margin_m"]
+        lost = self.lost(time)
         at = {j: self.where(j, time) for j in self.working(time)}
 
-        def hearers(extra: dict[str, float]) -> dict[str, set[str]]:
-            return {
-                i: {j for j in at if self.reaches(place, at[j], max(margin, extra[i]))}
-                for i, place in self.launch.items()
-            }
+        def hearers(later: float) -> dict[str, set[str]]:
+            found: dict[str, set[str]] = {}
+            for i, place in self.launch.items():
+                extra = max(margin, later * self.fastest(i))
+                near = {j for j in at if self.reaches(place, at[j], extra)}
+                found[i] = set() if i in lost else near
+            return found
 
-        by = hearers(dict.fromkeys(self.auvs, 0.0))
+        by = hearers(0.0)
         rivals = rivals_of(by)
         if self.schedule == "worst_first":
-            near = rivals_of(hearers({i: ahead * self.fastest(i) for i in self.auvs}))
+            near = rivals_of(hearers(ahead))
             groups = self.worst_first(number, time, by, near)
         else:
             groups = [] if self.random_access else self.groups(number, time, by, rivals)
+        if self.told:
+            groups = self.without(lost, groups, number)
         return groups, 0 if self.passive else sum(map(len, rivals.values())) // 2
-
-    def lasts_at_most(self, start: float, senders: int) -> float:
-        """Return how long after a broadcast the round of which it tells begins at the latest."""
-        each = self.airtime(len(self.auvs), len(self.auvs)) + self.down_guard
-        longest = senders * max(each, self.down_shortest)
-        if self.ahead == 2:  # slots of the round that begins with the broadcast
-            longest = max(longest, self.slots_end(len(self.rounds), start) - start)
-        return longest
-
-    def slots_end(self, number: int, start: float) -> float:
-        """Return when the slots of a planned round end, if they begin at an instant."""
-        for _ in self.plans[number][0]:
-            start = self.after(start, self.slot_s)
-        return start
 
     def begin_round(self, start: float) -> list[list[str]]:
         """Begin a round; return its ping groups."""
         number = len(self.rounds)
-        if self.told and number == 0:  # `ahead` rounds are agreed before the launch
-            self.plans[0] = self.plan(0, 0.0)
-            if self.ahead == 2:
-                self.plans[1] = self.plan(1, 0.0, self.slots_end(0, 0.0))
+        self.guess(start)
+        if self.told and number == 0:
+            self.agree()
         if number not in self.plans:
             self.plans[number] = self.plan(number, start)
+        if number not in self.starts or abs(self.starts[number] - start) > AN_INSTANT:
+            self.informed[number], self.tellers[number] = set(), []  # nobody was told this
         groups, conflicts = self.plans[number]
         row: Row = {
             "round": number,
@@ -161,13 +171,6 @@ class Second(Medium):
         }
         self.rounds.append(row)
         return groups
-
-    def knows(self, auv: str, start: float) -> bool:
-        """Tell whether an AUV knows its slot, from the launch or a frame decoded before it."""
-        frame = self.tellers.get(len(self.rounds) - 1)
-        return frame is None or (
-            self.outcome(frame, auv) == "heard" and self.decoded(frame, auv) <= start
-        )
 
     def groups(self, number: int, start: float, by: dict, rivals: dict) -> list[list[str]]:
         """Return the ping groups of a round, by who hears whom and who conflicts with whom."""
@@ -185,15 +188,22 @@ class Second(Medium):
 
     def worst_first(self, number: int, start: float, by: dict, rivals: dict) -> list[list[str]]:
         """Return groups of the AUVs with the largest claims; the others wait."""
-        bias, walk = self.drift
+
+        def drift(age: float) -> float:
+            return (self.drift[0] * age) ** 2 + 2 * self.drift[1] ** 2 * age
+
         claims = {}
         for i in self.auvs:
             sent = [f for f in self.fixes if f["auv"] == i and f["broadcast_at_s"] is not None]
             sent = [f for f in sent if f["broadcast_at_s"] <= start]
-            age = start - max((f["pinged_at_s"] for f in sent), default=0.0)
+            variance, at = 0.0, 0.0
+            for fix in sorted(sent, key=lambda f: f["pinged_at_s"]):
+                variance += drift(fix["pinged_at_s"] - at)
+                at = fix["pinged_at_s"]
+                variance = variance and variance * fix["variance"] / (variance + fix["variance"])
             last = max((f["round"] for f in sent), default=-1)
             in_vain = sum(turn > last for turn in self.turns[i])
-            claims[i] = math.sqrt((bias * age) ** 2 + 2 * walk**2 * age) / (in_vain + 2)
+            claims[i] = math.sqrt(variance + drift(start - at)) / (in_vain + 2)
         groups: list[list[str]] = [[] for _ in range(self.schedule_keys.get("slots", 4))]
         for i in sorted(self.auvs, key=lambda i: -claims[i]):
             free = [group for group in groups if not rivals[i] & set(group)]
@@ -230,14 +240,12 @@ class Second(Medium):
 
     def ping_group(self, slot: int, group: list[str], start: float) -> float:
         """Let a group ping in its slot; return when the next slot begins."""
+        self.guess(start)
         if self.called:
             turns = self.call(slot, group, start)
         else:
-            turns = [
-                self.ping(i, start, slot)
-                for i in group
-                if self.works(i, start) and self.knows(i, start)
-            ]
+            able = self.who_knows(slot, start) if self.told else group
+            turns = [self.ping(i, start, slot) for i in able if self.works(i, start)]
         if self.replies and self.schedule != "super_tdma":  # whose later pings may yet overlap
             self.reply()
         if self.schedule == "polling" and len(turns) == len(group):
@@ -258,6 +266,8 @@ class Second(Medium):
         ping.whole = self.works(sender, time, time + self.ping_s)
         if time < self.end:
             self.pings.append(ping)
+            if sender in self.minds:
+                self.minds[sender].pinged = time
             to = self.auvs if self.passive else self.asvs
             self.spread(ping, sender, time, self.ping_s, to)
             if ping.in_vain is None and not self.passive:
@@ -295,6 +305,7 @@ class Second(Medium):
 
     def decide(self, until: float) -> None:
         """Decide all pings that have passed by an instant; what was heard becomes fixes."""
+        self.guess(until)
         for ping in sorted(self.passing, key=self.passed):
             if self.passed(ping) <= until:
                 self.passing.remove(ping)
@@ -310,10 +321,12 @@ class Second(Medium):
     def fix(self, ping: Sound, auv: str, asvs: list[str]) -> Row:
         """Make a fix of a ping: the fleet knows where its AUV was."""
         time = ping.row["sent_at_s"]
-        place = self.given.measured.get((auv, round(time, 6)), self.where(auv, time))
+        exact = (*self.where(auv, time), 0.0)
+        *place, variance = self.given.measured.get((auv, round(time, 6)), exact)
         row = {"auv": auv, "round": ping.row["round"], "asvs": " ".join(asvs), "pinged_at_s": time}
         row |= dict.fromkeys(("broadcast_at_s", "broadcast_by", "delivered_at_s"))
-        self.fixes.append(row | {"outcome": "in_flight", "place": place, "ping": ping})
+        row |= {"outcome": "in_flight", "place": place, "variance": variance, "ping": ping}
+        self.fixes.append(row)
         self.known_at[auv] = time
         self.known[auv] = (*place[:2], self.where(auv, 0.0)[2])
         return self.fixes[-1]
@@ -344,24 +357,26 @@ class Second(Medium):
         row["downlink_s"] = row["downlink_s"] or 0.0
         if not working:
             return start
-        end, number, slots = start, row["round"] + self.ahead, 0
-        if self.told:
-            self.plans[number] = self.plan(number, start, self.lasts_at_most(start, 1))
-            slots = sum(map(len, self.plans[number][0]))
-        for shares in self.senders(start, working, slots):
-            ends = [self.send(row["round"], j, end, fixes, slots) for j, fixes in shares.items()]
+        shares, end = self.senders(start, working), start
+        names = self.announce(start, [j for own in shares for j in own]) if self.told else {}
+        for own in shares:
+            ends = [self.send(row["round"], j, end, own[j], names.get(j, ())) for j in own]
             end = self.after(max(ends), self.down_guard)
         end = max(end, self.after(start, self.down_shortest))
         row["downlink_s"] += end - start
+        if self.told:
+            number = row["round"] + self.ahead
+            slots_end = self.slots_end(number - 1, start) if self.ahead == 2 else 0.0
+            self.starts[number] = max(end, self.opens(number), slots_end)
         return end
 
-    def senders(self, start: float, working: list[str], slots: int) -> list[dict[str, list[Row]]]:
+    def senders(self, start: float, working: list[str]) -> list[dict[str, list[Row]]]:
         """Return who sends what: fixes of each ASV, of those that broadcast at once."""
         at = {j: self.where(j, start) for j in working}
         fixes, self.waiting = self.waiting, []
         if self.broadcaster != "parallel":
             if self.mf["overfull"] == "oldest_first":
-                fixes, self.waiting = fixes[: self.capacity(slots)], fixes[self.capacity(slots) :]
+                fixes, self.waiting = fixes[: self.capacity()], fixes[self.capacity() :]
             return [{self.chosen(at, fixes): fixes}]
         shares: dict[str, list[Row]] = {}
         for fix in fixes:
@@ -388,19 +403,23 @@ class Second(Medium):
             return min(at, key=lambda j: sum(horizontal(f["place"], at[j]) for f in fixes))
         return list(at)[sum(frame.row["part"] == 0 for frame in self.frames) % len(at)]
 
-    def send(self, number: int, asv: str, start: float, fixes: list[Row], slots: int = 0) -> float:
+    def send(
+        self, number: int, asv: str, start: float, fixes: list[Row], names: Sequence[str] = ()
+    ) -> float:
         """Send slots and fixes, in several frames if need be; return when that ends."""
-        first, size = self.capacity(slots), self.capacity()
+        first, size = self.capacity(len(names)), self.capacity()
         shares = [fixes[:first], *(fixes[k : k + size] for k in range(first, len(fixes), size))]
         for part, share in enumerate(shares):
             if start < self.end:
-                self.send_frame(number, asv, start, share, part, slots)
-            start, slots = start + self.airtime(len(share), slots), 0
+                frame = self.send_frame(number, asv, start, share, part, len(names))
+                if self.told and part == 0:
+                    self.tellers[number + self.ahead].append((frame, list(names)))
+            start, names = start + self.airtime(len(share), len(names)), ()
         return start
 
     def send_frame(
         self, number: int, asv: str, start: float, fixes: list[Row], part: int, slots: int
-    ) -> None:
+    ) -> Sound:
         """Send a frame, until its ASV fails; the end of `fly` tells what becomes of it."""
         planned = 0.0 if self.instant else self.airtime(len(fixes), slots)
         fails = [
@@ -413,12 +432,11 @@ class Second(Medium):
         frame = Sound("mf", row, whole=airtime == planned, fixes=fixes)
         self.frames.append(self.spread(frame, asv, start, airtime, self.auvs))
         self.rounds[number]["fixes"] += len(fixes)
-        if slots:
-            self.tellers[number + self.ahead] = frame
         if self.deaf or self.replies:
             self.ears["hf", asv].append((start, start + airtime, frame))
         for fix in fixes:
             fix |= {"broadcast_at_s": start, "broadcast_by": asv}
+        return frame
 
     def decoded(self, frame: Sound, auv: str) -> float:
         """Return when an AUV has decoded a frame."""
@@ -547,9 +565,7 @@ class Second(Medium):
             self.free = self.broadcast(time)
         elif self.downlink == "sequential" and not self.passive:
             time = self.broadcast(time)
-        if self.schedule in ("round_robin", "random"):
-            time = max(time, self.after(0.0, len(self.rounds) * self.keys["frame_s"]) + self.waited)
-        return self.await_asv(time)
+        return self.await_asv(max(time, self.opens(len(self.rounds))))
 
     def await_asv(self, time: float) -> float:
         """Return when an ASV works."""

@@ -54,7 +54,7 @@ class KnownFixes:
         self._record, self._plans = record, plans
         self.range_rates_m_per_s = plans.range_rates_m_per_s
         auvs, initial_sd_m = len(plans.speeds_m_per_s), plans.initial_sd_m
-        self._pinged_at = np.zeros(auvs)
+        self._pinged_at, self._pinged = np.zeros(auvs), np.full(auvs, -1)  # for the last fix
         self._variance = np.full(auvs, 2.0 * initial_sd_m**2)
         self._fixed = np.full(auvs, 0.0)  # variances (m2) of the last fixes, where AUVs are plotted
         self._turns: list[list[int]] = [[] for _ in range(auvs)]  # rounds since then
@@ -116,7 +116,8 @@ class KnownFixes:
 
     def _note_fix(self, fix: Rows) -> None:
         auv = int(fix["auv"])
-        if fix["pinged_at_s"] >= self._pinged_at[auv]:
+        if fix["ping"] > self._pinged[auv]:  # one sent before older ones is met again
+            self._pinged[auv] = fix["ping"]
             since = float(fix["pinged_at_s"]) - self._pinged_at[auv]
             drifted = self._variance[auv] + self._plans.drift(auv, since) ** 2
             self._variance[auv] = weighed(drifted, fix["sd_x_m"] ** 2 + fix["sd_y_m"] ** 2)
