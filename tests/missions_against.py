@@ -1,6 +1,10 @@
 """Missions against a verdict: AUVs put where they disturb most, errors drawn anew, all counted."""
 
+import json
+import os
 import random
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -169,3 +173,18 @@ def collisions(scenario: Scenario, data: Data, seed: int, missions: int) -> int:
     """Return how many signals collide in so many missions: the scenario's own, and others."""
     played = [scenario] + [against(scenario, data, seed + k) for k in range(missions - 1)]
     return sum(collided(simulate(it, seed + k)) for k, it in enumerate(played))
+
+
+def uncompiled(module: str, *words: object) -> Any:
+    """Return the JSON that a module of the tests prints where no equation is compiled.
+
+    Drawn missions are of many kinds: to compile them all takes a minute, to fly them seconds.
+    """
+    paths = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
+    ran = subprocess.run(
+        [sys.executable, "-W", "error", "-m", module, *map(str, words)],
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": paths},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert ran.returncode == 0, ran.stderr[-4000:]
+    return json.loads(ran.stdout)

@@ -4,9 +4,7 @@ Half of the scenarios are drawn from the whole schema, half so that vehicles and
 """
 
 import json
-import os
 import random
-import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator
@@ -15,7 +13,7 @@ from typing import Any
 
 import pytest
 from drawn_scenarios import SCHEMA, drawn
-from missions_against import collided, drawn_protocol
+from missions_against import collided, drawn_protocol, uncompiled
 
 from bindusbl_des import Mission, Result, Scenario, simulate, verify
 from bindusbl_des.preflight.effort import effort
@@ -24,7 +22,6 @@ from bindusbl_des.vehicles.hulls import DivergenceError
 from properties.books import alone_on_a_band, causal, collide_by_overlap, conserved, finite
 from properties.figures import agree
 
-TESTS = Path(__file__).parents[1]
 DURATIONS_S = (3.0, 8.0, 15.0)
 WORTH_RUNNING_S, MOST_BYTES = 1.0, 3e8
 
@@ -135,15 +132,8 @@ def test_all_holds_of_ninety_drawn_missions(part: int, tmp_path: Path) -> None:
 
     Verdicts wait for the slow test, and for verification/test_drawn_missions.py.
     """
-    seeds = map(str, (23 * part, 23 * part + 23))
-    paths = os.pathsep.join([str(TESTS), os.environ.get("PYTHONPATH", "")])
-    ran = subprocess.run(
-        [sys.executable, "-W", "error", "-m", "properties.test_properties", *seeds, str(tmp_path)],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": paths},
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert ran.returncode == 0, ran.stderr[-4000:]
-    counts = Counter(json.loads(ran.stdout))
+    seeds = 23 * part, 23 * part + 23
+    counts = Counter(uncompiled("properties.test_properties", *seeds, tmp_path))
     assert counts["flown"] >= 5, counts
     assert counts["fixes"] > 20, counts
 
