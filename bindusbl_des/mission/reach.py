@@ -16,7 +16,7 @@ from .world import World
 Counts = dict[str, list[Any]]
 
 
-def heard_of_auvs(record: Recorder, auvs: int, begin: float = 0.0) -> Counts:
+def heard_of_auvs(record: Recorder, auvs: int, begin: float) -> Counts:
     """Return what became of the pings of each AUV that were sent from an instant (s) on."""
     pings, receptions = record.pings.rows, record.receptions.rows
     landed = np.ones(len(pings), dtype=bool)
@@ -67,7 +67,7 @@ def frames_destroyed(record: Recorder, begin: float = 0.0) -> Rows:
     return found
 
 
-def heard_by_auvs(record: Recorder, auvs: int, begin: float = 0.0) -> Counts:
+def heard_by_auvs(record: Recorder, auvs: int, begin: float) -> Counts:
     """Return what became of the pings of all ASVs at each AUV (passive ranging), of those that were
     sent from an instant (s) on.
     """

@@ -323,7 +323,7 @@ def flipped(path: Path, dice: random.Random) -> None:
     path.write_bytes(raw)
 
 
-@pytest.mark.parametrize("count", [3, pytest.param(1000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [3, pytest.param(500, marks=pytest.mark.slow)])
 def test_a_flipped_bit_of_any_file_is_named_and_repaired(count: int) -> None:
     """By `resume`, or by the same sweep where it is in the record (which is the first)."""
     words = ("base.yaml", "--vary", "asvs.count=2,3", "--seeds", 2, "--detail", "full", "--out")
@@ -356,12 +356,12 @@ def test_a_flipped_bit_of_any_file_is_named_and_repaired(count: int) -> None:
 
 
 def _says(path: Path) -> Any:
-    """Return all that a file holds but its checksum; None of what is no JSON."""
+    """Return all that a file holds but the name of its checksum; None of what is no JSON."""
     try:
-        found = json.loads(path.read_text())
+        *found, (_, checksum) = json.loads(path.read_text()).items()
     except ValueError:
         return None
-    return [it for it in found.items() if not it[0].startswith("sha")]
+    return found, checksum
 
 
 def test_no_flipped_bit_is_parsed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
