@@ -192,8 +192,6 @@ def two_calls(case: Case) -> Iterator[Plan]:
         far = _outside(stations, other, OUT_OF_THE_WAY * (reach + np.ptp(stations)))
         if far is None or math.dist(stations[one], stations[other]) > 2 * reach:
             continue
-        if int(np.argmin(np.linalg.norm(stations - middle, axis=1))) == other:
-            continue
         actors = {0: Actor(float(middle[0]), float(middle[1]), deep)}
         actors[1] = Actor(*far, case.depths[1][1])
         yield staged(case, actors, rounds_shown(case), case.sound_speeds[0])
