@@ -46,7 +46,7 @@ def _scenario(scenario: Scenario | str | Path) -> Scenario:
 
 def _observed(*parts: Any) -> Observation:
     """Return what is observed in one row, within bounds."""
-    row = np.concatenate([np.ravel(it) for it in parts])
+    row = np.concatenate([np.ravel(part) for part in parts])
     return np.asarray(np.clip(row, -MOST, MOST), np.float32)
 
 

@@ -70,8 +70,8 @@ def on_hf(record: Recorder, pinging: str, fleets: Mapping[str, Fleet], hf: Hf) -
     begun = (receptions["outcome"] != OUT_OF_RANGE) & ~np.isnan(receptions["arrived_at_s"])
     met, calls = receptions[begun], np.unique(pings[called][["called_at_s", "called_by"]])
     callers = [
-        fleets["asv"].ways.of(it["called_by"], np.array([it["called_at_s"]])).truth[0, :3]
-        for it in calls
+        fleets["asv"].ways.of(call["called_by"], np.array([call["called_at_s"]])).truth[0, :3]
+        for call in calls
     ]
     by_call = SentSignals(calls["called_at_s"], calls["called_by"], np.reshape(callers, (-1, 3)))
     places = np.column_stack([sent[name] for name in ("x_m", "y_m", "z_m")])

@@ -204,7 +204,10 @@ def advise(
     together = len(finalists) + 1  # and whether fixes do harm
     effects = _effects(trials, finalists, seeds, together)
     unchanged = trials.unchanged([*race.seeds, *seeds])
-    said = {*race.inert, *(it for it in finalists if it.words in {e.words for e in effects})}
+    said = {
+        *race.inert,
+        *(finalist for finalist in finalists if finalist.words in {e.words for e in effects}),
+    }
     unknown = chosen if race.tried else changes  # what might help, had there been missions
     return Advice(
         budget_missions=most,
@@ -253,7 +256,7 @@ def _mean(values: Sequence[float]) -> float | None:
 
 
 def _words(changes: Sequence[Change]) -> tuple[str, ...]:
-    return tuple(it.words for it in changes)
+    return tuple(change.words for change in changes)
 
 
 def _short(trials: Trials, most: int) -> str:

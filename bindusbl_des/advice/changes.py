@@ -145,8 +145,8 @@ def _downlinks(scenario: Scenario) -> tuple[str, ...]:
     names = [it for it in advised(DOWNLINKS) if not (DOWNLINKS[it].replies and instant)]
     if not scenario.protocol.random_access:
         return tuple(names)
-    broadcast = [it for it in names if not DOWNLINKS[it].replies and DOWNLINKS[it].waits]
-    answered = [it for it in names if DOWNLINKS[it].replies]
+    broadcast = [name for name in names if not DOWNLINKS[name].replies and DOWNLINKS[name].waits]
+    answered = [name for name in names if DOWNLINKS[name].replies]
     return tuple(broadcast if scenario.protocol.replies else answered)
 
 

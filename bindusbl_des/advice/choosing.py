@@ -216,7 +216,7 @@ class Race:
         )
         singles: list[Change] = []
         for change in ranked:
-            alike = sum(it.kind == change.kind for it in singles)
+            alike = sum(single.kind == change.kind for single in singles)
             if change.kind != PAIR and alike < each:
                 singles.append(change)
         return [*singles[:most], *[it for it in ranked if it.kind == PAIR][:each]]

@@ -123,7 +123,7 @@ def compared(
 def _unserved_said(differences: Sequence[Difference]) -> bool:
     """Tell whether tables of single pairs name the AUVs that lack something."""
     tables = by_label(differences).values()
-    return any(it.lacks for rows in tables for it in rows) and all(map(is_alone, tables))
+    return any(row.lacks for rows in tables for row in rows) and all(map(is_alone, tables))
 
 
 def _unserved(folder: Path, found: MissionOutcomes) -> Fleets:
@@ -159,7 +159,7 @@ def _harms(
 
 def _contents(campaigns: Sequence[Campaign], pairs: Sequence[Pair]) -> Iterator[str]:
     """Yield what the intervals contain, once where that is the same of all campaigns."""
-    said = [in_intervals(it.plan, _points(it, pairs)) for it in campaigns]
+    said = [in_intervals(campaign.plan, _points(campaign, pairs)) for campaign in campaigns]
     if len(set(said)) == 1:
         yield said[0]
     else:

@@ -238,7 +238,10 @@ def _points_section(campaign: "Campaign", found: MissionOutcomes) -> str:
     ]
     names = short_names(list(campaign.plan.columns)).values()
     headings = [(name, "") for name in ("point", *names, "missions", "worst AUV")]
-    headings += [(it["words"], "worst AUV" if it["of"] == "worst" else it["of"]) for it in metrics]
+    headings += [
+        (metric["words"], "worst AUV" if metric["of"] == "worst" else metric["of"])
+        for metric in metrics
+    ]
     shown = table(headings, rows, "All points").replace('"scroll"', '"scroll tall"', 1)
     more = f" The first {MOST_POINTS} of {points} points." if points > MOST_POINTS else ""
     return (
@@ -253,8 +256,14 @@ def _failure_section(campaign: "Campaign", failures: list[dict[str, Any]]) -> st
     if not failures:
         return '<section id="failures"><h2>Failures</h2><p>No mission failed.</p></section>'
     rows = [
-        [str(it["mission"]), _settings(it["varied"]), str(it["seed"]), it["error"], it["reproduce"]]
-        for it in failures[:MOST_FAILURES]
+        [
+            str(failure["mission"]),
+            _settings(failure["varied"]),
+            str(failure["seed"]),
+            failure["error"],
+            failure["reproduce"],
+        ]
+        for failure in failures[:MOST_FAILURES]
     ]
     headings = [(name, "") for name in ("mission", "point", "seed", "error", "to see it again")]
     more = len(failures) - len(rows)

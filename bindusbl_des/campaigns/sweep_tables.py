@@ -73,7 +73,9 @@ def _rows(campaign: "Campaign", along: str) -> dict[str, dict[str, int]]:
     """Return of each combination of the other keys the point at each value of a key."""
     rows: dict[str, dict[str, int]] = {}
     for number, point in enumerate(campaign.plan.points):
-        others = (written(point.varied[it]) for it in campaign.plan.columns if it != along)
+        others = (
+            written(point.varied[column]) for column in campaign.plan.columns if column != along
+        )
         rows.setdefault(", ".join(others) or "all", {})[written(point.varied[along])] = number
     return rows
 
@@ -88,12 +90,12 @@ def fewest_points(campaign: "Campaign", columns: list[dict[str, Any]]) -> dict[s
     of the other keys; None where their number was not varied.
     """
     counts: list[str] = next(
-        (it["labels"] for it in columns if it["key"] == COUNT and it["values"]), []
+        (column["labels"] for column in columns if column["key"] == COUNT and column["values"]), []
     )
     if len(counts) < 2:
         return None
     rows = list(_rows(campaign, COUNT).values())[:MOST_COMBINATIONS]
-    return {"counts": counts, "points": [[row.get(it) for it in counts] for row in rows]}
+    return {"counts": counts, "points": [[row.get(count) for count in counts] for row in rows]}
 
 
 def fewest_tables(
@@ -104,7 +106,7 @@ def fewest_tables(
     `tried` is of :func:`fewest_points`.  A script marks the cells again for other limits.
     """
     counts, rows = tried["counts"], list(_rows(campaign, COUNT))
-    headings = [(_others(campaign, COUNT), ""), *((_asvs(it), "m") for it in counts)]
+    headings = [(_others(campaign, COUNT), ""), *((_asvs(count), "m") for count in counts)]
     shown = ""
     for metric in ACCURACIES:
         known = intervals(found.by_seed(metric, len(campaign.plan.points)))

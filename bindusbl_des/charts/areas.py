@@ -167,7 +167,7 @@ def _read(path: str, _changed_at: int, _size: int) -> tuple[Degrees, ...]:
     areas = _joined([shape for shape in shapes if shape.kind == "polygon"])
     if not areas:
         kinds = [shape.kind for shape in shapes]
-        there = [counted(kinds.count(it), it) for it in dict.fromkeys(kinds)]
+        there = [counted(kinds.count(kind), kind) for kind in dict.fromkeys(kinds)]
         raise BadChart(
             f"{path}: holds no polygon ({', '.join(there) or 'nothing'}); draw the area"
             + ", and end it where it begins" * ("line" in kinds)
@@ -189,7 +189,11 @@ def _read(path: str, _changed_at: int, _size: int) -> tuple[Degrees, ...]:
 
 def _joined(areas: list[Shape]) -> list[Shape]:
     """Return polygons, the parts of one that was cut at 180 degrees (RFC 7946, 3.1.9) as one."""
-    cut = [it for it in areas if not it.holes and any(abs(lon) == 180.0 for _, lon in it.corners)]
+    cut = [
+        area
+        for area in areas
+        if not area.holes and any(abs(lon) == 180.0 for _, lon in area.corners)
+    ]
     if len(cut) < 2 or len(cut) != len(areas) or len({it.where for it in cut}) > 1:
         return areas
     import shapely  # which other charts do not need

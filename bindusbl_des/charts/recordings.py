@@ -53,7 +53,9 @@ def _columns(path: str, header: Sequence[str]) -> tuple[list[str], bool]:
     """Return the columns of time, place and depth, and whether places are in degrees."""
     depth = next((name for name in DEPTHS if name in header), DEPTHS[0])
     metres, degrees = [TIME, *METRES, depth], [TIME, *DEGREES, depth]
-    in_degrees = any(it in header for it in DEGREES) and not all(it in header for it in METRES)
+    in_degrees = any(degree in header for degree in DEGREES) and not all(
+        metre in header for metre in METRES
+    )
     columns = degrees if in_degrees else metres
     missing = [name for name in columns if name not in header]
     if missing:
@@ -169,7 +171,7 @@ def _of_protobuf(message: Any) -> tuple[Any, ...]:
 
 def _row(where: str, message: Mapping[str, Any]) -> Sample:
     values = [_number(message[name]) for name in ROW]
-    time, x, y, depth = (math.nan if it is None else it for it in values)
+    time, x, y, depth = (math.nan if value is None else value for value in values)
     if not math.isfinite(time + x + y + depth):
         raise BadChart(f"{where}: needs a finite number in each of {', '.join(ROW)}")
     return Sample(where, time, (x, y), in_sea(where, depth), False)
@@ -277,7 +279,7 @@ def _chosen(path: str, tracks: dict[str, list[Sample]], which: str) -> list[Samp
 def _recording(path: str, samples: list[Sample]) -> RecordedTrack:
     if len(samples) < 2:
         raise BadChart(f"{path}: has {len(samples)} samples; a track needs at least two")
-    numbers = np.array([(it.time, *it.place, it.depth) for it in samples])
+    numbers = np.array([(sample.time, *sample.place, sample.depth) for sample in samples])
     stuck = np.flatnonzero(np.diff(numbers[:, 0]) <= 0.0)
     if len(stuck):
         first = int(stuck[0])
@@ -286,7 +288,7 @@ def _recording(path: str, samples: list[Sample]) -> RecordedTrack:
             f"({numbers[first + 1, 0]:.15g} s) does not follow {numbers[first, 0]:.15g} s"
         )
     numbers.setflags(write=False)
-    where = tuple(it.where for it in samples)
+    where = tuple(sample.where for sample in samples)
     kind = samples[0]
     return RecordedTrack(
         times=numbers[:, 0],

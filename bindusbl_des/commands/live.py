@@ -371,7 +371,7 @@ def _dry(
     with compiling_shown():
         instruments = Instruments(Mission(scenario, seed), truth=truth, only=heard)
         seen: set[tuple[str, type]] = set()
-        encoders = [(it, encoder(it, heard)) for it in outputs]
+        encoders = [(output, encoder(output, heard)) for output in outputs]
         while instruments.time < DRY_S and not instruments.is_over:
             for reading in instruments.advance(instruments.time + 1.0):
                 for it, encode in encoders:

@@ -94,7 +94,7 @@ def scenario_keys(_: click.Context, __: click.Parameter, begun: str) -> list[Com
 
 def bare_keys(*asked: Any) -> list[CompletionItem]:
     """Return what a shell offers for KEY."""
-    return [CompletionItem(it.value.removesuffix("=")) for it in scenario_keys(*asked)]
+    return [CompletionItem(key.value.removesuffix("=")) for key in scenario_keys(*asked)]
 
 
 def goal_metrics(_: click.Context, __: click.Parameter, begun: str) -> list[CompletionItem]:
@@ -108,14 +108,14 @@ def mission_metrics(_: click.Context, __: click.Parameter, begun: str) -> list[C
     """Return what a shell offers for the METRIC of a mission: also those of its worst AUV."""
     from ..records.metrics import WORST, AuvMetrics, metrics
 
-    bad = [f"{WORST}{it.name}" for it in fields(AuvMetrics) if it.metadata["worst"]]
+    bad = [f"{WORST}{field.name}" for field in fields(AuvMetrics) if field.metadata["worst"]]
     names = [*bad, *metrics()]
     return [CompletionItem(name) for name in names if name.startswith(begun)]
 
 
 def stopping_metrics(*asked: Any) -> list[CompletionItem]:
     """Return what a shell offers for METRIC=WIDTH."""
-    return [CompletionItem(f"{it.value}=") for it in mission_metrics(*asked)]
+    return [CompletionItem(f"{metric.value}=") for metric in mission_metrics(*asked)]
 
 
 def set_option(command: Any) -> Any:
@@ -139,7 +139,7 @@ def handed_on(given: Mapping[str, Any], command: click.Command) -> list[str]:
     """Return the words for a command that stood before its name; refuse what it does not have."""
     words = [JSON] if given["as_json"] else []
     words += [f"{SET}={text}" for text in given["overrides"]]
-    known = {name for it in command.params for name in it.opts}
+    known = {name for param in command.params for name in param.opts}
     for option in (word.partition("=")[0] for word in words):
         if option not in known:
             raise click.UsageError(f"{command.name} has no option {option}")

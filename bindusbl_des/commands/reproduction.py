@@ -118,7 +118,7 @@ def _summary(found: "Reproduction", one: "Reading | None") -> dict[str, Any]:
         **({"reading": one.name, "choices": asdict(one)} if one else {}),
         "missions": sum(len(run.plan) for run in found.runs.values()),
         "counts": count(found.numbers),
-        "numbers": [record(it) for it in found.numbers],
+        "numbers": [record(number) for number in found.numbers],
         "sentences": [asdict(claim) for claim in found.sentences()],
     }
 

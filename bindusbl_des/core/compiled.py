@@ -294,9 +294,9 @@ def stamp() -> str:
 
 def equation_files() -> list[Path]:
     """Return the files whose text is part of compiled code."""
-    named = {PACKAGE / it for it in NUMBERS}
+    named = {PACKAGE / file for file in NUMBERS}
     files = sorted(PACKAGE.rglob("*.py"))
-    return [it for it in files if it in named or MARKS.search(it.read_bytes())]
+    return [file for file in files if file in named or MARKS.search(file.read_bytes())]
 
 
 def _probe(number: float) -> float:

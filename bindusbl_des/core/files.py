@@ -233,7 +233,7 @@ def folder_draft(folder: Path, objection: Objection, *, force: bool = False) -> 
     taken = refusal(folder, objection, force=force)
     if taken:
         raise FolderTaken(f"{folder}: {taken}")
-    missing = [it for it in folder.absolute().parents if not it.exists()]
+    missing = [parent for parent in folder.absolute().parents if not parent.exists()]
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         with _workshop(folder) as workshop:
@@ -265,7 +265,7 @@ def refusal(folder: Path, objection: Objection, *, force: bool) -> str | None:
     except FileNotFoundError:  # or gone while it was looked at
         return None
     except NotADirectoryError:
-        above = next(it for it in folder.absolute().parents if it.exists())
+        above = next(parent for parent in folder.absolute().parents if parent.exists())
         return f"cannot be made, since {above} is a file; name another folder"
     if not force:
         return "exists; use --force (in Python force=True) to replace it, or name another folder"

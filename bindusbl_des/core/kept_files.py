@@ -119,7 +119,7 @@ def _renamed(data: Any, change: Change, below: Way, folder: str) -> Any:
     """Return data in which files have other names; `below` is the way to them."""
     if not below:
         items = data if isinstance(data, list | tuple) else [data]
-        usable = [isinstance(it, str) and "\0" not in it for it in items]
+        usable = [isinstance(item, str) and "\0" not in item for item in items]
         names = [change(it, folder) if good else it for it, good in zip(items, usable, strict=True)]
         return names if isinstance(data, list | tuple) else names[0]
     if isinstance(data, Mapping) and below[0] in data and not is_own(data):

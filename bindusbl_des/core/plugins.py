@@ -220,7 +220,11 @@ def _check(family: Family, name: str, found: Any) -> None:
     except (TypeError, ValueError):  # what is compiled need not tell
         return
     try:
-        own = [it for it in form.parameters.values() if it.kind is not Parameter.KEYWORD_ONLY]
+        own = [
+            parameter
+            for parameter in form.parameters.values()
+            if parameter.kind is not Parameter.KEYWORD_ONLY
+        ]
         form.replace(parameters=own).bind(*family.arguments)
     except TypeError as error:
         raise PluginError(
@@ -341,7 +345,7 @@ def _imported(module: str, file: Path) -> Iterator[str]:
         return
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            yield from (it.name for it in node.names)
+            yield from (name.name for name in node.names)
         elif isinstance(node, ast.ImportFrom):
             yield from _members(node, package)
 
@@ -352,7 +356,7 @@ def _members(node: ast.ImportFrom, package: str) -> tuple[str, ...]:
         base = resolve_name("." * node.level + (node.module or ""), package)
     except ImportError:  # beyond the outermost package
         return ()
-    return (base, *(f"{base}.{it.name}" for it in node.names))
+    return (base, *(f"{base}.{name.name}" for name in node.names))
 
 
 def _file(module: str) -> Path | None:

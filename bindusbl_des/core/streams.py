@@ -120,7 +120,9 @@ class NoiseStore:
         """Draw the next rows of a pair."""
         if (auv, asv) not in self._drawn:
             self.shelf[auv, asv] = len(self._drawn)
-            self._drawn[auv, asv] = [self._streams.of(it, auv, asv) for it in self._purposes]
+            self._drawn[auv, asv] = [
+                self._streams.of(purpose, auv, asv) for purpose in self._purposes
+            ]
         shelf = self.shelf[auv, asv]
         if shelf == len(self.blocks):
             self.blocks = lengthened(self.blocks, 2 * len(self.blocks))

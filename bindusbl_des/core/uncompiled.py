@@ -39,7 +39,9 @@ def uncompiled(function: Any) -> Callable[..., Any]:
 def _in_64_bits(code: CodeType) -> CodeType:
     """Return code in which 0.0 / 0 is no number: Python's own numbers raise."""
     kinds: dict[type, Callable[[Any], Any]] = {float: np.float64, CodeType: _in_64_bits}
-    return code.replace(co_consts=tuple(kinds.get(type(it), _same)(it) for it in code.co_consts))
+    return code.replace(
+        co_consts=tuple(kinds.get(type(const), _same)(const) for const in code.co_consts)
+    )
 
 
 def _same(value: Any) -> Any:

@@ -30,7 +30,9 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     by_unit += [name for name in words if name.startswith(f"{stem}_")] if stem != asked else []
     # A word spelled almost right (radius_n) beats one that only begins alike.
     by_part = [name for name in words if f"_{asked}_" in f"_{name}_"]
-    almost = [it for it in get_close_matches(asked, words, n=1, cutoff=0.9) if it[0] == asked[:1]]
+    almost = [
+        match for match in get_close_matches(asked, words, n=1, cutoff=0.9) if match[0] == asked[:1]
+    ]
     near = almost or by_unit or by_part
     if near:
         return near[0]

@@ -61,7 +61,9 @@ def _of_vessels(
     asvs = [int(name.removeprefix("ASV")) for name in names]
     if "misalignment" in has:
         carriers = [fix.auv] if passive else names
-        turns = np.degrees(misalignments(world, streams))[[int(it[3:]) for it in carriers]]
+        turns = np.degrees(misalignments(world, streams))[
+            [int(carrier[3:]) for carrier in carriers]
+        ]
         text = ", ".join(f"{it} {turn:+.2f}" for it, turn in zip(carriers, turns, strict=True))
         facts = {
             f"{it}_misalignment_deg": float(turn) for it, turn in zip(carriers, turns, strict=True)
@@ -215,7 +217,9 @@ def _others_on_air(result: "Result", ping: Any) -> str:
     others = beside[beside.ping != ping.ping]
     if not len(others):
         return "nobody else pings meanwhile"
-    text = [f"{it.auv} since {it.sent_at_s:.4f} s (ping {it.ping})" for it in others.itertuples()]
+    text = [
+        f"{row.auv} since {row.sent_at_s:.4f} s (ping {row.ping})" for row in others.itertuples()
+    ]
     return f"others ping meanwhile: {', '.join(text)}"
 
 

@@ -32,8 +32,8 @@ def sounds_beside(result: "Result", reception: Any) -> list[str]:
     beside = (met.ping != reception.ping) & (gap < duration)
     others = met[beside & audible(result, met)]
     sounds = [
-        (f"ping {it.ping} of {getattr(it, protocol.pinging)}", it.arrived_at_s)
-        for it in others.itertuples()
+        (f"ping {row.ping} of {getattr(row, protocol.pinging)}", row.arrived_at_s)
+        for row in others.itertuples()
     ]
     sounds += _calls_beside(result, reception)
     return [

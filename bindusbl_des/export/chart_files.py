@@ -163,7 +163,7 @@ def _written(
 ) -> Mapping[str, int]:
     write_text(path, WRITERS[kind](name, shapes), replace=replace)
     kinds = [shape.kind for shape in shapes]
-    return {it: kinds.count(it) for it in dict.fromkeys(kinds)}
+    return {kind: kinds.count(kind) for kind in dict.fromkeys(kinds)}
 
 
 def drawn(result: "Result") -> Iterator[Drawn]:
@@ -256,8 +256,8 @@ def _survey(scenario: "Scenario") -> Drawn:
 
 def _geojson(name: str, shapes: list[Drawn]) -> str:
     features = [
-        {"type": "Feature", "properties": {"name": it.name}, "geometry": _geometry(it)}
-        for it in shapes
+        {"type": "Feature", "properties": {"name": shape.name}, "geometry": _geometry(shape)}
+        for shape in shapes
     ]
     return json.dumps({"type": "FeatureCollection", "name": name, "features": features}) + "\n"
 

@@ -177,8 +177,12 @@ def _annotate_slot(axes: Axes, result: "Result", number: int) -> None:
         _bracket(axes, span, -1.0, f"{symbol} {1e3 * length:.3g} ms")
         until = span.end
         axes.axvline(until, color=INK, lw=0.4, ls=":")
-    ticks_ms = [it for it in MaxNLocator(7).tick_values(0.0, shown_ms) if 0.0 <= it <= shown_ms]
-    axes.set_xticks([first.start + it / 1e3 for it in ticks_ms], [f"{it:g}" for it in ticks_ms])
+    ticks_ms = [
+        value for value in MaxNLocator(7).tick_values(0.0, shown_ms) if 0.0 <= value <= shown_ms
+    ]
+    axes.set_xticks(
+        [first.start + tick / 1e3 for tick in ticks_ms], [f"{tick:g}" for tick in ticks_ms]
+    )
 
 
 def _first_slot(result: "Result", number: int) -> Span:

@@ -140,7 +140,7 @@ def k_centre(places: ArrayLike, count: int) -> Centres:
         centres = _exact(different, count)
     else:
         starts = _starts(different)
-        tried = [_improved(different, farthest_first(different, count, it)) for it in starts]
+        tried = [_improved(different, farthest_first(different, count, start)) for start in starts]
         centres = min(tried, key=lambda it: float(distances(different, it).min(axis=1).max()))
     centres = centres[np.lexsort(centres.T[::-1])]  # by x, then y
     away = distances(points, centres)
@@ -160,9 +160,9 @@ def _exact(points: Floats, count: int) -> Floats:
     three: the radius is one of finitely many, and whether circles of a radius suffice is found by
     covering the first point that is not yet, in every way.
     """
-    pairs = [diametral(np.array(it)) for it in combinations(points, 2)]
-    triples = [circumscribed(np.array(it)) for it in combinations(points, 3)]
-    circles = np.array([*pairs, *(it for it in triples if np.isfinite(it.radius))])
+    pairs = [diametral(np.array(combination)) for combination in combinations(points, 2)]
+    triples = [circumscribed(np.array(combination)) for combination in combinations(points, 3)]
+    circles = np.array([*pairs, *(triple for triple in triples if np.isfinite(triple.radius))])
     away = distances(points, np.vstack((points, circles[:, :2])))  # (n, circles)
     critical = np.unique(circles[:, 2])
     low, high = 0, len(critical) - 1
@@ -202,7 +202,7 @@ def _cover(within: NDArray[np.bool_], count: int) -> list[Numbers] | None:
         return None
 
     groups = chosen((1 << len(within)) - 1, count)
-    return None if groups is None else [np.flatnonzero(weights & it) for it in groups]
+    return None if groups is None else [np.flatnonzero(weights & group) for group in groups]
 
 
 def _starts(points: Floats) -> Numbers:
@@ -281,7 +281,9 @@ def max_cover(
     middles = _middles(points, reach)
     within = distances(middles, points) <= reach * (1.0 + REACH_ROUNDING)  # (circles, n)
     firsts = np.argsort(-(within @ value), kind="stable")[:COVER_STARTS]
-    tried = [_exchanged(_greedy(within, value, count, int(it)), within, value) for it in firsts]
+    tried = [
+        _exchanged(_greedy(within, value, count, int(first)), within, value) for first in firsts
+    ]
     chosen = max(tried, key=lambda it: float(value[within[it].any(axis=0)].sum()))
     return _settled(points, within[chosen], reach)
 

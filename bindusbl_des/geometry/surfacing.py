@@ -42,7 +42,7 @@ class Surfacing(NamedTuple):
     @property
     def length(self) -> float:
         """How long that is (m)."""
-        return sum(it.length for it in self.segments)
+        return sum(segment.length for segment in self.segments)
 
 
 def surfaced(path: Path, asked: Surfacing) -> tuple[Path, list[float]]:

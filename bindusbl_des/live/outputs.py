@@ -129,7 +129,7 @@ class AskedOutput(NamedTuple):
 
 
 def _nmea(reading: Reading, earth: Earth) -> Sequence[bytes]:
-    return [it.encode("ascii") for it in sentences(reading, earth)]
+    return [sentence.encode("ascii") for sentence in sentences(reading, earth)]
 
 
 def _json(reading: Reading, earth: Earth) -> Sequence[bytes]:

@@ -181,7 +181,7 @@ def _slot(world: World) -> float:
 
 def _missed(record: Recorder, auvs: int) -> NDArray[np.int64]:
     """Return how many slots of its own each AUV did not know as they began."""
-    owners = [it.auv for it in record.assignments if it.outcome == "missed"]
+    owners = [assignment.auv for assignment in record.assignments if assignment.outcome == "missed"]
     return np.bincount(np.array(owners, dtype=np.int64), minlength=auvs)
 
 

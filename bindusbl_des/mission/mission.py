@@ -102,7 +102,9 @@ def under_way(world: World, time: float) -> list[PingUnderWay]:
 
 def on_air(broadcasts: Sequence[Broadcast], time: float) -> list[Broadcast]:
     """Return the frames that are being sent at an instant (s), of those on record by then."""
-    return [it for it in broadcasts if time < it.sent_at_s + it.airtime_s]
+    return [
+        broadcast for broadcast in broadcasts if time < broadcast.sent_at_s + broadcast.airtime_s
+    ]
 
 
 class Mission:

@@ -129,7 +129,7 @@ def _common(scenario: Scenario) -> Further:
 def _is_aligned(scenario: Scenario) -> bool:
     """Tell whether AUVs carry arrays that may be turned, by as much as is estimated."""
     return scenario.protocol.asvs_ping and any(
-        it.name == "misalignment" for it in estimated_kinds(scenario)
+        kind.name == "misalignment" for kind in estimated_kinds(scenario)
     )
 
 

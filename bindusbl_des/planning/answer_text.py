@@ -71,7 +71,9 @@ def answer_text(found: Found) -> str:
 def _open(found: Found) -> str:
     """Return how many teams may still be the answer, and which is the best so far."""
     selection = found.selection
-    still = sum(it in ("met", "needs more missions", "not flown") for it in selection.verdicts)
+    still = sum(
+        verdict in ("met", "needs more missions", "not flown") for verdict in selection.verdicts
+    )
     best = best_text(found.question.goals, found.candidates, selection)
     return f"{still} of {counted(len(found.candidates), 'team')} may do" + (
         f"; best so far {best}" if best else ""
@@ -100,7 +102,7 @@ def caveats(found: Found) -> Iterator[str]:
         yield doubts
     if found.cut:
         yield f"Cut off by {found.cut}; the same command goes on from here."
-    if any(is_instant(found.question, it) for it in found.question.experiment.points):
+    if any(is_instant(found.question, point) for point in found.question.experiment.points):
         yield (
             "protocol.downlink.reply: instant costs no time on the air, which no modem can do; all "
             "teams were flown with protocol.downlink.reply: frame."
@@ -134,13 +136,13 @@ def _predicted(found: Found) -> Iterator[str]:
     if answer is None or found.cut:
         return
     for place, goal in enumerate(found.question.goals):
-        values = [float(found.predictor.values(it)[place]) for it in found.candidates]
+        values = [float(found.predictor.values(candidate)[place]) for candidate in found.candidates]
         low, high = band(goal, values[answer])
         means = [estimates[place].mean for estimates in selection.estimates]
         ratios = [mean / value for mean, value in zip(means, values, strict=True) if value > 0]
         if not low <= high:
             continue
-        known = [it for it in ratios if isfinite(it)]
+        known = [ratio for ratio in ratios if isfinite(ratio)]
         yield (
             f"{goal.metric} of the answer was predicted to be {value_text(goal, values[answer])}; "
             f"nine in ten teams so predicted lie from {significant(low)} to "
@@ -161,7 +163,7 @@ def remedy_text(found: Found) -> str | None:
     if all(excess(goal, it.mean) <= 0 for goal, it in zip(goals, estimates, strict=True)):
         return None
     first = f"The nearest is {team_text(found.candidates[nearest])}: {reached(goals, estimates)}."
-    helping = [it.text for it in found.reliefs if it.meets]
+    helping = [relief.text for relief in found.reliefs if relief.meets]
     if helping:
         return f"{first} It is predicted to meet the goal with: {'; '.join(helping)}."
     rest = f" Most would help {found.reliefs[0].text}." if found.reliefs else ""
@@ -227,7 +229,7 @@ def record(found: Found, run: str) -> dict[str, Any]:
         "candidates": [_candidate(found, n) for n in range(len(found.candidates))],
         "excluded": [{"told": it.words, "count": len(it.candidates)} for it in found.left_out],
         "runners_up": others,
-        "binding": [it.record() for it in found.reliefs],
+        "binding": [relief.record() for relief in found.reliefs],
         "sensitivity": [it.record() for it in found.doubted],
         "prediction_error": {
             goal.metric: STATED_ERROR[goal.metric]._asdict()
@@ -244,7 +246,7 @@ def _candidate(found: Found, number: int) -> dict[str, Any]:
     values = found.predictor.values(candidate).tolist()
     bands = [band(goal, it) for goal, it in zip(found.question.goals, values, strict=True)]
     predicted = {
-        "value": [_known(it) for it in values],
+        "value": [_known(value) for value in values],
         "low": [_known(low) for low, _ in bands],
         "high": [_known(high) for _, high in bands],
     }

@@ -118,13 +118,13 @@ def _drift(inputs: Inputs) -> Inputs:
     navigator = inputs.navigator
     sources = tuple(
         replace(
-            it,
-            mean=_halved(it.mean),
-            drawn_sd=_halved(it.drawn_sd),
-            assumed_sd=_halved(it.assumed_sd),
-            wander_per_s=it.wander_per_s / 4,
+            source,
+            mean=_halved(source.mean),
+            drawn_sd=_halved(source.drawn_sd),
+            assumed_sd=_halved(source.assumed_sd),
+            wander_per_s=source.wander_per_s / 4,
         )
-        for it in navigator.sources
+        for source in navigator.sources
     )
     return replace(
         inputs,

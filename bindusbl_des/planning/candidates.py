@@ -237,7 +237,7 @@ def narrowed(
     outdone: list[Candidate] = []
     for _, equals in sorted(by_cost.items()):
         ranked = sorted(equals, key=predictor.rank)
-        sure = min(ranges[it].high for it in equals)
+        sure = min(ranges[equal].high for equal in equals)
         for it in ranked:
             if it is ranked[0]:
                 flown.append(it)

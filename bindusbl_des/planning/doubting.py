@@ -205,13 +205,13 @@ def _lost(question: Question, team: Candidate, predictor: Predictor) -> list[Dou
     rests = [_without(question, team, lost) for lost in range(vessels)]
     missed = [(predictor.rank(it.team), -n) for n, it in enumerate(rests) if it is not None]
     lost = -max(missed)[1] if missed else 0
-    failures = [it.model_dump(mode="json") for it in team.scenario.asvs.failures]
+    failures = [failure.model_dump(mode="json") for failure in team.scenario.asvs.failures]
     fails = {"asv": lost, "at_s": team.scenario.duration_s / 2}
     after = {"record.metrics_from_s": fails["at_s"]}  # or the time before would hide it
     keys = {"asvs.failures": [*failures, fails], **after}
     halfway, without = (candidate(question, {**team.keys, **it}) for it in (keys, after))
     if halfway is None or without is None:
-        return [it for it in rests[lost : lost + 1] if it is not None]
+        return [rest for rest in rests[lost : lost + 1] if rest is not None]
     later = Doubt(f"ASV{lost} lost halfway, from then on", keys, halfway, without)
     return [it for it in (*rests[lost : lost + 1], later) if it is not None]
 
@@ -255,8 +255,8 @@ def _drift(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
 
 def teams_of(conditions: Sequence[Doubt]) -> list[Candidate]:
     """Return the teams that are flown: those in the conditions, and after them those without."""
-    without = [it.without for it in conditions if it.without is not None]
-    return [*(it.team for it in conditions), *without]
+    without = [condition.without for condition in conditions if condition.without is not None]
+    return [*(condition.team for condition in conditions), *without]
 
 
 def doubted(
@@ -276,7 +276,7 @@ def doubted(
     numbers = range(len(conditions))
     with suppress(CutOff):
         for look in range(len(looks)):
-            unknown = [it for it in numbers if evidence.verdicts[it] is None]
+            unknown = [number for number in numbers if evidence.verdicts[number] is None]
             evidence.fly(unknown, look)
             for it in unknown:
                 evidence.judge(it, look)
@@ -300,7 +300,7 @@ def plainly(estimates: Sequence[Estimate]) -> dict[str, list[float | None]]:
     """Return means, the ends of their intervals and shares of missions that miss the goal as plain
     data, one for each goal; no shares where they were not counted.
     """
-    counted = any(isfinite(it.missed) for it in estimates)
+    counted = any(isfinite(estimate.missed) for estimate in estimates)
     names = ("mean", "low", "high", *(("missed",) if counted else ()))
-    ends = {name: [getattr(it, name) for it in estimates] for name in names}
+    ends = {name: [getattr(estimate, name) for estimate in estimates] for name in names}
     return {name: [it if isfinite(it) else None for it in own] for name, own in ends.items()}

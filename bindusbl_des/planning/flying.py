@@ -50,7 +50,7 @@ def wanted(goals: Sequence[Goal]) -> dict[str, list[str]]:
     >>> wanted([Goal("position_error_m", below=1.0), Goal("area_covered_share", above=0.9)])
     {'auvs': ['position_error_m'], 'missions': ['area_covered_share']}
     """
-    columns = {table: [it.metric for it in goals if it.is_of_auvs == (table == AUVS)]
+    columns = {table: [goal.metric for goal in goals if goal.is_of_auvs == (table == AUVS)]
                for table in (AUVS, MISSIONS)}  # fmt: skip
     return {table: list(dict.fromkeys(names)) for table, names in columns.items()}
 
@@ -123,7 +123,7 @@ class Flights:
             NotWritten: when the folder cannot be written.
         """
         numbers = [self._number(pair) for pair in pairs]
-        missing = [it for it in dict.fromkeys(numbers) if it not in self._rows][:most]
+        missing = [number for number in dict.fromkeys(numbers) if number not in self._rows][:most]
         if missing:
             self._fly(np.array(missing, np.int64), until)
         flown = takewhile(self._rows.__contains__, numbers)

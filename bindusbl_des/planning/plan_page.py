@@ -224,7 +224,9 @@ def _answer(record: Record) -> str:
     beside = _fragile(record) + _binding(record)
     parts = [filled(f'<p class="{kind}">{{it}}</p>', it=first), _tiles(record)]
     parts += [f'<div class="pair">{beside}</div>'] if beside else []
-    parts += [filled("<p>{it}</p>", it=it[:1].upper() + it[1:]) for it in sentences[1:]]
+    parts += [
+        filled("<p>{it}</p>", it=sentence[:1].upper() + sentence[1:]) for sentence in sentences[1:]
+    ]
     if record.get("would"):
         would = worded(record["would"], goals)
         parts.append(filled("<p><b>What would:</b> {it}</p>", it=would))
@@ -373,7 +375,7 @@ def _candidates(record: Record) -> str:
 def _table(record: Record, places: Sequence[int], caption: str) -> str:
     """Return candidates as a table; a script makes of each row's name a button that shows it."""
     goals, candidates = record.get("goal") or [], record["candidates"]
-    priced = any(it.get("cost") != it.get("asvs") for it in candidates)
+    priced = any(candidate.get("cost") != candidate.get("asvs") for candidate in candidates)
     headings = [("candidate", ""), ("vessels", ""), *([("cost", "")] * priced)]
     for goal in goals:
         shown = units(goal["metric"])

@@ -254,7 +254,7 @@ def _experiment(
     question: Question, candidates: Sequence[Candidate], seeds: Sequence[int]
 ) -> Experiment:
     """Return the experiment whose points are candidates."""
-    points = tuple(it.keys for it in candidates)
+    points = tuple(candidate.keys for candidate in candidates)
     return Experiment(question.name, question.experiment.given, points, tuple(seeds))
 
 
@@ -271,7 +271,7 @@ def _selected(
         budget.best = best_text(question.goals, candidates, selection)
 
     return select(
-        [Choice(it.cost, predictor.values(it).tolist()) for it in candidates],
+        [Choice(candidate.cost, predictor.values(candidate).tolist()) for candidate in candidates],
         sample,
         question.goals,
         confidence=question.confidence,
@@ -319,5 +319,7 @@ def _page(found: Found, plan_record: dict[str, Any]) -> str:
     inputs = found.predictor.inputs(base)
     if inputs is None or not stations_kept(base):
         return plan_page(plan_record)
-    each: list[Inputs | None] = [found.predictor.inputs(it.scenario) for it in found.candidates]
+    each: list[Inputs | None] = [
+        found.predictor.inputs(candidate.scenario) for candidate in found.candidates
+    ]
     return plan_page(plan_record, chart_of(base, inputs, each))

@@ -106,7 +106,8 @@ def _about(
         yield from places
         best = min(places, key=predictor.rank)
         others = [
-            candidate(question, {**best.keys, **it}) for it in _protocols(base.scenario, point)
+            candidate(question, {**best.keys, **protocol})
+            for protocol in _protocols(base.scenario, point)
         ]
         ranked = sorted(filter(None, others), key=predictor.rank)[:MOST_PROTOCOLS]
         yield from _unlike([best, *ranked], predictor)
@@ -138,7 +139,7 @@ def _placed(
         return
     if team.asvs > 1:
         keys = (ring_keys(question, *ring) for ring in _rings(team))
-        rings = _those(*(placed(question, team.keys, it) for it in keys))
+        rings = _those(*(placed(question, team.keys, key) for key in keys))
         yield from sorted(rings, key=predictor.rank)[:1]
     free = place_keys(question, free_places(team.scenario, team.asvs, "coverage", inputs))
     yield from _those(placed(question, team.keys, free))

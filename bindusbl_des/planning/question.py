@@ -216,8 +216,8 @@ def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
     except ScenarioError as error:
         raise ScenarioError(map(_as_candidates, error.mistakes)) from None
     points = len(experiment.points)
-    counts = (it.get("asvs.count") for it in experiment.points)
-    asvs = sum(it if isinstance(it, int) else 1 for it in counts)
+    counts = (point.get("asvs.count") for point in experiment.points)
+    asvs = sum(count if isinstance(count, int) else 1 for count in counts)
     if points > MOST_POINTS or asvs > MOST_ASVS:
         problem = (
             f"make {points:,} teams with {asvs:,} ASVs before any is proposed; a plan compares "

@@ -336,7 +336,7 @@ def _value(scenario: Scenario, key: str) -> Any:
 
 def _setting(key: str, part: PartChoice, name: str) -> Any:
     """Return the value of a setting of the part that is chosen at a key; None where it has none."""
-    model = next(it.settings for it in FAMILIES if it.key == key).get(str(part))
+    model = next(family.settings for family in FAMILIES if family.key == key).get(str(part))
     field = model.model_fields.get(name) if model else None
     return part.settings.get(name, field.default if field else None)
 

@@ -245,7 +245,10 @@ def read_scenario(
         *document.warnings,
         *(Mistake.at(places[it], it.key, it.message) for it in found),
     )
-    about = (*((it.key,) for it in document.warnings), *((it.key, *it.others) for it in found))
+    about = (
+        *((warning.key,) for warning in document.warnings),
+        *((it.key, *it.others) for it in found),
+    )
     unloaded = () if allow_plugins else tuple(_plugins(document, scenario))
     return Reading(scenario, warnings, about, unloaded)
 

@@ -147,7 +147,11 @@ def _vehicle(path: Path, odometry: LogTable, vehicle: str | None) -> str:
     """Return whose log is meant; a table of odometry without names is of one vehicle."""
     if not odometry.has("vehicle"):
         return vehicle or ""
-    known = [it for it in dict.fromkeys(odometry.words("vehicle")) if not it.startswith("ASV")]
+    known = [
+        vehicle
+        for vehicle in dict.fromkeys(odometry.words("vehicle"))
+        if not vehicle.startswith("ASV")
+    ]
     if vehicle is None and len(known) == 1:
         return known[0]
     if vehicle not in known:
@@ -225,7 +229,7 @@ def _receptions(table: LogTable) -> Receptions | None:
     times = known.numbers(instant)[:, 0]
     order = np.argsort(times, kind="stable")
     ranges = np.full(len(known), np.nan) if away is None else known.numbers(away)[:, 0]
-    pairs = np.array([names.index(it) for it in others], dtype=np.int64)
+    pairs = np.array([names.index(other) for other in others], dtype=np.int64)
     return Receptions(times[order], pairs[order], np.array(is_lost, bool)[order], ranges[order])
 
 

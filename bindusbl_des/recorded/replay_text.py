@@ -37,7 +37,7 @@ FAR_OFF = 3.0
 
 def summary(logs: Sequence[Row], beacons: Sequence[Row]) -> str:
     """Return what replays came to: rows of the tables `logs` and `beacons`, by column."""
-    rows = [("log", *(it[0] for it in COLUMNS)), ("", *(it[1] for it in COLUMNS))]
+    rows = [("log", *(column[0] for column in COLUMNS)), ("", *(column[1] for column in COLUMNS))]
     rows += [_row(row | {"sights": row["ranges"] + row["fixes"]}) for row in map(dict, logs)]
     lines = aligned(rows)
     lines.insert(2, "-" * max(map(len, lines)))

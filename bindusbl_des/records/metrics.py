@@ -277,7 +277,9 @@ WORST = "worst_"
 
 # For each metric that can be bad: whether the largest value is the worst.
 WORST_IS_LARGEST = {
-    it.name: it.metadata["worst"] == LARGEST for it in fields(AuvMetrics) if it.metadata["worst"]
+    field.name: field.metadata["worst"] == LARGEST
+    for field in fields(AuvMetrics)
+    if field.metadata["worst"]
 }
 
 
@@ -306,7 +308,7 @@ def metrics() -> dict[str, tuple[str, str]]:
     """Return unit and meaning of each metric of an AUV or a mission, by its name."""
     columns = [column for it in (AuvMetrics, Utilisation) for column in fields(it)]
     names = [column for column in columns if column.name in NAMES]
-    return {it.name: (unit_of(it.name), it.metadata["meaning"]) for it in names}
+    return {name.name: (unit_of(name.name), name.metadata["meaning"]) for name in names}
 
 
 def quantity(metric: str) -> str:

@@ -129,11 +129,11 @@ def _differences(names: Sequence[str], runs: Sequence[Named]) -> str:
         {"seed": result.seed, **dict(flat(portable(result.scenario.model_dump(mode="json"))))}
         for _, result in runs
     ]
-    keys = dict.fromkeys(key for it in scenarios for key in it if key != "name")
+    keys = dict.fromkeys(key for scenario in scenarios for key in scenario if key != "name")
     rows = [
-        [key, *(plain(it[key]) if key in it else "-" for it in scenarios)]
+        [key, *(plain(scenario[key]) if key in scenario else "-" for scenario in scenarios)]
         for key in keys
-        if any(it.get(key) != scenarios[0].get(key) for it in scenarios)
+        if any(scenario.get(key) != scenarios[0].get(key) for scenario in scenarios)
     ]
     shown = (
         table([("key", ""), *((name, "") for name in names)], rows, "What differs in the scenarios")
@@ -177,7 +177,10 @@ def _worst_beside(metric: str, missions: Sequence[Row], digits: int, factor: flo
     """Return the worst AUV's values of a metric, each with the AUV and its difference."""
     values = [row[f"worst_{metric}"] for row in missions]
     auvs = [row[f"worst_{metric}_auv"] for row in missions]
-    tale = ("none" if it == "-" else it for it in _with_differences(values, digits, factor))
+    tale = (
+        "none" if difference == "-" else difference
+        for difference in _with_differences(values, digits, factor)
+    )
     return [f"{it}, {auv}" if auv else "-" for it, auv in zip(tale, auvs, strict=True)]
 
 

@@ -55,7 +55,7 @@ class Cause:
 def causes(mission: Recording) -> list[Cause]:
     """Return why pings made no fixes that their AUVs have, what cost most of them first."""
     asked = max(len(mission.fate), 1)
-    found = [it for it in _causes(mission) if it.pings >= NOTEWORTHY * asked]
+    found = [cause for cause in _causes(mission) if cause.pings >= NOTEWORTHY * asked]
     return sorted(found, key=lambda it: -it.pings)
 
 

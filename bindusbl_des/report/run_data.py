@@ -62,9 +62,9 @@ def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer
         "outcomes": OUTCOMES,
         "time": packer.add(mission.times[::track_step], quantum=TENTH_OF_MS),
         "order": np.argsort(
-            [-(it["position_error_m"] or 0.0) for it in mission.metrics.auvs]
+            [-(auv["position_error_m"] or 0.0) for auv in mission.metrics.auvs]
         ).tolist(),
-        "auvs": [_auv(mission, it, track_step, packer) for it in services],
+        "auvs": [_auv(mission, service, track_step, packer) for service in services],
         "asvs": [_asv(mission, number, track_step, packer) for number in _asvs(mission)],
         "pings": _pings(mission, kept, packer),
         "receptions": _receptions(mission, kept, packer),
@@ -162,7 +162,9 @@ def _asv(mission: Recording, number: int, step: int, packer: Packer) -> dict[str
     return {
         "name": f"ASV{number}",
         "failures": [
-            [it.at_s, it.until_s] for it in mission.scenario.asvs.failures if it.asv == number
+            [failure.at_s, failure.until_s]
+            for failure in mission.scenario.asvs.failures
+            if failure.asv == number
         ],
         "x": packer.add(mission.truth["x_m"][row][::step], quantum=CENTIMETRE),
         "y": packer.add(mission.truth["y_m"][row][::step], quantum=CENTIMETRE),
@@ -211,7 +213,9 @@ def _receptions(mission: Recording, kept: NDArray[np.bool_], packer: Packer) -> 
     shown = kept[receptions["ping"]] & (receptions["outcome"] != "out_of_range")
     shown &= np.isfinite(receptions["arrived_at_s"])  # nothing arrives of pings not sent (twtt)
     number = np.cumsum(kept) - 1
-    codes = np.select([receptions["outcome"][shown] == it for it in OUTCOMES], range(len(OUTCOMES)))
+    codes = np.select(
+        [receptions["outcome"][shown] == outcome for outcome in OUTCOMES], range(len(OUTCOMES))
+    )
     return {
         "ping": packer.add(number[receptions["ping"][shown]]),
         "asv": packer.add(receptions["asv"][shown]),
@@ -222,7 +226,9 @@ def _receptions(mission: Recording, kept: NDArray[np.bool_], packer: Packer) -> 
 
 def _fixes(mission: Recording, packer: Packer) -> dict[str, Any]:
     fixes = mission.fixes
-    codes = np.select([fixes["outcome"] == it for it in FIX_OUTCOMES], range(len(FIX_OUTCOMES)))
+    codes = np.select(
+        [fixes["outcome"] == outcome for outcome in FIX_OUTCOMES], range(len(FIX_OUTCOMES))
+    )
     lengths = ("x_m", "y_m", "sd_x_m", "sd_y_m", "correction_m")
     return {
         "ping": packer.add(fixes["ping"]),

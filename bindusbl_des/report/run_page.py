@@ -168,8 +168,8 @@ def warnings_section(result: "Result") -> str:
     if not result.warnings:
         return ""
     items = "".join(
-        filled("<li><code>{key}</code>: {message}</li>", key=it.key, message=it.message)
-        for it in result.warnings
+        filled("<li><code>{key}</code>: {message}</li>", key=warning.key, message=warning.message)
+        for warning in result.warnings
     )
     return f'<section id="knowing"><h2>Warnings</h2><ul>{items}</ul></section>'
 

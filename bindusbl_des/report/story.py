@@ -83,7 +83,7 @@ def _others(starving: list[Service]) -> str:
 def _worst(metrics: Metrics) -> str:
     """Return who navigated worst, on average and for 95 % of the time."""
     mission, names = metrics.mission, ("position_error_m", "position_error_p95_m")
-    found = [(mission.get(f"worst_{it}"), mission.get(f"worst_{it}_auv")) for it in names]
+    found = [(mission.get(f"worst_{name}"), mission.get(f"worst_{name}_auv")) for name in names]
     (error, auv), (largest, other) = found
     if error is None or largest is None:  # a mission of an older version
         return ""
@@ -111,10 +111,14 @@ def _failed(mission: Recording) -> str:
     """Return which ASVs failed when."""
     end = mission.scenario.duration_s
     text = [
-        f"ASV{it.asv} failed at {it.at_s:g} s"
-        + (f" and worked again from {it.until_s:g} s" if (it.until_s or end) < end else "")
-        for it in sorted(mission.scenario.asvs.failures, key=lambda it: it.at_s)
-        if it.at_s < end
+        f"ASV{failure.asv} failed at {failure.at_s:g} s"
+        + (
+            f" and worked again from {failure.until_s:g} s"
+            if (failure.until_s or end) < end
+            else ""
+        )
+        for failure in sorted(mission.scenario.asvs.failures, key=lambda it: it.at_s)
+        if failure.at_s < end
     ]
     return f"{'; '.join(text)}." if text else ""
 
@@ -199,7 +203,7 @@ def _why(mission: Recording, auv: Service) -> str:
 def _is_abandoned(scenario: Scenario, gaps: Sequence[Gap]) -> bool:
     """Tell whether the last ASV failed in one of some gaps."""
     return any(
-        gap.start <= it.at_s < gap.end and not any(alive(scenario, it.at_s))
-        for it in scenario.asvs.failures
+        gap.start <= failure.at_s < gap.end and not any(alive(scenario, failure.at_s))
+        for failure in scenario.asvs.failures
         for gap in gaps
     )

@@ -152,7 +152,7 @@ def harm_text(auvs: Sequence[Mapping[str, Any]], advice: Advice | None) -> list[
     first, *others = advice.harms
     text = [f"Fixes make {_worse(first, here)}{_tried(advice)}."]
     if others:
-        named = "; ".join(_worse(it, here) for it in others[:MOST_NAMED])
+        named = "; ".join(_worse(other, here) for other in others[:MOST_NAMED])
         more = len(others) - MOST_NAMED
         text.append(f"They also make {named}" + (f"; and {more} more AUVs." if more > 0 else "."))
     text.append(
@@ -190,7 +190,7 @@ def _tried(advice: Advice) -> str:
 
 def _harm_of_one_mission(auvs: Sequence[Mapping[str, Any]]) -> list[str]:
     worse = sorted(
-        (it for it in auvs if it.get("fix_benefit_m", 0.0) < -NOTEWORTHY * it["imu_error_m"]),
+        (auv for auv in auvs if auv.get("fix_benefit_m", 0.0) < -NOTEWORTHY * auv["imu_error_m"]),
         key=lambda row: float(row["fix_benefit_m"]),
     )
     if not worse:
@@ -221,11 +221,11 @@ def from_data(data: Any) -> Advice:
     plain = _read(Advice, data, "advice")
     advice = replace(
         plain,
-        effects=tuple(_read(Effect, it, "effects") for it in plain.effects),
-        harms=tuple(_read(Harm, it, "harms") for it in plain.harms),
+        effects=tuple(_read(Effect, effect, "effects") for effect in plain.effects),
+        harms=tuple(_read(Harm, harm, "harms") for harm in plain.harms),
         foreseen=tuple(_read(Foreseen, it, "foreseen") for it in plain.foreseen),
     )
-    if any(it.kind in (GAIN, FILTER) and not it.settings for it in advice.effects):
+    if any(effect.kind in (GAIN, FILTER) and not effect.settings for effect in advice.effects):
         raise ValueError("effects: settings of a gain or filter is empty")
     if advice.of(HELPS) and advice.error_m is None:
         raise ValueError("advice: error_m is null beside effects")

@@ -114,7 +114,7 @@ def _read_advice(folder: Path, scenario: Scenario) -> Advice | None:
         return None
     try:
         advice = from_data(data := read_json(path))
-        strangers = {it.auv for it in advice.harms} - {
+        strangers = {harm.auv for harm in advice.harms} - {
             f"AUV{n}" for n in range(scenario.auvs.count)
         }
         if strangers:

@@ -167,7 +167,9 @@ class Result:
             "scenario_sha256": scenario_sha256(self.scenario),
             "seed": self.seed,
             "overrides": list(self.overrides),
-            "warnings": [{"key": it.key, "message": it.message} for it in self.warnings],
+            "warnings": [
+                {"key": warning.key, "message": warning.message} for warning in self.warnings
+            ],
             "violations": None if self.violations is None else self.violations.data(),
             "versions": {"python": platform.python_version(), **versions()},
             "wall_time_s": self.wall_time_s,

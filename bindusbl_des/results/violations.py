@@ -91,8 +91,8 @@ def _checked(found: Violation) -> Violation:
     numbers = [found.round] + ([] if found.slot is None else [found.slot])
     if (
         found.kind not in KINDS
-        or not all(isinstance(it, str) for it in words)
-        or not all(type(it) is int and it >= 0 for it in numbers)
+        or not all(isinstance(word, str) for word in words)
+        or not all(type(number) is int and number >= 0 for number in numbers)
         or type(found.at_s) not in (int, float)
     ):
         raise ValueError("the first violation is none")

@@ -325,8 +325,10 @@ def _declared(key: str, table: Mapping[str, Record], default: Record, name: str)
         return default
 
     def given() -> Record:
-        names = [it.name for it in fields(default) if it.name != "settings"]
-        return replace(default, **{it: getattr(own, it) for it in names if hasattr(own, it)})
+        names = [field.name for field in fields(default) if field.name != "settings"]
+        return replace(
+            default, **{name: getattr(own, name) for name in names if hasattr(own, name)}
+        )
 
     return asked(key, name, given, when=" as it was asked what it declares")
 

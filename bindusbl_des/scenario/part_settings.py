@@ -190,12 +190,12 @@ def _model_of(found: Any) -> type[BaseModel] | None:
     except (TypeError, ValueError):  # what is compiled need not tell
         return None
     fields = {
-        it.name: (
-            Any if it.annotation is Parameter.empty else it.annotation,
-            ... if it.default is Parameter.empty else it.default,
+        parameter.name: (
+            Any if parameter.annotation is Parameter.empty else parameter.annotation,
+            ... if parameter.default is Parameter.empty else parameter.default,
         )
-        for it in form.parameters.values()
-        if it.kind is Parameter.KEYWORD_ONLY and not it.name.startswith("_")
+        for parameter in form.parameters.values()
+        if parameter.kind is Parameter.KEYWORD_ONLY and not parameter.name.startswith("_")
     }
     if not fields:
         return None

@@ -259,5 +259,5 @@ def failures_of(scenario: ScenarioKeys) -> "Failures | None":
 
 def alive(scenario: ScenarioKeys, time: float) -> tuple[bool, ...]:
     """Return which ASVs of a scenario work at an instant (s), in the order of their numbers."""
-    failed = {it.asv for it in scenario.asvs.failures if it.lasts(time)}
+    failed = {failure.asv for failure in scenario.asvs.failures if failure.lasts(time)}
     return tuple(asv not in failed for asv in range(scenario.asvs.count))

@@ -103,7 +103,9 @@ def uplink_guard(case: Case, pairs: Sequence[SignalPair]) -> Guard | None:
 
     Guards against echoes are not in what is needed: echoes are not verified.
     """
-    margins = [it.margin_s for it in pairs if it.kind in OF_SLOTS and it.margin_s is not None]
+    margins = [
+        pair.margin_s for pair in pairs if pair.kind in OF_SLOTS and pair.margin_s is not None
+    ]
     if not margins:
         return None
     guard = case.slot_s - _busy_s(case)

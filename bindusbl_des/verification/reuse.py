@@ -42,7 +42,7 @@ def same_slot(case: Case) -> Iterator[SignalPair]:
     scenario = case.scenario
     if not schedule_of(scenario).is_shared_and_proved or scenario.auvs.count < 2:
         return
-    returning = [it for it in scenario.asvs.failures if it.until_s is not None]
+    returning = [failure for failure in scenario.asvs.failures if failure.until_s is not None]
     if returning:
         why = (
             f"ASV{returning[0].asv} works again at {returning[0].until_s:g} s, and may hear AUVs "
@@ -94,7 +94,7 @@ def believed_off_m(case: Case) -> float:
     if many or (both_ways and case.bounds.asv_speed_m_per_s > 0.0):
         return math.inf
     systematic, auvs = (
-        {it.name: it.sds[0] for it in kinds(scenario)},
+        {kind.name: kind.sds[0] for kind in kinds(scenario)},
         range(scenario.auvs.count),
     )
     beside = Beside(

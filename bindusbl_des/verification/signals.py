@@ -311,10 +311,10 @@ def _played(case: Case, asv: Floats, other: Floats, first: float, second: float)
         actors[auv] = Actor(float(x), float(y), depths[auv][1], tuple(asv.tolist()), _late(case))
     for auv in range(slots):
         actors[auv] = Actor(float(middle[0]), float(middle[1]), depths[auv][1])
-    places = np.array([(it.x, it.y) for it in actors.values()])
+    places = np.array([(actor.x, actor.y) for actor in actors.values()])
     away = np.linalg.norm(places[:, None] - stations, axis=2)
     if slant:
-        away = np.hypot(away, np.array([it.depth for it in actors.values()])[:, None])
+        away = np.hypot(away, np.array([actor.depth for actor in actors.values()])[:, None])
     groups = GROUPS[schedule_of(case.scenario).groups](
         _in_order(actors, away <= hf.range_m + margin)
     )

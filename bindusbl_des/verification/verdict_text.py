@@ -122,7 +122,7 @@ def objection(folder: Path) -> str | None:
     if not folder.is_dir():
         return "is no folder"
     foreign: Sequence[str] = sorted(
-        it.name for it in folder.iterdir() if it.name not in {RECORD, WITNESS, *FOLDERS}
+        path.name for path in folder.iterdir() if path.name not in {RECORD, WITNESS, *FOLDERS}
     )
     if foreign:
         return f"holds {foreign[0]}, which `verify` did not write, so --force will not replace it"

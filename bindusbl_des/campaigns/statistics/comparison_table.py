@@ -49,40 +49,40 @@ def by_label(differences: Rows) -> dict[str, list[Difference]]:
 
 def is_alone(rows: Rows) -> bool:
     """Tell whether differences are of one pair of points."""
-    return all(it.pair is rows[0].pair for it in rows)
+    return all(row.pair is rows[0].pair for row in rows)
 
 
 def _alone(rows: Rows) -> Iterator[str]:
     """Yield the metrics of one pair of points, the main finding in words, and who was worst."""
-    pair, counts = rows[0].pair, {_count(it) for it in rows}
+    pair, counts = rows[0].pair, {_count(row) for row in rows}
     keys = list(pair.held)
     held = ", ".join(f"{short_key(key, keys)}={plain(pair.held[key])}" for key in keys)
     paired = f"; {counts.pop()} paired seeds" if len(counts) == 1 else ""
     one, other = pair.baseline.label, pair.other.label
     yield filled(f"{other} compared with {one}{f' at {held}' * bool(held)}{paired}")
-    worst = all(it.metric.startswith(WORST) for it in rows)
+    worst = all(row.metric.startswith(WORST) for row in rows)
     first = "of the worst AUV" if worst else "metric"
     cells = [(first, one, other, "difference [95 % CI]", "", "" if paired else "pairs", "")]
     cells += [
-        (of_an_auv(it.metric) if worst else it.metric, *_row(it, "" if paired else _count(it)))
-        for it in rows
+        (of_an_auv(row.metric) if worst else row.metric, *_row(row, "" if paired else _count(row)))
+        for row in rows
     ]
     yield from _table(cells)
     said = [sentence(rows[0]), *worst_named(rows[0])]
-    for text in dict.fromkeys((*said, *(lack for it in rows for lack in unserved(it)))):
+    for text in dict.fromkeys((*said, *(lack for row in rows for lack in unserved(row)))):
         yield filled(text)
 
 
 def _over_points(rows: Rows) -> Iterator[str]:
     """Yield the first metric at each point of the other keys, and how often each metric differs."""
     metric = rows[0].metric
-    points = [it for it in rows if it.metric == metric]
-    pair, counts = points[0].pair, {_count(it) for it in points}
+    points = [row for row in rows if row.metric == metric]
+    pair, counts = points[0].pair, {_count(point) for point in points}
     one, other = pair.baseline.label, pair.other.label
     paired = f"; {counts.pop()} paired seeds" if len(counts) == 1 else ""
     measure = f" ({unit(metric)})".replace(" (1)", "")
     yield filled(f"{other} compared with {one}: {_named(points[0])}{measure}{paired}")
-    at = [{key: plain(value) for key, value in it.pair.held.items()} for it in points]
+    at = [{key: plain(value) for key, value in point.pair.held.items()} for point in points]
     keys = [key for key in at[0] if len({it[key] for it in at}) > 1] or list(at[0])
     heading = ", ".join(short_key(key, list(at[0])) for key in keys)
     cells = [(heading, one, other, "difference [95 % CI]", "", "" if paired else "pairs", "")]
@@ -101,11 +101,11 @@ def _over_points(rows: Rows) -> Iterator[str]:
 def _verdicts(rows: Rows) -> Iterator[str]:
     """Yield at how many points each metric is better, worse, ..."""
     counts: dict[str, Counter[str]] = {}
-    worst = all(it.metric.startswith(WORST) for it in rows)
+    worst = all(row.metric.startswith(WORST) for row in rows)
     for it in rows:
         name = of_an_auv(it.metric) if worst else it.metric
         counts.setdefault(name, Counter())[it.verdict] += 1
-    shown = [it for it in get_args(Verdict) if any(count[it] for count in counts.values())]
+    shown = [arg for arg in get_args(Verdict) if any(count[arg] for count in counts.values())]
     cells = [("of the worst AUV" if worst else "metric", *shown)]
     cells += [(name, *(str(count[it] or "-") for it in shown)) for name, count in counts.items()]
     yield from aligned(cells)

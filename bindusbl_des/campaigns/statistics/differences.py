@@ -325,7 +325,7 @@ def _effect(plan: ExperimentPlan, key: str, error: np.ndarray) -> tuple[float, s
         return None
     rows: dict[str, np.ndarray] = {}
     for point, mean in zip(plan.points, error.tolist(), strict=True):
-        held = repr([it for it in point.varied.items() if it[0] != key])
+        held = repr([item for item in point.varied.items() if item[0] != key])
         row = rows.setdefault(held, np.full(len(values), np.nan))
         row[values.index(written(point.varied[key]))] = mean
     table = np.array(list(rows.values()))

@@ -118,7 +118,7 @@ def _of_other_navigation(plan: ExperimentPlan) -> dict[int, list[int]]:
     """Return of each point those that differ from it in keys of the navigation alone."""
     groups: dict[str, list[int]] = {}
     for number, point in enumerate(plan.points):
-        held = [it for it in point.varied.items() if not it[0].startswith(NAVIGATION)]
+        held = [item for item in point.varied.items() if not item[0].startswith(NAVIGATION)]
         groups.setdefault(repr(held), []).append(number)
     return {point: [it for it in them if it != point] for them in groups.values() for point in them}
 
@@ -127,7 +127,7 @@ def _tried(
     places: dict[tuple[int, int], int], error: Floats, mine: tuple[int, int], rivals: list[int]
 ) -> Tried | None:
     """Return the rival with the smallest error of an AUV that is surely smaller, paired by seed."""
-    rows = {it: places[it, mine[1]] for it in rivals if (it, mine[1]) in places}
+    rows = {rival: places[rival, mine[1]] for rival in rivals if (rival, mine[1]) in places}
     own = error[places[mine]]
     gains = {it: interval((own - error[row]).tolist()) for it, row in rows.items()}
     limit = (1 - CONFIDENCE) / 2 / max(len(rivals), 1)  # each of many may look better by chance
@@ -310,7 +310,7 @@ def _once(them: list[HarmfulFixes], missions: int, plan: ExperimentPlan) -> str:
 
 def _remedies(scenarios: list[dict[str, Any]]) -> Iterator[str]:
     """Yield what may help scenarios in which fixes harm; it was not tried."""
-    filters = [PartChoice.read(it["navigation"]["filter"], str) for it in scenarios]
+    filters = [PartChoice.read(scenario["navigation"]["filter"], str) for scenario in scenarios]
     gained = [it for it in filters if navigator_named(it).has_gain]
     parts = [it.settings_as(FixedGain, navigator_named(it).settings) for it in gained]
     if parts:

@@ -140,12 +140,14 @@ def points_table(folder: Path, plan: ExperimentPlan, said: Findings) -> str:
     Means are over the missions that went well, with 95 % intervals.
     """
     targets = plan.experiment.until_ci
-    found = outcomes(folder, [*(it[0] for it in METRICS), *(target.metric for target in targets)])
+    found = outcomes(
+        folder, [*(metric[0] for metric in METRICS), *(target.metric for target in targets)]
+    )
     keys = [short_key(key, list(plan.columns)) for key in plan.columns]
     rows = [["point", *keys, "ok", "worst", *(heading for _, heading, *_ in METRICS)]]
     for point in range(min(len(plan.points), MOST_ROWS)):
         labels = [written(value) for value in plan.points[point].varied.values()]
-        cells = [_cell(found, point, *it) for it in METRICS]
+        cells = [_cell(found, point, *metric) for metric in METRICS]
         rows.append([str(point), *labels, _well(found, point), _who(found, point), *cells])
     lines = _lines(rows)
     if len(plan.points) > MOST_ROWS:

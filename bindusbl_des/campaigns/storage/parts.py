@@ -166,7 +166,7 @@ def _numbers(listed: Mapping[str, Any]) -> NDArray[np.int64]:
         ValueError: when they are no missions.
     """
     step, runs = int(listed["step"]), [(int(first), int(count)) for first, count in listed["runs"]]
-    is_possible = all(min(it) >= 0 and it[0] + step * it[1] < 2**63 for it in runs)
+    is_possible = all(min(run) >= 0 and run[0] + step * run[1] < 2**63 for run in runs)
     if step < 1 or not is_possible or sum(count for _, count in runs) > MOST_MISSIONS:
         raise ValueError("its missions are none")
     each = [np.arange(first, first + step * count, step) for first, count in runs]
@@ -375,7 +375,7 @@ def part_names(folder: Path) -> set[str]:
     ending = ".parquet"
     with suppress(OSError):
         names = [it for it in os.listdir(folder / MISSIONS) if it.endswith(ending)]
-        return {it[5 : -len(ending)] for it in names if it.startswith("part-")}
+        return {name[5 : -len(ending)] for name in names if name.startswith("part-")}
     return set()
 
 

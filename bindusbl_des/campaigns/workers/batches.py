@@ -195,7 +195,9 @@ class Gathered:
     def add(self, ran: Ran) -> None:
         """Take the rows of one more mission."""
         self._apart.append(ran)
-        self.nbytes += sum(CELL_BYTES * it.num_rows * it.num_columns for it in ran.tables.values())
+        self.nbytes += sum(
+            CELL_BYTES * table.num_rows * table.num_columns for table in ran.tables.values()
+        )
         if len(self._apart) == MOST_APART:
             self._join()
 
@@ -208,17 +210,17 @@ class Gathered:
         ran, self._apart = self._apart, []
         if not ran:
             return
-        names = dict.fromkeys(name for it in ran for name in it.tables if name != "mission")
+        names = dict.fromkeys(name for run in ran for name in run.tables if name != "mission")
         found = {name: self._table(name, ran) for name in names}
         for name, table in {**found, MISSIONS: self._missions(ran)}.items():
             self._joined.setdefault(name, []).append(table.combine_chunks())
 
     def _table(self, name: str, ran: Sequence[Ran]) -> pa.Table:
-        lengths = [len(it.tables[name]) if name in it.tables else 0 for it in ran]
+        lengths = [len(run.tables[name]) if name in run.tables else 0 for run in ran]
         owner = arrow([n for n, length in enumerate(lengths) for _ in range(length)], pa.int64())
         labels = self._labels(ran, with_point=name == "auvs")
         return labelled(
-            pa.concat_tables([it.tables[name] for it in ran if name in it.tables]),
+            pa.concat_tables([run.tables[name] for run in ran if name in run.tables]),
             {key: array.take(owner) for key, array in labels.items()},
         )
 
@@ -226,27 +228,28 @@ class Gathered:
         described = metric_schema(MISSIONS)
         nothing = pa.table([pa.nulls(1, field.type) for field in described], schema=described)
         labels = self._labels(ran, with_point=True)
-        labels["status"] = arrow([FAILED if it.error else OK for it in ran], pa.string())
-        labels["error"] = arrow([it.error for it in ran], pa.string())
-        labels["wall_time_s"] = arrow([it.wall_time_s for it in ran], pa.float64())
+        labels["status"] = arrow([FAILED if run.error else OK for run in ran], pa.string())
+        labels["error"] = arrow([run.error for run in ran], pa.string())
+        labels["wall_time_s"] = arrow([run.wall_time_s for run in ran], pa.float64())
         return labelled(
-            pa.concat_tables([it.tables["mission"] if it.tables else nothing for it in ran]), labels
+            pa.concat_tables([run.tables["mission"] if run.tables else nothing for run in ran]),
+            labels,
         )
 
     def _labels(self, ran: Sequence[Ran], *, with_point: bool) -> dict[str, pa.Array]:
         """Return the columns that say which mission it was, a value for each mission."""
-        points = [self._points[it.mission.point] for it in ran]
+        points = [self._points[run.mission.point] for run in ran]
         ids = [
             mission_id(point.scenario, it.mission.seed, self._model_version)
             for it, point in zip(ran, points, strict=True)
         ]
         labels = {
-            "mission": arrow([it.mission.number for it in ran], pa.int64()),
+            "mission": arrow([run.mission.number for run in ran], pa.int64()),
             "mission_id": arrow(ids, pa.string()),
-            "seed": arrow([it.mission.seed for it in ran], pa.int64()),
+            "seed": arrow([run.mission.seed for run in ran], pa.int64()),
         }
         if with_point:
-            labels["point"] = arrow([it.mission.point for it in ran], pa.int64())
+            labels["point"] = arrow([run.mission.point for run in ran], pa.int64())
             for key, kind in self._columns.items():
                 values = [point.varied[key] for point in points]
                 if kind == "json":

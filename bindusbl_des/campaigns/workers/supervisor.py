@@ -203,14 +203,16 @@ class Supervisor:
         self._worked_s += sum(row.wall_time_s for row in rows)
         self.note(rows)
         ran = {row.number for row in rows}
-        self._fresh.put_back(it.number for it in batch.missions if it.number not in ran)
+        self._fresh.put_back(
+            mission.number for mission in batch.missions if mission.number not in ran
+        )
 
     def _suspect(self, batch: Batch, exit_code: int | None, error: BaseException) -> None:
         """Try the mission at which a worker died again by itself; others of its batch may go on.
 
         Where the worker left no heartbeat, halves are tried until the culprit is alone.
         """
-        numbers = tuple(it.number for it in batch.missions)
+        numbers = tuple(mission.number for mission in batch.missions)
         culprit, trace = take_heartbeat(self.folder, batch.part)
         end = signal_name(exit_code) if exit_code is not None else type(error).__name__
         if not trace:
@@ -270,7 +272,7 @@ def batch_of(
         plan_sha256=plan_sha256 or plan.fingerprint(),
         model_version=plan.model_version,
         columns=plan.columns,
-        points={it.point: plan.points[it.point] for it in missions},
+        points={mission.point: plan.points[mission.point] for mission in missions},
         missions=missions,
         budget_s=budget_s,
         mission_timeout_s=mission_timeout_s,

@@ -154,7 +154,7 @@ def error_map(inputs: Inputs, stations: ArrayLike, places: ArrayLike) -> ErrorMa
     here = replace(
         inputs,
         ways=PlannedWays(ways.times_s, spots[np.newaxis], ways.headings_s[:1], ways.depths_m[:1]),
-        noise=FixNoise(noise.step_m, *(it[:1] for it in _tables(noise))),
+        noise=FixNoise(noise.step_m, *(table[:1] for table in _tables(noise))),
     )
     around = sights(here, spots[np.newaxis], asvs)
     found, own = located(here, around)[0], fixes(here, around, spots[np.newaxis], asvs)

@@ -240,7 +240,7 @@ class Group:
 
     def having(self, verdict: Verdict | None) -> list[int]:
         """Return the candidates with a verdict, or without any."""
-        return [it for it in self.members if self._evidence.verdicts[it] == verdict]
+        return [member for member in self.members if self._evidence.verdicts[member] == verdict]
 
     @property
     def meets(self) -> bool:

@@ -13,9 +13,9 @@ from ...records.metrics import WORST, WORST_IS_LARGEST, AuvMetrics, Utilisation,
 
 Of = float | Literal["worst", "mean"]
 
-OF_AUVS = tuple(it.name for it in fields(AuvMetrics) if it.name != "auv")
+OF_AUVS = tuple(field.name for field in fields(AuvMetrics) if field.name != "auv")
 # What only a mission as a whole has; collisions are counted of AUVs, too, and meant so.
-OF_MISSIONS = tuple(it.name for it in fields(Utilisation) if it.name not in OF_AUVS)
+OF_MISSIONS = tuple(field.name for field in fields(Utilisation) if field.name not in OF_AUVS)
 
 # Of what only a mission has: whether less of it is better.
 LESS_IS_BETTER = {

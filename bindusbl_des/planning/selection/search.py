@@ -102,7 +102,7 @@ class Search:
         if best is not None:
             cost = plain(self._candidates[best.leader].cost)
             return f"Candidate {best.leader} meets the goals at cost {cost}."
-        if all(it == "not met" for it in self._evidence.verdicts):
+        if all(verdict == "not met" for verdict in self._evidence.verdicts):
             return "No candidate meets the goals."
         return "No candidate is shown to meet the goals."
 
@@ -113,12 +113,12 @@ class Search:
         flown = f"not settled with {self._evidence.looks[-1].seeds} seeds"
         if untold := sum(len(group.having(None)) for group in cheaper):
             yield f"{counted(untold, whose)} may meet the goals."
-        considered = [it for group in cheaper for it in group.members]
+        considered = [member for group in cheaper for member in group.members]
         if unsure := sum(self._evidence.is_cut_short[it] for it in considered):
             yield f"{counted(unsure, whose)} may meet the goals: {flown}."
         if best is None:
             return
-        unsure = sum(self._evidence.is_cut_short[it] for it in best.members)
+        unsure = sum(self._evidence.is_cut_short[member] for member in best.members)
         if rivals := len(best.running) - 1 + unsure:
             until = f": {flown}" if best.is_flown else ""
             yield f"{counted(rivals, 'rival')} of equal cost may be better{until}."

@@ -152,7 +152,7 @@ def places_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
     given, corners = list(_in_degrees(scenario)), scenario.survey.corners_deg
     origin = origin_of(scenario)
     if origin is not None:
-        yield from _far("survey.area", [("survey.area", it) for it in corners], origin)
+        yield from _far("survey.area", [("survey.area", corner) for corner in corners], origin)
     for key, other, is_double, positions in given:
         section = key.rpartition(".")[0]
         if is_double:

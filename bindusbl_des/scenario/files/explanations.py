@@ -138,7 +138,9 @@ def _kind(path: Path, data: Any) -> str:
 
 def _unknown(path: Path, data: Any) -> Finding:
     section, name = dotted(path[:-1]), str(path[-1])
-    chooser = next((it.word for it in FAMILIES if it.word and it.key == section), "")
+    chooser = next(
+        (family.word for family in FAMILIES if family.word and family.key == section), ""
+    )
     if chooser and name in ("kind", "model"):
         message = f"unknown key; {section} is chosen by its `{chooser}`"
         return Finding(path, message, True, ((*path[:2], chooser),))

@@ -42,7 +42,7 @@ def override(document: Document, option: str) -> None:
         document.mistakes.append(Mistake.at(place, dotted(path), message))
         document.unsettled.add(path)
         return
-    beside = (it for it in document.keys.items() if it[0][:-1] == path[:-1])
+    beside = (item for item in document.keys.items() if item[0][:-1] == path[:-1])
     given = [known[-1] for known, at in beside if at.file.startswith("--")]
     problem = _put(document.data, path, value.data, given)
     if problem:

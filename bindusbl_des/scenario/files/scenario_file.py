@@ -159,7 +159,7 @@ def parsed(source: Source, allow_plugins: bool = False) -> tuple[Document, Scena
         move_keys(document)
     scenario = _settled(document, source.folder) if isinstance(document.data, dict) else None
     if scenario is not None and allow_plugins and not document.mistakes:
-        found = (Problem(it.key, it.message) for it in load_plugins(scenario))
+        found = (Problem(plugin.key, plugin.message) for plugin in load_plugins(scenario))
         _note_contradictions(document, found)
     if scenario is None or document.mistakes:
         options = enumerate(source.overrides, 1)
@@ -195,7 +195,7 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
     while True:
         try:
             scenario = Scenario.model_validate(data)
-            found = (it for it in misplaced_tracks(scenario) if it.key not in misread)
+            found = (track for track in misplaced_tracks(scenario) if track.key not in misread)
             _note_contradictions(document, found)
             _note_contradictions(document, _short_cast(scenario))
             return scenario
@@ -203,7 +203,9 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
             details = error.errors(include_url=False)
         if details[0]["type"] == "inconsistent":
             problems = details[0]["ctx"]["problems"]
-            _note_contradictions(document, (it for it in problems if it.key not in misread))
+            _note_contradictions(
+                document, (problem for problem in problems if problem.key not in misread)
+            )
             return None
         findings = [detail["ctx"]["finding"] for detail in details]
         # Unknown keys first: a key that was only misspelt is not missing as well.

@@ -188,7 +188,7 @@ def estimated_kinds(scenario: Scenario) -> list[Kind]:
     if not scenario.navigation.weighs or is_plugin(scenario.usbl.model):
         return []
     untold = chosen.settings.get("untold", ())
-    return [it for it in kinds(scenario) if it.name not in untold and it.times <= MOST_TOLD]
+    return [kind for kind in kinds(scenario) if kind.name not in untold and kind.times <= MOST_TOLD]
 
 
 def sound_speed_error(scenario: Scenario) -> float:
