@@ -4,6 +4,7 @@ import faulthandler
 import json
 import math
 import random
+import signal
 import sys
 import traceback
 from dataclasses import asdict
@@ -386,7 +387,7 @@ def _fitted(data: dict[str, Any]) -> None:
 
 
 # What is estimated to take longer (s) or more memory (bytes) is told and not run here; what is run
-# is ended after the limit.
+# is ended after a limit of processor time: other work may slow a machine.
 WORTH_RUNNING_S, WORTH_RUNNING_BYTES, LIMIT_S = 4.0, 1e9, 120.0
 
 
@@ -422,10 +423,10 @@ def outcome(seed: int, folder: Path) -> tuple[str, str]:
 
 def main(first: int, end: int, folder: Path) -> None:
     """Draw and run scenarios; print a line for each, and end the process where one hangs."""
+    faulthandler.register(signal.SIGVTALRM, chain=True)
     for seed in range(first, end):
-        faulthandler.dump_traceback_later(LIMIT_S, exit=True)
+        signal.setitimer(signal.ITIMER_VIRTUAL, LIMIT_S)
         print(json.dumps([seed, *outcome(seed, folder)]), flush=True)
-        faulthandler.cancel_dump_traceback_later()
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The event tables of a finished mission: what happened, and where everybody was meanwhile."""
+"""What a finished mission came to: its event tables, and its metrics, also of the worst AUV."""
 
 import math
 from dataclasses import fields

@@ -1,4 +1,7 @@
-"""How dead reckoning drifts, and what AUVs know by it."""
+"""What AUVs know by dead reckoning, and the random walk of its error.
+
+How wrong it is for each AUV is drawn in `mission.sensor_errors`.
+"""
 
 import math
 from typing import NamedTuple
@@ -11,25 +14,6 @@ from ..core.packed import Packed, unpacked
 from ..vehicles.fleet import FleetTracksCache, VehicleTrack
 from ..vehicles.motion import Motion, headed, places
 from ..vehicles.reckoning import DeadReckoned, Wrong, by_compass, error, follow
-
-
-def bias_drift(bias: tuple[float, float], frame: str, times: Floats, headings: Floats) -> Floats:
-    """Return the drift (m), shape (n, 2), that a constant velocity bias (m/s) has caused.
-
-    `times` (s) and `headings`, the integrals of cos(yaw) and sin(yaw) (n, 2), come from the path
-    actually travelled.  In the body frame the bias turns with the vehicle, so that legs there and
-    back cancel; in the world frame it does not (eq. dead_reckoning).
-
-    >>> bias_drift((0.06, 0.06), "world", np.array([10.0]), np.zeros((1, 2))).tolist()
-    [[0.6, 0.6]]
-    """
-    forward, starboard = bias
-    if frame == "world":
-        return np.outer(times, bias)
-    cosine, sine = headings.T
-    return np.column_stack(
-        (cosine * forward - sine * starboard, sine * forward + cosine * starboard)
-    )
 
 
 def random_walk(rate: float, sd: float, noise: Floats) -> Floats:

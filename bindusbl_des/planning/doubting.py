@@ -1,6 +1,5 @@
-"""How a team fares where the world is worse than the scenario has it, on the answer's own seeds.
-
-What more vessels would bring: teams that cost more than the answer, flown a few times.
+"""How a team fares where the world is worse than the scenario has it, on the answer's own seeds;
+and what more vessels would bring: teams that cost more than the answer, flown a few times.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

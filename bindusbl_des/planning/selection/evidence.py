@@ -1,8 +1,7 @@
 """What the missions of candidates show: who meets the goals, who does not, who is outdone.
 
-How far a mean may be off: standard errors, and a bound that knows of skewed values.
-
-When candidates are looked at, and how far from a limit a mean must lie for a verdict.
+A mean has a bound that knows of skewed values; a verdict is given where that is far enough from the
+limit.  Candidates of one cost are looked at together until one is the best that meets the goals.
 
 Who looks often, at many, is wrong often: each look at each candidate is one more chance to be
 misled.  Looks are therefore at numbers of seeds that were fixed before, and the risk that is left
@@ -13,8 +12,6 @@ by the confidence is shared among three mistakes, and of each among the occasion
 * the right candidate, one and unknown, drops out as missing a goal: among its looks and goals, not
   among candidates, since nobody minds what happens to others;
 * it is outdone by one that is worse: among those that could do so, and their looks.
-
-Candidates of one cost, looked at together until one is the best that meets the goals.
 """
 
 from collections.abc import Sequence

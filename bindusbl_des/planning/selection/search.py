@@ -1,7 +1,4 @@
-"""The way to the least cost at which a candidate meets the goals, and to the best of that cost.
-
-The least cost at which a candidate meets all goals, and the best candidate of that cost.
-"""
+"""The way to the least cost at which a candidate meets all goals, and to the best of that cost."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress

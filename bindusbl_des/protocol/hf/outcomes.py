@@ -1,4 +1,7 @@
-"""What becomes of pings at ASVs, and the fixes measured of them: decided when somebody asks."""
+"""When pings are decided: as late as somebody asks for fixes, all that have passed at once.
+
+What becomes of each, compiled code decides (:mod:`.reception`).
+"""
 
 import math
 from collections.abc import Callable
