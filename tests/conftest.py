@@ -28,8 +28,10 @@ if threading.current_thread() is threading.main_thread():
 
 # Files of few tests that take long go first: begun last, they would leave all workers but one idle.
 LONG = (
-    "test_docs.py", "test_reproduction.py", "test_campaigns.py", "test_replays.py",
-    "test_figures.py", "test_advice.py", "test_plans.py", "test_drawn_missions.py",
+    "test_docs.py", "test_properties.py", "test_campaigns.py", "test_replays.py", "test_bursts.py",
+    "test_plans.py", "test_reproduction.py", "test_ellipses.py", "test_report_browser.py",
+    "test_figures.py", "test_second.py", "test_advice.py", "test_sea_trials.py", "test_losses.py",
+    "test_drawn_missions.py", "test_fuzzing.py",
 )  # fmt: skip
 
 
