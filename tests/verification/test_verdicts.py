@@ -129,7 +129,10 @@ def pair(verdict: Verdict, kind: str) -> Any:
 def test_the_conflict_margin_is_the_way_to_the_last_slot_that_is_shared() -> None:
     """N AUVs share slot N - 2 at most: 4 of 7/30 s at 0.627 m/s; one ASV alone shares none."""
     six = {"auvs": {"count": 6}, "protocol": {"tick_rate_hz": 30.0}}
-    assert pair(judged(six), "same slot").margin_m == pytest.approx(-4 * 7 / 30 * 0.627)
+    needed = 4 * 7 / 30 * 0.627
+    assert pair(judged(six), "same slot").margin_m == pytest.approx(-needed)
+    just = {**six, "protocol": {"tick_rate_hz": 30.0, "conflict_margin_m": needed}}
+    assert pair(judged(just), "same slot").margin_m == pytest.approx(0.0, abs=1e-12)
     assert judged(six, max_speed=2.0).conflict_margin == {
         "set_m": 0.0, "needed_m": pytest.approx(4 * 7 / 30 * 2.0),
     }  # fmt: skip
