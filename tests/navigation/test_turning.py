@@ -21,7 +21,6 @@ from bindusbl_des.usbl.sights import unknown_sights
 
 DEPTH = 10.0
 
-# With 2786 an AUV believes to be at an ASV.
 DRAWN, MORE_DRAWN = range(2780, 2800), range(2700, 2780)
 NO_FIX = Said(math.nan, math.nan, (math.nan, math.nan, math.nan))
 
