@@ -83,7 +83,6 @@ def given(tables: Tables) -> Given:
             for row in tables["pings"]
         ],
         broadcasters=[row["asv"] for row in tables["broadcasts"]],
-        pinged={(row["auv"], round(row["sent_at_s"], 6)) for row in tables["pings"]},
         measured={
             (row["auv"], round(row["pinged_at_s"], 6)): (
                 *(row["x_m"], row["y_m"], row["z_m"]),

@@ -31,7 +31,7 @@ class Dissemination(Medium):
     """What AUVs know of the rounds that are planned for them."""
 
     def __init__(self, keys: dict) -> None:
-        """Take a scenario's keys; first the whole fleet has been heard at the launch."""
+        """Take a scenario's keys; nobody has been told anything."""
         super().__init__(keys)
         knowledge, self.knowledge_keys = named(self.keys.get("knowledge", "shared"))
         self.told = knowledge == "broadcast"
@@ -156,7 +156,7 @@ class Dissemination(Medium):
         """Tell whether an AUV tries its luck, which the simulator draws."""
         if self.missed == "last_slot" or self.keys.get("contention_chance", 0.5) == 1.0:
             return True
-        return (auv, round(time, 6)) in self.given.pinged
+        return any(i == auv and abs(at - time) < 1e-6 for i, _, at in self.given.pings)
 
     def who_knows(self, slot: int, start: float) -> list[str]:
         """Return the AUVs that ping in a slot of the round under way."""

@@ -5,6 +5,7 @@ from pathlib import Path
 
 SCHEDULES = ["spatial_reuse", "dsatur", "one_per_slot", "worst_first", "super_tdma"]
 SCHEDULES += ["round_robin", "random", "polling", "aloha", "slotted_aloha", "csma"]
+TOLD = ["spatial_reuse", "dsatur", "one_per_slot", "worst_first", "worst_first", "round_robin"]
 DOWNLINKS = ["sequential", "pipelined_round", "pipelined_group", "direct_reply"]
 OVERFULL = ["split", "split", "oldest_first"]
 BROADCASTERS = ["rotate", "random", "most_fixes", "nearest", "fixed", "parallel"]
@@ -73,6 +74,10 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
             [None, None, 0.0, round(draw.uniform(0.0, 1.0), 4)]
         ),
     }
+    told = seed % 3 == 1  # frames carry slots, and often do not reach who needs them
+    if told:
+        protocol |= {"ranging": "owtt_sync", "schedule": draw.choice(TOLD)}
+        protocol["downlink"] = draw.choice(["sequential", "pipelined_round"])
     protocol.update(wanted)
     if protocol["downlink"] == "direct_reply" and protocol["broadcaster"] == "parallel":
         protocol["broadcaster"] = "rotate"
@@ -80,7 +85,7 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
         protocol |= {"schedule": "spatial_reuse", "downlink": "sequential", "broadcaster": "rotate"}
     if protocol["schedule"] == "super_tdma":  # AUVs at rest, known: predicted ways are right
         protocol |= {"ranging": "owtt_sync", "positions": "truth"}
-        protocol["schedule"] = {"model": "super_tdma", "clear_s": draw.choice([0.0, 0.02, 0.05])}
+        protocol["schedule"] = {"model": "super_tdma", "clear_s": draw.choice([0.005, 0.02, 0.05])}
         protocol["downlink"] = draw.choice(["sequential", "pipelined_round", "direct_reply"])
         route = {"kind": "hold", "positions_m": [place() for _ in range(count)]}
     if protocol["schedule"] in ("aloha", "slotted_aloha", "csma"):
@@ -105,12 +110,6 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
         protocol["downlink"] = {"model": "direct_reply", "reply": reply}
         if reply == "instant" and protocol["tick_rate_hz"] is None:
             protocol["downlink"]["reply_at"] = draw.choice(["ping_end", "ping_front"])
-    failures: list[dict] = []
-    told = (
-        protocol["downlink"] in ("sequential", "pipelined_round")
-        and named(protocol["schedule"]) not in ("random", "super_tdma")
-        and draw.random() < 0.4
-    )
     if told:
         missed = draw.choice(["silent", "silent", "last_slot", "contention"])
         if named(protocol["schedule"]) in (
@@ -123,10 +122,12 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
         protocol["forget_after_s"] = draw.choice([None, 3.0, 10.0, 60.0])
         protocol["recall_rounds"] = draw.choice([1, 3, 5])
         protocol["contention_chance"] = draw.choice([0.5, 1.0])
+    failures: list[dict] = []
     if draw.random() < 0.3:
         at = round(draw.uniform(0.0, duration), 3)
         until = draw.choice([None, round(at + draw.uniform(0.5, 10.0), 3)])
-        failures = [{"asv": draw.randrange(ships), "at_s": at, "until_s": until}]
+        fail = draw.choice([[draw.randrange(ships)], range(ships)])
+        failures = [{"asv": j, "at_s": at, "until_s": until} for j in fail]
     if protocol["ranging"] == "passive":
         protocol["positions"] = "truth"
     noise = draw.choice([0.0, 1.0])
@@ -152,7 +153,9 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
                 "ping_s": draw.choice([0.01, 0.01, 0.005, 0.03]),
             },
             "mf": {
-                "range_m": round(draw.uniform(0.5, 3.0) * side, 2),
+                "range_m": round(
+                    (draw.uniform(0.2, 1.0) if told else draw.uniform(0.5, 3.0)) * side, 2
+                ),
                 "bit_rate_bps": draw.choice([2000.0, 5000.0]),
                 "overhead": draw.choice([1.0, 2.0]),
                 "header_bytes": draw.choice([0, 8]),

@@ -8,7 +8,7 @@ or measures it is given (`Given`).
 import math
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from dissemination import Dissemination, Groups
 from medium import AN_INSTANT, Place, Row, Sound, horizontal, named
@@ -19,15 +19,13 @@ class Given:
     """What is drawn or measured: turns and broadcasters of `random`, random access and places.
 
     Of random access, each ping's AUV, when it wanted to ping and about when it did; of places,
-    where each AUV was measured, when (to 1 us) and with what horizontal variance (m2); of
-    contention slots, who pinged and when.
+    where each AUV was measured, when (to 1 us) and with what horizontal variance (m2).
     """
 
-    turns: list[str] = field(default_factory=list)
-    broadcasters: list[str] = field(default_factory=list)
-    pings: list[tuple[str, float, float]] = field(default_factory=list)
-    measured: dict[tuple[str, float], tuple[float, ...]] = field(default_factory=dict)
-    pinged: set[tuple[str, float]] = field(default_factory=set)
+    turns: list[str]
+    broadcasters: list[str]
+    pings: list[tuple[str, float, float]]
+    measured: dict[tuple[str, float], tuple[float, ...]]
 
 
 class Second(Dissemination):
@@ -82,9 +80,8 @@ class Second(Dissemination):
         slot = self.ping_s + self.longest_s + given("uplink_guard_s", 0.5)
         if self.called:
             slot += self.ping_s + self.turnaround + self.longest_s
-        self.reply_s = (
-            self.airtime(1) + self.down_guard if self.replies and not self.instant else 0.0
-        )
+        in_frames = self.replies and not self.instant
+        self.reply_s = self.airtime(1) + self.down_guard if in_frames else 0.0
         self.slot_s = max(slot, given("shortest_uplink_slot_s", 2.5)) + self.reply_s
 
     # Who pings when
@@ -114,7 +111,9 @@ class Second(Dissemination):
 
     def downlink_slot(self, fixes: int, slots: int) -> float:
         """Return how long a downlink slot of so many fixes and slots is."""
-        return max(self.airtime(fixes, slots) + self.down_guard, self.down_shortest)
+        first, *others = self.frames_of(fixes, slots)
+        airtime = self.airtime(first, slots) + sum(map(self.airtime, others))
+        return max(airtime + self.down_guard, self.down_shortest)
 
     def opens(self, number: int) -> float:
         """Return when a round begins at the earliest: with its frame."""
@@ -160,16 +159,9 @@ class Second(Dissemination):
         if number not in self.starts or abs(self.starts[number] - start) > AN_INSTANT:
             self.informed[number], self.tellers[number] = set(), []  # nobody was told this
         groups, conflicts = self.plans[number]
-        row: Row = {
-            "round": number,
-            "started_at_s": start,
-            "colours": len(groups),
-            "conflicts": conflicts,
-            "uplink_s": None,
-            "downlink_s": 0.0 if self.passive else None,
-            "fixes": 0,
-        }
-        self.rounds.append(row)
+        row = {"round": number, "started_at_s": start, "colours": len(groups), "fixes": 0}
+        row |= {"downlink_s": 0.0 if self.passive else None}
+        self.rounds.append(row | {"conflicts": conflicts, "uplink_s": None})
         return groups
 
     def groups(self, number: int, start: float, by: dict, rivals: dict) -> list[list[str]]:
@@ -217,13 +209,10 @@ class Second(Dissemination):
         c, gap = self.believed_speed, self.ping_s + self.schedule_keys["clear_s"] + self.reply_s
         arrivals: list[tuple[str, float]] = []
         sends, last = {}, 0.0
-        ways = {
-            i: {
-                j: min(self.longest_s, math.dist(self.launch[i], self.where(j, start)) / c)
-                for j in by[i]
-            }
-            for i in self.auvs
-        }
+        ways: dict[str, dict[str, float]] = {i: {} for i in self.auvs}
+        for i, own in ways.items():
+            for j in by[i]:
+                own[j] = min(self.longest_s, math.dist(self.launch[i], self.where(j, start)) / c)
         for i in sorted(self.auvs, key=lambda i: -max(ways[i].values(), default=0.0)):
             taken = [at - ways[i][j] for j, at in arrivals if j in ways[i]]
             tries = [0.0, *(self.after(start, at + gap) - start for at in taken)]
@@ -248,10 +237,11 @@ class Second(Dissemination):
             turns = [self.ping(i, start, slot) for i in able if self.works(i, start)]
         if self.replies and self.schedule != "super_tdma":  # whose later pings may yet overlap
             self.reply()
-        if self.schedule == "polling" and len(turns) == len(group):
-            ends = [p.at[p.row["called_by"]][1] for p in turns if self.answered(p)]
-            if len(ends) == len(group):
-                return self.after(max(ends), self.reply_s)
+        if self.schedule == "polling":  # one by one
+            for ping in turns:
+                caller = ping.row["called_by"]
+                if ping in self.pings and self.outcome(ping, caller) == "heard":
+                    return self.after(ping.at[caller][1], self.reply_s)
         if self.schedule == "super_tdma":
             return self.rounds[-1]["started_at_s"] + self.ends[len(self.rounds) - 1][slot]
         return self.after(start, self.slot_s)
@@ -299,10 +289,6 @@ class Second(Dissemination):
             answers.append(self.ping(i, sent, slot, called_at_s=time, called_by=j, call=outcome))
         return answers
 
-    def answered(self, ping: Sound) -> bool:
-        """Tell whether the ASV that called an AUV hears its answer."""
-        return ping in self.pings and self.outcome(ping, ping.row["called_by"]) == "heard"
-
     def decide(self, until: float) -> None:
         """Decide all pings that have passed by an instant; what was heard becomes fixes."""
         self.guess(until)
@@ -346,6 +332,12 @@ class Second(Dissemination):
         """Return how many fixes a frame holds beside slots."""
         most = self.mf["payload_bytes"] or 10**9
         return max(0, most - self.payload(0, slots)) // self.mf["fix_bytes"]
+
+    def frames_of(self, fixes: int, slots: int) -> list[int]:
+        """Return how many fixes each frame of a broadcast holds, the first beside slots."""
+        first, size = min(fixes, self.capacity(slots)), self.capacity()
+        full, rest = divmod(fixes - first, size)
+        return [first] + [size] * full + [rest] * (rest > 0)
 
     def broadcast(self, start: float) -> float:
         """Broadcast what waits, as of the last round; return when the downlink slot ends."""
@@ -407,9 +399,8 @@ class Second(Dissemination):
         self, number: int, asv: str, start: float, fixes: list[Row], names: Sequence[str] = ()
     ) -> float:
         """Send slots and fixes, in several frames if need be; return when that ends."""
-        first, size = self.capacity(len(names)), self.capacity()
-        shares = [fixes[:first], *(fixes[k : k + size] for k in range(first, len(fixes), size))]
-        for part, share in enumerate(shares):
+        for part, count in enumerate(self.frames_of(len(fixes), len(names))):
+            share, fixes = fixes[:count], fixes[count:]
             if start < self.end:
                 frame = self.send_frame(number, asv, start, share, part, len(names))
                 if self.told and part == 0:
@@ -432,7 +423,7 @@ class Second(Dissemination):
         frame = Sound("mf", row, whole=airtime == planned, fixes=fixes)
         self.frames.append(self.spread(frame, asv, start, airtime, self.auvs))
         self.rounds[number]["fixes"] += len(fixes)
-        if self.deaf or self.replies:
+        if airtime and (self.deaf or self.replies):
             self.ears["hf", asv].append((start, start + airtime, frame))
         for fix in fixes:
             fix |= {"broadcast_at_s": start, "broadcast_by": asv}
