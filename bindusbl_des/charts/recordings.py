@@ -53,8 +53,8 @@ def _columns(path: str, header: Sequence[str]) -> tuple[list[str], bool]:
     """Return the columns of time, place and depth, and whether places are in degrees."""
     depth = next((name for name in DEPTHS if name in header), DEPTHS[0])
     metres, degrees = [TIME, *METRES, depth], [TIME, *DEGREES, depth]
-    in_degrees = any(degree in header for degree in DEGREES) and not all(
-        metre in header for metre in METRES
+    in_degrees = any(name in header for name in DEGREES) and not all(
+        name in header for name in METRES
     )
     columns = degrees if in_degrees else metres
     missing = [name for name in columns if name not in header]

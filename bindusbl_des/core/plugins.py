@@ -345,7 +345,7 @@ def _imported(module: str, file: Path) -> Iterator[str]:
         return
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            yield from (name.name for name in node.names)
+            yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             yield from _members(node, package)
 
@@ -356,7 +356,7 @@ def _members(node: ast.ImportFrom, package: str) -> tuple[str, ...]:
         base = resolve_name("." * node.level + (node.module or ""), package)
     except ImportError:  # beyond the outermost package
         return ()
-    return (base, *(f"{base}.{name.name}" for name in node.names))
+    return (base, *(f"{base}.{alias.name}" for alias in node.names))
 
 
 def _file(module: str) -> Path | None:

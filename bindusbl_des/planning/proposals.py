@@ -139,7 +139,7 @@ def _placed(
         return
     if team.asvs > 1:
         keys = (ring_keys(question, *ring) for ring in _rings(team))
-        rings = _those(*(placed(question, team.keys, key) for key in keys))
+        rings = _those(*(placed(question, team.keys, ring) for ring in keys))
         yield from sorted(rings, key=predictor.rank)[:1]
     free = place_keys(question, free_places(team.scenario, team.asvs, "coverage", inputs))
     yield from _those(placed(question, team.keys, free))

@@ -148,9 +148,7 @@ def _vehicle(path: Path, odometry: LogTable, vehicle: str | None) -> str:
     if not odometry.has("vehicle"):
         return vehicle or ""
     known = [
-        vehicle
-        for vehicle in dict.fromkeys(odometry.words("vehicle"))
-        if not vehicle.startswith("ASV")
+        name for name in dict.fromkeys(odometry.words("vehicle")) if not name.startswith("ASV")
     ]
     if vehicle is None and len(known) == 1:
         return known[0]

@@ -307,8 +307,8 @@ def unit_of(metric: str) -> str:
 def metrics() -> dict[str, tuple[str, str]]:
     """Return unit and meaning of each metric of an AUV or a mission, by its name."""
     columns = [column for it in (AuvMetrics, Utilisation) for column in fields(it)]
-    names = [column for column in columns if column.name in NAMES]
-    return {name.name: (unit_of(name.name), name.metadata["meaning"]) for name in names}
+    named = [column for column in columns if column.name in NAMES]
+    return {column.name: (unit_of(column.name), column.metadata["meaning"]) for column in named}
 
 
 def quantity(metric: str) -> str:

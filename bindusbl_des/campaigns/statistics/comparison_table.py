@@ -105,7 +105,7 @@ def _verdicts(rows: Rows) -> Iterator[str]:
     for it in rows:
         name = of_an_auv(it.metric) if worst else it.metric
         counts.setdefault(name, Counter())[it.verdict] += 1
-    shown = [arg for arg in get_args(Verdict) if any(count[arg] for count in counts.values())]
+    shown = [word for word in get_args(Verdict) if any(count[word] for count in counts.values())]
     cells = [("of the worst AUV" if worst else "metric", *shown)]
     cells += [(name, *(str(count[it] or "-") for it in shown)) for name, count in counts.items()]
     yield from aligned(cells)

@@ -186,8 +186,9 @@ def _goal(written: object, where: str) -> Goal:
     if isinstance(of, bool) or not isinstance(of, str | int | float):
         raise ValueError(f"{where}.of: needs worst, mean or a share; got {described(of)}")
     limits = {key: None if written.get(key) is None else float(written[key]) for key in KEYS[1:3]}
-    try:  # a word other than worst and mean is refused there
-        return Goal(written["metric"], limits["below"], limits["above"], of)  # type: ignore[arg-type]
+    below, above = limits["below"], limits["above"]
+    try:
+        return Goal(written["metric"], below, above, of)  # type: ignore[arg-type]  # words refused there
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None
 

@@ -159,7 +159,7 @@ def parsed(source: Source, allow_plugins: bool = False) -> tuple[Document, Scena
         move_keys(document)
     scenario = _settled(document, source.folder) if isinstance(document.data, dict) else None
     if scenario is not None and allow_plugins and not document.mistakes:
-        found = (Problem(plugin.key, plugin.message) for plugin in load_plugins(scenario))
+        found = (Problem(error.key, error.message) for error in load_plugins(scenario))
         _note_contradictions(document, found)
     if scenario is None or document.mistakes:
         options = enumerate(source.overrides, 1)
@@ -195,7 +195,9 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
     while True:
         try:
             scenario = Scenario.model_validate(data)
-            found = (track for track in misplaced_tracks(scenario) if track.key not in misread)
+            found = (
+                problem for problem in misplaced_tracks(scenario) if problem.key not in misread
+            )
             _note_contradictions(document, found)
             _note_contradictions(document, _short_cast(scenario))
             return scenario
