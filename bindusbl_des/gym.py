@@ -23,7 +23,7 @@ from .protocol.schedules.view import Groups, View
 from .scenario.files.scenario_file import as_scenario
 from .scenario.planned import asv_stations
 from .scenario.scenario import Scenario
-from .scenario.survey_area import area_of
+from .scenario.site import area_of
 
 Observation = NDArray[np.float32]
 

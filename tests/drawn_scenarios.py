@@ -19,10 +19,10 @@ from bindusbl_des.preflight.effort import effort
 from bindusbl_des.preflight.round_lengths import rounds_of
 from bindusbl_des.presets.modems import table_file
 from bindusbl_des.scenario.agreement.instruments import REPLACED_BY_DRIFT
-from bindusbl_des.scenario.instruments.datasheet import OF_ACCURACY, OF_ANGLES
 from bindusbl_des.scenario.keys import json_schema
 from bindusbl_des.scenario.sections.acoustics import Downlink, modem_values
 from bindusbl_des.scenario.sections.survey import SHAPES
+from bindusbl_des.scenario.shipped_settings import OF_ACCURACY, OF_ANGLES
 from bindusbl_des.vehicles.guidance import GuidanceError
 from bindusbl_des.vehicles.hulls import DivergenceError, parameters
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..core.arrays import Floats
 from ..core.plugins import Family, PluginError, asked, shown
-from ..scenario.part_settings import own_part
+from ..scenario.part_choice import own_part
 from ..scenario.scenario import Scenario
 from .loss import LossTerms, contention_loss
 from .propagation import DISC, PROSPECT, SignalBand, SignalPath

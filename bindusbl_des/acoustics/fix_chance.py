@@ -12,7 +12,7 @@ from ..scenario.declared import channel_named
 from ..scenario.families import broadcaster_of
 from ..scenario.planned import horizontal_reach
 from ..scenario.scenario import Scenario
-from ..scenario.survey_area import area_of
+from ..scenario.site import area_of
 from .channel import AskedChannel, between
 from .loss import losses
 from .messages import messages_of

@@ -12,12 +12,11 @@ import numpy as np
 from ..core.arrays import Floats
 from ..core.plugins import Family, is_plugin
 from ..presets.catalogue import preset
-from ..scenario.channel_settings import Curve, PingSonar, Sonar, Sound, Table
+from ..scenario.channel_settings import Curve, PingSonar, Sonar, Sound, Table, read_curve
 from ..scenario.families import CHANNEL, MF_CHANNEL
-from ..scenario.files.curve_file import read_curve
-from ..scenario.part_settings import settings_of
+from ..scenario.part_choice import settings_of
 from ..scenario.scenario import Scenario
-from ..scenario.water import sound_speed_of, water_of
+from ..scenario.site import sound_speed_of, water_of
 from .channel import PLAIN, AskedChannel, Prospects, Receiver, Signals, contention_of, own_channel
 from .loss import COMBINERS, LossTerms, loss_law
 from .propagation import PROSPECT

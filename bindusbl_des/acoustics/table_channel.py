@@ -24,7 +24,7 @@ from ..core.arrays import Floats
 from ..core.files import draft_of
 from ..scenario.channel_settings import Table
 from ..scenario.scenario import Scenario
-from ..scenario.water import profile_of, sound_speed_of, water_of
+from ..scenario.site import profile_of, sound_speed_of, water_of
 from ..sea.water_column import Profile
 from .channel import Prospects, Receiver, Signals
 from .ray_tables import SoundTable, TableAxes, read_table, slant_range_m, straight_time_s

@@ -12,7 +12,7 @@ from ..scenario.families import broadcaster_of
 from ..scenario.planned import held_places, horizontal_reach, tracks_of
 from ..scenario.plans import planned_tours
 from ..scenario.scenario import Scenario
-from ..scenario.survey_area import area_of
+from ..scenario.site import area_of
 
 Score: TypeAlias = tuple[float, float, float]
 

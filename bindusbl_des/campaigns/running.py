@@ -25,7 +25,7 @@ from ..core.process import answered, end_now, say
 from ..core.wording import described, did_you_mean
 from ..results.result import scenario_sha256, versions
 from ..scenario.files.shipped import located
-from ..scenario.part_settings import own_part
+from ..scenario.part_choice import own_part
 from ..scenario.scenario import Scenario
 from .campaign import Campaign, CampaignInterrupted, unfinished_campaign
 from .experiments.experiment import Detail, Experiment

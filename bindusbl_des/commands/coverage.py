@@ -162,7 +162,7 @@ def coverage(
     from ..core.plugins import PluginError
     from ..geometry.coverage import coverage_map
     from ..scenario.planned import NoStations, asv_stations, horizontal_reach
-    from ..scenario.survey_area import area_of
+    from ..scenario.site import area_of
 
     try:
         stations, reach = asv_stations(mission), horizontal_reach(mission)
@@ -197,8 +197,7 @@ def _coverage(
     """
     from ..geometry.coverage import covered_area, covering_radius
     from ..geometry.formation import corner_distance, formation_radius_bound
-    from ..scenario.on_earth import origin_of
-    from ..scenario.survey_area import area_of
+    from ..scenario.site import area_of, origin_of
 
     area, hf_range = area_of(scenario), scenario.acoustics.hf.range_m
     try:

@@ -119,7 +119,7 @@ def _write_chart(result: "Result", path: Path, kind: str, force: bool) -> Mappin
 
 
 def _write_mcap(result: "Result", path: Path, kind: str, force: bool) -> Mapping[str, int]:
-    from ..scenario.on_earth import origin_of
+    from ..scenario.site import origin_of
 
     try:
         if kind == "mcap":

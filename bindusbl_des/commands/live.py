@@ -290,7 +290,7 @@ def _flown(
 def _listening(poses: str, bind: str, scenario: "Scenario", stack: ExitStack) -> "Received":
     """Return the poses that are received, once each AUV has been heard of."""
     from ..live.poses import Received, missing_text
-    from ..scenario.on_earth import origin_of
+    from ..scenario.site import origin_of
 
     sink, _, port = poses.partition(":")
     if sink != "udp" or not re.fullmatch("[0-9]{1,5}", port) or int(port) > 65535:

@@ -149,7 +149,7 @@ def _navigator_of(scenario: "Scenario") -> Any:
     """Return the navigator of one's own that a scenario names; None for one that ships."""
     from ..core.plugins import PluginError, is_plugin
     from ..scenario.families import NAVIGATOR
-    from ..scenario.part_settings import own_part
+    from ..scenario.part_choice import own_part
 
     chosen = scenario.navigation.filter
     if is_plugin(chosen):

@@ -147,7 +147,7 @@ def timing(scenario: str, overrides: tuple[str, ...], as_json: bool, allow_plugi
 
 
 def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
-    from ..scenario.survey_area import area_of
+    from ..scenario.site import area_of
 
     rate = scenario.protocol.tick_rate_hz
     ranging = scenario.protocol.ranging
@@ -263,7 +263,7 @@ def _groups(rounds: "Rounds", shares: bool) -> Iterator[str]:
 
 def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
     """Return slots and rounds as data: durations in s, rounds as in the table, a row for each."""
-    from ..scenario.survey_area import area_of
+    from ..scenario.site import area_of
 
     slots, protocol = rounds.slots, scenario.protocol
     answered = not rounds.broadcasts

@@ -11,7 +11,7 @@ from ..protocol.slots import slots_of
 from ..results.round_timeline import uplink_slots
 from ..scenario.declared import channel_named
 from ..scenario.families import broadcaster_of, downlink_of
-from ..scenario.water import sound_speed_of
+from ..scenario.site import sound_speed_of
 from .chain import LatencyPart, Step, compared, place, rows_where
 from .losing import frame_burst_words, why_broadcast, wrong
 from .overlapping import failed, frame_cut, overlapped

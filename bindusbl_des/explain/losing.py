@@ -26,9 +26,9 @@ from ..protocol.slots import slots_of
 from ..scenario.channel_settings import burst_s
 from ..scenario.declared import channel_named
 from ..scenario.families import ranging_of, schedule_of
-from ..scenario.instruments.own_sensors import kinds, sound_speed_error
+from ..scenario.own_sensors import kinds, sound_speed_error
 from ..scenario.part_choice import PartChoice
-from ..scenario.water import assumed_sound_speed_of, sound_speed_of
+from ..scenario.site import assumed_sound_speed_of, sound_speed_of
 from ..usbl.instrument import slow_path_sd
 from ..usbl.slow_errors import RANGE, advance
 from ..vehicles.currents import CONTROL_S

@@ -10,7 +10,7 @@ from ..core.wording import counted
 from ..protocol.schedules.view import weighed
 from ..scenario.declared import channel_named
 from ..scenario.families import schedule_of
-from ..scenario.instruments.own_sensors import straight_drift_rms
+from ..scenario.own_sensors import straight_drift_rms
 from .chain import Step, place, row_of, rows_where
 from .overlapping import number_of
 

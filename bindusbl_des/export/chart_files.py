@@ -20,10 +20,9 @@ from ..core.arrays import Floats
 from ..core.files import write_text
 from ..geometry.formation import keep_station
 from ..geometry.geodesy import geodetic_from_ned
-from ..scenario.on_earth import origin_of
 from ..scenario.planned import horizontal_reach, stations_kept
 from ..scenario.plans import planned_paths
-from ..scenario.survey_area import area_of
+from ..scenario.site import area_of, origin_of
 
 if TYPE_CHECKING:
     from ..results.result import Result

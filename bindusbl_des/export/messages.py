@@ -26,7 +26,7 @@ from foxglove.messages import (
 from ..core.arrays import Floats
 from ..geometry.geodesy import enu_covariance, enu_from_ned, enu_yaw, geodetic_from_ned
 from ..results.schemas import schema
-from ..scenario.on_earth import origin_of
+from ..scenario.site import origin_of
 
 if TYPE_CHECKING:
     from ..results.result import Result

@@ -29,7 +29,7 @@ from ..core.palette import COLOURS_ON_DARK, HF_ON_DARK, MF_ON_DARK, PLANNED_ON_D
 from ..geometry.geodesy import enu_from_ned, enu_yaw
 from ..scenario.planned import horizontal_reach
 from ..scenario.plans import planned_paths
-from ..scenario.survey_area import area_of
+from ..scenario.site import area_of
 from .messages import FRAMES, MAP, Messages, ViewerMessage, colour, timestamp
 
 if TYPE_CHECKING:

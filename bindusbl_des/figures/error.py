@@ -14,7 +14,7 @@ from ..core.arrays import Floats
 from ..core.palette import FAINT, INK
 from ..report.envelope import SIGMAS, error_envelope
 from ..report.recording import Recording, recording
-from ..scenario.instruments.own_sensors import straight_drift_rms
+from ..scenario.own_sensors import straight_drift_rms
 from .fixes import deliveries
 from .style import (
     LARGEST_LEGEND,

@@ -14,7 +14,7 @@ from ..core.arrays import Floats
 from ..core.palette import HF, INK, MF, PLANNED
 from ..geometry.geodesy import east_north
 from ..scenario.plans import planned_paths
-from ..scenario.survey_area import area_of
+from ..scenario.site import area_of
 from .style import (
     LARGEST_LEGEND,
     add_lines,

@@ -19,8 +19,8 @@ from ..mission.mission import Mission
 from ..protocol.happenings import Happening, Watch
 from ..protocol.hf.outcomes import Sight
 from ..records.events import Broadcast, Fix
-from ..scenario.on_earth import origin_of
 from ..scenario.scenario import Scenario
+from ..scenario.site import origin_of
 from ..vehicles.currents import CONTROL_S
 
 # How often a second GNSS, compass and navigators say where they are: most receivers' default.

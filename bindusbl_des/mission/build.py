@@ -38,10 +38,10 @@ from ..records.rows import Jacobians, Recorder, Rows
 from ..scenario.channel_settings import burst_s
 from ..scenario.declared import ranging_named
 from ..scenario.families import downlink_of, ready_plugins, schedule_of, tells_slots
-from ..scenario.instruments.own_sensors import estimated_kinds
+from ..scenario.own_sensors import estimated_kinds
 from ..scenario.planned import failures_of
 from ..scenario.scenario import Scenario, kept
-from ..scenario.water import assumed_sound_speed_of, sound_speed_of
+from ..scenario.site import assumed_sound_speed_of, sound_speed_of
 from ..usbl.array import elements_of
 from ..usbl.measuring import Usbl, sheet_of
 from ..usbl.own_instrument import instrument_named

@@ -12,15 +12,15 @@ from ..core.streams import Streams
 from ..protocol.anchors.placing import Anchors, anchors_of
 from ..protocol.predicted_positions import CarriedForward, courses, planned_vehicles
 from ..scenario.families import ASV, AUV
-from ..scenario.on_earth import vessel_tracks
 from ..scenario.own_plans import WayView, own_motion
 from ..scenario.part_choice import PartChoice
 from ..scenario.planned import are_steered, asv_stations, route_of
 from ..scenario.plans import planned_tours
 from ..scenario.scenario import Scenario
-from ..scenario.sections.environment import Environment
+from ..scenario.scenario_keys import Environment
 from ..scenario.sections.survey import Survey
 from ..scenario.sections.vehicles import Auvs
+from ..scenario.site import vessel_tracks
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places, together
 from ..vehicles.poses import PosedVehicle, Poses

@@ -20,8 +20,7 @@ from ..results.schemas import never_null
 from ..results.tables import begun, from_numbers, from_rows
 from ..scenario.families import ranging_of, schedule_of
 from ..scenario.sections.acoustics import Band
-from ..scenario.survey_area import area_of
-from ..scenario.water import sound_speed_of
+from ..scenario.site import area_of, sound_speed_of
 from ..vehicles.motion import places
 from .accuracy import TRACK_POINT, note_accuracy, refuse, track_points
 from .reach import calls_destroyed, destroyed, frames_destroyed, heard_by_auvs, heard_of_auvs

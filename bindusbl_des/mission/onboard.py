@@ -17,8 +17,8 @@ from ..navigation.navigators import LinearNavigator, Navigator, OwnNavigator
 from ..navigation.smoother import Smoother
 from ..records.rows import LEARNT, Recorder
 from ..scenario.families import NAVIGATOR, navigator_of
-from ..scenario.instruments.own_sensors import estimated_kinds, own_sensors
-from ..scenario.part_settings import own_part, shipped_part
+from ..scenario.own_sensors import estimated_kinds, own_sensors
+from ..scenario.part_choice import own_part, shipped_part
 from ..scenario.scenario import Scenario, kept
 from ..scenario.shipped_settings import Kalman
 from ..vehicles.fleet import Fleet

@@ -10,7 +10,7 @@ from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams
 from ..navigation.dead_reckoning import random_walk
 from ..records.rows import NONE, Rows
-from ..scenario.instruments.own_sensors import estimated_kinds, kinds, own_sensors
+from ..scenario.own_sensors import estimated_kinds, kinds, own_sensors
 from ..scenario.scenario import Scenario
 from ..usbl.systematic_fixes import SYSTEMATIC, Systematic
 from ..vehicles.currents import CONTROL_S, gauss_markov

@@ -12,7 +12,7 @@ from ..core.arrays import Floats
 from ..navigation.dead_reckoning import Odometry
 from ..scenario.plans import plans_of
 from ..scenario.scenario import Scenario
-from ..scenario.survey_area import area_of, swath_of
+from ..scenario.site import area_of, swath_of
 from ..vehicles.fleet import Fleet, VehicleTrack
 from ..vehicles.sweeping import Sweep, sweep
 from ..vehicles.vehicle import Vehicle

@@ -17,10 +17,10 @@ from ..core.arrays import Floats
 from ..core.plugins import is_plugin
 from ..scenario.channel_settings import burst_s
 from ..scenario.declared import channel_named
-from ..scenario.instruments.own_sensors import wanders_over_m
+from ..scenario.own_sensors import wanders_over_m
 from ..scenario.scenario import Scenario
 from ..scenario.sections.navigation import Drift
-from ..scenario.water import assumed_sound_speed_of
+from ..scenario.site import assumed_sound_speed_of
 from .candidates import FORMATION, Candidate, Predictor, candidate, place_keys, placed
 from .question import Question
 from .selection.evidence import SPENT, CutOff, Evidence, estimated, looks_at_each

@@ -16,7 +16,7 @@ from ..geometry.covering import k_centre, max_cover
 from ..geometry.formation import formation
 from ..geometry.placement import descended, information, trace_of_inverse
 from ..scenario.scenario import Scenario
-from ..scenario.survey_area import area_of
+from ..scenario.site import area_of
 from .prediction.inputs import Inputs, inputs_of
 from .prediction.predicting import predict
 from .prediction.sights import ExpectedSights, located, looked_up, seen

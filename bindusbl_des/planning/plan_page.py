@@ -17,7 +17,7 @@ from ..report.run_page import footer
 from ..scenario.declared import NAVIGATORS
 from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
-from ..scenario.survey_area import area_of
+from ..scenario.site import area_of
 from .prediction.inputs import Inputs, inputs_of
 
 Record = Mapping[str, Any]

@@ -13,7 +13,7 @@ from ..advice.stations import Ways
 from ..core.wording import counted
 from ..scenario import declared
 from ..scenario.scenario import Scenario
-from ..scenario.survey_area import area_of
+from ..scenario.site import area_of
 from .candidates import (
     COUNT,
     DOWNLINK,

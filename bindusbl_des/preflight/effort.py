@@ -21,11 +21,11 @@ from ..core.wording import spoken
 from ..navigation.belief import STATES
 from ..navigation.correcting import REMEMBERED
 from ..scenario.families import downlink_of, schedule_of
-from ..scenario.instruments.own_sensors import estimated_kinds
+from ..scenario.own_sensors import estimated_kinds
 from ..scenario.planned import horizontal_reach, known_route, known_stations
 from ..scenario.scenario import Scenario
 from ..scenario.sections.routes import Lawnmower
-from ..scenario.survey_area import area_of, lanes_heading
+from ..scenario.site import area_of, lanes_heading
 from ..usbl.instrument import NOISE_WIDTH
 from ..vehicles.currents import CONTROL_S
 from .round_lengths import Rounds, offered, rounds_of

@@ -15,12 +15,11 @@ from ..scenario.channel_settings import burst_s
 from ..scenario.declared import CHANNELS, channel_named, instrument_named
 from ..scenario.families import FAMILIES
 from ..scenario.key_types import Part
-from ..scenario.on_earth import lacks_depths
 from ..scenario.part_choice import PartChoice
 from ..scenario.scenario import Scenario
-from ..scenario.scenario_keys import Problem
-from ..scenario.sections.environment import Environment
-from ..scenario.sections.vehicle_choice import VehicleChoice
+from ..scenario.scenario_keys import Environment, Problem
+from ..scenario.sections.vehicles import VehicleChoice
+from ..scenario.site import lacks_depths
 from .idle_rules import (
     FRAMED,
     GIVEN,

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from ..core.plugins import is_plugin
 from ..scenario.declared import DOWNLINKS, INSTRUMENTS, KNOWLEDGES, NAVIGATORS, RANGINGS, SCHEDULES
 from ..scenario.families import schedule_of
-from ..scenario.instruments.own_sensors import wanders_over_m
+from ..scenario.own_sensors import wanders_over_m
 from ..scenario.scenario import Scenario
 from ..scenario.sections.usbl import UsblSection
 

@@ -24,7 +24,7 @@ from ..protocol.slots import Slots
 from ..scenario.declared import DOWNLINKS
 from ..scenario.families import broadcaster_of, schedule_of
 from ..scenario.scenario import Scenario
-from ..scenario.water import sound_speed_of
+from ..scenario.site import sound_speed_of
 from .round_lengths import Rounds, rounds_of
 from .sights import Groups, SurveySights, each, groups_made, groups_of, planned_sights
 

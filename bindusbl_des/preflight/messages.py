@@ -9,14 +9,14 @@ from typing import Any
 
 from ..core.wording import plain
 from ..presets.modems import airtime_table
+from ..scenario.channel_settings import read_curve
 from ..scenario.declared import channel_named
 from ..scenario.families import downlink_of, schedule_of, tells_slots
-from ..scenario.files.curve_file import read_curve
 from ..scenario.planned import known_stations
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
 from ..scenario.sections.acoustics import modem_values
-from ..scenario.water import assumed_sound_speed_of
+from ..scenario.site import assumed_sound_speed_of
 from .whereabouts import shapes
 
 # What decides how many fixes the downlink carries

@@ -17,14 +17,14 @@ from ..scenario.families import CHANNEL, plugins_of, schedule_of
 from ..scenario.files.mistakes import Mistake, ScenarioError
 from ..scenario.files.plain_yaml import Document
 from ..scenario.files.scenario_file import Source, parsed, place_of, place_of_problem
-from ..scenario.instruments.own_sensors import MOST_TOLD, kinds
 from ..scenario.key_types import Renamed
-from ..scenario.part_settings import settings_of
+from ..scenario.own_sensors import MOST_TOLD, kinds
+from ..scenario.part_choice import settings_of
 from ..scenario.planned import alive
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
 from ..scenario.sections.usbl import spacing_m
-from ..scenario.water import profile_of
+from ..scenario.site import profile_of
 from .idle_keys import bursts, cast, idle_keys, levels, receivers, sheet, sonar
 from .messages import answers, backlog, believed, deliveries, guards, last_slots, messages, modems
 from .whereabouts import anchors, bays, formation, routes, shapes, tracks

@@ -4,11 +4,10 @@ import math
 from collections.abc import Iterator, Sequence
 
 from ..scenario.declared import channel_named
-from ..scenario.on_earth import positioned, positioned_stations, recorded_track
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
 from ..scenario.sections.placements import Formation
-from ..scenario.survey_area import area_of, lanes_heading
+from ..scenario.site import area_of, lanes_heading, positioned, positioned_stations, recorded_track
 
 # Vehicles of which the same is to be said are named up to so many.
 MOST_NAMED = 5

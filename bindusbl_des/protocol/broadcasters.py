@@ -16,7 +16,7 @@ from ..core.plugins import PluginError, asked, is_whole, shown
 from ..records.events import HEARD
 from ..records.rows import Recorder
 from ..scenario.families import BROADCASTER
-from ..scenario.part_settings import own_part, shipped_part
+from ..scenario.part_choice import own_part, shipped_part
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
 from .conflicts import greedy_groups

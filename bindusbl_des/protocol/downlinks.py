@@ -11,7 +11,7 @@ from typing import Any
 
 from ..core.plugins import PluginError, asked, shown
 from ..scenario.families import DOWNLINK
-from ..scenario.part_settings import own_part
+from ..scenario.part_choice import own_part
 from .network import Downlink, Network, Steps, Turn
 from .steps import SAME, checked_steps
 from .tdma import broadcast, downlink_free, ping_group

@@ -15,7 +15,7 @@ from ..core.streams import Purpose, Streams
 from ..records.events import HEARD, IN_FLIGHT
 from ..records.rows import CALLED, Rows
 from ..scenario.families import RANGING
-from ..scenario.part_settings import own_part
+from ..scenario.part_choice import own_part
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
 from .hf.calling import choose_callers

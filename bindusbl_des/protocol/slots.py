@@ -12,8 +12,7 @@ from ..core.clock import Clock, ExactClock, TickClock
 from ..core.plugins import PluginError, asked, loaded, shown
 from ..scenario.families import RANGING
 from ..scenario.scenario import Scenario
-from ..scenario.survey_area import area_of
-from ..scenario.water import assumed_sound_speed_of
+from ..scenario.site import area_of, assumed_sound_speed_of
 
 # eq. guard, UL_min, DL_guard, DL_min: factors of the crossing time
 UPLINK_GUARD, SHORTEST_UPLINK = 0.5, 2.5

@@ -11,9 +11,9 @@ from ..navigation.belief import STATES, Belief, Growth, begun_at, first_belief
 from ..navigation.dead_reckoning import Odometry
 from ..navigation.smoothing import Sights, Smoothed, smooth
 from ..records.rows import Rows
-from ..scenario.instruments.own_sensors import own_sensors
+from ..scenario.own_sensors import own_sensors
 from ..scenario.scenario import Scenario
-from ..scenario.water import assumed_sound_speed_of
+from ..scenario.site import assumed_sound_speed_of
 from ..usbl.measuring import range_sd, sheet_of, stated_range_sd
 from .log import Log
 from .sighting import SEEN, SIGHT, Mixture, follow, look

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..scenario.families import navigator_of
-from ..scenario.instruments.own_sensors import own_sensors
+from ..scenario.own_sensors import own_sensors
 
 if TYPE_CHECKING:
     from ..scenario.scenario import Scenario

@@ -6,11 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scenario.declared import channel_named
-from ..scenario.on_earth import origin_of
 from ..scenario.planned import horizontal_reach
 from ..scenario.plans import planned_paths
-from ..scenario.survey_area import area_of
-from ..scenario.water import sound_speed_of
+from ..scenario.site import area_of, origin_of, sound_speed_of
 from .envelope import error_envelope
 from .page import Packer
 from .possible import fields

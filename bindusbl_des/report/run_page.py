@@ -11,8 +11,8 @@ from ..core.kept_files import portable
 from ..core.wording import plain
 from ..results.summary import rounds_text
 from ..scenario.families import leave_of
-from ..scenario.instruments.own_sensors import drift_text
-from ..scenario.survey_area import area_of
+from ..scenario.own_sensors import drift_text
+from ..scenario.site import area_of
 from .calibration import calibration_text
 from .envelope import envelope_made_of
 from .page import THEME, Packer, assembled, asset, filled, flat, number, table

@@ -10,7 +10,7 @@ from ..core.arrays import Floats
 from ..core.spreads import wandering_rms
 from ..core.wording import significant
 from ..preflight.round_lengths import rounds_of
-from ..scenario.instruments.own_sensors import straight_drift_rms
+from ..scenario.own_sensors import straight_drift_rms
 from .recording import FATES, Recording
 
 if TYPE_CHECKING:

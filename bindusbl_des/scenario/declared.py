@@ -12,11 +12,11 @@ from dataclasses import dataclass, fields, replace
 from typing import Literal, TypeVar
 
 from ..core.plugins import asked, loaded
-from .instruments.datasheet import Datasheet
-from .part_settings import Settings
+from .part_choice import Settings
 from .shipped_settings import (
     BroadcastSettings,
     CarrierSense,
+    Datasheet,
     DirectReply,
     Fixed,
     FixedGain,

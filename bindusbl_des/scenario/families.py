@@ -1,7 +1,7 @@
 """Which keys of a scenario name a part of the mission, by a shipped name or as `module:object`.
 
 Another family is a key of type :class:`.part_choice.PartChoice`, its line here, and a room that
-makes its parts: those that ship by name, one's own with :func:`.part_settings.own_part`.
+makes its parts: those that ship by name, one's own with :func:`.part_choice.own_part`.
 """
 
 from collections.abc import Iterator, Mapping
@@ -19,8 +19,7 @@ from .declared import (
     ScheduleTraits,
     Traits,
 )
-from .part_choice import PartChoice
-from .part_settings import Settings, own_mistakes, own_part
+from .part_choice import PartChoice, Settings, own_mistakes, own_part
 from .scenario_keys import ScenarioKeys
 from .sections.placements import PLACEMENTS
 from .sections.routes import ROUTES

@@ -15,7 +15,7 @@ from ..core.wording import plain
 from .families import FAMILIES
 from .key_types import Part, Position
 from .scenario_keys import ScenarioKeys
-from .sections.vehicle_choice import VehicleChoice
+from .sections.vehicles import VehicleChoice
 
 if TYPE_CHECKING:
     from pydantic import BaseModel

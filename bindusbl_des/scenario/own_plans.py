@@ -15,8 +15,7 @@ from ..core.plugins import Family, PluginError, asked, shown
 from ..vehicles.tracks import FARTHEST, FASTEST, Track
 from .agreement.vehicles import SHORTEST_WAY
 from .families import ASV, PLACEMENT, ROUTE
-from .part_choice import PartChoice
-from .part_settings import own_part
+from .part_choice import PartChoice, own_part
 from .scenario_keys import ScenarioKeys
 from .sections.routes import RouteTraits
 

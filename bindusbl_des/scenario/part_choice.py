@@ -1,15 +1,24 @@
-"""Which part of the mission a scenario asks for at a key, and the settings that it gives it."""
+"""Which part of the mission a scenario asks for at a key, with which settings; and parts made so.
 
-from collections.abc import Callable, Mapping
+The settings of somebody's own part are its keyword-only parameters, by their annotations and
+defaults; or it has an attribute `Settings`, a pydantic model of its own, and is called with one as
+`settings`.  Those of a part that ships stand with its family.
+"""
+
+import json
+import warnings
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from functools import lru_cache, partial
+from inspect import Parameter, signature
 from math import isfinite
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from ..core.plugins import name_of
-from ..core.wording import described, plain
+from ..core.plugins import Family, PluginError, asked, load, name_of
+from ..core.wording import described, did_you_mean, nearest, plain
 from .key_types import Text
 
 # What is said of keys that name a part of the mission.
@@ -142,3 +151,203 @@ def _told_apart(value: Any) -> Any:
 
 def _mistake(text: str) -> PydanticCustomError:
     return PydanticCustomError("part", "{text}", {"text": text})
+
+
+# What a type of pydantic's mistakes asks for, where its own words are not those of a file.
+_NEEDED = {
+    "int_type": "needs a whole number",
+    "int_from_float": "needs a whole number",
+    "float_type": "needs a number",
+    "bool_type": "needs true or false",
+    "string_type": "needs a text",
+    "tuple_type": "needs a list",
+    "list_type": "needs a list",
+    "finite_number": "must be a finite number",
+}
+_LIMITS = {
+    "greater_than": ">",
+    "greater_than_equal": ">=",
+    "less_than": "<",
+    "less_than_equal": "<=",
+}
+
+
+class Settings(BaseModel):
+    """The settings of a part that ships; their fields are made by :func:`.key_types.key`."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, protected_namespaces=(), allow_inf_nan=False
+    )
+
+
+def own_part(family: Family, choice: str) -> Callable[..., Any]:
+    """Return somebody's own part, to be called with what its family is called with.
+
+    Raises:
+        PluginError: when it is not allowed, cannot be loaded or called, or its settings are wrong.
+    """
+    found, model, wrong = _looked_at(family, choice)
+    if wrong:
+        raise wrong[0]
+    if model is None:
+        return found  # type: ignore[no-any-return]  # `load` has seen that it can be called
+    values = asked(family.key, str(choice), _validated, model, _own_settings(family, choice))
+    if model is getattr(found, "Settings", None):
+        return partial(found, settings=values)
+    return _bound(found, values)
+
+
+def own_mistakes(family: Family, choice: str) -> Iterator[PluginError]:
+    """Yield why somebody's own part cannot be used: it cannot be loaded, or each wrong setting."""
+    try:
+        yield from _looked_at(family, choice)[2]
+    except PluginError as error:
+        yield error
+
+
+def _looked_at(
+    family: Family, choice: str
+) -> tuple[Any, type[BaseModel] | None, list[PluginError]]:
+    """Load somebody's own part; return it, the model of its settings, what is wrong with them."""
+    key, name = family.key, str(choice)
+    found = load(family, name)
+    when = " as its settings were read"
+    look = _kept_model_of if isinstance(found, Hashable) else _model_of
+    model = asked(key, name, look, found, when=when)
+    wrong = asked(key, name, lambda: list(_own_mistakes(family, choice, model)), when=when)
+    return found, model, [PluginError(f"{key}.{word}", message) for word, message in wrong]
+
+
+def _own_mistakes(
+    family: Family, choice: str, model: type[BaseModel] | None
+) -> Iterator[tuple[str, str]]:
+    """Yield what is wrong with the settings of somebody's own part, and with those that every part
+    of its family has.
+    """
+    own = _own_settings(family, choice)
+    yield from mistakes(model, own, str(choice))
+    if family.common is not None:
+        given = {name: it for name, it in _settings(choice).items() if name not in own}
+        yield from mistakes(family.common, given, str(choice))
+
+
+def shipped_part(family: Family, choice: str, part: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a part that ships with its settings, which were checked with the scenario."""
+    settings = _settings(choice)
+    return _bound(part, _validated(family.settings[str(choice)], settings)) if settings else part
+
+
+def settings_of(family: Family, choice: str) -> BaseModel:
+    """Return the settings of a part that ships, defaults and all.
+
+    Raises:
+        ValidationError: when they are wrong, which a scenario's are not.
+    """
+    return _validated(family.settings[str(choice)], _settings(choice))
+
+
+def _bound(part: Callable[..., Any], values: BaseModel) -> Callable[..., Any]:
+    return partial(part, **{name: getattr(values, name) for name in values.model_fields_set})
+
+
+def shipped_mistakes(family: Family, choice: str) -> Iterator[tuple[str, str]]:
+    """Yield what is wrong with the settings given to a part that ships, each with its name."""
+    model = family.settings.get(str(choice))
+    yield from mistakes(model, _settings(choice), str(choice), family.settings)
+
+
+def mistakes(
+    model: type[BaseModel] | None,
+    settings: Mapping[str, Any],
+    name: str,
+    siblings: Mapping[str, type[BaseModel]] | None = None,
+) -> Iterator[tuple[str, str]]:
+    """Yield the name and fault of each setting that is wrong; a part without a model has none.
+
+    A setting that was only misspelt is not missing as well; one of its siblings' is told as theirs.
+    """
+    known = model.model_fields if model else {}
+    strict = model is None or model.model_config.get("extra") != "allow"
+    unknown = [word for word in settings if strict and word not in known]
+    for word in unknown:
+        listed = f"; remove it, {name} has {', '.join(known)}"
+        remedy = did_you_mean(word, known) or (listed if known else f"; remove it, {name} has none")
+        owners = [part for part, its in (siblings or {}).items() if word in its.model_fields]
+        if owners:
+            remedy = f"; remove it, or choose {' or '.join(owners)}, {name} has no such setting"
+        yield word, f"unknown setting{remedy}"
+    try:
+        _validated(model or Settings, {k: it for k, it in settings.items() if k not in unknown})
+    except ValidationError as error:
+        for detail in error.errors(include_url=False):
+            key, missing = ".".join(map(str, detail["loc"])), detail["type"] == "missing"
+            if not (missing and any(nearest(word, known) == key for word in unknown)):
+                yield key or "model", _message(detail)
+
+
+def _validated(model: type[BaseModel], settings: Mapping[str, Any]) -> BaseModel:
+    """Return settings by their model, read as from JSON: lists are tuples, words enumerations."""
+    return model.model_validate_json(json.dumps(dict(settings)))
+
+
+def _message(detail: Any) -> str:
+    kind, context = detail["type"], detail.get("ctx", {})
+    if kind == "missing":
+        return "missing; add it"
+    if kind == "value_error" and not detail["loc"]:  # what settings must agree on
+        return str(context["error"])
+    needed = _NEEDED.get(kind)
+    if kind in _LIMITS:
+        needed = f"must be {_LIMITS[kind]} {plain(next(iter(context.values())))}"
+    elif kind == "literal_error":
+        needed = f"must be {context['expected']}"
+    return f"{needed or detail['msg']}; got {described(detail['input'])}"
+
+
+def _settings(choice: str) -> Mapping[str, Any]:
+    return choice.settings if isinstance(choice, PartChoice) else {}
+
+
+def _own_settings(family: Family, choice: str) -> Mapping[str, Any]:
+    """Return the settings that somebody's own part is called with."""
+    common = family.common.model_fields if family.common is not None else {}
+    return {name: it for name, it in _settings(choice).items() if name not in common}
+
+
+def _model_of(found: Any) -> type[BaseModel] | None:
+    own = getattr(found, "Settings", None)
+    if isinstance(own, type) and issubclass(own, BaseModel):
+        if not _takes_settings(found):
+            raise TypeError("it has Settings, but takes no `settings`")
+        return own
+    try:
+        form = signature(found, eval_str=True)
+    except (TypeError, ValueError):  # what is compiled need not tell
+        return None
+    fields = {
+        parameter.name: (
+            Any if parameter.annotation is Parameter.empty else parameter.annotation,
+            ... if parameter.default is Parameter.empty else parameter.default,
+        )
+        for parameter in form.parameters.values()
+        if parameter.kind is Parameter.KEYWORD_ONLY and not parameter.name.startswith("_")
+    }
+    if not fields:
+        return None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a setting may be called `copy`
+        made: type[BaseModel] = create_model(  # type: ignore[call-overload]  # keys by name
+            "Settings", __base__=Settings, **fields
+        )
+    return made
+
+
+def _takes_settings(found: Any) -> bool:
+    try:
+        taken = signature(found).parameters
+    except (TypeError, ValueError):  # what is compiled need not tell
+        return True
+    return "settings" in taken or any(it.kind is Parameter.VAR_KEYWORD for it in taken.values())
+
+
+_kept_model_of = lru_cache(maxsize=64)(_model_of)  # a campaign asks for each of its points

@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any
 from ..core.plugins import PluginError, load
 from .families import PLACEMENT, ROUTE
 from .key_types import Point
-from .on_earth import positioned, positioned_stations, recorded_tracks
 from .part_choice import PartChoice
 from .scenario_keys import ScenarioKeys
 from .sections.placements import OwnPlacement
 from .sections.routes import Hold, Lawnmower, OwnRoute, Track, Waypoints
-from .survey_area import area_of
+from .site import area_of, positioned, positioned_stations, recorded_tracks
 
 if TYPE_CHECKING:
     from ..core.arrays import Floats

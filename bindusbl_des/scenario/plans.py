@@ -16,7 +16,7 @@ from .planned import route_of, surfacing_of, turning_radius
 from .scenario_keys import ScenarioKeys
 from .sections.routes import Lawnmower, RouteTraits
 from .sections.survey import LONGEST_S, SHORTEST_S, SURVEY, SurveyEnd
-from .survey_area import area_of, lanes_heading
+from .site import area_of, lanes_heading
 
 # What vehicles with dynamics take longer than their plan says: starting from rest (s), and a share
 # of the whole for turns that they follow loosely.

@@ -1,4 +1,7 @@
-"""The scenario of a mission: keys that agree with each other."""
+"""The scenario of a mission: keys that agree with each other.
+
+What two or more keys have to agree on is told by subject, in the modules of `agreement`.
+"""
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import wraps
@@ -8,17 +11,29 @@ from typing import TYPE_CHECKING, Any, Literal, Required, TypedDict, TypeVar, Un
 from pydantic import ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
-from ..core.wording import plain, shortened
-from .agreement.consistency import problems
-from .scenario_keys import Problem, Record, ScenarioKeys
+from ..core.plugins import is_plugin
+from ..core.wording import did_you_mean, plain, shortened
+from ..presets.catalogue import CATALOGUE
+from .agreement.instruments import instruments_problems, sizes_problems, water_problems
+from .agreement.protocol import acoustics_problems, protocol_problems, telling_problems
+from .agreement.vehicles import (
+    failures_problems,
+    formation_problems,
+    places_problems,
+    route_problems,
+    survey_problems,
+    vehicles_problems,
+)
+from .families import parts_of
+from .part_choice import shipped_mistakes
+from .scenario_keys import Environment, Problem, Record, ScenarioKeys
 from .sections.acoustics import Acoustics
-from .sections.environment import Environment
 from .sections.navigation import Navigation
 from .sections.protocol import Protocol
 from .sections.survey import SURVEY, Survey, SurveyEnd
 from .sections.usbl import UsblSection
 from .sections.vehicles import Asvs, Auvs
-from .survey_area import area_of
+from .site import area_of
 
 Answer = TypeVar("Answer")
 Keys = Mapping[str, Any]
@@ -133,6 +148,55 @@ def _ended(scenario: Scenario) -> list[Problem]:
     except ValueError as error:
         return [Problem("duration_s", str(error), ("auvs.speed_m_per_s", "survey"))]
     return problems(scenario)  # more of which can be told once it is known
+
+
+def problems(scenario: ScenarioKeys) -> list[Problem]:
+    """Return every contradiction: dotted key, rule, value and remedy."""
+    return [found for subject in SUBJECTS for found in subject(scenario)]
+
+
+def _parts_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield names of parts that there are not, and wrong settings of those that ship."""
+    for family, name in parts_of(scenario):
+        if name in family.siblings:
+            for setting, message in shipped_mistakes(family, name):
+                yield Problem(f"{family.key}.{setting}", message)
+        elif not (family.is_open and is_plugin(name)):
+            own = ", or your own as module:object" if family.is_open else ""
+            yield Problem(
+                family.key,
+                f"{name!r} is no {family.noun}{did_you_mean(name, family.siblings)} (one of "
+                f"{', '.join(family.siblings)}{own})"
+                f"{_preset(family.key, name)}",
+            )
+
+
+def _preset(key: str, name: str) -> str:
+    """Return where a preset belongs that is named in a part's place; "" for what is none."""
+    section, _, _ = key.rpartition(".")
+    kind, own = ("usbl", "preset") if section == "usbl" else ("modem", "modem")
+    is_there = section.startswith(("usbl", "acoustics")) and any(
+        name == it.name for it in CATALOGUE[kind]
+    )
+    return f"; it is a preset: set {section}.{own} to {name}" if is_there else ""
+
+
+# Each yields what keys of its subject contradict, in the order in which they are told.
+SUBJECTS = (
+    survey_problems,
+    vehicles_problems,
+    water_problems,
+    places_problems,
+    route_problems,
+    formation_problems,
+    failures_problems,
+    _parts_problems,
+    protocol_problems,
+    telling_problems,
+    acoustics_problems,
+    instruments_problems,
+    sizes_problems,
+)
 
 
 def _leaves(data: Mapping[str, Any], section: str = "") -> Iterator[tuple[str, Any]]:

@@ -16,9 +16,9 @@ from ..records.events import HEARD
 from ..records.rows import Row, Rows
 from ..scenario.declared import instrument_named
 from ..scenario.families import INSTRUMENT, ranging_of
-from ..scenario.instruments.datasheet import Datasheet
-from ..scenario.part_settings import settings_of
+from ..scenario.part_choice import settings_of
 from ..scenario.scenario import Scenario
+from ..scenario.shipped_settings import Datasheet
 from ..vehicles.motion import Motion, where
 from .array import Vector, scatter
 from .covariance import across_by_array

@@ -11,7 +11,7 @@ from ..core.arrays import Floats
 from ..core.plugins import PluginError, asked, shown
 from ..records.rows import Row, Rows
 from ..scenario.families import INSTRUMENT
-from ..scenario.part_settings import own_part
+from ..scenario.part_choice import own_part
 from ..vehicles.tracks import FARTHEST
 from .fusion import fuse
 

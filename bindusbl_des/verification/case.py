@@ -13,11 +13,10 @@ from ..core.arrays import Floats
 from ..core.plugins import PluginError
 from ..protocol.slots import Slots, slots_of
 from ..scenario.families import ranging_of, tells_slots
-from ..scenario.on_earth import vessel_tracks
 from ..scenario.planned import NoStations, asv_stations, route_of, tracks_of
 from ..scenario.scenario import Scenario
-from ..scenario.sections.vehicle_choice import VehicleChoice
-from ..scenario.water import assumed_sound_speed_of, sound_speed_of
+from ..scenario.sections.vehicles import VehicleChoice
+from ..scenario.site import assumed_sound_speed_of, sound_speed_of, vessel_tracks
 from ..usbl.bounds import exceeded
 from ..vehicles.currents import CONTROL_S
 from ..vehicles.guidance.limits import top_speed

@@ -18,8 +18,7 @@ from ..results.result import Result
 from ..scenario.families import ranging_of
 from ..scenario.planned import asv_stations, known_stations
 from ..scenario.scenario import Scenario
-from ..scenario.survey_area import area_of
-from ..scenario.water import assumed_sound_speed_of, sound_speed_of
+from ..scenario.site import area_of, assumed_sound_speed_of, sound_speed_of
 from .case import REFUSED, UNDECIDED, Case, Plan, SignalPair
 
 # What lies at a range is put so much nearer, or farther: roundings of its place are smaller.

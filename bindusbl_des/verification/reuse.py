@@ -10,7 +10,7 @@ from ..core.plugins import is_plugin
 from ..mission.build import usbl_of
 from ..preflight.round_lengths import rounds_of
 from ..scenario.families import downlink_of, ranging_of, schedule_of
-from ..scenario.instruments.own_sensors import kinds
+from ..scenario.own_sensors import kinds
 from ..scenario.planned import route_of
 from ..usbl.bounds import Beside, farthest_off
 from .case import ACCEPTED, REFUSED, Case, Plan, SignalPair, undecided

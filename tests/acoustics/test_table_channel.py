@@ -12,7 +12,7 @@ from bindusbl_des.acoustics.named_channels import hf_channel
 from bindusbl_des.acoustics.table_channel import TableChannel, grid_to
 from bindusbl_des.preflight.warnings import read_scenario
 from bindusbl_des.scenario.files.scenario_file import ScenarioError
-from bindusbl_des.scenario.water import sound_speed_of
+from bindusbl_des.scenario.site import sound_speed_of
 
 QUIET = {"source_level_db": 150.0, "snr_threshold_db": 20.0}
 ASVS = np.array([[0.0, 0.0, 0.0], [30.0, -20.0, 0.0]])

@@ -18,10 +18,9 @@ from bindusbl_des.charts.xml_charts import read_kml
 from bindusbl_des.cli import main
 from bindusbl_des.export.chart_files import write_plan
 from bindusbl_des.geometry.geodesy import ned_at_depth
-from bindusbl_des.scenario.on_earth import origin_of
 from bindusbl_des.scenario.planned import asv_stations, horizontal_reach, tracks_of
 from bindusbl_des.scenario.plans import planned_paths
-from bindusbl_des.scenario.survey_area import area_of
+from bindusbl_des.scenario.site import area_of, origin_of
 from bindusbl_des.vehicles.tracks import read_track
 
 ORIGIN = (54.33, 10.18)

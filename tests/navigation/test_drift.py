@@ -15,11 +15,7 @@ from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import MissionCurrent
 from bindusbl_des.mission.sensor_errors import wrong_reckoning
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning
-from bindusbl_des.scenario.instruments.own_sensors import (
-    drift_text,
-    own_sensors,
-    straight_drift_rms,
-)
+from bindusbl_des.scenario.own_sensors import drift_text, own_sensors, straight_drift_rms
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import recorded
 

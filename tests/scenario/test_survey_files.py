@@ -18,8 +18,7 @@ from bindusbl_des import (
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.running import sweep
 from bindusbl_des.geometry.geodesy import geodetic_from_ned
-from bindusbl_des.scenario.on_earth import origin_of
-from bindusbl_des.scenario.survey_area import area_of
+from bindusbl_des.scenario.site import area_of, origin_of
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
 

@@ -14,7 +14,7 @@ from bindusbl_des.preflight.warnings import warnings_of
 from bindusbl_des.protocol.slots import slots_of
 from bindusbl_des.scenario.planned import asv_stations, horizontal_reach
 from bindusbl_des.scenario.plans import planned_paths, planned_tours, plans_of
-from bindusbl_des.scenario.survey_area import area_of
+from bindusbl_des.scenario.site import area_of
 
 BRIEF: dict[str, Any] = {"duration_s": 20.0, "record": {"detail": "summary"}}
 FAR = [[1000.0, 500.0], [1400.0, 500.0], [1400.0, 700.0], [1000.0, 700.0]]

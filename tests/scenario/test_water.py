@@ -7,7 +7,7 @@ import pytest
 
 from bindusbl_des import Scenario, load_scenario, simulate, warnings_of
 from bindusbl_des.scenario.files.scenario_file import ScenarioError
-from bindusbl_des.scenario.water import assumed_sound_speed_of, sound_speed_of, water_of
+from bindusbl_des.scenario.site import assumed_sound_speed_of, sound_speed_of, water_of
 from bindusbl_des.sea.water import USUAL_WATER
 
 CAST = "depth_m,temperature_c,salinity_psu\n0,18,30\n10,12,33\n25,8,34\n"

@@ -44,12 +44,11 @@ from ...scenario.families import (
     schedule_of,
     tells_slots,
 )
-from ...scenario.instruments.own_sensors import OwnSensors, estimated_kinds, kinds, own_sensors
+from ...scenario.own_sensors import OwnSensors, estimated_kinds, kinds, own_sensors
 from ...scenario.part_choice import PartChoice
 from ...scenario.planned import route_of
 from ...scenario.scenario import Scenario
-from ...scenario.survey_area import area_of
-from ...scenario.water import assumed_sound_speed_of
+from ...scenario.site import area_of, assumed_sound_speed_of
 from ...usbl.array import NOTHING, dot, turned
 from ...usbl.instrument import NOISE_WIDTH, Instrument, path_sd, placed, spread_sd
 from .parts import (

@@ -18,7 +18,7 @@ from ...acoustics.propagation import SignalBand
 from ...core.streams import Purpose, Streams
 from ...records.events import Round
 from ...scenario.families import SCHEDULE
-from ...scenario.part_settings import settings_of
+from ...scenario.part_choice import settings_of
 from ...scenario.scenario import Scenario
 from ...scenario.shipped_settings import CarrierSense
 from ...vehicles.fleet import Fleet

@@ -19,7 +19,7 @@ from ...core.plugins import PluginError, asked, is_whole, shown
 from ...core.wording import shortened
 from ...scenario import declared
 from ...scenario.families import SCHEDULE
-from ...scenario.part_settings import own_part, shipped_part
+from ...scenario.part_choice import own_part, shipped_part
 from ..conflicts import dsatur_groups, greedy_groups
 from .polling import polling
 from .super_tdma import super_tdma

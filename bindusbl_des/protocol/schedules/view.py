@@ -15,7 +15,7 @@ import numpy as np
 from ...core.arrays import Flags, Floats, Ints
 from ...records.rows import Recorder, Rows
 from ...scenario.families import positions_of
-from ...scenario.instruments.own_sensors import straight_drift_rms
+from ...scenario.own_sensors import straight_drift_rms
 from ...scenario.scenario import Scenario
 from ...vehicles.fleet import Fleet
 from ..conflicts import conflict_graph

@@ -6,11 +6,10 @@ from collections.abc import Iterator
 from importlib.util import find_spec
 
 from ...core.wording import plain
-from ..on_earth import origin_of
 from ..part_choice import PartChoice
-from ..scenario_keys import Problem, ScenarioKeys
-from ..sections.environment import Environment
+from ..scenario_keys import Environment, Problem, ScenarioKeys
 from ..sections.usbl import size_m, usbl_values
+from ..site import origin_of
 
 # The speed of sound (m/s) that is not given
 USUAL_SPEED = Environment.model_fields["sound_speed_m_per_s"].default

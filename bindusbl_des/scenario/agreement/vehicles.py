@@ -6,12 +6,11 @@ from math import dist
 
 from ...geometry.lanes import lane_count
 from ..key_types import Position
-from ..on_earth import origin_of, positioned
 from ..scenario_keys import Problem, ScenarioKeys
 from ..sections.placements import Formation
 from ..sections.survey import SHAPES
 from ..sections.vehicles import Failure
-from ..survey_area import area_of, lanes_heading
+from ..site import area_of, lanes_heading, origin_of, positioned
 
 MOST_LANES = 100_000
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from ...core.wording import plain
 from ..families import FAMILIES
-from ..moved_keys import Moved, Section, chosen, moved
+from ..key_types import Moved, Section, chosen, moved
 from ..scenario_keys import ScenarioKeys
 from .mistakes import FilePlace, Mistake
 from .plain_yaml import Document, Path, dotted

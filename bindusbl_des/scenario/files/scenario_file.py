@@ -1,26 +1,37 @@
-"""Scenarios from YAML files: every mistake at once, each with its place and a remedy."""
+"""Scenarios from YAML files: every mistake at once, each with its place and a remedy.
+
+Files that a scenario names are sought beside it; what is wrong with one is told at its key.
+"""
 
 import copy
 import json
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path as FilePath
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import ValidationError
 
+from ...core.kept_files import FILES, Way, is_own
 from ...core.wording import described, printable
+from ...presets.modems import airtime_table
+from ..channel_settings import read_curve
 from ..families import load_plugins
 from ..scenario import Scenario
 from ..scenario_keys import Problem
-from ..water import sound_speed_of
+from ..sections.placements import AsvTrack
+from ..sections.routes import Track
+from ..site import recorded_track, sound_speed_of, vessel_track
 from .explanations import ROUTE, Finding, guessed_kind
 from .former_keys import as_now, is_former, is_of_old, move_keys
 from .mistakes import FilePlace, Mistake, ScenarioError
-from .named_files import misplaced_tracks, place_files
 from .overrides import override
 from .plain_yaml import Document, Path, dotted, read_yaml
 from .shipped import located
+
+if TYPE_CHECKING:
+    from ...vehicles.tracks import Track as RecordedTrack
 
 __all__ = ["Mistake", "ScenarioError", "Source", "as_scenario", "load_scenario", "parse_scenario"]
 
@@ -297,3 +308,99 @@ def _short_cast(scenario: Scenario) -> Iterator[Problem]:
         sound_speed_of(scenario)
     except ValueError as error:
         yield Problem("environment.ctd", str(error), ("survey.depth_m",))
+
+
+def place_files(data: Any, folder: FilePath) -> Iterator[tuple[Path, str]]:
+    """Make the names of files absolute in the data of a scenario; yield what is wrong with them."""
+    for way in FILES:
+        section = _section(data, way)
+        if section is None or way[-1] not in section:
+            continue
+        given = section[way[-1]]
+        listed = isinstance(given, list)
+        names = given if listed else [given]
+        for number, name in enumerate(names):
+            if isinstance(name, str) and "\0" not in name:
+                names[number] = str((folder / name).resolve())
+                problem = _problem(names[number], way)
+                if problem:
+                    yield ((*way, number) if listed else way), problem
+        section[way[-1]] = names if listed else names[0]
+
+
+def _section(data: Any, way: Way) -> dict[str, Any] | None:
+    """Return the mapping in which a way ends, None where there is none."""
+    for name in way[:-1]:
+        data = data.get(name) if isinstance(data, dict) else None
+    return data if isinstance(data, dict) and not is_own(data) else None
+
+
+def _problem(file: str, way: Way) -> str:
+    if not FilePath(file).is_file():
+        if FilePath(file).exists():
+            return f"is no regular file: {file}; save it to one"
+        return f"no such file: {file}; files are sought beside the scenario file"
+    read = READERS.get(way)
+    try:
+        if read is not None:
+            read(file)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
+def _check_track(file: str) -> None:
+    from ...charts.recordings import check_tracks  # brings numpy, which other routes do not need
+
+    check_tracks(file)
+
+
+def _check_cast(file: str) -> None:
+    from ...sea.water_column import read_cast
+
+    read_cast(file)
+
+
+# How what is in a file is looked at, by the way to its name; it raises a ValueError that says it.
+# Other files are read when the scenario is made.
+READERS: Mapping[Way, Callable[[str], object]] = {
+    ("auvs", "route", "files"): _check_track,
+    ("asvs", "formation", "files"): _check_track,
+    ("environment", "ctd"): _check_cast,
+    ("acoustics", "hf", "channel", "file"): read_curve,
+    ("acoustics", "mf", "channel", "file"): read_curve,
+    ("acoustics", "mf", "airtimes"): airtime_table,
+}
+
+
+def misplaced_tracks(scenario: Scenario) -> Iterator[Problem]:
+    """Yield which tracks begin after the mission's end, or have ended before its start."""
+    route, placement = scenario.auvs.route.recording, scenario.asvs.formation.recording
+    if route is not None:
+        yield from _misplaced(
+            scenario, "auvs.route", route, partial(recorded_track, scenario, route)
+        )
+    if placement is not None:
+        read = partial(vessel_track, scenario, placement)
+        yield from _misplaced(scenario, "asvs.formation", placement, read)
+
+
+def _misplaced(
+    scenario: Scenario,
+    section: str,
+    asked: Track | AsvTrack,
+    read: "Callable[[int], RecordedTrack]",
+) -> Iterator[Problem]:
+    from ...vehicles.tracks import misplaced
+
+    behind, tracks = ("duration_s", f"{section}.time_offset_s"), []
+    for number in range(len(asked.files)):
+        try:
+            tracks.append(read(number))
+        except ValueError as error:
+            yield Problem(f"{section}.files.{number}", str(error), behind)
+    if len(tracks) < len(asked.files):
+        return
+    offset, lasts = asked.time_offset_s, scenario.duration_s
+    for number, message in misplaced(tracks, offset, lasts, section):
+        yield Problem(f"{section}.files.{number}", message, behind)

@@ -16,8 +16,7 @@ from pydantic_core import PydanticCustomError
 from ...core.spreads import Statistic
 from ...presets.catalogue import CATALOGUE, preset
 from ..declared import navigator_named
-from ..key_types import PAPER, Part, Point, Real, key
-from ..moved_keys import Moved, Section
+from ..key_types import PAPER, Moved, Part, Point, Real, Section, key
 from ..part_choice import SET, PartChoice
 from ..shipped_settings import FixedGain
 

@@ -3,8 +3,7 @@
 from typing import Annotated, ClassVar, Literal
 
 from ..declared import downlink_named, knowledge_named, ranging_named, schedule_named
-from ..key_types import PAPER, Real, Whole, formerly, key
-from ..moved_keys import Moved, Section
+from ..key_types import PAPER, Moved, Real, Section, Whole, formerly, key
 from ..part_choice import SET, PartChoice
 from ..shipped_settings import BroadcastSettings, DirectReply, TwoWaySettings
 

@@ -17,9 +17,9 @@ from pydantic_core import PydanticCustomError
 
 from ...presets.catalogue import CATALOGUE, preset
 from ..declared import instrument_named
-from ..instruments.datasheet import Datasheet
 from ..key_types import PAPER, THESIS, Part, Real, key
 from ..part_choice import SET, PartChoice
+from ..shipped_settings import Datasheet
 
 # An array that reaches less than this share of its size out of some plane cannot tell one side of
 # that from the other.

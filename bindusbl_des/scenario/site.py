@@ -1,15 +1,23 @@
-"""Places of a scenario in the survey frame (m), where they were given in degrees (WGS-84)."""
+"""The site of a scenario: its area, its place on Earth, its water.
 
+Places in degrees (WGS-84) become places in the survey frame (m); the speed of sound is as given,
+or follows from what is known of the water.
+"""
+
+import math
 from functools import lru_cache
 from typing import TYPE_CHECKING, TypeVar
 
-from ..geometry.area import polygon
+from ..geometry.area import Area, polygon, rectangle
 from .key_types import Point, Position
 from .scenario_keys import ScenarioKeys
 from .sections.placements import AsvTrack
 from .sections.routes import RouteTraits, Track
+from .sections.survey import Survey
 
 if TYPE_CHECKING:
+    from ..sea.water import Water
+    from ..sea.water_column import Column, Profile
     from ..vehicles.tracks import Track as RecordedTrack
 
 
@@ -173,3 +181,97 @@ def in_metres(positions: tuple[Position, ...], origin: Position) -> tuple[Point,
     lat, lon = np.array(positions, dtype=np.float64).reshape(-1, 2).T
     places = ned_at_depth(lat, lon, np.zeros(len(lat)), origin)
     return tuple((float(x), float(y)) for x, y in places[:, :2])
+
+
+def area_of(scenario: ScenarioKeys) -> Area:
+    """Return the area to be surveyed.
+
+    Raises:
+        ValueError: when its polygon is none, saying why.
+    """
+    return _area(scenario.survey, origin_of(scenario) if scenario.survey.area else None)
+
+
+@lru_cache(maxsize=16)
+def _area(survey: Survey, origin: Position | None) -> Area:
+    turn = math.radians(survey.rotation_deg)
+    if origin is not None:
+        return polygon(in_metres(survey.corners_deg, origin))
+    if survey.polygon_m is not None:
+        return polygon(survey.polygon_m)
+    if survey.size_m is not None:
+        return rectangle(*survey.size_m, turn)
+    assert survey.side_m is not None, "a scenario has one shape"
+    return rectangle(survey.side_m, survey.side_m, turn)
+
+
+def swath_of(scenario: ScenarioKeys) -> float | None:
+    """Return how wide (m) a strip an AUV surveys; None where nobody says."""
+    return scenario.survey.swath_m or getattr(scenario.auvs.route, "lane_spacing_m", None)
+
+
+def lanes_heading(scenario: ScenarioKeys) -> float:
+    """Return the heading of the frame in which routes are planned (rad): that of the lanes."""
+    asked = getattr(scenario.auvs.route, "lane_heading_deg", None)
+    return area_of(scenario).turn if asked is None else math.radians(asked)
+
+
+def _is_measured(scenario: ScenarioKeys) -> bool:
+    """Tell whether a scenario gives the water, and not the speed of sound in it."""
+    given = scenario.environment
+    return given.temperature_c is not None or given.ctd is not None
+
+
+def sound_speed_of(scenario: ScenarioKeys) -> float:
+    """Return how fast sound travels (m/s) in the water of a scenario.
+
+    It is the number given, or the harmonic mean between the surface and the depth of the survey
+    (:func:`..sea.water_column.mean_speed`) of what temperature and salinity or the cast make of it.
+
+    Raises:
+        ValueError: naming what is wrong with the cast.
+        ImportError: without gsw, where that is asked for.
+    """
+    if not _is_measured(scenario):
+        return scenario.environment.sound_speed_m_per_s
+    from ..sea.water_column import (
+        mean_speed,  # brings numpy, which speeds that are given do not need
+    )
+
+    return mean_speed(profile_of(scenario), scenario.survey.deepest)
+
+
+def assumed_sound_speed_of(scenario: ScenarioKeys) -> float:
+    """Return the speed of sound (m/s) that the fleet works with; see :func:`sound_speed_of`."""
+    assumed = scenario.environment.assumed_sound_speed_m_per_s
+    return sound_speed_of(scenario) if assumed is None else assumed
+
+
+def profile_of(scenario: ScenarioKeys) -> "Profile":
+    """Return the speed of sound over depth (raises as :func:`sound_speed_of`)."""
+    from ..sea.water_column import uniform_profile
+
+    if _is_measured(scenario):
+        return _column(scenario).profile()
+    return uniform_profile(scenario.environment.sound_speed_m_per_s)
+
+
+def water_of(scenario: ScenarioKeys) -> "Water":
+    """Return the water that absorbs sound down to the survey (raises as :func:`sound_speed_of`)."""
+    from ..sea.water import USUAL_WATER
+
+    return _column(scenario).water() if _is_measured(scenario) else USUAL_WATER
+
+
+def _column(scenario: ScenarioKeys) -> "Column":
+    from ..sea.water_column import Column
+
+    given = scenario.environment
+    return Column(
+        deepest_m=scenario.survey.deepest,
+        temperature_c=given.temperature_c,
+        salinity_psu=given.salinity_psu,
+        cast_file=given.ctd,
+        law=given.sound_speed_law,
+        place_deg=origin_of(scenario),
+    )

@@ -2,7 +2,7 @@
 
 A sheet says how far off a system is after a straight way without fixes, in percent of that way or
 in m per hour, with the circle that it means.  Both are read as a circular Gaussian of s along each
-axis (:mod:`...core.spreads`):
+axis (:mod:`..core.spreads`):
 
 * by default it is met at the end of a way of `line_m`, by scale and heading errors that wander: a
   velocity bias, ahead and aside, that is a Gauss-Markov process of the body (or of
@@ -21,12 +21,12 @@ Which errors of instruments and clocks last through a mission, and who is told o
 import math
 from typing import NamedTuple
 
-from ...core.plugins import is_plugin
-from ...core.spreads import drift_rms, per_axis_sd, wandering_rms
-from ...scenario.families import ranging_of
-from ..scenario import Scenario, kept
-from ..scenario_keys import ScenarioKeys
-from ..water import assumed_sound_speed_of, sound_speed_of
+from ..core.plugins import is_plugin
+from ..core.spreads import drift_rms, per_axis_sd, wandering_rms
+from .families import ranging_of
+from .scenario import Scenario, kept
+from .scenario_keys import ScenarioKeys
+from .site import assumed_sound_speed_of, sound_speed_of
 
 
 class OwnSensors(NamedTuple):
