@@ -36,7 +36,6 @@ from ..protocol.steps import moment
 from ..protocol.tdma import serve
 from ..records.rows import Jacobians, Recorder, Rows
 from ..scenario.channel_settings import burst_s
-from ..scenario.declared import ranging_named
 from ..scenario.families import downlink_of, ready_plugins, schedule_of, tells_slots
 from ..scenario.own_sensors import estimated_kinds
 from ..scenario.planned import failures_of
@@ -180,7 +179,7 @@ def _network(
         Measuring(
             instrument, streams, len(auvs), len(asvs), record, slow_errors(scenario, streams)
         ),
-        None if ranging_named(protocol.ranging).own_clocks else strayed(scenario, auvs),
+        strayed(scenario, auvs),
         record,
         deliveries.frames if protocol.deafens_asvs else None,
     )

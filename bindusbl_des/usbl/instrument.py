@@ -27,15 +27,13 @@ from .covariance import (
 
 # The noise of bearing and elevation (rad), the share of a path that is noise of its length, the
 # noise of the place along each axis (m) and its share of the range, the SNR (dB) at which angles
-# are as noisy as that (nan: at any), and what they never fall below (rad).
+# are as noisy as that (nan: at any), and what they never fall below (rad); whether one is there.
 SHEET = [
-    (name, "f8")
-    for name in (
-        *("bearing_sd_rad", "elevation_sd_rad", "path_share", "spread_sd_m", "spread_share"),
-        *("reference_snr_db", "angle_floor_rad"),
-    )
+    *((name, "f8") for name in ("bearing_sd_rad", "elevation_sd_rad", "path_share")),
+    *((name, "f8") for name in ("spread_sd_m", "spread_share", "reference_snr_db")),
+    *(("angle_floor_rad", "f8"), ("has_sheet", "?")),
 ]
-NO_SHEET = (0.0, 0.0, 0.0, 0.0, 0.0, nan, 0.0)
+NO_SHEET = (0.0, 0.0, 0.0, 0.0, 0.0, nan, 0.0, False)
 
 # Of a row of noise the first two numbers are bearing and elevation, the next three the spread:
 # elements of an array, of which they are else, there are none.
@@ -64,7 +62,7 @@ class Sheet(NamedTuple):
         """The fields SHEET of this sheet."""
         return (
             *(self.bearing_sd, self.elevation_sd, self.path_share),
-            *(self.spread_sd, self.spread_share, self.reference_snr_db, self.angle_floor),
+            *(self.spread_sd, self.spread_share, self.reference_snr_db, self.angle_floor, True),
         )
 
 
@@ -148,14 +146,12 @@ LEVELS = np.dtype(
 
 class Instrument(NamedTuple):
     """What ASVs measure with: the places of the elements (n, 3), m, their scatter matrix (3, 3), m2
-    (:mod:`.array`), and a record of LEVELS; a data sheet is in their place where it `has_sheet`
-    (None: there is none, and nothing of it is compiled).
+    (:mod:`.array`), and a record of LEVELS; a data sheet is in their place where there is one.
     """
 
     array: Floats
     metric: Floats
     levels: Row
-    has_sheet: bool | None
 
 
 class PackedInstrument(NamedTuple):
@@ -169,9 +165,9 @@ class PackedInstrument(NamedTuple):
 
 
 @written_out
-def instrument_of(packed: PackedInstrument, has_sheet: bool | None) -> Instrument:
-    """Return an instrument, of what was handed over, and whether it has a data sheet."""
-    return Instrument(packed.array, packed.metric, packed.levels[0], has_sheet)
+def instrument_of(packed: PackedInstrument) -> Instrument:
+    """Return an instrument, of what was handed over."""
+    return Instrument(packed.array, packed.metric, packed.levels[0])
 
 
 # What is handed over in the place of an instrument of somebody's own
@@ -216,7 +212,7 @@ def sighted(
     attitude_sd, (ahead, aside, below) = instrument.levels.attitude_sd_rad, minus(source, vessel)
     cy, sy = math.cos(yaw), math.sin(yaw)  # arrays hang level, whatever the AHRS says
     seen = cy * ahead + sy * aside, cy * aside - sy * ahead, below
-    within = _made_out(seen, snr_db, noise, instrument, instrument.has_sheet)
+    within = _made_out(seen, snr_db, noise, instrument)
     believed = rotation(
         attitude_sd[0] * noise[ATTITUDE_NOISE],
         attitude_sd[1] * noise[ATTITUDE_NOISE + 1],
@@ -226,14 +222,12 @@ def sighted(
 
 
 @compiled
-def _made_out(
-    seen: Vector, snr_db: float, noise: Floats, instrument: Instrument, has_sheet: bool | None
-) -> Vector:
+def _made_out(seen: Vector, snr_db: float, noise: Floats, instrument: Instrument) -> Vector:
     """Return the unit vector (3,) that is made out of a source at `seen` (3,), m, both in the array
     frame.
     """
     levels = instrument.levels
-    if has_sheet is not None:
+    if levels.has_sheet:
         return stated_direction(seen, angle_sds(snr_db, levels), noise)
     differences = arrival_differences(
         instrument.array, seen, levels.true_sound_speed_m_per_s, noise,
@@ -243,12 +237,10 @@ def _made_out(
 
 
 @compiled
-def _across(
-    offset: Vector, believed: Floats, snr_db: float, instrument: Instrument, has_sheet: bool | None
-) -> Across:
+def _across(offset: Vector, believed: Floats, snr_db: float, instrument: Instrument) -> Across:
     """Return what the direction of an offset (3,), m, errs by, without what is known to be slow."""
     levels, white = instrument.levels, math.sqrt(1.0 - instrument.levels.slow_share)
-    if has_sheet is not None:
+    if levels.has_sheet:
         bearing_sd, elevation_sd = angle_sds(snr_db, levels)
         return across_by_sheet(offset, (white * bearing_sd, white * elevation_sd))
     timing_sd = timed_sd(levels.stepped_element_sd_s, snr_db, levels)
@@ -298,7 +290,7 @@ def placed(
     """
     ahead, levels = scaled(unit, reach), instrument.levels
     offset = not_nothing(ahead)
-    across = _across(offset, believed, snr_db, instrument, instrument.has_sheet)
+    across = _across(offset, believed, snr_db, instrument)
     covariance = fix_covariance(offset, believed, across, ranging_sd, levels.attitude_sd_rad, 0.0)
     shrinkage, spread = debias(ahead, covariance, ranging_sd), spread_sd(reach, levels)
     fix = np.empty(3)

@@ -127,11 +127,6 @@ class Usbl:
         """The instrument as compiled code is handed it once."""
         return PackedInstrument(np.ascontiguousarray(self.array), self.metric, self.levels)
 
-    @property
-    def has_sheet(self) -> bool | None:
-        """Whether there is a data sheet, as of :class:`Instrument`."""
-        return None if self.sheet is None else True
-
     def locate(
         self,
         source: Floats,
@@ -142,7 +137,7 @@ class Usbl:
         snr_db: float = math.nan,
     ) -> tuple[Floats, Floats]:
         """Measure one ping; see :func:`locate`."""
-        instrument = Instrument(self.array, self.metric, self.levels[0], self.has_sheet)
+        instrument = Instrument(self.array, self.metric, self.levels[0])
         places: tuple[Vector, Vector] = tuple(source.tolist()), tuple(vessel.tolist())
         return locate(*places, yaw, travel_time, snr_db, noise, instrument)
 
@@ -190,17 +185,16 @@ def range_sd(travel_time_sd: float, quantum: float, sound_speed: float, ways: in
 
 @compiled
 def measured(
-    heard: Heard, asvs: Motion, instrument: Instrument, strayed: Floats | None
+    heard: Heard, asvs: Motion, instrument: Instrument, strayed: Floats
 ) -> tuple[Floats, Floats]:
     """Return the fix (3,), m, of a ping and its covariance (3, 3), m2, fused over its hearers.
 
     `strayed` (AUVs,) is how far each may have strayed between a call and its answer (variance along
-    its course, m2); None where ASVs do not call.
+    its course, m2).
     """
     ping = heard.ping
-    if strayed is not None:  # noqa: SIM102 - else the two ways are not even compiled
-        if not isnan(ping.call_time_s):
-            return two_way(heard, asvs, instrument, strayed[ping.auv])
+    if not isnan(ping.call_time_s):
+        return two_way(heard, asvs, instrument, strayed[ping.auv])
     levels = instrument.levels
     estimate, covariance, first = np.zeros(3), np.zeros((3, 3)), True
     for row in range(len(heard.receptions)):

@@ -83,7 +83,7 @@ def note_sight(
     white = 1.0 - levels.slow_share  # the rest is an error in common with other fixes
     own = levels.gnss_sd_m**2 + white * spread_sd(reach, levels) ** 2
     it.turn_rad2 = levels.attitude_sd_rad[2] ** 2
-    if instrument.has_sheet is not None:
+    if instrument.levels.has_sheet:
         it.turn_rad2 += white * angle_sds(it.snr_db, levels)[0] ** 2
     east, down = tangents(unit)
     by_east, by_down = turned(noise, east), turned(noise, down)
@@ -113,7 +113,7 @@ def _of_round_wave(unit: Vector, believed: Floats, reach: float, instrument: Ins
     An array fits a plane wave to a spherical one: what it would make of a source there is as far
     from `unit` as that is from the truth, to first order in the size of the array over the range.
     """
-    if instrument.has_sheet is not None:
+    if instrument.levels.has_sheet:
         return unit
     array, speed = instrument.array, instrument.levels.sound_speed_m_per_s
     within, silence = turned_back(believed, unit), np.zeros(len(array))

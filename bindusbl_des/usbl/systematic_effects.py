@@ -64,7 +64,7 @@ def across(seen: Sighting, ahead: Vector, instrument: Instrument) -> Floats:
     for axis in range(3):
         effects[axis, SOUND_SPEED] = moved[axis]
     if instrument.levels.slow_share > 0.0:
-        _slow_aside(effects, _at_depth(ahead, seen.below), seen, instrument, instrument.has_sheet)
+        _slow_aside(effects, _at_depth(ahead, seen.below), seen, instrument)
     return effects
 
 
@@ -83,9 +83,7 @@ def _at_depth(ahead: Vector, below: float) -> Vector:
 
 
 @compiled
-def _slow_aside(
-    effects: Floats, ahead: Vector, seen: Sighting, instrument: Instrument, has_sheet: bool | None
-) -> None:
+def _slow_aside(effects: Floats, ahead: Vector, seen: Sighting, instrument: Instrument) -> None:
     """Write to effects (4, EFFECTS) what slow errors of a direction make of an offset (3,), m.
 
     An array has them in its frame: of the sums X^T n of its elements' errors, whose covariance is
@@ -98,7 +96,7 @@ def _slow_aside(
         return
     within = turned_back(seen.believed, divided(ahead, away))
     east, down = tangents(within)
-    if has_sheet is not None:
+    if levels.has_sheet:
         bearing, elevation = angle_sds(seen.snr_db, levels)
         level = hypot(within[0], within[1])
         by_east = turned(seen.believed, scaled(east, share * bearing * level * away))
@@ -200,7 +198,7 @@ def _slow_changes(
     for axis in range(2):
         for side in (-1.0, 1.0):
             moved = plus(ahead, (side * step, 0.0, 0.0) if axis == 0 else (0.0, side * step, 0.0))
-            _slow_aside(near, moved, seen, instrument, instrument.has_sheet)
+            _slow_aside(near, moved, seen, instrument)
             for i in range(3):
                 near[i, SLOW_RANGE] = length(ranged) * moved[i] / length(moved)
                 for k in range(SLOW_RANGE, EFFECTS):

@@ -157,13 +157,12 @@ class AsvFix(NamedTuple):
 
 @compiled
 def by_first(
-    heard: Heard, row: int, asvs: Motion, instrument: Instrument, strayed: Floats | None,
+    heard: Heard, row: int, asvs: Motion, instrument: Instrument, strayed: Floats,
     sds: Floats, systematic: Systematic,
 ) -> AsvFix:  # fmt: skip
     """Return what the ASV makes of a ping that locates its AUV first."""
-    if strayed is not None:  # noqa: SIM102 - else the two ways are not even compiled
-        if _called(heard):
-            return _by_whole_way(heard, row, asvs, instrument, strayed, sds, systematic)
+    if _called(heard):
+        return _by_whole_way(heard, row, asvs, instrument, strayed, sds, systematic)
     return by_other(heard, row, 0.0, asvs, instrument, systematic)
 
 
@@ -282,14 +281,14 @@ def measured_astray(
     heard: Heard,
     asvs: Motion,
     instrument: Instrument,
-    strayed: Floats | None,
+    strayed: Floats,
     systematic: Systematic,
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return the fix (3,), m, of a ping, its covariance (3, 3), m2, J (3, 4 k + 2), and what is
     left of the covariance without the errors that J is of, xx, yy, xy (3,), m2.
 
     `strayed` (AUVs,) is how far each may have strayed between a call and its answer (variance along
-    its course, m2); None where ASVs do not call.  Behind the columns of J at the fix are
+    its course, m2).  Behind the columns of J at the fix are
     their derivatives along x, along y, and by what they belong to; last are those of the way along
     x and y (m) from where the AUV has answered back to where it has heard the call.
     """
@@ -330,7 +329,7 @@ def measured_astray(
     count, covariance = systematic.variances.size, doubt * spread[:3, :3]
     left = noise_of(covariance, jacobians[:3, 3 * count : 5 * count], systematic.variances)
     out = np.zeros((3, 4 * count + 2))
-    if strayed is not None and begun.call_way > 0.0:
+    if begun.call_way > 0.0:
         for axis in range(2):
             out[:, 4 * count + axis] = begun.bearing[axis] * jacobians[:3, 5 * count]
             add(left, out[:, 4 * count + axis], -strayed[heard.ping.auv])

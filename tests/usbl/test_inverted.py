@@ -55,7 +55,7 @@ def test_a_fix_of_oneself_is_the_mirror_image_of_a_fix_of_the_source(
     noise = np.random.default_rng(seed).standard_normal(12)
     above, below = np.array([*source, 0.0]), np.array([*place, depth])
     own = heard(above, below, yaw, noise)
-    fix, covariance = located_itself(own, Instrument(usbl.array, usbl.metric, usbl.levels[0], None))
+    fix, covariance = located_itself(own, Instrument(usbl.array, usbl.metric, usbl.levels[0]))
     of_source, other = usbl.locate(above, below, yaw, own.reception["travel_time_s"], noise)
     assert fix - below == pytest.approx(-(of_source - above), abs=1e-9)
     assert covariance == pytest.approx(other, rel=1e-12)
@@ -72,7 +72,7 @@ def test_effects_are_what_lasting_errors_make_of_a_fix(name: str) -> None:
         tdoa_sd=0.0, travel_time_sd=0.0, quantum=0.0, attitude_sd=(0.0, 0.0, 0.0),
         sound_speed=c0, true_sound_speed=1500.0,
     )  # fmt: skip
-    parts = Instrument(usbl.array, usbl.metric, usbl.levels[0], None)
+    parts = Instrument(usbl.array, usbl.metric, usbl.levels[0])
     own = heard((30.0, -20.0, 0.0), (-4.0, 9.0, 15.0), 0.7, np.zeros(20))
     told = systematic._replace(levels=systematic.levels[0])
     fix, covariance, jacobians, left = located_astray(own, parts, told)

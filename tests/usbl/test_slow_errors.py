@@ -59,8 +59,8 @@ def measured(
         levels[f"{kind}_at"] = NONE
     known = np.ones(3 * SLOW)
     systematic = Systematic(levels[0], known, np.zeros(3), np.zeros((3, 1, 2)), np.zeros((1, 2)))
-    instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0], usbl.has_sheet)
-    strayed = None if called_by == NONE else np.zeros(1)
+    instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0])
+    strayed = np.zeros(1)
     return measured_astray(
         Heard(ping[0], receptions, noise), FLEET, instrument, strayed, systematic
     )

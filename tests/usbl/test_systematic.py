@@ -84,9 +84,8 @@ class Sea:
             levels[0], self.sds**2, self.wrong[:3],
             self.wrong[3:9].reshape(3, 1, 2), self.wrong[None, 10:],
         )  # fmt: skip
-        instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0], None)
-        strayed = None if self.called_by == NONE else np.array([self.strayed])
-        return measured_astray(heard, FLEET, instrument, strayed, systematic)
+        instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0])
+        return measured_astray(heard, FLEET, instrument, np.array([self.strayed]), systematic)
 
 
 WAYS = [
@@ -276,7 +275,7 @@ def test_measurements_that_contradict_each_other_make_no_sure_fix() -> None:
 def test_a_fix_at_the_array_has_no_direction_to_turn(aside: float) -> None:
     """A clock that is off may leave nothing of a range; rounding of the rest is not a direction."""
     usbl = Usbl(ARRAYS["oem5"], 0.0, 0.0, 0.0, (0.0, 0.0, 0.0), 0.0, SOUND)
-    instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0], None)
+    instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0])
     seen = Sighting((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), np.eye(3), 10.0, math.nan, 10.0)
     found = changes(np.ones((4, EFFECTS)), (aside, -aside, 10.0), seen, instrument)
     assert not found.any()

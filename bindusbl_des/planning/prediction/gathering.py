@@ -354,9 +354,7 @@ def fix_noise(scenario: Scenario) -> FixNoise:
             snr = np.ascontiguousarray(channel.prospects(asked)["snr_db"][:, 0])
         moved = _moved_m2(scenario)
         found, rest = (
-            _variances(
-                away, depth, snr, moved, scenario.navigation.weighs, *it.packed, it.has_sheet
-            )
+            _variances(away, depth, snr, moved, scenario.navigation.weighs, *it.packed)
             for it in (whole, white)
         )
         level = np.maximum(found[:, 0] + found[:, 1], 1e-30)
@@ -385,7 +383,7 @@ def _moved_m2(scenario: Scenario) -> float:
 @compiled
 def _variances(
     away: Floats, depth: float, snr_db: Floats, moved: float, weighs: bool,
-    array: Floats, metric: Floats, levels: Rows, has_sheet: bool | None,
+    array: Floats, metric: Floats, levels: Rows,
 ) -> Floats:  # fmt: skip
     """Return the variances along, across and down, and the covariance of along and down (g, 4), m2,
     of fixes at horizontal distances (g,), m, and a depth (m).
@@ -394,7 +392,7 @@ def _variances(
     range.  A filter that `weighs` them knows the direction better than one fix, and so how far away
     an AUV is as well as the range itself is known (:mod:`...navigation.turning`).
     """
-    instrument = Instrument(array, metric, levels[0], has_sheet)
+    instrument = Instrument(array, metric, levels[0])
     out, none, believed = np.empty((away.size, 4)), np.zeros(NOISE_WIDTH), np.eye(3)
     for k in range(away.size):
         reach = max(math.hypot(away[k], depth), 1e-3)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import simpy
 
-from ...acoustics.bursts import burst_luck
+from ...acoustics.bursts import PAIR, burst_luck
 from ...acoustics.travel_time import PASSED
 from ...core.arrays import Floats
 from ...core.packed import Packed
@@ -22,7 +22,7 @@ from ...usbl.array import ELEMENTS, plus, scaled
 from ...usbl.instrument import HEADING_NOISE, NO_INSTRUMENT, NOISE_WIDTH, Instrument, gnss_noise
 from ...usbl.measuring import Usbl, measured, note
 from ...usbl.own_instrument import OwnInstrument, sounding_of
-from ...usbl.slow_errors import advance, blend
+from ...usbl.slow_errors import SLOW, advance, blend
 from ...usbl.systematic_fixes import (
     OUTLIER_WIDTH,
     Astray,
@@ -72,12 +72,10 @@ class Measuring:
         self.noise = NoiseStore(streams, auvs, asvs, NOISE_WIDTH + 1, further)
         self.own = instrument if isinstance(instrument, OwnInstrument) else None
         self.draw = cache(partial(streams.of, Purpose.INSTRUMENT))
-        self.instrument, has_sheet = NO_INSTRUMENT, None
-        if isinstance(instrument, Usbl):
-            self.instrument, has_sheet = instrument.packed, instrument.has_sheet
-        #: What compiled code is made for: whether there is a data sheet, errors that last, by their
-        #: address, and slow ones; None where there are none.
-        self.made_for = has_sheet, None if self._errors is None else self._errors.address, slow
+        self.instrument = instrument.packed if isinstance(instrument, Usbl) else NO_INSTRUMENT
+        self.slow = np.zeros((auvs, asvs, 0), SLOW) if slow is None else slow
+        #: The address of errors that last; None where there are none, and none are compiled.
+        self.errors = None if self._errors is None else self._errors.address
 
     def make_room(self, fixes: int) -> None:
         """Have room for so many further fixes."""
@@ -85,15 +83,15 @@ class Measuring:
         if self._errors is not None:
             self._record.jacobians.make_room(len(room))
 
-    def hand_on(self, to: Packed) -> None:
+    def hand_on(self, to: Packed, bursts: Rows | None) -> None:
         """Keep the field `noise` of what compiled code is handed what the noise is."""
-        self.noise.on_grown = lambda store: to.renew("noise", noise_of(store))
+        self.noise.on_grown = lambda _: to.renew("noise", self.noise_with(bursts))
 
-
-def noise_of(store: NoiseStore) -> PairNoise:
-    """Return noise as compiled code takes it."""
-    asvs, width = store.shelf.shape[1], store.blocks.shape[2]
-    return PairNoise(store.shelf, store.taken, store.blocks, np.zeros((asvs, width)))
+    def noise_with(self, bursts: Rows | None) -> PairNoise:
+        """Return noise as compiled code takes it, of pings that are lost in bursts if not None."""
+        store, lost_in = self.noise, np.empty((0, 0), PAIR) if bursts is None else bursts
+        taken_now = np.zeros((store.shelf.shape[1], store.blocks.shape[2]))
+        return PairNoise(store.shelf, store.taken, store.blocks, taken_now, self.slow, lost_in)
 
 
 class Sight(NamedTuple):
@@ -121,13 +119,13 @@ class Outcomes:
         uplink: Uplink,
         asvs: Fleet,
         measuring: Measuring,
-        strayed: Floats | None,
+        strayed: Floats,
         record: Recorder,
         deafening: EventBuffer | None = None,
     ) -> None:
         """Decide pings at ASVs, and have them measured.
 
-        `strayed` (n,), m2, as of :func:`.reception.resolve`.  ASVs hear nothing while they send
+        `strayed` (n,), m2, as of :class:`.reception.Decided`.  ASVs hear nothing while they send
         frames that are `deafening` (:data:`..mf.reception.FRAME`).
         """
         self.band, self.receiver = uplink.band, uplink.receiver
@@ -147,9 +145,10 @@ class Outcomes:
                 calls.array,
                 record.fixes.array,
                 np.empty(1, dtype=np.int64),
-                noise_of(measuring.noise),
+                measuring.noise_with(self._uplink.bursts),
                 self._asvs.motion,
                 measuring.instrument,
+                self._strayed,
                 self.band.duration,
                 self.receiver.capture,
                 self.receiver.shadowing_sd_db,
@@ -159,7 +158,7 @@ class Outcomes:
         record.receptions.hand_on(packed, "receptions")
         calls.hand_on(packed, "calls")
         record.fixes.hand_on(packed, "fixes")
-        measuring.hand_on(packed)
+        measuring.hand_on(packed, self._uplink.bursts)
         return packed
 
     @property
@@ -192,8 +191,7 @@ class Outcomes:
             self._decided_by.renew("due", np.empty(self._room, dtype=np.int64))
         fixes.count, undecided, auv, asv = resolve(
             self._decided_by.address, time, ping, only, pings.count, receptions.count,
-            self._uplink.calls.count, count,
-            *measuring.made_for, self._strayed, *self._further_sound, self._uplink.bursts,
+            self._uplink.calls.count, count, measuring.errors, *self._further_sound,
         )  # fmt: skip
         if measuring.own is not None:
             for fix in fixes.array[count : fixes.count]:
@@ -291,10 +289,10 @@ class Outcomes:
             before = receptions[self._first_undecided() : row + 1]
             same = (before["auv"] == it["auv"]) & (before["asv"] == it["asv"])
             pending = before[same & (before["outcome"] == IN_FLIGHT)]
-        pair, slow = (int(it["auv"]), int(it["asv"])), self._measuring.made_for[2]
-        noise = self._measuring.noise.peek(*pair, len(pending) - 1)
-        if slow is not None:
-            noise, numbers = noise.copy(), slow[pair].copy()
+        slow = self._measuring.slow[it["auv"], it["asv"]]
+        noise = self._measuring.noise.peek(int(it["auv"]), int(it["asv"]), len(pending) - 1)
+        if slow.size:
+            noise, numbers = noise.copy(), slow.copy()
             for time in pending["arrived_at_s"].tolist():
                 advance(numbers, time)
             blend(noise, numbers)
@@ -316,7 +314,7 @@ class Outcomes:
         alone = self._record.receptions.rows[row : row + 1].copy()
         alone["outcome"], alone["snr_db"] = HEARD, snr_db
         array, metric, levels = measuring.instrument
-        instrument = Instrument(array, metric, levels[0], measuring.made_for[0])
+        instrument = Instrument(array, metric, levels[0])
         heard = Heard(sent, alone, noise[np.newaxis])
         *vessel, yaw = self._asvs.vehicles[asv].at(float(alone["arrived_at_s"][0]))
         gnss_sd, heading_sd = float(levels["gnss_sd_m"][0]), levels["attitude_sd_rad"][0, 2]

@@ -3,7 +3,7 @@
 from math import inf, nan
 from typing import Annotated, NamedTuple
 
-from ...acoustics.bursts import burst_luck
+from ...acoustics.bursts import PAIR, burst_luck
 from ...acoustics.loss import chance_of
 from ...acoustics.propagation import drowns, overlap
 from ...core.arrays import Floats, Ints
@@ -14,7 +14,7 @@ from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, PackedInstrument, instrument_of
 from ...usbl.measuring import measured, note
 from ...usbl.sights import copy_direction, unknown_sights
-from ...usbl.slow_errors import advance, blend
+from ...usbl.slow_errors import SLOW, advance, blend
 from ...usbl.systematic_fixes import PackedErrors, measured_astray, systematic_of
 from ...usbl.two_way import Heard
 from ...vehicles.motion import Motion
@@ -39,18 +39,24 @@ class Air(NamedTuple):
 class PairNoise(NamedTuple):
     """Numbers drawn for each pair of an AUV and an ASV (:class:`...core.streams.NoiseStore`), and
     those that a ping has `taken_now` (m or more, columns), one row for each of its receptions.
+
+    Its `slow` errors (AUVs, ASVs, n), :data:`...usbl.slow_errors.SLOW`, n = 0 if it has none; and
+    the `bursts` (AUVs, ASVs), :data:`...acoustics.bursts.PAIR`, in which pings are lost, or none.
     """
 
     shelf: Annotated[Ints, 2]
     taken: Annotated[Ints, 2]
     blocks: Annotated[Floats, 3]
     taken_now: Annotated[Floats, 2]
+    slow: Annotated[Rows, SLOW, 3]
+    bursts: Annotated[Rows, PAIR, 2]
 
 
 class Decided(NamedTuple):
     """What pings are decided by, handed over once: all sound on record and the fixes made, with
     room for more, room for the numbers of pings that are `due`, the noise, where ASVs are, what
-    they measure with, and what they make of what they hear (:class:`Air`).
+    they measure with, how far each AUV may have `strayed` between a call and its answer (variance
+    along its course, m2), and what ASVs make of what they hear (:class:`Air`).
     """
 
     pings: Annotated[Rows, PING]
@@ -61,6 +67,7 @@ class Decided(NamedTuple):
     noise: PairNoise
     asvs: Motion
     instrument: PackedInstrument
+    strayed: Floats
     duration: float
     capture: float
     shadowing_sd_db: float
@@ -117,8 +124,7 @@ def _echoed(it: Row, other: Row, echo: Row, duration: float) -> float:
 @compiled
 def resolve(
     packed: int, time: float, first: int, only: int, pings: int, receptions: int, calls: int,
-    fix: int, has_sheet: bool | None, errors: int | None, slow: Rows | None,
-    strayed: Floats | None, echoes: Rows | None, frames: Rows | None, bursts: Rows | None,
+    fix: int, errors: int | None, echoes: Rows | None, frames: Rows | None,
 ) -> tuple[int, int, int, int]:  # fmt: skip
     """Decide all pings from `first` on that have passed every ASV by an instant (s), as they did;
     or of the ping `first` the reception `only`, if that is not NONE.
@@ -128,13 +134,10 @@ def resolve(
     function called again.  `packed` is the address of a :class:`Decided`, of which so many `pings`,
     `receptions` and `calls` are on record, and `fix` fixes.
 
-    What few bands have comes with each call; what is None is not even compiled: a data sheet, as
-    :class:`...usbl.instrument.Instrument` has it; systematic `errors`, the address of a
-    :class:`PackedErrors`; `slow` errors (AUVs, ASVs, n),
-    :data:`...usbl.slow_errors.SLOW`; how far each AUV may have `strayed` (n,) between a call and
-    its answer (variance along its course, m2), where ASVs call; `echoes`, row by row of receptions,
-    as of :data:`...acoustics.sonar_channel.ECHO`; `frames`, of ASVs that hear no ping while they
-    send them; and `bursts` (AUVs, ASVs), :data:`...acoustics.bursts.PAIR`, in which pings are lost.
+    What few bands have comes with each call; what is None is not even compiled: systematic
+    `errors`, the address of a :class:`PackedErrors`; `echoes`, row by row of receptions, as of
+    :data:`...acoustics.sonar_channel.ECHO`; and `frames`, of ASVs that hear no ping while they send
+    them.
     """
     by = unpacked(packed, Decided)
     air = _on_record(by, pings, receptions, calls)
@@ -142,11 +145,11 @@ def resolve(
     if only == NONE:
         count = _write_due(by.due, air.pings, first, time)
     for ping in by.due[:count]:
-        dry, makes_fix = _decide(ping, only, air, slow, echoes, frames, bursts, by.noise)
+        dry, makes_fix = _decide(ping, only, air, echoes, frames, by.noise)
         if dry != NONE:
             return fix, first, air.pings[ping].auv, dry
         if makes_fix:
-            _make(fix, air.pings[ping], only, packed, has_sheet, errors, strayed)
+            _make(fix, air.pings[ping], only, packed, errors)
             fix += 1
         if only == NONE:
             air.pings[ping].passed_at_s = inf
@@ -156,10 +159,7 @@ def resolve(
 
 
 @compiled
-def _make(
-    fix: int, ping: Row, only: int, packed: int, has_sheet: bool | None, errors: int | None,
-    strayed: Floats | None,
-) -> None:  # fmt: skip
+def _make(fix: int, ping: Row, only: int, packed: int, errors: int | None) -> None:
     """Write the row of a fix: the receptions that it is made of, and what is measured of the ping.
 
     Arguments as of :func:`resolve`.
@@ -172,16 +172,16 @@ def _make(
         unknown_sights(by.receptions[row.first : row.end])
         copy_direction(row, by.receptions[row.first : row.end])
         return
-    instrument = instrument_of(by.instrument, has_sheet)
+    instrument = instrument_of(by.instrument)
     heard = Heard(ping, by.receptions[row.first : row.end], by.noise.taken_now)
     if errors is not None:
         packed_errors = unpacked(errors, PackedErrors)
         place, covariance, jacobian, packed_errors.left[fix] = measured_astray(
-            heard, by.asvs, instrument, strayed, systematic_of(packed_errors)
+            heard, by.asvs, instrument, by.strayed, systematic_of(packed_errors)
         )
         packed_errors.jacobians[fix] = jacobian[:2]
     else:
-        place, covariance = measured(heard, by.asvs, instrument, strayed)
+        place, covariance = measured(heard, by.asvs, instrument, by.strayed)
     note(row, ping, place, covariance)
     copy_direction(row, heard.receptions)
 
@@ -205,9 +205,8 @@ def _write_due(due: Ints, pings: Rows, first: int, time: float) -> int:
 
 @compiled
 def _decide(
-    ping: int, only: int, air: Air, slow: Rows | None, echoes: Rows | None,
-    frames: Rows | None, bursts: Rows | None, noise: PairNoise,
-) -> tuple[int, bool]:  # fmt: skip
+    ping: int, only: int, air: Air, echoes: Rows | None, frames: Rows | None, noise: PairNoise
+) -> tuple[int, bool]:
     """Decide the receptions of a ping, or `only` one, each by a row of the noise.
 
     Return NONE, and whether a fix is to be made: somebody has heard the ping, and nobody had yet.
@@ -227,7 +226,7 @@ def _decide(
         if it.outcome != IN_FLIGHT:
             taken_now[:] = 0.0
             continue
-        luck = take_noise(it, noise, slow, bursts, taken_now)
+        luck = take_noise(it, noise, taken_now)
         it.outcome = _outcome(row, luck, air, echoes, frames)
         it.snr_db += air.shadowing_sd_db * luck
         hearers += it.outcome == HEARD
@@ -237,21 +236,18 @@ def _decide(
 
 
 @compiled
-def take_noise(
-    it: Row, noise: PairNoise, slow: Rows | None, bursts: Rows | None, into: Floats
-) -> float:
-    """Write the next noise of a reception's pair `into` a row (columns,), with what its `slow`
-    errors add; return its luck, a standard normal.  Arguments as of :func:`resolve`.
+def take_noise(it: Row, noise: PairNoise, into: Floats) -> float:
+    """Write the next noise of a reception's pair `into` a row (columns,), with what its slow errors
+    add; return its luck, a standard normal.
     """
     auv, asv = it.auv, it.asv
     into[:] = noise.blocks[noise.shelf[auv, asv], noise.taken[auv, asv]]
     noise.taken[auv, asv] += 1  # whatever comes of it: worlds that differ share their noise
     luck = float(into[NOISE_WIDTH])
-    if slow is not None:
-        advance(slow[auv, asv], it.arrived_at_s)
-        blend(into, slow[auv, asv])
-    if bursts is not None:
-        luck = burst_luck(bursts[auv, asv], it.arrived_at_s, it.loss)
+    advance(noise.slow[auv, asv], it.arrived_at_s)
+    blend(into, noise.slow[auv, asv])
+    if noise.bursts.size > 0:
+        luck = burst_luck(noise.bursts[auv, asv], it.arrived_at_s, it.loss)
     return luck
 
 

@@ -19,7 +19,7 @@ from ...usbl.measuring import note
 from ...usbl.own_instrument import OwnInstrument, mirrored
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import places
-from ..hf.outcomes import Measuring, noise_of
+from ..hf.outcomes import Measuring
 from ..hf.uplink import spread_in
 from .reception import PassiveDecided, arrive, radiate, resolve
 
@@ -142,7 +142,7 @@ class PassiveOutcomes:
                 record.receptions.array,
                 record.fixes.array,
                 gnss_noise.array.view(np.float64),
-                noise_of(measuring.noise),
+                measuring.noise_with(self._beacons.bursts),
                 self._auvs.motion,
                 measuring.instrument,
                 self.band.duration,
@@ -154,7 +154,7 @@ class PassiveOutcomes:
         record.receptions.hand_on(packed, "receptions")
         record.fixes.hand_on(packed, "fixes")
         gnss_noise.hand_on(packed, "gnss_noise")
-        measuring.hand_on(packed)
+        measuring.hand_on(packed, self._beacons.bursts)
         return packed
 
     def resolve(self, time: float) -> None:
@@ -178,7 +178,7 @@ class PassiveOutcomes:
         self._measuring.make_room(receptions.count - self._undecided)
         fixes.count, self._undecided, dry = resolve(
             self._decided_by.address, time, self._undecided, pings.count, receptions.count,
-            fixes.count, *self._measuring.made_for, self._beacons.bursts,
+            fixes.count, self._measuring.errors,
         )  # fmt: skip
         return dry
 

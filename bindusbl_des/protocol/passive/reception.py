@@ -118,7 +118,7 @@ class PassiveDecided(NamedTuple):
 @compiled
 def resolve(
     packed: int, time: float, first: int, ping_count: int, reception_count: int, fix: int,
-    has_sheet: bool | None, errors: int | None, slow: Rows | None, bursts: Rows | None,
+    errors: int | None,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Decide all receptions from the row `first` on that have ended by an instant (s), as they did.
 
@@ -134,12 +134,12 @@ def resolve(
         it = receptions[row]
         if noise.taken[it.auv, it.asv] == noise.blocks.shape[1]:
             return fix, first, row
-        luck = take_noise(it, noise, slow, bursts, drawn)
+        luck = take_noise(it, noise, drawn)
         it.outcome = _outcome(row, luck, pings, receptions, by.duration, by.capture)
         it.snr_db += by.shadowing_sd_db * luck
         if it.outcome == HEARD:
             pings[it.ping].heard_by += 1
-            _make(fix, row, drawn, packed, has_sheet, errors)
+            _make(fix, row, drawn, packed, errors)
             fix += 1
     while first < len(receptions) and receptions[first].outcome != IN_FLIGHT:
         first += 1
@@ -147,9 +147,7 @@ def resolve(
 
 
 @compiled
-def _make(
-    fix: int, row: int, drawn: Floats, packed: int, has_sheet: bool | None, errors: int | None
-) -> None:
+def _make(fix: int, row: int, drawn: Floats, packed: int, errors: int | None) -> None:
     """Write the row of a fix that an AUV makes of a reception, by the noise `drawn` for that."""
     by = unpacked(packed, PassiveDecided)
     it, line = by.receptions[row], by.fixes[fix]
@@ -160,7 +158,7 @@ def _make(
         unknown_sights(by.receptions[row : row + 1])
         copy_direction(line, by.receptions[row : row + 1])
         return
-    instrument = instrument_of(by.instrument, has_sheet)
+    instrument = instrument_of(by.instrument)
     x, y, z, yaw = where(by.auvs, it.auv, it.arrived_at_s)
     drawn[GNSS_NOISE:NOISE_WIDTH] = by.gnss_noise[it.ping]  # the ASV's, for all that hear it
     own = HeardBeacon(ping, it, (x, y, z), yaw, drawn)
