@@ -28,6 +28,7 @@ def test_each_auv_at_the_surface_has_a_fix_at_each_instant_of_its_receiver() -> 
     for _, own in fixes.groupby("auv"):
         assert own.fixed_at_s.tolist() == [5.0 * k for k in range(1, 13)]
     assert fixes.gnss_fix.tolist() == list(range(36))
+    assert fixes.fixed_at_s.is_monotonic_increasing
     assert (fixes.sd_m == 3.0).all()
     squares = fixes.error_m**2 / 3.0**2  # chi-squared with 2 x 36 degrees of freedom, 99.99 %
     assert 38.4 < squares.sum() < 122.0

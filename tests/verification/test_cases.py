@@ -68,11 +68,13 @@ def test_only_frames_that_follow_each_other_need_a_guard(
 
 
 def test_a_call_is_compared_with_its_answer_where_asvs_hear_each_other() -> None:
-    """The detour by an AUV 3 m below is longest, compared with its way, between the nearest."""
+    """The detour by an AUV 10 m below is longest, compared with its way, between the nearest."""
     protocol = {"ranging": "twtt", "schedule": "one_per_slot"}
     water = {"acoustics": {"hf": {"range_m": 35.0}}, "protocol": protocol}
     [pair] = call_and_answer(case(asvs=PLACED, **water))
-    assert f"over {math.hypot(30, 15):.4g} m" in pair.why  # of 22.4, 33.5 and 40.3 m
+    apart = math.hypot(30, 15)  # of 22.4, 33.5 and 40.3 m
+    detour = math.hypot(apart, 20) - apart
+    assert f"an AUV is {detour:.3g} m longer than that of the call, over {apart:.4g} m" in pair.why
     far = {"count": 2, "formation": {"positions_m": [(-50, 0), (50, 0)]}}
     assert not list(call_and_answer(case(asvs=far, **water)))
 
