@@ -98,8 +98,11 @@ def test_who_is_out_of_range_only_waits() -> None:
 
 
 def test_calls_are_sent_and_heard() -> None:
-    """With two-way ranging an AUV hears a call for each ping, and the ASV sends it."""
-    result = flown({"hf": HF, "loss": {"law": "none"}}, 1, protocol={"ranging": "twtt"})
+    """With two-way ranging an AUV hears a call for each ping, and the ASV sends it: 20 m away on
+    the level, by which range goes, and 22 m along the slant.
+    """
+    acoustics = {"hf": {**HF, "range_m": 21.0}, "loss": {"law": "none"}}
+    result = flown(acoustics, 1, protocol={"ranging": "twtt"})
     pings = len(result.tables["pings"])
     busy = 0.01 * pings
     each = 20.0 * busy + 2.0 * busy + 0.5 * (10.0 - 2 * busy)
