@@ -1,6 +1,5 @@
 """How far off each AUV's estimate was, and the points of the track that show it."""
 
-from collections.abc import Iterator
 from math import hypot, nan, pi, sqrt
 from typing import NoReturn
 
@@ -79,28 +78,27 @@ def _note_errors(
 TRACK_POINT = row_type(TrackPoint)
 
 
-def track_points(world: World) -> Iterator[Rows]:
-    """Yield the tracks of all vehicles at record.tracks_hz, AUVs first, (n,) :data:`TRACK_POINT`.
-
-    Each is written over by the next.
+def track_points(world: World) -> Rows:
+    """Return the tracks of all vehicles at record.tracks_hz, AUVs first, (n,) :data:`TRACK_POINT`,
+    vehicle by vehicle.
     """
     times = instants(world.scenario.duration_s, world.scenario.record.tracks_hz)
     auvs, asvs, ways = world.auv_fleet, world.asv_fleet, world.trajectories
-    points = np.empty(len(times), dtype=TRACK_POINT)
+    tracks = np.empty((len(auvs) + len(asvs), len(times)), dtype=TRACK_POINT)
+    tracks["vehicle"] = np.arange(len(tracks))[:, np.newaxis]
     for auv in range(len(auvs)):
-        points["vehicle"], points["path_error_m"] = auv, ways.beside_m[auv]
-        points["swept_m2"] = ways.swept_m2[auv]
+        points = tracks[auv]
+        points["path_error_m"], points["swept_m2"] = ways.beside_m[auv], ways.swept_m2[auv]
         found = world.sample(auv, times)
         sure = world.navigator.covariance(auv, found.odometry)
         depth_error = world.depth_noise(auv, times)
         _note_points(points, *found.way, found.odometry.position, found.estimate, sure, depth_error)
-        yield points
     off_station = beside(asvs.vehicles, times)
     for asv in range(len(asvs)):
-        points["vehicle"], points["path_error_m"] = len(auvs) + asv, off_station[asv]
-        points["swept_m2"] = nan
+        points = tracks[len(auvs) + asv]
+        points["path_error_m"], points["swept_m2"] = off_station[asv], nan
         _note_truth(points, *asvs.ways.of(asv, times))
-        yield points
+    return tracks.reshape(-1)
 
 
 @compiled

@@ -17,12 +17,12 @@ from ..records.events import DELIVERED, HEARD, OUTCOMES
 from ..records.metrics import WORST_IS_LARGEST, AuvMetrics, Utilisation
 from ..records.rows import NONE, Recorder, Rows, row_type
 from ..results.schemas import never_null
-from ..results.tables import begun, from_numbers, from_rows
+from ..results.tables import from_numbers, from_rows
 from ..scenario.families import ranging_of, schedule_of
 from ..scenario.sections.acoustics import Band
 from ..scenario.site import area_of, sound_speed_of
 from ..vehicles.motion import places
-from .accuracy import TRACK_POINT, note_accuracy, refuse, track_points
+from .accuracy import note_accuracy, refuse, track_points
 from .reach import calls_destroyed, destroyed, frames_destroyed, heard_by_auvs, heard_of_auvs
 from .service import MOST, note_gnss, note_service
 from .trajectories import instants
@@ -96,12 +96,8 @@ def _together(packed: bytes) -> str:
 
 def _tracks_table(world: World) -> pa.Table:
     auvs, asvs = range(len(world.auv_fleet)), range(len(world.asv_fleet))
-    names = *(f"AUV{auv}" for auv in auvs), *(f"ASV{asv}" for asv in asvs)
-    instants_each = world.trajectories.beside_m.shape[1]
-    table = begun("tracks", len(names) * instants_each, TRACK_POINT, words=names)
-    for points in track_points(world):
-        table.write(points)
-    return table.table()
+    names = [*(f"AUV{auv}" for auv in auvs), *(f"ASV{asv}" for asv in asvs)]
+    return from_numbers("tracks", track_points(world), words=names)
 
 
 # What a mission achieved: each figure defined once, here.

@@ -19,7 +19,7 @@ from worlds import scenario, still
 
 from bindusbl_des import Result, load_result, simulate
 from bindusbl_des.records.events import OUTCOMES, Assignment, Round
-from bindusbl_des.records.rows import FIX
+from bindusbl_des.records.rows import FIX, NONE
 from bindusbl_des.results import result as results
 from bindusbl_des.results import result_folder
 from bindusbl_des.results.schemas import (
@@ -311,7 +311,7 @@ def test_a_folder_that_lacks_a_table_is_damaged(result: Result, tmp_path: Path) 
 
 @pytest.mark.parametrize("missing", [False, True])
 @pytest.mark.parametrize("count", [0, 1, 9, 64, 1000])
-def test_a_table_made_at_once_is_that_made_column_by_column(count: int, missing: bool) -> None:
+def test_numbers_become_the_columns_of_a_table(count: int, missing: bool) -> None:
     """Numbers bit for bit, words and names, each with what is null; in one part or two."""
     draw = np.random.default_rng(count)
     fixes = np.zeros(count, dtype=FIX)
@@ -333,7 +333,8 @@ def test_a_table_made_at_once_is_that_made_column_by_column(count: int, missing:
         elif field.type == pa.string():
             expected = [words[it] for it in values]
         else:
-            expected = [None if it != it else it for it in values]
+            missing = np.nan if field.type == pa.float64() else NONE
+            expected = [None if it != it or it == missing else it for it in values]
         assert found[field.name].to_pylist() == expected
         assert found[field.name].num_chunks == 1
     if not missing:  # the sign of zero stays
