@@ -1,7 +1,7 @@
 """Predicted errors beside simulated ones, for plans drawn at random.
 
 `python tests/predicted_for_tests.py [PLANS [SEEDS]]` prints how far apart they are, as told in
-docs/planning.md and in planning/prediction/parts.py.
+docs/planning.md and in planning/prediction/inputs.py.
 """
 
 import random
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.planning.prediction.inputs import inputs_of
+from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.predicting import Prediction, predict
 from bindusbl_des.records.metrics import WORST_IS_LARGEST
 from bindusbl_des.scenario.planned import asv_stations

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bindusbl_des.planning.selection.evidence import Choice
 from bindusbl_des.planning.selection.goals import Goal
-from bindusbl_des.planning.selection.selection import Choice
 
 Floats = NDArray[np.float64]
 SEEDS = 128

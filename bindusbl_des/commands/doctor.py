@@ -61,7 +61,7 @@ def warm(folder: Path) -> Iterator[int]:
 def fly(kind: tuple[str, ...]) -> None:
     """Fly a short mission of a kind and predict its errors, as `run` and `plan` would."""
     from ..mission.simulation import simulate
-    from ..planning.prediction.inputs import inputs_of
+    from ..planning.prediction.gathering import inputs_of
     from ..planning.prediction.predicting import predict
     from ..scenario.files.scenario_file import load_scenario
 

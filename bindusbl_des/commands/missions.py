@@ -109,7 +109,7 @@ def advice_on(
             "other machines may advise otherwise; `report DIR --advice-missions N` tries anew."
         )
     if advice.shortage:
-        from ..planning.predicted_changes import foreseen
+        from ..planning.relief import foreseen
 
         advice = replace(advice, foreseen=foreseen(result))
     return advice

@@ -1,8 +1,10 @@
-"""Paths of straight lines and arcs, along which a vehicle can be placed by distance travelled."""
+"""Paths of straight lines and arcs, along which a vehicle can be placed by distance travelled; the
+shortest between two poses, for a vehicle that cannot turn on the spot.
+"""
 
 import math
 from bisect import bisect_right
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate, pairwise
@@ -12,13 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Floats
-from . import dubins
 from .area import Box, bounds, turned
 
 # Segments shorter than this (m) are left out: they carry no distance, only rounding.
 SHORTEST_SEGMENT = 1e-9
 
-QUARTER_TURN = math.pi / 2.0
+QUARTER_TURN, FULL_TURN = math.pi / 2.0, 2.0 * math.pi
+
+# Of Dubins paths angles (rad) and lengths (radii) below this are rounding: an arc that misses a
+# full turn by less is no arc, and circles whose middles are closer are one circle.  Ends are met
+# within a few times this many radii.
+ROUNDING = 1e-9
+
+Turns = tuple[float, float, float]
 
 # A segment as a row: its first point (m) and heading (rad), curvature (1/m), distance along the
 # path at which it begins (m), length (m); how far above the path's depth it begins (m), and slope
@@ -188,16 +196,96 @@ def through(poses: Sequence[Pose], radius: float) -> tuple[Path, list[float]]:
     """Return the path through poses along Dubins curves of a turning radius (m), and how far along
     it each of them is (m).
     """
-    ways = [tuple(dubins_segments(start, end, radius)) for start, end in pairwise(poses)]
+    ways = [dubins_segments(start, end, radius) for start, end in pairwise(poses)]
     passed = accumulate((sum(it.length for it in way) for way in ways), initial=0.0)
     return Path(poses[0], tuple(segment for way in ways for segment in way)), list(passed)
 
 
-def dubins_segments(start: Pose, end: Pose, radius: float) -> Iterable[Segment]:
-    """Yield the segments of the shortest Dubins path between two poses."""
+def dubins_segments(start: Pose, end: Pose, radius: float) -> tuple[Segment, Segment, Segment]:
+    """Return the segments of the shortest path between two poses that turns no tighter than a
+    radius (m); those that are not needed have no length.
+
+    One of six words is always shortest: of equal ones the first in the order LSL, RSR, LSR, RSL,
+    LRL, RLR is taken, where L turns towards increasing yaw (to starboard in NED), R towards
+    decreasing yaw, and S goes straight.
+    Source: L. E. Dubins, Am. J. Math. 79, 497 (1957).
+
+    Raises:
+        ValueError: for a radius that is not positive and finite.
+
+    >>> way = dubins_segments(Pose(0.0, 0.0, 0.0), Pose(0.0, 10.0, math.pi), 10.0)
+    >>> [round(segment.curvature * segment.length, 3) for segment in way]
+    [-0.424, 5.185, -0.424]
+    """
+    if not 0.0 < radius < math.inf:
+        raise ValueError(f"turning radius must be positive and finite; met {radius}; give metres")
+    ahead, aside = (end.x - start.x) / radius, (end.y - start.y) / radius
+    ways: dict[str, Turns] = {}
+    for word, (solve, side) in _WORDS.items():
+        turns = solve(ahead, side * aside, side * start.yaw, side * end.yaw)
+        if turns is not None:
+            ways[word] = turns
+    least = min(sum(turns) for turns in ways.values())
+    word = next(word for word, turns in ways.items() if sum(turns) <= least + ROUNDING)
     bend = {"L": 1.0 / radius, "R": -1.0 / radius, "S": 0.0}
-    for kind, length in dubins.shortest(start, end, radius).segments():
-        yield Segment(bend[kind], length)
+    first, second, third = (
+        Segment(bend[kind], turn * radius) for kind, turn in zip(word, ways[word], strict=True)
+    )
+    return first, second, third
+
+
+# The three words that begin with a left turn, in radii: start at the origin with heading `a`, end
+# at (x, y) with heading `b`.  The middle of a left turn lies at (-sin, cos) from the vehicle.
+
+
+def _left_straight_left(x: float, y: float, a: float, b: float) -> Turns | None:
+    between_x, between_y = x - math.sin(b) + math.sin(a), y + math.cos(b) - math.cos(a)
+    straight = math.hypot(between_x, between_y)
+    if straight < ROUNDING:  # both turns on one circle
+        return _wrapped(b - a), 0.0, 0.0
+    heading = math.atan2(between_y, between_x)
+    return _wrapped(heading - a), straight, _wrapped(b - heading)
+
+
+def _left_straight_right(x: float, y: float, a: float, b: float) -> Turns | None:
+    between_x, between_y = x + math.sin(b) + math.sin(a), y - math.cos(b) - math.cos(a)
+    apart = math.hypot(between_x, between_y)
+    if apart < 2.0 - ROUNDING:  # circles overlap: no inner tangent
+        return None
+    straight = math.sqrt(max((apart - 2.0) * (apart + 2.0), 0.0))
+    heading = math.atan2(between_y, between_x) + math.atan2(2.0, straight)
+    return _wrapped(heading - a), straight, _wrapped(heading - b)
+
+
+def _left_right_left(x: float, y: float, a: float, b: float) -> Turns | None:
+    between_x, between_y = x - math.sin(b) + math.sin(a), y + math.cos(b) - math.cos(a)
+    apart = math.hypot(between_x, between_y)
+    if apart > 4.0 + ROUNDING:  # no third circle touches both
+        return None
+    middle = FULL_TURN - 2.0 * math.asin(min(apart / 4.0, 1.0))  # more than half a turn
+    heading = math.atan2(between_y, between_x)  # halfway through the middle turn
+    return (
+        _wrapped(heading + middle / 2.0 - a),
+        middle,
+        _wrapped(b - heading + middle / 2.0),
+    )
+
+
+# Each word with its solver; a word that begins with a right turn is its mirror image's (-1).
+_WORDS: dict[str, tuple[Callable[[float, float, float, float], Turns | None], float]] = {
+    "LSL": (_left_straight_left, 1.0),
+    "RSR": (_left_straight_left, -1.0),
+    "LSR": (_left_straight_right, 1.0),
+    "RSL": (_left_straight_right, -1.0),
+    "LRL": (_left_right_left, 1.0),
+    "RLR": (_left_right_left, -1.0),
+}
+
+
+def _wrapped(angle: float) -> float:
+    """Return an angle in [0, 2 pi), a full turn up to rounding being none."""
+    turned = angle % FULL_TURN
+    return 0.0 if FULL_TURN - turned < ROUNDING else turned
 
 
 def path_rows(path: Path) -> tuple[NDArray[np.void], int]:

@@ -1,84 +1,27 @@
-"""Turning about: how a vehicle that has come to the end of a line gets back onto one."""
+"""Survey routes: in which order lanes are flown, how an AUV gets from one to the next, and how it
+comes up to the surface on the way.
+
+To surface an AUV breaks off its path, circles about a place beside it up, round and round there and
+down again, and takes the path up where it left it, as by the manoeuvre PopUp of IMC (LSTS
+toolchain).  Whole circles bring it back to the same place and heading, so that nothing of its
+survey is left out.
+"""
 
 import math
+from collections import deque
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from .area import Box, Point
 from .lanes import LANE_TOLERANCE, Lane, Share
 from .paths import Path, Pose, Segment, dubins_segments, through
 
+# Rounding, in circles, that makes no further circle.
+CIRCLE_ROUNDING = 1e-9
 
-def there_and_back(path: Path, box: Box, radius: float, join_angle: float) -> Path:
-    """Return the endless tour along a path and back again, with a turn at either end (m, rad)."""
-    back, _ = turned_onto(path.end, path.reversed(), box, radius, join_angle)
-    way = (*path.segments, *back)
-    home = Path(path.start, way).end
-    again, joined = turned_onto(home, path, box, radius, join_angle)
-    turn = again[: len(again) - len(path.segments)]
-    return Path(path.start, (*way, *turn), repeats_from=joined)
-
-
-def turned_onto(
-    end: Pose, path: Path, box: Box, radius: float, join_angle: float
-) -> tuple[tuple[Segment, ...], float]:
-    """Return the segments that turn from a pose onto a path and follow it to its end.
-
-    The pose is where the path starts, heading more backwards than forwards.  The vehicle turns the
-    shorter way (of two equal ones that which stays within the `box` about the survey) until it
-    heads for the path's first straight at `join_angle` (rad), and turns onto it; also returned is
-    how far along the path (m) that is.  A path without such a straight is entered at its very
-    start, by a Dubins curve.
-    """
-    first = path.segments[0]
-    yaw = end.yaw - path.start.yaw
-    options = []
-    if first.curvature == 0.0 and math.cos(yaw) < 0.0:
-        for hand in (1.0, -1.0):
-            turn, joined = turn_about(yaw, radius, join_angle, hand)
-            if joined < first.length:
-                overshoot = _beyond(Path(end, turn), box) - max(0.0, box.beyond(end.x, end.y))
-                length = sum(segment.length for segment in turn) - joined
-                options.append((round(length, 6), max(overshoot, 0.0), hand, turn, joined))
-    if not options:
-        return (*dubins_segments(end, path.start, radius), *path.segments), 0.0
-    *_, turn, joined = min(options)
-    rest = Segment(0.0, first.length - joined)
-    return (*turn, rest, *path.segments[1:]), joined
-
-
-def _beyond(path: Path, box: Box) -> float:
-    """Return how far (m) a path leaves a box, negative within it."""
-    reached = path.box
-    return max(box.beyond(reached.x_max, reached.y_max), box.beyond(reached.x_min, reached.y_min))
-
-
-def turn_about(
-    yaw: float, radius: float, join_angle: float, hand: float
-) -> tuple[tuple[Segment, Segment, Segment], float]:
-    """Return the turn from heading `yaw` (rad) onto a line of heading 0, and where it joins (m).
-
-    The vehicle begins on the line and turns towards +yaw (`hand` 1) or -yaw (-1) until it heads
-    for the line at `join_angle`; it turns onto it `joined` metres ahead of where it began.
-
-    >>> turn, joined = turn_about(math.pi, 5.0, math.radians(30), 1.0)
-    >>> end = Path(Pose(0.0, 0.0, math.pi), turn).end
-    >>> abs(end.x - joined) < 1e-9, abs(end.y) < 1e-9, round(end.yaw / math.pi, 9)
-    (True, True, 2.0)
-    """
-    mirrored = hand * yaw
-    cosine, sine = math.cos(join_angle), math.sin(join_angle)
-    straight = radius * (2 * cosine - 1.0 - math.cos(mirrored)) / sine
-    joined = radius * (2 * sine - math.sin(mirrored)) + straight * cosine
-    turn = (
-        Segment(hand / radius, radius * (-mirrored % (2 * math.pi) + join_angle)),
-        Segment(0.0, straight),
-        Segment(-hand / radius, radius * join_angle),
-    )
-    return turn, joined
-
-
-# Survey routes: in which order lanes are flown, and how an AUV gets from one to the next.
+# How often an AUV may come up on a path, which is planned as a whole before the mission.
+MOST_ASCENTS = 20_000
 
 
 # Where along a path lanes begin and end (m).
@@ -192,6 +135,75 @@ def ended(path: Path, place: Point, radius: float) -> Path:
     return Path(path.start, (*path.segments, *way))
 
 
+def there_and_back(path: Path, box: Box, radius: float, join_angle: float) -> Path:
+    """Return the endless tour along a path and back again, with a turn at either end (m, rad)."""
+    back, _ = turned_onto(path.end, path.reversed(), box, radius, join_angle)
+    way = (*path.segments, *back)
+    home = Path(path.start, way).end
+    again, joined = turned_onto(home, path, box, radius, join_angle)
+    turn = again[: len(again) - len(path.segments)]
+    return Path(path.start, (*way, *turn), repeats_from=joined)
+
+
+def turned_onto(
+    end: Pose, path: Path, box: Box, radius: float, join_angle: float
+) -> tuple[tuple[Segment, ...], float]:
+    """Return the segments that turn from a pose onto a path and follow it to its end.
+
+    The pose is where the path starts, heading more backwards than forwards.  The vehicle turns the
+    shorter way (of two equal ones that which stays within the `box` about the survey) until it
+    heads for the path's first straight at `join_angle` (rad), and turns onto it; also returned is
+    how far along the path (m) that is.  A path without such a straight is entered at its very
+    start, by a Dubins curve.
+    """
+    first = path.segments[0]
+    yaw = end.yaw - path.start.yaw
+    options = []
+    if first.curvature == 0.0 and math.cos(yaw) < 0.0:
+        for hand in (1.0, -1.0):
+            turn, joined = turn_about(yaw, radius, join_angle, hand)
+            if joined < first.length:
+                overshoot = _beyond(Path(end, turn), box) - max(0.0, box.beyond(end.x, end.y))
+                length = sum(segment.length for segment in turn) - joined
+                options.append((round(length, 6), max(overshoot, 0.0), hand, turn, joined))
+    if not options:
+        return (*dubins_segments(end, path.start, radius), *path.segments), 0.0
+    *_, turn, joined = min(options)
+    rest = Segment(0.0, first.length - joined)
+    return (*turn, rest, *path.segments[1:]), joined
+
+
+def _beyond(path: Path, box: Box) -> float:
+    """Return how far (m) a path leaves a box, negative within it."""
+    reached = path.box
+    return max(box.beyond(reached.x_max, reached.y_max), box.beyond(reached.x_min, reached.y_min))
+
+
+def turn_about(
+    yaw: float, radius: float, join_angle: float, hand: float
+) -> tuple[tuple[Segment, Segment, Segment], float]:
+    """Return the turn from heading `yaw` (rad) onto a line of heading 0, and where it joins (m).
+
+    The vehicle begins on the line and turns towards +yaw (`hand` 1) or -yaw (-1) until it heads
+    for the line at `join_angle`; it turns onto it `joined` metres ahead of where it began.
+
+    >>> turn, joined = turn_about(math.pi, 5.0, math.radians(30), 1.0)
+    >>> end = Path(Pose(0.0, 0.0, math.pi), turn).end
+    >>> abs(end.x - joined) < 1e-9, abs(end.y) < 1e-9, round(end.yaw / math.pi, 9)
+    (True, True, 2.0)
+    """
+    mirrored = hand * yaw
+    cosine, sine = math.cos(join_angle), math.sin(join_angle)
+    straight = radius * (2 * cosine - 1.0 - math.cos(mirrored)) / sine
+    joined = radius * (2 * sine - math.sin(mirrored)) + straight * cosine
+    turn = (
+        Segment(hand / radius, radius * (-mirrored % (2 * math.pi) + join_angle)),
+        Segment(0.0, straight),
+        Segment(-hand / radius, radius * join_angle),
+    )
+    return turn, joined
+
+
 def waypoint_poses(points: Sequence[Point]) -> list[Pose]:
     """Return waypoints (m) with the heading at each: towards the next, at the last one onwards."""
     poses = []
@@ -201,3 +213,68 @@ def waypoint_poses(points: Sequence[Point]) -> list[Pose]:
         dx, dy = (ahead[0] - x, ahead[1] - y) if ahead else (x - behind[0], y - behind[1])
         poses.append(Pose(x, y, math.atan2(dy, dx)))
     return poses
+
+
+class Surfacing(NamedTuple):
+    """After how much of its path (m) an AUV comes up, with which radius (m), from which depth (m),
+    at which angle (rad), and for how far at least at the surface (m).
+    """
+
+    every: float
+    radius: float
+    depth: float
+    angle: float
+    stay: float
+
+    @property
+    def segments(self) -> tuple[Segment, ...]:
+        """The way up, along the surface, and down: whole circles to starboard."""
+        slope, circle = math.tan(self.angle), 2.0 * math.pi * self.radius
+        climb = self.depth / slope
+        count = max(math.ceil((2.0 * climb + self.stay) / circle - CIRCLE_ROUNDING), 1)
+        ways = (climb, -slope), (count * circle - 2.0 * climb, 0.0), (climb, slope)
+        return tuple(Segment(1.0 / self.radius, way, dip) for way, dip in ways)
+
+    @property
+    def length(self) -> float:
+        """How long that is (m)."""
+        return sum(segment.length for segment in self.segments)
+
+
+def surfaced(path: Path, asked: Surfacing) -> tuple[Path, list[float]]:
+    """Return a path from which an AUV comes up, and where on the old one it does (m).
+
+    A tour comes up at least as often in each of its laps.
+
+    Raises:
+        ValueError: when it comes up more often than a path may.
+    """
+    count = math.ceil(path.length / asked.every)
+    if count > MOST_ASCENTS:
+        raise ValueError(
+            f"an AUV would come up {count:,} times on its path of {path.length / 1e3:,.3g} km; "
+            f"{MOST_ASCENTS:,} times at most: raise surface_every_s or shorten the path"
+        )
+    breaks = [k * asked.every for k in range(1, count + 1) if k * asked.every < path.length]
+    first = path.repeats_from
+    if first is not None:
+        again = next((it for it in breaks if it > first), path.length)
+        if again - first + path.length - max([first, *breaks]) > asked.every:
+            breaks.append(path.length)
+    segments, begin, left = list[Segment](), 0.0, deque(breaks)
+    for number, segment in enumerate(path.segments):
+        done, is_last = 0.0, number == len(path.segments) - 1
+        while left and (left[0] <= begin + segment.length or is_last):
+            into = min(left.popleft() - begin, segment.length)
+            segments += (segment._replace(length=into - done), *asked.segments)
+            done = into
+        segments.append(segment._replace(length=segment.length - done))
+        begin += segment.length
+    if first is not None:
+        first = moved(first, breaks, asked)
+    return replace(path, segments=tuple(segments), repeats_from=first), breaks
+
+
+def moved(distance: float, breaks: list[float], asked: Surfacing) -> float:
+    """Return where on the new path a distance along the old one (m) is."""
+    return distance + asked.length * sum(it < distance for it in breaks)

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from math import isfinite
 from textwrap import fill
 from typing import Any
@@ -12,16 +13,70 @@ from ..core.kept_files import portable
 from ..core.wording import counted, significant
 from ..results.result import scenario_sha256, versions
 from ..scenario.scenario import Scenario
-from .candidates import Candidate, band, excess, team_text
-from .doubting import plainly
+from .candidates import Candidate, LeftOut, Predictor, band, excess, team_text
+from .doubting import Doubted, plainly
 from .folder import COMPLETE, CUT
-from .found import Found, ranked
-from .prediction.parts import STATED_ERROR
+from .prediction.inputs import STATED_ERROR
 from .proposals import is_instant
+from .question import Question
+from .relief import Relief
+from .selection.evidence import Estimate, Selection
 from .selection.goals import Goal, limits_text, value_text
-from .selection.selection import Estimate, Selection
 
+# How wide a line is
 WIDEST = 80
+
+# So many candidates beside the answer `plan.json` names.
+MOST_RUNNERS_UP = 3
+
+
+@dataclass(frozen=True)
+class Found:
+    """All that was found out for a plan.
+
+    `missions` is how many were flown, those of doubts included; `cut` is the option that cut the
+    plan off, empty if none did.
+    """
+
+    question: Question
+    candidates: Sequence[Candidate]
+    selection: Selection
+    predictor: Predictor
+    left_out: Sequence[LeftOut]
+    reliefs: Sequence[Relief]
+    further: str
+    doubted: Sequence[Doubted]
+    missions: int
+    cut: str
+
+    @property
+    def team(self) -> Candidate | None:
+        """The least team that is shown to meet the goals."""
+        answer = self.selection.answer
+        return None if answer is None else self.candidates[answer]
+
+    @property
+    def ranked(self) -> list[int]:
+        """The candidates that were flown by how good they are: met ones by cost, then the rest."""
+        return ranked(self.question.goals, self.candidates, self.selection)
+
+
+def ranked(
+    goals: Sequence[Goal], candidates: Sequence[Candidate], selection: Selection
+) -> list[int]:
+    """Return the numbers of candidates that were flown: those that meet the goals by their cost and
+    then by their means, and after them those that do not, the nearest first.
+    """
+
+    def far(number: int) -> tuple[float, float]:
+        """By how much its goals are missed, and by how much where the ratio to one is infinite."""
+        means = [it.mean for it in selection.estimates[number]]
+        apart = [abs(it - goal.limit) for goal, it in zip(goals, means, strict=True)]
+        return max(map(excess, goals, means)), max(apart)
+
+    flown = [n for n, missions in enumerate(selection.missions) if missions]
+    meets = {n: far(n)[0] < 0 for n in flown}
+    return sorted(flown, key=lambda n: (not meets[n], meets[n] * candidates[n].cost, far(n)))
 
 
 def reached(goals: Sequence[Goal], estimates: Sequence[Estimate]) -> str:
@@ -196,10 +251,6 @@ def _filled(text: str, indent: str = "") -> str:
     return fill(
         text, WIDEST, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
     )
-
-
-# So many candidates beside the answer `plan.json` names.
-MOST_RUNNERS_UP = 3
 
 
 def record(found: Found, run: str) -> dict[str, Any]:

@@ -20,8 +20,8 @@ from ..scenario.files.former_keys import key_now
 from ..scenario.files.plain_yaml import read_yaml
 from ..scenario.planned import stations_kept
 from ..scenario.scenario import Scenario
-from .prediction.inputs import Inputs, inputs_of
-from .prediction.parts import STATED_ERROR
+from .prediction.gathering import inputs_of
+from .prediction.inputs import STATED_ERROR, Inputs
 from .prediction.predicting import Prediction, predict
 from .question import ASV, Question
 from .selection.goals import Goal

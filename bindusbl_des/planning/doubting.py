@@ -23,9 +23,17 @@ from ..scenario.sections.navigation import Drift
 from ..scenario.site import assumed_sound_speed_of
 from .candidates import FORMATION, Candidate, Predictor, candidate, place_keys, placed
 from .question import Question
-from .selection.evidence import SPENT, CutOff, Evidence, estimated, looks_at_each
+from .selection.evidence import (
+    SPENT,
+    CutOff,
+    Estimate,
+    Evidence,
+    Sample,
+    Selection,
+    estimated,
+    looks_at_each,
+)
 from .selection.goals import Goal
-from .selection.selection import Estimate, Sample, Selection
 
 # So many missions of each show about where it is: the first so many where these tell the means of
 # all goals to this share of them (half of the 95 % interval), else all.

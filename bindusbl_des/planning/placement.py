@@ -6,24 +6,22 @@ what ranges and bearings tell of AUVs there, or by the error that is predicted.
 
 import math
 from collections.abc import Callable
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
 from ..core.arrays import Floats
-from ..geometry import regular
 from ..geometry.covering import k_centre, max_cover
 from ..geometry.formation import formation
 from ..geometry.placement import descended, information, trace_of_inverse
 from ..scenario.scenario import Scenario
 from ..scenario.site import area_of
-from .prediction.inputs import Inputs, inputs_of
+from .prediction.gathering import inputs_of
+from .prediction.inputs import Inputs
 from .prediction.predicting import predict
 from .prediction.sights import ExpectedSights, located, looked_up, seen
 
 # What a placement of ASVs is worth, without simulation: a number, the less the better.
-
-
 Objective: TypeAlias = Literal["coverage", "information", "error"]
 #: What places (m, 2), m, are worth.
 Value: TypeAlias = Callable[[Floats], float]
@@ -115,6 +113,10 @@ def _delivered(inputs: Inputs, sights: ExpectedSights) -> Floats:
     return np.asarray(delivered.mean(axis=2))
 
 
+# Formations tried at first: radii up to the widest, and angles between two that look alike.
+RADII, ANGLES = 12, 8
+# The best so many of them are improved, to this share of the widest radius, in so many steps.
+IMPROVED, FINELY, MOST_ASKED = 3, 1e-7, 400
 # A placement is improved by steps of this share of the reach at first, to this length (m) in the
 # end, and in so many trials for each of its numbers at most.
 STEP, FINELY_M, TRIALS = 0.25, 0.05, 40
@@ -136,8 +138,54 @@ def best_ring(
     value = _value(scenario, objective, inputs)
     area = area_of(scenario)
     widest = max(math.dist(area.centroid, corner) for corner in area.outline)
-    ring = regular.best_ring(count, value, widest, area.centroid, finely=FINE_RING)
+    ring = least_ring(count, value, widest, area.centroid, finely=FINE_RING)
     return round(ring.radius, 1), round(math.degrees(ring.angle), 1)
+
+
+class Ring(NamedTuple):
+    """A regular formation: its radius (m), the angle (rad) of its first vessel, and its worth."""
+
+    radius: float
+    angle: float
+    value: float
+
+
+def least_ring(
+    count: int,
+    value: Callable[[Floats], float],
+    widest: float,
+    middle: tuple[float, float] = (0.0, 0.0),
+    *,
+    finely: float = FINELY,
+) -> Ring:
+    """Return the regular formation of `count` vessels whose `value` is least.
+
+    `value` takes places (count, 2), m.  Radii up to the `widest` (m) and angles are tried on a
+    grid, and the best improved (:func:`..geometry.placement.descended`) to a share `finely` of the
+    widest radius; no formation is wider than that, nor turned by more than to the one that looks
+    alike.
+    Raises ValueError as :func:`..geometry.formation.formation` does.
+    """
+    if count <= 1:
+        return Ring(0.0, 0.0, value(formation(count, 0.0) + middle))
+    turn = 2.0 * math.pi / count
+
+    def at(place: Floats) -> float:
+        radius, angle = float(place[0]) * widest, float(place[1]) * turn
+        if not 0.0 <= radius <= widest:
+            return math.inf
+        return value(formation(count, radius, angle) + middle)
+
+    grid = [np.array((r, a)) for r in _steps(RADII, closed=True) for a in _steps(ANGLES)]
+    ranked = sorted(((at(place), n) for n, place in enumerate(grid)), key=lambda it: it)
+    tried = [descended(at, grid[n], 0.5 / RADII, finely, MOST_ASKED) for _, n in ranked[:IMPROVED]]
+    place, least = min(tried, key=lambda it: it[1])
+    return Ring(float(place[0]) * widest, float(place[1] % 1.0) * turn, least)
+
+
+def _steps(count: int, *, closed: bool = False) -> Floats:
+    """Return so many shares of 1 from 0 on, the last included if `closed`."""
+    return np.linspace(0.0, 1.0, count + closed, endpoint=closed)
 
 
 def free_places(

@@ -18,7 +18,8 @@ from ..scenario.declared import NAVIGATORS
 from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
 from ..scenario.site import area_of
-from .prediction.inputs import Inputs, inputs_of
+from .prediction.gathering import inputs_of
+from .prediction.inputs import Inputs
 
 Record = Mapping[str, Any]
 

@@ -50,20 +50,19 @@ from ..scenario.families import leave_of
 from ..scenario.files.shipped import located
 from ..scenario.planned import stations_kept
 from ..scenario.scenario import Scenario
-from .answer_text import best_text, best_yaml, record, summary
-from .binding import binding
+from .answer_text import Found, best_text, best_yaml, ranked, record, summary
 from .candidates import Candidate, Predictor, further, narrowed
 from .doubting import SEEDS, Doubted, doubted, doubts, teams_of, with_costlier
 from .flying import Budget, flights, local_workers, wanted
 from .folder import BEST, DOUBTS, MISSIONS, PAGE, PLAN, begin
-from .found import Found, ranked
 from .plan_page import chart_of, plan_page
 from .prediction.inputs import Inputs
 from .proposals import proposed
 from .question import Asking, Question, goals_of_arguments, read_plan
+from .relief import binding
+from .selection.evidence import Choice, Sample, Selection
 from .selection.goals import Of
 from .selection.search import select
-from .selection.selection import Choice, Sample, Selection
 
 
 class Plan:

@@ -19,7 +19,7 @@ from .site import area_of, positioned, positioned_stations, recorded_tracks
 
 if TYPE_CHECKING:
     from ..core.arrays import Floats
-    from ..geometry.surfacing import Surfacing
+    from ..geometry.routes import Surfacing
     from ..vehicles.fleet import Failures
     from ..vehicles.tracks import Track as RecordedTrack
     from .own_plans import PlanView, Points, Tracks
@@ -51,7 +51,7 @@ def turning_radius(scenario: ScenarioKeys, auv: int) -> float:
 
 def surfacing_of(scenario: ScenarioKeys, auv: int) -> "Surfacing | None":
     """Return how an AUV comes up to the surface on its route; None if it does not."""
-    from ..geometry.surfacing import Surfacing
+    from ..geometry.routes import Surfacing
 
     route, speed = scenario.auvs.route.surfacing, scenario.auvs.speed(auv)
     if route is None or route.surface_every_s is None:

@@ -9,8 +9,15 @@ from math import dist
 from ..geometry.area import Point, turned
 from ..geometry.lanes import Ruling, Share, equal_lengths, strips
 from ..geometry.paths import Path, through
-from ..geometry.routes import FlightPlan, Turning, lawnmower, there_and_back, waypoint_poses
-from ..geometry.surfacing import moved, surfaced
+from ..geometry.routes import (
+    FlightPlan,
+    Turning,
+    lawnmower,
+    moved,
+    surfaced,
+    there_and_back,
+    waypoint_poses,
+)
 from .agreement.vehicles import SHORTEST_WAY
 from .planned import route_of, surfacing_of, turning_radius
 from .scenario_keys import ScenarioKeys

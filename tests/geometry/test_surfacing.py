@@ -10,7 +10,7 @@ from worlds import merged, scenario
 
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.geometry.paths import Path, Pose, Segment
-from bindusbl_des.geometry.surfacing import Surfacing, moved, surfaced
+from bindusbl_des.geometry.routes import Surfacing, moved, surfaced
 from bindusbl_des.scenario.plans import plans_of
 from bindusbl_des.verification.case import Case, bounds_of
 

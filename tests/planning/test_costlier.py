@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from bindusbl_des import Scenario
 from bindusbl_des.planning.candidates import Candidate
 from bindusbl_des.planning.doubting import with_costlier
+from bindusbl_des.planning.selection.evidence import Estimate, Selection
 from bindusbl_des.planning.selection.goals import Goal
-from bindusbl_des.planning.selection.selection import Estimate, Selection
 
 Floats = NDArray[np.float64]
 GOALS = (Goal("position_error_m", below=1.0),)

@@ -8,9 +8,14 @@ import pytest
 from numpy.typing import NDArray
 
 from bindusbl_des import Scenario
-from bindusbl_des.planning.prediction.inputs import Inputs, inputs_of
+from bindusbl_des.planning.prediction.gathering import inputs_of
+from bindusbl_des.planning.prediction.inputs import (
+    DriftSource,
+    Inputs,
+    PlannedWays,
+    PredictedNavigator,
+)
 from bindusbl_des.planning.prediction.march import errors_of
-from bindusbl_des.planning.prediction.parts import DriftSource, PlannedWays, PredictedNavigator
 from bindusbl_des.planning.prediction.predicting import predict
 from bindusbl_des.planning.prediction.rounds import Turns
 from bindusbl_des.planning.prediction.sights import Fixes

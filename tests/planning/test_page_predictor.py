@@ -7,7 +7,7 @@ import pytest
 from in_node import NODE, asked
 
 from bindusbl_des import Scenario, load_scenario
-from bindusbl_des.planning.prediction.inputs import inputs_of
+from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.mapping import error_map
 from bindusbl_des.planning.prediction.predicting import predict
 from bindusbl_des.scenario.planned import asv_stations

@@ -10,7 +10,7 @@ from worlds import scenario
 from bindusbl_des import Scenario
 from bindusbl_des.geometry.formation import formation
 from bindusbl_des.planning.placement import best_ring, free_places, objective_of, reach_of
-from bindusbl_des.planning.prediction.inputs import inputs_of
+from bindusbl_des.planning.prediction.gathering import inputs_of
 
 
 def holding(*places: tuple[float, float], **changes: Any) -> Scenario:

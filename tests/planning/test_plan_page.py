@@ -9,7 +9,7 @@ from plans_for_tests import GOAL, attacked, base, record
 from policy_for_tests import Parsed, assert_allows_its_own_alone
 
 from bindusbl_des.planning.plan_page import chart_of, plan_page, setting, shown_first
-from bindusbl_des.planning.prediction.inputs import inputs_of
+from bindusbl_des.planning.prediction.gathering import inputs_of
 
 Record = dict[str, Any]
 

@@ -13,7 +13,7 @@ from plans_for_tests import attacked, base, record
 
 from bindusbl_des import load_scenario
 from bindusbl_des.planning.plan_page import chart_of, plan_page
-from bindusbl_des.planning.prediction.inputs import inputs_of
+from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.mapping import error_map
 from bindusbl_des.planning.prediction.predicting import predict
 from bindusbl_des.scenario.scenario import Scenario

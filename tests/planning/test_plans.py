@@ -17,7 +17,7 @@ from bindusbl_des.export.chart_files import planned
 from bindusbl_des.planning import flying
 from bindusbl_des.planning.flying import Budget
 from bindusbl_des.planning.folder import drawn_team
-from bindusbl_des.planning.prediction.parts import STATED_ERROR
+from bindusbl_des.planning.prediction.inputs import STATED_ERROR
 from bindusbl_des.scenario.files.mistakes import ScenarioError
 
 TEAMS = {"asvs.count": [1, 2, 3], "protocol.schedule": ["spatial_reuse"],

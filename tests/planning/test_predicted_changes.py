@@ -3,7 +3,7 @@
 import json
 
 from bindusbl_des import load_scenario, simulate
-from bindusbl_des.planning.predicted_changes import foreseen
+from bindusbl_des.planning.relief import foreseen
 from bindusbl_des.report.run_page import run_page
 from bindusbl_des.results.effects import Advice, as_data, from_data
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from predicted_for_tests import compared, drawn_plan, off, rank_correlation, ratios
 
-from bindusbl_des.planning.prediction.parts import STATED_ERROR
+from bindusbl_des.planning.prediction.inputs import STATED_ERROR
 
 PLANS, SEEDS = 520, 4
 

@@ -10,7 +10,7 @@ from predicted_for_tests import compared
 
 from bindusbl_des import Scenario
 from bindusbl_des.acoustics.fix_chance import fix_chance
-from bindusbl_des.planning.prediction.inputs import inputs_of
+from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.mapping import error_map
 from bindusbl_des.planning.prediction.predicting import predict
 from bindusbl_des.planning.prediction.rounds import planned_rounds, turns_of

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bindusbl_des import load_scenario
-from bindusbl_des.planning.prediction.inputs import inputs_of
+from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.rounds import timed, uplink_slot
 from bindusbl_des.protocol.cycles import cycle
 from bindusbl_des.protocol.slots import slots_of

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from toy_selections import ZONE, Floats, toy
 
+from bindusbl_des.planning.selection.evidence import Choice, Selection
 from bindusbl_des.planning.selection.goals import Goal
 from bindusbl_des.planning.selection.search import select
-from bindusbl_des.planning.selection.selection import Choice, Selection
 
 METRE = (Goal("position_error_p95_m", below=1.0),)
 Pairs = Sequence[tuple[int, int]]

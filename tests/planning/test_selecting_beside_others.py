@@ -13,9 +13,9 @@ from sim_tools_runs import PROBLEMS, REPETITIONS, ZONE, noise
 from toy_selections import Floats
 
 from bindusbl_des.campaigns.statistics.intervals import interval
+from bindusbl_des.planning.selection.evidence import Choice, Selection
 from bindusbl_des.planning.selection.goals import Goal
 from bindusbl_des.planning.selection.search import select
-from bindusbl_des.planning.selection.selection import Choice, Selection
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "selection"
 KN_AND_OCBA = json.loads((REFERENCE / "sim_tools.json").read_text())

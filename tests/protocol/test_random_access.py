@@ -12,7 +12,7 @@ from worlds import merged, scenario
 from bindusbl_des import Mission, Result, Scenario, simulate, warnings_of
 from bindusbl_des.advice.changes import _downlinks
 from bindusbl_des.explain import explain_fix, explain_ping
-from bindusbl_des.planning.prediction.inputs import inputs_of
+from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.protocol.slots import slots_of
 from bindusbl_des.scenario.declared import SCHEDULES

@@ -51,16 +51,50 @@ from ...scenario.scenario import Scenario
 from ...scenario.site import area_of, assumed_sound_speed_of
 from ...usbl.array import NOTHING, dot, turned
 from ...usbl.instrument import NOISE_WIDTH, Instrument, path_sd, placed, spread_sd
-from .parts import (
+from .inputs import (
     AccessPlan,
     Chances,
     DriftSource,
     FixNoise,
+    Inputs,
     PlannedWays,
     PredictedNavigator,
     SlotLengths,
     SystematicErrors,
 )
+
+
+def inputs_of(scenario: Scenario) -> Inputs:
+    """Return what the prediction of a scenario is made of.
+
+    What does not depend on the placement of the ASVs is worked out once for all that differ in it.
+
+    Raises:
+        ValueError: when the route cannot be flown, the file of a channel cannot be read, or AUVs
+            ping as they like, in no rounds, or come up to fix by GNSS.
+    """
+    if scenario.protocol.random_access:
+        raise ValueError(
+            f"protocol.schedule: {scenario.protocol.schedule} has no rounds to predict errors by; "
+            "simulate it, or use a schedule with slots"
+        )
+    route, has_gnss = scenario.auvs.route, scenario.navigation.gnss_fix is not None
+    if has_gnss and route.surfacing is not None:
+        raise ValueError(
+            "navigation.gnss_fix: what AUVs gain that come up to fix is not predicted; simulate it"
+        )
+    return Inputs(
+        float(scenario.duration_s),
+        ways_of(scenario),
+        hf_chances(scenario),
+        mf_chances(scenario),
+        fix_noise(scenario),
+        systematic_errors_of(scenario),
+        slots_of(scenario),
+        access_of(scenario),
+        navigator_of(scenario),
+        tuple(approximations(scenario)),
+    )
 
 
 def approximations(scenario: Scenario) -> Iterator[str]:

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.arrays import Floats
-from .inputs import Inputs
+from .inputs import FixNoise, Inputs, PlannedWays
 from .march import Errors
-from .parts import FixNoise, PlannedWays
 from .rounds import RoundPlan, planned_rounds
 from .sights import ExpectedSights, fixes, located, seen, sights
 

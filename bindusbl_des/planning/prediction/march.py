@@ -15,8 +15,7 @@ import numpy as np
 from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled
 from .drift import FRAMES, NOT_AT_ALL, Drifts, DriftState, carry, moment_at
-from .inputs import Inputs
-from .parts import DriftSource
+from .inputs import DriftSource, Inputs
 from .rounds import Turns
 from .sights import Fixes
 

@@ -8,8 +8,7 @@ import numpy as np
 from ...core.arrays import Flags, Floats, Ints
 from ...core.compiled import compiled
 from ...protocol.conflicts import dsatur_groups, greedy_colours
-from .inputs import Inputs
-from .parts import SlotLengths
+from .inputs import Inputs, SlotLengths
 from .sights import ExpectedSights, located
 
 # More rounds than this are taken so many at a time, each a fix of as many.

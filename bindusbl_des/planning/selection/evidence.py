@@ -14,10 +14,11 @@ by the confidence is shared among three mistakes, and of each among the occasion
 * it is outdone by one that is worse: among those that could do so, and their looks.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from math import inf, nan, sqrt
+from typing import Literal
 
 import numpy as np
 
@@ -25,10 +26,71 @@ from ...campaigns.experiments.experiment import checkpoints
 from ...campaigns.statistics.intervals import ROUND_OFF, intervals, student
 from ...core.arrays import Floats
 from .goals import Goal
-from .selection import Estimate, Sample, Verdict
 
 # A skewness that makes no difference
 SYMMETRIC = 1e-6
+
+# At so few seeds candidates may only drop out, which skewed errors do not make riskier.
+FEW_SEEDS = (4, 6)
+
+# Where each candidate is told by itself: the seeds of looks, and the share of the risk that each
+# takes.  Little is spent early, so that the last look is hardly stricter than a single one would be
+# (O'Brien and Fleming 1979, Biometrics 35:549; Lan and DeMets 1983, Biometrika 70:659).
+SPENT = {8: 0.1, 16: 0.1, 32: 0.8}
+
+# Return the goals' values (k, goals) of k missions, each of a candidate's and a seed's number from
+# 0.  nan: that mission failed, or had no value, and does not meet the goal.  Where the budget is
+# used up it may return those of the first of them only.
+Sample = Callable[[Sequence[tuple[int, int]]], Floats]
+
+# met: all goals.  not met: one is missed.  needs more missions: neither is shown, or they are met
+# by less than would matter; it is not chosen.  outdone: it was open when another of its cost met
+# the goals, and is better than that by less than would matter, if at all.  not needed: it costs
+# more than the answer.  not flown: the budget was used up before.
+Verdict = Literal["met", "not met", "needs more missions", "outdone", "not needed", "not flown"]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What may be chosen: its cost, in any unit, and what its goals are predicted to be.
+
+    A prediction decides which cost is tried first and nothing else; nan is not known.
+    """
+
+    cost: float
+    prior: Sequence[float] | None = None
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A goal's mean over the missions of a candidate, and how sure it is; nan where none is.
+
+    `low` and `high` are the ends of its 95 % interval by itself (Student's t, two-sided, as
+    everywhere).  `bound` is the end, on the side of the goal, that holds for all candidates and
+    looks together: it must keep the goal.  `missed` is the share of those missions that do not.
+    """
+
+    mean: float
+    low: float
+    high: float
+    bound: float
+    missed: float = float("nan")
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The candidate chosen (None: none meets the goals), and what was found of each.
+
+    `estimates` are those of each candidate's goals, over its first `missions` seeds.  `is_settled`
+    is whether the answer holds with the stated confidence; else `why` tells what is missing.
+    """
+
+    answer: int | None
+    verdicts: tuple[Verdict, ...]
+    estimates: tuple[tuple[Estimate, ...], ...]
+    missions: tuple[int, ...]
+    is_settled: bool
+    why: str
 
 
 def standard_errors(values: Floats) -> Floats:
@@ -56,15 +118,6 @@ def upper_bounds(values: Floats, t: float) -> Floats:
     most = t / sqrt(count) + skewness / (6 * count)
     factor = 3 / skewness * (1 - np.cbrt(1 - skewness * most))
     return np.asarray(values.mean(axis=0) + factor * sqrt(count) * errors, np.float64)
-
-
-# At so few seeds candidates may only drop out, which skewed errors do not make riskier.
-FEW_SEEDS = (4, 6)
-
-# Where each candidate is told by itself: the seeds of looks, and the share of the risk that each
-# takes.  Little is spent early, so that the last look is hardly stricter than a single one would be
-# (O'Brien and Fleming 1979, Biometrics 35:549; Lan and DeMets 1983, Biometrika 70:659).
-SPENT = {8: 0.1, 16: 0.1, 32: 0.8}
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,8 @@ from math import isfinite
 
 from ...campaigns.experiments.experiment import FEWEST_SEEDS
 from ...core.wording import counted, plain, refuse
-from .evidence import CutOff, Evidence, Group, looks
+from .evidence import Choice, CutOff, Evidence, Group, Sample, Selection, looks
 from .goals import Goal
-from .selection import Choice, Sample, Selection
 
 # Who is still open after so many seeds is close to a limit: costlier ones come before more seeds.
 PATIENCE = 24

@@ -1,17 +1,29 @@
-"""What holds a team back: what its prediction would gain were one thing twice as good."""
+"""What would help, as predicted: a team were one thing twice as good, a scenario by a change."""
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from ..advice.changes import changed, proposals
+from ..results.effects import Foreseen
+from ..scenario.planned import asv_stations
+from ..scenario.scenario import Scenario
 from .candidates import Candidate, Predictor, excess, value_of
-from .prediction.inputs import Inputs
-from .prediction.parts import Chances
+from .prediction.gathering import inputs_of
+from .prediction.inputs import Chances, Inputs
 from .prediction.predicting import predict
 from .selection.goals import Goal, value_text
 
+if TYPE_CHECKING:
+    from ..results.result import Result
+
+
 # Less than this share of a value is no gain.
 NOTEWORTHY = 0.01
+
+# A reader compares a few, one of each kind; predictions are off by more than a smaller share.
+MOST, WORTHWHILE = 5, 0.1
 
 
 @dataclass(frozen=True)
@@ -149,3 +161,28 @@ IMPROVED: tuple[tuple[str, str, Callable[[Inputs], Inputs]], ...] = (
     ("fix_noise", "fix noise: were it half as large", _noise),
     ("drift", "drift of dead reckoning: were it half as large", _drift),
 )
+
+
+def foreseen(result: "Result") -> tuple[Foreseen, ...]:
+    """Return what is predicted to lower the worst AUV's mean error, the best first.
+
+    Nothing where the scenario cannot be predicted.
+    """
+    try:
+        now = _error(result.scenario)
+    except ValueError:
+        return ()
+    best: dict[str, Foreseen] = {}
+    for change in proposals(result)[0]:
+        with suppress(ValueError):  # it cannot be predicted
+            scenario = changed(result.scenario, change.settings)
+            assert scenario is not None  # as it was proposed
+            then = _error(scenario)
+            known = best.get(change.kind)
+            if then < (1.0 - WORTHWHILE) * now and (known is None or then < known.then_m):
+                best[change.kind] = Foreseen(change.words, change.lines, now, then)
+    return tuple(sorted(best.values(), key=lambda it: it.then_m)[:MOST])
+
+
+def _error(scenario: Scenario) -> float:
+    return predict(inputs_of(scenario), asv_stations(scenario)).worst("position_error_m")
