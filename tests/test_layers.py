@@ -117,7 +117,7 @@ NUMBERED = {
     *("records.events", "results.tables", "report.recording"),
     *("vehicles.guidance.flight", "vehicles.hulls.rk4"),
     *("vehicles.hulls.bluerov2", "vehicles.hulls.cybership2", "vehicles.hulls.otter"),
-    *("vehicles.hulls.remus100_parameters", "vehicles.hulls.frames", "vehicles.guidance.logbook"),
+    *("vehicles.hulls.remus100", "vehicles.hulls.frames"),
 }
 
 

@@ -19,8 +19,7 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..core.compiled import compiled
-from ..core.counted_draws import normal, pair_keys, uniform
-from ..core.streams import Purpose, Streams
+from ..core.streams import Purpose, Streams, normal, pair_keys, uniform
 from ..records.rows import Row, Rows
 from .loss import chance_of
 

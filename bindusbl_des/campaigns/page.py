@@ -18,8 +18,7 @@ from ..results.schemas import mission_numbers, schema
 from .failures import failures_in
 from .statistics.differences import key_effects
 from .statistics.findings import Findings, findings
-from .statistics.intervals import intervals
-from .statistics.naming import short_names, written
+from .statistics.intervals import intervals, short_names, written
 from .statistics.outcomes import JUDGED, MEANS, MissionOutcomes, lower_is_better, outcomes
 from .statistics.points_table import in_intervals
 from .sweep_tables import fewest_points, fewest_tables, heat_table, means, worst_auv

@@ -7,8 +7,7 @@ import numpy as np
 from ..core.wording import significant
 from ..report.page import table
 from .statistics.findings import SUB_METRE
-from .statistics.intervals import intervals
-from .statistics.naming import plus_minus, short_names, written
+from .statistics.intervals import intervals, plus_minus, short_names, written
 from .statistics.outcomes import MissionOutcomes, lower_is_better
 
 if TYPE_CHECKING:

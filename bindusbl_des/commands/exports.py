@@ -140,7 +140,7 @@ def _write_mcap(result: "Result", path: Path, kind: str, force: bool) -> Mapping
 
 def _to_csv(source: Path, out: str | None, force: bool) -> tuple[Path, Mapping[str, int]]:
     """Write a folder of CSV files; return its name and the rows of each."""
-    from ..export.csv_folder import write_csv
+    from ..results.result_folder import write_csv
 
     tables = _campaign_tables(source) if _is_campaign(source) else _result(source).arrow
     path = Path(out) if out else source / "csv"

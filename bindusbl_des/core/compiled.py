@@ -45,7 +45,7 @@ NUMBERS = (
     "geometry/paths.py",
     "navigation/correcting.py",
     *("planning/prediction/sights.py", "records/events.py"),
-    *("records/rows.py", "vehicles/hulls/remus100_parameters.py"),
+    "records/rows.py",
 )
 
 #: Why compiled code is not kept, a line each.

@@ -1,7 +1,7 @@
 """Why an AUV pings when it does, and what each ASV makes of that ping: who hears it, who does not,
 and by which rule.
 
-With passive ranging an ASV pings, and AUVs make something of it (:mod:`.itself`).
+With passive ranging an ASV pings, and AUVs make something of it (:mod:`.ping_and_fix`).
 """
 
 import math

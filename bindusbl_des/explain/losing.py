@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from ..acoustics.bursts import PAIR, lost_since
 from ..acoustics.channel import AskedChannel, Signals, between
 from ..acoustics.named_channels import echoing, hf_channel, mf_channel
-from ..core.counted_draws import pair_keys
 from ..core.plugins import is_plugin
-from ..core.streams import Purpose, Streams
+from ..core.streams import Purpose, Streams, pair_keys
 from ..core.wording import counted, plain
 from ..mission.build import slow_errors, usbl_of
 from ..mission.closed_loop import slow_gnss

@@ -1,17 +1,29 @@
-"""The chain of a ping, put together from its way up and the way down of its fix."""
+"""The chain of a ping, put together from its way up and the way down of its fix; or of an ASV's
+ping, by which AUVs fix themselves (ranging passive).
+"""
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from ..core.wording import counted
+from ..results.round_timeline import uplink_slots
 from ..scenario.declared import channel_named
 from .chain import Chain, LatencyPart, Step, out_of_range, row_of, rows_where
 from .correcting import arriving
 from .delivering import broadcasting, fixing, latency, undecoded
 from .hearing import is_sent, receptions, sending, why_unanswered
-from .itself import own_chain, shared_chain
-from .overlapping import failed, frame_cut, overlapped
+from .losing import wrong
+from .overlapping import failed, failed_while, frame_cut, overlapped
 
 if TYPE_CHECKING:
     from ..results.result import Result
+
+# What is told of a ping that no AUV has decoded, by the first of these that one of them had.
+FATES = {
+    "in_flight": "the mission ends while it is under way",
+    "lost": "lost by chance",
+    "collided": "overlapped by another ping",
+}
 
 
 def explain_ping(result: "Result", number: int) -> str:
@@ -36,7 +48,7 @@ def chain_of_fix(result: "Result", number: int) -> Chain:
     """Return the causal chain of the ping that a fix belongs to; errors as `explain_fix`."""
     fix = row_of(result, "fixes", "fix", number)
     if result.scenario.protocol.asvs_ping:
-        return own_chain(result, fix)
+        return _own_chain(result, fix)
     return chain_of_ping(result, int(fix.ping))
 
 
@@ -44,7 +56,7 @@ def chain_of_ping(result: "Result", number: int) -> Chain:
     """Return the causal chain of one ping; errors as `explain_ping`."""
     ping = row_of(result, "pings", "ping", number)
     if result.scenario.protocol.asvs_ping:
-        return shared_chain(result, ping)
+        return _shared_chain(result, ping)
     steps = [*sending(result, ping), *receptions(result, ping)]
     found = rows_where(result.tables["fixes"], ping=number)
     if not len(found):
@@ -65,8 +77,32 @@ def chain_of_ping(result: "Result", number: int) -> Chain:
     return Chain(number, ping.auv, fix.fix, fix.outcome, words, _in_order(steps), parts)
 
 
-def _in_order(steps: list[Step]) -> tuple[Step, ...]:
-    return tuple(sorted(steps, key=lambda step: step.time_s))
+def _own_chain(result: "Result", fix: Any) -> Chain:
+    """Return the chain of a fix that an AUV made itself: the ping, what it heard, its estimate."""
+    ping = row_of(result, "pings", "ping", int(fix.ping))
+    heard = [step for step in receptions(result, ping) if step.who == fix.auv]
+    steps = [*_sending(result, ping), *heard, _fixing(result, fix), arriving(result, fix)]
+    parts = (
+        LatencyPart("way down: the ping's front reaches the AUV", fix.valid_at_s - fix.pinged_at_s),
+        LatencyPart(
+            "the ping's own length, until it is decoded", fix.delivered_at_s - fix.valid_at_s
+        ),
+    )
+    words = f"fix {fix.fix}, the AUV's own, {fix.latency_s:.4f} s after the ping"
+    return Chain(
+        int(fix.ping), fix.auv, fix.fix, fix.outcome, words, _in_order(steps), parts, ping.asv
+    )
+
+
+def _shared_chain(result: "Result", ping: Any) -> Chain:
+    """Return the chain of an ASV's ping: what each AUV makes of it."""
+    steps = [*_sending(result, ping), *receptions(result, ping)]
+    fixes = rows_where(result.tables["fixes"], ping=ping.ping)
+    for number in fixes.fix:
+        fix = row_of(result, "fixes", "fix", number)
+        steps += [_fixing(result, fix), arriving(result, fix)]
+    outcome, words = _shared(result, ping, fixes)
+    return Chain(ping.ping, None, None, outcome, words, _in_order(steps), (), ping.asv)
 
 
 def _never_delivered(result: "Result", fix: Any) -> str:
@@ -105,3 +141,66 @@ def _without_fix(result: "Result", ping: Any) -> tuple[str, str]:
     outcome = "collided" if "lost" not in outcomes else "lost"
     near = sum(outcome != "out_of_range" for outcome in outcomes)
     return outcome, f"no fix: {' and '.join(counts)} of {near} ASVs in range"
+
+
+def _in_order(steps: list[Step]) -> tuple[Step, ...]:
+    return tuple(sorted(steps, key=lambda step: step.time_s))
+
+
+def _sending(result: "Result", ping: Any) -> Iterator[Step]:
+    """Yield the round and the ping."""
+    row = row_of(result, "rounds", "round", ping["round"])
+    yield Step(
+        row.started_at_s,
+        f"Round {ping['round']}",
+        f"begins: {counted(row.colours, 'ASV')} in turn (passive)",
+        facts={"round": ping["round"], "colours": row.colours},
+    )
+    slot = uplink_slots(result, ping["round"])[ping.slot]
+    yield Step(
+        ping.sent_at_s,
+        ping.asv,
+        f"pings at x {ping.x_m:.1f}, y {ping.y_m:.1f} m",
+        f"slot {ping.slot} is its own, from {slot.start:.4f} to {slot.end:.4f} s, with room for "
+        "the longest way to anybody in range",
+        {
+            "slot": ping.slot, "slot_started_at_s": slot.start, "slot_ended_at_s": slot.end,
+            "x_m": ping.x_m, "y_m": ping.y_m, "z_m": ping.z_m,
+        },
+    )  # fmt: skip
+
+
+def _fixing(result: "Result", fix: Any) -> Step:
+    """Return the step at which an AUV makes a fix of what it has heard."""
+    words, facts = wrong(result, fix)
+    return Step(
+        fix.delivered_at_s,
+        f"Fix {fix.fix}",
+        f"is made by {fix.auv} itself, of where it was as the ping arrived: x {fix.x_m:.2f} +- "
+        f"{fix.sd_x_m:.2f}, y {fix.y_m:.2f} +- {fix.sd_y_m:.2f} m",
+        f"the offset by its own array, AHRS and clock, taken from where {fix.asvs} was; "
+        + "; ".join([f"{fix.error_m:.2f} m off the truth", *words]),
+        {"fix": fix.fix, "asvs": [fix.asvs], "x_m": fix.x_m, "y_m": fix.y_m,
+         "error_m": fix.error_m, **facts},
+    )  # fmt: skip
+
+
+def _shared(result: "Result", ping: Any, fixes: Any) -> tuple[str, str]:
+    """Return what became of a ping, as a word and in words."""
+    count = result.scenario.auvs.count
+    if len(fixes):
+        verb = "fixes itself" if len(fixes) == 1 else "fix themselves"
+        number = f"fix{'es' * (len(fixes) > 1)} {', '.join(map(str, fixes.fix))}"
+        return "delivered", f"{', '.join(fixes.auv)} {verb} by it ({number})"
+    outcomes = set(rows_where(result.tables["receptions"], ping=ping.ping).outcome)
+    ends = ping.sent_at_s + result.scenario.acoustics.hf.ping_s
+    if "lost" in outcomes and (
+        cut := failed_while(result, ping.asv, ping.sent_at_s, ends, "pinged")
+    ):
+        return "lost", f"no fix: {cut}"
+    for outcome, words in FATES.items():
+        if outcome in outcomes:
+            where = "" if outcome == "in_flight" else " at every AUV in range"
+            return outcome, f"no fix: {words}{where}"
+    beyond = out_of_range(result.scenario.acoustics.hf)
+    return "out_of_range", f"no fix: {'the AUV is' if count == 1 else 'every AUV is'} {beyond}"

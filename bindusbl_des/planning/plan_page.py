@@ -8,7 +8,7 @@ from html import escape
 from string import Template
 from typing import Any
 
-from ..campaigns.statistics.naming import short_key, written
+from ..campaigns.statistics.intervals import short_key, written
 from ..core.wording import significant
 from ..records.metrics import SHARES, name_of, unit_of
 from ..report.page import THEME, assembled, asset, filled, number, table

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from ..export.csv_folder import columns
 from ..records.events import column
-from ..results.result_folder import CSV_DICTIONARY, write_parquet
+from ..results.result_folder import CSV_DICTIONARY, columns, write_parquet
 from ..results.schemas import arrow
 from .losses import Losses, losses_of
 from .replaying import Replay, mean_nis, outlier_share, rms_between

@@ -17,8 +17,7 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..core.compiled import compiled
-from ..core.counted_draws import normal, pair_keys
-from ..core.streams import Purpose, Streams
+from ..core.streams import Purpose, Streams, normal, pair_keys
 from ..records.rows import Rows
 from .array import ELEMENTS
 

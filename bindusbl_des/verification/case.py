@@ -19,7 +19,7 @@ from ..scenario.sections.vehicles import VehicleChoice
 from ..scenario.site import assumed_sound_speed_of, sound_speed_of, vessel_tracks
 from ..usbl.bounds import exceeded
 from ..vehicles.currents import CONTROL_S
-from ..vehicles.guidance.limits import top_speed
+from ..vehicles.guidance.departure import top_speed
 from ..vehicles.tracks import Track
 
 # A kind of pairs of signals that may meet at a receiver, and what was decided of it.

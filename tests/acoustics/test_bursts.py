@@ -20,8 +20,7 @@ from bindusbl_des.acoustics.bursts import (
 )
 from bindusbl_des.acoustics.channel import Signals
 from bindusbl_des.acoustics.loss import chance_of
-from bindusbl_des.core.counted_draws import pair_keys
-from bindusbl_des.core.streams import Purpose, Streams
+from bindusbl_des.core.streams import Purpose, Streams, pair_keys
 from bindusbl_des.protocol.hf.outcomes import Outcomes
 from bindusbl_des.records.events import OUTCOMES
 

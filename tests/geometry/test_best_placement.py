@@ -42,7 +42,7 @@ def test_the_least_covering_rings_of_a_square(
     count: int, radius: float | None, covers_within: float, degrees: float | None
 ) -> None:
     """Shares of the side, and the angle but for those that look alike in a square."""
-    ring = least_covering_ring(1.0, count, 0.5**0.5)
+    ring = least_covering_ring(1.0, count, 1.0 / math.sqrt(2.0))
     assert ring.value == pytest.approx(covers_within, abs=1e-6)
     assert covering_radius(1.0, formation(count, ring.radius, ring.angle)) == ring.value
     if radius is not None:

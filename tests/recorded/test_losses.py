@@ -12,13 +12,12 @@ from bindusbl_des import load_scenario, simulate
 from bindusbl_des.acoustics.bursts import PAIR, burst_luck
 from bindusbl_des.acoustics.loss import chance_of
 from bindusbl_des.cli import main
-from bindusbl_des.core.counted_draws import pair_keys
-from bindusbl_des.core.streams import Purpose, Streams
-from bindusbl_des.export.csv_folder import write_csv
+from bindusbl_des.core.streams import Purpose, Streams, pair_keys
 from bindusbl_des.recorded.log import BadLog, Receptions
 from bindusbl_des.recorded.losses import losses_of
 from bindusbl_des.recorded.reading import read_log
 from bindusbl_des.recorded.replay_text import outage_text
+from bindusbl_des.results.result_folder import write_csv
 
 
 def received(

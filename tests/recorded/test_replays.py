@@ -14,7 +14,6 @@ from worlds import scenario
 
 from bindusbl_des import load_scenario, simulate
 from bindusbl_des.cli import main
-from bindusbl_des.export.csv_folder import write_csv
 from bindusbl_des.recorded.fitting import fit
 from bindusbl_des.recorded.log import BadLog, Log, Ranges
 from bindusbl_des.recorded.navigating import Noise, filter_log, noise_of, prepared, smooth_log
@@ -22,6 +21,7 @@ from bindusbl_des.recorded.outcome import tables
 from bindusbl_des.recorded.reading import read_log
 from bindusbl_des.recorded.replay_text import _rival, noise_file, summary
 from bindusbl_des.recorded.replaying import find_start, mean_nis, outlier_share, replay, rms_between
+from bindusbl_des.results.result_folder import write_csv
 
 ROOT = Path(__file__).parents[2]
 SEA = Sea()

@@ -212,7 +212,7 @@ def test_a_track_without_depths_is_at_that_of_the_survey(tmp_path: Path) -> None
 
 def test_one_file_may_hold_the_tracks_of_a_fleet(tmp_path: Path) -> None:
     """As the table `tracks` of an export does: what was flown is flown again."""
-    from bindusbl_des.export.csv_folder import write_csv
+    from bindusbl_des.results.result_folder import write_csv
 
     first = simulate(Scenario.model_validate({"name": "m", "duration_s": 10.0}), 0)
     write_csv(first.arrow, tmp_path / "csv")

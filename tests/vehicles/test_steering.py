@@ -12,7 +12,7 @@ from worlds import QUIET_NAVIGATION, merged, scenario
 
 from bindusbl_des import Scenario, load_scenario, simulate
 from bindusbl_des.geometry.paths import Path, Pose, Segment
-from bindusbl_des.vehicles.guidance import GuidanceError, GuidedFleet, SteeringDrift, drift
+from bindusbl_des.vehicles.guidance import GuidanceError, GuidedFleet, SteeringDrift, sensing
 from bindusbl_des.vehicles.reckoning import steady
 
 Floats = NDArray[np.float64]
@@ -129,9 +129,9 @@ def test_fixes_that_show_no_headway_make_it_push_harder() -> None:
 
 def learnt(times: Floats, sums: Floats) -> Floats:
     """Return the drift (m/s) that sums of corrections (m) at instants (s) have shown."""
-    line = np.zeros(1, drift.TREND)
+    line = np.zeros(1, sensing.TREND)
     for instant, (north, east) in zip(times.tolist(), sums.tolist(), strict=True):
-        drift.learn(instant, north, east, line[0])
+        sensing.learn_drift(instant, north, east, line[0])
     return np.asarray(line["rate"][0])
 
 

@@ -10,8 +10,7 @@ from ...core.wording import aligned, plain, significant
 from ...records.metrics import WORST
 from .differences import Difference, End, Verdict
 from .findings import seeds, who_is_worst, who_lacks
-from .intervals import CONFIDENCE
-from .naming import decimals, short_key
+from .intervals import CONFIDENCE, decimals, short_key
 from .outcomes import lacking, of_an_auv, unit
 
 # More points than this are left to `--json` and `--out`.

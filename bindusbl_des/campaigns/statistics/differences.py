@@ -15,8 +15,7 @@ from ..campaign import Campaign
 from ..experiments.plan import ExperimentPlan
 from ..storage.folder import CampaignError
 from .findings import ERROR
-from .intervals import ROUND_OFF, Interval, interval, intervals
-from .naming import written
+from .intervals import ROUND_OFF, Interval, interval, intervals, written
 from .outcomes import Fleets, MissionOutcomes, lower_is_better, of_an_auv
 
 

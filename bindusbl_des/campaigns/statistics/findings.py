@@ -24,15 +24,20 @@ from ...scenario.shipped_settings import FixedGain
 from ..experiments.plan import ExperimentPlan
 from .intervals import (
     CONFIDENCE,
+    MOST_NAMED,
     ROUND_OFF,
     Interval,
     Intervals,
     chance,
+    decimals,
     discoveries,
     interval,
     intervals,
+    listed,
+    plus_minus,
+    point_name,
+    points_named,
 )
-from .naming import MOST_NAMED, decimals, listed, plus_minus, point_name, points_named
 from .outcomes import Fleets, MissionOutcomes, Starved, fleets, outcomes, starved
 
 NEEDED = ("position_error_m", "imu_error_m", "fixes_delivered")

@@ -12,8 +12,7 @@ from ..experiments.experiment import checkpoints
 from ..experiments.plan import ExperimentPlan
 from ..storage.parts import MISSIONS
 from .findings import Findings
-from .intervals import Interval, interval
-from .naming import short_key, written
+from .intervals import Interval, interval, short_key, written
 from .outcomes import JUDGED, MissionOutcomes, outcomes
 
 SD = "navigation.velocity_bias_sd_m_per_s"

@@ -5,9 +5,8 @@
 """
 
 from .belief import SteeringDrift
-from .departure import DeparturePlan, SteeringIntervals
+from .departure import DeparturePlan, GuidanceError, SteeringIntervals, smallest_turn, top_speed
 from .guided_fleet import GuidedFleet, GuidedVehicle
-from .limits import GuidanceError, smallest_turn, top_speed
 
 __all__ = [
     "DeparturePlan",

@@ -14,9 +14,25 @@ from ...core.compiled import compiled, inlined
 from ...core.packed import unpacked
 from ...records.rows import LEARNT, Row, Rows
 from ..hulls import rk4
-from ..hulls.frames import Current, along_body
-from ..logs import X, Y, place_at
-from . import bluerov2, cybership2, drift, logbook, otter, remus100, sensing, tracks
+from ..hulls.frames import C_PSI, S_PSI, Current, along_body
+from ..hulls.rk4 import MovedVehicle
+from ..logs import (
+    COLUMNS,
+    COS,
+    DISTANCE,
+    RATES,
+    SIN,
+    YAW,
+    Bearing,
+    Stride,
+    X,
+    Y,
+    Z,
+    place_at,
+    turned_over,
+    walked,
+)
+from . import bluerov2, cybership2, otter, remus100, sensing, tracks
 from .belief import Sensed, SteeringDrift
 from .sensing import Craft, NavigationState
 from .tracks import PathPoint, PathTracks
@@ -41,13 +57,17 @@ VESSEL = np.dtype(
         ("order", ORDER),
         ("watch", WATCH),
         ("progress", tracks.PROGRESS),
-        ("trend", drift.TREND),
+        ("trend", sensing.TREND),
         ("bluerov2", bluerov2.MEMORY),
         ("remus100", remus100.MEMORY),
         ("otter", otter.MEMORY),
         ("cybership2", cybership2.MEMORY),
     ]
 )
+
+# A line that is being written: the columns of the log, and what else the next one follows from: the
+# speed (m/s), cosine and sine of the yaw.
+SPEED, C_YAW, S_YAW, NOTES = range(COLUMNS, COLUMNS + 4)
 
 
 class Flight(NamedTuple):
@@ -143,10 +163,10 @@ def fly(packed: int, has_learnt: bool, first: int, last: int) -> int:
         vessel, bound, log = by.vessels[i], paths.bounds[i], by.logs[i]
         order, way = vessel.order, vessel.progress
         vehicle.state[:] = by.states[i]
-        line = logbook.take_up(log, first * steps, order.depth)
+        line = _take_up_line(log, first * steps, order.depth)
         rk4.look(vehicle.state, vehicle.angles, vehicle.rates)
-        logbook.begin(vehicle, line)
-        logbook.keep(line, log, first * steps)
+        _begin_line(vehicle, line)
+        _enter_line(line, log, first * steps)
         for interval in range(first, last):
             time, now = interval * control, min(interval, currents.shape[0] - 1)
             current = Current(currents[now, 0], currents[now, 1])
@@ -168,8 +188,8 @@ def fly(packed: int, has_learnt: bool, first: int, last: int) -> int:
                 if not rk4.move(model, vehicle, current, p, step):
                     status = BROKEN
                     break
-                logbook.go_on(vehicle, step, line)
-                logbook.keep(line, log, interval * steps + k)
+                _next_line(vehicle, step, line)
+                _enter_line(line, log, interval * steps + k)
             if status != HEALTHY:
                 by.states[i] = vehicle.state
                 by.lost[0], by.lost[1] = status, time
@@ -198,3 +218,59 @@ def beside(packed: int, vehicle: int, times: Floats, errors: Floats) -> None:
         errors[k] = tracks.distance_from(
             by.paths.rows, by.paths.bounds[vehicle], active[interval], x, y
         )
+
+
+@inlined
+def _take_up_line(log: Floats, number: int, depth: float) -> Floats:
+    """Return a line that goes on from what has summed up in a log, of a vehicle so deep (m)."""
+    line = np.zeros(NOTES)
+    for column in (COS, SIN, DISTANCE):
+        line[column] = log[number, column]
+    line[Z] = depth
+    return line
+
+
+@inlined
+def _begin_line(vehicle: MovedVehicle, line: Floats) -> None:
+    """Write where a vehicle is that has looked; what has summed up stays as it is.
+
+    Of a vehicle at the surface so does the depth.
+    """
+    state, rates = vehicle.state, vehicle.rates
+    line[X], line[Y] = state[0], state[1]
+    line[RATES + X], line[RATES + Y] = rates[0], rates[1]
+    if state.size >= rk4.PITCHING_STATE:
+        line[Z], line[YAW] = state[2], state[5]
+        line[RATES + Z], line[RATES + YAW] = rates[2], rates[5]
+    else:
+        line[YAW], line[RATES + YAW] = state[2], rates[2]
+    line[SPEED] = hypot(rates[0], rates[1])
+    line[C_YAW], line[S_YAW] = vehicle.angles[C_PSI], vehicle.angles[S_PSI]
+
+
+@inlined
+def _bearing(line: Floats) -> Bearing:
+    return Bearing(line[C_YAW], line[S_YAW], line[RATES + YAW])
+
+
+@inlined
+def _stride(line: Floats) -> Stride:
+    return Stride(line[X], line[Y], line[RATES + X], line[RATES + Y], line[SPEED])
+
+
+@compiled
+def _next_line(vehicle: MovedVehicle, step: float, line: Floats) -> None:
+    """Write the next line of a vehicle, a step (s) later."""
+    bearing, stride = _bearing(line), _stride(line)
+    _begin_line(vehicle, line)
+    ahead, aside = turned_over(bearing, _bearing(line), step)
+    line[COS] += ahead
+    line[SIN] += aside
+    line[DISTANCE] += walked(stride, _stride(line), step)
+
+
+@compiled
+def _enter_line(line: Floats, log: Floats, number: int) -> None:
+    """Enter a line in a log."""
+    for column in range(COLUMNS):
+        log[number, column] = line[column]

@@ -19,8 +19,16 @@ from ..vehicle import Place
 from . import belief, departure, flight, tracks
 from .autopilots import AUTOPILOTS, PathFollower, follower, keeper
 from .belief import SteeringDrift
-from .departure import LOST_CIRCLES, PATIENCE_S, DeparturePlan, FlightState, SteeringIntervals
-from .limits import GuidanceError, refuse_impossible, smallest_turn
+from .departure import (
+    LOST_CIRCLES,
+    PATIENCE_S,
+    DeparturePlan,
+    FlightState,
+    GuidanceError,
+    SteeringIntervals,
+    refuse_impossible,
+    smallest_turn,
+)
 from .sensing import Craft
 from .tracks import PathTracks
 

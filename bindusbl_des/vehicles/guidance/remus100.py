@@ -11,7 +11,7 @@ import numpy as np
 from ...core.arrays import Floats
 from ...core.compiled import compiled
 from ...records.rows import Row
-from ..hulls import remus100_parameters as hull
+from ..hulls import remus100 as hull
 from ..hulls.frames import cross_flow
 from .belief import Posture, Sensed
 from .sensing import half_turn, within

@@ -1,10 +1,19 @@
-"""What vehicles know of themselves at the beginning of a control interval."""
+"""What vehicles know of themselves at the beginning of a control interval, and learn by fixes of a
+current that no log sees.
 
-from math import cos, floor, pi, sin
+Dead reckoning falls behind by the current, and fixes bring it forward again; so the sum of all
+corrections grows as fast as the water carries the vehicle (less what the log's bias makes of it).
+A straight line through that sum, with a memory that fades, has that rate as its slope. It is not a
+filter of the position: the vehicle goes on steering by the fused estimate as it is.
+"""
+
+from math import cos, exp, floor, pi, sin
 from typing import NamedTuple
 
+import numpy as np
+
 from ...core.arrays import Floats
-from ...core.compiled import inlined
+from ...core.compiled import compiled, inlined
 from ...records.rows import Row, Rows
 from ..hulls import rk4
 from ..hulls.frames import C_PHI, C_PSI, C_THETA, S_PHI, S_PSI, S_THETA, Current
@@ -19,20 +28,23 @@ from ..reckoning import (
     learnt_drift,
     way_since,
 )
-from . import belief, drift
+from . import belief
 from .belief import Posture, Sensed, Spot, SteeringDrift
 
+# s: a fix weighs 1/e when this old. With 5 to 30 s a BlueROV2 keeps its path equally well; a REMUS
+# with fixes three seconds apart wants 20 s or more.
+MEMORY = 20.0
+# The memory is a third of the time since the start as long as that is shorter, a second at least:
+# the line turns quickly while it is short, and noise of the first fix is no current.
+YOUNG, YOUNGEST = 3.0, 3.0
 
-@inlined
-def within(value: float, limit: float) -> float:
-    """Return a command, or the limit (of either sign) that it exceeds."""
-    return min(max(value, -limit), limit)
+AT_ONCE = 1e-9  # s, between two looks, at least
 
-
-@inlined
-def half_turn(angle: float) -> float:
-    """Return the turn of at most half a circle (rad) that leads through an angle."""
-    return angle - 2.0 * pi * floor(angle / (2.0 * pi) + 0.5)
+# What is remembered: the sum of corrections last seen (m), the line's end there (m) and its slope
+# (m/s), north and east; when that was (s)
+TREND = np.dtype(
+    [("seen", "f8", (2,)), ("end", "f8", (2,)), ("rate", "f8", (2,)), ("seen_at", "f8")]
+)
 
 
 class Craft(NamedTuple):
@@ -59,6 +71,18 @@ class NavigationState(NamedTuple):
     learnt: Rows
     has_learnt: bool
     logs: Floats
+
+
+@inlined
+def within(value: float, limit: float) -> float:
+    """Return a command, or the limit (of either sign) that it exceeds."""
+    return min(max(value, -limit), limit)
+
+
+@inlined
+def half_turn(angle: float) -> float:
+    """Return the turn of at most half a circle (rad) that leads through an angle."""
+    return angle - 2.0 * pi * floor(angle / (2.0 * pi) + 0.5)
 
 
 @inlined
@@ -93,6 +117,29 @@ def spot(vehicle: MovedVehicle, missed: tuple[float, float], line: Floats) -> Sp
         ahead, aside = vehicle.state[6] - missed[0], vehicle.state[7] - missed[1]
     rates = line[RATES + X], line[RATES + Y], line[RATES + Z]
     return Spot(line[X], line[Y], rates[0], rates[1], rates[2], ahead, aside)
+
+
+@compiled
+def learn_drift(time: float, north: float, east: float, line: Row) -> None:
+    """Take in an AUV's sum of corrections (m) at an instant (s); nothing happens between fixes.
+
+    `line`, a TREND, is zero at first, and begins with the first fix, which may put right a wrong
+    initial position. With k = exp(-T / memory) after T without a fix, its end takes 1 - k^2 of what
+    it is off, its slope (1 - k)^2 / T: at equal intervals that is least squares with fading weights
+    (critically damped g-h filter, Brookner 1998, Tracking and Kalman Filtering Made Easy).
+    """
+    if north == line.seen[0] and east == line.seen[1]:
+        return
+    if line.seen_at == 0.0:
+        line.end[0], line.end[1] = north, east
+    past = max(time - line.seen_at, AT_ONCE)
+    kept = exp(-past / min(MEMORY, (time + YOUNGEST) / YOUNG))
+    for axis in range(2):
+        carried = line.end[axis] + past * line.rate[axis]
+        off = (north if axis == 0 else east) - carried
+        line.end[axis] = carried + (1.0 - kept**2) * off
+        line.rate[axis] += (1.0 - kept) ** 2 / past * off
+    line.seen[0], line.seen[1], line.seen_at = north, east, time
 
 
 @inlined
@@ -130,6 +177,6 @@ def sense(
         frame = (lies.c_yaw, lies.s_yaw) if wrong.in_body else (1.0, 0.0)
         set_n, set_e = belief.set_of(frame, (log[0], log[1]), learnt)
     elif known.drift.through_water:
-        drift.learn(time, right_n, right_e, vessel.trend)
+        learn_drift(time, right_n, right_e, vessel.trend)
         set_n, set_e = vessel.trend.rate[0], vessel.trend.rate[1]
     return Sensed(lies, at.sinking, off_n, off_e, log[0], log[1], log[2], log[3], set_n, set_e)

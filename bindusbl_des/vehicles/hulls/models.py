@@ -8,7 +8,7 @@ from typing import Any
 
 from ...core.arrays import Floats
 from ...core.wording import did_you_mean
-from . import bluerov2, cybership2, otter, remus100, remus100_parameters, rk4
+from . import bluerov2, cybership2, otter, remus100, rk4
 
 # A quantity so named is above zero: lags, masses, densities, sizes, and the limits of actuators.
 _ABOVE_ZERO = (
@@ -48,8 +48,8 @@ class Model:
 
 
 def _remus100(name: str, equations: int) -> Model:
-    body, pack = remus100_parameters.Remus100, remus100_parameters.pack
-    return Model(name, equations, remus100.STATE, remus100.COMMAND, body, pack)
+    remus = remus100
+    return Model(name, equations, remus.STATE, remus.COMMAND, remus.Remus100, remus.pack)
 
 
 MODELS: Mapping[str, Model] = {
