@@ -30,8 +30,7 @@ from bindusbl_des import Scenario, simulate
 from bindusbl_des.benchmarks.command_lines import call
 from bindusbl_des.benchmarks.missions import standard_mission
 from bindusbl_des.benchmarks.timing import Took, clocked
-from bindusbl_des.campaigns.experiments.experiment import Experiment
-from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
+from bindusbl_des.campaigns.experiments.experiment import Experiment, ExperimentPlan
 from bindusbl_des.campaigns.running import first_record
 from bindusbl_des.campaigns.storage.folder import RECORD, write_json, write_scenario
 from bindusbl_des.campaigns.workers.batches import Ran, gathered, write

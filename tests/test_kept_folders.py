@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from bindusbl_des import load_campaign, load_result
-from bindusbl_des.campaigns.experiments.plan import model_version
+from bindusbl_des.campaigns.experiments.experiment import model_version
 from bindusbl_des.cli import main
 from bindusbl_des.results.schemas import SCHEMA_VERSION
 

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from ..core.files import folder_draft, write_text
 from ..results.result import face
-from .experiments.experiment import Experiment
-from .experiments.plan import ExperimentPlan, fingerprint
+from .experiments.experiment import Experiment, ExperimentPlan, fingerprint
 from .statistics.findings import findings
 from .statistics.outcomes import outcomes
 from .statistics.points_table import points_table, seeds_wanted

@@ -14,7 +14,7 @@ from ..core.plugins import source_sha256, sources_of
 from ..core.wording import printable
 from ..results.result import scenario_sha256
 from .campaign import Campaign, unfinished_campaign
-from .experiments.plan import ExperimentPlan, model_version
+from .experiments.experiment import ExperimentPlan, model_version
 from .storage.folder import ANEW, RECORD, CampaignError, is_locked, read_record
 
 # What such a file holds.

@@ -28,10 +28,9 @@ from ..scenario.files.shipped import located
 from ..scenario.part_choice import own_part
 from ..scenario.scenario import Scenario
 from .campaign import Campaign, CampaignInterrupted, unfinished_campaign
-from .experiments.experiment import Detail, Experiment
+from .experiments.experiment import Detail, Experiment, ExperimentPlan
 from .experiments.experiment_file import load_experiment
 from .experiments.options import PythonArguments
-from .experiments.plan import ExperimentPlan
 from .failures import check_name, check_new, check_unchanged, is_unfinished
 from .storage.folder import (
     FORMAT,

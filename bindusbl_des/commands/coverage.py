@@ -24,8 +24,7 @@ from .console import (
 from .options import json_option, plugins_option, scenario_argument, set_option
 
 if TYPE_CHECKING:
-    from ..preflight.limits import Limits
-    from ..preflight.sights import Groups
+    from ..preflight.limits import Groups, Limits
     from ..scenario.scenario import Scenario
 
 

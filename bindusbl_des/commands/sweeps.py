@@ -226,7 +226,7 @@ def merge(folders: tuple[str, ...], out: str, as_json: bool) -> None:
 def _tell_estimate(
     experiment: "Experiment", shard: tuple[int, int] | None, workers: int | None, as_json: bool
 ) -> None:
-    from ..campaigns.experiments.plan import ExperimentPlan
+    from ..campaigns.experiments.experiment import ExperimentPlan
     from ..campaigns.workers.supervisor import estimated
     from ..core.process import duration
 

@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..campaigns.campaign import Campaign, unfinished_campaign
-from ..campaigns.experiments.experiment import Experiment
-from ..campaigns.experiments.plan import ExperimentPlan
+from ..campaigns.experiments.experiment import Experiment, ExperimentPlan
 from ..campaigns.failures import check_files
 from ..campaigns.running import first_record, restore_record
 from ..campaigns.storage.folder import (

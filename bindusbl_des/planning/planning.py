@@ -40,8 +40,8 @@ from weakref import finalize
 
 from ..campaigns.campaign import Campaign, unfinished_campaign
 from ..campaigns.experiments.experiment import Experiment
+from ..campaigns.experiments.experiment import ExperimentPlan as Missions
 from ..campaigns.experiments.options import PythonArguments
-from ..campaigns.experiments.plan import ExperimentPlan as Missions
 from ..campaigns.running import check_plugins
 from ..core.arrays import Floats
 from ..core.files import write_text

@@ -13,7 +13,7 @@ from functools import cached_property, partial
 from pathlib import Path as FilePath
 from typing import Any
 
-from ..campaigns.experiments.experiment import Experiment
+from ..campaigns.experiments.experiment import Experiment, model_version
 from ..campaigns.experiments.experiment_file import (
     NO_OPTIONS,
     document_of,
@@ -22,7 +22,6 @@ from ..campaigns.experiments.experiment_file import (
 )
 from ..campaigns.experiments.experiment_points import is_experiment, is_plan
 from ..campaigns.experiments.options import Options, PythonArguments
-from ..campaigns.experiments.plan import model_version
 from ..core.wording import described, did_you_mean
 from ..scenario.files.mistakes import FilePlace, Mistake, ScenarioError
 from ..scenario.files.plain_yaml import Document, Path, read_yaml

@@ -15,9 +15,19 @@ import numpy as np
 from ..acoustics.fix_chance import fix_chance, survey_grid
 from ..core.arrays import Floats, Ints
 from ..geometry.formation import keep_station
-from ..preflight.limits import Limits, least_latency, limits_of, rates_of
+from ..preflight.limits import (
+    MOST_PAIRS,
+    Limits,
+    SurveySights,
+    each,
+    groups_of,
+    instants,
+    least_latency,
+    limits_of,
+    rates_of,
+    sights,
+)
 from ..preflight.round_lengths import rounds_of
-from ..preflight.sights import MOST_PAIRS, SurveySights, each, groups_of, instants, sights
 from ..protocol.bounds import reuse_bound
 from ..protocol.slots import slots_of
 from ..scenario.families import navigator_of, schedule_of

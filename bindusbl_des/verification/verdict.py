@@ -1,21 +1,90 @@
 """The verdict on a scenario's protocol: accepted, refused with two signals that overlap, or
-undecided.
+undecided; and how long guards and margins would have to be.
+
+Every kind of pair of signals that may meet at a receiver is decided by itself.
 """
 
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
+from ..core.plugins import is_plugin
+from ..core.wording import plain
 from ..preflight.round_lengths import rounds_of
-from ..scenario.families import ranging_of, schedule_of
+from ..scenario.declared import channel_named
+from ..scenario.families import broadcaster_of, downlink_of, ranging_of, schedule_of, tells_slots
+from ..scenario.files.overrides import put
 from ..scenario.files.scenario_file import load_scenario
 from ..scenario.scenario import Scenario
-from .case import ACCEPTED, REFUSED, UNDECIDED, Bounds, Case, SignalPair, bounds_of
-from .deciding import Guard, Remedy, downlink_guard, pairs_of, remedy_of, uplink_guard
+from .case import ACCEPTED, REFUSED, UNDECIDED, Bounds, Case, SignalPair, bounds_of, undecided
+from .frames import beacons, broadcasts, downlink_gap, fewest_slots, frame_spread, sizes
 from .playing import Witness, witnessed
-from .reuse import age_s, believed_off_m, bounded, margin_needed
-from .uplink import round_s
+from .reuse import age_s, believed_off_m, bounded, margin_needed, same_slot
+from .signals import groups_shown
+from .uplink import (
+    answer_and_next_call,
+    answering_s,
+    answers,
+    call_and_answer,
+    calls_of_a_slot,
+    consecutive_slots,
+    random_access,
+    round_s,
+)
+
+Rule = Callable[[Case], Iterator[SignalPair]]
+
+# What may meet where ASVs ping, where they call AUVs, and where AUVs ping by their clocks
+BEACONS: tuple[Rule, ...] = (beacons,)
+CALLED: tuple[Rule, ...] = (same_slot, calls_of_a_slot, call_and_answer, answer_and_next_call)
+BY_CLOCKS: tuple[Rule, ...] = (same_slot, consecutive_slots)
+FRAMES: tuple[Rule, ...] = (broadcasts, answers)
+
+# Pairs whose margin grows by as much as an uplink slot does
+OF_SLOTS = (
+    "consecutive slots", "answer and next call", "consecutive beacons", "consecutive answers",
+)  # fmt: skip
+
+Changes = dict[str, Any]
+
+# What is proposed is rounded up to so much: seconds of a guard, metres of a margin.
+STEP_S, STEP_M = 1e-4, 0.01
+
+# No margin beyond the range itself is proposed: hardly any AUVs would share a slot.
+MOST_RANGES = 1.0
+
+# One change may ask for another: a longer slot lets AUVs go farther.
+MOST_ROUNDS = 4
+
+
+@dataclass(frozen=True)
+class Guard:
+    """The time left in a slot once its signals and the longest way are taken off (s): how much
+    there is, and how much it takes for no two signals to overlap.
+    """
+
+    set_s: float
+    needed_s: float
+
+    @property
+    def wasted_s(self) -> float:
+        """What could be left out (s); negative is what lacks."""
+        return self.set_s - self.needed_s
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """Keys of the scenario and the values with which its protocol is accepted."""
+
+    changes: tuple[tuple[str, Any], ...]
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """The changes as options of a command."""
+        return tuple(f"--set {key}={plain(value)}" for key, value in self.changes)
 
 
 @dataclass(frozen=True)
@@ -131,3 +200,142 @@ def verify(
         return Verdict(case, pairs, None, None)
     witness = next((it for _, it in found if it is not None), None)
     return Verdict(case, pairs, witness, remedy_of(case))
+
+
+def pairs_of(case: Case) -> list[SignalPair]:
+    """Return every kind of pair of signals of a scenario's protocol, each with its verdict."""
+    unknown = list(_unknown(case))
+    if unknown:
+        return unknown
+    if case.scenario.protocol.random_access:
+        return list(random_access(case))
+    return [pair for rule in _rules(case) for pair in rule(case)]
+
+
+def _rules(case: Case) -> tuple[Rule, ...]:
+    ranging = ranging_of(case.scenario)
+    if ranging.asvs_ping:
+        return BEACONS
+    return (*(CALLED if ranging.calls else BY_CLOCKS), *FRAMES)
+
+
+def _unknown(case: Case) -> Iterator[SignalPair]:
+    """Yield what of a protocol lies beyond what is proved here."""
+    protocol, acoustics = case.scenario.protocol, case.scenario.acoustics
+    for name in (protocol.schedule, protocol.downlink, protocol.ranging):
+        if is_plugin(str(name)):
+            why = "who sends when only the plug-in says: nothing is proved beyond what was played"
+            yield undecided("part of one's own", str(name), why, partial(groups_shown, case))
+    if protocol.duplex != "per_band":
+        yield undecided("half duplex", "pings and frames", "who sends on one band is deaf on both")
+    bands = [("pings", acoustics.hf.channel)]
+    if not protocol.asvs_ping:
+        bands.append(("frames", acoustics.mf.channel))
+    for what, channel in bands:
+        if not channel_named(channel).ends_at_range:
+            why = f"with the channel {str(channel)!r} sound ends at no range"
+            yield undecided("sound without a range", what, why)
+    known = protocol.asvs_ping or is_plugin(str(protocol.schedule)) or protocol.random_access
+    if not known and not schedule_of(case.scenario).is_proved:
+        why = "nothing is proved of this schedule beyond what was played"
+        yield undecided("schedule", str(protocol.schedule), why, partial(groups_shown, case))
+    if tells_slots(case.scenario) and protocol.dissemination.missed != "silent":
+        why = "AUVs that received no slots ping when they reckon these to be"
+        shown = partial(groups_shown, case)
+        yield undecided("disseminated slots", f"missed {protocol.dissemination.missed}", why, shown)
+    elif tells_slots(case.scenario) and schedule_of(case.scenario).is_shared_and_proved:
+        why = "slots are shared by where AUVs are believed to be as a frame begins, a round ahead"
+        shown = partial(groups_shown, case)
+        yield undecided("disseminated slots", str(protocol.schedule), why, shown)
+
+
+def uplink_guard(case: Case, pairs: Sequence[SignalPair]) -> Guard | None:
+    """Return the guard of an uplink slot (T_G and whatever the shortest slot adds), on the clock.
+
+    Guards against echoes are not in what is needed: echoes are not verified.
+    """
+    margins = [
+        pair.margin_s for pair in pairs if pair.kind in OF_SLOTS and pair.margin_s is not None
+    ]
+    if not margins:
+        return None
+    guard = case.slot_s - _busy_s(case)
+    return Guard(guard, max(guard - min(margins), 0.0))
+
+
+def _busy_s(case: Case) -> float:
+    """Return what an uplink slot holds beside its guard (s), at the speed of sound assumed."""
+    slots = case.slots
+    if ranging_of(case.scenario).calls:
+        answered = slots.ping_duration + answering_s(case) + 2 * slots.longest_travel_time
+        return answered + slots.answer
+    return slots.ping_duration + slots.longest_travel_time + slots.answer
+
+
+def downlink_guard(case: Case) -> Guard | None:
+    """Return the guard of a downlink slot, the least of all sizes of a frame, on the clock.
+
+    What uplink slots between two broadcasts add is not taken for a guard, but makes less needed.
+    """
+    downlink, slots = downlink_of(case.scenario), case.slots
+    if ranging_of(case.scenario).asvs_ping or downlink.replies:
+        return None
+    guard = min(
+        slots.clock.after(0.0, slots.downlink_slot(*size)) - slots.airtime(*size)
+        for size in sizes(case)
+    )
+    needed = frame_spread(case)
+    if downlink.waits:
+        needed -= fewest_slots(case) * case.slot_s
+    if downlink_gap(case) >= frame_spread(case):  # whatever comes between
+        needed = min(needed, guard)
+    return Guard(guard, max(needed, 0.0))
+
+
+def remedy_of(case: Case) -> Remedy | None:
+    """Return the least change that is accepted: of guards and margin, else with a slot for each AUV
+    as well; None where there is none such.
+    """
+    for first in ({}, {"schedule": "one_per_slot"}):
+        changes: Changes = dict(first)
+        for _ in range(MOST_ROUNDS):
+            try:
+                now = _changed(case, changes)
+            except ValueError:  # a longer guard than a scenario may have
+                break
+            pairs = pairs_of(now)
+            if all(pair.is_safe for pair in pairs):
+                return Remedy(tuple((f"protocol.{key}", it) for key, it in changes.items()))
+            changes |= dict(_lacking(now, pairs))
+    return None
+
+
+def _lacking(case: Case, pairs: list[SignalPair]) -> Iterator[tuple[str, Any]]:
+    """Yield keys of the protocol, and values by which its pairs would be kept apart."""
+    refused = {pair.kind: pair for pair in pairs if not pair.is_safe}
+    for key, guard in (
+        ("uplink_guard_s", uplink_guard(case, pairs)),
+        ("downlink_guard_s", downlink_guard(case)),
+    ):
+        if guard is not None and guard.wasted_s < 0.0:
+            yield key, _up(guard.needed_s, STEP_S)
+    margin = margin_needed(case)
+    if "same slot" in refused and margin <= MOST_RANGES * case.scenario.acoustics.hf.range_m:
+        yield "conflict_margin_m", _up(margin, STEP_M)
+    if broadcaster_of(case.scenario).at_once:
+        yield "broadcaster", "rotate"
+    if "call and answer" in refused:
+        lacks = -(refused["call and answer"].margin_s or 0.0)
+        yield "ranging.turnaround_s", _up(case.scenario.protocol.turnaround_s + lacks, STEP_S)
+
+
+def _changed(case: Case, changes: Changes) -> Case:
+    """Return the case of a scenario with other values of some keys of its protocol."""
+    data = case.scenario.model_dump(mode="json")
+    for key, value in changes.items():
+        put(data, f"protocol.{key}", value)
+    return Case(Scenario.model_validate(data), case.bounds)
+
+
+def _up(value: float, step: float) -> float:
+    return round(math.ceil(value / step + 1e-6) * step, 6)

@@ -13,9 +13,8 @@ from ..core.files import folder_draft
 from ..core.kept_files import FOLDERS, copies_of, keep, portable
 from ..core.wording import significant
 from .case import ACCEPTED, CHANCE, REFUSED, UNDECIDED, SignalPair
-from .deciding import Guard
 from .playing import Signal, Witness
-from .verdict import Verdict
+from .verdict import Guard, Verdict
 
 RECORD, WITNESS = "verify.json", "witness.yaml"
 

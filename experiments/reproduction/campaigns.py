@@ -5,9 +5,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bindusbl_des.campaigns.campaign import Campaign, unfinished_campaign
-from bindusbl_des.campaigns.experiments.experiment import Experiment, Point
+from bindusbl_des.campaigns.experiments.experiment import Experiment, ExperimentPlan, Point
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
-from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
 from bindusbl_des.campaigns.running import resume, sweep
 from bindusbl_des.campaigns.storage.folder import RECORD, CampaignError
 from bindusbl_des.scenario.files.shipped import shipped

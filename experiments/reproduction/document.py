@@ -8,7 +8,7 @@ from re import split
 from string import ascii_lowercase as LETTERS
 from typing import TYPE_CHECKING
 
-from bindusbl_des.campaigns.experiments.plan import model_version
+from bindusbl_des.campaigns.experiments.experiment import model_version
 from bindusbl_des.results.result import versions
 
 from . import measuring, sentences

@@ -17,9 +17,9 @@ from campaigns_for_tests import OneThread, call, same
 
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import Campaign, load_campaign
+from bindusbl_des.campaigns.experiments.experiment import ExperimentPlan
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.experiments.experiment_points import KEYS
-from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
 from bindusbl_des.campaigns.running import sweep
 from bindusbl_des.campaigns.storage.folder import (
     CampaignError,
@@ -714,7 +714,7 @@ def test_workers_do_without_pandas(experiment: Path, home: Path) -> None:
     code = (
         "import sys\n"
         "from bindusbl_des.campaigns.experiments.experiment_file import load_experiment\n"
-        "from bindusbl_des.campaigns.experiments.plan import ExperimentPlan\n"
+        "from bindusbl_des.campaigns.experiments.experiment import ExperimentPlan\n"
         "from bindusbl_des.campaigns.workers.batches import run_batch\n"
         "from bindusbl_des.campaigns.workers.supervisor import batch_of\n"
         f"plan = ExperimentPlan(load_experiment({str(experiment)!r}))\n"

@@ -7,7 +7,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.campaigns.experiments.plan import PlannedMission, PlannedPoint
+from bindusbl_des.campaigns.experiments.experiment import PlannedMission, PlannedPoint
 from bindusbl_des.campaigns.storage import joining
 from bindusbl_des.campaigns.storage.joining import compact
 from bindusbl_des.campaigns.storage.parts import commit, part_path

@@ -24,9 +24,9 @@ from test_campaign_folders import flipped
 from bindusbl_des.campaigns import campaign as campaign_module
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import Campaign, load_campaign
+from bindusbl_des.campaigns.experiments.experiment import ExperimentPlan
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.experiments.options import PythonArguments
-from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
 from bindusbl_des.campaigns.running import first_record, resume
 from bindusbl_des.campaigns.storage import parts as storage
 from bindusbl_des.campaigns.storage.folder import (

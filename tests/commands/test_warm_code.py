@@ -5,8 +5,7 @@ from pathlib import Path
 import pytest
 
 from bindusbl_des import load_scenario
-from bindusbl_des.campaigns.experiments.experiment import Experiment
-from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
+from bindusbl_des.campaigns.experiments.experiment import Experiment, ExperimentPlan
 from bindusbl_des.campaigns.workers import batches
 from bindusbl_des.commands import doctor as warming
 from bindusbl_des.core.compiled import warm_marker

@@ -11,8 +11,7 @@ import pytest
 from campaigns_for_tests import OneThread
 from click.testing import CliRunner, Result
 
-from bindusbl_des.campaigns.experiments.experiment import Experiment
-from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
+from bindusbl_des.campaigns.experiments.experiment import Experiment, ExperimentPlan
 from bindusbl_des.cli import main
 from bindusbl_des.experiments.reproduction import campaigns, counting, readings_page
 from bindusbl_des.experiments.reproduction.campaigns import ANGLE

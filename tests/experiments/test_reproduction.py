@@ -11,9 +11,8 @@ import pytest
 from campaigns_for_tests import OneThread
 from click.testing import CliRunner
 
-from bindusbl_des.campaigns.experiments.experiment import Experiment, Point
+from bindusbl_des.campaigns.experiments.experiment import Experiment, ExperimentPlan, Point
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
-from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
 from bindusbl_des.campaigns.storage.folder import read_record, write_record
 from bindusbl_des.cli import main
 from bindusbl_des.experiments.reproduction import campaigns, document, measuring, sentences

@@ -12,8 +12,7 @@ from click.testing import CliRunner, Result
 from families_for_tests import each_but_slow_ones
 
 from bindusbl_des import Scenario, load_result, load_scenario, simulate, sweep, warnings_of
-from bindusbl_des.campaigns.experiments.experiment import Experiment
-from bindusbl_des.campaigns.experiments.plan import ExperimentPlan
+from bindusbl_des.campaigns.experiments.experiment import Experiment, ExperimentPlan
 from bindusbl_des.cli import main
 from bindusbl_des.core import plugins
 from bindusbl_des.core.plugins import PERMISSION, Family, PluginError, allow

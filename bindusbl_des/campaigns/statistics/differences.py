@@ -12,7 +12,7 @@ from ...core.arrays import Flags, Floats, Ints
 from ...core.wording import did_you_mean, lettered, plain
 from ...scenario.files.plain_yaml import read_yaml
 from ..campaign import Campaign
-from ..experiments.plan import ExperimentPlan
+from ..experiments.experiment import ExperimentPlan
 from ..storage.folder import CampaignError
 from .findings import ERROR
 from .intervals import ROUND_OFF, Interval, interval, intervals, written

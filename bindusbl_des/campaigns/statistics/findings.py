@@ -21,7 +21,7 @@ from ...core.arrays import Floats
 from ...scenario.declared import navigator_named
 from ...scenario.part_choice import PartChoice
 from ...scenario.shipped_settings import FixedGain
-from ..experiments.plan import ExperimentPlan
+from ..experiments.experiment import ExperimentPlan
 from .intervals import (
     CONFIDENCE,
     MOST_NAMED,

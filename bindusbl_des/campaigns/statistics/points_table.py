@@ -8,8 +8,7 @@ from textwrap import fill
 import numpy as np
 
 from ...core.wording import lettered
-from ..experiments.experiment import checkpoints
-from ..experiments.plan import ExperimentPlan
+from ..experiments.experiment import ExperimentPlan, checkpoints
 from ..storage.parts import MISSIONS
 from .findings import Findings
 from .intervals import Interval, interval, short_key, written

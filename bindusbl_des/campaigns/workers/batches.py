@@ -24,8 +24,13 @@ from ...results.schemas import arrow
 from ...scenario.families import leave_of, without_plugins
 from ...scenario.scenario import Scenario
 from ...scenario.sections.survey import SURVEY
-from ..experiments.experiment import as_written
-from ..experiments.plan import ExperimentPlan, PlannedMission, PlannedPoint, mission_id
+from ..experiments.experiment import (
+    ExperimentPlan,
+    PlannedMission,
+    PlannedPoint,
+    as_written,
+    mission_id,
+)
 from ..storage.folder import STOP, write_json
 from ..storage.parts import (
     ARROW_TYPES,

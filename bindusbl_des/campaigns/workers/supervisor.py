@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from ...core.kept_files import keep
 from ...core.plugins import is_allowed
 from ...scenario.families import without_plugins
-from ..experiments.plan import ExperimentPlan
+from ..experiments.experiment import ExperimentPlan
 from ..storage.folder import ask_to_stop
 from ..storage.parts import FAILED, MISSIONS, part_path
 from .batches import (
