@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from .results.result import Result
     from .scenario.files.mistakes import ScenarioError
     from .scenario.files.scenario_file import load_scenario
-    from .scenario.own_plans import PlanView, WayView
+    from .scenario.own_routes import PlanView, WayView
     from .scenario.scenario import Scenario
     from .sea.water import absorption, sound_speed
     from .usbl.fusion import fuse
@@ -102,7 +102,7 @@ _HOMES = {
     "travel_time": "acoustics.travel_time",
     "until": "protocol.tdma",
     "uplink_slot": "protocol.slots",
-    "PlanView": "scenario.own_plans",
+    "PlanView": "scenario.own_routes",
     "Signals": "acoustics.channel",
     "Slot": "protocol.ranging",
     "Sounding": "usbl.own_instrument",
@@ -110,7 +110,7 @@ _HOMES = {
     "Verdict": "verification.verdict",
     "verify": "verification.verdict",
     "View": "protocol.schedules.view",
-    "WayView": "scenario.own_plans",
+    "WayView": "scenario.own_routes",
 }
 
 __all__ = [

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from .core.arrays import Floats
 from .mission.mission import Mission
 from .protocol.schedules.view import Groups, View
+from .scenario.destinations import asv_stations
 from .scenario.files.scenario_file import as_scenario
-from .scenario.planned import asv_stations
 from .scenario.scenario import Scenario
 from .scenario.site import area_of
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bindusbl_des import Scenario
 from bindusbl_des.protocol.conflicts import dsatur_groups, greedy_groups
 from bindusbl_des.protocol.slots import slots_of
-from bindusbl_des.scenario.planned import asv_stations
+from bindusbl_des.scenario.destinations import asv_stations
 from bindusbl_des.scenario.site import assumed_sound_speed_of
 from bindusbl_des.verification.case import Bounds
 

@@ -12,7 +12,7 @@ import numpy as np
 from drawn_scenarios import drawn
 
 from bindusbl_des import Result, Scenario, simulate
-from bindusbl_des.scenario.planned import known_stations
+from bindusbl_des.scenario.destinations import known_stations
 
 Data = dict[str, Any]
 

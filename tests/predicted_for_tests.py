@@ -16,7 +16,7 @@ from bindusbl_des import Scenario, simulate
 from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.predicting import Prediction, predict
 from bindusbl_des.records.metrics import WORST_IS_LARGEST
-from bindusbl_des.scenario.planned import asv_stations
+from bindusbl_des.scenario.destinations import asv_stations
 
 METRICS = (
     *("position_error_m", "position_error_rms_m", "position_error_p95_m"),

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 from ..core.arrays import Floats
 from ..core.plugins import is_plugin
 from ..scenario.declared import channel_named
+from ..scenario.destinations import horizontal_reach
 from ..scenario.families import broadcaster_of
-from ..scenario.planned import horizontal_reach
 from ..scenario.scenario import Scenario
 from ..scenario.site import area_of
 from .channel import AskedChannel, between

@@ -17,9 +17,9 @@ from ..scenario.declared import (
     advised,
     channel_named,
 )
+from ..scenario.destinations import asv_stations
 from ..scenario.families import navigator_of
 from ..scenario.files.overrides import put
-from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
 from ..scenario.sections.placements import Formation
 from .stations import Ways

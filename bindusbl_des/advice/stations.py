@@ -8,9 +8,9 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..geometry.formation import formation
+from ..scenario.destinations import held_places, horizontal_reach, tracks_of
 from ..scenario.families import broadcaster_of
-from ..scenario.planned import held_places, horizontal_reach, tracks_of
-from ..scenario.plans import planned_tours
+from ..scenario.flight_plans import planned_tours
 from ..scenario.scenario import Scenario
 from ..scenario.site import area_of
 

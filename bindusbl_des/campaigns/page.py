@@ -170,7 +170,7 @@ def sweep_page(campaign: "Campaign", said: Findings | None = None) -> str:
             metric=html.escape(described(FIRST[:1])[0]["title"]),
         )
         + _points_section(campaign, found)
-        + _failure_section(campaign, failures)
+        + _failure_section(failures)
         + _origin(campaign)
     )
     return assembled(f"{campaign.record['name']}: sweep", body, SCRIPTS, data, packer.text())
@@ -251,7 +251,7 @@ def _points_section(campaign: "Campaign", found: MissionOutcomes) -> str:
     )
 
 
-def _failure_section(campaign: "Campaign", failures: list[dict[str, Any]]) -> str:
+def _failure_section(failures: list[dict[str, Any]]) -> str:
     if not failures:
         return '<section id="failures"><h2>Failures</h2><p>No mission failed.</p></section>'
     rows = [

@@ -175,18 +175,18 @@ def sweep(
     try:
         campaign = _swept(plan, folder, shard, how)
     except CampaignInterrupted as error:
-        finalize(error.campaign, _removed, folder, os.getpid())
+        finalize(error.campaign, remove_own, folder, os.getpid())
         go_on = "`error.campaign.write(FOLDER)` keeps the others, and `resume(FOLDER)` goes on"
         raise CampaignInterrupted(error.campaign, go_on) from None
     except BaseException:
         rmtree(folder, ignore_errors=True)
         raise
-    finalize(campaign, _removed, folder, os.getpid())
+    finalize(campaign, remove_own, folder, os.getpid())
     return campaign
 
 
-def _removed(folder: Path, owner: int) -> None:
-    """Remove the folder of a campaign that nobody holds any more, but in its own process only."""
+def remove_own(folder: Path, owner: int) -> None:
+    """Remove the folder of what nobody holds any more, but in its own process only."""
     if os.getpid() == owner:
         rmtree(folder, ignore_errors=True)
 

@@ -74,6 +74,7 @@ def ended_in_order() -> Iterator[None]:
 if TYPE_CHECKING:
     from ..preflight.effort import Effort
     from ..preflight.warnings import Reading
+    from ..results.result import Result
     from ..scenario.files.mistakes import Mistake
 
 BAD_INPUT = 2
@@ -266,6 +267,16 @@ def writing(path: Path) -> Iterator[None]:
     except OSError as error:
         reason = error.strerror or (str(error).splitlines() or [type(error).__name__])[0]
         refuse(f"{path}: cannot be written ({reason})")
+
+
+def result_in(folder: str | Path) -> "Result":
+    """Return the result that a folder holds; refuse one that holds none, or a damaged one."""
+    from ..results.loading import load_result
+
+    try:
+        return load_result(folder)
+    except (OSError, ValueError) as error:
+        refuse(str(error))
 
 
 @contextmanager

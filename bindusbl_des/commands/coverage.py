@@ -160,7 +160,7 @@ def coverage(
         check_figure(Path(figure), force)
     from ..core.plugins import PluginError
     from ..geometry.coverage import coverage_map
-    from ..scenario.planned import NoStations, asv_stations, horizontal_reach
+    from ..scenario.destinations import NoStations, asv_stations, horizontal_reach
     from ..scenario.site import area_of
 
     try:

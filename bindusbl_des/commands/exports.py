@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import check_file, print_json, refuse, say, talk, writing
+from .console import check_file, print_json, refuse, result_in, say, talk, writing
 from .options import json_option, out_option
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def _to_file(
         refuse(f"{source} is a campaign; {kind} shows one mission: give the folder of a run")
     from ..results.result_folder import exported_as
 
-    result = _result(source)
+    result = result_in(source)
     ending = "ros2.mcap" if kind == "ros2bag" else kind
     path = Path(out) if out else source / f"{exported_as(result.scenario.name)}.{ending}"
     check_file(path, force)
@@ -142,7 +142,7 @@ def _to_csv(source: Path, out: str | None, force: bool) -> tuple[Path, Mapping[s
     """Write a folder of CSV files; return its name and the rows of each."""
     from ..results.result_folder import write_csv
 
-    tables = _campaign_tables(source) if _is_campaign(source) else _result(source).arrow
+    tables = _campaign_tables(source) if _is_campaign(source) else result_in(source).arrow
     path = Path(out) if out else source / "csv"
     if not path.absolute().parent.is_dir():
         refuse(f"{path}: the folder {path.parent} does not exist")
@@ -154,15 +154,6 @@ def _to_csv(source: Path, out: str | None, force: bool) -> tuple[Path, Mapping[s
 
 def _is_campaign(source: Path) -> bool:
     return (source / "campaign.json").is_file()
-
-
-def _result(source: Path) -> "Result":
-    from ..results.loading import load_result
-
-    try:
-        return load_result(source)
-    except (OSError, ValueError) as error:
-        refuse(str(error))
 
 
 def _campaign_tables(source: Path) -> Mapping[str, Any]:

@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import FIGURES, check_figure, check_file, print_json, refuse, say, talk, writing
+from .console import (
+    FIGURES,
+    check_figure,
+    check_file,
+    print_json,
+    refuse,
+    result_in,
+    say,
+    talk,
+    writing,
+)
 from .options import bare_keys, json_option, mission_metrics, out_option
 
 if TYPE_CHECKING:
@@ -128,15 +138,10 @@ def _chosen(offers: "Offers", folder: str, kind: str | None) -> "dict[str, Calla
 
 
 def _run_offers(folder: str, options: dict[str, Any]) -> "Offers":
-    from ..results.loading import load_result
-
     for name in ("metric", "x", "series"):
         if options[name] is not None:
             refuse(f"--{name} is for campaigns; {folder} holds a run")
-    try:
-        result = load_result(folder)
-    except (FileNotFoundError, NotADirectoryError, ValueError) as error:
-        refuse(str(error))
+    result = result_in(folder)
     from ..figures.kinds import KINDS, lacking
 
     return {

@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING
 import click
 
 from ..core.wording import printable
-from .console import BadInput, check_file, mistakes_text, print_json, refuse, say, talk, writing
+from .console import (
+    BadInput,
+    check_file,
+    mistakes_text,
+    print_json,
+    refuse,
+    result_in,
+    say,
+    talk,
+    writing,
+)
 from .missions import advice_on, advice_options
 from .options import bare_keys, json_option, mission_metrics, out_option
 
@@ -15,7 +25,6 @@ if TYPE_CHECKING:
     from ..campaigns.campaign import Campaign
     from ..campaigns.compare import Comparison
     from ..campaigns.statistics.findings import Findings
-    from ..results.result import Result
     from ..scenario.scenario import Scenario
 
 
@@ -167,7 +176,7 @@ def _page(folder: str, budget: tuple[int | None, float | None], *, keep: bool) -
     from ..report.run_page import run_page
     from ..results.result_folder import ADVICE, advice_text
 
-    result = _result(folder)
+    result = result_in(folder)
     if budget != (None, None):
         result.advice = advice_on(result, *budget, _as_written(folder, result.scenario))
     if budget != (None, None) and result.advice is not None and keep:
@@ -199,16 +208,7 @@ def _comparison(folders: tuple[str, ...]) -> str:
                 f"{folder}: is a campaign; give it alone, or runs only "
                 "(`bindusbl-des compare` compares campaigns)"
             )
-    return comparison_page([(printable(folder), _result(folder)) for folder in folders])
-
-
-def _result(folder: str) -> "Result":
-    from ..results.loading import load_result
-
-    try:
-        return load_result(folder)
-    except (OSError, ValueError) as error:
-        refuse(str(error))
+    return comparison_page([(printable(folder), result_in(folder)) for folder in folders])
 
 
 def _write(path: Path, text: str, *, replace: bool = True) -> None:

@@ -38,15 +38,6 @@ def drift_rms(time: float, bias: tuple[float, float], random_walk: float) -> flo
     return math.sqrt((math.hypot(*bias) * time) ** 2 + 2 * random_walk**2 * time)
 
 
-def drift_envelope(time: float, bias: tuple[float, float], random_walk: float) -> float:
-    """Return the error envelope (m) as the paper prints it (eq. error_envelope).
-
-    >>> round(drift_envelope(300, (0.06, 0.06), 0.027), 6)
-    12.736511
-    """
-    return math.sqrt(0.25 * (math.hypot(*bias) * time) ** 2 + random_walk**2 * time)
-
-
 def wandering_rms(time: float, sd: float, time_constant: float) -> float:
     """Return the RMS per axis (m), after `time` (s), of what a velocity bias that wanders has done.
 

@@ -313,7 +313,7 @@ def audible(result: "Result", receptions: Any) -> NDArray[np.bool_]:
 def decided_by_channel(result: "Result", reception: Any, others: list[str]) -> tuple[str, str]:
     """Return what becomes of a ping by a curve or by its SNR, and why; `others` overlap it."""
     scenario, outcome = result.scenario, reception.outcome
-    level, chance = _level(scenario, reception), _chance(scenario, reception)
+    level, chance = _level(reception), _chance(scenario, reception)
     overlap = f"overlaps {', '.join(others)}" if others else "no other ping overlaps"
     if outcome == "collided" and not others:
         overlap = "overlaps the echo of another ping"
@@ -340,7 +340,7 @@ def loss_by_channel(scenario: "Scenario", slant_range_m: float) -> float:
     return float(_asked(scenario).prospects(_one_signal(scenario, slant_range_m))["loss"][0, 0])
 
 
-def _level(scenario: "Scenario", reception: Any) -> str:
+def _level(reception: Any) -> str:
     """Tell how loud a ping arrived, "" where the channel knows of no levels."""
     found = levels(reception)
     if not found:

@@ -14,7 +14,7 @@ from ..acoustics.propagation import TOUCH
 from ..core.plugins import is_plugin
 from ..protocol.slots import slots_of
 from ..results.round_timeline import pings_sent
-from ..scenario.planned import failures_of
+from ..scenario.destinations import failures_of
 from ..scenario.site import sound_speed_of
 from .chain import apart, place, rows_where
 from .losing import audible

@@ -20,8 +20,8 @@ from ..core.arrays import Floats
 from ..core.files import write_text
 from ..geometry.formation import keep_station
 from ..geometry.geodesy import geodetic_from_ned
-from ..scenario.planned import horizontal_reach, stations_kept
-from ..scenario.plans import planned_paths
+from ..scenario.destinations import horizontal_reach, stations_kept
+from ..scenario.flight_plans import planned_paths
 from ..scenario.site import area_of, origin_of
 
 if TYPE_CHECKING:

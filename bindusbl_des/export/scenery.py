@@ -27,8 +27,8 @@ from numpy.typing import ArrayLike
 from ..core.arrays import Floats
 from ..core.palette import COLOURS_ON_DARK, HF_ON_DARK, MF_ON_DARK, PLANNED_ON_DARK
 from ..geometry.geodesy import enu_from_ned, enu_yaw
-from ..scenario.planned import horizontal_reach
-from ..scenario.plans import planned_paths
+from ..scenario.destinations import horizontal_reach
+from ..scenario.flight_plans import planned_paths
 from ..scenario.site import area_of
 from .messages import FRAMES, MAP, Messages, ViewerMessage, colour, timestamp
 

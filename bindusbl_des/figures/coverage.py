@@ -18,7 +18,7 @@ from ..geometry.coverage import covered_area, loneliest_point
 from ..geometry.formation import keep_station
 from ..geometry.geodesy import east_north
 from ..scenario.declared import channel_named
-from ..scenario.planned import NoStations, asv_stations, horizontal_reach
+from ..scenario.destinations import NoStations, asv_stations, horizontal_reach
 from ..scenario.site import area_of
 from .style import LARGEST_LEGEND, legend_below, new_figure, shortened
 from .trajectory import frame

@@ -13,7 +13,7 @@ from matplotlib.patches import Circle, Polygon
 from ..core.arrays import Floats
 from ..core.palette import HF, INK, MF, PLANNED
 from ..geometry.geodesy import east_north
-from ..scenario.plans import planned_paths
+from ..scenario.flight_plans import planned_paths
 from ..scenario.site import area_of
 from .style import (
     LARGEST_LEGEND,

@@ -36,9 +36,9 @@ from ..protocol.steps import moment
 from ..protocol.tdma import serve
 from ..records.rows import Jacobians, Recorder, Rows
 from ..scenario.channel_settings import burst_s
+from ..scenario.destinations import failures_of
 from ..scenario.families import downlink_of, ready_plugins, schedule_of, tells_slots
 from ..scenario.own_sensors import estimated_kinds
-from ..scenario.planned import failures_of
 from ..scenario.scenario import Scenario, kept
 from ..scenario.site import assumed_sound_speed_of, sound_speed_of
 from ..usbl.array import elements_of

@@ -14,7 +14,7 @@ from ..core.arrays import Floats
 from ..core.streams import Purpose, Streams
 from ..geometry.paths import Path
 from ..protocol.anchors.placing import Room
-from ..scenario.planned import NoStations, asv_stations, route_of, tracks_of
+from ..scenario.destinations import NoStations, asv_stations, route_of, tracks_of
 from ..scenario.scenario import Scenario
 from ..scenario.site import area_of, vessel_tracks
 from ..vehicles.currents import CONTROL_S, carried, current_series, gauss_markov

@@ -11,11 +11,11 @@ from ..core.plugins import load
 from ..core.streams import Streams
 from ..protocol.anchors.placing import Anchors, anchors_of
 from ..protocol.predicted_positions import CarriedForward, courses, planned_vehicles
+from ..scenario.destinations import are_steered, asv_stations, route_of
 from ..scenario.families import ASV, AUV
-from ..scenario.own_plans import WayView, own_motion
+from ..scenario.flight_plans import planned_tours
+from ..scenario.own_routes import WayView, own_motion
 from ..scenario.part_choice import PartChoice
-from ..scenario.planned import are_steered, asv_stations, route_of
-from ..scenario.plans import planned_tours
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Environment
 from ..scenario.sections.survey import Survey

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..navigation.dead_reckoning import Odometry
-from ..scenario.plans import plans_of
+from ..scenario.flight_plans import plans_of
 from ..scenario.scenario import Scenario
 from ..scenario.site import area_of, swath_of
 from ..vehicles.fleet import Fleet, VehicleTrack

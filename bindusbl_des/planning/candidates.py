@@ -16,9 +16,9 @@ from ..advice.stations import Ways
 from ..campaigns.experiments.experiment import laid_over
 from ..core.arrays import Floats
 from ..core.wording import counted, plain
+from ..scenario.destinations import stations_kept
 from ..scenario.files.former_keys import key_now
 from ..scenario.files.plain_yaml import read_yaml
-from ..scenario.planned import stations_kept
 from ..scenario.scenario import Scenario
 from .prediction.gathering import inputs_of
 from .prediction.inputs import STATED_ERROR, Inputs

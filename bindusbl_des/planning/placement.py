@@ -211,7 +211,7 @@ def free_places(
 
     Raises:
         ValueError: for less than one ASV, an objective that there is not, and as
-            :func:`.prediction.inputs.inputs_of` does.
+            :func:`.prediction.gathering.inputs_of` does.
     """
     inputs = inputs or inputs_of(scenario)
     value = _value(scenario, objective, inputs)

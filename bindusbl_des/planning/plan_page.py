@@ -15,7 +15,7 @@ from ..report.page import THEME, assembled, asset, filled, number, table
 from ..report.run_data import survey_data
 from ..report.run_page import footer
 from ..scenario.declared import NAVIGATORS
-from ..scenario.planned import asv_stations
+from ..scenario.destinations import asv_stations
 from ..scenario.scenario import Scenario
 from ..scenario.site import area_of
 from .prediction.gathering import inputs_of

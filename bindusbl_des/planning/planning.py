@@ -42,13 +42,13 @@ from ..campaigns.campaign import Campaign, unfinished_campaign
 from ..campaigns.experiments.experiment import Experiment
 from ..campaigns.experiments.experiment import ExperimentPlan as Missions
 from ..campaigns.experiments.options import PythonArguments
-from ..campaigns.running import check_plugins
+from ..campaigns.running import check_plugins, remove_own
 from ..core.arrays import Floats
 from ..core.files import write_text
 from ..core.wording import counted, did_you_mean
+from ..scenario.destinations import stations_kept
 from ..scenario.families import leave_of
 from ..scenario.files.shipped import located
-from ..scenario.planned import stations_kept
 from ..scenario.scenario import Scenario
 from .answer_text import Found, best_text, best_yaml, ranked, record, summary
 from .candidates import Candidate, Predictor, further, narrowed
@@ -174,7 +174,7 @@ def plan(
     except BaseException:
         rmtree(folder, ignore_errors=True)
         raise
-    finalize(found, _removed, folder, os.getpid())
+    finalize(found, remove_own, folder, os.getpid())
     return found
 
 
@@ -187,12 +187,6 @@ def admitted(question: Question, allow_plugins: bool) -> None:
     check_plugins(Missions(question.experiment), allow_plugins)
     for point in range(len(question.experiment.points)):
         stations_kept(question.experiment.scenario(point))
-
-
-def _removed(folder: Path, owner: int) -> None:
-    """Remove the folder of a plan that nobody holds any more, but in its own process only."""
-    if os.getpid() == owner:
-        rmtree(folder, ignore_errors=True)
 
 
 def planned(question: Question, folder: Path, budget: Budget, workers: int | None = None) -> Plan:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..advice.changes import changed, proposals
 from ..results.effects import Foreseen
-from ..scenario.planned import asv_stations
+from ..scenario.destinations import asv_stations
 from ..scenario.scenario import Scenario
 from .candidates import Candidate, Predictor, excess, value_of
 from .prediction.gathering import inputs_of

@@ -20,9 +20,9 @@ from ..core.streams import FEWEST_ROWS, MOST_ROWS, ROWS
 from ..core.wording import spoken
 from ..navigation.belief import STATES
 from ..navigation.correcting import REMEMBERED
+from ..scenario.destinations import horizontal_reach, known_route, known_stations
 from ..scenario.families import downlink_of, schedule_of
 from ..scenario.own_sensors import estimated_kinds
-from ..scenario.planned import horizontal_reach, known_route, known_stations
 from ..scenario.scenario import Scenario
 from ..scenario.sections.routes import Lawnmower
 from ..scenario.site import area_of, lanes_heading

@@ -33,8 +33,8 @@ from ..protocol.predicted_positions import planned_vehicles
 from ..protocol.replies import reply_delay_of
 from ..protocol.slots import Slots
 from ..scenario.declared import DOWNLINKS, ScheduleTraits, channel_named
+from ..scenario.destinations import known_stations
 from ..scenario.families import broadcaster_of, schedule_of
-from ..scenario.planned import known_stations
 from ..scenario.scenario import Scenario
 from ..scenario.site import sound_speed_of
 from .round_lengths import Rounds, rounds_of

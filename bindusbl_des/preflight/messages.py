@@ -11,8 +11,8 @@ from ..core.wording import plain
 from ..presets.modems import airtime_table
 from ..scenario.channel_settings import read_curve
 from ..scenario.declared import channel_named
+from ..scenario.destinations import known_stations
 from ..scenario.families import downlink_of, schedule_of, tells_slots
-from ..scenario.planned import known_stations
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
 from ..scenario.sections.acoustics import modem_values

@@ -13,6 +13,7 @@ from pathlib import Path
 from ..core.plugins import refusal
 from ..scenario.channel_settings import Sound
 from ..scenario.declared import channel_named, instrument_named
+from ..scenario.destinations import alive
 from ..scenario.families import CHANNEL, plugins_of, schedule_of
 from ..scenario.files.mistakes import Mistake, ScenarioError
 from ..scenario.files.plain_yaml import Document
@@ -20,7 +21,6 @@ from ..scenario.files.scenario_file import Source, parsed, place_of, place_of_pr
 from ..scenario.key_types import Renamed
 from ..scenario.own_sensors import MOST_TOLD, kinds
 from ..scenario.part_choice import settings_of
-from ..scenario.planned import alive
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
 from ..scenario.sections.usbl import spacing_m

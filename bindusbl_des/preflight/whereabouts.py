@@ -132,7 +132,7 @@ def bays(scenario: Scenario) -> Iterator[Problem]:
         return
     import shapely  # which rectangles do not need
 
-    from ..scenario.plans import shares_of
+    from ..scenario.flight_plans import shares_of
 
     inside = area.along(lanes_heading(scenario)).shape
     if inside.equals(inside.convex_hull):

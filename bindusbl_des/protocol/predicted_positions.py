@@ -15,9 +15,9 @@ from ..acoustics.propagation import SignalBand
 from ..core.arrays import Flags, Floats
 from ..geometry.paths import Path
 from ..records.rows import EventBuffer, Rows
+from ..scenario.destinations import held_places, route_of, tracks_of
 from ..scenario.families import positions_of
-from ..scenario.planned import held_places, route_of, tracks_of
-from ..scenario.plans import planned_tours
+from ..scenario.flight_plans import planned_tours
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import SPEED, places

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..core.arrays import Floats, Ints
 from ..results.schemas import numpy_columns
-from ..scenario.planned import failures_of
+from ..scenario.destinations import failures_of
 
 if TYPE_CHECKING:
     from ..results.effects import Advice

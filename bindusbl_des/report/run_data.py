@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scenario.declared import channel_named
-from ..scenario.planned import horizontal_reach
-from ..scenario.plans import planned_paths
+from ..scenario.destinations import horizontal_reach
+from ..scenario.flight_plans import planned_paths
 from ..scenario.site import area_of, origin_of, sound_speed_of
 from .envelope import error_envelope
 from .page import Packer

@@ -12,8 +12,8 @@ from ..core.wording import counted
 from ..explain.chain import out_of_range
 from ..results.effects import harm_text
 from ..scenario.declared import channel_named
+from ..scenario.destinations import alive
 from ..scenario.families import tells_slots
-from ..scenario.planned import alive
 from ..scenario.scenario import Scenario
 from .losses import MOST_OTHERS, lost
 from .recording import Metrics, Recording

@@ -141,7 +141,7 @@ def _ended(scenario: Scenario) -> list[Problem]:
     if not scenario.auvs.route.is_flown:
         message = f"{SURVEY} needs lanes or waypoints to be flown; give the seconds"
         return [Problem("duration_s", message, ("auvs.route.kind",))]
-    from .plans import survey_end  # with all that plans need, which other missions do not wait for
+    from .flight_plans import survey_end
 
     try:
         scenario.__dict__["duration_s"] = survey_end(scenario)

@@ -16,7 +16,7 @@ from .vehicle import Vehicle
 if TYPE_CHECKING:
     from .guidance import GuidedFleet
     from .poses import Poses
-    from .steered import Steered
+    from .vehicle import Steered
 
 
 # So much at most (bytes) is kept of one fleet: ten vehicles for 300 s at 30 Hz, not a thousand.

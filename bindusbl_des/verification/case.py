@@ -12,8 +12,8 @@ from ..acoustics.propagation import TOUCH
 from ..core.arrays import Floats
 from ..core.plugins import PluginError
 from ..protocol.slots import Slots, slots_of
+from ..scenario.destinations import NoStations, asv_stations, route_of, tracks_of
 from ..scenario.families import ranging_of, tells_slots
-from ..scenario.planned import NoStations, asv_stations, route_of, tracks_of
 from ..scenario.scenario import Scenario
 from ..scenario.sections.vehicles import VehicleChoice
 from ..scenario.site import assumed_sound_speed_of, sound_speed_of, vessel_tracks

@@ -15,8 +15,8 @@ from ..acoustics.propagation import TOUCH
 from ..core.arrays import Floats
 from ..mission.simulation import simulate
 from ..results.result import Result
+from ..scenario.destinations import asv_stations, known_stations
 from ..scenario.families import ranging_of
-from ..scenario.planned import asv_stations, known_stations
 from ..scenario.scenario import Scenario
 from ..scenario.site import area_of, assumed_sound_speed_of, sound_speed_of
 from .case import REFUSED, UNDECIDED, Case, Plan, SignalPair

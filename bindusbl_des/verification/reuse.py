@@ -9,9 +9,9 @@ import numpy as np
 from ..core.plugins import is_plugin
 from ..mission.build import usbl_of
 from ..preflight.round_lengths import rounds_of
+from ..scenario.destinations import route_of
 from ..scenario.families import downlink_of, ranging_of, schedule_of
 from ..scenario.own_sensors import kinds
-from ..scenario.planned import route_of
 from ..usbl.bounds import Beside, farthest_off
 from .case import ACCEPTED, REFUSED, Case, Plan, SignalPair, undecided
 from .signals import at_the_edge, come_in_together, comes_into_range, rounds_shown

@@ -24,16 +24,8 @@ from .frames import beacons, broadcasts, downlink_gap, fewest_slots, frame_sprea
 from .playing import Witness, witnessed
 from .reuse import age_s, believed_off_m, bounded, margin_needed, same_slot
 from .signals import groups_shown
-from .uplink import (
-    answer_and_next_call,
-    answering_s,
-    answers,
-    call_and_answer,
-    calls_of_a_slot,
-    consecutive_slots,
-    random_access,
-    round_s,
-)
+from .two_way import answer_and_next_call, answers, call_and_answer, calls_of_a_slot, random_access
+from .uplink import answering_s, consecutive_slots, round_s
 
 Rule = Callable[[Case], Iterator[SignalPair]]
 

@@ -10,7 +10,7 @@ from worlds import QUIET_NAVIGATION, merged, scenario
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.acoustics.channel import Signals
 from bindusbl_des.acoustics.fix_chance import fix_chance, heard_m
-from bindusbl_des.scenario.planned import asv_stations
+from bindusbl_des.scenario.destinations import asv_stations
 
 PLACES = [(30.0, 5.0), (-40.0, 10.0), (0.0, 60.0)]
 

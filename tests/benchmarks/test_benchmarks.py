@@ -31,7 +31,7 @@ from bindusbl_des.benchmarks.timing import (
 from bindusbl_des.cli import main
 from bindusbl_des.geometry.coverage import covered_area, covering_radius
 from bindusbl_des.geometry.formation import formation
-from bindusbl_des.scenario.planned import asv_stations
+from bindusbl_des.scenario.destinations import asv_stations
 
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "benchmarks"), str(ROOT / "benchmarks" / "peers")]  # programs

@@ -18,8 +18,8 @@ from bindusbl_des.charts.xml_charts import read_kml
 from bindusbl_des.cli import main
 from bindusbl_des.export.chart_files import write_plan
 from bindusbl_des.geometry.geodesy import ned_at_depth
-from bindusbl_des.scenario.planned import asv_stations, horizontal_reach, tracks_of
-from bindusbl_des.scenario.plans import planned_paths
+from bindusbl_des.scenario.destinations import asv_stations, horizontal_reach, tracks_of
+from bindusbl_des.scenario.flight_plans import planned_paths
 from bindusbl_des.scenario.site import area_of, origin_of
 from bindusbl_des.vehicles.tracks import read_track
 

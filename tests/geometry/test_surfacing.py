@@ -11,7 +11,7 @@ from worlds import merged, scenario
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.geometry.paths import Path, Pose, Segment
 from bindusbl_des.geometry.routes import Surfacing, moved, surfaced
-from bindusbl_des.scenario.plans import plans_of
+from bindusbl_des.scenario.flight_plans import plans_of
 from bindusbl_des.verification.case import Case, bounds_of
 
 # Up and down 10 m at 45 degrees are 20 m, in circles of 5 m radius one of 31.4 m

@@ -159,7 +159,7 @@ def test_noisy_fixes_do_not_lose_the_path() -> None:
 
 def test_coefficients_change_the_vehicle() -> None:
     """A REMUS whose yaw is damped less turns more tightly, and its plan uses that."""
-    from bindusbl_des.scenario.planned import turning_radius
+    from bindusbl_des.scenario.destinations import turning_radius
 
     def radius(vehicle: object) -> float:
         return turning_radius(scenario(auvs={"vehicle": vehicle, "speed_m_per_s": 1.5}), 0)

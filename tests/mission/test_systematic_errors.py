@@ -13,8 +13,8 @@ from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import slow_gnss
 from bindusbl_des.mission.sensor_errors import clocks, misalignments
 from bindusbl_des.protocol.slots import slots_of
+from bindusbl_des.scenario.destinations import asv_stations
 from bindusbl_des.scenario.own_sensors import estimated_kinds
-from bindusbl_des.scenario.planned import asv_stations
 from bindusbl_des.vehicles.currents import CONTROL_S
 
 EVERYTHING = {

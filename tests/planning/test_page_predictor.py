@@ -10,7 +10,7 @@ from bindusbl_des import Scenario, load_scenario
 from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.mapping import error_map
 from bindusbl_des.planning.prediction.predicting import predict
-from bindusbl_des.scenario.planned import asv_stations
+from bindusbl_des.scenario.destinations import asv_stations
 
 pytestmark = pytest.mark.skipif(NODE is None, reason="Node is not installed")
 

@@ -16,7 +16,7 @@ from bindusbl_des.planning.prediction.predicting import predict
 from bindusbl_des.planning.prediction.rounds import planned_rounds, turns_of
 from bindusbl_des.planning.prediction.sights import located, seen
 from bindusbl_des.preflight.round_lengths import rounds_of
-from bindusbl_des.scenario.planned import asv_stations
+from bindusbl_des.scenario.destinations import asv_stations
 
 SMALL: dict[str, Any] = {"name": "m", "survey": {"side_m": 60.0}, "auvs": {"count": 4}}
 

@@ -12,7 +12,7 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
 from bindusbl_des import Result, Scenario, load_result, simulate
 from bindusbl_des.explain import explain_fix, explain_ping
 from bindusbl_des.protocol.broadcasters import BROADCASTERS
-from bindusbl_des.scenario.planned import alive, failures_of
+from bindusbl_des.scenario.destinations import alive, failures_of
 from bindusbl_des.vehicles.fleet import Failures
 
 

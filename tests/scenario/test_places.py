@@ -9,7 +9,7 @@ import pytest
 from bindusbl_des import Scenario, ScenarioError, load_result, load_scenario, simulate
 from bindusbl_des.geometry.geodesy import geodetic_from_ned
 from bindusbl_des.preflight.warnings import warnings_of
-from bindusbl_des.scenario.planned import asv_stations, route_of, tracks_of
+from bindusbl_des.scenario.destinations import asv_stations, route_of, tracks_of
 
 ORIGIN = (54.33, 10.18)
 LAT_LON = {"lat_deg": ORIGIN[0], "lon_deg": ORIGIN[1]}

@@ -12,8 +12,8 @@ from worlds import merged, scenario
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.preflight.warnings import warnings_of
 from bindusbl_des.protocol.slots import slots_of
-from bindusbl_des.scenario.planned import asv_stations, horizontal_reach
-from bindusbl_des.scenario.plans import planned_paths, planned_tours, plans_of
+from bindusbl_des.scenario.destinations import asv_stations, horizontal_reach
+from bindusbl_des.scenario.flight_plans import planned_paths, planned_tours, plans_of
 from bindusbl_des.scenario.site import area_of
 
 BRIEF: dict[str, Any] = {"duration_s": 20.0, "record": {"detail": "summary"}}

@@ -7,7 +7,7 @@ import pytest
 
 from bindusbl_des import Scenario, verify
 from bindusbl_des.verification.case import Case, bounds_of
-from bindusbl_des.verification.uplink import call_and_answer
+from bindusbl_des.verification.two_way import call_and_answer
 from bindusbl_des.verification.verdict_text import verdict_text
 
 PLACES = [(10.0, 0.0), (0.0, 20.0), (-30.0, 5.0)]

@@ -9,7 +9,7 @@ from ...core.wording import described, did_you_mean
 from ...preflight.warnings import Reading, read_scenario
 from ...scenario.files.former_keys import READ_YET, is_former, key_now
 from ...scenario.files.mistakes import FilePlace, Mistake, ScenarioError
-from ...scenario.files.plain_yaml import Document, Path, read_yaml
+from ...scenario.files.plain_yaml import Document, read_yaml
 from ...scenario.files.scenario_file import Source, read_text
 from ...scenario.files.shipped import shipped
 from ...scenario.key_types import LONGEST_NAME, PRINTABLE
@@ -102,7 +102,7 @@ def experiment_in(
     base = None if reading is None else reading.scenario
     if base is not None and seeds and len(points) * len(seeds) > MOST_MISSIONS:
         count = len(points) * len(seeds)
-        _note(document, ("seeds",), f"makes {count:,} missions; at most {MOST_MISSIONS:,} can run")
+        document.note(("seeds",), f"makes {count:,} missions; at most {MOST_MISSIONS:,} can run")
     elif source is not None and base is not None:
         points = check_points(document, source, base, points, places, allow_plugins)
     if reading is None or base is None or document.mistakes:
@@ -193,11 +193,6 @@ def _wrong(document: Document) -> ScenarioError:
     return ScenarioError(dict.fromkeys(document.mistakes))
 
 
-def _note(document: Document, path: Path, message: str, at_key: bool = False) -> None:
-    places = document.keys if at_key else document.values
-    document.report(places.get(path, FilePlace(document.file, 1, 1)), path, message)
-
-
 def _wrong_root(document: Document) -> ScenarioError:
     if document.mistakes:
         return _wrong(document)
@@ -205,7 +200,7 @@ def _wrong_root(document: Document) -> ScenarioError:
         message = "the file is empty; an experiment needs at least `scenario: FILE.yaml`"
     else:
         message = f"must hold keys such as `scenario: FILE.yaml`; it holds {_kind(document.data)}"
-    _note(document, (), message)
+    document.note((), message)
     return _wrong(document)
 
 
@@ -219,21 +214,21 @@ def _check_keys(document: Document) -> None:
             hint = did_you_mean(key, KEYS) or f"; the keys are {', '.join(KEYS)}"
             if key in Scenario.model_fields:
                 hint = f"; a scenario's keys go under vary, as in `vary: {{{key}: [...]}}`"
-            _note(document, (key,), f"unknown key{hint}", at_key=True)
+            document.note((key,), f"unknown key{hint}", at_key=True)
     ways = [key for key in ("vary", "points", "sample") if key in document.data]
     for way in ways[1:]:
-        _note(document, (way,), f"cannot be combined with {ways[0]}; keep one of them", True)
+        document.note((way,), f"cannot be combined with {ways[0]}; keep one of them", True)
 
 
 def _name(document: Document, default: str) -> str:
     name = document.data.get("name", default)
     if not isinstance(name, str) or not 1 <= len(name) <= LONGEST_NAME:
         message = f"needs a text of 1 to {LONGEST_NAME} characters; got {described(name)}"
-        _note(document, ("name",), message)
+        document.note(("name",), message)
         return default
     if not re.fullmatch(PRINTABLE, name):
         message = f"must not hold control characters; got {described(name)}"
-        _note(document, ("name",), message)
+        document.note(("name",), message)
         return default
     return name
 
@@ -243,7 +238,7 @@ def _detail(document: Document) -> Detail:
     if detail not in DETAILS:
         hint = did_you_mean(str(detail), DETAILS)
         message = f"must be one of summary, full; got {described(detail)}{hint}"
-        _note(document, ("detail",), message)
+        document.note(("detail",), message)
         return "summary"
     checked: Detail = detail
     return checked
@@ -256,26 +251,26 @@ def _seeds(document: Document) -> Sequence[int]:
         return _listed_seeds(document, seeds)
     if isinstance(seeds, bool) or not isinstance(seeds, int):
         message = f"needs a whole number or a list of seeds; got {described(seeds)}"
-        _note(document, ("seeds",), message)
+        document.note(("seeds",), message)
         return ()
     if not 1 <= seeds <= MOST_MISSIONS:
         message = f"must be >= 1 and <= {MOST_MISSIONS}, the number of seeds; got {seeds}"
-        _note(document, ("seeds",), message)
+        document.note(("seeds",), message)
         return ()
     return range(seeds)
 
 
 def _listed_seeds(document: Document, seeds: list[Any]) -> Sequence[int]:
     if not seeds:
-        _note(document, ("seeds",), "is an empty list; give a number of seeds or name some")
+        document.note(("seeds",), "is an empty list; give a number of seeds or name some")
     known: set[int] = set()
     for number, seed in enumerate(seeds):
         path = ("seeds", number)
         whole = isinstance(seed, int) and not isinstance(seed, bool)
         if not whole or not 0 <= seed <= LARGEST_SEED:
-            _note(document, path, f"a seed is a whole number >= 0; got {described(seed)}")
+            document.note(path, f"a seed is a whole number >= 0; got {described(seed)}")
         elif seed in known:
-            _note(document, path, f"seed {seed} is given twice; keep one")
+            document.note(path, f"seed {seed} is given twice; keep one")
         else:
             known.add(seed)
     return seeds
@@ -305,7 +300,7 @@ def _source(document: Document, folder: FilePath, overrides: tuple[str, ...]) ->
         return None
     named = document.data["scenario"]
     if not isinstance(named, str) or not named:
-        _note(document, ("scenario",), f"needs the name of a file; got {described(named)}")
+        document.note(("scenario",), f"needs the name of a file; got {described(named)}")
         return None
     file = folder / named
     if not file.is_file():
@@ -313,7 +308,7 @@ def _source(document: Document, folder: FilePath, overrides: tuple[str, ...]) ->
     if not file.is_file():
         hint = did_you_mean(named, shipped("scenarios")) if FilePath(named).name == named else ""
         message = f"no such file: {file}; scenarios are sought beside the experiment file{hint}"
-        _note(document, ("scenario",), message)
+        document.note(("scenario",), message)
         return None
     try:
         return Source.file(file, overrides)

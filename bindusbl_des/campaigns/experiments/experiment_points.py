@@ -10,7 +10,6 @@ from math import isfinite, prod
 from typing import Any, Literal
 
 from ...core.wording import described, did_you_mean, plain
-from ...scenario.files.mistakes import FilePlace
 from ...scenario.files.plain_yaml import Document, Path
 from ...scenario.keys import settable
 from ...scenario.scenario import Scenario
@@ -163,11 +162,6 @@ def points_in(document: Document) -> tuple[Points, Places]:
     return [{}], [{}]
 
 
-def _note(document: Document, path: Path, message: str, at_key: bool = False) -> None:
-    places = document.keys if at_key else document.values
-    document.report(places.get(path, FilePlace(document.file, 1, 1)), path, message)
-
-
 def _is_unsettled(document: Document, section: str) -> bool:
     return any(path[:1] == (section,) for path in document.unsettled)
 
@@ -181,7 +175,7 @@ def _grid(document: Document, vary: Any) -> tuple[Points, Places]:
         return [], []
     count = prod(map(len, axes.values()))
     if count > MOST_POINTS:
-        _note(document, ("vary",), f"makes {count:,} points; at most {MOST_POINTS:,} can run")
+        document.note(("vary",), f"makes {count:,} points; at most {MOST_POINTS:,} can run")
         return [], []
     points: Points = []
     places: Places = []
@@ -199,10 +193,10 @@ def _values(document: Document, path: Path, given: Any) -> list[tuple[Any, Path]
         message = (
             f"needs a list of values or a range, such as [1, 2] or 2:5; got {described(given)}"
         )
-        _note(document, path, message)
+        document.note(path, message)
         return []
     if not given:
-        _note(document, path, "is an empty list; give at least one value")
+        document.note(path, "is an empty list; give at least one value")
     found: list[tuple[Any, Path]] = []
     for number, value in enumerate(given):
         place = (*path, number)
@@ -214,7 +208,7 @@ def _spread(document: Document, path: Path, text: str) -> list[tuple[Any, Path]]
     try:
         return [(value, path) for value in spread(text)]
     except ValueError as error:
-        _note(document, path, f"{text.strip()} {error}")
+        document.note(path, f"{text.strip()} {error}")
         return []
 
 
@@ -222,19 +216,19 @@ def _is_section(document: Document, path: Path, data: Any, needs: str) -> bool:
     if isinstance(data, dict) and data:
         return True
     got = "an empty section" if data == {} else described(data)
-    _note(document, path, f"needs {needs}; got {got}")
+    document.note(path, f"needs {needs}; got {got}")
     return False
 
 
 def _list(document: Document, points: Any) -> tuple[Points, Places]:
     if not isinstance(points, list) or not points:
         got = "an empty list" if points == [] else described(points)
-        _note(document, ("points",), f"needs a list of points, {{key: value, ...}} each; got {got}")
+        document.note(("points",), f"needs a list of points, {{key: value, ...}} each; got {got}")
         return [], []
     for number, point in enumerate(points):
         if not isinstance(point, dict):
             message = f"a point needs {{dotted.key: value, ...}}; got {described(point)}"
-            _note(document, ("points", number), message)
+            document.note(("points", number), message)
     if _is_unsettled(document, "points"):
         return [], []
     return points, [
@@ -248,10 +242,10 @@ def _sample(document: Document, sample: Any) -> tuple[Points, Places]:
     for key in sample:
         if key not in SAMPLE_KEYS:
             hint = did_you_mean(key, SAMPLE_KEYS) or f"; the keys are {', '.join(SAMPLE_KEYS)}"
-            _note(document, ("sample", key), f"unknown key{hint}", at_key=True)
+            document.note(("sample", key), f"unknown key{hint}", at_key=True)
     method, count, seed = _method(document), _count(document), sample.get("seed", 0)
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        _note(document, ("sample", "seed"), f"needs a whole number >= 0; got {described(seed)}")
+        document.note(("sample", "seed"), f"needs a whole number >= 0; got {described(seed)}")
     _check_ranges(document, sample.get("ranges"))
     if _is_unsettled(document, "sample"):
         return [], []
@@ -264,25 +258,25 @@ def _method(document: Document) -> Any:
     if method not in METHODS:
         hint = did_you_mean(str(method), METHODS)
         message = f"must be one of {', '.join(METHODS)}; got {described(method)}{hint}"
-        _note(document, ("sample", "method"), message)
+        document.note(("sample", "method"), message)
     return method
 
 
 def _count(document: Document) -> int:
     sample = document.data["sample"]
     if "points" not in sample:
-        _note(document, ("sample",), "points is missing; add it, such as `points: 64`")
+        document.note(("sample",), "points is missing; add it, such as `points: 64`")
         return 1
     count = sample["points"]
     path: Path = ("sample", "points")
     if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_POINTS:
         message = f"needs a whole number (>= 1 and <= {MOST_POINTS}); got {described(count)}"
-        _note(document, path, message)
+        document.note(path, message)
         return 1
     if sample.get("method") == "sobol" and count & (count - 1):
         near = 1 << count.bit_length()
         message = f"Sobol' points come in powers of two; write {near // 2} or {near}, not {count}"
-        _note(document, path, message)
+        document.note(path, message)
     return count
 
 
@@ -295,7 +289,7 @@ def _check_ranges(document: Document, ranges: Any) -> None:
         pair = isinstance(ends, list) and len(ends) == 2 and all(map(_is_number, ends))
         if not pair or not ends[0] < ends[1]:
             got = ends if isinstance(ends, list) else described(ends)
-            _note(document, (*path, key), f"needs [low, high] with low < high; got {got}")
+            document.note((*path, key), f"needs [low, high] with low < high; got {got}")
 
 
 def _is_number(value: Any) -> bool:

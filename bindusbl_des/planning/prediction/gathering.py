@@ -36,6 +36,7 @@ from ...scenario.declared import (
     ScheduleTraits,
     channel_named,
 )
+from ...scenario.destinations import route_of
 from ...scenario.families import (
     broadcaster_of,
     downlink_of,
@@ -46,7 +47,6 @@ from ...scenario.families import (
 )
 from ...scenario.own_sensors import OwnSensors, estimated_kinds, kinds, own_sensors
 from ...scenario.part_choice import PartChoice
-from ...scenario.planned import route_of
 from ...scenario.scenario import Scenario
 from ...scenario.site import area_of, assumed_sound_speed_of
 from ...usbl.array import NOTHING, dot, turned

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from ...core.arrays import Floats
 from ...core.plugins import PluginError, asked, shown
 from ...records.rows import EventBuffer
+from ...scenario.destinations import failures_of, horizontal_reach, mover_of
 from ...scenario.families import PLACEMENT
-from ...scenario.planned import failures_of, horizontal_reach, mover_of
 from ...scenario.scenario import Scenario
 from ...scenario.sections.placements import REPLAN_S, SPEED_M_PER_S, Assign, Follow, Placed, Zigzag
 from ...vehicles.fleet import Fleet
-from ...vehicles.steered import Steered
+from ...vehicles.vehicle import Steered
 from ..predicted_positions import CarriedForward
 from ..steps import moment
 from . import assign, follow, zigzag

@@ -151,7 +151,7 @@ def places_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
     given, corners = list(_in_degrees(scenario)), scenario.survey.corners_deg
     origin = origin_of(scenario)
     if origin is not None:
-        yield from _far("survey.area", [("survey.area", corner) for corner in corners], origin)
+        yield from _far([("survey.area", corner) for corner in corners], origin)
     for key, other, is_double, positions in given:
         section = key.rpartition(".")[0]
         if is_double:
@@ -160,7 +160,7 @@ def places_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
             message = "needs environment.origin.lat_deg and lon_deg, where x = y = 0"
             yield Problem(key, f"{message}; add them", ORIGIN)
         else:
-            yield from _far(key, positions, origin)
+            yield from _far(positions, origin)
 
 
 def _in_degrees(
@@ -187,7 +187,7 @@ def _keyed(key: str, positions: Sequence[Position]) -> list[tuple[str, Position]
     return [(f"{key}.{number}", position) for number, position in enumerate(positions)]
 
 
-def _far(key: str, positions: list[tuple[str, Position]], origin: Position) -> Iterator[Problem]:
+def _far(positions: list[tuple[str, Position]], origin: Position) -> Iterator[Problem]:
     """Yield the first position that is too far away, if there is one."""
     from ...geometry.geodesy import far_apart_m
     from ...vehicles.tracks import FARTHEST, too_far

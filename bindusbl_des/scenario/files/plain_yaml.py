@@ -137,6 +137,11 @@ class Document:
         self.mistakes.append(Mistake.at(place, dotted(path), message))
         self.unsettled.add(path)
 
+    def note(self, path: Path, message: str, at_key: bool = False) -> None:
+        """Note a mistake at the value of a path, or at its key; at the top where none is there."""
+        places = self.keys if at_key else self.values
+        self.report(places.get(path, FilePlace(self.file, 1, 1)), path, message)
+
 
 class _Stop(Exception):
     """The rest of the text cannot be read."""

@@ -4,9 +4,9 @@
 `top_speed` tell what may be asked of one. SI units and radians; x North, y East, z down.
 """
 
-from .belief import SteeringDrift
 from .departure import DeparturePlan, GuidanceError, SteeringIntervals, smallest_turn, top_speed
 from .guided_fleet import GuidedFleet, GuidedVehicle
+from .sensing import SteeringDrift
 
 __all__ = [
     "DeparturePlan",

@@ -14,8 +14,7 @@ from ...core.arrays import Floats
 from ...core.compiled import compiled
 from ...records.rows import Row
 from ..hulls import bluerov2 as hull
-from .belief import Sensed
-from .sensing import half_turn, within
+from .sensing import Sensed, half_turn, within
 from .tracks import PathPoint
 
 # Newtons of one thruster that a newton or newton metre of each axis costs: 1 / (4 c), c = cos 45

@@ -13,9 +13,8 @@ from ...core.arrays import Floats
 from ...core.compiled import compiled
 from ...records.rows import Row
 from ..hulls import cybership2 as hull
-from .belief import Sensed
 from .otter import average_fixes
-from .sensing import half_turn, within
+from .sensing import Sensed, half_turn, within
 
 # Skjetne et al. 2004: surge, sway (N), yaw (N m)
 SURGE_LIMIT, SWAY_LIMIT, YAW_LIMIT = 2.0, 1.5, 1.5

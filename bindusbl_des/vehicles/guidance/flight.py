@@ -33,8 +33,7 @@ from ..logs import (
     walked,
 )
 from . import bluerov2, cybership2, otter, remus100, sensing, tracks
-from .belief import Sensed, SteeringDrift
-from .sensing import Craft, NavigationState
+from .sensing import Craft, NavigationState, Sensed, SteeringDrift
 from .tracks import PathPoint, PathTracks
 
 HEALTHY, BROKEN, ADRIFT, STUCK = range(4)  # how a vehicle fares

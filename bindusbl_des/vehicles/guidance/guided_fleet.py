@@ -16,9 +16,8 @@ from ..hulls import rk4
 from ..hulls.models import find, parameters
 from ..motion import HEADINGS, PLACE, Motion, distance_at, lines, place_at
 from ..vehicle import Place
-from . import belief, departure, flight, tracks
+from . import departure, flight, sensing, tracks
 from .autopilots import AUTOPILOTS, PathFollower, follower, keeper
-from .belief import SteeringDrift
 from .departure import (
     LOST_CIRCLES,
     PATIENCE_S,
@@ -29,7 +28,7 @@ from .departure import (
     refuse_impossible,
     smallest_turn,
 )
-from .sensing import Craft
+from .sensing import Craft, SteeringDrift
 from .tracks import PathTracks
 
 
@@ -180,7 +179,7 @@ class GuidedFleet:
         length = 1 if position_noise is None else self._intervals
         self._noise = departure.rows(model, "position_noise", noise, (count, length, 2))
         self._or_by_fixes = "" if drift is None else ", or thrown about by its fixes"
-        self._drift = belief.for_fleet(model, drift, count, self.duration_s, self.control_s)
+        self._drift = sensing.for_fleet(model, drift, count, self.duration_s, self.control_s)
         self.corrections = np.zeros((count, 2))
         self.learnt = np.zeros(count, dtype=LEARNT)
         self.has_learnt = False

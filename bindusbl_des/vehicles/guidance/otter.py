@@ -14,8 +14,7 @@ from ...core.arrays import Floats
 from ...core.compiled import compiled
 from ...records.rows import Row
 from ..hulls import otter as hull
-from .belief import Sensed
-from .sensing import half_turn, within
+from .sensing import Sensed, half_turn, within
 
 WATCH_CIRCLE = 2.0  # m: leaving it sends the Otter back to within HOME
 HOME = 0.4  # m

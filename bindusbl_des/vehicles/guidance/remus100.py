@@ -13,8 +13,7 @@ from ...core.compiled import compiled
 from ...records.rows import Row
 from ..hulls import remus100 as hull
 from ..hulls.frames import cross_flow
-from .belief import Posture, Sensed
-from .sensing import half_turn, within
+from .sensing import Posture, Sensed, half_turn, within
 from .tracks import PathPoint
 
 LOOKAHEAD = 10.0  # m, six lengths of the vehicle (Fossen 2021, section 12.4: three or more)

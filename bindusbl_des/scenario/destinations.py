@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..geometry.routes import Surfacing
     from ..vehicles.fleet import Failures
     from ..vehicles.tracks import Track as RecordedTrack
-    from .own_plans import PlanView, Points, Tracks
+    from .own_routes import PlanView, Points, Tracks
 
 
 class NoStations(ValueError):
@@ -79,7 +79,7 @@ def route_of(scenario: ScenarioKeys) -> "Lawnmower | Hold | Waypoints | Track | 
 
 @lru_cache(maxsize=4)
 def _own_route(scenario: ScenarioKeys, choice: PartChoice, _loaded: int) -> "Points | Tracks":
-    from .own_plans import own_route
+    from .own_routes import own_route
 
     return own_route(scenario, choice, _view(scenario))
 
@@ -142,7 +142,7 @@ def _about_centroid(scenario: ScenarioKeys, vertices: "Floats") -> list[tuple[fl
 def _own_stations(
     scenario: ScenarioKeys, choice: PartChoice, _loaded: int
 ) -> tuple[tuple[float, float], ...]:
-    from .own_plans import own_placement, own_stations
+    from .own_routes import own_placement, own_stations
 
     answer = own_placement(choice, _view(scenario))
     if is_mover(answer):
@@ -169,7 +169,7 @@ def mover_of(scenario: ScenarioKeys) -> Any:
     Raises:
         PluginError: when it is not allowed or cannot be used.
     """
-    from .own_plans import own_placement
+    from .own_routes import own_placement
 
     asked = scenario.asvs.formation
     if not isinstance(asked, OwnPlacement):
@@ -209,7 +209,7 @@ def known_stations(scenario: ScenarioKeys) -> list[tuple[float, float]]:
 
 
 def _view(scenario: ScenarioKeys) -> "PlanView":
-    from .own_plans import PlanView
+    from .own_routes import PlanView
 
     bands, auvs, area = scenario.acoustics, scenario.auvs, area_of(scenario)
     return PlanView(

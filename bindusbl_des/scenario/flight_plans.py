@@ -19,7 +19,7 @@ from ..geometry.routes import (
     waypoint_poses,
 )
 from .agreement.vehicles import SHORTEST_WAY
-from .planned import route_of, surfacing_of, turning_radius
+from .destinations import route_of, surfacing_of, turning_radius
 from .scenario_keys import ScenarioKeys
 from .sections.routes import Lawnmower, RouteTraits
 from .sections.survey import LONGEST_S, SHORTEST_S, SURVEY, SurveyEnd
