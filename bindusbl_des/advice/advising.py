@@ -1,4 +1,6 @@
-"""What chosen changes are worth, on seeds that had no part in choosing them."""
+"""What could be changed about a plan, tried beside it, and what was measured, on seeds that had no
+part in choosing.
+"""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -139,9 +141,6 @@ def interval(differences: Floats, together: int) -> tuple[float, float, float]:
     width = student(count - 1, 1 - (1 - CONFIDENCE) / together)
     half = width * float(differences.std(ddof=1)) / count**0.5
     return mean, mean - half, mean + half
-
-
-# A plan's advice: what could be changed is tried beside it, and what was measured is said.
 
 
 # Reads the user's scenario again with further `--set` options laid over it.

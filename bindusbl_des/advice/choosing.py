@@ -1,4 +1,6 @@
-"""Changes of a plan race on some seeds; the best go on."""
+"""Which of many changes of a plan deserve to be measured: they race on some seeds, in missions
+flown beside the plan, and the worse drop out.
+"""
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
@@ -15,9 +17,6 @@ from ..preflight.effort import effort
 from ..results.effects import FILTER
 from ..scenario.scenario import Scenario
 from .changes import PAIR, Change, both, changed, may_be_paired
-
-# Missions flown beside a plan, as many as there are to be flown.
-
 
 Progress = Callable[[int, int], None]
 
@@ -125,9 +124,6 @@ class Trials:
     def unchanged(self, seeds: list[int]) -> list[Trial]:
         """Return the missions of the plan as it is that were flown at these seeds."""
         return [self._flown[AS_IT_IS, s] for s in seeds if (AS_IT_IS, s) in self._flown]
-
-
-# Which of many changes deserve to be measured: a race in which the slower ones drop out.
 
 
 # The first heat, one seed for every change, may take this share of the race's missions.

@@ -1,4 +1,4 @@
-"""Means of one metric of a campaign over one or two of its varied keys, for its figures."""
+"""The figures that a campaign offers: means of one metric over one or two of its varied keys."""
 
 from collections import defaultdict
 from pathlib import Path
@@ -102,9 +102,6 @@ def _title(campaign: "Campaign", varied: list[str], x: Levels, series: Levels | 
     pooled = f"; pooled over {', '.join(others)}" if others else ""
     seeds = len(campaign.plan.experiment.seeds)
     return f"{campaign.record['name']}: {seeds} seeds, 95 % intervals{pooled}"
-
-
-# The figures that a campaign offers.
 
 
 KINDS = {"curves": curves, "heatmap": heatmap}

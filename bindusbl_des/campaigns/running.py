@@ -1,4 +1,4 @@
-"""How a campaign is run."""
+"""How a campaign is begun, run and continued."""
 
 import errno
 import math
@@ -108,9 +108,6 @@ def settings_of(given: Mapping[str, Any], function: Callable[..., Any]) -> RunSe
                 f"{hint or '; its settings are ' + ', '.join(names)}"
             )
     return RunSettings(**given)
-
-
-# Campaigns begun and continued.
 
 
 Shard = tuple[int, int]

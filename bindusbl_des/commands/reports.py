@@ -1,4 +1,6 @@
-"""The command `compare`: are two campaigns, or two points of one, different, and how surely?"""
+"""The commands `compare` (are two campaigns, or two points of one, different, and how surely?) and
+`report` (pages made again from the folders of runs and campaigns).
+"""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -102,9 +104,6 @@ def _write_table(found: "Comparison", path: Path, force: bool) -> None:
             frame.to_csv(file, index=False)
         else:
             frame.to_parquet(file, index=False)
-
-
-# The command `report`: pages made again from the folders of runs and campaigns.
 
 
 PAGE, COMPARISON = "report.html", "comparison.html"

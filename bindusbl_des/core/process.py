@@ -12,9 +12,6 @@ from contextlib import contextmanager, suppress
 from time import monotonic
 from typing import TextIO
 
-# What becomes of memory that a process of ours no longer needs.
-
-
 # So many objects are made before the youngest are looked through.
 YOUNG = 50_000
 
@@ -105,9 +102,6 @@ def say(text: str) -> None:
     start = "\r\x1b[K" if sys.stderr.isatty() else ""
     sys.stderr.write(f"{start}{text}\n")
     sys.stderr.flush()
-
-
-# How far long work is, in one line on stderr.
 
 
 LINE_EVERY_S = 10.0

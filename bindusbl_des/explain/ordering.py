@@ -1,4 +1,6 @@
-"""Why a ping had its slot: the order of the groups, and who knew of it."""
+"""Why a ping had its slot: how an AUV knows it and why it was silent before, and why it was its
+turn, where the schedule goes by more than who hears whom.
+"""
 
 import math
 from collections.abc import Iterator
@@ -16,9 +18,6 @@ from .overlapping import number_of
 
 if TYPE_CHECKING:
     from ..results.result import Result
-
-
-# How an AUV knows its slot (protocol.knowledge broadcast), and why it was silent before.
 
 
 def slot_steps(result: "Result", ping: Any) -> Iterator[Step]:
@@ -97,9 +96,6 @@ def _why_missed(result: "Result", slot: Any) -> str:
     if channel_named(mf.channel).ends_at_range and away > mf.range_m:
         return f"it was out of MF range of {frame}: {away:.1f} m > {mf.range_m:g} m"
     return f"it had not decoded {frame}, from {away:.1f} m away"
-
-
-# Why it is an AUV's turn now, where the schedule goes by more than who hears whom.
 
 
 Why = tuple[list[str], dict[str, Any]]

@@ -1,8 +1,5 @@
-"""What overlapped: pings, calls and frames where one was lost, and who was deaf as it sent.
-
-Where a vessel that moves was going, as its track tells afterwards.
-
-What ASVs missed because they had failed, in words.
+"""What overlapped: pings, calls and frames where one was lost, and who was deaf as it sent; where a
+vessel that moves was going, as its track tells afterwards; and what ASVs missed that had failed.
 """
 
 import math

@@ -1,9 +1,9 @@
-"""A mission, or the team of a plan, as a chart: GeoJSON, KML or GPX.
+"""A mission, or the team of a plan, as a chart, GeoJSON, KML or GPX: the survey area, where ASVs
+lie, and where AUVs went.
 
-Lines and rings are cut where they cross 180 degrees.
-
-GeoJSON (RFC 7946, 3.1.9) asks for parts of which none crosses the antimeridian, and for exterior
-rings that go counter-clockwise (3.1.6).  Positions are longitude and latitude (deg).
+Lines and rings are cut where they cross 180 degrees: GeoJSON (RFC 7946, 3.1.9) asks for parts of
+which none crosses the antimeridian, and for exterior rings that go counter-clockwise (3.1.6).
+Positions are longitude and latitude (deg).
 """
 
 import json
@@ -102,9 +102,6 @@ def _unwrapped(line: Positions) -> Positions:
             turn += math.copysign(360.0, before)
         found.append((lon + turn, lat))
     return found
-
-
-# A mission as a chart, GeoJSON or KML: the survey area, where ASVs lie, and where AUVs went.
 
 
 # What is drawn of each AUV: its way as it was, and as it was believed to be.

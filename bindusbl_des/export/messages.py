@@ -1,8 +1,6 @@
-"""What an export tells a viewer: messages with the instant and the topic they belong to.
-
-Where every vehicle is, as frames of a viewer: truth, estimate and dead reckoning apart.
-
-The rows of the result tables as JSON messages, for plots: columns and frame as in the tables.
+"""What an export tells a viewer, as messages with the instant and the topic they belong to: where
+every vehicle is (truth, estimate and dead reckoning apart), where on Earth, and the rows of the
+result tables as JSON, for plots, columns and frame as in the tables.
 """
 
 import math
@@ -194,9 +192,6 @@ def _description(metadata: dict[bytes, bytes]) -> str:
 
 def _known(row: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in row.items() if value is not None}
-
-
-# Where vehicles and fixes are on Earth, for map panels; only of a survey that has an origin.
 
 
 KNOWN = LocationFixPositionCovarianceType.Known

@@ -1,4 +1,6 @@
-"""What a viewer draws: vehicles, ranges, tracks and ellipses."""
+"""What a viewer draws: survey, paths, vehicles and the ranges of the ASVs from the start, then
+tracks and the ellipse of each estimate.
+"""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -35,9 +37,6 @@ from .messages import FRAMES, MAP, Messages, ViewerMessage, colour, timestamp
 if TYPE_CHECKING:
     from ..results.result import Result
     from ..scenario.scenario import Scenario
-
-
-# Lines and marks in a viewer's scene, from places in the survey frame.
 
 
 # Sides of the polygon that stands for a circle or an ellipse
@@ -144,9 +143,6 @@ def _unit_circle(count: int) -> Floats:
     return np.column_stack([np.cos(angles), np.sin(angles), np.zeros(count)])
 
 
-# How sure an AUV is of where it is, as a viewer shows it: the ellipse of each estimate.
-
-
 OPACITY = 0.3
 
 SPREAD = ("estimate_sd_x_m", "estimate_sd_y_m", "estimate_cov_xy_m2")
@@ -175,9 +171,6 @@ def _around(row: Mapping[str, Any]) -> dict[str, Any]:
         "id": name,
         "cylinders": [disc(place, covariance, ELLIPSE_SCALE, auv_colour(name, OPACITY))],
     }
-
-
-# What a viewer shows from the start: survey, paths, vehicles and the ranges of the ASVs.
 
 
 WHITE = "#FFFFFF"

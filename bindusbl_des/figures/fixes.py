@@ -1,6 +1,5 @@
-"""How many fixes each AUV has received by when.
-
-How old fixes are when they come, and how long AUVs wait for the next.
+"""How many fixes each AUV has received by when, how old they are when they come, and how long AUVs
+wait for the next.
 """
 
 from typing import TYPE_CHECKING

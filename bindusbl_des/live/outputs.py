@@ -1,4 +1,6 @@
-"""A line of JSON for each reading: what an instrument has, with units in the names."""
+"""What `--to FORMAT[/VEHICLES]:SINK` means: formats and sinks by their names; among them a line of
+JSON for each reading, which has what an instrument has, with units in the names.
+"""
 
 import json
 import math
@@ -99,9 +101,6 @@ def _place(place: Any, earth: Earth) -> dict[str, float]:
 
 def _named(names: tuple[str, ...], values: Any) -> dict[str, float]:
     return {name: float(value) for name, value in zip(names, values, strict=False)}
-
-
-# What `--to FORMAT[/VEHICLES]:SINK` means: formats and sinks by their names.
 
 
 PORTS = range(65536)

@@ -1,5 +1,5 @@
 """What may be chosen: teams of ASVs, each a scenario that differs from the user's in some keys;
-what they are predicted to be, and how wrong that may be.
+what they are predicted to be, how wrong that may be, and which of them are worth flying.
 """
 
 import json
@@ -87,9 +87,6 @@ def _value(scenario: Scenario, key: str) -> Any:
     for part in key.split("."):
         value = value.get(part) if isinstance(value, dict) else None
     return value
-
-
-# What candidates are predicted to be, and how wrong that may be.
 
 
 # By what plans of one size are compared where no goal is predicted.
@@ -195,10 +192,6 @@ def band(goal: Goal, value: float) -> tuple[float, float]:
     if doubt is None:
         return math.nan, math.nan
     return value * math.exp(-doubt.mostly), value * math.exp(doubt.mostly)
-
-
-# Which candidates are worth flying: none is left out that a prediction's error could hide; the
-# keys that put a team in its places; and whether more ASVs than were tried would meet the goals.
 
 
 @dataclass(frozen=True)

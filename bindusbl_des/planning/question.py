@@ -172,9 +172,6 @@ def without_key(error: ValueError) -> str:
     return str(error).partition(": ")[2] or str(error)
 
 
-# Plans from YAML files, scenarios and options: every mistake at once, each with its place.
-
-
 KEYS = (
     *("name", "scenario", "goal", "candidates", "confidence", "budget_s", "budget_missions"),
     *("cost", "seed"),

@@ -1,8 +1,7 @@
-"""What a scenario leaves unsaid though it changes the answers: warnings, each with its numbers.
+"""What a scenario leaves unsaid though it changes the answers: warnings, each with its numbers and
+at its line of the file.
 
 Nothing here is wrong: the mission runs as it is described, but perhaps not as it was meant.
-
-Warnings of ASVs that fail: failures that never come, and nobody left.
 """
 
 import math
@@ -207,9 +206,6 @@ def _samples(scenario: Scenario) -> Iterator[Problem]:
             "has drifted yet",
             ("duration_s",),
         )
-
-
-# A scenario as it stands in its file, with its warnings at their lines.
 
 
 @dataclass(frozen=True)

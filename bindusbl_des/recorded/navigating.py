@@ -1,4 +1,6 @@
-"""The noise by which a log is navigated, as a scenario says it."""
+"""A log through our navigators, with the noise that a scenario says: the filter as it would have
+run, and the smoother afterwards.
+"""
 
 from dataclasses import dataclass, replace
 from math import hypot, inf, radians
@@ -110,9 +112,6 @@ def noise_of(scenario: Scenario) -> Noise:
         radians(sensors.heading_sd_deg),
         inf if sensors.bias_time_constant_s is None else sensors.bias_time_constant_s,
     )
-
-
-# A log through our navigators: the filter as it would have run, and the smoother afterwards.
 
 
 # Sights are looked at anew from where they have put the vehicle until that moves by less (m).

@@ -1,4 +1,6 @@
-"""The rows of a replay's tables: what each column is."""
+"""What replays came to, as tables (the logs, their tracks, their sights and their beacons), and
+what each column is.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -106,9 +108,6 @@ class BeaconRow:
 
 
 ROWS = {"logs": LogRow, "tracks": TrackRow, "sights": SightRow, "beacons": BeaconRow}
-
-
-# What replays came to, as tables: the logs, their tracks, their sights and their beacons.
 
 
 TYPES = {int: pa.int64(), float: pa.float64(), str: pa.string(), bool: pa.bool_()}

@@ -1,7 +1,9 @@
-"""Where a log began, found from its ranges: odometry as a whole is laid over the beacons.
+"""A log through our navigators, and what came out, in numbers; where it began, and the robust
+optimum by GTSAM to lay ours beside.
 
-The sum of squares has many minima (a way and its mirror image about two beacons fit nearly alike),
-so many starts descend at once, and those ranges count little that fit badly: Cauchy's weights
+Where a log began is found from its ranges: odometry as a whole is laid over the beacons.  The sum
+of squares has many minima (a way and its mirror image about two beacons fit nearly alike), so many
+starts descend at once, and those ranges count little that fit badly: Cauchy's weights
 1 / (1 + (r / c)^2), with a scale c that falls, which is graduated non-convexity.  Sources: P. W.
 Holland, R. E. Welsch, Robust regression using iteratively reweighted least squares, 1977; H. Yang
 and others, Graduated non-convexity for robust spatial perception, 2020.
@@ -135,9 +137,6 @@ class _Fit:
         return predicted - self._metres, slopes
 
 
-# The robust optimum of a log, by GTSAM: another's estimate to lay ours beside, and no truth.
-
-
 # At this many standard deviations Cauchy's loss has 95 % of the efficiency of least squares where
 # there is no outlier.  Source: Holland and Welsch, 1977.
 CAUCHY = 2.3849
@@ -202,9 +201,6 @@ def robust_optimum(log: Log) -> Reference | None:
         return None
     places = [found.atPose2(n).translation() for n in range(len(poses))]
     return Reference(np.array(places), np.sqrt(spreads))
-
-
-# A log through our navigators, and what came out, in numbers.
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,7 @@
-"""Passive ranging as a report reads it: a ping of an ASV is a chance of each AUV to be fixed."""
+"""A mission as a report reads it: the result tables as plain arrays, vehicles by number.
+
+With passive ranging a ping of an ASV is a chance of each AUV to be fixed.
+"""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -48,9 +51,6 @@ def depth_at(times: Floats, depths: Floats, receptions: Columns) -> Floats:
         own = receptions["auv"] == auv
         found[own] = np.interp(receptions["arrived_at_s"][own], times, depths[auv])
     return found
-
-
-# A mission as a report reads it: the result tables as plain arrays, vehicles by number.
 
 
 TRUTH = ("x_m", "y_m", "z_m", "yaw_rad")

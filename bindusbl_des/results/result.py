@@ -1,4 +1,7 @@
-"""How a result is shown: pages and figures are made in rooms above, loaded when first asked for."""
+"""The result of one mission: its tables, and the folder that holds them.
+
+Pages and figures are made in rooms above, loaded when first asked for.
+"""
 
 import hashlib
 import json
@@ -52,9 +55,6 @@ def page(result: Any) -> str:
     """Return the report of a result, one HTML page."""
     text: str = face(PAGE)(result)
     return text
-
-
-# The result of one mission: its tables, and the folder that holds them.
 
 
 PACKAGES = ("bindusbl-des", "simpy", "numpy", "networkx", "pandas", "pyarrow", "numba")

@@ -1,4 +1,8 @@
-"""A result's folder: Parquet tables with checksums, whole or not at all."""
+"""The folder of a run: what lies in it, and how it is written, whole or not at all.
+
+Tables are Parquet files, written with their SHA-256, compared with it before they are parsed:
+Parquet's own decoders end the process at some flipped bits.
+"""
 
 import hashlib
 import io
@@ -17,12 +21,6 @@ from ..core.files import DRAFT, clear_killed, folder_draft, sealed
 from ..core.kept_files import FOLDERS, KEPT
 from .effects import Advice, as_data
 from .schemas import SCHEMA_VERSION, TABLES, schema
-
-# Tables in Parquet files: written with their SHA-256, compared with it before they are parsed.
-#
-# Parquet's own decoders end the process at some flipped bits, so a file that has a checksum on
-# record is read only if it still has it.
-
 
 # A table of fewer rows is read sooner by one thread.
 ROWS = 100_000
@@ -212,9 +210,6 @@ def _check_columns(path: Path, found: Sequence[str], needed: Sequence[str]) -> N
         raise DamagedFile(
             str(path), f"has no column {named}: it is another table, or of another version"
         )
-
-
-# The folder of a run: what lies in it, and how it is written, all of it or nothing.
 
 
 RECORD = "run.json"

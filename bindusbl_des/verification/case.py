@@ -22,9 +22,6 @@ from ..vehicles.currents import CONTROL_S
 from ..vehicles.guidance.departure import top_speed
 from ..vehicles.tracks import Track
 
-# A kind of pairs of signals that may meet at a receiver, and what was decided of it.
-
-
 Plan = dict[str, Any]
 
 ACCEPTED, REFUSED, UNDECIDED = "accepted", "refused", "undecided"
@@ -75,9 +72,6 @@ def undecided(
 ) -> SignalPair:
     """Return a pair that nothing here proves safe; a witness, if there is one, proves it unsafe."""
     return SignalPair(kind, what, UNDECIDED, why, witnesses=witnesses)
-
-
-# What is known of a mission before it begins: how fast, how wrong, how late anything may be.
 
 
 # With this chance a mission is worse than its bounds: Gaussian errors, and outliers, have none.
@@ -242,9 +236,6 @@ def _clock_error(scenario: Scenario, sigmas: float) -> float:
 
 def _sound_speed_error(scenario: Scenario) -> float:
     return abs(sound_speed_of(scenario) - assumed_sound_speed_of(scenario))
-
-
-# What a scenario's signals are decided from: slots, bounds, where ASVs lie, how deep AUVs are.
 
 
 # Autopilots may take an AUV so much deeper than it is told to be.

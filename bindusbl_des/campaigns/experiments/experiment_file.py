@@ -328,9 +328,6 @@ def _reading(document: Document, source: Source | None) -> Reading | None:
         return None
 
 
-# The JSON Schema of experiment files, for completion in editors.
-
-
 def experiment_schema() -> dict[str, Any]:
     """Return the JSON Schema of experiment files; keys that may be varied are suggested."""
     known = {row.key: row.meaning for row in settable() if row.key != "record.detail"}

@@ -1,8 +1,5 @@
-"""What the missions of a campaign came to: metrics by point and seed.
-
-What the metrics of missions tell a planner: which way is better, and which an AUV may lack.
-
-What the AUVs of a campaign's missions got, each for itself.
+"""What the missions of a campaign came to, metrics by point and seed, and what their AUVs got;
+which way a metric is better, and which an AUV may lack.
 """
 
 from collections import Counter

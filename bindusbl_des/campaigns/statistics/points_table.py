@@ -1,4 +1,6 @@
-"""What the intervals of a campaign contain: what differs between seeds, and what does not."""
+"""The points of a campaign in a table for the terminal, each with its means, and what their
+intervals contain: what differs between seeds, and what does not.
+"""
 
 import json
 from collections.abc import Iterable, Iterator
@@ -113,9 +115,6 @@ def wide_points(plan: ExperimentPlan, found: MissionOutcomes) -> list[int]:
         for point, count in enumerate(wanted)
         if not is_narrow(plan, found, _rows(plan, found, point, count))
     ]
-
-
-# The points of a campaign in a table for the terminal, each with its means.
 
 
 # metric, heading, digits of mean and interval (0: without one)

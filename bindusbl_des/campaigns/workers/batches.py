@@ -1,4 +1,6 @@
-"""Batches of missions, as workers fly them."""
+"""Batches of missions, as workers fly them: with compiled code made ready before, and a note on the
+disk of which mission a worker is at, for whoever finds it dead.
+"""
 
 import faulthandler
 import json
@@ -43,9 +45,6 @@ from ..storage.parts import (
     part_path,
     read_part,
 )
-
-# Compiled code made, or loaded from the disk, before the missions that need it.
-
 
 # Long enough for a ping to be heard and its fix to be computed.
 WARMING_S = 3.0
@@ -96,9 +95,6 @@ def _kind(data: Any) -> Any:
     if isinstance(data, list):
         return [_kind(value) for value in data]
     return data if data is None or isinstance(data, str) else bool(data)
-
-
-# Which mission a worker is at, on the disk for whoever finds the worker dead.
 
 
 # The number of the mission is written over the last one, so it is as long.

@@ -1,11 +1,9 @@
-"""The supervisor: hands out batches, survives dying workers, isolates the missions that kill them.
+"""The supervisor: hands out batches, survives dying workers, isolates the missions that kill them;
+and what a campaign would cost, from one mission that is run for it.
 
 Batches are short at first and longer as the campaign grows, so that its folder holds few files and
-yet no more than half a minute of one worker's work is ever lost.
-
-The missions that wait for a worker, those of one point together.
-
-Ctrl-C: once to finish what is under way, twice to stop at once.
+yet no more than half a minute of one worker's work is ever lost.  Missions of one point wait for a
+worker together.  Ctrl-C: once to finish what is under way, twice to stop at once.
 """
 
 import json
@@ -304,9 +302,6 @@ def interruptible(stop: Callable[[], None]) -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-# What a campaign would cost, from one mission that is run for it.
 
 
 # The tables of one mission are mostly their own description, which large files hold once: measured

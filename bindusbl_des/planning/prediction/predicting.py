@@ -16,9 +16,6 @@ from .march import errors_of, smoothed
 from .rounds import Turns, planned_rounds, turns_of
 from .sights import SELDOM, fixes, seen
 
-# How long AUVs wait for fixes that come with some chance each.
-
-
 # A wait that is less likely than this to go on is over.
 OVER = 1e-5
 
@@ -128,9 +125,6 @@ def _over_time(ages: Floats, weights: Floats, end: float) -> tuple[float, float,
             if age >= younger:
                 p95 = age
     return square / (2.0 * end), max(p95, 0.0), longest
-
-
-# The error of each AUV, predicted without simulation (see docs/planning.md, Predicted error).
 
 
 class Prediction(NamedTuple):

@@ -17,9 +17,6 @@ import yaml
 from ...core.wording import shortened
 from .mistakes import FilePlace, Mistake
 
-# What breaks the grammar of YAML, in plain words in place of the parser's.
-
-
 # What the parsers (libyaml, PyYAML) say, and what it means to the author of the file.
 _PROBLEMS = {
     "mapping values are not allowed": "a ':' where none can be; check the indentation and the line "

@@ -11,8 +11,6 @@ from ...core.plugins import is_plugin
 from ..key_types import OURS, PAPER, Part, Point, Position, Real, Text, key
 from ..part_choice import PartChoice
 
-# Parts of somebody's own: sections whose other keys are the part's settings.
-
 
 class OwnSection(BaseModel):
     """A part named ``module:object`` at one of the section's keys, `WORD`; the others set it."""
@@ -105,9 +103,6 @@ class OwnRoute(RouteTraits, OwnSection):
     """Where the AUVs go, as somebody's own function says."""
 
     WORD = "kind"
-
-
-# The keys of each kind of route: lanes over the survey, places to hold, way points, tracks.
 
 
 class Planned(RouteTraits, Part):

@@ -17,9 +17,6 @@ from pydantic_core import PydanticCustomError
 
 from ..key_types import PAPER, Part, Point, Position, Real, Text, key
 
-# The keys of the survey: where the AUVs work.
-
-
 Side = Annotated[Real, Field(ge=0.1, le=1e5)]
 Depth = Annotated[Real, Field(ge=0, le=11e3)]
 
@@ -109,9 +106,6 @@ def _read(file: str) -> tuple[Position, ...]:
         return read_area(file)
     except ValueError as error:
         raise PydanticCustomError("file", "{message}", {"message": str(error)}) from None
-
-
-# How long a mission lasts: a number of seconds, or until its survey is flown.
 
 
 SURVEY = "survey"

@@ -1,4 +1,6 @@
-"""Vehicles of one model in one sea, moved only as far as somebody looks."""
+"""Vehicles of one model in one sea, moved only as far as somebody looks; and what one settles into
+when nothing is changed any more: its speed, its turning circle.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -190,9 +192,6 @@ def _step_length(model: Model, step: float) -> float:
     if not (isfinite(step) and step > 0):
         raise ValueError(f"{model.name}: step_s must be a finite number above zero, not {step!r}")
     return float(step)
-
-
-# What a vehicle settles into when nothing is changed any more: its speed, its turning circle.
 
 
 WINDOW_S = 5.0  # motion is averaged over this long
