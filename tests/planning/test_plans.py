@@ -212,16 +212,21 @@ def killed_after(missions: int) -> Callable[[Budget, Any], None]:
     return note
 
 
+@pytest.mark.parametrize("damaged", [False, True])
 def test_a_plan_that_was_cut_short_goes_on(
-    found: bindusbl_des.Plan, monkeypatch: pytest.MonkeyPatch
+    damaged: bool, found: bindusbl_des.Plan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The same call goes on, flies nothing twice, and finds what it would have found at once."""
+    """The same call goes on, flies nothing twice, and finds what it would have found at once; also
+    where the records of its missions have been damaged meanwhile.
+    """
     whole = found.record
     with monkeypatch.context() as patched:
         patched.setattr(Budget, "note", killed_after(10))
         with pytest.raises(KeyboardInterrupt):
             made()
     assert sorted(it.name for it in Path("out").iterdir()) == ["missions", "question.json"]
+    for path in Path("out/missions").rglob("campaign.json") if damaged else ():
+        path.write_text(path.read_text().replace("bay", "bax"))
     flown: list[int] = []
     monkeypatch.setattr(Budget, "note", lambda _, rows: flown.append(len(rows)))
     record = made().record
