@@ -1,4 +1,4 @@
-"""When which fixes travel: the downlinks, each one round as its timeline reads.
+"""When which fixes travel: the downlinks, each written as the timeline of one round.
 
 All return the instant at which the next round may start.  A scenario can name one of one's own as
 ``module:object``.

@@ -1,8 +1,8 @@
 """The TDMA protocol: AUVs ping in groups on HF, then an ASV broadcasts their fixes on MF.
 
-``serve`` is the process that runs through the mission, round after round.  How a round reads, the
-downlink decides (:mod:`.downlinks`), in the words that follow: `ping_group`, `broadcast`,
-`downlink_free` and `until`.
+``serve`` is the process that runs through the mission, round after round.  The downlink decides
+what happens when in a round (:mod:`.downlinks`); it is written with the functions that follow:
+`ping_group`, `broadcast`, `downlink_free` and `until`.
 """
 
 from collections.abc import Generator, Sequence
@@ -21,7 +21,7 @@ from .network import Network, Steps, Turn
 from .schedules.view import TimedGroups
 from .steps import check_now, event_of, moment, some_work
 
-# What is said to a downlink whose words are not of now.
+# What a downlink of one's own is told that acts at another instant than now.
 WAITING = "`time = yield from ping_group(...)` waits, and `yield until(network, time)`"
 
 
