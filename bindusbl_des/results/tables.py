@@ -15,6 +15,9 @@ from .schemas import VEHICLES, schema, spelt
 
 WORD = 8  # bytes of a number
 
+# So many rows become columns at a time: of large fleets the tracks are all there twice otherwise.
+BLOCK = 65_536
+
 
 def from_numbers(table: str, *parts: Rows, words: Sequence[str] = OUTCOMES) -> pa.Table:
     """Return the rows of one or two buffers side by side, of numbers, as an Arrow table.
@@ -22,6 +25,15 @@ def from_numbers(table: str, *parts: Rows, words: Sequence[str] = OUTCOMES) -> p
     Vehicles have their names; in other columns of text numbers count in `words`.  NaN and NONE
     become null.
     """
+    batches = [
+        _batch(table, [part[begin : begin + BLOCK] for part in parts], words)
+        for begin in range(0, max(len(parts[0]), 1), BLOCK)
+    ]
+    return pa.Table.from_batches(batches)
+
+
+def _batch(table: str, parts: Sequence[Rows], words: Sequence[str]) -> pa.RecordBatch:
+    """Return rows as :func:`from_numbers` does, as one batch."""
     rows, columns = len(parts[0]), dict[str, pa.Array]()
     numbers = {name: its_own for part in parts for name, *its_own in _columns(part)}
     for prefix, names in _texts(table).items():  # all at once: most tables are short
@@ -34,7 +46,7 @@ def from_numbers(table: str, *parts: Rows, words: Sequence[str] = OUTCOMES) -> p
             its_own, known = numbers[name]
             columns[name] = pa.Array.from_buffers(kind, rows, [known, pa.py_buffer(its_own)])
     arrays = [columns[name] for name in _kinds(table)]
-    return pa.Table.from_batches([pa.RecordBatch.from_arrays(arrays, schema=schema(table))])
+    return pa.RecordBatch.from_arrays(arrays, schema=schema(table))
 
 
 def _columns(part: Rows) -> Iterator[tuple[str, Ints, pa.Buffer | None]]:

@@ -21,7 +21,7 @@ from bindusbl_des import Result, load_result, simulate
 from bindusbl_des.records.events import OUTCOMES, Assignment, Round
 from bindusbl_des.records.rows import FIX, NONE
 from bindusbl_des.results import result as results
-from bindusbl_des.results import result_folder
+from bindusbl_des.results import result_folder, tables
 from bindusbl_des.results.schemas import (
     EVENT_TABLES,
     TABLES,
@@ -339,6 +339,19 @@ def test_numbers_become_the_columns_of_a_table(count: int, missing: bool) -> Non
         assert found[field.name].num_chunks == 1
     if not missing:  # the sign of zero stays
         assert np.signbit(numpy_columns(found)["y_m"]).all()
+
+
+def test_long_tables_are_made_in_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rows of several blocks are the rows of one, two parts stay side by side."""
+    fixes = np.zeros(9, dtype=FIX)
+    fixes["fix"], fixes["auv"], fixes["x_m"] = np.arange(9), np.arange(9), np.arange(9) / 7
+    fused = np.array([(6 + k % 2,) for k in range(9)], dtype=[("asvs", "i8")])
+    words = (*OUTCOMES, "ASV0", "ASV1")
+    whole = from_numbers("fixes", fixes, fused, words=words)
+    monkeypatch.setattr(tables, "BLOCK", 4)
+    found = from_numbers("fixes", fixes, fused, words=words)
+    assert [len(it) for it in found["x_m"].chunks] == [4, 4, 1]
+    assert found.equals(whole, check_metadata=True)
 
 
 def test_whole_numbers_may_be_missing_where_the_table_says_so() -> None:
