@@ -104,6 +104,7 @@ def test_what_has_not_ended_before_the_end_is_in_flight() -> None:
         result = simulate(hand_worked(duration_s=end), 1)
         assert result.tables["receptions"].outcome.tolist() == [outcomes, "out_of_range"]
         assert len(result.tables["fixes"]) == (outcomes == "heard")
+        assert result.auvs.hf_coverage.isna().tolist() == [outcomes == "in_flight", False]
 
 
 @settings(max_examples=25, deadline=None, derandomize=True)

@@ -316,6 +316,13 @@ def test_asvs_keep_station(model: str, speed: float, bearing: int) -> None:
     assert guided.saturated.max() < 0.2
 
 
+def test_an_otter_does_not_turn_after_noise_in_still_water() -> None:
+    """GNSS noise of half a metre leaves it within its watch circle of 2 m."""
+    noise = np.random.default_rng(1).normal(scale=0.5, size=(1, 600, 2))
+    guided = voyage("otter", stations=[(0.0, 0.0)], duration_s=60.0, position_noise=noise)
+    assert {guided.vehicle(0).at(float(time)).yaw for time in range(61)} == {0.0}
+
+
 def test_an_otter_lies_with_its_bow_against_the_current() -> None:
     """When the current turns by a right angle, the Otter turns after it."""
     currents = np.repeat([[0.0, -0.3], [0.3, 0.0]], 6000, axis=0)
