@@ -3,11 +3,14 @@
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 
 from bindusbl_des import Scenario, verify
 from bindusbl_des.verification.case import Case, bounds_of
+from bindusbl_des.verification.frames import widest
 from bindusbl_des.verification.two_way import call_and_answer
+from bindusbl_des.verification.uplink import round_gap, spread_s
 from bindusbl_des.verification.verdict_text import verdict_text
 
 PLACES = [(10.0, 0.0), (0.0, 20.0), (-30.0, 5.0)]
@@ -39,6 +42,24 @@ def test_vessels_and_auvs_come_nearer_by_both_speeds() -> None:
     bounds = it.bounds
     assert min(bounds.max_speed_m_per_s, bounds.asv_speed_m_per_s) > 0.1
     assert it.closing_m_per_s == bounds.max_speed_m_per_s + bounds.asv_speed_m_per_s
+    held = {"count": 1, "route": {"kind": "hold", "positions_m": [[0.0, 0.0]]}}
+    assert case(auvs=held).closing_m_per_s == 0.0
+
+
+def test_the_shortest_way_of_a_ping_is_that_from_the_least_depth() -> None:
+    """AUVs with equations of motion may be anywhere down to their depth."""
+    assert case().shortest_m(0) == 10.0
+    assert case(auvs={"vehicle": "bluerov2"}).shortest_m(0) == 0.0
+
+
+def test_two_pings_of_one_auv_come_apart_by_what_it_moves_in_a_round() -> None:
+    it = case(auvs={"count": 1})
+    moved = it.closing_m_per_s * round_gap(it)
+    assert 0.0 < spread_s(it, 0, 0) == pytest.approx(moved / it.sound_speeds[0])
+
+
+def test_an_auv_half_way_between_two_asvs_is_as_far_from_either() -> None:
+    assert widest(case(asvs=PLACED), np.array([100.0]), 50.0, False, 0.0) == (0.0, 100.0)
 
 
 @pytest.mark.parametrize(
@@ -47,10 +68,16 @@ def test_vessels_and_auvs_come_nearer_by_both_speeds() -> None:
 def test_the_guard_of_a_slot_is_the_one_set_and_what_its_length_is_rounded_up_by(
     protocol: dict[str, Any],
 ) -> None:
-    guards = {"uplink_guard_s": 0.05, "shortest_uplink_slot_s": 0.0, "schedule": "one_per_slot"}
-    verdict = verify(scenario(protocol={**guards, **protocol}))
+    guards = {"uplink_guard_s": 0.05, "shortest_uplink_slot_s": 0.0, "schedule": "one_per_slot",
+              "downlink_guard_s": 0.07, "shortest_downlink_slot_s": 0.0, **protocol}  # fmt: skip
+    verdict = verify(scenario(protocol=guards))
     assert verdict.uplink is not None
     assert 0.05 - 1e-9 <= verdict.uplink.set_s < 0.05 + 1.0 / 30.0 + 1e-9
+    verdict = verify(scenario(protocol={**guards, "tick_rate_hz": None}))
+    assert verdict.uplink is not None
+    assert verdict.uplink.set_s == pytest.approx(0.05)
+    if verdict.downlink is not None:
+        assert verdict.downlink.set_s == pytest.approx(0.07)
 
 
 @pytest.mark.parametrize(
