@@ -215,7 +215,7 @@ def dubins_segments(start: Pose, end: Pose, radius: float) -> tuple[Segment, Seg
 
     >>> way = dubins_segments(Pose(0.0, 0.0, 0.0), Pose(0.0, 10.0, math.pi), 10.0)
     >>> [round(segment.curvature * segment.length, 3) for segment in way]
-    [-0.424, 5.185, -0.424]
+    [-0.723, 4.587, -0.723]
     """
     if not 0.0 < radius < math.inf:
         raise ValueError(f"turning radius must be positive and finite; met {radius}; give metres")
