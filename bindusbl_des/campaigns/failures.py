@@ -1,6 +1,5 @@
-"""What is kept of missions that failed: a file each, in the folder `failures` of their campaign.
-
-Campaigns that must not be run: a folder that is taken, a model that has changed since.
+"""What goes wrong with campaigns: missions that failed, of each of which a file is kept in the folder
+`failures`; and campaigns that must not be run, as their folder is taken, or the model has changed.
 """
 
 import os

@@ -1,6 +1,6 @@
 """What all commands share: results to stdout, talk to stderr, mistakes as exit code 2.
 
-Requests to end: whoever has a draft removes it before the program goes.
+Where the program is asked to end, whoever has a draft removes it first.
 """
 
 import errno

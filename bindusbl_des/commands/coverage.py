@@ -1,6 +1,5 @@
-"""Where the ASVs are and what they hear: the command coverage.
-
-What `timing` tells of a scenario's limits: what no protocol could do better.
+"""The command `coverage`: where the ASVs are and what they hear; and what `timing` tells of limits
+that no protocol could better.
 """
 
 import math

@@ -1,7 +1,4 @@
-"""Commands about one mission: run and explain.
-
-What the commands share that say what would help a mission.
-"""
+"""The commands about one mission, `run` and `explain`; and how commands say what would help one."""
 
 import re
 import shutil

@@ -1,6 +1,5 @@
-"""What a mission reached of what was possible: limits of its medium and of its conflict graph.
-
-What is to be expected over the survey: the chance of a fix, the last fix's age, the error.
+"""What a mission reached of what was possible (limits of its medium and of its conflict graph), and
+what is to be expected over the survey: the chance of a fix, the last fix's age, the error.
 """
 
 import math

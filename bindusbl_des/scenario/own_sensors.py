@@ -1,4 +1,5 @@
-"""What is wrong with AUVs' own sensors: as keys say it, or as the sheet of an inertial system does.
+"""What is wrong with AUVs' own sensors, as keys say it or the sheet of an inertial system; and which
+errors of instruments and clocks last through a mission, and who is told of them.
 
 A sheet says how far off a system is after a straight way without fixes, in percent of that way or
 in m per hour, with the circle that it means.  Both are read as a circular Gaussian of s along each
@@ -14,8 +15,6 @@ axis (:mod:`..core.spreads`):
 
 What a sheet says stands in the place of velocity biases and random walk; a scale factor and a
 heading error that are given are further errors, independent of it.
-
-Which errors of instruments and clocks last through a mission, and who is told of them.
 """
 
 import math

@@ -1,6 +1,5 @@
-"""Witnesses are run before they are believed: what is told of one is what happened in it.
-
-The scenario of a witness: the one that is verified, but for where its vehicles are.
+"""Witnesses are run before they are believed: what is told of one is what happened in it.  Its
+scenario is the one that is verified, but for where its vehicles are.
 """
 
 import math

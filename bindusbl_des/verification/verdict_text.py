@@ -1,6 +1,5 @@
-"""A verdict for the terminal: what may overlap, by how much guards fall short, what would do.
-
-What `verify` writes: `verify.json`, and `witness.yaml`, a scenario to be run.
+"""A verdict for the terminal (what may overlap, by how much guards fall short, what would do), and
+what `verify` writes: `verify.json`, and `witness.yaml`, a scenario to be run.
 """
 
 import json

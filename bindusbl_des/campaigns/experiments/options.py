@@ -1,6 +1,5 @@
-"""What is laid over an experiment: ``--vary key=v1,v2`` or, in Python, ``vary={key: [v1, v2]}``.
-
-What is ``--set`` is laid over its scenario.
+"""What is laid over an experiment: ``--vary key=v1,v2`` or, in Python, ``vary={key: [v1, v2]}``;
+what is ``--set`` is laid over its scenario.
 """
 
 from collections.abc import Iterable, Mapping

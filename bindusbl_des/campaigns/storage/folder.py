@@ -1,6 +1,5 @@
-"""The folder of a campaign: its record, its lock, and where everything lies.
-
-What `campaign.json` must hold: a record of somebody else's is checked before it is used.
+"""The folder of a campaign: its lock, where everything lies, and its record `campaign.json`, which
+may be somebody else's and is checked before it is used.
 """
 
 import json

@@ -1,8 +1,5 @@
-"""Who runs the batches: processes of this machine, each supervised by itself, or a Dask cluster.
-
-Processes of this machine that work: how they are started, and what they begin with.
-
-How far a campaign is, in one line on stderr.
+"""Who runs the batches: processes of this machine, each supervised by itself, or a Dask cluster; how
+they are started and what they begin with; and how far a campaign is, in one line on stderr.
 """
 
 import logging
