@@ -1,5 +1,6 @@
-"""What goes wrong with campaigns: missions that failed, of each of which a file is kept in the folder
-`failures`; and campaigns that must not be run, as their folder is taken, or the model has changed.
+"""What goes wrong with campaigns: missions that failed, of each of which a file is kept in the
+folder `failures`; and campaigns that must not be run, as their folder is taken, or the model has
+changed.
 """
 
 import os

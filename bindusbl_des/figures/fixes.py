@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from ..core.palette import INK
 from ..core.wording import significant
-from ..report.service import shown_until
+from ..report.gaps import shown_until
 from .style import (
     LARGEST_LEGEND,
     add_lines,

@@ -1,5 +1,5 @@
-"""How long the rounds of a scenario's protocol last, from its slots alone; or what AUVs that ping as
-they like offer a band, and what can be expected of it.  Nothing is simulated.
+"""How long the rounds of a scenario's protocol last, from its slots alone; or what AUVs that ping
+as they like offer a band, and what can be expected of it. Nothing is simulated.
 """
 
 from collections.abc import Iterator

@@ -10,14 +10,14 @@ from ..scenario.destinations import horizontal_reach
 from ..scenario.flight_plans import planned_paths
 from ..scenario.site import area_of, origin_of, sound_speed_of
 from .envelope import error_envelope
+from .gaps import intervals, latencies, shown_until
 from .page import Packer
 from .possible import fields
 from .recording import FATES, Recording
-from .service import intervals, latencies, shown_until
 
 if TYPE_CHECKING:
     from ..scenario.scenario import Scenario
-    from .service import Service
+    from .gaps import Service
 
 # A page stays quick to open up to about so many numbers of each kind.
 MOST_TRACK_POINTS = 120_000

@@ -15,11 +15,11 @@ from ..scenario.own_sensors import drift_text
 from ..scenario.site import area_of
 from .calibration import calibration_text
 from .envelope import envelope_made_of
+from .gaps import intervals, latencies, spread_text
 from .page import THEME, Packer, assembled, asset, filled, flat, number, table
 from .possible import possible_text
 from .recording import metrics_of, recording
 from .run_data import run_data
-from .service import intervals, latencies, spread_text
 from .story import Story, short_story, story
 
 if TYPE_CHECKING:

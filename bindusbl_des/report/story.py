@@ -15,10 +15,10 @@ from ..scenario.declared import channel_named
 from ..scenario.destinations import alive
 from ..scenario.families import tells_slots
 from ..scenario.scenario import Scenario
+from .gaps import Gap, Patience, Service, patience, service
 from .losses import MOST_OTHERS, lost
 from .recording import Metrics, Recording
 from .remedies import advised, remedies
-from .service import Gap, Patience, Service, patience, service
 
 # A reader takes in a few paragraphs; the rest is in the table and the plots.
 MOST_AUVS, MOST_GAPS = 3, 4

@@ -1,5 +1,5 @@
-"""What is wrong with AUVs' own sensors, as keys say it or the sheet of an inertial system; and which
-errors of instruments and clocks last through a mission, and who is told of them.
+"""What is wrong with AUVs' own sensors, as keys say it or the sheet of an inertial system; and
+which errors of instruments and clocks last through a mission, and who is told of them.
 
 A sheet says how far off a system is after a straight way without fixes, in percent of that way or
 in m per hour, with the circle that it means.  Both are read as a circular Gaussian of s along each

@@ -29,8 +29,8 @@ from bindusbl_des.figures.kinds import KINDS, TABLES
 from bindusbl_des.figures.style import save, styled
 from bindusbl_des.figures.sweeps import Levels, Means, curves, heatmap
 from bindusbl_des.report.envelope import error_envelope
+from bindusbl_des.report.gaps import shown_until
 from bindusbl_des.report.recording import recording
-from bindusbl_des.report.service import shown_until
 from bindusbl_des.results.round_timeline import downlink_slots, uplink_slots
 
 pytestmark = pytest.mark.usefixtures("in_this_process")

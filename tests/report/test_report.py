@@ -20,11 +20,11 @@ from bindusbl_des.acoustics.channel import Signals
 from bindusbl_des.cli import main
 from bindusbl_des.report import run_data
 from bindusbl_des.report.envelope import error_envelope
+from bindusbl_des.report.gaps import patience, service
 from bindusbl_des.report.page import Packer, as_script
 from bindusbl_des.report.recording import FATES, recording
 from bindusbl_des.report.remedies import causes, remedies
 from bindusbl_des.report.run_page import AUV_COLUMNS, run_page
-from bindusbl_des.report.service import patience, service
 from bindusbl_des.report.story import story
 from bindusbl_des.results.effects import HELPS, Advice, Effect, Foreseen
 

@@ -16,8 +16,8 @@ from bindusbl_des.campaigns.page import sweep_page
 from bindusbl_des.core.palette import COLOURS
 from bindusbl_des.core.wording import significant
 from bindusbl_des.report.comparison import comparison_page
+from bindusbl_des.report.gaps import shown_until
 from bindusbl_des.report.run_page import run_page
-from bindusbl_des.report.service import shown_until
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 pytestmark = without_browser

@@ -10,11 +10,11 @@ from worlds import scenario
 
 from bindusbl_des import Result, load_result, simulate
 from bindusbl_des.export.mcap_file import write_mcap
+from bindusbl_des.report.gaps import patience, service
 from bindusbl_des.report.page import Packer
 from bindusbl_des.report.recording import FATES, recording
 from bindusbl_des.report.run_data import run_data
 from bindusbl_des.report.run_page import run_page
-from bindusbl_des.report.service import patience, service
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,5 @@
-"""Who runs the batches: processes of this machine, each supervised by itself, or a Dask cluster; how
-they are started and what they begin with; and how far a campaign is, in one line on stderr.
+"""Who runs the batches: processes of this machine, each supervised by itself, or a Dask cluster;
+how they are started and what they begin with; and how far a campaign is, in one line on stderr.
 """
 
 import logging
