@@ -1,41 +1,24 @@
 """What tests of campaigns share: commands, campaigns without workers, tables that are equal."""
 
-import json
-import shutil
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pandas as pd
-import pyarrow.parquet as pq
 import pytest
 from click.testing import CliRunner, Result
 
 from bindusbl_des import Scenario
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import Campaign
-from bindusbl_des.campaigns.storage.parts import committed
 from bindusbl_des.campaigns.workers import batches
 from bindusbl_des.campaigns.workers.batches import Batch, Row, run_batch
 from bindusbl_des.cli import main
 from bindusbl_des.mission.metrics import AUV_METRICS, mission_metrics
 from bindusbl_des.records.metrics import Utilisation
 from bindusbl_des.results.tables import from_numbers, from_row
-
-
-def as_of_an_earlier_version(folder: Path) -> None:
-    """Have parts without checksums: their files say in their metadata of which plan they are."""
-    (part,) = committed(folder)
-    plan = json.loads((folder / "campaign.json").read_text())["plan_sha256"]
-    batch = json.dumps({"plan": plan, "part": part, "missions": "0" * 64}).encode()
-    for path in folder.glob(f"*/part-{part}.parquet"):
-        table = pq.read_table(path)
-        metadata = {**(table.schema.metadata or {}), b"bindusbl.batch": batch}
-        pq.write_table(table.replace_schema_metadata(metadata), path)
-    shutil.rmtree(folder / "checksums")
 
 
 class OneThread:

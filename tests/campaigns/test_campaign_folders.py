@@ -15,7 +15,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from campaigns_for_tests import OneThread, as_of_an_earlier_version, call, same
+from campaigns_for_tests import OneThread, call, same
 from click.testing import CliRunner
 
 from bindusbl_des.campaigns import running
@@ -380,18 +380,6 @@ def test_no_flipped_bit_is_parsed(folder: Path, monkeypatch: pytest.MonkeyPatch)
             read_part(folder, table, part)
         assert str(caught.value).startswith(f"{path} is damaged or was edited")
         path.write_bytes(whole)
-
-
-def test_a_campaign_of_an_earlier_version_is_read_and_goes_on(folder: Path) -> None:
-    """Its parts have no record: they say in their metadata of which plan they are."""
-    shutil.copytree(folder, "sound")
-    as_of_an_earlier_version(folder)
-    assert call("status", "c").exit_code == 0
-    same(load_campaign("sound"), load_campaign(folder))
-    half_run(folder)
-    assert call("resume", "c").exit_code == 0
-    same(load_campaign("sound"), load_campaign(folder))
-    assert [it.stem for it in folder.glob("checksums/*")] == [f"part-{committed(folder)[0]}"]
 
 
 def test_a_merger_that_fails_leaves_nothing(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

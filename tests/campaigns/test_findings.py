@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import pyarrow.parquet as pq
 import pytest
-from campaigns_for_tests import UNSERVED, as_of_an_earlier_version, auv, call, hand_made
+from campaigns_for_tests import UNSERVED, auv, call, hand_made
 
 from bindusbl_des import Campaign, Scenario, compare, sweep
 from bindusbl_des.campaigns.drawing import means_of
@@ -23,6 +22,7 @@ from bindusbl_des.campaigns.statistics.findings import (
 from bindusbl_des.campaigns.statistics.intervals import intervals
 from bindusbl_des.campaigns.statistics.outcomes import fleets
 from bindusbl_des.campaigns.statistics.points_table import _lines as points_table_lines
+from bindusbl_des.campaigns.storage.parts import commit, committed, read_part
 from bindusbl_des.figures.style import styled
 from bindusbl_des.figures.sweeps import curves, heatmap
 
@@ -423,11 +423,11 @@ def test_what_was_found_is_data_too(made: Make, monkeypatch: pytest.MonkeyPatch)
 def test_an_older_campaign_is_refused(made: Make) -> None:
     """What was not recorded cannot be judged; one line says so, and what to do."""
     campaign = made(starving, count=[2, 3])
-    as_of_an_earlier_version(campaign.folder)
-    (part,) = (campaign.folder / "missions").glob("*.parquet")
-    table = pq.read_table(part)
-    names = [name for name in table.column_names if not name.startswith("worst_")]
-    pq.write_table(table.select(names), part)
+    (part,) = committed(campaign.folder)
+    tables = {it: read_part(campaign.folder, it, part) for it in ("auvs", "missions")}
+    recorded = [it for it in tables["missions"].column_names if not it.startswith("worst_")]
+    tables["missions"] = tables["missions"].select(recorded)
+    commit(campaign.folder, part, tables, campaign.record["plan_sha256"])
     for words in (("compare", "c"), ("report", "c"), ("plot", "c")):
         told = call(*words)
         assert (told.exit_code, told.stdout) == (2, ""), words

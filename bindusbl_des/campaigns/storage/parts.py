@@ -5,11 +5,9 @@ a file of that name elsewhere without one in `missions/` is what a killed proces
 of a part in `checksums/`, written before that, has the SHA-256 and size of each of its files, the
 plan that it is of and the parts that it replaces, so that no row is ever counted twice.  Whoever
 reads rows compares the file's checksum first; whoever counts missions compares sizes, and finds
-which missions there are in the record, which has a checksum of its own.  Parts of earlier versions
-have no record: they say in Parquet's metadata what they are of.
+which missions there are in the record, which has a checksum of its own.
 """
 
-import json
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -22,7 +20,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from ...core.files import SEAL, check_seal, draft_of, read_json, sealed, sync
@@ -49,9 +46,6 @@ NAME = re.compile(r"all-[0-9]{4,9}|[0-9]{8,}-[0-9a-f]{8}")
 
 # What begins so is read by nobody: neither here nor by who reads the folder as one table.
 ASIDE = "_damaged"
-
-# Where parts of earlier versions say which plan and part they are of, and which they replace.
-BATCH, REPLACES = b"bindusbl.batch", b"bindusbl.replaces"
 
 # So many parts are remembered: those of a campaign of some days on many machines.
 MOST_REMEMBERED = 8192
@@ -98,13 +92,13 @@ class Done:
 class PartRecord:
     """What a part is of, which parts it replaces, what its files are, and which missions it has.
 
-    `files` has the SHA-256 and the size (bytes) of each table; None in parts of earlier versions.
-    `done` is None there too, and where there is too much to list.
+    `files` has the SHA-256 and the size (bytes) of each table; `done` is None where there is too
+    much to list.
     """
 
     plan_sha256: str
     replaces: tuple[str, ...]
-    files: Mapping[str, tuple[str, int]] | None
+    files: Mapping[str, tuple[str, int]]
     done: Done | None = None
 
 
@@ -231,11 +225,7 @@ def part_record(folder: Path, part: str) -> PartRecord:
     Raises:
         DamagedFile: when it says nothing that can be read.
     """
-    return _record_of(folder, part, _stamp(record_path(folder, part)))
-
-
-def _record_of(folder: Path, part: str, stamp: Stamp) -> PartRecord:
-    return _record(folder, part, stamp) if stamp else _record_in_metadata(folder, part)
+    return _record(folder, part, _stamp(record_path(folder, part)))
 
 
 @lru_cache(maxsize=MOST_REMEMBERED)
@@ -252,28 +242,15 @@ def _record(folder: Path, part: str, _: Stamp) -> PartRecord:
             numbers, failed = (_numbers(found[it]) for it in ("missions", "failed"))
             has_failed = np.isin(numbers, failed) if len(failed) else np.zeros(len(numbers), bool)
             done = Done(numbers, has_failed)
+    except FileNotFoundError:
+        missions = part_path(folder, MISSIONS, part)
+        raise DamagedFile(str(missions), f"has no record in {CHECKSUMS}/") from None
     except (OSError, ArithmeticError, LookupError, AttributeError, TypeError, ValueError) as error:
         said = (str(error).splitlines() or [type(error).__name__])[0]
         raise DamagedFile(str(path), f"is damaged ({said})") from None
     if name != part:
         raise DamagedFile(str(path), f"is that of part {name}")
     return PartRecord(plan, replaces, files, done)
-
-
-def _record_in_metadata(folder: Path, part: str) -> PartRecord:
-    """Return what a part of an earlier version says of itself."""
-    path = part_path(folder, MISSIONS, part)
-    try:
-        metadata = read_schema(path).metadata or {}
-        batch = json.loads(metadata[BATCH])
-        plan, name = str(batch["plan"]), str(batch["part"])
-    except DamagedFile:
-        raise
-    except (KeyError, TypeError, ValueError, RecursionError):
-        raise DamagedFile(str(path), "is no part of a campaign") from None
-    if name != part:
-        raise DamagedFile(str(path), f"is part {name} under another name")
-    return PartRecord(plan, tuple(metadata.get(REPLACES, b"").decode().split(",")), None)
 
 
 def listed(folder: Path) -> Listed:
@@ -306,11 +283,9 @@ def check_part(
     if not NAME.fullmatch(part):
         raise DamagedFile(str(missions), "has a name that no part has")
     written = files[CHECKSUMS].get(part)
-    record = _record_of(folder, part, _stamp_of(written) if written else ())
+    record = _record(folder, part, _stamp_of(written) if written else ())
     if plan_sha256 is not None and record.plan_sha256 != plan_sha256:
         raise DamagedFile(str(missions), "belongs to another campaign")
-    if record.files is None:
-        return record
     for table in TABLES:
         if why := _wrong(files[table].get(part), record.files.get(table)):
             raise DamagedFile(str(part_path(folder, table, part)), why)
@@ -339,8 +314,6 @@ def check_table(folder: Path, table: str, part: str) -> None:
         DamagedFile: saying what is wrong with it.
     """
     record, path = part_record(folder, part), part_path(folder, table, part)
-    if record.files is None:
-        return
     expected = record.files.get(table)
     if expected is None and path.exists():
         raise DamagedFile(str(path), "does not belong to the other tables of this part")
@@ -626,28 +599,12 @@ def set_aside(folder: Path, plan_sha256: str) -> list[str]:
     for part in sorted(part_names(folder)):
         try:
             check_part(folder, files, part, plan_sha256)
-            _compare(folder, part)
+            for table in TABLES:
+                check_table(folder, table, part)
         except DamagedFile as error:
             aside = _rename(folder, part)
             told.append(f"{error}; set aside as {aside}, its missions are run again")
     return told
-
-
-def _compare(folder: Path, part: str) -> None:
-    """Compare the checksums of all files of a part; read through those that have none."""
-    for table in TABLES:
-        check_table(folder, table, part)
-    if part_record(folder, part).files is not None:
-        return
-    for path in (part_path(folder, table, part) for table in TABLES):
-        try:
-            if path.exists():
-                with open(path, "rb") as file:
-                    for _ in pq.ParquetFile(file, page_checksum_verification=True).iter_batches():
-                        pass
-        except (OSError, pa.ArrowException) as error:
-            said = (str(error).splitlines() or [""])[0]
-            raise DamagedFile(str(path), f"is damaged ({said})") from None
 
 
 def _rename(folder: Path, part: str) -> Path:
