@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..scenario.files.shipped import ENDINGS, KINDS, listed, located, shipped
+from ..scenario.files.shipped import (
+    ENDINGS,
+    KINDS,
+    TEMPLATES,
+    listed,
+    located,
+    shipped,
+    template,
+)
 from .console import BAD_INPUT, print_json, refuse, say, talk, write_new
 from .options import bare_keys, json_option, out_option, set_option, shipped_or_file
 
@@ -144,8 +152,6 @@ def _text_named(name: str) -> str:
     for kind in KINDS:
         if name in shipped(kind):
             return shipped(kind)[name].read_text(encoding="utf-8")
-    from ..scenario.files.templates import TEMPLATES, template
-
     if name not in TEMPLATES and Path(name).suffix in ENDINGS:
         refuse(f"{name}: init takes the name of a starter; `init --out {name}` writes one to it")
     if name not in TEMPLATES:

@@ -13,8 +13,7 @@ from click.testing import CliRunner, Result
 from bindusbl_des.cli import main
 from bindusbl_des.commands.files import STARTERS
 from bindusbl_des.scenario.files import shipped as shipping
-from bindusbl_des.scenario.files.shipped import KINDS, shipped
-from bindusbl_des.scenario.files.templates import TEMPLATES
+from bindusbl_des.scenario.files.shipped import KINDS, TEMPLATES, shipped
 
 ROOT = Path(__file__).parents[2]
 

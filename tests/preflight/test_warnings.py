@@ -25,7 +25,7 @@ from bindusbl_des.preflight.warnings import read_scenario
 from bindusbl_des.presets.modems import table_file
 from bindusbl_des.results.result import scenario_sha256
 from bindusbl_des.scenario.files.scenario_file import ScenarioError
-from bindusbl_des.scenario.files.templates import TEMPLATES, template
+from bindusbl_des.scenario.files.shipped import TEMPLATES, template
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
