@@ -19,9 +19,6 @@ from ..scenario.files.shipped import (
 from .console import BAD_INPUT, print_json, refuse, say, talk, write_new
 from .options import bare_keys, json_option, out_option, set_option, shipped_or_file
 
-# The starters that `init` writes, named here for shells, which wait for no keys.
-STARTERS = ("starter", "paper", "still", "large")
-
 if TYPE_CHECKING:
     from ..presets.preset import Preset
     from ..scenario.files.mistakes import Mistake
@@ -144,7 +141,7 @@ def init(name: str, out: str | None, force: bool) -> None:
 def _begun(begun: str) -> list[str]:
     """Return the names that `init` knows and that begin so."""
     names = (name for kind in KINDS for name in shipped(kind))
-    return [name for name in (*STARTERS, *names) if name.startswith(begun)]
+    return [name for name in (*TEMPLATES, *names) if name.startswith(begun)]
 
 
 def _text_named(name: str) -> str:

@@ -11,7 +11,6 @@ import pytest
 from click.testing import CliRunner, Result
 
 from bindusbl_des.cli import main
-from bindusbl_des.commands.files import STARTERS
 from bindusbl_des.scenario.files import shipped as shipping
 from bindusbl_des.scenario.files.shipped import KINDS, TEMPLATES, shipped
 
@@ -31,9 +30,8 @@ def test_all_that_ships_has_one_name() -> None:
     """The files of the top-level folders are those named; no name is of two kinds or a starter."""
     for kind in KINDS:
         assert list(shipped(kind)) == sorted(path.stem for path in (ROOT / kind).glob("*.yaml"))
-    names = [*STARTERS, *(name for kind in KINDS for name in shipped(kind))]
+    names = [*TEMPLATES, *(name for kind in KINDS for name in shipped(kind))]
     assert len(names) == len(set(names))
-    assert tuple(TEMPLATES) == STARTERS
 
 
 @pytest.mark.parametrize("name", shipped("experiments"))
