@@ -12,7 +12,7 @@ import numpy as np
 from ..core.arrays import Floats, Ints
 from ..records.events import HEARD, OUT_OF_RANGE, Broadcast
 from ..records.rows import NONE, Recorder
-from ..vehicles.fleet import Fleet
+from ..vehicles.fleet import VehicleFleet
 
 
 class Powers(NamedTuple):
@@ -57,7 +57,9 @@ def energy(on_air: OnAir, powers: Powers, duration: float | Floats) -> Floats:
     )
 
 
-def on_hf(record: Recorder, pinging: str, fleets: Mapping[str, Fleet], hf: Hf) -> dict[str, OnAir]:
+def on_hf(
+    record: Recorder, pinging: str, fleets: Mapping[str, VehicleFleet], hf: Hf
+) -> dict[str, OnAir]:
     """Return how long the vehicles of each of the `fleets`, "auv" and "asv", send and receive pings
     and calls; two at once are received once.
 
@@ -103,7 +105,7 @@ class SentSignals(NamedTuple):
     places: Floats
 
 
-def _heard(signals: SentSignals, fleet: Fleet, number: int, is_own: bool, hf: Hf) -> Floats:
+def _heard(signals: SentSignals, fleet: VehicleFleet, number: int, is_own: bool, hf: Hf) -> Floats:
     """Return when (s) signals begin at a vehicle within range; none of those that it sent itself,
     if they are of its kind (`is_own`), or that come while it has failed.
     """

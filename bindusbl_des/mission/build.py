@@ -46,7 +46,7 @@ from ..usbl.measuring import Usbl, sheet_of
 from ..usbl.own_instrument import instrument_named
 from ..usbl.slow_errors import slow_numbers
 from ..usbl.systematic_fixes import Astray
-from ..vehicles.fleet import Fleet
+from ..vehicles.fleet import VehicleFleet
 from ..vehicles.motion import places
 from ..vehicles.poses import Poses, PoseSource
 from .closed_loop import MissionCurrent, afterwards_s
@@ -105,7 +105,7 @@ def build_world(
 def equip_with_gnss(
     env: simpy.Environment,
     scenario: Scenario,
-    auvs: Fleet,
+    auvs: VehicleFleet,
     deliveries: Deliveries,
     record: Recorder,
     streams: Streams,
@@ -134,7 +134,7 @@ def deliver_each(
         deliveries.deliver(instant)
 
 
-def _moved(scenario: Scenario, source: PoseSource, step_s: float) -> dict[str, Fleet]:
+def _moved(scenario: Scenario, source: PoseSource, step_s: float) -> dict[str, VehicleFleet]:
     """Return the fleets that an outside program moves."""
     counts = {"auvs": scenario.auvs.count, "asvs": scenario.asvs.count}
     ahead = afterwards_s(scenario)
@@ -145,8 +145,8 @@ def _moved(scenario: Scenario, source: PoseSource, step_s: float) -> dict[str, F
 def _network(
     env: simpy.Environment,
     scenario: Scenario,
-    auvs: Fleet,
-    asvs: Fleet,
+    auvs: VehicleFleet,
+    asvs: VehicleFleet,
     navigator: Navigator,
     record: Recorder,
     streams: Streams,
@@ -252,8 +252,8 @@ def dissemination_of(scenario: Scenario, network: Network, streams: Streams) -> 
 def _passive(
     env: simpy.Environment,
     scenario: Scenario,
-    auvs: Fleet,
-    asvs: Fleet,
+    auvs: VehicleFleet,
+    asvs: VehicleFleet,
     navigator: Navigator,
     record: Recorder,
     streams: Streams,

@@ -21,7 +21,7 @@ from ..scenario.scenario_keys import Environment
 from ..scenario.sections.survey import Survey
 from ..scenario.sections.vehicles import Auvs
 from ..scenario.site import vessel_tracks
-from ..vehicles.fleet import Fleet
+from ..vehicles.fleet import VehicleFleet
 from ..vehicles.motion import places, together
 from ..vehicles.poses import PosedVehicle, Poses
 from ..vehicles.reckoning import Wrong
@@ -39,13 +39,13 @@ if TYPE_CHECKING:
     from ..vehicles.guidance import GuidedFleet, GuidedVehicle
 
 
-def posed(poses: Poses, kind: str, count: int) -> Fleet:
+def posed(poses: Poses, kind: str, count: int) -> VehicleFleet:
     """Return a fleet, "auvs" or "asvs", that an outside program moves."""
     vehicles = [PosedVehicle(poses, kind, number) for number in range(count)]
-    return Fleet(vehicles, poses.motion(kind), poses=poses)
+    return VehicleFleet(vehicles, poses.motion(kind), poses=poses)
 
 
-def launch_auvs(scenario: Scenario, water: MissionCurrent, wrong: Wrong) -> Fleet:
+def launch_auvs(scenario: Scenario, water: MissionCurrent, wrong: Wrong) -> VehicleFleet:
     """Return the AUVs of a scenario, in index order.
 
     Their dead reckoning, by which some of them steer, is `wrong`.
@@ -59,17 +59,17 @@ def launch_auvs(scenario: Scenario, water: MissionCurrent, wrong: Wrong) -> Flee
     if auvs.feedback == "truth":
         return _guided_foreseen(scenario) if water.is_steady else _guided(scenario, water)
     guided = guided_auvs(scenario, planned_tours(scenario), water, wrong)
-    return Fleet(_members(guided, auvs.count), guided.motion, guided)
+    return VehicleFleet(_members(guided, auvs.count), guided.motion, guided)
 
 
 # Where vehicles go whatever the seed is worked out once for all seeds of a scenario.
 @lru_cache(maxsize=4)
-def _kinematic_auvs(scenario: Scenario, _route: object) -> Fleet:
+def _kinematic_auvs(scenario: Scenario, _route: object) -> VehicleFleet:
     return _kinematic(scenario)
 
 
 @lru_cache(maxsize=4)
-def _own_auvs(scenario: Scenario, own: PartChoice, _loaded: int) -> Fleet:
+def _own_auvs(scenario: Scenario, own: PartChoice, _loaded: int) -> VehicleFleet:
     speed, depth = scenario.auvs.speed, scenario.survey.depth
     ways = [
         WayView(number, speed(number), depth(number), scenario.duration_s, tour.sample)
@@ -79,7 +79,7 @@ def _own_auvs(scenario: Scenario, own: PartChoice, _loaded: int) -> Fleet:
 
 
 @lru_cache(maxsize=4)
-def _own_asvs(scenario: Scenario, own: PartChoice, _loaded: int) -> Fleet:
+def _own_asvs(scenario: Scenario, own: PartChoice, _loaded: int) -> VehicleFleet:
     ways = []
     for number, (x, y) in enumerate(asv_stations(scenario)):
         station = partial(_stay, (x, y, 0.0))
@@ -91,7 +91,7 @@ def _stay(place: tuple[float, float, float], distances: Floats) -> Floats:
     return np.tile(place, (len(distances), 1))
 
 
-def _guided_foreseen(scenario: Scenario) -> Fleet:
+def _guided_foreseen(scenario: Scenario) -> VehicleFleet:
     # What decides it: where they are to go in which water, and for how long.
     plan = scenario.survey, scenario.auvs, scenario.environment, control_intervals(scenario)
     route = route_of(scenario)  # of somebody's own, which may go by more than that
@@ -102,34 +102,34 @@ def _guided_foreseen(scenario: Scenario) -> Fleet:
     return fleet
 
 
-_foreseen: dict[tuple[Survey, Auvs, Environment, int, object], Fleet] = {}
+_foreseen: dict[tuple[Survey, Auvs, Environment, int, object], VehicleFleet] = {}
 
 
 @lru_cache(maxsize=4)
-def _moored_asvs(stations: tuple[tuple[float, float], ...]) -> Fleet:
+def _moored_asvs(stations: tuple[tuple[float, float], ...]) -> VehicleFleet:
     return _segmented([moored(Place(x, y, 0.0, 0.0)) for x, y in stations])
 
 
-def _segmented(vehicles: Sequence[SegmentedTrajectory]) -> Fleet:
-    return Fleet(vehicles, together([vehicle.legs for vehicle in vehicles]))
+def _segmented(vehicles: Sequence[SegmentedTrajectory]) -> VehicleFleet:
+    return VehicleFleet(vehicles, together([vehicle.legs for vehicle in vehicles]))
 
 
-def _guided(scenario: Scenario, water: MissionCurrent) -> Fleet:
+def _guided(scenario: Scenario, water: MissionCurrent) -> VehicleFleet:
     """Return AUVs with dynamics that know where they are: their whole way is foreseen."""
     guided = guided_auvs(scenario, planned_tours(scenario), water, None)
     guided.advance(guided.duration_s)
-    return Fleet(_members(guided, scenario.auvs.count), guided.motion)
+    return VehicleFleet(_members(guided, scenario.auvs.count), guided.motion)
 
 
 def _members(guided: "GuidedFleet", count: int) -> "list[GuidedVehicle]":
     return [guided.vehicle(index) for index in range(count)]
 
 
-def _kinematic(scenario: Scenario) -> Fleet:
+def _kinematic(scenario: Scenario) -> VehicleFleet:
     return _segmented(planned_vehicles(scenario, scenario.duration_s + afterwards_s(scenario)))
 
 
-def launch_anchors(scenario: Scenario, auvs: Fleet) -> Anchors | None:
+def launch_anchors(scenario: Scenario, auvs: VehicleFleet) -> Anchors | None:
     """Return the ASVs of a scenario that are told where to go; None where there are none such.
 
     They know where the AUVs were launched, and what is planned for them.
@@ -140,7 +140,7 @@ def launch_anchors(scenario: Scenario, auvs: Fleet) -> Anchors | None:
     return anchors_of(scenario, CarriedForward(launched, courses(scenario)), room_of(scenario))
 
 
-def launch_asvs(scenario: Scenario, streams: Streams, water: MissionCurrent) -> Fleet:
+def launch_asvs(scenario: Scenario, streams: Streams, water: MissionCurrent) -> VehicleFleet:
     """Return the ASVs of a scenario at their stations or on their tracks, in index order."""
     own, placement = scenario.asvs.vehicle.own, scenario.asvs.formation
     if placement.recording is not None:
@@ -152,4 +152,4 @@ def launch_asvs(scenario: Scenario, streams: Streams, water: MissionCurrent) -> 
         return _moored_asvs(tuple(asv_stations(scenario)))
     guided = guided_asvs(scenario, asv_stations(scenario), streams, water)
     guided.advance(guided.duration_s)
-    return Fleet(_members(guided, scenario.asvs.count), guided.motion)
+    return VehicleFleet(_members(guided, scenario.asvs.count), guided.motion)

@@ -27,7 +27,7 @@ from ..results.result import Result
 from ..results.tables import from_numbers, from_row
 from ..scenario.files.scenario_file import as_scenario
 from ..scenario.scenario import Scenario
-from ..vehicles.fleet import Fleet
+from ..vehicles.fleet import VehicleFleet
 from ..vehicles.motion import places
 from ..vehicles.poses import PoseSource
 from .build import build_world
@@ -78,7 +78,7 @@ def auv_states(world: World, time: float) -> AuvStates:
     return states
 
 
-def places_of(fleet: Fleet, time: float) -> Floats:
+def places_of(fleet: VehicleFleet, time: float) -> Floats:
     """Return x, y, z (m), yaw (rad, in (-pi, pi]) of a fleet at an instant (s), shape (n, 4)."""
     fleet.advance(time)
     found = places(fleet.motion, time)

@@ -21,7 +21,7 @@ from ..scenario.own_sensors import estimated_kinds, own_sensors
 from ..scenario.part_choice import own_part, shipped_part
 from ..scenario.scenario import Scenario, kept
 from ..scenario.shipped_settings import Kalman
-from ..vehicles.fleet import Fleet
+from ..vehicles.fleet import VehicleFleet
 from ..vehicles.reckoning import Wrong
 
 # By this share of its time constant, at most, a bias that turns with the body is carried at a time.
@@ -153,7 +153,7 @@ def _wander(scenario: Scenario) -> float:
 
 
 def equip_auvs(
-    scenario: Scenario, fleet: Fleet, wrong: Wrong, record: Recorder
+    scenario: Scenario, fleet: VehicleFleet, wrong: Wrong, record: Recorder
 ) -> tuple[DeadReckoning, Navigator]:
     """Return what the AUVs carry: dead reckoning, and navigators by which some of them steer.
 

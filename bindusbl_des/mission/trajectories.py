@@ -13,7 +13,7 @@ from ..navigation.dead_reckoning import Odometry
 from ..scenario.flight_plans import plans_of
 from ..scenario.scenario import Scenario
 from ..scenario.site import area_of, swath_of
-from ..vehicles.fleet import Fleet, VehicleTrack
+from ..vehicles.fleet import VehicleFleet, VehicleTrack
 from ..vehicles.sweeping import Sweep, sweep
 from ..vehicles.vehicle import Vehicle
 
@@ -78,10 +78,10 @@ class Trajectories(NamedTuple):
     finished_at_s: float | None
 
 
-_looked_back: WeakKeyDictionary[Fleet, tuple[Hashable, Trajectories]] = WeakKeyDictionary()
+_looked_back: WeakKeyDictionary[VehicleFleet, tuple[Hashable, Trajectories]] = WeakKeyDictionary()
 
 
-def trajectories_of(scenario: Scenario, fleet: Fleet) -> Trajectories:
+def trajectories_of(scenario: Scenario, fleet: VehicleFleet) -> Trajectories:
     """Return what AUVs have done whose motion is known to the mission's end.
 
     Where that is foreseen, missions share it.
@@ -96,7 +96,7 @@ def trajectories_of(scenario: Scenario, fleet: Fleet) -> Trajectories:
     return kept[1]
 
 
-def _look_back(scenario: Scenario, fleet: Fleet) -> Trajectories:
+def _look_back(scenario: Scenario, fleet: VehicleFleet) -> Trajectories:
     end, vehicles, record = scenario.duration_s, fleet.vehicles, scenario.record
     often, seldom = instants(end, record.metrics_hz), instants(end, record.tracks_hz)
     if record.detail == "summary":
@@ -137,7 +137,7 @@ def beside(vehicles: Sequence[Vehicle], times: Floats) -> Floats:
     return found
 
 
-def _swept(scenario: Scenario, fleet: Fleet) -> Sweep | None:
+def _swept(scenario: Scenario, fleet: VehicleFleet) -> Sweep | None:
     """Return what of the survey the AUVs have swept, and when; None where nobody says how wide."""
     swath = swath_of(scenario)
     if swath is None:
@@ -158,7 +158,7 @@ def _first_to_sweep(swept: Sweep | None, count: int, times: Floats) -> Floats:
 Lanes = tuple[tuple[float, float], ...]
 
 
-def _lanes(scenario: Scenario, fleet: Fleet) -> list[Lanes]:
+def _lanes(scenario: Scenario, fleet: VehicleFleet) -> list[Lanes]:
     """Return where along its plan (m) each AUV's lanes begin and end; empty without plans."""
     if any(vehicle.along(0.0) is None for vehicle in fleet.vehicles):
         return []

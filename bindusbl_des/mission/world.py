@@ -14,7 +14,7 @@ from ..protocol.passive.network import PassiveNetwork
 from ..records.rows import Recorder, Rows
 from ..results.tables import numbers_of
 from ..scenario.scenario import Scenario
-from ..vehicles.fleet import Fleet
+from ..vehicles.fleet import VehicleFleet
 from .trajectories import Samples, Trajectories, trajectories_of
 
 
@@ -23,8 +23,8 @@ class World:
     """Everything that takes part in a mission, and the record of what has happened."""
 
     scenario: Scenario
-    auv_fleet: Fleet
-    asv_fleet: Fleet
+    auv_fleet: VehicleFleet
+    asv_fleet: VehicleFleet
     reckoning: DeadReckoning
     navigator: Navigator
     network: Network | PassiveNetwork

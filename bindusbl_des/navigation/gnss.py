@@ -9,7 +9,7 @@ from ..core.streams import Purpose, Streams
 from ..records.events import DELIVERED
 from ..records.rows import FIX, NONE, EventBuffer, Rows
 from ..scenario.sections.navigation import GnssFixSection
-from ..vehicles.fleet import Fleet
+from ..vehicles.fleet import VehicleFleet
 from ..vehicles.motion import lines
 
 # Instants that are looked at in one go.
@@ -26,7 +26,7 @@ class GnssReceivers:
 
     def __init__(
         self,
-        fleet: Fleet,
+        fleet: VehicleFleet,
         receiver: GnssFixSection,
         end: float,
         streams: Streams,

@@ -17,7 +17,7 @@ from ..records.events import HEARD
 from ..records.rows import Recorder
 from ..scenario.families import BROADCASTER
 from ..scenario.part_choice import own_part, shipped_part
-from ..vehicles.fleet import Fleet
+from ..vehicles.fleet import VehicleFleet
 from ..vehicles.motion import places
 from .conflicts import greedy_groups
 
@@ -42,7 +42,7 @@ class BroadcastView:
         time: float,
         record: Recorder,
         rows: range,
-        fleet: Fleet,
+        fleet: VehicleFleet,
         random: np.random.Generator,
         reached: Callable[[float], Flags],
     ) -> None:

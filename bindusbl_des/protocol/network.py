@@ -10,7 +10,7 @@ from numpy.random import Generator as RandomStream
 from ..core.arrays import Flags
 from ..records.events import Round
 from ..records.rows import Recorder
-from ..vehicles.fleet import Fleet
+from ..vehicles.fleet import VehicleFleet
 from .broadcasters import Broadcaster
 from .dissemination import Dissemination
 from .happenings import Happenings, Watched
@@ -58,8 +58,8 @@ class Network(Watched):
 
     env: simpy.Environment
     slots: Slots
-    auv_fleet: Fleet
-    asv_fleet: Fleet
+    auv_fleet: VehicleFleet
+    asv_fleet: VehicleFleet
     record: Recorder
     uplink: Uplink
     outcomes: Outcomes

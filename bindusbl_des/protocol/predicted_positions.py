@@ -19,7 +19,7 @@ from ..scenario.destinations import held_places, route_of, tracks_of
 from ..scenario.families import positions_of
 from ..scenario.flight_plans import planned_tours
 from ..scenario.scenario import Scenario
-from ..vehicles.fleet import Fleet
+from ..vehicles.fleet import VehicleFleet
 from ..vehicles.motion import SPEED, places
 from ..vehicles.vehicle import (
     Place,
@@ -150,8 +150,8 @@ class PredictedPositions:
 
     def __init__(
         self,
-        auvs: Fleet,
-        asvs: Fleet,
+        auvs: VehicleFleet,
+        asvs: VehicleFleet,
         band: SignalBand,
         margin: float,
         prediction: Prediction | None,
@@ -243,7 +243,7 @@ def planned_vehicles(scenario: Scenario, lasts: float) -> list[SegmentedTrajecto
     return [kinematic(tour, speed, depth, lasts) for tour, speed, depth in ways]
 
 
-def planned_speeds(scenario: Scenario, auvs: Fleet) -> Floats:
+def planned_speeds(scenario: Scenario, auvs: VehicleFleet) -> Floats:
     """Return the planned speed of each AUV (m/s), (n,), of a track that of its fastest leg."""
     speed = np.array(scenario.auvs.speeds)
     if scenario.auvs.route.is_held:

@@ -17,7 +17,7 @@ from ..records.rows import CALLED, Rows
 from ..scenario.families import RANGING
 from ..scenario.part_choice import own_part
 from ..scenario.scenario import Scenario
-from ..vehicles.fleet import Fleet
+from ..vehicles.fleet import VehicleFleet
 from .hf.calling import choose_callers
 from .hf.uplink import NO_CALL, Uplink, members
 from .predicted_positions import planned_speeds
@@ -278,7 +278,7 @@ def nearest(view: View, group: Sequence[int], failed: Sequence[int] = ()) -> Int
     return callers
 
 
-def strayed(scenario: Scenario, auvs: Fleet) -> Floats:
+def strayed(scenario: Scenario, auvs: VehicleFleet) -> Floats:
     """Return how far AUVs go between a call and its answer, as far as the fleet knows, (n,), m2.
 
     That is the variance along any level direction of the way in a ping and a turnaround, at the

@@ -11,7 +11,7 @@ from simpy.events import Condition
 
 from ..core.clock import Clock
 from ..core.plugins import PluginError, asked, shown
-from ..vehicles.fleet import Fleet
+from ..vehicles.fleet import VehicleFleet
 
 # Instants (s) that differ by less are one: a wait ends where its sum with now is rounded to.
 SAME = 1e-6
@@ -111,7 +111,7 @@ def check_now(env: simpy.Environment, time: float, wait: str) -> None:
 
 
 def some_work(
-    env: simpy.Environment, asvs: Fleet, clock: Clock, time: float
+    env: simpy.Environment, asvs: VehicleFleet, clock: Clock, time: float
 ) -> Generator[simpy.Event, None, float]:
     """Wait while all ASVs have failed, since nobody begins a round; return the instant then (s)."""
     starts = asvs.works_from(time)

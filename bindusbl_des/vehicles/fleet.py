@@ -115,7 +115,7 @@ class Failures(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Fleet:
+class VehicleFleet:
     """All AUVs, or all ASVs: where each is at any instant.
 
     Who steers by fixes has no sure future: its `guided` fleet is moved on as the mission goes on.

@@ -14,14 +14,18 @@ from bindusbl_des.acoustics.channel import PROSPECT, Signals
 from bindusbl_des.protocol.mf.downlink import FrameBand
 from bindusbl_des.records.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE, OUTCOMES
 from bindusbl_des.records.rows import Recorder
-from bindusbl_des.vehicles.fleet import Fleet
+from bindusbl_des.vehicles.fleet import VehicleFleet
 
 SOUND = 1500.0
 Sent = tuple[float, int, float]  # when (s), by which ASV, for how long (s)
 
 
 def sent(
-    auvs: Fleet, asvs: Fleet, frames: Sequence[Sent], end: float = 10.0, **changes: Any
+    auvs: VehicleFleet,
+    asvs: VehicleFleet,
+    frames: Sequence[Sent],
+    end: float = 10.0,
+    **changes: Any,
 ) -> Any:
     """Send frames, each with a fix for each AUV; return the band and the record at the end (s)."""
     env, record = simpy.Environment(), Recorder()

@@ -43,7 +43,7 @@ from bindusbl_des.records.rows import PING as PING_ROW
 from bindusbl_des.usbl.array import ARRAYS
 from bindusbl_des.usbl.instrument import NOISE_WIDTH
 from bindusbl_des.usbl.measuring import Usbl
-from bindusbl_des.vehicles.fleet import Fleet
+from bindusbl_des.vehicles.fleet import VehicleFleet
 from bindusbl_des.vehicles.motion import distance_at, lines, places, together
 from bindusbl_des.vehicles.reckoning import steady
 from bindusbl_des.vehicles.vehicle import Place, SegmentedTrajectory, moored, recorded
@@ -64,13 +64,13 @@ def moving(x: float, speed: float, y: float = 0.0, z: float = 0.0) -> SegmentedT
     return recorded(np.array([0.0, 100.0]), np.array([[x, y, z], [x + 100.0 * speed, y, z]]))
 
 
-def fleet(*vehicles: SegmentedTrajectory) -> Fleet:
+def fleet(*vehicles: SegmentedTrajectory) -> VehicleFleet:
     """Return vehicles whose way is known."""
-    return Fleet(vehicles, together([vehicle.legs for vehicle in vehicles]))
+    return VehicleFleet(vehicles, together([vehicle.legs for vehicle in vehicles]))
 
 
 def uplink(
-    auvs: Fleet, asvs: Fleet, record: Recorder | None = None, **changes: Any
+    auvs: VehicleFleet, asvs: VehicleFleet, record: Recorder | None = None, **changes: Any
 ) -> tuple[Uplink, Outcomes, Recorder]:
     """Return a quiet HF band of 3 km between two fleets, what becomes of its pings, the record."""
     record, streams = record or Recorder(), changes.pop("streams", Streams(1))
@@ -116,13 +116,13 @@ class Steered:
         self.reached = max(self.reached, time)
 
 
-def steered(auvs: Fleet) -> Fleet:
+def steered(auvs: VehicleFleet) -> VehicleFleet:
     """Return the fleet as one whose way is known only as far as somebody has asked."""
-    return Fleet(auvs.vehicles, auvs.motion, Steered())  # type: ignore[arg-type]
+    return VehicleFleet(auvs.vehicles, auvs.motion, Steered())  # type: ignore[arg-type]
 
 
 def downlink(
-    env: simpy.Environment, auvs: Fleet, asvs: Fleet, record: Recorder, **changes: Any
+    env: simpy.Environment, auvs: VehicleFleet, asvs: VehicleFleet, record: Recorder, **changes: Any
 ) -> MfDownlink:
     """Return an MF band of 500 m on the exact clock to AUVs that know where they are."""
     walks, sums = np.zeros((len(auvs), 2, 2)), np.zeros((len(auvs), 2))

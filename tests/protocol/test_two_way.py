@@ -20,13 +20,13 @@ from bindusbl_des.records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF
 from bindusbl_des.records.rows import Recorder
 from bindusbl_des.usbl.fusion import fuse_shared
 from bindusbl_des.usbl.two_way import own_range
-from bindusbl_des.vehicles.fleet import Fleet
+from bindusbl_des.vehicles.fleet import VehicleFleet
 from bindusbl_des.vehicles.motion import places
 
 TWTT = {"ranging": "twtt", "tick_rate_hz": None}
 
 
-def view_of(auvs: Fleet, asvs: Fleet) -> View:
+def view_of(auvs: VehicleFleet, asvs: VehicleFleet) -> View:
     """Return what a fleet knows that sees all AUVs and ASVs where they are at 0 s."""
     plot, own = (places(fleet.motion, 0.0)[:, :3] for fleet in (auvs, asvs))
     heard = np.ones((len(auvs), len(asvs)), dtype=bool)
@@ -34,7 +34,7 @@ def view_of(auvs: Fleet, asvs: Fleet) -> View:
 
 
 def answered(
-    auvs: Fleet, asvs: Fleet, turnaround: float = 0.0, **changes: Any
+    auvs: VehicleFleet, asvs: VehicleFleet, turnaround: float = 0.0, **changes: Any
 ) -> tuple[Outcomes, Recorder]:
     """Return what becomes of pings and the record, when all called at 0 s have answered."""
     env = simpy.Environment()

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ...acoustics.channel import AskedChannel, between
 from ...acoustics.propagation import TOUCH, SignalBand
 from ...acoustics.travel_time import travel_time
-from ...vehicles.fleet import Fleet
+from ...vehicles.fleet import VehicleFleet
 from ...vehicles.motion import places
 from ...vehicles.vehicle import Place
 from ..conflicts import hearing
@@ -47,7 +47,7 @@ class Listening:
     there is the light-time equation's; it lasts as long as it was sent for.
     """
 
-    def __init__(self, auvs: Fleet, band: SignalBand, channel: AskedChannel | None) -> None:
+    def __init__(self, auvs: VehicleFleet, band: SignalBand, channel: AskedChannel | None) -> None:
         """Take the fleet and the HF band; a channel is asked, None is the disc."""
         self._auvs, self._band, self._channel = auvs, band, channel
         self._pings: deque[PingInFlight] = deque()

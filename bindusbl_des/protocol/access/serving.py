@@ -21,7 +21,7 @@ from ...scenario.families import SCHEDULE
 from ...scenario.part_choice import settings_of
 from ...scenario.scenario import Scenario
 from ...scenario.shipped_settings import CarrierSense
-from ...vehicles.fleet import Fleet
+from ...vehicles.fleet import VehicleFleet
 from ..conflicts import conflict_count
 from ..network import Network, Turn
 from ..slots import Slots, slots_of
@@ -59,7 +59,7 @@ def packets_of(streams: Streams, auvs: int, mean_s: float) -> list[Iterator[floa
 def access_of(
     scenario: Scenario,
     streams: Streams,
-    auvs: Fleet,
+    auvs: VehicleFleet,
     band: SignalBand,
     channel: AskedChannel | None,
 ) -> Access:

@@ -16,7 +16,7 @@ from ...scenario.destinations import failures_of, horizontal_reach, mover_of
 from ...scenario.families import PLACEMENT
 from ...scenario.scenario import Scenario
 from ...scenario.sections.placements import REPLAN_S, SPEED_M_PER_S, Assign, Follow, Placed, Zigzag
-from ...vehicles.fleet import Fleet
+from ...vehicles.fleet import VehicleFleet
 from ...vehicles.vehicle import Steered
 from ..predicted_positions import CarriedForward
 from ..steps import moment
@@ -69,7 +69,7 @@ class Anchors:
         start = np.array(given) if given else mover.targets(self._view(0.0, 0.0, nowhere, nowhere))
         orders = 1 + ceil(scenario.duration_s / pace.replan_s)
         self.steered = Steered(start, pace.speed_m_per_s, orders, lead_s)
-        self.fleet = Fleet(self.steered.vehicles, self.steered.motion, steered=self.steered)
+        self.fleet = VehicleFleet(self.steered.vehicles, self.steered.motion, steered=self.steered)
         self._noted = 0
 
     def _view(self, time: float, begins: float, vessels: Floats, bound_for: Floats) -> AnchorView:

@@ -31,7 +31,7 @@ from ...usbl.systematic_fixes import (
     measured_astray,
 )
 from ...usbl.two_way import Heard
-from ...vehicles.fleet import Fleet
+from ...vehicles.fleet import VehicleFleet
 from ..steps import moment
 from .reception import Decided, PairNoise, foretold, resolve
 from .uplink import Uplink
@@ -117,7 +117,7 @@ class Outcomes:
     def __init__(
         self,
         uplink: Uplink,
-        asvs: Fleet,
+        asvs: VehicleFleet,
         measuring: Measuring,
         strayed: Floats,
         record: Recorder,

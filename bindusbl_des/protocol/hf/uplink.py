@@ -16,7 +16,7 @@ from ...core.packed import Packed
 from ...core.streams import Purpose, Streams
 from ...records.events import HEARD, LOST
 from ...records.rows import CALLED, NONE, EventBuffer, Recorder, Rows
-from ...vehicles.fleet import Fleet
+from ...vehicles.fleet import VehicleFleet
 from ...vehicles.motion import places
 from .calling import CALL, interrogate
 
@@ -30,7 +30,7 @@ def members(group: tuple[int, ...]) -> Ints:
     return np.array(group, dtype=np.int64)
 
 
-def spread_in(record: Recorder, way: SignalPath, auvs: Fleet, asvs: Fleet) -> Packed:
+def spread_in(record: Recorder, way: SignalPath, auvs: VehicleFleet, asvs: VehicleFleet) -> Packed:
     """Return the packed state that pings spread in, :class:`Spread`."""
     pings, receptions, fleets = record.pings, record.receptions, (auvs.motion, asvs.motion)
     packed = Packed(Spread(pings.array, receptions.array, way, *fleets, record.everything))
@@ -47,8 +47,8 @@ class Uplink:
 
     def __init__(
         self,
-        auvs: Fleet,
-        asvs: Fleet,
+        auvs: VehicleFleet,
+        asvs: VehicleFleet,
         band: SignalBand,
         channel: LossTerms | AskedChannel,
         streams: Streams,

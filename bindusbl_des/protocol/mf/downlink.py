@@ -22,7 +22,7 @@ from ...navigation.gnss import GnssReceivers
 from ...navigation.navigators import Navigator
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE, Broadcast
 from ...records.rows import FRAME_RECEPTION, NONE, EventBuffer, Recorder, Rows
-from ...vehicles.fleet import Fleet
+from ...vehicles.fleet import VehicleFleet
 from ...vehicles.motion import places
 from ...vehicles.vehicle import Place
 from .reception import FRAME, PROMISE, Sent, begin, delivered, receive, way_s
@@ -32,7 +32,7 @@ class Deliveries:
     """The fixes of a mission that AUVs are yet to have, however they come to them."""
 
     def __init__(
-        self, env: simpy.Environment, auvs: Fleet, navigator: Navigator, record: Recorder
+        self, env: simpy.Environment, auvs: VehicleFleet, navigator: Navigator, record: Recorder
     ) -> None:
         self._env, self._auvs, self._fixes, self._navigator = env, auvs, record.fixes, navigator
         self._undelivered = 0  # fixes before this one are delivered, or never will be
@@ -119,8 +119,8 @@ class MfDownlink(Deliveries):
     def __init__(
         self,
         env: simpy.Environment,
-        auvs: Fleet,
-        asvs: Fleet,
+        auvs: VehicleFleet,
+        asvs: VehicleFleet,
         navigator: Navigator,
         record: Recorder,
         *,

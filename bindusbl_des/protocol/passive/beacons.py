@@ -17,7 +17,7 @@ from ...records.events import IN_FLIGHT, LOST
 from ...records.rows import NONE, EventBuffer, Recorder, Row, Rows
 from ...usbl.measuring import note
 from ...usbl.own_instrument import OwnInstrument, mirrored
-from ...vehicles.fleet import Fleet
+from ...vehicles.fleet import VehicleFleet
 from ...vehicles.motion import places
 from ..hf.outcomes import Measuring
 from ..hf.uplink import spread_in
@@ -35,8 +35,8 @@ class Beacons:
 
     def __init__(
         self,
-        auvs: Fleet,
-        asvs: Fleet,
+        auvs: VehicleFleet,
+        asvs: VehicleFleet,
         band: SignalBand,
         channel: LossTerms | AskedChannel,
         streams: Streams,
@@ -124,7 +124,7 @@ class PassiveOutcomes:
     """
 
     def __init__(
-        self, beacons: Beacons, auvs: Fleet, measuring: Measuring, record: Recorder
+        self, beacons: Beacons, auvs: VehicleFleet, measuring: Measuring, record: Recorder
     ) -> None:
         """Decide pings at AUVs, and have them measured."""
         self.band, self.receiver = beacons.band, beacons.receiver

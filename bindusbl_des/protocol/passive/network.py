@@ -11,7 +11,7 @@ import simpy
 from ...navigation.navigators import Navigator
 from ...records.events import Round
 from ...records.rows import Recorder
-from ...vehicles.fleet import Fleet
+from ...vehicles.fleet import VehicleFleet
 from ..happenings import Happenings, Watched
 from ..mf.downlink import Deliveries
 from ..slots import Slots
@@ -25,7 +25,7 @@ class OwnFixes(Deliveries):
     def __init__(
         self,
         env: simpy.Environment,
-        auvs: Fleet,
+        auvs: VehicleFleet,
         navigator: Navigator,
         record: Recorder,
         outcomes: PassiveOutcomes,
@@ -64,8 +64,8 @@ class PassiveNetwork(Watched):
 
     env: simpy.Environment
     slots: Slots
-    auv_fleet: Fleet
-    asv_fleet: Fleet
+    auv_fleet: VehicleFleet
+    asv_fleet: VehicleFleet
     record: Recorder
     uplink: Beacons
     outcomes: PassiveOutcomes

@@ -17,7 +17,7 @@ from ...records.rows import Recorder, Rows
 from ...scenario.families import positions_of
 from ...scenario.own_sensors import straight_drift_rms
 from ...scenario.scenario import Scenario
-from ...vehicles.fleet import Fleet
+from ...vehicles.fleet import VehicleFleet
 from ..conflicts import conflict_graph
 from ..predicted_positions import planned_speeds
 from ..slots import Slots
@@ -136,7 +136,7 @@ def weighed(drifted: float, fix: float) -> float:
     return drifted * fix / (drifted + fix) if drifted > 0.0 else 0.0
 
 
-def known_of(scenario: Scenario, auvs: Fleet, record: Recorder) -> KnownFixes:
+def known_of(scenario: Scenario, auvs: VehicleFleet, record: Recorder) -> KnownFixes:
     """Return what a fleet will know of its AUVs' estimates and places, by what it has planned."""
     speeds, water = planned_speeds(scenario, auvs), scenario.environment
     carried = 0.0
