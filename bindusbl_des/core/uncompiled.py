@@ -11,6 +11,8 @@ results are mostly the same bit for bit; none is off by more than roundings.
 import math
 from collections.abc import Callable
 from functools import cache, wraps
+from operator import is_
+from threading import local
 from types import BuiltinFunctionType, CodeType, SimpleNamespace
 from typing import Any
 
@@ -29,11 +31,27 @@ def uncompiled(function: Any) -> Callable[..., Any]:
 
     @wraps(function)
     def plain(*given: Any, **named: Any) -> Any:
-        with np.errstate(all="ignore"):
-            further = {name: as_compiled(it) for name, it in named.items()}
-            return function(*map(as_compiled, given), **further)
+        known = [it if type(it) in SETTLED else WAYS[type(it)](it) for it in given]
+        further = {name: as_compiled(it) for name, it in named.items()} if named else named
+        if _THREAD.is_quiet:  # called by another equation
+            return function(*known, **further)
+        _THREAD.is_quiet = True
+        try:
+            with np.errstate(all="ignore"):
+                return function(*known, **further)
+        finally:
+            _THREAD.is_quiet = False
 
     return plain
+
+
+class _Thread(local):
+    """Whether a thread is in the midst of an equation, where numpy warns of nothing."""
+
+    is_quiet = False
+
+
+_THREAD = _Thread()
 
 
 def _in_64_bits(code: CodeType) -> CodeType:
@@ -50,30 +68,55 @@ def _same(value: Any) -> Any:
 
 def as_compiled(value: Any) -> Any:
     """Return a value as compiled code sees it: numbers of 64 bits, records with attributes."""
-    kind = type(value)
-    if kind is float:
-        return np.float64(value)
-    if kind is int:
-        return np.int64(value)
-    if isinstance(value, np.ndarray) and value.dtype.names and value.dtype.type is np.void:
-        return value.view(_with_attributes(value.dtype))
-    if kind is np.void and value.dtype.names:
-        return value.view(_with_attributes(value.dtype))
-    if isinstance(value, tuple):
-        parts = map(as_compiled, value)
-        return kind(*parts) if hasattr(value, "_fields") else tuple(parts)
-    return value
+    return WAYS[type(value)](value)
+
+
+class _Ways(dict[type, Callable[[Any], Any]]):
+    """What makes of a value of a class what compiled code sees."""
+
+    def __missing__(self, kind: type) -> Callable[[Any], Any]:
+        self[kind] = _same
+        if kind in (float, int):
+            self[kind] = np.float64 if kind is float else np.int64
+        elif issubclass(kind, np.ndarray) or kind is np.void:
+            self[kind] = _with_fields
+        elif issubclass(kind, tuple):
+            self[kind] = _each
+        return self[kind]
+
+
+WAYS = _Ways()
+
+
+def _with_fields(value: Any) -> Any:
+    kind = value.dtype
+    return value.view(_with_attributes(kind)) if kind.type is np.void and kind.names else value
+
+
+def _each(value: Any) -> Any:
+    """Return a tuple of what compiled code sees: the same where that is nothing else."""
+    parts = [it if type(it) in SETTLED else WAYS[type(it)](it) for it in value]
+    if all(map(is_, parts, value)):
+        return value
+    return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
 
 
 class PlainRecord(np.record):  # type: ignore[misc]  # numpy's stubs make its base final
     """A record whose fields come before the methods that numpy's have (`round`)."""
 
     def __getattribute__(self, name: str) -> Any:
-        kind = super().__getattribute__("dtype")
-        return self[name] if name in kind.fields else super().__getattribute__(name)
+        try:
+            found = np.void.__getitem__(self, name)
+        except ValueError:  # no field
+            return super().__getattribute__(name)
+        return as_compiled(found) if type(found) is np.void else found
 
     def __setattr__(self, name: str, value: Any) -> None:
         self[name] = value
+
+
+# What compiled code sees as it is: most of what equations hand to one another.
+SETTLED = frozenset((np.float64, np.int64, np.bool_, bool, PlainRecord, type(None)))
 
 
 @cache

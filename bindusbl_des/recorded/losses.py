@@ -108,20 +108,22 @@ def _profile(steps: _Steps, burst_s: float) -> float:
     Source: J. Kiefer, Sequential minimax search for a maximum, Proceedings of the AMS 4(3), 1953.
     """
 
-    def score(factor: float) -> float:
-        odds = factor * steps.share / (1.0 - steps.share)
-        return _log_likelihood(steps._replace(share=odds / (1.0 + odds)), burst_s)
+    def score(place: float) -> tuple[float, float]:
+        odds = float(np.exp(place)) * steps.share / (1.0 - steps.share)
+        return _log_likelihood(steps._replace(share=odds / (1.0 + odds)), burst_s), place
 
-    low, high, values = -MOST_OFF, MOST_OFF, dict[float, float]()
+    low, high = -MOST_OFF, MOST_OFF
+    left, right = score(high - GOLDEN * (high - low)), score(low + GOLDEN * (high - low))
+    best = max(left, right)
     while high - low > 1e-2:
-        inner = (high - low) * GOLDEN
-        for place in (high - inner, low + inner):
-            values[place] = score(float(np.exp(place)))
-        if values[high - inner] > values[low + inner]:
-            high = low + inner
+        if left[0] > right[0]:
+            high, right = right[1], left
+            left = score(high - GOLDEN * (high - low))
         else:
-            low = high - inner
-    return max(values.values())
+            low, left = left[1], right
+            right = score(low + GOLDEN * (high - low))
+        best = max(best, left, right)
+    return best[0]
 
 
 def _log_likelihood(steps: _Steps, burst_s: float) -> float:

@@ -4,7 +4,6 @@
 to what it is compared with.
 """
 
-from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -41,27 +40,29 @@ def by_mode() -> pd.DataFrame:
     """
     rows = pd.read_csv(HERE / "delivery_by_mode.csv")
     fitted = rows[rows["mode"] == FITTED]
-    grid = product(np.arange(120.0, 200.0, 0.5), np.arange(0.0, 12.1, 0.5))
-    best = min(grid, key=lambda it: _square(delivered(fitted, *it) - fitted.delivery_ratio))
+    levels_db, spreads_db = np.arange(120.0, 200.0, 0.5), np.arange(0.0, 12.1, 0.5)
+    measured = fitted.delivery_ratio.to_numpy()[:, np.newaxis]
+    off = [np.square(delivered(fitted, levels_db, it) - measured).sum(axis=0) for it in spreads_db]
+    level, spread = divmod(int(np.argmin(np.transpose(off))), len(spreads_db))
+    best = levels_db[level], spreads_db[spread]
     return rows.assign(predicted=delivered(rows, *best), level_db=best[0], shadowing_sd_db=best[1])
 
 
-def _square(off: pd.Series) -> float:
-    return float(np.square(off).sum())
-
-
-def delivered(rows: pd.DataFrame, level_db: float, shadowing_sd_db: float) -> np.ndarray:
-    """Return the chance that each row's frame is decoded (n,)."""
+def delivered(
+    rows: pd.DataFrame, level_db: float | np.ndarray, shadowing_sd_db: float
+) -> np.ndarray:
+    """Return the chance that each row's frame is decoded, at one level or at each (n, ...)."""
     told = []
     for it in rows.itertuples():
         per_symbol = BITS[it.modulation]
         sonar = Sonar(
             frequency_khz=FREQUENCY_KHZ, bandwidth_khz=it.bandwidth_khz, decoding="bpsk",
-            source_level_db=level_db, shadowing_sd_db=shadowing_sd_db,
+            shadowing_sd_db=shadowing_sd_db,
         )  # fmt: skip
         duration_s = it.info_bits_per_frame / (1e3 * it.bandwidth_khz * per_symbol)
         message = SoundMessage(duration_s=duration_s, bits=it.info_bits_per_frame)
-        told.append(float(chance_decoded(sonar, link_budget(sonar).snr_db(it.range_m), message)))
+        snr_db = link_budget(sonar).snr_db(it.range_m) + level_db - sonar.source_level_db
+        told.append(chance_decoded(sonar, snr_db, message))
     return np.array(told)
 
 
