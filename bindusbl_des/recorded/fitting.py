@@ -5,8 +5,9 @@ it from those before.  Source: F. C. Schweppe, Evaluation of likelihood function
 signals, IEEE Transactions on Information Theory 11(1), 1965.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,9 @@ from ..core.arrays import Floats
 from .log import BadLog, Log
 from .losses import Losses, losses_of
 from .navigating import Noise, Prepared, filter_log, prepared, smooth_log
+
+# The log-likelihood of a log with a noise
+Score = Callable[[Noise], float]
 
 # A velocity bias is taken to be at most some such share of the speed (one standard deviation).
 BIAS_SHARE = 0.1
@@ -58,9 +62,10 @@ def fit(log: Log) -> Fit:
     guesses = [(plain, 0.0), (tailed, 2.0)]
     if not log.start_found and (off := _first_off(log)) > 0.0:
         guesses += [(replace(it, start_sd=off), more + 1.0) for it, more in guesses]
-    tried = [_likeliest(known, guess, walks, log.has_ranges) for guess, _ in guesses]
+    score = cache(partial(_score, known))  # searches come to the same numbers again
+    tried = [_likeliest(score, guess, walks, log.has_ranges) for guess, _ in guesses]
     worth = 0.5 * np.log(len(known.sights))
-    scores = [_score(known, it) - worth * n for it, (_, n) in zip(tried, guesses, strict=True)]
+    scores = [score(it) - worth * n for it, (_, n) in zip(tried, guesses, strict=True)]
     noise = tried[int(np.argmax(scores))]
     with np.errstate(all="ignore"):  # told below
         (ahead, aside), sds = _bias(known, noise)
@@ -157,17 +162,17 @@ def _offsets(log: Log) -> Iterator[tuple[Floats, Floats]]:
         yield ranges.times[rows], off[rows, None]
 
 
-def _likeliest(log: Prepared, guess: Noise, walks: list[float], has_ranges: bool) -> Noise:
+def _likeliest(score: Score, guess: Noise, walks: list[float], has_ranges: bool) -> Noise:
     """Return the likeliest noise, from each random walk to begin with; the first of equals."""
-    best, score = guess, -np.inf
+    best, highest = guess, -np.inf
     for walk in walks:
-        found = _searched(log, replace(guess, random_walk=walk), has_ranges)
-        if (value := _score(log, found)) > score + 1.0:
-            best, score = found, value
+        found = _searched(score, replace(guess, random_walk=walk), has_ranges)
+        if (value := score(found)) > highest + 1.0:
+            best, highest = found, value
     return best
 
 
-def _searched(log: Prepared, guess: Noise, has_ranges: bool) -> Noise:
+def _searched(score: Score, guess: Noise, has_ranges: bool) -> Noise:
     """Return likelier noise, by pattern search: each number in turn, by ever smaller factors.
 
     Source: R. Hooke, T. A. Jeeves, "Direct search" solution of numerical and statistical problems,
@@ -176,16 +181,16 @@ def _searched(log: Prepared, guess: Noise, has_ranges: bool) -> Noise:
     names = ["range_sd"] * has_ranges + ["random_walk"]
     names += ["start_sd"] * (guess.start_sd > 0.0 and not guess.heading_sd)
     names += ["outlier_share", "outlier_sd"] * (guess.outlier_share > 0.0)
-    best, score, factor = guess, _score(log, guess), FIRST_FACTOR
+    best, highest, factor = guess, score(guess), FIRST_FACTOR
     while factor > LAST_FACTOR:
-        found = score
+        found = highest
         for name in names:
             for by in (factor, 1.0 / factor):
                 tried = _scaled(best, name, by)
-                if (value := _score(log, tried)) > score + GAIN:
-                    best, score = tried, value
+                if (value := score(tried)) > highest + GAIN:
+                    best, highest = tried, value
                     break
-        if score <= found:
+        if highest <= found:
             factor = factor**0.5
     return best
 

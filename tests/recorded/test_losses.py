@@ -113,12 +113,12 @@ def run(*words: str) -> str:
 
 def test_fit_writes_the_bursts_of_a_mission_of_ours(dive: Path, tmp_path: Path) -> None:
     """0.33 s were put in; the file is a scenario that has them, and replay tells of them."""
-    keys = json.loads(run("fit", str(dive), "--vehicle", "AUV0", "--json"))["keys"]
+    out = str(tmp_path / "noise.yaml")
+    keys = json.loads(run("fit", str(dive), "--vehicle", "AUV0", "--out", out, "--json"))["keys"]
     assert keys["acoustics.hf.channel"]["burst_s"] == pytest.approx(0.33, abs=0.08)
-    run("fit", str(dive), "--vehicle", "AUV0", "--out", str(tmp_path / "noise.yaml"))
-    told = load_scenario(tmp_path / "noise.yaml").acoustics.hf.channel
+    told = load_scenario(out).acoustics.hf.channel
     assert dict(told.settings) == {"burst_s": keys["acoustics.hf.channel"]["burst_s"]}
-    words = ("replay", str(dive), "--vehicle", "AUV0", "--noise", str(tmp_path / "noise.yaml"))
+    words = ("replay", str(dive), "--vehicle", "AUV0", "--noise", out)
     assert re.search(
         r"18.\d % of 2088 receptions were lost, for 0.[34]\d? s on average", run(*words)
     )
