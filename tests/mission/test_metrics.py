@@ -7,16 +7,18 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from worlds import scenario, still
+from worlds import blank, scenario, still
 
 from bindusbl_des import load_scenario, simulate
 from bindusbl_des.mission import metrics
-from bindusbl_des.mission.metrics import worst_of
+from bindusbl_des.mission.metrics import AUV_METRICS, worst_of
 from bindusbl_des.mission.mission import Mission
-from bindusbl_des.mission.service import fix_ages, mean, quantile, quantile_of, sort
+from bindusbl_des.mission.service import fix_ages, mean, note_service, quantile, quantile_of, sort
 from bindusbl_des.navigation.dead_reckoning import Odometry
 from bindusbl_des.navigation.navigators import LinearNavigator
+from bindusbl_des.records.events import DELIVERED
 from bindusbl_des.records.metrics import WORST_IS_LARGEST
+from bindusbl_des.records.rows import FIX
 from bindusbl_des.scenario.files.mistakes import ScenarioError
 
 
@@ -110,6 +112,16 @@ def test_the_age_of_a_fix_is_that_of_a_fine_clock(fixes: list[tuple[float, float
     assert average == pytest.approx((times - since).mean(), abs=2e-3)
     assert oldest == pytest.approx(np.quantile(times - since, 0.95), abs=2e-2)
     assert largest == pytest.approx((times - since).max(), abs=1e-2)
+
+
+def test_the_age_of_fixes_goes_by_when_they_come() -> None:
+    """Of two pings at 3 s and 4 s the first is fixed at 5 s, the second at 9 s; on record after."""
+    fixes, found = blank(FIX, 2), np.zeros(1, dtype=AUV_METRICS)
+    fixes["auv"], fixes["outcome"], fixes["correction_m"] = 0, DELIVERED, 0.0
+    fixes["delivered_at_s"], fixes["pinged_at_s"] = [9.0, 5.0], [4.0, 3.0]
+    note_service(found, fixes, 10.0, math.nan)
+    # from 0 to 5 s, from 2 to 6 s, from 5 to 6 s
+    assert found["fix_age_mean_s"] == pytest.approx((12.5 + 16.0 + 5.5) / 10.0)
 
 
 def test_what_all_fixes_say_of_a_network() -> None:

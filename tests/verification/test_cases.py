@@ -9,6 +9,8 @@ import pytest
 from bindusbl_des import Scenario, verify
 from bindusbl_des.verification.case import Case, bounds_of
 from bindusbl_des.verification.frames import widest
+from bindusbl_des.verification.playing import OUT_OF_THE_WAY
+from bindusbl_des.verification.signals import answer_late, answer_passing, two_calls
 from bindusbl_des.verification.two_way import call_and_answer
 from bindusbl_des.verification.uplink import round_gap, spread_s
 from bindusbl_des.verification.verdict_text import verdict_text
@@ -104,6 +106,23 @@ def test_a_call_is_compared_with_its_answer_where_asvs_hear_each_other() -> None
     assert f"an AUV is {detour:.3g} m longer than that of the call, over {apart:.4g} m" in pair.why
     far = {"count": 2, "formation": {"positions_m": [(-50, 0), (50, 0)]}}
     assert not list(call_and_answer(case(asvs=far, **water)))
+
+
+def test_witnesses_have_auvs_where_calls_and_answers_would_meet() -> None:
+    """Half-way between ASVs that call, the other AUV far beyond the second; on the way from the
+    caller to the other ASV; far from its caller, the next that is called below the same ASV.
+    """
+    placed = {"count": 2, "formation": {"positions_m": [(-20.0, 0.0), (20.0, 5.0)]}}
+    auvs = {"count": 2, "vehicle": "bluerov2"}
+    it = case(asvs=placed, auvs=auvs, protocol={"ranging": "twtt"})
+    called = next(two_calls(it))
+    assert called["survey"]["depths_m"] == [10.0, 10.0]
+    middle, far = called["auvs"]["route"]["positions_m"]
+    assert middle == pytest.approx([0.0, 2.5], abs=1e-6)
+    assert far == pytest.approx([20.0 + OUT_OF_THE_WAY * (50.0 + 40.0), 5.0])
+    (begin, end), _ = next(answer_passing(it, 50.0))["auvs"]["route"]["points_m"]
+    assert (end[1] - begin[1]) / (end[0] - begin[0]) == pytest.approx(5.0 / 40.0)
+    assert next(answer_late(it, 0, 0.05))["auvs"]["route"]["positions_m"][1] == [-20.0, 0.0]
 
 
 def test_a_verdict_in_words_has_a_line_for_each_pair_of_signals() -> None:
