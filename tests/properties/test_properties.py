@@ -86,12 +86,19 @@ def cut(result: Result, seed: int) -> None:
     if end <= scenario.record.metrics_from_s:
         return
     data = {**scenario.model_dump(exclude_unset=True), "duration_s": end}
-    earlier = simulate(Scenario.model_validate(data), seed).tables
+    try:
+        shorter = Scenario.model_validate(data)
+    except ValueError as error:
+        assert "nothing is left to judge" in str(error)
+        return
+    earlier = simulate(shorter, seed).tables
     for name, begun in BEGUN.items():
         whole, part = (
             it[name][lambda it, begun=begun: it[begun] < end - 0.05].reset_index(drop=True)
             for it in (result.tables, earlier)
         )
+        if name == "pings":  # a call that the end overtakes has no answer
+            part = part[part["call"] != "in_flight"]
         assert len(whole) == len(part), name
         for column in whole.select_dtypes("float").columns.difference(ENDING):
             same = (whole[column] == part[column]) | (whole[column].isna() & part[column].isna())
@@ -100,7 +107,11 @@ def cut(result: Result, seed: int) -> None:
 
 def proved(result: Result) -> bool:
     """What `verify` accepts does not collide; tell whether it was."""
-    accepted = verify(result.scenario).accepted
+    try:
+        accepted = verify(result.scenario).accepted
+    except ValueError as error:
+        assert "--max-speed" in str(error)  # AUVs of a track that nobody could follow
+        return False
     assert not (accepted and collided(result))
     return accepted
 
