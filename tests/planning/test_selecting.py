@@ -69,6 +69,11 @@ def test_the_cheapest_that_meets_the_goal_is_chosen_and_of_its_cost_the_best() -
     assert np.isnan(found.estimates[3][0].mean)
 
 
+def test_a_mission_at_the_limit_keeps_it() -> None:
+    found = select([Choice(1)], lambda pairs: np.ones((len(pairs), 1)), METRE)
+    assert found.estimates[0][0].missed == 0.0
+
+
 def test_where_none_meets_the_goal_there_is_no_answer() -> None:
     found = chosen([1.2, 1.5], [1, 2])
     assert found.answer is None

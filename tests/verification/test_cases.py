@@ -10,7 +10,7 @@ from bindusbl_des import Scenario, verify
 from bindusbl_des.verification.case import Case, bounds_of
 from bindusbl_des.verification.frames import widest
 from bindusbl_des.verification.playing import OUT_OF_THE_WAY
-from bindusbl_des.verification.signals import answer_late, answer_passing, two_calls
+from bindusbl_des.verification.signals import answer_late, answer_passing, groups_shown, two_calls
 from bindusbl_des.verification.two_way import call_and_answer
 from bindusbl_des.verification.uplink import round_gap, spread_s
 from bindusbl_des.verification.verdict_text import verdict_text
@@ -123,6 +123,7 @@ def test_witnesses_have_auvs_where_calls_and_answers_would_meet() -> None:
     (begin, end), _ = next(answer_passing(it, 50.0))["auvs"]["route"]["points_m"]
     assert (end[1] - begin[1]) / (end[0] - begin[0]) == pytest.approx(5.0 / 40.0)
     assert next(answer_late(it, 0, 0.05))["auvs"]["route"]["positions_m"][1] == [-20.0, 0.0]
+    assert len(list(groups_shown(it))) == 3  # as planned, at the edge, coming into range
 
 
 def test_a_verdict_in_words_has_a_line_for_each_pair_of_signals() -> None:
