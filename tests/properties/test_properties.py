@@ -89,7 +89,8 @@ def cut(result: Result, seed: int) -> None:
     try:
         shorter = Scenario.model_validate(data)
     except ValueError as error:
-        assert "nothing is left to judge" in str(error)
+        if "nothing is left to judge" not in str(error):
+            raise
         return
     earlier = simulate(shorter, seed).tables
     for name, begun in BEGUN.items():
@@ -110,8 +111,9 @@ def proved(result: Result) -> bool:
     try:
         accepted = verify(result.scenario).accepted
     except ValueError as error:
-        assert "--max-speed" in str(error)  # AUVs of a track that nobody could follow
-        return False
+        if "--max-speed" not in str(error):
+            raise
+        return False  # AUVs of a track that nobody could follow
     assert not (accepted and collided(result))
     return accepted
 
