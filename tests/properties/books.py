@@ -128,7 +128,8 @@ def collide_by_overlap(result: Result) -> None:
     bands, protocol, tables = result.scenario.acoustics, result.scenario.protocol, result.tables
     if protocol.duplex == "per_node":
         return
-    calls = bool(tables["pings"].call.notna().any())
+    # an ASV hears no ping while it calls, nor at random access while it replies
+    sends = (protocol.replies and protocol.random_access) or tables["pings"].call.notna().any()
     if bands.hf.channel == "disc":
         receiver = "auv" if protocol.ranging == "passive" else "asv"
         at = tables["receptions"][lambda it: it.arrived_at_s.notna()]
@@ -136,7 +137,7 @@ def collide_by_overlap(result: Result) -> None:
         lasts = bands.hf.ping_s
         for _, own in at.groupby(receiver):
             begins = own.arrived_at_s.to_numpy()
-            _judge(own.outcome, begins, begins + lasts, 2 * TOUCH, also_else=calls)
+            _judge(own.outcome, begins, begins + lasts, 2 * TOUCH, also_else=bool(sends))
     if bands.mf.channel == "disc":
         frames = tables["frame_receptions"]
         airtime = tables["broadcasts"].airtime_s.to_numpy()
