@@ -68,15 +68,15 @@ def _strings(values: Sequence[str | None]) -> pa.Array:
 
 
 def spelt(words: Sequence[str], codes: NDArray[np.int64]) -> pa.Array:
-    """Return words by their numbers, one in each row; a negative one is null."""
-    encoded = [word.encode() for word in words] or [b""]
-    lengths, missing = np.array([len(word) for word in encoded]), codes < 0
-    own = np.where(missing, 0, lengths[codes])
+    """Return words by their numbers, one in each row; -1 is null."""
+    encoded = [*(word.encode() for word in words), b""]  # the last for what is null
+    lengths = np.array([len(word) for word in encoded])
+    own = lengths[codes]
     ends = np.concatenate(([0], np.cumsum(own)))
     begins = (np.cumsum(lengths) - lengths)[codes]
     letters = np.frombuffer(b"".join(encoded), dtype=np.uint8)
     each = letters[np.repeat(begins - ends[:-1], own) + np.arange(ends[-1])]
-    buffers = [_validity(missing), pa.py_buffer(ends.astype(np.int32)), pa.py_buffer(each)]
+    buffers = [_validity(codes < 0), pa.py_buffer(ends.astype(np.int32)), pa.py_buffer(each)]
     return pa.Array.from_buffers(pa.string(), len(codes), buffers)
 
 
