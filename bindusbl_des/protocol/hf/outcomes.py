@@ -85,13 +85,19 @@ class Measuring:
 
     def hand_on(self, to: Packed, bursts: Rows | None) -> None:
         """Keep the field `noise` of what compiled code is handed what the noise is."""
-        self.noise.on_grown = lambda _: to.renew("noise", self.noise_with(bursts))
+        slow = self.slow  # the store knows nobody who knows it: no circle keeps a mission
+        self.noise.on_grown = lambda store: to.renew("noise", noise_of(store, slow, bursts))
 
     def noise_with(self, bursts: Rows | None) -> PairNoise:
         """Return noise as compiled code takes it, of pings that are lost in bursts if not None."""
-        store, lost_in = self.noise, np.empty((0, 0), PAIR) if bursts is None else bursts
-        taken_now = np.zeros((store.shelf.shape[1], store.blocks.shape[2]))
-        return PairNoise(store.shelf, store.taken, store.blocks, taken_now, self.slow, lost_in)
+        return noise_of(self.noise, self.slow, bursts)
+
+
+def noise_of(store: NoiseStore, slow: Rows, bursts: Rows | None) -> PairNoise:
+    """Return noise as compiled code takes it."""
+    lost_in = np.empty((0, 0), PAIR) if bursts is None else bursts
+    taken_now = np.zeros((store.shelf.shape[1], store.blocks.shape[2]))
+    return PairNoise(store.shelf, store.taken, store.blocks, taken_now, slow, lost_in)
 
 
 class Sight(NamedTuple):
