@@ -354,6 +354,16 @@ def test_long_tables_are_made_in_blocks(monkeypatch: pytest.MonkeyPatch) -> None
     assert found.equals(whole, check_metadata=True)
 
 
+@pytest.mark.parametrize("count", [1, 3])
+def test_a_table_keeps_its_rows_when_the_buffer_gets_others(count: int) -> None:
+    """Buffers go from mission to mission; a single row lies as a column does."""
+    fixes = np.zeros(count, dtype=FIX)
+    fused = np.zeros(count, dtype=[("asvs", "i8")])
+    found = from_numbers("fixes", fixes, fused)
+    fixes["x_m"], fixes["fix"] = 1.0, 1
+    assert (found["x_m"].to_pylist(), found["fix"].to_pylist()) == ([0.0] * count, [0] * count)
+
+
 def test_whole_numbers_may_be_missing_where_the_table_says_so() -> None:
     """Whoever was not told of a slot has no count; of words and vehicles None is null as well."""
     rows = [Round(0, 0.0, 1, 2), Round(1, 0.5, 1, 2, 0.5, None, 3, 4, 0)]
