@@ -1,6 +1,7 @@
 """Several fixes of one ping, made one: the minimum-variance linear unbiased estimate (MVLUE)."""
 
 from collections.abc import Sequence
+from math import copysign, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -10,14 +11,17 @@ from ..core.compiled import compiled
 
 Vector = NDArray[np.float64]
 
-# Numbers whose variance, given the others, is below this share of the largest are known exactly.
+# Directions whose variance is below this share of the largest are taken as known exactly.
 SINGULAR = 1e-13
+
+# Jacobi's method squares what is left off the diagonal in each sweep; 3 x 3 needs four or five.
+MOST_SWEEPS = 30
 
 
 def fuse(fixes: Sequence[Vector], covariances: Sequence[Vector]) -> tuple[Vector, Vector]:
     """Fuse independent fixes of the same ping; return the estimate (n,) and covariance (n, n).
 
-    The additive form z + A (A + B)^- (z' - z) is the inverse-covariance average where covariances
+    The additive form z + A (A + B)^+ (z' - z) is the inverse-covariance average where covariances
     are regular, and stays right where they are singular (a perfect range, say).  With K equal
     covariances R the result has R / K, so every standard deviation shrinks by sqrt(K).
 
@@ -47,7 +51,7 @@ def fuse_pair(
     for i in range(size):
         for j in range(size):
             total[i, j] += other[i, j]
-    gain = product(covariance, _inverse(total))
+    gain = product(covariance, _pseudo_inverse(total))
     left = product(gain, covariance)
     fused, spread = estimate.copy(), np.empty((size, size))
     for i in range(size):
@@ -94,7 +98,7 @@ def fuse_shared(
             for k in range(3, size):
                 spread[i, j] += jacobian[i, k - 3] * shared[k, j]
             spread[i, j] += other[i, j]
-    inverse = _inverse(spread)
+    inverse = _pseudo_inverse(spread)
     gain, square = np.zeros((size, 3)), 0.0
     for i in range(size):
         for j in range(3):
@@ -125,33 +129,52 @@ def product(a: Vector, b: Vector) -> Vector:
 
 
 @compiled
-def _inverse(matrix: Vector) -> Vector:
-    """Return the inverse of a symmetric positive semidefinite matrix (n, n); where it is singular,
-    a generalised one, G of M G M = M, as good as any for what M can explain.
+def _pseudo_inverse(matrix: Vector) -> Vector:
+    """Return the pseudo-inverse of a symmetric positive semidefinite matrix (n, n).
 
-    Source: the sweep operator, largest pivot first; J. H. Goodnight, "A tutorial on the SWEEP
-    operator", The American Statistician 33(3), 1979.
+    By its eigenvalues, which Jacobi's rotations find. Source: G. H. Golub, C. F. Van Loan, Matrix
+    Computations, 4th ed., section 8.5 (cyclic Jacobi).
     """
-    size, out = len(matrix), matrix.copy()
-    waiting, least = np.ones(size, dtype=np.bool_), 0.0
+    size = len(matrix)
+    values, vectors = matrix.copy(), np.zeros((size, size))
     for k in range(size):
-        least = max(least, SINGULAR * matrix[k, k])
-    for _ in range(size):
-        pivot, largest = -1, least
-        for k in range(size):
-            if waiting[k] and out[k, k] > largest:
-                pivot, largest = k, out[k, k]
-        if pivot < 0:
+        vectors[k, k] = 1.0
+    for _ in range(MOST_SWEEPS):
+        turned = False
+        for p in range(size - 1):
+            for q in range(p + 1, size):
+                beside = values[p, q]
+                if abs(beside) <= 1e-17 * sqrt(abs(values[p, p] * values[q, q])):
+                    continue
+                turned = True
+                slope = (values[q, q] - values[p, p]) / (2.0 * beside)
+                tangent = copysign(1.0, slope) / (abs(slope) + sqrt(1.0 + slope * slope))
+                cosine = 1.0 / sqrt(1.0 + tangent * tangent)
+                _rotate(values, vectors, p, q, cosine, tangent * cosine)
+        if not turned:
             break
-        waiting[pivot] = False
-        for i in range(size):
-            for j in range(size):
-                if i != pivot and j != pivot:
-                    out[i, j] -= out[i, pivot] * out[pivot, j] / largest
-        for k in range(size):
-            out[k, pivot] = out[pivot, k] = out[pivot, k] / largest
-        out[pivot, pivot] = -1.0 / largest
-    for i in range(size):
-        for j in range(size):
-            out[i, j] = 0.0 if waiting[i] or waiting[j] else -out[i, j]
-    return out
+    largest = 0.0
+    for k in range(size):
+        largest = max(largest, values[k, k])
+    inverse = np.zeros((size, size))
+    for k in range(size):
+        if values[k, k] > SINGULAR * largest:
+            for i in range(size):
+                for j in range(size):
+                    inverse[i, j] += vectors[i, k] * vectors[j, k] / values[k, k]
+    return inverse
+
+
+@compiled
+def _rotate(values: Vector, vectors: Vector, p: int, q: int, cosine: float, sine: float) -> None:
+    """Rotate axes p and q so that `values` [p, q] vanishes."""
+    for k in range(len(values)):
+        first, second = values[k, p], values[k, q]
+        values[k, p], values[k, q] = cosine * first - sine * second, sine * first + cosine * second
+    for k in range(len(values)):
+        first, second = values[p, k], values[q, k]
+        values[p, k], values[q, k] = cosine * first - sine * second, sine * first + cosine * second
+        first, second = vectors[k, p], vectors[k, q]
+        vectors[k, p] = cosine * first - sine * second
+        vectors[k, q] = sine * first + cosine * second
+    values[p, q] = values[q, p] = 0.0
