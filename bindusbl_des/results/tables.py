@@ -54,7 +54,7 @@ def _columns(part: Rows) -> Iterator[tuple[str, Ints, pa.Buffer | None]]:
     that are known, None where all are.
     """
     words: Any = np.ascontiguousarray(part).view(np.int64)
-    numbers = words.reshape(len(part), part.dtype.itemsize // WORD).T.copy()
+    numbers = words.reshape(len(part), part.dtype.itemsize // WORD).T.copy()  # the buffer is reused
     known = ~np.isnan(numbers.view(np.float64))  # NONE has the bits of a NaN, too
     bits = np.packbits(known, axis=1, bitorder="little")
     complete: list[bool] = np.logical_and.reduce(known, axis=1).tolist()
