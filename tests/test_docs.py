@@ -49,6 +49,11 @@ PICTURES = (".png", ".svg")
 # Language, the file that it is if it has a title, and content
 FENCED = r'^```(\w+)(?: title="([\w.]+)")?\n(.*?)^```'
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.py"))
+# What the longest does, the manual's tutorial on a real plan does every day.
+EACH_NOTEBOOK = [
+    pytest.param(path, marks=[pytest.mark.slow] if path.stem == "real_plan" else [])
+    for path in NOTEBOOKS
+]
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
 # What `run` advises takes seconds, and no page's is compared.
 SHORTLY_ADVISED = ("--advice-missions", "8")
@@ -201,7 +206,7 @@ def kept(block: str) -> None:
         Scenario.model_validate({"name": "part"} | yaml.safe_load(block))
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", EACH_NOTEBOOK, ids=lambda path: path.stem)
 def test_notebooks_find_what_they_state(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -143,13 +143,15 @@ def read_table(path: Path, name: str, origin: Mapping[str, str]) -> pa.Table:
     return pa.Table.from_arrays([read[it] for it in described.names], schema=described)
 
 
-def write_parquet(table: pa.Table, name: str, path: Any, origin: Mapping[str, str]) -> None:
-    """Write one table as Parquet (zstd); `origin` (scenario hash, seed) goes into its metadata."""
+def write_parquet(
+    table: pa.Table, name: str, path: Any, origin: Mapping[str, str], compression: str = "zstd"
+) -> None:
+    """Write one table as Parquet; `origin` (scenario hash, seed) goes into its metadata."""
     metadata = {"bindusbl.schema": f"{name}/{SCHEMA_VERSION}", **origin}
     pq.write_table(
         table.replace_schema_metadata(metadata),
         path,
-        compression="zstd",
+        compression=compression,
         use_dictionary=[f.name for f in table.schema if f.type == pa.string()],
     )
 

@@ -188,7 +188,7 @@ def test_the_disc_has_bursts_too() -> None:
         assert same(plain, found) == (burst_s is None)
 
 
-@pytest.mark.parametrize("ranging", ["owtt_sync", "passive"])
+@pytest.mark.parametrize("ranging", ["owtt_sync", pytest.param("passive", marks=pytest.mark.slow)])
 def test_a_mission_loses_as_many_in_longer_runs(tmp_path: Path, ranging: str) -> None:
     """A fixed share over all ranges: each pair loses it, in runs of the chain's length."""
     asked = still(
@@ -376,6 +376,7 @@ def test_one_mean_describes_two_dives() -> None:
     assert squares[1e-9] > 40.0
 
 
+@pytest.mark.slow
 def test_the_dive_that_ships_has_the_bursts_that_were_measured() -> None:
     """The mean of seeds, whose spread is that of one dive, holds the dive's own figures."""
     found = {}

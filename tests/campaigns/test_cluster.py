@@ -108,6 +108,7 @@ def test_a_cluster_finds_what_one_process_finds(
         assert (home / f"pid-{worker.pid}").exists()
 
 
+@pytest.mark.slow
 def test_a_worker_of_a_cluster_that_is_killed_costs_nothing(
     cluster: Cluster, undisturbed: Campaign, home: Path, tmp_path: Path
 ) -> None:

@@ -78,36 +78,43 @@ def test_seeds_are_run_until_the_interval_is_narrow() -> None:
     assert fine.state().missions == sum(counts[1])
 
 
-def test_the_same_missions_on_any_number_of_workers(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two workers, shards, and a campaign that lost rows end with the same table."""
-    asked = {"vary": VARY, "until_ci": {METRIC: "8%"}, "seeds": 40}
-    whole: Any = sweep("short.yaml", "whole", **asked).missions.drop(columns="wall_time_s")
-    assert len(whole) > 16
+def table(name: str) -> pd.DataFrame:
+    return load_campaign(name).missions.drop(columns="wall_time_s")
 
-    def table(name: str) -> pd.DataFrame:
-        return load_campaign(name).missions.drop(columns="wall_time_s")
 
+ASKED: Any = {"vary": VARY, "until_ci": {METRIC: "8%"}, "seeds": 40}
+
+
+def test_shards_run_the_same_missions() -> None:
+    """Joined they are the table of the whole."""
+    sweep("short.yaml", "whole", **ASKED)
+    assert len(table("whole")) > 16
     for shard in (1, 2):
-        sweep("short.yaml", f"shard{shard}", shard=(shard, 2), **asked)
+        sweep("short.yaml", f"shard{shard}", shard=(shard, 2), **ASKED)
     assert call("merge", "shard1", "shard2", "--out", "merged").exit_code == 0
-    pd.testing.assert_frame_equal(table("merged"), whole)
+    pd.testing.assert_frame_equal(table("merged"), table("whole"))
     assert load_campaign("merged").state().status == "complete"
+
+
+@pytest.mark.slow
+def test_two_workers_run_the_same_missions(monkeypatch: pytest.MonkeyPatch) -> None:
+    sweep("short.yaml", "whole", **ASKED)
     monkeypatch.setattr(running, "pool_for", pool_for)
-    sweep("short.yaml", "two", workers=2, **asked)
-    pd.testing.assert_frame_equal(table("two"), whole)
+    sweep("short.yaml", "two", workers=2, **ASKED)
+    pd.testing.assert_frame_equal(table("two"), table("whole"))
 
 
 def test_a_campaign_that_lost_rows_runs_them_again() -> None:
     """What is wanted follows from the rows that are there."""
-    asked = {"vary": VARY, "until_ci": {METRIC: "8%"}, "seeds": 40}
-    whole = sweep("short.yaml", "lost", **asked).missions.drop(columns="wall_time_s")
+    sweep("short.yaml", "lost", **ASKED)
+    whole = table("lost")
     part_path(Path("lost"), "missions", "all-0001").unlink()
     assert len(done(Path("lost"))) == 0
     assert unfinished_campaign("lost").state().missing == 16
     with pytest.raises(CampaignError, match=r"lost the rows of 16 of 16 missions; .*resume lost"):
         load_campaign("lost")
-    again = resume("lost").missions.drop(columns="wall_time_s")
-    pd.testing.assert_frame_equal(again, whole)
+    resume("lost")
+    pd.testing.assert_frame_equal(table("lost"), whole)
 
 
 def test_a_table_says_whether_it_was_reached() -> None:

@@ -103,6 +103,7 @@ def test_two_choices_of_one_factor_are_refused() -> None:
 # Missions
 
 
+@pytest.mark.slow
 def test_each_distinct_mission_is_run_once() -> None:
     """Readings that differ in nothing that a mission depends on share its row."""
     for experiment in campaigns.all_readings(quick=False):

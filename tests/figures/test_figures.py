@@ -320,7 +320,13 @@ ODD = {
 }
 
 
-@pytest.mark.parametrize("world", ODD)
+# What they are odd in, others are as well.
+SLOW = ("no errors", "a long thin survey", "a long name, many AUVs")
+
+
+@pytest.mark.parametrize(
+    "world", [pytest.param(it, marks=[pytest.mark.slow] if it in SLOW else []) for it in ODD]
+)
 def test_odd_missions_are_drawn_without_warning(world: str) -> None:
     """Whatever the mission, each figure has axes of some size, over one column, or two."""
     run, width = simulate(ODD[world], 1), 7.16 if world == "an instant" else 3.5
@@ -333,7 +339,7 @@ def test_odd_missions_are_drawn_without_warning(world: str) -> None:
             assert axes.get_position().height > 0.05, kind
 
 
-@pytest.mark.parametrize("suffix", [".svg", ".pdf", ".png"])
+@pytest.mark.parametrize("suffix", [".svg", ".png", pytest.param(".pdf", marks=pytest.mark.slow)])
 def test_equal_tables_give_equal_bytes(suffix: str, result: Result, tmp_path: Path) -> None:
     """Neither dates nor random identifiers get into a file."""
     paths = [tmp_path / f"{number}{suffix}" for number in (1, 2)]
@@ -364,7 +370,7 @@ def test_figures_keep_text_and_leave_titles_out(
     folder: Path, result: Result, tmp_path: Path
 ) -> None:
     """Words of an SVG can be searched and edited; with --no-title it has all but its title."""
-    for kind in ("error", "latency", "round"):
+    for kind in ("error", "round"):
         texts = []
         for options in ((), ("--no-title",)):
             out = tmp_path / f"{kind}{len(options)}.svg"

@@ -114,7 +114,7 @@ def check(value: Any, schema: dict[str, Any]) -> None:
 
 def test_every_answer_of_the_topside_is_as_its_api_says() -> None:
     """From nothing known, through each reading, to the last position: it is what was measured."""
-    readings, _, earth = heard(at_sea(usbl={"gnss_sd_m": 0.5}))
+    readings, _, earth = heard(at_sea(usbl={"gnss_sd_m": 0.5}, duration_s=20.0))
     last = [it for it in readings if isinstance(it, UsblReading)][-1]
     topside = Topside("ugps", "127.0.0.1", 0, last.vehicle, last.auv)
     base = f"http://127.0.0.1:{topside.port}"

@@ -21,7 +21,7 @@ MADE: dict[str, Any] = runpy.run_path(
         "`twtt`, turnaround 1 s",
         "`twtt`, turnaround 1 s, slow 60 s",
         "500 m, 10 deg, 1 %, 1 h",
-        "`passive`, start by 2 m and heading by 3 deg",
+        pytest.param("`passive`, start by 2 m and heading by 3 deg", marks=pytest.mark.slow),
     ],
 )
 def test_filters_know_how_far_off_they_are(cell: str, navigator: str) -> None:

@@ -21,7 +21,7 @@ from bindusbl_des.usbl.sights import unknown_sights
 
 DEPTH = 10.0
 
-DRAWN, MORE_DRAWN = range(2780, 2800), range(2700, 2780)
+DRAWN, MORE_DRAWN = range(2788, 2800), range(2700, 2788)
 NO_FIX = Said(math.nan, math.nan, (math.nan, math.nan, math.nan))
 
 

@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from campaigns_for_tests import OneThread
 from numpy.typing import NDArray
 from pandas.testing import assert_frame_equal
 
 from bindusbl_des import Scenario, load_scenario, plan, simulate
 from bindusbl_des.campaigns.experiments.experiment import laid_over
+from bindusbl_des.planning import flying
 from bindusbl_des.planning.candidates import Candidate
 from bindusbl_des.planning.doubting import SEEDS, Doubt, Doubted, _bursts, _drift, doubted
 from bindusbl_des.planning.selection.goals import Goal
@@ -110,7 +112,9 @@ def test_a_vessel_that_fails_at_once_was_never_there() -> None:
     assert_frame_equal(lost(0.0, "body"), simulate(rest, 0).auvs)
 
 
-def test_a_loss_is_judged_after_it_and_beside_the_same_missions_without_it(tmp_path: Path) -> None:
+def test_a_loss_is_judged_after_it_and_beside_the_same_missions_without_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The error of the minutes before a loss does not hide what it costs: over the second half
     AUVs fare worse without the vessel, and all figures are of the same seeds.
     """
@@ -119,6 +123,7 @@ def test_a_loss_is_judged_after_it_and_beside_the_same_missions_without_it(tmp_p
             "protocol.downlink": ["sequential"]}  # fmt: skip
     goal = {"position_error_max_m": 30.0}
     scenario = load_scenario("recovery_140m", overrides=["record.metrics_hz=2"])
+    monkeypatch.setattr(flying, "pool_for", OneThread)
     found = plan(scenario, tmp_path / "out", below=goal, vary=vary, workers=1)
     cases = {it["told"].partition(" ")[2]: it for it in found.record["sensitivity"]}
     lost = cases["lost halfway, from then on"]

@@ -274,19 +274,19 @@ def test_a_plan_that_is_cut_off_says_what_it_knows_and_goes_on_from_there(
     """
     answers, calls, record = set(), 0, {"status": "cut"}
     while record["status"] == "cut":
-        made_now = made(budget_missions=7)
+        made_now = made(budget_missions=11)
         record, calls = made_now.record, calls + 1
-        assert record["missions"] <= 7 * calls
+        assert record["missions"] <= 11 * calls
         if not record["settled"]:
             answers.add(made_now.summary().splitlines()[0])
             assert record["told"][0].startswith("Not settled: ")
             assert "may do; best so far " in record["told"][0]
             assert "confidence" not in " ".join(record["told"])
             assert record["would"] is None
-            assert "Cut off by --budget-missions 7; the same" in " ".join(record["told"])
+            assert "Cut off by --budget-missions 11; the same" in " ".join(record["told"])
     assert len(answers) > 2
     assert record | {"budget_missions": None} == found.record
-    assert calls == -(-found.record["missions"] // 7)
+    assert calls == -(-found.record["missions"] // 11)
 
 
 def test_time_that_is_up_is_no_failure() -> None:

@@ -61,7 +61,11 @@ def test_answers_without_airtime_are_never_proposed() -> None:
 
 
 @pytest.mark.parametrize(
-    ("counts", "told"), [("1:10000", "10,000 teams"), ("1:500", "500 teams with 125,250 ASVs")]
+    ("counts", "told"),
+    [
+        pytest.param("1:10000", "10,000 teams", marks=pytest.mark.slow),
+        ("1:500", "500 teams with 125,250 ASVs"),
+    ],
 )
 def test_candidates_that_nobody_could_predict_are_refused(
     counts: str, told: str, tmp_path: Path

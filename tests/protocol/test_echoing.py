@@ -103,7 +103,7 @@ def test_there_are_outliers_where_echoes_cancel_pings() -> None:
     ("ranging", "lasting"),
     [
         ("owtt_sync", 0.0),
-        ("twtt", 1.0),
+        pytest.param("twtt", 1.0, marks=pytest.mark.slow),
         pytest.param("owtt_sync", 1.0, marks=pytest.mark.slow),
         pytest.param("twtt", 0.0, marks=pytest.mark.slow),
     ],

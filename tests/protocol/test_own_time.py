@@ -103,6 +103,7 @@ def test_the_first_mission_of_a_process_asks_how_long_slots_are(home: Path) -> N
     assert rounds.equals(second.tables["rounds"])
 
 
+@pytest.mark.slow
 def test_workers_ask_how_long_slots_are(home: Path) -> None:
     """Missions are those of this process, in however many workers they are flown."""
     world = mission("ranging", "slow")

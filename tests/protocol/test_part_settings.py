@@ -209,6 +209,7 @@ def test_a_setting_decides_the_mission_and_is_kept(home: Path, family: Family) -
 
 
 @each_but_slow_ones(SETTINGS, NAVIGATOR)
+@pytest.mark.slow
 def test_a_campaign_varies_a_setting_on_a_worker(home: Path, family: Family) -> None:
     """Workers get the settings of their point, of a part that the file names alone."""
     word, one, other, _, _ = SETTINGS[family]

@@ -137,6 +137,7 @@ def test_noise_is_found_again() -> None:
     assert np.mean([it.bias for it in found], axis=0) == pytest.approx(SEA.bias, abs=0.01)
 
 
+@pytest.mark.slow
 def test_without_outliers_none_are_found() -> None:
     """Gaussian ranges leave nothing to a tail, and their spread is not split up to make one."""
     sea = Sea(share=0.0)
@@ -165,6 +166,7 @@ def test_an_absurd_range_does_not_keep_the_search_going(metres: float, tmp_path:
     assert "nan" not in told.output
 
 
+@pytest.mark.slow
 def test_the_bias_is_as_unsure_as_it_is_said_to_be() -> None:
     """Squares of its errors in standard deviations, of 20 logs: 1 in the mean, chi-squared.
 
@@ -467,6 +469,7 @@ def test_both_runs_at_sea_replay_from_the_line_of_the_manual() -> None:
         assert "| " + " | ".join(row.split()) + " |" in page
 
 
+@pytest.mark.slow
 def test_the_noise_of_one_run_is_not_that_of_the_other(tmp_path: Path) -> None:
     """Each run with the noise found in the other: the figures of the page on validation."""
     pytest.importorskip("gtsam", reason="the runs ship with gtsam, the extra `replay`")

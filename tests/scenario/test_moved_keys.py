@@ -112,6 +112,7 @@ def test_a_key_given_twice_is_a_mistake(tmp_path: Path) -> None:
         load_scenario(file)
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_sweep_over_the_former_spelling_varies_the_setting(tmp_path: Path) -> None:
     """Its points have the key of today, and say so."""
     file = written(tmp_path, "navigation", filter="fixed_gain")

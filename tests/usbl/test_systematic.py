@@ -214,7 +214,14 @@ ALONE = {
 
 
 @pytest.mark.parametrize("kind", ALONE)
-@pytest.mark.parametrize("way", [{}, {"called_by": 0}, {"called_by": 2, "heard": (0, 1)}])
+@pytest.mark.parametrize(
+    "way",
+    [
+        {},
+        pytest.param({"called_by": 0}, marks=pytest.mark.slow),
+        {"called_by": 2, "heard": (0, 1)},
+    ],
+)
 def test_fixes_are_as_good_as_they_say(kind: str, way: dict[str, Any]) -> None:
     """Whatever lasts: the errors of fixes agree with their covariance, and what J leaves of them.
 

@@ -411,8 +411,14 @@ def exact(model: str, current: tuple[float, float], plan: Any, times: Floats) ->
 
 @pytest.mark.parametrize(
     ("model", "title", "current", "plan"),
-    MANOEUVRES,
-    ids=[f"{m}-{t}-{c[0]}" for m, t, c, _ in MANOEUVRES],
+    [
+        pytest.param(
+            *row,
+            id="-".join(map(str, (*row[:2], row[2][0]))),
+            marks=[pytest.mark.slow] if row[1] in ("zig-zag", "dive", "loaded turn") else [],
+        )
+        for row in MANOEUVRES
+    ],
 )
 def test_a_manoeuvre_is_swum_as_the_exact_solution_swims_it(
     model: str, title: str, current: tuple[float, float], plan: Any

@@ -13,7 +13,7 @@ from bindusbl_des import Scenario, verify
 from bindusbl_des.verification.verdict import Verdict
 
 # Missions of the everyday test are short.
-DRAWN, MISSIONS, SHORT_S = 24, 3, 4.0
+DRAWN, MISSIONS, SHORT_S = 16, 3, 4.0
 SLOW_DRAWN, SLOW_MISSIONS = 1000, 20
 
 # Of the scenarios that are never seen to collide, so many at least are accepted.
