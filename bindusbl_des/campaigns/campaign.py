@@ -18,8 +18,10 @@ from .experiments.experiment import Experiment, ExperimentPlan, fingerprint
 from .statistics.findings import findings
 from .statistics.outcomes import outcomes
 from .statistics.points_table import points_table, seeds_wanted
+from .storage.done import Done
 from .storage.folder import LOCK, CampaignError, damaged_record, is_locked, read_record
-from .storage.parts import MISSIONS, Done, committed, done, listed, read_part, read_table
+from .storage.part_rows import done, read_part, read_table
+from .storage.parts import MISSIONS, committed, listed
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -47,7 +47,8 @@ from .storage.folder import (
     write_scenario,
 )
 from .storage.joining import compact
-from .storage.parts import clean_parts, done, plans_of_parts, set_aside
+from .storage.part_rows import done
+from .storage.parts import clean_parts, plans_of_parts, set_aside
 from .workers.batches import NotWritten, compile_kernels
 from .workers.pools import Progress, at_work, pool_for
 from .workers.supervisor import Supervisor, interruptible

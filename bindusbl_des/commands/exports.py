@@ -159,7 +159,8 @@ def _is_campaign(source: Path) -> bool:
 def _campaign_tables(source: Path) -> Mapping[str, Any]:
     """Return the tables of a campaign, finished or not, in the order of its plan."""
     from ..campaigns.storage.folder import read_record
-    from ..campaigns.storage.parts import MISSIONS, TABLES, read_table
+    from ..campaigns.storage.part_rows import read_table
+    from ..campaigns.storage.parts import MISSIONS, TABLES
 
     try:
         read_record(source)

@@ -20,6 +20,7 @@ from ..campaigns.campaign import Campaign, unfinished_campaign
 from ..campaigns.experiments.experiment import Experiment, ExperimentPlan
 from ..campaigns.failures import check_files
 from ..campaigns.running import first_record, restore_record
+from ..campaigns.storage.done import OK
 from ..campaigns.storage.folder import (
     RECORD,
     CampaignError,
@@ -29,7 +30,8 @@ from ..campaigns.storage.folder import (
     write_scenario,
 )
 from ..campaigns.storage.joining import compact
-from ..campaigns.storage.parts import MISSIONS, OK, clean_parts, committed, read_part, set_aside
+from ..campaigns.storage.part_rows import read_part
+from ..campaigns.storage.parts import MISSIONS, clean_parts, committed, set_aside
 from ..campaigns.workers.batches import NotWritten, Row, compile_kernels
 from ..campaigns.workers.pools import WorkerPool, at_work, pool_for
 from ..campaigns.workers.supervisor import Supervisor, interruptible

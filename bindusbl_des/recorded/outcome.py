@@ -12,8 +12,8 @@ import numpy as np
 import pyarrow as pa
 
 from ..records.events import column
+from ..results.columns import arrow
 from ..results.result_folder import CSV_DICTIONARY, columns, write_parquet
-from ..results.schemas import arrow
 from .losses import Losses, losses_of
 from .replaying import Replay, mean_nis, outlier_share, rms_between
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Floats, Ints
-from ..results.schemas import numpy_columns
+from ..results.columns import numpy_columns
 from ..scenario.destinations import failures_of
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ import hashlib
 import json
 import os
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache, cached_property
 from html import escape
 from importlib import import_module
@@ -19,6 +19,7 @@ import pyarrow as pa
 
 from ..core.files import sealed, write_text
 from ..core.kept_files import copies_of, keep, portable
+from ..core.wording import did_you_mean
 from ..preflight.warnings import ScenarioWarning, warnings_of
 from ..scenario.scenario import Scenario
 from .effects import Advice
@@ -32,7 +33,7 @@ from .result_folder import (
     write_json,
     write_parquet,
 )
-from .schemas import SCHEMA_VERSION, PandasTables, data_dictionary
+from .schemas import SCHEMA_VERSION, data_dictionary
 from .summary import summary
 from .violations import Violations
 
@@ -58,6 +59,34 @@ def page(result: Any) -> str:
 
 
 PACKAGES = ("bindusbl-des", "simpy", "numpy", "networkx", "pandas", "pyarrow", "numba")
+
+
+class PandasTables(Mapping[str, "pd.DataFrame"]):
+    """Arrow tables by name, as pandas frames.
+
+    Who asks for metrics alone does not wait for all receptions to be turned into a frame.
+    """
+
+    def __init__(self, arrow: Mapping[str, pa.Table]) -> None:
+        self._arrow = arrow
+        self._made: dict[str, pd.DataFrame] = {}
+
+    def __getitem__(self, name: str) -> "pd.DataFrame":
+        if name not in self._arrow:
+            meant = did_you_mean(name, self) or f"; there are {', '.join(self)}"
+            raise KeyError(f"no table {name!r}{meant}")
+        if name not in self._made:
+            self._made[name] = self._arrow[name].to_pandas()
+        return self._made[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._arrow)
+
+    def __len__(self) -> int:
+        return len(self._arrow)
+
+    def __repr__(self) -> str:
+        return f"<pandas tables {', '.join(self)}>"
 
 
 class Result:

@@ -11,7 +11,8 @@ import pyarrow as pa
 from ..core.arrays import Ints
 from ..records.events import OUTCOMES
 from ..records.rows import NONE, Rows
-from .schemas import VEHICLES, schema, spelt
+from .columns import spelt
+from .schemas import VEHICLES, schema
 
 WORD = 8  # bytes of a number
 

@@ -13,7 +13,8 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from bindusbl_des.campaigns.statistics.intervals import interval
-from bindusbl_des.campaigns.storage.parts import TABLES, read_table
+from bindusbl_des.campaigns.storage.part_rows import read_table
+from bindusbl_des.campaigns.storage.parts import TABLES
 from bindusbl_des.core.palette import COLOURS, FAINT, INK
 from bindusbl_des.figures.error import draw_errors
 from bindusbl_des.figures.style import (

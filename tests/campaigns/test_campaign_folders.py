@@ -30,7 +30,8 @@ from bindusbl_des.campaigns.storage.folder import (
     read_record,
     write_record,
 )
-from bindusbl_des.campaigns.storage.parts import TABLES, committed, part_path, read_part
+from bindusbl_des.campaigns.storage.part_rows import read_part
+from bindusbl_des.campaigns.storage.parts import TABLES, committed, part_path
 from bindusbl_des.cli import main
 from bindusbl_des.core.plugins import source_sha256
 from bindusbl_des.results.loading import load_result

@@ -28,7 +28,8 @@ from bindusbl_des.campaigns.storage.folder import (
     write_record,
 )
 from bindusbl_des.campaigns.storage.joining import compact
-from bindusbl_des.campaigns.storage.parts import committed, done, part_path
+from bindusbl_des.campaigns.storage.part_rows import done
+from bindusbl_des.campaigns.storage.parts import committed, part_path
 from bindusbl_des.campaigns.workers import pools
 from bindusbl_des.campaigns.workers.batches import Row, run_batch, signal_name
 from bindusbl_des.campaigns.workers.pools import LocalPool, Progress

@@ -13,7 +13,7 @@ from campaigns_for_tests import call, same
 from bindusbl_des.campaigns.campaign import load_campaign
 from bindusbl_des.campaigns.running import sweep
 from bindusbl_des.campaigns.storage.folder import read_record
-from bindusbl_des.campaigns.storage.parts import done
+from bindusbl_des.campaigns.storage.part_rows import done
 from bindusbl_des.core.plugins import PERMISSION
 
 # A schedule that never works for seed 450, and meets each other accident once where asked to.

@@ -22,7 +22,8 @@ from bindusbl_des.campaigns.statistics.findings import (
 from bindusbl_des.campaigns.statistics.intervals import intervals
 from bindusbl_des.campaigns.statistics.outcomes import fleets
 from bindusbl_des.campaigns.statistics.points_table import _lines as points_table_lines
-from bindusbl_des.campaigns.storage.parts import commit, committed, read_part
+from bindusbl_des.campaigns.storage.part_rows import read_part
+from bindusbl_des.campaigns.storage.parts import commit, committed
 from bindusbl_des.figures.style import styled
 from bindusbl_des.figures.sweeps import curves, heatmap
 

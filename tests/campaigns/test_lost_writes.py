@@ -12,7 +12,8 @@ from campaigns_for_tests import OneThread, call, same
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import load_campaign
 from bindusbl_des.campaigns.storage.folder import RECORD, read_record
-from bindusbl_des.campaigns.storage.parts import CHECKSUMS, commit, done
+from bindusbl_des.campaigns.storage.part_rows import done
+from bindusbl_des.campaigns.storage.parts import CHECKSUMS, commit
 from bindusbl_des.campaigns.storage.parts import MISSIONS as MISSIONS_TABLE
 from bindusbl_des.core import files
 

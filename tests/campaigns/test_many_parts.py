@@ -28,14 +28,15 @@ from bindusbl_des.campaigns.experiments.experiment import ExperimentPlan
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.experiments.options import PythonArguments
 from bindusbl_des.campaigns.running import first_record, resume
-from bindusbl_des.campaigns.storage import parts as storage
+from bindusbl_des.campaigns.storage import done as listing
 from bindusbl_des.campaigns.storage.folder import (
     CampaignError,
     read_record,
     write_record,
     write_scenario,
 )
-from bindusbl_des.campaigns.storage.parts import committed, done, record_path
+from bindusbl_des.campaigns.storage.part_rows import done
+from bindusbl_des.campaigns.storage.parts import committed, record_path
 from bindusbl_des.campaigns.workers.batches import run_batch
 from bindusbl_des.campaigns.workers.supervisor import batch_of
 from bindusbl_des.core.files import sealed
@@ -190,7 +191,7 @@ def test_a_record_without_missions_has_them_in_its_rows(
         path.write_text(json.dumps({key: record[key] for key in record if key in _FORMER}))
     assert done(folder).numbers.tolist() == list(range(12))
     assert done(folder).numbers[done(folder).failed].tolist() == [FAILS]
-    monkeypatch.setattr(storage, "MOST_RUNS", 0)
+    monkeypatch.setattr(listing, "MOST_RUNS", 0)
     again = load_campaign(in_parts(3))
     assert "missions" not in json.loads(next(again.folder.glob("checksums/*")).read_text())
     _equal(again, load_campaign(folder))
@@ -209,8 +210,8 @@ def _equal(one: Campaign, other: Campaign) -> None:
 def test_numbers_are_found_again_from_their_runs(numbers: set[int], step: int) -> None:
     """Whatever missions a part has; those of a share, every so many, are one run."""
     some = np.array(sorted(numbers), dtype=np.int64)
-    assert storage._numbers(json.loads(json.dumps(storage._runs(some)))).tolist() == some.tolist()
-    share = storage._runs(np.arange(7, 7 + 50 * step, step))
+    assert listing._numbers(json.loads(json.dumps(listing._runs(some)))).tolist() == some.tolist()
+    share = listing._runs(np.arange(7, 7 + 50 * step, step))
     assert share == {"step": step, "runs": [[7, 50]]}
 
 

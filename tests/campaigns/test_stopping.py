@@ -18,7 +18,8 @@ from bindusbl_des.campaigns.statistics.intervals import interval
 from bindusbl_des.campaigns.statistics.outcomes import MissionOutcomes
 from bindusbl_des.campaigns.statistics.points_table import seeds_wanted, wide_points
 from bindusbl_des.campaigns.storage.folder import CampaignError
-from bindusbl_des.campaigns.storage.parts import done, part_path
+from bindusbl_des.campaigns.storage.part_rows import done
+from bindusbl_des.campaigns.storage.parts import part_path
 from bindusbl_des.campaigns.workers.pools import pool_for
 
 METRIC = "position_error_m"

@@ -22,15 +22,8 @@ from bindusbl_des.records.events import OUTCOMES, Assignment, Round
 from bindusbl_des.records.rows import FIX, NONE
 from bindusbl_des.results import result as results
 from bindusbl_des.results import result_folder, tables
-from bindusbl_des.results.schemas import (
-    EVENT_TABLES,
-    TABLES,
-    VEHICLES,
-    arrow,
-    data_dictionary,
-    numpy_columns,
-    schema,
-)
+from bindusbl_des.results.columns import arrow, numpy_columns
+from bindusbl_des.results.schemas import EVENT_TABLES, TABLES, VEHICLES, data_dictionary, schema
 from bindusbl_des.results.tables import from_numbers, from_rows
 
 # Without a receiver of GNSS there is no table of its fixes.

@@ -16,9 +16,12 @@ from ...core.arrays import Flags, Floats, Ints
 from ...core.wording import did_you_mean
 from ...records.events import NONE
 from ...records.metrics import WORST, WORST_IS_LARGEST, AuvMetrics
-from ...results.schemas import mission_numbers, numpy_array, numpy_columns
+from ...results.columns import numpy_array, numpy_columns
+from ...results.schemas import mission_numbers
+from ..storage.done import OK, has_status
 from ..storage.folder import CampaignError
-from ..storage.parts import MISSIONS, OK, has_status, metric_schema, read_table
+from ..storage.part_rows import read_table
+from ..storage.parts import MISSIONS, metric_schema
 
 # What a mission is for, first; what the network did for it, after.  A mission is as good as what
 # its worst AUV got (interface: a plan is judged by it, averaged over seeds).

@@ -20,24 +20,13 @@ from numpy.typing import NDArray
 
 from ...core.files import sync
 from ...core.kept_files import keep, portable
-from ...results.schemas import arrow
+from ...results.columns import arrow
 from ..campaign import Campaign, load_campaign
 from ..failures import check_files, check_name
+from .done import mission_numbers
 from .folder import CampaignError, is_locked, write_record, write_scenario
-from .parts import (
-    MISSIONS,
-    TABLES,
-    PartWriter,
-    clean_parts,
-    committed,
-    done_of,
-    in_order,
-    mission_numbers,
-    part_path,
-    part_pieces,
-    part_record,
-    part_schema,
-)
+from .part_rows import done_of, in_order, part_pieces, part_schema
+from .parts import MISSIONS, TABLES, PartWriter, clean_parts, committed, part_path, part_record
 
 # So many rows are written together, whatever parts they come from: equal campaigns, equal files.
 ROWS_IN_GROUP = 10_000

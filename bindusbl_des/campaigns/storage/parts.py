@@ -10,32 +10,26 @@ which missions there are in the record, which has a checksum of its own.
 
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from stat import S_ISREG
-from typing import Any, TypeVar
+from typing import Any
 
-import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
 
 from ...core.files import SEAL, check_seal, draft_of, read_json, sealed, sync
 from ...results.result_folder import (
     DamagedFile,
     SummedFile,
-    read_parquet,
-    read_pieces,
-    read_schema,
     sha256_of,
     write_parquet,
 )
-from ...results.schemas import EVENT_TABLES, arrow, numpy_array, schema
-from .folder import MOST_MISSIONS, CampaignError, write_json
-
-OK, FAILED = "ok", "failed"
+from ...results.schemas import EVENT_TABLES, schema
+from .done import Done, done_in, listed_missions, listing, united
+from .folder import CampaignError, write_json
 
 MISSIONS, CHECKSUMS = "missions", "checksums"
 
@@ -50,17 +44,6 @@ ASIDE = "_damaged"
 # So many parts are remembered: those of a campaign of some days on many machines.
 MOST_REMEMBERED = 8192
 
-# Missions in more pieces than this are not listed in the record of their part: rows are read.
-MOST_RUNS = 10_000
-ARROW_TYPES = {
-    "bool": pa.bool_(),
-    "int": pa.int64(),
-    "float": pa.float64(),
-    "text": pa.string(),
-    "json": pa.string(),
-}
-
-Read = TypeVar("Read")
 Stamp = tuple[int, ...]
 
 # Of each table, and of the records: what the file system says of the file of each part.
@@ -77,15 +60,9 @@ def record_path(folder: Path, part: str) -> Path:
     return folder.joinpath(CHECKSUMS, f"part-{part}.json")
 
 
-@dataclass(frozen=True)
-class Done:
-    """Missions that have a row: their numbers in the plan, ascending, and which of them failed."""
-
-    numbers: NDArray[np.int64]
-    failed: NDArray[np.bool_]
-
-    def __len__(self) -> int:
-        return len(self.numbers)
+def metric_schema(table: str) -> pa.Schema:
+    """Return the schema of the metrics of a mission or its AUVs, of an event table."""
+    return schema("mission" if table == MISSIONS else table)
 
 
 @dataclass(frozen=True)
@@ -130,49 +107,8 @@ class PartWriter:
             if table == MISSIONS:
                 path = record_path(self._folder, self._part)
                 _make_durably(path.parent)
-                record = {**self._record, "files": self._files, **_listing(_united(self._done))}
+                record = {**self._record, "files": self._files, **listing(united(self._done))}
                 write_json(path, sealed(record))
-
-
-def _listing(done: Done) -> dict[str, Any]:
-    """Return which missions a part has, and which of them failed; nothing where that is long.
-
-    >>> _listing(Done(np.array([4, 6, 8, 20]), np.array([False, True, False, False])))
-    {'missions': {'step': 2, 'runs': [[4, 3], [20, 1]]}, 'failed': {'step': 1, 'runs': [[6, 1]]}}
-    """
-    listed = {"missions": _runs(done.numbers), "failed": _runs(done.numbers[done.failed])}
-    return listed if sum(len(it["runs"]) for it in listed.values()) <= MOST_RUNS else {}
-
-
-def _runs(numbers: NDArray[np.int64]) -> dict[str, Any]:
-    """Return ascending numbers as runs of one step, each by its first number and its length."""
-    gaps = np.diff(numbers)
-    step = int(gaps.min(initial=MOST_MISSIONS)) if len(gaps) else 1
-    begins = np.flatnonzero(np.concatenate(([True], gaps != step))) if len(numbers) else gaps
-    lengths = np.diff(np.append(begins, len(numbers)))
-    return {"step": step, "runs": np.column_stack((numbers[begins], lengths)).tolist()}
-
-
-def _numbers(listed: Mapping[str, Any]) -> NDArray[np.int64]:
-    """Return numbers from their runs.
-
-    Raises:
-        ValueError: when they are no missions.
-    """
-    step, runs = int(listed["step"]), [(int(first), int(count)) for first, count in listed["runs"]]
-    is_possible = all(min(run) >= 0 and run[0] + step * run[1] < 2**63 for run in runs)
-    if step < 1 or not is_possible or sum(count for _, count in runs) > MOST_MISSIONS:
-        raise ValueError("its missions are none")
-    each = [np.arange(first, first + step * count, step) for first, count in runs]
-    return np.concatenate([np.zeros(0, np.int64), *each])
-
-
-def _united(some: Sequence[Done]) -> Done:
-    """Return all missions; one that is there twice counts as it is where it comes first."""
-    numbers = np.concatenate([np.zeros(0, np.int64), *(it.numbers for it in some)])
-    failed = np.concatenate([np.zeros(0, bool), *(it.failed for it in some)])
-    unique, first = np.unique(numbers, return_index=True)
-    return Done(unique, failed[first])
 
 
 def commit(folder: Path, part: str, tables: Mapping[str, pa.Table], plan_sha256: str) -> None:
@@ -226,7 +162,7 @@ def part_record(folder: Path, part: str) -> PartRecord:
     Raises:
         DamagedFile: when it says nothing that can be read.
     """
-    return _record(folder, part, _stamp(record_path(folder, part)))
+    return _record(folder, part, stamp(record_path(folder, part)))
 
 
 @lru_cache(maxsize=MOST_REMEMBERED)
@@ -240,9 +176,7 @@ def _record(folder: Path, part: str, _: Stamp) -> PartRecord:
         check_seal(found)
         done = None
         if SEAL in found and "missions" in found:
-            numbers, failed = (_numbers(found[it]) for it in ("missions", "failed"))
-            has_failed = np.isin(numbers, failed) if len(failed) else np.zeros(len(numbers), bool)
-            done = Done(numbers, has_failed)
+            done = listed_missions(found)
     except FileNotFoundError:
         missions = part_path(folder, MISSIONS, part)
         raise DamagedFile(str(missions), f"has no record in {CHECKSUMS}/") from None
@@ -318,7 +252,7 @@ def check_table(folder: Path, table: str, part: str) -> None:
     expected = record.files.get(table)
     if expected is None and path.exists():
         raise DamagedFile(str(path), "does not belong to the other tables of this part")
-    if expected is not None and _sum(path, _stamp(path)) != expected[0]:
+    if expected is not None and _sum(path, stamp(path)) != expected[0]:
         raise DamagedFile(
             str(path), f"is damaged or was edited (its SHA-256 is not that in {CHECKSUMS}/)"
         )
@@ -337,7 +271,7 @@ def committed(folder: Path) -> list[str]:
     """
     names = part_names(folder)
     replaced: set[str] = set()
-    with _told_by(folder):
+    with told_by(folder):
         for name in names:
             if name.startswith("all-"):  # what only merging and compaction write
                 replaced |= set(part_record(folder, name).replaces)
@@ -362,17 +296,6 @@ def plans_of_parts(folder: Path) -> set[str]:
     return found
 
 
-def part_schema(folder: Path, table: str, part: str) -> pa.Schema:
-    """Return the schema of a part of a table.
-
-    Raises:
-        CampaignError: when it is damaged.
-    """
-    with _told_by(folder):
-        check_table(folder, table, part)
-        return read_schema(part_path(folder, table, part))
-
-
 def clean_parts(folder: Path) -> None:
     """Remove parts that do not count: replaced ones, and those without a row of missions."""
     kept = set(committed(folder))
@@ -382,44 +305,6 @@ def clean_parts(folder: Path) -> None:
                 path.unlink(missing_ok=True)
 
 
-def read_part(
-    folder: Path, table: str, part: str, columns: Sequence[str] | None = None
-) -> pa.Table | None:
-    """Return a part of a table, None where it has none.
-
-    Raises:
-        CampaignError: when it is damaged.
-    """
-    path = part_path(folder, table, part)
-    with _told_by(folder):
-        check_table(folder, table, part)
-        return read_parquet(path, columns, ("mission",)) if path.exists() else None
-
-
-def part_pieces(folder: Path, table: str, part: str) -> Iterator[pa.Table]:
-    """Yield a part of a table in the order of the plan, some thousand rows at a time.
-
-    Raises:
-        CampaignError: when it is damaged.
-    """
-    path = part_path(folder, table, part)
-    with _told_by(folder):
-        check_table(folder, table, part)
-        if not path.exists():
-            return
-        pieces = read_pieces(path)
-        first, second = next(pieces, None), next(pieces, None)
-        if first is None:
-            return
-        if second is None:  # as most are, which are opened once then
-            yield in_order(first)
-        elif _is_ordered(mission_numbers(read_parquet(path, ("mission",), ("mission",)))):
-            yield from (first, second)
-            yield from pieces
-        else:
-            yield in_order(read_parquet(path))
-
-
 def damaged(folder: Path, error: DamagedFile) -> CampaignError:
     """Return what to tell of a part that cannot be used: its file, why, and what to do."""
     return CampaignError(
@@ -427,60 +312,7 @@ def damaged(folder: Path, error: DamagedFile) -> CampaignError:
     )
 
 
-def done(folder: Path, plan_sha256: str | None = None) -> Done:
-    """Return the missions that have a row.
-
-    Raises:
-        CampaignError: when a part is damaged, or belongs to another plan than is asked for.
-    """
-
-    def read(parts: Sequence[str]) -> Done:
-        files = listed(folder)
-        with _told_by(folder):
-            records = {part: check_part(folder, files, part, plan_sha256) for part in parts}
-        return _united([it.done or _by_rows(folder, part) for part, it in records.items()])
-
-    return _in_peace(folder, read)
-
-
-def done_of(folder: Path, part: str) -> Done:
-    """Return the missions of a part; its rows are read only where its record does not have them.
-
-    Raises:
-        CampaignError: when it is damaged.
-    """
-    with _told_by(folder):
-        recorded = part_record(folder, part).done
-    return recorded or _by_rows(folder, part)
-
-
-def _by_rows(folder: Path, part: str) -> Done:
-    return _done_by_rows(folder, part, _stamp(part_path(folder, MISSIONS, part)))
-
-
-@lru_cache(maxsize=MOST_REMEMBERED)
-def _done_by_rows(folder: Path, part: str, _: Stamp) -> Done:
-    """Return the missions of a part, which is read again only when it has changed."""
-    rows = read_part(folder, MISSIONS, part, ("mission", "status"))
-    assert rows is not None  # as a part without missions does not count
-    return done_in(rows)
-
-
-def done_in(rows: pa.Table) -> Done:
-    """Return the missions of rows."""
-    return _united([Done(mission_numbers(rows), has_status(rows, FAILED))])
-
-
-def has_status(rows: pa.Table, status: str) -> NDArray[np.bool_]:
-    """Tell row by row whether the mission has a status, without Arrow's compute library."""
-    words = rows["status"].combine_chunks().dictionary_encode()
-    same = np.array([*(word == status for word in words.dictionary.to_pylist()), False])
-    places = np.nan_to_num(numpy_array(words.indices), nan=len(same) - 1)
-    found: NDArray[np.bool_] = same[places.astype(np.int64)]
-    return found
-
-
-def _stamp(path: Path) -> Stamp:
+def stamp(path: Path) -> Stamp:
     """Return what tells whether a file has changed; () where it is not there."""
     try:
         return _stamp_of(path.lstat())
@@ -492,99 +324,13 @@ def _stamp_of(found: os.stat_result) -> Stamp:
     return found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
 
-def mission_numbers(rows: pa.Table) -> NDArray[np.int64]:
-    """Return the numbers of missions in the plan, row by row."""
-    return numpy_array(rows["mission"].combine_chunks())
-
-
 @contextmanager
-def _told_by(folder: Path) -> Iterator[None]:
+def told_by(folder: Path) -> Iterator[None]:
     """Say of what is damaged in a folder what to do about it."""
     try:
         yield
     except DamagedFile as error:
         raise damaged(folder, error) from None
-
-
-def _in_peace(folder: Path, read: Callable[[Sequence[str]], Read]) -> Read:
-    """Return what was read of the parts that count; again, where they were joined meanwhile."""
-    while True:
-        parts = committed(folder)
-        try:
-            return read(parts)
-        except CampaignError:
-            if committed(folder) == parts:
-                raise
-
-
-def read_table(folder: Path, table: str, columns: Sequence[str] | None = None) -> pa.Table | None:
-    """Return a table, or those columns of it, in the order of the plan, each mission once.
-
-    Raises:
-        CampaignError: when a part is damaged.
-    """
-    wanted = ("mission", *columns) if columns else None
-
-    def read(names: Sequence[str]) -> pa.Table | None:
-        files, parts = listed(folder), []
-        for part in names:
-            with _told_by(folder):
-                check_part(folder, files, part)
-            rows = read_part(folder, table, part, wanted)
-            if rows is not None and len(rows):
-                parts.append(rows)
-        return _each_once(_together(folder, parts), list(map(len, parts))) if parts else None
-
-    return _in_peace(folder, read)
-
-
-def _each_once(rows: pa.Table, lengths: Sequence[int]) -> pa.Table:
-    """Return rows of parts of such lengths in the order of the plan, a mission's of one part."""
-    numbers = mission_numbers(rows)
-    part = np.repeat(np.arange(len(lengths)), lengths)
-    order = None if _is_ordered(numbers) else np.argsort(numbers, kind="stable")
-    if order is not None:
-        numbers, part = numbers[order], part[order]
-    begins = np.flatnonzero(np.diff(numbers, prepend=numbers[0] - 1))
-    first = np.repeat(part[begins], np.diff(np.append(begins, len(numbers))))
-    kept = part == first
-    if order is None and kept.all():
-        return rows
-    places = np.flatnonzero(kept) if order is None else order[kept]
-    return rows.take(arrow(places, pa.int64()))
-
-
-def _together(folder: Path, parts: Sequence[pa.Table]) -> pa.Table:
-    try:
-        return pa.concat_tables(parts)
-    except pa.ArrowException as error:
-        said = (str(error).splitlines() or [""])[0]
-        raise CampaignError(f"{folder}: its parts do not fit together ({said})") from None
-
-
-def in_order(rows: pa.Table) -> pa.Table:
-    """Return rows in the order of the plan, those of one mission as they were."""
-    numbers = mission_numbers(rows)
-    if _is_ordered(numbers):
-        return rows
-    return rows.take(arrow(np.argsort(numbers, kind="stable"), pa.int64()))
-
-
-def _is_ordered(numbers: NDArray[np.int64]) -> bool:
-    return bool((np.diff(numbers) >= 0).all())  # as parts that were joined are
-
-
-def metric_schema(table: str) -> pa.Schema:
-    """Return the schema of the metrics of a mission or its AUVs, of an event table."""
-    return schema("mission" if table == MISSIONS else table)
-
-
-def labelled(table: pa.Table, labels: Mapping[str, pa.Array]) -> pa.Table:
-    """Return a table with columns that say of which mission each row is put before its own."""
-    own = [(table.schema.field(n), table.column(n)) for n in table.schema.names if n not in labels]
-    fields = [pa.field(name, array.type) for name, array in labels.items()]
-    columns = [*labels.values(), *(column for _, column in own)]
-    return pa.table(columns, schema=pa.schema([*fields, *(field for field, _ in own)]))
 
 
 def set_aside(folder: Path, plan_sha256: str) -> list[str]:

@@ -22,7 +22,7 @@ from ...core.compiled import is_uncompiled, kept_in, warm_marker
 from ...core.kept_files import check_kept, named_files, placed
 from ...core.plugins import allow, source_sha256
 from ...mission.simulation import simulate
-from ...results.schemas import arrow
+from ...results.columns import arrow
 from ...scenario.families import leave_of, without_plugins
 from ...scenario.scenario import Scenario
 from ...scenario.sections.survey import SURVEY
@@ -33,18 +33,18 @@ from ..experiments.experiment import (
     as_written,
     mission_id,
 )
+from ..storage.done import FAILED, OK
 from ..storage.folder import STOP, write_json
-from ..storage.parts import (
-    ARROW_TYPES,
-    FAILED,
-    MISSIONS,
-    OK,
-    commit,
-    labelled,
-    metric_schema,
-    part_path,
-    read_part,
-)
+from ..storage.part_rows import labelled, read_part
+from ..storage.parts import MISSIONS, commit, metric_schema, part_path
+
+ARROW_TYPES = {
+    "bool": pa.bool_(),
+    "int": pa.int64(),
+    "float": pa.float64(),
+    "text": pa.string(),
+    "json": pa.string(),
+}
 
 # Long enough for a ping to be heard and its fix to be computed.
 WARMING_S = 3.0

@@ -20,7 +20,7 @@ from time import monotonic
 from typing import Any, Protocol, TextIO
 
 from ...core.process import ProgressLine, collect_seldom, duration
-from ..storage.parts import FAILED
+from ..storage.done import FAILED
 from .batches import Batch, Row, run_batch
 
 # Workers share the machine: a library that starts threads of its own would slow all of them.

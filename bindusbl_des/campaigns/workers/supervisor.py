@@ -29,8 +29,9 @@ from ...core.kept_files import keep
 from ...core.plugins import is_allowed
 from ...scenario.families import without_plugins
 from ..experiments.experiment import ExperimentPlan
+from ..storage.done import FAILED
 from ..storage.folder import ask_to_stop
-from ..storage.parts import FAILED, MISSIONS, part_path
+from ..storage.parts import MISSIONS, part_path
 from .batches import (
     Batch,
     NotWritten,
