@@ -348,8 +348,9 @@ def test_run_prints_a_summary_and_keeps_the_file() -> None:
 def test_run_never_overwrites_before_it_is_told_to(monkeypatch: pytest.MonkeyPatch) -> None:
     """An existing folder ends the command before the mission is simulated."""
     Path("f.yaml").write_text(TINY)
-    assert call("-q", "run", "f.yaml", "--out", "o", "--json", "--no-advice").exit_code == 0
-    assert call("-q", "run", "f.yaml", "--out", "o", "--json", "--force").exit_code == 0
+    words = ("-q", "run", "f.yaml", "--out", "o", "--json", "--no-advice")
+    assert call(*words).exit_code == 0
+    assert call(*words, "--force").exit_code == 0
     monkeypatch.setattr("bindusbl_des.mission.simulation.simulate", _must_not_run)
     result = call("run", "f.yaml", "--out", "o")
     assert result.exit_code == 2

@@ -427,7 +427,7 @@ def test_validate_tells_warnings_and_strict_refuses_them() -> None:
 @pytest.mark.usefixtures("in_folder")
 def test_a_run_tells_and_keeps_its_warnings() -> None:
     """On stderr with their places, in run.json, in the report, and in the result read back."""
-    ran = CliRunner().invoke(main, ["run", "f.yaml", "--out", "o"])
+    ran = CliRunner().invoke(main, ["run", "f.yaml", "--out", "o", "--no-advice"])
     assert ran.exit_code == 0
     assert "\nWarnings:\n" + LINE in ran.stderr
     assert LINE not in ran.stdout
@@ -438,14 +438,16 @@ def test_a_run_tells_and_keeps_its_warnings() -> None:
     page = Path("o/report.html").read_text()
     assert "<h2>Warnings</h2>" in page
     assert "<code>protocol.broadcaster</code>: has no effect" in page
-    assert CliRunner().invoke(main, ["-q", "run", "f.yaml", "--out", "q"]).stderr == ""
+    words = ["-q", "run", "f.yaml", "--out", "q", "--no-advice"]
+    assert CliRunner().invoke(main, words).stderr == ""
 
 
 @pytest.mark.usefixtures("in_folder")
 def test_a_report_without_warnings_has_no_such_section() -> None:
     """Where there is nothing to warn of, nothing is said."""
     Path("f.yaml").write_text("name: m\nduration_s: 5\n")
-    assert CliRunner().invoke(main, ["-q", "run", "f.yaml", "--out", "o"]).exit_code == 0
+    words = ["-q", "run", "f.yaml", "--out", "o", "--no-advice"]
+    assert CliRunner().invoke(main, words).exit_code == 0
     assert "Warnings" not in Path("o/report.html").read_text()
 
 
