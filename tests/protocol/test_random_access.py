@@ -194,7 +194,7 @@ def test_what_it_takes_is_estimated(schedule: str) -> None:
 def test_each_ping_and_fix_is_explained(schedule: str) -> None:
     """Why it was sent then, who else was on the air, and what its fix has waited for."""
     result = simulate(moving(schedule, protocol={"frame_s": 0.2}, duration_s=4.0), 1)
-    told = [explain_ping(result, number) for number in result.tables["pings"].ping[:16]]
+    told = [explain_ping(result, number) for number in result.tables["pings"].ping[:24]]
     assert all("AUVs ping as they like" in it for it in told)
     assert any("nobody else" in it for it in told)
     assert any("others ping meanwhile: AUV" in it for it in told)
