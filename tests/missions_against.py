@@ -19,6 +19,9 @@ Data = dict[str, Any]
 # Of what `verify` never accepts, or what is no protocol, few are drawn: of so many one is left.
 RARE = 0.15
 
+# No coordinate is farther than 1,000 km; nobody swims as far as the rest in a mission.
+FARTHEST_M = 999_000.0
+
 CHOICES = {
     "schedule": (
         *("spatial_reuse", "dsatur", "worst_first", "one_per_slot", "one_per_slot", "round_robin"),
@@ -147,6 +150,7 @@ def _places(data: Data, stations: Any, speed: float, draw: np.random.Generator) 
              draw.uniform(0.0, 1.3) * reach, reach - draw.uniform(0.0, 3.0))
         )  # fmt: skip
         at = asv + away * np.array([np.cos(bearing), np.sin(bearing)])
+        at = np.clip(at, -FARTHEST_M, FARTHEST_M)
         aim = stations[draw.integers(len(stations))] - at if draw.random() < 0.7 else at - asv
         aim = aim if np.linalg.norm(aim) > 1e-3 else np.array([1.0, 0.0])
         aim = aim / np.linalg.norm(aim) * max(1.0, 2 * speed * data["duration_s"])

@@ -105,7 +105,8 @@ def drawn_plan(number: int) -> dict[str, Any]:
     if keys["protocol"].get("broadcaster") == "fixed":
         keys["protocol"]["broadcaster"] = {"model": "fixed", "asv": draw.randrange(asvs)}
     if keys["navigation"]["filter"] == "fixed_gain":
-        keys["navigation"]["delay_compensation"] = draw.choice(("shift", "none"))
+        late = draw.choice(("shift", "none"))
+        keys["navigation"]["filter"] = {"model": "fixed_gain", "delay_compensation": late}
     return keys
 
 
@@ -154,9 +155,9 @@ def rank_correlation(number: int, seeds: int) -> float:
 def main(plans: int = 520, seeds: int = 4) -> None:
     """Print how far apart predictions and missions are, also by filter."""
     found = [compared(drawn_plan(number), seeds) for number in range(plans)]
-    filters = sorted({plan.keys["navigation"]["filter"] for plan in found})
-    for name in ("all", *filters):
-        own = [it for it in found if name in ("all", it.keys["navigation"]["filter"])]
+    filters = [str(Scenario.model_validate(plan.keys).navigation.filter) for plan in found]
+    for name in ("all", *sorted(set(filters))):
+        own = [it for it, its in zip(found, filters, strict=True) if name in ("all", its)]
         print(f"{name}: {len(own)} plans")
         for metric in METRICS:
             known = ratios(own, metric)

@@ -222,7 +222,7 @@ def value_of(data: Data, key: str) -> Any:
         return None
     for name in key.split("."):
         value = value.get(name) if isinstance(value, dict) else None
-    return value["model"] if isinstance(value, dict) and "file" in value else value
+    return value["model"] if isinstance(value, dict) and "model" in value else value
 
 
 def columns_that_differ(one: Data, other: Data) -> set[str] | None:

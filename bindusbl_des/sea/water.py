@@ -83,6 +83,9 @@ def check(name: str, value: Value | float, lowest: float, remedy: str) -> None:
 
 MISSING = "TEOS-10 needs the package gsw: pip install 'bindusbl-des[ocean]'"
 
+# TEOS-10's atlas of salts ends there.
+SOUTHERNMOST_DEG = -86.0
+
 
 def sound_speed_teos10(
     temperature_c: ArrayLike,
@@ -94,7 +97,7 @@ def sound_speed_teos10(
 
     Temperature in degC, practical salinity, depth in m below the surface, numbers or arrays of one
     shape, at a latitude and longitude (deg): gravity makes pressure of depth, and seas' salts
-    differ.  Raises ValueError for values that no water has, ImportError without gsw.
+    differ.  Raises ValueError for values and places that no water has, ImportError without gsw.
     Source: T. J. McDougall, P. M. Barker, Getting started with TEOS-10 and the GSW toolbox (2011).
 
     >>> round(float(sound_speed_teos10(10.0, 35.0, 10.0, (47.0, -30.0))), 3)
@@ -108,6 +111,7 @@ def sound_speed_teos10(
     warm, salt, deep = (np.asarray(it, dtype=float) for it in water)
     check_water(warm, salt, deep)
     latitude, longitude = place_deg
+    check("latitude (deg)", latitude, SOUTHERNMOST_DEG, "TEOS-10 knows no water farther south")
     pressure = gsw.p_from_z(-deep, latitude)
     absolute = gsw.SA_from_SP(salt, pressure, longitude, latitude)
     conservative = gsw.CT_from_t(absolute, warm, pressure)

@@ -82,11 +82,12 @@ def conserved(result: Result) -> None:
     assert (ends.get("heard", 0) == pings.heard_by.to_numpy()).all()
     away = ends.get("out_of_range", 0)
     assert (pings.in_range_of.to_numpy() <= receivers).all()
-    if not scenario.asvs.failures:
-        assert (receivers - away == pings.in_range_of.to_numpy()).all()
-    frames = tables["frame_receptions"]
-    sent = tables["broadcasts"].payload_bytes > 0  # instant replies are no frames
-    assert len(frames) == sent.sum() * scenario.auvs.count
+    if not scenario.asvs.failures:  # without a ping, an outcome is its call's
+        same = receivers - away == pings.in_range_of.to_numpy()
+        assert (same | (pings.call == "out_of_range").to_numpy()).all()
+    frames, protocol = tables["frame_receptions"], scenario.protocol
+    is_frame = protocol.replies_in_frames or not protocol.replies  # instant replies are none
+    assert len(frames) == is_frame * len(tables["broadcasts"]) * scenario.auvs.count
     assert not frames.duplicated(["broadcast", "auv"]).any()
     assert fixes.fix.is_unique
     assert set(fixes.outcome) <= {"delivered", "out_of_range", "lost", "collided", "in_flight"}

@@ -105,7 +105,7 @@ def cut(result: Result, seed: int) -> None:
             for it in (result.tables, earlier)
         )
         if name == "pings":  # a call that the end overtakes has no answer
-            part = part[part["call"] != "in_flight"]
+            whole, part = (it[it["call"] != "in_flight"] for it in (whole, part))
         assert len(whole) == len(part), name
         for column in whole.select_dtypes("float").columns.difference(later):
             same = (whole[column] == part[column]) | (whole[column].isna() & part[column].isna())

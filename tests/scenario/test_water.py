@@ -112,6 +112,11 @@ def test_results_take_the_cast_along(tmp_path: Path) -> None:
             "environment.sound_speed_law",
             "set environment.origin, or use mackenzie",
         ),
+        (
+            "{temperature_c: 8, sound_speed_law: teos10, origin: {lat_deg: -86.1, lon_deg: 0}}",
+            "environment.sound_speed_law",
+            "no water south of 86 deg S; use mackenzie",
+        ),
         ("{ctd: other.csv}", "environment.ctd", "no such file"),
     ],
 )

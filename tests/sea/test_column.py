@@ -53,6 +53,13 @@ def test_teos10_table(temperature: float, salinity: float, depth: float, speed: 
     assert found == pytest.approx(speed, abs=1e-6)
 
 
+def test_teos10_ends_in_the_south() -> None:
+    """Its atlas does: farther south it has no number."""
+    assert 1470.0 < sound_speed_teos10(5.0, 35.0, 10.0, (-86.0, 0.0)) < 1472.0
+    with pytest.raises(ValueError, match="no water farther south"):
+        sound_speed_teos10(5.0, 35.0, 10.0, (-86.1, 0.0))
+
+
 def test_without_gsw_its_remedy_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "gsw", None)
     with pytest.raises(ImportError, match=r"pip install 'bindusbl-des\[ocean\]'"):

@@ -57,7 +57,7 @@ def _water(scenario: ScenarioKeys) -> Iterator[Problem]:
 
 
 def _teos10(scenario: ScenarioKeys, key: str) -> Iterator[Problem]:
-    if origin_of(scenario) is None:
+    if (place := origin_of(scenario)) is None:
         yield Problem(
             "environment.sound_speed_law",
             "teos10 needs to know where that is: set environment.origin, or use mackenzie",
@@ -69,6 +69,15 @@ def _teos10(scenario: ScenarioKeys, key: str) -> Iterator[Problem]:
             "teos10 needs the package gsw (pip install 'bindusbl-des[ocean]'); or use mackenzie",
             (f"environment.{key}",),
         )
+    else:
+        from ...sea.water import SOUTHERNMOST_DEG  # brings numpy, as gsw does
+
+        if place[0] < SOUTHERNMOST_DEG:
+            yield Problem(
+                "environment.sound_speed_law",
+                f"teos10 knows no water south of {-SOUTHERNMOST_DEG:g} deg S; use mackenzie",
+                (f"environment.{key}", "environment.origin"),
+            )
 
 
 # What the sheet of an inertial system says with one figure, and what these keys say of nothing
