@@ -49,6 +49,8 @@ def causal(result: Result) -> None:
     assert (called.sent_at_s >= called.called_at_s).all()
     heard = receptions[receptions.outcome == "heard"]
     assert (heard.arrived_at_s + lasts <= end + TOUCH).all()
+    if result.scenario.protocol.answer.reply_at == "ping_front":
+        lasts = 0.0
     first = (heard.groupby("ping").arrived_at_s.min() + lasts).reindex(fixes.ping)
     told = fixes.broadcast_at_s.fillna(fixes.delivered_at_s).to_numpy()
     assert not (told < first.to_numpy() - TOUCH - 1.0 / _ticks(result)).any()
@@ -129,8 +131,8 @@ def collide_by_overlap(result: Result) -> None:
     bands, protocol, tables = result.scenario.acoustics, result.scenario.protocol, result.tables
     if protocol.duplex == "per_node":
         return
-    # an ASV hears no ping while it calls, nor at random access while it replies
-    sends = (protocol.replies and protocol.random_access) or tables["pings"].call.notna().any()
+    # an ASV hears no ping while it calls or replies
+    sends = protocol.replies_in_frames or tables["pings"].call.notna().any()
     if bands.hf.channel == "disc":
         receiver = "auv" if protocol.ranging == "passive" else "asv"
         at = tables["receptions"][lambda it: it.arrived_at_s.notna()]
