@@ -77,6 +77,8 @@ class Commands(click.Group):
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
         _open_closed_streams()
+        # LLVM's further levels take a fifth more time to compile, and missions are no faster
+        os.environ.setdefault("NUMBA_OPT", "1")
         collect_seldom()
         leave_the_rest()
         hand_back()

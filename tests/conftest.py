@@ -1,6 +1,7 @@
 """Runs under test keep their warnings as errors and their results in temporary folders."""
 
 import gc
+import os
 import signal
 import sys
 import threading
@@ -8,6 +9,7 @@ from collections.abc import Generator, Iterator
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
+os.environ.setdefault("NUMBA_OPT", "1")  # as of the command line
 
 import pytest
 from browser_for_tests import browser, opened  # noqa: F401 (fixtures)
