@@ -97,6 +97,7 @@ def undisturbed(home: Path) -> Campaign:
         return sweep(home / "experiment.yaml", home / "undisturbed")
 
 
+@pytest.mark.slow
 def test_a_cluster_finds_what_one_process_finds(
     cluster: Cluster, undisturbed: Campaign, home: Path, tmp_path: Path
 ) -> None:

@@ -219,6 +219,7 @@ navigation: {filter: fixed_gain, velocity_bias_m_per_s: [0.0032, 0.0032], bias_f
 """
 
 
+@pytest.mark.slow
 def test_a_good_inertial_system_is_told_the_truth(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -321,7 +321,7 @@ ODD = {
 
 
 # What they are odd in, others are as well.
-SLOW = ("no errors", "a long thin survey", "a long name, many AUVs")
+SLOW = ("no fixes", "no errors", "huge ranges", "a long thin survey", "a long name, many AUVs")
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ MADE: dict[str, Any] = runpy.run_path(
     "cell",
     [
         "`twtt`, turnaround 1 s",
-        "`twtt`, turnaround 1 s, slow 60 s",
+        pytest.param("`twtt`, turnaround 1 s, slow 60 s", marks=pytest.mark.slow),
         "500 m, 10 deg, 1 %, 1 h",
         pytest.param("`passive`, start by 2 m and heading by 3 deg", marks=pytest.mark.slow),
     ],

@@ -397,8 +397,15 @@ def test_other_schedules_are_told_as_well(schedule: str) -> None:
     assert result.auvs.fixes_delivered.min() > 5
 
 
-@pytest.mark.parametrize("downlink", ["sequential", "pipelined_round"])
-@pytest.mark.parametrize("schedule", ["super_tdma", "worst_first"])
+@pytest.mark.parametrize(
+    ("schedule", "downlink"),
+    [
+        ("super_tdma", "sequential"),
+        ("worst_first", "pipelined_round"),
+        pytest.param("super_tdma", "pipelined_round", marks=pytest.mark.slow),
+        pytest.param("worst_first", "sequential", marks=pytest.mark.slow),
+    ],
+)
 def test_who_comes_into_range_before_a_round_begins_is_allowed_for(
     schedule: str, downlink: str
 ) -> None:
