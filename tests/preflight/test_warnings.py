@@ -53,7 +53,12 @@ UNSEEN = (
     ("protocol.conflict_margin_m", "auvs.vehicle", "bluerov2"),
     ("protocol.conflict_margin_m", "asvs.formation.model", "positions"),
     ("protocol.conflict_margin_m", "protocol.schedule", "polling"),  # side_by_side heeds it
+    ("protocol.conflict_margin_m", "asvs.count", 1),
     ("protocol.recall_rounds", "protocol.knowledge", "broadcast"),
+    ("navigation.gnss_fix.every_s", "record.detail", "summary"),  # its table; nobody surfaces
+    # All that these presets say is said beside them
+    ("navigation.drift.preset", "navigation.drift", {"percent_of_distance": 2.0}),
+    ("navigation.drift.preset", "navigation.drift", {"percent_of_distance": 2.0, "line_m": 50.0}),
 )
 
 
