@@ -158,8 +158,15 @@ def test_a_fix_beyond_mf_range_is_told() -> None:
     assert chain.parts == ()
 
 
-@pytest.mark.parametrize("tick_rate_hz", [None, 30.0])
-@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
+@pytest.mark.parametrize(
+    ("ranging", "tick_rate_hz"),
+    [
+        ("owtt_sync", 30.0),
+        ("twtt", None),
+        pytest.param("owtt_sync", None, marks=pytest.mark.slow),
+        pytest.param("twtt", 30.0, marks=pytest.mark.slow),
+    ],
+)
 @pytest.mark.parametrize(
     "downlink", ["sequential", "pipelined_round", "pipelined_group", "direct_reply"]
 )

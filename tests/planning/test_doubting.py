@@ -68,7 +68,7 @@ def test_what_is_cut_off_leaves_what_was_told_before() -> None:
     assert [(it.met, it.missions) for it in told(around(clear, close), most=3)] == [(None, 3)]
 
 
-@pytest.mark.parametrize("shape", [None, 16.0])
+@pytest.mark.parametrize("shape", [pytest.param(None, marks=pytest.mark.slow), 16.0])
 def test_verdicts_at_the_limit_are_wrong_as_seldom_as_was_asked(shape: float | None) -> None:
     """Over all looks one in twenty verdicts at most is given to a mean that is at its limit, half
     of them that it is met; values are normal, or skewed as errors are (gamma, skewness 0.5).

@@ -40,7 +40,7 @@ def chosen(means: Sequence[float], costs: Sequence[float], **settings: Any) -> S
     return select([Choice(cost) for cost in costs], sampler(means), METRE, **settings)
 
 
-@pytest.mark.parametrize("skewness", [0.0, 1.0])
+@pytest.mark.parametrize("skewness", [pytest.param(0.0, marks=pytest.mark.slow), 1.0])
 def test_at_least_95_of_100_toy_problems_are_answered_right(skewness: float) -> None:
     """Half of 200: spreads unlike, seeds paired, ties, none that meets, missions without value."""
     rng = np.random.default_rng(15)

@@ -97,7 +97,10 @@ def test_a_fifth_of_the_papers_sweep_finds_what_all_of_it_does(
     assert agreed >= same
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(it, marks=[pytest.mark.slow] if n > 2 else []) for n, it in enumerate(PROBLEMS)],
+)
 def test_it_is_as_right_as_kn_at_no_more_missions(name: str) -> None:
     """Choosing the best of equal cost, all of which meet the goal, at the same zone and risk."""
     goal = Goal("position_error_m", below=1000 * ZONE)

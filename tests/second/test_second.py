@@ -1,5 +1,6 @@
 """The simulator agrees event for event with a second implementation, over drawn scenarios."""
 
+import math
 from pathlib import Path
 
 import pytest
@@ -7,19 +8,21 @@ from comparing import disagreements
 from drawing import scenario
 
 
-def agree(first: int, count: int, folder: Path) -> None:
+def agree(first: int, count: int, folder: Path, longest_s: float = math.inf) -> None:
     """Fly scenarios twice; fail with the first differences found."""
     rows = 0
     for number in range(first, first + count):
-        found, counts = disagreements(scenario(number, folder))
+        keys = scenario(number, folder)
+        keys["duration_s"] = min(keys["duration_s"], longest_s)
+        found, counts = disagreements(keys)
         assert not found, f"scenario {number}: " + "\n".join(found)
         rows += sum(counts.values())
     assert rows > 100 * count  # an empty mission agrees with anything
 
 
 def test_a_second_implementation_agrees(tmp_path: Path) -> None:
-    """A hundred drawn scenarios: every ping, reception, frame and fix."""
-    agree(0, 100, tmp_path)
+    """A hundred drawn scenarios, not long, nor of whole ticks: every ping, reception, frame and fix."""
+    agree(0, 100, tmp_path, longest_s=15.873)
 
 
 @pytest.mark.slow

@@ -144,7 +144,9 @@ def test_where_the_asv_takes_itself_for_is_of_the_instant_at_which_it_pings() ->
     assert fixes[["x_m", "y_m"]].to_numpy() - (20.0, 0.0) == pytest.approx(off, abs=0.02)
 
 
-@pytest.mark.parametrize("name", [*LASTING, "all"])
+@pytest.mark.parametrize(
+    "name", ["all", *(pytest.param(name, marks=pytest.mark.slow) for name in LASTING)]
+)
 def test_fixes_know_of_what_lasts(name: str) -> None:
     """Over many seeds, the errors of the last fix agree with its covariance (NEES 2)."""
     changes: dict[str, Any] = {}
