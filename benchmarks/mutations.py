@@ -304,7 +304,7 @@ class Copy:
             sys.path[:0] = [str(self.root)]
             code = 3
             try:
-                code = pytest.main(["-q", "-n", "0", "-p", "no:cacheprovider",
+                code = pytest.main(["-q", "-n", "0", "--doctest-modules", "-p", "no:cacheprovider",
                                     "-p", "mutations_plugin", *options, *tests])  # fmt: skip
             except BaseException:
                 print_exc()

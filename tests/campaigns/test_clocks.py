@@ -22,7 +22,13 @@ class Killed(BaseException):
     """The parent is gone."""
 
 
-@pytest.mark.parametrize("jump_s", [-DAY_S, -1.0, 400 * DAY_S])
+@pytest.mark.parametrize(
+    "jump_s",
+    [
+        *(-DAY_S, -1.0, 400 * DAY_S),
+        *(pytest.param(it, marks=pytest.mark.slow) for it in (-10 * DAY_S, DAY_S)),
+    ],
+)
 def test_a_clock_that_jumps_loses_nothing(
     jump_s: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
