@@ -21,7 +21,7 @@ def agree(first: int, count: int, folder: Path, longest_s: float = math.inf) -> 
 
 
 def test_a_second_implementation_agrees(tmp_path: Path) -> None:
-    """A hundred drawn scenarios, not long, nor of whole ticks: every ping, reception, frame and fix."""
+    """A hundred drawn scenarios, short and of no whole ticks: each ping, reception, frame, fix."""
     agree(0, 100, tmp_path, longest_s=15.873)
 
 
