@@ -28,7 +28,7 @@ from bindusbl_des.campaigns.experiments.experiment import ExperimentPlan
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.experiments.options import PythonArguments
 from bindusbl_des.campaigns.running import first_record, resume
-from bindusbl_des.campaigns.storage import done as listing
+from bindusbl_des.campaigns.storage import done as runs
 from bindusbl_des.campaigns.storage.folder import (
     CampaignError,
     read_record,
@@ -191,7 +191,7 @@ def test_a_record_without_missions_has_them_in_its_rows(
         path.write_text(json.dumps({key: record[key] for key in record if key in _FORMER}))
     assert done(folder).numbers.tolist() == list(range(12))
     assert done(folder).numbers[done(folder).failed].tolist() == [FAILS]
-    monkeypatch.setattr(listing, "MOST_RUNS", 0)
+    monkeypatch.setattr(runs, "MOST_RUNS", 0)
     again = load_campaign(in_parts(3))
     assert "missions" not in json.loads(next(again.folder.glob("checksums/*")).read_text())
     _equal(again, load_campaign(folder))
@@ -210,8 +210,8 @@ def _equal(one: Campaign, other: Campaign) -> None:
 def test_numbers_are_found_again_from_their_runs(numbers: set[int], step: int) -> None:
     """Whatever missions a part has; those of a share, every so many, are one run."""
     some = np.array(sorted(numbers), dtype=np.int64)
-    assert listing._numbers(json.loads(json.dumps(listing._runs(some)))).tolist() == some.tolist()
-    share = listing._runs(np.arange(7, 7 + 50 * step, step))
+    assert runs._numbers(json.loads(json.dumps(runs._runs(some)))).tolist() == some.tolist()
+    share = runs._runs(np.arange(7, 7 + 50 * step, step))
     assert share == {"step": step, "runs": [[7, 50]]}
 
 

@@ -320,7 +320,7 @@ ODD = {
 }
 
 
-# What they are odd in, others are as well.
+# Those that are drawn with --all only
 SLOW = ("no fixes", "no errors", "huge ranges", "a long thin survey", "a long name, many AUVs")
 
 

@@ -28,14 +28,14 @@ class Done:
         return len(self.numbers)
 
 
-def listing(done: Done) -> dict[str, Any]:
+def in_runs(done: Done) -> dict[str, Any]:
     """Return which missions a part has, and which of them failed; nothing where that is long.
 
-    >>> listing(Done(np.array([4, 6, 8, 20]), np.array([False, True, False, False])))
+    >>> in_runs(Done(np.array([4, 6, 8, 20]), np.array([False, True, False, False])))
     {'missions': {'step': 2, 'runs': [[4, 3], [20, 1]]}, 'failed': {'step': 1, 'runs': [[6, 1]]}}
     """
-    listed = {"missions": _runs(done.numbers), "failed": _runs(done.numbers[done.failed])}
-    return listed if sum(len(it["runs"]) for it in listed.values()) <= MOST_RUNS else {}
+    runs = {"missions": _runs(done.numbers), "failed": _runs(done.numbers[done.failed])}
+    return runs if sum(len(it["runs"]) for it in runs.values()) <= MOST_RUNS else {}
 
 
 def _runs(numbers: NDArray[np.int64]) -> dict[str, Any]:
@@ -61,8 +61,8 @@ def _numbers(listed: Mapping[str, Any]) -> NDArray[np.int64]:
     return np.concatenate([np.zeros(0, np.int64), *each])
 
 
-def listed_missions(found: Mapping[str, Any]) -> Done:
-    """Return the missions of :func:`listing`.
+def of_runs(found: Mapping[str, Any]) -> Done:
+    """Return the missions of :func:`in_runs`.
 
     Raises:
         ValueError: when they are no missions.

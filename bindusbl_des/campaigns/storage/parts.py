@@ -21,14 +21,9 @@ from typing import Any
 import pyarrow as pa
 
 from ...core.files import SEAL, check_seal, draft_of, read_json, sealed, sync
-from ...results.result_folder import (
-    DamagedFile,
-    SummedFile,
-    sha256_of,
-    write_parquet,
-)
+from ...results.result_folder import DamagedFile, SummedFile, sha256_of, write_parquet
 from ...results.schemas import EVENT_TABLES, schema
-from .done import Done, done_in, listed_missions, listing, united
+from .done import Done, done_in, in_runs, of_runs, united
 from .folder import CampaignError, write_json
 
 MISSIONS, CHECKSUMS = "missions", "checksums"
@@ -107,7 +102,7 @@ class PartWriter:
             if table == MISSIONS:
                 path = record_path(self._folder, self._part)
                 _make_durably(path.parent)
-                record = {**self._record, "files": self._files, **listing(united(self._done))}
+                record = {**self._record, "files": self._files, **in_runs(united(self._done))}
                 write_json(path, sealed(record))
 
 
@@ -176,7 +171,7 @@ def _record(folder: Path, part: str, _: Stamp) -> PartRecord:
         check_seal(found)
         done = None
         if SEAL in found and "missions" in found:
-            done = listed_missions(found)
+            done = of_runs(found)
     except FileNotFoundError:
         missions = part_path(folder, MISSIONS, part)
         raise DamagedFile(str(missions), f"has no record in {CHECKSUMS}/") from None
