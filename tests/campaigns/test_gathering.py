@@ -10,6 +10,7 @@ from bindusbl_des import Scenario, simulate
 from bindusbl_des.campaigns.experiments.experiment import PlannedMission, PlannedPoint
 from bindusbl_des.campaigns.storage import joining
 from bindusbl_des.campaigns.storage.joining import compact
+from bindusbl_des.campaigns.storage.part_rows import read_table
 from bindusbl_des.campaigns.storage.parts import commit, part_path
 from bindusbl_des.campaigns.workers import batches as gathering
 from bindusbl_des.campaigns.workers.batches import Gathered, Ran
@@ -70,6 +71,17 @@ def test_what_rows_take_is_known(ran: list[Ran]) -> None:
     assert found.nbytes == pytest.approx(
         sum(table.nbytes for it in ran for table in it.tables.values()), rel=0.5
     )
+
+
+def test_a_mission_in_two_parts_is_read_once(ran: list[Ran], tmp_path: Path) -> None:
+    """As one has it whose worker was thought dead: its rows are those of the first part."""
+    commit(tmp_path, "00000001-00000000", gathered(ran[:3]), "a plan")
+    commit(tmp_path, "00000002-00000000", gathered(ran[1:]), "a plan")
+    whole = gathered(ran)
+    for name in ("missions", "auvs"):
+        found = read_table(tmp_path, name)
+        assert found is not None
+        assert found["mission"].to_pylist() == whole[name]["mission"].to_pylist()
 
 
 def test_parts_are_joined_forward_in_groups_of_one_length(
