@@ -129,8 +129,9 @@ def speed(point: int) -> float:
 
 def mission_s() -> float:
     """Return the processor time (s) of one mission among many of its point."""
-    simulate(scenario(0))
-    took = clocked(lambda: [simulate(scenario(n // SEEDS), n) for n in range(POINTS * SEEDS)])
+    points = [scenario(point) for point in range(POINTS)]
+    simulate(points[0])
+    took = clocked(lambda: [simulate(points[n // SEEDS], n) for n in range(POINTS * SEEDS)])
     return took.processor / (POINTS * SEEDS)
 
 

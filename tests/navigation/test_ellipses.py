@@ -46,6 +46,7 @@ def test_filters_know_how_far_off_they_are_in_the_whole_table(cell: str, navigat
     assert found.inside == pytest.approx(95.0, abs=2.0 + found.half_width)
 
 
+@pytest.mark.slow
 def test_a_smoother_expands_fixes_anew_where_the_start_was_unknown() -> None:
     """NEES of the third AUV halfway: 2 within three standard errors; 4.7 where fixes stay as the
     filter expanded them about places 2 m off.
