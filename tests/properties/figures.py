@@ -18,7 +18,7 @@ def agree(result: Result) -> None:
     """The tables auvs and mission are what the tables of events come to."""
     found = {auv: _of_auv(result, auv) for auv in result.auvs.auv}
     for row in result.auvs.to_dict("records"):
-        # Of an estimate that is a million metres off, what is small is a difference of large numbers.
+        # What is small of an estimate a million metres off is a difference of large numbers.
         rounding = max(1e-9, 1e-15 * row["position_error_max_m"])
         for name, value in found[row["auv"]].items():
             assert np.isclose(row[name], value, rtol=1e-9, atol=rounding, equal_nan=True), (
