@@ -39,8 +39,8 @@ from bindusbl_des.campaigns.workers.supervisor import batch_of
 HERE = Path(__file__).resolve().parent
 
 MISSIONS, FEW = 2000, 16
-# Points of the campaign, and missions of each that tell how long one takes alone
-POINTS, SEEDS = 8, 16
+# Points of the campaign
+POINTS = 8
 WORKERS = 2
 TURNS = 3
 
@@ -74,7 +74,6 @@ if __name__ == "__main__":
 
 def scaled_out(missions: int) -> dict[str, Any]:
     """Return what a campaign costs in each of the ways."""
-    each_s = mission_s()
     ways = {
         f"pool of {WORKERS} processes": in_processes,
         f"{WORKERS} shares at once, merged": in_shares,
@@ -94,7 +93,6 @@ def scaled_out(missions: int) -> dict[str, Any]:
     pool = median(large.processor for _, large in next(iter(took.values())))
     return {
         "missions": missions,
-        "mission_ms": 1e3 * each_s,
         "turns": TURNS,
         "cores": len(os.sched_getaffinity(0)),
         "ways": {way: costs(turns, missions, pool) for way, turns in took.items()},
@@ -125,14 +123,6 @@ def scenario(point: int) -> Scenario:
 def speed(point: int) -> float:
     """Return how fast AUVs of a point are (m/s)."""
     return 0.6 + 0.01 * point
-
-
-def mission_s() -> float:
-    """Return the processor time (s) of one mission among many of its point."""
-    points = [scenario(point) for point in range(POINTS)]
-    simulate(points[0])
-    took = clocked(lambda: [simulate(points[n // SEEDS], n) for n in range(POINTS * SEEDS)])
-    return took.processor / (POINTS * SEEDS)
 
 
 def experiment_file(folder: Path, missions: int) -> Path:

@@ -106,10 +106,7 @@ def _campaigns(found: Measured) -> str:
         )
         for way, it in found["ways"].items()
     )
-    text = (
-        f"{found['missions']:,} missions of {number(found['mission_ms'])} ms each on "
-        f"{found['cores']} cores:"
-    )
+    text = f"{found['missions']:,} missions on {found['cores']} cores:"
     large = (
         (
             f"{it['missions']:,}",
