@@ -98,7 +98,12 @@ class Messages:
         return [self.most] * full + [rest] * (rest > 0)
 
     def packed(self, fixes: int, named: int = 0) -> tuple[Message, ...]:
-        """Return the messages of a broadcast that tells `named` AUVs their slots."""
+        """Return the messages of a broadcast that tells `named` AUVs their slots.
+
+        >>> messages = Messages(Modem(2000.0, 2.0), 8, 16, 3, True, room=50, assignment_bytes=4)
+        >>> [(it.fixes, it.named, it.size_bytes) for it in messages.packed(4, 5)]
+        [(1, 5, 44), (3, 0, 56)]
+        """
         found = self._packed.get((fixes, named))  # broadcast after broadcast is alike
         if found is None:
             found = self._packed[fixes, named] = tuple(self._filled(fixes, named))

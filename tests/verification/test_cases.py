@@ -1,6 +1,8 @@
 """What a verdict is worked out from: distances, speeds, guards."""
 
+import json
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -124,6 +126,19 @@ def test_witnesses_have_auvs_where_calls_and_answers_would_meet() -> None:
     assert (end[1] - begin[1]) / (end[0] - begin[0]) == pytest.approx(5.0 / 40.0)
     assert next(answer_late(it, 0, 0.05))["auvs"]["route"]["positions_m"][1] == [-20.0, 0.0]
     assert len(list(groups_shown(it))) == 3  # as planned, at the edge, coming into range
+
+
+def test_a_witness_has_the_outline_of_an_area_in_a_file(tmp_path: Path) -> None:
+    """And needs no file; of sizes it has what the scenario has."""
+    area = tmp_path / "bay.geojson"
+    corners = [[10.0, 54.0], [10.002, 54.0], [10.002, 54.001], [10.0, 54.001], [10.0, 54.0]]
+    area.write_text(json.dumps({"type": "Polygon", "coordinates": [corners]}))
+    it = case(survey={"area": str(area)}, auvs={"count": 2}, asvs=PLACED)
+    survey = list(groups_shown(it))[1]["survey"]
+    assert set(survey) == {"polygon_m", "depths_m"}
+    assert np.ptp(survey["polygon_m"], axis=0) == pytest.approx([111.3, 131.2], abs=0.3)
+    sized = case(survey={"side_m": 77.0, "swath_m": 9.0}, auvs={"count": 2}, asvs=PLACED)
+    assert list(groups_shown(sized))[1]["survey"] == {"side_m": 77.0, "depths_m": [10.0, 10.0]}
 
 
 def test_a_verdict_in_words_has_a_line_for_each_pair_of_signals() -> None:
