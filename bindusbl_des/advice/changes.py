@@ -225,7 +225,13 @@ def _kept(scenario: Scenario) -> dict[str, Any]:
     asked = scenario.asvs.formation.moored
     if asked is None or asked.is_placed or asked.radius_m is not None or scenario.asvs.count == 1:
         return {}
-    return _ring(scenario, float(np.hypot(*asv_stations(scenario)[0])), asked.angle_deg)
+    return _ring(scenario, _radius(scenario), asked.angle_deg)
+
+
+def _radius(scenario: Scenario) -> float:
+    """Return the radius (m) of a regular formation of several ASVs, wherever its survey lies."""
+    stations = np.array(asv_stations(scenario))
+    return float(np.hypot(*(stations - stations.mean(axis=0))[0]))
 
 
 def _ring(scenario: Scenario, radius: float, angle: float) -> dict[str, Any]:
@@ -274,8 +280,7 @@ def _moved(scenario: Scenario, ways: Ways) -> Iterator[Change]:
     """Yield formations of as many ASVs that serve the AUVs' ways best."""
     asked, count = _asked(scenario), scenario.asvs.count
     if not asked.is_placed:
-        now = float(np.hypot(*asv_stations(scenario)[0]))
-        radius, angle = ways.best(count, [now])
+        radius, angle = ways.best(count, [_radius(scenario)])
         yield Change(
             STATIONS,
             f"the formation turned to {angle:g} deg",

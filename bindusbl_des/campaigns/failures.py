@@ -126,8 +126,11 @@ def check_files(campaign: Campaign) -> None:
     Raises:
         CampaignError: naming the file.
     """
-    files = map(Path, campaign.plan.files.values())
-    names = [f"{file.parent.name}/{file.name}" for file in files]
+    names = []
+    for copy, name in campaign.plan.files.items():
+        file = Path(name)  # as the record has it, or what a modem brings
+        is_copy = file.parent.parent == campaign.folder.absolute()
+        names.append(f"{file.parent.name}/{file.name}" if is_copy else copy)
     try:
         check_kept(names, campaign.folder)
     except ValueError as error:

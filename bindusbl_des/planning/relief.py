@@ -11,7 +11,7 @@ from ..scenario.destinations import asv_stations
 from ..scenario.scenario import Scenario
 from .candidates import Candidate, Predictor, excess, value_of
 from .prediction.gathering import inputs_of
-from .prediction.inputs import Chances, Inputs
+from .prediction.inputs import Chances, Inputs, SystematicErrors
 from .prediction.predicting import predict
 from .selection.goals import Goal, value_text
 
@@ -66,10 +66,17 @@ def _reliefs(inputs: Inputs, candidate: Candidate, goal: Goal, now: float) -> It
 def _reach(inputs: Inputs) -> Inputs:
     """Double the ranges, and nothing of the slots that depend on them."""
     slots = inputs.slots
+    systematic = _clocks_as_before(inputs)
     as_before = replace(
         slots, sound_speed_m_per_s=2 * slots.sound_speed_m_per_s, deepest_m=2 * slots.deepest_m
     )
-    return replace(inputs, hf=_longer(inputs.hf), mf=_longer(inputs.mf), slots=as_before)
+    hf, mf = _longer(inputs.hf), _longer(inputs.mf)
+    return replace(inputs, hf=hf, mf=mf, slots=as_before, systematic=systematic)
+
+
+def _clocks_as_before(inputs: Inputs) -> SystematicErrors:
+    """Keep what clocks err by in metres where slots are reckoned with twice the speed of sound."""
+    return replace(inputs.systematic, clock_s=inputs.systematic.clock_s / 2)
 
 
 def _longer(band: Chances) -> Chances:
@@ -90,6 +97,7 @@ def _uplink(inputs: Inputs) -> Inputs:
             fixed_uplink_s=None if fixed is None else fixed / 2,
             sound_speed_m_per_s=2 * slots.sound_speed_m_per_s,
         ),
+        systematic=_clocks_as_before(inputs),
         access=replace(inputs.access, frame_s=inputs.access.frame_s / 2),
     )
 

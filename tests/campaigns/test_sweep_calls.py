@@ -61,6 +61,23 @@ def test_resume_knows_the_same_settings(tmp_path: Path) -> None:
         resume(tmp_path, worker=2)  # type: ignore[call-arg]
 
 
+@pytest.mark.parametrize("modem", [["s2c_instant"], ["s2c_instant", "nanomodem_v3"]])
+def test_files_that_a_modem_brings_are_kept_and_change_no_plan(
+    tmp_path: Path, modem: list[str]
+) -> None:
+    """Nobody gave them, so that they are of no key that was given; a lost copy is told."""
+    whole = sweep(M, vary={"acoustics.mf.modem": modem}, workers=1, out=tmp_path / "s")
+    (part,) = (tmp_path / "s" / "missions").iterdir()
+    part.unlink()
+    again = resume(tmp_path / "s", workers=1)
+    assert again.record["plan_sha256"] == whole.record["plan_sha256"]
+    assert again.missions["mission_id"].equals(whole.missions["mission_id"])
+    (copy,) = (tmp_path / "s" / "airtimes").iterdir()
+    copy.unlink()
+    with pytest.raises(ValueError, match=f"{copy.name}: is missing"):
+        resume(tmp_path / "s", workers=1)
+
+
 def test_a_scenario_its_file_and_its_text_make_one_plan(tmp_path: Path) -> None:
     """A range, an array or a list of seeds; the scenario as object or by its path."""
     path = tmp_path / "m.yaml"

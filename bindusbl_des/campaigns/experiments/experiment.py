@@ -185,6 +185,7 @@ class Experiment:
             as_it_was(
                 as_now(renamed(record["scenario_as_given"], within)),
                 as_now(renamed(base, within)),
+                folder,
             ),
             tuple(renamed_point(point, within) for point in record["points"]),
             tuple(record["seeds"]),
@@ -213,14 +214,21 @@ def turn(item: tuple[str, Any]) -> tuple[bool, bool, int]:
     return not key.endswith((".model", ".kind")), is_former(key), key.count(".")
 
 
-def as_it_was(given: Mapping[str, Any], base: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the keys given, and those that by default are not what they were in `base` as well.
+def as_it_was(given: Mapping[str, Any], base: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Return the keys given, and those that by default are not what they were in `base` as well,
+    whose files are copies in a folder: a modem brings such as nobody gave.
 
     >>> given = {"name": "m", "navigation": {"depth_sd_m": 0.5}}
-    >>> as_it_was(given, {"name": "m", "navigation": {"depth_sd_m": 0.5, "imu_rate_hz": 10.0}})
+    >>> base = {"name": "m", "navigation": {"depth_sd_m": 0.5, "imu_rate_hz": 10.0}}
+    >>> as_it_was(given, base, Path())
     {'name': 'm', 'navigation': {'depth_sd_m': 0.5, 'imu_rate_hz': 10.0}}
     """
-    return _with_former(given, base, laid_over(given, {}).model_dump(mode="json"))
+
+    def copied(file: str, kind: str) -> str:
+        return str((folder / kept_name(file, kind)).absolute())
+
+    now = laid_over(given, {}).model_dump(mode="json")
+    return _with_former(given, base, renamed(now, copied))
 
 
 def _with_former(
