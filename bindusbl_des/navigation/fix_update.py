@@ -94,10 +94,10 @@ def said_of(
     for i in range(2):
         for j in range(2):
             out[i] += back[i, j] * (seen[j] - first[j] - second[j])
-            for k in range(n):  # J where the fix is expected
-                jacobian = jacobians[j, k]
+            for k in range(n):  # by an error k, at what is believed: J + B c
+                jacobian = jacobians[j, k] + jacobians[j, 3 * n + k] * own.errors[k]
                 for m in range(2):
-                    jacobian += jacobians[j, (1 + m) * n + k] * (first[m] - at[m])
+                    jacobian += jacobians[j, (1 + m) * n + k] * (place[m] - at[m])
                 common[i, k] += back[i, j] * jacobian
     for k in range(n):
         for i in range(2):
