@@ -47,11 +47,12 @@ def across_by_array(
 def across_by_sheet(offset: Vector, sds: tuple[float, float]) -> Across:
     """Return the errors across an offset (3,), m, of a bearing and an elevation (sd in rad).
 
-    A bearing is the less of a way the steeper it points.
+    A bearing is the less of a way the steeper it points; that it points straight down is never sure.
     """
     square = offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2
     east, down = tangents(divided(offset, math.sqrt(square)))
     level = (offset[0] ** 2 + offset[1] ** 2) / square
+    level += (1.0 - level) * sds[1] ** 2
     return Across(east, down, sds[1] ** 2, 0.0, sds[0] ** 2 * level, square)
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from worlds import scenario
 
 from bindusbl_des import simulate
 
@@ -62,3 +63,14 @@ def test_a_smoother_expands_fixes_anew_where_the_start_was_unknown() -> None:
         found.append(squares.mean())
     assert np.mean(found) == pytest.approx(2.0, abs=3.0 * np.std(found) / np.sqrt(20))
     assert np.mean(found) < 3.0
+
+
+def test_misalignment_is_learnt_from_fixes_of_several_asvs() -> None:
+    """NEES, 2 as the mean, where J is taken at what is believed, of place and error."""
+    errors = {"velocity_bias_m_per_s": [0.0, 0.0], "velocity_bias_sd_m_per_s": 0.03}
+    world = scenario(
+        duration_s=300.0, survey={"side_m": 140.0}, auvs={"count": 3}, asvs={"count": 3},
+        usbl={"misalignment_sd_deg": 5.0}, navigation={**errors, "filter": "kalman"},
+    )  # fmt: skip
+    found = np.array([simulate(world, seed).auvs.nees for seed in range(12, 32)])
+    assert (found.mean(axis=0) < 3.5).all()  # of the one in the middle it was 5.8

@@ -238,3 +238,18 @@ def test_an_snr_that_no_channel_tells_of_has_no_effect_and_is_told() -> None:
         bearing_sd_deg=1.0, reference_snr_db=20.0
     )))}  # fmt: skip
     assert "acoustics.hf.channel" in told["usbl.model.reference_snr_db"]
+
+
+@pytest.mark.parametrize("aside_m", [1.0, 2.0, 5.0])
+def test_who_is_almost_below_is_not_taken_for_surely_there(aside_m: float) -> None:
+    """NEES of the place, 2 as the mean: 40 to 6e5 where a measured direction straight down leaves
+    its bearing nothing to be wrong in.
+    """
+    instrument = usbl_of(scenario(usbl=sheet(bearing_sd_deg=3.0, range_sd_m=0.1)))
+    rng, source, found = np.random.default_rng(3), np.array([aside_m, 0.0, 30.0]), []
+    for noise in rng.standard_normal((COUNT, 12)):
+        way = float(np.linalg.norm(source)) / 1500.0
+        fix, spread = instrument.locate(source, np.zeros(3), rng.uniform(0, 6.28), way, noise)
+        off = (fix - source)[:2]
+        found.append(off @ np.linalg.solve(spread[:2, :2], off))
+    assert 1.0 < np.mean(found) < 2.6
