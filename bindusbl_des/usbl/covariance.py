@@ -47,7 +47,7 @@ def across_by_array(
 def across_by_sheet(offset: Vector, sds: tuple[float, float]) -> Across:
     """Return the errors across an offset (3,), m, of a bearing and an elevation (sd in rad).
 
-    A bearing is the less of a way the steeper it points; that it points straight down is never sure.
+    A bearing is the less of a way the steeper it points; straight down is never sure.
     """
     square = offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2
     east, down = tangents(divided(offset, math.sqrt(square)))
