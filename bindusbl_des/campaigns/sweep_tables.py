@@ -106,7 +106,7 @@ def fewest_tables(
     """
     counts, rows = tried["counts"], list(_rows(campaign, COUNT))
     headings = [(_others(campaign, COUNT), ""), *((_asvs(count), "m") for count in counts)]
-    shown = ""
+    shown, ran = "", np.bincount(found.point, minlength=len(campaign.plan.points))
     for metric in ACCURACIES:
         known = intervals(found.by_seed(metric, len(campaign.plan.points)))
         texts = _judged(found, metric, len(campaign.plan.points))
@@ -122,7 +122,9 @@ def fewest_tables(
             if sure:
                 looks[place, sure[0] + 1] = "sure fewest"
             looks[place, len(counts) + 1] = "answer"
-            fewest = counts[sure[0]] if sure else f"more than {counts[-1]}"
+            is_known = all(it is None or ran[it] for it in points)
+            none = f"more than {counts[-1]}" if is_known else "not known yet"
+            fewest = counts[sure[0]] if sure else none
             cells = ["-" if it is None else texts[it] for it in points]
             lines.append([rows[place], *cells, fewest])
         made = table([*headings, ("fewest", "")], lines, "Fewest ASVs", looks)

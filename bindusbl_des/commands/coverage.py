@@ -51,7 +51,10 @@ def limits_lines(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]
     if limits is None:
         yield "Limits follow from where the AUVs go, which only the plug-in knows."
         return
-    yield "Limits, for the vehicles where they are planned to be:"
+    if scenario.asvs.formation.moves:
+        yield "These ASVs move. Limits of moored ones on a ring, which missions may exceed:"
+    else:
+        yield "Limits, for the vehicles where they are planned to be:"
     worst = int(limits.in_range.argmin())
     least, mean = 100 * limits.in_range[worst], 100 * limits.in_range.mean()
     yield _line("in HF range", f"{mean:.1f} % of the time, AUV{worst} {least:.1f} %")

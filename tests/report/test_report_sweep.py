@@ -11,7 +11,8 @@ from test_report import SCENARIOS, Cells, call, unpacked
 from bindusbl_des import Campaign, load_scenario, simulate, sweep
 from bindusbl_des.campaigns.page import sweep_page
 from bindusbl_des.campaigns.statistics.intervals import interval
-from bindusbl_des.campaigns.sweep_tables import ACCURACIES
+from bindusbl_des.campaigns.statistics.outcomes import outcomes
+from bindusbl_des.campaigns.sweep_tables import ACCURACIES, fewest_tables
 from bindusbl_des.cli import main
 from bindusbl_des.report.comparison import comparison_page
 
@@ -214,3 +215,20 @@ def test_the_same_run_twice_differs_in_nothing() -> None:
     assert "2 AUVs" in page.partition('id="origin"')[2]
     assert page.index('id="differences"') < page.index('id="story"')
     assert 'id="slider"' not in page
+
+
+def test_points_without_a_mission_yet_are_not_judged(tmp_path: Path) -> None:
+    """One point of two was flown, in the first of two shards."""
+    plan = {"asvs.count": [1, 2]}
+    limits = {"worst_position_error_m": 0.001}  # so that a shard has whole points
+    given = load_scenario(SCENARIOS / "quickstart.yaml", overrides=["duration_s=5"])
+    out = tmp_path / "half"
+    half = sweep(given, vary=plan, seeds=2, until_ci=limits, shard=(1, 2), workers=1, out=out)
+    assert set(half.missions["point"]) == {0}
+    assert "1 has no mission yet." in " ".join(half.summary().split())
+    page = sweep_page(half)
+    found = outcomes(half.folder, ACCURACIES)
+    told = fewest_tables(half, found, {"counts": ["1", "2"], "points": [[0, 1]]}, limit=1e-6)
+    assert "no mission yet" in page
+    assert "not known yet" in told
+    assert "more than" not in told

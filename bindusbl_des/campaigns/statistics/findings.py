@@ -279,11 +279,15 @@ def _sure(found: MissionOutcomes, points: int) -> str:
             f"Every AUV is {is_not}surely below {SUB_METRE:g} m in the mean over time{rest} {ends}."
         )
     rest = f", {always or 'none'} of them for 95 % of the time as well" * bool(count)
-    lost = int(np.sum(mean.count == 0))
-    failed = f" {lost} {'have' if lost > 1 else 'has'} no mission that went well." * bool(lost)
+    ran = np.bincount(found.point, minlength=points)
+    without = {
+        "no mission that went well": int(np.sum((mean.count == 0) & (ran > 0))),
+        "no mission yet": int(np.sum(ran == 0)),
+    }
+    lacks = "".join(f" {n} {'have' if n > 1 else 'has'} {it}." for it, n in without.items() if n)
     return (
         f"{count or 'None'} of {points} points keep{'s' * (count < 2)} every AUV surely below "
-        f"{SUB_METRE:g} m in the mean over time{rest} {ends}.{failed}"
+        f"{SUB_METRE:g} m in the mean over time{rest} {ends}.{lacks}"
     )
 
 

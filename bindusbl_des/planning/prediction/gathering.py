@@ -120,6 +120,14 @@ def approximations(scenario: Scenario) -> Iterator[str]:
             f"Losses that last {plain(max(bursts))} s are taken to come one by one: times without "
             "a fix, and errors, may be several times those predicted."
         )
+    if scenario.protocol.duplex == "per_node" and scenario.protocol.ranging != "passive":
+        yield (
+            "AUVs and ASVs are taken to hear while they send: where uplink and downlink overlap "
+            "(pipelined), with duplex per_node, most fixes may be missed and errors many times as "
+            "large."
+        )
+    if (lag := scenario.navigation.filter.settings.get("lag_s")) is not None:
+        yield f"A smoother that waits for {plain(lag)} s is taken to know all later fixes."
     if scenario.navigation.gnss_fix is not None:
         yield (
             "GNSS fixes at the surface are left out: where AUVs have them, errors and ages are "

@@ -23,7 +23,8 @@ class Lookup {
         const mark = cell && cell.mean + cell.half < threshold ? "sure" : cell && cell.mean < threshold ? "near" : "";
         rows[place].cells[k + 1].className = k === first ? "sure fewest" : mark;
       });
-      rows[place].lastChild.textContent = counts[first] ?? `more than ${counts[counts.length - 1]}`;
+      const isKnown = cells.every((cell) => !cell || cell.count + cell.failed > 0);
+      rows[place].lastChild.textContent = counts[first] ?? (isKnown ? `more than ${counts[counts.length - 1]}` : "not known yet");
       return counts[first] ?? null;
     });
     bindusbl.plots.lookup = points.length;
