@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from test_report import SCENARIOS, Cells, call, unpacked
 
 from bindusbl_des import Campaign, load_scenario, simulate, sweep
-from bindusbl_des.campaigns.page import sweep_page
+from bindusbl_des.campaigns.page import FIRST, sweep_page
 from bindusbl_des.campaigns.statistics.intervals import interval
 from bindusbl_des.campaigns.statistics.outcomes import outcomes
 from bindusbl_des.campaigns.sweep_tables import ACCURACIES, fewest_tables
@@ -227,7 +227,7 @@ def test_points_without_a_mission_yet_are_not_judged(tmp_path: Path) -> None:
     assert set(half.missions["point"]) == {0}
     assert "1 has no mission yet." in " ".join(half.summary().split())
     page = sweep_page(half)
-    found = outcomes(half.folder, ACCURACIES)
+    found = outcomes(half.folder, FIRST)
     told = fewest_tables(half, found, {"counts": ["1", "2"], "points": [[0, 1]]}, limit=1e-6)
     assert "no mission yet" in page
     assert "not known yet" in told
