@@ -91,11 +91,11 @@ def _to_file(
     """Write one file of a mission; return its name and how much of everything is in it."""
     if _is_campaign(source):
         refuse(f"{source} is a campaign; {kind} shows one mission: give the folder of a run")
-    from ..results.result_folder import exported_as
+    from ..core.wording import file_name
 
     result = result_in(source)
     ending = "ros2.mcap" if kind == "ros2bag" else kind
-    path = Path(out) if out else source / f"{exported_as(result.scenario.name)}.{ending}"
+    path = Path(out) if out else source / f"{file_name(result.scenario.name)}.{ending}"
     check_file(path, force)
     if "tracks" not in result.arrow:
         refuse(

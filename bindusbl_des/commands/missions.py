@@ -1,6 +1,5 @@
 """The commands about one mission, `run` and `explain`; and how commands say what would help one."""
 
-import re
 import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -12,7 +11,7 @@ import click
 
 from ..core.plugins import is_allowed, is_plugin, refusal
 from ..core.process import ProgressLine, answered, duration, end_now
-from ..core.wording import counted
+from ..core.wording import counted, file_name
 from .console import (
     RunFailed,
     compiling_shown,
@@ -177,8 +176,7 @@ def run(
 
 def default_folder(scenario: "Scenario", seed: int, ending: str = "") -> Path:
     """Return where a mission's results go unless the user says: results/<name>-seed<N>."""
-    name = re.sub(r"[^A-Za-z0-9._-]+", "_", scenario.name)
-    return Path("results") / f"{name}-seed{seed}{ending}"
+    return Path("results") / f"{file_name(scenario.name)}-seed{seed}{ending}"
 
 
 def as_given(path: str, scenario: "Scenario", folder: Path) -> str | None:

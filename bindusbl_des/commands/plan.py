@@ -1,11 +1,11 @@
 """The command `plan`: the least team of ASVs that keeps AUVs on their way, and how sure that is."""
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from ..core.wording import file_name
 from .console import (
     compiling_shown,
     is_quiet,
@@ -154,7 +154,7 @@ def _weigh(question: "Question", anyway: bool) -> None:
 
 def default_folder(name: str) -> Path:
     """Return where a plan goes unless the user says."""
-    return Path("results") / f"{re.sub(r'[^A-Za-z0-9._-]+', '_', name)}-plan"
+    return Path("results") / f"{file_name(name)}-plan"
 
 
 def resume_plan(folder: Path, workers: int | None, as_json: bool, allow_plugins: bool) -> None:

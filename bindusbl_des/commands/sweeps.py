@@ -1,7 +1,6 @@
 """Commands about campaigns: sweep, resume, status and merge."""
 
 import os
-import re
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -9,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..core.wording import counted, printable
+from ..core.wording import counted, file_name, printable
 from .console import (
     compiling_shown,
     is_quiet,
@@ -135,7 +134,7 @@ def _weigh_heaviest(experiment: "Experiment", workers: int | None, anyway: bool)
 def default_folder(name: str, shard: tuple[int, int] | None) -> Path:
     """Return where a campaign's results go unless the user says."""
     share = f"-shard{shard[0]}of{shard[1]}" if shard else ""
-    return Path("results") / f"{re.sub(r'[^A-Za-z0-9._-]+', '_', name)}{share}"
+    return Path("results") / f"{file_name(name)}{share}"
 
 
 @click.command(short_help="Run what is missing of a campaign, or go on with a plan.")

@@ -1,5 +1,6 @@
 """Words and numbers for people: the nearest right spelling, values as written, few digits."""
 
+import re
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from json import dumps
@@ -135,6 +136,15 @@ def printable_json(text: str) -> str:
     return "".join(
         sign if sign.isprintable() or sign == "\n" else dumps(sign)[1:-1] for sign in text
     )
+
+
+def file_name(name: str) -> str:
+    """Return a name as files and folders have it: of letters of any script, digits, _ . and -.
+
+    >>> file_name("two AUVs"), file_name("\u043b\u043e\u0434\u043a\u0430/1")
+    ('two_AUVs', '\u043b\u043e\u0434\u043a\u0430_1')
+    """
+    return re.sub(r"[^\w.-]+", "_", name)
 
 
 def shortened(text: str) -> str:

@@ -145,12 +145,13 @@ def _write(axes: Axes, text: str, top: tuple[float, float], colour: str, ha: str
 
 def map_handles(scenario: "Scenario") -> list[Artist]:
     """Return the legend of the map: kinds of line, ASVs and their ranges, AUVs."""
+    line, asvs = ("-", "ASV and its track") if scenario.asvs.formation.moves else ("", "ASV")
     handles: list[Artist] = [
         Line2D([], [], color=PLANNED, lw=0.6, label="planned path"),
         Line2D([], [], color=INK, lw=2.6, alpha=0.35, label="true path"),
         Line2D([], [], color=INK, lw=0.8, label="fused estimate"),
         Line2D([], [], color=INK, ls=":", label="dead reckoning only"),
-        Line2D([], [], color="k", ls="", marker="*", ms=8, label="ASV"),
+        Line2D([], [], color="k", lw=0.6, ls=line, marker="*", ms=8, label=asvs),
         Line2D([], [], color=HF, ls="--", lw=0.7, label="HF range"),
         Line2D([], [], color=MF, ls=":", lw=0.7, label="MF range"),
     ]

@@ -7,7 +7,6 @@ Parquet's own decoders end the process at some flipped bits.
 import hashlib
 import io
 import json
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -19,6 +18,7 @@ from pyarrow import csv
 
 from ..core.files import DRAFT, clear_killed, folder_draft, sealed
 from ..core.kept_files import FOLDERS, KEPT
+from ..core.wording import file_name
 from .effects import Advice, as_data
 from .schemas import SCHEMA_VERSION, TABLES, schema
 
@@ -295,18 +295,9 @@ def exported_name(folder: Path) -> str:
     """Return what `export` calls the mission of a folder, but for its ending."""
     try:
         name = json.loads((folder / RECORD).read_text(encoding="utf-8"))["scenario"]["name"]
-        return exported_as(str(name))
+        return file_name(str(name))
     except (OSError, ValueError, KeyError, TypeError):
-        return exported_as("")
-
-
-def exported_as(name: str) -> str:
-    """Return the file, but for its ending, that a mission of some name is exported to.
-
-    >>> exported_as("two AUVs")
-    'two_AUVs'
-    """
-    return re.sub(r"[^A-Za-z0-9._-]+", "_", name)
+        return file_name("")
 
 
 def advice_text(advice: Advice) -> str:

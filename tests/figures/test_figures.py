@@ -392,7 +392,7 @@ def test_numbers_of_a_heatmap_can_be_read() -> None:
         axes = heatmap(means, 4.5).axes
     texts = {text.get_text(): text.get_color() for text in axes[0].texts}
     assert list(texts) == ["1234\n±0", "0.500\n±0.012", "700\n±100"]
-    assert (texts["1234\n±0"], texts["0.500\n±0.012"]) == ("black", "white")
+    assert (texts["1234\n±0"], texts["0.500\n±0.012"]) == ("white", "black")
     assert axes[1].get_ylabel() == "worst AUV's mean position error (m)"
     assert keys[1].label == "acoustics.hf.range (m)"
 

@@ -120,7 +120,7 @@ def approximations(scenario: Scenario) -> Iterator[str]:
             f"Losses that last {plain(max(bursts))} s are taken to come one by one: times without "
             "a fix, and errors, may be several times those predicted."
         )
-    if scenario.protocol.duplex == "per_node" and scenario.protocol.ranging != "passive":
+    if scenario.protocol.duplex == "per_node" and not scenario.protocol.asvs_ping:
         yield (
             "AUVs and ASVs are taken to hear while they send: where uplink and downlink overlap "
             "(pipelined), with duplex per_node, most fixes may be missed and errors many times as "
