@@ -151,7 +151,7 @@ def anyway_option(command: Any) -> Any:
     return click.option(
         "--anyway",
         is_flag=True,
-        help="Begin even a mission that needs more memory than the machine has, or more than a day.",
+        help="Begin even a mission that needs more memory than the machine has, or over a day.",
     )(command)
 
 
