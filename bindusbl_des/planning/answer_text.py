@@ -113,7 +113,11 @@ def answer_text(found: Found) -> str:
     goals = limits_text(question.goals)
     flown = counted(found.missions, "mission")
     if not selection.is_settled:
-        return f"Not settled: {_open(found)}; {goals} ({flown})."
+        known = ""
+        if answer is not None:
+            came_to = reached(question.goals, selection.estimates[answer])
+            known = f"{team_text(found.candidates[answer])} will do, {came_to}; whether less does: "
+        return f"Not settled: {known}{_open(found)}; {goals} ({flown})."
     if answer is None:
         return f"No team that was flown is shown to keep {goals} ({flown})."
     team, estimates = found.candidates[answer], selection.estimates[answer]
