@@ -139,12 +139,13 @@ def printable_json(text: str) -> str:
 
 
 def file_name(name: str) -> str:
-    """Return a name as files and folders have it: of letters of any script, digits, _ . and -.
+    """Return a name as files and folders have it: of letters of any script, digits, _ . and -, at
+    most 200 bytes of them.
 
     >>> file_name("two AUVs"), file_name("\u043b\u043e\u0434\u043a\u0430/1")
     ('two_AUVs', '\u043b\u043e\u0434\u043a\u0430_1')
     """
-    return re.sub(r"[^\w.-]+", "_", name)
+    return re.sub(r"[^\w.-]+", "_", name).encode()[:200].decode(errors="ignore")
 
 
 def shortened(text: str) -> str:
