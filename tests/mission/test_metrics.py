@@ -260,3 +260,14 @@ def test_metrics_from_an_instant_on_leave_out_what_was_before(ranging: str) -> N
     assert (second.fix_age_max_s <= whole.fix_age_max_s + 1e-9).all()
     with pytest.raises(ScenarioError, match=r"nothing is left to judge of 300 s from 300 s on"):
         load_scenario("recovery_140m", overrides=["record.metrics_from_s=300"])
+
+
+def test_headings_in_tables_are_within_half_a_turn() -> None:
+    """However often a hull has turned about, east by south."""
+    corners = [[0.0, 0.0], [20.0, 0.0], [20.0, 20.0], [0.0, 20.0]]
+    route = {"kind": "waypoints", "points_m": [[*corners, *corners, corners[0]]]}
+    world = scenario(duration_s=170.0, auvs={"count": 1, "vehicle": "bluerov2", "route": route})
+    tracks = simulate(world, 1).tables["tracks"]
+    yaw = tracks[tracks.vehicle == "AUV0"].yaw_rad.to_numpy()
+    assert np.ptp(np.unwrap(yaw)) > 2.4 * np.pi
+    assert (np.abs(yaw) <= np.pi).all()

@@ -10,7 +10,7 @@ import pytest
 
 from bindusbl_des import Scenario, verify
 from bindusbl_des.verification.case import Case, bounds_of
-from bindusbl_des.verification.frames import widest
+from bindusbl_des.verification.frames import frame_spread, widest
 from bindusbl_des.verification.playing import OUT_OF_THE_WAY
 from bindusbl_des.verification.signals import answer_late, answer_passing, groups_shown, two_calls
 from bindusbl_des.verification.two_way import call_and_answer
@@ -126,6 +126,18 @@ def test_witnesses_have_auvs_where_calls_and_answers_would_meet() -> None:
     assert (end[1] - begin[1]) / (end[0] - begin[0]) == pytest.approx(5.0 / 40.0)
     assert next(answer_late(it, 0, 0.05))["auvs"]["route"]["positions_m"][1] == [-20.0, 0.0]
     assert len(list(groups_shown(it))) == 3  # as planned, at the edge, coming into range
+
+
+def test_asvs_that_broadcast_in_turn_are_as_far_apart_as_neighbours() -> None:
+    """At the corners of a square: a side, and not the diagonal, for AUVs at rest."""
+    corners = [(0.0, 0.0), (60.0, 0.0), (60.0, 60.0), (0.0, 60.0)]
+    held = {"count": 1, "route": {"kind": "hold", "positions_m": [[30.0, 30.0]]}}
+    placed = {"count": 4, "formation": {"positions_m": corners}}
+    it = case(asvs=placed, auvs=held, protocol={"broadcaster": "rotate"})
+    slowest = it.sound_speeds[0]
+    assert frame_spread(it) == pytest.approx(60.0 / slowest, rel=0.05)
+    drawn = case(asvs=placed, auvs=held, protocol={"broadcaster": "random"})
+    assert frame_spread(drawn) == pytest.approx(math.hypot(60.0, 60.0) / slowest, rel=0.05)
 
 
 def test_a_witness_has_the_outline_of_an_area_in_a_file(tmp_path: Path) -> None:
