@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ..acoustics.fix_chance import HALF, delivery
 from ..core.wording import plain
+from ..geometry.formation import ring_radius
 from ..results.effects import FILTER, GAIN
 from ..scenario.declared import (
     BROADCASTERS,
@@ -225,13 +224,7 @@ def _kept(scenario: Scenario) -> dict[str, Any]:
     asked = scenario.asvs.formation.moored
     if asked is None or asked.is_placed or asked.radius_m is not None or scenario.asvs.count == 1:
         return {}
-    return _ring(scenario, _radius(scenario), asked.angle_deg)
-
-
-def _radius(scenario: Scenario) -> float:
-    """Return the radius (m) of a regular formation of several ASVs, wherever its survey lies."""
-    stations = np.array(asv_stations(scenario))
-    return float(np.hypot(*(stations - stations.mean(axis=0))[0]))
+    return _ring(scenario, ring_radius(asv_stations(scenario)), asked.angle_deg)
 
 
 def _ring(scenario: Scenario, radius: float, angle: float) -> dict[str, Any]:
@@ -280,7 +273,7 @@ def _moved(scenario: Scenario, ways: Ways) -> Iterator[Change]:
     """Yield formations of as many ASVs that serve the AUVs' ways best."""
     asked, count = _asked(scenario), scenario.asvs.count
     if not asked.is_placed:
-        radius, angle = ways.best(count, [_radius(scenario)])
+        radius, angle = ways.best(count, [ring_radius(asv_stations(scenario))])
         yield Change(
             STATIONS,
             f"the formation turned to {angle:g} deg",

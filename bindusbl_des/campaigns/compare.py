@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
 from ..core.wording import lettered, plain, shortened
+from ..records.metrics import of_an_auv
 from .campaign import Campaign, load_campaign
 from .experiments.experiment import laid_over
 from .statistics.comparison_table import by_label, is_alone, sentence, unserved
@@ -25,7 +26,6 @@ from .statistics.outcomes import (
     MissionOutcomes,
     check_metrics,
     fleets,
-    of_an_auv,
     outcomes,
     starved,
     unit,

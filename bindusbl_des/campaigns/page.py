@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..records.metrics import WORST, quantity
+from ..records.metrics import WORST, lower_is_better, quantity
 from ..report.page import THEME, Packer, assembled, asset, filled, table
 from ..report.run_page import footer
 from ..results.schemas import mission_numbers, schema
@@ -19,7 +19,7 @@ from .failures import failures_in
 from .statistics.differences import key_effects
 from .statistics.findings import Findings, findings
 from .statistics.intervals import intervals, short_names, written
-from .statistics.outcomes import JUDGED, MEANS, MissionOutcomes, lower_is_better, outcomes
+from .statistics.outcomes import JUDGED, MEANS, MissionOutcomes, outcomes
 from .statistics.points_table import in_intervals
 from .sweep_tables import fewest_points, fewest_tables, heat_table, means, worst_auv
 

@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.wording import significant
+from ..records.metrics import lower_is_better
 from ..report.page import table
 from .statistics.findings import SUB_METRE
 from .statistics.intervals import intervals, plus_minus, short_names, written
-from .statistics.outcomes import MissionOutcomes, lower_is_better
+from .statistics.outcomes import MissionOutcomes
 
 if TYPE_CHECKING:
     from .campaign import Campaign

@@ -14,7 +14,7 @@ from matplotlib.patches import Rectangle
 
 from ..core.palette import COLOURS
 from ..core.wording import significant
-from ..records.metrics import WORST_IS_LARGEST, quantity
+from ..records.metrics import lower_is_better, quantity
 from .style import LARGEST_LEGEND, legend_below, new_figure, shortened
 
 # More columns or rows than this leave no room for numbers in the cells of a heatmap.
@@ -161,8 +161,7 @@ def heatmap(means: Means, width: float) -> Figure:
     grid = np.full(shape, np.nan)
     for (column, row), (mean, _, _) in means.cells.items():
         grid[row, column] = mean
-    is_less_better = WORST_IS_LARGEST.get(means.metric.removeprefix("worst_"))
-    shades = "cividis_r" if is_less_better else "cividis"  # dark is bad, as on pages
+    shades = "cividis_r" if lower_is_better(means.metric) else "cividis"  # dark is bad
     image = axes.imshow(grid, cmap=shades, origin="lower", aspect="auto")
     axes.grid(visible=False)
     axes.set_xticks(range(shape[1]), means.x.written())

@@ -61,6 +61,16 @@ def formation_radius(hf_range: float, clearance: float = 0.0) -> float:
     return hf_range + clearance
 
 
+def ring_radius(asvs: ArrayLike) -> float:
+    """Return the radius (m) of a regular formation of two ASVs or more, (m, 2), wherever it lies.
+
+    >>> ring_radius([[300.0, 360.0], [300.0, 240.0]])
+    60.0
+    """
+    places = np.asarray(asvs, dtype=np.float64)
+    return float(np.hypot(*(places - places.mean(axis=0))[0]))
+
+
 def corner_distance(survey: Area | float, asvs: ArrayLike) -> float:
     """Return how far (m) the worst corner of the survey is from its nearest ASV.
 

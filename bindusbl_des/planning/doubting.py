@@ -15,6 +15,7 @@ from ..acoustics.named_channels import loss_of
 from ..campaigns.statistics.intervals import intervals
 from ..core.arrays import Floats
 from ..core.plugins import is_plugin
+from ..geometry.formation import ring_radius
 from ..scenario.channel_settings import burst_s
 from ..scenario.declared import channel_named
 from ..scenario.own_sensors import wanders_over_m
@@ -196,7 +197,7 @@ def _kept(team: Candidate) -> dict[str, Any]:
         return {}
     if team.asvs == 1:
         return {}
-    radius = float(np.hypot(*(team.stations - team.stations.mean(axis=0))[0]))
+    radius = ring_radius(team.stations)
     cleared = {f"{FORMATION}.clearance_m": 0.0} if asked.clearance_m else {}
     return {**cleared, f"{FORMATION}.radius_m": float(f"{radius:.9g}")}
 

@@ -283,6 +283,24 @@ WORST_IS_LARGEST = {
 }
 
 
+def of_an_auv(metric: str) -> str:
+    """Return the metric of one AUV that a mission's is made of.
+
+    >>> of_an_auv("worst_latency_mean_s"), of_an_auv("rounds")
+    ('latency_mean_s', 'rounds')
+    """
+    return metric.removeprefix(WORST)
+
+
+def lower_is_better(metric: str) -> bool | None:
+    """Tell which way is better, None where neither is.
+
+    >>> [lower_is_better(it) for it in ("worst_fix_age_max_s", "fix_rate_hz", "rounds")]
+    [True, False, None]
+    """
+    return WORST_IS_LARGEST.get(of_an_auv(metric))
+
+
 def name_of(metric: str) -> str:
     """Return what a metric of an AUV or a mission is called, without its unit.
 
@@ -290,7 +308,7 @@ def name_of(metric: str) -> str:
     ('mean position error', "worst AUV's mean position error")
     """
     if metric.startswith(WORST):
-        return f"worst AUV's {NAMES[metric.removeprefix(WORST)]}"
+        return f"worst AUV's {NAMES[of_an_auv(metric)]}"
     return NAMES[metric]
 
 
@@ -300,7 +318,7 @@ def unit_of(metric: str) -> str:
     >>> unit_of("worst_fix_age_max_s"), unit_of("fixes"), unit_of("hf_coverage")
     ('s', 'count', 'share')
     """
-    own = metric.removeprefix(WORST)
+    own = of_an_auv(metric)
     return ("share" if own in SHARES else "count") if UNITS[own] == "1" else UNITS[own]
 
 

@@ -297,7 +297,7 @@ def exported_name(folder: Path) -> str:
         name = json.loads((folder / RECORD).read_text(encoding="utf-8"))["scenario"]["name"]
         return file_name(str(name))
     except (OSError, ValueError, KeyError, TypeError):
-        return file_name("")
+        return ""
 
 
 def advice_text(advice: Advice) -> str:

@@ -31,6 +31,7 @@ from bindusbl_des.cli import main
 from bindusbl_des.geometry.formation import formation
 from bindusbl_des.report.run_page import run_page
 from bindusbl_des.results.effects import GAIN, HARMS, HELPS, NEGLIGIBLE, NO_EFFECT, Advice
+from bindusbl_des.scenario.destinations import asv_stations
 from bindusbl_des.scenario.files.scenario_file import parse_scenario
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -87,6 +88,17 @@ def test_kinds_of_changes_are_all_there() -> None:
     }  # fmt: skip
     bands = [{key.split(".")[1] for key in it.settings if "range_m" in key} for it in tried]
     assert all(bands.count(them) == 3 for them in ({"hf"}, {"mf"}, {"hf", "mf"}))
+
+
+def test_longer_ranges_leave_a_ring_where_it_is_wherever_its_survey_lies() -> None:
+    """By default a ring grows with the HF range; it is about the survey, not about x = y = 0."""
+    corners = [[300.0, 300.0], [400.0, 300.0], [400.0, 400.0], [300.0, 400.0]]
+    world = paper_case(3, survey={"polygon_m": corners}, duration_s=20.0)
+    longer = [it for it in proposals(mission(world))[0] if "HF range" in it.words]
+    assert len(longer) >= 3
+    for change in longer:
+        there = asv_stations(changed(world, change.settings))
+        assert np.allclose(there, asv_stations(world), atol=1e-3)
 
 
 def test_what_cannot_help_is_not_tried() -> None:

@@ -530,6 +530,15 @@ def test_explain_tells_the_way_of_a_ping() -> None:
     assert beyond.stderr.startswith("the run has no ping 999;")
 
 
+def test_limits_of_asvs_that_move_are_said_to_be_those_of_a_ring() -> None:
+    """They may go where AUVs are, and serve them better than a ring does."""
+    asked = ("timing", str(SCENARIOS / "recovery_140m.yaml"))
+    moves = ("--set", "asvs.formation={model: follow}")
+    at_rest, moving = (call(*asked, *keys).stdout for keys in ((), moves))
+    told = "These ASVs move. Limits of moored ones on a ring, which missions may exceed:"
+    assert (told in at_rest, told in moving) == (False, True)
+
+
 def test_timing_has_the_papers_slots() -> None:
     """L = 140 m: t_C 93.3 ms, T_UL 233.3 ms = 7 ticks, T_DL(3) 933.3 ms, round 1.167 s."""
     text = call("timing", str(SCENARIOS / "recovery_140m.yaml")).stdout

@@ -263,7 +263,7 @@ def test_metrics_from_an_instant_on_leave_out_what_was_before(ranging: str) -> N
 
 
 def test_headings_in_tables_are_within_half_a_turn() -> None:
-    """However often a hull has turned about, east by south."""
+    """However often a hull has turned about."""
     corners = [[0.0, 0.0], [20.0, 0.0], [20.0, 20.0], [0.0, 20.0]]
     route = {"kind": "waypoints", "points_m": [[*corners, *corners, corners[0]]]}
     world = scenario(duration_s=170.0, auvs={"count": 1, "vehicle": "bluerov2", "route": route})

@@ -15,6 +15,7 @@ from bindusbl_des.planning.prediction.mapping import error_map
 from bindusbl_des.planning.prediction.predicting import predict
 from bindusbl_des.planning.prediction.rounds import planned_rounds, turns_of
 from bindusbl_des.planning.prediction.sights import located, seen
+from bindusbl_des.planning.relief import IMPROVED
 from bindusbl_des.preflight.round_lengths import rounds_of
 from bindusbl_des.scenario.destinations import asv_stations
 
@@ -116,9 +117,27 @@ def test_what_is_missing_is_said() -> None:
     told = inputs_of(scenario(usbl={"outlier_share": 0.1})).approximations
     assert [it for it in told if "Outliers" in it]
     assert inputs_of(scenario()).approximations == ()
+    (deaf,) = inputs_of(scenario(protocol={"duplex": "per_node"})).approximations
+    assert "AUVs and ASVs are taken to hear while they send" in deaf
+    lagging = {"filter": {"model": "smoother", "lag_s": 5.0}}
+    (late,) = inputs_of(scenario(navigation=lagging)).approximations
+    assert late == "A smoother that waits for 5 s is taken to know all later fixes."
     channel = {"model": "disc", "burst_s": 4.0}
     told = inputs_of(scenario(acoustics={"hf": {"channel": channel}})).approximations
     assert [it for it in told if it.startswith("Losses that last 4 s are taken to come one by one")]
+
+
+def test_what_would_help_leaves_clocks_as_wrong_as_they_are() -> None:
+    """In metres, where ranges are doubled or slots halved by twice the speed of sound."""
+    inputs = inputs_of(scenario(navigation={"clock_offset_sd_s": 0.002}))
+    off = {
+        what: it.systematic.clock_s * it.slots.sound_speed_m_per_s
+        for what, _, improved in IMPROVED
+        for it in (improved(inputs),)
+    }
+    now = inputs.systematic.clock_s * inputs.slots.sound_speed_m_per_s
+    assert now > 2.0
+    assert off == pytest.approx({**dict.fromkeys(off, now), "fix_noise": now / 2})
 
 
 def test_inputs_are_plain_data() -> None:

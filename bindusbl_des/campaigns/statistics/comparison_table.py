@@ -7,11 +7,11 @@ from textwrap import fill
 from typing import get_args
 
 from ...core.wording import aligned, plain, significant
-from ...records.metrics import WORST
+from ...records.metrics import WORST, of_an_auv
 from .differences import Difference, End, Verdict
 from .findings import seeds, who_is_worst, who_lacks
 from .intervals import CONFIDENCE, decimals, short_key
-from .outcomes import lacking, of_an_auv, unit
+from .outcomes import lacking, unit
 
 # More points than this are left to `--json` and `--out`.
 MOST_POINTS = 40

@@ -10,13 +10,14 @@ import numpy as np
 
 from ...core.arrays import Flags, Floats, Ints
 from ...core.wording import did_you_mean, lettered, plain
+from ...records.metrics import lower_is_better, of_an_auv
 from ...scenario.files.plain_yaml import read_yaml
 from ..campaign import Campaign
 from ..experiments.experiment import ExperimentPlan
 from ..storage.folder import CampaignError
 from .findings import ERROR
 from .intervals import ROUND_OFF, Interval, interval, intervals, written
-from .outcomes import Fleets, MissionOutcomes, lower_is_better, of_an_auv
+from .outcomes import Fleets, MissionOutcomes
 
 
 @dataclass(frozen=True)

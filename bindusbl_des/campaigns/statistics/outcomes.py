@@ -1,5 +1,5 @@
 """What the missions of a campaign came to, metrics by point and seed, and what their AUVs got;
-which way a metric is better, and which an AUV may lack.
+which an AUV may lack.
 """
 
 from collections import Counter
@@ -15,7 +15,7 @@ import pyarrow as pa
 from ...core.arrays import Flags, Floats, Ints
 from ...core.wording import did_you_mean
 from ...records.events import NONE
-from ...records.metrics import WORST, WORST_IS_LARGEST, AuvMetrics
+from ...records.metrics import WORST, WORST_IS_LARGEST, AuvMetrics, of_an_auv
 from ...results.columns import numpy_array, numpy_columns
 from ...results.schemas import mission_numbers
 from ..storage.done import OK, has_status
@@ -33,7 +33,7 @@ JUDGED = (
     "worst_latency_mean_s",
 )
 # The same of the fleet's means, in which an AUV that got little is hidden by those that got much.
-MEANS = tuple(name.removeprefix(WORST) for name in JUDGED)
+MEANS = tuple(map(of_an_auv, JUDGED))
 
 # What an AUV without a value did not get, by the beginning of the metric
 LACKING = {
@@ -42,24 +42,6 @@ LACKING = {
     "fix_error": "was never located",
     "hf_coverage": "sent no ping that landed",
 }
-
-
-def of_an_auv(metric: str) -> str:
-    """Return the metric of one AUV that a mission's is made of.
-
-    >>> of_an_auv("worst_latency_mean_s"), of_an_auv("rounds")
-    ('latency_mean_s', 'rounds')
-    """
-    return metric.removeprefix(WORST)
-
-
-def lower_is_better(metric: str) -> bool | None:
-    """Tell which way is better, None where neither is.
-
-    >>> [lower_is_better(it) for it in ("worst_fix_age_max_s", "fix_rate_hz", "rounds")]
-    [True, False, None]
-    """
-    return WORST_IS_LARGEST.get(of_an_auv(metric))
 
 
 @cache
