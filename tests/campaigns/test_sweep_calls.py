@@ -61,12 +61,19 @@ def test_resume_knows_the_same_settings(tmp_path: Path) -> None:
         resume(tmp_path, worker=2)  # type: ignore[call-arg]
 
 
-@pytest.mark.parametrize("modem", [["s2c_instant"], ["s2c_instant", "nanomodem_v3"]])
+@pytest.mark.parametrize(
+    ("modem", "vary"),
+    [
+        ("s2c_instant", {"asvs.count": [1, 2]}),
+        ("nanomodem_v3", {"acoustics.mf.modem": ["s2c_instant", "nanomodem_v3"]}),
+    ],
+)
 def test_files_that_a_modem_brings_are_kept_and_change_no_plan(
-    tmp_path: Path, modem: list[str]
+    tmp_path: Path, modem: str, vary: dict[str, Any]
 ) -> None:
     """Nobody gave them, so that they are of no key that was given; a lost copy is told."""
-    whole = sweep(M, vary={"acoustics.mf.modem": modem}, workers=1, out=tmp_path / "s")
+    world = scenario(name="m", duration_s=2.0, acoustics={"mf": {"modem": modem}})
+    whole = sweep(world, vary=vary, workers=1, out=tmp_path / "s")
     (part,) = (tmp_path / "s" / "missions").iterdir()
     part.unlink()
     again = resume(tmp_path / "s", workers=1)

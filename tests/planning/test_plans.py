@@ -289,6 +289,25 @@ def test_a_plan_that_is_cut_off_says_what_it_knows_and_goes_on_from_there(
     assert calls == -(-found.record["missions"] // 11)
 
 
+def test_what_will_do_is_named_where_it_is_not_settled_whether_less_does(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Two ASVs are at the limit, give or take 0.3 m a mission; three keep it."""
+
+    def at_the_limit(scenario: Scenario, seed: int) -> list[dict[str, float | None]]:
+        noise = np.random.default_rng(seed).standard_normal()
+        return [auv(1.0 + 0.3 * noise if scenario.asvs.count == 2 else 0.5), auv(0.4)]
+
+    hand_made(monkeypatch, at_the_limit)
+    vary = {**TEAMS, "asvs.count": [2, 3], "asvs.formation.angle_deg": [0]}
+    record = plan(BASE, "out", below={"position_error_m": 1.0}, vary=vary).record
+    assert (record["settled"], record["answer"]["asvs.count"]) == (False, 3)
+    told = record["told"][0]
+    assert told.startswith("Not settled: 3 ASVs in the scenario's places")
+    assert "will do, position_error_m 0.500 m" in told
+    assert "whether less does: " in told
+
+
 def test_time_that_is_up_is_no_failure() -> None:
     """A net of one second stops at a whole mission; no exception, no red."""
     record = plan(BASE, "out", below=GOAL, vary=TEAMS, budget_s=1.0).record
