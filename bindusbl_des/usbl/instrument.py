@@ -263,13 +263,15 @@ def timed_sd(floor: float, snr_db: float, levels: Row) -> float:
 
 @compiled
 def clocked(travel_time: float, noise: Floats, instrument: Instrument) -> float:
-    """Return a travel time (s) as it is measured; none is negative, whatever the noise."""
+    """Return a travel time (s) as it is measured: below 0 where noise or a clock makes it so, for
+    what is cut off there would err by something that no covariance tells.
+    """
     levels, quantum = instrument.levels, instrument.levels.quantum_s
     sd = math.hypot(levels.travel_time_sd_s, levels.path_share * travel_time)
     measured = travel_time + sd * noise[TIME_NOISE]
     if quantum > 0.0:
         measured = round(measured / quantum) * quantum
-    return float(max(measured, 0.0))
+    return float(measured)
 
 
 @compiled
@@ -299,6 +301,18 @@ def placed(
         fix[k] += spread * noise[SPREAD_NOISE + k]
         covariance[k, k] += levels.gnss_sd_m**2 + (1.0 - levels.slow_share) * spread**2
     return fix, covariance
+
+
+@compiled
+def turned_aside(
+    unit: Vector, away: float, believed: Floats, snr_db: float, instrument: Instrument
+) -> Floats:
+    """Return the covariance (3, 3), m2, of what lies so far `away` (m) in a direction that was
+    measured, by the errors of the direction alone.
+    """
+    offset, attitude_sd = not_nothing(scaled(unit, away)), instrument.levels.attitude_sd_rad
+    across = _across(offset, believed, snr_db, instrument)
+    return fix_covariance(offset, believed, across, 0.0, attitude_sd, 0.0)
 
 
 @compiled

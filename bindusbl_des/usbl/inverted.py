@@ -30,6 +30,7 @@ from .systematic_effects import (
     across,
     add,
     add_own,
+    add_unknown_turn,
     bent,
     changes,
     kept,
@@ -97,8 +98,10 @@ def located_astray(
         instrument,
     )  # fmt: skip
     ahead = offset_of(image, origin, path, own.noise, instrument)
-    effects, moved = _effects(seen, ahead, instrument)
     sds = _deviations(it.arrived_at_s, systematic.levels)
+    clock_m = levels.sound_speed_m_per_s * sds[CLOCK]
+    add_unknown_turn(covariance, ahead, clock_m, seen, instrument)
+    effects, moved = _effects(seen, ahead, instrument, clock_m)
     bends = -bent(effects, ahead, instrument)
     add_own(covariance, effects, bends, sds)
     for k in (SOUND_SPEED, CLOCK):
@@ -121,7 +124,9 @@ def _source(own: HeardBeacon) -> Vector:
 
 
 @compiled
-def _effects(seen: Sighting, ahead: Vector, instrument: Instrument) -> tuple[Floats, Floats]:
+def _effects(
+    seen: Sighting, ahead: Vector, instrument: Instrument, clock_m: float
+) -> tuple[Floats, Floats]:
     """Return the effects (4, EFFECTS) on a fix that is the ASV's place less the offset `ahead`, and
     how they change per m that the AUV is farther along x and along y (2, 4, EFFECTS).
 
@@ -131,9 +136,8 @@ def _effects(seen: Sighting, ahead: Vector, instrument: Instrument) -> tuple[Flo
     farther[SOUND_SPEED], farther[CLOCK] = seen.path, -instrument.levels.sound_speed_m_per_s
     farther[SLOW_RANGE] = slow_path_sd(seen.path, instrument.levels)
     lengthen(effects, seen.unit, farther, kept(ahead, seen.path))
-    moved = changes(
-        effects, ahead, seen, instrument
-    )  # of the mirror image, whose AUV moves the other way
+    # of the mirror image, whose AUV moves the other way
+    moved = changes(effects, ahead, seen, instrument, clock_m)
     for k in range(EFFECTS):
         if k < GNSS or k >= SOUND_SPEED:
             for i in range(3):

@@ -92,7 +92,7 @@ def note_sight(
     both = dot(by_east, down)
     it.level_rad2, it.steep_rad2, it.both_rad2 = level / square, steep / square, both / square
     angles = it.level_rad2 + it.steep_rad2
-    if angles > UNSURE:
+    if angles > UNSURE or reach < 0.0:  # a place behind the array lies in no direction
         it.range_m2 = nan
         return
     second = 0.5 * (level * level + 2.0 * both * both + steep * steep) / square

@@ -22,7 +22,7 @@ from .array import (
     turned_back,
     weighted,
 )
-from .instrument import Instrument, angle_sds, spread_sd, timed_sd
+from .instrument import Instrument, angle_sds, spread_sd, timed_sd, turned_aside
 from .two_way import Heard, Sighting
 
 # Columns of what a fix and (less) the length of a call's way are off, per rad of misalignment, per
@@ -35,6 +35,9 @@ EFFECTS = 11
 # Slow numbers of a pair of vehicles
 SLOW = EFFECTS - SLOW_RANGE
 
+# A range of so many standard deviations of the clock is half near, half far.
+NEAR = 3.0
+
 # What is nearer (m) lies in no direction: a clock that is off may leave nothing of a range.
 AT_THE_ARRAY = 1e-3
 
@@ -42,7 +45,7 @@ AT_THE_ARRAY = 1e-3
 @compiled
 def kept(ahead: Vector, reach: float) -> float:
     """Return how much of a range (m) an offset keeps that :func:`.covariance.debias` shortens."""
-    return 1.0 if reach <= 0.0 else length(ahead) / reach
+    return 1.0 if reach == 0.0 else length(ahead) / abs(reach)
 
 
 @compiled
@@ -164,13 +167,17 @@ def lengthen(effects: Floats, unit: Vector, farther: Floats, kept: float) -> Non
 
 
 @compiled
-def changes(effects: Floats, ahead: Vector, seen: Sighting, instrument: Instrument) -> Floats:
+def changes(
+    effects: Floats, ahead: Vector, seen: Sighting, instrument: Instrument, clock_m: float
+) -> Floats:
     """Return how effects (4, EFFECTS) change per m along x and along y, (2, 4, EFFECTS).
 
     They turn with the direction of the offset `ahead` (3,), m; those of misalignment and sound
     speed grow with its length as well; those of slow errors are differences.  A navigator needs
     them where it knows better where the AUV is than the fix does: noise of the fix that is in its
     J, too, would look as if it told something of clocks and sound speeds that no geometry tells.
+    Of a clock that errs by as much (`clock_m`, sd) as the range is long nobody knows how fast the
+    direction turns.
     """
     out, square = np.zeros((2, 4, EFFECTS)), ahead[0] ** 2 + ahead[1] ** 2
     if square < AT_THE_ARRAY**2:
@@ -178,6 +185,8 @@ def changes(effects: Floats, ahead: Vector, seen: Sighting, instrument: Instrume
     for axis in range(2):
         grown, turn = ahead[axis] / square, (-ahead[1] if axis == 0 else ahead[0]) / square
         for k in (MISALIGNMENT, SOUND_SPEED, CLOCK):
+            if k == CLOCK:
+                turn *= _far_share(ahead, clock_m)
             out[axis, 0, k], out[axis, 1, k] = -turn * effects[1, k], turn * effects[0, k]
             if k != CLOCK:
                 out[axis, 0, k] += grown * effects[0, k]
@@ -185,6 +194,29 @@ def changes(effects: Floats, ahead: Vector, seen: Sighting, instrument: Instrume
     if instrument.levels.slow_share > 0.0:
         _slow_changes(out, effects, ahead, seen, instrument)
     return out
+
+
+@compiled
+def _far_share(ahead: Vector, clock_m: float) -> float:
+    """Return which share of an offset's turning (3,), m, a clock (sd, m) leaves certain."""
+    square = dot(ahead, ahead)
+    return square / (square + (NEAR * clock_m) ** 2)
+
+
+@compiled
+def add_unknown_turn(
+    covariance: Floats, ahead: Vector, clock_m: float, seen: Sighting, instrument: Instrument
+) -> None:
+    """Add to a covariance (3, 3) or larger, m2, what a direction errs by at the rest of the range,
+    of which a clock (sd, m) leaves nobody certain: see :func:`changes`.
+    """
+    if clock_m <= 0.0:
+        return
+    away = sqrt(1.0 - _far_share(ahead, clock_m)) * clock_m
+    aside = turned_aside(seen.unit, away, seen.believed, seen.snr_db, instrument)
+    for i in range(3):
+        for j in range(3):
+            covariance[i, j] += aside[i, j]
 
 
 @compiled

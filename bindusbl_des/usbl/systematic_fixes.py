@@ -36,6 +36,7 @@ from .systematic_effects import (
     across,
     add,
     add_own,
+    add_unknown_turn,
     bent,
     changes,
     kept,
@@ -173,12 +174,14 @@ def by_other(
 ) -> AsvFix:  # fmt: skip
     """Return what an ASV makes of a ping, or of an answer whose call went a known way (m)."""
     seen, noise = _seen(heard, row, asvs, instrument, systematic), heard.noise[row]
-    reach, spread, levels = max(seen.path - call_way, 0.0), np.zeros((4, 4)), instrument.levels
+    reach, spread, levels = seen.path - call_way, np.zeros((4, 4)), instrument.levels
     ranging_sd = path_sd(seen.path, levels)
     fix, spread[:3, :3] = placed(
         seen.vessel, seen.unit, seen.believed, reach, ranging_sd, seen.snr_db, noise, instrument
     )
     ahead = offset_of(fix, seen.vessel, reach, noise, instrument)
+    clock_m = levels.sound_speed_m_per_s * deviations(heard, systematic.levels)[CLOCK]
+    add_unknown_turn(spread, ahead, clock_m, seen, instrument)
     effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
     farther[SOUND_SPEED], farther[CLOCK] = seen.path, levels.sound_speed_m_per_s
     farther[SLOW_RANGE] = slow_path_sd(seen.path, levels)
@@ -187,7 +190,7 @@ def by_other(
     jump(fix, noise, systematic.levels)
     return AsvFix(
         fix, seen.unit, seen.believed, reach, spread, effects,
-        changes(effects, ahead, seen, instrument),
+        changes(effects, ahead, seen, instrument, clock_m),
         bent(effects, ahead, instrument), call_way, seen.unit, np.zeros(4),
     )  # fmt: skip
 
@@ -229,7 +232,7 @@ def _by_whole_way(
     jump(fix, noise, systematic.levels)
     return AsvFix(
         fix, seen.unit, seen.believed, own.reach, spread, effects,
-        changes(effects, ahead, seen, instrument),
+        changes(effects, ahead, seen, instrument, 0.0),
         bent(effects, ahead, instrument), seen.path - own.reach, own.bearing, moved,
     )  # fmt: skip
 
