@@ -34,7 +34,8 @@ class SignalPair:
     `margin_s` is the least time between the end of one and the beginning of the other, `margin_m`
     how much farther the conflict graph looks than it must; either is None where it is not what
     decides.  `witnesses` yields scenarios (plain data) in which two of them overlap, the likeliest
-    first.
+    first.  `lost` says in a sentence which signals were destroyed in one of these, though by no
+    other signal as a whole (echoes are none); empty where none were.
     """
 
     kind: str
@@ -44,6 +45,7 @@ class SignalPair:
     margin_s: float | None = None
     margin_m: float | None = None
     witnesses: Callable[[], Iterator[Plan]] | None = None
+    lost: str = ""
 
     @property
     def is_safe(self) -> bool:

@@ -67,7 +67,7 @@ def staged(
     `changes` are laid over the sections of the scenario.
     """
     scenario = case.scenario
-    data = scenario.model_dump(mode="json", exclude_defaults=True)
+    data = scenario.model_dump(mode="json", exclude_unset=True)
     data = {name: data[name] for name in ("acoustics", "protocol", "usbl") if name in data}
     auvs = [actors.get(n) or _aside(case, n) for n in range(scenario.auvs.count)]
     stations = stations_of(case)
@@ -99,7 +99,7 @@ def staged(
 
 
 def _survey(case: Case) -> dict[str, Any]:
-    survey = case.scenario.survey.model_dump(mode="json", exclude_defaults=True)
+    survey = case.scenario.survey.model_dump(mode="json", exclude_unset=True)
     if "area" in survey:
         return {"polygon_m": [list(corner) for corner in area_of(case.scenario).outline]}
     kept = ("side_m", "size_m", "polygon_m", "rotation_deg")
@@ -177,25 +177,38 @@ def witnessed(pair: SignalPair) -> tuple[SignalPair, Witness | None]:
 
     Without any it is not refused: its bound is exceeded, but nobody has seen it collide.
     """
+    lost = ""
     for plan in islice(pair.witnesses(), MOST_PLAYED) if pair.witnesses else ():
-        found = played(pair.kind, plan)
-        if found is not None:
-            return replace(pair, verdict=REFUSED), found
-    return replace(pair, verdict=UNDECIDED if pair.witnesses else pair.verdict), None
+        result = _run(plan)
+        if result is not None:
+            found = _first_overlap(pair.kind, plan, result)
+            if found is not None:
+                return replace(pair, verdict=REFUSED), found
+            lost = lost or ("" if result.violations is None else result.violations.text)
+    verdict = UNDECIDED if pair.witnesses else pair.verdict
+    return replace(pair, verdict=verdict, lost=lost), None
 
 
 def played(kind: str, plan: Plan, seed: int = 0) -> Witness | None:
     """Run a scenario (plain data); return the first two signals of a kind that overlapped in it,
     None if none did, or it is none: its vehicles would be too far out, or too late.
     """
+    result = _run(plan, seed)
+    return None if result is None else _first_overlap(kind, plan, result)
+
+
+def _run(plan: Plan, seed: int = 0) -> Result | None:
     try:
         scenario = Scenario.model_validate(plan)
     except ValueError:
         return None
-    result = simulate(scenario, seed)
+    return simulate(scenario, seed)
+
+
+def _first_overlap(kind: str, plan: Plan, result: Result) -> Witness | None:
     for receiver, one, other in _overlaps(result):
         first, second = sorted((one, other), key=lambda it: it.begins_at_s)
-        return Witness(kind, plan, seed, receiver, (first, second))
+        return Witness(kind, plan, result.seed, receiver, (first, second))
     return None
 
 

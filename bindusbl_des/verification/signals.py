@@ -112,7 +112,7 @@ def groups_shown(case: Case) -> Iterator[Plan]:
     """
     if case.stations is None:
         return
-    plan = case.scenario.model_dump(mode="json", exclude_defaults=True)
+    plan = case.scenario.model_dump(mode="json", exclude_unset=True)
     plan["acoustics"] = {**plan.get("acoustics", {}), "loss": {"law": "none"}}
     if "modem" in plan["acoustics"].get("mf", {}):
         plan["acoustics"]["mf"].pop("airtimes", None)  # which the modem brings

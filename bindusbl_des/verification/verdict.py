@@ -214,30 +214,30 @@ def _rules(case: Case) -> tuple[Rule, ...]:
 def _unknown(case: Case) -> Iterator[SignalPair]:
     """Yield what of a protocol lies beyond what is proved here."""
     protocol, acoustics = case.scenario.protocol, case.scenario.acoustics
+    shown = partial(groups_shown, case)
     for name in (protocol.schedule, protocol.downlink, protocol.ranging):
         if is_plugin(str(name)):
             why = "who sends when only the plug-in says: nothing is proved beyond what was played"
-            yield undecided("part of one's own", str(name), why, partial(groups_shown, case))
+            yield undecided("part of one's own", str(name), why, shown)
     if protocol.duplex != "per_band":
-        yield undecided("half duplex", "pings and frames", "who sends on one band is deaf on both")
+        why = "who sends on one band is deaf on both"
+        yield undecided("half duplex", "pings and frames", why, shown)
     bands = [("pings", acoustics.hf.channel)]
     if not protocol.asvs_ping:
         bands.append(("frames", acoustics.mf.channel))
     for what, channel in bands:
         if not channel_named(channel).ends_at_range:
             why = f"with the channel {str(channel)!r} sound ends at no range"
-            yield undecided("sound without a range", what, why)
+            yield undecided("sound without a range", what, why, shown)
     known = protocol.asvs_ping or is_plugin(str(protocol.schedule)) or protocol.random_access
     if not known and not schedule_of(case.scenario).is_proved:
         why = "nothing is proved of this schedule beyond what was played"
-        yield undecided("schedule", str(protocol.schedule), why, partial(groups_shown, case))
+        yield undecided("schedule", str(protocol.schedule), why, shown)
     if tells_slots(case.scenario) and protocol.dissemination.missed != "silent":
         why = "AUVs that received no slots ping when they reckon these to be"
-        shown = partial(groups_shown, case)
         yield undecided("disseminated slots", f"missed {protocol.dissemination.missed}", why, shown)
     elif tells_slots(case.scenario) and schedule_of(case.scenario).is_shared_and_proved:
         why = "slots are shared by where AUVs are believed to be as a frame begins, a round ahead"
-        shown = partial(groups_shown, case)
         yield undecided("disseminated slots", str(protocol.schedule), why, shown)
 
 

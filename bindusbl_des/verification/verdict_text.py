@@ -46,7 +46,7 @@ def record(verdict: Verdict) -> Data:
                 "verdict": pair.verdict,
                 "margin_s": pair.margin_s,
                 "margin_m": pair.margin_m,
-                "why": pair.why,
+                "why": f"{pair.why}. {pair.lost}" if pair.lost else pair.why,
             }
             for pair in verdict.pairs
         ],
@@ -134,6 +134,7 @@ MEANT = {
     REFUSED: "refused: two signals overlap",
     UNDECIDED: "undecided: not proved safe, nor seen to collide",
 }
+LOSES = "undecided: not proved safe, and signals are lost"
 
 
 def verdict_text(verdict: Verdict) -> str:
@@ -142,7 +143,9 @@ def verdict_text(verdict: Verdict) -> str:
 
 
 def _lines(verdict: Verdict) -> Iterator[str]:
-    yield f"{verdict.scenario.name}: {MEANT[verdict.verdict]}"
+    lost = list(dict.fromkeys(pair.lost for pair in verdict.pairs if pair.lost))
+    undecided = verdict.verdict == UNDECIDED
+    yield f"{verdict.scenario.name}: {LOSES if undecided and lost else MEANT[verdict.verdict]}"
     yield _bounds(verdict)
     yield (
         f"Gaussian errors within {verdict.bounds.sigmas:.2f} standard deviations: all but "
@@ -160,13 +163,14 @@ def _lines(verdict: Verdict) -> Iterator[str]:
     yield from _guards(verdict)
     if verdict.accepted:
         return
-    for pair in verdict.pairs:
-        if not pair.is_safe:
-            yield from wrap(f"{pair.kind}: {pair.why}.", WIDTH)
+    for why in dict.fromkeys(f"{it.kind}: {it.why}." for it in verdict.pairs if not it.is_safe):
+        yield from wrap(why, WIDTH)
     if verdict.witness is not None:
         yield from wrap(f"Witness: {_seen(verdict.witness)}.", WIDTH)
+    elif lost:
+        yield from wrap(f"In a mission of it: {lost[0]}", WIDTH)
     else:
-        yield "No witness: in all missions played, no two signals overlapped."
+        yield "No witness: no mission was seen in which two signals overlap."
     if verdict.remedy is None:
         yield "No guard, margin or schedule is known that would be accepted."
         return

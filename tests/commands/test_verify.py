@@ -47,14 +47,21 @@ def test_the_record_says_it_in_numbers(tmp_path: Path) -> None:
 
 
 def test_what_is_neither_proved_nor_seen_has_an_exit_code_of_its_own(tmp_path: Path) -> None:
-    """Nothing is proved of sound without a range, and no witness claimed."""
-    sonar = ("--set", "acoustics.hf.channel={model: sonar}")
-    outcome = call("verify", "quickstart", *sonar, "--out", str(tmp_path / "out"))
+    """Nothing is proved of half duplex on both bands, and no witness claimed."""
+    one_band = ("--set", "protocol.duplex=per_node")
+    outcome = call("verify", "quickstart", *one_band, "--out", str(tmp_path / "out"))
     assert outcome.exit_code == 3
     assert outcome.stdout.startswith("quickstart: undecided: not proved safe, nor seen to collide")
     found = json.loads((tmp_path / "out" / "verify.json").read_text())
     assert (found["verdict"], found["accepted"], found["witness"]) == ("undecided", False, None)
     assert not (tmp_path / "out" / "witness.yaml").exists()
+
+
+def test_sound_without_a_range_is_played_before_it_is_called_undecided() -> None:
+    """Two AUVs that share a slot by their ranges are heard together where sound goes on."""
+    outcome = call("verify", "quickstart", "--set", "acoustics.hf.channel={model: sonar}")
+    assert outcome.exit_code == 1
+    assert "Witness: AUV0's ping 0 (round 0, slot 0) and AUV1's ping 1" in outcome.stdout
 
 
 @pytest.mark.parametrize(

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
 
-from bindusbl_des import Scenario, simulate, warnings_of
+from bindusbl_des import Scenario, simulate, verify, warnings_of
 from bindusbl_des.acoustics.channel import between
 from bindusbl_des.acoustics.named_channels import hf_channel
 from bindusbl_des.acoustics.sonar_channel import EchoingSonar, Sea, blended, echoes
 from bindusbl_des.acoustics.sonar_equation import link_budget
 from bindusbl_des.explain.ping_and_fix import explain_ping
 from bindusbl_des.scenario.channel_settings import PingSonar
+from bindusbl_des.verification.verdict_text import verdict_text
 
 LOUD: dict[str, Any] = {"model": "sonar", "shadowing_sd_db": 0.0, "snr_threshold_db": 10.0}
 
@@ -53,6 +54,11 @@ def test_the_echo_of_a_ping_drowns_another() -> None:
     assert outcomes(holding(near, far, channel=sea, **hf), "AUV0") == {"heard"}
     result = simulate(holding(near, far, channel=sea, **hf), 1)
     assert "overlaps the echo of another ping" in explain_ping(result, 1)
+    verdict = verify(holding(near, far, channel=sea, **hf))
+    told = " ".join(verdict_text(verdict).split())
+    assert verdict.verdict == "undecided"
+    assert "not proved safe, and signals are lost" in told
+    assert "(round 0, slot 0) was overlapped at ASV0." in told
 
 
 def test_a_ping_fades_and_turns_as_its_echoes_do() -> None:

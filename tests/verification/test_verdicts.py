@@ -285,7 +285,6 @@ def test_frames_that_tell_slots_are_as_long_as_they_are(
 @pytest.mark.parametrize(
     "changes",
     [
-        {"acoustics": {"hf": {"channel": {"model": "sonar"}}}},
         {"acoustics": {"mf": {"channel": {"model": "sonar"}}}},
         {"asvs": {"failures": [{"asv": 1, "at_s": 5.0, "until_s": 9.0}]}},
         {"protocol": {"knowledge": "broadcast", "conflict_margin_m": 20.0}},
@@ -297,7 +296,6 @@ def test_frames_that_tell_slots_are_as_long_as_they_are(
         },
     ],
     ids=[
-        "sonar",
         "sonar on MF",
         "an ASV that comes back",
         "slots told a round ahead",
