@@ -111,7 +111,7 @@ def answer_text(found: Found) -> str:
     """Return the answer in one sentence."""
     question, selection, answer = found.question, found.selection, found.selection.answer
     goals = limits_text(question.goals)
-    flown = counted(found.missions, "mission")
+    flown = f"{counted(found.missions, 'mission')} in all"
     if not selection.is_settled:
         known = ""
         if answer is not None:
@@ -121,10 +121,11 @@ def answer_text(found: Found) -> str:
     if answer is None:
         return f"No team that was flown is shown to keep {goals} ({flown})."
     team, estimates = found.candidates[answer], selection.estimates[answer]
-    sure = f"{100 * question.confidence:g} % confidence"
-    return (
-        f"{team_text(team)}: {reached(question.goals, estimates)}; {goals}, with {sure} ({flown})."
+    came_to = (
+        f"{reached(question.goals, estimates)} of {counted(selection.missions[answer], 'mission')}"
     )
+    sure = f"{100 * question.confidence:g} % confidence"
+    return f"{team_text(team)}: {came_to}; {goals}, with {sure} ({flown})."
 
 
 def _open(found: Found) -> str:
