@@ -244,3 +244,15 @@ def test_impossible_journeys_are_refused() -> None:
         travel_time(origin, lambda t: (1.0 + 1600.0 * t, 0.0, 0.0), 0.0, C)
     with pytest.raises(ValueError, match=r"finite position"):
         travel_time(origin, lambda _: (math.nan, 0.0, 0.0), 0.0, C)
+
+
+@pytest.mark.parametrize("speed", [5.132958340602671, -16.823618711636165, 20.0])
+def test_sound_goes_on_to_who_is_a_thousand_kilometres_away(speed: float) -> None:
+    """Places there are known to 1e-10 m only, so that no delay settles to 1e-13 s."""
+    for n in range(200):
+        away = 6e5 + 4e5 * n / 200 + n * math.pi
+        found = travel_time((1.1, 0.3, 0.0), lambda t, x=away: (x + speed * t, x / 3, 0.0), 7.0, C)
+        ahead, aside = away + speed * 7.0 - 1.1, away / 3 - 0.3
+        square, product = C * C - speed * speed, ahead * speed
+        exact = (product + math.sqrt(product**2 + square * (ahead**2 + aside**2))) / square
+        assert found == pytest.approx(exact, rel=1e-13)
