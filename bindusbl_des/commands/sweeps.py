@@ -179,14 +179,15 @@ def resume(
 @click.argument("folder", metavar="DIR")
 @json_option("how far it is")
 def status(folder: str, as_json: bool) -> None:
-    """Tell how far a campaign is."""
+    """Tell how far a campaign or a plan is."""
     with mistakes_text():
         from ..campaigns.campaign import load_campaign
         from ..core.process import duration
         from ..planning.folder import MISSIONS, is_plan_folder
 
         path = Path(folder)
-        campaign = load_campaign(path / MISSIONS if is_plan_folder(path) else path)
+        is_plan = is_plan_folder(path)
+        campaign = load_campaign(path / MISSIONS if is_plan else path)
         state = campaign.state()
     if as_json:
         print_json({**_summary(campaign), "seconds_left": state.seconds_left})
@@ -199,6 +200,9 @@ def status(folder: str, as_json: bool) -> None:
         "failed": state.failed,
         "missing": state.missing,
     }
+    if is_plan:  # which flies no more of its missions than it takes
+        rows = {"plan": campaign.record["name"], "status": state.status}
+        rows |= {"flown": state.done, "failed": state.failed}
     if state.missions_per_s:
         rows["rate"] = f"{state.missions_per_s:.1f} missions/s"
     if state.seconds_left is not None and state.status == "running":

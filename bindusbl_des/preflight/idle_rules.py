@@ -150,11 +150,17 @@ PROTOCOL = (
         (
             "protocol.broadcaster",
             "protocol.shortest_downlink_slot_s",
-            "protocol.downlink.reply_at",
             "acoustics.mf.payload_bytes",
             "acoustics.mf.overfull",
         ),
         "the ASV that hears a ping first answers it, once it is decoded, in a frame of one fix",
+    ),
+    Idle(
+        {"protocol.downlink": REPLIES, "protocol.downlink.reply": ("frame",)},
+        ("protocol.downlink.reply_at",),
+        "answers are frames, sent once a ping is decoded",
+        remedy="remove it, or set protocol.downlink.reply: instant, answers without airtime as in "
+        "0.1",
     ),
     Idle(
         {"protocol.downlink": REPLIES, "protocol.schedule": UNSLOTTED},

@@ -40,6 +40,11 @@ def load_result(folder: str | Path) -> Result:
             f"{folder} holds a campaign; give the folder of one run (in Python, load_campaign "
             "reads campaigns)"
         )
+    if not path.is_file() and (folder / "question.json").is_file():
+        raise FileNotFoundError(
+            f"{folder} holds a plan: open its plan.html; `bindusbl-des run {folder}/best.yaml` "
+            "flies its answer"
+        )
     if not path.is_file() and (folder / "missions").is_dir():
         raise FileNotFoundError(f"{folder} is a campaign's, or was: its campaign.json is missing")
     if not path.is_file():

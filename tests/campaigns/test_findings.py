@@ -24,6 +24,7 @@ from bindusbl_des.campaigns.statistics.outcomes import fleets
 from bindusbl_des.campaigns.statistics.points_table import _lines as points_table_lines
 from bindusbl_des.campaigns.storage.part_rows import read_part
 from bindusbl_des.campaigns.storage.parts import commit, committed
+from bindusbl_des.core.wording import significant
 from bindusbl_des.figures.style import styled
 from bindusbl_des.figures.sweeps import curves, heatmap
 
@@ -57,7 +58,8 @@ def test_columns_of_a_wide_table_can_be_read() -> None:
         ["point", "asvs.count", "clearance_m", "schedule", "ok", "worst", *["error m"] * 4],
         ["0", "2", "15", "one_per_slot", "30", "AUV0 20/30", *["10.81 +- 0.07"] * 4],
     ]
-    told, head, _, point = points_table_lines(rows)
+    (told, head, _, point), shown = points_table_lines(rows)
+    assert shown == 2  # the others would make it wider than a terminal
     assert told == "A: asvs.count, B: clearance_m"
     assert head.split()[:6] == ["point", "A", "B", "schedule", "ok", "worst"]
     assert (max(len(head), len(point)) <= 80, "~" in head + point) == (True, False)
@@ -275,7 +277,7 @@ def test_one_seed_is_not_sure(made: Make) -> None:
         "more seeds."
     )
     assert len(found.harm) == 1
-    assert "+-" not in campaign.summary().partition("error (mean")[0]
+    assert "+-" not in campaign.summary().partition("Of each mission's worst AUV")[0]
 
 
 def test_equal_points_are_the_same(made: Make) -> None:
@@ -311,6 +313,24 @@ def test_the_best_of_many_points_is_not_surely_worse_than_one_that_was_lucky() -
         found = compared_with_best(table, int(table.mean(axis=1).argmin()))
         named += bool(found.mean[0] <= found.half_width[0])
     assert named / 400 > 0.95 - 3 * np.sqrt(0.95 * 0.05 / 400)
+
+
+def test_collisions_of_a_schedule_are_told(tmp_path: Path) -> None:
+    """Those of pings that the sonar carries beyond the range by which they share slots; not those
+    of random access, whose nature they are.
+    """
+    common = "duration_s: 20\nsurvey: {side_m: 140}\nauvs: {count: 3}\nasvs: {count: 3}\n"
+    sonar = "acoustics: {hf: {channel: {model: sonar}}}\n"
+    for name, keys in (("shared", sonar), ("random", "protocol: {schedule: aloha}\n")):
+        path = tmp_path / f"{name}.yaml"
+        path.write_text(f"name: {name}\n{common}{keys}")
+        campaign = sweep(path, tmp_path / name, seeds=2, workers=1)
+        assert campaign.missions.collisions.min() > 0
+        told, mean = said(campaign).collided, campaign.missions.collisions.mean()
+        assert told == (name == "shared") * (
+            f"Signals of the schedule collided in 2 of 2 missions, {significant(mean)} times a "
+            "mission in the mean; `verify` tells why."
+        )
 
 
 def test_nothing_is_found_where_all_fails(made: Make) -> None:

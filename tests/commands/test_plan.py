@@ -58,6 +58,18 @@ def test_a_plan_is_told_in_a_few_lines() -> None:
     assert call("run", "out/best.yaml", "--set", "duration_s=5", "--no-advice").exit_code == 0
 
 
+def test_other_commands_know_the_folder_of_a_plan() -> None:
+    """`status` says what was flown; what reads results names the plan's page."""
+    call("plan", "bay.yaml", *GOAL, *FEW, "--out", "out")
+    flown = json.loads(call("status", "out", "--json").stdout)["done"]
+    told = dict(line.split(maxsplit=1) for line in call("status", "out").stdout.splitlines())
+    assert (told["plan"], told["flown"], told["failed"]) == ("bay", str(flown), "0")
+    for command in ("report", "plot"):
+        outcome = call(command, "out")
+        assert outcome.exit_code == 2
+        assert outcome.stderr.startswith("out holds a plan: open its plan.html")
+
+
 def test_json_is_the_record_and_nothing_else() -> None:
     """With --json, before or after the name, stdout is `plan.json`."""
     outcome = call("--json", "plan", "bay.yaml", *GOAL, *FEW, "--out", "out")

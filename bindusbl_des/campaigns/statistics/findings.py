@@ -18,8 +18,10 @@ from typing import Any
 import numpy as np
 
 from ...core.arrays import Floats
+from ...core.wording import counted, significant
 from ...scenario.declared import navigator_named
 from ...scenario.part_choice import PartChoice
+from ...scenario.scenario import Scenario
 from ...scenario.shipped_settings import FixedGain
 from ..experiments.experiment import ExperimentPlan
 from .intervals import (
@@ -145,6 +147,7 @@ def _tried(
 
 
 ERROR, ERROR_P95 = "worst_position_error_m", "worst_position_error_p95_m"
+COLLISIONS = ("collisions", "frame_collisions")
 # A point counts as accurate when every AUV is surely below this (m).
 SUB_METRE = 1.0
 # More sentences of one kind than this are counted.
@@ -153,26 +156,30 @@ MOST_SAID = 3
 
 @dataclass(frozen=True)
 class Findings:
-    """Sentences: the best point, points surely accurate, harm by fixes, AUVs without fixes."""
+    """Sentences: the best point, points surely accurate, harm by fixes, AUVs without fixes, and
+    schedules that did not keep signals apart.
+    """
 
     best: str
-    sure: str
-    harm: tuple[str, ...]
-    starved: tuple[str, ...]
+    sure: str = ""
+    harm: tuple[str, ...] = ()
+    starved: tuple[str, ...] = ()
+    collided: str = ""
 
     def sentences(self) -> list[str]:
         """Return all of them, what matters most first."""
-        return [text for text in (self.best, self.sure, *self.harm, *self.starved) if text]
+        said = (self.best, self.sure, *self.harm, *self.starved, self.collided)
+        return [text for text in said if text]
 
 
 def findings(folder: Path, plan: ExperimentPlan) -> Findings:
     """Return what the missions of a campaign that have a row show."""
-    found = outcomes(folder, (ERROR, ERROR_P95))
+    found = outcomes(folder, (ERROR, ERROR_P95, *COLLISIONS))
     if not found.ok.any():
         why = f": all {len(found.ok)} failed" if len(found.ok) else ""
-        return Findings(f"No mission has gone well{why or ' yet'}.", "", (), ())
+        return Findings(f"No mission has gone well{why or ' yet'}.")
     if np.isnan(found.metrics[ERROR][found.ok]).all():
-        return Findings(f"No mission that went well has a {ERROR}.", "", (), ())
+        return Findings(f"No mission that went well has a {ERROR}.")
     served = fleets(folder, NEEDED)
     everywhere = range(len(plan.points))
     return Findings(
@@ -180,6 +187,7 @@ def findings(folder: Path, plan: ExperimentPlan) -> Findings:
         _sure(found, len(plan.points)),
         tuple(harm_said(harmed(served, plan), plan, everywhere)),
         tuple(starved_said(starved(served), plan, everywhere)),
+        _collided(found, plan),
     )
 
 
@@ -288,6 +296,27 @@ def _sure(found: MissionOutcomes, points: int) -> str:
     return (
         f"{count or 'None'} of {points} points keep{'s' * (count < 2)} every AUV surely below "
         f"{SUB_METRE:g} m in the mean over time{rest} {ends}.{lacks}"
+    )
+
+
+def _collided(found: MissionOutcomes, plan: ExperimentPlan) -> str:
+    """Return at which points signals of a schedule destroyed each other; empty where none did, or
+    access is random.
+    """
+    met = np.sum([np.nan_to_num(found.metrics[metric]) for metric in COLLISIONS], axis=0)
+    scheduled = {
+        point: not Scenario.model_validate_json(plan.points[point].scenario).protocol.random_access
+        for point in np.unique(found.point[found.ok & (met > 0)]).tolist()
+    }
+    points = [point for point, is_kept in scheduled.items() if is_kept]
+    if not points:
+        return ""
+    there = found.ok & np.isin(found.point, points)
+    where = f" at {points_named(points)}" * (len(plan.points) > 1)
+    return (
+        f"Signals of the schedule collided in {int((met[there] > 0).sum())} of "
+        f"{counted(int(there.sum()), 'mission')}{where}, {significant(met[there].mean())} times a "
+        "mission in the mean; `verify` tells why."
     )
 
 

@@ -3,7 +3,7 @@ intervals contain: what differs between seeds, and what does not.
 """
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from textwrap import fill
 
@@ -117,12 +117,12 @@ def wide_points(plan: ExperimentPlan, found: MissionOutcomes) -> list[int]:
     ]
 
 
-# metric, heading, digits of mean and interval (0: without one)
+# metric, heading, digits of mean and interval (0: without one), what it is
 METRICS = (
-    ("worst_position_error_m", "error m", 2, 2),
-    ("worst_position_error_p95_m", "95 % m", 2, 2),
-    ("worst_fix_age_p95_s", "age s", 1, 0),
-    ("position_error_m", "fleet m", 2, 0),
+    ("worst_position_error_m", "error m", 2, 2, "error: the mean over time"),
+    ("worst_position_error_p95_m", "95 % m", 2, 2, "95 %: it is below that 95 % of the time"),
+    ("worst_fix_age_p95_s", "age s", 1, 0, "age: the last fix is younger 95 % of the time"),
+    ("position_error_m", "fleet m", 2, 0, "fleet: the mean error of all AUVs"),
 )
 WIDEST = 80
 SHORTEST_KEY = 4
@@ -141,24 +141,25 @@ def points_table(folder: Path, plan: ExperimentPlan, said: Findings) -> str:
         folder, [*(metric[0] for metric in METRICS), *(target.metric for target in targets)]
     )
     keys = [short_key(key, list(plan.columns)) for key in plan.columns]
-    rows = [["point", *keys, "ok", "worst", *(heading for _, heading, *_ in METRICS)]]
+    rows = [["point", *keys, "ok", "worst", *(metric[1] for metric in METRICS)]]
     for point in range(min(len(plan.points), MOST_ROWS)):
         labels = [written(value) for value in plan.points[point].varied.values()]
-        cells = [_cell(found, point, *metric) for metric in METRICS]
+        cells = [_cell(found, point, *metric[:4]) for metric in METRICS]
         rows.append([str(point), *labels, _well(found, point), _who(found, point), *cells])
-    lines = _lines(rows)
+    lines, shown = _lines(rows)
     if len(plan.points) > MOST_ROWS:
         lines.append(f"... {len(plan.points) - MOST_ROWS} more points in {MISSIONS}/")
-    return "\n".join([*lines, *_told(plan, said), *_reached(plan, found)])
+    return "\n".join([*lines, *_told(plan, said, METRICS[:shown]), *_reached(plan, found)])
 
 
-def _told(plan: ExperimentPlan, said: Findings) -> Iterator[str]:
+def _told(
+    plan: ExperimentPlan, said: Findings, shown: Sequence[tuple[str, str, int, int, str]]
+) -> Iterator[str]:
     """Yield what the columns are, what the missions show, and what the intervals contain."""
+    whose = "Of each mission's worst AUV: "
     yield _filled(
-        "error (mean over time), 95 % (of the time it is below) and age (the last fix is younger "
-        "95 % of the time) of each mission's worst AUV; fleet: mean error of all AUVs. Mean +- "
-        "95 % confidence interval over seeds (Student's t). "
-        + in_intervals(plan, range(len(plan.points)))
+        whose + "; ".join(metric[4] for metric in shown) + ". Mean +- 95 % confidence interval "
+        f"over seeds (Student's t). {in_intervals(plan, range(len(plan.points)))}"
     )
     for text in said.sentences():
         yield _filled(f"* {text}", "  ")
@@ -219,8 +220,9 @@ def _number(found: Interval, digits: int, interval_digits: int) -> str:
     return f"{found.mean:.{digits}f} +- {found.half_width:.{interval_digits}f}"
 
 
-def _lines(rows: list[list[str]]) -> list[str]:
-    """Return the rows in columns; where they get too wide, long keys have letters, told above.
+def _lines(rows: list[list[str]]) -> tuple[list[str], int]:
+    """Return the rows in columns, and how many of METRICS they have; where they get too wide, long
+    keys have letters, told above.
 
     If that is not enough, the last metrics are left to the report; then values give way.
     """
@@ -244,7 +246,8 @@ def _lines(rows: list[list[str]]) -> list[str]:
     key_lines = (
         [_filled(", ".join(f"{it}: {key}" for it, key in letters.items()))] if letters else []
     )
-    return [*key_lines, lines[0], "-" * max(map(len, lines)), *lines[1:]]
+    shown = len(widths) - last - 2
+    return [*key_lines, lines[0], "-" * max(map(len, lines)), *lines[1:]], shown
 
 
 def _widths(rows: list[list[str]]) -> list[int]:
