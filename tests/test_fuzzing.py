@@ -5,7 +5,7 @@ from fuzzing.checking import check
 
 
 def test_inputs_that_nobody_would_give_end_as_documented() -> None:
-    """Files, command lines and folders that are damaged: codes 0 to 3 and no traceback, within 5 s
+    """Files, command lines and folders that are damaged: codes 0 to 3 and no traceback, within 10 s
     of processor time and 1 GB each.
     """
     check(

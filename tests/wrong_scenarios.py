@@ -387,6 +387,13 @@ WRONG = {
         "asvs: {failures: [1]}\n",
         ["2:19: asvs.failures.0: needs keys and values (asv, at_s, until_s, ...); got 1"],
     ),
+    "a hull whose name is a list": (
+        "auvs: {vehicle: {model: [kinematic]}}\n",
+        [
+            "2:17: auvs.vehicle: must be one of kinematic, remus100, bluerov2; got a list; did you "
+            "mean 'kinematic'?"
+        ],
+    ),
     "default that contradicts a key": (
         "survey: {side_m: 9}\nauvs: {vehicle: {model: kinematic, turning_radius_m: 1}}\n",
         [

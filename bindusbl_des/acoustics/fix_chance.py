@@ -38,7 +38,10 @@ class Grid(NamedTuple):
 
 
 def survey_grid(scenario: Scenario, cells: int) -> Grid:
-    """Return so many cells over the longer side of a survey, and those that the other takes."""
+    """Return so many cells over the longer side of a survey, and those that the other takes.
+
+    Where the survey is so thin that no cell's middle lies in it, all cells are taken to.
+    """
     area = area_of(scenario)
     box = area.box
     size = max(box.x_max - box.x_min, box.y_max - box.y_min) / cells
@@ -51,6 +54,7 @@ def survey_grid(scenario: Scenario, cells: int) -> Grid:
     depth = np.full(x.size, scenario.survey.deepest)
     middles = np.column_stack((x.ravel(), y.ravel(), depth))
     inside = area.contains(middles[:, :2])
+    inside = inside if inside.any() else np.ones(len(middles), bool)
     return Grid((box.x_min, box.y_min, north, east), across, middles, inside)
 
 

@@ -674,6 +674,10 @@ WRONG = {
         HEAD + "sample: {points: 2, ranges: {asvs.cuont: [1, 3]}}\n",
         ["2:30: asvs.cuont: unknown key; did you mean 'count'?"],
     ),
+    "space": (
+        HEAD + "vary: {asvs.count: [2], ' survey.side_m': [100, 140]}\n",
+        ["2:25:  survey.side_m: has a space before or behind it: write 'survey.side_m'"],
+    ),
     "alias": (
         HEAD + "vary: {asvs.count: &a [2]}\n",
         ["2:20: vary.asvs.count: anchor &a is not allowed; remove it"],

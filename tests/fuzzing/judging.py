@@ -22,7 +22,7 @@ CODES = (0, 1, 2, 3)
 
 # What one command may take: processor time (s), memory (bytes).  The clock on the wall (s) only
 # ends what hangs, since other work may slow a machine.
-LIMIT_S, LIMIT_BYTES, HANGS_S = 5.0, 10**9, 120.0
+LIMIT_S, LIMIT_BYTES, HANGS_S = 10.0, 10**9, 120.0
 
 # Readers for Python, beside the commands.
 READERS: dict[str, Callable[[str], Any]] = {

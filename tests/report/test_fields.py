@@ -41,6 +41,13 @@ def test_cells_lie_over_the_survey_row_by_row() -> None:
     assert len(grid.middles) == 9
 
 
+def test_a_survey_thinner_than_a_cell_has_cells_all_the_same() -> None:
+    """Its middles lie beside it: all of them count, for none would be no answer."""
+    thin = {"survey": {"size_m": [0.1, 1000.0]}, "auvs": {"route": {"end_margin_m": 0.0}}}
+    grid = survey_grid(scenario(**thin), 20)
+    assert (len(grid.middles), grid.inside.all()) == (20, True)
+
+
 def test_ages_are_those_of_geometric_waits() -> None:
     """Of pings once a second of which a third make a fix: the time mean of the age, drawn."""
     random = np.random.default_rng(1)

@@ -131,6 +131,11 @@ def _explain(
         message = "belongs to the experiment: write `detail: full` at the top level"
         _add(document, document.keys.get(where[DETAIL], document.values[()]), DETAIL, message)
         return
+    for key in point:
+        if key != key.strip():  # which an option may have
+            message = f"has a space before or behind it: write {key.strip()!r}"
+            path = where[key]
+            _add(document, document.keys[path[:2] if path[0] == "vary" else path], key, message)
     alone = [
         (key, mistake, of_part)
         for key, value in point.items()

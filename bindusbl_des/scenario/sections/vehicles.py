@@ -101,10 +101,10 @@ class VehicleChoice:
 
     @classmethod
     def _known(cls, name: Any) -> str:
-        if name not in cls.MODELS:
+        if not isinstance(name, str) or name not in cls.MODELS:
             hint = did_you_mean(str(name), cls.MODELS)
             raise _mistake(f"must be one of {', '.join(cls.MODELS)}; got {described(name)}{hint}")
-        return str(name)
+        return name
 
     def plain(self) -> "str | dict[str, Any]":
         """Return the choice as it is written in a file."""
