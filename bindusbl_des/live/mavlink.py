@@ -197,8 +197,10 @@ class MavlinkMessage(NamedTuple):
     fields: tuple[Any, ...]
 
 
-def messages(data: bytes) -> Iterator[MavlinkMessage]:
-    """Yield the messages in a datagram that are understood; what is none, or damaged, is passed."""
+def messages(data: bytes) -> Iterator[MavlinkMessage | None]:
+    """Yield the messages in a datagram that are understood, None for one that is damaged; what is
+    no message, or none of these, is passed.
+    """
     at = 0
     while at < len(data):
         if data[at] not in (MAGIC, MAGIC_1):
@@ -208,18 +210,20 @@ def messages(data: bytes) -> Iterator[MavlinkMessage]:
         if at + head > len(data):
             return
         end = at + head + data[at + 1]
-        found = _message(data[at : end + 2], head)
-        if found is not None:
-            yield found
+        text = data[at : end + 2]
+        whole = end + 2 <= len(data)
+        if _number(text, head) in UNDERSTOOD:
+            yield _message(text, head) if whole else None
         signed = head == 10 and data[at + 2] & SIGNED
-        whole = found is not None or end + 2 <= len(data)
         at = end + 2 + (SIGNATURE if signed else 0) if whole else at + 1
 
 
+def _number(text: bytes, head: int) -> int:
+    return int.from_bytes(text[7:10], "little") if head == 10 else text[5]
+
+
 def _message(text: bytes, head: int) -> MavlinkMessage | None:
-    number = int.from_bytes(text[7:10], "little") if head == 10 else text[5]
-    if number not in UNDERSTOOD or len(text) < head + text[1] + 2:
-        return None
+    number = _number(text, head)
     extra, layout = UNDERSTOOD[number]
     if _checksum(text[1:-2] + bytes([extra])) != text[-2:]:
         return None

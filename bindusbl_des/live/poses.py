@@ -77,7 +77,7 @@ class Received:
         self._origin = origin
         self._said: list[Said] = [{} for _ in range(auvs)]
         self._goals, self._given = np.full((auvs, 4), np.nan), np.full((auvs, 4), np.nan)
-        self._heard_at = [math.nan] * auvs
+        self._placed_at = [math.nan] * auvs  # a heading alone says nothing of a place
         self._given_at: float | None = None
         #: How many poses were taken, and how many not, by why.
         self.counts: Counter[str] = Counter()
@@ -104,7 +104,7 @@ class Received:
             self._given[:, :3] += share[:, None] * away[:, :3]
             self._given[:, 3] = self._goals[:, 3]
         self._given_at = time
-        silence = monotonic() - min(self._heard_at)
+        silence = monotonic() - min(self._placed_at)
         self.longest_silence_s = max(self.longest_silence_s, silence)
         return {"auvs": self._given.copy()}
 
@@ -121,9 +121,10 @@ class Received:
 
     def take(self, text: bytes) -> None:
         """Take in a datagram."""
-        for part in [text] if text[:1] in MAGIC else text.splitlines():
+        is_binary = text[:1] in MAGIC  # in which a byte may look like a space
+        for part in [text] if is_binary else map(bytes.strip, text.splitlines()):
             try:
-                for auv, said in _read(part.strip()):
+                for auv, said in _read(part):
                     self._note(auv, said)
             except Nonsense as error:
                 self.counts[str(error)] += 1
@@ -142,12 +143,14 @@ class Received:
             self._said[auv] = known
             return
         pose, now = np.array([*place, known.get("yaw", 0.0)]), monotonic()
-        was, since = self._goals[auv], now - self._heard_at[auv]
+        was, since = self._goals[auv], now - self._placed_at[auv]
         if not np.abs(pose).max() <= FARTHEST or pose[2] < -HIGHEST:
             raise Nonsense("far from the survey, or out of the water")
         if not np.isnan(was).any() and math.dist(pose[:3], was[:3]) > FASTEST * (since + 1.0):
             raise Nonsense("farther than anybody goes")
-        self._said[auv], self._goals[auv], self._heard_at[auv] = known, pose, now
+        self._said[auv], self._goals[auv] = known, pose
+        if set(said) - {"yaw"}:
+            self._placed_at[auv] = now
         self.counts["taken"] += 1
 
     def _place(self, known: Said) -> tuple[float, float, float] | None:
@@ -184,12 +187,17 @@ def _read(text: bytes) -> Iterator[tuple[int, Said]]:
             line = text.decode("utf-8")
         except UnicodeDecodeError:
             raise Nonsense("not understood") from None
-        yield _of_sentence(line) if line.startswith("$") else _of_json(line)
+        found = _of_sentence(line) if line.startswith("$") else _of_json(line)
+        if found is not None:
+            yield found
 
 
 def _of_mavlink(text: bytes) -> Iterator[tuple[int, Said]]:
+    is_damaged = False
     for it in messages(text):
-        if it.number == ATTITUDE:
+        if it is None:
+            is_damaged = True
+        elif it.number == ATTITUDE:
             yield it.system - 1, {"yaw": it.fields[3]}
         else:
             _, lat, lon, altitude, *_, heading = it.fields
@@ -197,9 +205,12 @@ def _of_mavlink(text: bytes) -> Iterator[tuple[int, Said]]:
             if heading != 65535:
                 said["yaw"] = math.radians(heading / 100.0)
             yield it.system - 1, said
+    if is_damaged:
+        raise Nonsense("damaged")
 
 
-def _of_sentence(line: str) -> tuple[int, Said]:
+def _of_sentence(line: str) -> tuple[int, Said] | None:
+    """Return what a sentence says; None of one that says no pose."""
     body, _, total = line[1:].partition("*")
     found = 0
     for byte in body.encode():
@@ -210,8 +221,10 @@ def _of_sentence(line: str) -> tuple[int, Said]:
         kind, *fields = body.split(",")
         if kind.endswith("HDT"):
             return 0, {"yaw": math.radians(float(fields[0]))}
-        if not kind.endswith("GGA") or fields[5] == "0":
-            return 0, {}
+        if not kind.endswith("GGA"):
+            return None
+        if fields[5] == "0":
+            raise Nonsense("of a receiver without a fix")
         lat, lon = _angle(fields[1], fields[2]), _angle(fields[3], fields[4])
         return 0, {"lat": lat, "lon": lon, "z": -float(fields[8])}
     except (ValueError, IndexError) as error:

@@ -80,6 +80,8 @@ NONSENSE = [
     (b'{"vehicle": "AUV0", "x_m": 9999, "y_m": 0, "z_m": 5}', "farther than anybody goes"),
     (b'{"vehicle": "AUV0", "lat_deg": 91, "lon_deg": 0, "depth_m": 5}', "nowhere on Earth"),
     (b"$GPHDT,12.0,T*00", "damaged"),
+    (b"$GPGGA,080000.00,5419.8,N,01010.8,E,0,0,,,M,,M,,", "of a receiver without a fix"),
+    (b"\xfd" + bytes(6) + b"\x21" + bytes(20), "damaged"),
     (b"$GPGGA,,,,,1", "not understood"),
 ]
 
@@ -97,6 +99,41 @@ def test_nonsense_is_counted_and_the_last_good_pose_holds(
     assert sum(ear.counts.values()) == 3
     assert any(it.startswith(why) for it in ear.counts)
     assert why in ear.words()
+
+
+def test_no_byte_of_a_binary_telegram_is_taken_for_a_space(ear: Received) -> None:
+    """Checksums end in any byte: all of 2,000 places are taken."""
+    writer = mavlink.MAVLink(None, srcSystem=1)
+    for n in range(2000):
+        said = writer.global_position_int_encode(n, 543300000, 101800000, -n, -n, 0, 0, 0, 9000)
+        ear.take(said.pack(writer))
+    assert ear.counts == {"taken": 2000}
+
+
+def test_a_heading_does_not_hide_that_a_place_is_missing(
+    ear: Received, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An AUV of which only headings are heard is silent; what then is heard of far away is believed
+    as soon as somebody could have gone there, headings in between or not.
+    """
+    now = 100.0
+    monkeypatch.setattr("bindusbl_des.live.poses.monotonic", lambda: now)
+
+    def place(auv: int, x: float) -> bytes:
+        return b'{"vehicle": "AUV%d", "x_m": %f, "y_m": 0, "z_m": 5}' % (auv, x)
+
+    for auv in (0, 1):
+        ear.take(place(auv, 0.0))
+    for _ in range(40):
+        now += 0.1
+        ear.take(b"$GPHDT,12.0,T")
+        ear.take(b"$GPRMC,080000.00,V,,,,,,,010626,,,N")
+        ear.take(place(1, 0.0))
+        ear.advance_to(now)
+    assert ear.counts == {"taken": 82}
+    assert "an AUV was silent for 4.0 s" in ear.words()
+    ear.take(place(0, 240.0))
+    assert ear.advance_to(now + 60.0)["auvs"][0, 0] == 240.0
 
 
 def test_a_mission_flies_where_it_is_told() -> None:
