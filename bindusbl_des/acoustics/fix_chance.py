@@ -128,7 +128,7 @@ def frame_chance(scenario: Scenario, slants: Floats, depth: float) -> Floats | N
 
 def delivery(scenario: Scenario, band: str) -> tuple[float, float, float] | None:
     """Return how well a band (hf or mf) carries over its range: that slant range (m), the
-    chance there, and the range (m) up to which it is a half or more, 0 if nowhere.
+    chance there, and the range (m) up to which it is nowhere less than a half.
 
     A disc's horizontal HF range is that to the deepest AUV.  None: a channel of somebody's own.
     """
@@ -140,15 +140,18 @@ def delivery(scenario: Scenario, band: str) -> tuple[float, float, float] | None
     chances = (ping_chance if band == "hf" else frame_chance)(scenario, ranges, depth)
     if chances is None:
         return None
-    enough = ranges[chances >= HALF]
-    return reach, float(chances[-1]), float(enough[-1]) if enough.size else 0.0
+    rings = _rings(ranges, chances)
+    return reach, float(chances[-1]), rings[0][1] if rings and rings[0][0] == 0.0 else 0.0
 
 
-def heard_m(scenario: Scenario) -> float:
-    """Return up to which distance (m), seen from above, an ASV decodes at least half the pings.
+Rings = tuple[tuple[float, float], ...]
 
-    That is the HF range of a disc that loses fewer; and that range, too, where a channel of
-    somebody's own decides, which is not asked.
+
+def heard_rings(scenario: Scenario) -> Rings:
+    """Return between which distances (m), seen from above, an ASV decodes at least half the pings.
+
+    That is up to the HF range of a disc that loses fewer, and where a channel of somebody's own
+    decides, which is not asked; shadows and dips of other channels leave more than one ring.
     """
     hf, depth = scenario.acoustics.hf, scenario.survey.deepest
     reach = horizontal_reach(scenario)
@@ -157,10 +160,15 @@ def heard_m(scenario: Scenario) -> float:
         farthest = reach
     level = np.linspace(0.0, farthest, LOOKED_UP)
     chance = ping_chance(scenario, np.hypot(level, depth), depth)
-    if chance is None:
-        return reach
-    enough = np.flatnonzero(chance >= HALF)
-    return float(level[enough[-1]]) if enough.size else 0.0
+    return ((0.0, reach),) if chance is None else _rings(level, chance)
+
+
+def _rings(ranges: Floats, chances: Floats) -> Rings:
+    """Return between which of rising ranges (n,), m, chances (n,) are a half or more."""
+    padded = np.concatenate(([False], chances >= HALF, [False])).astype(int)
+    begins, ends = np.flatnonzero(np.diff(padded) > 0), np.flatnonzero(np.diff(padded) < 0) - 1
+    pairs = zip(ranges[begins].tolist(), ranges[ends].tolist(), strict=True)
+    return tuple((begin, end) for begin, end in pairs if end > begin)
 
 
 def _heard(scenario: Scenario, auvs: Floats, asvs: Floats) -> Floats:

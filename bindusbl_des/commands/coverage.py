@@ -23,6 +23,7 @@ from .console import (
 from .options import json_option, plugins_option, scenario_argument, set_option
 
 if TYPE_CHECKING:
+    from ..acoustics.fix_chance import Rings
     from ..preflight.limits import Groups, Limits
     from ..scenario.scenario import Scenario
 
@@ -169,9 +170,9 @@ def coverage(
         stations, reach = asv_stations(mission), horizontal_reach(mission)
     except (NoStations, PluginError) as error:
         refuse(f"{scenario}: {error}")
-    from ..acoustics.fix_chance import heard_m
+    from ..acoustics.fix_chance import heard_rings
 
-    heard = heard_m(mission)
+    heard = heard_rings(mission)
     found = _coverage(mission, stations, reach, heard)
     if as_json:
         print_json(found)
@@ -190,13 +191,13 @@ def coverage(
 
 
 def _coverage(
-    scenario: "Scenario", stations: Stations, reach: float, heard: float
+    scenario: "Scenario", stations: Stations, reach: float, heard: "Rings"
 ) -> dict[str, Any]:
     """Return where the ASVs are and what they hear, distances in m; what has no value is None.
 
     `left_out` names the scenario's keys that change what is heard and are not counted here.
     """
-    from ..geometry.coverage import covered_area, covering_radius
+    from ..geometry.coverage import covered_by_rings, covering_radius
     from ..geometry.formation import corner_distance, formation_radius_bound
     from ..scenario.site import area_of, origin_of
 
@@ -215,11 +216,13 @@ def _coverage(
         "hf_range_m": hf_range,
         "range_metric": scenario.acoustics.hf.range_metric,
         "reach_m": reach,
-        "heard_m": heard,
+        "heard_from_m": scenario.survey.deepest,
+        "heard_m": heard[0][1] if heard and heard[0][0] == 0.0 else 0.0,
+        "heard_between_m": [list(ring) for ring in heard],
         "worst_corner_m": corner_distance(area, stations),
         "formation_radius_bound_m": bound,
         "covering_radius_m": covering_radius(area, stations) if few else None,
-        "covered_area": covered_area(area, stations, heard),
+        "covered_area": covered_by_rings(area, stations, heard),
         **_chances(scenario, stations),
         **_directions(scenario),
         "left_out": ["asvs.failures"] if scenario.asvs.failures else [],
@@ -269,6 +272,10 @@ def _told(found: dict[str, Any]) -> Iterator[str]:
     yield f"{'HF range':<26}{found['hf_range_m']:>9.2f} m {metric}, {reach:.2f} m seen from above"
     if abs((heard := found["heard_m"]) - reach) > 0.01 * reach:
         yield f"{'half the pings':<26}{heard:>9.2f} m seen from above, up to which they are decoded"
+        yield f"{'':<26}{found['heard_from_m']:>9.2f} m deep, as the deepest AUV is"
+    for begin, end in found["heard_between_m"]:
+        if begin > 0.0:
+            yield f"{'':<26}{begin:>9.2f} m to {end:.2f} m: half of them again"
     yield f"{'worst corner':<26}{found['worst_corner_m']:>9.2f} m to its nearest ASV"
     if (bound := found["formation_radius_bound_m"]) is None:
         why = "the HF range is below half the side" if found["side_m"] else "for squares only"

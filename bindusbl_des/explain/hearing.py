@@ -166,7 +166,7 @@ def receptions(result: "Result", ping: Any) -> Iterator[Step]:
         if reception.outcome == "out_of_range":
             why += on_its_way(result, str(reception.asv), float(reception.arrived_at_s))
         way = f"{reception.slant_range_m:.1f} m, {1e3 * reception.travel_time_s:.1f} ms"
-        probability = _loss(result, reception)[0]
+        probability = _loss(result, reception, depth)[0]
         facts = {
             "outcome": reception.outcome,
             "slant_range_m": reception.slant_range_m,
@@ -188,7 +188,7 @@ def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
         return "hears nothing", words
     others = sounds_beside(result, reception)
     if not channel_named(hf.channel).ends_at_range and not is_plugin(hf.channel):
-        return decided_by_channel(result, reception, others)
+        return decided_by_channel(result, reception, others, depth)
     away = _counted_range(result, reception, depth)
     # A vessel that moves may cross the limit while the ping is under way.
     is_beyond = outcome == "out_of_range"
@@ -208,7 +208,7 @@ def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
         )
     if outcome == "collided":
         return "hears pings mixed", f"{within}; overlaps {', '.join(others)}"
-    probability, words = _loss(result, reception)
+    probability, words = _loss(result, reception, depth)
     if outcome == "lost":
         return (
             "loses it",
@@ -245,13 +245,13 @@ def _counted_range(result: "Result", reception: Any, depth: float) -> float:
     return math.sqrt(max(slant**2 - depth**2, 0.0))
 
 
-def _loss(result: "Result", reception: Any) -> tuple[float | None, str]:
-    """Return the probability of losing a ping, and how it comes about."""
+def _loss(result: "Result", reception: Any, depth: float) -> tuple[float | None, str]:
+    """Return the probability of losing a ping, and how it comes about, of so deep an AUV (m)."""
     channel, slant_range = result.scenario.acoustics.hf.channel, float(reception.slant_range_m)
     if is_plugin(channel):
         return None, "the chance is the plug-in's (not recorded)"
     if not channel_named(channel).ends_at_range:
-        return loss_by_channel(result.scenario, slant_range), ""
+        return loss_by_channel(result.scenario, slant_range, depth), ""
     loss, contention = result.scenario.acoustics.loss, contention_of(result.scenario)
     hf_range = result.scenario.acoustics.hf.range_m
     raw = range_loss(slant_range, loss_law(loss.law, hf_range))

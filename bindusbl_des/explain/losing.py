@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..acoustics.bursts import PAIR, lost_since
-from ..acoustics.channel import AskedChannel, Signals, between
+from ..acoustics.channel import AskedChannel, between
+from ..acoustics.fix_chance import below
 from ..acoustics.named_channels import echoing, hf_channel, mf_channel
 from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams, pair_keys
@@ -310,10 +311,15 @@ def audible(result: "Result", receptions: Any) -> NDArray[np.bool_]:
     return np.asarray(heard | (receptions.slant_range_m <= channel.audible_m).to_numpy())
 
 
-def decided_by_channel(result: "Result", reception: Any, others: list[str]) -> tuple[str, str]:
-    """Return what becomes of a ping by a curve or by its SNR, and why; `others` overlap it."""
+def decided_by_channel(
+    result: "Result", reception: Any, others: list[str], depth: float
+) -> tuple[str, str]:
+    """Return what becomes of a ping by a curve or by its SNR, and why; `others` overlap it, and its
+    AUV is so deep (m).
+    """
     scenario, outcome = result.scenario, reception.outcome
-    level, chance = _level(reception), _chance(scenario, reception)
+    loss = loss_by_channel(scenario, float(reception.slant_range_m), depth)
+    level, chance = _level(reception), _chance(scenario, reception, loss)
     overlap = f"overlaps {', '.join(others)}" if others else "no other ping overlaps"
     if outcome == "collided" and not others:
         overlap = "overlaps the echo of another ping"
@@ -329,15 +335,19 @@ def decided_by_channel(result: "Result", reception: Any, others: list[str]) -> t
     survived = [overlap, _capture(scenario)] if others else [overlap]
     if outcome == "lost":
         drawn = "" if level else ", and the draw (not recorded) was below"
-        loss = loss_by_channel(scenario, float(reception.slant_range_m))
         lasts = ping_burst_words(result, reception, loss)
         return "loses it", "; ".join(filter(None, [level, *survived, f"{chance}{drawn}", lasts]))
     return "decodes it", "; ".join(filter(None, [level, *survived, chance]))
 
 
-def loss_by_channel(scenario: "Scenario", slant_range_m: float) -> float:
-    """Return the probability that a ping is lost over a range (m) if nothing overlaps it."""
-    return float(_asked(scenario).prospects(_one_signal(scenario, slant_range_m))["loss"][0, 0])
+def loss_by_channel(scenario: "Scenario", slant_range_m: float, depth: float) -> float:
+    """Return the probability that a ping is lost over a range (m) if nothing overlaps it, between
+    the surface and so deep an AUV (m).
+    """
+    signal = between(
+        0.0, *below(np.array([slant_range_m]), depth), scenario.acoustics.hf.range_m, calling=False
+    )
+    return float(_asked(scenario).prospects(signal)["loss"][0, 0])
 
 
 def _level(reception: Any) -> str:
@@ -354,10 +364,9 @@ def _level(reception: Any) -> str:
     )
 
 
-def _chance(scenario: "Scenario", reception: Any) -> str:
+def _chance(scenario: "Scenario", reception: Any, loss: float) -> str:
     """Tell how likely a ping was lost on its way."""
     channel, away = scenario.acoustics.hf.channel, float(reception.slant_range_m)
-    loss = loss_by_channel(scenario, away)
     if not channel_named(channel).has_levels:
         file = channel.settings.get("file")
         by = f"the curve {Path(file).name}" if file else f"the channel {channel}"
@@ -379,13 +388,6 @@ def _asked(scenario: "Scenario") -> AskedChannel:
     channel = hf_channel(scenario)
     assert channel is not None
     return channel
-
-
-def _one_signal(scenario: "Scenario", slant_range_m: float) -> Signals:
-    below = min(scenario.survey.deepest, slant_range_m)
-    auv = np.array([[math.sqrt(slant_range_m**2 - below**2), 0.0, below]])
-    ranges, asv = np.array([[slant_range_m]]), np.zeros((1, 3))
-    return Signals(0.0, auv, asv, ranges, scenario.acoustics.hf.range_m, calling=False)
 
 
 def _missing(value: Any) -> bool:

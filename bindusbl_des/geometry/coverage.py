@@ -9,6 +9,7 @@ sqrt(R^2 - z^2).
 """
 
 import math
+from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
@@ -271,13 +272,37 @@ def is_covered(points: ArrayLike, asvs: ArrayLike, hf_range: float) -> Flags:
     >>> is_covered([(0.0, 0.0), (30.0, 40.0)], [(80.0, 0.0)], 80.0).tolist()
     [True, True]
     """
-    return _heard_by(points, asvs, hf_range) > 0
+    return _heard_by(points, asvs, [(0.0, _reach(hf_range))]) > 0
+
+
+def covered_by_rings(area: Area, asvs: ArrayLike, rings: Sequence[tuple[float, float]]) -> float:
+    """Return the fraction of an area between whose distances (m) from an ASV, of pairs in `rings`,
+    it lies: exact for one circle, else by cells of a 400th of its longer side.
+    """
+    if len(rings) == 1 and rings[0][0] == 0.0:
+        return covered_area(area, asvs, rings[0][1])
+    box = area.box
+    high, wide = box.x_max - box.x_min, box.y_max - box.y_min
+    x, y = (
+        low + length * (np.arange(count) + 0.5) / count
+        for low, length, count in (
+            (box.x_min, high, max(1, round(400 * high / max(high, wide)))),
+            (box.y_min, wide, max(1, round(400 * wide / max(high, wide)))),
+        )
+    )
+    points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    inside = points[area.contains(points)]
+    return float((_heard_by(inside, asvs, rings) > 0).mean()) if len(inside) else 0.0
 
 
 def coverage_map(
-    survey: Area | float, asvs: ArrayLike, hf_range: float, columns: int = 48
+    survey: Area | float,
+    asvs: ArrayLike,
+    heard_between: float | Sequence[tuple[float, float]],
+    columns: int = 48,
 ) -> list[str]:
-    """Return the survey as lines of text: what no ASV, one ASV or several ASVs hear.
+    """Return the survey as lines of text: what no ASV, one ASV or several ASVs hear: up to a range
+    (m), or between the distances of pairs.
 
     North (x) is up, east (y) to the right.  A cell shows its middle: '.' heard by none, 'o' by one,
     '#' by several, ' ' outside the survey; ASVs within its bounds appear as their number, '*' from
@@ -306,7 +331,9 @@ def coverage_map(
     x = box.x_max - high * (np.arange(rows) + 0.5) / rows
     y = box.y_min + wide * (np.arange(columns) + 0.5) / columns
     points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
-    heard = _heard_by(points, asvs, hf_range)
+    if isinstance(heard_between, int | float):
+        heard_between = [(0.0, _reach(heard_between))]
+    heard = _heard_by(points, asvs, heard_between)
     heard[~area.contains(points.reshape(-1, 2)).reshape(heard.shape)] = -1
     signs = (UNCOVERED, ONCE, SEVERAL, OUTSIDE)
     cells = [[signs[min(count, 2)] for count in row] for row in heard.tolist()]
@@ -321,17 +348,21 @@ def coverage_map(
     return ["".join(row) for row in cells]
 
 
-def _heard_by(points: ArrayLike, asvs: ArrayLike, hf_range: float) -> NDArray[np.intp]:
-    """Return how many ASVs hear each point."""
+def _heard_by(
+    points: ArrayLike, asvs: ArrayLike, rings: Sequence[tuple[float, float]]
+) -> NDArray[np.intp]:
+    """Return how many ASVs hear each point, between the distances (m) of pairs."""
     array = np.asarray(points, dtype=np.float64)
     if array.ndim < 1 or array.shape[-1] != 2:
         raise ValueError(
             f"points must have the shape (..., 2); met {array.shape}; give x and y (m) of each"
         )
-    reach, count = _reach(hf_range), np.zeros(array.shape[:-1], dtype=np.intp)
-    places = stations(asvs)
+    count, places = np.zeros(array.shape[:-1], dtype=np.intp), stations(asvs)
     for first in range(0, len(places), BLOCK):
-        heard: Flags = _distances(array, places[first : first + BLOCK]) <= reach
+        away = _distances(array, places[first : first + BLOCK])
+        heard: Flags = np.zeros(away.shape, bool)
+        for begin, end in rings:
+            heard |= (away >= begin) & (away <= end)
         count += heard.sum(axis=-1, dtype=np.intp)
     return count
 

@@ -1,5 +1,6 @@
 """The chance that a ping makes a fix is the share of pings of which missions make one."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,8 +10,10 @@ from worlds import QUIET_NAVIGATION, merged, scenario
 
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.acoustics.channel import Signals
-from bindusbl_des.acoustics.fix_chance import fix_chance, heard_m
+from bindusbl_des.acoustics.fix_chance import fix_chance, heard_rings
+from bindusbl_des.geometry.coverage import coverage_map, covered_by_rings
 from bindusbl_des.scenario.destinations import asv_stations
+from bindusbl_des.scenario.site import area_of
 
 PLACES = [(30.0, 5.0), (-40.0, 10.0), (0.0, 60.0)]
 
@@ -88,7 +91,38 @@ def test_pings_over_the_range_that_one_sets_are_heard_unless_the_law_is_the_pape
     row = simulate(of, 0).auvs.iloc[0]
     assert row.pings_in_range == row.pings > 10
     assert row.pings_heard == (row.pings if heard else 0)
-    assert heard_m(of) == pytest.approx(1200.0 if heard else 381.2, rel=5e-3)
+    [(begin, end)] = heard_rings(of)
+    assert (begin, end) == pytest.approx((0.0, 1200.0 if heard else 381.2), rel=5e-3)
+
+
+def test_a_dip_of_the_channel_is_a_gap_in_the_coverage(tmp_path: Path) -> None:
+    """Half the pings up to 105 m, then from 198 m to 221 m: map and area leave out what lies in
+    between, as missions do, whose AUV 130 m away is heard in a tenth of its pings.
+    """
+    (tmp_path / "dip.csv").write_text(
+        "range_m,delivery_ratio\n0,1\n100,0.95\n110,0.1\n190,0.1\n200,0.6\n220,0.6\n230,0\n"
+    )
+    channel = {"model": "curve", "file": str(tmp_path / "dip.csv")}
+    place = {"route": {"kind": "hold", "positions_m": [(70.0, -60.0)]}, "count": 1}
+    corner = {"count": 1, "formation": {"positions_m": [(-60.0, -60.0)]}}
+    hf = {"range_m": 200.0, "channel": channel}
+    of = scenario(
+        duration_s=300.0, survey={"side_m": 300.0, "depth_m": 0.0}, auvs=place, asvs=corner,
+        acoustics={"hf": hf, "mf": {"range_m": 600.0}},
+    )  # fmt: skip
+    rings = heard_rings(of)
+    assert np.array(rings) == pytest.approx(np.array([(0.0, 105.0), (198.0, 221.5)]), abs=1.2)
+    x, y = np.meshgrid(*[np.arange(-149.75, 150.0, 0.5)] * 2, indexing="ij")
+    away = np.hypot(x + 60.0, y + 60.0)
+    heard = (away <= rings[0][1]) | ((away >= rings[1][0]) & (away <= rings[1][1]))
+    found = covered_by_rings(area_of(of), asv_stations(of), rings)
+    assert found == pytest.approx(heard.mean(), abs=2e-3)
+    lines = coverage_map(area_of(of), asv_stations(of), rings)
+    assert sum(map(list.count, map(list, lines), "o" * len(lines))) / 48 / len(lines) == (
+        pytest.approx(found, abs=0.02)
+    )
+    row = simulate(of, 0).auvs.iloc[0]
+    assert row.pings_heard / row.pings < 0.25
 
 
 def test_the_default_law_is_made_for_the_range() -> None:

@@ -2,10 +2,13 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from bindusbl_des import Result, Scenario, simulate
+from bindusbl_des.acoustics.channel import between
+from bindusbl_des.acoustics.named_channels import hf_channel
 from bindusbl_des.cli import main
 from bindusbl_des.explain import chain_of_ping
 from bindusbl_des.explain.overlapping import on_its_way
@@ -58,3 +61,30 @@ def test_no_coverage_where_there_are_no_stations(repeated: Result, tmp_path: Pat
     refused = CliRunner().invoke(main, ["coverage", str(file)])
     assert refused.exit_code == 2
     assert "with follow ASVs move and keep no stations; use ring or positions" in refused.stderr
+
+
+def test_a_loss_is_that_from_the_depth_of_the_ping() -> None:
+    """Two AUVs over a flat bottom, 3 m and 30 m deep: each ping's loss is what the channel has for
+    its own place, echoes and all.
+    """
+    channel = {"model": "sonar", "bottom_m": 40.0, "snr_threshold_db": 55.0}
+    world = Scenario(
+        name="m",
+        duration_s=40.0,
+        survey={"side_m": 200.0, "depths_m": [3.0, 30.0]},
+        auvs={"count": 2},
+        asvs={"count": 1, "formation": {"positions_m": [(0.0, 0.0)]}},
+        acoustics={"hf": {"range_m": 200.0, "channel": channel}},
+    )
+    result, asked = simulate(world, 1), hf_channel(world)
+    assert asked is not None
+    losses: dict[str, list[float]] = {"AUV0": [], "AUV1": []}
+    for ping in result.tables["pings"].itertuples():
+        auv, asv = np.array([[ping.x_m, ping.y_m, ping.z_m]]), np.zeros((1, 3))
+        true = asked.prospects(between(0.0, auv, asv, 200.0, calling=False))["loss"][0, 0]
+        told = [it.facts for it in chain_of_ping(result, ping.ping).steps if it.who == "ASV0"]
+        [found] = [it["loss_probability"] for it in told if "loss_probability" in it]
+        assert found == pytest.approx(true, abs=1e-6)
+        losses[ping.auv].append(found)
+    assert max(map(len, losses.values())) > 20
+    assert all(max(it) - min(it) > 0.1 for it in losses.values())

@@ -120,6 +120,17 @@ def approximations(scenario: Scenario) -> Iterator[str]:
             f"Losses that last {plain(max(bursts))} s are taken to come one by one: times without "
             "a fix, and errors, may be several times those predicted."
         )
+    open_ended = [it for it in _channels(scenario) if not channel_named(it).ends_at_range]
+    if len(set(map(scenario.survey.depth, range(scenario.auvs.count)))) > 1 and open_ended:
+        yield (
+            f"All AUVs are taken to be heard, and to hear, as well as the deepest, from "
+            f"{plain(scenario.survey.deepest)} m."
+        )
+    if channel_named(scenario.acoustics.hf.channel).traces_rays:
+        yield (
+            "Sound is taken to come straight: by what bent rays and echoes make of ranges, fixes "
+            "in a shadow may be tens of metres off."
+        )
     if scenario.protocol.duplex == "per_node" and not scenario.protocol.asvs_ping:
         yield (
             "AUVs and ASVs are taken to hear while they send: where uplink and downlink overlap "
