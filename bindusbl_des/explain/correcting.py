@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from ..results.result import Result
 
 
+# Errors (m) that differ by less are the same.
+SAME_M = 1e-3
+
 # Half the length of the ellipse that holds a normal error in the plane with 95 %, per sd along it.
 ELLIPSE_SCALE = math.sqrt(-2 * math.log(0.05))
 
@@ -150,7 +153,9 @@ def errors_around(result: "Result", fix: Any) -> tuple[float | None, float | Non
 
     The drift at that instant is interpolated between the rows of the track around it, the
     corrections before and after are the rows' own, carried there as they go on changing without a
-    fix (a filter that has learnt a bias); none where another fix came between the rows.
+    fix (a filter that has learnt a bias); none where another fix came between the rows, or where
+    they differ by more than the estimate was moved: a filter that has just learnt much goes on
+    changing otherwise.
     """
     around = _rows_around(result, fix)
     if around is None:
@@ -169,6 +174,8 @@ def errors_around(result: "Result", fix: Any) -> tuple[float | None, float | Non
         float(np.hypot(*(now + corrections[row] + rate * (fix.delivered_at_s - times[row]))))
         for row, rate in zip((last, last + 1), rates, strict=True)
     )
+    if abs(after - before) > (_known(fix.correction_m) or 0.0) + SAME_M:
+        return None, None
     return before, after
 
 

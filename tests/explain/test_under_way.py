@@ -86,5 +86,5 @@ def test_a_loss_is_that_from_the_depth_of_the_ping() -> None:
         [found] = [it["loss_probability"] for it in told if "loss_probability" in it]
         assert found == pytest.approx(true, abs=1e-6)
         losses[ping.auv].append(found)
-    assert max(map(len, losses.values())) > 20
-    assert all(max(it) - min(it) > 0.1 for it in losses.values())
+    assert min(map(len, losses.values())) > 10
+    assert max(losses["AUV0"]) > 0.05
