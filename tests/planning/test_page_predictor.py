@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from in_node import NODE, asked
+from in_node import NODE, asked, moved
 
 from bindusbl_des import Scenario, load_scenario
 from bindusbl_des.planning.prediction.gathering import inputs_of
@@ -110,6 +110,21 @@ def test_ranges_and_gains_change_as_in_python() -> None:
     expected = predict(inputs_of(changed), stations)
     for metric in METRICS:  # tables of what depends on distance have other steps, by the range
         assert numbers(found[metric]) == pytest.approx(getattr(expected, metric), rel=1e-4), metric
+
+
+@pytest.mark.parametrize(("hf", "mf"), [(30.0, 100.0), (66.0, 100.0), (45.0, 60.0)])
+def test_the_command_of_a_slider_flies_what_the_page_predicts(hf: float, mf: float) -> None:
+    """A sonar's threshold is that at the range unless it is given: the command gives it."""
+    sonar = [f"acoustics.{it}.channel=sonar" for it in ("hf", "mf")]
+    scenario = plan(["acoustics.mf.range_m=100", *sonar])
+    inputs, stations = inputs_of(scenario).plain(), [list(it) for it in asv_stations(scenario)]
+    chart = {"centre": [0.0, 0.0], "stations": stations, "inputs": inputs}
+    keys, worst = moved({**chart, "variants": [], "variant_of": {}, "filters": {}}, hf=hf, mf=mf)
+    own = ["acoustics.mf.range_m=100", *sonar, *(f"{key}={value}" for key, value in keys)]
+    flown = plan(own)
+    assert (flown.acoustics.hf.range_m, flown.acoustics.mf.range_m) == (hf, mf)
+    expected = predict(inputs_of(flown), asv_stations(flown)).worst("position_error_m")
+    assert worst == pytest.approx(expected, rel=2e-3)  # tables have other steps
 
 
 def test_slower_rounds_are_predicted_where_ranges_are_longer() -> None:

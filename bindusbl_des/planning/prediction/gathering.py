@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from ...acoustics.channel import between
+from ...acoustics.channel import AskedChannel, between
 from ...acoustics.fix_chance import below, frame_chance, ping_chance
 from ...acoustics.loss import losses
 from ...acoustics.messages import messages_of
-from ...acoustics.named_channels import hf_channel, loss_of
+from ...acoustics.named_channels import hf_channel, loss_of, mf_channel
 from ...core.arrays import Floats
 from ...core.compiled import compiled
 from ...core.plugins import is_plugin, loaded
@@ -373,7 +373,8 @@ def hf_chances(scenario: Scenario) -> Chances:
     chances = ping_chance(scenario, ranges, scenario.survey.deepest)
     if chances is None:
         chances = 1.0 - losses(ranges, *loss_of(scenario))
-    return Chances(hf.range_m, is_cut, hf.range_metric == "slant", ranges[1], chances)
+    kept = _threshold("hf", hf.channel, None if is_cut else hf_channel(scenario))
+    return Chances(hf.range_m, is_cut, hf.range_metric == "slant", ranges[1], chances, kept)
 
 
 def mf_chances(scenario: Scenario) -> Chances:
@@ -384,7 +385,19 @@ def mf_chances(scenario: Scenario) -> Chances:
     chances = frame_chance(scenario, ranges, scenario.survey.deepest)
     if chances is None:
         chances = np.ones(len(ranges))
-    return Chances(mf.range_m, is_cut, not is_cut, ranges[1], chances)
+    channel = None if is_cut else mf_channel(scenario)
+    kept = _threshold("mf", mf.channel, None if channel is None else channel(1, 1.0))
+    return Chances(mf.range_m, is_cut, not is_cut, ranges[1], chances, kept)
+
+
+def _threshold(band: str, chosen: PartChoice, channel: AskedChannel | None) -> dict[str, float]:
+    """Return the key of a band's threshold and its value (dB), where it follows from the range."""
+    if channel is None or not channel_named(chosen).has_levels:
+        return {}
+    given, decoding = (chosen.settings.get(it) for it in ("snr_threshold_db", "decoding"))
+    if given is not None or decoding not in (None, "threshold"):
+        return {}
+    return {f"acoustics.{band}.channel.snr_threshold_db": round(channel.receiver.threshold_db, 6)}
 
 
 def fix_noise(scenario: Scenario) -> FixNoise:

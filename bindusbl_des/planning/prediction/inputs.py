@@ -60,7 +60,9 @@ class Chances:
     """How likely a signal is decoded: by slant range, and nothing beyond `range_m` if it `is_cut`.
 
     `chances` (g,) belong to slant ranges 0, `step_m`, 2 `step_m` and so on, straight in between and
-    the last of them beyond.  `by_slant` tells which distance is compared with the range.
+    the last of them beyond.  `by_slant` tells which distance is compared with the range.  Who moves
+    the range and means these chances all the same sets the keys in `kept`: a threshold that is not
+    given is that at the range.
     """
 
     range_m: float
@@ -68,6 +70,7 @@ class Chances:
     by_slant: bool
     step_m: float
     chances: Floats
+    kept: dict[str, float]
 
 
 @dataclass(frozen=True)

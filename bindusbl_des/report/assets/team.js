@@ -87,6 +87,11 @@ class Team {
     ];
     const set = [["asvs.count", this.stations.length], ["asvs.formation", `{positions_m: ${this.positions()}}`]];
     set.push(...now.filter(([, value, before]) => value !== before).map(([key, value]) => [key, value]));
+    // a threshold that is not given is that at the range: the channel stays what it was
+    for (const band of ["hf", "mf"]) {
+      const { range_m, kept } = this.base[band];
+      if (this[band] !== range_m) set.push(...Object.entries(kept));
+    }
     return [...set, ...Object.entries(this.keys).filter(([key]) => !isOwn(key))];
   }
   positions() { return `[${this.stations.map(([x, y]) => `[${x}, ${y}]`).join(", ")}]`; }
