@@ -47,6 +47,7 @@ def assumed_by(scenario: Scenario) -> tuple[Belief, Growth]:
     sds = [sd for part in parts for sd in part.sds]
     lasts = [time for part in parts for time in part.time_constants]
     in_body, walk = navigation.bias_frame == "body", settings.random_walk_m_per_sqrt_s
+    arrays = STATES + len(skew.sds) + len(wandering.sds) if _has_arrays(scenario) else 0
     longest = SHARE_AT_A_TIME * min((*wandering.time_constants, math.inf))
     growth = Growth(
         (own_sensors(scenario).random_walk_m_per_sqrt_s if walk is None else walk) ** 2,
@@ -57,7 +58,8 @@ def assumed_by(scenario: Scenario) -> tuple[Belief, Growth]:
         sds=np.array(sds, dtype=np.float64),
         time_constants=np.array(lasts, dtype=np.float64),
         step=longest if in_body else math.inf,
-        aligned=STATES + len(skew.sds) + len(wandering.sds) if _is_aligned(scenario) else 0,
+        aligned=arrays if scenario.protocol.asvs_ping else 0,
+        misaligned=0 if scenario.protocol.asvs_ping else arrays,
     )
     first = first_belief(_start(scenario), _bias(scenario), _current(scenario), sds)
     if growth.aligned and growth.stretched:  # the compass that turns the way turns the array too
@@ -126,11 +128,9 @@ def _common(scenario: Scenario) -> Further:
     return Further(tuple(sds), tuple(lasts))
 
 
-def _is_aligned(scenario: Scenario) -> bool:
-    """Tell whether AUVs carry arrays that may be turned, by as much as is estimated."""
-    return scenario.protocol.asvs_ping and any(
-        kind.name == "misalignment" for kind in estimated_kinds(scenario)
-    )
+def _has_arrays(scenario: Scenario) -> bool:
+    """Tell whether arrays, which are the first in common, may be turned by what is estimated."""
+    return any(kind.name == "misalignment" for kind in estimated_kinds(scenario))
 
 
 def _current(scenario: Scenario) -> float:

@@ -74,10 +74,11 @@ class Growth(NamedTuple):
     (m2/s3), and whether biases turn with the body.
 
     `stretched` and `wandering` are the first of two states each that stretch and turn the way, and
-    of a bias that wanders, `aligned` the misalignment (rad) of an array of the AUV's own, by which
-    all its fixes are turned; 0 if there are none.  Each state after the first six has a standard
-    deviation and a time constant (s); it is a stationary Gauss-Markov process, constant if that is
-    infinite.  A belief is carried by no more than a `step` (s) at a time.
+    of a bias that wanders; `aligned` is the misalignment (rad) of an array of the AUV's own, by
+    which all its fixes are turned, `misaligned` the first of those of the ASVs' arrays, each of
+    which turns what it measures alone; 0 if there are none.  Each state after the first six has a
+    standard deviation and a time constant (s); it is a stationary Gauss-Markov process, constant if
+    that is infinite.  A belief is carried by no more than a `step` (s) at a time.
     """
 
     walk: float
@@ -89,6 +90,7 @@ class Growth(NamedTuple):
     time_constants: Floats = NONE
     step: float = inf
     aligned: int = 0
+    misaligned: int = 0
 
 
 def first_belief(
@@ -233,8 +235,9 @@ def turn_with(spread: Floats, k: int, x: float, y: float) -> None:
     """Have in the place of a covariance that of a belief whose place was corrected by x, y (m).
 
     An array that is turned by c in the AUV that carries it turns all that this believes of its
-    place, about any ASV alike: no fix tells of that turn by itself.  What is believed of it is
-    about the place before the correction.  Left so, each correction would look like news of c, and
+    place, about any ASV alike; that of an ASV which alone makes a fix turns this about itself: no
+    such fix tells of that turn by itself.  What is believed of it is about the place before the
+    correction.  Left so, each correction would look like news of c, and
     the filter would grow sure of it by its own noise alone.  So the error goes with c as far as the
     place believed now is turned by it.  Source: A. Barrau, S. Bonnabel, The Invariant Extended
     Kalman Filter as a Stable Observer, IEEE Trans. Automatic Control 62(4), 2017; the effect: G. P.

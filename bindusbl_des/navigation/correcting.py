@@ -188,12 +188,32 @@ def _take_in(
         off, weight, is_taken = take(
             latest, said, by.scratch.common, dr, by.rule, by.scratch.shares
         )
-        if growth.aligned > 0:
-            x, y = x - latest.state[0], y - latest.state[1]
-            turn_with(latest.covariance, growth.aligned, x, y)
+        whose = _turned_by(fix, by.receptions, growth)
+        if whose > 0:
+            turn_with(latest.covariance, whose, x - latest.state[0], y - latest.state[1])
         if number == row:
             fix.innovation_m, fix.nis, taken = off, weight, is_taken
     return taken
+
+
+@compiled
+def note_turned(packed: int, fixes: Rows, found: Ints) -> None:
+    """Write which state turns the place with each fix (n,) to those found (n,)."""
+    by = unpacked(packed, Known)
+    for k in range(fixes.size):
+        found[k] = _turned_by(fixes[k], by.receptions, by.growth)
+
+
+@compiled
+def _turned_by(fix: Row, receptions: Rows, growth: Growth) -> int:
+    """Return the state that is the misalignment of the one array that a fix is made by; 0: none."""
+    if growth.aligned > 0 or growth.misaligned == 0 or fix.first == NONE:
+        return int(growth.aligned)
+    hearers, only = 0, 0
+    for row in range(fix.first, fix.end):
+        if receptions[row].outcome == HEARD:
+            hearers, only = hearers + 1, receptions[row].asv
+    return int(growth.misaligned + only) if hearers == 1 else 0
 
 
 @compiled

@@ -34,7 +34,16 @@ from .belief import (
     step_on,
     write,
 )
-from .correcting import FilterHistory, Known, Scratch, correct, expand, memory_of, scratch_for
+from .correcting import (
+    FilterHistory,
+    Known,
+    Scratch,
+    correct,
+    expand,
+    memory_of,
+    note_turned,
+    scratch_for,
+)
 from .dead_reckoning import DeadReckoning, Odometry
 from .fix_update import Rule
 
@@ -210,6 +219,12 @@ class LinearNavigator:
         said, common = np.empty((len(fixes), 5)), np.empty((len(fixes), 2, self.common.columns))
         expand(self._known.address, fixes, noise, jacobians, states, spreads, said, common)
         return said, common
+
+    def turned(self, fixes: Rows) -> Ints:
+        """Return which states (n,) turn the place with fixes: :func:`.correcting.note_turned`."""
+        found = np.zeros(len(fixes), dtype=np.int64)
+        note_turned(self._known.address, fixes, found)
+        return found
 
     def latest(self, auv: int) -> tuple[Floats, Floats]:
         """Return the states (k,) that an AUV believes in after its last fix, and their covariance

@@ -120,7 +120,7 @@ class Smoother:
             states, spreads = smooth(begin, nodes, own, growth)
             which = np.flatnonzero(is_open & is_delivered)
             if self._first.covariance[0, 0] > 0.0 and which.size:
-                growth = growth._replace(aligned=0)  # all J are of the same places: nothing turns
+                sights.turned[:] = 0  # all J are of the same places: nothing turns
                 self._expand_anew(auv, known.of(which), nodes, states, spreads, sights, which)
                 nodes, own = self._between(
                     auv, begin, valid, sights, is_open & is_delivered, times[first:end]
@@ -168,7 +168,8 @@ class Smoother:
         nodes = self._reckoning.sample(auv, self._stepped(begin, instants))[1]
         own = np.repeat(which, 2)
         at = np.repeat(np.searchsorted(nodes.times, valid[which]), 2)
-        return nodes, Sights(at, sights.rows[own], sights.values[own], sights.variances[own])
+        told = sights.rows[own], sights.values[own], sights.variances[own], sights.turned[own]
+        return nodes, Sights(at, *told)
 
     def _as_sights(self, auv: int, known: FixHistory) -> Sights:
         """Return fixes as two sights each, by the fixes' numbers: what they say along x, and what
@@ -196,7 +197,8 @@ class Smoother:
             )
             xx, yy, xy = noise.T
             slopes[:, :, states - count :] -= common
-        return _sights_of(then.position - places, slopes, xx, yy, xy)
+        sights = _sights_of(then.position - places, slopes, xx, yy, xy)
+        return sights._replace(turned=np.repeat(self._filter.turned(rows), 2))
 
     def _expand_anew(
         self, auv: int, known: FixHistory, nodes: Odometry, states: Floats, spreads: Floats,

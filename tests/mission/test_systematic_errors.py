@@ -288,3 +288,25 @@ def test_a_late_clock_misleads_nobody_who_passes_an_asv(seed: int) -> None:
     lengths = np.hypot(*result.tables["fixes"][["x_m", "y_m"]].to_numpy().T)
     assert np.isfinite(lengths).all()
     assert result.auvs.nees.max() < 6.0, result.auvs.nees.tolist()
+
+
+@pytest.mark.parametrize("navigator", ["kalman", "smoother"])
+def test_one_array_tells_nothing_of_its_misalignment_by_its_own_noise(navigator: str) -> None:
+    """AUVs that do not know where they start, some of whom one ASV alone hears, stay as unsure as
+    they are: squares of errors, 2 as the mean, were 7 in these missions before.
+    """
+    world = scenario(
+        duration_s=120.0,
+        auvs={"count": 3},
+        asvs={"count": 3},
+        usbl={"misalignment_sd_deg": 3.0},
+        navigation={
+            "filter": navigator,
+            "initial_position_sd_m": 10.0,
+            "velocity_bias_m_per_s": [0.0, 0.0],
+            "velocity_bias_sd_m_per_s": 0.03,
+        },
+    )
+    squares = np.array([simulate(world, seed).auvs.nees for seed in range(16)])
+    assert squares.mean() < 3.5
+    assert (squares < 6.0).mean() > 0.9
