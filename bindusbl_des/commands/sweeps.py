@@ -243,7 +243,8 @@ def _tell_estimate(
     most = "at most " if experiment.until_ci else ""
     say(f"missions  {most}{missions}{share} ({cost.points} points x {cost.seeds} seeds)")
     say(f"time      about {duration(cost.seconds)}")
-    say(f"disk      about {cost.bytes / 1e6:.1f} MB")
+    size = f"{cost.bytes / 1e6:.1f} MB" if cost.bytes < 1e9 else f"{cost.bytes / 1e9:.1f} GB"
+    say(f"disk      about {size}")
 
 
 def _summary(campaign: "Campaign") -> dict[str, Any]:

@@ -120,13 +120,8 @@ class Advice:
 Row = TypeVar("Row", Effect, Harm, Foreseen, Advice)
 
 
-def signed(metres: float) -> str:
-    """Return a change of an error as people read it.
-
-    >>> signed(-0.4049), signed(0.004)
-    ('-0.40', '+0.00')
-    """
-    return f"{metres:+.2f}"
+# An interval narrower than this (m) has a third digit, or both its ends may look the same.
+NARROW_M = 0.1
 
 
 def interval(it: Effect | Harm) -> str:
@@ -134,8 +129,12 @@ def interval(it: Effect | Harm) -> str:
 
     >>> interval(Effect("gain", "", (), -0.4, -0.5, -0.3, 8, HELPS))
     '-0.40 m [-0.50, -0.30]'
+    >>> interval(Effect("gain", "", (), -0.015, -0.018, -0.012, 8, HELPS))
+    '-0.015 m [-0.018, -0.012]'
     """
-    return f"{signed(it.mean_m)} m [{signed(it.low_m)}, {signed(it.high_m)}]"
+    digits = 2 if it.high_m - it.low_m >= NARROW_M else 3
+    mean, low, high = (f"{metres:+.{digits}f}" for metres in (it.mean_m, it.low_m, it.high_m))
+    return f"{mean} m [{low}, {high}]"
 
 
 def harm_text(auvs: Sequence[Mapping[str, Any]], advice: Advice | None) -> list[str]:
