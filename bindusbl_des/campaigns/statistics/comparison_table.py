@@ -33,7 +33,7 @@ def comparison_table(differences: Rows) -> str:
     if len(differences) > 1:
         wrong = significant((1 - CONFIDENCE) * len(differences), 2)
         lines.append(
-            f"95 % is for each CI alone: of {len(differences)}, some {wrong} miss by chance."
+            f"95 % is for each CI alone: of {len(differences)}, {wrong} miss by chance on average."
         )
     return "\n".join(lines)
 
