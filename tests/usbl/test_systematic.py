@@ -256,6 +256,25 @@ def test_fixes_are_as_good_as_they_say(kind: str, way: dict[str, Any]) -> None:
     assert squares[0] / count == pytest.approx(2.0, abs=chance + 0.15)
 
 
+def test_a_clock_off_by_the_range_itself_leaves_no_sure_direction() -> None:
+    """An AUV 13 m from its ASV with clocks off by 6 m: the fix lies as far off across as its
+    direction errs at the true range, not at the one measured, which may be next to nothing.
+    """
+    rng, count, told = np.random.default_rng(7), 3000, np.zeros(COLUMNS)
+    told[10] = 0.004
+    source, squares = STATIONS[1] + np.array([4.0, -4.0, 12.0]), np.zeros(2)
+    for _ in range(count):
+        wrong = told * rng.standard_normal(COLUMNS)
+        noise = rng.standard_normal((3, NOISE_WIDTH + 4))
+        fix, covariance, _, _ = Sea(wrong, noise, told, source=source, heard=(1,)).measured()
+        off = (fix - source)[:2]
+        squares[0] += off @ np.linalg.solve(covariance[:2, :2], off)
+        across = np.array([1.0, 1.0]) / math.sqrt(2.0)
+        squares[1] += (off @ across) ** 2 / (across @ covariance[:2, :2] @ across)
+    assert squares[0] / count == pytest.approx(2.0, rel=0.1)
+    assert 0.4 < squares[1] / count < 1.1  # of clocks that make ranges longer it is more
+
+
 @pytest.mark.parametrize(("count", "factor"), [(2, 0.75), (3, 2 / 3)])
 def test_fixes_that_are_alike_are_worth_less(count: int, factor: float) -> None:
     """Errors of K fixes correlated by a half leave (1 + (K - 1) / 2) / K of a variance."""
