@@ -198,11 +198,12 @@ def _head(campaign: "Campaign") -> str:
 
 
 def _story(campaign: "Campaign", found: MissionOutcomes, said: Findings) -> str:
-    """Return what was found: the best point, harm and want of fixes, the effect of each key."""
+    """Return what was found: the best point, harm and want of fixes, collisions, effects of keys."""
     first, _, rest = said.best.partition(". ")
     story = f'<p class="verdict">{_text(first.removesuffix("."))}.</p>'
     story += f"<p>{_text(rest)} {_text(said.sure)}</p>" if rest or said.sure else ""
-    story += _items("alarms", [*said.harm, *said.starved])
+    alarms = [*said.harm, *said.starved, said.collided]
+    story += _items("alarms", [text for text in alarms if text])
     effects = key_effects(campaign.plan, found)
     if effects:
         story += "<p>Mean error of the worst AUV by one key, averaged over the others:</p>"

@@ -331,6 +331,7 @@ def test_collisions_of_a_schedule_are_told(tmp_path: Path) -> None:
             f"Signals of the schedule collided in 2 of 2 missions, {significant(mean)} times a "
             "mission in the mean; `verify` tells why."
         )
+        assert ("Signals of the schedule collided" in sweep_page(campaign)) == (name == "shared")
 
 
 def test_nothing_is_found_where_all_fails(made: Make) -> None:
