@@ -198,7 +198,7 @@ def _head(campaign: "Campaign") -> str:
 
 
 def _story(campaign: "Campaign", found: MissionOutcomes, said: Findings) -> str:
-    """Return what was found: the best point, harm and want of fixes, collisions, effects of keys."""
+    """Return what was found: the best point, harm, want of fixes, collisions, effects of keys."""
     first, _, rest = said.best.partition(". ")
     story = f'<p class="verdict">{_text(first.removesuffix("."))}.</p>'
     story += f"<p>{_text(rest)} {_text(said.sure)}</p>" if rest or said.sure else ""

@@ -5,9 +5,10 @@ A point is swept once a vehicle has passed within half a swath of it, seen from 
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from ..core.arrays import Floats
@@ -18,9 +19,11 @@ from .vehicle import Vehicle
 CELL = 1 / 8
 MOST_CELLS, MOST_PLACES = 250_000, 250_000
 
-# Ways are looked at in steps of so many cells: the scallops between circles about two places are
-# a fourth of a cell deep.
+# Ways are taken for straight between places so many cells apart.
 STEP = 2.0
+
+# By this share of half a swath two of them that touch may part by rounding.
+TOUCHING = 1e-9
 
 # Cells coarser than this share of a swath tell nothing.
 COARSEST = 0.5
@@ -54,45 +57,65 @@ def sweep(
 ) -> Sweep | None:
     """Return which parts of a survey vehicles sweep until an instant (s), with a swath (m).
 
-    A cell counts with its middle, so that the edge of what is swept is off by half a cell at most.
-    Vehicles that come up sweep nothing above their `depths` (m).  None where the survey is too
-    large, or the ways too long, for cells that tell anything.
+    Cells lie along the longer side of the least rectangle about the survey.  Each counts with its
+    middle, so that the edge of what is swept is off by half a cell at most.  Vehicles that come up
+    sweep nothing above their `depths` (m).  None where the survey is too large, or the ways too
+    long, for cells that tell anything.
     """
-    box = area.box
+    turn = _axes(area)  # columns: along the cells' axes
+    corners = np.asarray(area.outline) @ turn
+    (x_min, y_min), (x_max, y_max) = corners.min(axis=0), corners.max(axis=0)
     ways = [vehicle.distance(until) for vehicle in vehicles]
     cell = max(
         CELL * swath,
-        math.sqrt((box.x_max - box.x_min) * (box.y_max - box.y_min) / MOST_CELLS),
+        math.sqrt((x_max - x_min) * (y_max - y_min) / MOST_CELLS),
         sum(ways) / STEP / MOST_PLACES,
     )
     if cell > COARSEST * swath:
         return None
-    x, y = (
-        np.arange(low + cell / 2, high, cell)
-        for low, high in ((box.x_min, box.x_max), (box.y_min, box.y_max))
-    )
-    times, places, who = _passed(
+    x, y = (np.arange(low + cell / 2, high, cell) for low, high in ((x_min, x_max), (y_min, y_max)))
+    times, ends, begins, who = _passed(
         vehicles, [math.ceil(way / cell / STEP) + 1 for way in ways], until, depths
     )
-    first = np.full(len(x) * len(y), len(times))  # of all places, the first near each cell
-    reach = math.ceil(swath / 2 / cell)
+    ends, begins = ends @ turn, begins @ turn
+    first = np.full(len(x) * len(y), len(times))  # of all stretches, the first near each cell
+    reach = math.ceil(swath / 2 / cell + STEP)
     offsets = np.arange(-reach, reach + 1)
-    for begin in range(0, len(times), BLOCK):
-        block = np.arange(begin, min(begin + BLOCK, len(times)))
-        column = np.floor((places[block, 0] - box.x_min) / cell).astype(np.int64)[:, None] + offsets
-        row = np.floor((places[block, 1] - box.y_min) / cell).astype(np.int64)[:, None] + offsets
-        off_x = box.x_min + cell * (column + 0.5) - places[block, :1]
-        off_y = box.y_min + cell * (row + 0.5) - places[block, 1:]
-        off_x[(column < 0) | (column >= len(x))] = np.inf
-        off_y[(row < 0) | (row >= len(y))] = np.inf
-        near = (off_x**2)[:, :, None] + (off_y**2)[:, None, :] <= (swath / 2) ** 2
+    for start in range(0, len(times), BLOCK):
+        block = np.arange(start, min(start + BLOCK, len(times)))
+        column = np.floor((ends[block, 0] - x_min) / cell).astype(np.int64)[:, None] + offsets
+        row = np.floor((ends[block, 1] - y_min) / cell).astype(np.int64)[:, None] + offsets
+        off_x = (x_min + cell * (column + 0.5) - ends[block, :1])[:, :, None]
+        off_y = (y_min + cell * (row + 0.5) - ends[block, 1:])[:, None, :]
+        back_x, back_y = (begins[block] - ends[block]).T[:, :, None, None]
+        square = np.maximum(back_x**2 + back_y**2, 1e-12)
+        share = np.clip((off_x * back_x + off_y * back_y) / square, 0.0, 1.0)
+        near = (off_x - share * back_x) ** 2 + (off_y - share * back_y) ** 2 <= (
+            swath / 2 * (1.0 + TOUCHING)
+        ) ** 2
+        near &= ((column >= 0) & (column < len(x)))[:, :, None]
+        near &= ((row >= 0) & (row < len(y)))[:, None, :]
         cells = (column * len(y))[:, :, None] + row[:, None, :]
         who_is_near = np.repeat(block, near.sum(axis=(1, 2)))
         np.minimum.at(first, cells.ravel()[np.flatnonzero(near)], who_is_near)
     at, by = np.append(times, np.inf)[first], np.append(who, -1)[first]
     middles = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    within = area.contains(middles)
+    within = area.contains(middles @ turn.T)
     return Sweep(at[within], by[within], area.square_m / max(within.sum(), 1))
+
+
+def _axes(area: Area) -> Floats:
+    """Return unit vectors (2, 2), in columns, along the sides of the least rectangle about an area;
+    those of the survey where these are as short.
+    """
+    outline, box = np.asarray(area.outline), area.box
+    least: Any = shapely.minimum_rotated_rectangle(shapely.Polygon(outline))
+    if least.area > (1.0 - 1e-6) * (box.x_max - box.x_min) * (box.y_max - box.y_min):
+        return np.eye(2)
+    sides = np.diff(np.array(least.exterior.coords)[:3], axis=0)
+    along = sides[np.argmax(np.linalg.norm(sides, axis=1))]
+    along = along / np.linalg.norm(along)
+    return np.array([[along[0], -along[1]], [along[1], along[0]]])
 
 
 def _passed(
@@ -100,17 +123,25 @@ def _passed(
     counts: Sequence[int],
     until: float,
     depths: Sequence[float] | None,
-) -> tuple[Floats, Floats, NDArray[np.int64]]:
-    """Return instants (n,), s, in their order, at which a vehicle is at a place (n, 2), m, and
-    which one it is.
+) -> tuple[Floats, Floats, Floats, NDArray[np.int64]]:
+    """Return instants (n,), s, in their order, at which a vehicle has gone to a place (n, 2), m,
+    from the one before (n, 2), m, and which one it is.  The first place, and that at which it is
+    down again, is gone to from itself.
     """
     times = [np.linspace(0.0, until, count) for count in counts]
     places = [it.sample(at)[:, :3] for it, at in zip(vehicles, times, strict=True)]
+    before = [np.concatenate((way[:1], way[:-1])) for way in places]
     if depths is not None:
         deep = [way[:, 2] > depth - LEVEL_M for way, depth in zip(places, depths, strict=True)]
-        times = [at[kept] for at, kept in zip(times, deep, strict=True)]
-        places = [way[kept] for way, kept in zip(places, deep, strict=True)]
+        for way, back, kept in zip(places, before, deep, strict=True):
+            from_above = np.flatnonzero(~kept[:-1]) + 1
+            back[from_above] = way[from_above]
+        times, places, before = (
+            [it[kept] for it, kept in zip(them, deep, strict=True)]
+            for them in (times, places, before)
+        )
     who = np.repeat(np.arange(len(vehicles)), [len(at) for at in times])
     together = np.concatenate(times)
     order = np.argsort(together, kind="stable")
-    return together[order], np.concatenate(places)[order, :2], who[order]
+    to, since = (np.concatenate(them)[order, :2] for them in (places, before))
+    return together[order], to, since, who[order]

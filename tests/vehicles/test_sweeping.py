@@ -66,3 +66,42 @@ def test_too_much_is_not_told() -> None:
     found = sweep(rectangle(100.0, 100.0), [lies], 20.0, 60.0)
     assert found is not None
     assert found.area(np.array([0.0])) == pytest.approx([math.pi * 100.0], rel=0.05)
+
+
+@pytest.mark.parametrize("degrees", [0, 30, 45])
+def test_a_slanted_corridor_is_swept_as_a_straight_one(degrees: int) -> None:
+    """Lanes whose swaths touch leave nothing of 3 km x 60 m between them, whatever its heading."""
+    turn = math.radians(degrees)
+    along, across = (
+        np.array([math.cos(turn), math.sin(turn)]),
+        np.array([-math.sin(turn), math.cos(turn)]),
+    )
+    corners = [u * along + v * across for u, v in ((0, -30), (3000, -30), (3000, 30), (0, 30))]
+    lanes = [
+        kinematic(Path(Pose(*(v * across).tolist(), turn), (Segment(0.0, 3000.0),)), 2.0, 5.0)
+        for v in (-25.0, -15.0, -5.0, 5.0, 15.0, 25.0)
+    ]
+    area = polygon([(float(x), float(y)) for x, y in corners])
+    found = sweep(area, lanes, 10.0, 1500.0)
+    assert found is not None
+    assert found.area(np.array([1500.0]))[0] / area.square_m > 0.999
+    assert found.area(np.array([750.0]))[0] / area.square_m == pytest.approx(0.5, abs=0.005)
+
+
+def test_who_comes_up_sweeps_nothing_on_the_way() -> None:
+    """Of a straight way of 100 m the middle is above its depth: two strips, nothing in between."""
+    path = Path(Pose(-50.0, 0.0, 0.0), (Segment(0.0, 100.0),))
+
+    class Rising:
+        def distance(self, until: float) -> float:
+            return until
+
+        def sample(self, times: np.ndarray) -> np.ndarray:
+            way = kinematic(path, 1.0, 5.0).sample(times)
+            way[:, 2] = np.where((times > 30.0) & (times < 70.0), 0.0, 5.0)
+            return way
+
+    found = sweep(rectangle(100.0, 40.0), [Rising()], 10.0, 100.0, [5.0])  # type: ignore[list-item]
+    assert found is not None
+    half = 10.0 * 30.0 + math.pi * 25.0 / 2.0
+    assert found.area(np.array([100.0])) == pytest.approx([2.0 * half], abs=40.0)
