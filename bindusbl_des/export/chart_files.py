@@ -188,7 +188,7 @@ def planned(scenario: "Scenario") -> Iterator[Drawn]:
     bands = [("HF", horizontal_reach(scenario))]
     if scenario.protocol.sends_frames:
         bands.append(("MF", scenario.acoustics.mf.range_m))
-    around = np.linspace(0.0, 2.0 * np.pi, CORNERS + 1)
+    around = np.append(np.linspace(0.0, 2.0 * np.pi, CORNERS, endpoint=False), 0.0)  # is closed
     for number, (x, y) in enumerate(stations_kept(scenario)):
         yield Drawn("Point", f"ASV{number}", on_earth([(x, y)]))
         for band, reach in bands:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..core.arrays import Floats
+from ..core.arrays import Floats, Ints
 from ..core.spreads import wandering_rms
 from ..core.wording import significant
 from ..preflight.round_lengths import rounds_of
@@ -182,6 +182,8 @@ def service(mission: Recording, auv: int, wait: Patience) -> Service:
     sent = mission.pings["sent_at_s"]
     inside = (mission.pings["auv"] == auv) & _within(sent, gaps)
     fates = {name: int(np.sum(mission.fate[inside] == code)) for code, name in enumerate(FATES)}
+    fates["refused"] = int(np.isin(mission.pings["ping"][inside], _refused(mission, auv)).sum())
+    fates["delivered"] -= fates["refused"]
     unheard = mission.nearest[inside & (mission.pings["in_range_of"] == 0)]
     unheard = unheard[np.isfinite(unheard)]  # else no ASV worked
     error = mission.own["position_error_m"][auv]
@@ -195,6 +197,13 @@ def service(mission: Recording, auv: int, wait: Patience) -> Service:
         error_in_gaps=float(error[starved].mean()) if starved.any() else np.nan,
         error_otherwise=float(error[~starved].mean()) if not starved.all() else np.nan,
     )
+
+
+def _refused(mission: Recording, auv: int) -> Ints:
+    """Return the pings whose fixes an AUV was told, compared with its estimate, and refused."""
+    fixes = mission.fixes
+    is_refused = np.isnan(fixes["correction_m"]) & ~np.isnan(fixes["innovation_m"])
+    return np.asarray(fixes["ping"][is_refused & (fixes["auv"] == auv)], dtype=np.int64)
 
 
 def waits(mission: Recording, auv: int) -> list[Gap]:

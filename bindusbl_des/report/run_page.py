@@ -57,10 +57,11 @@ AUV_TABLES: tuple[tuple[str, tuple[Column, ...]], ...] = (
     )),
     ("Fixes", (
         ("made", "", "fixes", 0, 1),
-        ("beyond MF", "", "fixes_out_of_range", 0, 1),
+        ("too far", "", "fixes_out_of_range", 0, 1),
         ("delivered", "", "fixes_delivered", 0, 1),
+        ("refused", "", "fixes_refused", 0, 1),
         ("collided", "", "frame_collisions", 0, 1),
-        ("mean latency", "s", "latency_mean_s", 3, 1),
+        ("latency", "s", "latency_mean_s", 3, 1),
     )),
 )  # fmt: skip
 AUV_COLUMNS: tuple[Column, ...] = tuple(it for _, columns in AUV_TABLES for it in columns)
@@ -243,10 +244,12 @@ def auv_tables(result: "Result") -> str:
         f'<div class="pair">{shown}</div>'
         '<p class="note">First the AUV that navigated worst; bold: the worst of a column. '
         "Errors are horizontal |estimate &minus; truth|, "
-        "means over time; “without fixes” is dead reckoning alone. Intervals are between delivered "
-        "fixes; the age of the last fix also counts the waits before the first and after the last. "
-        "Of pings “lost” and “collided” count receptions, one ping at one ASV each; of fixes "
-        "“collided” counts frames that were destroyed at the AUV.</p></section>"
+        "means over time; “without fixes” is dead reckoning alone, latency the mean. Intervals are "
+        "between delivered fixes; the age of the last fix also counts the waits before the first "
+        "and after the last. Of pings “lost” and “collided” count receptions, one ping at one ASV "
+        "each; of fixes “too far” are beyond MF range, “refused” those that the AUV's filter did "
+        "not believe (<code>navigation.nis_gate</code>), “collided” counts frames that were "
+        "destroyed at the AUV.</p></section>"
     )
 
 

@@ -28,6 +28,7 @@ REASONS = {
     "collided": "collided with another ping at the ASVs in range",
     "out_of_mf": "were heard, but the fix was broadcast beyond MF range of the AUV",
     "in_flight": "were still under way when the mission ended",
+    "refused": "were located, but refused by its filter as it was told (navigation.nis_gate)",
 }
 UNDECODED = "were heard, but the AUV did not decode the frame with its fix"
 HEARD_BY_ITSELF = {"collided": "were overlapped by another ping at the AUV"}

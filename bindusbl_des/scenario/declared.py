@@ -7,11 +7,11 @@ The tables are the registry: what they list can be named in a scenario, in this 
 part: its line here, and the module in which it works.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Literal, TypeVar
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
-from ..core.plugins import asked, loaded
+from ..core.plugins import PluginError, asked, loaded
 from .part_choice import Settings
 from .shipped_settings import (
     BroadcastSettings,
@@ -325,12 +325,29 @@ def _declared(key: str, table: Mapping[str, Record], default: Record, name: str)
         return default
 
     def given() -> Record:
-        names = [field.name for field in fields(default) if field.name != "settings"]
-        return replace(
-            default, **{name: getattr(own, name) for name in names if hasattr(own, name)}
-        )
+        return replace(default, **_given(own, default))
 
     return asked(key, name, given, when=" as it was asked what it declares")
+
+
+def _given(own: Any, default: Record) -> dict[str, Any]:
+    """Return what of a record a part of one's own declares."""
+    names = [field.name for field in fields(default) if field.name != "settings"]
+    return {name: getattr(own, name) for name in names if hasattr(own, name)}
+
+
+def declared_mistakes(key: str, name: str) -> Iterator[PluginError]:
+    """Yield what a part of one's own, which is loaded, declares that no part can."""
+    own, default = loaded(name), DEFAULTS.get(key)
+    if own is None or default is None:
+        return
+    hints = get_type_hints(type(default))
+    for word, value in _given(own, default).items():
+        allowed = (False, True) if hints[word] is bool else get_args(hints[word])
+        is_listed = hints[word] is bool or get_origin(hints[word]) is Literal
+        if is_listed and not any(type(value) is type(it) and value == it for it in allowed):
+            options = ", ".join(map(repr, allowed))
+            yield PluginError(key, f"{name!r} declares {word} = {value!r}; give one of {options}")
 
 
 def schedule_named(name: str) -> ScheduleTraits:
@@ -371,3 +388,12 @@ def instrument_named(name: str) -> InstrumentTraits:
 def navigator_named(name: str) -> NavigatorTraits:
     """Return what a navigator declares."""
     return _declared("navigation.filter", NAVIGATORS, NavigatorTraits(), name)
+
+
+# What a part of one's own declares that says nothing, by the key that names it
+DEFAULTS: dict[str, Traits] = {
+    "protocol.schedule": ScheduleTraits(),
+    "protocol.downlink": DownlinkTraits(),
+    "protocol.broadcaster": BroadcasterTraits(),
+    "protocol.ranging": RangingTraits(),
+}

@@ -158,6 +158,7 @@ def load_plugins(scenario: ScenarioKeys) -> Iterator[PluginError]:
         if is_plugin(name):
             allow([name])
             yield from own_mistakes(family, name)
+            yield from declared.declared_mistakes(family.key, name)
 
 
 def ready_plugins(scenario: ScenarioKeys) -> None:

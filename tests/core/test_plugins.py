@@ -423,3 +423,56 @@ def test_what_is_a_plug_in_by_its_form() -> None:
     """Two dotted Python names and one colon between."""
     assert all(map(is_plugin, ("a:b", "a.b:c.d", "módulo:función")))
     assert not any(map(is_plugin, ("a", "a:", ":b", "a:b:c", ".a:b", "a b:c", "a/b:c", "a:b()")))
+
+
+DECLARING = """
+def ask(view): raise AssertionError("asked")
+
+def declaring(**attributes):
+    def part(view): return ask(view)
+    part.__dict__.update(attributes)
+    return part
+
+poisson, slotted, sensing = (declaring(access=it) for it in ("poisson", "slotted", "sensing"))
+wrong, odd = declaring(access="nonsense"), declaring(framed="yes")
+"""
+
+
+@pytest.fixture
+def declaring(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "declares.py").write_text(DECLARING)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.delitem(sys.modules, "declares", raising=False)
+
+
+@pytest.mark.parametrize(
+    ("own", "shipped"),
+    [("poisson", "aloha"), ("slotted", "slotted_aloha"), ("sensing", "csma")],
+)
+def test_auvs_ping_as_they_like_by_what_a_schedule_declares(
+    declaring: None, own: str, shipped: str
+) -> None:
+    """They do as under the schedule that ships, and the function is not asked."""
+    allow([f"declares:{own}"])
+    mine, theirs = (
+        simulate(Scenario(name="m", duration_s=30.0, protocol={"schedule": it}), 1).tables["pings"]
+        for it in (f"declares:{own}", shipped)
+    )
+    assert len(mine) > 20
+    assert mine.equals(theirs)
+
+
+@pytest.mark.parametrize(
+    ("own", "told"),
+    [
+        ("wrong", "declares access = 'nonsense'; give one of 'slots', 'poisson', 'slotted', 'sen"),
+        ("odd", "declares framed = 'yes'; give one of False, True"),
+    ],
+)
+def test_what_no_part_can_declare_is_refused(declaring: None, own: str, told: str) -> None:
+    for command in ("validate", "run", "timing"):
+        words = [command, "quickstart", "--set", f"protocol.schedule=declares:{own}"]
+        outcome = CliRunner().invoke(main, [*words, "--allow-plugins"])
+        assert outcome.exit_code == 2
+        assert told in outcome.output

@@ -16,7 +16,7 @@ from bindusbl_des import load_result, load_scenario, simulate
 from bindusbl_des.charts.areas import read_area, read_geojson
 from bindusbl_des.charts.xml_charts import read_kml
 from bindusbl_des.cli import main
-from bindusbl_des.export.chart_files import write_plan
+from bindusbl_des.export.chart_files import planned, write_plan
 from bindusbl_des.geometry.geodesy import ned_at_depth
 from bindusbl_des.scenario.destinations import asv_stations, horizontal_reach, tracks_of
 from bindusbl_des.scenario.flight_plans import planned_paths
@@ -215,3 +215,14 @@ def test_the_team_of_a_plan_is_a_chart(tmp_path: Path, kind: str) -> None:
     assert len(lane) < 0.1 * path.length
     off = distance(LineString(lane), points(way))
     assert off.max() <= 0.3  # what a chart shows, and half a step
+
+
+def test_rings_are_closed_on_the_meridian_of_greenwich() -> None:
+    """Their last corner is their first, to the last bit: cos and sin of a whole turn are not."""
+    world = scenario(
+        duration_s=10.0, asvs={"count": 1, "formation": {"positions_m": [(0.0, 0.0)]}},
+        environment={"origin": {"lat_deg": 51.5, "lon_deg": 0.0}},
+    )  # fmt: skip
+    rings = [it.positions for it in planned(world) if it.kind == "Polygon"]
+    assert len(rings) == 3
+    assert all(tuple(ring[0]) == tuple(ring[-1]) for ring in rings)

@@ -546,8 +546,22 @@ def test_long_missions_are_thinned_and_say_so(
     assert data["fixes"]["auv"]["length"] == len(recovery.tables["fixes"])
 
 
+def test_gaps_of_refused_fixes_are_told_as_such() -> None:
+    """Fixes that come, but are not believed, end no gap: the page says whose doing that is."""
+    changes = ["navigation.nis_gate=0.02", "navigation.velocity_bias_sd_m_per_s=0.1"]
+    more = [*changes, "duration_s=200", "auvs.count=2"]
+    result = simulate(load_scenario("quickstart", overrides=more), 0)
+    row = result.auvs.iloc[0]
+    assert row.fixes_refused > 0.5 * row.fixes_delivered
+    page = run_page(result)
+    why, _ = re.findall(r"<b>Why:</b> of (\d+) pings it sent in those gaps, (\d+) [^<]*", page)
+    assert int(why[1]) > 0.5 * int(why[0])
+    assert "were located, but refused by its filter as it was told (navigation.nis_gate)" in page
+
+
 def test_an_auv_that_pings_seldom_starves_without_any_loss() -> None:
     """All its pings lead to fixes, and its gaps are told to be for want of pings."""
-    text = told(simulate(still(1, protocol={"schedule": "aloha", "frame_s": 5.0}), seed=0))
+    seldom = {"protocol": {"schedule": "aloha", "frame_s": 5.0}, "navigation": {"nis_gate": None}}
+    text = told(simulate(still(1, **seldom), seed=0))
     assert "in those gaps, and all led to fixes: there were too few." in text
     assert "after 15.0 s without a fix: 3 times the mean interval of its pings" in text

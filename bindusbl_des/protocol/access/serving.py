@@ -15,9 +15,10 @@ import simpy
 
 from ...acoustics.channel import AskedChannel
 from ...acoustics.propagation import SignalBand
+from ...core.plugins import is_plugin
 from ...core.streams import Purpose, Streams
 from ...records.events import Round
-from ...scenario.families import SCHEDULE
+from ...scenario.families import SCHEDULE, schedule_of
 from ...scenario.part_choice import settings_of
 from ...scenario.scenario import Scenario
 from ...scenario.shipped_settings import CarrierSense
@@ -64,11 +65,11 @@ def access_of(
     channel: AskedChannel | None,
 ) -> Access:
     """Return who pings when; a channel is asked what AUVs hear of each other, None is the disc."""
-    slots, name = slots_of(scenario), scenario.protocol.schedule
+    slots, how = slots_of(scenario), schedule_of(scenario).access
     packets = packets_of(streams, len(auvs), scenario.protocol.frame_s)
-    if name == "aloha":
+    if how == "poisson":
         return Aloha(packets, band.duration)
-    if name == "slotted_aloha":
+    if how == "slotted":
         return SlottedAloha(packets, slots.uplink_slot, slots.clock)
     settings = sensing_of(scenario)
     slot_s = backoff_slot_s(settings, slots)
@@ -81,7 +82,9 @@ def access_of(
 
 
 def sensing_of(scenario: Scenario) -> CarrierSense:
-    """Return the settings of the schedule `csma`, defaults and all."""
+    """Return the settings by which AUVs listen first, of one's own schedule the defaults."""
+    if is_plugin(scenario.protocol.schedule):
+        return CarrierSense()
     settings = settings_of(SCHEDULE, scenario.protocol.schedule)
     assert isinstance(settings, CarrierSense)
     return settings
