@@ -1,6 +1,7 @@
 """Causal chains: each step has its instant, its distance and the rule that decided it."""
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
-from bindusbl_des import Result, simulate
+from bindusbl_des import Result, load_scenario, simulate
 from bindusbl_des.acoustics.channel import Signals
 from bindusbl_des.cli import main
 from bindusbl_des.explain import Chain, Step, chain_of_fix, chain_of_ping, explain_ping
@@ -554,3 +555,18 @@ def test_what_waited_for_older_fixes_says_so() -> None:
     result = simulate(around((0.0, 0.0), auvs=2, acoustics={"mf": mf}))
     told = "\n".join(it.why for it in chain_of_fix(result, 1).steps)
     assert "sequential: older fixes filled the messages before, of 1 each" in told
+
+
+def test_no_error_changes_by_more_than_its_estimate_was_moved() -> None:
+    """A filter that has just learnt a bias goes on otherwise than later, by which errors right
+    after a fix were told that no correction makes.
+    """
+    result = simulate(load_scenario("harbour_current", overrides=["duration_s=60"]), 3)
+    told = 0
+    for fix in result.tables["fixes"].query("outcome == 'delivered'").itertuples():
+        before, after = errors_around(result, fix)
+        if before is not None and after is not None:
+            moved = 0.0 if math.isnan(fix.correction_m) else fix.correction_m
+            assert abs(after - before) <= moved + 1e-3
+            told += 1
+    assert told > 20

@@ -104,4 +104,12 @@ def test_who_comes_up_sweeps_nothing_on_the_way() -> None:
     found = sweep(rectangle(100.0, 40.0), [Rising()], 10.0, 100.0, [5.0])  # type: ignore[list-item]
     assert found is not None
     half = 10.0 * 30.0 + math.pi * 25.0 / 2.0
-    assert found.area(np.array([100.0])) == pytest.approx([2.0 * half], abs=40.0)
+    assert found.area(np.array([100.0])) == pytest.approx([2.0 * half], abs=12.0)
+
+
+def test_what_lies_where_two_swaths_touch_is_swept() -> None:
+    """Middles of cells 8 m beside a lane, to the last bit, with a swath of 16 m."""
+    lane = kinematic(Path(Pose(-60.0, 0.0, 0.0), (Segment(0.0, 120.0),)), 2.0, 5.0)
+    found = sweep(rectangle(100.0, 18.0), [lane], 16.0, 60.0)
+    assert found is not None
+    assert np.isfinite(found.at_s).all()
