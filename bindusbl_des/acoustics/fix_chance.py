@@ -10,7 +10,7 @@ from ..core.arrays import Floats
 from ..core.plugins import is_plugin
 from ..scenario.declared import channel_named
 from ..scenario.destinations import horizontal_reach
-from ..scenario.families import broadcaster_of
+from ..scenario.families import broadcaster_of, schedule_of
 from ..scenario.scenario import Scenario
 from ..scenario.site import area_of
 from .channel import AskedChannel, between
@@ -77,12 +77,14 @@ def fix_chance(scenario: Scenario, stations: ArrayLike, places: ArrayLike) -> Fl
 
 
 def made_and_delivered(
-    scenario: Scenario, heard: Floats, delivered: Floats, away: Floats
+    scenario: Scenario, heard: Floats, delivered: Floats, away: Floats, *, together: bool = False
 ) -> tuple[Floats, Floats]:
     """Return how likely a ping of each AUV makes a fix, and how likely that is delivered (..., n).
 
     Each ASV decodes its pings as often as `heard` says, and it the frames of each ASV as often as
     `delivered`, from `away` (m), all (..., n, m).  With passive ranging a ping is that of any ASV.
+    `together` they are a fleet, for all of whom one ASV is chosen that sends their frame; else each
+    is looked at by itself.
     """
     if scenario.protocol.asvs_ping:
         return heard.mean(axis=-1), heard.mean(axis=-1)
@@ -95,8 +97,18 @@ def made_and_delivered(
     rule, replies = broadcaster_of(scenario), scenario.protocol.replies
     if rule.chosen_by == "one" and not replies:
         by_all = delivered[..., scenario.protocol.broadcaster.settings.get("asv", 0)]
-    elif replies or rule.serves_nearest:
+    elif replies:
         by_all = np.take_along_axis(delivered, nearest, axis=-1)[..., 0]
+    elif rule.chosen_by in ("distance", "hearing"):
+        if rule.chosen_by == "hearing":
+            score = -heard
+        else:  # of those who have a fix; who has failed is at no distance
+            weight = np.ones_like(made) if rule.at_once else np.maximum(made, 1e-12)
+            score = np.where(np.isinf(away), np.inf, weight[..., np.newaxis] * away)
+        if together and not (rule.at_once or schedule_of(scenario).framed):
+            score = np.broadcast_to(score.sum(axis=-2, keepdims=True), score.shape)
+        best = score.argmin(axis=-1)[..., np.newaxis]
+        by_all = np.take_along_axis(delivered, best, axis=-1)[..., 0]
     else:
         by_all = delivered.mean(axis=-1)
     return made, made * by_all

@@ -129,7 +129,8 @@ def sights(scenario: Scenario, times: Floats, auvs: Floats, asvs: Floats) -> Sur
     reached = (level <= mf.range_m) & ~broken
     pings = _chances(scenario, slant, heard, ~broken, hf.channel, ping_chance)
     frames = _chances(scenario, slant, reached, ~broken, mf.channel, frame_chance)
-    made, delivered = made_and_delivered(scenario, pings, frames, np.where(broken, np.inf, slant))
+    away = np.where(broken, np.inf, slant)
+    made, delivered = made_and_delivered(scenario, pings, frames, away, together=True)
     at_best = made if scenario.protocol.asvs_ping else made * frames.max(axis=2)
     return SurveySights(times, heard, reached, nearest, made, delivered, at_best)
 
@@ -261,13 +262,26 @@ def rates_of(
         for downlink in downlinks:
             if downlink in DOWNLINKS:
                 name = "planned" if downlink == protocol.downlink else downlink
-                found[name] = _shared(delivered, _lengths(downlink, rounds, groups, sights.made))
+                alone = protocol.replies or DOWNLINKS[downlink].by_group
+                told = delivered if alone else _carried(rounds.slots, sights.made, delivered)
+                found[name] = _shared(told, _lengths(downlink, rounds, groups, sights.made))
     if records_hz is not None:
-        frames = _airtimes(rounds.slots, sights.made, senders)
+        frames, told = _airtimes(rounds.slots, sights.made, senders), sights.at_best
         if scenario.protocol.random_access or protocol.replies:  # whatever waits, or one fix each
             frames = np.maximum(sights.made.sum(axis=1), 1.0) / records_hz
-        found["back_to_back"] = _shared(sights.at_best, frames)
+        else:
+            told = _carried(rounds.slots, sights.made, told)
+        found["back_to_back"] = _shared(told, frames)
     return found
+
+
+def _carried(slots: Slots, made: Floats, delivered: Floats) -> Floats:
+    """Return what is delivered (k, n) of the fixes that are made (k, n): where a broadcast holds
+    fewer than that, and is not split, others never get a place.
+    """
+    fixes = np.maximum(np.rint(made.sum(axis=1)).astype(np.int64), 1)
+    share = np.array([sum(slots.messages.of(count)) / count for count in fixes.tolist()])
+    return np.asarray(delivered * share[:, np.newaxis])
 
 
 def _shared(delivered: Floats, lengths: Floats) -> Rates:

@@ -6,9 +6,10 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner
+from worlds import merged
 
 import bindusbl_des
-from bindusbl_des import Scenario
+from bindusbl_des import Scenario, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.preflight.limits import Limits
 
@@ -166,3 +167,33 @@ def test_frames_that_are_lost_are_counted() -> None:
     }
     found = limits(**one, acoustics={"hf": {"range_m": 200}, "mf": {"channel": "sonar"}})
     assert found.fix_chance == pytest.approx([0.5], abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"protocol": {"broadcaster": "most_fixes"}},
+        {"protocol": {"broadcaster": "nearest"}},
+        {"acoustics": {"mf": {"modem": "s2c_instant", "range_m": 600, "overfull": "oldest_first"}}},
+    ],
+    ids=["most_fixes", "nearest", "oldest_first"],
+)
+def test_rates_are_those_of_missions(changes: dict[str, Any]) -> None:
+    """One ASV sends the frame of all, by what it has measured or is near to; and fixes that find no
+    place in a frame come late or never.
+    """
+    base: dict[str, Any] = {
+        "duration_s": 300.0,
+        "survey": {"side_m": 300},
+        "auvs": {"count": 6},
+        "asvs": {"count": 4},
+        "acoustics": {"hf": {"range_m": 110}, "mf": {"range_m": 110}, "loss": {"law": "none"}},
+        "protocol": {"downlink": "pipelined_round"},
+    }
+    scenario = Scenario.model_validate({"name": "m", **merged(base, changes)})
+    rates = bindusbl_des.limits(scenario).rates["planned"]
+    flown = simulate(scenario, 1).auvs.fix_rate_hz
+    assert rates.mean == pytest.approx(flown.mean(), rel=0.1)
+    assert rates.each == pytest.approx(
+        flown.to_numpy(), abs=0.45 * flown.mean()
+    )  # the oldest first

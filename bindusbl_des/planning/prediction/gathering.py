@@ -114,6 +114,11 @@ def approximations(scenario: Scenario) -> Iterator[str]:
         yield "AUVs are taken to know their slots: in no round does one miss the frame that tells."
     if scenario.protocol.positions != "truth" or tells_slots(scenario):
         yield "The schedule is taken to know where AUVs are: it may believe in fewer conflicts."
+    if broadcaster_of(scenario).at_once:
+        yield (
+            "All fixes are taken to be in one frame: where AUVs hear several ASVs, frames follow "
+            "each other, rounds are longer, and fixes up to a sixth older."
+        )
     bursts = [it for it in map(burst_s, _channels(scenario)) if it is not None]
     if bursts:
         yield (
