@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..core.arrays import Floats
+from ..core.arrays import Floats, Ints
 from ..core.plugins import is_plugin
-from ..scenario.declared import channel_named
+from ..scenario.declared import BroadcasterTraits, channel_named
 from ..scenario.destinations import horizontal_reach
 from ..scenario.families import broadcaster_of, schedule_of
 from ..scenario.scenario import Scenario
@@ -100,18 +100,27 @@ def made_and_delivered(
     elif replies:
         by_all = np.take_along_axis(delivered, nearest, axis=-1)[..., 0]
     elif rule.chosen_by in ("distance", "hearing"):
-        if rule.chosen_by == "hearing":
-            score = -heard
-        else:  # of those who have a fix; who has failed is at no distance
-            weight = np.ones_like(made) if rule.at_once else np.maximum(made, 1e-12)
-            score = np.where(np.isinf(away), np.inf, weight[..., np.newaxis] * away)
-        if together and not (rule.at_once or schedule_of(scenario).framed):
-            score = np.broadcast_to(score.sum(axis=-2, keepdims=True), score.shape)
-        best = score.argmin(axis=-1)[..., np.newaxis]
+        located = np.maximum(made, 1e-12)[..., np.newaxis]  # who has failed is at no distance
+        shared = together and not (rule.at_once or schedule_of(scenario).framed)
+        best = senders(rule, heard, away, located, -2 if shared else None)[..., np.newaxis]
         by_all = np.take_along_axis(delivered, best, axis=-1)[..., 0]
     else:
         by_all = delivered.mean(axis=-1)
     return made, made * by_all
+
+
+def senders(
+    rule: BroadcasterTraits, heard: Floats, away: Floats, located: Floats, auvs: int | None
+) -> Ints:
+    """Return which ASV sends each AUV's fix, where who hears most or is nearest does.
+
+    By how likely each ASV has `heard` an AUV, how far `away` it is (m), and how likely an AUV is
+    `located`, (..., m) each; the axis `auvs` is that of AUVs that share a frame, None: none do.
+    """
+    score = -heard if rule.chosen_by == "hearing" else away if rule.at_once else located * away
+    if auvs is not None:
+        score = np.broadcast_to(score.sum(axis=auvs, keepdims=True), score.shape)
+    return np.asarray(score.argmin(axis=-1))
 
 
 def ping_chance(scenario: Scenario, slants: Floats, depth: float) -> Floats | None:

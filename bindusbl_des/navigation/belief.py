@@ -236,13 +236,13 @@ def turn_with(spread: Floats, k: int, x: float, y: float) -> None:
 
     An array that is turned by c in the AUV that carries it turns all that this believes of its
     place, about any ASV alike; that of an ASV which alone makes a fix turns this about itself: no
-    such fix tells of that turn by itself.  What is believed of it is about the place before the
-    correction.  Left so, each correction would look like news of c, and
-    the filter would grow sure of it by its own noise alone.  So the error goes with c as far as the
-    place believed now is turned by it.  Source: A. Barrau, S. Bonnabel, The Invariant Extended
-    Kalman Filter as a Stable Observer, IEEE Trans. Automatic Control 62(4), 2017; the effect: G. P.
-    Huang, A. I. Mourikis, S. I. Roumeliotis, Observability-based Rules for Designing Consistent EKF
-    SLAM Estimators, Int. J. Robotics Research 29(5), 2010.
+    such fix tells of that turn by itself. What is believed of it is about the place before the
+    correction. Left so, each correction would look like news of c, and the filter would grow sure
+    of it by its own noise alone. So the error goes with c as far as the place believed now is
+    turned by it. Source: A. Barrau, S. Bonnabel, The Invariant Extended Kalman Filter as a Stable
+    Observer, IEEE Trans. Automatic Control 62(4), 2017; the effect: G. P. Huang, A. I. Mourikis, S.
+    I. Roumeliotis, Observability-based Rules for Designing Consistent EKF SLAM Estimators, Int. J.
+    Robotics Research 29(5), 2010.
     """
     for i in range(len(spread)):
         spread[0, i] -= y * spread[k, i]

@@ -184,13 +184,12 @@ def changes(
         return out
     for axis in range(2):
         grown, turn = ahead[axis] / square, (-ahead[1] if axis == 0 else ahead[0]) / square
-        for k in (MISALIGNMENT, SOUND_SPEED, CLOCK):
-            if k == CLOCK:
-                turn *= _far_share(ahead, clock_m)
-            out[axis, 0, k], out[axis, 1, k] = -turn * effects[1, k], turn * effects[0, k]
-            if k != CLOCK:
-                out[axis, 0, k] += grown * effects[0, k]
-                out[axis, 1, k] += grown * effects[1, k]
+        for k in (MISALIGNMENT, SOUND_SPEED):
+            out[axis, 0, k] = grown * effects[0, k] - turn * effects[1, k]
+            out[axis, 1, k] = grown * effects[1, k] + turn * effects[0, k]
+        turn *= _far_share(ahead, clock_m)
+        out[axis, 0, CLOCK] = -turn * effects[1, CLOCK]
+        out[axis, 1, CLOCK] = turn * effects[0, CLOCK]
     if instrument.levels.slow_share > 0.0:
         _slow_changes(out, effects, ahead, seen, instrument)
     return out

@@ -149,17 +149,15 @@ def points_table(folder: Path, plan: ExperimentPlan, said: Findings) -> str:
     lines, shown = _lines(rows)
     if len(plan.points) > MOST_ROWS:
         lines.append(f"... {len(plan.points) - MOST_ROWS} more points in {MISSIONS}/")
-    return "\n".join([*lines, *_told(plan, said, METRICS[:shown]), *_reached(plan, found)])
+    columns = [metric[4] for metric in METRICS[:shown]]
+    return "\n".join([*lines, *_told(plan, said, columns), *_reached(plan, found)])
 
 
-def _told(
-    plan: ExperimentPlan, said: Findings, shown: Sequence[tuple[str, str, int, int, str]]
-) -> Iterator[str]:
+def _told(plan: ExperimentPlan, said: Findings, columns: Sequence[str]) -> Iterator[str]:
     """Yield what the columns are, what the missions show, and what the intervals contain."""
-    whose = "Of each mission's worst AUV: "
     yield _filled(
-        whose + "; ".join(metric[4] for metric in shown) + ". Mean +- 95 % confidence interval "
-        f"over seeds (Student's t). {in_intervals(plan, range(len(plan.points)))}"
+        f"Of each mission's worst AUV: {'; '.join(columns)}. Mean +- 95 % confidence interval over "
+        f"seeds (Student's t). {in_intervals(plan, range(len(plan.points)))}"
     )
     for text in said.sentences():
         yield _filled(f"* {text}", "  ")

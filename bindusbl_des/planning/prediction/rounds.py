@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...acoustics.fix_chance import senders
 from ...core.arrays import Flags, Floats, Ints
 from ...core.compiled import compiled
 from ...protocol.conflicts import dsatur_groups, greedy_colours
@@ -222,14 +223,9 @@ def _by_sender(
     elif chosen.chosen_by == "one":
         sender = np.full(number.shape, inputs.access.fixed_asv)
     else:
-        weights = np.ones(1) if chosen.at_once else located(inputs, sights)
-        hearing = chosen.chosen_by == "hearing"
-        score = -sights.heard if hearing else weights * sights.level_m
-        if chosen.at_once or inputs.access.frame_s > 0.0:  # each AUV has a frame of its own
-            best = score.argmin(axis=2)
-        else:
-            best = np.broadcast_to(score.sum(axis=0).argmin(axis=1), score.shape[:2])
-        sender = best[rows, at]
+        alone = chosen.at_once or inputs.access.frame_s > 0.0  # each AUV has a frame of its own
+        weights, auvs = located(inputs, sights), None if alone else 0
+        sender = senders(chosen, sights.heard, sights.level_m, weights, auvs)[rows, at]
     return sights.delivered[rows, at, sender], sights.level_m[rows, at, sender]
 
 
