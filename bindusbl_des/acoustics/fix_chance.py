@@ -165,6 +165,16 @@ def delivery(scenario: Scenario, band: str) -> tuple[float, float, float] | None
     return reach, float(chances[-1]), rings[0][1] if rings and rings[0][0] == 0.0 else 0.0
 
 
+def loses_pings(scenario: Scenario) -> bool:
+    """Tell whether an ASV that should hear a ping may miss it, were nothing to overlap it."""
+    hf, depth = scenario.acoustics.hf, scenario.survey.deepest
+    if is_plugin(hf.channel) or not channel_named(hf.channel).ends_at_range:
+        return True
+    reach = hf.range_m if hf.range_metric != "horizontal" else math.hypot(hf.range_m, depth)
+    ranges = np.linspace(0.0, reach, LOOKED_UP)
+    return bool(losses(ranges, *loss_of(scenario)).max() > 0.0)
+
+
 Rings = tuple[tuple[float, float], ...]
 
 

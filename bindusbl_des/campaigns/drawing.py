@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ..core.wording import did_you_mean
 from ..figures.style import finished
 from ..figures.sweeps import Levels, Means, curves, heatmap
+from ..records.metrics import METRICS_ARE
 from ..results.schemas import mission_numbers, schema
 from ..scenario.keys import settable
 from .statistics.intervals import interval
@@ -54,7 +55,7 @@ def means_of(
 def _unit(metric: str) -> str:
     columns = {name: schema("mission").field(name) for name in mission_numbers()}
     if metric not in columns:
-        hint = did_you_mean(metric, columns) or f"; there are {', '.join(columns)}"
+        hint = did_you_mean(metric, columns) or METRICS_ARE
         raise LookupError(f"no metric {metric!r}{hint}")
     return str(columns[metric].metadata[b"unit"].decode())
 

@@ -87,9 +87,7 @@ def advice_on(
     def on_progress(flown: int, left: int) -> None:
         nonlocal now
         seconds_left = (monotonic() - began) / max(flown, 1) * left
-        now = (
-            f"trying changes: {flown} missions, at most {duration(seconds_left)} left (--no-advice)"
-        )
+        now = f"trying changes: {flown} missions, about {duration(seconds_left)} left (--no-advice)"
         line.tell(lambda: now)
 
     try:

@@ -14,7 +14,7 @@ from ..core.wording import counted, significant
 from ..results.result import scenario_sha256, versions
 from ..scenario.scenario import Scenario
 from .candidates import Candidate, LeftOut, Predictor, band, excess, team_text
-from .doubting import Doubted, plainly
+from .doubting import Doubted, became_of, plainly
 from .folder import COMPLETE, CUT
 from .prediction.inputs import STATED_ERROR
 from .proposals import is_instant
@@ -147,12 +147,11 @@ def _candidate_text(candidate: Mapping[str, Any]) -> str:
 
 def _doubt_text(doubted: Mapping[str, Any]) -> str:
     """Return what becomes of the goals in a condition."""
-    met = {True: "still met", False: "not met", None: "undecided"}[doubted["met"]]
     means, planned = (
         ", ".join("-" if it is None else significant(it) for it in it["mean"])
         for it in (doubted, doubted["as_planned"])
     )
-    return f"{doubted['told']}: {means} instead of {planned}, {met}"
+    return f"{doubted['told']}: {means} instead of {planned}, {became_of(doubted)}"
 
 
 def caveats(found: Found) -> Iterator[str]:

@@ -10,19 +10,24 @@ from typing import Any
 
 import numpy as np
 
-from ..acoustics.loss import losses
-from ..acoustics.named_channels import loss_of
+from ..acoustics.fix_chance import loses_pings
 from ..campaigns.statistics.intervals import intervals
 from ..core.arrays import Floats
-from ..core.plugins import is_plugin
 from ..geometry.formation import ring_radius
 from ..scenario.channel_settings import burst_s
 from ..scenario.declared import channel_named
 from ..scenario.own_sensors import wanders_over_m
-from ..scenario.scenario import Scenario
 from ..scenario.sections.navigation import Drift
 from ..scenario.site import assumed_sound_speed_of
-from .candidates import FORMATION, Candidate, Predictor, candidate, place_keys, placed
+from .candidates import (
+    FORMATION,
+    Candidate,
+    Predictor,
+    candidate,
+    excess,
+    place_keys,
+    placed,
+)
 from .question import Question
 from .selection.evidence import (
     SPENT,
@@ -119,8 +124,8 @@ class Doubt:
 class Doubted:
     """What became of the goals in it: an estimate each, and whether they are still met.
 
-    `as_planned` are the estimates without the condition, over the same seeds.  `met` is None where
-    neither is certain.
+    `as_planned` are the estimates without the condition, over the same seeds, and `planned_met`
+    whether their means keep the goals.  `met` is None where neither is certain.
     """
 
     doubt: Doubt
@@ -128,6 +133,7 @@ class Doubted:
     estimates: tuple[Estimate, ...]
     as_planned: tuple[Estimate, ...]
     met: bool | None
+    planned_met: bool
 
     def record(self) -> dict[str, Any]:
         """Return it as plain data."""
@@ -137,8 +143,16 @@ class Doubted:
             "missions": self.missions,
             **plainly(self.estimates),
             "met": self.met,
-            "as_planned": plainly(self.as_planned),
+            "as_planned": {**plainly(self.as_planned), "met": self.planned_met},
         }
+
+
+def became_of(case: Mapping[str, Any]) -> str:
+    """Return what becomes of the goals in a condition, as it is recorded."""
+    met = case.get("met")
+    if met is False and (case.get("as_planned") or {}).get("met") is False:
+        return "not met, nor without it"
+    return {True: "still met", False: "not met", None: "undecided"}[met]
 
 
 def doubts(question: Question, team: Candidate, predictor: Predictor) -> list[Doubt]:
@@ -160,13 +174,14 @@ def _ranges(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
     lengths = {HF: bands.hf.range_m, MF: bands.mf.range_m}
     if discs:
         keys = {f"{name}.range_m": float(f"{SHORTER * lengths[name]:.6g}") for name in discs}
-        yield f"ranges {100 * (SHORTER - 1):+.0f} %", {**keys, **_kept(team)}
+        which = "ranges" if len(discs) == len(lengths) else f"{discs[0][-2:].upper()} range"
+        yield f"{which} {100 * (SHORTER - 1):+.0f} %", {**keys, **_kept(team)}
 
 
 def _bursts(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield losses that come together, or last longer, where signals are lost at all."""
     bands = team.scenario.acoustics
-    lossy = {HF: bands.hf.channel} if _loses_pings(team.scenario) else {}
+    lossy = {HF: bands.hf.channel} if loses_pings(team.scenario) else {}
     if team.scenario.protocol.sends_frames and not channel_named(bands.mf.channel).keeps_frames:
         lossy[MF] = bands.mf.channel
     given = {name: burst_s(channel) for name, channel in lossy.items()}
@@ -179,15 +194,6 @@ def _bursts(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
             f"losses last {BURST_S:g} s, not one by one",
             {f"{name}.channel.burst_s": BURST_S for name in lossy},
         )
-
-
-def _loses_pings(scenario: Scenario) -> bool:
-    """Tell whether a ping may be lost within the HF range, were nothing to overlap it."""
-    hf = scenario.acoustics.hf
-    if is_plugin(hf.channel) or not channel_named(hf.channel).ends_at_range:
-        return True
-    ranges = np.linspace(0.0, hf.range_m, 101)
-    return bool(losses(ranges, *loss_of(scenario)).max() > 0.0)
 
 
 def _kept(team: Candidate) -> dict[str, Any]:
@@ -300,7 +306,9 @@ def doubted(
         if len(seeds) and len(as_planned) == len(seeds):
             estimates = evidence.estimates(it), tuple(map(estimated, as_planned.T))
             met = is_met.get(evidence.verdicts[it] or "")
-            found.append(Doubted(conditions[it], len(seeds), *estimates, met))
+            means = [estimate.mean for estimate in estimates[1]]
+            kept = all(excess(*pair) <= 0.0 for pair in zip(goals, means, strict=True))
+            found.append(Doubted(conditions[it], len(seeds), *estimates, met, kept))
     return found
 
 

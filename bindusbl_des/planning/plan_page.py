@@ -18,6 +18,7 @@ from ..scenario.declared import NAVIGATORS
 from ..scenario.destinations import asv_stations
 from ..scenario.scenario import Scenario
 from ..scenario.site import area_of
+from .doubting import became_of
 from .prediction.gathering import inputs_of
 from .prediction.inputs import Inputs
 
@@ -262,7 +263,6 @@ def _fragile(record: Record) -> str:
     if not cases or not goals:
         return ""
     order = {False: 0, None: 1, True: 2}
-    words = {True: "✓ the goal is still met", False: "✗ the goal is missed", None: "open"}
     shown = units(goals[0]["metric"])
     items = ""
     for case in sorted(cases, key=lambda it: order[it.get("met")]):
@@ -271,12 +271,17 @@ def _fragile(record: Record) -> str:
         items += filled(
             "<li>{what}: <b>{verdict}</b> ({mean} {unit} instead of {planned})</li>",
             what=case.get("told") or named(case.get("keys") or {}),
-            verdict=words[case.get("met")],
+            verdict=_verdict(case),
             mean=mean,
             planned=planned,
             unit=shown["unit"],
         )
     return f"<div><h3>If it is not as planned</h3><ul>{items}</ul></div>"
+
+
+def _verdict(case: Record) -> str:
+    marks = {True: "✓ ", False: "✗ ", None: ""}
+    return marks[case.get("met")] + became_of(case)
 
 
 def _plainly(record: Record) -> str:
@@ -409,7 +414,6 @@ def _sensitivity(record: Record) -> str:
         shown = units(it["metric"])
         headings += [(shown["words"], shown["unit"]), ("as planned", shown["unit"])]
     headings += [("missions", ""), ("goal", "")]
-    words = {True: "✓ still met", False: "✗ not met", None: "undecided"}
     rows = []
     for case in cases:
         row = [case.get("told") or named(case.get("keys") or {})]
@@ -417,7 +421,7 @@ def _sensitivity(record: Record) -> str:
             factor = units(it["metric"])["factor"]
             for simulated in (case, case.get("as_planned")):
                 row.append(interval({"simulated": simulated}, place, factor))
-        rows.append([*row, number(case.get("missions"), 0), words.get(case.get("met"), "-")])
+        rows.append([*row, number(case.get("missions"), 0), _verdict(case)])
     return (
         '<section id="sensitivity"><h2>If it is not as planned, in numbers</h2>'
         '<p class="note">The answer, '

@@ -21,7 +21,8 @@ What is found lies in a folder: `plan.json`, `best.yaml` (a scenario that meets 
   ``uplink``, ``downlink``, ``fix_noise`` or ``drift``; `value` is what the first goal's metric is
   predicted to be were that twice as good,
 * ``sensitivity``: ``[{told, keys, missions, mean, low, high, met, as_planned}]``, the team in worse
-  conditions, and `as_planned`, ``{mean, low, high}``, in the same missions without them,
+  conditions, and `as_planned`, ``{mean, low, high, met}``, in the same missions without
+  them, `met` where the means keep the goals,
 * ``prediction_error``: ``{metric: {median, p90}}``, relative, of the prediction beside simulation.
 
 Any number that is not known is null.

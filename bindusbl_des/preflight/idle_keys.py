@@ -9,7 +9,6 @@ Settings of channels, instruments and casts that another setting leaves nothing 
 from collections.abc import Iterator
 from typing import Any
 
-from ..core.plugins import is_plugin
 from ..core.wording import plain
 from ..scenario.channel_settings import burst_s
 from ..scenario.declared import CHANNELS, channel_named, instrument_named
@@ -116,13 +115,17 @@ def bursts(scenario: Scenario) -> Iterator[Problem]:
             "remove it",
             ("acoustics.mf.channel",),
         )
-    loss = scenario.acoustics.loss
-    by_law = channel_named(hf).ends_at_range and not is_plugin(hf)
-    if burst_s(hf) is not None and by_law and loss.law == "none" and loss.combine == "off":
+    if burst_s(hf) is None:
+        return
+    from ..acoustics.fix_chance import loses_pings  # brings numpy, which few scenarios wait for
+
+    if not loses_pings(scenario):
+        law = scenario.acoustics.loss.law
         yield Problem(
             "acoustics.hf.channel.burst_s",
-            "has no effect with acoustics.loss.law: none (no ping is lost on its way); remove it",
-            ("acoustics.loss.law",),
+            f"has no effect with acoustics.loss.law: {law} over acoustics.hf.range_m: "
+            f"{plain(scenario.acoustics.hf.range_m)} (no ping is lost on its way); remove it",
+            ("acoustics.loss.law", "acoustics.hf.range_m"),
         )
 
 

@@ -38,7 +38,7 @@ def failing(scenario: Scenario) -> Iterator[Problem]:
         if failure.at_s >= end:
             yield Problem(
                 key,
-                f"has no effect: the mission ends at {end:g} s, before {failure.at_s:g} s; "
+                f"has no effect: it is for {failure.at_s:g} s, and the mission ends at {end:g} s; "
                 "remove it",
                 ("duration_s",),
             )

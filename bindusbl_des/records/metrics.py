@@ -275,6 +275,9 @@ SHARES = (
 
 WORST = "worst_"
 
+# What is said where somebody names another.
+METRICS_ARE = "; metrics are columns of the tables auvs and mission (docs/reference.md)"
+
 # For each metric that can be bad: whether the largest value is the worst.
 WORST_IS_LARGEST = {
     field.name: field.metadata["worst"] == LARGEST

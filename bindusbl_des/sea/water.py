@@ -176,7 +176,7 @@ def absorption_ainslie_mccolm(
     """Return what sea water takes from a sound on its way (dB/km), after Ainslie and McColm.
 
     Arguments and errors as in :func:`absorption`, which it simplifies: within 10 % of it for
-    -6-35 degC, 5-50 psu, 0-7000 m, pH 7.7-8.3 and 0.1-1000 kHz, say its authors.
+    -6-35 degC, 5-50 psu, 0-7000 m, pH 7.7-8.3 and 0.1-1000 kHz, each varied alone, say its authors.
     Source: M. A. Ainslie, J. G. McColm, J. Acoust. Soc. Am. 103, 1671 (1998).
 
     >>> round(absorption_ainslie_mccolm(25.0), 4)

@@ -180,6 +180,19 @@ def test_tracks_of_steering_auvs_go_on_to_the_end() -> None:
         assert steps.max() < 0.1 * 0.8  # m in a tenth of a second
 
 
+@pytest.mark.parametrize("rounds", [30, 100, 258, 1000])
+def test_a_round_that_would_begin_at_the_end_is_none(rounds: int) -> None:
+    """Seven sixths of a second, added 258 times, come to a little less than 301 s."""
+    acoustics = {"hf": {"range_m": 50}}
+    frame = {"schedule": "random", "frame_s": 1.0}
+    fleet = {"auvs": {"count": 2}, "asvs": {"count": 2}}
+    mission = {"name": "m", **fleet, "protocol": frame, "acoustics": acoustics}
+    flown = Scenario.model_validate({**mission, "duration_s": rounds * 7.0 / 6.0})
+    began = simulate(flown).tables["rounds"].started_at_s
+    assert began[1] == pytest.approx(7.0 / 6.0)
+    assert len(began) == rounds
+
+
 def test_a_frame_is_delivered_as_far_as_the_mission_goes() -> None:
     """A fix that arrives at the mission's end is in flight; others of its frame are delivered."""
     # two slots of 0.1 s, 40 bytes in 0.32 s, 20 m and 40 m of way

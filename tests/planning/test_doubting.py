@@ -14,7 +14,16 @@ from bindusbl_des import Scenario, load_scenario, plan, simulate
 from bindusbl_des.campaigns.experiments.experiment import laid_over
 from bindusbl_des.planning import flying
 from bindusbl_des.planning.candidates import Candidate
-from bindusbl_des.planning.doubting import SEEDS, Doubt, Doubted, _bursts, _drift, doubted
+from bindusbl_des.planning.doubting import (
+    SEEDS,
+    Doubt,
+    Doubted,
+    _bursts,
+    _drift,
+    _ranges,
+    became_of,
+    doubted,
+)
 from bindusbl_des.planning.selection.goals import Goal
 
 Floats = NDArray[np.float64]
@@ -48,7 +57,20 @@ def test_what_is_clear_takes_few_missions_and_what_is_close_takes_all() -> None:
     assert [it.met for it in found] == [True, False, True, None]
     assert [it.missions for it in found] == [8, 8, 16, 32]
     assert found[0].record()["mean"] == [pytest.approx(0.4)]
-    assert found[0].record()["as_planned"] == {"mean": [1.0], "low": [1.0], "high": [1.0]}
+    as_planned = {"mean": [1.0], "low": [1.0], "high": [1.0], "met": True}
+    assert found[0].record()["as_planned"] == as_planned
+
+
+def test_what_misses_without_the_condition_as_well_is_said_to() -> None:
+    """A condition is not to blame for what half a mission alone misses; old plans do not know."""
+    goal = Goal("position_error_m", below=0.5)
+    found = [it.record() for it in told(around(0.4, 2.0), (goal,))]
+    assert [became_of(it) for it in found] == ["still met", "not met, nor without it"]
+    found[1]["as_planned"]["met"] = True
+    assert became_of(found[1]) == "not met"
+    del found[1]["as_planned"]
+    assert became_of(found[1]) == "not met"
+    assert became_of({"met": None}) == "undecided"
 
 
 def test_all_goals_have_to_be_met_and_one_that_is_missed_is_enough() -> None:
@@ -149,6 +171,14 @@ def test_how_the_drift_of_a_sheet_is_drawn_is_doubted(line: float | None, tried:
     assert keys == [
         {"navigation.drift.percent_of_distance": 0.6}, {"navigation.drift.line_m": tried},
     ]  # fmt: skip
+
+
+def test_the_range_of_one_band_is_not_called_that_of_both() -> None:
+    """A channel that goes by levels knows no range that could be less."""
+    acoustics = {"mf": {"channel": "sonar"}}
+    team = Candidate({}, Scenario.model_validate({"name": "bay", "acoustics": acoustics}), 1.0)
+    assert [words for words, _ in _ranges(team)] == ["HF range -20 %"]
+    assert [words for words, _ in _ranges(TEAM)] == ["ranges -20 %"]
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ NAN = float("nan")
         ("position_error_p95=1", r"no metric 'position_error_p95'; did you mean '.*p95_m'\?"),
         ("worst_latency_mean=1", r"did you mean 'latency_mean_s'\?"),
         ("error=2", r"^no metric 'error'; did you mean 'position_error_m'\?"),
-        ("crew=1", r"^no metric 'crew'; metrics are columns of the tables auvs and mission$"),
+        ("crew=1", r"^no metric 'crew'; metrics are columns of the tables auvs and mission"),
         (
             "position_error_m",
             r"^'position_error_m': needs METRIC=VALUE, such as position_error_p95_m=1",

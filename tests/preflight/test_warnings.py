@@ -505,6 +505,23 @@ def test_settings_that_others_leave_out_are_told(
     assert names == ([] if key is None else [f"acoustics.{band}.channel.{key}"])
 
 
+@pytest.mark.parametrize(
+    ("hf", "loss", "is_idle"),
+    [
+        ({}, {}, True),  # within 50 m the paper's law takes nothing
+        ({"range_m": 300.0}, {"law": "paper"}, False),
+        ({}, {"combine": "clamp_first"}, False),
+        ({"range_m": 300.0}, {"law": "none"}, True),
+    ],
+)
+def test_losses_that_never_come_cannot_last(
+    hf: dict[str, Any], loss: dict[str, Any], *, is_idle: bool
+) -> None:
+    channel = {"model": "disc", "burst_s": 4.0}
+    found = told(acoustics={"hf": {"channel": channel, **hf}, "loss": loss})
+    assert ("acoustics.hf.channel.burst_s" in found) == is_idle
+
+
 def test_a_law_is_not_for_a_cast_of_speeds(tmp_path: Path) -> None:
     speeds, water = tmp_path / "speeds.csv", tmp_path / "water.csv"
     speeds.write_text("depth_m,sound_speed_m_per_s\n0,1500\n30,1490\n")

@@ -362,7 +362,7 @@ def test_failures_are_told_beforehand() -> None:
 
     late = between_two({"asv": 1, "at_s": 6.0}, {"asv": 0, "at_s": 2.0})
     assert [str(it) for it in warnings_of(late) if "failures" in it.key] == [
-        "asvs.failures.0.at_s: has no effect: the mission ends at 6 s, before 6 s; remove it"
+        "asvs.failures.0.at_s: has no effect: it is for 6 s, and the mission ends at 6 s; remove it"
     ]
     none = between_two({"asv": 1, "at_s": 3.0}, {"asv": 0, "at_s": 2.0})
     told = [str(it) for it in warnings_of(none) if "failures" in it.key]

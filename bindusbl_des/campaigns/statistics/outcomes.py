@@ -15,7 +15,7 @@ import pyarrow as pa
 from ...core.arrays import Flags, Floats, Ints
 from ...core.wording import did_you_mean
 from ...records.events import NONE
-from ...records.metrics import WORST, WORST_IS_LARGEST, AuvMetrics, of_an_auv
+from ...records.metrics import METRICS_ARE, WORST, WORST_IS_LARGEST, AuvMetrics, of_an_auv
 from ...results.columns import numpy_array, numpy_columns
 from ...results.schemas import mission_numbers
 from ..storage.done import OK, has_status
@@ -211,7 +211,7 @@ def check_metrics(names: Sequence[str]) -> None:
     known = mission_numbers()
     for name in names:
         if name not in known:
-            hint = did_you_mean(name, known) or f"; the metrics are {', '.join(known)}"
+            hint = did_you_mean(name, known) or METRICS_ARE
             raise ValueError(f"no metric {name!r}{hint}")
 
 

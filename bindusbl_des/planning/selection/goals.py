@@ -9,7 +9,14 @@ import numpy as np
 
 from ...core.arrays import Floats
 from ...core.wording import described, did_you_mean, plain, refuse, significant
-from ...records.metrics import WORST, WORST_IS_LARGEST, AuvMetrics, Utilisation, unit_of
+from ...records.metrics import (
+    METRICS_ARE,
+    WORST,
+    WORST_IS_LARGEST,
+    AuvMetrics,
+    Utilisation,
+    unit_of,
+)
 
 Of = float | Literal["worst", "mean"]
 
@@ -56,7 +63,7 @@ class Goal:
             asked = self.metric.removeprefix(WORST)
             # of several that are about errors, the one that plans are mostly judged by
             hint = did_you_mean(asked, ("position_error_m", *known))
-            hint = hint or "; metrics are columns of the tables auvs and mission"
+            hint = hint or METRICS_ARE
             raise ValueError(f"no metric {self.metric!r}{hint}")
         if (self.below is None) == (self.above is None):
             both = "neither" if self.below is None else "both"
