@@ -66,7 +66,9 @@ class Commands(click.Group):
         width = formatter.width - 6 - max(map(len, self.commands))
         for name, group in GROUPS.items():
             with formatter.section(name):
-                formatter.write_dl([(str(it.name), it.get_short_help_str(width)) for it in group])
+                formatter.write_dl(
+                    [(str(command.name), command.get_short_help_str(width)) for command in group]
+                )
 
     def invoke(self, ctx: click.Context) -> Any:
         try:

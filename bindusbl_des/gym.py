@@ -34,7 +34,7 @@ TIME_S, ERROR_M, TURNS, MOST = 60.0, 10.0, 10.0, 10.0
 def worst_error(mission: Mission) -> float:
     """Return how far (m) the AUV that is worst off is from where it believes to be."""
     states = mission.auvs()
-    return max(hypot(*it) for it in (states.estimate - states.truth[:, :2]).tolist())
+    return max(hypot(*offset) for offset in (states.estimate - states.truth[:, :2]).tolist())
 
 
 def _scenario(scenario: Scenario | str | Path) -> Scenario:

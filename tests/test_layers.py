@@ -228,6 +228,18 @@ def room_at(boxes: list[tuple[str, ...]], x: str, y: str) -> str:
     raise AssertionError(f"no room is at {x}, {y}")
 
 
+def test_variables_say_what_they_are() -> None:
+    """No loop, comprehension, lambda or function calls `it` what it goes through, or is given."""
+    nameless = [
+        f"{name}:{node.lineno}"
+        for name, path in NAMES.items()
+        for node in ast.walk(tree(path))
+        if (isinstance(node, ast.Name) and node.id in ("it", "its"))
+        or (isinstance(node, ast.arg) and node.arg in ("it", "its"))
+    ]
+    assert nameless == []
+
+
 def test_docstrings_refer_to_what_there_is() -> None:
     """`:func:`.room.thing`` counts from the module's package, `:func:`thing`` from the module."""
     missing = []

@@ -101,7 +101,7 @@ class Messages:
         """Return the messages of a broadcast that tells `named` AUVs their slots.
 
         >>> messages = Messages(Modem(2000.0, 2.0), 8, 16, 3, True, room=50, assignment_bytes=4)
-        >>> [(it.fixes, it.named, it.size_bytes) for it in messages.packed(4, 5)]
+        >>> [(sent.fixes, sent.named, sent.size_bytes) for sent in messages.packed(4, 5)]
         [(1, 5, 44), (3, 0, 56)]
         """
         found = self._packed.get((fixes, named))  # broadcast after broadcast is alike

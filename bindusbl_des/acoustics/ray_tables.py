@@ -100,7 +100,7 @@ def straight_time_s(
     receiver_depth_m: ArrayLike,
 ) -> Floats:
     """Return how long (s) sound would travel on the straight way between two depths (m)."""
-    above, below = (np.asarray(it, dtype=float) for it in (source_depth_m, receiver_depth_m))
+    above, below = (np.asarray(depth, dtype=float) for depth in (source_depth_m, receiver_depth_m))
     apart = below - above
     passed = cumulated_slowness(profile, below) - cumulated_slowness(profile, above)
     level = 1.0 / profile.at((above + below) / 2.0)
@@ -123,7 +123,10 @@ def interpolated(
     `ways`), the one that is the nearest: of most weight.
     """
     asked = np.broadcast_arrays(range_m, source_depth_m, receiver_depth_m)
-    cells = [_cell(axis, np.asarray(it, dtype=float)) for axis, it in zip(grid, asked, strict=True)]
+    cells = [
+        _cell(axis, np.asarray(coordinate, dtype=float))
+        for axis, coordinate in zip(grid, asked, strict=True)
+    ]
     weights, places = [], []
     for corner in product((0, 1), repeat=3):
         weight = np.ones(asked[0].shape)
@@ -135,7 +138,9 @@ def interpolated(
     came = [ways[place] for place in places]
     mine, most = came[0], np.full(asked[0].shape, -1.0)
     for way in came:
-        held = sum(np.where(other == way, it, 0.0) for other, it in zip(came, weights, strict=True))
+        held = sum(
+            np.where(other == way, weight, 0.0) for other, weight in zip(came, weights, strict=True)
+        )
         mine, most = np.where(held > most, way, mine), np.maximum(held, most)
     total = np.zeros(asked[0].shape)
     for way, weight, place in zip(came, weights, places, strict=True):
@@ -189,7 +194,7 @@ def read_table(path: str | Path, profile: Profile) -> SoundTable:
     order = np.lexsort([rows[name] for name in reversed(AXES)])
     places = [rows[name][order].reshape(shape) for name in AXES]
     wanted = np.meshgrid(*grid, indexing="ij")
-    if not all(np.array_equal(it, axis) for it, axis in zip(places, wanted, strict=True)):
+    if not all(np.array_equal(place, axis) for place, axis in zip(places, wanted, strict=True)):
         raise ValueError(f"{path}: has a place twice, and another not at all; write each once")
     taken, loss = (rows[name][order].reshape(shape) for name in VALUES)
     straight = straight_time_s(profile, *places)

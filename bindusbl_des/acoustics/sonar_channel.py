@@ -92,26 +92,29 @@ def echoes(
     Yu. P. Lysanov, Fundamentals of Ocean Acoustics (2003), 9.
     """
     away, source, receiver = np.broadcast_arrays(
-        *(np.asarray(it, dtype=float) for it in (range_m, source_depth_m, receiver_depth_m))
+        *(np.asarray(value, dtype=float) for value in (range_m, source_depth_m, receiver_depth_m))
     )
-    if not all(((it >= 0.0) & (it <= sea.depth_m)).all() for it in (source, receiver)):
+    if not all(((depth >= 0.0) & (depth <= sea.depth_m)).all() for depth in (source, receiver)):
         raise ValueError(f"depths must lie in the sea, between 0 and {sea.depth_m:g} m")
     taken = tuple(ways(most_reflections))
     upright = np.array(
-        [2 * it.depths * sea.depth_m + it.source * source + it.receiver * receiver for it in taken]
+        [
+            2 * way.depths * sea.depth_m + way.source * source + way.receiver * receiver
+            for way in taken
+        ]
     )
     straight = np.hypot(away, source - receiver)
     lengths = np.hypot(away, upright)
     grazing = np.arctan2(upright, away)
     surface = _surface(sea, frequency_khz, grazing)
     bottom = bottom_reflection(sea, grazing)
-    counts = [(it.name.count("S"), it.name.count("B")) for it in taken]
+    counts = [(way.name.count("S"), way.name.count("B")) for way in taken]
     reflected = np.array(
         [surface[n] ** up * bottom[n] ** down for n, (up, down) in enumerate(counts)]
     )
     wave = 2.0 * math.pi * frequency_khz * 1e3 / sea.sound_speed_m_per_s
     phase = np.exp(1j * wave * (lengths - straight))
-    above = np.array([it.receiver for it in taken]).reshape(-1, *np.ones(away.ndim, dtype=int))
+    above = np.array([way.receiver for way in taken]).reshape(-1, *np.ones(away.ndim, dtype=int))
     return Echoes(
         taken,
         (lengths - straight) / sea.sound_speed_m_per_s,

@@ -65,7 +65,7 @@ def detected(energy: ArrayLike, false_alarm: float, detector: str = "non_coheren
     false-alarm probability outside (0, 1).
     Source: H. L. Van Trees, Detection, Estimation, and Modulation Theory (1968), part I, 2.6, 4.4.
 
-    >>> [round(float(detected(10.0, 1e-4, it)), 4) for it in DETECTORS]
+    >>> [round(float(detected(10.0, 1e-4, detector)), 4) for detector in DETECTORS]
     [0.6161, 0.7743, 0.4329]
     """
     if not 0.0 < false_alarm < 1.0:
@@ -210,7 +210,7 @@ def bit_error(energy: ArrayLike, modulation: str = "bpsk") -> Floats:
     `bpsk` coherent, `dpsk` and `nc_fsk` (binary, orthogonal) not, in white noise.  Raises KeyError
     for another modulation.  Source: J. G. Proakis, Digital Communications (2001), 5.2.
 
-    >>> [f"{float(bit_error(10.0, it)):.3g}" for it in ("bpsk", "dpsk", "nc_fsk")]
+    >>> [f"{float(bit_error(10.0, modulation)):.3g}" for modulation in ("bpsk", "dpsk", "nc_fsk")]
     ['3.87e-06', '2.27e-05', '0.00337']
     """
     return _MODULATIONS[modulation](np.asarray(energy, dtype=float))
@@ -310,7 +310,7 @@ def timing_sd_s(
     Source: H. L. Van Trees, Detection, Estimation, and Modulation Theory (1968), part III.
 
     >>> from ..scenario.channel_settings import Sonar
-    >>> [f"{float(timing_sd_s(Sonar(), 0.0, 0.01, 0.0, it)):.4g}" for it in (False, True)]
+    >>> [f"{float(timing_sd_s(Sonar(), 0.0, 0.01, 0.0, carrier)):.4g}" for carrier in (False, True)]
     ['3.898e-06', '4.472e-07']
     """
     energy = pulse_energy(sonar, snr_db, duration_s)

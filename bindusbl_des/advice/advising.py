@@ -132,7 +132,7 @@ def harms(missions: Sequence[Trial], together: int = 1) -> list[Harm]:
         means = float(with_fixes.mean()), float(without.mean())
         if low > 0 and mean > WORTHWHILE * means[1]:
             found.append(Harm(f"AUV{auv}", *means, mean, low, high, len(own)))
-    return sorted(found, key=lambda it: -it.mean_m)
+    return sorted(found, key=lambda harm: -harm.mean_m)
 
 
 def interval(differences: Floats, together: int) -> tuple[float, float, float]:
@@ -198,7 +198,7 @@ def advise(
         return Advice(most, shortage=f"the plan cannot be flown with another seed: {error}")
     reader = again or _as_it_was_run(scenario)
     first = (GAIN, FILTER) if may_harm(trials.unchanged(race.seeds)) else ()
-    chosen = [it for it in race.promising(first) if _can_be_said(it, scenario, reader)]
+    chosen = [change for change in race.promising(first) if _can_be_said(change, scenario, reader)]
     finalists, seeds = measured(trials, chosen, result.seed + MEASURING)
     together = len(finalists) + 1  # and whether fixes do harm
     effects = _effects(trials, finalists, seeds, together)
@@ -213,13 +213,13 @@ def advise(
         budget_s=seconds,
         is_cut=trials.is_cut,
         missions=trials.missions,
-        error_m=_mean([it.error for it in trials.unchanged(seeds)]),
+        error_m=_mean([trial.error for trial in trials.unchanged(seeds)]),
         effects=tuple(effects),
         harms=tuple(harms(unchanged, together)),
         harm_seeds=len(unchanged) if len(unchanged) >= FEWEST_SEEDS else 0,
         inert=_words(race.inert),
         needless=tuple(needless),
-        dropped=_words([it for it in race.tried if it not in said]),
+        dropped=_words([change for change in race.tried if change not in said]),
         untried=_words(race.untried),
         shortage=_short(trials, most) if unknown and not effects else "",
         fixed_gain=navigator_of(scenario).has_gain,
@@ -243,11 +243,11 @@ def _effects(
     trials: Trials, finalists: Sequence[Change], seeds: list[int], together: int
 ) -> list[Effect]:
     """Return the effects of what was measured, the best first."""
-    error = _mean([it.error for it in trials.unchanged(seeds)]) or 0.0
+    error = _mean([trial.error for trial in trials.unchanged(seeds)]) or 0.0
     found = [(change, trials.differences(change, seeds)) for change in finalists]
-    known = [it for it in found if len(it[1]) >= FEWEST_SEEDS]
-    effects = [effect(change, it, error, together) for change, it in known]
-    return sorted(effects, key=lambda it: it.mean_m)
+    known = [tried for tried in found if len(tried[1]) >= FEWEST_SEEDS]
+    effects = [effect(change, differences, error, together) for change, differences in known]
+    return sorted(effects, key=lambda outcome: outcome.mean_m)
 
 
 def _mean(values: Sequence[float]) -> float | None:

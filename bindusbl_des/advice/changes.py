@@ -93,8 +93,8 @@ def proposals(result: "Result") -> tuple[list[Change], list[str]]:
         *_ranges(scenario, auvs, needless),
         *_protocols(scenario, needless),
     ]
-    mixed = [it for row in zip_longest(*kinds) for it in row if it is not None]
-    return [it for it in mixed if changed(scenario, it.settings) is not None], needless
+    mixed = [change for row in zip_longest(*kinds) for change in row if change is not None]
+    return [change for change in mixed if changed(scenario, change.settings) is not None], needless
 
 
 def _filters(scenario: Scenario) -> Iterator[Change]:
@@ -141,7 +141,7 @@ def _downlinks(scenario: Scenario) -> tuple[str, ...]:
     Answers without airtime are not advised: no modem can give them.
     """
     instant = not scenario.protocol.answer.takes_airtime
-    names = [it for it in advised(DOWNLINKS) if not (DOWNLINKS[it].replies and instant)]
+    names = [name for name in advised(DOWNLINKS) if not (DOWNLINKS[name].replies and instant)]
     if not scenario.protocol.random_access:
         return tuple(names)
     broadcast = [name for name in names if not DOWNLINKS[name].replies and DOWNLINKS[name].waits]

@@ -207,28 +207,31 @@ class Race:
         Of equal ones the simpler is the better.
         """
         ranked = sorted(
-            (it for it in self._running if it not in self._trials.failed),
-            key=lambda it: (self.mean(it), len(it.settings)),
+            (change for change in self._running if change not in self._trials.failed),
+            key=lambda change: (self.mean(change), len(change.settings)),
         )
         singles: list[Change] = []
         for change in ranked:
             alike = sum(single.kind == change.kind for single in singles)
             if change.kind != PAIR and alike < each:
                 singles.append(change)
-        return [*singles[:most], *[it for it in ranked if it.kind == PAIR][:each]]
+        return [*singles[:most], *[change for change in ranked if change.kind == PAIR][:each]]
 
     def _winners(self) -> list[Change]:
         """Return the best single change of each kind that helped, the best kind first."""
         best = self._best(len(self._running), 1)
-        return [it for it in best if it.kind != PAIR and self.mean(it) < 0]
+        return [change for change in best if change.kind != PAIR and self.mean(change) < 0]
 
     def _pairs(self) -> Iterable[Change]:
         """Yield the best changes two by two, those that have not run yet.
 
         A filter that changed nothing is among them: the worst AUV may have had no fix to weigh.
         """
-        known = {it.words for it in self._running}
-        best = [*self._winners()[:PAIRED], *(it for it in self.inert if it.kind == FILTER)]
+        known = {change.words for change in self._running}
+        best = [
+            *self._winners()[:PAIRED],
+            *(change for change in self.inert if change.kind == FILTER),
+        ]
         for one, other in combinations(best, 2):
             pair = both(one, other)
             if may_be_paired(one, other) and pair.words not in known:
@@ -239,11 +242,11 @@ class Race:
 
         Changes of the kinds `first` lead the list, whatever their rank.
         """
-        error = sum(it.error for it in self._trials.unchanged(self.seeds))
+        error = sum(trial.error for trial in self._trials.unchanged(self.seeds))
         least = -WORTHWHILE * error / len(self._trials.unchanged(self.seeds))
         found = self._winners()
-        pairs = [it for it in self._best(len(self._running), 1) if it.kind == PAIR]
+        pairs = [change for change in self._best(len(self._running), 1) if change.kind == PAIR]
         if pairs and found and self.mean(pairs[0]) < self.mean(found[0]):
             found.insert(1, pairs[0])  # after what it is made of, which is simpler
-        found = [it for it in found if self.mean(it) < least]
-        return sorted(found, key=lambda it: it.kind not in first)
+        found = [change for change in found if self.mean(change) < least]
+        return sorted(found, key=lambda change: change.kind not in first)

@@ -71,7 +71,7 @@ class Ways:
             for radius in radii
             for angle in angles
         ]
-        _, radius, angle = max(tried, key=lambda it: it[0])
+        _, radius, angle = max(tried, key=lambda ring: ring[0])
         return radius, angle
 
     def _ring(self, count: int, radius: float, angle: float) -> Floats:
@@ -84,7 +84,7 @@ class Ways:
         along = np.linspace(box.x_min, box.x_max, GRID)
         across = np.linspace(box.y_min, box.y_max, GRID)
         places = [(round(float(x), 1), round(float(y), 1)) for x in along for y in across]
-        return max(places, key=lambda it: self.score(np.array([*stations, it])))
+        return max(places, key=lambda place: self.score(np.array([*stations, place])))
 
 
 def _way(scenario: Scenario, auv: int) -> Floats:

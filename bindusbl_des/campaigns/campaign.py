@@ -233,7 +233,11 @@ class Campaign:
             return None
         first = min(ends, key=ends.__getitem__)
         rows = read_part(self.folder, MISSIONS, first, ("wall_time_s",))
-        took = 0.0 if rows is None else sum(it or 0.0 for it in rows["wall_time_s"].to_pylist())
+        took = (
+            0.0
+            if rows is None
+            else sum(seconds or 0.0 for seconds in rows["wall_time_s"].to_pylist())
+        )
         spent = max(ends.values()) - max(ends[first] - took, session["began_at"])
         since = ran - session["rows_before"]  # none where rows went meanwhile
         return since / spent if since > 0 and spent > 0 else None

@@ -49,7 +49,7 @@ class Comparison:
 
     def records(self) -> list[dict[str, Any]]:
         """Return a row per pair and metric as plain data; what is not known is None."""
-        return [_record(it) for it in self.differences]
+        return [_record(row) for row in self.differences]
 
     def frame(self) -> "pd.DataFrame":
         """Return a row per pair and metric."""
@@ -76,7 +76,9 @@ def compare(
         CampaignError: when a folder is no campaign's, or nothing in them can be compared.
         ValueError: when there is no such metric.
     """
-    folders = [it.folder if isinstance(it, Campaign) else it for it in (campaign, *others)]
+    folders = [
+        given.folder if isinstance(given, Campaign) else given for given in (campaign, *others)
+    ]
     return compared(folders, by=by, metrics=metrics, baseline=baseline).frame()
 
 
@@ -106,11 +108,11 @@ def compared(
             for pair in pairs_between(campaigns[0], other, lettered(number))
         ]
     found = {campaign.folder: outcomes(campaign.folder, metrics) for campaign in campaigns}
-    served = {folder: _unserved(folder, it) for folder, it in found.items()}
+    served = {folder: _unserved(folder, missions) for folder, missions in found.items()}
     differences = tuple(
         difference(pair, metric, found, served) for pair in pairs for metric in metrics
     )
-    if not any(it.missions for it in differences):
+    if not any(row.missions for row in differences):
         raise CampaignError("nothing to compare: no seed has a result at both points of a pair")
     notes = (
         *left_out(pairs, found), *_versions(campaigns), *_waits(metrics),
@@ -196,7 +198,7 @@ def _labels(pairs: Sequence[Pair]) -> Iterator[tuple[str, str]]:
         side = pair.baseline
         yield side.label, f"{pair.key}={side.name}" if pair.key else side.name
     firsts = {pair.other.label: pair for pair in reversed(pairs)}
-    for label, pair in sorted(firsts.items(), key=lambda it: pairs.index(it[1])):
+    for label, pair in sorted(firsts.items(), key=lambda item: pairs.index(item[1])):
         named = f"{pair.key}={pair.other.name}" if pair.key else pair.other.name
         yield label, f"{named}, {_differing(pair)}" if not pair.key else named
 
@@ -229,28 +231,28 @@ def _leaves(data: Any, name: str) -> Iterator[tuple[str, Any]]:
         yield from _leaves(value, f"{name}.{key}" if name else key)
 
 
-def _record(it: Difference) -> dict[str, Any]:
+def _record(row: Difference) -> dict[str, Any]:
     return {
-        **it.pair.held,
-        "label": it.pair.other.label,
-        "baseline": it.pair.baseline.name,
-        "other": it.pair.other.name,
-        "metric": it.metric,
-        "unit": unit(it.metric),
-        "missions": it.missions,
-        "pairs": it.found.count,
-        "baseline_mean": _known(it.baseline.mean),
-        "baseline_whole": it.baseline.whole,
-        "baseline_worst_auv": next(iter(it.baseline.who), None),
-        "other_mean": _known(it.other.mean),
-        "other_whole": it.other.whole,
-        "other_worst_auv": next(iter(it.other.who), None),
-        "difference": _known(it.found.mean),
-        "low": _known(it.low),
-        "high": _known(it.high),
-        "relative": _known(it.relative),
-        "verdict": it.verdict,
-        "said": " ".join((sentence(it), *unserved(it))),
+        **row.pair.held,
+        "label": row.pair.other.label,
+        "baseline": row.pair.baseline.name,
+        "other": row.pair.other.name,
+        "metric": row.metric,
+        "unit": unit(row.metric),
+        "missions": row.missions,
+        "pairs": row.found.count,
+        "baseline_mean": _known(row.baseline.mean),
+        "baseline_whole": row.baseline.whole,
+        "baseline_worst_auv": next(iter(row.baseline.who), None),
+        "other_mean": _known(row.other.mean),
+        "other_whole": row.other.whole,
+        "other_worst_auv": next(iter(row.other.who), None),
+        "difference": _known(row.found.mean),
+        "low": _known(row.low),
+        "high": _known(row.high),
+        "relative": _known(row.relative),
+        "verdict": row.verdict,
+        "said": " ".join((sentence(row), *unserved(row))),
     }
 
 

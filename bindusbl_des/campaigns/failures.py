@@ -30,7 +30,7 @@ def failures_in(folder: Path) -> list[dict[str, Any]]:
         ValueError: when a file is damaged.
     """
     found = [_failure(path) for path in (folder / "failures").glob("*.json")]
-    return sorted(found, key=lambda it: int(it["mission"]))
+    return sorted(found, key=lambda failure: int(failure["mission"]))
 
 
 def an_error(folder: Path) -> str:
@@ -145,7 +145,9 @@ def _changed(folder: Path, record: Mapping[str, Any]) -> str:
             f"{model_version()}; their missions cannot be mixed. Sweep anew into another folder, "
             f"or install bindusbl-des {record['model_version'].partition('/')[0]}"
         )
-    changed = (it for it, recorded in record["own_parts"].items() if source_sha256(it) != recorded)
+    changed = (
+        part for part, recorded in record["own_parts"].items() if source_sha256(part) != recorded
+    )
     name = next(changed, None)
     return _changed_part(folder, name) if name else ""
 

@@ -37,8 +37,12 @@ def heat_table(
     """
     if not columns:
         return ""
-    points, names = campaign.plan.points, [it["key"] for it in columns]
-    numbers = [it["key"] for it in columns if it["values"] is not None and len(it["labels"]) > 1]
+    points, names = campaign.plan.points, [column["key"] for column in columns]
+    numbers = [
+        column["key"]
+        for column in columns
+        if column["values"] is not None and len(column["labels"]) > 1
+    ]
     along = (numbers or names)[0]
     across, rows = columns[names.index(along)]["labels"], _rows(campaign, along)
     if max(len(rows), len(across)) > MOST_STEPS:
@@ -114,19 +118,20 @@ def fewest_tables(
         lines, looks = [], {}
         for place, points in enumerate(tried["points"]):
             upper = [
-                np.nan if it is None else known.mean[it] + known.half_width[it] for it in points
+                np.nan if point is None else known.mean[point] + known.half_width[point]
+                for point in points
             ]
-            sure = [column for column, it in enumerate(upper) if it < limit]
+            sure = [column for column, bound in enumerate(upper) if bound < limit]
             for column, point in enumerate(points):
                 if point is not None and known.mean[point] < limit:
                     looks[place, column + 1] = "sure" if column in sure else "near"
             if sure:
                 looks[place, sure[0] + 1] = "sure fewest"
             looks[place, len(counts) + 1] = "answer"
-            is_known = all(it is None or ran[it] for it in points)
+            is_known = all(point is None or ran[point] for point in points)
             none = f"more than {counts[-1]}" if is_known else "not known yet"
             fewest = counts[sure[0]] if sure else none
-            cells = ["-" if it is None else texts[it] for it in points]
+            cells = ["-" if point is None else texts[point] for point in points]
             lines.append([rows[place], *cells, fewest])
         made = table([*headings, ("fewest", "")], lines, "Fewest ASVs", looks)
         hidden = " hidden" * (metric != ACCURACIES[0])

@@ -113,12 +113,12 @@ def _shape(kind: str, given: Any, place: str) -> Shape:
 def _positions(given: Any, place: str) -> list[Degrees]:
     if not isinstance(given, list):
         raise BadChart(f"{place}: needs a list of positions; got {described(given)}")
-    return [_position(it, f"{place}: position {number}") for number, it in enumerate(given)]
+    return [_position(point, f"{place}: position {number}") for number, point in enumerate(given)]
 
 
 def _position(given: Any, place: str) -> Degrees:
     numbers = isinstance(given, list) and len(given) >= 2
-    if not numbers or not all(type(it) in (int, float) for it in given[:2]):
+    if not numbers or not all(type(number) in (int, float) for number in given[:2]):
         raise BadChart(f"{place}: needs two numbers {ORDER}; got {shortened(repr(given))}")
     try:
         longitude, latitude = map(float, given[:2])
@@ -194,12 +194,12 @@ def _joined(areas: list[Shape]) -> list[Shape]:
         for area in areas
         if not area.holes and any(abs(lon) == 180.0 for _, lon in area.corners)
     ]
-    if len(cut) < 2 or len(cut) != len(areas) or len({it.where for it in cut}) > 1:
+    if len(cut) < 2 or len(cut) != len(areas) or len({area.where for area in cut}) > 1:
         return areas
     import shapely  # which other charts do not need
 
     # As [longitude, latitude], those of the west beyond 180; the ends of the cut are no corners.
-    parts = [shapely.Polygon([(lon % 360.0, lat) for lat, lon in it.corners]) for it in cut]
+    parts = [shapely.Polygon([(lon % 360.0, lat) for lat, lon in area.corners]) for area in cut]
     whole = shapely.unary_union(parts).simplify(ON_THE_CUT_DEG)
     if whole.geom_type != "Polygon":
         return areas

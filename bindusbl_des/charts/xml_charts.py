@@ -47,7 +47,7 @@ class Element:
 
     def child(self, name: str) -> "Element | None":
         """Return its first child of a name."""
-        return next((it for it in self.children if it.name == name), None)
+        return next((child for child in self.children if child.name == name), None)
 
     def said(self, name: str) -> str:
         """Return the text of its first child of a name, "" if there is none."""
@@ -214,15 +214,15 @@ def read_gpx_shapes(path: str | Path) -> list[Shape]:
         BadChart: naming file, line and remedy.
     """
     root = read_xml(path, "gpx")
-    lines = [_outline(path, it, "rtept") for it in root.within("rte")]
-    lines += [_outline(path, it, "trkpt") for it in root.within("trkseg")]
-    points = [(f"{path}:{it.line}: wpt", it) for it in root.within("wpt")]
-    return [*lines, *(Shape("point", where, (_place(where, it),)) for where, it in points)]
+    lines = [_outline(path, route, "rtept") for route in root.within("rte")]
+    lines += [_outline(path, segment, "trkpt") for segment in root.within("trkseg")]
+    points = [(f"{path}:{point.line}: wpt", point) for point in root.within("wpt")]
+    return [*lines, *(Shape("point", where, (_place(where, point),)) for where, point in points)]
 
 
 def _outline(path: str | Path, line: Element, name: str) -> Shape:
     where = f"{path}:{line.line}: {line.name}"
-    corners = tuple(_place(f"{path}:{it.line}", it) for it in line.within(name))
+    corners = tuple(_place(f"{path}:{point.line}", point) for point in line.within(name))
     if len(corners) < 2:
         raise BadChart(f"{where}: needs two positions; it has {len(corners)}")
     around = sum(_apart(one, next_) for one, next_ in pairwise(corners))

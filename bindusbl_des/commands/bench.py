@@ -80,21 +80,24 @@ def _compared(found: dict[str, Any], records: dict[str, Any]) -> Iterator[str]:
         return
     name, before = last
     yield f"processor time over that of {name!r}, measured on the same kind of machine"
-    for it in ratios(found, before):
-        note = "  SLOWER" if it.is_slower else ""
+    for ratio in ratios(found, before):
+        note = "  SLOWER" if ratio.is_slower else ""
         yield (
-            f"{it.mission:<24}{it.what:<20}{it.value:>6.2f}  ({it.now_ms:.1f} ms, was "
-            f"{it.before_ms:.1f}){note}"
+            f"{ratio.mission:<24}{ratio.what:<20}{ratio.value:>6.2f}  ({ratio.now_ms:.1f} ms, was "
+            f"{ratio.before_ms:.1f}){note}"
         )
 
 
 def _lines(found: dict[str, Any]) -> Iterator[str]:
     from ..benchmarks.missions import DURATION_S
 
-    it = found["machine"]
-    yield f"{it['processor']}, {it['cores']} cores, Python {it['python']}; {DURATION_S:g} s each"
-    if it["load"] > 1:
-        yield f"other work has {it['load']:g} processes at once: look at processor times"
+    machine = found["machine"]
+    yield (
+        f"{machine['processor']}, {machine['cores']} cores, Python {machine['python']}; "
+        f"{DURATION_S:g} s each"
+    )
+    if machine["load"] > 1:
+        yield f"other work has {machine['load']:g} processes at once: look at processor times"
     yield "ms of processor time; by the clock, where other work counts too; rates per processor s"
     yield ""
     yield f"{'mission':<20}{'ms':>9}{'by the clock':>28}{'new':>10}{'tables':>8}{'events':>9}" + (

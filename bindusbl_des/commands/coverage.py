@@ -160,7 +160,7 @@ def coverage(
 ) -> None:
     """Print where the ASVs are and how much of the survey they hear."""
     reading = reading_from(scenario, overrides, allow_plugins)
-    refuse_plugins(it for it in reading.unloaded if it.key == "asvs.formation")
+    refuse_plugins(mistake for mistake in reading.unloaded if mistake.key == "asvs.formation")
     mission = reading.scenario
     if figure:
         check_figure(Path(figure), force)
@@ -255,14 +255,14 @@ def _directions(scenario: "Scenario") -> dict[str, Any]:
 
     if scenario.usbl.model not in INSTRUMENT.siblings:
         return {"bearing_sd_deg": None, "elevation_sd_deg": None}
-    bearing, elevation = (math.degrees(it) or None for it in level_sds(usbl_of(scenario)))
+    bearing, elevation = (math.degrees(sd) or None for sd in level_sds(usbl_of(scenario)))
     return {"bearing_sd_deg": bearing, "elevation_sd_deg": elevation}
 
 
 def _told(found: dict[str, Any]) -> Iterator[str]:
     stations, reach = found["asvs"], found["reach_m"]
-    for it in stations[:MOST_ROWS]:
-        yield f"ASV{it['asv']:<23}{it['x_m']:>z9.2f} m north, {it['y_m']:z.2f} m east"
+    for row in stations[:MOST_ROWS]:
+        yield f"ASV{row['asv']:<23}{row['x_m']:>z9.2f} m north, {row['y_m']:z.2f} m east"
     if len(stations) > MOST_ROWS:
         yield f"... {len(stations) - MOST_ROWS} more ASVs"
     metric = found["range_metric"]

@@ -49,11 +49,12 @@ def validate(
     the exit code at 0.
     """
     found = {file: _findings(file, overrides, allow_plugins) for file in files}
-    mistakes, warnings = (sum(len(it[n]) for it in found.values()) for n in (0, 1))
+    mistakes, warnings = (sum(len(findings[n]) for findings in found.values()) for n in (0, 1))
     refused = bool(mistakes or (strict and warnings))
     if as_json:
         listed = [
-            {file: [asdict(it) for it in its[n]] for file, its in found.items()} for n in (0, 1)
+            {file: [asdict(finding) for finding in findings[n]] for file, findings in found.items()}
+            for n in (0, 1)
         ]
         print_json({"valid": not refused, "files": listed[0], "warnings": listed[1]})
     else:
@@ -154,7 +155,9 @@ def _text_named(name: str) -> str:
     if name not in TEMPLATES:
         from ..core.wording import did_you_mean
 
-        hint = did_you_mean(name, [*TEMPLATES, *(it for kind in KINDS for it in shipped(kind))])
+        hint = did_you_mean(
+            name, [*TEMPLATES, *(known for kind in KINDS for known in shipped(kind))]
+        )
         there = "? There" if hint else "; there"
         names = ", ".join(TEMPLATES)
         refuse(f"no template {name!r}{hint[:-1]}{there} are {names}; and of what ships {listed()}")
@@ -188,7 +191,10 @@ def params(pattern: str, as_json: bool) -> None:
     if as_json:
         print_json([*map(asdict, rows), *measured])
     else:
-        columns = [f"{it['key']}: metric, {it['unit']}\n    {it['meaning']}" for it in measured]
+        columns = [
+            f"{metric['key']}: metric, {metric['unit']}\n    {metric['meaning']}"
+            for metric in measured
+        ]
         say("\n".join([*map(_paragraph, rows), *columns]))
 
 
@@ -228,25 +234,28 @@ def presets(word: str, as_json: bool) -> None:
     except ValueError as error:
         refuse(str(error))
     if as_json:
-        print_json([_plain(kind, it) for kind, it in found])
+        print_json([_plain(kind, preset) for kind, preset in found])
     else:
-        say("\n\n".join("\n".join(_told(kind, it)) for kind, it in found) or f"{word}: none yet")
+        say(
+            "\n\n".join("\n".join(_told(kind, preset)) for kind, preset in found)
+            or f"{word}: none yet"
+        )
 
 
-def _plain(kind: str, it: "Preset") -> dict[str, Any]:
-    figures = {name: asdict(figure) for name, figure in it.figures.items()}
-    head = {"kind": kind, "name": it.name, "title": it.title, "basis": it.basis}
-    return {**head, "since": it.since or None, "figures": figures}
+def _plain(kind: str, preset: "Preset") -> dict[str, Any]:
+    figures = {name: asdict(figure) for name, figure in preset.figures.items()}
+    head = {"kind": kind, "name": preset.name, "title": preset.title, "basis": preset.basis}
+    return {**head, "since": preset.since or None, "figures": figures}
 
 
-def _told(kind: str, it: "Preset") -> Iterator[str]:
+def _told(kind: str, preset: "Preset") -> Iterator[str]:
     """Yield a head line, and one for each figure."""
     from ..core.wording import plain
 
-    shown = {name: f"{plain(fig.value)} {fig.unit}".strip() for name, fig in it.figures.items()}
-    since = it.since or "no date stated"
-    yield f"{it.name}  ({kind}: {it.title}; {it.basis}, {since})"
+    shown = {name: f"{plain(fig.value)} {fig.unit}".strip() for name, fig in preset.figures.items()}
+    since = preset.since or "no date stated"
+    yield f"{preset.name}  ({kind}: {preset.title}; {preset.basis}, {since})"
     widths = max(map(len, shown)), max(map(len, shown.values()))
-    for name, figure in it.figures.items():
+    for name, figure in preset.figures.items():
         unitless = shown[name].removesuffix(" 1")
         yield f"    {name:<{widths[0]}}  {unitless:<{widths[1]}}  [{figure.tag}] {figure.source}"

@@ -166,20 +166,20 @@ def live(
     reading = reading_from(scenario, overrides, allow_plugins)
     refuse_plugins(reading.unloaded)
     mission = reading.scenario
-    names = [f"ASV{it}" for it in range(mission.asvs.count)]
-    names += [f"AUV{it}" for it in range(mission.auvs.count)]
+    names = [f"ASV{asv}" for asv in range(mission.asvs.count)]
+    names += [f"AUV{auv}" for auv in range(mission.auvs.count)]
     try:
-        outputs = [asked(it, names) for it in wanted]
+        outputs = [asked(option, names) for option in wanted]
         heard = chosen(only, names, "--only")
     except ValueError as error:
         refuse(str(error))
     earth = earth_of(mission, start or datetime.now(UTC))
-    for it in outputs:
-        if FORMATS[it.format].on_earth and earth.origin is None:
+    for output in outputs:
+        if FORMATS[output.format].on_earth and earth.origin is None:
             refuse(
-                f"{it.text}: {it.format} needs a place on Earth; add environment.origin.lat_deg "
-                "and lon_deg to the scenario, or --set environment.origin.lat_deg=54.33 "
-                "--set environment.origin.lon_deg=10.18"
+                f"{output.text}: {output.format} needs a place on Earth; add "
+                "environment.origin.lat_deg and lon_deg to the scenario, or --set "
+                "environment.origin.lat_deg=54.33 --set environment.origin.lon_deg=10.18"
             )
     if dry:
         found = _dry(mission, seed, outputs, heard, earth, truth)
@@ -228,14 +228,14 @@ def _opened(
     from ..live.outputs import opened
 
     sinks = []
-    for it in outputs:
+    for wanted in outputs:
         try:
-            output = opened(it, heard, opening)
+            output = opened(wanted, heard, opening)
         except ValueError as error:
             refuse(str(error))
         except OSError as error:
             why = (error.strerror or str(error)).partition(" (while")[0]
-            warn(f"{it.text}: cannot be opened ({why})")
+            warn(f"{wanted.text}: cannot be opened ({why})")
             continue
         stack.callback(_close, output)
         sinks.append(output)
@@ -365,19 +365,22 @@ def _dry(
     from ..live.readings import Instruments
     from ..mission.mission import Mission
 
-    for it in outputs:
-        if it.format in WHOLE:
-            talk(f"{it.text}: {FORMATS[it.format].meaning}, of which there is no telegram to show")
+    for output in outputs:
+        if output.format in WHOLE:
+            talk(
+                f"{output.text}: {FORMATS[output.format].meaning}, of which there is no telegram "
+                "to show"
+            )
     with compiling_shown():
         instruments = Instruments(Mission(scenario, seed), truth=truth, only=heard)
         seen: set[tuple[str, type]] = set()
         encoders = [(output, encoder(output, heard)) for output in outputs]
         while instruments.time < DRY_S and not instruments.is_over:
             for reading in instruments.advance(instruments.time + 1.0):
-                for it, encode in encoders:
-                    key = it.text, type(reading)
-                    if key in seen or (it.only and reading.vehicle not in it.only):
+                for output, encode in encoders:
+                    key = output.text, type(reading)
+                    if key in seen or (output.only and reading.vehicle not in output.only):
                         continue
                     for telegram in encode(reading, earth):
                         seen.add(key)
-                        yield {"to": it.text, "telegram": readable(telegram)}
+                        yield {"to": output.text, "telegram": readable(telegram)}

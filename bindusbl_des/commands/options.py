@@ -78,14 +78,14 @@ def scenario_keys(_: click.Context, __: click.Parameter, begun: str) -> list[Com
     path = next(iter(shipped("scenarios").values())).parent / "scenario.schema.json"
     schema = json.loads(path.read_text(encoding="utf-8"))
 
-    def within(it: Any, above: str) -> Iterator[str]:
-        if "$ref" in it:
-            yield from within(schema["$defs"][it["$ref"].rpartition("/")[2]], above)
-        for name, inner in it.get("properties", {}).items():
+    def within(part: Any, above: str) -> Iterator[str]:
+        if "$ref" in part:
+            yield from within(schema["$defs"][part["$ref"].rpartition("/")[2]], above)
+        for name, inner in part.get("properties", {}).items():
             key = f"{above}{name}"
             below = list(within(inner, f"{key}."))
             yield from below or (f"{key}=",)
-        for arm in it.get("anyOf", ()):
+        for arm in part.get("anyOf", ()):
             yield from within(arm, above)
 
     names = dict.fromkeys(key for key in within(schema, "") if key.startswith(begun))

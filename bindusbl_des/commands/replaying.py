@@ -82,9 +82,9 @@ def replay(
     stated = None if noise is None else reading_from(noise, allow_plugins=allow_plugins).scenario
     navigator = None if stated is None else _navigator_of(stated)
     read = [_read(name, vehicle, speed) for name in logs]
-    if len({it.name for it in read}) < len(read):
+    if len({log.name for log in read}) < len(read):
         refuse("two logs have the same name; replay them one by one")
-    replays = [_replayed(it, stated, navigator) for it in read]
+    replays = [_replayed(log, stated, navigator) for log in read]
     found = tables(replays)
     rows, beacons = found["logs"].to_pylist(), found["beacons"].to_pylist()
     if out is not None:
@@ -189,5 +189,5 @@ def _write(folder: Path, replays: "Sequence[Replay]", found: Any, force: bool) -
 
     with writing(folder), folder_draft(folder, objection, force=force) as draft, styled():
         write_tables(found, draft)
-        for it in replays:
-            save(drawn(it), draft / f"{it.log.name}.png")
+        for replayed in replays:
+            save(drawn(replayed), draft / f"{replayed.log.name}.png")

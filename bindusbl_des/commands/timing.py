@@ -45,7 +45,7 @@ def messages(slots: "Slots") -> Iterator[str]:
         yield f"A message holds {messages.most} {'fix' if messages.most == 1 else 'fixes'}; {rest}."
     delays = messages.delay(0), messages.delay(messages.most or 0)
     if any(delays):
-        delays_ms = span([1e3 * it for it in sorted({*delays})])
+        delays_ms = span([1e3 * delay for delay in sorted({*delays})])
         yield f"A modem hands a message over {delays_ms} ms after its end."
 
 

@@ -244,9 +244,9 @@ def folder_draft(folder: Path, objection: Objection, *, force: bool = False) -> 
                 sync(path)
             place, why = _place(workshop, folder, objection, force=force)
     finally:
-        for it in missing:  # the innermost first; those that hold something stay
+        for parent in missing:  # the innermost first; those that hold something stay
             with suppress(OSError):
-                it.rmdir()
+                parent.rmdir()
     if place != folder:
         raise FolderTaken(f"{folder}: {why}; what was to be written there is in {place}")
 
@@ -285,8 +285,12 @@ def clear_killed(folder: Path) -> list[Path]:
         found = sorted(folder.parent.iterdir())
     except OSError:  # not there, or not to be listed; whether it can be written shows by itself
         return []
-    left = [it for it in found if ours.fullmatch(it.name) and it.is_dir() and not it.is_symlink()]
-    return [it for it in left if not _cleared_if_dead(it, folder)]
+    left = [
+        path
+        for path in found
+        if ours.fullmatch(path.name) and path.is_dir() and not path.is_symlink()
+    ]
+    return [path for path in left if not _cleared_if_dead(path, folder)]
 
 
 def _prefix(folder: Path) -> str:

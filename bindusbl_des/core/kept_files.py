@@ -120,7 +120,9 @@ def _renamed(data: Any, change: Change, below: Way, folder: str) -> Any:
     if not below:
         items = data if isinstance(data, list | tuple) else [data]
         usable = [isinstance(item, str) and "\0" not in item for item in items]
-        names = [change(it, folder) if good else it for it, good in zip(items, usable, strict=True)]
+        names = [
+            change(item, folder) if good else item for item, good in zip(items, usable, strict=True)
+        ]
         return names if isinstance(data, list | tuple) else names[0]
     if isinstance(data, Mapping) and below[0] in data and not is_own(data):
         return {**data, below[0]: _renamed(data[below[0]], change, below[1:], folder)}

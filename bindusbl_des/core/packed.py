@@ -72,7 +72,7 @@ class Packed:
         before = takewhile(lambda field: field != name, fields)
         self._held[name] = value
         self.__dict__.pop("whole", None)
-        self._put(sum(_record(fields[it]).size for it in before), name, fields[name], value)
+        self._put(sum(_record(fields[field]).size for field in before), name, fields[name], value)
 
     def _put(self, place: int, name: str, hint: Any, value: Any) -> None:
         words: list[Any] = []
@@ -94,8 +94,8 @@ def _kind(hint: Any) -> ArrayKind:
         hint, *further = get_args(hint)
     while inner := get_args(hint):  # the element stands last, however numpy spells NDArray
         hint = inner[-1]
-    of = [it for it in further if isinstance(it, np.dtype)]
-    axes = [it for it in further if isinstance(it, int)]
+    of = [detail for detail in further if isinstance(detail, np.dtype)]
+    axes = [detail for detail in further if isinstance(detail, int)]
     return ArrayKind(of[0] if of else np.dtype(hint), axes[0] if axes else 1)
 
 

@@ -305,13 +305,13 @@ def sources_of(name: str) -> list[Path]:
         return []
     own, found, waiting = _Beside(module), dict[str, Path](), [module]
     while waiting:
-        for it in _with_packages(waiting.pop()):
-            file = _file(it) if it not in found and it in own else None
+        for dotted in _with_packages(waiting.pop()):
+            file = _file(dotted) if dotted not in found and dotted in own else None
             if file is not None:
-                found[it] = file
-                waiting += _imported(it, file)
+                found[dotted] = file
+                waiting += _imported(dotted, file)
     first = found.pop(module)
-    return [first, *(found[it] for it in sorted(found))]
+    return [first, *(found[dotted] for dotted in sorted(found))]
 
 
 class _Beside:

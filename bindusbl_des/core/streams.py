@@ -112,7 +112,7 @@ class NoiseStore:
             return np.asarray(self.blocks[self.shelf[auv, asv], row])
         later, widths = row - rows + 1, (self._width, self.blocks.shape[2] - self._width)
         twins = zip(deepcopy(self._drawn[auv, asv]), widths, strict=False)
-        return np.concatenate([twin.standard_normal((later, it))[-1] for twin, it in twins])
+        return np.concatenate([twin.standard_normal((later, width))[-1] for twin, width in twins])
 
     def refill_spent(self, auvs: NDArray[np.int64], asvs: NDArray[np.int64]) -> None:
         """Draw the next rows of those pairs, AUVs (k,) and ASVs (k,), that have none left."""

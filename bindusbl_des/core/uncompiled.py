@@ -31,8 +31,13 @@ def uncompiled(function: Any) -> Callable[..., Any]:
 
     @wraps(function)
     def plain(*given: Any, **named: Any) -> Any:
-        known = [it if type(it) in SETTLED else WAYS[type(it)](it) for it in given]
-        further = {name: as_compiled(it) for name, it in named.items()} if named else named
+        known = [
+            argument if type(argument) in SETTLED else WAYS[type(argument)](argument)
+            for argument in given
+        ]
+        further = (
+            {name: as_compiled(argument) for name, argument in named.items()} if named else named
+        )
         if _THREAD.is_quiet:  # called by another equation
             return function(*known, **further)
         _THREAD.is_quiet = True
@@ -95,7 +100,7 @@ def _with_fields(value: Any) -> Any:
 
 def _each(value: Any) -> Any:
     """Return a tuple of what compiled code sees: the same where that is nothing else."""
-    parts = [it if type(it) in SETTLED else WAYS[type(it)](it) for it in value]
+    parts = [part if type(part) in SETTLED else WAYS[type(part)](part) for part in value]
     if all(map(is_, parts, value)):
         return value
     return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
@@ -144,7 +149,7 @@ def _like_c(function: Callable[..., Any]) -> Callable[..., Any]:
 # The module `math` of equations.
 MATH = SimpleNamespace(
     **{
-        name: _like_c(it) if isinstance(it, BuiltinFunctionType) else it
-        for name, it in vars(math).items()
+        name: _like_c(value) if isinstance(value, BuiltinFunctionType) else value
+        for name, value in vars(math).items()
     }
 )

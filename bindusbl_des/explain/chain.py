@@ -36,7 +36,9 @@ class Step:
         first = f"{self.time_s:>12.4f} s"
         words = [f"{self.who} {self.what}", *(self.why.split("; ") if self.why else [])]
         lines = [line for part in words for line in textwrap.wrap(part, WIDEST - INDENT - 1)]
-        return "\n".join([f"{first}  {lines[0]}", *(f"{'':>{INDENT + 1}}{it}" for it in lines[1:])])
+        return "\n".join(
+            [f"{first}  {lines[0]}", *(f"{'':>{INDENT + 1}}{line}" for line in lines[1:])]
+        )
 
 
 @dataclass(frozen=True)

@@ -190,7 +190,7 @@ def ellipses_around(result: "Result", fix: Any) -> tuple[float | None, float | N
         return None, None
     track, _, _, last = around
     rows = track.iloc[last : last + 2]
-    xx, yy = (rows[f"estimate_sd_{it}_m"].to_numpy(float) ** 2 for it in "xy")
+    xx, yy = (rows[f"estimate_sd_{axis}_m"].to_numpy(float) ** 2 for axis in "xy")
     largest = (xx + yy) / 2 + np.hypot((xx - yy) / 2, rows.estimate_cov_xy_m2.to_numpy(float))
     before, after = ELLIPSE_SCALE * np.sqrt(largest)
     return _known(float(before)), _known(float(after))

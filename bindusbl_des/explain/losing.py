@@ -48,7 +48,7 @@ def wrong(result: "Result", fix: Any) -> tuple[list[str], dict[str, float]]:
     has = {kind.name for kind in kinds(result.scenario)}
     found = [*_of_vessels(result, fix, has), *_shared(result, fix, has)]
     return [text for text, _ in found], {
-        name: it for _, facts in found for name, it in facts.items()
+        name: value for _, facts in found for name, value in facts.items()
     }
 
 
@@ -64,9 +64,12 @@ def _of_vessels(
         turns = np.degrees(misalignments(world, streams))[
             [int(carrier[3:]) for carrier in carriers]
         ]
-        text = ", ".join(f"{it} {turn:+.2f}" for it, turn in zip(carriers, turns, strict=True))
+        text = ", ".join(
+            f"{carrier} {turn:+.2f}" for carrier, turn in zip(carriers, turns, strict=True)
+        )
         facts = {
-            f"{it}_misalignment_deg": float(turn) for it, turn in zip(carriers, turns, strict=True)
+            f"{carrier}_misalignment_deg": float(turn)
+            for carrier, turn in zip(carriers, turns, strict=True)
         }
         yield f"headings misaligned (deg): {text}", facts
     if "gnss" in has:
@@ -86,8 +89,8 @@ def _of_vessels(
         yield f"GNSS slowly astray (x y, m): {text}", facts
     if "slow" in has and not ranging_of(world).calls:  # of a call and its answer it is in a path
         errors = {name: _slow_error(result, fix, name) for name in names}
-        text = ", ".join(f"{name} {it:+.3f}" for name, it in errors.items())
-        facts = {f"{name}_slow_range_m": it for name, it in errors.items()}
+        text = ", ".join(f"{name} {error:+.3f}" for name, error in errors.items())
+        facts = {f"{name}_slow_range_m": error for name, error in errors.items()}
         yield f"ranges slowly astray (m): {text}", facts
 
 

@@ -153,10 +153,10 @@ def _by_calls(result: "Result", ping: Any) -> Why:
     if not len(before):
         return ["it is the first to be called in this round"], {}
     names, unheard = ", ".join(before.auv), []
-    for it in before.itertuples():
-        met = rows_where(result.tables["receptions"], ping=it.ping, asv=it.called_by)
-        if it.call != "heard" or "heard" not in set(met.outcome):
-            unheard.append(it.auv)
+    for earlier in before.itertuples():
+        met = rows_where(result.tables["receptions"], ping=earlier.ping, asv=earlier.called_by)
+        if earlier.call != "heard" or "heard" not in set(met.outcome):
+            unheard.append(earlier.auv)
     if unheard:
         silent = ", ".join(unheard)
         return [f"it was called when the wait for {silent} was over, unanswered"], {}

@@ -274,11 +274,11 @@ def _geometry(shape: Drawn) -> dict[str, object]:
 
 def _kml(name: str, shapes: list[Drawn]) -> str:
     marks = []
-    for it in shapes:
-        shape = KML_SHAPES[it.kind].format(
-            " ".join(f"{lon!r},{lat!r}" for lon, lat in it.positions)
+    for feature in shapes:
+        shape = KML_SHAPES[feature.kind].format(
+            " ".join(f"{lon!r},{lat!r}" for lon, lat in feature.positions)
         )
-        marks.append(f"<Placemark><name>{escape(it.name)}</name>{shape}</Placemark>")
+        marks.append(f"<Placemark><name>{escape(feature.name)}</name>{shape}</Placemark>")
     return KML.format(escape(name), "\n".join(marks))
 
 
@@ -286,14 +286,16 @@ def _gpx(name: str, shapes: list[Drawn]) -> str:
     """Return GPX 1.1: way points, of lines routes, of areas tracks, as it knows no polygon."""
     order = {"Point": 0, "LineString": 1, "Polygon": 2}  # as its schema asks
     marks = []
-    for it in sorted(shapes, key=lambda shape: order[shape.kind]):
-        whole, part, at = GPX_SHAPES[it.kind]
-        marked = "".join(f'<{at} lat="{lat!r}" lon="{lon!r}"' + "/>" for lon, lat in it.positions)
-        if it.kind == "Point":
-            marks.append(marked.replace("/>", f"><name>{escape(it.name)}</name></{at}>"))
+    for feature in sorted(shapes, key=lambda shape: order[shape.kind]):
+        whole, part, at = GPX_SHAPES[feature.kind]
+        marked = "".join(
+            f'<{at} lat="{lat!r}" lon="{lon!r}"' + "/>" for lon, lat in feature.positions
+        )
+        if feature.kind == "Point":
+            marks.append(marked.replace("/>", f"><name>{escape(feature.name)}</name></{at}>"))
             continue
         inner = f"<{part}>{marked}</{part}>" if part else marked
-        marks.append(f"<{whole}><name>{escape(it.name)}</name>{inner}</{whole}>")
+        marks.append(f"<{whole}><name>{escape(feature.name)}</name>{inner}</{whole}>")
     return GPX.format(escape(name), "\n".join(marks))
 
 

@@ -102,12 +102,12 @@ def _draw_calls(axes: Axes, result: "Result", number: int, place: dict[str, int]
     turns: Any = result.tables["pings"]
     turns = turns[(turns["round"] == number) & turns.auv.isin(place) & turns.called_by.isin(place)]
     ways = []
-    for it in turns.itertuples():
-        _bar(axes, Span(it.called_at_s, it.called_at_s + duration), place[it.called_by], HF)
-        if it.call == "heard":
-            arrives = it.sent_at_s - protocol.turnaround_s - duration
-            ways.append([(it.called_at_s, place[it.called_by]), (arrives, place[it.auv])])
-            _bar(axes, Span(arrives, arrives + duration), place[it.auv], HF)
+    for turn in turns.itertuples():
+        _bar(axes, Span(turn.called_at_s, turn.called_at_s + duration), place[turn.called_by], HF)
+        if turn.call == "heard":
+            arrives = turn.sent_at_s - protocol.turnaround_s - duration
+            ways.append([(turn.called_at_s, place[turn.called_by]), (arrives, place[turn.auv])])
+            _bar(axes, Span(arrives, arrives + duration), place[turn.auv], HF)
     axes.add_collection(LineCollection(ways, colors=HF, lw=1.0, label="call"))
 
 

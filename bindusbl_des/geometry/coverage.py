@@ -56,7 +56,7 @@ def _cells(area: Area, places: Floats) -> list[tuple[shapely.Geometry, Floats]]:
     around = shapely.voronoi_polygons(shapely.multipoints(points), extend_to=area.shape)
     cells = shapely.get_parts(around)
     own = shapely.intersection(cells[shapely.STRtree(cells).nearest(points)], area.shape)
-    return [(it, place) for it, place in zip(own, places, strict=True) if not it.is_empty]
+    return [(part, place) for part, place in zip(own, places, strict=True) if not part.is_empty]
 
 
 def _ring_in_range(ring: Floats, reach: float) -> float:

@@ -74,7 +74,7 @@ def _smallest(points: Floats) -> tuple[Circle, Floats]:
                 best = circle, support
     if best is None:  # three in a row but for rounding: the two farthest apart
         pairs = list(combinations(points, 2))
-        support = np.array(max(pairs, key=lambda it: float(np.hypot(*(it[0] - it[1])))))
+        support = np.array(max(pairs, key=lambda pair: float(np.hypot(*(pair[0] - pair[1])))))
         best = diametral(support), support
     return best
 
@@ -141,7 +141,9 @@ def k_centre(places: ArrayLike, count: int) -> Centres:
     else:
         starts = _starts(different)
         tried = [_improved(different, farthest_first(different, count, start)) for start in starts]
-        centres = min(tried, key=lambda it: float(distances(different, it).min(axis=1).max()))
+        centres = min(
+            tried, key=lambda centres: float(distances(different, centres).min(axis=1).max())
+        )
     centres = centres[np.lexsort(centres.T[::-1])]  # by x, then y
     away = distances(points, centres)
     return Centres(centres, away.argmin(axis=1), float(away.min(axis=1).max()))
@@ -185,8 +187,12 @@ def _cover(within: NDArray[np.bool_], count: int) -> list[Numbers] | None:
     `within` (n, circles) tells which points each circle holds.
     """
     weights = 1 << np.arange(len(within), dtype=np.int64)
-    masks = sorted({int(it) for it in weights @ within}, key=lambda it: (-it.bit_count(), it))
-    largest = [it for n, it in enumerate(masks) if not any(it & ~big == 0 for big in masks[:n])]
+    masks = sorted(
+        {int(mask) for mask in weights @ within}, key=lambda mask: (-mask.bit_count(), mask)
+    )
+    largest = [
+        mask for n, mask in enumerate(masks) if not any(mask & ~big == 0 for big in masks[:n])
+    ]
 
     def chosen(left: int, more: int) -> list[int] | None:
         if left == 0:
@@ -284,7 +290,7 @@ def max_cover(
     tried = [
         _exchanged(_greedy(within, value, count, int(first)), within, value) for first in firsts
     ]
-    chosen = max(tried, key=lambda it: float(value[within[it].any(axis=0)].sum()))
+    chosen = max(tried, key=lambda circles: float(value[within[circles].any(axis=0)].sum()))
     return _settled(points, within[chosen], reach)
 
 
@@ -321,7 +327,7 @@ def _exchanged(chosen: list[int], within: Flags, value: Floats) -> list[int]:
     while better:
         better = False
         for number in range(len(chosen)):
-            others = [it for k, it in enumerate(chosen) if k != number]
+            others = [circle for k, circle in enumerate(chosen) if k != number]
             left = np.where(within[others].any(axis=0), 0.0, value)
             gains = within @ left
             best = int(gains.argmax())
@@ -333,7 +339,7 @@ def _exchanged(chosen: list[int], within: Flags, value: Floats) -> list[int]:
 def _settled(points: Floats, within: Flags, reach: float) -> Cover:
     """Return vessels in the middle of what their circles (k, n) hold, each place of the first."""
     own = within & ~np.vstack((np.zeros_like(within[:1]), np.logical_or.accumulate(within)[:-1]))
-    middles = np.array([enclosing_circle(points[it])[:2] for it in own if it.any()])
+    middles = np.array([enclosing_circle(points[held])[:2] for held in own if held.any()])
     while len(middles) < len(within):
         farthest = distances(points, middles).min(axis=1).argmax()
         middles = np.vstack((middles, points[farthest]))

@@ -197,7 +197,7 @@ def through(poses: Sequence[Pose], radius: float) -> tuple[Path, list[float]]:
     it each of them is (m).
     """
     ways = [dubins_segments(start, end, radius) for start, end in pairwise(poses)]
-    passed = accumulate((sum(it.length for it in way) for way in ways), initial=0.0)
+    passed = accumulate((sum(segment.length for segment in way) for way in ways), initial=0.0)
     return Path(poses[0], tuple(segment for way in ways for segment in way)), list(passed)
 
 

@@ -91,7 +91,7 @@ def lawnmower(
     skips = {"bulb": [1], "skip_lane": [skip], "shortest": [1, skip]}[turning.order]
     orders = dict.fromkeys(tuple(lane_order(len(share.lanes), skip)) for skip in skips)
     candidates = [_over([share.lanes[lane] for lane in order], turning.radius) for order in orders]
-    path, lanes = min(candidates, key=lambda it: it[0].length)
+    path, lanes = min(candidates, key=lambda candidate: candidate[0].length)
     if begin is not None:
         path, lanes = _entered(path, lanes, begin, turning, box)
     return (path if recovery is None else ended(path, recovery, turning.radius)), lanes
@@ -258,7 +258,7 @@ def surfaced(path: Path, asked: Surfacing) -> tuple[Path, list[float]]:
     breaks = [k * asked.every for k in range(1, count + 1) if k * asked.every < path.length]
     first = path.repeats_from
     if first is not None:
-        again = next((it for it in breaks if it > first), path.length)
+        again = next((ascent for ascent in breaks if ascent > first), path.length)
         if again - first + path.length - max([first, *breaks]) > asked.every:
             breaks.append(path.length)
     segments, begin, left = list[Segment](), 0.0, deque(breaks)
@@ -277,4 +277,4 @@ def surfaced(path: Path, asked: Surfacing) -> tuple[Path, list[float]]:
 
 def moved(distance: float, breaks: list[float], asked: Surfacing) -> float:
     """Return where on the new path a distance along the old one (m) is."""
-    return distance + asked.length * sum(it < distance for it in breaks)
+    return distance + asked.length * sum(ascent < distance for ascent in breaks)

@@ -59,8 +59,8 @@ def _content(reading: Reading, earth: Earth) -> dict[str, Any]:
     if isinstance(reading, UsblReading):
         return {"kind": "usbl", "auv": reading.auv, "ping": reading.ping, **_seen(reading, earth)}
     if isinstance(reading, FixReading):
-        known = {name: it for name, it in asdict(reading.fix).items() if it is not None}
-        rest = {name: it for name, it in known.items() if name not in ("auv", *UNKNOWN)}
+        known = {name: value for name, value in asdict(reading.fix).items() if value is not None}
+        rest = {name: value for name, value in known.items() if name not in ("auv", *UNKNOWN)}
         fix = reading.fix
         return {"kind": "fix", **rest, **_place((fix.x_m, fix.y_m, fix.z_m), earth)}
     if isinstance(reading, EstimateReading):
@@ -71,8 +71,11 @@ def _content(reading: Reading, earth: Earth) -> dict[str, Any]:
     if isinstance(reading, Pinged):
         return {"kind": "ping", "ping": reading.ping}
     if isinstance(reading, FrameReading):
-        known = {name: it for name, it in asdict(reading.frame).items() if it is not None}
-        return {"kind": "broadcast", **{name: it for name, it in known.items() if name != "asv"}}
+        known = {name: value for name, value in asdict(reading.frame).items() if value is not None}
+        return {
+            "kind": "broadcast",
+            **{name: value for name, value in known.items() if name != "asv"},
+        }
     assert isinstance(reading, Truth)
     heading = math.degrees(reading.yaw) % 360.0
     return {"kind": "truth", **_place(reading.place, earth), "heading_deg": heading}
@@ -170,10 +173,10 @@ def asked(text: str, vehicles: Sequence[str]) -> AskedOutput:
     if form not in FORMATS:
         raise ValueError(f"{text}: there is no format {form!r}; it is one of {', '.join(FORMATS)}")
     if sink not in SINKS:
-        spelt = ", ".join(f"{form}:{SINKS[it]}" for it in FORMATS[form].sinks)
+        spelt = ", ".join(f"{form}:{SINKS[name]}" for name in FORMATS[form].sinks)
         raise ValueError(f"{text}: there is no sink {sink!r}; write {spelt}")
     if sink not in FORMATS[form].sinks:
-        spelt = ", ".join(f"{form}:{SINKS[it]}" for it in FORMATS[form].sinks)
+        spelt = ", ".join(f"{form}:{SINKS[name]}" for name in FORMATS[form].sinks)
         raise ValueError(f"{text}: {form} does not go to {sink}; write {spelt}")
     return AskedOutput(text, form, chosen(named, vehicles, text), sink, where)
 
@@ -212,7 +215,7 @@ def encoder(wanted: AskedOutput, only: Sequence[str]) -> Encoder:
 def _topside(wanted: AskedOutput, by: "Opening") -> Output:
     """Open the topside of the first vessel that is named, which locates the first AUV that is."""
     named = [*wanted.only, "ASV0", "AUV0"]
-    vessel, auv = (next(it for it in named if it.startswith(kind)) for kind in ("ASV", "AUV"))
+    vessel, auv = (next(name for name in named if name.startswith(kind)) for kind in ("ASV", "AUV"))
     topside = Topside(wanted.text, by.bind, _port(wanted.where, wanted.text), vessel, auv)
     by.say(f"{wanted.text}: {vessel} locates {auv}: http://{by.bind}:{topside.port}/api/v1")
     return Output(topside, topside)

@@ -32,7 +32,7 @@ FASTEST = 50.0
 SILENCE_S = 2.0
 
 # How a datagram of MAVLink begins.
-MAGIC = tuple(bytes([it]) for it in (_MAGIC, _MAGIC_1))
+MAGIC = tuple(bytes([byte]) for byte in (_MAGIC, _MAGIC_1))
 
 # Datagrams are at most so long (bytes).
 LONGEST = 1 << 16
@@ -86,7 +86,7 @@ class Received:
     @property
     def missing(self) -> tuple[str, ...]:
         """The AUVs of which nothing has been heard yet."""
-        return tuple(f"AUV{it}" for it in np.flatnonzero(np.isnan(self._goals).any(axis=1)))
+        return tuple(f"AUV{auv}" for auv in np.flatnonzero(np.isnan(self._goals).any(axis=1)))
 
     def advance_to(self, time: float) -> Mapping[str, Floats]:
         """Return where AUVs are at an instant (s): where they were heard of last.
@@ -132,7 +132,7 @@ class Received:
     def _note(self, auv: int, said: Said) -> None:
         if auv not in range(len(self._said)):
             raise Nonsense("of no AUV that there is")
-        if not all(math.isfinite(it) for it in said.values()):
+        if not all(math.isfinite(number) for number in said.values()):
             raise Nonsense("not finite")
         if {"lat", "x"} & set(said):  # a place of one frame takes the place of the other's
             known = {"yaw": self._said[auv].get("yaw", 0.0)} | said
@@ -194,17 +194,17 @@ def _read(text: bytes) -> Iterator[tuple[int, Said]]:
 
 def _of_mavlink(text: bytes) -> Iterator[tuple[int, Said]]:
     is_damaged = False
-    for it in messages(text):
-        if it is None:
+    for message in messages(text):
+        if message is None:
             is_damaged = True
-        elif it.number == ATTITUDE:
-            yield it.system - 1, {"yaw": it.fields[3]}
+        elif message.number == ATTITUDE:
+            yield message.system - 1, {"yaw": message.fields[3]}
         else:
-            _, lat, lon, altitude, *_, heading = it.fields
+            _, lat, lon, altitude, *_, heading = message.fields
             said = {"lat": lat / 1e7, "lon": lon / 1e7, "z": -altitude / 1e3}
             if heading != 65535:
                 said["yaw"] = math.radians(heading / 100.0)
-            yield it.system - 1, said
+            yield message.system - 1, said
     if is_damaged:
         raise Nonsense("damaged")
 

@@ -169,8 +169,8 @@ class Instruments:
         self._sd_m = scenario.usbl.gnss_sd_m
         self._heading_sd = math.radians(scenario.usbl.heading_sd_deg)
         begun = [
-            (it.ping, f"AUV{it.auv}" if it.asv is None else f"ASV{it.asv}")
-            for it in mission.pings_under_way()
+            (ping.ping, f"AUV{ping.auv}" if ping.asv is None else f"ASV{ping.asv}")
+            for ping in mission.pings_under_way()
         ]
         self._heard: list[Reading] = [
             Pinged(mission.time, name, ping) for ping, name in begun if self._is_wanted(name)
@@ -201,7 +201,7 @@ class Instruments:
             self._grid += 1
         self._mission.advance(until)
         found, self._heard = self._heard, []
-        return sorted(found, key=lambda it: it.at_s)
+        return sorted(found, key=lambda reading: reading.at_s)
 
     def _listen(self, watch: Watch) -> Generator[simpy.Event, Any, None]:
         """Note what happens, at the instant at which it does."""

@@ -87,9 +87,9 @@ RULE = "=" * 80
 def definition(kind: str) -> str:
     """Return the definition of a message and of all that it consists of, as bags have it."""
     needed, text = [kind], DEFINITIONS[kind]
-    for it in needed:
+    for message in needed:
         for name in DEFINITIONS:
-            if f"{name} " in DEFINITIONS[it].replace("[]", "") and name not in needed:
+            if f"{name} " in DEFINITIONS[message].replace("[]", "") and name not in needed:
                 needed.append(name)
     parts = [f"{RULE}\nMSG: {name}\n{DEFINITIONS[name]}" for name in needed[1:]]
     return "\n".join([text, *parts]) + "\n"
@@ -312,7 +312,7 @@ def write_bag(result: "Result", path: Path, *, replace: bool = True) -> Mapping[
     with draft_of(path, replace=replace) as draft:
         bag = Bag("ros2bag", draft, replace=True)
         try:
-            for reading in sorted(_of_tables(result), key=lambda it: it.at_s):
+            for reading in sorted(_of_tables(result), key=lambda reading: reading.at_s):
                 bag(reading, earth)
         finally:
             bag.close()

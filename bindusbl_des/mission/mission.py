@@ -334,7 +334,7 @@ class Mission:
             GnssFix(
                 *(int(row[name]) for name in ("fix", "auv")),
                 *(float(row[name]) for name in ("delivered_at_s", "x_m", "y_m", "sd_x_m")),
-                *(float(row[it]) for it in ("error_m", "innovation_m", "correction_m", "nis")),
+                *(float(row[name]) for name in ("error_m", "innovation_m", "correction_m", "nis")),
             )
             for row in rows
         ]
@@ -366,7 +366,7 @@ class Mission:
         One is on the air while its ASV (a row of `asvs`) sends it; several are where ASVs broadcast
         at once (`parallel`, `direct_reply`).  Instant answers take no time.
         """
-        return [replace(it) for it in on_air(self._world.record.broadcasts, self._time)]
+        return [replace(frame) for frame in on_air(self._world.record.broadcasts, self._time)]
 
     def result(self) -> Result:
         """Run to the end; return what happened, a table for each kind of event.

@@ -110,50 +110,52 @@ def violations_of(world: World) -> Violations | None:
     heard, calls, frames = destroyed(record), calls_destroyed(record), frames_destroyed(record)
     count = len(heard) + len(calls) + len(frames)
     firsts = [*_ping(world, heard), *_call(world, calls), *_frame(world, frames)]
-    return Violations(count, min(firsts, key=lambda it: it.at_s, default=None))
+    return Violations(count, min(firsts, key=lambda violation: violation.at_s, default=None))
 
 
 def _ping(world: World, receptions: Rows) -> Iterator[Violation]:
     """Yield the ping among destroyed receptions that arrived first."""
     if not len(receptions):
         return
-    it = receptions[np.argmin(receptions["arrived_at_s"])]
-    ping = world.record.pings.rows[it["ping"]]
+    reception = receptions[np.argmin(receptions["arrived_at_s"])]
+    ping = world.record.pings.rows[reception["ping"]]
     passive = world.scenario.protocol.asvs_ping
-    sender, receiver = f"AUV{ping['auv']}", f"ASV{it['asv']}"
+    sender, receiver = f"AUV{ping['auv']}", f"ASV{reception['asv']}"
     if passive:
-        sender, receiver = f"ASV{ping['asv']}", f"AUV{it['auv']}"
-    others = tuple(_overlapping(world, it))
+        sender, receiver = f"ASV{ping['asv']}", f"AUV{reception['auv']}"
+    others = tuple(_overlapping(world, reception))
     yield Violation(
-        "ping", float(it["arrived_at_s"]), sender, receiver, int(ping["round"]),
+        "ping", float(reception["arrived_at_s"]), sender, receiver, int(ping["round"]),
         int(ping["slot"]), others,
     )  # fmt: skip
 
 
-def _overlapping(world: World, it: Row) -> Iterator[str]:
+def _overlapping(world: World, reception: Row) -> Iterator[str]:
     """Yield who sent what overlaps a reception at its receiver: other pings, and calls."""
     lasts = world.scenario.acoustics.hf.ping_s - TOUCH
     receptions, pings = world.record.receptions.rows, world.record.pings.rows
     passive = world.scenario.protocol.asvs_ping
     there = "auv" if passive else "asv"
-    near = np.abs(receptions["arrived_at_s"] - it["arrived_at_s"]) < lasts
-    near &= receptions["ping"] != it["ping"]
-    for other in np.flatnonzero(near & (receptions[there] == it[there])):
+    near = np.abs(receptions["arrived_at_s"] - reception["arrived_at_s"]) < lasts
+    near &= receptions["ping"] != reception["ping"]
+    for other in np.flatnonzero(near & (receptions[there] == reception[there])):
         if receptions["sound"][other] > 0.0:
             ping = pings[receptions["ping"][other]]
             yield f"that of ASV{ping['asv']}" if passive else f"that of AUV{ping['auv']}"
     called = pings[pings["called_by"] >= 0]
     if not len(called):
         return
-    here = np.array(world.asv_fleet.vehicles[it["asv"]].at(float(it["arrived_at_s"]))[:3])
+    here = np.array(
+        world.asv_fleet.vehicles[reception["asv"]].at(float(reception["arrived_at_s"]))[:3]
+    )
     seen = set()
-    for ping in called[np.abs(called["called_at_s"] - it["arrived_at_s"]) < 1.0 + lasts]:
+    for ping in called[np.abs(called["called_at_s"] - reception["arrived_at_s"]) < 1.0 + lasts]:
         caller, sent = int(ping["called_by"]), float(ping["called_at_s"])
         source = np.array(world.asv_fleet.vehicles[caller].at(sent)[:3])
         band = world.network.uplink.band
         arrives = sent + float(np.linalg.norm(source - here)) / band.sound_speed
         is_near = hearing(source[None], here[None], band.reach, band.slant)[0, 0]
-        if is_near and abs(arrives - it["arrived_at_s"]) < lasts:
+        if is_near and abs(arrives - reception["arrived_at_s"]) < lasts:
             seen.add(f"a call of ASV{caller}")
     yield from sorted(seen)
 
@@ -163,12 +165,12 @@ def _call(world: World, destroyed: Rows) -> Iterator[Violation]:
     if not len(destroyed):
         return
     pings = world.record.pings.rows
-    it = destroyed[np.argmin(destroyed["called_at_s"])]
-    same = (pings["called_at_s"] == it["called_at_s"]) & (pings["called_by"] != it["called_by"])
+    call = destroyed[np.argmin(destroyed["called_at_s"])]
+    same = (pings["called_at_s"] == call["called_at_s"]) & (pings["called_by"] != call["called_by"])
     others = tuple(f"that of ASV{asv}" for asv in np.unique(pings["called_by"][same]))
     yield Violation(
-        "call", float(it["called_at_s"]), f"ASV{it['called_by']}", f"AUV{it['auv']}",
-        int(it["round"]), int(it["slot"]), others,
+        "call", float(call["called_at_s"]), f"ASV{call['called_by']}", f"AUV{call['auv']}",
+        int(call["round"]), int(call["slot"]), others,
     )  # fmt: skip
 
 
@@ -176,8 +178,8 @@ def _frame(world: World, frames: Rows) -> Iterator[Violation]:
     """Yield the first of frames that another destroyed at an AUV."""
     if not len(frames):
         return
-    it = frames[np.argmin(frames["broadcast"])]
-    sent = world.record.broadcasts[int(it["broadcast"])]
+    frame = frames[np.argmin(frames["broadcast"])]
+    sent = world.record.broadcasts[int(frame["broadcast"])]
     yield Violation(
-        "frame", sent.sent_at_s, f"ASV{sent.asv}", f"AUV{it['auv']}", sent.round, None, ()
+        "frame", sent.sent_at_s, f"ASV{sent.asv}", f"AUV{frame['auv']}", sent.round, None, ()
     )  # fmt: skip

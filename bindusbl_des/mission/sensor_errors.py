@@ -110,7 +110,10 @@ def misalignments(scenario: Scenario, streams: Streams) -> Floats:
     sd = math.radians(scenario.usbl.misalignment_sd_deg)
     if sd == 0.0:
         return turned
-    drawn = [streams.of(Purpose.MISALIGNMENT, it).standard_normal() for it in range(len(turned))]
+    drawn = [
+        streams.of(Purpose.MISALIGNMENT, carrier).standard_normal()
+        for carrier in range(len(turned))
+    ]
     return np.asarray(turned + sd * np.array(drawn))
 
 

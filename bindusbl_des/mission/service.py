@@ -115,10 +115,12 @@ def note_gnss(metrics: Rows, fixes: Rows, gnss: Rows, duration: float) -> None:
     old fixes were then, these and all others; `duration` as of :func:`note_service`.
     """
     for auv, metric in enumerate(metrics):
-        of_each = [it[(it["auv"] == auv) & ~np.isnan(it["correction_m"])] for it in (fixes, gnss)]
+        of_each = [
+            rows[(rows["auv"] == auv) & ~np.isnan(rows["correction_m"])] for rows in (fixes, gnss)
+        ]
         metric["gnss_fixes"] = len(of_each[1])
-        taken = np.concatenate([it["delivered_at_s"] for it in of_each])
-        pinged = np.concatenate([it["pinged_at_s"] for it in of_each])
+        taken = np.concatenate([rows["delivered_at_s"] for rows in of_each])
+        pinged = np.concatenate([rows["pinged_at_s"] for rows in of_each])
         order = np.argsort(taken, kind="stable")
         ages = fix_ages(taken[order], pinged[order], duration)
         metric["fix_age_mean_s"], metric["fix_age_p95_s"], metric["fix_age_max_s"] = ages

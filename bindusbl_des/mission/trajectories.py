@@ -105,7 +105,7 @@ def _look_back(scenario: Scenario, fleet: VehicleFleet) -> Trajectories:
     swept_m2 = _first_to_sweep(swept, len(vehicles), np.append(seldom, end))
     distance = np.array([vehicle.distance(end) for vehicle in vehicles])
     lanes = _lanes(scenario, fleet)
-    flown = [_flown(*it, end) for it in zip(vehicles, lanes, strict=True)] if lanes else []
+    flown = [_flown(*pair, end) for pair in zip(vehicles, lanes, strict=True)] if lanes else []
     metrics = {
         "path_error_m": np.array([_mean(vehicle.path_error(often)) for vehicle in vehicles]),
         "distance_m": distance,
@@ -177,7 +177,7 @@ def _flown(vehicle: Vehicle, lanes: Lanes, end: float) -> float:
 def _finished_at(vehicles: Sequence[Vehicle], lanes: Sequence[Lanes], end: float) -> float | None:
     """Return the instant (s) at which the last had flown all its lanes; None if one has not."""
     goals = [its_own[-1][1] - ARRIVED_M for its_own in lanes]
-    if not all(_is_there(*it, end) for it in zip(vehicles, goals, strict=True)):
+    if not all(_is_there(*pair, end) for pair in zip(vehicles, goals, strict=True)):
         return None
     last: float | None = None
     for vehicle, goal in zip(vehicles, goals, strict=True):

@@ -262,9 +262,9 @@ def expand(
         moment.x_m, moment.y_m = dr.x, dr.y
         belief.state[:], belief.covariance[:] = states[k], spreads[k]
         alone = Said(fix.x_m, fix.y_m, (noise[k, 0], noise[k, 1], noise[k, 2]))
-        it = _expanded(fix, alone, jacobians[k], belief, dr, packed)
-        said[k, 0], said[k, 1] = it.x, it.y
-        said[k, 2], said[k, 3], said[k, 4] = it.noise
+        expanded = _expanded(fix, alone, jacobians[k], belief, dr, packed)
+        said[k, 0], said[k, 1] = expanded.x, expanded.y
+        said[k, 2], said[k, 3], said[k, 4] = expanded.noise
         common[k] = by.scratch.common
 
 
@@ -279,9 +279,9 @@ def _believed(
     depth = where(by.reckoning.motion, auv, dr.time)[2]  # as its pressure sensor has it
     place = dr.x - belief.state[0], dr.y - belief.state[1], depth
     called, moved = place, 0.0
-    for it in receptions:
-        if it.outcome == HEARD and not isnan(it.called_before_s):
-            before = reckoned(auv, dr.time - it.called_before_s, by.reckoning)
+    for reception in receptions:
+        if reception.outcome == HEARD and not isnan(reception.called_before_s):
+            before = reckoned(auv, dr.time - reception.called_before_s, by.reckoning)
             drift = expected(belief, by.growth)
             x, y = expected_error(drift, way_since(drift, before, by.growth.in_body))
             called = before.x - x, before.y - y, depth

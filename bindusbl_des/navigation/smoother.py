@@ -129,7 +129,7 @@ class Smoother:
             at = np.searchsorted(nodes.times, times[first:end])
             found.places[first:end] = odometry.position[first:end] - states[at, :2]
             found.covariances[first:end] = [
-                on_circle(it, self._growth.aligned) for it in spreads[at]
+                on_circle(spread, self._growth.aligned) for spread in spreads[at]
             ]
         return found
 

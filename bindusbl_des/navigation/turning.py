@@ -63,13 +63,13 @@ def turned(receptions: Rows, table: Said, own: PingBelief) -> tuple[Said, bool]:
     """
     known, off, count, polar = np.zeros((4, 4)), np.zeros(4), 0, False
     for row in range(len(receptions)):
-        it = receptions[row]
-        if it.outcome == HEARD:
-            if isnan(it.range_m2) or _is_beside(it, own):
+        reception = receptions[row]
+        if reception.outcome == HEARD:
+            if isnan(reception.range_m2) or _is_beside(reception, own):
                 return table, False
-            polar = _add(it, own, known, off)
-            if count == 0 and not isnan(it.caller_x_m):
-                known[3, 3] += 1.0 / (own.moved + it.from_m2 + EXACT)
+            polar = _add(reception, own, known, off)
+            if count == 0 and not isnan(reception.caller_x_m):
+                known[3, 3] += 1.0 / (own.moved + reception.from_m2 + EXACT)
             count += 1
     if count == 0:
         return table, False
@@ -87,20 +87,21 @@ def turned(receptions: Rows, table: Said, own: PingBelief) -> tuple[Said, bool]:
 
 
 @inlined
-def _is_beside(it: Row, own: PingBelief) -> bool:
+def _is_beside(reception: Row, own: PingBelief) -> bool:
     """Tell whether an AUV believes to be where an array is, or to have been no farther from the
     caller than it is unsure of: neither lies in a direction.
     """
     (x, y, z), spread = own.place, own.spread
-    x, y, z = x - it.from_x_m, y - it.from_y_m, z - it.from_z_m
+    x, y, z = x - reception.from_x_m, y - reception.from_y_m, z - reception.from_z_m
     if x * x + y * y + z * z <= AT_THE_ARRAY**2:
         return True
-    if isnan(it.caller_x_m):
+    if isnan(reception.caller_x_m):
         return False
     x, y, z = own.called
-    x, y, z = x - it.caller_x_m, y - it.caller_y_m, z - it.caller_z_m
+    x, y, z = x - reception.caller_x_m, y - reception.caller_y_m, z - reception.caller_z_m
     return bool(
-        x * x + y * y + z * z <= spread[0, 0] + spread[1, 1] + 2.0 * it.from_m2 + AT_THE_ARRAY**2
+        x * x + y * y + z * z
+        <= spread[0, 0] + spread[1, 1] + 2.0 * reception.from_m2 + AT_THE_ARRAY**2
     )
 
 
@@ -127,8 +128,12 @@ class Axes(NamedTuple):
 
 
 @inlined
-def _axes(it: Row, place: Vector) -> Axes:
-    x, y, z = place[0] - it.from_x_m, place[1] - it.from_y_m, place[2] - it.from_z_m
+def _axes(reception: Row, place: Vector) -> Axes:
+    x, y, z = (
+        place[0] - reception.from_x_m,
+        place[1] - reception.from_y_m,
+        place[2] - reception.from_z_m,
+    )
     reach = sqrt(x * x + y * y + z * z)
     x, y, z = x / reach, y / reach, z / reach
     level, ex, ey = sqrt(x * x + y * y), 0.0, 1.0
@@ -167,50 +172,53 @@ def _unsure(axes: Axes, spread: Floats, vague: float) -> Unsure:
 
 @inlined
 def _less_the_call(
-    it: Row, own: PingBelief, measured: float, s: Vector, range_m2: float
+    reception: Row, own: PingBelief, measured: float, s: Vector, range_m2: float
 ) -> tuple[float, Vector, float]:
     """Return what is left of a way (m) that was measured there and back without that of the call,
     to second order; by which the whole grows with the place; and the variance of it (m2).
     """
-    spread, vague = own.spread, it.from_m2
-    x, y = own.called[0] - it.caller_x_m, own.called[1] - it.caller_y_m
-    z = own.called[2] - it.caller_z_m
+    spread, vague = own.spread, reception.from_m2
+    x, y = own.called[0] - reception.caller_x_m, own.called[1] - reception.caller_y_m
+    z = own.called[2] - reception.caller_z_m
     way = sqrt(x * x + y * y + z * z)
     x, y, z = x / way, y / way, z / way
     xx, yy, xy = spread[0, 0], spread[1, 1], spread[0, 1]
     across_m2 = xx + yy - (x * x * xx + y * y * yy + 2.0 * x * y * xy) + 2.0 * vague
     gx, gy, gz = s[0] + x, s[1] + y, s[2] + z
     range_m2 += 0.5 * (across_m2 / way) ** 2
-    if it.is_caller > 0.0:  # one error of both ends
+    if reception.is_caller > 0.0:  # one error of both ends
         range_m2 += vague * (gx * gx + gy * gy + gz * gz - 2.0)
     return measured - (way + 0.5 * across_m2 / way), (gx, gy, gz), range_m2
 
 
 @compiled
-def _add(it: Row, own: PingBelief, known: Floats, off: Floats) -> bool:
+def _add(reception: Row, own: PingBelief, known: Floats, off: Floats) -> bool:
     """Add the information of a reception (4, 4), 1/m2, and how far it is off the place by it; tell
     whether it was compared as a range and a direction.
 
     J^T W J and J^T W r, where r is how far the measurement is off what is believed along s, e and d
     of :class:`Axes`, W the inverse of its covariance, and J has s, e and d by x, y, z and the call.
     """
-    axes = _axes(it, own.place)
+    axes = _axes(reception, own.place)
     (sx, sy, sz), (ex, ey), (dx, dy, dz), reach, level = axes
-    square, vague = reach * reach, it.from_m2
+    square, vague = reach * reach, reception.from_m2
     ss, ee, dd, ed, se, sd = _unsure(axes, own.spread, vague)
-    mx, my, mz = it.ahead_x_m, it.ahead_y_m, it.ahead_z_m
-    measured, range_m2, calls = sqrt(mx * mx + my * my + mz * mz), it.range_m2 + vague, 0.0
+    mx, my, mz = reception.ahead_x_m, reception.ahead_y_m, reception.ahead_z_m
+    measured, range_m2, calls = sqrt(mx * mx + my * my + mz * mz), reception.range_m2 + vague, 0.0
     gx, gy, gz = sx, sy, sz
-    if not isnan(it.caller_x_m):
+    if not isnan(reception.caller_x_m):
         calls, whole = 1.0, measured
-        measured, (gx, gy, gz), range_m2 = _less_the_call(it, own, whole, axes.s, range_m2)
+        measured, (gx, gy, gz), range_m2 = _less_the_call(reception, own, whole, axes.s, range_m2)
         shorter = measured / max(whole, AT_THE_ARRAY)
         mx, my, mz = shorter * mx, shorter * my, shorter * mz
     off_s, off_e = sx * mx + sy * my + sz * mz, ex * mx + ey * my
-    off_d = dx * mx + dy * my + dz * mz - 0.5 * reach * level * sz * it.turn_rad2
+    off_d = dx * mx + dy * my + dz * mz - 0.5 * reach * level * sz * reception.turn_rad2
     # variances of the direction (rad2) along e and d, and their covariance
-    e_rad2, d_rad2 = it.level_rad2 + it.turn_rad2 * level * level, it.steep_rad2
-    both_rad2 = it.both_rad2
+    e_rad2, d_rad2 = (
+        reception.level_rad2 + reception.turn_rad2 * level * level,
+        reception.steep_rad2,
+    )
+    both_rad2 = reception.both_rad2
     # so unsure is which way is level: near the vertical any way may be
     swapped = min(ee / max(square * level * level, EXACT), 0.5)
     e_rad2, d_rad2 = e_rad2 + swapped * (d_rad2 - e_rad2), d_rad2 + swapped * (e_rad2 - d_rad2)

@@ -70,8 +70,8 @@ def ranked(
 
     def far(number: int) -> tuple[float, float]:
         """By how much its goals are missed, and by how much where the ratio to one is infinite."""
-        means = [it.mean for it in selection.estimates[number]]
-        apart = [abs(it - goal.limit) for goal, it in zip(goals, means, strict=True)]
+        means = [estimate.mean for estimate in selection.estimates[number]]
+        apart = [abs(mean - goal.limit) for goal, mean in zip(goals, means, strict=True)]
         return max(map(excess, goals, means)), max(apart)
 
     flown = [n for n, missions in enumerate(selection.missions) if missions]
@@ -86,9 +86,9 @@ def reached(goals: Sequence[Goal], estimates: Sequence[Estimate]) -> str:
     'position_error_m 0.390 m (95 % interval 0.280 to 0.510)'
     """
     return ", ".join(
-        f"{goal.metric} {value_text(goal, it.mean)} (95 % interval {significant(it.low)} to "
-        f"{significant(it.high)})"
-        for goal, it in zip(goals, estimates, strict=True)
+        f"{goal.metric} {value_text(goal, estimate.mean)} (95 % interval "
+        f"{significant(estimate.low)} to {significant(estimate.high)})"
+        for goal, estimate in zip(goals, estimates, strict=True)
     )
 
 
@@ -99,9 +99,13 @@ def best_text(goals: Sequence[Goal], candidates: Sequence[Candidate], found: Sel
         return ""
     number = flown[0]
     means = ", ".join(
-        f"{f'{goal.metric} ' if len(goals) > 1 else ''}{value_text(goal, it.mean)}"
-        + (f" ({significant(it.low)} to {significant(it.high)})" if it.low == it.low else "")
-        for goal, it in zip(goals, found.estimates[number], strict=True)
+        f"{f'{goal.metric} ' if len(goals) > 1 else ''}{value_text(goal, estimate.mean)}"
+        + (
+            f" ({significant(estimate.low)} to {significant(estimate.high)})"
+            if estimate.low == estimate.low
+            else ""
+        )
+        for goal, estimate in zip(goals, found.estimates[number], strict=True)
     )
     after = counted(found.missions[number], "mission")
     return f"{counted(candidates[number].asvs, 'ASV')}, {means} after {after}"
@@ -148,8 +152,8 @@ def _candidate_text(candidate: Mapping[str, Any]) -> str:
 def _doubt_text(doubted: Mapping[str, Any]) -> str:
     """Return what becomes of the goals in a condition."""
     means, planned = (
-        ", ".join("-" if it is None else significant(it) for it in it["mean"])
-        for it in (doubted, doubted["as_planned"])
+        ", ".join("-" if mean is None else significant(mean) for mean in case["mean"])
+        for case in (doubted, doubted["as_planned"])
     )
     return f"{doubted['told']}: {means} instead of {planned}, {became_of(doubted)}"
 
@@ -180,7 +184,7 @@ def _unvaried(found: Found) -> Iterator[str]:
         return
     estimates, missions = found.selection.estimates[answer], found.selection.missions[answer]
     pairs = zip(question.goals, estimates, strict=True)
-    same = [goal.metric for goal, it in pairs if it.low == it.high]
+    same = [goal.metric for goal, estimate in pairs if estimate.low == estimate.high]
     if same:
         unseen = 100 * (1 - (1 - question.confidence) ** (1 / missions))
         yield (
@@ -219,7 +223,9 @@ def remedy_text(found: Found) -> str | None:
         return None
     estimates = found.selection.estimates[nearest]
     goals = found.question.goals
-    if all(excess(goal, it.mean) <= 0 for goal, it in zip(goals, estimates, strict=True)):
+    if all(
+        excess(goal, estimate.mean) <= 0 for goal, estimate in zip(goals, estimates, strict=True)
+    ):
         return None
     first = f"The nearest is {team_text(found.candidates[nearest])}: {reached(goals, estimates)}."
     helping = [relief.text for relief in found.reliefs if relief.meets]
@@ -237,8 +243,8 @@ def summary(record: Mapping[str, Any], folder: str) -> str:
     lines += _section(
         "runners-up", [_candidate_text(record["candidates"][n]) for n in record["runners_up"]]
     )
-    lines += _section("what binds", [it["told"] for it in record["binding"]][:2])
-    lines += _section("and if", [_doubt_text(it) for it in record["sensitivity"]])
+    lines += _section("what binds", [relief["told"] for relief in record["binding"]][:2])
+    lines += _section("and if", [_doubt_text(doubt) for doubt in record["sensitivity"]])
     lines += map(_filled, record["told"][1:])
     lines += ["", f"Results: {folder}"]
     if record["answer"] is not None:
@@ -282,10 +288,12 @@ def record(found: Found, run: str) -> dict[str, Any]:
         "told": sentences,
         "run": run,
         "candidates": [_candidate(found, n) for n in range(len(found.candidates))],
-        "excluded": [{"told": it.words, "count": len(it.candidates)} for it in found.left_out],
+        "excluded": [
+            {"told": group.words, "count": len(group.candidates)} for group in found.left_out
+        ],
         "runners_up": others,
         "binding": [relief.record() for relief in found.reliefs],
-        "sensitivity": [it.record() for it in found.doubted],
+        "sensitivity": [doubt.record() for doubt in found.doubted],
         "prediction_error": {
             goal.metric: STATED_ERROR[goal.metric]._asdict()
             for goal in goals
@@ -299,7 +307,7 @@ def _candidate(found: Found, number: int) -> dict[str, Any]:
     candidate, selection = found.candidates[number], found.selection
     estimates, missions = selection.estimates[number], selection.missions[number]
     values = found.predictor.values(candidate).tolist()
-    bands = [band(goal, it) for goal, it in zip(found.question.goals, values, strict=True)]
+    bands = [band(goal, value) for goal, value in zip(found.question.goals, values, strict=True)]
     predicted = {
         "value": [_known(value) for value in values],
         "low": [_known(low) for low, _ in bands],

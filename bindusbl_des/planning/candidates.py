@@ -221,25 +221,25 @@ def narrowed(
     what is worse than another of the same cost even if both are.  The best of each cost is flown in
     any case, and so is what cannot be predicted.
     """
-    ranges = {it: _range(it, predictor, goals) for it in candidates}
+    ranges = {team: _range(team, predictor, goals) for team in candidates}
     by_cost: dict[float, list[Candidate]] = defaultdict(list)
-    for it in candidates:
-        by_cost[it.cost].append(it)
+    for team in candidates:
+        by_cost[team.cost].append(team)
     flown: list[Candidate] = []
     hopeless: list[Candidate] = []
     outdone: list[Candidate] = []
     for _, equals in sorted(by_cost.items()):
         ranked = sorted(equals, key=predictor.rank)
         sure = min(ranges[equal].high for equal in equals)
-        for it in ranked:
-            if it is ranked[0]:
-                flown.append(it)
-            elif ranges[it].low > sure:
-                outdone.append(it)
-            elif ranges[it].low > 0:
-                hopeless.append(it)
+        for team in ranked:
+            if team is ranked[0]:
+                flown.append(team)
+            elif ranges[team].low > sure:
+                outdone.append(team)
+            elif ranges[team].low > 0:
+                hopeless.append(team)
             else:
-                flown.append(it)
+                flown.append(team)
     return flown, [
         *_left_out(hopeless, "predicted to miss a goal by more than the prediction may be wrong"),
         *_left_out(
@@ -314,7 +314,7 @@ def further(question: Question, tried: Sequence[Candidate], predictor: Predictor
         return ""
     if predictor.prediction(nearest) is None:
         return ""
-    most = max(it.asvs for it in tried)
+    most = max(team.asvs for team in tried)
     for count in range(most + 1, MOST_ASVS + 1):
         radius, angle = Ways(nearest.scenario).best(count)
         ring = ring_keys(question, radius, angle)

@@ -56,12 +56,12 @@ def with_costlier(
     Verdicts stay as they are: nothing is decided by so few missions.
     """
     first: dict[float, int] = {}
-    for number, it in enumerate(candidates):
-        first.setdefault(it.cost, number)
+    for number, team in enumerate(candidates):
+        first.setdefault(team.cost, number)
     shown = [n for n in first.values() if selection.verdicts[n] == "not needed"]
     values = {n: np.empty((0, len(goals))) for n in shown if not selection.missions[n]}
     for seeds in (FIRST, ALL):
-        wide = [n for n, its in values.items() if not _is_narrow(its)]
+        wide = [n for n, known in values.items() if not _is_narrow(known)]
         pairs = [(n, seed) for n in wide for seed in range(len(values[n]), seeds)]
         found = sample(pairs)
         if not wide or len(found) < len(pairs):
@@ -69,9 +69,9 @@ def with_costlier(
         for n, own in zip(wide, np.split(found, len(wide)), strict=True):
             values[n] = np.concatenate([values[n], own])
     estimates, missions = list(selection.estimates), list(selection.missions)
-    for n, its in values.items():
-        if len(its):
-            estimates[n], missions[n] = tuple(map(estimated, its.T)), len(its)
+    for n, known in values.items():
+        if len(known):
+            estimates[n], missions[n] = tuple(map(estimated, known.T)), len(known)
     return replace(selection, estimates=tuple(estimates), missions=tuple(missions))
 
 
@@ -159,7 +159,7 @@ def doubts(question: Question, team: Candidate, predictor: Predictor) -> list[Do
     """Return the conditions in which a team is to be flown; without those that make no scenario."""
     changes = [*_ranges(team), *_bursts(team), *_sound(team), *_drift(team)]
     worse = [(words, keys, candidate(question, {**team.keys, **keys})) for words, keys in changes]
-    found = [Doubt(words, keys, it) for words, keys, it in worse if it is not None]
+    found = [Doubt(words, keys, changed) for words, keys, changed in worse if changed is not None]
     return [*found[:1], *_lost(question, team, predictor), *found[1:]]
 
 
@@ -185,9 +185,9 @@ def _bursts(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
     if team.scenario.protocol.sends_frames and not channel_named(bands.mf.channel).keeps_frames:
         lossy[MF] = bands.mf.channel
     given = {name: burst_s(channel) for name, channel in lossy.items()}
-    longer = {name: it * LONGER for name, it in given.items() if it is not None}
+    longer = {name: burst * LONGER for name, burst in given.items() if burst is not None}
     if longer:
-        keys = {f"{name}.channel.burst_s": float(f"{it:.3g}") for name, it in longer.items()}
+        keys = {f"{name}.channel.burst_s": float(f"{burst:.3g}") for name, burst in longer.items()}
         yield f"losses last {LONGER:g} times as long", keys
     elif lossy:
         yield (
@@ -217,17 +217,17 @@ def _lost(question: Question, team: Candidate, predictor: Predictor) -> list[Dou
         return []
     vessels = 0 if team.moves or team.asvs == 1 else team.asvs
     rests = [_without(question, team, lost) for lost in range(vessels)]
-    missed = [(predictor.rank(it.team), -n) for n, it in enumerate(rests) if it is not None]
+    missed = [(predictor.rank(rest.team), -n) for n, rest in enumerate(rests) if rest is not None]
     lost = -max(missed)[1] if missed else 0
     failures = [failure.model_dump(mode="json") for failure in team.scenario.asvs.failures]
     fails = {"asv": lost, "at_s": team.scenario.duration_s / 2}
     after = {"record.metrics_from_s": fails["at_s"]}  # or the time before would hide it
     keys = {"asvs.failures": [*failures, fails], **after}
-    halfway, without = (candidate(question, {**team.keys, **it}) for it in (keys, after))
+    halfway, without = (candidate(question, {**team.keys, **changes}) for changes in (keys, after))
     if halfway is None or without is None:
         return [rest for rest in rests[lost : lost + 1] if rest is not None]
     later = Doubt(f"ASV{lost} lost halfway, from then on", keys, halfway, without)
-    return [it for it in (*rests[lost : lost + 1], later) if it is not None]
+    return [doubt for doubt in (*rests[lost : lost + 1], later) if doubt is not None]
 
 
 def _without(question: Question, team: Candidate, lost: int) -> Doubt | None:
@@ -253,7 +253,11 @@ def _drift(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
             keys[f"{NAVIGATION}.drift.{name}"] = DRIFTIER * stated
     for name in () if keys else DRIFTS:
         value = getattr(navigation, name)
-        doubled = [DRIFTIER * it for it in value] if isinstance(value, tuple) else DRIFTIER * value
+        doubled = (
+            [DRIFTIER * number for number in value]
+            if isinstance(value, tuple)
+            else DRIFTIER * value
+        )
         if np.any(value):
             keys[f"{NAVIGATION}.{name}"] = doubled
     if keys:
@@ -292,23 +296,23 @@ def doubted(
         for look in range(len(looks)):
             unknown = [number for number in numbers if evidence.verdicts[number] is None]
             evidence.fly(unknown, look)
-            for it in unknown:
-                evidence.judge(it, look)
+            for number in unknown:
+                evidence.judge(number, look)
     is_met = {"met": True, "not met": False}
     found, extra = [], len(conditions)
-    for it in numbers:
-        seeds = range(evidence.missions(it))
-        if conditions[it].without is None:
+    for number in numbers:
+        seeds = range(evidence.missions(number))
+        if conditions[number].without is None:
             as_planned = answer(seeds)
         else:
             as_planned = sample([(extra, seed) for seed in seeds])
             extra += 1
         if len(seeds) and len(as_planned) == len(seeds):
-            estimates = evidence.estimates(it), tuple(map(estimated, as_planned.T))
-            met = is_met.get(evidence.verdicts[it] or "")
+            estimates = evidence.estimates(number), tuple(map(estimated, as_planned.T))
+            met = is_met.get(evidence.verdicts[number] or "")
             means = [estimate.mean for estimate in estimates[1]]
             kept = all(excess(*pair) <= 0.0 for pair in zip(goals, means, strict=True))
-            found.append(Doubted(conditions[it], len(seeds), *estimates, met, kept))
+            found.append(Doubted(conditions[number], len(seeds), *estimates, met, kept))
     return found
 
 
@@ -319,4 +323,6 @@ def plainly(estimates: Sequence[Estimate]) -> dict[str, list[float | None]]:
     counted = any(isfinite(estimate.missed) for estimate in estimates)
     names = ("mean", "low", "high", *(("missed",) if counted else ()))
     ends = {name: [getattr(estimate, name) for estimate in estimates] for name in names}
-    return {name: [it if isfinite(it) else None for it in own] for name, own in ends.items()}
+    return {
+        name: [value if isfinite(value) else None for value in own] for name, own in ends.items()
+    }

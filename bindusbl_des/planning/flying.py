@@ -128,7 +128,7 @@ class Flights:
         if missing:
             self._fly(np.array(missing, np.int64), until)
         flown = takewhile(self._rows.__contains__, numbers)
-        return [self._rows[it] for it in flown]
+        return [self._rows[number] for number in flown]
 
     def _number(self, pair: Pair) -> int:
         point, seed = pair

@@ -165,7 +165,9 @@ def _remove(folder: Path) -> None:
     Raises:
         PlanError: naming what else there is.
     """
-    foreign = sorted(it.name for it in folder.iterdir() if it.name not in OURS or it.is_symlink())
+    foreign = sorted(
+        path.name for path in folder.iterdir() if path.name not in OURS or path.is_symlink()
+    )
     if foreign:
         named = ", ".join(foreign[:3])
         raise PlanError(f"{folder}: holds {named}, which no plan wrote, so it is not replaced")

@@ -177,9 +177,9 @@ def least_ring(
         return value(formation(count, radius, angle) + middle)
 
     grid = [np.array((r, a)) for r in _steps(RADII, closed=True) for a in _steps(ANGLES)]
-    ranked = sorted(((at(place), n) for n, place in enumerate(grid)), key=lambda it: it)
+    ranked = sorted(((at(place), n) for n, place in enumerate(grid)), key=lambda pair: pair)
     tried = [descended(at, grid[n], 0.5 / RADII, finely, MOST_ASKED) for _, n in ranked[:IMPROVED]]
-    place, least = min(tried, key=lambda it: it[1])
+    place, least = min(tried, key=lambda pair: pair[1])
     return Ring(float(place[0]) * widest, float(place[1] % 1.0) * turn, least)
 
 

@@ -91,7 +91,9 @@ def parted(candidate: Record, goal: int, factor: float = 1.0) -> tuple[str, str]
     >>> parted({"simulated": {"mean": [0.8], "low": [0.75], "high": [0.85]}}, 0)
     ('0.800', '(0.750 to 0.850)')
     """
-    mean, low, high = (value_of(candidate, "simulated", it, goal) for it in ("mean", "low", "high"))
+    mean, low, high = (
+        value_of(candidate, "simulated", name, goal) for name in ("mean", "low", "high")
+    )
     if mean is None:
         return "-", ""
     if low is None or high is None:
@@ -219,22 +221,23 @@ def _head(record: Record) -> str:
 def _answer(record: Record) -> str:
     """Return the answer: in sentences, in numbers, what binds, and the command that flies it."""
     goals = record.get("goal") or []
-    sentences = [worded(it, goals) for it in record.get("told") or []]
+    sentences = [worded(text, goals) for text in record.get("told") or []]
     is_open, none = not record.get("settled", True), not record.get("answer")
     kind = "verdict open" if is_open else "verdict warning" if none else "verdict"
     first = sentences[0] if sentences else _plainly(record)
     beside = _fragile(record) + _binding(record)
-    parts = [filled(f'<p class="{kind}">{{it}}</p>', it=first), _tiles(record)]
+    parts = [filled(f'<p class="{kind}">{{text}}</p>', text=first), _tiles(record)]
     parts += [f'<div class="pair">{beside}</div>'] if beside else []
     parts += [
-        filled("<p>{it}</p>", it=sentence[:1].upper() + sentence[1:]) for sentence in sentences[1:]
+        filled("<p>{text}</p>", text=sentence[:1].upper() + sentence[1:])
+        for sentence in sentences[1:]
     ]
     if record.get("would"):
         would = worded(record["would"], goals)
-        parts.append(filled("<p><b>What would:</b> {it}</p>", it=would))
+        parts.append(filled("<p><b>What would:</b> {text}</p>", text=would))
     if record.get("run") and record.get("answer"):
-        fly = '<p class="copied">To fly it: <code id="answer-run">{it}</code></p>'
-        parts.append(filled(fly, it=record["run"]))
+        fly = '<p class="copied">To fly it: <code id="answer-run">{run}</code></p>'
+        parts.append(filled(fly, run=record["run"]))
     return f'<section id="answer"><h2>The answer</h2>{"".join(parts)}</section>'
 
 
@@ -248,12 +251,14 @@ def shown_first(record: Record) -> int | None:
 
 def _binding(record: Record) -> str:
     """Return in a list what keeps the team from being better, "" where it is not known."""
-    binding = [it for it in record.get("binding") or [] if it.get("told")]
+    binding = [relief for relief in record.get("binding") or [] if relief.get("told")]
     if not binding:
         return ""
     goals, team = record.get("goal") or [], shown_first(record)
     of = "" if team is None or record.get("chosen") is not None else f" candidate {team + 1}"
-    items = "".join(filled("<li>{it}</li>", it=worded(it["told"], goals)) for it in binding)
+    items = "".join(
+        filled("<li>{text}</li>", text=worded(relief["told"], goals)) for relief in binding
+    )
     return f"<div><h3>What binds{of}</h3><ul>{items}</ul></div>"
 
 
@@ -265,7 +270,7 @@ def _fragile(record: Record) -> str:
     order = {False: 0, None: 1, True: 2}
     shown = units(goals[0]["metric"])
     items = ""
-    for case in sorted(cases, key=lambda it: order[it.get("met")]):
+    for case in sorted(cases, key=lambda case: order[case.get("met")]):
         mean = parted({"simulated": case}, 0, shown["factor"])[0]
         planned = parted({"simulated": case.get("as_planned")}, 0, shown["factor"])[0]
         items += filled(
@@ -308,10 +313,10 @@ def _tiles(record: Record) -> str:
                 first.append(("missions that miss the goal", f"{missed:.0f}", f"of {flown}", ""))
         found = [*first, *found][:MOST_TILES]
     tiles = ""
-    for words, it, unit, span in found:
+    for words, value, unit, span in found:
         more = filled("<dd><small>{span}</small></dd>", span=span) if span else ""
-        tile = "<dt>{words}</dt><dd>{it} <small>{unit}</small></dd>"
-        tiles += f"<div>{filled(tile, words=words, it=it, unit=unit)}{more}</div>"
+        tile = "<dt>{words}</dt><dd>{value} <small>{unit}</small></dd>"
+        tiles += f"<div>{filled(tile, words=words, value=value, unit=unit)}{more}</div>"
     return f'<dl class="tiles">{tiles}</dl>'
 
 
@@ -335,14 +340,14 @@ def _chart(record: Record, inputs: Mapping[str, Any] | None) -> str:
     stated = record.get("prediction_error") or {}
     said = [
         f"{units(metric)['words']}: of half of the teams by less than "
-        f"{number(it.get('median'), 0, 100)} %, of nine in ten by less than "
-        f"{number(it.get('p90'), 0, 100)} %"
-        for metric, it in stated.items()
+        f"{number(error.get('median'), 0, 100)} %, of nine in ten by less than "
+        f"{number(error.get('p90'), 0, 100)} %"
+        for metric, error in stated.items()
         if any(metric == goal["metric"] for goal in record.get("goal") or [])
     ]
     precision = f"Beside simulations they are off ({'; '.join(said)})." if said else ""
     left_out = " ".join(inputs["inputs"].get("approximations") or ())
-    if any(it.get("stations") == [] for it in record.get("candidates") or []):
+    if any(candidate.get("stations") == [] for candidate in record.get("candidates") or []):
         precision += " Vessels that move are neither drawn nor predicted: they were simulated."
     return Template(asset("plan.html")).substitute(
         stated=escape(precision), left_out=escape(left_out)
@@ -358,13 +363,13 @@ def _chosen(record: Record) -> Record | None:
 def _candidates(record: Record) -> str:
     """Return the plot of candidates and the tables of those that were simulated."""
     candidates = record.get("candidates") or []
-    flown = [place for place, it in enumerate(candidates) if it.get("simulated")]
+    flown = [place for place, candidate in enumerate(candidates) if candidate.get("simulated")]
     if not candidates:
         return ""
     runners = record.get("runners_up") or []
     chosen = [] if record.get("chosen") is None else [record["chosen"]]
-    first = [it for it in (*chosen, *runners) if 0 <= it < len(candidates)]
-    rest = [it for it in flown if it not in first]
+    first = [place for place in (*chosen, *runners) if 0 <= place < len(candidates)]
+    rest = [place for place in flown if place not in first]
     tables = ""
     if first:
         title = "The answer and its runners-up" if chosen else "What came nearest"
@@ -389,18 +394,22 @@ def _table(record: Record, places: Sequence[int], caption: str) -> str:
     headings += [("missions", ""), ("verdict", ""), ("settings", "")]
     rows = []
     for place in places:
-        it = candidates[place]
-        row = [f"{place + 1}", number(it.get("asvs"), 0), *([number(it.get("cost"))] * priced)]
+        candidate = candidates[place]
+        row = [
+            f"{place + 1}",
+            number(candidate.get("asvs"), 0),
+            *([number(candidate.get("cost"))] * priced),
+        ]
         for which, goal in enumerate(goals):
             factor = units(goal["metric"])["factor"]
-            row += [number(value_of(it, "predicted", "value", which), 2, factor)]
-            row += [interval(it, which, factor)]
-        missions = number((it.get("simulated") or {}).get("missions", 0), 0)
-        missed = [_missed(it, which)[0] or 0.0 for which in range(len(goals))]
+            row += [number(value_of(candidate, "predicted", "value", which), 2, factor)]
+            row += [interval(candidate, which, factor)]
+        missions = number((candidate.get("simulated") or {}).get("missions", 0), 0)
+        missed = [_missed(candidate, which)[0] or 0.0 for which in range(len(goals))]
         if max(missed, default=0.0):
             missions += f", {max(missed):.0f} miss"
-        verdict = it.get("verdict") or it.get("told") or ""
-        rows.append([*row, missions, verdict, named(it.get("keys") or {})])
+        verdict = candidate.get("verdict") or candidate.get("told") or ""
+        rows.append([*row, missions, verdict, named(candidate.get("keys") or {})])
     return f'<div class="candidates">{table(headings, rows, caption)}</div>'
 
 
@@ -410,15 +419,15 @@ def _sensitivity(record: Record) -> str:
     if not cases:
         return ""
     headings = [("if", "")]
-    for it in goals:
-        shown = units(it["metric"])
+    for goal in goals:
+        shown = units(goal["metric"])
         headings += [(shown["words"], shown["unit"]), ("as planned", shown["unit"])]
     headings += [("missions", ""), ("goal", "")]
     rows = []
     for case in cases:
         row = [case.get("told") or named(case.get("keys") or {})]
-        for place, it in enumerate(goals):
-            factor = units(it["metric"])["factor"]
+        for place, goal in enumerate(goals):
+            factor = units(goal["metric"])["factor"]
             for simulated in (case, case.get("as_planned")):
                 row.append(interval({"simulated": simulated}, place, factor))
         rows.append([*row, number(case.get("missions"), 0), _verdict(case)])
@@ -434,15 +443,17 @@ def _sensitivity(record: Record) -> str:
 def _origin(record: Record) -> str:
     parts = [("Scenario", record.get("scenario")), ("sha256", record.get("scenario_sha256"))]
     versions = record.get("versions") or {}
-    parts.append(("Versions", ", ".join(f"{name} {it}" for name, it in versions.items())))
+    parts.append(("Versions", ", ".join(f"{name} {version}" for name, version in versions.items())))
     excluded = record.get("excluded") or []
     if excluded:
-        parts.append(("Not simulated", "; ".join(str(it.get("told")) for it in excluded)))
+        parts.append(("Not simulated", "; ".join(str(group.get("told")) for group in excluded)))
     items = "".join(
-        f"<dt>{name}</dt><dd><code>{escape(str(it))}</code></dd>" for name, it in parts if it
+        f"<dt>{name}</dt><dd><code>{escape(str(value))}</code></dd>"
+        for name, value in parts
+        if value
     )
     if record.get("answer"):
-        keys = "".join(f"{setting(key, it)}\n" for key, it in record["answer"].items())
+        keys = "".join(f"{setting(key, value)}\n" for key, value in record["answer"].items())
         items += f"<dt>The answer's keys</dt><dd><pre>{escape(keys)}</pre></dd>"
     return (
         '<section id="origin"><h2>What made this plan</h2>'

@@ -35,7 +35,7 @@ from .question import Question
 
 # Proposed where the user varies nothing of the kind.
 COUNTS = range(1, 7)
-SCHEDULES = tuple(name for name, it in declared.SCHEDULES.items() if it.is_proposed)
+SCHEDULES = tuple(name for name, traits in declared.SCHEDULES.items() if traits.is_proposed)
 DOWNLINKS = tuple(declared.DOWNLINKS)
 
 # Of all pairs of these so many at most are flown beside the scenario's own: those predicted to be
@@ -71,7 +71,7 @@ def proposed(
         for number, point in enumerate(points, start=1):
             on_progress(f"proposing teams, {number} of {counted(len(points), 'choice')}")
             found += _about(question, predictor, point, widely)
-    unlike = {it.scenario.model_dump_json(): it for it in reversed(found) if it is not None}
+    unlike = {team.scenario.model_dump_json(): team for team in reversed(found) if team is not None}
     return list(unlike.values())[::-1]
 
 
@@ -156,7 +156,7 @@ def _unlike(teams: Sequence[Candidate], predictor: Predictor) -> Iterator[Candid
         if prediction is not None:
             found = (
                 str(team.scenario.protocol.downlink),
-                b"".join(it.tobytes() for it in prediction),
+                b"".join(array.tobytes() for array in prediction),
             )
             if found in known:
                 continue
@@ -166,7 +166,7 @@ def _unlike(teams: Sequence[Candidate], predictor: Predictor) -> Iterator[Candid
 
 
 def _those(*found: Candidate | None) -> list[Candidate]:
-    return [it for it in found if it is not None]
+    return [team for team in found if team is not None]
 
 
 def _rings(team: Candidate) -> Iterator[tuple[float, float]]:

@@ -352,7 +352,7 @@ def _costs(document: Document) -> dict[str, float]:
             _note(document, path, f"no such cost; {remedy}", document.keys.get(path))
         if not _is_number(price) or price < 0 or (key == ASV and price == 0):
             _note(document, path, f"needs a price > 0; got {described(price)}")
-    return {ASV: 1.0, **{key: float(it) for key, it in given.items() if _is_number(it)}}
+    return {ASV: 1.0, **{key: float(price) for key, price in given.items() if _is_number(price)}}
 
 
 def _is_number(value: Any) -> bool:

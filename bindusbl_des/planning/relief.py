@@ -46,12 +46,12 @@ def binding(candidate: Candidate, predictor: Predictor, goals: Sequence[Goal]) -
     The goal that is the farthest from being met, as predicted, is what counts.
     """
     inputs, now = predictor.inputs(candidate.scenario), predictor.prediction(candidate)
-    known = [it for it in goals if value_of(it, now) == value_of(it, now)]
+    known = [goal for goal in goals if value_of(goal, now) == value_of(goal, now)]
     if inputs is None or not known:
         return []
-    goal = max(known, key=lambda it: excess(it, value_of(it, now)))
+    goal = max(known, key=lambda goal: excess(goal, value_of(goal, now)))
     found = list(_reliefs(inputs, candidate, goal, value_of(goal, now)))
-    return sorted(found, key=lambda it: excess(goal, it.value))
+    return sorted(found, key=lambda relief: excess(goal, relief.value))
 
 
 def _reliefs(inputs: Inputs, candidate: Candidate, goal: Goal, now: float) -> Iterator[Relief]:
@@ -189,7 +189,7 @@ def foreseen(result: "Result") -> tuple[Foreseen, ...]:
             known = best.get(change.kind)
             if then < (1.0 - WORTHWHILE) * now and (known is None or then < known.then_m):
                 best[change.kind] = Foreseen(change.words, change.lines, now, then)
-    return tuple(sorted(best.values(), key=lambda it: it.then_m)[:MOST])
+    return tuple(sorted(best.values(), key=lambda predicted: predicted.then_m)[:MOST])
 
 
 def _error(scenario: Scenario) -> float:

@@ -212,12 +212,12 @@ RULES = (
         "how likely signals are lost only the plug-in says",
     ),
     Idle(
-        {"acoustics.hf.channel": names(CHANNELS, lambda it: not it.ends_at_range)},
+        {"acoustics.hf.channel": names(CHANNELS, lambda traits: not traits.ends_at_range)},
         tuple(f"acoustics.loss.{name}" for name in ("law", "combine", "contention_per_auv", "cap")),
         "the law of the disc's loss; this channel says itself how likely signals are lost",
     ),
     Idle(
-        {"acoustics.mf.channel": names(CHANNELS, lambda it: it.reach_of_its_own)},
+        {"acoustics.mf.channel": names(CHANNELS, lambda traits: traits.reach_of_its_own)},
         ("acoustics.mf.range_m",),
         "the curve says how far frames are decoded",
     ),

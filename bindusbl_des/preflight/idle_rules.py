@@ -32,18 +32,18 @@ OWN, GIVEN = _Own(), _Given()
 
 def names(table: Mapping[str, Any], has: Callable[[Any], bool]) -> tuple[str, ...]:
     """Return the names of the parts that ship of which something is true that they declare."""
-    return tuple(name for name, it in table.items() if has(it))
+    return tuple(name for name, traits in table.items() if has(traits))
 
 
-ASVS_PING = names(RANGINGS, lambda it: it.asvs_ping)
-CALLS = names(RANGINGS, lambda it: it.calls)
-OWN_CLOCKS = names(RANGINGS, lambda it: it.own_clocks)
-REPLIES = names(DOWNLINKS, lambda it: it.replies)
-FRAMED = names(SCHEDULES, lambda it: it.framed)
-RANDOM = names(SCHEDULES, lambda it: it.random_access)
-UNSLOTTED = names(SCHEDULES, lambda it: it.access in ("poisson", "sensing"))
-POLLED = names(SCHEDULES, lambda it: it.calls)
-ALONE = names(SCHEDULES, lambda it: it.groups in ("each", "frame") and not it.calls)
+ASVS_PING = names(RANGINGS, lambda traits: traits.asvs_ping)
+CALLS = names(RANGINGS, lambda traits: traits.calls)
+OWN_CLOCKS = names(RANGINGS, lambda traits: traits.own_clocks)
+REPLIES = names(DOWNLINKS, lambda traits: traits.replies)
+FRAMED = names(SCHEDULES, lambda traits: traits.framed)
+RANDOM = names(SCHEDULES, lambda traits: traits.random_access)
+UNSLOTTED = names(SCHEDULES, lambda traits: traits.access in ("poisson", "sensing"))
+POLLED = names(SCHEDULES, lambda traits: traits.calls)
+ALONE = names(SCHEDULES, lambda traits: traits.groups in ("each", "frame") and not traits.calls)
 
 
 class Idle(NamedTuple):
@@ -76,7 +76,7 @@ KNOWLEDGE = (
         "AUVs ping as they like, or are called: they need no slot",
     ),
     Idle(
-        {"protocol.knowledge": names(KNOWLEDGES, lambda it: not it.by_frames)},
+        {"protocol.knowledge": names(KNOWLEDGES, lambda traits: not traits.by_frames)},
         TOLD,
         "all AUVs know the schedule at once",
     ),
@@ -98,7 +98,7 @@ KNOWLEDGE = (
 )
 
 
-UNFRAMED = names(SCHEDULES, lambda it: not it.framed and not it.random_access)
+UNFRAMED = names(SCHEDULES, lambda traits: not traits.framed and not traits.random_access)
 BROADCASTS = (
     "acoustics.mf.range_m", "acoustics.mf.channel", "acoustics.mf.bit_rate_bps",
     "acoustics.mf.overhead",
@@ -168,13 +168,15 @@ PROTOCOL = (
         "pings are answered as they come, in no slots",
     ),
     Idle(
-        {"protocol.downlink": names(DOWNLINKS, lambda it: it.waits or it.replies)},
+        {"protocol.downlink": names(DOWNLINKS, lambda traits: traits.waits or traits.replies)},
         ("protocol.duplex",),
         "nobody pings while a frame is on the air or arriving",
-        but=lambda it: it.protocol.random_access or it.protocol.downlink_guard_s is not None,
+        but=lambda scenario: (
+            scenario.protocol.random_access or scenario.protocol.downlink_guard_s is not None
+        ),
     ),
     Idle(
-        {"protocol.schedule": names(SCHEDULES, lambda it: it.pace == "packed")},
+        {"protocol.schedule": names(SCHEDULES, lambda traits: traits.pace == "packed")},
         ("protocol.uplink_guard_s", "protocol.shortest_uplink_slot_s"),
         "arrivals are packed, there are no slots of T_UL",
         but=passive,
@@ -264,7 +266,7 @@ MEASURING = (
     Idle({"usbl.slow_share": (0.0,)}, ("usbl.correlation_s",), "no acoustic error is slow"),
     Idle({"usbl.outlier_share": (0.0,)}, ("usbl.outlier_sd_m",), "there are no outliers"),
     Idle(
-        {"usbl.model": names(INSTRUMENTS, lambda it: it.is_stated)},
+        {"usbl.model": names(INSTRUMENTS, lambda traits: traits.is_stated)},
         tuple(f"usbl.{name}" for name in ("array", "tdoa_sd_s", "travel_time_sd_s", "quantum_s")),
         "the data sheet says what all of them make together",
         remedy="remove it, or set usbl.model: array",
@@ -280,7 +282,7 @@ MEASURING = (
         "through still water is over ground",
     ),
     Idle(
-        {"navigation.filter": names(NAVIGATORS, lambda it: not it.weighs)},
+        {"navigation.filter": names(NAVIGATORS, lambda traits: not traits.weighs)},
         ("navigation.nis_gate",),
         "only a filter that weighs refuses fixes",
     ),

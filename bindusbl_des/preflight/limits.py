@@ -43,7 +43,7 @@ from .round_lengths import Rounds, rounds_of
 INSTANTS, MOST_PAIRS = 121, 4_000_000
 
 # Whose rates stand beside those of the scenario's own rounds.
-COMPARED = tuple(name for name, it in DOWNLINKS.items() if it.is_foreseen)
+COMPARED = tuple(name for name, traits in DOWNLINKS.items() if traits.is_foreseen)
 
 # Frames of more records are not tried in search of the one that carries most of them a second.
 MOST_RECORDS = 1000
@@ -298,7 +298,7 @@ def _lengths(downlink: str, rounds: Rounds, groups: Ints, made: Floats) -> Float
         lambda count, fixes: cycle(downlink, slots, count + further, fixes, named).length_s
     )
     fixes = np.rint(made.sum(axis=1)).astype(np.int64).tolist()
-    return np.array([length(*it) for it in zip(groups.tolist(), fixes, strict=True)])
+    return np.array([length(*counts) for counts in zip(groups.tolist(), fixes, strict=True)])
 
 
 def _airtimes(slots: Slots, made: Floats, senders: int) -> Floats:

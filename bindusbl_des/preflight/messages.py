@@ -21,7 +21,7 @@ from .whereabouts import shapes
 
 # What decides how many fixes the downlink carries
 _MESSAGE = tuple(
-    f"acoustics.mf.{it}" for it in ("bit_rate_bps", "modem", "payload_bytes", "overfull")
+    f"acoustics.mf.{name}" for name in ("bit_rate_bps", "modem", "payload_bytes", "overfull")
 )
 
 # Within so far (m) no law of loss takes half of all pings: the most is 12 %.

@@ -236,14 +236,16 @@ def read_scenario(
     if unusable:
         raise ScenarioError(unusable)
     places = {found: place_of_problem(document, found) for found in warnings_of(scenario)}
-    found = sorted(places, key=lambda it: (places[it].file != source.name, places[it].line))
+    found = sorted(
+        places, key=lambda problem: (places[problem].file != source.name, places[problem].line)
+    )
     warnings = (
         *document.warnings,
-        *(Mistake.at(places[it], it.key, it.message) for it in found),
+        *(Mistake.at(places[problem], problem.key, problem.message) for problem in found),
     )
     about = (
         *((warning.key,) for warning in document.warnings),
-        *((it.key, *it.others) for it in found),
+        *((problem.key, *problem.others) for problem in found),
     )
     unloaded = () if allow_plugins else tuple(_plugins(document, scenario))
     return Reading(scenario, warnings, about, unloaded)

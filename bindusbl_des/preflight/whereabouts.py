@@ -200,7 +200,7 @@ def tracks(scenario: Scenario) -> Iterator[Problem]:
         outside[auv] = float(beyond.max()), float(np.mean(beyond > 0.0))
     yield from _standing("begins late", "first", late, duration)
     yield from _standing("ends early", "last", early, duration)
-    away = {auv: it for auv, it in outside.items() if it[0] > 0.0}
+    away = {auv: strayed for auv, strayed in outside.items() if strayed[0] > 0.0}
     for auv, (excess, share) in list(away.items())[:MOST_NAMED]:
         yield Problem(
             f"auvs.route.files.{auv}",

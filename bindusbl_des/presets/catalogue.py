@@ -15,7 +15,7 @@ def preset(kind: str, name: str) -> Preset:
     Raises:
         ValueError: when there is none of that name, with the nearest one or all there are.
     """
-    known = {it.name: it for it in CATALOGUE[kind]}
+    known = {entry.name: entry for entry in CATALOGUE[kind]}
     if name not in known:
         listed = f"; there are {', '.join(known) or 'none yet'}"
         raise ValueError(f"no {kind} preset is named {name!r}{did_you_mean(name, known) or listed}")
@@ -29,13 +29,13 @@ def selected(word: str) -> Iterator[tuple[str, Preset]]:
         ValueError: when nothing is named so.
     """
     found = [
-        (kind, it)
+        (kind, entry)
         for kind, presets in CATALOGUE.items()
-        for it in presets
-        if word in ("", kind, it.name)
+        for entry in presets
+        if word in ("", kind, entry.name)
     ]
     if not found and word not in CATALOGUE:
-        names = [*CATALOGUE, *(it.name for presets in CATALOGUE.values() for it in presets)]
+        names = [*CATALOGUE, *(entry.name for presets in CATALOGUE.values() for entry in presets)]
         hint = did_you_mean(word, names) or "; `bindusbl-des presets` lists all"
         raise ValueError(f"no preset, and no kind of presets, is named {word!r}{hint}")
     yield from found

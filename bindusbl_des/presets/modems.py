@@ -108,11 +108,11 @@ def _seconds(path: Path, number: int, line: dict[str, str], column: str) -> floa
 
 def _filled(delays: list[float]) -> tuple[float, ...]:
     """Fill gaps with the delay of the next larger payload, behind the last with that one."""
-    known = [it for it in delays if it == it]
+    known = [delay for delay in delays if delay == delay]
     after = known[-1] if known else 0.0
     filled: list[float] = []
-    for it in reversed(delays):
-        after = it if it == it else after
+    for delay in reversed(delays):
+        after = delay if delay == delay else after
         filled.append(after)
     return tuple(reversed(filled))
 

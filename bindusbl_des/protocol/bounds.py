@@ -93,7 +93,7 @@ def _colourable(neighbours: list[int], groups: list[int], most: int) -> bool:
         auv: [number for number in range(most) if not groups[number] & neighbours[auv]]
         for auv in free
     }
-    auv = min(free, key=lambda it: (len(rooms[it]), -neighbours[it].bit_count()))
+    auv = min(free, key=lambda auv: (len(rooms[auv]), -neighbours[auv].bit_count()))
     begun = sum(map(bool, groups))  # groups without anybody yet are all alike
     for number in rooms[auv]:
         if number > begun:

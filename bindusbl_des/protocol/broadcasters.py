@@ -129,7 +129,7 @@ def nearest(view: BroadcastView) -> int:
 
 def fixed(view: BroadcastView, *, asv: int = 0) -> int:
     """Always take the same ASV; while it has failed, the next by number."""
-    return min(_able(view), key=lambda it: (it - asv) % view.count)
+    return min(_able(view), key=lambda other: (other - asv) % view.count)
 
 
 def parallel(view: BroadcastView) -> list[list[Share]]:

@@ -200,8 +200,9 @@ class Dissemination:
                 self._learn(auv, plan)
         count = len(plan.named)
         lasts = starts - plan.starts_s, self.slots.downlink_slot(count, count)
-        for auv, it in enumerate(self.auvs):  # rounds are planned to bring a fix of everybody
-            it.period_s = sum(lasts) if self.announcing.ahead == 1 else max(lasts)
+        # rounds are planned to bring a fix of everybody
+        for auv, knowledge in enumerate(self.auvs):
+            knowledge.period_s = sum(lasts) if self.announcing.ahead == 1 else max(lasts)
             self._reckon(auv, 1)
 
     def assign(self, number: int, time: float, senders: Sequence[int]) -> dict[int, list[int]]:
@@ -333,33 +334,35 @@ class Dissemination:
 
     def _reckon(self, auv: int, rounds: int) -> None:
         """Expect the turn of an AUV in the round so many after the last that it was told of."""
-        it = self.auvs[auv]
-        if it.turn_s is None:
+        knowledge = self.auvs[auv]
+        if knowledge.turn_s is None:
             return
-        instant = self._reckoned(it, rounds)
+        instant = self._reckoned(knowledge, rounds)
         while instant < self.env.now:
             rounds += 1
-            instant = self._reckoned(it, rounds)
+            instant = self._reckoned(knowledge, rounds)
         event = moment(self.env, instant)
-        event.callbacks.append(partial(self._turn, auv, it.round, rounds, instant))
+        event.callbacks.append(partial(self._turn, auv, knowledge.round, rounds, instant))
 
-    def _reckoned(self, it: Knowledge, rounds: int) -> float:
-        assert it.turn_s is not None
-        return self.slots.clock.after(it.starts_s, rounds * it.period_s + it.turn_s)
+    def _reckoned(self, knowledge: Knowledge, rounds: int) -> float:
+        assert knowledge.turn_s is not None
+        return self.slots.clock.after(
+            knowledge.starts_s, rounds * knowledge.period_s + knowledge.turn_s
+        )
 
     def _turn(
         self, auv: int, informed: int, rounds: int, instant: float, _: simpy.Event | None = None
     ) -> None:
         """Let an AUV have the turn that it has reckoned, unless it was told of a later round."""
         self._hear(instant)
-        it = self.auvs[auv]
-        if it.round != informed:
+        knowledge = self.auvs[auv]
+        if knowledge.round != informed:
             return
         luck = self.announcing.missed == "last_slot" or self._dares(auv)
         if luck and self._is_quiet(auv, instant):
-            it.pinged_at_s = instant
+            knowledge.pinged_at_s = instant
             plan = self._plan_at(instant)
-            self.ranging.ping(plan.number, it.slot, [auv], instant, plan.view)
+            self.ranging.ping(plan.number, knowledge.slot, [auv], instant, plan.view)
         self._reckon(auv, rounds + 1)
 
     def _plan_at(self, instant: float) -> AnnouncedRound:

@@ -184,7 +184,7 @@ class Slot:
             raise ValueError(f"ASV{failed[0]} has failed by {time:g} s; let another one call")
         callers = np.array(asvs, dtype=np.int64)
         answers = self._ranging.uplink.call(list(auvs), callers, time)
-        self._calls |= {(auv, it.tobytes()) for auv, it in zip(auvs, answers, strict=True)}
+        self._calls |= {(auv, answer.tobytes()) for auv, answer in zip(auvs, answers, strict=True)}
         return answers.view(np.recarray)
 
     def _check(self, auvs: Sequence[int], time: float) -> None:

@@ -122,11 +122,11 @@ class Slots:
         """Return the bytes of a broadcast, of all its messages: of `fix_count` fixes, and of slots
         of which `named` AUVs are told.
         """
-        return sum([it.size_bytes for it in self.messages.packed(fix_count, named)])
+        return sum([message.size_bytes for message in self.messages.packed(fix_count, named)])
 
     def airtime(self, fix_count: int, named: int = 0) -> float:
         """Return the airtime T_tx (s) of such a broadcast, of all its messages."""
-        return sum([it.airtime_s for it in self.messages.packed(fix_count, named)])
+        return sum([message.airtime_s for message in self.messages.packed(fix_count, named)])
 
     def frame_slot(self, fix_count: int, named: int = 0) -> float:
         """Return how long (s) such a broadcast and its guard take."""

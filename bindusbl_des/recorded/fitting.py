@@ -61,11 +61,11 @@ def fit(log: Log) -> Fit:
     plain = replace(tailed, outlier_share=0.0, outlier_sd=0.0)
     guesses = [(plain, 0.0), (tailed, 2.0)]
     if not log.start_found and (off := _first_off(log)) > 0.0:
-        guesses += [(replace(it, start_sd=off), more + 1.0) for it, more in guesses]
+        guesses += [(replace(guess, start_sd=off), more + 1.0) for guess, more in guesses]
     score = cache(partial(_score, known))  # searches come to the same numbers again
     tried = [_likeliest(score, guess, walks, log.has_ranges) for guess, _ in guesses]
     worth = 0.5 * np.log(len(known.sights))
-    scores = [score(it) - worth * n for it, (_, n) in zip(tried, guesses, strict=True)]
+    scores = [score(noise) - worth * n for noise, (_, n) in zip(tried, guesses, strict=True)]
     noise = tried[int(np.argmax(scores))]
     with np.errstate(all="ignore"):  # told below
         (ahead, aside), sds = _bias(known, noise)
@@ -98,7 +98,7 @@ def _bias(log: Prepared, noise: Noise) -> tuple[list[float], Floats]:
         weights.append(factor * np.exp(-less))
         means.append(bias)
         squares.append(bias**2 + np.diagonal(found.covariances[-1])[2:4])
-    mean, square = (np.average(it, axis=0, weights=weights) for it in (means, squares))
+    mean, square = (np.average(values, axis=0, weights=weights) for values in (means, squares))
     return mean.tolist(), np.sqrt(square - mean**2)
 
 

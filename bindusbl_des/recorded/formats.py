@@ -236,7 +236,9 @@ class LogTable:
                     f"{place}: needs numbers in {', '.join(columns)}; it lacks "
                     f"{', '.join(lacking)} and has {', '.join(filter(None, row))}"
                 )
-        found = [[recorded(place, it, row[it]) for it in columns] for place, row in self.rows]
+        found = [
+            [recorded(place, column, row[column]) for column in columns] for place, row in self.rows
+        ]
         return np.array(found, dtype=np.float64).reshape(-1, len(columns))
 
 

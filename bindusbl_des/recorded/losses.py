@@ -82,7 +82,7 @@ def losses_of(receptions: Receptions | None) -> Losses | None:
     shortest, longest = float(steps.apart.min()), float(np.ptp(receptions.times))
     numbers = int(np.log(max(longest / (SHORTEST * shortest), 1.0)) / np.log(FACTOR))
     tried = SHORTEST * shortest * FACTOR ** np.arange(1 + numbers)
-    best = int(np.argmax([_log_likelihood(steps, it) for it in tried]))
+    best = int(np.argmax([_log_likelihood(steps, burst) for burst in tried]))
     likely = {best: _profile(steps, float(tried[best]))}
     for step in (-1, 1):  # the ends of the interval, and what is better still on the way
         number = best + step
@@ -91,10 +91,10 @@ def losses_of(receptions: Receptions | None) -> Losses | None:
             if likely[number] < max(likely.values()) - WITHIN:
                 break
             number += step
-    best = max(likely, key=lambda it: likely[it])
+    best = max(likely, key=lambda number: likely[number])
     if likely[best] - _profile(steps, 0.0) < 0.5 * np.log(count):
         return alone
-    within = [tried[it] for it, value in likely.items() if value >= likely[best] - WITHIN]
+    within = [tried[number] for number, value in likely.items() if value >= likely[best] - WITHIN]
     burst_s = float(tried[best])
     interval = float(min(within) / FACTOR**0.5), float(max(within) * FACTOR**0.5)
     return Losses(count, share, burst_s, interval, _longest(receptions, steps, burst_s))
@@ -148,8 +148,8 @@ def _steps(receptions: Receptions) -> _Steps:
         times, is_lost = receptions.times[rows], receptions.is_lost[rows]
         later = np.diff(times) > 0.0  # what comes twice at an instant tells nothing
         own = np.diff(times), shares[rows][1:], is_lost[:-1], is_lost[1:]
-        parts.append([it[later] for it in own])
-    return _Steps(*(np.concatenate(it) for it in zip(*parts, strict=True)))
+        parts.append([column[later] for column in own])
+    return _Steps(*(np.concatenate(pieces) for pieces in zip(*parts, strict=True)))
 
 
 def _pairs(receptions: Receptions) -> Iterator[np.ndarray]:

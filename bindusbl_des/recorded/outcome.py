@@ -130,7 +130,7 @@ def objection(folder: Path) -> str | None:
     """Return why force must not replace a folder; None for an earlier replay, or an empty one."""
     found = list(folder.iterdir()) if folder.is_dir() else [folder]
     ours = {CSV_DICTIONARY, *(f"{name}.{end}" for name in ROWS for end in ("parquet", "csv"))}
-    foreign = sorted(it.name for it in found if it.name not in ours and it.suffix != ".png")
+    foreign = sorted(path.name for path in found if path.name not in ours and path.suffix != ".png")
     if folder.is_dir() and not foreign:
         return None
     return f"holds {foreign[0]}, which no replay wrote, so it is not replaced"
@@ -149,12 +149,12 @@ def write_tables(found: Mapping[str, pa.Table], folder: Path) -> None:
 def _table(row: type, values: Mapping[str, Any]) -> pa.Table:
     described = [
         pa.field(
-            it.name,
-            TYPES[it.type],  # type: ignore[index]  # the stubs let it be a string
-            metadata={"unit": it.metadata["unit"], "meaning": it.metadata["meaning"]}
-            | ({"frame": FRAME} if it.name.endswith(("x_m", "y_m", "z_m")) else {}),
+            field.name,
+            TYPES[field.type],  # type: ignore[index]  # the stubs let it be a string
+            metadata={"unit": field.metadata["unit"], "meaning": field.metadata["meaning"]}
+            | ({"frame": FRAME} if field.name.endswith(("x_m", "y_m", "z_m")) else {}),
         )
-        for it in fields(row)
+        for field in fields(row)
     ]
     arrays = [arrow(values[field.name], field.type) for field in described]
     return pa.Table.from_arrays(arrays, schema=pa.schema(described))
@@ -217,7 +217,8 @@ def _track(replay: Replay) -> dict[str, Any]:
         rows = np.searchsorted(track.times, log.times)
         out[f"{name}_x_m"], out[f"{name}_y_m"] = track.places[rows].T
         xx, yy, xy = track.covariances[rows].T
-        sds = (np.sqrt(np.maximum(it, 0.0)) for it in (xx, yy))  # what is known may round below 0
+        # what is known may round below 0
+        sds = (np.sqrt(np.maximum(variance, 0.0)) for variance in (xx, yy))
         out[f"{name}_sd_x_m"], out[f"{name}_sd_y_m"] = sds
         out[f"{name}_cov_xy_m2"] = xy
     nothing = np.full(len(log.times), nan)
@@ -258,10 +259,10 @@ def _beacons(replay: Replay) -> dict[str, Any]:
     log = replay.log
     residuals, names = replay.smoother.seen["off_m"], np.array(_sighted(replay)[0], dtype=object)
     off = [residuals[names == name] for name in log.beacons.names]
-    middle = [float(np.median(it)) if len(it) else nan for it in off]
+    middle = [float(np.median(own)) if len(own) else nan for own in off]
     spread = [
-        TO_SD * float(np.median(np.abs(it - at))) if len(it) else nan
-        for it, at in zip(off, middle, strict=True)
+        TO_SD * float(np.median(np.abs(own - at))) if len(own) else nan
+        for own, at in zip(off, middle, strict=True)
     ]
     x, y, z = log.beacons.places.T
     return {
@@ -270,7 +271,7 @@ def _beacons(replay: Replay) -> dict[str, Any]:
         "x_m": x,
         "y_m": y,
         "z_m": z,
-        "ranges": [len(it) for it in off],
+        "ranges": [len(own) for own in off],
         "residual_median_m": middle,
         "residual_spread_m": spread,
     }

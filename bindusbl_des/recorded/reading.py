@@ -51,7 +51,7 @@ def read_log(name: str, vehicle: str | None = None, speed: float = NOMINAL_SPEED
 def _log_of(path: Path, tables: dict[str, LogTable], vehicle: str | None) -> Log:
     """Return the log of one vehicle in tables."""
     tables = _in_metres(tables)
-    kind = next((it for it in ("odometry", "tracks") if len(tables.get(it, ()))), None)
+    kind = next((name for name in ("odometry", "tracks") if len(tables.get(name, ()))), None)
     if kind is None:
         raise BadLog(
             f"{path}: has no odometry; a table `odometry` needs time_s, yaw_rad, and x_m, y_m or "
@@ -184,7 +184,9 @@ def _ranges(table: LogTable, beacons: SurveyedBeacons) -> Ranges:
 
 def _fixes(table: LogTable) -> LoggedFixes:
     """Return fixes in the order of the instants at which they hold, whenever they were told."""
-    instant = next((it for it in ("valid_at_s", "pinged_at_s") if table.has(it)), "time_s")
+    instant = next(
+        (column for column in ("valid_at_s", "pinged_at_s") if table.has(column)), "time_s"
+    )
     numbers = table.numbers(instant, "x_m", "y_m", "sd_x_m", "sd_y_m")
     for (place, _), row in zip(table.rows, numbers, strict=True):
         if row[3] <= 0.0 or row[4] <= 0.0:
@@ -218,10 +220,14 @@ def _receptions(table: LogTable) -> Receptions | None:
     instant = "arrived_at_s" if table.has("arrived_at_s") else "time_s"
     known = table
     if named == "outcome":  # an answer that was never sent, its call being lost, has no instant
-        rows = [it for it in table.rows if str(it[1].get(named)) in OUTCOMES and it[1].get(instant)]
+        rows = [
+            line
+            for line in table.rows
+            if str(line[1].get(named)) in OUTCOMES and line[1].get(instant)
+        ]
         known = LogTable(table.source, rows)
     is_lost = [_is_lost(place, named, row.get(named)) for place, row in known.rows]
-    away = next((it for it in ("slant_range_m", "range_m") if known.has(it)), None)
+    away = next((column for column in ("slant_range_m", "range_m") if known.has(column)), None)
     others = [str(row.get("asv", row.get("beacon", ""))) for _, row in known.rows]
     names = sorted(set(others))
     times = known.numbers(instant)[:, 0]

@@ -137,9 +137,9 @@ def noise_keys(fit: Fit, log: Log) -> dict[str, tuple[Any, str]]:
 def _rounded(value: Any) -> Any:
     """Return numbers with the digits that a log can tell."""
     if isinstance(value, list):
-        return [_rounded(it) for it in value]
+        return [_rounded(inner) for inner in value]
     if isinstance(value, dict):
-        return {name: _rounded(it) for name, it in value.items()}
+        return {name: _rounded(inner) for name, inner in value.items()}
     if isinstance(value, str):
         return value
     return float(f"{value:.3g}")
@@ -170,7 +170,7 @@ def _written(value: Any) -> str:
     if isinstance(value, list):
         return f"[{', '.join(map(_written, value))}]"
     if isinstance(value, dict):
-        return f"{{{', '.join(f'{name}: {_written(it)}' for name, it in value.items())}}}"
+        return f"{{{', '.join(f'{name}: {_written(inner)}' for name, inner in value.items())}}}"
     if isinstance(value, str):
         return value
     text = repr(value)

@@ -264,8 +264,8 @@ NAMES = {
 
 UNITS: dict[str, str] = {
     column.name: column.metadata["unit"]
-    for it in (AuvMetrics, Utilisation)
-    for column in fields(it)
+    for kind in (AuvMetrics, Utilisation)
+    for column in fields(kind)
 }
 # What has no unit is a count, but for these.
 SHARES = (
@@ -298,7 +298,7 @@ def of_an_auv(metric: str) -> str:
 def lower_is_better(metric: str) -> bool | None:
     """Tell which way is better, None where neither is.
 
-    >>> [lower_is_better(it) for it in ("worst_fix_age_max_s", "fix_rate_hz", "rounds")]
+    >>> [lower_is_better(name) for name in ("worst_fix_age_max_s", "fix_rate_hz", "rounds")]
     [True, False, None]
     """
     return WORST_IS_LARGEST.get(of_an_auv(metric))
@@ -327,7 +327,7 @@ def unit_of(metric: str) -> str:
 
 def metrics() -> dict[str, tuple[str, str]]:
     """Return unit and meaning of each metric of an AUV or a mission, by its name."""
-    columns = [column for it in (AuvMetrics, Utilisation) for column in fields(it)]
+    columns = [column for kind in (AuvMetrics, Utilisation) for column in fields(kind)]
     named = [column for column in columns if column.name in NAMES]
     return {column.name: (unit_of(column.name), column.metadata["meaning"]) for column in named}
 

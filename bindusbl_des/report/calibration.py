@@ -86,15 +86,17 @@ def calibration(errors: Floats, fixes: int) -> Calibration | None:
 def of_auv(mission: Recording, auv: int) -> Calibration | None:
     """Return the calibration of one AUV; None where it is never unsure."""
     own, truth = mission.own, mission.truth
-    errors = np.column_stack([own[f"estimate_{it}"][auv] - truth[it][auv] for it in ("x_m", "y_m")])
+    errors = np.column_stack(
+        [own[f"estimate_{name}"][auv] - truth[name][auv] for name in ("x_m", "y_m")]
+    )
     moved = mission.fixes["correction_m"][mission.delivered_to(auv)]
     return calibration(normalised(errors, mission.covariance(auv)), int((moved > 0.0).sum()))
 
 
 def of_fleet(found: list[Calibration]) -> Calibration:
     """Return the mean over AUVs, whose errors are independent of each other."""
-    inside = np.mean([it.inside for it in found], axis=0)
-    return Calibration(tuple(inside.tolist()), sum(it.independent for it in found))
+    inside = np.mean([own.inside for own in found], axis=0)
+    return Calibration(tuple(inside.tolist()), sum(own.independent for own in found))
 
 
 def independent(errors: Floats) -> float:
@@ -118,11 +120,11 @@ def independent(errors: Floats) -> float:
 def calibration_text(mission: Recording) -> str:
     """Return in HTML how often the truth lay inside the ellipses; empty where there are none."""
     auvs = {f"AUV{auv}": of_auv(mission, auv) for auv in range(mission.auvs)}
-    known = {name: it for name, it in auvs.items() if it is not None}
+    known = {name: own for name, own in auvs.items() if own is not None}
     if not known:
         return ""
     fleet = of_fleet(list(known.values()))
-    rows = [_row(name, it) for name, it in auvs.items()]
+    rows = [_row(name, own) for name, own in auvs.items()]
     rows += [_row("fleet", fleet)] * (len(auvs) > 1)
     headings = [
         ("AUV", ""),
@@ -131,9 +133,9 @@ def calibration_text(mission: Recording) -> str:
     ]
     said = _said(mission.scenario, fleet)
     others: dict[str, list[str]] = {}
-    for name, it in known.items():
-        if it.verdict != fleet.verdict:
-            others.setdefault(it.verdict, []).append(name)
+    for name, own in known.items():
+        if own.verdict != fleet.verdict:
+            others.setdefault(own.verdict, []).append(name)
     if 0 < sum(map(len, others.values())) <= MOST_NAMED:
         alone = "; ".join(f"{verdict}: {', '.join(names)}" for verdict, names in others.items())
         said += f" Of the AUVs alone, {alone}."

@@ -181,7 +181,7 @@ def _worst_beside(metric: str, missions: Sequence[Row], digits: int, factor: flo
         "none" if difference == "-" else difference
         for difference in _with_differences(values, digits, factor)
     )
-    return [f"{it}, {auv}" if auv else "-" for it, auv in zip(tale, auvs, strict=True)]
+    return [f"{text}, {auv}" if auv else "-" for text, auv in zip(tale, auvs, strict=True)]
 
 
 def _means_beside(metric: str, missions: Sequence[Row], digits: int, factor: float) -> list[str]:
@@ -193,7 +193,9 @@ def _means_beside(metric: str, missions: Sequence[Row], digits: int, factor: flo
     ]
     if any(lost):
         shown = [number(value, digits, factor) for value in values]
-        return [f"{it}, without {auv}" if auv else it for it, auv in zip(shown, lost, strict=True)]
+        return [
+            f"{text}, without {auv}" if auv else text for text, auv in zip(shown, lost, strict=True)
+        ]
     return list(_with_differences(values, digits, factor))
 
 
@@ -211,7 +213,9 @@ def _auvs(names: Sequence[str], runs: Sequence[Named]) -> str:
     """Return the table of AUV metrics, the runs of one AUV below each other."""
     columns = [column for column in AUV_COLUMNS if column[2] in AUV_METRICS]
     rows = []
-    fleets = [{str(row["auv"]): row for row in it.arrow["auvs"].to_pylist()} for _, it in runs]
+    fleets = [
+        {str(row["auv"]): row for row in result.arrow["auvs"].to_pylist()} for _, result in runs
+    ]
     for auv in dict.fromkeys(auv for fleet in fleets for auv in fleet):
         for name, fleet in zip(names, fleets, strict=True):
             if auv in fleet:

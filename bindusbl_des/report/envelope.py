@@ -97,8 +97,8 @@ def _corrections(
     if gone is not None:
         charged = charged + gone
     corrections = [np.zeros(2)]
-    for it in charged:
-        corrections.append(corrections[-1] - gain * (it + corrections[-1]))
+    for error in charged:
+        corrections.append(corrections[-1] - gain * (error + corrections[-1]))
     return np.array(corrections)
 
 
@@ -119,7 +119,7 @@ def _unknown(mission: "Recording", auv: int) -> list[tuple[float, Floats]]:
     bias, start = sensors.bias_sd_m_per_s, mission.scenario.navigation.initial_position_sd_m
     axes = ((1.0, 0.0), (0.0, 1.0))
     found = [(start, still + np.array(axis)) for axis in axes if start]
-    found += [(bias, _summed(mission, _bias_rate(mission, auv, it))) for it in axes if bias]
+    found += [(bias, _summed(mission, _bias_rate(mission, auv, axis))) for axis in axes if bias]
     scale, turned = sensors.scale_factor_sd, math.radians(sensors.heading_sd_deg)
     if scale or turned:
         way = _way(mission, auv)

@@ -81,7 +81,7 @@ class Service:
     def starved(self) -> float:
         """Time (s) in gaps."""
         ends = (0.0, *(gap.end for gap in self.gaps))
-        return sum(it.end - max(it.start, end) for it, end in zip(self.gaps, ends, strict=False))
+        return sum(gap.end - max(gap.start, end) for gap, end in zip(self.gaps, ends, strict=False))
 
 
 def patience(mission: Recording) -> Patience:
@@ -178,7 +178,7 @@ def service(mission: Recording, auv: int, wait: Patience) -> Service:
     the metric `fix_age_max_s`.
     """
     waited = waits(mission, auv)
-    gaps = tuple(it for it in waited if it.length > (wait.first if it.is_first else wait.later))
+    gaps = tuple(gap for gap in waited if gap.length > (wait.first if gap.is_first else wait.later))
     sent = mission.pings["sent_at_s"]
     inside = (mission.pings["auv"] == auv) & _within(sent, gaps)
     fates = {name: int(np.sum(mission.fate[inside] == code)) for code, name in enumerate(FATES)}

@@ -25,7 +25,7 @@ def lost(mission: Recording) -> tuple[str, ...]:
 
 def _untold(metrics: Metrics) -> list[str]:
     """Return who did not know its slots (protocol.knowledge broadcast)."""
-    missed = {it["auv"]: it["slots_missed"] for it in metrics.auvs if it["slots_missed"]}
+    missed = {row["auv"]: row["slots_missed"] for row in metrics.auvs if row["slots_missed"]}
     if not missed:
         return []
     most = sorted(missed, key=lambda auv: -missed[auv])[:MOST_OTHERS]

@@ -56,7 +56,7 @@ class Packer:
         whole = np.full(len(array), MISSING, dtype=np.int64)
         whole[known] = np.rint(array[known] / quantum).astype(np.int64)
         steps = whole.astype(np.int32)  # differences wrap around, and back again in the page
-        best = min((_planes(steps, order) for order in ORDERS), key=lambda it: it[0])
+        best = min((_planes(steps, order) for order in ORDERS), key=lambda planes: planes[0])
         place = {"at": self._length, "length": len(array), "quantum": quantum, "order": best[1]}
         self._parts.append(best[2])
         self._length += len(array)

@@ -56,7 +56,7 @@ def causes(mission: Recording) -> list[Cause]:
     """Return why pings made no fixes that their AUVs have, what cost most of them first."""
     asked = max(len(mission.fate), 1)
     found = [cause for cause in _causes(mission) if cause.pings >= NOTEWORTHY * asked]
-    return sorted(found, key=lambda it: -it.pings)
+    return sorted(found, key=lambda cause: -cause.pings)
 
 
 def _causes(mission: Recording) -> Iterator[Cause]:
@@ -106,11 +106,11 @@ def remedies(mission: Recording) -> tuple[str, ...]:
     """Return the paragraph of HTML that names a remedy for each cause; none where none is known."""
     advice, found = mission.metrics.advice, causes(mission)
     items = "".join(
-        f"<li>{escape(it.words[0].upper() + it.words[1:])}: "
-        + "; or ".join(_remedy(setting, advice) for setting in it.settings)
+        f"<li>{escape(cause.words[0].upper() + cause.words[1:])}: "
+        + "; or ".join(_remedy(setting, advice) for setting in cause.settings)
         + "</li>"
-        for it in found
-        if it.settings
+        for cause in found
+        if cause.settings
     )
     return (f"<b>For what went wrong:</b><ul>{items}</ul>",) if items else ()
 
@@ -127,7 +127,7 @@ def _known(setting: str, advice: Advice | None) -> str:
 
     def first(settings: Sequence[str]) -> str:
         """The setting of this key, empty where there is none; a name must be the same."""
-        own = next((it for it in settings if it.partition("=")[0] == key), "")
+        own = next((option for option in settings if option.partition("=")[0] == key), "")
         return own if own == setting or key.endswith(("_m", "count")) else ""
 
     for effect in advice.effects:
@@ -135,10 +135,10 @@ def _known(setting: str, advice: Advice | None) -> str:
             what = "" if own == setting else f" with {own.partition('=')[2]}"
             text = "" if effect.verdict in (HELPS, HARMS) else f", {effect.verdict}"
             return f"measured{what}: {_interval(effect)}{text}"
-    for it in advice.foreseen:
-        if own := first(it.settings):
+    for change in advice.foreseen:
+        if own := first(change.settings):
             what = "" if own == setting else f" with {own.partition('=')[2]}"
-            return f"predicted{what}: {it.now_m:.2f} to {it.then_m:.2f} m, not flown"
+            return f"predicted{what}: {change.now_m:.2f} to {change.then_m:.2f} m, not flown"
     name = setting.partition("=")[2]
     if any(name in words.split() for words in advice.dropped):
         return "tried, and promised less than what is below"
@@ -159,9 +159,9 @@ def _foreseen(found: Sequence[Foreseen]) -> Iterator[str]:
     if not found:
         return
     items = "".join(
-        f"<li><b>{it.now_m:.2f} to {it.then_m:.2f} m</b> {escape(it.words)}<br>"
-        f"<code>{escape(' '.join(it.options))}</code></li>"
-        for it in found
+        f"<li><b>{change.now_m:.2f} to {change.then_m:.2f} m</b> {escape(change.words)}<br>"
+        f"<code>{escape(' '.join(change.options))}</code></li>"
+        for change in found
     )
     yield (
         "<b>Predicted, not flown:</b> by geometry, slots and drift the worst AUV's mean error "
@@ -175,11 +175,11 @@ def _measured(advice: Advice) -> Iterator[str]:
         return
     helps = advice.of(HELPS)
     if helps:
-        items = "".join(_item(it) for it in helps)
+        items = "".join(_item(effect) for effect in helps)
         yield (
             f"<b>Measured:</b> the worst AUV's mean error, {advice.error_m:.2f} m over "
-            f"{max(it.seeds for it in helps)} other seeds, would change by <ul>{items}</ul> "
-            "Options to be added to <code>run</code>."
+            f"{max(effect.seeds for effect in helps)} other seeds, would change by "
+            f"<ul>{items}</ul> Options to be added to <code>run</code>."
         )
     else:
         yield (
@@ -193,7 +193,7 @@ def _measured(advice: Advice) -> Iterator[str]:
     ):
         found = advice.of(verdict)
         if found:
-            named = "; ".join(f"{escape(it.words)} ({_interval(it)})" for it in found)
+            named = "; ".join(f"{escape(effect.words)} ({_interval(effect)})" for effect in found)
             yield f"<b>{words}:</b> {named}."
     if advice.effects:
         yield f'<span class="note">{HOW}</span>'
@@ -221,7 +221,9 @@ def _others(advice: Advice) -> Iterator[str]:
         ("no need to try", advice.needless),
         ("no mission was left to try (--advice-missions)", advice.untried),
     )
-    lists = "".join(f"<dt>{words}</dt><dd>{_listed(it)}</dd>" for words, it in groups if it)
+    lists = "".join(
+        f"<dt>{words}</dt><dd>{_listed(changes)}</dd>" for words, changes in groups if changes
+    )
     if lists:
         yield f"<details><summary>What else was considered</summary><dl>{lists}</dl></details>"
 

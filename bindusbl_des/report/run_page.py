@@ -64,7 +64,7 @@ AUV_TABLES: tuple[tuple[str, tuple[Column, ...]], ...] = (
         ("latency", "s", "latency_mean_s", 3, 1),
     )),
 )  # fmt: skip
-AUV_COLUMNS: tuple[Column, ...] = tuple(it for _, columns in AUV_TABLES for it in columns)
+AUV_COLUMNS: tuple[Column, ...] = tuple(column for _, columns in AUV_TABLES for column in columns)
 # Of the worst AUV: what a reader asks for first.
 TILES: tuple[tuple[str, str, str, int], ...] = (
     ("mean error", "m", "position_error_m", 2),

@@ -53,9 +53,9 @@ def story(mission: Recording) -> Story:
     """Return what happened in a mission: who starved, when, why, and what would help."""
     wait = patience(mission)
     services = tuple(service(mission, auv, wait) for auv in range(mission.auvs))
-    errors = [it["position_error_m"] or 0.0 for it in mission.metrics.auvs]
-    starving = sorted((it for it in services if it.gaps), key=lambda it: -errors[it.auv])
-    sections = [(f"AUV{it.auv}", _starvation(mission, it)) for it in starving[:MOST_AUVS]]
+    errors = [row["position_error_m"] or 0.0 for row in mission.metrics.auvs]
+    starving = sorted((auv for auv in services if auv.gaps), key=lambda auv: -errors[auv.auv])
+    sections = [(f"AUV{auv.auv}", _starvation(mission, auv)) for auv in starving[:MOST_AUVS]]
     if len(starving) > MOST_AUVS:
         sections.append(("Others", (_others(starving[MOST_AUVS:]),)))
     if sentence := lost(mission):
@@ -76,7 +76,7 @@ def short_story(metrics: Metrics) -> Story:
 
 
 def _others(starving: list[Service]) -> str:
-    named = ", ".join(f"AUV{it.auv} ({it.starved:.0f} s)" for it in starving[:MOST_OTHERS])
+    named = ", ".join(f"AUV{auv.auv} ({auv.starved:.0f} s)" for auv in starving[:MOST_OTHERS])
     more = len(starving) - MOST_OTHERS
     return f"Also without fixes for a while: {named}" + (f" and {more} more." if more > 0 else ".")
 
@@ -103,7 +103,9 @@ def _reason(mission: Recording, starving: list[Service], wait: Patience, *, harm
         return f"{text} {_starved(mission, starving)} {wait.rule}".lstrip()
     if not harmless:  # however often they come, fixes that do harm are no service
         return text
-    oldest, auv = (mission.metrics.mission[f"worst_fix_age_max_s{it}"] for it in ("", "_auv"))
+    oldest, auv = (
+        mission.metrics.mission[f"worst_fix_age_max_s{ending}"] for ending in ("", "_auv")
+    )
     text += f" No AUV starved; the last fix was never older than {oldest:.1f} s ({auv})."
     return f"{text} {wait.rule}".lstrip()
 
@@ -118,14 +120,14 @@ def _failed(mission: Recording) -> str:
             if (failure.until_s or end) < end
             else ""
         )
-        for failure in sorted(mission.scenario.asvs.failures, key=lambda it: it.at_s)
+        for failure in sorted(mission.scenario.asvs.failures, key=lambda failure: failure.at_s)
         if failure.at_s < end
     ]
     return f"{'; '.join(text)}." if text else ""
 
 
 def _starved(mission: Recording, starving: list[Service]) -> str:
-    worst = max(starving, key=lambda it: it.starved)
+    worst = max(starving, key=lambda auv: auv.starved)
     duration = mission.scenario.duration_s
     longest = max(worst.gaps, key=lambda gap: gap.length)
     share = 100 * worst.starved / duration
@@ -173,7 +175,7 @@ def _why(mission: Recording, auv: Service) -> str:
         pings = f"{counted(sent, 'turn')} in which an ASV called it in those gaps"
     if not fates:
         return f"<b>Why:</b> {pings}, and all led to fixes: there were too few."
-    ordered = sorted(fates.items(), key=lambda it: -it[1])
+    ordered = sorted(fates.items(), key=lambda item: -item[1])
     were = "were" if calls else "were sent"
     reasons = {"out_of_hf": f"{were} {escape(out_of_range(mission.scenario.acoustics.hf))}"}
     reasons |= REASONS | (HEARD_BY_ITSELF if passive else {})

@@ -124,7 +124,7 @@ Row = TypeVar("Row", Effect, Harm, Foreseen, Advice)
 NARROW_M = 0.1
 
 
-def interval(it: Effect | Harm) -> str:
+def interval(effect: Effect | Harm) -> str:
     """Return an effect with its interval.
 
     >>> interval(Effect("gain", "", (), -0.4, -0.5, -0.3, 8, HELPS))
@@ -132,8 +132,10 @@ def interval(it: Effect | Harm) -> str:
     >>> interval(Effect("gain", "", (), -0.015, -0.018, -0.012, 8, HELPS))
     '-0.015 m [-0.018, -0.012]'
     """
-    digits = 2 if it.high_m - it.low_m >= NARROW_M else 3
-    mean, low, high = (f"{metres:+.{digits}f}" for metres in (it.mean_m, it.low_m, it.high_m))
+    digits = 2 if effect.high_m - effect.low_m >= NARROW_M else 3
+    mean, low, high = (
+        f"{metres:+.{digits}f}" for metres in (effect.mean_m, effect.low_m, effect.high_m)
+    )
     return f"{mean} m [{low}, {high}]"
 
 
@@ -176,7 +178,7 @@ def _with_and_without(auv: str, errors: tuple[float, float]) -> str:
 
 def _tried(advice: Advice) -> str:
     """Return which gain and which filter were measured to lower the worst AUV's error."""
-    found = {it.kind: it for it in advice.of(HELPS)}
+    found = {effect.kind: effect for effect in advice.of(HELPS)}
     named = [
         f"{found[kind].settings[0].replace('=', ' ')} ({interval(found[kind])})"
         for kind in (GAIN, FILTER)
@@ -222,7 +224,7 @@ def from_data(data: Any) -> Advice:
         plain,
         effects=tuple(_read(Effect, effect, "effects") for effect in plain.effects),
         harms=tuple(_read(Harm, harm, "harms") for harm in plain.harms),
-        foreseen=tuple(_read(Foreseen, it, "foreseen") for it in plain.foreseen),
+        foreseen=tuple(_read(Foreseen, change, "foreseen") for change in plain.foreseen),
     )
     if any(effect.kind in (GAIN, FILTER) and not effect.settings for effect in advice.effects):
         raise ValueError("effects: settings of a gain or filter is empty")
@@ -249,7 +251,9 @@ def _fits(value: Any, hint: Any) -> bool:
     """Tell whether a value of a JSON file is of a field's type; a tuple's rows are read later."""
     if get_origin(hint) is tuple:
         texts = get_args(hint)[0] is str
-        return isinstance(value, list) and (not texts or all(isinstance(it, str) for it in value))
+        return isinstance(value, list) and (
+            not texts or all(isinstance(text, str) for text in value)
+        )
     if isinstance(hint, UnionType):
         return value is None or _fits(value, get_args(hint)[0])
     if hint is float:

@@ -57,7 +57,9 @@ def load_result(folder: str | Path) -> Result:
         arrow = _tables(folder, scenario, run)
     except _Damaged as error:
         raise ValueError("; ".join([*error.damage, _again(folder, run["seed"])])) from None
-    warnings = [ScenarioWarning(it["key"], it["message"]) for it in run.get("warnings", ())]
+    warnings = [
+        ScenarioWarning(warning["key"], warning["message"]) for warning in run.get("warnings", ())
+    ]
     broken = violations_in(run.get("violations"))
     result = Result(
         scenario, run["seed"], arrow, float(run["wall_time_s"]), warnings, violations=broken,
@@ -193,22 +195,22 @@ def _is_warning(value: Any) -> bool:
 
 
 def _is_texts(value: Any) -> bool:
-    return isinstance(value, list) and all(isinstance(it, str) for it in value)
+    return isinstance(value, list) and all(isinstance(text, str) for text in value)
 
 
 def _is_words(value: Any) -> bool:
-    return isinstance(value, dict) and all(isinstance(it, str) for it in value.values())
+    return isinstance(value, dict) and all(isinstance(word, str) for word in value.values())
 
 
 # What the keys of `run.json` hold; folders have had the first four always.
 RECORD: Mapping[str, tuple[Callable[[Any], bool], str]] = {
-    "scenario": (lambda it: isinstance(it, dict), "a scenario"),
-    "scenario_sha256": (lambda it: isinstance(it, str), "a fingerprint"),
-    "seed": (lambda it: type(it) is int and it >= 0, "a whole number >= 0"),
+    "scenario": (lambda value: isinstance(value, dict), "a scenario"),
+    "scenario_sha256": (lambda value: isinstance(value, str), "a fingerprint"),
+    "seed": (lambda value: type(value) is int and value >= 0, "a whole number >= 0"),
     "wall_time_s": (_is_number, "a number of seconds above 0"),
     "sim_seconds_per_second": (_is_number, "a number above 0"),
-    "status": (lambda it: it == "complete", '"complete"'),
-    "schema": (lambda it: type(it) is int and it > 0, "a whole number > 0"),
+    "status": (lambda value: value == "complete", '"complete"'),
+    "schema": (lambda value: type(value) is int and value > 0, "a whole number > 0"),
     "overrides": (_is_texts, "a list of KEY=VALUE"),
     "warnings": (_is_warnings, "a list of keys with messages"),
     "violations": (is_violations, "null, or a count and the first"),

@@ -140,7 +140,7 @@ def read_table(path: Path, name: str, origin: Mapping[str, str]) -> pa.Table:
         kind = read.schema.field(field.name).type
         if kind != field.type:
             raise DamagedFile(str(path), f"has {kind} in its column {field.name}, not {field.type}")
-    return pa.Table.from_arrays([read[it] for it in described.names], schema=described)
+    return pa.Table.from_arrays([read[column] for column in described.names], schema=described)
 
 
 def write_parquet(
@@ -260,7 +260,9 @@ def objection(folder: Path) -> str | None:
 def objection_to_csv(folder: Path) -> str | None:
     """Return why force must not replace a folder; None for an earlier export to CSV, or nothing."""
     found = list(folder.iterdir()) if folder.is_dir() else [folder]
-    foreign = sorted(it.name for it in found if it.name not in CSV_FILES or not it.is_file())
+    foreign = sorted(
+        path.name for path in found if path.name not in CSV_FILES or not path.is_file()
+    )
     if not foreign and (not found or folder / CSV_DICTIONARY in found):
         return None
     which = f" (it holds {foreign[0]})" if folder.is_dir() and foreign else ""
@@ -277,9 +279,9 @@ def _foreign(folder: Path) -> Iterator[str]:
         if path.name == CSV and path.is_dir() and not objection_to_csv(path):
             continue
         if path.name == FIGURES and path.is_dir():
-            yield from (f"{FIGURES}/{it.name}" for it in path.iterdir() if not _is(it, DRAWN))
+            yield from (f"{FIGURES}/{file.name}" for file in path.iterdir() if not _is(file, DRAWN))
         elif path.name in FOLDERS and path.is_dir():
-            names = [f"{path.name}/{it.name}" for it in path.iterdir()]
+            names = [f"{path.name}/{file.name}" for file in path.iterdir()]
             yield from (name for name in names if not KEPT.fullmatch(name))
         elif not _is(path, ours):
             yield path.name

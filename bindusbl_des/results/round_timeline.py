@@ -102,9 +102,9 @@ def downlink_slots(result: "Result", number: int) -> list[Span]:
     shares = broadcaster_of(result.scenario).at_once or protocol.replies
     lasts = slots.frame_slot if shares else slots.downlink_slot
     longest: dict[float, float] = {}
-    for it in sent.sort_values("begins").itertuples():
-        longest[it.begins] = max(longest.get(it.begins, 0.0), lasts(it.fixes, it.named))
-    return [Span(begins, slots.clock.after(begins, it)) for begins, it in longest.items()]
+    for slot in sent.sort_values("begins").itertuples():
+        longest[slot.begins] = max(longest.get(slot.begins, 0.0), lasts(slot.fixes, slot.named))
+    return [Span(begins, slots.clock.after(begins, length)) for begins, length in longest.items()]
 
 
 def pings_sent(result: "Result") -> Any:

@@ -146,7 +146,9 @@ def _rest(advice: Advice, helpful: int) -> str:
         parts.append(f"{helpful - MOST_ADVICE} more would help.")
     none = len(advice.of(NO_EFFECT))
     if none:
-        parts.append(f"No measurable effect: {'; '.join(it.words for it in advice.of(NO_EFFECT))}.")
+        parts.append(
+            f"No measurable effect: {'; '.join(effect.words for effect in advice.of(NO_EFFECT))}."
+        )
     if advice.untried:
         parts.append(f"{len(advice.untried)} changes were not tried (--advice-missions).")
     return " ".join([*parts, "The report tells all that was tried."])

@@ -92,12 +92,14 @@ def _numbered(table: str, rows: Sequence[tuple[Any, ...]]) -> tuple[Rows, list[s
     )
     for (name, kind), column in zip(kinds.items(), zip(*rows, strict=True), strict=bool(rows)):
         if name in counted:
-            codes = [NONE if it is None else words.setdefault(it, len(words)) for it in column]
+            codes = [
+                NONE if value is None else words.setdefault(value, len(words)) for value in column
+            ]
             numbers[name] = codes
         elif kind == pa.float64():
             numbers[name] = column
         else:
-            numbers[name] = [NONE if it is None else it for it in column]
+            numbers[name] = [NONE if value is None else value for value in column]
     return numbers, list(words)
 
 

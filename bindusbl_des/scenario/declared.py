@@ -312,7 +312,7 @@ Record = TypeVar("Record", bound=Traits)
 
 def advised(table: Mapping[str, Traits]) -> tuple[str, ...]:
     """Return the parts of a family that advice tries, in the order in which it does."""
-    tried = [name for name, it in table.items() if it.advised]
+    tried = [name for name, traits in table.items() if traits.advised]
     return tuple(sorted(tried, key=lambda name: table[name].advised))
 
 
@@ -345,7 +345,9 @@ def declared_mistakes(key: str, name: str) -> Iterator[PluginError]:
     for word, value in _given(own, default).items():
         allowed = (False, True) if hints[word] is bool else get_args(hints[word])
         is_listed = hints[word] is bool or get_origin(hints[word]) is Literal
-        if is_listed and not any(type(value) is type(it) and value == it for it in allowed):
+        if is_listed and not any(
+            type(value) is type(option) and value == option for option in allowed
+        ):
             options = ", ".join(map(repr, allowed))
             yield PluginError(key, f"{name!r} declares {word} = {value!r}; give one of {options}")
 

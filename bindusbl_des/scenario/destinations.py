@@ -250,9 +250,9 @@ def failures_of(scenario: ScenarioKeys) -> "Failures | None":
 
     return Failures(
         scenario.asvs.count,
-        np.array([it.asv for it in given], dtype=np.intp),
-        np.array([it.at_s for it in given]),
-        np.array([np.inf if it.until_s is None else it.until_s for it in given]),
+        np.array([failure.asv for failure in given], dtype=np.intp),
+        np.array([failure.at_s for failure in given]),
+        np.array([np.inf if failure.until_s is None else failure.until_s for failure in given]),
     )
 
 

@@ -28,7 +28,7 @@ from .shipped_settings import ScheduleSettings
 
 def _of(table: Mapping[str, Traits]) -> dict[str, type[Settings]]:
     """Return the models of the settings of those parts that have any."""
-    return {name: it.settings for name, it in table.items() if it.settings.model_fields}
+    return {name: traits.settings for name, traits in table.items() if traits.settings.model_fields}
 
 
 SCHEDULE = Family(

@@ -50,9 +50,13 @@ class Part(BaseModel):
     @classmethod
     def _without_numpy(cls, data: Any) -> Any:
         """Take numbers and arrays of numpy's for those of Python's, which alone are valid."""
-        if not isinstance(data, dict) or not any(hasattr(it, "tolist") for it in data.values()):
+        if not isinstance(data, dict) or not any(
+            hasattr(value, "tolist") for value in data.values()
+        ):
             return data
-        return {k: it.tolist() if hasattr(it, "tolist") else it for k, it in data.items()}
+        return {
+            k: value.tolist() if hasattr(value, "tolist") else value for k, value in data.items()
+        }
 
     def otherwise(self, **values: Any) -> None:
         """Give keys that were left out another default than their own, as other keys ask for it.
@@ -61,7 +65,7 @@ class Part(BaseModel):
         says the same, and one that is changed forgets them.
         """
         self.__dict__.update(
-            {name: it for name, it in values.items() if name not in self.model_fields_set}
+            {name: value for name, value in values.items() if name not in self.model_fields_set}
         )
 
 
@@ -114,7 +118,7 @@ class Moved(NamedTuple):
     owner: str
 
 
-def moved(data: Mapping[str, Any], it: Moved, usual: str) -> dict[str, Any]:
+def moved(data: Mapping[str, Any], move: Moved, usual: str) -> dict[str, Any]:
     """Return the data of a section with a key that it holds where this belongs now.
 
     `usual` is the part of a section that names none.
@@ -122,18 +126,18 @@ def moved(data: Mapping[str, Any], it: Moved, usual: str) -> dict[str, Any]:
     Raises:
         LookupError: when the part chosen has no such setting, or has it already; with the remedy.
     """
-    part = data.get(it.part, usual)
-    if chosen(part) != it.owner:
+    part = data.get(move.part, usual)
+    if chosen(part) != move.owner:
         raise LookupError(
-            f"is a setting of the {it.part} {it.owner}, and {it.part} is {plain(chosen(part))}; "
-            f"remove it, or write `{it.part}: {{model: {it.owner}, {it.name}: "
-            f"{plain(data[it.name])}}}`"
+            f"is a setting of the {move.part} {move.owner}, and {move.part} is "
+            f"{plain(chosen(part))}; remove it, or write `{move.part}: "
+            f"{{model: {move.owner}, {move.name}: {plain(data[move.name])}}}`"
         )
     settings = _settings_of(part)
-    if it.name in settings:
-        raise LookupError(f"is given twice, as {it.part}.{it.name} as well; remove this one")
-    rest = {key: value for key, value in data.items() if key != it.name}
-    return {**rest, it.part: {"model": it.owner, **settings, it.name: data[it.name]}}
+    if move.name in settings:
+        raise LookupError(f"is given twice, as {move.part}.{move.name} as well; remove this one")
+    rest = {key: value for key, value in data.items() if key != move.name}
+    return {**rest, move.part: {"model": move.owner, **settings, move.name: data[move.name]}}
 
 
 def chosen(part: Any) -> str:
@@ -162,16 +166,17 @@ class Section(Part):
     @model_validator(mode="before")
     @classmethod
     def _moved(cls, data: Any) -> Any:
-        for it in cls.MOVED:
-            if isinstance(data, dict) and it.name in data:
+        for move in cls.MOVED:
+            if isinstance(data, dict) and move.name in data:
                 try:
-                    data = moved(data, it, cls.usual(it.part))
+                    data = moved(data, move, cls.usual(move.part))
                 except LookupError as error:
-                    context = {"text": str(error), "key": it.name}
+                    context = {"text": str(error), "key": move.name}
                     raise PydanticCustomError("moved", "{text}", context) from None
                 warnings.warn(
-                    f"{it.name} is a setting of the {it.part} {it.owner} now: write "
-                    f"{{{it.part!r}: {data[it.part]}}}; its former place is read in this version",
+                    f"{move.name} is a setting of the {move.part} {move.owner} now: write "
+                    f"{{{move.part!r}: {data[move.part]}}}; its former place is read in this "
+                    "version",
                     FutureWarning,
                     stacklevel=2,
                 )

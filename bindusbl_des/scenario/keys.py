@@ -116,13 +116,15 @@ def json_schema() -> dict[str, Any]:
     # `route: {}` fits several kinds, which `oneOf` forbids; Scenario reads it as a lawnmower.
     route = schema["$defs"]["Auvs"]["properties"]["route"]
     route["anyOf"] = route.pop("oneOf")
-    for family in (it for it in FAMILIES if not it.word):
+    for family in (family for family in FAMILIES if not family.word):
         part = _property(schema, family.key)
         if "pattern" in part:  # any text, as far as its type knows
             del part["type"], part["pattern"]
             part["anyOf"] = list(_part_schemas(family))
         elif family.settings:  # beside coefficients
-            part["anyOf"] += [_setting_schema([it], model) for it, model in family.settings.items()]
+            part["anyOf"] += [
+                _setting_schema([name], model) for name, model in family.settings.items()
+            ]
     places = schema["$defs"]["Asvs"]["properties"]["formation"]
     places["anyOf"] = places.pop("oneOf")
     return {"$schema": DIALECT, **schema}
@@ -149,7 +151,7 @@ def _part_schemas(family: Family) -> Iterator[dict[str, Any]]:
         yield {"type": "object", "properties": {"model": own, **common}, "required": ["model"]}
     if bare:
         yield _setting_schema(bare, None)
-    yield from (_setting_schema([it], model) for it, model in family.settings.items())
+    yield from (_setting_schema([name], model) for name, model in family.settings.items())
 
 
 def _setting_schema(names: list[str], model: "type[BaseModel] | None") -> dict[str, Any]:

@@ -128,9 +128,9 @@ def _plain(name: str, value: Any) -> Any:
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, Mapping) and all(isinstance(key, str) for key in value):
-        return {key: _plain(name, it) for key, it in value.items()}
+        return {key: _plain(name, inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(name, it) for it in value]
+        return [_plain(name, inner) for inner in value]
     if value is None or isinstance(value, int) or (isinstance(value, float) and isfinite(value)):
         return value
     if isinstance(value, str) and value.isprintable():
@@ -143,9 +143,9 @@ def _plain(name: str, value: Any) -> Any:
 def _told_apart(value: Any) -> Any:
     """Return plain data in which true is not 1, as it is to Python and is not in a file."""
     if isinstance(value, Mapping):
-        return {key: _told_apart(it) for key, it in value.items()}
+        return {key: _told_apart(inner) for key, inner in value.items()}
     if isinstance(value, list):
-        return [_told_apart(it) for it in value]
+        return [_told_apart(inner) for inner in value]
     return (bool, value) if isinstance(value, bool) else value
 
 
@@ -227,7 +227,7 @@ def _own_mistakes(
     own = _own_settings(family, choice)
     yield from mistakes(model, own, str(choice))
     if family.common is not None:
-        given = {name: it for name, it in _settings(choice).items() if name not in own}
+        given = {name: value for name, value in _settings(choice).items() if name not in own}
         yield from mistakes(family.common, given, str(choice))
 
 
@@ -272,12 +272,14 @@ def mistakes(
     for word in unknown:
         listed = f"; remove it, {name} has {', '.join(known)}"
         remedy = did_you_mean(word, known) or (listed if known else f"; remove it, {name} has none")
-        owners = [part for part, its in (siblings or {}).items() if word in its.model_fields]
+        owners = [part for part, other in (siblings or {}).items() if word in other.model_fields]
         if owners:
             remedy = f"; remove it, or choose {' or '.join(owners)}, {name} has no such setting"
         yield word, f"unknown setting{remedy}"
     try:
-        _validated(model or Settings, {k: it for k, it in settings.items() if k not in unknown})
+        _validated(
+            model or Settings, {k: value for k, value in settings.items() if k not in unknown}
+        )
     except ValidationError as error:
         for detail in error.errors(include_url=False):
             key, missing = ".".join(map(str, detail["loc"])), detail["type"] == "missing"
@@ -311,7 +313,7 @@ def _settings(choice: str) -> Mapping[str, Any]:
 def _own_settings(family: Family, choice: str) -> Mapping[str, Any]:
     """Return the settings that somebody's own part is called with."""
     common = family.common.model_fields if family.common is not None else {}
-    return {name: it for name, it in _settings(choice).items() if name not in common}
+    return {name: value for name, value in _settings(choice).items() if name not in common}
 
 
 def _model_of(found: Any) -> type[BaseModel] | None:
@@ -347,7 +349,9 @@ def _takes_settings(found: Any) -> bool:
         taken = signature(found).parameters
     except (TypeError, ValueError):  # what is compiled need not tell
         return True
-    return "settings" in taken or any(it.kind is Parameter.VAR_KEYWORD for it in taken.values())
+    return "settings" in taken or any(
+        parameter.kind is Parameter.VAR_KEYWORD for parameter in taken.values()
+    )
 
 
 _kept_model_of = lru_cache(maxsize=64)(_model_of)  # a campaign asks for each of its points

@@ -91,7 +91,11 @@ class Scenario(ScenarioKeys):
         """Return what differs from the defaults, as notebooks show it."""
         usual = dict(_leaves(Scenario(name=self.name).model_dump(mode="json")))
         own = _leaves(self.model_dump(mode="json"))
-        lines = [f"{key}: {shortened(plain(it))}" for key, it in own if usual.get(key, ...) != it]
+        lines = [
+            f"{key}: {shortened(plain(value))}"
+            for key, value in own
+            if usual.get(key, ...) != value
+        ]
         text = "\n".join(lines) or "every key has its default"
         return f"<p>{escape(repr(self))}</p><pre>{escape(text)}</pre>"
 
@@ -176,7 +180,7 @@ def _preset(key: str, name: str) -> str:
     section, _, _ = key.rpartition(".")
     kind, own = ("usbl", "preset") if section == "usbl" else ("modem", "modem")
     is_there = section.startswith(("usbl", "acoustics")) and any(
-        name == it.name for it in CATALOGUE[kind]
+        name == entry.name for entry in CATALOGUE[kind]
     )
     return f"; it is a preset: set {section}.{own} to {name}" if is_there else ""
 

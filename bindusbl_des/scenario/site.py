@@ -146,7 +146,7 @@ def lacks_depths(scenario: ScenarioKeys) -> bool:
     from ..charts.recordings import read_recording
 
     try:
-        found = [read_recording(*it) for it in _recordings(route)]
+        found = [read_recording(*source) for source in _recordings(route)]
     except ValueError:
         return False  # which is told where they are read
     return any(recording.lacks_depths for recording in found)

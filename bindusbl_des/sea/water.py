@@ -108,7 +108,7 @@ def sound_speed_teos10(
     except ImportError:
         raise ImportError(MISSING) from None
     water = temperature_c, salinity_psu, depth_m
-    warm, salt, deep = (np.asarray(it, dtype=float) for it in water)
+    warm, salt, deep = (np.asarray(value, dtype=float) for value in water)
     check_water(warm, salt, deep)
     latitude, longitude = place_deg
     check("latitude (deg)", latitude, SOUTHERNMOST_DEG, "TEOS-10 knows no water farther south")

@@ -62,15 +62,16 @@ def located_itself(own: HeardBeacon, instrument: Instrument) -> tuple[Floats, Fl
 
     It is the ASV's place less the offset measured.
     """
-    it, levels = own.reception, instrument.levels
+    reception, levels = own.reception, instrument.levels
     beneath, above = negative(own.place), negative(_source(own))
-    unit, believed = sighted(beneath, above, own.yaw, it.snr_db, own.noise, instrument)
-    note_direction(it, unit, believed)
-    reach = levels.sound_speed_m_per_s * clocked(it.travel_time_s, own.noise, instrument)
+    unit, believed = sighted(beneath, above, own.yaw, reception.snr_db, own.noise, instrument)
+    note_direction(reception, unit, believed)
+    reach = levels.sound_speed_m_per_s * clocked(reception.travel_time_s, own.noise, instrument)
     image, covariance = placed(
-        above, unit, believed, reach, path_sd(reach, levels), it.snr_db, own.noise, instrument
-    )
-    note_sight(it, -image, negative(unit), -believed, reach, covariance, instrument)
+        above, unit, believed, reach, path_sd(reach, levels), reception.snr_db, own.noise,
+        instrument,
+    )  # fmt: skip
+    note_sight(reception, -image, negative(unit), -believed, reach, covariance, instrument)
     return -image, covariance
 
 
@@ -82,23 +83,25 @@ def located_astray(
     (3, 4 k + 2), and what is left, as of :func:`.systematic_fixes.measured_astray`: the array is
     turned in the AUV by its misalignment, its clock is late, the ASV is slowly astray.
     """
-    ping, it, levels = own.ping, own.reception, instrument.levels
+    ping, reception, levels = own.ping, own.reception, instrument.levels
     beneath, above = negative(own.place), negative(_source(own))
-    unit, believed = sighted(beneath, above, own.yaw, it.snr_db, own.noise, instrument)
-    turn = rotation(0.0, 0.0, systematic.misalignments[it.auv])
-    late, later = systematic.clocks[it.auv]
-    took = it.travel_time_s - late - later * it.arrived_at_s
+    unit, believed = sighted(beneath, above, own.yaw, reception.snr_db, own.noise, instrument)
+    turn = rotation(0.0, 0.0, systematic.misalignments[reception.auv])
+    late, later = systematic.clocks[reception.auv]
+    took = reception.travel_time_s - late - later * reception.arrived_at_s
     path = levels.sound_speed_m_per_s * clocked(took, own.noise, instrument)
-    origin = minus(above, astray(it.asv, ping.sent_at_s, systematic))
+    origin = minus(above, astray(reception.asv, ping.sent_at_s, systematic))
     below = beneath[2] - above[2]
-    seen = Sighting(origin, turned(turn, unit), product(turn, believed), path, it.snr_db, below)
-    note_direction(it, seen.unit, seen.believed)
+    seen = Sighting(
+        origin, turned(turn, unit), product(turn, believed), path, reception.snr_db, below
+    )
+    note_direction(reception, seen.unit, seen.believed)
     image, covariance = placed(
         origin, seen.unit, seen.believed, path, path_sd(path, levels), seen.snr_db, own.noise,
         instrument,
     )  # fmt: skip
     ahead = offset_of(image, origin, path, own.noise, instrument)
-    sds = _deviations(it.arrived_at_s, systematic.levels)
+    sds = _deviations(reception.arrived_at_s, systematic.levels)
     clock_m = levels.sound_speed_m_per_s * sds[CLOCK]
     add_unknown_turn(covariance, ahead, clock_m, seen, instrument)
     effects, moved = _effects(seen, ahead, instrument, clock_m)
@@ -109,12 +112,12 @@ def located_astray(
     fix = -image
     jump(fix, own.noise, systematic.levels)
     jacobians, count = (
-        _columns(effects, moved, bends, it, systematic),
+        _columns(effects, moved, bends, reception, systematic),
         systematic.variances.size,
     )
     each = np.concatenate((jacobians[:, 3 * count : 4 * count], jacobians[:, :count]), axis=1)
     left = noise_of(covariance, each, systematic.variances)
-    note_sight(it, fix, negative(seen.unit), -seen.believed, path, left, instrument)
+    note_sight(reception, fix, negative(seen.unit), -seen.believed, path, left, instrument)
     return fix, covariance, jacobians, level_part(left)
 
 
@@ -157,39 +160,39 @@ def _deviations(time: float, levels: Row) -> Floats:
 
 @compiled
 def _columns(
-    effects: Floats, moved: Floats, bends: Floats, it: Row, systematic: Systematic
+    effects: Floats, moved: Floats, bends: Floats, reception: Row, systematic: Systematic
 ) -> Floats:
     """Return effects in the columns of J, and how these change along x, along y, and with what they
     belong to, and that nobody was called, (3, 4 k + 2).
     """
     count = systematic.variances.size
     out = np.zeros((3, 4 * count + 2))
-    _spread_out(effects, out[:, :count], it, systematic.levels)
+    _spread_out(effects, out[:, :count], reception, systematic.levels)
     for axis in range(2):
         _spread_out(
             moved[axis],
             out[:, (1 + axis) * count : (2 + axis) * count],
-            it,
+            reception,
             systematic.levels,
         )
-    _spread_out(bends, out[:, 3 * count : 4 * count], it, systematic.levels)
+    _spread_out(bends, out[:, 3 * count : 4 * count], reception, systematic.levels)
     return out
 
 
 @compiled
-def _spread_out(effects: Floats, out: Floats, it: Row, levels: Row) -> None:
+def _spread_out(effects: Floats, out: Floats, reception: Row, levels: Row) -> None:
     """Write effects (4, EFFECTS) to their columns of J (3, k); misalignment is the AUV's own."""
     for i in range(3):
         if levels.misalignment_at != NONE:
             out[i, levels.misalignment_at] = effects[i, MISALIGNMENT]
         if levels.gnss_at != NONE:
             for axis in range(2):
-                out[i, levels.gnss_at + 2 * it.asv + axis] = effects[i, GNSS + axis]
+                out[i, levels.gnss_at + 2 * reception.asv + axis] = effects[i, GNSS + axis]
         if levels.sound_speed_at != NONE:
             out[i, levels.sound_speed_at] = effects[i, SOUND_SPEED]
         if levels.clock_at != NONE:
             out[i, levels.clock_at] = effects[i, CLOCK]
-            out[i, levels.clock_at + 1] = it.arrived_at_s * effects[i, CLOCK]
+            out[i, levels.clock_at + 1] = reception.arrived_at_s * effects[i, CLOCK]
         if levels.slow_at != NONE:
             for k in range(SLOW):
-                out[i, levels.slow_at + SLOW * it.asv + k] = effects[i, SLOW_RANGE + k]
+                out[i, levels.slow_at + SLOW * reception.asv + k] = effects[i, SLOW_RANGE + k]

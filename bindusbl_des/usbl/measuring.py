@@ -148,7 +148,7 @@ def level_sds(usbl: Usbl) -> tuple[float, float]:
 
     >>> from bindusbl_des.usbl.array import ARRAYS
     >>> named = Usbl(ARRAYS["cross5"], 2.6e-7, 0.0, 0.0, (0.0, 0.0, 0.0), 0.0, 1500.0)
-    >>> [round(math.degrees(it), 3) for it in level_sds(named)]
+    >>> [round(math.degrees(sd), 3) for sd in level_sds(named)]
     [0.372, 0.372]
     """
     levels = usbl.levels[0]
@@ -157,8 +157,8 @@ def level_sds(usbl: Usbl) -> tuple[float, float]:
     sd, worst = usbl.sound_speed * levels["stepped_element_sd_s"], np.zeros(2)
     for azimuth in np.radians(range(0, 360, 5)):
         source = math.cos(azimuth), math.sin(azimuth), 0.0
-        it = across_by_array(source, np.eye(3), usbl.metric, sd)
-        worst = np.maximum(worst, (it.scale * it.d, it.scale * it.a))
+        across = across_by_array(source, np.eye(3), usbl.metric, sd)
+        worst = np.maximum(worst, (across.scale * across.d, across.scale * across.a))
     return sqrt(worst[0]), sqrt(worst[1])
 
 
@@ -198,21 +198,22 @@ def measured(
     levels = instrument.levels
     estimate, covariance, first = np.zeros(3), np.zeros((3, 3)), True
     for row in range(len(heard.receptions)):
-        it = heard.receptions[row]
-        if it.outcome != HEARD:
+        reception = heard.receptions[row]
+        if reception.outcome != HEARD:
             continue
-        x, y, z, yaw = where(asvs, it.asv, it.arrived_at_s)
+        x, y, z, yaw = where(asvs, reception.asv, reception.arrived_at_s)
         vessel = x, y, z
         noise = heard.noise[row]
         unit, believed = sighted(
-            seeming(ping, vessel, it), vessel, yaw, it.snr_db, noise, instrument
+            seeming(ping, vessel, reception), vessel, yaw, reception.snr_db, noise, instrument
         )
-        note_direction(it, unit, believed)
-        reach = levels.sound_speed_m_per_s * clocked(travelled(it), noise, instrument)
+        note_direction(reception, unit, believed)
+        reach = levels.sound_speed_m_per_s * clocked(travelled(reception), noise, instrument)
         fix, spread = placed(
-            vessel, unit, believed, reach, path_sd(reach, levels), it.snr_db, noise, instrument
-        )
-        note_sight(it, fix, unit, believed, reach, spread, instrument)
+            vessel, unit, believed, reach, path_sd(reach, levels), reception.snr_db, noise,
+            instrument,
+        )  # fmt: skip
+        note_sight(reception, fix, unit, believed, reach, spread, instrument)
         if first:
             estimate, covariance, first = fix, spread, False
         else:

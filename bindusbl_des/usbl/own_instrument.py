@@ -115,7 +115,7 @@ def sounding_of(ping: Row, heard: Rows, poses: Floats, random: np.random.Generat
 def mirrored(
     instrument: OwnInstrument,
     ping: Row,
-    it: Row,
+    reception: Row,
     pose: Sequence[float],
     random: np.random.Generator,
 ) -> tuple[Floats, Floats]:
@@ -127,11 +127,11 @@ def mirrored(
     source = np.array([ping["x_m"], ping["y_m"], ping["z_m"]])
     sounding = Sounding(
         float(ping["sent_at_s"]),
-        int(it["auv"]),
+        int(reception["auv"]),
         source,
-        np.array([it["asv"]]),
+        np.array([reception["asv"]]),
         np.array([pose]),
-        np.array([it["travel_time_s"]]),
+        np.array([reception["travel_time_s"]]),
         None,
         random,
     )

@@ -33,14 +33,14 @@ UNSURE = 0.5
 
 
 @compiled
-def note_direction(it: Row, unit: Vector, believed: Floats) -> None:
+def note_direction(row: Row, unit: Vector, believed: Floats) -> None:
     """Write to a reception the direction that was measured of it, as an instrument tells it.
 
     `unit` is the unit vector (3,) to who pinged in the survey frame, `believed` the rotation (3, 3)
     from array to survey frame that its AHRS tells.
     """
-    it.azimuth_deg, it.elevation_deg = _angles(unit)
-    it.body_azimuth_deg, it.body_elevation_deg = _angles(turned_back(believed, unit))
+    row.azimuth_deg, row.elevation_deg = _angles(unit)
+    row.body_azimuth_deg, row.body_elevation_deg = _angles(turned_back(believed, unit))
 
 
 @compiled
@@ -62,14 +62,17 @@ def copy_direction(fix: Row, receptions: Rows) -> None:
         if receptions[row].outcome == HEARD:
             hearers, only = hearers + 1, row
     if hearers == 1:
-        it = receptions[only]
-        fix.azimuth_deg, fix.elevation_deg = it.azimuth_deg, it.elevation_deg
-        fix.body_azimuth_deg, fix.body_elevation_deg = it.body_azimuth_deg, it.body_elevation_deg
+        reception = receptions[only]
+        fix.azimuth_deg, fix.elevation_deg = reception.azimuth_deg, reception.elevation_deg
+        fix.body_azimuth_deg, fix.body_elevation_deg = (
+            reception.body_azimuth_deg,
+            reception.body_elevation_deg,
+        )
 
 
 @compiled
 def note_sight(
-    it: Row, fix: Floats, unit: Vector, believed: Floats, reach: float, noise: Floats,
+    row: Row, fix: Floats, unit: Vector, believed: Floats, reach: float, noise: Floats,
     instrument: Instrument,
 ) -> None:  # fmt: skip
     """Write to a reception what was measured of it.
@@ -79,31 +82,31 @@ def note_sight(
     :func:`note_direction`; negative if it was the AUV that measured, in the other direction.
     """
     levels = instrument.levels
-    it.caller_x_m = it.caller_y_m = it.caller_z_m = it.called_before_s = it.is_caller = nan
+    row.caller_x_m = row.caller_y_m = row.caller_z_m = row.called_before_s = row.is_caller = nan
     white = 1.0 - levels.slow_share  # the rest is an error in common with other fixes
     own = levels.gnss_sd_m**2 + white * spread_sd(reach, levels) ** 2
-    it.turn_rad2 = levels.attitude_sd_rad[2] ** 2
+    row.turn_rad2 = levels.attitude_sd_rad[2] ** 2
     if instrument.levels.has_sheet:
-        it.turn_rad2 += white * angle_sds(it.snr_db, levels)[0] ** 2
+        row.turn_rad2 += white * angle_sds(row.snr_db, levels)[0] ** 2
     east, down = tangents(unit)
     by_east, by_down = turned(noise, east), turned(noise, down)
     square = max(reach * reach, 1e-6)
     level, steep = dot(by_east, east) - own, dot(by_down, down) - own
     both = dot(by_east, down)
-    it.level_rad2, it.steep_rad2, it.both_rad2 = level / square, steep / square, both / square
-    angles = it.level_rad2 + it.steep_rad2
+    row.level_rad2, row.steep_rad2, row.both_rad2 = level / square, steep / square, both / square
+    angles = row.level_rad2 + row.steep_rad2
     if angles > UNSURE or reach < 0.0:  # a place behind the array lies in no direction
-        it.range_m2 = nan
+        row.range_m2 = nan
         return
     second = 0.5 * (level * level + 2.0 * both * both + steep * steep) / square
-    it.level_rad2 -= it.turn_rad2 * (unit[0] ** 2 + unit[1] ** 2)
-    it.range_m2 = max(dot(turned(noise, unit), unit) - own - second, 0.0)
-    it.from_m2 = own
+    row.level_rad2 -= row.turn_rad2 * (unit[0] ** 2 + unit[1] ** 2)
+    row.range_m2 = max(dot(turned(noise, unit), unit) - own - second, 0.0)
+    row.from_m2 = own
     ahead = scaled(_of_round_wave(unit, believed, reach, instrument), reach)
-    it.ahead_x_m, it.ahead_y_m, it.ahead_z_m = ahead
+    row.ahead_x_m, row.ahead_y_m, row.ahead_z_m = ahead
     shortened = scaled(unit, reach * (1.0 - 0.5 * angles))
     origin = minus((fix[0], fix[1], fix[2]), shortened)
-    it.from_x_m, it.from_y_m, it.from_z_m = origin
+    row.from_x_m, row.from_y_m, row.from_z_m = origin
 
 
 @compiled
@@ -124,18 +127,22 @@ def _of_round_wave(unit: Vector, believed: Floats, reach: float, instrument: Ins
 
 
 @compiled
-def note_answer(it: Row, ping: Row, path: float, baseline: Vector, levels: Row) -> None:
+def note_answer(row: Row, ping: Row, path: float, baseline: Vector, levels: Row) -> None:
     """Write to a reception, noted as half as far away as call and answer went together (m), what
     the `path` was; `baseline` (3,), m, as of :func:`.two_way.way_to_caller`.
     """
-    it.ahead_x_m, it.ahead_y_m, it.ahead_z_m = 2 * it.ahead_x_m, 2 * it.ahead_y_m, 2 * it.ahead_z_m
-    if not isnan(it.range_m2):
-        it.range_m2 = path_sd(path, levels) ** 2
-    it.caller_x_m = it.from_x_m + baseline[0]
-    it.caller_y_m = it.from_y_m + baseline[1]
-    it.caller_z_m = it.from_z_m + baseline[2]
-    it.is_caller = 1.0 if it.asv == ping.called_by else 0.0
-    it.called_before_s = ping.sent_at_s - (ping.called_at_s + ping.call_time_s)
+    row.ahead_x_m, row.ahead_y_m, row.ahead_z_m = (
+        2 * row.ahead_x_m,
+        2 * row.ahead_y_m,
+        2 * row.ahead_z_m,
+    )
+    if not isnan(row.range_m2):
+        row.range_m2 = path_sd(path, levels) ** 2
+    row.caller_x_m = row.from_x_m + baseline[0]
+    row.caller_y_m = row.from_y_m + baseline[1]
+    row.caller_z_m = row.from_z_m + baseline[2]
+    row.is_caller = 1.0 if row.asv == ping.called_by else 0.0
+    row.called_before_s = ping.sent_at_s - (ping.called_at_s + ping.call_time_s)
 
 
 @compiled
@@ -144,8 +151,8 @@ def unknown_sights(receptions: Rows) -> None:
     nor when: rows begin with what lay in memory.
     """
     for row in range(len(receptions)):
-        it = receptions[row]
-        it.range_m2 = it.caller_x_m = it.called_before_s = nan
+        reception = receptions[row]
+        reception.range_m2 = reception.caller_x_m = reception.called_before_s = nan
 
 
 @compiled

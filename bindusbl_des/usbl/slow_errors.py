@@ -58,18 +58,18 @@ def slow_numbers(
 def advance(pair: Rows, time: float) -> None:
     """Let the slow numbers (n,) of a pair change until an instant (s)."""
     for n in range(pair.size):
-        it = pair[n]
-        passed = max(time - it.at_s, 0.0) / it.correlation_s
-        fresh = normal(it.key, 0, it.drawn, 2 * n)
-        it.value = exp(-passed) * it.value + sqrt(-expm1(-2.0 * passed)) * fresh
-        it.drawn += 1
-        it.at_s = max(time, it.at_s)
+        slow = pair[n]
+        passed = max(time - slow.at_s, 0.0) / slow.correlation_s
+        fresh = normal(slow.key, 0, slow.drawn, 2 * n)
+        slow.value = exp(-passed) * slow.value + sqrt(-expm1(-2.0 * passed)) * fresh
+        slow.drawn += 1
+        slow.at_s = max(time, slow.at_s)
 
 
 @compiled
 def blend(noise: Floats, pair: Rows) -> None:
     """Have in the place of a row of white noise one of which a share changes slowly."""
     for n in range(pair.size):
-        it = pair[n]
+        slow = pair[n]
         column = n if n < FIRST else noise.size - 1 - n + FIRST  # as `arrival_differences` reads it
-        noise[column] = sqrt(1.0 - it.share) * noise[column] + sqrt(it.share) * it.value
+        noise[column] = sqrt(1.0 - slow.share) * noise[column] + sqrt(slow.share) * slow.value

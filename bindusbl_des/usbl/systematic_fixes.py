@@ -242,17 +242,17 @@ def _seen(
     heard: Heard, row: int, asvs: Motion, instrument: Instrument, systematic: Systematic
 ) -> Sighting:
     """Return what an ASV measures that is turned and astray, by the clock of the AUV or of all."""
-    ping, it = heard.ping, heard.receptions[row]
+    ping, reception = heard.ping, heard.receptions[row]
     if _called(heard):
-        under_way = ping.call_time_s + travelled(it)
+        under_way = ping.call_time_s + travelled(reception)
     else:
         late, later = systematic.clocks[ping.auv]
-        under_way = travelled(it) + late + later * ping.sent_at_s
+        under_way = travelled(reception) + late + later * ping.sent_at_s
     seen = sighting(heard, row, under_way, asvs, instrument)
-    turn = rotation(0.0, 0.0, systematic.misalignments[it.asv])
+    turn = rotation(0.0, 0.0, systematic.misalignments[reception.asv])
     unit, believed = turned(turn, seen.unit), product(turn, seen.believed)
-    note_direction(it, unit, believed)
-    vessel = plus(seen.vessel, astray(it.asv, it.arrived_at_s, systematic))
+    note_direction(reception, unit, believed)
+    vessel = plus(seen.vessel, astray(reception.asv, reception.arrived_at_s, systematic))
     return Sighting(vessel, unit, believed, seen.path, seen.snr_db, seen.below)
 
 
@@ -300,8 +300,8 @@ def measured_astray(
     state, spread, squares = np.zeros(UNKNOWNS), _begun(begun, sds), 0.0
     state[:3] = begun.fix
     known = _columns(begun, heard, first, systematic)
-    it, alone = heard.receptions[first], spread[:3, :3].copy()
-    note_sight(it, begun.fix, begun.unit, begun.believed, begun.reach, alone, instrument)
+    reception, alone = heard.receptions[first], spread[:3, :3].copy()
+    note_sight(reception, begun.fix, begun.unit, begun.believed, begun.reach, alone, instrument)
     jacobians = np.zeros((UNKNOWNS, known.shape[1]))
     jacobians[:3] = known[:3]
     others = 0
@@ -339,7 +339,7 @@ def measured_astray(
         for i in range(3):
             left[i, i] = max(left[i, i], 0.0)
     if others == 0 and begun.call_way == 0.0:
-        note_sight(it, begun.fix, begun.unit, begun.believed, begun.reach, left, instrument)
+        note_sight(reception, begun.fix, begun.unit, begun.believed, begun.reach, left, instrument)
     elif count > 0 or doubt > 1.0 or begun.call_way > 0.0 or sds[SOUND_SPEED] + sds[CLOCK] > 0.0:
         unknown_sights(heard.receptions)  # they err together
         if _called(heard):

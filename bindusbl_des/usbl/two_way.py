@@ -205,9 +205,9 @@ def _note(heard: Heard, row: int, seen: Sighting, asvs: Motion, instrument: Inst
         seen.vessel, seen.unit, seen.believed, half, path_sd(half, levels), seen.snr_db,
         heard.noise[row], instrument,
     )  # fmt: skip
-    it, baseline = heard.receptions[row], way_to_caller(heard, row, seen, asvs, instrument)
-    note_sight(it, fix, seen.unit, seen.believed, half, noise, instrument)
-    note_answer(it, heard.ping, seen.path, baseline, levels)
+    reception, baseline = heard.receptions[row], way_to_caller(heard, row, seen, asvs, instrument)
+    note_sight(reception, fix, seen.unit, seen.believed, half, noise, instrument)
+    note_answer(reception, heard.ping, seen.path, baseline, levels)
 
 
 @compiled
@@ -215,8 +215,8 @@ def first_to_locate(heard: Heard) -> int:
     """Return the reception that locates an AUV first: the caller's if it has heard the answer."""
     first = NONE
     for row in range(len(heard.receptions)):
-        it = heard.receptions[row]
-        if it.outcome == HEARD and (first == NONE or it.asv == heard.ping.called_by):
+        reception = heard.receptions[row]
+        if reception.outcome == HEARD and (first == NONE or reception.asv == heard.ping.called_by):
             first = row
     return first
 
@@ -233,32 +233,36 @@ def sighting(
     heard: Heard, row: int, under_way: float, asvs: Motion, instrument: Instrument
 ) -> Sighting:
     """Return what an ASV measures of a reception of sound that was `under_way` so long (s)."""
-    ping, it, noise = heard.ping, heard.receptions[row], heard.noise[row]
-    x, y, z, yaw = where(asvs, it.asv, it.arrived_at_s)
+    ping, reception, noise = heard.ping, heard.receptions[row], heard.noise[row]
+    x, y, z, yaw = where(asvs, reception.asv, reception.arrived_at_s)
     vessel = x, y, z
-    source = seeming(ping, vessel, it)
-    unit, believed = sighted(source, vessel, yaw, it.snr_db, noise, instrument)
-    note_direction(it, unit, believed)
+    source = seeming(ping, vessel, reception)
+    unit, believed = sighted(source, vessel, yaw, reception.snr_db, noise, instrument)
+    note_direction(reception, unit, believed)
     path = instrument.levels.sound_speed_m_per_s * clocked(under_way, noise, instrument)
-    return Sighting(vessel, unit, believed, path, it.snr_db, ping.z_m - z)
+    return Sighting(vessel, unit, believed, path, reception.snr_db, ping.z_m - z)
 
 
 @compiled
-def travelled(it: Row) -> float:
+def travelled(reception: Row) -> float:
     """Return how long (s) a ping seems to have been under way: rays bend, echoes blend into it."""
-    return float(it.travel_time_s if isnan(it.lowered) else it.travel_time_s + it.late_s)
+    return float(
+        reception.travel_time_s
+        if isnan(reception.lowered)
+        else reception.travel_time_s + reception.late_s
+    )
 
 
 @compiled
-def seeming(ping: Row, vessel: Vector, it: Row) -> Vector:
+def seeming(ping: Row, vessel: Vector, reception: Row) -> Vector:
     """Return where a ping seems to have been sent (3,), m, as seen from a vessel (3,), m: higher or
     lower where echoes blend into it.
     """
     source = ping.x_m, ping.y_m, ping.z_m
-    if not isnan(it.lowered):
+    if not isnan(reception.lowered):
         x, y, z = minus(source, vessel)
         reach = max(hypot(hypot(x, y), z), SHORTEST_RANGE)
-        sine = min(max(z / reach + it.lowered, -1.0), 1.0)
+        sine = min(max(z / reach + reception.lowered, -1.0), 1.0)
         outward = reach * sqrt(1.0 - sine * sine) / max(hypot(x, y), SHORTEST_RANGE)
         source = plus(vessel, (outward * x, outward * y, reach * sine))
     return source

@@ -91,7 +91,7 @@ class Failures(NamedTuple):
         Return which begin while their vehicle has failed, and which it fails in the midst of, both
         (n,).  Who fails at the end of a signal has had it.
         """
-        at, begin, end = (np.asarray(it)[..., None] for it in (vehicles, begin_s, end_s))
+        at, begin, end = (np.asarray(values)[..., None] for values in (vehicles, begin_s, end_s))
         missed = (at == self.whose) & (self.begin_s <= begin) & (begin < self.end_s)
         cut = (at == self.whose) & (begin < self.begin_s) & (self.begin_s < end)
         return missed.any(axis=-1), cut.any(axis=-1)

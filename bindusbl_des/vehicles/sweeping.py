@@ -129,7 +129,7 @@ def _passed(
     down again, is gone to from itself.
     """
     times = [np.linspace(0.0, until, count) for count in counts]
-    places = [it.sample(at)[:, :3] for it, at in zip(vehicles, times, strict=True)]
+    places = [vehicle.sample(at)[:, :3] for vehicle, at in zip(vehicles, times, strict=True)]
     before = [np.concatenate((way[:1], way[:-1])) for way in places]
     if depths is not None:
         deep = [way[:, 2] > depth - LEVEL_M for way, depth in zip(places, depths, strict=True)]
@@ -137,7 +137,7 @@ def _passed(
             from_above = np.flatnonzero(~kept[:-1]) + 1
             back[from_above] = way[from_above]
         times, places, before = (
-            [it[kept] for it, kept in zip(them, deep, strict=True)]
+            [rows[kept] for rows, kept in zip(them, deep, strict=True)]
             for them in (times, places, before)
         )
     who = np.repeat(np.arange(len(vehicles)), [len(at) for at in times])

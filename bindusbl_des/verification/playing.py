@@ -207,7 +207,7 @@ def _run(plan: Plan, seed: int = 0) -> Result | None:
 
 def _first_overlap(kind: str, plan: Plan, result: Result) -> Witness | None:
     for receiver, one, other in _overlaps(result):
-        first, second = sorted((one, other), key=lambda it: it.begins_at_s)
+        first, second = sorted((one, other), key=lambda signal: signal.begins_at_s)
         return Witness(kind, plan, result.seed, receiver, (first, second))
     return None
 
@@ -231,7 +231,7 @@ def _overlaps(result: Result) -> Iterator[tuple[str, Signal, Signal]]:
 
 
 def _neighbours(receiver: str, signals: list[Signal]) -> Iterator[tuple[str, Signal, Signal]]:
-    for one, other in pairwise(sorted(signals, key=lambda it: it.begins_at_s)):
+    for one, other in pairwise(sorted(signals, key=lambda signal: signal.begins_at_s)):
         if other.begins_at_s < one.ends_at_s - TOUCH:
             yield receiver, one, other
 
@@ -254,7 +254,7 @@ def _calls(
         for other in called:
             same = math.isclose(other["called_at_s"], ping["called_at_s"])
             if ping["call"] == "collided" and same and other["called_by"] != ping["called_by"]:
-                both = (_call(it, at, places, result.scenario) for it in (ping, other))
+                both = (_call(sent, at, places, result.scenario) for sent in (ping, other))
                 yield (ping["auv"], *both)
     for asv, signals in there.items():
         for signal in signals:

@@ -321,7 +321,7 @@ def _played(case: Case, asv: Floats, other: Floats, first: float, second: float)
     shared = [set(group) for group in groups].index
     names = sorted(actors)
     group = {names.index(one), names.index(two)}
-    if group not in [set(it) for it in groups] or shared(group) != slots:
+    if group not in [set(members) for members in groups] or shared(group) != slots:
         return None
     return staged(case, actors, rounds_shown(case), case.sound_speeds[0]) if speed else None
 

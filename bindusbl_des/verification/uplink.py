@@ -34,7 +34,7 @@ def consecutive_slots(case: Case) -> Iterator[SignalPair]:
     followers = list(_followers(case))
     if not followers:
         return
-    worst = min(followers, key=lambda it: _margin(case, it))
+    worst = min(followers, key=lambda pair: _margin(case, pair))
     margin = _margin(case, worst)
     within = worst.gap_s == slot_gap(case)
     what = "of a round" if within else "at the end of a round"
@@ -88,9 +88,9 @@ def round_s(case: Case) -> float:
     return one_named.length(turns, 0 if downlink_of(case.scenario).replies else turns)
 
 
-def _margin(case: Case, it: Succession) -> float:
-    late = case.late_s if it.first != it.second else 0.0
-    return it.gap_s - case.slots.ping_duration - spread_s(case, it.first, it.second) - late
+def _margin(case: Case, pair: Succession) -> float:
+    late = case.late_s if pair.first != pair.second else 0.0
+    return pair.gap_s - case.slots.ping_duration - spread_s(case, pair.first, pair.second) - late
 
 
 def spread_s(case: Case, first: int, second: int) -> float:
@@ -138,7 +138,7 @@ def _worst(case: Case, count: int) -> Iterable[tuple[int, int]]:
 
 
 def _witnesses(case: Case, followers: list[Succession]) -> Iterator[Plan]:
-    for it in sorted(followers, key=lambda it: _margin(case, it)):
-        if _margin(case, it) >= 0.0 or it.first == it.second:
+    for pair in sorted(followers, key=lambda pair: _margin(case, pair)):
+        if _margin(case, pair) >= 0.0 or pair.first == pair.second:
             return
-        yield far_then_near(case, it.first, it.second, it.gap_s)
+        yield far_then_near(case, pair.first, pair.second, pair.gap_s)

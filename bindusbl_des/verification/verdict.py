@@ -190,7 +190,7 @@ def verify(
     pairs = tuple(pair for pair, _ in found)
     if all(pair.is_safe for pair in pairs):
         return Verdict(case, pairs, None, None)
-    witness = next((it for _, it in found if it is not None), None)
+    witness = next((witness for _, witness in found if witness is not None), None)
     return Verdict(case, pairs, witness, remedy_of(case))
 
 
@@ -297,7 +297,7 @@ def remedy_of(case: Case) -> Remedy | None:
                 break
             pairs = pairs_of(now)
             if all(pair.is_safe for pair in pairs):
-                return Remedy(tuple((f"protocol.{key}", it) for key, it in changes.items()))
+                return Remedy(tuple((f"protocol.{key}", value) for key, value in changes.items()))
             changes |= dict(_lacking(now, pairs))
     return None
 

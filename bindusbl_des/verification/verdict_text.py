@@ -163,7 +163,9 @@ def _lines(verdict: Verdict) -> Iterator[str]:
     yield from _guards(verdict)
     if verdict.accepted:
         return
-    for why in dict.fromkeys(f"{it.kind}: {it.why}." for it in verdict.pairs if not it.is_safe):
+    for why in dict.fromkeys(
+        f"{pair.kind}: {pair.why}." for pair in verdict.pairs if not pair.is_safe
+    ):
         yield from wrap(why, WIDTH)
     if verdict.witness is not None:
         yield from wrap(f"Witness: {_seen(verdict.witness)}.", WIDTH)
@@ -234,7 +236,7 @@ def _guard(name: str, guard: Guard) -> str:
 
 def _seen(witness: Witness) -> str:
     one, other = witness.signals
-    both = " and ".join(f"{it.sender}'s {it.what}" for it in (one, other))
+    both = " and ".join(f"{signal.sender}'s {signal.what}" for signal in (one, other))
     return (
         f"{both} are at {witness.receiver} together for {_ms(witness.overlap_s)} ms, from "
         f"{other.begins_at_s:.4f} s on"

@@ -126,15 +126,17 @@ def _as_now(document: Document, points: Points, places: Places) -> tuple[Points,
         document.warnings.append(Mistake.at(place, key, message))
     if not former:
         return points, places
-    renamed = [{key_now(key): it for key, it in point.items()} for point in points]
-    return renamed, [{key_now(key): it for key, it in at.items()} for at in places]
+    renamed = [{key_now(key): value for key, value in point.items()} for point in points]
+    return renamed, [{key_now(key): path for key, path in at.items()} for at in places]
 
 
 def _unloaded(
     reading: Reading, document: Document, points: Points, places: Places
 ) -> tuple[Mistake, ...]:
     """Return the plug-ins that points name, and those of the scenario that some point keeps."""
-    kept = (it for it in reading.unloaded if not all(it.key in point for point in points))
+    kept = (
+        mistake for mistake in reading.unloaded if not all(mistake.key in point for point in points)
+    )
     return (*kept, *plugins_in(document, points, places))
 
 
@@ -189,7 +191,7 @@ def _is_name(text: str) -> bool:
 
 def _wrong(document: Document) -> ScenarioError:
     own = document.file
-    document.mistakes.sort(key=lambda it: (it.file != own, it.line, it.column))
+    document.mistakes.sort(key=lambda mistake: (mistake.file != own, mistake.line, mistake.column))
     return ScenarioError(dict.fromkeys(document.mistakes))
 
 

@@ -59,7 +59,7 @@ MEANT = re.compile(r"(?=.*[0-9])(?=.*:)[-+.:0-9][-+.:0-9eE\s]*")
 def is_range(value: Any) -> bool:
     """Tell whether a value is meant as a range.
 
-    >>> [is_range(it) for it in ("2:5", "0:90:0", ":5", "my_module:schedule", "dsatur", 2)]
+    >>> [is_range(value) for value in ("2:5", "0:90:0", ":5", "my_module:schedule", "dsatur", 2)]
     [True, True, True, False, False, False]
     """
     return isinstance(value, str) and MEANT.fullmatch(value) is not None

@@ -56,7 +56,9 @@ class PythonArguments:
                     )
 
     def __bool__(self) -> bool:
-        return any(it is not None for it in (self.vary, self.until_ci, self.seeds, self.detail))
+        return any(
+            option is not None for option in (self.vary, self.until_ci, self.seeds, self.detail)
+        )
 
 
 def lay_over(document: Document, options: Options | PythonArguments) -> None:

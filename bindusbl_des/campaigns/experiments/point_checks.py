@@ -73,7 +73,7 @@ def without_effect(
     idle = dict.fromkeys(key for point in points for key in point)
     messages: dict[str, str] = {}
     for point in points:
-        found = {it.key: it.message for it in idle_keys(laid_over(given, point))}
+        found = {problem.key: problem.message for problem in idle_keys(laid_over(given, point))}
         messages = found | messages
         for key in point.keys() - found.keys():
             idle.pop(key, None)

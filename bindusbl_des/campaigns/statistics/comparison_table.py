@@ -41,8 +41,8 @@ def comparison_table(differences: Rows) -> str:
 def by_label(differences: Rows) -> dict[str, list[Difference]]:
     """Return the differences from the baseline by the letter of what is compared with it."""
     found: dict[str, list[Difference]] = {}
-    for it in differences:
-        found.setdefault(it.pair.other.label, []).append(it)
+    for row in differences:
+        found.setdefault(row.pair.other.label, []).append(row)
     return found
 
 
@@ -82,12 +82,12 @@ def _over_points(rows: Rows) -> Iterator[str]:
     measure = f" ({unit(metric)})".replace(" (1)", "")
     yield filled(f"{other} compared with {one}: {_named(points[0])}{measure}{paired}")
     at = [{key: plain(value) for key, value in point.pair.held.items()} for point in points]
-    keys = [key for key in at[0] if len({it[key] for it in at}) > 1] or list(at[0])
+    keys = [key for key in at[0] if len({held[key] for held in at}) > 1] or list(at[0])
     heading = ", ".join(short_key(key, list(at[0])) for key in keys)
     cells = [(heading, one, other, "difference [95 % CI]", "", "" if paired else "pairs", "")]
     cells += [
-        (", ".join(held[key] for key in keys), *_row(it, "" if paired else _count(it)))
-        for it, held in zip(points[:MOST_POINTS], at, strict=False)
+        (", ".join(held[key] for key in keys), *_row(point, "" if paired else _count(point)))
+        for point, held in zip(points[:MOST_POINTS], at, strict=False)
     ]
     yield from _table(cells)
     if len(points) > MOST_POINTS:
@@ -101,12 +101,14 @@ def _verdicts(rows: Rows) -> Iterator[str]:
     """Yield at how many points each metric is better, worse, ..."""
     counts: dict[str, Counter[str]] = {}
     worst = all(row.metric.startswith(WORST) for row in rows)
-    for it in rows:
-        name = of_an_auv(it.metric) if worst else it.metric
-        counts.setdefault(name, Counter())[it.verdict] += 1
+    for row in rows:
+        name = of_an_auv(row.metric) if worst else row.metric
+        counts.setdefault(name, Counter())[row.verdict] += 1
     shown = [word for word in get_args(Verdict) if any(count[word] for count in counts.values())]
     cells = [("of the worst AUV" if worst else "metric", *shown)]
-    cells += [(name, *(str(count[it] or "-") for it in shown)) for name, count in counts.items()]
+    cells += [
+        (name, *(str(count[word] or "-") for word in shown)) for name, count in counts.items()
+    ]
     yield from aligned(cells)
 
 
@@ -129,27 +131,27 @@ def _line(row: tuple[str, ...], widths: Sequence[int]) -> str:
     return "  ".join((row[0].ljust(widths[0]), *columns[1:-1], row[-1])).rstrip()
 
 
-def _count(it: Difference) -> str:
+def _count(row: Difference) -> str:
     """Return the pairs that have a value, of how many where some have none."""
     return (
-        str(it.missions)
-        if it.lacks or it.found.count == it.missions
-        else f"{it.found.count} of {it.missions}"
+        str(row.missions)
+        if row.lacks or row.found.count == row.missions
+        else f"{row.found.count} of {row.missions}"
     )
 
 
-def _row(it: Difference, count: str) -> tuple[str, str, str, str, str, str]:
-    digits = _digits(it)
-    is_known = isfinite(it.found.mean)
+def _row(row: Difference, count: str) -> tuple[str, str, str, str, str, str]:
+    digits = _digits(row)
+    is_known = isfinite(row.found.mean)
     return (
-        _shown(it.baseline, digits),
-        _shown(it.other, digits),
-        f"{_number(it.found.mean, digits, '+')} {_interval(it, digits)}".strip()
+        _shown(row.baseline, digits),
+        _shown(row.other, digits),
+        f"{_number(row.found.mean, digits, '+')} {_interval(row, digits)}".strip()
         if is_known
         else "",
-        f"{100 * it.relative:+.0f} %" if isfinite(it.relative) else "",
+        f"{100 * row.relative:+.0f} %" if isfinite(row.relative) else "",
         count,
-        it.verdict,
+        row.verdict,
     )
 
 
@@ -160,68 +162,73 @@ def _shown(end: End, digits: int) -> str:
     return f"{_number(end.mean, digits)} ({end.whole}/{end.missions})"
 
 
-def _interval(it: Difference, digits: int) -> str:
-    if it.found.count < 2:
+def _interval(row: Difference, digits: int) -> str:
+    if row.found.count < 2:
         return ""
-    return f"[{_number(it.low, digits, '+')}, {_number(it.high, digits, '+')}]"
+    return f"[{_number(row.low, digits, '+')}, {_number(row.high, digits, '+')}]"
 
 
-def _digits(it: Difference) -> int:
+def _digits(row: Difference) -> int:
     """Return the decimals that show two digits of the half width, three of the difference."""
-    means = [abs(end.mean) / 10 for end in (it.baseline, it.other)]
-    return decimals(it.found.half_width, abs(it.found.mean) / 10, *means)
+    means = [abs(end.mean) / 10 for end in (row.baseline, row.other)]
+    return decimals(row.found.half_width, abs(row.found.mean) / 10, *means)
 
 
 def _number(value: float, digits: int, sign: str = "") -> str:
     return f"{value:{sign}.{digits}f}" if isfinite(value) else "-"
 
 
-def sentence(it: Difference) -> str:
+def sentence(row: Difference) -> str:
     """Return what a difference shows, in words."""
-    one, other, digits, name = it.pair.baseline.label, it.pair.other.label, _digits(it), _named(it)
-    count = f"{_count(it)} paired seeds"
-    measure = unit(it.metric).replace("1", "")
-    amount = f"{_number(it.found.mean, digits, '+')} {measure}".rstrip()
-    sure = f"{amount} {_interval(it, digits)} over {count}"
-    if not it.missions:
-        return f"No seed has {it.metric} at both."
-    if it.lacks:
+    one, other, digits, name = (
+        row.pair.baseline.label,
+        row.pair.other.label,
+        _digits(row),
+        _named(row),
+    )
+    count = f"{_count(row)} paired seeds"
+    measure = unit(row.metric).replace("1", "")
+    amount = f"{_number(row.found.mean, digits, '+')} {measure}".rstrip()
+    sure = f"{amount} {_interval(row, digits)} over {count}"
+    if not row.missions:
+        return f"No seed has {row.metric} at both."
+    if row.lacks:
         return f"{other} and {one} are not comparable in {name}: an AUV has no value."
-    if not it.found.count:
-        return f"No value of {it.metric} in any of {seeds(it.missions)} that both have."
-    if it.found.count < 2:
+    if not row.found.count:
+        return f"No value of {row.metric} in any of {seeds(row.missions)} that both have."
+    if row.found.count < 2:
         return f"{name}: {amount} in one paired seed, which shows nothing; run more seeds."
-    match it.verdict:
+    match row.verdict:
         case "equal":
             return f"{other} and {one} are equal in {name}, in all {count}."
         case "no difference shown":
             return f"No difference shown between {other} and {one}: {name} {sure}."
         case "better" | "worse":
-            return f"{other} is {it.verdict} than {one}: {name} {sure}."
-    return f"{other} has {it.verdict} {name} than {one}: {sure}."
+            return f"{other} is {row.verdict} than {one}: {name} {sure}."
+    return f"{other} has {row.verdict} {name} than {one}: {sure}."
 
 
-def _named(it: Difference) -> str:
-    if it.metric.startswith(WORST):
-        return f"the worst AUV's {of_an_auv(it.metric)}"
-    return it.metric
+def _named(row: Difference) -> str:
+    if row.metric.startswith(WORST):
+        return f"the worst AUV's {of_an_auv(row.metric)}"
+    return row.metric
 
 
-def worst_named(it: Difference) -> Iterator[str]:
+def worst_named(row: Difference) -> Iterator[str]:
     """Yield which AUVs were the worst at both points, by the worst AUV's metric."""
-    one, other = it.pair.baseline.label, it.pair.other.label
-    who, their_who = it.baseline.who, it.other.who
+    one, other = row.pair.baseline.label, row.pair.other.label
+    who, their_who = row.baseline.who, row.other.who
     if len({*who, *their_who}) == 1:
         yield f"{next(iter(who or their_who))} is the worst at both, in all seeds."
     elif who and their_who:
         yield f"At {one} {who_is_worst(who)}; at {other} {who_is_worst(their_who)}."
 
 
-def unserved(it: Difference) -> Iterator[str]:
+def unserved(row: Difference) -> Iterator[str]:
     """Yield which AUVs have no value of a metric at the points of a pair."""
-    for side, end in ((it.pair.baseline, it.baseline), (it.pair.other, it.other)):
+    for side, end in ((row.pair.baseline, row.baseline), (row.pair.other, row.other)):
         if end.without:
-            yield _lacks(side.label, end.without, end.missions, it.metric)
+            yield _lacks(side.label, end.without, end.missions, row.metric)
 
 
 def _lacks(name: str, auvs: Mapping[str, int], missions: int, metric: str) -> str:

@@ -67,7 +67,7 @@ def pairs_within(campaign: Campaign, by: str | None, baseline: str | None) -> It
                 yield Pair(
                     Side(campaign, start, first, labels[first]),
                     Side(campaign, number, value, labels[value]),
-                    {name: it for name, it in held.items() if name != key},
+                    {name: setting for name, setting in held.items() if name != key},
                     key,
                 )
     if not pairs:
@@ -314,8 +314,8 @@ def key_effects(plan: ExperimentPlan, found: MissionOutcomes) -> list[str]:
     points without a mission that went well are left out at all values, and counted.
     """
     error = intervals(found.by_seed(ERROR, len(plan.points))).mean
-    effects = [it for key in plan.columns if (it := _effect(plan, key, error)) is not None]
-    return [said for _, said in sorted(effects, key=lambda it: -it[0])]
+    effects = [effect for key in plan.columns if (effect := _effect(plan, key, error)) is not None]
+    return [said for _, said in sorted(effects, key=lambda effect: -effect[0])]
 
 
 def _effect(plan: ExperimentPlan, key: str, error: np.ndarray) -> tuple[float, str] | None:

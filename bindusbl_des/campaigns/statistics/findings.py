@@ -127,7 +127,11 @@ def _of_other_navigation(plan: ExperimentPlan) -> dict[int, list[int]]:
     for number, point in enumerate(plan.points):
         held = [item for item in point.varied.items() if not item[0].startswith(NAVIGATION)]
         groups.setdefault(repr(held), []).append(number)
-    return {point: [it for it in them if it != point] for them in groups.values() for point in them}
+    return {
+        point: [other for other in them if other != point]
+        for them in groups.values()
+        for point in them
+    }
 
 
 def _tried(
@@ -136,14 +140,14 @@ def _tried(
     """Return the rival with the smallest error of an AUV that is surely smaller, paired by seed."""
     rows = {rival: places[rival, mine[1]] for rival in rivals if (rival, mine[1]) in places}
     own = error[places[mine]]
-    gains = {it: interval((own - error[row]).tolist()) for it, row in rows.items()}
+    gains = {rival: interval((own - error[row]).tolist()) for rival, row in rows.items()}
     limit = (1 - CONFIDENCE) / 2 / max(len(rivals), 1)  # each of many may look better by chance
     better = [
-        Tried(it, interval(error[rows[it]].tolist()).mean)
-        for it, gain in gains.items()
+        Tried(rival, interval(error[rows[rival]].tolist()).mean)
+        for rival, gain in gains.items()
         if chance(gain) < limit
     ]
-    return min(better, key=lambda it: it.error, default=None)
+    return min(better, key=lambda tried: tried.error, default=None)
 
 
 ERROR, ERROR_P95 = "worst_position_error_m", "worst_position_error_p95_m"
@@ -197,11 +201,11 @@ def _best(found: MissionOutcomes, plan: ExperimentPlan) -> str:
     known = intervals(table)
     best = int(np.nanargmin(known.mean))
     tail = intervals(found.by_seed(ERROR_P95, len(plan.points))[best : best + 1]).at(0)
-    it = known.at(best)
+    error = known.at(best)
     where = point_name(best, plan.points[best].varied)
     begun = f"Smallest error of the worst AUV: {where}," if len(plan.points) > 1 else "Worst AUV:"
     return (
-        f"{begun} {plus_minus(it.mean, it.half_width)} m over {seeds(it.count)} "
+        f"{begun} {plus_minus(error.mean, error.half_width)} m over {seeds(error.count)} "
         f"({who_is_worst(found.who(best, ERROR))}); 95 % of the time every AUV is below "
         f"{plus_minus(tail.mean, tail.half_width)} m.{_rivals(table, best)}"
     )
@@ -292,7 +296,9 @@ def _sure(found: MissionOutcomes, points: int) -> str:
         "no mission that went well": int(np.sum((mean.count == 0) & (ran > 0))),
         "no mission yet": int(np.sum(ran == 0)),
     }
-    lacks = "".join(f" {n} {'have' if n > 1 else 'has'} {it}." for it, n in without.items() if n)
+    lacks = "".join(
+        f" {n} {'have' if n > 1 else 'has'} {lack}." for lack, n in without.items() if n
+    )
     return (
         f"{count or 'None'} of {points} points keep{'s' * (count < 2)} every AUV surely below "
         f"{SUB_METRE:g} m in the mean over time{rest} {ends}.{lacks}"
@@ -330,14 +336,14 @@ def harm_said(harms: Harms, plan: ExperimentPlan, points: Iterable[int]) -> Iter
         rest = [them[0].point for them in chosen[MOST_SAID:]]
         yield f"Fixes also make AUVs worse at {points_named(sorted(rest))}."
     if chosen:
-        yield from _remedies([json.loads(plan.points[it[0].point].scenario) for it in chosen])
-    once = [it for it in harms.once if it.point in wanted]
+        yield from _remedies([json.loads(plan.points[them[0].point].scenario) for them in chosen])
+    once = [harm for harm in harms.once if harm.point in wanted]
     if once:
         yield _once(once, harms.missions, plan)
 
 
 def _once(them: list[HarmfulFixes], missions: int, plan: ExperimentPlan) -> str:
-    worst, count = them[0], len({it.point for it in them})
+    worst, count = them[0], len({harm.point for harm in them})
     place = point_name(worst.point, plan.points[worst.point].varied)
     return (
         f"In {count} of {missions} missions of points with one seed an AUV was worse with fixes "
@@ -349,8 +355,8 @@ def _once(them: list[HarmfulFixes], missions: int, plan: ExperimentPlan) -> str:
 def _remedies(scenarios: list[dict[str, Any]]) -> Iterator[str]:
     """Yield what may help scenarios in which fixes harm; it was not tried."""
     filters = [PartChoice.read(scenario["navigation"]["filter"], str) for scenario in scenarios]
-    gained = [it for it in filters if navigator_named(it).has_gain]
-    parts = [it.settings_as(FixedGain, navigator_named(it).settings) for it in gained]
+    gained = [choice for choice in filters if navigator_named(choice).has_gain]
+    parts = [choice.settings_as(FixedGain, navigator_named(choice).settings) for choice in gained]
     if parts:
         gains = sorted({part.gain for part in parts})
         here = f"{gains[0]:g}" if len(gains) == 1 else f"{gains[0]:g} to {gains[-1]:g}"
@@ -368,7 +374,7 @@ def _harm(them: list[HarmfulFixes], plan: ExperimentPlan) -> str:
     digits = decimals(change.half_width, change.mean)
     most = f", {worst.auv} most" if len(them) > 1 else ""
     said = (
-        f"Fixes make {_auvs([it.auv for it in them])} worse at {place}{most}: "
+        f"Fixes make {_auvs([harm.auv for harm in them])} worse at {place}{most}: "
         f"{worst.with_fixes:.2f} m with, {worst.without:.2f} m without"
     )
     said += (
@@ -385,7 +391,7 @@ def _auvs(names: list[str]) -> str:
     """Return AUVs by name, many of them by their number."""
     if len(names) > MOST_NAMED:
         return f"{len(names)} AUVs"
-    return listed(sorted(names, key=lambda it: int(it.removeprefix("AUV"))))
+    return listed(sorted(names, key=lambda name: int(name.removeprefix("AUV"))))
 
 
 def starved_said(
@@ -393,10 +399,10 @@ def starved_said(
 ) -> Iterator[str]:
     """Yield which AUVs got no fix at some points, and in how many seeds, those with most first."""
     wanted = set(points)
-    chosen = [it for it in found if it.point in wanted]
-    for it in chosen[:MOST_SAID]:
-        place = point_name(it.point, plan.points[it.point].varied)
-        yield f"No fix at {place}: {who_lacks(it.auvs, it.missions)}."
+    chosen = [unserved for unserved in found if unserved.point in wanted]
+    for unserved in chosen[:MOST_SAID]:
+        place = point_name(unserved.point, plan.points[unserved.point].varied)
+        yield f"No fix at {place}: {who_lacks(unserved.auvs, unserved.missions)}."
     if len(chosen) > MOST_SAID:
-        rest = sorted(it.point for it in chosen[MOST_SAID:])
+        rest = sorted(unserved.point for unserved in chosen[MOST_SAID:])
         yield f"AUVs got no fix also at {points_named(rest)}."

@@ -126,7 +126,7 @@ def _student(count: NDArray[np.int64], together: int) -> Floats:
     return table[count]
 
 
-def chance(it: Interval) -> float:
+def chance(estimate: Interval) -> float:
     """Return how probable a mean as far above zero as this would be by chance alone (one-sided).
 
     nan for fewer than two values.
@@ -134,11 +134,11 @@ def chance(it: Interval) -> float:
     >>> round(chance(interval([1.0, 2.0, 3.0])), 3), chance(interval([-1.0, 1.0]))
     (0.037, 0.5)
     """
-    if it.count < 2:
+    if estimate.count < 2:
         return nan
-    freedom = it.count - 1
-    error = it.half_width / student_95(freedom)
-    t = it.mean / error if error else inf * it.mean if it.mean else 0.0
+    freedom = estimate.count - 1
+    error = estimate.half_width / student_95(freedom)
+    t = estimate.mean / error if error else inf * estimate.mean if estimate.mean else 0.0
     within = _within(abs(atan(t / sqrt(freedom))), freedom)
     return (1 - within) / 2 if t > 0 else (1 + within) / 2
 

@@ -250,7 +250,7 @@ class Fleets:
         auvs = int(self.auv.max(initial=0)) + 1
         who, row = np.unique(self.point * auvs + self.auv, return_inverse=True)
         seeds, column = np.unique(self.seed, return_inverse=True)
-        return [divmod(it, auvs) for it in who.tolist()], row, len(seeds), column
+        return [divmod(number, auvs) for number in who.tolist()], row, len(seeds), column
 
     def without(self, point: int, metric: str, seeds: Ints) -> dict[str, int]:
         """Return in how many of some missions of a point each AUV has no value, most first."""
@@ -298,10 +298,12 @@ def starved(found: Fleets) -> list[Starved]:
         Starved(point, int(well[point]), _counted(who))
         for point, who in zip(points.tolist(), auvs, strict=True)
     ]
-    return sorted(at, key=lambda it: (-max(it.auvs.values()) / it.missions, it.point))
+    return sorted(
+        at, key=lambda unserved: (-max(unserved.auvs.values()) / unserved.missions, unserved.point)
+    )
 
 
 def _counted(auvs: Ints) -> dict[str, int]:
     numbers, counts = np.unique(auvs, return_counts=True)
     found = {f"AUV{n}": int(c) for n, c in zip(numbers, counts, strict=True)}
-    return dict(sorted(found.items(), key=lambda it: -it[1]))
+    return dict(sorted(found.items(), key=lambda item: -item[1]))

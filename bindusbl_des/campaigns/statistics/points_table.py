@@ -205,9 +205,9 @@ def _cell(
     found: MissionOutcomes, point: int, metric: str, _: str, digits: int, interval_digits: int
 ) -> str:
     values = found.at(point, metric)[1].tolist()
-    it = interval(values)
-    shown = _number(it, digits, interval_digits)
-    return shown if it.count == len(values) else f"{shown} ({it.count}/{len(values)})"
+    estimate = interval(values)
+    shown = _number(estimate, digits, interval_digits)
+    return shown if estimate.count == len(values) else f"{shown} ({estimate.count}/{len(values)})"
 
 
 def _number(found: Interval, digits: int, interval_digits: int) -> str:
@@ -242,7 +242,9 @@ def _lines(rows: list[list[str]]) -> tuple[list[str], int]:
         widths[widest] -= 1
     lines = ["  ".join(map(_fit, row, widths))[:WIDEST].rstrip() for row in (head, *points)]
     key_lines = (
-        [_filled(", ".join(f"{it}: {key}" for it, key in letters.items()))] if letters else []
+        [_filled(", ".join(f"{letter}: {key}" for letter, key in letters.items()))]
+        if letters
+        else []
     )
     shown = len(widths) - last - 2
     return [*key_lines, lines[0], "-" * max(map(len, lines)), *lines[1:]], shown

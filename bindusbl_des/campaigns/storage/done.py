@@ -35,7 +35,7 @@ def in_runs(done: Done) -> dict[str, Any]:
     {'missions': {'step': 2, 'runs': [[4, 3], [20, 1]]}, 'failed': {'step': 1, 'runs': [[6, 1]]}}
     """
     runs = {"missions": _runs(done.numbers), "failed": _runs(done.numbers[done.failed])}
-    return runs if sum(len(it["runs"]) for it in runs.values()) <= MOST_RUNS else {}
+    return runs if sum(len(listed["runs"]) for listed in runs.values()) <= MOST_RUNS else {}
 
 
 def _runs(numbers: NDArray[np.int64]) -> dict[str, Any]:
@@ -67,14 +67,14 @@ def of_runs(found: Mapping[str, Any]) -> Done:
     Raises:
         ValueError: when they are no missions.
     """
-    numbers, failed = (_numbers(found[it]) for it in ("missions", "failed"))
+    numbers, failed = (_numbers(found[key]) for key in ("missions", "failed"))
     return Done(numbers, np.isin(numbers, failed) if len(failed) else np.zeros(len(numbers), bool))
 
 
 def united(some: Sequence[Done]) -> Done:
     """Return all missions; one that is there twice counts as it is where it comes first."""
-    numbers = np.concatenate([np.zeros(0, np.int64), *(it.numbers for it in some)])
-    failed = np.concatenate([np.zeros(0, bool), *(it.failed for it in some)])
+    numbers = np.concatenate([np.zeros(0, np.int64), *(done.numbers for done in some)])
+    failed = np.concatenate([np.zeros(0, bool), *(done.failed for done in some)])
     unique, first = np.unique(numbers, return_index=True)
     return Done(unique, failed[first])
 

@@ -119,7 +119,7 @@ def read_record(folder: Path) -> dict[str, Any]:
     """
     path = folder / RECORD
     try:  # globbing takes a folder that nobody may read for an empty one
-        for inside in (folder, *(it for it in folder.iterdir() if it.is_dir())):
+        for inside in (folder, *(entry for entry in folder.iterdir() if entry.is_dir())):
             next(inside.iterdir(), None)
     except PermissionError as error:
         raise CampaignError(

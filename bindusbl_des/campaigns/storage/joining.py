@@ -74,12 +74,12 @@ def _taken(sources: Sequence[Source], leave_out: set[int]) -> dict[Source, Numbe
     """Return which missions are taken from which part: each from the first that has it."""
     each = [done_of(*source).numbers for source in sources]
     numbers, first = np.unique(np.concatenate(each), return_index=True)
-    of = np.repeat(np.arange(len(each)), [len(it) for it in each])[first]
+    of = np.repeat(np.arange(len(each)), [len(own) for own in each])[first]
     kept = ~np.isin(numbers, sorted(leave_out))
     numbers, of = numbers[kept], of[kept]
     order = np.argsort(of, kind="stable")
     shares = np.split(numbers[order], np.searchsorted(of[order], np.arange(1, len(each))))
-    return {it: share for it, share in zip(sources, shares, strict=True) if len(share)}
+    return {source: share for source, share in zip(sources, shares, strict=True) if len(share)}
 
 
 def _at(source: Source, table: str) -> tuple[Path, str, str]:

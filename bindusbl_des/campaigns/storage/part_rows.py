@@ -147,7 +147,7 @@ def done(folder: Path, plan_sha256: str | None = None) -> Done:
         files = listed(folder)
         with told_by(folder):
             records = {part: check_part(folder, files, part, plan_sha256) for part in parts}
-        return united([it.done or _by_rows(folder, part) for part, it in records.items()])
+        return united([record.done or _by_rows(folder, part) for part, record in records.items()])
 
     return _in_peace(folder, read)
 

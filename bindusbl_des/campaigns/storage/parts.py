@@ -166,7 +166,9 @@ def _record(folder: Path, part: str, _: Stamp) -> PartRecord:
     path = record_path(folder, part)
     try:
         found = read_json(path)
-        files = {name: (str(it["sha256"]), int(it["bytes"])) for name, it in found["files"].items()}
+        files = {
+            name: (str(file["sha256"]), int(file["bytes"])) for name, file in found["files"].items()
+        }
         name, plan, replaces = found["part"], str(found["plan_sha256"]), tuple(found["replaces"])
         check_seal(found)
         done = None
@@ -191,11 +193,11 @@ def listed(folder: Path) -> Listed:
 def _listed(folder: Path) -> dict[str, os.stat_result]:
     found: dict[str, os.stat_result] = {}
     with suppress(OSError), os.scandir(folder) as entries:
-        for it in entries:
-            if it.name.startswith("part-"):
+        for entry in entries:
+            if entry.name.startswith("part-"):
                 with suppress(FileNotFoundError):  # removed meanwhile
-                    name = it.name.removeprefix("part-").rpartition(".")[0]
-                    found[name] = it.stat(follow_symlinks=False)
+                    name = entry.name.removeprefix("part-").rpartition(".")[0]
+                    found[name] = entry.stat(follow_symlinks=False)
     return found
 
 
@@ -277,7 +279,7 @@ def part_names(folder: Path) -> set[str]:
     """Return the names of all parts that have a row of missions."""
     ending = ".parquet"
     with suppress(OSError):
-        names = [it for it in os.listdir(folder / MISSIONS) if it.endswith(ending)]
+        names = [name for name in os.listdir(folder / MISSIONS) if name.endswith(ending)]
         return {name[5 : -len(ending)] for name in names if name.startswith("part-")}
     return set()
 

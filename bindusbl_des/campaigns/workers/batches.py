@@ -241,8 +241,8 @@ class Gathered:
         """Return the columns that say which mission it was, a value for each mission."""
         points = [self._points[run.mission.point] for run in ran]
         ids = [
-            mission_id(point.scenario, it.mission.seed, self._model_version)
-            for it, point in zip(ran, points, strict=True)
+            mission_id(point.scenario, run.mission.seed, self._model_version)
+            for run, point in zip(ran, points, strict=True)
         ]
         labels = {
             "mission": arrow([run.mission.number for run in ran], pa.int64()),

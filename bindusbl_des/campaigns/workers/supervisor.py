@@ -239,7 +239,7 @@ class Supervisor:
 
     def _quarantine(self, batch: Batch, number: int, text: str, trace: str) -> None:
         """Write the row of a mission that kills its worker or never ends: it failed."""
-        mission = next(it for it in batch.missions if it.number == number)
+        mission = next(mission for mission in batch.missions if mission.number == number)
         found = gathered(batch)
         found.add(Ran(mission, 0.0, error=text))
         try:

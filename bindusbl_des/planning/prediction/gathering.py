@@ -119,13 +119,15 @@ def approximations(scenario: Scenario) -> Iterator[str]:
             "All fixes are taken to be in one frame: where AUVs hear several ASVs, frames follow "
             "each other, rounds are longer, and fixes up to a sixth older."
         )
-    bursts = [it for it in map(burst_s, _channels(scenario)) if it is not None]
+    bursts = [burst for burst in map(burst_s, _channels(scenario)) if burst is not None]
     if bursts:
         yield (
             f"Losses that last {plain(max(bursts))} s are taken to come one by one: times without "
             "a fix, and errors, may be several times those predicted."
         )
-    open_ended = [it for it in _channels(scenario) if not channel_named(it).ends_at_range]
+    open_ended = [
+        channel for channel in _channels(scenario) if not channel_named(channel).ends_at_range
+    ]
     if len(set(map(scenario.survey.depth, range(scenario.auvs.count)))) > 1 and open_ended:
         yield (
             f"All AUVs are taken to be heard, and to hear, as well as the deepest, from "
@@ -291,7 +293,7 @@ def _skew(sensors: OwnSensors, assumed: tuple[float, float]) -> list[DriftSource
 SCHEDULE = ScheduleTraits(groups="first_fit")
 DOWNLINK = DownlinkTraits(waits=True)
 BROADCASTER = BroadcasterTraits("turn")
-NAVIGATOR = next(name for name, it in NAVIGATORS.items() if it.weighs)
+NAVIGATOR = next(name for name, traits in NAVIGATORS.items() if traits.weighs)
 
 
 def slots_of(scenario: Scenario) -> SlotLengths:
@@ -399,7 +401,7 @@ def _threshold(band: str, chosen: PartChoice, channel: AskedChannel | None) -> d
     """Return the key of a band's threshold and its value (dB), where it follows from the range."""
     if channel is None or not channel_named(chosen).has_levels:
         return {}
-    given, decoding = (chosen.settings.get(it) for it in ("snr_threshold_db", "decoding"))
+    given, decoding = (chosen.settings.get(name) for name in ("snr_threshold_db", "decoding"))
     if given is not None or decoding not in (None, "threshold"):
         return {}
     return {f"acoustics.{band}.channel.snr_threshold_db": round(channel.receiver.threshold_db, 6)}
@@ -417,7 +419,7 @@ def fix_noise(scenario: Scenario) -> FixNoise:
     channel = None if is_plugin(hf.channel) else hf_channel(scenario)
     rows: dict[float, Floats] = {}
     shares = 0.0, scenario.usbl.slow_share
-    whole, white = (replace(usbl_of(scenario), slow_share=it) for it in shares)
+    whole, white = (replace(usbl_of(scenario), slow_share=share) for share in shares)
     for depth in {survey.depth(auv) for auv in range(count)}:
         snr = np.full(len(away), math.nan)
         if channel is not None:
@@ -425,8 +427,8 @@ def fix_noise(scenario: Scenario) -> FixNoise:
             snr = np.ascontiguousarray(channel.prospects(asked)["snr_db"][:, 0])
         moved = _moved_m2(scenario)
         found, rest = (
-            _variances(away, depth, snr, moved, scenario.navigation.weighs, *it.packed)
-            for it in (whole, white)
+            _variances(away, depth, snr, moved, scenario.navigation.weighs, *usbl.packed)
+            for usbl in (whole, white)
         )
         level = np.maximum(found[:, 0] + found[:, 1], 1e-30)
         slow = np.clip(1.0 - (rest[:, 0] + rest[:, 1]) / level, 0.0, 1.0)

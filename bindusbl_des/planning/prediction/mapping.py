@@ -22,7 +22,7 @@ QUANTILES = (
     *(0.062706777943, 0.189118426273, 0.318639363964, 0.45376219017, 0.597760126042),
     *(0.75541502636, 0.934589291073, 1.150349380376, 1.439531470938, 1.95996398454),
 )
-TWENTIETHS = np.array([-it for it in reversed(QUANTILES)] + list(QUANTILES))
+TWENTIETHS = np.array([-number for number in reversed(QUANTILES)] + list(QUANTILES))
 
 # By so much the argument of a quotient of gamma functions is raised before it is expanded.
 RAISED = 8
@@ -146,7 +146,7 @@ def error_map(inputs: Inputs, stations: ArrayLike, places: ArrayLike) -> ErrorMa
     Rounds are as long as the fleet's on average, the AUV is the first of them, and sources of drift
     are known as well as fixes of a whole mission tell them (Kalman), or not at all (fixed gain).
     """
-    asvs, spots = (np.asarray(it, dtype=np.float64) for it in (stations, places))
+    asvs, spots = (np.asarray(given, dtype=np.float64) for given in (stations, places))
     plan = planned_rounds(inputs, seen(inputs, asvs))
     period = 1.0 / float((1.0 / plan.period_s).mean())
     noise, ways = inputs.noise, inputs.ways
@@ -262,7 +262,7 @@ def _velocities(inputs: Inputs) -> float:
     speed = float(np.sqrt((moved * moved).sum(axis=1)).sum()) / inputs.duration_s
     for source in inputs.navigator.sources:
         scale = speed if source.frame == "way" else 1.0
-        total += sum((scale * it) ** 2 for it in (*source.mean, *source.drawn_sd))
+        total += sum((scale * velocity) ** 2 for velocity in (*source.mean, *source.drawn_sd))
     return total
 
 

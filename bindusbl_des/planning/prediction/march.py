@@ -188,9 +188,9 @@ def drifts_of(inputs: Inputs) -> tuple[Drifts, DriftState]:
         sources = (*sources, DriftSource("none", (0.0, 0.0), (1.0, 1.0), assumed))
         frames.append(NOT_AT_ALL)
     rows = np.zeros((1 + 2 * ANCHORS, 2 + 2 * len(sources)))
-    rows[0, 2:] = [it for own in sources for it in own.mean]
-    drawn = np.array([it * it for own in sources for it in own.drawn_sd])
-    thought = np.array([it * it for own in sources for it in own.assumed_sd])
+    rows[0, 2:] = [mean for own in sources for mean in own.mean]
+    drawn = np.array([sd * sd for own in sources for sd in own.drawn_sd])
+    thought = np.array([sd * sd for own in sources for sd in own.assumed_sd])
     start, believed = navigator.start_sd_m**2, navigator.assumed_start_sd_m**2
     state = DriftState(
         rows,
@@ -355,7 +355,8 @@ def _backwards(inputs: Inputs, turns: Turns, fixes: Fixes) -> tuple[Inputs, Turn
         start_sd_m=ANYWHERE_M,
         assumed_start_sd_m=ANYWHERE_M,
         sources=tuple(
-            replace(it, mean=(0.0, 0.0), drawn_sd=it.assumed_sd) for it in navigator.sources
+            replace(source, mean=(0.0, 0.0), drawn_sd=source.assumed_sd)
+            for source in navigator.sources
         ),
     )
     pinged = end - turns.pinged_s[:, ::-1]

@@ -147,7 +147,7 @@ def looks(most_seeds: int, confidence: float, candidates: int, goals: int) -> tu
     outdone = risk / (len(judged) * max(candidates - 1, 1))
     few = [Look(seeds, None, _errors(seeds, missed), inf) for seeds in FEW_SEEDS]
     risks = (met, missed, outdone)
-    return (*few, *(Look(seeds, *(_errors(seeds, it) for it in risks)) for seeds in judged))
+    return (*few, *(Look(seeds, *(_errors(seeds, chance) for chance in risks)) for seeds in judged))
 
 
 @cache
@@ -209,13 +209,19 @@ class Evidence:
             CutOff: when not all of them were flown; those that were count.
         """
         seeds = self.looks[look].seeds
-        pairs = [(it, seed) for it in candidates for seed in range(self.missions(it), seeds)]
+        pairs = [
+            (candidate, seed)
+            for candidate in candidates
+            for seed in range(self.missions(candidate), seeds)
+        ]
         if not pairs:
             return
         found = np.asarray(self._sample(pairs), dtype=np.float64).reshape(-1, len(self.goals))
         whose = np.array([candidate for candidate, _ in pairs[: len(found)]])
-        for it in candidates:
-            self._values[it] = np.concatenate([self._values[it], self._signs * found[whose == it]])
+        for candidate in candidates:
+            self._values[candidate] = np.concatenate(
+                [self._values[candidate], self._signs * found[whose == candidate]]
+            )
         if len(found) < len(pairs):
             raise CutOff
 
@@ -301,12 +307,12 @@ class Group:
     def running(self) -> list[int]:
         """Return who may still be the best of those that meet the goals."""
         either = self.having("met") + self.having(None)
-        return [it for it in either if it not in self._outdone]
+        return [candidate for candidate in either if candidate not in self._outdone]
 
     @property
     def leader(self) -> int:
         """Return the best of those that are shown to meet the goals."""
-        met = [it for it in self.having("met") if it not in self._outdone]
+        met = [candidate for candidate in self.having("met") if candidate not in self._outdone]
         return min(met, key=self._evidence.mean)
 
     @property
@@ -328,12 +334,12 @@ class Group:
         look, verdicts = self._next_look, self._evidence.verdicts
         self._evidence.fly(self.running, look)
         self._next_look += 1
-        for it in self.having(None):
-            self._evidence.judge(it, look)
+        for candidate in self.having(None):
+            self._evidence.judge(candidate, look)
         if not self.meets:
             return
         leader = self.leader
-        for it in self.running:
-            if it != leader and self._evidence.outdoes(leader, it, look):
-                self._outdone.add(it)
-                verdicts[it] = verdicts[it] or "outdone"
+        for candidate in self.running:
+            if candidate != leader and self._evidence.outdoes(leader, candidate, look):
+                self._outdone.add(candidate)
+                verdicts[candidate] = verdicts[candidate] or "outdone"

@@ -171,7 +171,7 @@ def goals_in(written: object, where: str = "goal") -> tuple[Goal, ...]:
         ValueError: when one is no goal; it names the key.
     """
     if isinstance(written, list) and written:
-        return tuple(_goal(it, f"{where}[{n}]") for n, it in enumerate(written))
+        return tuple(_goal(goal, f"{where}[{n}]") for n, goal in enumerate(written))
     return (_goal(written, where),)
 
 

@@ -24,8 +24,8 @@ class Search:
         note: Callable[[Selection], None] = lambda _: None,
     ) -> None:
         self._candidates, self._evidence, self._note = candidates, evidence, note
-        by_cost = sorted(range(len(candidates)), key=lambda it: candidates[it].cost)
-        groups = groupby(by_cost, key=lambda it: candidates[it].cost)
+        by_cost = sorted(range(len(candidates)), key=lambda number: candidates[number].cost)
+        groups = groupby(by_cost, key=lambda number: candidates[number].cost)
         self._groups = [Group(evidence, list(members)) for _, members in groups]
         self._cheapest: int | None = None  # number of the group in which one meets the goals
 
@@ -62,8 +62,8 @@ class Search:
     def _predicted(self) -> int:
         """Return the number of the cheapest group in which one is predicted to meet the goals."""
         for number, group in enumerate(self._groups):
-            for it in group.members:
-                prior = self._candidates[it].prior
+            for member in group.members:
+                prior = self._candidates[member].prior
                 if prior is not None and self._evidence.keeps(prior):
                     return number
         return 0
@@ -77,8 +77,8 @@ class Search:
         best = None if self._cheapest is None else self._groups[self._cheapest]
         costlier = [] if self._cheapest is None else self._groups[self._cheapest + 1 :]
         verdicts = [
-            it or ("needs more missions" if self._evidence.missions(number) else "not flown")
-            for number, it in enumerate(self._evidence.verdicts)
+            verdict or ("needs more missions" if self._evidence.missions(number) else "not flown")
+            for number, verdict in enumerate(self._evidence.verdicts)
         ]
         for group in costlier:
             for number in group.having(None):
@@ -88,8 +88,8 @@ class Search:
         return Selection(
             None if best is None else best.leader,
             tuple(verdicts),
-            tuple(self._evidence.estimates(it) for it in numbers),
-            tuple(self._evidence.missions(it) for it in numbers),
+            tuple(self._evidence.estimates(number) for number in numbers),
+            tuple(self._evidence.missions(number) for number in numbers),
             not doubts,
             " ".join([self._found(best), *doubts]),
         )
@@ -110,7 +110,7 @@ class Search:
         if untold := sum(len(group.having(None)) for group in cheaper):
             yield f"{counted(untold, whose)} may meet the goals."
         considered = [member for group in cheaper for member in group.members]
-        if unsure := sum(self._evidence.is_cut_short[it] for it in considered):
+        if unsure := sum(self._evidence.is_cut_short[member] for member in considered):
             yield f"{counted(unsure, whose)} may meet the goals: {flown}."
         if best is None:
             return
@@ -172,8 +172,8 @@ def _check(
     if most_seeds < FEWEST_SEEDS:
         rule = f"be at least {FEWEST_SEEDS}"
         refuse("most_seeds", most_seeds, rule, "fewer seeds tell too little of their spread")
-    for number, it in enumerate(candidates):
-        if not isfinite(it.cost):
-            raise ValueError(f"candidate {number}: needs a cost; got {plain(it.cost)}")
-        if it.prior is not None and len(it.prior) != len(goals):
+    for number, candidate in enumerate(candidates):
+        if not isfinite(candidate.cost):
+            raise ValueError(f"candidate {number}: needs a cost; got {plain(candidate.cost)}")
+        if candidate.prior is not None and len(candidate.prior) != len(goals):
             raise ValueError(f"candidate {number}: needs one prediction for each goal")

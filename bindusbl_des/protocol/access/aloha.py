@@ -93,7 +93,7 @@ class Aloha:
     def due(self) -> Sending:
         """Return the AUV that pings then."""
         time, auv = self._next[0]
-        later = next(it for it in self._packets[auv] if it >= time + self._lasts)
+        later = next(instant for instant in self._packets[auv] if instant >= time + self._lasts)
         heapreplace(self._next, (later, auv))
         return Sending([auv])
 
@@ -126,7 +126,11 @@ class SlottedAloha:
         slot, auvs = self._next[0][0], []
         while self._next[0][0] == slot:
             auv = self._next[0][1]
-            later = next(it for it in map(self._slot_after, self._packets[auv]) if it > slot)
+            later = next(
+                following
+                for following in map(self._slot_after, self._packets[auv])
+                if following > slot
+            )
             heapreplace(self._next, (later, auv))
             auvs.append(auv)
         return Sending(auvs)

@@ -143,7 +143,7 @@ class Csma:
     def due(self) -> Sending:
         """Return the AUV that pings then, if it does."""
         time, auv = self._next[0]
-        self._listening.forget(min([time, *(it.counted_to_s for it in self._held.values())]))
+        self._listening.forget(min([time, *(held.counted_to_s for held in self._held.values())]))
         held = self._held.get(auv)
         if held is None:
             if not self._busy(auv, time, time):
@@ -159,7 +159,7 @@ class Csma:
     def _ping(self, auv: int, time: float, packet_at: float) -> Sending:
         self._listening.begin(auv, time)
         self._silent_from[auv] = time + self._lasts
-        later = next(it for it in self._packets[auv] if it > time)
+        later = next(instant for instant in self._packets[auv] if instant > time)
         heapreplace(self._next, (later, auv))
         return Sending([auv], time - packet_at)
 

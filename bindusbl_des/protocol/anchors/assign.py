@@ -37,7 +37,7 @@ class VesselGroups:
         if not view.is_first:
             apart = middles[:, None, :] - view.vessels[working]
             owners = least_sum((apart**2).sum(axis=-1))
-        self._of = {int(working[it]): own for it, own in zip(owners, wanted, strict=True)}
+        self._of = {int(working[owner]): own for owner, own in zip(owners, wanted, strict=True)}
         return self._of
 
 
@@ -55,11 +55,12 @@ def split(fleet: Floats, count: int) -> list[Numbers]:
     """Return AUVs (n, 2), m, in `count` groups, or n if that is less, of sizes that differ by one
     at most: neighbours along the direction in which the fleet is longest, or across it.
 
-    >>> [it.tolist() for it in split(np.array([(0.0, 0.0), (9.0, 1.0), (1.0, 2.0), (8.0, 0.0)]), 2)]
+    >>> fleet = np.array([(0.0, 0.0), (9.0, 1.0), (1.0, 2.0), (8.0, 0.0)])
+    >>> [group.tolist() for group in split(fleet, 2)]
     [[0, 2], [3, 1]]
     """
     along = lengthwise(fleet)
-    orders = [np.argsort((fleet @ it).round(9), kind="stable") for it in (along, across(along))]
+    orders = [np.argsort((fleet @ axis).round(9), kind="stable") for axis in (along, across(along))]
     tried = [np.array_split(order, min(count, len(fleet))) for order in orders]
     return min(tried, key=lambda groups: largest(fleet, groups))
 

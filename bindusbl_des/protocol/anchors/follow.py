@@ -47,7 +47,7 @@ class FollowPlacement:
         return targets
 
     def _is_better(self, places: Floats, others: Floats, fleet: Floats, reach: float) -> bool:
-        then, now = (service(fleet, it, reach) for it in (places, others))
+        then, now = (service(fleet, spots, reach) for spots in (places, others))
         return gains(now, then, self._hysteresis)
 
 

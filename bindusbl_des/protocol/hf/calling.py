@@ -161,23 +161,22 @@ def _sound(
 
 
 @compiled
-def drowned(ping: Row, it: Row, duration: float, calls: Rows) -> bool:
+def drowned(ping: Row, reception: Row, duration: float, calls: Rows) -> bool:
     """Tell whether a call overlaps a ping at its ASV, which hears nothing while it calls itself.
 
-    `it` is the reception; `calls` are all on record (:class:`Call`), in the order in which they
-    were sent.
+    `calls` are all on record (:class:`Call`), in the order in which they were sent.
     """
-    starts = it.arrived_at_s
+    starts = reception.arrived_at_s
     for number in range(ping.calls - 1, -1, -1):
         call = calls[number]
         if call.sent_at_s + call.longest_s + duration < starts:
             break
-        if call.asv == it.asv and overlap(starts, call.arrived_at_s, duration):
+        if call.asv == reception.asv and overlap(starts, call.arrived_at_s, duration):
             return True
     for number in range(ping.calls, len(calls)):
         call = calls[number]
         if call.sent_at_s > starts + duration:
             break
-        if call.asv == it.asv and overlap(starts, call.arrived_at_s, duration):
+        if call.asv == reception.asv and overlap(starts, call.arrived_at_s, duration):
             return True
     return False

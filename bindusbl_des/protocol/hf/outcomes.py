@@ -208,7 +208,10 @@ class Outcomes:
         """Have a ping measured by an instrument of somebody's own."""
         met = self._record.receptions.array[fix["first"] : fix["end"]]
         heard = met[met["outcome"] == HEARD]
-        poses = [self._asvs.vehicles[it["asv"]].at(float(it["arrived_at_s"])) for it in heard]
+        poses = [
+            self._asvs.vehicles[reception["asv"]].at(float(reception["arrived_at_s"]))
+            for reception in heard
+        ]
         ping, draw = self._record.pings.array[fix["ping"]], self._measuring.draw(int(fix["auv"]))
         note(fix, ping, *instrument.fused(sounding_of(ping, heard, np.array(poses), draw)))
 
@@ -274,29 +277,31 @@ class Outcomes:
 
         Its noise is that of the pair's next reception, after those of pings not yet decided.
         """
-        record, it = self._record, self._record.receptions.rows[row]
-        if it["outcome"] != IN_FLIGHT:
-            return int(it["outcome"]), float(it["snr_db"])
+        record, reception = self._record, self._record.receptions.rows[row]
+        if reception["outcome"] != IN_FLIGHT:
+            return int(reception["outcome"]), float(reception["snr_db"])
         luck = float(self._noise_at(row)[NOISE_WIDTH])
         if (bursts := self._uplink.bursts) is not None:
-            pair = bursts[it["auv"], it["asv"]]
-            luck = burst_luck(pair, float(it["arrived_at_s"]), float(it["loss"]))
+            pair = bursts[reception["auv"], reception["asv"]]
+            luck = burst_luck(pair, float(reception["arrived_at_s"]), float(reception["loss"]))
         outcome = foretold(
             self._decided_by.address, row, luck, record.pings.count, record.receptions.count,
             self._uplink.calls.count, *self._further_sound,
         )  # fmt: skip
-        return outcome, float(it["snr_db"]) + self.receiver.shadowing_sd_db * luck
+        return outcome, float(reception["snr_db"]) + self.receiver.shadowing_sd_db * luck
 
     def _noise_at(self, row: int) -> Floats:
         """Return the noise (columns,) that a reception which has just ended is decided with."""
         receptions = self._record.receptions.rows
-        it, pending = receptions[row], receptions[row:row]
-        if it["outcome"] == IN_FLIGHT:
+        reception, pending = receptions[row], receptions[row:row]
+        if reception["outcome"] == IN_FLIGHT:
             before = receptions[self._first_undecided() : row + 1]
-            same = (before["auv"] == it["auv"]) & (before["asv"] == it["asv"])
+            same = (before["auv"] == reception["auv"]) & (before["asv"] == reception["asv"])
             pending = before[same & (before["outcome"] == IN_FLIGHT)]
-        slow = self._measuring.slow[it["auv"], it["asv"]]
-        noise = self._measuring.noise.peek(int(it["auv"]), int(it["asv"]), len(pending) - 1)
+        slow = self._measuring.slow[reception["auv"], reception["asv"]]
+        noise = self._measuring.noise.peek(
+            int(reception["auv"]), int(reception["asv"]), len(pending) - 1
+        )
         if slow.size:
             noise, numbers = noise.copy(), slow.copy()
             for time in pending["arrived_at_s"].tolist():

@@ -82,41 +82,43 @@ def overlapped(row: int, air: Air, echoes: Rows | None) -> bool:
     over before this arrival, or sent after it.
     """
     pings, receptions = air.pings, air.receptions
-    it = receptions[row]
-    longest, others = pings[it.ping].longest_s, 0.0
+    reception = receptions[row]
+    longest, others = pings[reception.ping].longest_s, 0.0
     for other in range(row - 1, -1, -1):
         sent_at = pings[receptions[other].ping].sent_at_s
-        if sent_at + longest + air.duration < it.arrived_at_s:
+        if sent_at + longest + air.duration < reception.arrived_at_s:
             break
-        others += _interference_of(it, receptions[other], air.duration)
+        others += _interference_of(reception, receptions[other], air.duration)
         if echoes is not None:
-            others += _echoed(it, receptions[other], echoes[other], air.duration)
+            others += _echoed(reception, receptions[other], echoes[other], air.duration)
     for other in range(row + 1, len(receptions)):
-        if pings[receptions[other].ping].sent_at_s > it.arrived_at_s + air.duration:
+        if pings[receptions[other].ping].sent_at_s > reception.arrived_at_s + air.duration:
             break
-        others += _interference_of(it, receptions[other], air.duration)
+        others += _interference_of(reception, receptions[other], air.duration)
         if echoes is not None:
-            others += _echoed(it, receptions[other], echoes[other], air.duration)
-    return drowns(it.sound, others, air.capture)
+            others += _echoed(reception, receptions[other], echoes[other], air.duration)
+    return drowns(reception.sound, others, air.capture)
 
 
 @compiled
-def _interference_of(it: Row, other: Row, duration: float) -> float:
+def _interference_of(reception: Row, other: Row, duration: float) -> float:
     """Return how strong another ping is at the same ASV while this one lasts; 0 if it is not there,
     or was not sent.
     """
-    if other.asv != it.asv or not overlap(it.arrived_at_s, other.arrived_at_s, duration):
+    if other.asv != reception.asv or not overlap(
+        reception.arrived_at_s, other.arrived_at_s, duration
+    ):
         return 0.0
     return float(other.sound)
 
 
 @compiled
-def _echoed(it: Row, other: Row, echo: Row, duration: float) -> float:
+def _echoed(reception: Row, other: Row, echo: Row, duration: float) -> float:
     """Return how strong the echoes of another ping are at the same ASV while this one lasts."""
     strength = 0.0
-    if other.asv == it.asv:
+    if other.asv == reception.asv:
         for way in range(len(echo.later_s)):
-            if overlap(it.arrived_at_s, other.arrived_at_s + echo.later_s[way], duration):
+            if overlap(reception.arrived_at_s, other.arrived_at_s + echo.later_s[way], duration):
                 strength += echo.sound[way]
     return strength
 
@@ -217,56 +219,63 @@ def _decide(
     if only != NONE:
         first, end = only, only + 1
     auv = line.auv
-    for it in air.receptions[first:end]:
-        if it.outcome == IN_FLIGHT and noise.taken[auv, it.asv] == noise.blocks.shape[1]:
-            return int(it.asv), False
+    for reception in air.receptions[first:end]:
+        if (
+            reception.outcome == IN_FLIGHT
+            and noise.taken[auv, reception.asv] == noise.blocks.shape[1]
+        ):
+            return int(reception.asv), False
     hearers = 0
     for row in range(first, end):
-        it, taken_now = air.receptions[row], noise.taken_now[row - first]
-        if it.outcome != IN_FLIGHT:
+        reception, taken_now = air.receptions[row], noise.taken_now[row - first]
+        if reception.outcome != IN_FLIGHT:
             taken_now[:] = 0.0
             continue
-        luck = take_noise(it, noise, taken_now)
-        it.outcome = _outcome(row, luck, air, echoes, frames)
-        it.snr_db += air.shadowing_sd_db * luck
-        hearers += it.outcome == HEARD
+        luck = take_noise(reception, noise, taken_now)
+        reception.outcome = _outcome(row, luck, air, echoes, frames)
+        reception.snr_db += air.shadowing_sd_db * luck
+        hearers += reception.outcome == HEARD
     makes_fix = hearers > 0 and line.heard_by == 0
     line.heard_by += hearers
     return NONE, makes_fix
 
 
 @compiled
-def take_noise(it: Row, noise: PairNoise, into: Floats) -> float:
+def take_noise(reception: Row, noise: PairNoise, into: Floats) -> float:
     """Write the next noise of a reception's pair `into` a row (columns,), with what its slow errors
     add; return its luck, a standard normal.
     """
-    auv, asv = it.auv, it.asv
+    auv, asv = reception.auv, reception.asv
     into[:] = noise.blocks[noise.shelf[auv, asv], noise.taken[auv, asv]]
     noise.taken[auv, asv] += 1  # whatever comes of it: worlds that differ share their noise
     luck = float(into[NOISE_WIDTH])
-    advance(noise.slow[auv, asv], it.arrived_at_s)
+    advance(noise.slow[auv, asv], reception.arrived_at_s)
     blend(into, noise.slow[auv, asv])
     if noise.bursts.size > 0:
-        luck = burst_luck(noise.bursts[auv, asv], it.arrived_at_s, it.loss)
+        luck = burst_luck(noise.bursts[auv, asv], reception.arrived_at_s, reception.loss)
     return luck
 
 
 @compiled
 def _outcome(row: int, luck: float, air: Air, echoes: Rows | None, frames: Rows | None) -> int:
     """Return what becomes of a ping at an ASV, where it is lost by `luck`, a standard normal."""
-    it = air.receptions[row]
+    reception = air.receptions[row]
     if frames is not None:  # noqa: SIM102 (compiled: the branch is pruned)
-        if sends(it.asv, it.arrived_at_s, it.arrived_at_s + air.duration, frames):
+        if sends(
+            reception.asv, reception.arrived_at_s, reception.arrived_at_s + air.duration, frames
+        ):
             return COLLIDED
-    if overlapped(row, air, echoes) or drowned(air.pings[it.ping], it, air.duration, air.calls):
+    if overlapped(row, air, echoes) or drowned(
+        air.pings[reception.ping], reception, air.duration, air.calls
+    ):
         return COLLIDED
-    return by_luck(it, luck)
+    return by_luck(reception, luck)
 
 
 @compiled
-def by_luck(it: Row, luck: float) -> int:
+def by_luck(reception: Row, luck: float) -> int:
     """Tell whether a reception that nothing overlaps is lost, by `luck`, a standard normal."""
-    return LOST if chance_of(luck) < it.loss else HEARD
+    return LOST if chance_of(luck) < reception.loss else HEARD
 
 
 @compiled

@@ -272,7 +272,7 @@ class MfDownlink(Deliveries):
                 self._received(np.full(len(auvs), frame), auvs, time)
                 for frame in range(self._frames.count)
             ]
-            destroyed = [it[it["outcome"] == COLLIDED] for it in each]
+            destroyed = [rows[rows["outcome"] == COLLIDED] for rows in each]
             received = np.concatenate([np.empty(0, FRAME_RECEPTION), *destroyed])
         else:
             return

@@ -88,7 +88,7 @@ class Beacons:
         """Ask what becomes of the signals of a ping, but for the disc, which is compiled."""
         if self._channel is None:
             return
-        auvs, asvs = (places(it.motion, time)[:, :3] for it in (self._auvs, self._asvs))
+        auvs, asvs = (places(fleet.motion, time)[:, :3] for fleet in (self._auvs, self._asvs))
         reach = self.band.reach
         prospects = self._channel.prospects(between(time, auvs, asvs, reach, calling=True))
         self._foretell(prospects)
@@ -106,13 +106,13 @@ class Beacons:
         pings, receptions = self._record.pings, self._record.receptions
         while self._nearly_there and self._nearly_there[0][0] <= time + TOUCH:
             row = heappop(self._nearly_there)[1]
-            it = receptions.array[row]
-            ping = pings.array[it["ping"]]
+            reception = receptions.array[row]
+            ping = pings.array[reception["ping"]]
             place = ping["x_m"], ping["y_m"], ping["z_m"]
-            auv, sent_at = self._auvs.vehicles[it["auv"]], float(ping["sent_at_s"])
+            auv, sent_at = self._auvs.vehicles[reception["auv"]], float(ping["sent_at_s"])
             travel = travel_time(place, auv.at, sent_at, self.band.sound_speed)
             if self._channel is not None:
-                self._foretell(self._prospects[int(it["ping"])])
+                self._foretell(self._prospects[int(reception["ping"])])
             arrive(self._spread_in.address, row, travel)
 
 
@@ -192,10 +192,12 @@ class PassiveOutcomes:
 
     def _measure(self, instrument: OwnInstrument, fix: Row) -> None:
         """Have a ping measured by an instrument of somebody's own."""
-        it = self._record.receptions.array[fix["first"]]
-        ping, auv = self._record.pings.array[it["ping"]], int(it["auv"])
-        pose = self._auvs.vehicles[auv].at(float(it["arrived_at_s"]))
-        estimate, covariance = mirrored(instrument, ping, it, pose, self._measuring.draw(auv))
+        reception = self._record.receptions.array[fix["first"]]
+        ping, auv = self._record.pings.array[reception["ping"]], int(reception["auv"])
+        pose = self._auvs.vehicles[auv].at(float(reception["arrived_at_s"]))
+        estimate, covariance = mirrored(
+            instrument, ping, reception, pose, self._measuring.draw(auv)
+        )
         note(fix, ping, estimate, covariance)
         fix["error_m"] = hypot(estimate[0] - pose.x, estimate[1] - pose.y)
 
@@ -205,10 +207,10 @@ class PassiveOutcomes:
 
     def outcome_of(self, row: int) -> tuple[int, float]:
         """Return what has become of a ping at an AUV where it has just ended, and its SNR (dB)."""
-        it = self._record.receptions.array[row]
-        self.resolve(float(it["arrived_at_s"]) + self.band.duration)
-        it = self._record.receptions.array[row]
-        return int(it["outcome"]), float(it["snr_db"])
+        reception = self._record.receptions.array[row]
+        self.resolve(float(reception["arrived_at_s"]) + self.band.duration)
+        reception = self._record.receptions.array[row]
+        return int(reception["outcome"]), float(reception["snr_db"])
 
     def first_under_way(self, time: float) -> int:
         """Return the first reception that may not be over by an instant (s), the latest known."""

@@ -50,17 +50,17 @@ def radiate(
         in_range, strength = reaches(there, here, auv, asv, way), sound(there, here, auv, asv, way)
         if not (in_range or into.everything or strength > 0.0):
             continue
-        it = receptions[row]
-        it.ping, it.auv, it.asv = ping, auv, asv
-        it.outcome = IN_FLIGHT if in_range else OUT_OF_RANGE
-        it.sound, it.snr_db = strength, snr(auv, asv, way)
-        it.azimuth_deg = it.elevation_deg = nan  # until it is measured
-        it.body_azimuth_deg = it.body_elevation_deg = nan
+        reception = receptions[row]
+        reception.ping, reception.auv, reception.asv = ping, auv, asv
+        reception.outcome = IN_FLIGHT if in_range else OUT_OF_RANGE
+        reception.sound, reception.snr_db = strength, snr(auv, asv, way)
+        reception.azimuth_deg = reception.elevation_deg = nan  # until it is measured
+        reception.body_azimuth_deg = reception.body_elevation_deg = nan
         if foreseen:
             travel = light_time(here, auvs, auv, time, sound_speed)
         else:
             travel = NEARLY_THERE * _apart(here, there) / sound_speed
-        _meet(it, time, travel, way)
+        _meet(reception, time, travel, way)
         row += 1
         longest = max(longest, travel) if strength > 0.0 else longest
         if in_range:
@@ -77,11 +77,15 @@ def _apart(here: Place, there: Place) -> float:
 
 
 @compiled
-def _meet(it: Row, sent_at: float, travel: float, way: SignalPath) -> None:
+def _meet(reception: Row, sent_at: float, travel: float, way: SignalPath) -> None:
     """Write when a ping arrives that travels for so long (s), and how likely it is lost."""
-    it.arrived_at_s, it.travel_time_s = sent_at + travel, travel
-    it.slant_range_m = travel * way.band.sound_speed
-    it.loss = 1.0 if it.outcome == OUT_OF_RANGE else lost(it.slant_range_m, it.auv, it.asv, way)
+    reception.arrived_at_s, reception.travel_time_s = sent_at + travel, travel
+    reception.slant_range_m = travel * way.band.sound_speed
+    reception.loss = (
+        1.0
+        if reception.outcome == OUT_OF_RANGE
+        else lost(reception.slant_range_m, reception.auv, reception.asv, way)
+    )
 
 
 @compiled
@@ -90,11 +94,11 @@ def arrive(packed: int, row: int, travel: float) -> None:
     `packed` as of :func:`radiate`.
     """
     into = unpacked(packed, Spread)
-    it = into.receptions[row]
-    line = into.pings[it.ping]
-    _meet(it, line.sent_at_s, travel, into.way)
-    if it.outcome == IN_FLIGHT:
-        line.passed_at_s = max(line.passed_at_s, it.arrived_at_s + into.way.band.duration)
+    reception = into.receptions[row]
+    line = into.pings[reception.ping]
+    _meet(reception, line.sent_at_s, travel, into.way)
+    if reception.outcome == IN_FLIGHT:
+        line.passed_at_s = max(line.passed_at_s, reception.arrived_at_s + into.way.band.duration)
 
 
 class PassiveDecided(NamedTuple):
@@ -131,14 +135,14 @@ def resolve(
     noise, pings, receptions = by.noise, by.pings[:ping_count], by.receptions[:reception_count]
     drawn = noise.taken_now[0]
     for row in _ended(receptions, first, time, by.duration):
-        it = receptions[row]
-        if noise.taken[it.auv, it.asv] == noise.blocks.shape[1]:
+        reception = receptions[row]
+        if noise.taken[reception.auv, reception.asv] == noise.blocks.shape[1]:
             return fix, first, row
-        luck = take_noise(it, noise, drawn)
-        it.outcome = _outcome(row, luck, pings, receptions, by.duration, by.capture)
-        it.snr_db += by.shadowing_sd_db * luck
-        if it.outcome == HEARD:
-            pings[it.ping].heard_by += 1
+        luck = take_noise(reception, noise, drawn)
+        reception.outcome = _outcome(row, luck, pings, receptions, by.duration, by.capture)
+        reception.snr_db += by.shadowing_sd_db * luck
+        if reception.outcome == HEARD:
+            pings[reception.ping].heard_by += 1
             _make(fix, row, drawn, packed, errors)
             fix += 1
     while first < len(receptions) and receptions[first].outcome != IN_FLIGHT:
@@ -150,18 +154,18 @@ def resolve(
 def _make(fix: int, row: int, drawn: Floats, packed: int, errors: int | None) -> None:
     """Write the row of a fix that an AUV makes of a reception, by the noise `drawn` for that."""
     by = unpacked(packed, PassiveDecided)
-    it, line = by.receptions[row], by.fixes[fix]
-    ping = by.pings[it.ping]
+    reception, line = by.receptions[row], by.fixes[fix]
+    ping = by.pings[reception.ping]
     line.fix = fix
-    _begin_own(line, ping, it, row, by.duration)
+    _begin_own(line, ping, reception, row, by.duration)
     if by.instrument.array.size == 0:  # one of somebody's own measures later
         unknown_sights(by.receptions[row : row + 1])
         copy_direction(line, by.receptions[row : row + 1])
         return
     instrument = instrument_of(by.instrument)
-    x, y, z, yaw = where(by.auvs, it.auv, it.arrived_at_s)
-    drawn[GNSS_NOISE:NOISE_WIDTH] = by.gnss_noise[it.ping]  # the ASV's, for all that hear it
-    own = HeardBeacon(ping, it, (x, y, z), yaw, drawn)
+    x, y, z, yaw = where(by.auvs, reception.auv, reception.arrived_at_s)
+    drawn[GNSS_NOISE:NOISE_WIDTH] = by.gnss_noise[reception.ping]  # the ASV's, for all that hear it
+    own = HeardBeacon(ping, reception, (x, y, z), yaw, drawn)
     if errors is not None:
         packed_errors = unpacked(errors, PackedErrors)
         place, covariance, jacobian, packed_errors.left[fix] = located_astray(
@@ -183,8 +187,8 @@ def _ended(receptions: Rows, first: int, time: float, duration: float) -> Ints:
     rows = np.empty(len(receptions) - first, dtype=np.int64)
     size = 0
     for row in range(first, len(receptions)):
-        it = receptions[row]
-        if it.outcome == IN_FLIGHT and it.arrived_at_s + duration <= time:
+        reception = receptions[row]
+        if reception.outcome == IN_FLIGHT and reception.arrived_at_s + duration <= time:
             rows[size] = row
             size += 1
     ends = np.empty(size)
@@ -211,35 +215,37 @@ def _interference(row: int, pings: Rows, receptions: Rows, duration: float) -> f
     Pings are on record in the order in which they were sent, so the search ends at one that was
     over before this arrival, or sent after it.
     """
-    it = receptions[row]
-    lasts, others = PASSED * pings[it.ping].longest_s + duration, 0.0
-    for number in range(it.ping - 1, -1, -1):
-        if pings[number].sent_at_s + lasts < it.arrived_at_s:
+    reception = receptions[row]
+    lasts, others = PASSED * pings[reception.ping].longest_s + duration, 0.0
+    for number in range(reception.ping - 1, -1, -1):
+        if pings[number].sent_at_s + lasts < reception.arrived_at_s:
             break
-        its = receptions[pings[number].first : pings[number].end]
-        others += _interference_of(it, its, duration)
-    for number in range(it.ping + 1, len(pings)):
-        if pings[number].sent_at_s > it.arrived_at_s + duration:
+        arrivals = receptions[pings[number].first : pings[number].end]
+        others += _interference_of(reception, arrivals, duration)
+    for number in range(reception.ping + 1, len(pings)):
+        if pings[number].sent_at_s > reception.arrived_at_s + duration:
             break
-        its = receptions[pings[number].first : pings[number].end]
-        others += _interference_of(it, its, duration)
+        arrivals = receptions[pings[number].first : pings[number].end]
+        others += _interference_of(reception, arrivals, duration)
     return others
 
 
 @compiled
-def _interference_of(it: Row, others: Rows, duration: float) -> float:
+def _interference_of(reception: Row, others: Rows, duration: float) -> float:
     """Return how strong another ping, of these receptions, is at the same AUV while this lasts."""
     for other in others:
-        if other.auv == it.auv and overlap(it.arrived_at_s, other.arrived_at_s, duration):
+        if other.auv == reception.auv and overlap(
+            reception.arrived_at_s, other.arrived_at_s, duration
+        ):
             return float(other.sound)
     return 0.0
 
 
 @compiled
-def _begin_own(row: Row, ping: Row, it: Row, number: int, duration: float) -> None:
+def _begin_own(row: Row, ping: Row, reception: Row, number: int, duration: float) -> None:
     """Write the row of a fix that an AUV makes of a reception: it holds as the ping arrives, and is
     had as soon as that is decoded.
     """
     begin(row, ping, number)
-    row.auv, row.valid_at_s = it.auv, it.arrived_at_s
-    row.arrives_at_s = it.arrived_at_s + duration
+    row.auv, row.valid_at_s = reception.auv, reception.arrived_at_s
+    row.arrives_at_s = reception.arrived_at_s + duration

@@ -15,7 +15,7 @@ from ..scenario_keys import Problem, ScenarioKeys
 from .vehicles import no_such_asv
 
 # With these AUVs ping by their own clocks, in no slot that must hold more than a ping.
-OWN_CLOCKS = [name for name, it in RANGINGS.items() if it.own_clocks]
+OWN_CLOCKS = [name for name, traits in RANGINGS.items() if traits.own_clocks]
 
 
 def protocol_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
@@ -59,7 +59,7 @@ def _ordered(scenario: ScenarioKeys) -> Iterator[Problem]:
     protocol, others = scenario.protocol, ("protocol.schedule",)
     schedule = schedule_of(scenario)
     if schedule.calls and is_plugin(protocol.ranging):
-        known = [name for name, it in RANGINGS.items() if not it.asvs_ping]
+        known = [name for name, traits in RANGINGS.items() if not traits.asvs_ping]
         yield Problem(
             "protocol.ranging",
             f"{protocol.schedule} calls the AUVs itself, so that {protocol.ranging} has nothing to "
@@ -78,7 +78,7 @@ def _ordered(scenario: ScenarioKeys) -> Iterator[Problem]:
             others,
         )
     if downlink_of(scenario).by_group:
-        *known, last = [name for name, it in DOWNLINKS.items() if not it.by_group]
+        *known, last = [name for name, traits in DOWNLINKS.items() if not traits.by_group]
         yield Problem(
             "protocol.downlink",
             f"{protocol.schedule} packs the pings of a whole round, and {protocol.downlink} would "
@@ -88,7 +88,7 @@ def _ordered(scenario: ScenarioKeys) -> Iterator[Problem]:
 
 
 # Rounds of these downlinks begin when a frame a round ahead can say that they do.
-FORESEEN_DOWNLINKS = [name for name, it in DOWNLINKS.items() if it.is_foreseen]
+FORESEEN_DOWNLINKS = [name for name, traits in DOWNLINKS.items() if traits.is_foreseen]
 
 
 def telling_problems(scenario: ScenarioKeys) -> Iterator[Problem]:

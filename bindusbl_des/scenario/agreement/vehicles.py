@@ -194,7 +194,7 @@ def _far(positions: list[tuple[str, Position]], origin: Position) -> Iterator[Pr
 
     if not positions:
         return
-    lat, lon = zip(*(it for _, it in positions), strict=True)
+    lat, lon = zip(*(position for _, position in positions), strict=True)
     is_far = far_apart_m(lat, lon, origin) > FARTHEST
     if is_far.any():
         place, position = positions[int(is_far.argmax())]
@@ -348,5 +348,5 @@ def failures_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
 
 
 def _meet(one: Failure, other: Failure) -> bool:
-    first, second = sorted((one, other), key=lambda it: it.at_s)
+    first, second = sorted((one, other), key=lambda failure: failure.at_s)
     return first.lasts(second.at_s)

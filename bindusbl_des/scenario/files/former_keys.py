@@ -33,7 +33,7 @@ def _sections() -> dict[str, type[Section]]:
 def _moved(path: Path) -> Moved | None:
     """Return which moved key stands at a path; None where there is none."""
     section = _sections().get(str(path[0])) if len(path) == 2 else None
-    return next((it for it in section.MOVED if it.name == path[1]), None) if section else None
+    return next((move for move in section.MOVED if move.name == path[1]), None) if section else None
 
 
 def is_former(key: str) -> bool:
@@ -48,8 +48,8 @@ def key_now(key: str) -> str:
     ('navigation.filter.gain', 'navigation.filter')
     """
     section, _, name = key.partition(".")
-    it = _moved((section, name))
-    return f"{section}.{it.part}.{name}" if it else key
+    move = _moved((section, name))
+    return f"{section}.{move.part}.{name}" if move else key
 
 
 def option_now(option: str) -> str:
@@ -62,12 +62,12 @@ def path_now(data: Any, path: Path) -> Path:
     """Return where the value at a path belongs now: at the part chosen in the data of a scenario;
     the same path where that has no such setting.
     """
-    it = _moved(path)
-    section = data.get(path[0], {}) if it and isinstance(data, dict) else None
-    if it is None or not isinstance(section, dict):
+    move = _moved(path)
+    section = data.get(path[0], {}) if move and isinstance(data, dict) else None
+    if move is None or not isinstance(section, dict):
         return path
-    part = section.get(it.part, _sections()[str(path[0])].usual(it.part))
-    return (path[0], it.part, it.name) if chosen(part) == it.owner else path
+    part = section.get(move.part, _sections()[str(path[0])].usual(move.part))
+    return (path[0], move.part, move.name) if chosen(part) == move.owner else path
 
 
 def move_keys(document: Document) -> None:
@@ -76,23 +76,23 @@ def move_keys(document: Document) -> None:
     """
     for name, kind in _sections().items():
         found: list[Moved] = []
-        for it in kind.MOVED:
+        for move in kind.MOVED:
             section = document.data.get(name)
-            if isinstance(section, dict) and it.name in section:
+            if isinstance(section, dict) and move.name in section:
                 try:
-                    document.data[name] = moved(section, it, kind.usual(it.part))
+                    document.data[name] = moved(section, move, kind.usual(move.part))
                 except LookupError:
                     continue
-                found.append(it)
-        for it in found:
-            former, now = (name, it.name), (name, it.part, it.name)
+                found.append(move)
+        for move in found:
+            former, now = (name, move.name), (name, move.part, move.name)
             place = document.keys.pop(former, FilePlace(document.file))
             document.keys[now] = place
             document.values[now] = document.values.pop(former, place)
             for places in (document.keys, document.values):
-                places.setdefault((name, it.part), place)
-            written = f"{it.part}: {plain(document.data[name][it.part])}"
-            message = f"is a setting of {it.owner} now: write `{written}`; {READ_YET}"
+                places.setdefault((name, move.part), place)
+            written = f"{move.part}: {plain(document.data[name][move.part])}"
+            message = f"is a setting of {move.owner} now: write `{written}`; {READ_YET}"
             document.warnings.append(Mistake.at(place, dotted(former), message))
 
 
@@ -118,14 +118,14 @@ def _as_now(record: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
         section = record.get(name)
         if not isinstance(section, Mapping):
             continue
-        for it in kind.MOVED:
-            if it.name not in section:
+        for move in kind.MOVED:
+            if move.name not in section:
                 continue
-            usual = models[f"{name}.{it.part}"][it.owner].model_fields[it.name].default
-            rest = {key: value for key, value in section.items() if key != it.name}
+            usual = models[f"{name}.{move.part}"][move.owner].model_fields[move.name].default
+            rest = {key: value for key, value in section.items() if key != move.name}
             try:
-                own = moved(section, it, kind.usual(it.part))
+                own = moved(section, move, kind.usual(move.part))
             except LookupError:
                 own = rest
-            section = rest if section[it.name] == usual else own
+            section = rest if section[move.name] == usual else own
         yield name, dict(section)

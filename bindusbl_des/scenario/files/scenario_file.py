@@ -80,8 +80,8 @@ def load_scenario(
     """
     path = located(path, ("scenarios",)) if isinstance(path, str) else path
     document, scenario = parsed(Source.file(path, overrides), allow_plugins)
-    for it in document.warnings:
-        warnings.warn(str(it), FutureWarning, stacklevel=2)
+    for warning in document.warnings:
+        warnings.warn(str(warning), FutureWarning, stacklevel=2)
     return scenario
 
 
@@ -164,7 +164,7 @@ def parsed(source: Source, allow_plugins: bool = False) -> tuple[Document, Scena
             document.data = as_now(document.data)
         move_keys(document)
     # Those of former keys come last, once the parts are chosen whose settings they are now.
-    for option in sorted(source.overrides, key=lambda it: is_former(it.partition("=")[0])):
+    for option in sorted(source.overrides, key=lambda option: is_former(option.partition("=")[0])):
         override(document, option)
     if isinstance(document.data, dict):
         move_keys(document)
@@ -177,7 +177,9 @@ def parsed(source: Source, allow_plugins: bool = False) -> tuple[Document, Scena
         order = {printable(source.name): 0} | {
             printable(f"--set {option}"): n for n, option in options
         }
-        document.mistakes.sort(key=lambda it: (order[it.file], it.line, it.column))
+        document.mistakes.sort(
+            key=lambda mistake: (order[mistake.file], mistake.line, mistake.column)
+        )
         raise ScenarioError(dict.fromkeys(document.mistakes))  # an option may be given twice
     return document, scenario
 

@@ -17,7 +17,7 @@ from ...presets.modems import table_file
 from ..key_types import PAPER, Part, Real, Text, Whole, key
 from ..part_choice import SET, PartChoice
 
-MODEMS = [it.name for it in CATALOGUE["modem"]]
+MODEMS = [entry.name for entry in CATALOGUE["modem"]]
 
 
 def _known(name: str) -> str:

@@ -23,7 +23,7 @@ from ..shipped_settings import FixedGain
 SECONDS_PER_HOUR = 3600.0
 
 
-INERTIALS = [it.name for it in CATALOGUE["inertial"]]
+INERTIALS = [entry.name for entry in CATALOGUE["inertial"]]
 
 
 def _known(name: str) -> str:

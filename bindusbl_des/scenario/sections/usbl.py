@@ -59,8 +59,10 @@ def _is_place(value: Any) -> bool:
     return (
         isinstance(value, list | tuple)
         and len(value) == 3
-        and all(isinstance(it, int | float) and not isinstance(it, bool) for it in value)
-        and all(abs(it) <= FARTHEST_M for it in value)  # not of nan either
+        and all(
+            isinstance(number, int | float) and not isinstance(number, bool) for number in value
+        )
+        and all(abs(number) <= FARTHEST_M for number in value)  # not of nan either
     )
 
 
@@ -134,7 +136,7 @@ def spacing_m(array: Sequence[Element]) -> float:
 # With passive ranging AUVs measure with it.
 
 
-USBLS = [it.name for it in CATALOGUE["usbl"]]
+USBLS = [entry.name for entry in CATALOGUE["usbl"]]
 
 # The AHRS, of which a sheet's figures have their share already
 AHRS = ("roll_sd_deg", "pitch_sd_deg", "heading_sd_deg")
@@ -161,8 +163,8 @@ UsblName = Annotated[
 def usbl_values(name: str) -> dict[str, Any]:
     """Return what the preset of a USBL says of the keys here: those of its array, or its sheet."""
     values = preset("usbl", name).values
-    sheet = {key: it for key, it in values.items() if key in Datasheet.model_fields}
-    rest = {key: it for key, it in values.items() if key not in sheet}
+    sheet = {key: value for key, value in values.items() if key in Datasheet.model_fields}
+    rest = {key: value for key, value in values.items() if key not in sheet}
     return {**rest, "model": {"model": "datasheet", **sheet} if sheet else "array"}
 
 

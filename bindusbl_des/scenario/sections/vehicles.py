@@ -81,7 +81,9 @@ class VehicleChoice:
                 model, part=PartChoice.read({**value, "model": model}, str) if changes else None
             )
         for name, number in changes.items():
-            others = [it for it, hull in cls.MODELS.items() if name in hull.settings.model_fields]
+            others = [
+                other for other, hull in cls.MODELS.items() if name in hull.settings.model_fields
+            ]
             if others:
                 raise _mistake(
                     f"{name}: remove it, or choose {others[0]}, {model} has no such setting"

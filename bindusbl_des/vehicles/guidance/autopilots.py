@@ -143,7 +143,9 @@ def follower(model: str) -> PathFollower:
     found = AUTOPILOTS[model]
     if isinstance(found, PathFollower):
         return found
-    following = [name for name, it in AUTOPILOTS.items() if isinstance(it, PathFollower)]
+    following = [
+        name for name, autopilot in AUTOPILOTS.items() if isinstance(autopilot, PathFollower)
+    ]
     raise ValueError(
         f"{model} keeps a station and plans no turns; models that follow paths: "
         f"{', '.join(following)}"

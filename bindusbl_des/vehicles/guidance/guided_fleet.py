@@ -317,7 +317,9 @@ def _refuse_wrong_plan(model: str, plan: DeparturePlan) -> None:
     """Raise ValueError unless AUVs have paths and ASVs stations."""
     if model not in AUTOPILOTS:
         raise ValueError(f"{model} has no controller; known: {', '.join(AUTOPILOTS)}")
-    following = [name for name, it in AUTOPILOTS.items() if isinstance(it, PathFollower)]
+    following = [
+        name for name, autopilot in AUTOPILOTS.items() if isinstance(autopilot, PathFollower)
+    ]
     keeping = [name for name in AUTOPILOTS if name not in following]
     paths, stations, follows = plan.paths, plan.stations, model in following
     if (paths is not None) != follows or (stations is not None) == follows or paths == ():
