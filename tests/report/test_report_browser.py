@@ -625,6 +625,25 @@ def test_curves_name_their_ends_beside_the_plot(opened: Open, swept: Path) -> No
     assert all(beyond > 0 for _, beyond in told)
 
 
+def test_what_curves_are_is_said_whole_or_by_both_its_ends(opened: Open, swept: Path) -> None:
+    """Two names that begin alike are told apart where a phone has no room for them."""
+    labels = ["pipelined_round", "pipelined_group"]
+    said = """(() => {
+        const { plot } = bindusbl.view.plot, said = [];
+        plot.ctx.fillText = (text) => said.push(text);
+        endLabels(plot, %s);
+        return [said, labelRoom(%s, 1000), labelRoom(%s, 390)]; })()"""
+    narrow, wide_px, narrow_px = opened(swept, width=390).ask(said.replace("%s", str(labels)))
+    assert len(set(narrow)) == 2
+    assert all("…" in text for text in narrow)
+    assert narrow_px < 100 < wide_px < 250
+    fits = """(() => {
+        const { ctx } = bindusbl.view.plot.plot;
+        ctx.font = "600 11px system-ui, sans-serif";
+        return fitting(ctx, "pipelined_round", labelRoom(["pipelined_round"], 1000) - 16); })()"""
+    assert opened(swept, width=1000).ask(fits) == "pipelined_round"
+
+
 def test_curves_and_maps_of_a_sweep_are_saved(opened: Open, swept: Path) -> None:
     """An SVG of the curves has a line for each row, and names it; a CSV of the map its means."""
     it = opened(swept)

@@ -141,7 +141,7 @@ class View {
         label: this.by >= 0 ? `${this.sweep.keys[this.by].short} ${label}` : metric, stroke: seriesColour(i), dash: seriesDash(i), width: 2, spanGaps: !gaps[i].length,
         paths: sampled || key?.values === null ? () => null : undefined, points: { show: true, size: 7, fill: seriesColour(i) }, value: (u, v) => (v === null || v === undefined ? "–" : `${significant(v)} ${unit}`),
       }))],
-      padding: [null, rows.length > 1 ? 64 : null, null, null],
+      padding: [null, rows.length > 1 ? labelRoom(rows, byId("curves").clientWidth) : null, null, null],
       hooks: { draw: [(u) => errorBars(u, halves), (u) => gapMarks(u, gaps), (u) => endLabels(u, rows.length > 1 ? rows : [])] },
     });
     byId("curves").setAttribute("aria-label", `${this.sweep.title(metric)} along ${key?.key ?? "nothing"}`);
@@ -170,6 +170,16 @@ function errorBars(u, halves) {
   ctx.restore();
 }
 
+// Room (px) beside a plot so wide for what its lines are: a quarter of it at most.
+function labelRoom(rows, width) { return Math.min(24 + 7 * Math.max(...rows.map(({ length }) => length)), Math.max(width / 4, 64)); }
+
+// A label, or both ends of it where it has less room (of the canvas).
+function fitting(ctx, label, room) {
+  let text = label;
+  for (let left = label.length - 1; left > 2 && ctx.measureText(text).width > room; left--) text = `${label.slice(0, Math.ceil(left / 2))}…${label.slice(-Math.floor(left / 2))}`;
+  return text;
+}
+
 // Beside the end of each line what it is, apart from each other.
 function endLabels(u, rows) {
   const { ctx } = u, ratio = uPlot.pxRatio, high = 13 * ratio;
@@ -192,7 +202,7 @@ function endLabels(u, rows) {
     ctx.moveTo(x + 5 * ratio, y);
     ctx.lineTo(right - 2 * ratio, at);
     ctx.stroke();
-    ctx.fillText(label.length > 9 ? `${label.slice(0, 8)}…` : label, right, at);
+    ctx.fillText(fitting(ctx, label, ctx.canvas.width - right), right, at);
   }
   ctx.restore();
 }
