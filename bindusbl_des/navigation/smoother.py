@@ -182,9 +182,11 @@ class Smoother:
         slopes = np.zeros((len(rows), 2, states))
         slopes[:, 0, 0] = slopes[:, 1, 1] = 1.0
         if count := known.common.shape[2] // 4:  # expanded about what the filter has believed
-            noise, jacobians = np.column_stack((xx, yy, xy)), np.ascontiguousarray(known.common)
+            noise, jacobians = np.column_stack((xx, yy, xy)), np.array(known.common)
             at = np.column_stack((rows["x_m"], rows["y_m"]))
             believed, (errors, spread) = self._filter.estimate(auv, then), self._filter.latest(auv)
+            if self._growth.elevation:
+                self._filter.outwards(auv, rows, jacobians, then)
             places, noise, common = said_of_all(
                 np.array(rows["said_polar"]),
                 places,

@@ -32,6 +32,9 @@ from .two_way import Heard, Sighting
 MISALIGNMENT, GNSS, CALLER, SOUND_SPEED, CLOCK, SLOW_RANGE, SLOW_ASIDE = 0, 1, 3, 5, 6, 7, 8
 EFFECTS = 11
 
+# Of these, where a sheet states directions: what elevation errs by
+ELEVATION = SLOW_ASIDE + 1
+
 # Slow numbers of a pair of vehicles
 SLOW = EFFECTS - SLOW_RANGE
 
@@ -73,16 +76,10 @@ def across(seen: Sighting, ahead: Vector, instrument: Instrument) -> Floats:
 
 @compiled
 def _at_depth(ahead: Vector, below: float) -> Vector:
-    """Return an offset (3,), m, as long as that measured, to something so far (m) below.
-
-    What elevation errs by moves a fix along its way by sin(elevation): that measured errs by the
-    same number, so that the square of this would look like a range that is too long.
+    """Return the offset (3,), m, of a fix at the depth of the AUV, so far (m) below, which is
+    known: its own errs by what elevation does.
     """
-    level, square = hypot(ahead[0], ahead[1]), dot(ahead, ahead) - below**2
-    if level < AT_THE_ARRAY or square < AT_THE_ARRAY**2:
-        return ahead
-    share = sqrt(square) / level
-    return share * ahead[0], share * ahead[1], below
+    return ahead[0], ahead[1], below
 
 
 @compiled
@@ -178,6 +175,10 @@ def changes(
     J, too, would look as if it told something of clocks and sound speeds that no geometry tells.
     Of a clock that errs by as much (`clock_m`, sd) as the range is long nobody knows how fast the
     direction turns.
+
+    What a sheet's elevation errs by slowly moves a fix outwards, which near the vertical may be any
+    way.  Of it this is what it makes of a fix where outwards is x, and where it is y: who believes
+    in a place knows which way that is (`navigation.correcting`).
     """
     out, square = np.zeros((2, 4, EFFECTS)), ahead[0] ** 2 + ahead[1] ** 2
     if square < AT_THE_ARRAY**2:
@@ -234,6 +235,16 @@ def _slow_changes(
                 near[i, SLOW_RANGE] = length(ranged) * moved[i] / length(moved)
                 for k in range(SLOW_RANGE, EFFECTS):
                     out[axis, i, k] += side * near[i, k] / (2.0 * step)
+    if instrument.levels.has_sheet and not states_place(instrument.levels):
+        level = hypot(ahead[0], ahead[1])
+        x, y = ahead[0] / level, ahead[1] / level
+        out[:, :, ELEVATION] = 0.0
+        out[0, 0, ELEVATION] = out[1, 1, ELEVATION] = (
+            x * effects[0, ELEVATION] + y * effects[1, ELEVATION]
+        )
+        for i in (2, 3):
+            out[0, i, ELEVATION] = x * effects[i, ELEVATION]
+            out[1, i, ELEVATION] = y * effects[i, ELEVATION]
 
 
 @compiled

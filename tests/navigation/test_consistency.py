@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import stats
-from worlds import merged, paper_case, scenario
+from worlds import merged, paper_case, scenario, still
 
 from bindusbl_des import Scenario, load_scenario, simulate
 
@@ -108,6 +108,23 @@ def test_each_that_is_not_told_shows(untold: str) -> None:
     kind = {"velocity_bias": "wandering", "initial_position": "start"}.get(untold, untold)
     ignorant = {"filter": {"model": "kalman", "untold": [untold]}}
     assert nees(drawn(95.0, GOOD, OPTIONS[kind], ignorant), 200).max() > bounds(200)[1]
+
+
+@pytest.mark.parametrize("ranging", ["owtt_sync", pytest.param("twtt", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("filter_", ["kalman", "smoother"])
+def test_slow_elevations_are_known_near_the_vertical(filter_: str, ranging: str) -> None:
+    """An AUV 30 m below its ASV and 4 m aside: which way a slow error of the elevation moves a fix
+    depends on where the AUV is.  Taken at the fix, that errs by the same number: NEES is 14 to 163.
+    """
+    model = {"model": "datasheet", "bearing_sd_deg": 1.0, "range_sd_m": 0.1}
+    below = still(
+        1, at=4.0, duration_s=100.1, survey={"depth_m": 30.0}, protocol={"ranging": ranging},
+        usbl={"model": model, "slow_share": 0.9, "correlation_s": 60.0},
+        navigation={"filter": filter_, "velocity_bias_m_per_s": [0.0, 0.0],
+                    "velocity_bias_sd_m_per_s": 0.06},
+        record={"detail": "full", "tracks_hz": 0.05},
+    )  # fmt: skip
+    assert nees(below, 30).mean() < 5.0
 
 
 def test_settings_tune_what_the_filter_believes() -> None:
