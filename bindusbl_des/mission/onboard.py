@@ -140,8 +140,8 @@ def _elevation(scenario: Scenario, states: int) -> int:
     """Return the first state of what elevations err by slowly, by a data sheet that states angles;
     slow errors are the last of the states.  0: there are none.
     """
-    sheet, is_told = sheet_of(scenario), any(it.name == "slow" for it in estimated_kinds(scenario))
-    if not is_told or sheet is None or sheet.bearing_sd == 0.0:
+    sheet, known = sheet_of(scenario), {kind.name for kind in estimated_kinds(scenario)}
+    if "slow" not in known or sheet is None or sheet.bearing_sd == 0.0:
         return 0
     return states - SLOW_NUMBERS * scenario.asvs.count + ELEVATION - SLOW_RANGE
 

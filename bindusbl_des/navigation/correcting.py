@@ -264,12 +264,12 @@ def _outwards(
     out, unsure = jacobians.copy(), belief.covariance[0, 0] + belief.covariance[1, 1]
     count, noise = by.scratch.common.shape[1], np.zeros((2, 2))
     for row in range(fix.first, fix.end):
-        it = by.receptions[row]
-        if it.outcome != HEARD:
+        reception = by.receptions[row]
+        if reception.outcome != HEARD:
             continue
-        state = by.growth.elevation + SLOW_NUMBERS * it.asv
+        state = by.growth.elevation + SLOW_NUMBERS * reception.asv
         k = state - belief.state.size + count
-        x, y = place[0] - it.from_x_m, place[1] - it.from_y_m
+        x, y = place[0] - reception.from_x_m, place[1] - reception.from_y_m
         square = x * x + y * y + unsure + EXACT
         length = sqrt(square)
         error = belief.state[state] ** 2 + belief.covariance[state, state]

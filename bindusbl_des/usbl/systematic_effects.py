@@ -70,21 +70,14 @@ def across(seen: Sighting, ahead: Vector, instrument: Instrument) -> Floats:
     for axis in range(3):
         effects[axis, SOUND_SPEED] = moved[axis]
     if instrument.levels.slow_share > 0.0:
-        _slow_aside(effects, _at_depth(ahead, seen.below), seen, instrument)
+        _slow_aside(effects, (ahead[0], ahead[1], seen.below), seen, instrument)
     return effects
 
 
 @compiled
-def _at_depth(ahead: Vector, below: float) -> Vector:
-    """Return the offset (3,), m, of a fix at the depth of the AUV, so far (m) below, which is
-    known: its own errs by what elevation does.
-    """
-    return ahead[0], ahead[1], below
-
-
-@compiled
 def _slow_aside(effects: Floats, ahead: Vector, seen: Sighting, instrument: Instrument) -> None:
-    """Write to effects (4, EFFECTS) what slow errors of a direction make of an offset (3,), m.
+    """Write to effects (4, EFFECTS) what slow errors of a direction make of an offset (3,), m, at
+    the depth of the AUV: it is known, that of a fix errs by what elevation does.
 
     An array has them in its frame: of the sums X^T n of its elements' errors, whose covariance is
     M = L L^T, L (3, 3) triangular, one for each column of L.  A data sheet has bearing and
@@ -224,7 +217,7 @@ def _slow_changes(
     out: Floats, effects: Floats, ahead: Vector, seen: Sighting, instrument: Instrument
 ) -> None:
     """Write how effects of slow errors change, by those of offsets a little to either side."""
-    step, ahead = 1e-3 * length(ahead), _at_depth(ahead, seen.below)
+    step, ahead = 1e-3 * length(ahead), (ahead[0], ahead[1], seen.below)
     ranged = effects[0, SLOW_RANGE], effects[1, SLOW_RANGE], effects[2, SLOW_RANGE]
     near = np.zeros((4, EFFECTS))
     for axis in range(2):

@@ -19,8 +19,8 @@ from .vehicle import Vehicle
 CELL = 1 / 8
 MOST_CELLS, MOST_PLACES = 250_000, 250_000
 
-# Ways are taken for straight between places so many cells apart.
-STEP = 2.0
+# Ways are taken for straight between places so many cells apart, or so close in time (s).
+STEP, SHORTEST_S = 2.0, 1e-3
 
 # By this share of half a swath two of them that touch may part by rounding.
 TOUCHING = 1e-9
@@ -65,18 +65,24 @@ def sweep(
     turn = _axes(area)  # columns: along the cells' axes
     corners = np.asarray(area.outline) @ turn
     (x_min, y_min), (x_max, y_max) = corners.min(axis=0), corners.max(axis=0)
-    ways = [vehicle.distance(until) for vehicle in vehicles]
+    ways = sum(vehicle.distance(until) for vehicle in vehicles)
     cell = max(
         CELL * swath,
         math.sqrt((x_max - x_min) * (y_max - y_min) / MOST_CELLS),
-        sum(ways) / STEP / MOST_PLACES,
+        ways / STEP / MOST_PLACES,
     )
     if cell > COARSEST * swath:
         return None
-    x, y = (np.arange(low + cell / 2, high, cell) for low, high in ((x_min, x_max), (y_min, y_max)))
-    times, ends, begins, who = _passed(
-        vehicles, [math.ceil(way / cell / STEP) + 1 for way in ways], until, depths
+    # what is thinner than half a cell has one row of them along its middle
+    x_min, y_min = (
+        low if high - low > cell / 2 else (low + high - cell) / 2
+        for low, high in ((x_min, x_max), (y_min, y_max))
     )
+    x, y = (
+        np.arange(low + cell / 2, max(high, low + cell), cell)
+        for low, high in ((x_min, x_max), (y_min, y_max))
+    )
+    times, ends, begins, who = _passed(vehicles, STEP * cell, until, depths)
     ends, begins = ends @ turn, begins @ turn
     first = np.full(len(x) * len(y), len(times))  # of all stretches, the first near each cell
     reach = math.ceil(swath / 2 / cell + STEP)
@@ -118,18 +124,32 @@ def _axes(area: Area) -> Floats:
     return np.array([[along[0], -along[1]], [along[1], along[0]]])
 
 
+def _sampled(vehicle: Vehicle, step: float, until: float) -> tuple[Floats, Floats]:
+    """Return instants (n,), s, up to one between which a vehicle goes a `step` (m) at most, and its
+    places then (n, 3), m; whatever its speed, but for jumps.
+    """
+    times = np.linspace(0.0, until, math.ceil(vehicle.distance(until) / step) + 1)
+    while True:
+        places = vehicle.sample(times)[:, :3]
+        gone, took = np.hypot(*np.diff(places[:, :2], axis=0).T), np.diff(times)
+        pieces = np.where(took > SHORTEST_S, np.ceil(gone / step * (1.0 - TOUCHING)), 1.0)
+        pieces = np.maximum(pieces, 1.0).astype(np.int64)
+        if (pieces == 1).all():
+            return times, places
+        behind = np.arange(pieces.sum()) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+        start = np.repeat(times[:-1], pieces) + behind * np.repeat(took / pieces, pieces)
+        times = np.append(start, until)
+
+
 def _passed(
-    vehicles: Sequence[Vehicle],
-    counts: Sequence[int],
-    until: float,
-    depths: Sequence[float] | None,
+    vehicles: Sequence[Vehicle], step: float, until: float, depths: Sequence[float] | None
 ) -> tuple[Floats, Floats, Floats, NDArray[np.int64]]:
     """Return instants (n,), s, in their order, at which a vehicle has gone to a place (n, 2), m,
-    from the one before (n, 2), m, and which one it is.  The first place, and that at which it is
-    down again, is gone to from itself.
+    from the one before (n, 2), m, a `step` (m) away at most, and which one it is.  The first place,
+    and that at which it is down again, is gone to from itself.
     """
-    times = [np.linspace(0.0, until, count) for count in counts]
-    places = [vehicle.sample(at)[:, :3] for vehicle, at in zip(vehicles, times, strict=True)]
+    sampled = [_sampled(vehicle, step, until) for vehicle in vehicles]
+    times, places = [at for at, _ in sampled], [way for _, way in sampled]
     before = [np.concatenate((way[:1], way[:-1])) for way in places]
     if depths is not None:
         deep = [way[:, 2] > depth - LEVEL_M for way, depth in zip(places, depths, strict=True)]

@@ -59,6 +59,23 @@ def test_what_is_swept_is_the_way_with_its_surroundings(
     assert found.area(np.array([60.0]))[0] == pytest.approx(around.area, abs=edge / 2 + 20.0)
 
 
+def test_who_waits_has_swept_all_that_lies_behind() -> None:
+    """A lane of 100 m in 50 s is swept as well if the vehicle then lies still for hours."""
+    lane = kinematic(Path(Pose(-50.0, 0.0, 0.0), (Segment(0.0, 100.0),)), 2.0, 5.0)
+    soon, late = (sweep(rectangle(100.0, 40.0), [lane], 10.0, until) for until in (50.0, 2e4))
+    assert soon is not None
+    assert late is not None
+    assert late.area(np.array([60.0]))[0] == pytest.approx(soon.area(np.array([50.0]))[0], abs=2.0)
+
+
+@pytest.mark.parametrize("wide", [0.2, 0.6, 3.0])
+def test_a_strip_thinner_than_its_cells_is_swept(wide: float) -> None:
+    lane = kinematic(Path(Pose(-150.0, 0.0, 0.0), (Segment(0.0, 300.0),)), 1.0, 5.0)
+    found = sweep(rectangle(300.0, wide), [lane], 10.0, 150.0)
+    assert found is not None
+    assert found.area(np.array([150.0]))[0] == pytest.approx(155.0 * wide, rel=0.02)
+
+
 def test_too_much_is_not_told() -> None:
     """A swath far narrower than what a grid can tell says nothing rather than something wrong."""
     lies = moored(Place(0.0, 0.0, 5.0, 0.0))
