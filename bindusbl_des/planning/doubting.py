@@ -125,7 +125,7 @@ class Doubted:
     """What became of the goals in it: an estimate each, and whether they are still met.
 
     `as_planned` are the estimates without the condition, over the same seeds, and `planned_met`
-    whether their means keep the goals.  `met` is None where neither is certain.
+    whether the goals are met so, which they are by the answer.  None where neither is certain.
     """
 
     doubt: Doubt
@@ -133,7 +133,7 @@ class Doubted:
     estimates: tuple[Estimate, ...]
     as_planned: tuple[Estimate, ...]
     met: bool | None
-    planned_met: bool
+    planned_met: bool | None = True
 
     def record(self) -> dict[str, Any]:
         """Return it as plain data."""
@@ -310,10 +310,18 @@ def doubted(
         if len(seeds) and len(as_planned) == len(seeds):
             estimates = evidence.estimates(number), tuple(map(estimated, as_planned.T))
             met = is_met.get(evidence.verdicts[number] or "")
-            means = [estimate.mean for estimate in estimates[1]]
-            kept = all(excess(*pair) <= 0.0 for pair in zip(goals, means, strict=True))
+            kept = True if conditions[number].without is None else _surely_met(goals, estimates[1])
             found.append(Doubted(conditions[number], len(seeds), *estimates, met, kept))
     return found
+
+
+def _surely_met(goals: Sequence[Goal], estimates: Sequence[Estimate]) -> bool | None:
+    """Tell whether goals are met wherever in their intervals means lie; None where it depends."""
+    pairs = zip(goals, estimates, strict=True)
+    ends = [[excess(goal, end) for end in (mean.low, mean.high)] for goal, mean in pairs]
+    if any(min(both) > 0.0 for both in ends):
+        return False
+    return True if all(max(both) <= 0.0 for both in ends) else None
 
 
 def plainly(estimates: Sequence[Estimate]) -> dict[str, list[float | None]]:

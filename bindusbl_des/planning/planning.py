@@ -22,7 +22,7 @@ What is found lies in a folder: `plan.json`, `best.yaml` (a scenario that meets 
   predicted to be were that twice as good,
 * ``sensitivity``: ``[{told, keys, missions, mean, low, high, met, as_planned}]``, the team in worse
   conditions, and `as_planned`, ``{mean, low, high, met}``, in the same missions without
-  them, `met` where the means keep the goals,
+  them, `met` where they are met then,
 * ``prediction_error``: ``{metric: {median, p90}}``, relative, of the prediction beside simulation.
 
 Any number that is not known is null.
