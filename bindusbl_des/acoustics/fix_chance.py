@@ -10,7 +10,7 @@ from ..core.arrays import Floats, Ints
 from ..core.plugins import is_plugin
 from ..scenario.declared import BroadcasterTraits, channel_named
 from ..scenario.destinations import horizontal_reach
-from ..scenario.families import broadcaster_of, schedule_of
+from ..scenario.families import broadcaster_of, downlink_of, schedule_of
 from ..scenario.scenario import Scenario
 from ..scenario.site import area_of
 from .channel import AskedChannel, between
@@ -101,8 +101,11 @@ def made_and_delivered(
         by_all = np.take_along_axis(delivered, nearest, axis=-1)[..., 0]
     elif rule.chosen_by in ("distance", "hearing"):
         located = np.maximum(made, 1e-12)[..., np.newaxis]  # who has failed is at no distance
-        shared = together and not (rule.at_once or schedule_of(scenario).framed)
-        best = senders(rule, heard, away, located, -2 if shared else None)[..., np.newaxis]
+        schedule = schedule_of(scenario)
+        own_slots = downlink_of(scenario).by_group and schedule.groups == "each"
+        alone = not together or rule.at_once or schedule.framed or own_slots
+        frame = np.arange(heard.shape[-2]) if alone else np.zeros(heard.shape[-2], dtype=np.int64)
+        best = senders(rule, heard, away, located, frame)[..., np.newaxis]
         by_all = np.take_along_axis(delivered, best, axis=-1)[..., 0]
     else:
         by_all = delivered.mean(axis=-1)
@@ -110,17 +113,16 @@ def made_and_delivered(
 
 
 def senders(
-    rule: BroadcasterTraits, heard: Floats, away: Floats, located: Floats, auvs: int | None
+    rule: BroadcasterTraits, heard: Floats, away: Floats, located: Floats, frame: Ints
 ) -> Ints:
-    """Return which ASV sends each AUV's fix, where who hears most or is nearest does.
+    """Return which ASV sends each AUV's fix (..., n), where who hears most or is nearest does.
 
     By how likely each ASV has `heard` an AUV, how far `away` it is (m), and how likely an AUV is
-    `located`, (..., m) each; the axis `auvs` is that of AUVs that share a frame, None: none do.
+    `located`, (..., n, m) each; AUVs with the same `frame` (..., n) share one.
     """
     score = -heard if rule.chosen_by == "hearing" else away if rule.at_once else located * away
-    if auvs is not None:
-        score = np.broadcast_to(score.sum(axis=auvs, keepdims=True), score.shape)
-    return np.asarray(score.argmin(axis=-1))
+    shared = (frame[..., :, np.newaxis] == frame[..., np.newaxis, :]).astype(float)
+    return np.asarray((shared @ score).argmin(axis=-1))
 
 
 def ping_chance(scenario: Scenario, slants: Floats, depth: float) -> Floats | None:

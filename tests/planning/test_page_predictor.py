@@ -29,6 +29,10 @@ VARIED: dict[str, list[str]] = {
     "two ways": ["protocol.ranging=twtt", "protocol.broadcaster=most_fixes"],
     "passive": ["protocol.ranging=passive"],
     "one tells": ["protocol.broadcaster={model: fixed, asv: 1}", "protocol.tick_rate_hz=30"],
+    "nearest tells a group": [
+        *("protocol.broadcaster=nearest", "protocol.downlink=pipelined_group"),
+        "acoustics.mf.range_m=70",
+    ],
     "nearest tells": ["protocol.broadcaster=nearest", "acoustics.mf.range_m=70"],
     "paper": ["navigation.filter=fixed_gain", "navigation.filter.delay_compensation=none"],
     "no fixes": ["navigation.filter=dead_reckoning"],

@@ -106,6 +106,36 @@ def test_errors_are_about_those_of_missions(keys: dict[str, Any], within: float)
         assert getattr(found.predicted, metric) == pytest.approx(exact, rel=own, abs=0.01)
 
 
+@pytest.mark.parametrize("broadcaster", ["nearest", "most_fixes"])
+@pytest.mark.parametrize("schedule", ["one_per_slot", "spatial_reuse"])
+def test_groups_with_a_frame_of_their_own_have_a_sender_of_their_own(
+    schedule: str, broadcaster: str
+) -> None:
+    """Over 200 m one ASV that sends for all would leave AUVs without any fix, 4 m off."""
+    found = compared(
+        {
+            "name": "wide",
+            "duration_s": 600.0,
+            "survey": {"side_m": 200.0},
+            "auvs": {"count": 6},
+            "asvs": {"count": 3},
+            "acoustics": {
+                "hf": {"range_m": 90.0},
+                "mf": {"range_m": 110.0},
+                "loss": {"law": "none"},
+            },
+            "protocol": {
+                "schedule": schedule,
+                "downlink": "pipelined_group",
+                "broadcaster": broadcaster,
+            },
+        },
+        seeds=2,
+    )
+    rates = found.simulated["fix_rate_hz"].mean(axis=0)
+    assert found.predicted.fix_rate_hz == pytest.approx(rates, rel=0.1, abs=0.02)
+
+
 def test_an_asv_more_makes_nobody_worse_served() -> None:
     inputs = inputs_of(scenario(survey={"side_m": 140.0}, auvs={"count": 6}))
     one, two = (predict(inputs, places) for places in ([[-40.0, 0.0]], [[-40.0, 0.0], [40.0, 0.0]]))
@@ -122,6 +152,9 @@ def test_what_is_missing_is_said() -> None:
     lagging = {"filter": {"model": "smoother", "lag_s": 5.0}}
     (late,) = inputs_of(scenario(navigation=lagging)).approximations
     assert late == "A smoother that waits for 5 s is taken to know all later fixes."
+    nearest = {"protocol": {"broadcaster": "nearest"}, "acoustics": {"loss": {"law": "head"}}}
+    (chosen,) = inputs_of(scenario(**nearest)).approximations
+    assert chosen.startswith("nearest is taken to choose the ASV that it chooses most often")
     channel = {"model": "disc", "burst_s": 4.0}
     told = inputs_of(scenario(acoustics={"hf": {"channel": channel}})).approximations
     assert [it for it in told if it.startswith("Losses that last 4 s are taken to come one by one")]

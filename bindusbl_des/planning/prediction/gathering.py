@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...acoustics.channel import AskedChannel, between
-from ...acoustics.fix_chance import below, frame_chance, ping_chance
+from ...acoustics.fix_chance import below, frame_chance, loses_pings, ping_chance
 from ...acoustics.loss import losses
 from ...acoustics.messages import messages_of
 from ...acoustics.named_channels import hf_channel, loss_of, mf_channel
@@ -118,6 +118,12 @@ def approximations(scenario: Scenario) -> Iterator[str]:
         yield (
             "All fixes are taken to be in one frame: where AUVs hear several ASVs, frames follow "
             "each other, rounds are longer, and fixes up to a sixth older."
+        )
+    elif broadcaster_of(scenario).chosen_by in ("hearing", "distance") and loses_pings(scenario):
+        yield (
+            f"{scenario.protocol.broadcaster} is taken to choose the ASV that it chooses most "
+            "often: where many pings are lost, who never hears that one is served better than "
+            "predicted."
         )
     bursts = [burst for burst in map(burst_s, _channels(scenario)) if burst is not None]
     if bursts:

@@ -185,7 +185,9 @@ def turns_of(inputs: Inputs, sights: ExpectedSights, plan: RoundPlan) -> Turns:
     by_group = access.downlink.by_group
     base = pinged + plan.send_s[at] if by_group else begin + plan.send_s[at]
     sender = number + slot if by_group else np.broadcast_to(number, pinged.shape)
-    hears, way = _by_sender(inputs, sights, sender, late)
+    alone = access.broadcaster.at_once or access.frame_s > 0.0
+    frame = rows if alone else plan.slot if by_group else 0
+    hears, way = _by_sender(inputs, sights, np.broadcast_to(frame, plan.slot.shape), sender, late)
     delivered = base + plan.frame_s[at] + way / c + 0.5 * _tick(inputs.slots)
     return Turns(pinged, delivered, chance * hears, late, kind, many)
 
@@ -211,9 +213,11 @@ def _tick(slots: SlotLengths) -> float:
 
 
 def _by_sender(
-    inputs: Inputs, sights: ExpectedSights, number: Ints, at: Ints
+    inputs: Inputs, sights: ExpectedSights, frame: Ints, number: Ints, at: Ints
 ) -> tuple[Floats, Floats]:
-    """Return how likely AUVs decode broadcasts of some numbers (n, r), and over which way (m)."""
+    """Return how likely AUVs decode broadcasts of some numbers (n, r), and over which way (m);
+    AUVs with the same `frame` (n, k) of a round share it.
+    """
     chosen, rows = inputs.access.broadcaster, np.arange(len(number))[:, np.newaxis]
     asvs = sights.delivered.shape[2]
     if chosen.chosen_by == "lot":
@@ -223,9 +227,11 @@ def _by_sender(
     elif chosen.chosen_by == "one":
         sender = np.full(number.shape, inputs.access.fixed_asv)
     else:
-        alone = chosen.at_once or inputs.access.frame_s > 0.0  # each AUV has a frame of its own
-        weights, auvs = located(inputs, sights), None if alone else 0
-        sender = senders(chosen, sights.heard, sights.level_m, weights, auvs)[rows, at]
+        found = located(inputs, sights)
+        heard, away, weights = (
+            np.swapaxes(them, 0, 1) for them in (sights.heard, sights.level_m, found)
+        )
+        sender = senders(chosen, heard, away, weights, frame.T).T[rows, at]
     return sights.delivered[rows, at, sender], sights.level_m[rows, at, sender]
 
 

@@ -133,7 +133,7 @@ function turnsOf(inputs, sights, found, plan) {
   const { begin, at, number } = begunRounds(plan, step, end, many), rounds = begin.length, c = slots.sound_speed_m_per_s;
   const [pinged, told, chance] = [0, 1, 2].map(() => new Float64Array(auvs * rounds)), [late, kind] = [0, 1].map(() => new Int32Array(auvs * rounds));
   const passive = access.ranging.asvs_ping, byGroup = access.downlink.by_group;
-  const tick = slots.tick_rate_hz === 0 ? 0 : 1 / slots.tick_rate_hz, senders = new Senders(inputs, sights, found);
+  const tick = slots.tick_rate_hz === 0 ? 0 : 1 / slots.tick_rate_hz, senders = new Senders(inputs, sights, found, plan);
   for (let auv = 0, i = 0; auv < auvs; auv++) for (let round = 0; round < rounds; round++, i++) {
     const k = at[round], slot = plan.slot[auv * instants + k];
     pinged[i] = begin[round] + slot * plan.pitch[k];
@@ -178,12 +178,16 @@ function answered({ auvs, instants, asvs, level, told }, plan, { at, late, chanc
 
 // Who broadcasts: how likely an AUV decodes that, and over which way (m).
 class Senders {
-  constructor(inputs, sights, found) {
+  constructor(inputs, sights, found, plan) {
     Object.assign(this, { sights, chosenBy: inputs.access.broadcaster.chosen_by, atOnce: inputs.access.broadcaster.at_once, fixed: inputs.access.fixed_asv });
     if (!["hearing", "distance"].includes(this.chosenBy)) return;
-    const { auvs, instants } = sights, fleet = Array.from({ length: auvs }, (_, auv) => auv);
-    const framed = this.atOnce || inputs.access.frame_s > 0; // a frame has the fix of one AUV, else those of all
-    this.best = Int32Array.from({ length: auvs * instants }, (_, row) => this.choose(found, row % instants, framed ? [Math.floor(row / instants)] : fleet));
+    const { auvs, instants } = sights, fleet = Array.from({ length: auvs }, (_, auv) => auv), byGroup = inputs.access.downlink.by_group;
+    const alone = this.atOnce || inputs.access.frame_s > 0; // a frame has the fix of one AUV, else those of its ping group or of all
+    const frameOf = (auv, k) => fleet.filter((other) => !byGroup || plan.slot[other * instants + k] === plan.slot[auv * instants + k]);
+    this.best = Int32Array.from({ length: auvs * instants }, (_, row) => {
+      const auv = Math.floor(row / instants), k = row % instants;
+      return this.choose(found, k, alone ? [auv] : frameOf(auv, k));
+    });
   }
   choose(found, k, auvs) {
     const { instants, asvs, heard, level } = this.sights, most = this.chosenBy === "hearing";
