@@ -160,6 +160,14 @@ def test_what_is_missing_is_said() -> None:
     assert [it for it in told if it.startswith("Losses that last 4 s are taken to come one by one")]
 
 
+def test_fixes_that_wait_for_rounds_are_not_predicted() -> None:
+    """Of three fixes a round a message holds one: errors are many times those of fixes sent at once."""
+    mf = {"payload_bytes": 24, "overfull": "oldest_first"}
+    with pytest.raises(ValueError, match=r"^acoustics.mf.overfull: fixes that wait ever longer"):
+        inputs_of(scenario(acoustics={"mf": mf}))
+    assert inputs_of(scenario(acoustics={"mf": {**mf, "payload_bytes": 80}})).duration_s > 0.0
+
+
 def test_what_would_help_leaves_clocks_as_wrong_as_they_are() -> None:
     """In metres, where ranges are doubled or slots halved by twice the speed of sound."""
     inputs = inputs_of(scenario(navigation={"clock_offset_sd_s": 0.002}))

@@ -22,6 +22,7 @@ from ...core.plugins import is_plugin, loaded
 from ...core.wording import plain
 from ...mission.build import usbl_of
 from ...mission.onboard import assumed_by
+from ...preflight.messages import messages
 from ...preflight.round_lengths import pace_of
 from ...protocol.predicted_positions import planned_vehicles
 from ...protocol.replies import reply_delay_of
@@ -70,8 +71,8 @@ def inputs_of(scenario: Scenario) -> Inputs:
     What does not depend on the placement of the ASVs is worked out once for all that differ in it.
 
     Raises:
-        ValueError: when the route cannot be flown, the file of a channel cannot be read, or AUVs
-            ping as they like, in no rounds, or come up to fix by GNSS.
+        ValueError: when the route cannot be flown, the file of a channel cannot be read, AUVs ping
+            as they like, in no rounds, or come up to fix by GNSS, or fixes wait for rounds.
     """
     if scenario.protocol.random_access:
         raise ValueError(
@@ -82,6 +83,10 @@ def inputs_of(scenario: Scenario) -> Inputs:
     if has_gnss and route.surfacing is not None:
         raise ValueError(
             "navigation.gnss_fix: what AUVs gain that come up to fix is not predicted; simulate it"
+        )
+    if waiting := next(messages(scenario), None):
+        raise ValueError(
+            f"{waiting.key}: fixes that wait ever longer are not predicted; simulate it"
         )
     return Inputs(
         float(scenario.duration_s),
