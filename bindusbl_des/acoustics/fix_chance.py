@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..core.arrays import Floats, Ints
+from ..core.arrays import Flags, Floats, Ints
 from ..core.plugins import is_plugin
 from ..scenario.declared import BroadcasterTraits, channel_named
 from ..scenario.destinations import horizontal_reach
@@ -82,12 +82,14 @@ def made_and_delivered(
     """Return how likely a ping of each AUV makes a fix, and how likely that is delivered (..., n).
 
     Each ASV decodes its pings as often as `heard` says, and it the frames of each ASV as often as
-    `delivered`, from `away` (m), all (..., n, m).  With passive ranging a ping is that of any ASV.
+    `delivered`, from `away` (m; infinite: it has failed), all (..., n, m).  With passive ranging a
+    ping is that of any ASV that works.
     `together` they are a fleet, for all of whom one ASV is chosen that sends their frame; else each
     is looked at by itself.
     """
+    works = np.isfinite(away)
     if scenario.protocol.asvs_ping:
-        return heard.mean(axis=-1), heard.mean(axis=-1)
+        return _in_turn(heard, works), _in_turn(heard, works)
     nearest = away.argmin(axis=-1)[..., np.newaxis]
     made = 1.0 - (1.0 - heard).prod(axis=-1)
     if scenario.protocol.calls:
@@ -96,7 +98,10 @@ def made_and_delivered(
         return made, made
     rule, replies = broadcaster_of(scenario), scenario.protocol.replies
     if rule.chosen_by == "one" and not replies:
-        by_all = delivered[..., scenario.protocol.broadcaster.settings.get("asv", 0)]
+        asvs, chosen = away.shape[-1], scenario.protocol.broadcaster.settings.get("asv", 0)
+        later = np.where(works, (np.arange(asvs) - chosen) % asvs, asvs)  # the next that works
+        first = later.argmin(axis=-1)[..., np.newaxis]
+        by_all = np.take_along_axis(delivered, first, axis=-1)[..., 0]
     elif replies:
         by_all = np.take_along_axis(delivered, nearest, axis=-1)[..., 0]
     elif rule.chosen_by in ("distance", "hearing"):
@@ -108,8 +113,13 @@ def made_and_delivered(
         best = senders(rule, heard, away, located, frame)[..., np.newaxis]
         by_all = np.take_along_axis(delivered, best, axis=-1)[..., 0]
     else:
-        by_all = delivered.mean(axis=-1)
+        by_all = _in_turn(delivered, works)
     return made, made * by_all
+
+
+def _in_turn(chances: Floats, works: Flags) -> Floats:
+    """Return the mean (...) of chances (..., m), 0 of who failed, over ASVs that work (..., m)."""
+    return np.asarray(chances.sum(axis=-1) / np.maximum(works.sum(axis=-1), 1))
 
 
 def senders(

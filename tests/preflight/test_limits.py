@@ -169,18 +169,24 @@ def test_frames_that_are_lost_are_counted() -> None:
     assert found.fix_chance == pytest.approx([0.5], abs=1e-3)
 
 
+FAILING = {"failures": [{"asv": 1, "at_s": 100.0}]}
+
+
 @pytest.mark.parametrize(
     "changes",
     [
         {"protocol": {"broadcaster": "most_fixes"}},
         {"protocol": {"broadcaster": "nearest"}},
         {"acoustics": {"mf": {"modem": "s2c_instant", "range_m": 600, "overfull": "oldest_first"}}},
+        {"asvs": FAILING},
+        {"asvs": FAILING, "protocol": {"ranging": "passive"}},
+        {"asvs": FAILING, "protocol": {"broadcaster": {"model": "fixed", "asv": 1}}},
     ],
-    ids=["most_fixes", "nearest", "oldest_first"],
+    ids=["most_fixes", "nearest", "oldest_first", "rotate", "passive", "fixed"],
 )
 def test_rates_are_those_of_missions(changes: dict[str, Any]) -> None:
     """One ASV sends the frame of all, by what it has measured or is near to; and fixes that find no
-    place in a frame come late or never.
+    place in a frame come late or never.  Those that work take the turn of one that has failed.
     """
     base: dict[str, Any] = {
         "duration_s": 300.0,
