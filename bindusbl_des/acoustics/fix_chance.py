@@ -250,9 +250,12 @@ def _decoded(
 
 
 def below(slants: Floats, depth: float) -> tuple[Floats, Floats]:
-    """Return places of AUVs so far (m) from an ASV, and that of the ASV."""
-    level = np.sqrt(np.maximum(slants**2 - depth**2, 0.0))
-    return np.column_stack((level, 0.0 * level, np.full(len(level), depth))), np.zeros((1, 3))
+    """Return places of AUVs so far (n,), m, from an ASV, at a depth (m) or, nearer than that, right
+    below the ASV, and the place of the ASV.
+    """
+    deep = np.minimum(depth, slants)
+    level = np.sqrt(slants**2 - deep**2)
+    return np.column_stack((level, 0.0 * level, deep)), np.zeros((1, 3))
 
 
 def _apart(auvs: Floats, asvs: Floats, axes: int = 3) -> Floats:

@@ -139,13 +139,19 @@ def _chances(
     scenario: Scenario, slant: Floats, in_range: Flags, works: Flags, channel: str,
     chance: Callable[[Scenario, Floats, float], Floats | None],
 ) -> Floats:  # fmt: skip
-    """Return how likely signals are decoded over slant ranges (k, n, m), m, looked up by these."""
+    """Return how likely signals are decoded over slant ranges (k, n, m), m, looked up by these, for
+    each AUV from its own depth.
+    """
     ranges = np.linspace(0.0, max(float(slant.max()), 1.0), LOOKED_UP)
-    table = chance(scenario, ranges, scenario.survey.deepest)
-    if table is None:
-        return in_range.astype(np.float64)
+    depths = np.array([scenario.survey.depth(auv) for auv in range(slant.shape[1])])
+    found = np.empty_like(slant)
+    for depth in np.unique(depths).tolist():
+        table = chance(scenario, ranges, depth)
+        if table is None:
+            return in_range.astype(np.float64)
+        found[:, depths == depth] = np.interp(slant[:, depths == depth], ranges, table)
     within = in_range if channel_named(channel).ends_at_range else works
-    return np.where(within, np.interp(slant, ranges, table), 0.0)
+    return np.where(within, found, 0.0)
 
 
 # How many ping groups there are of what is heard, by how they come about.

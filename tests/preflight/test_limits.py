@@ -169,6 +169,20 @@ def test_frames_that_are_lost_are_counted() -> None:
     assert found.fix_chance == pytest.approx([0.5], abs=1e-3)
 
 
+def test_each_auv_is_heard_from_its_own_depth(tmp_path: Path) -> None:
+    """A curve knows slant ranges alone: 50 m of one 30 m deep, 10 m of one 10 m deep."""
+    (tmp_path / "c.csv").write_text("range_m,delivery_ratio\n0,1\n100,0\n")
+    found = limits(
+        survey={"depths_m": [30.0, 10.0, 90.0]},
+        auvs={"count": 3, "route": {"kind": "hold", "positions_m": [[40, 0], [0, 0], [0, 0]]}},
+        asvs={"count": 1, "formation": {"positions_m": [[0.0, 0.0]]}},
+        acoustics={
+            "hf": {"range_m": 95, "channel": {"model": "curve", "file": str(tmp_path / "c.csv")}}
+        },
+    )
+    assert found.fix_chance == pytest.approx([0.5, 0.9, 0.1], abs=1e-3)
+
+
 FAILING = {"failures": [{"asv": 1, "at_s": 100.0}]}
 
 
