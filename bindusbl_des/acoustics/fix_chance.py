@@ -1,6 +1,8 @@
 """How likely a ping from a place makes a fix that its AUV gets: what a survey's coverage means."""
 
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -18,8 +20,9 @@ from .loss import losses
 from .messages import messages_of
 from .named_channels import hf_channel, loss_of, mf_channel
 
-# The range within which pings are heard is looked for among so many.
-LOOKED_UP = 1001
+# The range within which pings are heard is looked for among so many; where nothing ends it among
+# more, a third of a percent apart, up to so far (m).  Edges are halved in so often.
+LOOKED_UP, MANY, FARTHEST_M, HALVED = 1001, 4001, 1e6, 50
 
 # A chance of a half, but for what a threshold of SNR at the band's range is rounded by.
 HALF = 0.5 - 1e-3
@@ -169,12 +172,12 @@ def delivery(scenario: Scenario, band: str) -> tuple[float, float, float] | None
     reach = hf.range_m if band == "hf" else scenario.acoustics.mf.range_m
     if band == "hf" and channel_named(hf.channel).ends_at_range and hf.range_metric == "horizontal":
         reach = math.hypot(reach, depth)
-    ranges = np.linspace(0.0, reach, LOOKED_UP)
-    chances = (ping_chance if band == "hf" else frame_chance)(scenario, ranges, depth)
-    if chances is None:
+    ranges = np.linspace(min(depth, reach), reach, LOOKED_UP)
+    chance = partial(ping_chance if band == "hf" else frame_chance, scenario, depth=depth)
+    if (at_range := chance(ranges[-1:])) is None:
         return None
-    rings = _rings(ranges, chances)
-    return reach, float(chances[-1]), rings[0][1] if rings and rings[0][0] == 0.0 else 0.0
+    rings = _rings(ranges, chance)
+    return reach, float(at_range[0]), rings[0][1] if rings and rings[0][0] == ranges[0] else 0.0
 
 
 def loses_pings(scenario: Scenario) -> bool:
@@ -198,19 +201,31 @@ def heard_rings(scenario: Scenario) -> Rings:
     """
     hf, depth = scenario.acoustics.hf, scenario.survey.deepest
     reach = horizontal_reach(scenario)
-    farthest = max(2.0 * reach, 2.0 * area_of(scenario).across)
-    if channel_named(hf.channel).ends_at_range:
-        farthest = reach
-    level = np.linspace(0.0, farthest, LOOKED_UP)
-    chance = ping_chance(scenario, np.hypot(level, depth), depth)
-    return ((0.0, reach),) if chance is None else _rings(level, chance)
+    if is_plugin(hf.channel):
+        return ((0.0, reach),)
+    farthest = reach if channel_named(hf.channel).ends_at_range else FARTHEST_M
+    level = np.append(0.0, farthest * np.geomspace(1e-6, 1.0, MANY))
+    return _rings(level, lambda away: ping_chance(scenario, np.hypot(away, depth), depth))
 
 
-def _rings(ranges: Floats, chances: Floats) -> Rings:
-    """Return between which of rising ranges (n,), m, chances (n,) are a half or more."""
-    padded = np.concatenate(([False], chances >= HALF, [False])).astype(int)
-    begins, ends = np.flatnonzero(np.diff(padded) > 0), np.flatnonzero(np.diff(padded) < 0) - 1
-    pairs = zip(ranges[begins].tolist(), ranges[ends].tolist(), strict=True)
+def _rings(ranges: Floats, chance: Callable[[Floats], Floats | None]) -> Rings:
+    """Return between which of rising ranges (n,), m, the chance of each is a half or more.
+
+    What is narrower than they lie apart may go unseen.
+    """
+
+    def heard(away: Floats, least: float = 0.5) -> Flags:
+        return np.asarray(chance(away)) >= least
+
+    at = heard(ranges, HALF)
+    last = np.flatnonzero(at[:-1] != at[1:])
+    low, high = ranges[last], ranges[last + 1]
+    for _ in range(HALVED if len(last) else 0):
+        middle = (low + high) / 2.0
+        same = heard(middle) == at[last]
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    edges = np.concatenate((ranges[:1][at[:1]], (low + high) / 2.0, ranges[-1:][at[-1:]]))
+    pairs = edges.reshape(-1, 2).tolist()
     return tuple((begin, end) for begin, end in pairs if end > begin)
 
 

@@ -544,7 +544,7 @@ FAR = {"hf": {"range_m": 1200.0}, "mf": {"range_m": 2400.0}}
         ),
         ({"loss": {"law": "head"}}, "hf", "of them up to 282 m: .* acoustics.loss.law scaled"),
         ({"hf": {"channel": {"model": "sonar", "snr_threshold_db": 35.0}}}, "hf", "of pings"),
-        ({"hf": {"modem": "ahoi"}}, "hf", "over 1200 m 0 % .* up to 152.* make it less$"),
+        ({"hf": {"modem": "ahoi"}}, "hf", "over 1200 m 0 % .* up to 153.4 m.* make it less$"),
         (
             {"mf": {"channel": {"model": "sonar", "snr_threshold_db": 35.0}}},
             "mf",
