@@ -6,7 +6,7 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..core.arrays import Flags, Floats, Ints
 from ..core.plugins import is_plugin
@@ -24,41 +24,51 @@ from .named_channels import hf_channel, loss_of, mf_channel
 # more, a third of a percent apart, up to so far (m).  Edges are halved in so often.
 LOOKED_UP, MANY, FARTHEST_M, HALVED = 1001, 4001, 1e6, 50
 
+# Cells of which the survey reaches into less than this share are none: rounding.
+ROUNDING = 1e-9
+
 # A chance of a half, but for what a threshold of SNR at the band's range is rounded by.
 HALF = 0.5 - 1e-3
 
 
 class Grid(NamedTuple):
     """Square cells that cover a survey: their south, west, north and east (m), how many lie along
-    x, the middles (n, 3), m, of all at the survey's depth, from south to north and then from west
-    to east, and which of these lie inside (n,).
+    x, the middles (n, 3), m, of what of the survey is in each, all at its depth, from south to
+    north and then from west to east; and which share of each cell that is (n,).
     """
 
     box: tuple[float, float, float, float]
     across: int
     middles: Floats
-    inside: NDArray[np.bool_]
+    share: Floats
+
+    @property
+    def inside(self) -> Flags:
+        """Which cells have a part in the survey (n,)."""
+        return self.share > 0.0
 
 
 def survey_grid(scenario: Scenario, cells: int) -> Grid:
-    """Return so many cells over the longer side of a survey, and those that the other takes.
+    """Return so many cells over the longer side of a survey, and those that the other takes."""
+    import shapely
 
-    Where the survey is so thin that no cell's middle lies in it, all cells are taken to.
-    """
     area = area_of(scenario)
     box = area.box
     size = max(box.x_max - box.x_min, box.y_max - box.y_min) / cells
-    across = max(round((box.x_max - box.x_min) / size), 1)
-    along = max(round((box.y_max - box.y_min) / size), 1)
-    north, east = box.x_min + across * size, box.y_min + along * size
-    x, y = np.meshgrid(
-        box.x_min + size * (np.arange(across) + 0.5), box.y_min + size * (np.arange(along) + 0.5)
+    across = math.ceil((box.x_max - box.x_min) / size - ROUNDING)
+    along = math.ceil((box.y_max - box.y_min) / size - ROUNDING)
+    south, west = np.meshgrid(
+        box.x_min + size * np.arange(across), box.y_min + size * np.arange(along)
     )
-    depth = np.full(x.size, scenario.survey.deepest)
-    middles = np.column_stack((x.ravel(), y.ravel(), depth))
-    inside = area.contains(middles[:, :2])
-    inside = inside if inside.any() else np.ones(len(middles), bool)
-    return Grid((box.x_min, box.y_min, north, east), across, middles, inside)
+    squares = shapely.box(south, west, south + size, west + size).ravel()
+    parts = shapely.intersection(squares, area.shape)
+    share = shapely.area(parts) / size**2
+    middles = shapely.centroid(np.where(share > 0.0, parts, squares))
+    places = np.column_stack(
+        (shapely.get_coordinates(middles), np.full(len(share), scenario.survey.deepest))
+    )
+    north, east = box.x_min + across * size, box.y_min + along * size
+    return Grid((box.x_min, box.y_min, north, east), across, places, share)
 
 
 def fix_chance(scenario: Scenario, stations: ArrayLike, places: ArrayLike) -> Floats | None:

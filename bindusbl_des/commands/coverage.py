@@ -239,10 +239,11 @@ def _chances(scenario: "Scenario", stations: Stations) -> dict[str, Any]:
     from ..acoustics.fix_chance import fix_chance, survey_grid
 
     grid = survey_grid(scenario, CELLS)
-    found = fix_chance(scenario, stations, grid.middles[grid.inside])
+    found = fix_chance(scenario, stations, grid.middles)
     if found is None:
         return {"fix_chance_mean": None, "fix_chance_least": None}
-    return {"fix_chance_mean": float(found.mean()), "fix_chance_least": float(found.min())}
+    mean, least = (found * grid.share).sum() / grid.share.sum(), found[grid.inside].min()
+    return {"fix_chance_mean": float(mean), "fix_chance_least": float(least)}
 
 
 def _directions(scenario: "Scenario") -> dict[str, Any]:

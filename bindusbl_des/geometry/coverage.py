@@ -277,22 +277,17 @@ def is_covered(points: ArrayLike, asvs: ArrayLike, hf_range: float) -> Flags:
 
 def covered_by_rings(area: Area, asvs: ArrayLike, rings: Sequence[tuple[float, float]]) -> float:
     """Return the fraction of an area between whose distances (m) from an ASV, of pairs in `rings`,
-    it lies: exact for one circle, else by cells of a 400th of its longer side.
+    it lies: exact for one circle, else for polygons of 360 corners instead of circles.
     """
     if len(rings) == 1 and rings[0][0] == 0.0:
         return covered_area(area, asvs, rings[0][1])
-    box = area.box
-    high, wide = box.x_max - box.x_min, box.y_max - box.y_min
-    x, y = (
-        low + length * (np.arange(count) + 0.5) / count
-        for low, length, count in (
-            (box.x_min, high, max(1, round(400 * high / max(high, wide)))),
-            (box.y_min, wide, max(1, round(400 * wide / max(high, wide)))),
-        )
-    )
-    points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    inside = points[area.contains(points)]
-    return float((_heard_by(inside, asvs, rings) > 0).mean()) if len(inside) else 0.0
+    places = shapely.points(stations(asvs))
+    heard = [
+        shapely.difference(*(shapely.buffer(places, edge, quad_segs=90) for edge in (end, begin)))
+        for begin, end in rings
+    ]
+    inside = shapely.intersection(shapely.union_all(heard), area.shape)
+    return float(shapely.area(inside)) / area.square_m
 
 
 def coverage_map(

@@ -10,7 +10,7 @@ from worlds import QUIET_NAVIGATION, merged, scenario
 
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.acoustics.channel import Signals
-from bindusbl_des.acoustics.fix_chance import fix_chance, heard_rings
+from bindusbl_des.acoustics.fix_chance import fix_chance, heard_rings, survey_grid
 from bindusbl_des.geometry.coverage import coverage_map, covered_by_rings
 from bindusbl_des.scenario.destinations import asv_stations
 from bindusbl_des.scenario.site import area_of
@@ -61,6 +61,32 @@ def test_missions_make_as_many_fixes(changes: dict[str, Any]) -> None:
 def test_the_disc_without_loss_covers_or_does_not() -> None:
     """Who is in range of one ASV or more has every fix that he is in MF range to be told."""
     assert chances(world()).tolist() == [1.0, 0.5, 0.0]  # AUV1 is 65.8 m from the other ASV
+
+
+@pytest.mark.parametrize(
+    "survey",
+    [
+        {"size_m": [300.0, 0.1], "rotation_deg": 40.0},
+        {"polygon_m": [[0, 0], [300, 299], [300, 300]]},
+        {"size_m": [90.0, 130.0], "rotation_deg": 40.0},
+    ],
+    ids=["line", "sliver", "slanted"],
+)
+def test_without_loss_the_chance_is_what_is_covered(survey: dict[str, Any]) -> None:
+    """However thin the survey and however it lies: each cell counts by its part in it."""
+    places = {"count": 2, "formation": {"positions_m": [[0, 0], [60, 0]]}}
+    acoustics = {"hf": {"range_m": 90.0}, "mf": {"range_m": 400.0}}
+    of = scenario(survey=survey, auvs={"count": 1}, asvs=places, acoustics=acoustics)
+    grid, area, stations = survey_grid(of, 48), area_of(of), asv_stations(of)
+    assert (grid.share.sum() * (grid.box[2] - grid.box[0]) ** 2 / grid.across**2) == (
+        pytest.approx(area.square_m)
+    )
+    chance = fix_chance(of, stations, grid.middles)
+    assert chance is not None
+    exact = covered_by_rings(area, stations, [(0.0, 90.0)])
+    assert np.average(chance, weights=grid.share) == pytest.approx(exact, abs=0.01)
+    rings = [(0.0, 30.0), (30.0, 90.0)]
+    assert covered_by_rings(area, stations, rings) == pytest.approx(exact, abs=1e-3)
 
 
 def half(signals: Signals) -> np.ndarray:

@@ -196,6 +196,9 @@ class SeaMap {
     const [low, high] = fieldEnds(this.field, values), [tall, wide] = [(north - south) / across, (east - west) * across / values.length];
     const inside = this.mission.fields.chance;
     context.save();
+    context.beginPath();
+    for (const [x, y] of this.mission.outline) context.lineTo(...this.at(x, y));
+    context.clip();
     context.globalAlpha = 0.6;
     values.forEach((value, i) => {
       if (!Number.isFinite(inside[i])) return; // beyond the survey
