@@ -161,7 +161,7 @@ def test_what_is_missing_is_said() -> None:
 
 
 def test_fixes_that_wait_for_rounds_are_not_predicted() -> None:
-    """Of three fixes a round a message holds one: errors are many times those of fixes sent at once."""
+    """Of three fixes a round a message holds one: errors grow many times as large."""
     mf = {"payload_bytes": 24, "overfull": "oldest_first"}
     with pytest.raises(ValueError, match=r"^acoustics.mf.overfull: fixes that wait ever longer"):
         inputs_of(scenario(acoustics={"mf": mf}))
