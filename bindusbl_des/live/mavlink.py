@@ -23,7 +23,7 @@ UNDERSTOOD = {
 }
 
 MAGIC, MAGIC_1 = 0xFD, 0xFE  # MAVLink 2, and 1
-SIGNED, SIGNATURE = 0x01, 13
+HEADS = {MAGIC: 10, MAGIC_1: 6}  # bytes before the payload
 COMPONENT = 220  # MAV_COMP_ID_GPS
 
 # GPS time began, and is ahead of UTC by leap seconds (since 2017).
@@ -200,22 +200,21 @@ class MavlinkMessage(NamedTuple):
 def messages(data: bytes) -> Iterator[MavlinkMessage | None]:
     """Yield the messages in a datagram that are understood, None for one that is damaged; what is
     no message, or none of these, is passed.
+
+    Only what has the right checksum is believed to be as long as it says: a message may begin at
+    any byte of all else.
     """
-    at = 0
-    while at < len(data):
-        if data[at] not in (MAGIC, MAGIC_1):
-            at += 1
+    over = 0
+    for at, byte in enumerate(data):
+        head = HEADS.get(byte, len(data))
+        if at < over or at + head > len(data):
             continue
-        head = 10 if data[at] == MAGIC else 6
-        if at + head > len(data):
-            return
-        end = at + head + data[at + 1]
-        text = data[at : end + 2]
-        whole = end + 2 <= len(data)
-        if _number(text, head) in UNDERSTOOD:
-            yield _message(text, head) if whole else None
-        signed = head == 10 and data[at + 2] & SIGNED
-        at = end + 2 + (SIGNATURE if signed else 0) if whole else at + 1
+        if _number(data[at : at + head], head) not in UNDERSTOOD:
+            continue
+        end = at + head + data[at + 1] + 2
+        found = _message(data[at:end], head) if end <= len(data) else None
+        yield found
+        over = end if found else over
 
 
 def _number(text: bytes, head: int) -> int:

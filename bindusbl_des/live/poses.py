@@ -9,6 +9,7 @@ import math
 import socket
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from time import monotonic
 from typing import Any
 
@@ -123,11 +124,17 @@ class Received:
         """Take in a datagram."""
         is_binary = text[:1] in MAGIC  # in which a byte may look like a space
         for part in [text] if is_binary else map(bytes.strip, text.splitlines()):
-            try:
+            with self._counting():
                 for auv, said in _read(part):
-                    self._note(auv, said)
-            except Nonsense as error:
-                self.counts[str(error)] += 1
+                    with self._counting():  # what else a datagram says holds
+                        self._note(auv, said)
+
+    @contextmanager
+    def _counting(self) -> Iterator[None]:
+        try:
+            yield
+        except Nonsense as error:
+            self.counts[str(error)] += 1
 
     def _note(self, auv: int, said: Said) -> None:
         if auv not in range(len(self._said)):

@@ -93,6 +93,11 @@ def test_messages_of_an_autopilot_are_read() -> None:
         assert not any(messages(bytes(damaged)))
         for length in range(len(first)):
             assert not any(messages(first[:length]))
+            found = [it for it in messages(first[:length] + second + third) if it]
+            assert [it.number for it in found] == [ATTITUDE]
+        for junk in (b"\xfe\x03", b"\xfd\xff", b"\xfe\x1c\x00\x00\x00\x21"):
+            found = [it for it in messages(junk + first + third) if it]
+            assert [it.number for it in found] == [GLOBAL_POSITION_INT, ATTITUDE]
 
 
 def check(value: Any, schema: dict[str, Any]) -> None:

@@ -101,6 +101,17 @@ def test_nonsense_is_counted_and_the_last_good_pose_holds(
     assert why in ear.words()
 
 
+def test_what_cannot_be_leaves_the_rest_of_its_datagram(ear: Received) -> None:
+    """A foreign system, and a place that is none, before two AUVs in one datagram of MAVLink."""
+    parts = []
+    for system, lat in ((9, 543300000), (1, 1_000_000_000), (1, 543300000), (2, 543300000)):
+        writer = mavlink.MAVLink(None, srcSystem=system)
+        said = writer.global_position_int_encode(0, lat, 101800000, 0, 0, 0, 0, 0, 9000)
+        parts.append(said.pack(writer))
+    ear.take(b"".join(parts))
+    assert ear.counts == {"taken": 2, "of no AUV that there is": 1, "nowhere on Earth": 1}
+
+
 def test_no_byte_of_a_binary_telegram_is_taken_for_a_space(ear: Received) -> None:
     """Checksums end in any byte: all of 2,000 places are taken."""
     writer = mavlink.MAVLink(None, srcSystem=1)
