@@ -34,8 +34,7 @@ class SignalPair:
     `margin_s` is the least time between the end of one and the beginning of the other, `margin_m`
     how much farther the conflict graph looks than it must; either is None where it is not what
     decides.  `witnesses` yields scenarios (plain data) in which two of them overlap, the likeliest
-    first.  `lost` says in a sentence which signals were destroyed in one of these, though by no
-    other signal as a whole (echoes are none); empty where none were.
+    first.
     """
 
     kind: str
@@ -45,7 +44,6 @@ class SignalPair:
     margin_s: float | None = None
     margin_m: float | None = None
     witnesses: Callable[[], Iterator[Plan]] | None = None
-    lost: str = ""
 
     @property
     def is_safe(self) -> bool:
@@ -66,14 +64,9 @@ def by_time(
     return SignalPair(kind, what, REFUSED, why, margin_s, None, witnesses)
 
 
-def undecided(
-    kind: str,
-    what: str,
-    why: str,
-    witnesses: Callable[[], Iterator[Plan]] | None = None,
-) -> SignalPair:
-    """Return a pair that nothing here proves safe; a witness, if there is one, proves it unsafe."""
-    return SignalPair(kind, what, UNDECIDED, why, witnesses=witnesses)
+def undecided(kind: str, what: str, why: str) -> SignalPair:
+    """Return a pair that nothing here proves safe; a mission that is played may prove it unsafe."""
+    return SignalPair(kind, what, UNDECIDED, why)
 
 
 # With this chance a mission is worse than its bounds: Gaussian errors, and outliers, have none.

@@ -3,7 +3,7 @@ scenario is the one that is verified, but for where its vehicles are.
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import islice, pairwise
 from typing import Any
@@ -14,8 +14,7 @@ from ..acoustics.propagation import TOUCH
 from ..core.arrays import Floats
 from ..mission.simulation import simulate
 from ..results.result import Result
-from ..scenario.destinations import asv_stations, known_stations
-from ..scenario.families import ranging_of
+from ..scenario.destinations import known_stations
 from ..scenario.scenario import Scenario
 from ..scenario.site import area_of, assumed_sound_speed_of, sound_speed_of
 from .case import REFUSED, UNDECIDED, Case, Plan, SignalPair
@@ -130,6 +129,10 @@ def _routes(case: Case, auvs: list[Actor], duration_s: float) -> dict[str, Any]:
 
 
 Row = dict[str, Any]
+Place = tuple[float, float, float]
+
+# No ping or call is under way so long (s).
+UNDER_WAY_S = 2.0
 
 # So many scenarios are run to see two signals of a pair overlap.
 MOST_PLAYED = 50
@@ -144,7 +147,7 @@ class Signal:
     what: str
     sender: str
     sent_at_s: float
-    place_m: tuple[float, float, float]
+    place_m: Place
     begins_at_s: float
     ends_at_s: float
 
@@ -177,16 +180,25 @@ def witnessed(pair: SignalPair) -> tuple[SignalPair, Witness | None]:
 
     Without any it is not refused: its bound is exceeded, but nobody has seen it collide.
     """
+    if pair.witnesses is None:
+        return pair, None
+    found, _ = seen(pair.kind, islice(pair.witnesses(), MOST_PLAYED))
+    return replace(pair, verdict=UNDECIDED if found is None else REFUSED), found
+
+
+def seen(kind: str, plans: Iterable[Plan]) -> tuple[Witness | None, str]:
+    """Run scenarios until two signals overlap in one; return that.
+
+    Without any, tell in a sentence which signals were destroyed by something else, if any were.
+    """
     lost = ""
-    for plan in islice(pair.witnesses(), MOST_PLAYED) if pair.witnesses else ():
-        result = _run(plan)
+    for result, plan in ((_run(plan), plan) for plan in plans):
         if result is not None:
-            found = _first_overlap(pair.kind, plan, result)
+            found = _first_overlap(kind, plan, result)
             if found is not None:
-                return replace(pair, verdict=REFUSED), found
+                return found, ""
             lost = lost or ("" if result.violations is None else result.violations.text)
-    verdict = UNDECIDED if pair.witnesses else pair.verdict
-    return replace(pair, verdict=verdict, lost=lost), None
+    return None, lost
 
 
 def played(kind: str, plan: Plan, seed: int = 0) -> Witness | None:
@@ -224,8 +236,7 @@ def _overlaps(result: Result) -> Iterator[tuple[str, Signal, Signal]]:
             there.setdefault(row[protocol.listening], []).append(signal)
     for receiver, signals in there.items():
         yield from _neighbours(receiver, signals)
-    if ranging_of(result.scenario).calls:
-        yield from _calls(result, list(pings.values()), there)
+    yield from _calls(result, list(pings.values()), there)
     if "frame_receptions" in result.arrow:
         yield from _frames(result)
 
@@ -247,19 +258,22 @@ def _calls(
     result: Result, pings: list[Row], there: dict[str, list[Signal]]
 ) -> Iterator[tuple[str, Signal, Signal]]:
     """Yield calls that met another at an AUV, and answers that a call met at an ASV."""
-    places = _stations(result)
+    tracks = _tracks(result)
     called = [ping for ping in pings if ping["called_by"] is not None]
     for ping in called:
         at = (ping["x_m"], ping["y_m"], ping["z_m"])
         for other in called:
             same = math.isclose(other["called_at_s"], ping["called_at_s"])
             if ping["call"] == "collided" and same and other["called_by"] != ping["called_by"]:
-                both = (_call(sent, at, places, result.scenario) for sent in (ping, other))
+                both = (_call(sent, at, tracks, result.scenario) for sent in (ping, other))
                 yield (ping["auv"], *both)
     for asv, signals in there.items():
         for signal in signals:
+            at = _place(tracks[asv], signal.begins_at_s)
             for ping in called:
-                call = _call(ping, places[asv], places, result.scenario)
+                if abs(ping["called_at_s"] - signal.begins_at_s) > UNDER_WAY_S:
+                    continue
+                call = _call(ping, at, tracks, result.scenario)
                 if (
                     call.begins_at_s < signal.ends_at_s - TOUCH
                     and signal.begins_at_s < call.ends_at_s - TOUCH
@@ -269,21 +283,22 @@ def _calls(
 
 def _call(
     ping: Row,
-    at: tuple[float, float, float],
-    places: dict[str, tuple[float, float, float]],
+    at: Place,
+    tracks: dict[str, Floats],
     scenario: Scenario,
 ) -> Signal:
     """Return the call for a ping's AUV as it is heard at a place (m)."""
     caller, sent = ping["called_by"], ping["called_at_s"]
-    begins = sent + math.dist(places[caller], at) / sound_speed_of(scenario)
+    place = _place(tracks[caller], sent)
+    begins = sent + math.dist(place, at) / sound_speed_of(scenario)
     what = f"call (round {ping['round']}, slot {ping['slot']})"
     lasts = scenario.acoustics.hf.ping_s
-    return Signal(what, caller, sent, places[caller], begins, begins + lasts)
+    return Signal(what, caller, sent, place, begins, begins + lasts)
 
 
 def _frames(result: Result) -> Iterator[tuple[str, Signal, Signal]]:
     """Yield AUVs at which two frames of fixes met."""
-    frames, places = result.arrow["broadcasts"].to_pylist(), _stations(result)
+    frames, tracks = result.arrow["broadcasts"].to_pylist(), _tracks(result)
     there: dict[str, list[Signal]] = {}
     for row in result.arrow["frame_receptions"].to_pylist():
         if row["outcome"] == "collided":
@@ -291,14 +306,23 @@ def _frames(result: Result) -> Iterator[tuple[str, Signal, Signal]]:
             frame = frames[number]
             signal = Signal(
                 f"broadcast {number} (round {frame['round']})", frame["asv"],
-                frame["sent_at_s"], places[frame["asv"]], arrived, arrived + frame["airtime_s"],
+                frame["sent_at_s"], _place(tracks[frame["asv"]], frame["sent_at_s"]),
+                arrived, arrived + frame["airtime_s"],
             )  # fmt: skip
             there.setdefault(row["auv"], []).append(signal)
     for auv, signals in there.items():
         yield from _neighbours(auv, signals)
 
 
-def _stations(result: Result) -> dict[str, tuple[float, float, float]]:
-    """Return where the ASVs of a witness lie (m): they do not move."""
-    stations = asv_stations(result.scenario)
-    return {f"ASV{number}": (x, y, 0.0) for number, (x, y) in enumerate(stations)}
+def _tracks(result: Result) -> dict[str, Floats]:
+    """Return when (s) and where (m) each vehicle was, rows of (time, x, y, z)."""
+    table = result.arrow["tracks"]
+    rows = np.column_stack([table[name] for name in ("time_s", "x_m", "y_m", "z_m")])
+    vehicles = np.array(table["vehicle"])
+    return {str(vehicle): rows[vehicles == vehicle] for vehicle in np.unique(vehicles)}
+
+
+def _place(track: Floats, at_s: float) -> Place:
+    """Return where a vehicle was at an instant (m), straight from one of its rows to the next."""
+    x, y, z = (float(np.interp(at_s, track[:, 0], values)) for values in track.T[1:])
+    return x, y, z

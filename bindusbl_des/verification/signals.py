@@ -107,12 +107,11 @@ def out_of_hearing(case: Case) -> Iterator[Plan]:
 
 
 def groups_shown(case: Case) -> Iterator[Plan]:
-    """Yield scenarios of a schedule of which nothing is proved: AUVs on their planned ways, and two
-    that come within range of an ASV or lie at its edge, by the groups that it makes of these.
+    """Yield scenarios of what is not proved: AUVs on their planned ways, and two that come within
+    range of an ASV or lie at its edge, by the groups that the schedule makes of these.
     """
-    if case.stations is None:
-        return
     plan = case.scenario.model_dump(mode="json", exclude_unset=True)
+    plan.pop("record", None)  # which may leave out what is looked at
     plan["acoustics"] = {**plan.get("acoustics", {}), "loss": {"law": "none"}}
     if "modem" in plan["acoustics"].get("mf", {}):
         plan["acoustics"]["mf"].pop("airtimes", None)  # which the modem brings

@@ -6,8 +6,8 @@ Every kind of pair of signals that may meet at a receiver is decided by itself.
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property, partial
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from ..scenario.files.scenario_file import load_scenario
 from ..scenario.scenario import Scenario
 from .case import ACCEPTED, REFUSED, UNDECIDED, Bounds, Case, SignalPair, bounds_of, undecided
 from .frames import beacons, broadcasts, downlink_gap, fewest_slots, frame_spread, sizes
-from .playing import Witness, witnessed
+from .playing import Witness, seen, witnessed
 from .reuse import age_s, believed_off_m, bounded, margin_needed, same_slot
 from .signals import groups_shown
 from .two_way import answer_and_next_call, answers, call_and_answer, calls_of_a_slot, random_access
@@ -85,13 +85,15 @@ class Verdict:
 
     `pairs` are all kinds of pairs of signals that may meet; a `witness` shows two that overlap:
     there is one if anything is refused.  `remedy` is what would be accepted, None where all is, or
-    nothing is known that would be.
+    nothing is known that would be.  `lost` says in a sentence which signals were destroyed in a
+    mission that was played, though by no other signal as a whole (echoes are none), or is empty.
     """
 
     case: Case
     pairs: tuple[SignalPair, ...]
     witness: Witness | None
     remedy: Remedy | None
+    lost: str = ""
 
     @property
     def accepted(self) -> bool:
@@ -190,8 +192,15 @@ def verify(
     pairs = tuple(pair for pair, _ in found)
     if all(pair.is_safe for pair in pairs):
         return Verdict(case, pairs, None, None)
-    witness = next((witness for _, witness in found if witness is not None), None)
-    return Verdict(case, pairs, witness, remedy_of(case))
+    witness, lost = next((witness for _, witness in found if witness is not None), None), ""
+    if witness is None:
+        kind = next(pair.kind for pair in pairs if not pair.is_safe)
+        witness, lost = seen(kind, groups_shown(case))
+        if witness is not None:
+            pairs = tuple(
+                pair if pair.is_safe else replace(pair, verdict=REFUSED) for pair in pairs
+            )
+    return Verdict(case, pairs, witness, remedy_of(case), lost)
 
 
 def pairs_of(case: Case) -> list[SignalPair]:
@@ -214,31 +223,30 @@ def _rules(case: Case) -> tuple[Rule, ...]:
 def _unknown(case: Case) -> Iterator[SignalPair]:
     """Yield what of a protocol lies beyond what is proved here."""
     protocol, acoustics = case.scenario.protocol, case.scenario.acoustics
-    shown = partial(groups_shown, case)
     for name in (protocol.schedule, protocol.downlink, protocol.ranging):
         if is_plugin(str(name)):
             why = "who sends when only the plug-in says: nothing is proved beyond what was played"
-            yield undecided("part of one's own", str(name), why, shown)
+            yield undecided("part of one's own", str(name), why)
     if protocol.duplex != "per_band":
         why = "who sends on one band is deaf on both"
-        yield undecided("half duplex", "pings and frames", why, shown)
+        yield undecided("half duplex", "pings and frames", why)
     bands = [("pings", acoustics.hf.channel)]
     if not protocol.asvs_ping:
         bands.append(("frames", acoustics.mf.channel))
     for what, channel in bands:
         if not channel_named(channel).ends_at_range:
             why = f"with the channel {str(channel)!r} sound ends at no range"
-            yield undecided("sound without a range", what, why, shown)
+            yield undecided("sound without a range", what, why)
     known = protocol.asvs_ping or is_plugin(str(protocol.schedule)) or protocol.random_access
     if not known and not schedule_of(case.scenario).is_proved:
         why = "nothing is proved of this schedule beyond what was played"
-        yield undecided("schedule", str(protocol.schedule), why, shown)
+        yield undecided("schedule", str(protocol.schedule), why)
     if tells_slots(case.scenario) and protocol.dissemination.missed != "silent":
         why = "AUVs that received no slots ping when they reckon these to be"
-        yield undecided("disseminated slots", f"missed {protocol.dissemination.missed}", why, shown)
+        yield undecided("disseminated slots", f"missed {protocol.dissemination.missed}", why)
     elif tells_slots(case.scenario) and schedule_of(case.scenario).is_shared_and_proved:
         why = "slots are shared by where AUVs are believed to be as a frame begins, a round ahead"
-        yield undecided("disseminated slots", str(protocol.schedule), why, shown)
+        yield undecided("disseminated slots", str(protocol.schedule), why)
 
 
 def uplink_guard(case: Case, pairs: Sequence[SignalPair]) -> Guard | None:

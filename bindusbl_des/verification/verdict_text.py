@@ -24,6 +24,7 @@ def record(verdict: Verdict) -> Data:
     """Return a verdict as plain data: s, m, m/s; what does not apply or is not known is None."""
     bounds, case = verdict.bounds, verdict.case
     slowest, fastest = case.sound_speeds
+    lost = f". {verdict.lost}" if verdict.lost else ""
     return {
         "verdict": verdict.verdict,
         "accepted": verdict.accepted,
@@ -46,7 +47,7 @@ def record(verdict: Verdict) -> Data:
                 "verdict": pair.verdict,
                 "margin_s": pair.margin_s,
                 "margin_m": pair.margin_m,
-                "why": f"{pair.why}. {pair.lost}" if pair.lost else pair.why,
+                "why": pair.why if pair.is_safe else pair.why + lost,
             }
             for pair in verdict.pairs
         ],
@@ -143,9 +144,8 @@ def verdict_text(verdict: Verdict) -> str:
 
 
 def _lines(verdict: Verdict) -> Iterator[str]:
-    lost = list(dict.fromkeys(pair.lost for pair in verdict.pairs if pair.lost))
-    undecided = verdict.verdict == UNDECIDED
-    yield f"{verdict.scenario.name}: {LOSES if undecided and lost else MEANT[verdict.verdict]}"
+    meant = LOSES if verdict.lost else MEANT[verdict.verdict]
+    yield f"{verdict.scenario.name}: {meant}"
     yield _bounds(verdict)
     yield (
         f"Gaussian errors within {verdict.bounds.sigmas:.2f} standard deviations: all but "
@@ -169,8 +169,8 @@ def _lines(verdict: Verdict) -> Iterator[str]:
         yield from wrap(why, WIDTH)
     if verdict.witness is not None:
         yield from wrap(f"Witness: {_seen(verdict.witness)}.", WIDTH)
-    elif lost:
-        yield from wrap(f"In a mission of it: {lost[0]}", WIDTH)
+    elif verdict.lost:
+        yield from wrap(f"In a mission of it: {verdict.lost}", WIDTH)
     else:
         yield "No witness: no mission was seen in which two signals overlap."
     if verdict.remedy is None:

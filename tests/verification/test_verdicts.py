@@ -310,6 +310,38 @@ def test_what_is_not_proved_is_undecided(changes: dict[str, Any]) -> None:
     assert verdict.witness is None
 
 
+CROWDED: dict[str, Any] = {
+    "survey": {"side_m": 200.0}, "auvs": {"count": 6}, "asvs": {"count": 3},
+    "acoustics": {"hf": {"range_m": 90.0}, "mf": {"range_m": 110.0}},
+    "protocol": {"conflict_margin_m": 10.0},
+}  # fmt: skip
+ZIGZAG = {"asvs": {"formation": {"model": "zigzag"}}}
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"protocol": {"downlink": "direct_reply"}},
+        {"protocol": {"broadcaster": "parallel", "downlink_guard_s": 0.0}},
+        {"protocol": {"schedule": "polling"}, **ZIGZAG},
+        {"protocol": {"ranging": "twtt"}, "acoustics": {"hf": {"channel": "sonar"}}, **ZIGZAG},
+        {"protocol": {"downlink": "direct_reply"}, "record": {"detail": "summary"}},
+    ],
+    ids=["answers", "parallel", "polling by vessels", "calls by vessels", "nothing recorded"],
+)
+def test_whatever_is_undecided_its_own_mission_is_played(changes: dict[str, Any]) -> None:
+    """One in which signals overlap refuses it."""
+    verdict = judged(merged(CROWDED, changes))
+    assert verdict.verdict == "refused"
+    assert {it.verdict for it in verdict.pairs} <= {"accepted", "refused"}
+    assert verdict.witness is not None
+    assert verdict.witness.overlap_s > 0.0
+    witness = Scenario.model_validate(verdict.witness.plan)
+    broken = simulate(witness, verdict.witness.seed).violations
+    assert broken is not None
+    assert broken.first is not None
+
+
 def test_who_is_silent_without_a_slot_of_its_own_collides_with_nobody() -> None:
     """A slot for each AUV, known or not, is accepted where it is for all that know it."""
     protocol = {"knowledge": "broadcast", "schedule": "one_per_slot"}
