@@ -77,12 +77,7 @@ def limits_lines(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]
         least = ", if no two of a slot are heard" * slotted
         yield _line("  of ALOHA, at its best", f"{limits.capacity_hz:.2f} /s on average{least}")
     if limits.records_hz is not None:
-        from ..acoustics.messages import messages_of
-
-        by = f", {limits.senders} ASVs at once" if limits.senders > 1 else ""
-        most = sum(messages_of(scenario).of(scenario.auvs.count))
-        a_frame = f"{most} a frame" if limits.groups is not None else "long frames"
-        yield _line("records on the downlink", f"{limits.records_hz:.3f} /s, {a_frame}{by}")
+        yield _line("records on the downlink", f"{limits.records_hz:.3f} /s, {limits.frames}")
     if limits.latency_s is not None:
         yield _line("latency", f"{limits.latency_s:.3f} s at least, by the nearest ASV")
     yield "Fixes per AUV and second, if nothing is lost but by range:"

@@ -257,6 +257,7 @@ def rates_of(
         every = rounds.length(rounds.most, 0) / scenario.asvs.count
         return {"planned": Rates(np.asarray(delivered.mean(axis=0) / every))}
     found: dict[str, Rates] = {}
+    carried, share = _carried(rounds.slots, sights.made)
     if rounds.frame and rounds.are_known:
         in_turn = np.full(len(heard), scenario.auvs.count * rounds.period(1, 1))
         found["planned"] = _shared(delivered, in_turn)
@@ -269,25 +270,23 @@ def rates_of(
             if downlink in DOWNLINKS:
                 name = "planned" if downlink == protocol.downlink else downlink
                 alone = protocol.replies or DOWNLINKS[downlink].by_group
-                told = delivered if alone else _carried(rounds.slots, sights.made, delivered)
+                told = delivered if alone else delivered * share
                 found[name] = _shared(told, _lengths(downlink, rounds, groups, sights.made))
     if records_hz is not None:
-        frames, told = _airtimes(rounds.slots, sights.made, senders), sights.at_best
+        frames, told = _airtimes(rounds.slots, carried, senders), sights.at_best * share
         if scenario.protocol.random_access or protocol.replies:  # whatever waits, or one fix each
-            frames = np.maximum(sights.made.sum(axis=1), 1.0) / records_hz
-        else:
-            told = _carried(rounds.slots, sights.made, told)
+            frames, told = np.maximum(sights.made.sum(axis=1), 1.0) / records_hz, sights.at_best
         found["back_to_back"] = _shared(told, frames)
     return found
 
 
-def _carried(slots: Slots, made: Floats, delivered: Floats) -> Floats:
-    """Return what is delivered (k, n) of the fixes that are made (k, n): where a broadcast holds
-    fewer than that, and is not split, others never get a place.
+def _carried(slots: Slots, made: Floats) -> tuple[Ints, Floats]:
+    """Return how many of the fixes that are made (k, n) a broadcast carries (k,), whoever share it,
+    and which share of them that is (k, 1): if it is not split, others never get a place.
     """
     fixes = np.maximum(np.rint(made.sum(axis=1)).astype(np.int64), 1)
-    share = np.array([sum(slots.messages.of(count)) / count for count in fixes.tolist()])
-    return np.asarray(delivered * share[:, np.newaxis])
+    carried = np.array([sum(slots.messages.of(count)) for count in fixes.tolist()])
+    return carried, (carried / fixes)[:, np.newaxis]
 
 
 def _shared(delivered: Floats, lengths: Floats) -> Rates:
@@ -307,13 +306,10 @@ def _lengths(downlink: str, rounds: Rounds, groups: Ints, made: Floats) -> Float
     return np.array([length(*counts) for counts in zip(groups.tolist(), fixes, strict=True)])
 
 
-def _airtimes(slots: Slots, made: Floats, senders: int) -> Floats:
-    """Return how long (s) frames with all fixes (k, n) are at each instant (k,), if so many ASVs
-    share them evenly.
-    """
+def _airtimes(slots: Slots, fixes: Ints, senders: int) -> Floats:
+    """Return how long (s) frames of so many fixes (k,) are, if so many ASVs share them evenly."""
     airtime = cache(slots.airtime)
-    fixes = np.maximum(np.ceil(np.rint(made.sum(axis=1)) / senders), 1.0).astype(np.int64)
-    return np.array([airtime(count) for count in fixes.tolist()])
+    return np.array([airtime(count) for count in (-(-fixes // senders)).tolist()])
 
 
 @dataclass(frozen=True)
@@ -325,8 +321,8 @@ class Limits:
     `decodes_hz` pings (1/s) at most whose arrivals may touch, `cleared_hz` if each has `CLEARING_S`
     to die away; with ALOHA `capacity_hz` on average, whatever the load (slotted: if no two of a
     slot are heard).  The downlink carries `records_hz` (1/s) at most, of as many `senders` as may
-    broadcast at once.  A fix takes `latency_s` (s) at least, a mean over AUVs in range.  `rates`
-    are those of :func:`.limits.rates_of`.
+    broadcast at once, with `in_a_frame` of them in each frame.  A fix takes `latency_s` (s) at
+    least, a mean over AUVs in range.  `rates` are those of :func:`.limits.rates_of`.
     """
 
     in_range: Floats
@@ -337,8 +333,15 @@ class Limits:
     capacity_hz: float | None
     records_hz: float | None
     senders: int
+    in_a_frame: int
     latency_s: float | None
     rates: dict[str, Rates]
+
+    @property
+    def frames(self) -> str:
+        """The frames that carry so many records, in words."""
+        each = f"{self.in_a_frame} a frame" if self.in_a_frame < MOST_RECORDS else "long frames"
+        return each + f", {self.senders} ASVs at once" * (self.senders > 1)
 
 
 def limits(scenario: Scenario) -> Limits:
@@ -359,10 +362,7 @@ def limits_of(scenario: Scenario, sights: SurveySights) -> Limits:
     slots, ping = rounds.slots, scenario.acoustics.hf.ping_s
     senders = _senders(scenario, sights) if protocol.sends_frames else 1
     slotted = not (protocol.asvs_ping or scenario.protocol.random_access)
-    fixes = scenario.auvs.count if slotted else MOST_RECORDS
-    if protocol.replies:  # each answer is a frame of one
-        fixes = 1
-    records = senders * _records(slots, fixes) if protocol.sends_frames else None
+    records, in_a_frame = _records(scenario, slots, senders) if protocol.sends_frames else (None, 0)
     return Limits(
         in_range=np.asarray(sights.heard.any(axis=2).mean(axis=0)),
         fix_chance=np.asarray(sights.delivered.mean(axis=0)),
@@ -372,15 +372,21 @@ def limits_of(scenario: Scenario, sights: SurveySights) -> Limits:
         capacity_hz=_capacity(scenario, sights, slots),
         records_hz=records,
         senders=senders,
+        in_a_frame=in_a_frame,
         latency_s=_latency(scenario, sights, slots),
         rates=rates_of(scenario, rounds, sights, senders, records),
     )
 
 
-def _records(slots: Slots, fixes: int) -> float:
-    """Return how many records (1/s) one ASV can send, of so many fixes in a frame at most."""
-    most = min(fixes, slots.messages.most or fixes, MOST_RECORDS)
-    return record_bound(slots.airtime, range(1, most + 1))
+def _records(scenario: Scenario, slots: Slots, senders: int) -> tuple[float, int]:
+    """Return how many records (1/s) so many ASVs can send, and how many are in a frame then."""
+    most = slots.messages.most or MOST_RECORDS
+    fixes = senders * MOST_RECORDS if scenario.protocol.random_access else scenario.auvs.count
+    if scenario.protocol.replies:  # each answer is a frame of one
+        fixes = senders
+    elif slots.messages.most and not slots.messages.splits:
+        fixes = min(fixes, most)
+    return record_bound(slots.airtime, fixes, senders, min(most, MOST_RECORDS))
 
 
 def _capacity(scenario: Scenario, sights: SurveySights, slots: Slots) -> float | None:

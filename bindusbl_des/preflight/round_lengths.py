@@ -179,7 +179,7 @@ def carried_per_s(scenario: Scenario) -> float:
     most = slots.messages.most
     counts = (MANY,) if most is None or slots.messages.splits else range(1, most + 1)
     shares = scenario.asvs.count if broadcaster_of(scenario).at_once else 1
-    return shares * max(count / slots.downlink_slot(count) for count in counts)
+    return max(count / slots.downlink_slot(-(-count // shares)) for count in counts)
 
 
 def offered(scenario: Scenario, slots: Slots | None = None) -> OfferedLoad:

@@ -7,7 +7,7 @@ is worked out before a mission is run.
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 import numpy as np
 
@@ -176,17 +176,21 @@ def _best_of(auvs: int, vulnerable: int) -> float:
     return min(1.0 / (math.e * others), 1.0) if others else 1.0
 
 
-def record_bound(airtime: Callable[[int], float], fixes: Iterable[int]) -> float:
-    """Return how many records one broadcaster can send (1/s), frame behind frame, headers included.
+def record_bound(
+    airtime: Callable[[int], float], fixes: int, senders: int, most: int
+) -> tuple[float, int]:
+    """Return how many records can be sent (1/s), frame behind frame, headers included, and how many
+    are in a frame then.
 
-    `airtime` is that of a frame (s) of so many fixes; the best of the numbers `fixes` is taken.
-    With one record each of N AUVs in a frame it is N / T_tx(N); of endless frames the header no
-    longer counts.
+    So many `senders` share `fixes` evenly, at once; `airtime` is that of a frame (s) of so many, of
+    which it holds `most`.  With one record each of N AUVs in one frame it is N / T_tx(N); of
+    endless frames the header no longer counts.
 
-    >>> round(record_bound(lambda fixes: 0.064 + 0.128 * fixes, range(1, 4)), 3)
-    6.696
+    >>> record_bound(lambda fixes: 0.0625 + 0.125 * fixes, 4, senders=2, most=10)
+    (12.8, 2)
     """
-    return max(fixes / airtime(fixes) for fixes in fixes)
+    frames = range(1, min(-(-fixes // senders), most) + 1)
+    return max((min(senders * each, fixes) / airtime(each), each) for each in frames)
 
 
 def latency_bound(up_m: float, airtime_s: float, down_m: float, sound_speed: float) -> float:

@@ -297,14 +297,12 @@ def _medium(mission: Recording, limits: Limits) -> Iterator[Reached]:
     frames = mission.broadcasts
     if limits.records_hz is not None:
         ended = frames["sent_at_s"] + frames["airtime_s"] <= duration
-        a_frame = "a record of each AUV in each" if limits.groups else "however long"
-        at_once = f", {limits.senders} ASVs at once" * (limits.senders > 1)
         yield Reached(
             "Records on the downlink",
             "/s",
             frames["fixes"][ended].sum() / duration,
             limits.records_hz,
-            f"frame behind frame, {a_frame}{at_once}",
+            f"frame behind frame, {limits.frames}",
         )
     yield _latency(mission, limits)
 

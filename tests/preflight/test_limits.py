@@ -12,6 +12,8 @@ import bindusbl_des
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.preflight.limits import Limits
+from bindusbl_des.preflight.round_lengths import carried_per_s
+from bindusbl_des.protocol.slots import slots_of
 
 # Two ASVs 200 m apart, which hear 50 m: two AUVs below the one, one below the other, one too far.
 PLACES = [[0.0, 0.0], [10.0, 0.0], [200.0, 0.0], [100.0, 0.0]]
@@ -85,6 +87,49 @@ def test_answers_are_frames_of_one_record() -> None:
     slot = 2.5 / 3 + 0.192 + 1.25 / 3
     assert found.rates["planned"].each[0] == pytest.approx(1 / (2 * slot))
     assert found.latency_s == pytest.approx(0.202 + 2 * 30.54 / 1500, abs=1e-4)
+
+
+OLDEST = {"overfull": "oldest_first"}
+ALOHA = {"schedule": "aloha", "frame_s": 6.0}
+
+
+@pytest.mark.parametrize(
+    ("size", "mf", "protocol", "records_hz", "words"),
+    [
+        (None, {}, {}, 4 / 0.32, "2 a frame, 2 ASVs at once"),
+        (40, {}, {}, 4 / 0.32, "2 a frame, 2 ASVs at once"),
+        (24, {}, {}, 2 / 0.192, "1 a frame, 2 ASVs at once"),
+        (40, OLDEST, {}, 2 / 0.192, "1 a frame, 2 ASVs at once"),
+        (40, {}, {"broadcaster": "rotate"}, 2 / 0.32, "2 a frame"),
+        (40, {}, {"downlink": "direct_reply"}, 2 / 0.192, "1 a frame, 2 ASVs at once"),
+        (40, {}, {"broadcaster": "rotate", **ALOHA}, 2 / 0.32, "2 a frame"),
+        (40, OLDEST, ALOHA, 2 / 0.192, "1 a frame, 2 ASVs at once"),
+    ],
+)
+def test_records_are_those_of_the_frames_that_are_told(
+    size: int | None, mf: dict[str, Any], protocol: dict[str, Any], records_hz: float, words: str
+) -> None:
+    """Four AUVs, of which none hears two ASVs; a message of 40 B holds two fixes: `split` sends
+    further ones behind it, of the oldest two each ASV sends its own.
+    """
+    found = limits(
+        acoustics={"mf": {"range_m": 20.0, "payload_bytes": size, **mf}},
+        protocol={"broadcaster": "parallel", **protocol},
+    )
+    assert found.records_hz == pytest.approx(records_hz)
+    assert found.frames == words
+    assert 3 * found.rates["back_to_back"].each[0] <= records_hz * (1 + 1e-12)
+
+
+def test_asvs_at_once_share_what_one_message_holds() -> None:
+    """Two of the three fixes of a round, by one ASV or each by its own; the third waits."""
+    asked = scenario(
+        acoustics={"mf": {"range_m": 20.0, "payload_bytes": 40, **OLDEST}},
+        protocol={"broadcaster": "parallel", "schedule": "one_per_slot"},
+    )
+    sent = simulate(asked, 0).tables["broadcasts"].groupby("sent_at_s").fixes.agg(tuple)
+    assert set(sent) == {(2,), (1, 1)}
+    assert carried_per_s(asked) == pytest.approx(2 / slots_of(asked).downlink_slot(1))
 
 
 def test_instant_answers_need_no_records() -> None:
