@@ -45,7 +45,7 @@ NUMBERS = (
     "geometry/paths.py",
     "navigation/correcting.py",
     *("planning/prediction/sights.py", "records/events.py"),
-    "records/rows.py",
+    *("records/rows.py", "scenario/own_sensors.py"),
 )
 
 #: Why compiled code is not kept, a line each.
