@@ -131,9 +131,6 @@ def _routes(case: Case, auvs: list[Actor], duration_s: float) -> dict[str, Any]:
 Row = dict[str, Any]
 Place = tuple[float, float, float]
 
-# No ping or call is under way so long (s).
-UNDER_WAY_S = 2.0
-
 # So many scenarios are run to see two signals of a pair overlap.
 MOST_PLAYED = 50
 
@@ -260,19 +257,22 @@ def _calls(
     """Yield calls that met another at an AUV, and answers that a call met at an ASV."""
     tracks = _tracks(result)
     called = [ping for ping in pings if ping["called_by"] is not None]
-    for ping in called:
+    everywhere = np.concatenate(list(tracks.values()))[:, 1:]
+    farthest_m = float(np.linalg.norm(np.ptp(everywhere, axis=0)))
+    longest_s = farthest_m / sound_speed_of(result.scenario) + result.scenario.acoustics.hf.ping_s
+    for ping in (ping for ping in called if ping["call"] == "collided"):
         at = (ping["x_m"], ping["y_m"], ping["z_m"])
         for other in called:
             same = math.isclose(other["called_at_s"], ping["called_at_s"])
-            if ping["call"] == "collided" and same and other["called_by"] != ping["called_by"]:
+            if same and other["called_by"] != ping["called_by"]:
                 both = (_call(sent, at, tracks, result.scenario) for sent in (ping, other))
                 yield (ping["auv"], *both)
     for asv, signals in there.items():
         for signal in signals:
             at = _place(tracks[asv], signal.begins_at_s)
             for ping in called:
-                if abs(ping["called_at_s"] - signal.begins_at_s) > UNDER_WAY_S:
-                    continue
+                if abs(ping["called_at_s"] - signal.begins_at_s) > longest_s:
+                    continue  # it is not under way any more, or yet
                 call = _call(ping, at, tracks, result.scenario)
                 if (
                     call.begins_at_s < signal.ends_at_s - TOUCH
