@@ -236,12 +236,19 @@ FAILING = {"failures": [{"asv": 1, "at_s": 100.0}]}
     [
         {"protocol": {"broadcaster": "most_fixes"}},
         {"protocol": {"broadcaster": "nearest"}},
+        {
+            "protocol": {
+                "broadcaster": "nearest",
+                "schedule": "one_per_slot",
+                "downlink": "pipelined_group",
+            }
+        },
         {"acoustics": {"mf": {"modem": "s2c_instant", "range_m": 600, "overfull": "oldest_first"}}},
         {"asvs": FAILING},
         {"asvs": FAILING, "protocol": {"ranging": "passive"}},
         {"asvs": FAILING, "protocol": {"broadcaster": {"model": "fixed", "asv": 1}}},
     ],
-    ids=["most_fixes", "nearest", "oldest_first", "rotate", "passive", "fixed"],
+    ids=["most_fixes", "nearest", "a frame each", "oldest_first", "rotate", "passive", "fixed"],
 )
 def test_rates_are_those_of_missions(changes: dict[str, Any]) -> None:
     """One ASV sends the frame of all, by what it has measured or is near to; and fixes that find no
