@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..core.arrays import Flags, Floats, Ints
 from ..core.plugins import is_plugin
 from ..scenario.declared import BroadcasterTraits, channel_named
-from ..scenario.destinations import horizontal_reach
+from ..scenario.destinations import horizontal_reach, longest_way
 from ..scenario.families import broadcaster_of, downlink_of, schedule_of
 from ..scenario.scenario import Scenario
 from ..scenario.site import area_of
@@ -118,12 +118,11 @@ def made_and_delivered(
     elif replies:
         by_all = np.take_along_axis(delivered, nearest, axis=-1)[..., 0]
     elif rule.chosen_by in ("distance", "hearing"):
-        located = np.maximum(made, 1e-12)[..., np.newaxis]  # who has failed is at no distance
         schedule = schedule_of(scenario)
         own_slots = downlink_of(scenario).by_group and schedule.groups == "each"
         alone = not together or rule.at_once or schedule.framed or own_slots
-        frame = np.arange(heard.shape[-2]) if alone else np.zeros(heard.shape[-2], dtype=np.int64)
-        best = senders(rule, heard, away, located, frame)[..., np.newaxis]
+        frame = None if alone else np.zeros(away.shape[-2], dtype=np.int64)
+        best = senders(rule, heard, away, made[..., np.newaxis], frame)[..., np.newaxis]
         by_all = np.take_along_axis(delivered, best, axis=-1)[..., 0]
     else:
         by_all = _in_turn(delivered, works)
@@ -136,16 +135,19 @@ def _in_turn(chances: Floats, works: Flags) -> Floats:
 
 
 def senders(
-    rule: BroadcasterTraits, heard: Floats, away: Floats, located: Floats, frame: Ints
+    rule: BroadcasterTraits, heard: Floats, away: Floats, located: Floats, frame: Ints | None
 ) -> Ints:
     """Return which ASV sends each AUV's fix (..., n), where who hears most or is nearest does.
 
-    By how likely each ASV has `heard` an AUV, how far `away` it is (m), and how likely an AUV is
-    `located`, (..., n, m) each; AUVs with the same `frame` (..., n) share one.
+    By how likely each ASV has `heard` an AUV, how far `away` it is (m; infinite: it has failed),
+    and how likely an AUV is `located`, (..., n, m) each; AUVs with the same `frame` (..., n) share
+    one, None: none do.
     """
+    away = np.minimum(away, FARTHEST_M)  # which a weight of 0 does not make no number
     score = -heard if rule.chosen_by == "hearing" else away if rule.at_once else located * away
-    shared = (frame[..., :, np.newaxis] == frame[..., np.newaxis, :]).astype(float)
-    return np.asarray((shared @ score).argmin(axis=-1))
+    if frame is not None:
+        score = (frame[..., :, np.newaxis] == frame[..., np.newaxis, :]).astype(float) @ score
+    return np.asarray(score.argmin(axis=-1))
 
 
 def ping_chance(scenario: Scenario, slants: Floats, depth: float) -> Floats | None:
@@ -180,8 +182,8 @@ def delivery(scenario: Scenario, band: str) -> tuple[float, float, float] | None
     """
     hf, depth = scenario.acoustics.hf, scenario.survey.deepest
     reach = hf.range_m if band == "hf" else scenario.acoustics.mf.range_m
-    if band == "hf" and channel_named(hf.channel).ends_at_range and hf.range_metric == "horizontal":
-        reach = math.hypot(reach, depth)
+    if band == "hf" and channel_named(hf.channel).ends_at_range:
+        reach = longest_way(reach, depth, hf.range_metric)
     ranges = np.linspace(min(depth, reach), reach, LOOKED_UP)
     chance = partial(ping_chance if band == "hf" else frame_chance, scenario, depth=depth)
     if (at_range := chance(ranges[-1:])) is None:
@@ -192,10 +194,10 @@ def delivery(scenario: Scenario, band: str) -> tuple[float, float, float] | None
 
 def loses_pings(scenario: Scenario) -> bool:
     """Tell whether an ASV that should hear a ping may miss it, were nothing to overlap it."""
-    hf, depth = scenario.acoustics.hf, scenario.survey.deepest
+    hf = scenario.acoustics.hf
     if is_plugin(hf.channel) or not channel_named(hf.channel).ends_at_range:
         return True
-    reach = hf.range_m if hf.range_metric != "horizontal" else math.hypot(hf.range_m, depth)
+    reach = longest_way(hf.range_m, scenario.survey.deepest, hf.range_metric)
     ranges = np.linspace(0.0, reach, LOOKED_UP)
     return bool(losses(ranges, *loss_of(scenario)).max() > 0.0)
 

@@ -4,12 +4,12 @@ All guards are counted in acoustic crossing times of the survey, so that the pro
 as the survey grows (paper, section TDMA Acoustic Protocol).
 """
 
-import math
 from dataclasses import dataclass
 
 from ..acoustics.messages import Messages, messages_of
 from ..core.clock import Clock, ExactClock, TickClock
 from ..core.plugins import PluginError, asked, loaded, shown
+from ..scenario.destinations import longest_way
 from ..scenario.families import RANGING
 from ..scenario.scenario import Scenario
 from ..scenario.site import area_of, assumed_sound_speed_of
@@ -29,17 +29,6 @@ def crossing_time(side: float, sound_speed: float = 1500.0) -> float:
     0.04
     """
     return side / sound_speed
-
-
-def longest_way(hf_range: float, depth: float, metric: str) -> float:
-    """Return the longest way (m) of a ping that is heard, from a depth (m) to the surface.
-
-    A horizontal range says nothing of the depth: sound takes the slant way.
-
-    >>> longest_way(40.0, 30.0, "horizontal"), longest_way(40.0, 30.0, "slant")
-    (50.0, 40.0)
-    """
-    return math.hypot(hf_range, depth) if metric == "horizontal" else hf_range
 
 
 def uplink_slot(

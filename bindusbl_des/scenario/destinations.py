@@ -239,6 +239,17 @@ def horizontal_reach(scenario: ScenarioKeys) -> float:
     return math.sqrt(max(hf.range_m**2 - depth**2, 0.0))
 
 
+def longest_way(hf_range: float, depth: float, metric: str) -> float:
+    """Return the longest way (m) of a ping that is heard, from a depth (m) to the surface.
+
+    A horizontal range says nothing of the depth: sound takes the slant way.
+
+    >>> longest_way(40.0, 30.0, "horizontal"), longest_way(40.0, 30.0, "slant")
+    (50.0, 40.0)
+    """
+    return math.hypot(hf_range, depth) if metric == "horizontal" else hf_range
+
+
 def failures_of(scenario: ScenarioKeys) -> "Failures | None":
     """Return the failures of a scenario's ASVs; None where none fails."""
     given = scenario.asvs.failures

@@ -12,7 +12,7 @@ from ..acoustics.propagation import TOUCH
 from ..core.arrays import Floats
 from ..core.plugins import PluginError
 from ..protocol.slots import Slots, slots_of
-from ..scenario.destinations import NoStations, asv_stations, route_of, tracks_of
+from ..scenario.destinations import NoStations, asv_stations, longest_way, route_of, tracks_of
 from ..scenario.families import ranging_of, tells_slots
 from ..scenario.scenario import Scenario
 from ..scenario.sections.vehicles import VehicleChoice
@@ -330,7 +330,7 @@ class Case:
         hf, deepest = self.scenario.acoustics.hf, self.depths[auv][1]
         if self.scenario.auvs.vehicle.is_steered:
             deepest += OVERSHOOT_M
-        return hf.range_m if hf.range_metric == "slant" else math.hypot(hf.range_m, deepest)
+        return longest_way(hf.range_m, deepest, hf.range_metric)
 
     def shortest_m(self, auv: int) -> float:
         """Return the shortest way (m) of a ping of an AUV: straight up."""

@@ -247,8 +247,20 @@ FAILING = {"failures": [{"asv": 1, "at_s": 100.0}]}
         {"asvs": FAILING},
         {"asvs": FAILING, "protocol": {"ranging": "passive"}},
         {"asvs": FAILING, "protocol": {"broadcaster": {"model": "fixed", "asv": 1}}},
+        {"asvs": FAILING, "protocol": {"broadcaster": "parallel"}},
+        {"asvs": FAILING, "protocol": {"broadcaster": "nearest", "schedule": "round_robin"}},
     ],
-    ids=["most_fixes", "nearest", "a frame each", "oldest_first", "rotate", "passive", "fixed"],
+    ids=[
+        "most_fixes",
+        "nearest",
+        "a frame each",
+        "oldest_first",
+        "rotate",
+        "passive",
+        "fixed",
+        "parallel",
+        "framed",
+    ],
 )
 def test_rates_are_those_of_missions(changes: dict[str, Any]) -> None:
     """One ASV sends the frame of all, by what it has measured or is near to; and fixes that find no

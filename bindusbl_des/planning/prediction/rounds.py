@@ -186,8 +186,8 @@ def turns_of(inputs: Inputs, sights: ExpectedSights, plan: RoundPlan) -> Turns:
     base = pinged + plan.send_s[at] if by_group else begin + plan.send_s[at]
     sender = number + slot if by_group else np.broadcast_to(number, pinged.shape)
     alone = access.broadcaster.at_once or access.frame_s > 0.0
-    frame = rows if alone else plan.slot if by_group else 0
-    hears, way = _by_sender(inputs, sights, np.broadcast_to(frame, plan.slot.shape), sender, late)
+    frame = None if alone else plan.slot * by_group
+    hears, way = _by_sender(inputs, sights, frame, sender, late)
     delivered = base + plan.frame_s[at] + way / c + 0.5 * _tick(inputs.slots)
     return Turns(pinged, delivered, chance * hears, late, kind, many)
 
@@ -213,10 +213,10 @@ def _tick(slots: SlotLengths) -> float:
 
 
 def _by_sender(
-    inputs: Inputs, sights: ExpectedSights, frame: Ints, number: Ints, at: Ints
+    inputs: Inputs, sights: ExpectedSights, frame: Ints | None, number: Ints, at: Ints
 ) -> tuple[Floats, Floats]:
     """Return how likely AUVs decode broadcasts of some numbers (n, r), and over which way (m);
-    AUVs with the same `frame` (n, k) of a round share it.
+    AUVs with the same `frame` (n, k) of a round share it, None: each has its own.
     """
     chosen, rows = inputs.access.broadcaster, np.arange(len(number))[:, np.newaxis]
     asvs = sights.delivered.shape[2]
@@ -227,11 +227,10 @@ def _by_sender(
     elif chosen.chosen_by == "one":
         sender = np.full(number.shape, inputs.access.fixed_asv)
     else:
-        found = located(inputs, sights)
-        heard, away, weights = (
-            np.swapaxes(them, 0, 1) for them in (sights.heard, sights.level_m, found)
-        )
-        sender = senders(chosen, heard, away, weights, frame.T).T[rows, at]
+        at_instants = (sights.heard, sights.level_m, located(inputs, sights))
+        heard, away, found = (of_auvs.swapaxes(0, 1) for of_auvs in at_instants)
+        together = None if frame is None else frame.T
+        sender = senders(chosen, heard, away, found, together).T[rows, at]
     return sights.delivered[rows, at, sender], sights.level_m[rows, at, sender]
 
 
