@@ -38,7 +38,7 @@ from bindusbl_des.campaigns.workers.supervisor import batch_of
 
 HERE = Path(__file__).resolve().parent
 
-MISSIONS, FEW = 2000, 16
+MISSIONS, FEW = 6000, 16
 # Points of the campaign
 POINTS = 8
 WORKERS = 2
@@ -48,6 +48,12 @@ TURNS = 3
 # and such as take a second.  So many are not yet flown.
 LARGE = ((1000, 700), (10_000, 700), (100_000, 700), (100_000, 30))
 LEFT = 16
+
+# Without its profiler, which samples missions all the time, as docs/clusters.md has it.
+DASK_SETTINGS = {
+    "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
+    "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
+}
 
 ON_DASK = """
 import sys
@@ -162,7 +168,7 @@ def on_dask(file: Path, out: Path) -> None:
     script = file.parent / "on_dask.py"
     script.write_text(ON_DASK)
     words = [sys.executable, str(script), str(file), str(out), str(WORKERS)]
-    subprocess.run(words, check=True, capture_output=True)
+    subprocess.run(words, check=True, capture_output=True, env=os.environ | DASK_SETTINGS)
 
 
 def large_folders() -> Iterator[dict[str, Any]]:
