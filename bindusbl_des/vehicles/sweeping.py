@@ -11,7 +11,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from ..core.arrays import Floats
+from ..core.arrays import Floats, Ints
+from ..core.compiled import compiled
 from ..geometry.area import Area
 from .vehicle import Vehicle
 
@@ -30,9 +31,6 @@ COARSEST = 0.5
 
 # A vehicle so much (m) above its depth is on its way up.
 LEVEL_M = 0.1
-
-# Places whose surroundings are worked out at a time.
-BLOCK = 2_000
 
 
 class Sweep(NamedTuple):
@@ -83,31 +81,37 @@ def sweep(
         for low, high in ((x_min, x_max), (y_min, y_max))
     )
     times, ends, begins, who = _passed(vehicles, STEP * cell, until, depths)
-    ends, begins = ends @ turn, begins @ turn
-    first = np.full(len(x) * len(y), len(times))  # of all stretches, the first near each cell
-    reach = math.ceil(swath / 2 / cell + STEP)
-    offsets = np.arange(-reach, reach + 1)
-    for start in range(0, len(times), BLOCK):
-        block = np.arange(start, min(start + BLOCK, len(times)))
-        column = np.floor((ends[block, 0] - x_min) / cell).astype(np.int64)[:, None] + offsets
-        row = np.floor((ends[block, 1] - y_min) / cell).astype(np.int64)[:, None] + offsets
-        off_x = (x_min + cell * (column + 0.5) - ends[block, :1])[:, :, None]
-        off_y = (y_min + cell * (row + 0.5) - ends[block, 1:])[:, None, :]
-        back_x, back_y = (begins[block] - ends[block]).T[:, :, None, None]
-        square = np.maximum(back_x**2 + back_y**2, 1e-12)
-        share = np.clip((off_x * back_x + off_y * back_y) / square, 0.0, 1.0)
-        near = (off_x - share * back_x) ** 2 + (off_y - share * back_y) ** 2 <= (
-            swath / 2 * (1.0 + TOUCHING)
-        ) ** 2
-        near &= ((column >= 0) & (column < len(x)))[:, :, None]
-        near &= ((row >= 0) & (row < len(y)))[:, None, :]
-        cells = (column * len(y))[:, :, None] + row[:, None, :]
-        who_is_near = np.repeat(block, near.sum(axis=(1, 2)))
-        np.minimum.at(first, cells.ravel()[np.flatnonzero(near)], who_is_near)
-    at, by = np.append(times, np.inf)[first], np.append(who, -1)[first]
-    middles = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    within = area.contains(middles @ turn.T)
+    # of all stretches, the first near each cell
+    first = np.full((len(x), len(y)), len(times))
+    _look_around(first, ends @ turn, begins @ turn, x_min, y_min, cell, swath / 2)
+    at, by = np.append(times, np.inf)[first].ravel(), np.append(who, -1)[first].ravel()
+    # no product of matrices: threads of BLAS wait for each other where the machine is busy
+    along, across = (them.ravel() for them in np.meshgrid(x, y, indexing="ij"))
+    within = area.contains(np.stack([a * along + b * across for a, b in turn], axis=-1))
     return Sweep(at[within], by[within], area.square_m / max(within.sum(), 1))
+
+
+@compiled
+def _look_around(
+    first: Ints, ends: Floats, begins: Floats, x_min: float, y_min: float, cell: float, half: float
+) -> None:
+    """Note for cells (k, l) from a corner on that have no stretch yet the first of stretches (n, 2)
+    that has a way within `half` a swath of their middle; all in m, along the axes of the cells.
+    """
+    reach, near = math.ceil(half / cell + STEP), (half * (1.0 + TOUCHING)) ** 2
+    for k in range(len(ends)):
+        x, y = ends[k, 0], ends[k, 1]
+        back_x, back_y = begins[k, 0] - x, begins[k, 1] - y
+        square = max(back_x**2 + back_y**2, 1e-12)
+        column, row = math.floor((x - x_min) / cell), math.floor((y - y_min) / cell)
+        for i in range(max(column - reach, 0), min(column + reach + 1, first.shape[0])):
+            for j in range(max(row - reach, 0), min(row + reach + 1, first.shape[1])):
+                if first[i, j] <= k:
+                    continue
+                off_x, off_y = x_min + cell * (i + 0.5) - x, y_min + cell * (j + 0.5) - y
+                share = min(max((off_x * back_x + off_y * back_y) / square, 0.0), 1.0)
+                if (off_x - share * back_x) ** 2 + (off_y - share * back_y) ** 2 <= near:
+                    first[i, j] = k
 
 
 def _axes(area: Area) -> Floats:
