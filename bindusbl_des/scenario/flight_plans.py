@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
 from math import dist
@@ -20,9 +21,10 @@ from ..geometry.routes import (
 )
 from .agreement.vehicles import SHORTEST_WAY
 from .destinations import route_of, surfacing_of, turning_radius
-from .scenario_keys import ScenarioKeys
+from .scenario_keys import Environment, ScenarioKeys
 from .sections.routes import Lawnmower, RouteTraits
-from .sections.survey import LONGEST_S, SHORTEST_S, SURVEY, SurveyEnd
+from .sections.survey import LONGEST_S, SHORTEST_S, SURVEY, Survey, SurveyEnd
+from .sections.vehicles import Auvs
 from .site import area_of, lanes_heading
 
 # What vehicles with dynamics take longer than their plan says: starting from rest (s), and a share
@@ -56,13 +58,25 @@ def plans_of(scenario: ScenarioKeys) -> tuple[FlightPlan, ...]:
     Raises:
         ValueError: when the route has no plan, or cannot be flown.
     """
-    return _plans(scenario, route_of(scenario))
+    where = scenario.survey, scenario.environment
+    return _plans(_Asked(*where, scenario.auvs, route_of(scenario), scenario))
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What plans follow from, and a `scenario` that has it: others share its plans."""
+
+    survey: Survey
+    environment: Environment
+    auvs: Auvs
+    route: RouteTraits
+    scenario: ScenarioKeys = field(compare=False)
 
 
 @lru_cache(maxsize=4)
-def _plans(scenario: ScenarioKeys, route: RouteTraits) -> tuple[FlightPlan, ...]:
-    auvs = range(scenario.auvs.count)
-    lanes = route.lanes
+def _plans(asked: _Asked) -> tuple[FlightPlan, ...]:
+    scenario, route = asked.scenario, asked.route
+    auvs, lanes = range(scenario.auvs.count), route.lanes
     if not route.is_flown:
         kind = str(scenario.auvs.route.choice)
         raise ValueError(f"an AUV whose route is {kind!r} has no planned path")
