@@ -127,9 +127,9 @@ class Session:
                 break
             idle_s = 0.0
             if self._speed < math.inf:
-                following = self._due[0].at_s if self._due else known
-                if self._follows:
-                    following = min(following, known + self._step)
+                following = known + self._step if self._follows else known
+                if self._due:
+                    following = self._due[0].at_s
                 idle_s = max(following - instant, 0.0) / self._speed
             if not self._instruments.is_over and self._is_due(known, instant, ahead, idle_s):
                 self._listen(0.0)
