@@ -9,6 +9,8 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 import pandas as pd
@@ -31,7 +33,7 @@ from bindusbl_des.campaigns.storage.joining import compact
 from bindusbl_des.campaigns.storage.part_rows import done
 from bindusbl_des.campaigns.storage.parts import committed, part_path
 from bindusbl_des.campaigns.workers import pools
-from bindusbl_des.campaigns.workers.batches import Row, run_batch, signal_name
+from bindusbl_des.campaigns.workers.batches import Batch, Row, run_batch, signal_name
 from bindusbl_des.campaigns.workers.pools import LocalPool, Progress
 from bindusbl_des.campaigns.workers.supervisor import batch_of
 from bindusbl_des.core.plugins import PERMISSION
@@ -315,6 +317,28 @@ def test_missions_that_kill_their_workers_are_quarantined(
     assert failures[3]["reproduce"] == (
         f"bindusbl-des run {folder}/scenario.yaml --set asvs.count=2 --seed 3 --allow-plugins"
     )
+
+
+@pytest.mark.usefixtures("at_home")
+def test_a_worker_that_dies_before_a_mission_begins_is_not_its_fault(
+    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A lone mission that five workers are given, which die as they start, is flown by the next."""
+    deaths = iter(range(5))
+
+    class Frail(OneThread):
+        def submit(self, batch: Batch) -> "Future[list[Row]]":
+            if next(deaths, None) is None:
+                return super().submit(batch)
+            self._running += 1
+            dead: Future[list[Row]] = Future()
+            dead.set_exception(BrokenProcessPool())
+            return dead
+
+    monkeypatch.setattr(running, "pool_for", Frail)
+    folder = tmp_path / "frail"
+    assert call("sweep", home / "base.yaml", "--seeds", 1, "--out", folder).exit_code == 0
+    assert load_campaign(folder).missions["status"].tolist() == ["ok"]
 
 
 def test_what_ended_a_worker_is_named() -> None:

@@ -98,8 +98,9 @@ FIRST_IN_BATCH, MOST_IN_BATCH = 50, 5000
 SHORTEST_BATCH_S = 0.5
 LONGEST_BATCH_S = 30.0
 
-# A mission whose worker died this often, at last with it alone, is not tried again.
-MOST_KILLS = 3
+# A mission whose worker died this often, at last with it alone, is not tried again.  One whose
+# worker died before it began is less to blame.
+MOST_KILLS, MOST_DEATHS_BEFORE = 3, 8
 # Nor is one that took too long this often: once the whole campaign may have been stopped (Ctrl-Z).
 MOST_TIMEOUTS = 2
 
@@ -133,7 +134,7 @@ class Supervisor:
         self.trouble: NotWritten | None = None
         self._fresh = WaitingMissions(len(plan.experiment.seeds))
         self._suspects: deque[tuple[int, ...]] = deque()
-        self._kills: Counter[int] = Counter()
+        self._kills: Counter[tuple[int, bool]] = Counter()  # by number, and whether it had begun
         self._deaths = self._finished = 0
         self._worked_s = 0.0
         self._running: dict[Future[list[Row]], Batch] = {}
@@ -220,16 +221,17 @@ class Supervisor:
             middle = len(numbers) // 2
             self._suspects.extend((numbers[:middle], numbers[middle:]))
             return
-        number = numbers[0] if culprit is None else culprit
+        number, had_begun = (numbers[0], False) if culprit is None else (culprit, True)
         self._fresh.put_back(other for other in numbers if other != number)
-        self._kills[number] += 1
-        if self._kills[number] < (MOST_TIMEOUTS if trace else MOST_KILLS):
+        self._kills[number, had_begun] += 1
+        most = MOST_TIMEOUTS if trace else MOST_KILLS if had_begun else MOST_DEATHS_BEFORE
+        if self._kills[number, had_begun] < most:
             self._suspects.append((number,))
         elif trace:
             text = f"took longer than {self.mission_timeout_s:g} s; ended"
             self._quarantine(batch, number, text, trace)
         else:
-            text = f"killed its worker {MOST_KILLS} times: {end}"
+            text = f"killed its worker {most} times{'' if had_begun else ' before it began'}: {end}"
             self._quarantine(batch, number, text, str(error))
 
     def _count_death(self, end: str) -> None:
