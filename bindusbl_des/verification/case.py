@@ -34,7 +34,7 @@ class SignalPair:
     `margin_s` is the least time between the end of one and the beginning of the other, `margin_m`
     how much farther the conflict graph looks than it must; either is None where it is not what
     decides.  `witnesses` yields scenarios (plain data) in which two of them overlap, the likeliest
-    first.
+    first.  They are sent on a `band`, hf or mf; None: on either.
     """
 
     kind: str
@@ -44,6 +44,7 @@ class SignalPair:
     margin_s: float | None = None
     margin_m: float | None = None
     witnesses: Callable[[], Iterator[Plan]] | None = None
+    band: str | None = "hf"
 
     @property
     def is_safe(self) -> bool:
@@ -57,16 +58,17 @@ def by_time(
     margin_s: float,
     why: str,
     witnesses: Callable[[], Iterator[Plan]],
+    band: str | None = "hf",
 ) -> SignalPair:
     """Return a pair that a time between two signals decides; touching is no overlap."""
     if margin_s > -TOUCH:
-        return SignalPair(kind, what, ACCEPTED, why, margin_s)
-    return SignalPair(kind, what, REFUSED, why, margin_s, None, witnesses)
+        return SignalPair(kind, what, ACCEPTED, why, margin_s, band=band)
+    return SignalPair(kind, what, REFUSED, why, margin_s, None, witnesses, band)
 
 
-def undecided(kind: str, what: str, why: str) -> SignalPair:
+def undecided(kind: str, what: str, why: str, band: str | None = "hf") -> SignalPair:
     """Return a pair that nothing here proves safe; a mission that is played may prove it unsafe."""
-    return SignalPair(kind, what, UNDECIDED, why)
+    return SignalPair(kind, what, UNDECIDED, why, band=band)
 
 
 # With this chance a mission is worse than its bounds: Gaussian errors, and outliers, have none.

@@ -87,13 +87,13 @@ def broadcasts(case: Case) -> Iterator[SignalPair]:
         return
     if broadcaster_of(case.scenario).at_once:
         why = "which ASVs broadcast at once is decided by where AUVs are believed to be"
-        yield undecided(kind, what, why)
+        yield undecided(kind, what, why, "mf")
         return
     margin = downlink_gap(case) - frame_spread(case)
     wide, apart = _widest_frames(case, _moved(case))
     why = f"an AUV may be {wide:.4g} m farther from one ASV than from the next to broadcast"
     witnesses = partial(frames_meet, case, apart)
-    yield by_time(kind, what, margin, why, witnesses)
+    yield by_time(kind, what, margin, why, witnesses, "mf")
 
 
 def most_fixes(case: Case) -> int:

@@ -131,8 +131,9 @@ def _routes(case: Case, auvs: list[Actor], duration_s: float) -> dict[str, Any]:
 Row = dict[str, Any]
 Place = tuple[float, float, float]
 
-# So many scenarios are run to see two signals of a pair overlap.
-MOST_PLAYED = 50
+# So many scenarios are run to see two signals of a pair overlap, each so long (s), all pairs of an
+# AUV and an ASV together.
+MOST_PLAYED, LONGEST_PLAYED_S = 50, 5e6
 
 
 @dataclass(frozen=True)
@@ -179,31 +180,32 @@ def witnessed(pair: SignalPair) -> tuple[SignalPair, Witness | None]:
     """
     if pair.witnesses is None:
         return pair, None
-    found, _ = seen(pair.kind, islice(pair.witnesses(), MOST_PLAYED))
+    found, _ = seen(pair, islice(pair.witnesses(), MOST_PLAYED))
     return replace(pair, verdict=UNDECIDED if found is None else REFUSED), found
 
 
-def seen(kind: str, plans: Iterable[Plan]) -> tuple[Witness | None, str]:
-    """Run scenarios until two signals overlap in one; return that.
+def seen(pair: SignalPair, plans: Iterable[Plan]) -> tuple[Witness | None, str]:
+    """Run scenarios until two signals overlap in one on the band of a pair; return that.
 
     Without any, tell in a sentence which signals were destroyed by something else, if any were.
     """
     lost = ""
     for result, plan in ((_run(plan), plan) for plan in plans):
         if result is not None:
-            found = _first_overlap(kind, plan, result)
+            found = _first_overlap(pair.kind, plan, result, pair.band)
             if found is not None:
                 return found, ""
             lost = lost or ("" if result.violations is None else result.violations.text)
     return None, lost
 
 
-def played(kind: str, plan: Plan, seed: int = 0) -> Witness | None:
-    """Run a scenario (plain data); return the first two signals of a kind that overlapped in it,
-    None if none did, or it is none: its vehicles would be too far out, or too late.
+def played(kind: str, plan: Plan, seed: int = 0, band: str | None = None) -> Witness | None:
+    """Run a scenario (plain data); return the first two signals that overlapped in it, on a band or
+    (None) on either; None if none did, or it is none: its vehicles would be too far out, or too
+    late.
     """
     result = _run(plan, seed)
-    return None if result is None else _first_overlap(kind, plan, result)
+    return None if result is None else _first_overlap(kind, plan, result, band)
 
 
 def _run(plan: Plan, seed: int = 0) -> Result | None:
@@ -211,18 +213,29 @@ def _run(plan: Plan, seed: int = 0) -> Result | None:
         scenario = Scenario.model_validate(plan)
     except ValueError:
         return None
+    longest_s = LONGEST_PLAYED_S / (scenario.auvs.count * scenario.asvs.count)
+    if scenario.duration_s > longest_s:
+        scenario = scenario.model_copy(update={"duration_s": longest_s})
     return simulate(scenario, seed)
 
 
-def _first_overlap(kind: str, plan: Plan, result: Result) -> Witness | None:
-    for receiver, one, other in _overlaps(result):
+def _first_overlap(kind: str, plan: Plan, result: Result, band: str | None) -> Witness | None:
+    for receiver, one, other in _overlaps(result, band):
         first, second = sorted((one, other), key=lambda signal: signal.begins_at_s)
         return Witness(kind, plan, result.seed, receiver, (first, second))
     return None
 
 
-def _overlaps(result: Result) -> Iterator[tuple[str, Signal, Signal]]:
-    """Yield receivers and two signals that overlapped there."""
+def _overlaps(result: Result, band: str | None) -> Iterator[tuple[str, Signal, Signal]]:
+    """Yield receivers and two signals that overlapped there, on one band or (None) on either."""
+    if band != "mf":
+        yield from _pings(result)
+    if band != "hf" and "frame_receptions" in result.arrow:
+        yield from _frames(result)
+
+
+def _pings(result: Result) -> Iterator[tuple[str, Signal, Signal]]:
+    """Yield ASVs at which two pings met, or a call."""
     protocol = result.scenario.protocol
     pings = {row["ping"]: row for row in result.arrow["pings"].to_pylist()}
     there: dict[str, list[Signal]] = {}
@@ -234,8 +247,6 @@ def _overlaps(result: Result) -> Iterator[tuple[str, Signal, Signal]]:
     for receiver, signals in there.items():
         yield from _neighbours(receiver, signals)
     yield from _calls(result, list(pings.values()), there)
-    if "frame_receptions" in result.arrow:
-        yield from _frames(result)
 
 
 def _neighbours(receiver: str, signals: list[Signal]) -> Iterator[tuple[str, Signal, Signal]]:

@@ -38,10 +38,11 @@ def answers(case: Case) -> Iterator[SignalPair]:
         return
     if scenario.asvs.count > 1:
         if count > 1 and schedule_of(scenario).is_shared_and_proved:
-            yield undecided(KIND, WHAT, "pings of one slot are answered at once, by several ASVs")
+            why = "pings of one slot are answered at once, by several ASVs"
+            yield undecided(KIND, WHAT, why, None)
         if not channel_named(mf.channel).ends_at_range:
             why = f"with the channel {str(mf.channel)!r} sound ends at no range"
-            yield undecided(KIND, WHAT, why)
+            yield undecided(KIND, WHAT, why, None)
     speed = case.sound_speeds[0] - case.bounds.max_speed_m_per_s - case.bounds.asv_speed_m_per_s
     up = (2 if scenario.protocol.calls else 1) * max(map(case.longest_m, range(count))) / speed
     after = slots.ping_duration
@@ -52,7 +53,8 @@ def answers(case: Case) -> Iterator[SignalPair]:
     gap = round_gap(case) if rounds_of(scenario).frame else slot_gap(case)
     margin = gap - up - slots.airtime(1) - after - case.late_s
     why = f"the next slot begins {1e3 * gap:.4g} ms later, an answer lasts {slots.airtime(1):.4g} s"
-    yield SignalPair(KIND, WHAT, ACCEPTED if margin > -TOUCH else UNDECIDED, why, margin)
+    found = ACCEPTED if margin > -TOUCH else UNDECIDED
+    yield SignalPair(KIND, WHAT, found, why, margin, band=None)
 
 
 def calls_of_a_slot(case: Case) -> Iterator[SignalPair]:
@@ -149,4 +151,4 @@ def random_access(case: Case) -> Iterator[SignalPair]:
         yield undecided("consecutive answers", "pings at an ASV that answers", why)
     elif scenario.asvs.count > 1 and scenario.protocol.sends_frames:
         why = f"with {name} fixes are broadcast as they come"
-        yield undecided("consecutive frames", "broadcasts at an AUV", why)
+        yield undecided("consecutive frames", "broadcasts at an AUV", why, "mf")

@@ -194,12 +194,14 @@ def verify(
         return Verdict(case, pairs, None, None)
     witness, lost = next((witness for _, witness in found if witness is not None), None), ""
     if witness is None:
-        kind = next(pair.kind for pair in pairs if not pair.is_safe)
-        witness, lost = seen(kind, groups_shown(case))
-        if witness is not None:
-            pairs = tuple(
-                pair if pair.is_safe else replace(pair, verdict=REFUSED) for pair in pairs
-            )
+        firsts = {pair.band: pair for pair in reversed(pairs) if not pair.is_safe}
+        shown = {band: seen(pair, groups_shown(case)) for band, pair in firsts.items()}
+        pairs = tuple(
+            pair if pair.is_safe or shown[pair.band][0] is None else replace(pair, verdict=REFUSED)
+            for pair in pairs
+        )
+        witness = next((found for found, _ in shown.values() if found is not None), None)
+        lost = "" if witness is not None else next((text for _, text in shown.values() if text), "")
     return Verdict(case, pairs, witness, remedy_of(case), lost)
 
 
@@ -226,27 +228,28 @@ def _unknown(case: Case) -> Iterator[SignalPair]:
     for name in (protocol.schedule, protocol.downlink, protocol.ranging):
         if is_plugin(str(name)):
             why = "who sends when only the plug-in says: nothing is proved beyond what was played"
-            yield undecided("part of one's own", str(name), why)
+            yield undecided("part of one's own", str(name), why, None)
     if protocol.duplex != "per_band":
         why = "who sends on one band is deaf on both"
-        yield undecided("half duplex", "pings and frames", why)
-    bands = [("pings", acoustics.hf.channel)]
+        yield undecided("half duplex", "pings and frames", why, None)
+    bands = [("pings", acoustics.hf.channel, "hf")]
     if not protocol.asvs_ping:
-        bands.append(("frames", acoustics.mf.channel))
-    for what, channel in bands:
+        bands.append(("frames", acoustics.mf.channel, "mf"))
+    for what, channel, band in bands:
         if not channel_named(channel).ends_at_range:
             why = f"with the channel {str(channel)!r} sound ends at no range"
-            yield undecided("sound without a range", what, why)
+            yield undecided("sound without a range", what, why, band)
     known = protocol.asvs_ping or is_plugin(str(protocol.schedule)) or protocol.random_access
     if not known and not schedule_of(case.scenario).is_proved:
         why = "nothing is proved of this schedule beyond what was played"
-        yield undecided("schedule", str(protocol.schedule), why)
+        yield undecided("schedule", str(protocol.schedule), why, None)
     if tells_slots(case.scenario) and protocol.dissemination.missed != "silent":
         why = "AUVs that received no slots ping when they reckon these to be"
-        yield undecided("disseminated slots", f"missed {protocol.dissemination.missed}", why)
+        missed = f"missed {protocol.dissemination.missed}"
+        yield undecided("disseminated slots", missed, why, None)
     elif tells_slots(case.scenario) and schedule_of(case.scenario).is_shared_and_proved:
         why = "slots are shared by where AUVs are believed to be as a frame begins, a round ahead"
-        yield undecided("disseminated slots", str(protocol.schedule), why)
+        yield undecided("disseminated slots", str(protocol.schedule), why, None)
 
 
 def uplink_guard(case: Case, pairs: Sequence[SignalPair]) -> Guard | None:

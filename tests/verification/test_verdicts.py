@@ -11,11 +11,12 @@ from adversary import overlaps
 from verification_cases import drawn_case
 from worlds import merged
 
-from bindusbl_des import Scenario, Verdict, load_scenario, simulate, verify
+from bindusbl_des import Result, Scenario, Verdict, load_scenario, simulate, verify
 from bindusbl_des.core.plugins import allow
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.scenario.files.overrides import put
-from bindusbl_des.verification.case import Case, bounds_of
+from bindusbl_des.verification import playing
+from bindusbl_des.verification.case import REFUSED, UNDECIDED, Case, bounds_of
 from bindusbl_des.verification.frames import most_fixes
 from bindusbl_des.verification.playing import played, staged
 from bindusbl_des.verification.verdict_text import verdict_text, write
@@ -54,7 +55,9 @@ def accepted_and_refused(seeds: range, rounds: int) -> tuple[int, int, dict[str,
         if not verdict.accepted:
             if any(pair.verdict == "refused" for pair in verdict.pairs):
                 assert verdict.witness is not None, seed
-                again = played(verdict.witness.kind, verdict.witness.plan, verdict.witness.seed)
+                kind, plan, at = (getattr(verdict.witness, k) for k in ("kind", "plan", "seed"))
+                band = next(pair.band for pair in verdict.pairs if pair.kind == kind)
+                again = played(kind, plan, at, band)
                 assert again == verdict.witness, seed
                 assert again.overlap_s > 0.0
                 witnesses += 1
@@ -346,6 +349,32 @@ def test_who_is_silent_without_a_slot_of_its_own_collides_with_nobody() -> None:
     """A slot for each AUV, known or not, is accepted where it is for all that know it."""
     protocol = {"knowledge": "broadcast", "schedule": "one_per_slot"}
     assert judged({"protocol": protocol}).accepted
+
+
+def test_pings_that_meet_refuse_no_frames() -> None:
+    """One ASV sends frames at a time: where sound ends at no range none was seen to meet another."""
+    bands = {"hf": {"channel": {"model": "sonar", "snr_threshold_db": 20.0}}}
+    verdict = judged({"acoustics": {**bands, "mf": {"channel": "sonar"}}})
+    assert {pair.what: pair.verdict for pair in verdict.pairs} == {
+        "pings": REFUSED, "frames": UNDECIDED,
+    }  # fmt: skip
+    assert verdict.witness is not None
+    assert all(signal.what.startswith("ping") for signal in verdict.witness.signals)
+
+
+def test_witnesses_of_large_fleets_are_short(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So many seconds are played of all pairs of an AUV and an ASV together."""
+    flown: list[float] = []
+
+    def noting(scenario: Scenario, seed: int) -> Result:
+        flown.append(scenario.duration_s * scenario.auvs.count * scenario.asvs.count)
+        return simulate(scenario, seed)
+
+    monkeypatch.setattr(playing, "LONGEST_PLAYED_S", 60.0)
+    monkeypatch.setattr(playing, "simulate", noting)
+    judged({})
+    assert flown
+    assert max(flown) <= 60.0 * (1.0 + 1e-9)
 
 
 def test_a_witness_is_a_scenario_of_its_own(tmp_path: Path) -> None:
