@@ -25,6 +25,9 @@ NOTEWORTHY = 0.01
 # A reader compares a few, one of each kind; predictions are off by more than a smaller share.
 MOST, WORTHWHILE = 5, 0.1
 
+# A fleet with more pairs of an AUV and an ASV takes seconds to predict, with each change anew.
+LARGEST = 3_000
+
 
 @dataclass(frozen=True)
 class Relief:
@@ -174,8 +177,10 @@ IMPROVED: tuple[tuple[str, str, Callable[[Inputs], Inputs]], ...] = (
 def foreseen(result: "Result") -> tuple[Foreseen, ...]:
     """Return what is predicted to lower the worst AUV's mean error, the best first.
 
-    Nothing where the scenario cannot be predicted.
+    Nothing where the scenario cannot be predicted, or its fleet is too large.
     """
+    if result.scenario.auvs.count * result.scenario.asvs.count > LARGEST:
+        return ()
     try:
         now = _error(result.scenario)
     except ValueError:

@@ -2,7 +2,10 @@
 
 import json
 
+import pytest
+
 from bindusbl_des import load_scenario, simulate
+from bindusbl_des.planning import relief
 from bindusbl_des.planning.relief import foreseen
 from bindusbl_des.report.run_page import run_page
 from bindusbl_des.results.effects import Advice, as_data, from_data
@@ -31,3 +34,10 @@ def test_what_cannot_be_predicted_has_no_predictions() -> None:
     """AUVs that ping as they like have no rounds."""
     overrides = ["duration_s=20", "protocol.schedule=aloha", "protocol.frame_s=5"]
     assert foreseen(simulate(load_scenario("recovery_140m", overrides=overrides), seed=0)) == ()
+
+
+def test_large_fleets_are_not_predicted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A reader of a mission of seconds would wait for minutes."""
+    result = simulate(load_scenario("recovery_140m"), seed=0)
+    monkeypatch.setattr(relief, "LARGEST", 8)
+    assert foreseen(result) == ()

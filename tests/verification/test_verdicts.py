@@ -352,7 +352,7 @@ def test_who_is_silent_without_a_slot_of_its_own_collides_with_nobody() -> None:
 
 
 def test_pings_that_meet_refuse_no_frames() -> None:
-    """One ASV sends frames at a time: where sound ends at no range none was seen to meet another."""
+    """One ASV sends frames at a time: where sound ends at no range none was seen to meet others."""
     bands = {"hf": {"channel": {"model": "sonar", "snr_threshold_db": 20.0}}}
     verdict = judged({"acoustics": {**bands, "mf": {"channel": "sonar"}}})
     assert {pair.what: pair.verdict for pair in verdict.pairs} == {
