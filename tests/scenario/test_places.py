@@ -118,7 +118,8 @@ SWAPPED = [degrees(it)[::-1] for it in PLACES]
         ),
         (
             told(asvs={"count": 2, **PLACED}),
-            "asvs.formation.positions_deg: needs one [lat, lon] per ASV: 2 expected, 3 given",
+            "asvs.formation.positions_deg: needs one [lat, lon] per ASV: 2 expected, 3 given; or "
+            "have them placed by `asvs.formation: {model: ring}`",
         ),
         (
             told(asvs={"formation": {"model": "ring", **PLACED["formation"]}}),

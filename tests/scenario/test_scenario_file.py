@@ -247,7 +247,8 @@ def test_an_option_mends_the_file() -> None:
         ),
         (
             "asvs.count=4",
-            "asvs.formation.positions_m: needs one [x, y] per ASV: 4 expected, 1 given",
+            "asvs.formation.positions_m: needs one [x, y] per ASV: 4 expected, 1 given; or have "
+            "them placed by `asvs.formation: {model: ring}`",
         ),
     ],
 )
