@@ -206,16 +206,21 @@ def verify(
 
 
 def pairs_of(case: Case) -> list[SignalPair]:
-    """Return every kind of pair of signals of a scenario's protocol, each with its verdict."""
+    """Return every kind of pair of signals of a scenario's protocol, each with its verdict.
+
+    Where nothing is proved of one band, the other's pairs are judged as ever.
+    """
     unknown = list(_unknown(case))
-    if unknown:
-        return unknown
-    if case.scenario.protocol.random_access:
-        return list(random_access(case))
-    return [pair for rule in _rules(case) for pair in rule(case)]
+    bands = {pair.band for pair in unknown}
+    if bands in ({"hf"}, {"mf"}):
+        judged = (pair for rule in _rules(case) for pair in rule(case))
+        return unknown + [pair for pair in judged if pair.band not in (*bands, None)]
+    return unknown or [pair for rule in _rules(case) for pair in rule(case)]
 
 
 def _rules(case: Case) -> tuple[Rule, ...]:
+    if case.scenario.protocol.random_access:
+        return (random_access,)
     ranging = ranging_of(case.scenario)
     if ranging.asvs_ping:
         return BEACONS

@@ -16,7 +16,7 @@ from bindusbl_des.core.plugins import allow
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.scenario.files.overrides import put
 from bindusbl_des.verification import playing
-from bindusbl_des.verification.case import REFUSED, UNDECIDED, Case, bounds_of
+from bindusbl_des.verification.case import ACCEPTED, REFUSED, UNDECIDED, Case, bounds_of
 from bindusbl_des.verification.frames import most_fixes
 from bindusbl_des.verification.playing import played, staged
 from bindusbl_des.verification.verdict_text import verdict_text, write
@@ -288,7 +288,10 @@ def test_frames_that_tell_slots_are_as_long_as_they_are(
 @pytest.mark.parametrize(
     "changes",
     [
-        {"acoustics": {"mf": {"channel": {"model": "sonar"}}}},
+        {
+            "acoustics": {"mf": {"channel": {"model": "sonar"}}},
+            "protocol": {"conflict_margin_m": 20.0},
+        },
         {"asvs": {"failures": [{"asv": 1, "at_s": 5.0, "until_s": 9.0}]}},
         {"protocol": {"knowledge": "broadcast", "conflict_margin_m": 20.0}},
         {
@@ -360,6 +363,10 @@ def test_pings_that_meet_refuse_no_frames() -> None:
     }  # fmt: skip
     assert verdict.witness is not None
     assert all(signal.what.startswith("ping") for signal in verdict.witness.signals)
+    proved = judged({"acoustics": {"mf": bands["hf"]}, "protocol": {"conflict_margin_m": 20.0}})
+    assert {pair.kind: pair.verdict for pair in proved.pairs} == {
+        "sound without a range": UNDECIDED, "same slot": ACCEPTED, "consecutive slots": ACCEPTED,
+    }  # fmt: skip
 
 
 def test_witnesses_of_large_fleets_are_short(monkeypatch: pytest.MonkeyPatch) -> None:
