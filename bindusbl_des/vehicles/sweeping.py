@@ -132,10 +132,13 @@ def _sampled(vehicle: Vehicle, step: float, until: float) -> tuple[Floats, Float
     """Return instants (n,), s, up to one between which a vehicle goes a `step` (m) at most, and its
     places then (n, 3), m; whatever its speed, but for jumps.
     """
-    times = np.linspace(0.0, until, math.ceil(vehicle.distance(until) / step) + 1)
+    whole = vehicle.distance(until)
+    times = np.linspace(0.0, until, math.ceil(whole / step) + 1)
     while True:
         places = vehicle.sample(times)[:, :3]
         gone, took = np.hypot(*np.diff(places[:, :2], axis=0).T), np.diff(times)
+        if whole - gone.sum() > step:  # out and back between two of them; dear, so only then
+            gone = np.diff([vehicle.distance(time) for time in times.tolist()])
         pieces = np.where(took > SHORTEST_S, np.ceil(gone / step * (1.0 - TOUCHING)), 1.0)
         pieces = np.maximum(pieces, 1.0).astype(np.int64)
         if (pieces == 1).all():

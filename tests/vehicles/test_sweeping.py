@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from bindusbl_des.geometry.area import polygon, rectangle
 from bindusbl_des.geometry.paths import Path, Pose, Segment
 from bindusbl_des.vehicles.sweeping import sweep
-from bindusbl_des.vehicles.vehicle import Place, kinematic, moored
+from bindusbl_des.vehicles.vehicle import Place, kinematic, moored, recorded
 
 
 def test_one_lane_sweeps_its_swath() -> None:
@@ -66,6 +66,17 @@ def test_who_waits_has_swept_all_that_lies_behind() -> None:
     assert soon is not None
     assert late is not None
     assert late.area(np.array([60.0]))[0] == pytest.approx(soon.area(np.array([50.0]))[0], abs=2.0)
+
+
+@pytest.mark.parametrize("leaves", [365.0, 400.0, 1000.0, 1300.0])
+def test_who_goes_out_and_back_has_swept_what_lies_between(leaves: float) -> None:
+    """25 m at 1 m/s and back in an hour of hovering, between two instants looked at first."""
+    times = np.array([0.0, leaves, leaves + 25.0, leaves + 50.0, 3600.0])
+    places = np.array([[0.0, 0, 5], [0, 0, 5], [25, 0, 5], [0, 0, 5], [0, 0, 5]])
+    found = sweep(rectangle(60.0, 60.0), [recorded(times, places)], 5.0, 3600.0)
+    assert found is not None
+    truth = 25.0 * 5.0 + math.pi * 2.5**2
+    assert found.area(np.array([3600.0])) == pytest.approx([truth], abs=4.0)
 
 
 @pytest.mark.parametrize("wide", [0.2, 0.6, 3.0])
