@@ -1,6 +1,7 @@
 """Comparisons: differences paired by seed, how sure they are, and what is said of them."""
 
 import json
+import re
 from math import nan
 from pathlib import Path
 from types import SimpleNamespace
@@ -199,6 +200,17 @@ def test_campaigns_are_compared_point_by_point(monkeypatch: pytest.MonkeyPatch) 
     assert list(rows["pairs"]) == [2, 2]
     assert call("sweep", "short.yaml", "--seeds", 2, "--out", "alone").exit_code == 0
     assert len(compare("alone", "one", "other", metrics=["rounds"])) == 4
+
+
+def test_who_is_worst_counts_in_paired_seeds_alone() -> None:
+    """Equal missions, two seeds of them in one campaign and six in the other: the same AUVs."""
+    for seeds in (2, 6):
+        assert call("sweep", "short.yaml", "--seeds", seeds, "--out", f"c{seeds}").exit_code == 0
+    rows = compare("c2", "c6", metrics=["worst_position_error_m"])
+    assert rows["verdict"].tolist() == ["equal"]
+    assert rows["other_worst_auv"].tolist() == rows["baseline_worst_auv"].tolist()
+    found = " ".join(call("compare", "c2", "c6").stdout.split())
+    assert re.search(r"is the worst at both|At A (.+ of 2 seeds.*); at B \1\.", found)
 
 
 def test_many_points_make_one_table() -> None:

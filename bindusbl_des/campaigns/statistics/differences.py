@@ -247,7 +247,9 @@ def difference(pair: Pair, metric: str, found: Found, served: Served) -> Differe
         gaps[:] = nan
     else:
         known = their_known = known & their_known
-    names, their_names = (found[s.campaign.folder].who(s.point, metric) for s in _sides(pair))
+    names, their_names = (
+        found[s.campaign.folder].who(s.point, metric, seeds) for s in _sides(pair)
+    )
     baseline = _end(one, known, lack, names)
     other = _end(two, their_known, their_lack, their_names)
     return Difference(pair, metric, baseline, other, interval(gaps.tolist()))

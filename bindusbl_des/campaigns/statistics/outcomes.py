@@ -96,12 +96,17 @@ class MissionOutcomes:
         without = self.unserved.get(metric)
         return np.zeros(int(well.sum()), bool) if without is None else without[rows][well]
 
-    def who(self, point: int, metric: str) -> Counter[str]:
-        """Return in how many missions of a point each AUV was the worst by a metric, most first."""
+    def who(self, point: int, metric: str, seeds: Ints | None = None) -> Counter[str]:
+        """Return in how many missions of a point, of all or of some seeds, each AUV was the worst
+        by a metric, most first.
+        """
         rows = self._rows(point)
         if metric not in self.worst:
             return Counter()
-        auvs = self.worst[metric][rows][self.ok[rows]]
+        here = self.ok[rows]
+        if seeds is not None:
+            here = here & np.isin(self.seed[rows], seeds)
+        auvs = self.worst[metric][rows][here]
         times = np.bincount(auvs[auvs != NONE])
         most = np.argsort(-times, kind="stable")
         return Counter({f"AUV{auv}": int(times[auv]) for auv in most.tolist() if times[auv]})
