@@ -164,7 +164,7 @@ def _written(
 
 def drawn(result: "Result") -> Iterator[Drawn]:
     """Yield the survey area, a point for each ASV where it was at first, and the ways of AUVs and
-    of ASVs that move.
+    of ASVs that move: points, too, where a single place is known, as no line has one alone (3.1.4).
     """
     on_earth = _earthly(result.scenario)
     yield _survey(result.scenario)
@@ -175,8 +175,9 @@ def drawn(result: "Result") -> Iterator[Drawn]:
             if not keep_station([places[""]], result.scenario.acoustics.hf.range_m):
                 yield Drawn("LineString", f"{name} (way)", on_earth(places[""].tolist()))
             continue
+        kind = "LineString" if len(track) > 1 else "Point"
         for told, way in places.items():
-            yield Drawn("LineString", f"{name}{told}", on_earth(way.tolist()))
+            yield Drawn(kind, f"{name}{told}", on_earth(way.tolist()))
 
 
 def planned(scenario: "Scenario") -> Iterator[Drawn]:

@@ -16,7 +16,7 @@ from bindusbl_des import load_result, load_scenario, simulate
 from bindusbl_des.charts.areas import read_area, read_geojson
 from bindusbl_des.charts.xml_charts import read_kml
 from bindusbl_des.cli import main
-from bindusbl_des.export.chart_files import planned, write_plan
+from bindusbl_des.export.chart_files import planned, write_chart, write_plan
 from bindusbl_des.geometry.geodesy import ned_at_depth
 from bindusbl_des.scenario.destinations import asv_stations, horizontal_reach, tracks_of
 from bindusbl_des.scenario.flight_plans import planned_paths
@@ -57,6 +57,19 @@ def test_a_chart_shows_area_vessels_and_ways(run: Path, ending: str) -> None:
         np.testing.assert_allclose(found, expected, atol=1e-6)
     assert shapes["ASV0"].kind == "point"
     assert shapes["AUV1 (estimate"].kind == "line"
+
+
+@pytest.mark.parametrize("ending", ["geojson", "kml"])
+def test_a_way_of_one_place_is_a_point(ending: str, tmp_path: Path) -> None:
+    """Lines have two positions or more (RFC 7946, 3.1.4; the same in KML)."""
+    place = {"lat_deg": ORIGIN[0], "lon_deg": ORIGIN[1]}
+    asked = scenario(duration_s=5.0, environment={"origin": place}, record={"tracks_hz": 0.1})
+    simulate(asked, seed=3).write(tmp_path / "run")
+    chart = tmp_path / f"chart.{ending}"
+    write_chart(load_result(tmp_path / "run"), chart, ending)
+    shapes = (read_geojson if ending == "geojson" else read_kml)(chart)
+    assert {shape.kind for shape in shapes} == {"polygon", "point"}
+    assert len(shapes) == 1 + asked.asvs.count + 2 * asked.auvs.count
 
 
 @pytest.mark.parametrize("ending", ["geojson", "kml"])
