@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..charts.shapes import HIGHEST
 from ..core.arrays import Floats, real_numbers
 from ..core.plugins import Family, PluginError, asked, shown
-from ..vehicles.tracks import FARTHEST, FASTEST, Track
+from ..vehicles.tracks import FARTHEST, FASTEST, Track, is_in_air
 from .agreement.vehicles import SHORTEST_WAY
 from .families import ASV, PLACEMENT, ROUTE
 from .part_choice import PartChoice, own_part
@@ -190,7 +190,7 @@ def _motion_problem(scenario: ScenarioKeys, way: Floats) -> str:
         return "the times of a track must increase"
     if (np.hypot(steps[:, 1], steps[:, 2]) > FASTEST * steps[:, 0]).any():
         return f"a track must be slower than {FASTEST:g} m/s; are its columns time, x, y, depth?"
-    if (way[:, 3] < -HIGHEST).any():
+    if (way[:, 3] < -HIGHEST).any() or is_in_air(way[:, 3]):
         return "a track must be in the sea; depths are positive below its surface"
     if way[0, 0] >= scenario.duration_s or way[-1, 0] <= 0.0:
         return f"a track must be in the mission, which lasts from 0 to {scenario.duration_s:g} s"

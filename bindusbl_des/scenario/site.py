@@ -117,10 +117,8 @@ def vessel_track(scenario: ScenarioKeys, placement: AsvTrack, asv: int) -> "Reco
     from ..vehicles.tracks import read_track
 
     file, which = _recordings(placement)[asv]
-    times, places = read_track(
-        file, placement.time_offset_s, which=which, origin=origin_of(scenario), depth_m=0.0
-    )
-    return times, places * (1.0, 1.0, 0.0)
+    origin, offset_s = origin_of(scenario), placement.time_offset_s
+    return read_track(file, offset_s, which=which, origin=origin, depth_m=0.0, afloat=True)
 
 
 def vessel_tracks(scenario: ScenarioKeys, placement: AsvTrack) -> "list[RecordedTrack]":

@@ -17,6 +17,9 @@ Track = tuple[Floats, Floats]
 # Faster (m/s) is no vehicle, and would outrun its own sound.
 FASTEST = 1000.0
 
+# Pressure is off by so much (m), and waves lift by so much: depths at the surface lie between.
+ERRING, LIFTED = 0.5, 1.0
+
 # Farther from the survey's centre (m) is nothing that a scenario could give.
 FARTHEST = 1e6
 
@@ -50,13 +53,15 @@ def read_track(
     which: str = "",
     origin: Degrees | None = None,
     depth_m: float = math.nan,
+    afloat: bool = False,
 ) -> Track:
     """Return the times (n,), s, and positions (n, 3), m, z down, of a recorded track.
 
     CSV, GPX and MCAP files are read (:mod:`..charts.recordings`); `which` names one of several
     tracks in a file.  `offset_s` is subtracted from its times.  Latitude and longitude become
     metres about `origin`, latitude and longitude (deg); heights above the ellipsoid become depths
-    below the survey's plane.  Where the file says no depth, it is `depth_m`.
+    below the survey's plane.  Where the file says no depth, it is `depth_m`; what is `afloat` is at
+    the surface, whatever the file says.
 
     Raises:
         ValueError: naming file, line and remedy, when the file is not such a track.
@@ -67,8 +72,29 @@ def read_track(
     else:
         positions = np.column_stack((recording.places, _depths(recording, depth_m)))
     _check_speed(path, recording, positions)
+    if afloat:
+        positions[:, 2] = 0.0
+    elif is_in_air(positions[:, 2]):
+        highest = int(positions[:, 2].argmin())
+        raise ValueError(
+            f"{recording.where[highest]}: is {-positions[highest, 2]:.4g} m above the sea, and no "
+            f"sample is more than {ERRING:g} m below it; depths must be positive below the sea, "
+            "heights negative. Turn their sign; or remove them (GPX, MCAP) to have the AUV at "
+            "survey.depth_m"
+        )
     positions.setflags(write=False)
     return recording.times - offset_s, positions
+
+
+def is_in_air(depths: Floats) -> bool:
+    """Tell whether a track with these depths (m) is above the sea, and never in it: heights.
+
+    >>> is_in_air(np.array([0.1, -3.0])), is_in_air(np.array([0.3, -0.9]))
+    (True, False)
+    >>> is_in_air(np.array([8.0, -2.0]))
+    False
+    """
+    return bool(depths.min() < -LIFTED and depths.max() <= ERRING)
 
 
 def _depths(recording: RecordedTrack, depth_m: float) -> Floats:

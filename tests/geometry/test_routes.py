@@ -1,6 +1,7 @@
 """Paths, lanes and turns: where vehicles go, and that they go there smoothly."""
 
 import math
+from contextlib import nullcontext
 from pathlib import Path as FilePath
 
 import numpy as np
@@ -171,6 +172,28 @@ def test_a_bad_track_is_refused(tmp_path: FilePath, text: str, message: str) -> 
     (tmp_path / "a.csv").write_text(text)
     with pytest.raises(ValueError, match=message):
         read_track(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize(
+    ("depths", "said"),
+    [
+        ((-5, -5), ":2: is 5 m above the sea, .* Turn their sign"),
+        ((0.2, -3), ":3: is 3 m above the sea, and no sample is more than 0.5 m below it"),
+        ((0, 0), ""),
+        ((-0.9, 0.3), ""),  # at the surface, in waves
+        ((10, -2), ""),
+    ],
+)
+def test_a_track_in_the_air_is_refused(
+    tmp_path: FilePath, depths: tuple[float, float], said: str
+) -> None:
+    """A log of heights, z up; what floats has no depth, and what dives may come up."""
+    (tmp_path / "a.csv").write_text(
+        "time_s,x_m,y_m,z_m\n" + "".join(f"{9 * n},{n},0,{z}\n" for n, z in enumerate(depths))
+    )
+    assert not read_track(tmp_path / "a.csv", afloat=True)[1][:, 2].any()
+    with pytest.raises(ValueError, match=rf"a.csv{said}") if said else nullcontext():
+        assert read_track(tmp_path / "a.csv")[1][:, 2].tolist() == list(depths)
 
 
 def test_a_tour_goes_on_as_long_as_it_must() -> None:

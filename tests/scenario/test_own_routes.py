@@ -65,6 +65,7 @@ def same(plan): return [[(0, 0), (0, 0)]] * plan.auvs
 def back(plan): return [[(1, 0, 0, 5), (0, 1, 1, 5)]] * plan.auvs
 def fast(plan): return [[(0, 0, 0, 5), (1, 9999, 1, 5)]] * plan.auvs
 def flies(plan): return [[(0, 0, 0, -20), (9, 1, 1, -20)]] * plan.auvs
+def hovers(plan): return [[(0, 0, 0, 0), (9, 1, 1, -3)]] * plan.auvs
 def away(plan): return [[(900, 0, 0, 5), (901, 1, 1, 5)]] * plan.auvs
 """
 
@@ -216,6 +217,7 @@ WAYS = "it must be a list of 2 arrays, one for each AUV: way points (n, 2)"
         (ROUTE, "back", "the times of a track must increase (AUV0)"),
         (ROUTE, "fast", "a track must be slower than 1000 m/s; are its columns time, x, y, depth?"),
         (ROUTE, "flies", "a track must be in the sea; depths are positive below its surface"),
+        (ROUTE, "hovers", "a track must be in the sea; depths are positive below its surface"),
         (ROUTE, "away", "a track must be in the mission, which lasts from 0 to 20 s (AUV0)"),
         (ROUTE, "raises", "raised KeyError: 'no'"),
         (AUV, "narrow", "it must be an array (n, 4), time in s, x, y and depth in m; n >= 2"),
