@@ -1,6 +1,7 @@
 """Figures of merit, in worlds where they can be worked out by hand."""
 
 import math
+import re
 
 import numpy as np
 import pandas as pd
@@ -260,6 +261,17 @@ def test_metrics_from_an_instant_on_leave_out_what_was_before(ranging: str) -> N
     assert (second.fix_age_max_s <= whole.fix_age_max_s + 1e-9).all()
     with pytest.raises(ScenarioError, match=r"nothing is left to judge of 300 s from 300 s on"):
         load_scenario("recovery_140m", overrides=["record.metrics_from_s=300"])
+
+
+@pytest.mark.parametrize(("duration", "begin", "rate"), [(30, 15, 0.05), (30, 15, 0.01), (9, 8, 1)])
+def test_a_rate_too_low_to_judge_by_is_named(duration: float, begin: float, rate: float) -> None:
+    """With one that would do."""
+    asked = {"metrics_from_s": begin, "metrics_hz": rate}
+    with pytest.raises(ValueError, match=r"s are left to judge, and record.metrics_hz") as told:
+        scenario(duration_s=duration, record=asked)
+    said = re.search(r"set it to (\S+),", str(told.value))
+    assert said
+    scenario(duration_s=duration, record={**asked, "metrics_hz": float(said[1])})
 
 
 def test_headings_in_tables_are_within_half_a_turn() -> None:

@@ -143,17 +143,26 @@ def _drift(scenario: ScenarioKeys) -> Iterator[Problem]:
 # A mission larger than this would exhaust the memory of any workstation.
 LARGEST_SAMPLES = 5e8
 
+# Nothing is sampled more often.
+OFTENEST_HZ = 1e3
+
 
 def sizes_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield rates at which more samples would be kept than memory holds, or none."""
-    begin = scenario.record.metrics_from_s
-    if begin >= scenario.duration_s - 1 / scenario.record.metrics_hz and begin > 0:
-        yield Problem(
-            "record.metrics_from_s",
-            f"nothing is left to judge of {scenario.duration_s:g} s from {begin:g} s on; begin "
-            "earlier",
-            ("duration_s",),
-        )
+    begin, rate = scenario.record.metrics_from_s, scenario.record.metrics_hz
+    if begin >= scenario.duration_s - 1 / rate and begin > 0:
+        left = scenario.duration_s - begin
+        if left * OFTENEST_HZ >= 2.0:
+            message = (
+                f"{left:.3g} s are left to judge, and record.metrics_hz takes a sample each "
+                f"{1 / rate:.3g} s; set it to {2.0 / left:.3g}, or begin earlier"
+            )
+        else:
+            message = (
+                f"nothing is left to judge of {scenario.duration_s:g} s from {begin:g} s on; begin "
+                "earlier"
+            )
+        yield Problem("record.metrics_from_s", message, ("duration_s", "record.metrics_hz"))
     vehicles = scenario.auvs.count + scenario.asvs.count
     for name, rate in (
         ("record.metrics_hz", scenario.record.metrics_hz),
