@@ -90,15 +90,17 @@ def fix_chance(scenario: Scenario, stations: ArrayLike, places: ArrayLike) -> Fl
 
 
 def made_and_delivered(
-    scenario: Scenario, heard: Floats, delivered: Floats, away: Floats, *, together: bool = False
-) -> tuple[Floats, Floats]:
+    scenario: Scenario, heard: Floats, delivered: Floats, away: Floats, *,
+    together: bool = False, cycle: int = 1, number: ArrayLike = 0,
+) -> tuple[Floats, Floats]:  # fmt: skip
     """Return how likely a ping of each AUV makes a fix, and how likely that is delivered (..., n).
 
     Each ASV decodes its pings as often as `heard` says, and it the frames of each ASV as often as
     `delivered`, from `away` (m; infinite: it has failed), all (..., n, m).  With passive ranging a
     ping is that of any ASV that works.
     `together` they are a fleet, for all of whom one ASV is chosen that sends their frame; else each
-    is looked at by itself.
+    is looked at by itself.  An AUV's first fix is in the broadcast of a `number` (n,), the others
+    follow by a `cycle` of broadcasts each: where ASVs take turns, not all need send for it.
     """
     works = np.isfinite(away)
     if scenario.protocol.asvs_ping:
@@ -124,14 +126,20 @@ def made_and_delivered(
         frame = None if alone else np.zeros(away.shape[-2], dtype=np.int64)
         best = senders(rule, heard, away, made[..., np.newaxis], frame)[..., np.newaxis]
         by_all = np.take_along_axis(delivered, best, axis=-1)[..., 0]
+    elif rule.chosen_by == "turn":
+        by_all = _in_turn(delivered, works, cycle, number)
     else:
         by_all = _in_turn(delivered, works)
     return made, made * by_all
 
 
-def _in_turn(chances: Floats, works: Flags) -> Floats:
-    """Return the mean (...) of chances (..., m), 0 of who failed, over ASVs that work (..., m)."""
-    return np.asarray(chances.sum(axis=-1) / np.maximum(works.sum(axis=-1), 1))
+def _in_turn(chances: Floats, works: Flags, cycle: int = 1, number: ArrayLike = 0) -> Floats:
+    """Return the mean (...) of chances (..., m) over those of ASVs that work (..., m) who have the
+    turns of a number (n,), and of all that follow by a cycle each.
+    """
+    step, place = np.gcd(cycle, works.sum(axis=-1, keepdims=True)), works.cumsum(axis=-1) - 1
+    has_turn = works & ((place - np.asarray(number)[..., np.newaxis]) % step == 0)
+    return np.asarray((chances * has_turn).sum(axis=-1) / np.maximum(has_turn.sum(axis=-1), 1))
 
 
 def senders(
@@ -163,12 +171,16 @@ def ping_chance(scenario: Scenario, slants: Floats, depth: float) -> Floats | No
     return _decoded(channel, *below(slants, depth), scenario.acoustics.hf.range_m, False)[:, 0]
 
 
-def frame_chance(scenario: Scenario, slants: Floats, depth: float) -> Floats | None:
-    """Return how likely an AUV decodes frames with the fixes of all, as :func:`ping_chance`."""
+def frame_chance(
+    scenario: Scenario, slants: Floats, depth: float, fixes: int | None = None
+) -> Floats | None:
+    """Return how likely an AUV decodes frames with so many fixes, or those of all (None), as
+    :func:`ping_chance`.
+    """
     mf = scenario.acoustics.mf
     if is_plugin(mf.channel):
         return None
-    channel = _frames(scenario)
+    channel = _frames(scenario, fixes)
     if channel is None:
         return np.ones(len(slants))
     return _decoded(channel, *below(slants, depth), mf.range_m, True)[:, 0]
@@ -260,13 +272,16 @@ def _delivered(scenario: Scenario, auvs: Floats, asvs: Floats) -> Floats:
     return _decoded(channel, auvs, asvs, reach, True)
 
 
-def _frames(scenario: Scenario) -> AskedChannel | None:
-    """Return the channel of a frame with the fixes of all, or of an answer; None for the disc."""
+def _frames(scenario: Scenario, fixes: int | None = None) -> AskedChannel | None:
+    """Return the channel of a frame with so many fixes, by default those of all or, in an answer,
+    one; None for the disc.
+    """
     channel = mf_channel(scenario)
     if channel is None:
         return None
     messages = messages_of(scenario)
-    fixes = 1 if scenario.protocol.replies else messages.of(scenario.auvs.count)[0]
+    if fixes is None:
+        fixes = 1 if scenario.protocol.replies else messages.of(scenario.auvs.count)[0]
     return channel(messages.payload_bytes(fixes), messages.airtime(fixes))
 
 

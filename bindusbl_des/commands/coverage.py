@@ -49,6 +49,8 @@ def planned_limits(scenario: "Scenario") -> "Limits | None":
 
 def limits_lines(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]:
     """Yield the lines about limits: of slots, pings, records, latency, and fix rates."""
+    from ..scenario.families import broadcaster_of, schedule_of
+
     if limits is None:
         yield "Limits follow from where the AUVs go, which only the plug-in knows."
         return
@@ -71,8 +73,6 @@ def limits_lines(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]
         f"{limits.decodes_hz:.1f} /s; {limits.cleared_hz:.1f} /s if each has 20 ms to die away",
     )
     if limits.capacity_hz is not None:
-        from ..scenario.families import schedule_of
-
         slotted = schedule_of(scenario).access == "slotted"
         least = ", if no two of a slot are heard" * slotted
         yield _line("  of ALOHA, at its best", f"{limits.capacity_hz:.2f} /s on average{least}")
@@ -81,6 +81,8 @@ def limits_lines(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]
     if limits.latency_s is not None:
         yield _line("latency", f"{limits.latency_s:.3f} s at least, by the nearest ASV")
     yield "Fixes per AUV and second, if nothing is lost but by range:"
+    if broadcaster_of(scenario).at_once and limits.records_hz is not None:
+        yield "(of rounds with one frame; of several, one behind the other, they take longer)"
     best = max((rates.mean for rates in limits.rates.values()), default=0.0)
     yield f"{'':<{WIDTH}}{'mean':>8}{'worst AUV':>16}{'of the best':>13}"
     for name, rates in limits.rates.items():

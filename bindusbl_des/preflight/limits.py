@@ -5,12 +5,13 @@ and into how many ping groups that makes a round; from that follows how often AU
 pings and frames were lost by range alone.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..acoustics.fix_chance import LOOKED_UP, frame_chance, made_and_delivered, ping_chance
 from ..core.arrays import Flags, Floats, Ints
@@ -34,7 +35,7 @@ from ..protocol.replies import reply_delay_of
 from ..protocol.slots import Slots
 from ..scenario.declared import DOWNLINKS, ScheduleTraits, channel_named
 from ..scenario.destinations import known_stations
-from ..scenario.families import broadcaster_of, schedule_of
+from ..scenario.families import broadcaster_of, downlink_of, schedule_of, schedule_settings
 from ..scenario.scenario import Scenario
 from ..scenario.site import sound_speed_of
 from .round_lengths import Rounds, rounds_of
@@ -44,6 +45,10 @@ INSTANTS, MOST_PAIRS = 121, 4_000_000
 
 # Whose rates stand beside those of the scenario's own rounds.
 COMPARED = tuple(name for name, traits in DOWNLINKS.items() if traits.is_foreseen)
+
+# Rounds with numbers of fixes that are rarer than this are not asked how long they are, nor those
+# of more numbers than so many: others lie between them.
+HARDLY_EVER, MOST_LENGTHS = 1e-6, 17
 
 # Frames of more records are not tried in search of the one that carries most of them a second.
 MOST_RECORDS = 1000
@@ -79,8 +84,9 @@ class SurveySights(NamedTuple):
     Which ASVs hear the pings of which AUVs, and which AUVs the frames of which ASVs, as the
     protocol counts its ranges, (k, n, m); how far (m) each AUV is from the ASV nearest to it that
     works, (k, n).  How likely a ping makes a fix, and one that is delivered, (k, n), if no other
-    sound overlaps, and by the ASV that reaches the AUV best; as often as in range where a channel
-    of somebody's own decides.
+    sound overlaps, and alone in a frame by the ASV that reaches the AUV best; as often as in range
+    where a channel of somebody's own decides.  Whose fix a broadcast has comes back after a `cycle`
+    of broadcasts; 1 where that changes, or all share them.
     """
 
     times_s: Floats
@@ -90,6 +96,7 @@ class SurveySights(NamedTuple):
     made: Floats
     delivered: Floats
     at_best: Floats
+    cycle: int
 
 
 def planned_sights(scenario: Scenario) -> SurveySights:
@@ -130,9 +137,33 @@ def sights(scenario: Scenario, times: Floats, auvs: Floats, asvs: Floats) -> Sur
     pings = _chances(scenario, slant, heard, ~broken, hf.channel, ping_chance)
     frames = _chances(scenario, slant, reached, ~broken, mf.channel, frame_chance)
     away = np.where(broken, np.inf, slant)
-    made, delivered = made_and_delivered(scenario, pings, frames, away, together=True)
-    at_best = made if scenario.protocol.asvs_ping else made * frames.max(axis=2)
-    return SurveySights(times, heard, reached, nearest, made, delivered, at_best)
+    slot = _turns(scenario, heard) if not broken.all(axis=2).any() else None  # who waited is late
+    cycle, number = (1, 0) if slot is None else (int(slot.max()) + 1, slot)
+    made, delivered = made_and_delivered(
+        scenario, pings, frames, away, together=True, cycle=cycle, number=number
+    )
+    at_best = made
+    if not scenario.protocol.asvs_ping:  # the shortest frames are lost least
+        alone = partial(frame_chance, fixes=1)
+        at_best = made * _chances(scenario, slant, reached, ~broken, mf.channel, alone).max(axis=2)
+    return SurveySights(times, heard, reached, nearest, made, delivered, at_best, cycle)
+
+
+def _turns(scenario: Scenario, heard: Flags) -> Ints | None:
+    """Return the number of the broadcast that has the fix of each AUV (n,), of those after which
+    that comes back; None where it changes, with what is in range (k, n, m) or by lot.
+    """
+    schedule, fleet = schedule_of(scenario), np.arange(scenario.auvs.count)
+    if scenario.protocol.downlink not in DOWNLINKS:  # nobody knows when it broadcasts
+        return None
+    if schedule.framed:
+        return fleet if schedule.turn == "rotation" else None
+    if not downlink_of(scenario).by_group:
+        return None
+    if schedule.groups == "each" and not schedule_settings(scenario).shares_calls:
+        return fleet
+    slots = slots_made(schedule, heard)
+    return None if slots is None or (slots != slots[0]).any() else slots[0]
 
 
 def _chances(
@@ -154,11 +185,11 @@ def _chances(
     return np.where(within, found, 0.0)
 
 
-# How many ping groups there are of what is heard, by how they come about.
-COLOURINGS: Mapping[str, Callable[[Flags], int]] = {
-    "first_fit": lambda heard: len(greedy_groups(heard)),
-    "saturation": lambda heard: len(dsatur_groups(heard)),
-    "each": len,
+# Which ping groups there are of what is heard, by how they come about.
+COLOURINGS: Mapping[str, Callable[[Flags], Sequence[Sequence[int]]]] = {
+    "first_fit": greedy_groups,
+    "saturation": dsatur_groups,
+    "each": lambda heard: [[auv] for auv in range(len(heard))],
 }
 
 
@@ -203,23 +234,36 @@ def groups_made(schedule: ScheduleTraits, heard: Flags) -> Ints | None:
     """Return how many ping groups a schedule makes of what is in range (k, n, m), at each instant
     (k,); None where only the schedule knows.
     """
+    slots = slots_made(schedule, heard)
+    return None if slots is None else np.asarray(slots.max(axis=1) + 1)
+
+
+def slots_made(schedule: ScheduleTraits, heard: Flags) -> Ints | None:
+    """Return the slot of each AUV (k, n) at each instant, as :func:`groups_made`."""
     if schedule.framed:
-        return np.ones(len(heard), dtype=np.int64)
+        return np.zeros(heard.shape[:2], dtype=np.int64)
     if not schedule.has_exact_groups:
         return None
-    return each(heard, COLOURINGS[schedule.groups]).astype(np.int64)
+
+    def slots(now: Flags) -> Ints:
+        slot = np.empty(len(now), dtype=np.int64)
+        for number, group in enumerate(COLOURINGS[schedule.groups](now)):
+            slot[list(group)] = number
+        return slot
+
+    return np.asarray(each(heard, slots))
 
 
-def each(heard: Flags, of: Callable[[Flags], float]) -> Floats:
-    """Return a number of what is in range (k, n, m) at each instant, (k,): of equal ones once."""
-    kept: dict[bytes, float] = {}
-    found = np.empty(len(heard))
-    for instant, now in enumerate(heard):
-        key = now.tobytes()
+def each(heard: Flags, of: Callable[[Flags], ArrayLike]) -> Floats:
+    """Return what belongs to what is in range (k, n, m) at each instant, (k, ...): of equal ones
+    asked once.
+    """
+    kept: dict[bytes, ArrayLike] = {}
+    keys = [now.tobytes() for now in heard]
+    for key, now in zip(keys, heard, strict=True):
         if key not in kept:
             kept[key] = of(now)
-        found[instant] = kept[key]
-    return found
+    return np.array([kept[key] for key in keys])
 
 
 @dataclass(frozen=True)
@@ -245,23 +289,24 @@ class Rates:
 
 
 def rates_of(
-    scenario: Scenario, rounds: Rounds, sights: SurveySights, senders: int, records_hz: float | None
+    scenario: Scenario, rounds: Rounds, sights: SurveySights, senders: int
 ) -> dict[str, Rates]:
     """Return the rates of a scenario's own rounds (`planned`; none where they are not known), of
-    sequential and pipelined ones of its schedule, and with frame behind frame (`back_to_back`).
+    sequential and pipelined ones of its schedule, and with frame behind frame (`back_to_back`; none
+    without frames): no protocol has more whose AUVs ping, and collide, equally often.
 
-    `senders` broadcast at once; the downlink carries `records_hz` (1/s) at most, None: has none.
+    `senders` broadcast at once.
     """
-    protocol, heard, delivered = scenario.protocol, sights.heard, sights.delivered
+    protocol, made, delivered = scenario.protocol, sights.made, sights.delivered
     if protocol.asvs_ping:
         every = rounds.length(rounds.most, 0) / scenario.asvs.count
         return {"planned": Rates(np.asarray(delivered.mean(axis=0) / every))}
     found: dict[str, Rates] = {}
-    carried, share = _carried(rounds.slots, sights.made)
     if rounds.frame and rounds.are_known:
-        in_turn = np.full(len(heard), scenario.auvs.count * rounds.period(1, 1))
-        found["planned"] = _shared(delivered, in_turn)
-    groups = groups_made(schedule_of(scenario), heard)
+        empty, full = rounds.length(1, 0), rounds.length(1, 1)
+        usual = empty + made.mean(axis=1) * (full - empty)  # frames after a late one catch up
+        found["planned"] = _shared(delivered, scenario.auvs.count * np.maximum(usual, rounds.frame))
+    groups = groups_made(schedule_of(scenario), sights.heard)
     if groups is not None and not rounds.frame:
         downlinks = dict.fromkeys((protocol.downlink, *COMPARED))
         if protocol.replies:
@@ -270,23 +315,25 @@ def rates_of(
             if downlink in DOWNLINKS:
                 name = "planned" if downlink == protocol.downlink else downlink
                 alone = protocol.replies or DOWNLINKS[downlink].by_group
-                told = delivered if alone else delivered * share
-                found[name] = _shared(told, _lengths(downlink, rounds, groups, sights.made))
-    if records_hz is not None:
-        frames, told = _airtimes(rounds.slots, carried, senders), sights.at_best * share
-        if scenario.protocol.random_access or protocol.replies:  # whatever waits, or one fix each
-            frames, told = np.maximum(sights.made.sum(axis=1), 1.0) / records_hz, sights.at_best
-        found["back_to_back"] = _shared(told, frames)
+                told = delivered if alone else delivered * _carried(rounds.slots, made)
+                found[name] = _shared(told, _lengths(downlink, rounds, groups, made))
+    if protocol.sends_frames:
+        carried = cache(lambda auvs: _records(scenario, rounds.slots, senders, auvs)[0])
+        records_hz = np.array([carried(auvs) for auvs in (made > 0.0).sum(axis=1).tolist()])
+        # of pings that are mostly lost there may be more than frames, but not without a pause
+        fixes = np.maximum(made.sum(axis=1), records_hz * scenario.acoustics.hf.ping_s)
+        found["back_to_back"] = _shared(sights.at_best, fixes / records_hz)
     return found
 
 
-def _carried(slots: Slots, made: Floats) -> tuple[Ints, Floats]:
-    """Return how many of the fixes that are made (k, n) a broadcast carries (k,), whoever share it,
-    and which share of them that is (k, 1): if it is not split, others never get a place.
+def _carried(slots: Slots, made: Floats) -> Floats:
+    """Return which share of the fixes that are made (k, n) is carried (k, 1) by broadcasts of one
+    message, whoever share it: if they are not split, others never get a place.
     """
-    fixes = np.maximum(np.rint(made.sum(axis=1)).astype(np.int64), 1)
-    carried = np.array([sum(slots.messages.of(count)) for count in fixes.tolist()])
-    return carried, (carried / fixes)[:, np.newaxis]
+    most = slots.messages.most
+    if most is None or slots.messages.splits:
+        return np.ones((len(made), 1))
+    return np.asarray(most / np.maximum(made.sum(axis=1, keepdims=True), most))
 
 
 def _shared(delivered: Floats, lengths: Floats) -> Rates:
@@ -295,21 +342,33 @@ def _shared(delivered: Floats, lengths: Floats) -> Rates:
 
 
 def _lengths(downlink: str, rounds: Rounds, groups: Ints, made: Floats) -> Floats:
-    """Return how long (s) rounds are at each instant (k,), with as many fixes (k, n) as are
-    made on average.
+    """Return how long (s) rounds are on average at each instant (k,), whose pings make fixes as
+    often as told (k, n).
     """
     further, named, slots = rounds.contention, rounds.named, rounds.slots
-    length = cache(
-        lambda count, fixes: cycle(downlink, slots, count + further, fixes, named).length_s
-    )
-    fixes = np.rint(made.sum(axis=1)).astype(np.int64).tolist()
-    return np.array([length(*counts) for counts in zip(groups.tolist(), fixes, strict=True)])
+    numbers = _numbers(made)
+    asked = np.flatnonzero(numbers.max(axis=0) > HARDLY_EVER)
+    if len(asked) > MOST_LENGTHS:
+        asked = np.linspace(asked[0], asked[-1], MOST_LENGTHS).astype(np.int64)
+
+    @cache
+    def lengths(count: int) -> Floats:
+        known = [cycle(downlink, slots, count + further, fixes, named).length_s for fixes in asked]
+        return np.interp(np.arange(numbers.shape[1]), asked, known)
+
+    pairs = zip(numbers, groups.tolist(), strict=True)
+    return np.array([likely @ lengths(count) for likely, count in pairs])
 
 
-def _airtimes(slots: Slots, fixes: Ints, senders: int) -> Floats:
-    """Return how long (s) frames of so many fixes (k,) are, if so many ASVs share them evenly."""
-    airtime = cache(slots.airtime)
-    return np.array([airtime(count) for count in (-(-fixes // senders)).tolist()])
+def _numbers(made: Floats) -> Floats:
+    """Return how likely pings that make fixes as often as told (k, n) make 0 to n together
+    (k, n + 1).
+    """
+    numbers = np.eye(1, made.shape[1] + 1) * np.ones((len(made), 1))
+    for chance in made.T[..., np.newaxis]:
+        numbers[:, 1:] += chance * (numbers[:, :-1] - numbers[:, 1:])
+        numbers[:, :1] *= 1.0 - chance
+    return numbers
 
 
 @dataclass(frozen=True)
@@ -362,7 +421,9 @@ def limits_of(scenario: Scenario, sights: SurveySights) -> Limits:
     slots, ping = rounds.slots, scenario.acoustics.hf.ping_s
     senders = _senders(scenario, sights) if protocol.sends_frames else 1
     slotted = not (protocol.asvs_ping or scenario.protocol.random_access)
-    records, in_a_frame = _records(scenario, slots, senders) if protocol.sends_frames else (None, 0)
+    records, in_a_frame = None, 0
+    if protocol.sends_frames:
+        records, in_a_frame = _records(scenario, slots, senders, scenario.auvs.count)
     return Limits(
         in_range=np.asarray(sights.heard.any(axis=2).mean(axis=0)),
         fix_chance=np.asarray(sights.delivered.mean(axis=0)),
@@ -374,18 +435,20 @@ def limits_of(scenario: Scenario, sights: SurveySights) -> Limits:
         senders=senders,
         in_a_frame=in_a_frame,
         latency_s=_latency(scenario, sights, slots),
-        rates=rates_of(scenario, rounds, sights, senders, records),
+        rates=rates_of(scenario, rounds, sights, senders),
     )
 
 
-def _records(scenario: Scenario, slots: Slots, senders: int) -> tuple[float, int]:
-    """Return how many records (1/s) so many ASVs can send, and how many are in a frame then."""
+def _records(scenario: Scenario, slots: Slots, senders: int, auvs: int) -> tuple[float, int]:
+    """Return how many records (1/s) so many ASVs can send, of AUVs that ping once before each frame
+    or as they like, and how many are in a frame then.
+    """
     most = slots.messages.most or MOST_RECORDS
-    fixes = senders * MOST_RECORDS if scenario.protocol.random_access else scenario.auvs.count
+    fixes = senders * MOST_RECORDS if scenario.protocol.random_access else max(auvs, 1)
     if scenario.protocol.replies:  # each answer is a frame of one
         fixes = senders
     elif slots.messages.most and not slots.messages.splits:
-        fixes = min(fixes, most)
+        fixes = min(scenario.auvs.count, most)  # those of rounds before wait for a place
     return record_bound(slots.airtime, fixes, senders, min(most, MOST_RECORDS))
 
 

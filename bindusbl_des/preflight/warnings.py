@@ -26,7 +26,7 @@ from ..scenario.sections.usbl import spacing_m
 from ..scenario.site import profile_of
 from .idle_keys import bursts, cast, idle_keys, levels, receivers, sheet, sonar
 from .messages import answers, backlog, believed, deliveries, guards, last_slots, messages, modems
-from .whereabouts import anchors, bays, formation, routes, shapes, tracks
+from .whereabouts import anchors, bays, formation, routes, shapes, tracks, turns
 
 
 def failing(scenario: Scenario) -> Iterator[Problem]:
@@ -83,6 +83,7 @@ def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
             backlog,
             guards,
             formation,
+            turns,
             anchors,
             failing,
             _dissemination,

@@ -1,9 +1,12 @@
 """Warnings of where vehicles are put: beyond the survey, out of reach, or standing."""
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 
-from ..scenario.declared import channel_named
+from ..core.plugins import PluginError
+from ..scenario.declared import BROADCASTERS, channel_named
+from ..scenario.families import broadcaster_of, downlink_of, schedule_of
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
 from ..scenario.sections.placements import Formation
@@ -14,6 +17,12 @@ MOST_NAMED = 5
 
 # A lane is outside an area where it is so for longer than this (m).
 SHORTEST_GAP_M = 0.1
+
+# AUVs that get less than this of an even share of fixes get none but by chance.
+HARDLY_EVER = 0.01
+
+# Broadcasters whose choice keeps in step with nobody's turn.
+ANYWHERE = [name for name, rule in BROADCASTERS.items() if rule.chosen_by in ("lot", "distance")]
 
 # Instants at which a track is looked at, to tell for how long it is outside the survey.
 LOOKS = 2001
@@ -78,6 +87,37 @@ def _radius(scenario: Scenario, asked: Formation) -> float:
     if asked.radius_m is not None:
         return asked.radius_m
     return scenario.acoustics.hf.range_m + asked.clearance_m
+
+
+def turns(scenario: Scenario) -> Iterator[Problem]:
+    """Yield which AUVs never get a fix because ASVs broadcast in step with the turns of AUVs, and
+    those whose turn it is with theirs do not reach them.
+    """
+    protocol, asvs, schedule = scenario.protocol, scenario.asvs, schedule_of(scenario)
+    if broadcaster_of(scenario).chosen_by != "turn" or not protocol.sends_frames:
+        return
+    own_frames = schedule.framed or downlink_of(scenario).by_group
+    if not own_frames or protocol.replies or asvs.count == 1 or asvs.formation.moves:
+        return
+    from .limits import planned_sights  # brings numpy
+
+    try:
+        seen = planned_sights(scenario)
+    except (PluginError, ValueError):  # only the plug-in knows where AUVs go
+        return
+    fair = seen.at_best.mean(axis=0) / asvs.count
+    missed = (seen.delivered.mean(axis=0) < HARDLY_EVER * fair).nonzero()[0].tolist()
+    if missed:
+        *some, last = ANYWHERE
+        counts = itertools.count(asvs.count + 1)
+        free = next(count for count in counts if math.gcd(count, seen.cycle) == 1)
+        yield Problem(
+            "protocol.broadcaster",
+            f"{protocol.broadcaster} keeps {asvs.count} ASVs in step with the turns of AUVs, which "
+            f"come back after {seen.cycle} broadcasts: {_named('AUV', missed)} always told by ASVs "
+            f"out of reach, and never fixed; use {', '.join(some)} or {last}, or {free} ASVs",
+            ("protocol.schedule", "protocol.downlink", "asvs.count", "auvs.count"),
+        )
 
 
 def anchors(scenario: Scenario) -> Iterator[Problem]:

@@ -238,7 +238,7 @@ def _rates(mission: Recording, limits: Limits) -> Iterator[Reached]:
         return
     scenario = mission.scenario
     seen = _sights(mission, instants(scenario, MOST_INSTANTS))
-    found = rates_of(scenario, rounds_of(scenario), seen, limits.senders, limits.records_hz)
+    found = rates_of(scenario, rounds_of(scenario), seen, limits.senders)
     best = found["back_to_back"]
     rates = np.array([row["fix_rate_hz"] for row in mission.metrics.auvs])
     meaning = "frame behind frame, with fixes of the AUVs in range"

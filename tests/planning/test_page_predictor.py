@@ -24,6 +24,9 @@ VARIED: dict[str, list[str]] = {
     "dsatur": ["protocol.schedule=dsatur", "protocol.downlink=pipelined_round"],
     "a slot each": ["protocol.schedule=one_per_slot", "protocol.downlink=pipelined_group"],
     "round robin": ["protocol.schedule=round_robin", "protocol.broadcaster=nearest"],
+    "in step": [
+        *("protocol.schedule=round_robin", "auvs.count=6", "acoustics.mf.range_m=70"),
+    ],
     "at random": ["protocol.schedule=random", "protocol.broadcaster=random"],
     "replies": ["protocol.downlink=direct_reply"],
     "two ways": ["protocol.ranging=twtt", "protocol.broadcaster=most_fixes"],

@@ -290,6 +290,34 @@ def test_vessels_that_cannot_be_where_auvs_are_are_told() -> None:
     assert told(asvs={"count": 1, "formation": {"model": "follow"}}) == {}
 
 
+def test_auvs_that_no_asv_in_reach_sends_for_are_told() -> None:
+    """Turns of ASVs that keep in step with those of AUVs; what is said to help does."""
+
+    def told(count: int, **protocol: str) -> list[str]:
+        places = [[0, 60], [0, 0], [0, -60], [60, 0]][:count]
+        small = Scenario.model_validate(
+            {
+                "name": "m",
+                "survey": {"side_m": 140},
+                "auvs": {"count": 3},
+                "asvs": {"count": count, "formation": {"positions_m": places}},
+                "acoustics": {"hf": {"range_m": 100}, "mf": {"range_m": 70}},
+                "protocol": {"schedule": "round_robin", "frame_s": 2.0, **protocol},
+            }
+        )
+        fixes = simulate(small, 0).auvs.fixes_delivered
+        found = [str(it) for it in warnings_of(small) if it.key == "protocol.broadcaster"]
+        assert bool(found) == (0 in set(fixes))
+        return found
+
+    (warning,) = told(3)
+    assert "AUV0, AUV2 are" in warning
+    assert "use random, nearest or parallel, or 4 ASVs" in warning
+    assert told(3, schedule="one_per_slot", downlink="pipelined_group")
+    assert told(4) == told(3, broadcaster="nearest") == told(3, downlink="direct_reply") == []
+    assert told(3, schedule="random") == told(3, schedule="one_per_slot") == []
+
+
 @pytest.mark.parametrize("frame", [0.5, 1.0, 1.1])
 def test_a_frame_shorter_than_its_round_is_told(frame: float) -> None:
     """0.5, 1.0 and 1.1 s give the same mission, and each is told what its AUVs do instead."""
