@@ -107,7 +107,7 @@ def turns(scenario: Scenario) -> Iterator[Problem]:
         return
     fair = seen.at_best.mean(axis=0) / asvs.count
     missed = (seen.delivered.mean(axis=0) < HARDLY_EVER * fair).nonzero()[0].tolist()
-    if missed:
+    if missed and seen.cycle > 1:
         *some, last = ANYWHERE
         counts = itertools.count(asvs.count + 1)
         free = next(count for count in counts if math.gcd(count, seen.cycle) == 1)
