@@ -118,7 +118,7 @@ def made_and_delivered(
         first = later.argmin(axis=-1)[..., np.newaxis]
         by_all = np.take_along_axis(delivered, first, axis=-1)[..., 0]
     elif replies:
-        by_all = np.take_along_axis(delivered, nearest, axis=-1)[..., 0]
+        by_all = by_first(heard, delivered, away)
     elif rule.chosen_by in ("distance", "hearing"):
         schedule = schedule_of(scenario)
         own_slots = downlink_of(scenario).by_group and schedule.groups == "each"
@@ -140,6 +140,18 @@ def _in_turn(chances: Floats, works: Flags, cycle: int = 1, number: ArrayLike = 
     step, place = np.gcd(cycle, works.sum(axis=-1, keepdims=True)), works.cumsum(axis=-1) - 1
     has_turn = works & ((place - np.asarray(number)[..., np.newaxis]) % step == 0)
     return np.asarray((chances * has_turn).sum(axis=-1) / np.maximum(has_turn.sum(axis=-1), 1))
+
+
+def by_first(heard: Floats, delivered: Floats, away: Floats) -> Floats:
+    """Return how likely (...) the answer of the first ASV that hears a ping is decoded: of the
+    nearest, where that misses it of the next, by their chances and ways (..., m).
+    """
+    order = away.argsort(axis=-1, kind="stable")
+    hears, told = (np.take_along_axis(chances, order, axis=-1) for chances in (heard, delivered))
+    missed = (1.0 - hears).cumprod(axis=-1)
+    first = hears.copy()
+    first[..., 1:] *= missed[..., :-1]
+    return np.asarray((first * told).sum(axis=-1) / np.maximum(first.sum(axis=-1), 1e-30))
 
 
 def senders(

@@ -29,6 +29,10 @@ VARIED: dict[str, list[str]] = {
     ],
     "at random": ["protocol.schedule=random", "protocol.broadcaster=random"],
     "replies": ["protocol.downlink=direct_reply"],
+    "replies to pings that are often lost": [
+        "protocol.downlink=direct_reply",
+        "acoustics.hf.channel={model: sonar, snr_threshold_db: 26}",
+    ],
     "two ways": ["protocol.ranging=twtt", "protocol.broadcaster=most_fixes"],
     "passive": ["protocol.ranging=passive"],
     "one tells": ["protocol.broadcaster={model: fixed, asv: 1}", "protocol.tick_rate_hz=30"],

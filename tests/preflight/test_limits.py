@@ -376,6 +376,25 @@ def test_no_mission_exceeds_frame_behind_frame(
         assert rates["planned"].mean == pytest.approx(flown.mean(), abs=sure + 0.01 * flown.mean())
 
 
+@pytest.mark.parametrize("reach", [60.0, 200.0])
+def test_the_first_asv_that_hears_a_ping_replies(reach: float, tmp_path: Path) -> None:
+    """The nearest misses half of the pings, which the next answers, in reach or not."""
+    (tmp_path / "c.csv").write_text("range_m,delivery_ratio\n0,0.5\n400,0.5\n")
+    curve = {"model": "curve", "file": str(tmp_path / "c.csv")}
+    places = [[-50.0, 5.0], [0.0, 0.0], [45.0, -20.0]]
+    asked = scenario(
+        auvs={"count": 3, "route": {"kind": "hold", "positions_m": places}},
+        asvs={"count": 2, "formation": {"positions_m": [[-30.0, 0.0], [40.0, 0.0]]}},
+        acoustics={"hf": {"range_m": 200, "channel": curve}, "mf": {"range_m": reach}},
+        protocol={"schedule": "one_per_slot", "downlink": "direct_reply"},
+    ).model_copy(update={"duration_s": 300.0})
+    told = bindusbl_des.limits(asked).rates["planned"].each
+    predicted = predict(inputs_of(asked), asv_stations(asked)).fix_rate_hz
+    flown = np.mean([simulate(asked, seed).auvs.fix_rate_hz for seed in range(24)], axis=0)
+    assert told == pytest.approx(flown, rel=0.06)
+    assert predicted == pytest.approx(flown, rel=0.06)
+
+
 def test_an_asv_that_fails_brings_no_more_fixes(tmp_path: Path) -> None:
     """Fewer pings are heard: of as many frames each AUV still has its share."""
     (tmp_path / "c.csv").write_text("range_m,delivery_ratio\n0,0.9\n40,0.7\n120,0.4\n")

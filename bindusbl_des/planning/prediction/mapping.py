@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...acoustics.fix_chance import by_first
 from ...core.arrays import Floats
 from .inputs import FixNoise, Inputs, PlannedWays
 from .march import Errors
@@ -181,14 +182,13 @@ def _tables(noise: FixNoise) -> tuple[Floats, ...]:
 def _delivered(inputs: Inputs, around: ExpectedSights) -> Floats:
     """Return how likely an AUV decodes a broadcast (p,)."""
     chosen, delivered = inputs.access.broadcaster, around.delivered[0]
-    nearest = chosen.serves_nearest
     if inputs.access.downlink.replies:
         if not inputs.access.replies_in_frames:
             return np.ones(len(delivered))
-        nearest = True
-    elif chosen.chosen_by == "one":
+        return by_first(around.heard[0], delivered, around.level_m[0])
+    if chosen.chosen_by == "one":
         return np.asarray(delivered[:, inputs.access.fixed_asv])
-    if nearest:
+    if chosen.serves_nearest:
         return np.asarray(delivered[np.arange(len(delivered)), around.level_m[0].argmin(axis=1)])
     return np.asarray(delivered.mean(axis=1))
 

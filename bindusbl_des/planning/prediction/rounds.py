@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...acoustics.fix_chance import senders
+from ...acoustics.fix_chance import by_first, senders
 from ...core.arrays import Flags, Floats, Ints
 from ...core.compiled import compiled
 from ...protocol.conflicts import dsatur_groups, greedy_colours
@@ -193,14 +193,16 @@ def turns_of(inputs: Inputs, sights: ExpectedSights, plan: RoundPlan) -> Turns:
 
 
 def _answered(sights: ExpectedSights, slot: Ints, chance: Floats, at: Ints) -> Floats:
-    """Return how likely AUVs decode the answers to their pings (n, r), each of the nearest ASV.
+    """Return how likely AUVs decode the answers to their pings (n, r), each of the first ASV that
+    hears it.
 
-    Answers to others that have pinged in the same slot (n, r), as likely as their `chance` (n, r),
-    are on the air at the same time: where an AUV hears one of them as well, both are destroyed.
+    Answers to others that have pinged in the same slot (n, r), as likely as their `chance` (n, r)
+    and of the nearest ASV, are on the air at the same time: where an AUV hears one of them as well,
+    both are destroyed.
     """
     auvs, rows = len(slot), np.arange(len(slot))[:, np.newaxis]
     nearest = sights.level_m.argmin(axis=2)[rows, at]
-    heard = sights.delivered[rows, at, nearest]
+    heard = by_first(sights.heard, sights.delivered, sights.level_m)[rows, at]
     for other in range(auvs):
         overheard = sights.delivered[rows, at, nearest[other]]
         beside = (slot == slot[other]) & (rows != other)

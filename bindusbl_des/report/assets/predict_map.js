@@ -33,8 +33,9 @@ function chanceAt({ access }, around, { kinds, chance }, i) {
 }
 
 // How likely an AUV decodes a broadcast.
-function toldAt({ downlink, replies_in_frames, broadcaster, fixed_asv }, { asvs, told, level }, i) {
-  if (downlink.replies) return replies_in_frames ? told[nearestOf(level, i, asvs)] : 1;
+function toldAt({ downlink, replies_in_frames, broadcaster, fixed_asv }, around, i) {
+  const { asvs, told, level } = around;
+  if (downlink.replies) return replies_in_frames ? toldByFirst(around, i) : 1;
   if (broadcaster.chosen_by === "one") return told[i * asvs + fixed_asv];
   if (broadcaster.chosen_by === "distance") return told[nearestOf(level, i, asvs)];
   let sum = 0;

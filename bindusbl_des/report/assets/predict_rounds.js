@@ -160,14 +160,15 @@ function turnsOf(inputs, sights, found, plan) {
   return { rounds, pinged, told, chance, late, kind, many };
 }
 
-// How likely pings are answered: of the nearest ASV each, unless an answer to another that has pinged
-// in the same slot is heard as well.
-function answered({ auvs, instants, asvs, level, told }, plan, { at, late, chance }, alone) {
+// How likely pings are answered: each of the first ASV that hears it, unless an answer to another that
+// has pinged in the same slot, of the ASV nearest to that, is heard as well.
+function answered(sights, plan, { at, late, chance }, alone) {
+  const { auvs, instants, asvs, level, told } = sights, byFirst = Float64Array.from({ length: auvs * instants }, (_, row) => toldByFirst(sights, row));
   const rounds = at.length, found = new Float64Array(chance.length);
   const nearest = (auv, round) => nearestOf(level, auv * instants + late[auv * rounds + round], asvs) % asvs;
   for (let auv = 0, i = 0; auv < auvs; auv++) for (let round = 0; round < rounds; round++, i++) {
-    const first = (auv * instants + late[i]) * asvs, slotOf = (it) => plan.slot[it * instants + at[round]];
-    let heard = told[first + nearest(auv, round)];
+    const row = auv * instants + late[i], first = row * asvs, slotOf = (it) => plan.slot[it * instants + at[round]];
+    let heard = byFirst[row];
     for (let other = 0; other < auvs && !alone; other++) {
       if (other !== auv && slotOf(other) === slotOf(auv)) heard *= 1 - chance[other * rounds + round] * told[first + nearest(other, round)];
     }

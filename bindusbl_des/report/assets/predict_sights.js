@@ -53,6 +53,19 @@ function nearestOf(values, row, asvs) {
   return best;
 }
 
+// How likely the answer of the first ASV that hears a ping is decoded: of the nearest, where that misses
+// it of the next.
+function toldByFirst({ asvs, level, heard, told }, row) {
+  const nearestFirst = Array.from({ length: asvs }, (_, asv) => row * asvs + asv).sort((one, other) => level[one] - level[other] || one - other);
+  let [missed, any, decoded] = [1, 0, 0];
+  for (const n of nearestFirst) {
+    any += missed * heard[n];
+    decoded += missed * heard[n] * told[n];
+    missed *= 1 - heard[n];
+  }
+  return decoded / Math.max(any, 1e-30);
+}
+
 // How likely a ping makes a fix: of all ASVs that hear it, or (passive) of each by itself.
 function located(inputs, { auvs, instants, asvs, level, heard }) {
   const { ranging } = inputs.access;
