@@ -22,8 +22,10 @@ from bindusbl_des.vehicles.guidance import (
     top_speed,
     tracks,
 )
+from bindusbl_des.vehicles.guidance import otter as autopilot
 from bindusbl_des.vehicles.guidance.bluerov2 import share_thrust
-from bindusbl_des.vehicles.hulls import MODELS, Fleet
+from bindusbl_des.vehicles.guidance.sensing import Posture, Sensed
+from bindusbl_des.vehicles.hulls import MODELS, Fleet, otter, parameters
 from bindusbl_des.vehicles.motion import Motion, lines
 from bindusbl_des.vehicles.reckoning import error, steady
 from bindusbl_des.vehicles.vehicle import Vehicle
@@ -694,3 +696,28 @@ def test_kept_path_errors_are_those_of_the_instants_asked_for() -> None:
     assert expected[0] != expected[1]
     for _ in range(2):
         assert [vehicle.path_error(times).tolist() for times in (early, late)] == expected
+
+
+@pytest.mark.parametrize(("off", "turning"), [(0.02, 0.0), (0.0, 0.03), (-0.02, 0.01)])
+def test_an_otter_turns_by_the_frequency_and_damping_that_are_stated(
+    off: float, turning: float
+) -> None:
+    """Near its heading: the moment of its propellers, less the hull's damping, gives yaw as a
+    spring and a damper would: -w^2 yaw - 2 d w r.
+    """
+    p = MODELS["otter"].pack(parameters("otter", {}))
+    memory = np.zeros(1, autopilot.MEMORY)[0]
+    memory["begun"], (memory["most_ahead"], memory["most_astern"]) = (
+        True, autopilot.greatest_thrust(p),
+    )  # fmt: skip
+    calm = dict.fromkeys(Posture._fields, 0.0) | {"yaw": off, "turning": turning}
+    calm |= {"c_yaw": math.cos(off), "s_yaw": math.sin(off)}
+    still = dict.fromkeys(Sensed._fields, 0.0) | {"posture": Posture(**calm)}
+    speeds = np.zeros(2)
+    autopilot.steer(Sensed(**still), 0.1, p, memory, speeds)
+    ahead = np.where(speeds > 0.0, p[otter.AHEAD], -p[otter.ASTERN])
+    port, starboard = ahead * speeds**2
+    moment = p[otter.LEVER] * (port - starboard)
+    frequency, damping = autopilot.YAW_FREQUENCY, autopilot.YAW_DAMPING
+    wanted = -(frequency**2) * off - 2.0 * damping * frequency * turning
+    assert p[otter.I33] * (moment - p[otter.NR] * turning) == pytest.approx(wanted, rel=1e-9)
