@@ -12,7 +12,7 @@ from ..core.arrays import Flags, Floats, Ints
 from ..core.plugins import is_plugin
 from ..scenario.declared import BroadcasterTraits, channel_named
 from ..scenario.destinations import horizontal_reach, longest_way
-from ..scenario.families import broadcaster_of, downlink_of, schedule_of
+from ..scenario.families import broadcaster_of
 from ..scenario.scenario import Scenario
 from ..scenario.site import area_of
 from .channel import AskedChannel, between
@@ -91,16 +91,18 @@ def fix_chance(scenario: Scenario, stations: ArrayLike, places: ArrayLike) -> Fl
 
 def made_and_delivered(
     scenario: Scenario, heard: Floats, delivered: Floats, away: Floats, *,
-    together: bool = False, cycle: int = 1, number: ArrayLike = 0,
+    frame: Ints | None = None, cycle: int = 1, number: ArrayLike = 0, ahead: int = 0,
 ) -> tuple[Floats, Floats]:  # fmt: skip
     """Return how likely a ping of each AUV makes a fix, and how likely that is delivered (..., n).
 
     Each ASV decodes its pings as often as `heard` says, and it the frames of each ASV as often as
     `delivered`, from `away` (m; infinite: it has failed), all (..., n, m).  With passive ranging a
     ping is that of any ASV that works.
-    `together` they are a fleet, for all of whom one ASV is chosen that sends their frame; else each
+    AUVs of the same `frame` (..., n) are told by one ASV that is chosen for all of them; None: each
     is looked at by itself.  An AUV's first fix is in the broadcast of a `number` (n,), the others
-    follow by a `cycle` of broadcasts each: where ASVs take turns, not all need send for it.
+    follow by a `cycle` of broadcasts each: where ASVs take turns, not all need send for it.  Where
+    AUVs ping only if they have decoded a frame, their fix comes with that so many broadcasts
+    `ahead`; 0: they ping anyway.
     """
     works = np.isfinite(away)
     if scenario.protocol.asvs_ping:
@@ -120,17 +122,18 @@ def made_and_delivered(
     elif replies:
         by_all = by_first(heard, delivered, away)
     elif rule.chosen_by in ("distance", "hearing"):
-        schedule = schedule_of(scenario)
-        own_slots = downlink_of(scenario).by_group and schedule.groups == "each"
-        alone = not together or rule.at_once or schedule.framed or own_slots
-        frame = None if alone else np.zeros(away.shape[-2], dtype=np.int64)
         best = senders(rule, heard, away, made[..., np.newaxis], frame)[..., np.newaxis]
         by_all = np.take_along_axis(delivered, best, axis=-1)[..., 0]
     elif rule.chosen_by == "turn":
         by_all = _in_turn(delivered, works, cycle, number)
     else:
         by_all = _in_turn(delivered, works)
-    return made, made * by_all
+    if not ahead:
+        return made, made * by_all
+    both = by_all * by_all
+    if rule.chosen_by == "turn":
+        both = _in_turn(delivered * np.roll(delivered, -ahead, axis=-1), works)
+    return made * by_all, made * both
 
 
 def _in_turn(chances: Floats, works: Flags, cycle: int = 1, number: ArrayLike = 0) -> Floats:
@@ -165,9 +168,16 @@ def senders(
     """
     away = np.minimum(away, FARTHEST_M)  # which a weight of 0 does not make no number
     score = -heard if rule.chosen_by == "hearing" else away if rule.at_once else located * away
-    if frame is not None:
-        score = (frame[..., :, np.newaxis] == frame[..., np.newaxis, :]).astype(float) @ score
+    if frame is not None and frame.ndim > 1:  # one after the other: pairs of large fleets are many
+        score = np.stack([_summed(*of_one) for of_one in zip(frame, score, strict=True)])
+    elif frame is not None:
+        score = _summed(frame, score)
     return np.asarray(score.argmin(axis=-1))
+
+
+def _summed(frame: Ints, score: Floats) -> Floats:
+    """Return the sum of scores (..., n, m) over the AUVs that share each AUV's frame (n,)."""
+    return np.asarray((frame[:, np.newaxis] == frame).astype(float) @ score)
 
 
 def ping_chance(scenario: Scenario, slants: Floats, depth: float) -> Floats | None:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..acoustics.fix_chance import LOOKED_UP, frame_chance, made_and_delivered, ping_chance
+from ..acoustics.messages import messages_of
 from ..core.arrays import Flags, Floats, Ints
 from ..protocol.bounds import (
     EXACT_UP_TO,
@@ -35,7 +36,12 @@ from ..protocol.replies import reply_delay_of
 from ..protocol.slots import Slots
 from ..scenario.declared import DOWNLINKS, ScheduleTraits, channel_named
 from ..scenario.destinations import known_stations
-from ..scenario.families import broadcaster_of, downlink_of, schedule_of, schedule_settings
+from ..scenario.families import (
+    broadcaster_of,
+    schedule_of,
+    schedule_settings,
+    tells_slots,
+)
 from ..scenario.scenario import Scenario
 from ..scenario.site import sound_speed_of
 from .round_lengths import Rounds, rounds_of
@@ -82,21 +88,19 @@ class SurveySights(NamedTuple):
     """What n AUVs and m ASVs are to each other at k instants (s), evenly spread.
 
     Which ASVs hear the pings of which AUVs, and which AUVs the frames of which ASVs, as the
-    protocol counts its ranges, (k, n, m); how far (m) each AUV is from the ASV nearest to it that
-    works, (k, n).  How likely a ping makes a fix, and one that is delivered, (k, n), if no other
-    sound overlaps, and alone in a frame by the ASV that reaches the AUV best; as often as in range
-    where a channel of somebody's own decides.  Whose fix a broadcast has comes back after a `cycle`
-    of broadcasts; 1 where that changes, or all share them.
+    protocol counts its ranges, and how far (m) those are that work (else infinite), (k, n, m).  How
+    likely each decodes each other's `pings` and `frames`, if no other sound overlaps (k, n, m), and
+    a ping's fix is delivered alone in a frame by the ASV that reaches the AUV best (k, n); as often
+    as in range where a channel of somebody's own decides.
     """
 
     times_s: Floats
     heard: Flags
     reached: Flags
-    nearest_m: Floats
-    made: Floats
-    delivered: Floats
+    away_m: Floats
+    pings: Floats
+    frames: Floats
     at_best: Floats
-    cycle: int
 
 
 def planned_sights(scenario: Scenario) -> SurveySights:
@@ -132,38 +136,63 @@ def sights(scenario: Scenario, times: Floats, auvs: Floats, asvs: Floats) -> Sur
     for failure in scenario.asvs.failures:
         broken[[failure.lasts(time) for time in times.tolist()], 0, failure.asv] = True
     heard = ((slant if hf.range_metric == "slant" else level) <= hf.range_m) & ~broken
-    nearest = np.where(broken, np.inf, slant).min(axis=2)
+    away = np.where(broken, np.inf, slant)
     reached = (level <= mf.range_m) & ~broken
     pings = _chances(scenario, slant, heard, ~broken, hf.channel, ping_chance)
     frames = _chances(scenario, slant, reached, ~broken, mf.channel, frame_chance)
-    away = np.where(broken, np.inf, slant)
-    slot = _turns(scenario, heard) if not broken.all(axis=2).any() else None  # who waited is late
-    cycle, number = (1, 0) if slot is None else (int(slot.max()) + 1, slot)
-    made, delivered = made_and_delivered(
-        scenario, pings, frames, away, together=True, cycle=cycle, number=number
-    )
-    at_best = made
+    at_best = made_and_delivered(scenario, pings, frames, away)[0]
     if not scenario.protocol.asvs_ping:  # the shortest frames are lost least
         alone = partial(frame_chance, fixes=1)
-        at_best = made * _chances(scenario, slant, reached, ~broken, mf.channel, alone).max(axis=2)
-    return SurveySights(times, heard, reached, nearest, made, delivered, at_best, cycle)
+        at_best = at_best * _chances(
+            scenario, slant, reached, ~broken, mf.channel, alone
+        ).max(axis=2)  # fmt: skip
+    return SurveySights(times, heard, reached, away, pings, frames, at_best)
 
 
-def _turns(scenario: Scenario, heard: Flags) -> Ints | None:
-    """Return the number of the broadcast that has the fix of each AUV (n,), of those after which
-    that comes back; None where it changes, with what is in range (k, n, m) or by lot.
+def told(scenario: Scenario, sights: SurveySights, downlink: str) -> tuple[Floats, Floats, int]:
+    """Return how likely a ping makes a fix, and one that is delivered by a downlink, (k, n); and
+    after how many broadcasts the one comes back that has an AUV's fix: 1 where that changes, or all
+    share them.
     """
-    schedule, fleet = schedule_of(scenario), np.arange(scenario.auvs.count)
-    if scenario.protocol.downlink not in DOWNLINKS:  # nobody knows when it broadcasts
-        return None
-    if schedule.framed:
-        return fleet if schedule.turn == "rotation" else None
-    if not downlink_of(scenario).by_group:
-        return None
-    if schedule.groups == "each" and not schedule_settings(scenario).shares_calls:
-        return fleet
-    slots = slots_made(schedule, heard)
-    return None if slots is None or (slots != slots[0]).any() else slots[0]
+    rule, schedule = broadcaster_of(scenario), schedule_of(scenario)
+    by_group = downlink in DOWNLINKS and DOWNLINKS[downlink].by_group and not schedule.framed
+    fleet, slots, number = np.arange(scenario.auvs.count), None, None
+    is_own = schedule.framed  # each AUV has a broadcast of its own
+    if by_group:
+        is_own = schedule.groups == "each" and not schedule_settings(scenario).shares_calls
+        slots = fleet[np.newaxis] if is_own else slots_made(schedule, sights.heard)
+        number = None if slots is None or (slots != slots[0]).any() else slots[0]
+    elif schedule.framed and schedule.turn == "rotation" and downlink in DOWNLINKS:
+        number = fleet
+    if number is not None and _some_wait(scenario, sights, int(np.bincount(number).max())):
+        number = None
+    frame = None if rule.at_once or is_own else np.zeros_like(fleet) if slots is None else slots
+    cycle = 1 if number is None else int(number.max()) + 1
+    made, delivered = made_and_delivered(
+        scenario, sights.pings, sights.frames, sights.away_m, frame=frame, cycle=cycle,
+        number=0 if number is None else number,
+        ahead=0 if by_group else told_ahead(scenario, downlink),
+    )  # fmt: skip
+    return made, delivered, cycle
+
+
+def _some_wait(scenario: Scenario, sights: SurveySights, fixes: int) -> bool:
+    """Tell whether fixes wait for an ASV that works, or for a place in messages: not all of a group
+    with so many fixes are in the broadcast that follows.
+    """
+    messages = messages_of(scenario)
+    is_short = messages.most is not None and not messages.splits
+    is_late = is_short and (scenario.protocol.calls or (messages.most or 0) < fixes)
+    return is_late or bool(np.isinf(sights.away_m).all(axis=2).any())
+
+
+def told_ahead(scenario: Scenario, downlink: str) -> int:
+    """Return after how many broadcasts of a downlink comes that with the fix of a ping, of which a
+    frame tells its AUV; 0 where AUVs know their slots, or ping without, or nobody knows.
+    """
+    if not tells_slots(scenario) or scenario.protocol.dissemination.missed != "silent":
+        return 0
+    return 0 if downlink not in DOWNLINKS else 1 if DOWNLINKS[downlink].waits else 2
 
 
 def _chances(
@@ -297,7 +326,8 @@ def rates_of(
 
     `senders` broadcast at once.
     """
-    protocol, made, delivered = scenario.protocol, sights.made, sights.delivered
+    protocol = scenario.protocol
+    made, delivered, _ = told(scenario, sights, protocol.downlink)
     if protocol.asvs_ping:
         every = rounds.length(rounds.most, 0) / scenario.asvs.count
         return {"planned": Rates(np.asarray(delivered.mean(axis=0) / every))}
@@ -315,8 +345,9 @@ def rates_of(
             if downlink in DOWNLINKS:
                 name = "planned" if downlink == protocol.downlink else downlink
                 alone = protocol.replies or DOWNLINKS[downlink].by_group
-                told = delivered if alone else delivered * _carried(rounds.slots, made)
-                found[name] = _shared(told, _lengths(downlink, rounds, groups, made))
+                _, by_it, _ = told(scenario, sights, downlink)
+                share = 1.0 if alone else _carried(rounds.slots, made)
+                found[name] = _shared(by_it * share, _lengths(downlink, rounds, groups, made))
     if protocol.sends_frames:
         carried = cache(lambda auvs: _records(scenario, rounds.slots, senders, auvs)[0])
         records_hz = np.array([carried(auvs) for auvs in (made > 0.0).sum(axis=1).tolist()])
@@ -426,7 +457,7 @@ def limits_of(scenario: Scenario, sights: SurveySights) -> Limits:
         records, in_a_frame = _records(scenario, slots, senders, scenario.auvs.count)
     return Limits(
         in_range=np.asarray(sights.heard.any(axis=2).mean(axis=0)),
-        fix_chance=np.asarray(sights.delivered.mean(axis=0)),
+        fix_chance=np.asarray(told(scenario, sights, protocol.downlink)[1].mean(axis=0)),
         groups=groups_of(schedule_of(scenario), sights.heard) if slotted else None,
         decodes_hz=decode_bound(ping, 0.0),
         cleared_hz=decode_bound(ping),
@@ -478,7 +509,7 @@ def _senders(scenario: Scenario, sights: SurveySights) -> int:
 
 def _latency(scenario: Scenario, sights: SurveySights, slots: Slots) -> float | None:
     """Return the least latency (s) of fixes, a mean over AUVs in range; None if none ever is."""
-    near = sights.nearest_m[sights.heard.any(axis=2)]
+    near = sights.away_m.min(axis=2)[sights.heard.any(axis=2)]
     if not near.size:
         return None
     return least_latency(scenario, slots, float(near.mean()), float(near.mean()))

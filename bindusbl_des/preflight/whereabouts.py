@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from ..core.plugins import PluginError
 from ..scenario.declared import BROADCASTERS, channel_named
-from ..scenario.families import broadcaster_of, downlink_of, schedule_of
+from ..scenario.families import broadcaster_of, downlink_of, schedule_of, tells_slots
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
 from ..scenario.sections.placements import Formation
@@ -90,34 +90,48 @@ def _radius(scenario: Scenario, asked: Formation) -> float:
 
 
 def turns(scenario: Scenario) -> Iterator[Problem]:
-    """Yield which AUVs never get a fix because ASVs broadcast in step with the turns of AUVs, and
-    those whose turn it is with theirs do not reach them.
+    """Yield which AUVs hardly ever get a fix because ASVs broadcast in step with the turns of AUVs,
+    or by turns tell an AUV its slot and its fix, and those whose turn it is do not reach them.
     """
     protocol, asvs, schedule = scenario.protocol, scenario.asvs, schedule_of(scenario)
     if broadcaster_of(scenario).chosen_by != "turn" or not protocol.sends_frames:
         return
-    own_frames = schedule.framed or downlink_of(scenario).by_group
-    if not own_frames or protocol.replies or asvs.count == 1 or asvs.formation.moves:
+    by_turns = schedule.framed or downlink_of(scenario).by_group or tells_slots(scenario)
+    if not by_turns or protocol.replies or asvs.count == 1 or asvs.formation.moves:
         return
-    from .limits import planned_sights  # brings numpy
+    from .limits import planned_sights, told, told_ahead  # brings numpy
 
+    ahead = told_ahead(scenario, protocol.downlink)
     try:
         seen = planned_sights(scenario)
     except (PluginError, ValueError):  # only the plug-in knows where AUVs go
         return
+    _, delivered, cycle = told(scenario, seen, protocol.downlink)
     fair = seen.at_best.mean(axis=0) / asvs.count
-    missed = (seen.delivered.mean(axis=0) < HARDLY_EVER * fair).nonzero()[0].tolist()
-    if missed and seen.cycle > 1:
-        *some, last = ANYWHERE
+    missed = (delivered.mean(axis=0) < HARDLY_EVER * fair).nonzero()[0].tolist()
+    if not missed or not (ahead or cycle > 1):
+        return
+    *some, last = ANYWHERE
+    others, auvs = f"use {', '.join(some)} or {last}", _named("AUV", missed)
+    if cycle > 1:
         counts = itertools.count(asvs.count + 1)
-        free = next(count for count in counts if math.gcd(count, seen.cycle) == 1)
-        yield Problem(
-            "protocol.broadcaster",
-            f"{protocol.broadcaster} keeps {asvs.count} ASVs in step with the turns of AUVs, which "
-            f"come back after {seen.cycle} broadcasts: {_named('AUV', missed)} always told by ASVs "
-            f"out of reach, and never fixed; use {', '.join(some)} or {last}, or {free} ASVs",
-            ("protocol.schedule", "protocol.downlink", "asvs.count", "auvs.count"),
+        free = next(count for count in counts if math.gcd(count, cycle) == 1)
+        message = (
+            f"{protocol.broadcaster} keeps ASVs in step with the turns of AUVs, which come back "
+            f"after {cycle} broadcasts: {auvs} always told by ASVs out of reach, and never fixed; "
+            f"{others}" + ("" if asvs.failures else f", or {free} ASVs")
         )
+    else:
+        message = (
+            f"{protocol.broadcaster} has one ASV tell AUVs their slots and another their fixes: "
+            f"{auvs} hardly ever reached by both, and so hardly ever fixed; {others}, or "
+            "protocol.knowledge: {model: broadcast, missed: last_slot}"
+        )
+    yield Problem(
+        "protocol.broadcaster",
+        message,
+        ("protocol.schedule", "protocol.downlink", "asvs.count", "auvs.count"),
+    )
 
 
 def anchors(scenario: Scenario) -> Iterator[Problem]:

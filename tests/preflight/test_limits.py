@@ -376,6 +376,48 @@ def test_no_mission_exceeds_frame_behind_frame(
         assert rates["planned"].mean == pytest.approx(flown.mean(), abs=sure + 0.01 * flown.mean())
 
 
+HOLD = {"count": 2, "route": {"kind": "hold", "positions_m": [[-26.26, -23.4], [51.9, 53.6]]}}
+APART = {"count": 3, "route": {"kind": "hold", "positions_m": [[-60, 0], [0, 0], [60, 0]]}}
+BESIDE = {"count": 3, "formation": {"positions_m": [[-60, 20], [0, 20], [60, 20]]}}
+
+
+@pytest.mark.parametrize(
+    ("auvs", "asvs", "protocol"),
+    [
+        (HOLD, {"formation": {"radius_m": 40.0}}, {"broadcaster": "nearest"}),
+        (HOLD, {"formation": {"radius_m": 40.0}}, {"broadcaster": "most_fixes"}),
+        (HOLD, {"count": 2, "formation": {"radius_m": 40.0}}, {"schedule": "one_per_slot"}),
+        (APART, BESIDE, {"knowledge": "broadcast"}),
+        (APART, BESIDE, {"knowledge": "broadcast", "broadcaster": "random"}),
+    ],
+    ids=["nearest", "most fixes", "in step", "told by the one, fixed by the other", "by lot"],
+)
+def test_each_downlink_is_judged_by_who_sends_its_frames(
+    auvs: dict[str, Any], asvs: dict[str, Any], protocol: dict[str, Any]
+) -> None:
+    """Each row of the table is what missions with that downlink have."""
+    downlinks = ["sequential", "pipelined_round"]
+    if "knowledge" not in protocol:
+        downlinks.append("pipelined_group")
+
+    def asked(downlink: str) -> Scenario:
+        return Scenario.model_validate({
+            "name": "rows", "duration_s": 400.0, "survey": {"side_m": 140.0}, "auvs": auvs,
+            "acoustics": {"hf": {"range_m": 120}, "mf": {"range_m": 60}, "loss": {"law": "none"}},
+            "asvs": {"count": 3, **asvs}, "protocol": {**protocol, "downlink": downlink},
+        })  # fmt: skip
+
+    flown = {
+        name: np.mean([simulate(asked(name), seed).auvs.fix_rate_hz for seed in range(6)], axis=0)
+        for name in downlinks
+    }
+    for own in downlinks:
+        rates = bindusbl_des.limits(asked(own)).rates
+        for name in {own, "sequential", "pipelined_round"}:
+            told = rates["planned" if name == own else name].each
+            assert told == pytest.approx(flown[name], rel=0.15, abs=0.01), (own, name)
+
+
 @pytest.mark.parametrize("reach", [60.0, 200.0])
 def test_the_first_asv_that_hears_a_ping_replies(reach: float, tmp_path: Path) -> None:
     """The nearest misses half of the pings, which the next answers, in reach or not."""
