@@ -130,10 +130,12 @@ def made_and_delivered(
         by_all = _in_turn(delivered, works)
     if not ahead:
         return made, made * by_all
-    both = by_all * by_all
+    knows, both = by_all, by_all * by_all
     if rule.chosen_by == "turn":
-        both = _in_turn(delivered * np.roll(delivered, -ahead, axis=-1), works)
-    return made * by_all, made * both
+        twice = delivered * np.roll(delivered, -ahead, axis=-1)
+        tells = np.asarray(number) - ahead
+        knows, both = (_in_turn(chances, works, cycle, tells) for chances in (delivered, twice))
+    return made * knows, made * both
 
 
 def _in_turn(chances: Floats, works: Flags, cycle: int = 1, number: ArrayLike = 0) -> Floats:
