@@ -34,7 +34,9 @@ UNKNOWN = ("error_m",)
 
 
 def line(reading: Reading, earth: Earth) -> str:
-    """Return a reading as a line of JSON; of what there is not, nothing is said."""
+    """Return a reading as a line of JSON; of what there is not, nothing is said, but that nobody
+    broadcast a fix (null).
+    """
     when = earth.utc(reading.at_s).isoformat(timespec="microseconds")
     said = {
         "time_s": reading.at_s,
@@ -62,7 +64,10 @@ def _content(reading: Reading, earth: Earth) -> dict[str, Any]:
         known = {name: value for name, value in asdict(reading.fix).items() if value is not None}
         rest = {name: value for name, value in known.items() if name not in ("auv", *UNKNOWN)}
         fix = reading.fix
-        return {"kind": "fix", **rest, **_place((fix.x_m, fix.y_m, fix.z_m), earth)}
+        # a vehicle's number in the record is a name to others, as in the tables
+        by = None if fix.broadcast_by is None else f"ASV{fix.broadcast_by}"
+        place = _place((fix.x_m, fix.y_m, fix.z_m), earth)
+        return {"kind": "fix", **rest, "broadcast_by": by, **place}
     if isinstance(reading, EstimateReading):
         (xx, xy), (_, yy) = reading.covariance
         spread = {"sd_x_m": math.sqrt(max(xx, 0.0)), "sd_y_m": math.sqrt(max(yy, 0.0))}

@@ -182,7 +182,15 @@ def test_a_line_of_json_has_what_the_table_has() -> None:
             row = fixes.loc[it["fix"]]
             for column in ("x_m", "y_m", "z_m", "sd_x_m", "pinged_at_s", "latency_s"):
                 assert it[column] == row[column]
+            assert it["broadcast_by"] == row["broadcast_by"]
             assert it["utc"].startswith("2026-06-01T08:0")
+
+
+def test_a_fix_that_nobody_broadcast_says_so() -> None:
+    readings, _, earth = heard(at_sea(protocol={"ranging": "passive"}))
+    fixes = [json.loads(line(it, earth)) for it in readings if isinstance(it, FixReading)]
+    assert fixes
+    assert {fix["broadcast_by"] for fix in fixes} == {None}
 
 
 def test_vehicles_are_chosen() -> None:
