@@ -234,6 +234,12 @@ def _read(path: str, _changed_at: int, _size: int) -> dict[str, Floats]:
         raise ValueError(
             f"{path}: loss_db must be at least {LEAST_LOSS_DB:g} (dB re 1 m); met {least:g}"
         )
+    # where rays meet losses may be negative, at most places only if their sign is wrong
+    if (middle := float(np.median(columns["loss_db"]))) < 0.0:
+        raise ValueError(
+            f"{path}: loss_db is negative at most places (median {middle:.1f} dB), as if sound "
+            "grew louder with distance; losses are positive: turn their sign"
+        )
     return columns
 
 

@@ -217,6 +217,7 @@ HEAD = "range_m,source_depth_m,receiver_depth_m,travel_time_s,loss_db\n"
         (HEAD + "10,1,5,0.007,x\n20,1,5,0.014,26\n", "loss_db must hold numbers"),
         (HEAD + "-10,1,5,0.007,20\n20,1,5,0.014,26\n", "range_m must not be negative; met -10"),
         (HEAD + "10,1,5,0.007,-1e5\n20,1,5,0.014,26\n", "loss_db must be at least -100"),
+        (HEAD + "10,1,5,0.007,-20\n20,1,5,0.014,-26\n", "losses are positive: turn their sign"),
         (HEAD + "10,1,5,7,20\n20,1,5,14,26\n", "a travel time of 14 s, where a straight way"),
         (
             HEAD + "10,1,5,.007,2\n10,1,5,.007,2\n20,1,5,.014,2\n20,1,6,.014,2\n",
