@@ -5,14 +5,15 @@ heard (rays of pings, broadcasts, fixes with their uncertainty).
 import errno
 import heapq
 import json
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Iterator, Mapping
-from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import foxglove
 import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
 from foxglove import Channel, Context
 from foxglove.mcap import MCAPWriteOptions
 from foxglove.messages import Duration, SpherePrimitive, Vector3
@@ -30,7 +31,9 @@ from .messages import (
     json_schema,
     location_streams,
     nanoseconds,
+    order_by,
     row_streams,
+    rows_in_time,
     timestamp,
     transforms,
 )
@@ -99,14 +102,17 @@ def _sound_streams(result: "Result") -> Iterator[Messages]:
 def _pings(result: "Result") -> Messages:
     """Yield each ping as it is sent: a dot, and a ray to whoever is in range by its outcome."""
     where, protocol = _vehicles(result), result.scenario.protocol
-    arrivals: dict[int, list[dict[str, Any]]] = defaultdict(list)
-    for row in result.arrow["receptions"].to_pylist():
-        if row["outcome"] in OUTCOMES and row["arrived_at_s"] is not None:
-            arrivals[row["ping"]].append(row)
+    drawn_to = pc.is_in(result.arrow["receptions"]["outcome"], pa.array(list(OUTCOMES)))
+    columns = ["ping", protocol.listening, "outcome", "arrived_at_s"]
+    arrivals = result.arrow["receptions"].select(columns).filter(drawn_to)
+    arrivals = arrivals.filter(arrivals["arrived_at_s"].is_valid())
+    arrivals = arrivals.combine_chunks().take(order_by(arrivals, "ping"))
+    numbers = arrivals["ping"].to_numpy()
     size = Vector3(x=1.5, y=1.5, z=1.5)
-    for row in sorted(result.arrow["pings"].to_pylist(), key=itemgetter("sent_at_s")):
+    for row in rows_in_time(result.arrow["pings"], "sent_at_s"):
         at_s, source = row["sent_at_s"], [row["x_m"], row["y_m"], row["z_m"]]
-        heard = arrivals[row["ping"]]
+        first, end = np.searchsorted(numbers, [row["ping"], row["ping"] + 1]).tolist()
+        heard = arrivals.slice(first, end - first).to_pylist()
         ends = [where(arrival[protocol.listening], at_s) for arrival in heard]
         codes = [colour(OUTCOMES[arrival["outcome"]]) for arrival in heard]
         dot = SpherePrimitive(
@@ -121,15 +127,14 @@ def _pings(result: "Result") -> Messages:
 def _broadcasts(result: "Result") -> Messages:
     """Yield each broadcast: the circle that it reaches, for as long as it is on the air."""
     circle = ring(result.scenario.acoustics.mf.range_m, colour(MF_ON_DARK), width=3.0)
-    rows = result.arrow["broadcasts"].to_pylist()
-    for row in sorted(rows, key=itemgetter("sent_at_s")):
+    for row in rows_in_time(result.arrow["broadcasts"], "sent_at_s"):
         at_s, name, lasts = row["sent_at_s"], row["asv"], row["airtime_s"]
         yield _shown(at_s, "/scene/broadcasts", name, name, lasts, {"lines": [circle]})
 
 
 def _fixes(result: "Result") -> Messages:
     """Yield each fix at its ping: the ellipse that holds the AUV with 95 %, grey if it was lost."""
-    for row in sorted(result.arrow["fixes"].to_pylist(), key=itemgetter("pinged_at_s")):
+    for row in rows_in_time(result.arrow["fixes"], "pinged_at_s"):
         place = [row["x_m"], row["y_m"], row["z_m"]]
         code = auv_colour(row["auv"]) if row["outcome"] == "delivered" else colour(UNHEARD)
         around = line(ellipse(place, fix_covariance(row), ELLIPSE_SCALE), code, closed=True)

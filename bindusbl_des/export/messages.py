@@ -10,6 +10,7 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import pyarrow as pa
 from foxglove.messages import (
     Color,
     FrameTransform,
@@ -20,6 +21,7 @@ from foxglove.messages import (
     Timestamp,
     Vector3,
 )
+from numpy.typing import NDArray
 
 from ..core.arrays import Floats
 from ..geometry.geodesy import enu_covariance, enu_from_ned, enu_yaw, geodetic_from_ned
@@ -67,6 +69,26 @@ def colour(code: str, opacity: float = 1.0) -> Color:
 
 Row = Mapping[str, Any]
 
+# Rows that are Python objects at once: all of a day's would take several GB.
+ROWS_AT_ONCE = 4096
+
+
+def rows_in_time(table: pa.Table, instant: str) -> Iterator[dict[str, Any]]:
+    """Yield the rows of a table in the order of a column of instants; a few are made at once.
+
+    Rows of one instant stay in the table's order; those that have none are left out.
+    """
+    whole, order = table.combine_chunks(), order_by(table, instant)
+    for begin in range(0, len(order), ROWS_AT_ONCE):
+        yield from whole.take(order[begin : begin + ROWS_AT_ONCE]).to_pylist()
+
+
+def order_by(table: pa.Table, column: str) -> NDArray[np.intp]:
+    """Return where the rows of a table that have a value of a column stand, in its order."""
+    values = table[column].to_numpy()  # nulls are NaN, which come last
+    return np.argsort(values, kind="stable")[: len(values) - table[column].null_count]
+
+
 # What a vehicle's child frames are called, and the columns of `tracks` that place them.
 FRAMES = {
     "{}": ("x_m", "y_m", "z_m"),
@@ -81,7 +103,7 @@ def transforms(result: "Result") -> Messages:
     A vehicle's own frame has x forward, y to port and z up (ROS REP 103); estimate and dead
     reckoning share the true heading, since only positions drift.
     """
-    rows = sorted(result.arrow["tracks"].to_pylist(), key=itemgetter("time_s"))
+    rows = rows_in_time(result.arrow["tracks"], "time_s")
     for at_s, together in groupby(rows, key=itemgetter("time_s")):
         placed = [transform for row in together for transform in _frames(row)]
         yield ViewerMessage(at_s, "/tf", FrameTransforms(transforms=placed))
@@ -145,8 +167,7 @@ def row_streams(result: "Result") -> Iterator[Messages]:
 
 def _events(result: "Result", table: str) -> Messages:
     instant = INSTANT[table]
-    known = (row for row in result.arrow[table].to_pylist() if row[instant] is not None)
-    for row in sorted(known, key=itemgetter(instant)):
+    for row in rows_in_time(result.arrow[table], instant):
         yield ViewerMessage(row[instant], topic(table, row), _known(row))
 
 
@@ -214,8 +235,7 @@ def fix_covariance(row: dict[str, Any]) -> Floats:
 
 
 def _vehicles(result: "Result", origin: tuple[float, float]) -> Messages:
-    rows = result.arrow["tracks"].to_pylist()
-    for row in sorted(rows, key=itemgetter("time_s")):
+    for row in rows_in_time(result.arrow["tracks"], "time_s"):
         for frame, columns in FRAMES.items():
             place = [row[column] for column in columns]
             if None not in place:
@@ -225,8 +245,7 @@ def _vehicles(result: "Result", origin: tuple[float, float]) -> Messages:
 
 
 def _fixes(result: "Result", origin: tuple[float, float]) -> Messages:
-    rows = result.arrow["fixes"].to_pylist()
-    for row in sorted(rows, key=itemgetter("pinged_at_s")):
+    for row in rows_in_time(result.arrow["fixes"], "pinged_at_s"):
         name, at_s = row["auv"], row["pinged_at_s"]
         place = [row["x_m"], row["y_m"], row["z_m"]]
         covariance = enu_covariance(fix_covariance(row)).ravel().tolist()

@@ -3,7 +3,7 @@ tracks and the ellipse of each estimate.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
@@ -32,7 +32,7 @@ from ..geometry.geodesy import enu_from_ned, enu_yaw
 from ..scenario.destinations import horizontal_reach
 from ..scenario.flight_plans import planned_paths
 from ..scenario.site import area_of
-from .messages import FRAMES, MAP, Messages, ViewerMessage, colour, timestamp
+from .messages import FRAMES, MAP, Messages, ViewerMessage, colour, rows_in_time, timestamp
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -153,10 +153,11 @@ def certainty(result: "Result") -> Messages:
 
     Each replaces that of the instant before.  There are none while no AUV is ever unsure.
     """
-    rows = [row for row in result.arrow["tracks"].to_pylist() if row[SPREAD[0]] is not None]
-    if not any(row[name] for row in rows for name in SPREAD):
+    tracks = result.arrow["tracks"]
+    if not any(tracks[name].drop_null().to_numpy().any() for name in SPREAD):
         return
-    for at_s, together in groupby(sorted(rows, key=itemgetter("time_s")), key=itemgetter("time_s")):
+    rows = (row for row in rows_in_time(tracks, "time_s") if row[SPREAD[0]] is not None)
+    for at_s, together in groupby(rows, key=itemgetter("time_s")):
         drawn = [_around(row) for row in together]
         yield ViewerMessage(at_s, "/scene/certainty", update(*drawn))
 
@@ -191,12 +192,13 @@ PATHS = {
 def scenery(result: "Result") -> Messages:
     """Yield the scene at the start of a mission; it stays until its end."""
     scenario = result.scenario
-    drawn = {
+    # made one after another as they are written: paths of a day have many points
+    drawn: dict[str, Iterable[dict[str, Any]]] = {
         "/scene/survey": [_survey(scenario)],
-        "/scene/planned": list(_planned(scenario)),
-        **{f"/scene/{kind}": list(_paths(result, kind)) for kind in PATHS},
-        "/scene/vehicles": list(_vehicles(scenario)),
-        "/scene/ranges": list(_ranges(scenario)),
+        "/scene/planned": _planned(scenario),
+        **{f"/scene/{kind}": _paths(result, kind) for kind in PATHS},
+        "/scene/vehicles": _vehicles(scenario),
+        "/scene/ranges": _ranges(scenario),
     }
     for topic, entities in drawn.items():
         yield ViewerMessage(0.0, topic, update(*entities))

@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import resource
+import tracemalloc
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from click.testing import CliRunner, Result
@@ -20,7 +22,8 @@ from worlds import QUIET_NAVIGATION, scenario
 
 from bindusbl_des import load_result, simulate
 from bindusbl_des.cli import main
-from bindusbl_des.export import scenery
+from bindusbl_des.export import mcap_file, scenery
+from bindusbl_des.export import messages as streamed
 from bindusbl_des.geometry.geodesy import ned_from_geodetic
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
@@ -274,6 +277,29 @@ def test_an_auv_that_is_never_unsure_has_no_ellipse(tmp_path: Path) -> None:
     assert "/scene/certainty" not in topics
 
 
+def test_rows_come_in_time_with_few_in_memory(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of tables sixty times as long, all of whose rows would take 120 MB as Python objects."""
+    monkeypatch.setattr(streamed, "ROWS_AT_ONCE", 100, raising=False)
+    result = load_result(run)
+    for table in streamed.INSTANT.keys() & result.arrow:
+        result.arrow[table] = pa.concat_tables([result.arrow[table]] * 60)
+    streams = [streamed.transforms(result), scenery.certainty(result)]
+    streams += mcap_file._sound_streams(result)
+    streams += [*streamed.location_streams(result), *streamed.row_streams(result)]
+    tracemalloc.start()
+    try:
+        for stream in streams:
+            next(stream, None)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak < 20e6
+    received = result.arrow["frame_receptions"]
+    rows = [row for row in received.to_pylist() if row["arrived_at_s"] is not None]
+    rows.sort(key=lambda row: row["arrived_at_s"])
+    assert list(streamed.rows_in_time(received, "arrived_at_s")) == rows
+
+
 def test_locations_lead_back_to_the_survey(run: Path, read: Read) -> None:
     """WGS-84 positions of vehicles and fixes are the survey's, and a fix has its covariance."""
     tables = load_result(run).tables
@@ -449,7 +475,6 @@ def test_a_broken_export_leaves_nothing(
     run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Whatever goes wrong while it is written, no file looks complete."""
-    from bindusbl_des.export import mcap_file
 
     def fails(_: object) -> Iterator[Any]:
         yield mcap_file.ViewerMessage(0.0, "/rounds", {"round": 0})
