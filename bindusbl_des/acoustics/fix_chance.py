@@ -132,7 +132,10 @@ def made_and_delivered(
         return made, made * by_all
     knows, both = by_all, by_all * by_all
     if rule.chosen_by == "turn":
-        twice = delivered * np.roll(delivered, -ahead, axis=-1)
+        place, those = works.cumsum(axis=-1) - 1, np.argsort(~works, axis=-1, kind="stable")
+        after = (place + ahead) % np.maximum(works.sum(axis=-1, keepdims=True), 1)
+        later = np.take_along_axis(those, after, axis=-1)  # which of those that work
+        twice = delivered * np.take_along_axis(delivered, later, axis=-1)
         tells = np.asarray(number) - ahead
         knows, both = (_in_turn(chances, works, cycle, tells) for chances in (delivered, twice))
     return made * knows, made * both

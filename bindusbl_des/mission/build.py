@@ -229,7 +229,7 @@ def _network(
 def dissemination_of(scenario: Scenario, network: Network, streams: Streams) -> Dissemination:
     """Return who knows which slots, where frames carry them."""
     protocol, count = scenario.protocol, scenario.auvs.count
-    ahead = 1 if downlink_of(scenario).waits else 2
+    ahead = downlink_of(scenario).tells_ahead
     return Dissemination(
         network.env,
         network.slots,

@@ -192,7 +192,7 @@ def told_ahead(scenario: Scenario, downlink: str) -> int:
     """
     if not tells_slots(scenario) or scenario.protocol.dissemination.missed != "silent":
         return 0
-    return 0 if downlink not in DOWNLINKS else 1 if DOWNLINKS[downlink].waits else 2
+    return DOWNLINKS[downlink].tells_ahead if downlink in DOWNLINKS else 0
 
 
 def _chances(
@@ -327,7 +327,7 @@ def rates_of(
     `senders` broadcast at once.
     """
     protocol = scenario.protocol
-    made, delivered, _ = told(scenario, sights, protocol.downlink)
+    of_own = made, delivered, _ = told(scenario, sights, protocol.downlink)
     if protocol.asvs_ping:
         every = rounds.length(rounds.most, 0) / scenario.asvs.count
         return {"planned": Rates(np.asarray(delivered.mean(axis=0) / every))}
@@ -343,11 +343,12 @@ def rates_of(
             downlinks = {protocol.downlink: None}
         for downlink in downlinks:
             if downlink in DOWNLINKS:
-                name = "planned" if downlink == protocol.downlink else downlink
+                is_own = downlink == protocol.downlink
                 alone = protocol.replies or DOWNLINKS[downlink].by_group
-                _, by_it, _ = told(scenario, sights, downlink)
-                share = 1.0 if alone else _carried(rounds.slots, made)
-                found[name] = _shared(by_it * share, _lengths(downlink, rounds, groups, made))
+                made_then, by_it, _ = of_own if is_own else told(scenario, sights, downlink)
+                share = 1.0 if alone else _carried(rounds.slots, made_then)
+                lengths = _lengths(downlink, rounds, groups, made_then)
+                found["planned" if is_own else downlink] = _shared(by_it * share, lengths)
     if protocol.sends_frames:
         carried = cache(lambda auvs: _records(scenario, rounds.slots, senders, auvs)[0])
         records_hz = np.array([carried(auvs) for auvs in (made > 0.0).sum(axis=1).tolist()])

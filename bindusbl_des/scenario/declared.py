@@ -120,6 +120,11 @@ class DownlinkTraits(Traits):
     is_foreseen: bool = False
     in_words: str = ""
 
+    @property
+    def tells_ahead(self) -> int:
+        """How many rounds ahead is the one whose slots a frame tells."""
+        return 1 if self.waits else 2
+
 
 @dataclass(frozen=True)
 class BroadcasterTraits(Traits):

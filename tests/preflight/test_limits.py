@@ -16,6 +16,7 @@ from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.predicting import predict
 from bindusbl_des.preflight.limits import Limits
 from bindusbl_des.preflight.round_lengths import carried_per_s
+from bindusbl_des.preflight.warnings import warnings_of
 from bindusbl_des.protocol.slots import slots_of
 from bindusbl_des.scenario.destinations import asv_stations
 
@@ -451,3 +452,23 @@ def test_an_asv_that_fails_brings_no_more_fixes(tmp_path: Path) -> None:
     fails = merged(asked, {"asvs": {"failures": [{"asv": 0, "at_s": 100.0}]}})
     both, one = (bindusbl_des.limits(Scenario.model_validate(keys)) for keys in (asked, fails))
     assert (one.rates["back_to_back"].each <= both.rates["back_to_back"].each).all()
+
+
+@pytest.mark.parametrize(
+    ("downlink", "failing"), [("sequential", [1]), ("pipelined_round", [1, 2])]
+)
+def test_an_asv_that_has_failed_tells_no_slots(downlink: str, failing: list[int]) -> None:
+    """Those that work take turns: of three two, or one alone, reach all, and nothing is missed."""
+    asked = Scenario.model_validate({
+        "name": "rows", "duration_s": 400.0, "survey": {"side_m": 60.0},
+        "auvs": {"count": 2, "route": {"kind": "hold", "positions_m": [[-20, 0], [20, 0]]}},
+        "acoustics": {"hf": {"range_m": 120}, "mf": {"range_m": 100}, "loss": {"law": "none"}},
+        "asvs": {
+            "count": 3, "formation": {"positions_m": [[-20, 10], [0, 10], [20, 10]]},
+            "failures": [{"asv": asv, "at_s": 0.0} for asv in failing],
+        },
+        "protocol": {"knowledge": "broadcast", "downlink": downlink},
+    })  # fmt: skip
+    flown = np.mean([simulate(asked, seed).auvs.fix_rate_hz for seed in range(3)], axis=0)
+    assert bindusbl_des.limits(asked).rates["planned"].each == pytest.approx(flown, rel=0.03)
+    assert not [found for found in warnings_of(asked) if "hardly ever fixed" in found.message]
