@@ -44,7 +44,7 @@ class OneThread:
         self._running -= 1
         return None
 
-    def close(self, *, now: bool) -> None:
+    def close(self) -> None:
         self._executor.shutdown()
 
 

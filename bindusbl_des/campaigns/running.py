@@ -231,7 +231,7 @@ def _empty(folder: Path) -> None:
 
 def check_backend(settings: RunSettings) -> None:
     """Refuse a backend that does not exist before anything is written."""
-    pool_for(settings.backend, 1).close(now=True)
+    pool_for(settings.backend, 1).close()
 
 
 def check_plugins(plan: ExperimentPlan, allowed: bool) -> None:
