@@ -49,11 +49,11 @@ PICTURES = (".png", ".svg")
 # Language, the file that it is if it has a title, and content
 FENCED = r'^```(\w+)(?: title="([\w.]+)")?\n(.*?)^```'
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.py"))
-# What the longest does, the manual's tutorial on a real plan does every day.
-EACH_NOTEBOOK = [
-    pytest.param(path, marks=[pytest.mark.slow] if path.stem == "real_plan" else [])
-    for path in NOTEBOOKS
-]
+# What the longest do, the manual's tutorial on a real plan does every day.
+EACH_PAGE, EACH_NOTEBOOK = (
+    [pytest.param(it, marks=[pytest.mark.slow] if longest in str(it) else []) for it in all_of]
+    for longest, all_of in (("planning.md", MANUAL), ("real_plan", NOTEBOOKS))
+)
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
 # What `run` advises takes seconds, and no page's is compared.
 SHORTLY_ADVISED = ("--advice-missions", "8")
@@ -139,7 +139,7 @@ def test_readme_python_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert "worst" in shown_by(block, {})
 
 
-@pytest.mark.parametrize("page", MANUAL)
+@pytest.mark.parametrize("page", EACH_PAGE)
 def test_manual_does_what_it_says(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from numpy.typing import NDArray
 from worlds import merged
 
 import bindusbl_des
@@ -34,6 +35,13 @@ def scenario(**changes: dict[str, Any]) -> Scenario:
     for section, values in changes.items():
         data[section] = {**data.get(section, {}), **values}
     return Scenario.model_validate({"name": "limits", "duration_s": 100.0, **data})
+
+
+def rates_flown(asked: Scenario, missions: int) -> NDArray[np.float64]:
+    """Return the fixes per second that each AUV gets in missions, which keep nothing else."""
+    record = asked.record.model_copy(update={"detail": "summary", "metrics_hz": 0.5})
+    short = asked.model_copy(update={"record": record})
+    return np.array([simulate(short, seed).auvs.fix_rate_hz for seed in range(missions)])
 
 
 def limits(**changes: dict[str, Any]) -> Limits:
@@ -332,7 +340,7 @@ def test_asvs_that_keep_in_step_with_auvs_send_for_the_same_ones(changes: dict[s
     """Of k ASVs in turn only those at j + N i mod k send for AUV j of N, of those that work."""
     asked = Scenario.model_validate({"name": "m", **merged(ROW, changes)})
     told = bindusbl_des.limits(asked).rates["planned"].each
-    flown = np.mean([simulate(asked, seed).auvs.fix_rate_hz for seed in range(3)], axis=0)
+    flown = rates_flown(asked, 3).mean(axis=0)
     assert told == pytest.approx(flown, abs=0.02)
     if not asked.asvs.failures:  # which plans leave out
         planned = predict(inputs_of(asked), asv_stations(asked)).fix_rate_hz
@@ -369,7 +377,7 @@ def test_no_mission_exceeds_frame_behind_frame(
         protocol=protocol,
     ).model_copy(update={"duration_s": 400.0})
     rates = bindusbl_des.limits(asked).rates
-    flown = np.array([simulate(asked, seed).auvs.fix_rate_hz.mean() for seed in range(10)])
+    flown = rates_flown(asked, 6).mean(axis=1)
     sure = 3.0 * flown.std() / np.sqrt(len(flown))
     assert flown.mean() - sure <= rates["back_to_back"].mean
     assert max(found.mean for found in rates.values()) == rates["back_to_back"].mean
@@ -408,10 +416,7 @@ def test_each_downlink_is_judged_by_who_sends_its_frames(
             "asvs": {"count": 3, **asvs}, "protocol": {**protocol, "downlink": downlink},
         })  # fmt: skip
 
-    flown = {
-        name: np.mean([simulate(asked(name), seed).auvs.fix_rate_hz for seed in range(6)], axis=0)
-        for name in downlinks
-    }
+    flown = {name: rates_flown(asked(name), 3).mean(axis=0) for name in downlinks}
     for own in downlinks:
         rates = bindusbl_des.limits(asked(own)).rates
         for name in {own, "sequential", "pipelined_round"}:
@@ -433,7 +438,7 @@ def test_the_first_asv_that_hears_a_ping_replies(reach: float, tmp_path: Path) -
     ).model_copy(update={"duration_s": 300.0})
     told = bindusbl_des.limits(asked).rates["planned"].each
     predicted = predict(inputs_of(asked), asv_stations(asked)).fix_rate_hz
-    flown = np.mean([simulate(asked, seed).auvs.fix_rate_hz for seed in range(24)], axis=0)
+    flown = rates_flown(asked, 16).mean(axis=0)
     assert told == pytest.approx(flown, rel=0.06)
     assert predicted == pytest.approx(flown, rel=0.06)
 
@@ -469,6 +474,6 @@ def test_an_asv_that_has_failed_tells_no_slots(downlink: str, failing: list[int]
         },
         "protocol": {"knowledge": "broadcast", "downlink": downlink},
     })  # fmt: skip
-    flown = np.mean([simulate(asked, seed).auvs.fix_rate_hz for seed in range(3)], axis=0)
+    flown = rates_flown(asked, 3).mean(axis=0)
     assert bindusbl_des.limits(asked).rates["planned"].each == pytest.approx(flown, rel=0.03)
     assert not [found for found in warnings_of(asked) if "hardly ever fixed" in found.message]

@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 from scipy import stats
 from worlds import merged, scenario
 
-from bindusbl_des import Scenario, simulate, warnings_of
+from bindusbl_des import Mission, Scenario, simulate, warnings_of
 from bindusbl_des.core.spreads import PER_AXIS_SD
 from bindusbl_des.mission.build import usbl_of
 from bindusbl_des.presets.preset import USBLS
 from bindusbl_des.recorded.navigating import noise_of
+from bindusbl_des.records.events import HEARD
 
 Array = NDArray[np.float64]
 COUNT = 4000
@@ -179,6 +180,23 @@ def test_the_attitude_is_in_the_sheet_unless_it_is_given() -> None:
     both = {**sheet(bearing_sd_deg=1.0), "heading_sd_deg": 0.8}
     found, _ = fixes(both, polar(80.0, 10.0))
     assert np.std(np.degrees(np.arctan2(*found.T[1::-1]))) == pytest.approx(1.28, rel=SPREAD)
+
+
+@pytest.mark.parametrize("heading_sd_deg", [0.0, 0.8])
+def test_bearings_are_along_the_arc_and_nothing_else_is_level(heading_sd_deg: float) -> None:
+    """What a sheet states of bearings turns a fix about the vertical, as an error of heading does;
+    elevation and range are apart.
+    """
+    both = {**sheet(bearing_sd_deg=1.0, elevation_sd_deg=2.0), "heading_sd_deg": heading_sd_deg}
+    mission = Mission(scenario(duration_s=20.0, usbl=both), seed=1)
+    mission.result()
+    rows = mission._world.record.receptions.rows
+    heard = rows[rows["outcome"] == HEARD]
+    assert len(heard) > 10
+    turn, steep = math.radians(math.hypot(1.0, heading_sd_deg)), math.radians(2.0)
+    assert heard["turn_rad2"] == pytest.approx(turn**2)
+    assert heard["level_rad2"] == pytest.approx(0.0, abs=1e-3 * turn**2)
+    assert heard["steep_rad2"] == pytest.approx(steep**2, rel=0.01)
 
 
 def test_what_is_given_beside_a_preset_wins() -> None:

@@ -657,7 +657,9 @@ def test_plans_that_do_not_fit_are_refused() -> None:
     with pytest.raises(ValueError, match=r"position_noise has shape \(1, 3, 2\)"):
         voyage("otter", stations=[(0, 0)], duration_s=10.0, position_noise=np.zeros((1, 3, 2)))
     drift = SteeringDrift(steady(np.zeros((1, 5, 2)), 1.0, (0.0, 0.0), False))
-    with pytest.raises(ValueError, match=r"drift.walks has shape \(1, 5, 2\)"):
+    with pytest.raises(
+        ValueError, match=r"drift.walks has shape \(1, 5, 2\), not \(1, 11 or more, 2\)"
+    ):
         voyage("otter", stations=[(0, 0)], duration_s=10.0, drift=drift)
     with pytest.raises(ValueError, match="beyond the trajectory of 10"):
         believing("bluerov2", None, 10.0).vehicle(0).at(10.5)
