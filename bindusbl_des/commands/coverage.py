@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -33,7 +34,7 @@ RATES = {
     "planned": "these rounds",
     "back_to_back": "frame behind frame",
 }
-WIDTH = 28
+WIDTH, WIDEST = 28, 80
 
 
 def planned_limits(scenario: "Scenario") -> "Limits | None":
@@ -49,7 +50,8 @@ def planned_limits(scenario: "Scenario") -> "Limits | None":
 
 def limits_lines(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]:
     """Yield the lines about limits: of slots, pings, records, latency, and fix rates."""
-    from ..scenario.families import broadcaster_of, schedule_of
+    from ..preflight.messages import left_out
+    from ..scenario.families import schedule_of
 
     if limits is None:
         yield "Limits follow from where the AUVs go, which only the plug-in knows."
@@ -81,8 +83,8 @@ def limits_lines(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]
     if limits.latency_s is not None:
         yield _line("latency", f"{limits.latency_s:.3f} s at least, by the nearest ASV")
     yield "Fixes per AUV and second, if nothing is lost but by range:"
-    if broadcaster_of(scenario).at_once and limits.records_hz is not None:
-        yield "(of rounds with one frame; of several, one behind the other, they take longer)"
+    for sentence in left_out(scenario):
+        yield fill(sentence, WIDEST, initial_indent="  ", subsequent_indent="  ")
     best = max((rates.mean for rates in limits.rates.values()), default=0.0)
     yield f"{'':<{WIDTH}}{'mean':>8}{'worst AUV':>16}{'of the best':>13}"
     for name, rates in limits.rates.items():

@@ -95,7 +95,7 @@ def _why_missed(result: "Result", slot: Any) -> str:
     frame = f"the frame of {slot.told_by} that began at {slot.told_at_s:.4f} s"
     if channel_named(mf.channel).ends_at_range and away > mf.range_m:
         return f"it was out of MF range of {frame}: {away:.1f} m > {mf.range_m:g} m"
-    return f"it had not decoded {frame}, from {away:.1f} m away"
+    return f"it had not decoded {frame} when that slot began, from {away:.1f} m away"
 
 
 Why = tuple[list[str], dict[str, Any]]

@@ -195,6 +195,26 @@ def told_ahead(scenario: Scenario, downlink: str) -> int:
     return DOWNLINKS[downlink].tells_ahead if downlink in DOWNLINKS else 0
 
 
+def first_slot_after(scenario: Scenario, sights: SurveySights) -> tuple[float, float, list[int]]:
+    """Return how soon (s) after the frame that tells its slots a round may begin, how long (s) AUVs
+    in the first of them need to decode that, at most; and who of them may need longer.
+    """
+    rounds, schedule, count = rounds_of(scenario), schedule_of(scenario), scenario.auvs.count
+    slots, named, fixes = rounds.slots, rounds.named, rounds.auvs
+    made = slots_made(schedule, sights.heard)
+    groups = rounds.fewest if made is None or rounds.frame else int(made.max(axis=1).min()) + 1
+    begins = max(rounds.least(groups, fixes), rounds.frame)
+    if told_ahead(scenario, scenario.protocol.downlink) == 1:  # after the pings of its own
+        begins -= (groups + rounds.contention) * slots.uplink_slot
+    is_first = np.ones((1, count), np.bool_) if made is None else made == 0
+    at_all = sights.reached & is_first[..., np.newaxis]
+    way = np.where(at_all, sights.away_m, 0.0) / slots.sound_speed
+    needed = np.where(at_all, way + slots.messages.delay(fixes, named), 0.0)
+    left = begins - slots.airtime(fixes, named)
+    late = np.flatnonzero((needed > left).any(axis=(0, 2)))
+    return left, float(needed.max()), late.tolist()
+
+
 def _chances(
     scenario: Scenario, slant: Floats, in_range: Flags, works: Flags, channel: str,
     chance: Callable[[Scenario, Floats, float], Floats | None],
@@ -349,11 +369,12 @@ def rates_of(
                 share = 1.0 if alone else _carried(rounds.slots, made_then)
                 lengths = _lengths(downlink, rounds, groups, made_then)
                 found["planned" if is_own else downlink] = _shared(by_it * share, lengths)
-    if protocol.sends_frames:
+    if protocol.sends_frames:  # whoever pings, told of its slot or not
+        heard = made_and_delivered(scenario, sights.pings, sights.frames, sights.away_m)[0]
         carried = cache(lambda auvs: _records(scenario, rounds.slots, senders, auvs)[0])
-        records_hz = np.array([carried(auvs) for auvs in (made > 0.0).sum(axis=1).tolist()])
+        records_hz = np.array([carried(auvs) for auvs in (heard > 0.0).sum(axis=1).tolist()])
         # of pings that are mostly lost there may be more than frames, but not without a pause
-        fixes = np.maximum(made.sum(axis=1), records_hz * scenario.acoustics.hf.ping_s)
+        fixes = np.maximum(heard.sum(axis=1), records_hz * scenario.acoustics.hf.ping_s)
         found["back_to_back"] = _shared(sights.at_best, fixes / records_hz)
     return found
 

@@ -1,5 +1,5 @@
-"""Warnings of a scenario's modems, of ranges over which most signals are lost, of
-messages that overflow, of short guards, and of what the fleet believes.
+"""Warnings of a scenario's modems, of ranges over which most signals are lost, of tables of sound,
+of messages that overflow, of short guards, and of what the fleet believes; what rates leave out.
 """
 
 import math
@@ -12,11 +12,11 @@ from ..presets.modems import airtime_table
 from ..scenario.channel_settings import read_curve
 from ..scenario.declared import channel_named
 from ..scenario.destinations import known_stations
-from ..scenario.families import downlink_of, schedule_of, tells_slots
+from ..scenario.families import broadcaster_of, downlink_of, schedule_of, tells_slots
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
 from ..scenario.sections.acoustics import modem_values
-from ..scenario.site import assumed_sound_speed_of
+from ..scenario.site import assumed_sound_speed_of, profile_of
 from .whereabouts import shapes
 
 # What decides how many fixes the downlink carries
@@ -74,6 +74,26 @@ def deliveries(scenario: Scenario) -> Iterator[Problem]:
             f"formation are made for a range over which most are lost; make it less{other}",
             (chooser, f"acoustics.{band}.modem"),
         )
+
+
+def tables(scenario: Scenario) -> Iterator[Problem]:
+    """Yield which tables of sound end before the ranges or depths that count."""
+    depths = [scenario.survey.depth(auv) for auv in range(scenario.auvs.count)]
+    for name, band in (("hf", scenario.acoustics.hf), ("mf", scenario.acoustics.mf)):
+        if (file := band.channel.settings.get("rays")) is None:
+            continue
+        from ..acoustics.ray_tables import read_table  # brings numpy
+
+        grid = read_table(file, profile_of(scenario)).grid
+        far, high, low = grid.ranges_m[-1], grid.receiver_depths_m[0], grid.receiver_depths_m[-1]
+        if far < band.range_m or min(depths) < high or max(depths) > low:
+            yield Problem(
+                f"acoustics.{name}.channel.rays",
+                f"is a table up to {far:g} m, of receivers {high:g} to {low:g} m deep; the range "
+                f"is {band.range_m:g} m, and AUVs are {min(depths):g} to {max(depths):g} m deep: "
+                "what differs from straight ways is held beyond its ends, a shadow there is missed",
+                (f"acoustics.{name}.range_m", "survey.depth_m", "survey.depths_m"),
+            )
 
 
 def _may_lose_half(scenario: Scenario, band: str) -> bool:
@@ -200,4 +220,32 @@ def believed(scenario: Scenario) -> Iterator[Problem]:
             "truth is not to be had with knowledge broadcast, where the fleet knows AUVs by their "
             "fixes alone: they are carried_forward; write that, or last_fix",
             ("protocol.knowledge",),
+        )
+
+
+ALWAYS_HEARING = (
+    "AUVs and ASVs are taken to hear while they send: where uplink and downlink overlap "
+    "(pipelined), with duplex per_node, most fixes may be missed and errors many times as large."
+)
+
+
+def left_out(scenario: Scenario) -> Iterator[str]:
+    """Yield what the rates of `limits` leave out, in sentences."""
+    protocol, rule = scenario.protocol, broadcaster_of(scenario)
+    if protocol.duplex == "per_node" and not protocol.asvs_ping:
+        yield ALWAYS_HEARING
+    if any(answers(scenario)):
+        yield (
+            "Answers are taken not to meet: of AUVs that share a slot, those that hear two ASVs "
+            "are fixed less often, or never."
+        )
+    if protocol.asvs_ping or protocol.replies:
+        return
+    if rule.at_once:
+        yield "Rounds are taken to have one frame; with one behind another they are longer."
+    by_group = downlink_of(scenario).by_group and schedule_of(scenario).groups != "each"
+    if by_group and rule.chosen_by == "turn" and scenario.asvs.count > 1:
+        yield (
+            "Where ping groups change, ASVs are taken to send for all AUVs alike; between changes "
+            "the same may send for the same ones, which some do not hear."
         )

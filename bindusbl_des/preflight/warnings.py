@@ -25,8 +25,18 @@ from ..scenario.scenario_keys import Problem
 from ..scenario.sections.usbl import spacing_m
 from ..scenario.site import profile_of
 from .idle_keys import bursts, cast, idle_keys, levels, receivers, sheet, sonar
-from .messages import answers, backlog, believed, deliveries, guards, last_slots, messages, modems
-from .whereabouts import anchors, bays, formation, routes, shapes, tracks, turns
+from .messages import (
+    answers,
+    backlog,
+    believed,
+    deliveries,
+    guards,
+    last_slots,
+    messages,
+    modems,
+    tables,
+)
+from .whereabouts import anchors, bays, formation, frames, routes, shapes, tracks
 
 
 def failing(scenario: Scenario) -> Iterator[Problem]:
@@ -77,13 +87,14 @@ def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
             believed,
             modems,
             deliveries,
+            tables,
             messages,
             last_slots,
             answers,
             backlog,
             guards,
             formation,
-            turns,
+            frames,
             anchors,
             failing,
             _dissemination,

@@ -3,6 +3,7 @@
 import itertools
 import math
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from ..core.plugins import PluginError
 from ..scenario.declared import BROADCASTERS, channel_named
@@ -11,6 +12,9 @@ from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
 from ..scenario.sections.placements import Formation
 from ..scenario.site import area_of, lanes_heading, positioned, positioned_stations, recorded_track
+
+if TYPE_CHECKING:
+    from .limits import SurveySights
 
 # Vehicles of which the same is to be said are named up to so many.
 MOST_NAMED = 5
@@ -89,23 +93,40 @@ def _radius(scenario: Scenario, asked: Formation) -> float:
     return scenario.acoustics.hf.range_m + asked.clearance_m
 
 
-def turns(scenario: Scenario) -> Iterator[Problem]:
-    """Yield which AUVs hardly ever get a fix because ASVs broadcast in step with the turns of AUVs,
-    or by turns tell an AUV its slot and its fix, and those whose turn it is do not reach them.
+def frames(scenario: Scenario) -> Iterator[Problem]:
+    """Yield which AUVs hardly ever get a fix because ASVs broadcast in turn, and which are told of
+    their slot when it has begun.
     """
-    protocol, asvs, schedule = scenario.protocol, scenario.asvs, schedule_of(scenario)
-    if broadcaster_of(scenario).chosen_by != "turn" or not protocol.sends_frames:
+    protocol, asvs = scenario.protocol, scenario.asvs
+    is_told = tells_slots(scenario) and protocol.dissemination.missed == "silent"
+    by_turns = broadcaster_of(scenario).chosen_by == "turn" and asvs.count > 1
+    by_turns &= (
+        tells_slots(scenario) or schedule_of(scenario).framed or downlink_of(scenario).by_group
+    )
+    if not (is_told or by_turns) or not protocol.sends_frames or protocol.replies:
         return
-    by_turns = schedule.framed or downlink_of(scenario).by_group or tells_slots(scenario)
-    if not by_turns or protocol.replies or asvs.count == 1 or asvs.formation.moves:
-        return
-    from .limits import planned_sights, told, told_ahead  # brings numpy
+    from .limits import planned_sights  # brings numpy
 
-    ahead = told_ahead(scenario, protocol.downlink)
+    if asvs.formation.moves:
+        return
     try:
         seen = planned_sights(scenario)
     except (PluginError, ValueError):  # only the plug-in knows where AUVs go
         return
+    if by_turns:
+        yield from _turns(scenario, seen)
+    if is_told:
+        yield from _late(scenario, seen)
+
+
+def _turns(scenario: Scenario, seen: "SurveySights") -> Iterator[Problem]:
+    """Yield which AUVs hardly ever get a fix because ASVs broadcast in step with the turns of AUVs,
+    or by turns tell an AUV its slot and its fix, and those whose turn it is do not reach them.
+    """
+    from .limits import told, told_ahead
+
+    protocol, asvs = scenario.protocol, scenario.asvs
+    ahead = told_ahead(scenario, protocol.downlink)
     _, delivered, cycle = told(scenario, seen, protocol.downlink)
     fair = seen.at_best.mean(axis=0) / asvs.count
     missed = (delivered.mean(axis=0) < HARDLY_EVER * fair).nonzero()[0].tolist()
@@ -113,7 +134,13 @@ def turns(scenario: Scenario) -> Iterator[Problem]:
         return
     *some, last = ANYWHERE
     others, auvs = f"use {', '.join(some)} or {last}", _named("AUV", missed)
-    if cycle > 1:
+    if ahead:
+        message = (
+            f"{protocol.broadcaster} has one ASV tell AUVs their slots and another their fixes: "
+            f"{auvs} hardly ever reached by both, and so hardly ever fixed; {others}, or "
+            "protocol.knowledge: {model: broadcast, missed: last_slot}"
+        )
+    else:
         counts = itertools.count(asvs.count + 1)
         free = next(count for count in counts if math.gcd(count, cycle) == 1)
         message = (
@@ -121,17 +148,32 @@ def turns(scenario: Scenario) -> Iterator[Problem]:
             f"after {cycle} broadcasts: {auvs} always told by ASVs out of reach, and never fixed; "
             f"{others}" + ("" if asvs.failures else f", or {free} ASVs")
         )
-    else:
-        message = (
-            f"{protocol.broadcaster} has one ASV tell AUVs their slots and another their fixes: "
-            f"{auvs} hardly ever reached by both, and so hardly ever fixed; {others}, or "
-            "protocol.knowledge: {model: broadcast, missed: last_slot}"
-        )
     yield Problem(
         "protocol.broadcaster",
         message,
         ("protocol.schedule", "protocol.downlink", "asvs.count", "auvs.count"),
     )
+
+
+def _late(scenario: Scenario, seen: "SurveySights") -> Iterator[Problem]:
+    """Yield that AUVs are told of the first slot of a round when it has begun."""
+    from .limits import first_slot_after
+
+    left, needed, auvs = first_slot_after(scenario, seen)
+    if not auvs:
+        return
+    yield Problem(
+        "protocol.knowledge",
+        f"a round may begin {left:.4g} s after the frame that tells its slots, which is decoded up "
+        f"to {needed:.4g} s after its end: {_named('AUV', auvs)} told of a first slot too late to "
+        f"ping in it; give protocol.downlink_guard_s {_up(needed)} or more",
+        ("protocol.downlink_guard_s", "acoustics.mf.modem", "acoustics.mf.range_m"),
+    )
+
+
+def _up(seconds: float) -> str:
+    """Return a time (s) as a text, rounded up to a hundredth."""
+    return f"{math.ceil(100.0 * seconds) / 100.0:g}"
 
 
 def anchors(scenario: Scenario) -> Iterator[Problem]:

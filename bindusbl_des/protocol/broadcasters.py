@@ -111,14 +111,20 @@ def random(view: BroadcastView) -> int:
 
 
 def most_fixes(view: BroadcastView) -> int:
-    """Take the ASV that measured most of the fixes; the first of equals."""
+    """Take the ASV that measured most of the fixes; the first of equals.  Without any, in turn."""
+    if not len(view.heard):
+        return rotate(view)
     return _largest(view, view.heard.sum(axis=0))
 
 
 def nearest(view: BroadcastView) -> int:
-    """Take the ASV with the least mean horizontal distance to the fixes; the first of equals."""
+    """Take the ASV with the least mean horizontal distance to the fixes; the first of equals.
+
+    Without any they take turns: always the same would never reach AUVs that frames tell their slots
+    and that have strayed from it.
+    """
     if not len(view.fixes):
-        return _able(view)[0]
+        return rotate(view)
     goals, vessels = view.fixes[:, :2], view.asvs[:, :2]
     apart = [
         np.linalg.norm(vessels[k : k + BLOCK, None] - goals, axis=2).mean(axis=1)
@@ -137,11 +143,11 @@ def parallel(view: BroadcastView) -> list[list[Share]]:
 
     Those that some AUV may hear both of have slots of their own, found as ping groups are
     (eq. greedy_colour), the ASVs with most fixes first, so that long frames share a slot.  Without
-    any fix the first ASV sends a header.
+    any fix one sends a header, in turn.
     """
     able = np.array(_able(view))
     if not len(view.fixes):
-        return [[(int(able[0]), np.empty(0, dtype=np.int64))]]
+        return [[(rotate(view), np.empty(0, dtype=np.int64))]]
     sender = able[_nearest_of(view.asvs[able], view.fixes)]
     fixes = np.bincount(sender, minlength=view.count)
     senders = np.argsort(-fixes, kind="stable")[: np.count_nonzero(fixes)]

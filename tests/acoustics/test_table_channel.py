@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bindusbl_des import Scenario, load_scenario, simulate
+from bindusbl_des import Scenario, load_scenario, simulate, warnings_of
 from bindusbl_des.acoustics.channel import between
 from bindusbl_des.acoustics.named_channels import hf_channel
 from bindusbl_des.acoustics.table_channel import TableChannel, grid_to
@@ -93,6 +93,11 @@ def test_rays_of_ones_own(tmp_path: Path) -> None:
         "source_level_db: 150, snr_threshold_db: 20}}}\n"
     )
     own = load_scenario(tmp_path / "m.yaml")
+    assert not [it for it in warnings_of(own) if "rays" in it.key]
+    for key, value in (("acoustics.hf.range_m", 500.0), ("survey.depth_m", 31.0)):
+        beyond = load_scenario(tmp_path / "m.yaml", overrides=[f"{key}={value}"])
+        (warning,) = [it for it in warnings_of(beyond) if it.key == "acoustics.hf.channel.rays"]
+        assert "a table up to 400 m, of receivers 0 to 30 m deep" in warning.message
     assert snrs(own) == pytest.approx(snrs(world({"model": "sonar", **QUIET})) - 10.0, abs=0.2)
     assert len(simulate(own, 1).tables["pings"]) > 0
 

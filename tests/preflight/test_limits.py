@@ -195,9 +195,7 @@ def test_timing_tells_limits_and_has_them_as_data() -> None:
     )
     assert "rounds with one frame" not in text
     parallel = timing(mission, "--set", "protocol.broadcaster=parallel")
-    assert (
-        "(of rounds with one frame; of several, one behind the other, they take longer)" in parallel
-    )
+    assert "Rounds are taken to have one frame" in parallel
     assert data["limits"]["groups"]["fewest"] == [2.0, 2.0]
     assert data["limits"]["fix_rates_hz"]["planned"] == pytest.approx([0.1, 0.1, 0.1, 0.0])
 
@@ -477,3 +475,22 @@ def test_an_asv_that_has_failed_tells_no_slots(downlink: str, failing: list[int]
     flown = rates_flown(asked, 3).mean(axis=0)
     assert bindusbl_des.limits(asked).rates["planned"].each == pytest.approx(flown, rel=0.03)
     assert not [found for found in warnings_of(asked) if "hardly ever fixed" in found.message]
+
+
+@pytest.mark.parametrize("side", [60, 300])
+def test_frames_behind_frames_carry_no_more_than_the_downlink(side: int) -> None:
+    """However few AUVs ping because few are told of their slots."""
+    found = bindusbl_des.limits(
+        scenario(survey={"side_m": side}, protocol={"knowledge": "broadcast"})
+    )
+    assert found.rates["back_to_back"].each.sum() <= found.records_hz * (1 + 1e-9)
+
+
+@pytest.mark.usefixtures("inside_a_folder")
+def test_timing_says_what_its_rates_leave_out() -> None:
+    """That who sends is deaf, and that answers meet."""
+    mission = {"name": "m", "auvs": {"count": 3}, "asvs": {"count": 2}}
+    assert "are taken" not in timing(mission)
+    deaf = timing(mission, "--set", "protocol.duplex=per_node")
+    assert "taken to hear while they send" in " ".join(deaf.split())
+    assert "taken not to meet" in timing(mission, "--set", "protocol.downlink=direct_reply")

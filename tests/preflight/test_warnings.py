@@ -318,6 +318,40 @@ def test_auvs_that_no_asv_in_reach_sends_for_are_told() -> None:
     assert told(3, schedule="random") == told(3, schedule="one_per_slot") == []
 
 
+def test_frames_that_tell_slots_and_fixes_by_turns_are_told_as_the_cause() -> None:
+    """Whoever pings by itself in a frame: another number of ASVs would not help."""
+    held = {"kind": "hold", "positions_m": [[-60, 0], [60, 0]]}
+    found = told(
+        survey={"side_m": 140.0},
+        auvs={"count": 2, "route": held},
+        asvs={"count": 2, "formation": {"positions_m": [[-60, 10], [60, 10]]}},
+        acoustics={"hf": {"range_m": 100}, "mf": {"range_m": 60}},
+        protocol={"schedule": "round_robin", "knowledge": "broadcast", "frame_s": 2.0},
+    )["protocol.broadcaster"]
+    assert "one ASV tell AUVs their slots and another their fixes: AUV0, AUV1 are" in found
+    assert "ASVs" not in found.partition("use random")[2]
+
+
+@pytest.mark.parametrize("downlink", ["sequential", "pipelined_round"])
+def test_slots_that_are_told_too_late_are_told(downlink: str) -> None:
+    """A modem hands frames over when the first slot has begun; as long a guard as is said helps."""
+
+    def flown(**guard: float) -> tuple[dict[str, str], list[int]]:
+        bands = {"hf": {"range_m": 150.0}, "mf": {"modem": "s2c_instant", "range_m": 150.0}}
+        protocol = {"schedule": "one_per_slot", "downlink": downlink, "knowledge": "broadcast"}
+        given = {"asvs": {"count": 1}, "acoustics": bands, "protocol": {**protocol, **guard}}
+        asked = Scenario.model_validate({"name": "m", **given})
+        return told(**given), simulate(asked, 0).auvs.slots_missed.tolist()
+
+    found, missed = flown()
+    assert "AUV0 is told of a first slot too late" in found["protocol.knowledge"]
+    assert missed[0] > 20 > max(missed[1:])
+    guard = float(found["protocol.knowledge"].partition("downlink_guard_s ")[2].split()[0])
+    found, missed = flown(downlink_guard_s=guard)
+    assert "protocol.knowledge" not in found
+    assert max(missed) < 5
+
+
 @pytest.mark.parametrize("frame", [0.5, 1.0, 1.1])
 def test_a_frame_shorter_than_its_round_is_told(frame: float) -> None:
     """0.5, 1.0 and 1.1 s give the same mission, and each is told what its AUVs do instead."""

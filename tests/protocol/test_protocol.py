@@ -271,6 +271,22 @@ def test_broadcasters_choose_as_they_say() -> None:
     assert set(voices("random")) == {"ASV0", "ASV1", "ASV2"}
 
 
+@pytest.mark.parametrize("broadcaster", ["nearest", "most_fixes", "parallel"])
+def test_without_fixes_asvs_broadcast_in_turn(broadcaster: str) -> None:
+    """So that an AUV hears of its slots again that has strayed from the first one's reach."""
+    told = scenario(
+        duration_s=300.0,
+        auvs={"count": 1, "route": {"kind": "waypoints", "points_m": [[[-100, 0], [100, 0]]]}},
+        asvs={"count": 2, "formation": {"positions_m": [[-70, 0], [70, 0]]}},
+        acoustics={"hf": {"range_m": 60}, "mf": {"range_m": 60}, "loss": {"law": "none"}},
+        protocol={"knowledge": "broadcast", "broadcaster": broadcaster},
+    )
+    result = simulate(told, 0)
+    fixes, sent = result.tables["fixes"], result.tables["broadcasts"]
+    assert set(fixes[fixes.outcome == "delivered"].broadcast_by) == {"ASV0", "ASV1"}
+    assert set(sent[sent.fixes == 0].asv) == {"ASV0", "ASV1"}
+
+
 def test_schedules_choose_as_they_say() -> None:
     """Two AUVs under ASVs of their own share a slot with reuse, and only with reuse."""
 

@@ -60,6 +60,7 @@ class Second(Dissemination):
         self.ends: dict[int, list[float]] = {}
         self.turns: dict[str, list[int]] = defaultdict(list)  # rounds, if somebody hears the AUV
         self.free = self.waited = 0.0  # end of the last downlink slot; time without ASVs
+        self.broadcasts = 0
 
     # Time slots
 
@@ -366,6 +367,7 @@ class Second(Dissemination):
         """Return who sends what: fixes of each ASV, of those that broadcast at once."""
         at = {j: self.where(j, start) for j in working}
         fixes, self.waiting = self.waiting, []
+        self.broadcasts += 1
         if self.broadcaster != "parallel":
             if self.mf["overfull"] == "oldest_first":
                 fixes, self.waiting = fixes[: self.capacity()], fixes[self.capacity() :]
@@ -374,7 +376,8 @@ class Second(Dissemination):
         for fix in fixes:
             nearest = min(working, key=lambda j: horizontal(fix["place"], at[j]))
             shares.setdefault(nearest, []).append(fix)
-        order = sorted(shares, key=lambda j: (-len(shares[j]), working.index(j))) or working[:1]
+        order = sorted(shares, key=lambda j: (-len(shares[j]), working.index(j)))
+        order = order or [self.chosen(at, [])]
         places = self.believed(start)
         hear = {
             j: {i for i in self.auvs if horizontal(places[i], at[j]) <= self.mf["range_m"]}
@@ -383,17 +386,17 @@ class Second(Dissemination):
         return [{j: shares.get(j, []) for j in group} for group in coloured(rivals_of(hear))]
 
     def chosen(self, at: dict[str, Place], fixes: list[Row]) -> str:
-        """Return which of the ASVs that work broadcasts fixes."""
+        """Return which of the ASVs that work broadcasts fixes; without any, which has its turn."""
         if self.broadcaster == "random":
             return self.given.broadcasters[len(self.frames)]
         if self.broadcaster == "fixed":
             first = self.broadcaster_keys["asv"]
             return min(at, key=lambda j: (self.asvs.index(j) - first) % len(self.asvs))
-        if self.broadcaster == "most_fixes":
+        if self.broadcaster == "most_fixes" and fixes:
             return max(at, key=lambda j: sum(j in f["asvs"].split() for f in fixes))
-        if self.broadcaster == "nearest":
+        if self.broadcaster == "nearest" and fixes:
             return min(at, key=lambda j: sum(horizontal(f["place"], at[j]) for f in fixes))
-        return list(at)[sum(frame.row["part"] == 0 for frame in self.frames) % len(at)]
+        return list(at)[(self.broadcasts - 1) % len(at)]
 
     def send(
         self, number: int, asv: str, start: float, fixes: list[Row], names: Sequence[str] = ()

@@ -22,7 +22,7 @@ from ...core.plugins import is_plugin, loaded
 from ...core.wording import plain
 from ...mission.build import usbl_of
 from ...mission.onboard import assumed_by
-from ...preflight.messages import messages
+from ...preflight.messages import ALWAYS_HEARING, messages
 from ...preflight.round_lengths import pace_of
 from ...protocol.predicted_positions import planned_vehicles
 from ...protocol.replies import reply_delay_of
@@ -150,11 +150,7 @@ def approximations(scenario: Scenario) -> Iterator[str]:
             "in a shadow may be tens of metres off."
         )
     if scenario.protocol.duplex == "per_node" and not scenario.protocol.asvs_ping:
-        yield (
-            "AUVs and ASVs are taken to hear while they send: where uplink and downlink overlap "
-            "(pipelined), with duplex per_node, most fixes may be missed and errors many times as "
-            "large."
-        )
+        yield ALWAYS_HEARING
     if (lag := scenario.navigation.filter.settings.get("lag_s")) is not None:
         yield f"A smoother that waits for {plain(lag)} s is taken to know all later fixes."
     if scenario.navigation.gnss_fix is not None:
