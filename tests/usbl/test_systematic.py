@@ -15,11 +15,11 @@ from bindusbl_des.records.events import HEARD, LOST
 from bindusbl_des.records.rows import NONE, PING, RECEPTION
 from bindusbl_des.usbl.array import ARRAYS
 from bindusbl_des.usbl.fusion import fuse_shared
-from bindusbl_des.usbl.instrument import NOISE_WIDTH, Instrument
+from bindusbl_des.usbl.instrument import NOISE_WIDTH, Instrument, gnss_noise
 from bindusbl_des.usbl.measuring import Usbl
 from bindusbl_des.usbl.systematic_effects import EFFECTS, changes
 from bindusbl_des.usbl.systematic_fixes import SYSTEMATIC, Systematic, measured_astray
-from bindusbl_des.usbl.two_way import Heard, Sighting
+from bindusbl_des.usbl.two_way import Heard, Sighting, way_to_caller
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import Place, moored
 
@@ -310,3 +310,18 @@ def test_a_fix_at_the_array_has_no_direction_to_turn(aside: float) -> None:
     found = changes(np.ones((4, EFFECTS)), (aside, -aside, 10.0), seen, instrument, 0.0)
     assert not found.any()
     assert changes(np.ones((4, EFFECTS)), (1.0, 0.0, 10.0), seen, instrument, 0.0).any()
+
+
+@pytest.mark.parametrize("row", [0, 1, 2])
+def test_where_the_call_came_from_errs_as_both_receivers_do(row: int) -> None:
+    """Who calls and hears the answer has one GNSS error for both, another ASV has its own."""
+    usbl = Usbl(ARRAYS["oem5"], 0.0, 0.0, 0.0, (0.0, 0.0, 0.0), 2.0, SOUND)
+    noise = np.random.default_rng(5).standard_normal((3, NOISE_WIDTH + 4))
+    ping, receptions = blank(PING, 1), blank(RECEPTION, 3)
+    ping["called_by"], ping["called_at_s"], receptions["asv"] = 0, PINGED - 1.0, np.arange(3)
+    instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0])
+    seen = Sighting(tuple(STATIONS[row]), (0.0, 0.0, 1.0), np.eye(3), 10.0, math.nan, 10.0)
+    found = way_to_caller(Heard(ping[0], receptions, noise), row, seen, FLEET, instrument)
+    off = 2.0 * (np.array(gnss_noise(noise[0])) - np.array(gnss_noise(noise[row])))
+    assert found == pytest.approx(STATIONS[0] - STATIONS[row] + off)
+    assert row == 0 or np.abs(off).max() > 1.0
