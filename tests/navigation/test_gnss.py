@@ -68,6 +68,18 @@ def test_fixes_by_gnss_correct_every_navigator_but_dead_reckoning(name: str) -> 
     assert (found.fix_age_max_s <= 10.0 + 1e-9).all()
 
 
+@pytest.mark.parametrize("name", ["kalman", "smoother"])
+def test_a_fix_by_gnss_is_taken_for_what_it_says(name: str) -> None:
+    """A place and its noise, no range and direction that turn with an array."""
+    usbl = {"misalignment_sd_deg": 1.0}
+    mission = Mission(afloat(navigation={"filter": name}, usbl=usbl), seed=1)
+    mission.result()
+    fixes = mission._world.record.gnss_fixes.rows
+    assert len(fixes) == 36
+    assert (fixes["said_x_m"] == fixes["x_m"]).all()
+    assert not fixes["said_polar"].any()
+
+
 def test_dead_reckoning_ignores_them() -> None:
     found = simulate(afloat(navigation={"filter": "dead_reckoning"}), 3).auvs
     assert found.position_error_m.tolist() == found.imu_error_m.tolist()

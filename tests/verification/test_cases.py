@@ -12,7 +12,14 @@ from bindusbl_des import Scenario, verify
 from bindusbl_des.verification.case import Case, bounds_of
 from bindusbl_des.verification.frames import frame_spread, widest
 from bindusbl_des.verification.playing import OUT_OF_THE_WAY
-from bindusbl_des.verification.signals import answer_late, answer_passing, groups_shown, two_calls
+from bindusbl_des.verification.signals import (
+    FRAMES_OF_CHANCE,
+    answer_late,
+    answer_passing,
+    groups_shown,
+    rounds_shown,
+    two_calls,
+)
 from bindusbl_des.verification.two_way import call_and_answer
 from bindusbl_des.verification.uplink import round_gap, spread_s
 from bindusbl_des.verification.verdict_text import verdict_text
@@ -54,6 +61,16 @@ def test_the_shortest_way_of_a_ping_is_that_from_the_least_depth() -> None:
     """AUVs with equations of motion may be anywhere down to their depth."""
     assert case().shortest_m(0) == 10.0
     assert case(auvs={"vehicle": "bluerov2"}).shortest_m(0) == 0.0
+
+
+def test_where_lots_are_drawn_a_witness_lasts_until_each_has_had_its_turn() -> None:
+    """By rotation each of three has one in three frames; two more are shown."""
+    by_rotation, by_lot = (
+        rounds_shown(case(protocol={"schedule": it, "frame_s": 9.0}, auvs={"count": 3}))
+        for it in ("round_robin", "random")
+    )
+    assert by_rotation == pytest.approx(9.0 * 5)
+    assert by_lot == pytest.approx(9.0 * (3 * FRAMES_OF_CHANCE + 2))
 
 
 def test_two_pings_of_one_auv_come_apart_by_what_it_moves_in_a_round() -> None:
