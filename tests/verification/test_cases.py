@@ -10,7 +10,7 @@ import pytest
 
 from bindusbl_des import Scenario, verify
 from bindusbl_des.verification.case import Case, bounds_of
-from bindusbl_des.verification.frames import frame_spread, widest
+from bindusbl_des.verification.frames import frame_spread, most_fixes, sizes, widest
 from bindusbl_des.verification.playing import OUT_OF_THE_WAY
 from bindusbl_des.verification.signals import (
     FRAMES_OF_CHANCE,
@@ -61,6 +61,27 @@ def test_the_shortest_way_of_a_ping_is_that_from_the_least_depth() -> None:
     """AUVs with equations of motion may be anywhere down to their depth."""
     assert case().shortest_m(0) == 10.0
     assert case(auvs={"vehicle": "bluerov2"}).shortest_m(0) == 0.0
+
+
+def test_hulls_go_with_the_current_at_most() -> None:
+    """An AUV that is steered through water is as fast over ground as both together."""
+    still, flowing = (
+        case(auvs={"vehicle": "bluerov2"}, environment={"current_m_per_s": mean})
+        for mean in (0.0, 0.5)
+    )
+    speeds = [it.bounds.max_speed_m_per_s for it in (still, flowing)]
+    assert speeds[1] == pytest.approx(speeds[0] + 0.5)
+
+
+def test_frames_may_name_nobody_unless_each_has_a_slot_of_its_own() -> None:
+    told = {"knowledge": "broadcast"}
+    each, shared = (
+        case(auvs={"count": 3}, protocol={**told, "schedule": it, "forget_after_s": None})
+        for it in ("one_per_slot", "spatial_reuse")
+    )
+    assert {named for _, named in sizes(each)} == {3}
+    assert {named for _, named in sizes(shared)} == {0, 1, 2, 3}
+    assert {fixes for fixes, _ in sizes(shared)} == set(range(most_fixes(shared) + 1))
 
 
 def test_where_lots_are_drawn_a_witness_lasts_until_each_has_had_its_turn() -> None:
