@@ -206,8 +206,8 @@ def messages(data: bytes) -> Iterator[MavlinkMessage | None]:
     """
     over = 0
     for at, byte in enumerate(data):
-        head = HEADS.get(byte, len(data))
-        if at < over or at + head > len(data):
+        head = HEADS.get(byte, 0)
+        if not head or at < over or at + head > len(data):
             continue
         if _number(data[at : at + head], head) not in UNDERSTOOD:
             continue

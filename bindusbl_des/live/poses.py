@@ -122,8 +122,8 @@ class Received:
 
     def take(self, text: bytes) -> None:
         """Take in a datagram."""
-        is_binary = text[:1] in MAGIC  # in which a byte may look like a space
-        for part in [text] if is_binary else map(bytes.strip, text.splitlines()):
+        # In MAVLink a byte may look like a space
+        for part in [text] if _is_mavlink(text) else map(bytes.strip, text.splitlines()):
             with self._counting():
                 for auv, said in _read(part):
                     with self._counting():  # what else a datagram says holds
@@ -187,16 +187,21 @@ class Received:
 
 def _read(text: bytes) -> Iterator[tuple[int, Said]]:
     """Yield which AUV a line or a datagram tells of, and what."""
-    if text[:1] in MAGIC:
+    if _is_mavlink(text):
         yield from _of_mavlink(text)
     elif text:
         try:
-            line = text.decode("utf-8")
+            line = text.decode("utf-8-sig")
         except UnicodeDecodeError:
             raise Nonsense("not understood") from None
         found = _of_sentence(line) if line.startswith("$") else _of_json(line)
         if found is not None:
             yield found
+
+
+def _is_mavlink(text: bytes) -> bool:
+    """Tell whether it begins as MAVLink, or a message is somewhere in it."""
+    return text[:1] in MAGIC or any(messages(text))
 
 
 def _of_mavlink(text: bytes) -> Iterator[tuple[int, Said]]:

@@ -112,6 +112,17 @@ def test_what_cannot_be_leaves_the_rest_of_its_datagram(ear: Received) -> None:
     assert ear.counts == {"taken": 2, "of no AUV that there is": 1, "nowhere on Earth": 1}
 
 
+def test_a_message_is_found_behind_other_bytes(ear: Received) -> None:
+    """The end of another message is before some, a mark of the byte order before JSON."""
+    writer = mavlink.MAVLink(None, srcSystem=1)
+    said = writer.global_position_int_encode(0, 543300000, 101800000, 0, 0, 0, 0, 0, 9000)
+    message = said.pack(writer)
+    ear.take(b"\x00" + message)
+    ear.take(message[-9:] + message + message)
+    ear.take(b'\xef\xbb\xbf{"vehicle": "AUV1", "x_m": 0, "y_m": 0, "z_m": 5}')
+    assert ear.counts == {"taken": 4}
+
+
 def test_no_byte_of_a_binary_telegram_is_taken_for_a_space(ear: Received) -> None:
     """Checksums end in any byte: all of 2,000 places are taken."""
     writer = mavlink.MAVLink(None, srcSystem=1)
