@@ -45,6 +45,8 @@ def read_log(name: str, vehicle: str | None = None, speed: float = NOMINAL_SPEED
         )
     if path.suffix != ".pyfg":
         raise BadLog(f"{name}: a log is a .pyfg or .mcap file, or a folder of CSV files")
+    if vehicle is not None:
+        raise BadLog(f"{name}: a .pyfg file is of one vehicle; leave out --vehicle")
     return read_pyfg(path, speed)
 
 

@@ -77,6 +77,11 @@ def test_mistakes_in_a_factor_graph_name_their_line(
         read_log(str(path))
 
 
+def test_a_factor_graph_is_of_one_vehicle(tmp_path: Path) -> None:
+    with pytest.raises(BadLog, match="is of one vehicle; leave out --vehicle"):
+        read_log(str(write_pyfg(tmp_path / "run.pyfg")), "AUV1")
+
+
 def test_a_folder_of_csv_is_a_log(tmp_path: Path) -> None:
     """Times begin at the first row of the odometry; sights are put in order."""
     log = read_log(folder_of(tmp_path, odometry=ODOMETRY, beacons=BEACONS, ranges=RANGES))
