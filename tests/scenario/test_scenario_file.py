@@ -208,6 +208,8 @@ def test_another_model_drops_the_settings_of_the_one_before(section: str, option
 def test_an_option_mends_the_file() -> None:
     """A wrong value that an option replaces is no mistake any more."""
     assert parse_scenario("name: m\nduration_s: on", overrides=["duration_s=5"]).duration_s == 5
+    text = "name: m\nasvs: {count: 1, formation: {positions_m: [[0, 0]]}}"
+    assert parse_scenario(text, overrides=["asvs.count=4", "asvs.formation={model: ring}"])
 
 
 @pytest.mark.parametrize(
@@ -248,7 +250,7 @@ def test_an_option_mends_the_file() -> None:
         (
             "asvs.count=4",
             "asvs.formation.positions_m: needs one [x, y] per ASV: 4 expected, 1 given; or have "
-            "them placed by `asvs.formation: {model: ring}`",
+            "them placed by `asvs.formation: {model: ring}` (--set 'asvs.formation={model: ring}')",
         ),
     ],
 )

@@ -257,7 +257,7 @@ def _still(formation: Formation, count: int) -> Iterator[Problem]:
             yield Problem(
                 f"asvs.formation.{name}",
                 f"needs one {each} per ASV: {count} expected, {len(places)} given; or have them "
-                "placed by `asvs.formation: {model: ring}`",
+                "placed by `asvs.formation: {model: ring}` (--set 'asvs.formation={model: ring}')",
                 ("asvs.count",),
             )
         if formation.radius_m is not None or formation.clearance_m or formation.angle_deg:
