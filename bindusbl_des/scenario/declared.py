@@ -403,4 +403,8 @@ DEFAULTS: dict[str, Traits] = {
     "protocol.downlink": DownlinkTraits(),
     "protocol.broadcaster": BroadcasterTraits(),
     "protocol.ranging": RangingTraits(),
+    "acoustics.hf.channel": ChannelTraits(),
+    "acoustics.mf.channel": ChannelTraits(),
+    "usbl.model": InstrumentTraits(),
+    "navigation.filter": NavigatorTraits(),
 }

@@ -435,6 +435,14 @@ def declaring(**attributes):
 
 poisson, slotted, sensing = (declaring(access=it) for it in ("poisson", "slotted", "sensing"))
 wrong, odd = declaring(access="nonsense"), declaring(framed="yes")
+
+def channel(signals): raise AssertionError("asked")
+def instrument(sounding): raise AssertionError("asked")
+class Navigator:
+    ignores_fixes = "no"
+    def __init__(self, reckoning, auvs): raise AssertionError("asked")
+
+channel.ends_at_range, instrument.is_stated = 1, None
 """
 
 
@@ -464,15 +472,25 @@ def test_auvs_ping_as_they_like_by_what_a_schedule_declares(
 
 
 @pytest.mark.parametrize(
-    ("own", "told"),
+    ("key", "own", "told"),
     [
-        ("wrong", "declares access = 'nonsense'; give one of 'slots', 'poisson', 'slotted', 'sen"),
-        ("odd", "declares framed = 'yes'; give one of False, True"),
+        (
+            "protocol.schedule",
+            "wrong",
+            "access = 'nonsense'; give one of 'slots', 'poisson', 'slotted', 'sen",
+        ),
+        ("protocol.schedule", "odd", "framed = 'yes'; give one of False, True"),
+        ("acoustics.hf.channel", "channel", "ends_at_range = 1; give one of False, True"),
+        ("acoustics.mf.channel", "channel", "ends_at_range = 1; give one of False, True"),
+        ("usbl.model", "instrument", "is_stated = None; give one of False, True"),
+        ("navigation.filter", "Navigator", "ignores_fixes = 'no'; give one of False, True"),
     ],
 )
-def test_what_no_part_can_declare_is_refused(declaring: None, own: str, told: str) -> None:
+def test_what_no_part_can_declare_is_refused(
+    declaring: None, key: str, own: str, told: str
+) -> None:
     for command in ("validate", "run", "timing"):
-        words = [command, "quickstart", "--set", f"protocol.schedule=declares:{own}"]
+        words = [command, "quickstart", "--set", f"{key}=declares:{own}"]
         outcome = CliRunner().invoke(main, [*words, "--allow-plugins"])
         assert outcome.exit_code == 2
-        assert told in outcome.output
+        assert f"declares {told}" in outcome.output
