@@ -8,7 +8,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
@@ -33,7 +33,7 @@ from bindusbl_des.campaigns.storage.joining import compact
 from bindusbl_des.campaigns.storage.part_rows import done
 from bindusbl_des.campaigns.storage.parts import committed, part_path
 from bindusbl_des.campaigns.workers import pools
-from bindusbl_des.campaigns.workers.batches import Batch, Row, run_batch, signal_name
+from bindusbl_des.campaigns.workers.batches import Batch, Heartbeat, Row, run_batch, signal_name
 from bindusbl_des.campaigns.workers.pools import LocalPool, Progress
 from bindusbl_des.campaigns.workers.supervisor import batch_of
 from bindusbl_des.core.plugins import PERMISSION
@@ -319,26 +319,64 @@ def test_missions_that_kill_their_workers_are_quarantined(
     )
 
 
-@pytest.mark.usefixtures("at_home")
-def test_a_worker_that_dies_before_a_mission_begins_is_not_its_fault(
-    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A lone mission that five workers are given, which die as they start, is flown by the next."""
-    deaths = iter(range(5))
+def frail(dies: Callable[[Batch], bool]) -> type[OneThread]:
+    """Return a pool whose workers die of some batches."""
 
     class Frail(OneThread):
         def submit(self, batch: Batch) -> "Future[list[Row]]":
-            if next(deaths, None) is None:
+            if not dies(batch):
                 return super().submit(batch)
             self._running += 1
             dead: Future[list[Row]] = Future()
             dead.set_exception(BrokenProcessPool())
             return dead
 
-    monkeypatch.setattr(running, "pool_for", Frail)
+    return Frail
+
+
+@pytest.mark.usefixtures("at_home")
+def test_a_worker_that_dies_before_a_mission_begins_is_not_its_fault(
+    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A lone mission that five workers are given, which die as they start, is flown by the next."""
+    deaths = iter(range(5))
+    monkeypatch.setattr(running, "pool_for", frail(lambda _: next(deaths, None) is not None))
     folder = tmp_path / "frail"
     assert call("sweep", home / "base.yaml", "--seeds", 1, "--out", folder).exit_code == 0
     assert load_campaign(folder).missions["status"].tolist() == ["ok"]
+
+
+@pytest.mark.usefixtures("at_home")
+def test_workers_that_die_in_a_row_end_a_campaign(
+    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As they start, in its midst: no mission has failed of it, and all others can be resumed."""
+    batches = iter(range(99))
+    monkeypatch.setattr(running, "pool_for", frail(lambda _: next(batches) > 0))
+    folder = tmp_path / "frail"
+    stopped = call("sweep", home / "base.yaml", "--seeds", 8, "--out", folder)
+    assert (stopped.exit_code, "8 workers died in a row: " in stopped.stderr) == (1, True)
+    assert load_campaign(folder).missions["status"].tolist() == ["ok"] * 4
+
+
+@pytest.mark.usefixtures("at_home")
+def test_missions_side_by_side_that_kill_their_workers_end_no_campaign(
+    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Three of them are nine workers in a row."""
+
+    def kills(batch: Batch) -> bool:
+        numbers = [it.number for it in batch.missions if it.number in (4, 5, 6)]
+        if numbers:
+            with Heartbeat(Path(batch.folder), batch.part).at(numbers[0], None):
+                return True
+        return False
+
+    monkeypatch.setattr(running, "pool_for", frail(kills))
+    folder = tmp_path / "frail"
+    assert call("sweep", home / "base.yaml", "--seeds", 8, "--out", folder).exit_code == 3
+    failed = load_campaign(folder).missions.query("status == 'failed'")["seed"]
+    assert failed.tolist() == [4, 5, 6]
 
 
 def test_what_ended_a_worker_is_named() -> None:

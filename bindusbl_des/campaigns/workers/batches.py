@@ -310,7 +310,8 @@ def run_batch(batch: Batch) -> list[Row]:
     with _beating(folder, batch.part) as heartbeat:
         began = time.monotonic()
         for mission in batch.missions:
-            warm(batch.points[mission.point].scenario, folder)  # loading is no mission's time
+            with heartbeat.at(mission.number, None):  # loading is no mission's time
+                warm(batch.points[mission.point].scenario, folder)
             with heartbeat.at(mission.number, batch.mission_timeout_s):
                 ran = _run(batch, mission)
             found.add(ran)

@@ -107,12 +107,12 @@ MOST_TIMEOUTS = 2
 # Batches end after this share of the time that the campaign has taken so far.
 BATCH_SHARE = 0.1
 
-# So many workers that died before any mission was finished died of something else.
-MOST_DEATHS_AT_FIRST = 8
+# So many workers in a row that finished no mission died of something else.
+MOST_DEATHS_IN_A_ROW = 8
 
 
 class WorkersDie(RuntimeError):
-    """Workers die before they finish any mission, whichever they are given."""
+    """Workers die one after another, whichever missions they are given."""
 
 
 class Supervisor:
@@ -199,7 +199,7 @@ class Supervisor:
             self._suspect(batch, exit_code, error)
 
     def _count(self, batch: Batch, rows: list[Row]) -> None:
-        self._finished += len(rows)
+        self._finished, self._deaths = self._finished + len(rows), 0
         self._worked_s += sum(row.wall_time_s for row in rows)
         self.note(rows)
         ran = {row.number for row in rows}
@@ -215,7 +215,8 @@ class Supervisor:
         numbers = tuple(mission.number for mission in batch.missions)
         culprit, trace = take_heartbeat(self.folder, batch.part)
         end = signal_name(exit_code) if exit_code is not None else type(error).__name__
-        if not trace:
+        # Once any mission was finished, one that had begun is itself to blame
+        if not trace and (culprit is None or not self._finished):
             self._count_death(end)
         if culprit is None and len(numbers) > 1:
             middle = len(numbers) // 2
@@ -236,8 +237,8 @@ class Supervisor:
 
     def _count_death(self, end: str) -> None:
         self._deaths += 1
-        if not self._finished and self._deaths >= MOST_DEATHS_AT_FIRST:
-            raise WorkersDie(f"{self._deaths} workers died before any mission was finished: {end}")
+        if self._deaths >= MOST_DEATHS_IN_A_ROW:
+            raise WorkersDie(f"{self._deaths} workers died in a row: {end}")
 
     def _quarantine(self, batch: Batch, number: int, text: str, trace: str) -> None:
         """Write the row of a mission that kills its worker or never ends: it failed."""
