@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -32,7 +33,7 @@ from bindusbl_des.campaigns.storage.folder import (
 from bindusbl_des.campaigns.storage.joining import compact
 from bindusbl_des.campaigns.storage.part_rows import done
 from bindusbl_des.campaigns.storage.parts import committed, part_path
-from bindusbl_des.campaigns.workers import pools
+from bindusbl_des.campaigns.workers import pools, supervisor
 from bindusbl_des.campaigns.workers.batches import Batch, Heartbeat, Row, run_batch, signal_name
 from bindusbl_des.campaigns.workers.pools import LocalPool, Progress
 from bindusbl_des.campaigns.workers.supervisor import batch_of
@@ -473,6 +474,26 @@ def test_a_dry_run_writes_nothing(experiment: Path, tmp_path: Path) -> None:
     assert told.exit_code == 0
     assert told.stdout.splitlines()[0] == "missions  16 (2 points x 8 seeds)"
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.usefixtures("at_home")
+def test_an_estimate_is_of_short_points_and_long_ones(
+    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Disk is near what the campaign takes; of time each mission takes here as long as it lasts."""
+
+    def timed(batch: Batch) -> list[Row]:
+        (point,) = batch.points.values()
+        length = float(json.loads(point.scenario)["duration_s"])
+        return [replace(row, wall_time_s=length) for row in run_batch(batch)]
+
+    monkeypatch.setattr(supervisor, "run_batch", timed)
+    vary, folder = {"duration_s": [5, 200]}, tmp_path / "flown"
+    flown = sweep(home / "base.yaml", folder, vary=vary, seeds=2, detail="full", workers=1)
+    cost = supervisor.estimated(flown.plan, 4, 1)
+    assert cost.seconds == supervisor.START_S + 2 * 205
+    taken = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+    assert cost.bytes == pytest.approx(taken, rel=0.25)
 
 
 @pytest.mark.usefixtures("at_home")

@@ -1,5 +1,5 @@
 """The supervisor: hands out batches, survives dying workers, isolates the missions that kill them;
-and what a campaign would cost, from one mission that is run for it.
+and what a campaign would cost, from some missions that are run for it.
 
 Batches are short at first and longer as the campaign grows, so that its folder holds few files and
 yet no more than half a minute of one worker's work is ever lost.  Missions of one point wait for a
@@ -19,7 +19,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from time import monotonic, perf_counter
+from time import monotonic
 from types import FrameType
 
 import numpy as np
@@ -31,6 +31,7 @@ from ...scenario.families import without_plugins
 from ..experiments.experiment import ExperimentPlan
 from ..storage.done import FAILED
 from ..storage.folder import ask_to_stop
+from ..storage.joining import compact
 from ..storage.parts import MISSIONS, part_path
 from .batches import (
     Batch,
@@ -42,7 +43,6 @@ from .batches import (
     run_batch,
     signal_name,
     take_heartbeat,
-    warm,
     write,
     write_failure,
 )
@@ -308,10 +308,11 @@ def interruptible(stop: Callable[[], None]) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-# The tables of one mission are mostly their own description, which large files hold once: measured
-# with 36 columns, of which each takes some 8 bytes a row when there are many.
-SHARED_BYTES = 30_000
-ROW_BYTES = 400
+# A point is sampled until that has taken so long (s), and by so many missions at most.
+SAMPLE_S, MOST_SAMPLED = 0.5, 8
+
+# Whatever its size, a campaign takes so long (s) to begin and to end, and has a page (bytes).
+START_S, PAGE_BYTES = 3.0, 170_000
 
 
 @dataclass(frozen=True)
@@ -326,27 +327,49 @@ class CampaignEstimate:
 
 
 def estimated(plan: ExperimentPlan, missions: int, workers: int | None) -> CampaignEstimate:
-    """Run the first mission of a plan in a temporary folder; return what all would take.
+    """Run some missions of the first point and the last in a temporary folder; return what all
+    would take if those between are like them.
 
     Shipped parts stand in for plug-ins, which are not loaded.
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         keep(plan.files, folder)
-        warm(plan.points[0].scenario, folder)
-        began = perf_counter()
-        run_batch(_plain(batch_of(plan, folder, (0,), 0.0)))
-        spent = perf_counter() - began
-        size = sum(path.stat().st_size for path in folder.glob("*/*.parquet"))
-    each = max(size - SHARED_BYTES, ROW_BYTES)
+        _, alone = _sampled(plan, folder, 0, range(1))
+        each = [_sampled(plan, folder, 0, range(1, 1 + MOST_SAMPLED))]
+        if len(plan.points) > 1:
+            seeds = range(1 + MOST_SAMPLED, 1 + 2 * MOST_SAMPLED)
+            each.append(_sampled(plan, folder, len(plan.points) - 1, seeds))
+    seconds, size = np.mean(each, axis=0).tolist()
     at_once = max(1, min(workers or os.cpu_count() or 1, missions))
     return CampaignEstimate(
         missions,
         len(plan.points),
         len(plan.experiment.seeds),
-        spent * missions / at_once,
-        SHARED_BYTES + each * missions,
+        START_S + seconds * missions / at_once,
+        round(PAGE_BYTES + alone - each[0][1] + size * missions),
     )
+
+
+def _sampled(
+    plan: ExperimentPlan, folder: Path, point: int, seeds: Iterable[int]
+) -> tuple[float, float]:
+    """Run missions of a point with seeds that the folder has not; return what each takes: time (s),
+    and disk (bytes) as in a campaign that has ended.
+    """
+    batch = _plain(batch_of(plan, folder, (point * len(plan.experiment.seeds),), SAMPLE_S))
+    (mission,) = batch.missions
+    before = _size(folder)
+    rows = run_batch(
+        replace(batch, missions=tuple(replace(mission, number=seed, seed=seed) for seed in seeds))
+    )
+    compact(folder)
+    spent = sum(row.wall_time_s for row in rows)
+    return spent / len(rows), (_size(folder) - before) / len(rows)
+
+
+def _size(folder: Path) -> int:
+    return sum(path.stat().st_size for path in folder.glob("*/*.parquet"))
 
 
 def _plain(batch: Batch) -> Batch:
