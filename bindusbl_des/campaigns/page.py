@@ -135,7 +135,7 @@ TABLED = (*JUDGED[:3], "worst_fix_benefit_m", MEANS[0])
 # A larger campaign shows its first points; its tables hold them all.
 MOST_POINTS = 500
 # Values of metrics that are in memory at a time: few metrics of many missions, or all of few
-MOST_VALUES = 1_000_000
+MOST_VALUES = 4_000_000
 # More failures than this are counted, and found in the folder.
 MOST_FAILURES = 200
 
@@ -155,7 +155,7 @@ def sweep_page(campaign: "Campaign", said: Findings | None = None) -> str:
         "metrics": described(metrics),
         "points": [packer.add(column) for column in value_numbers(campaign)],
         "seeds": len(campaign.plan.experiment.seeds),
-        "statistics": dict(_statistics(campaign, metrics, len(found.mission), packer)),
+        "statistics": dict(_statistics(campaign, metrics, found, packer)),
         "count": packer.add(well),
         "failed": packer.add(ran - well),
     }
@@ -177,14 +177,16 @@ def sweep_page(campaign: "Campaign", said: Findings | None = None) -> str:
 
 
 def _statistics(
-    campaign: "Campaign", metrics: Sequence[str], missions: int, packer: Packer
+    campaign: "Campaign", metrics: Sequence[str], found: MissionOutcomes, packer: Packer
 ) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield each metric with its statistics at all points, some metrics in memory at a time."""
-    points, at_a_time = len(campaign.plan.points), max(1, MOST_VALUES // max(missions, 1))
-    for first in range(0, len(metrics), at_a_time):
-        some = metrics[first : first + at_a_time]
-        found = outcomes(campaign.folder, some)
-        yield from ((name, packed_statistics(found, name, points, packer)) for name in some)
+    """Yield each metric with its statistics at all points, some metrics in memory at a time: first
+    those that are `found`.
+    """
+    points, at_a_time = len(campaign.plan.points), max(1, MOST_VALUES // max(len(found.mission), 1))
+    for number, name in enumerate(metrics):
+        if name not in found.metrics:
+            found = outcomes(campaign.folder, metrics[number : number + at_a_time])
+        yield name, packed_statistics(found, name, points, packer)
 
 
 def _head(campaign: "Campaign") -> str:

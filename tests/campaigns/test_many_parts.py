@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -22,13 +22,15 @@ from hypothesis import strategies as st
 from test_campaign_folders import flipped
 
 from bindusbl_des.campaigns import campaign as campaign_module
-from bindusbl_des.campaigns import running
+from bindusbl_des.campaigns import page, running
 from bindusbl_des.campaigns.campaign import Campaign, load_campaign
 from bindusbl_des.campaigns.experiments.experiment import ExperimentPlan
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.experiments.options import PythonArguments
 from bindusbl_des.campaigns.running import first_record, resume
+from bindusbl_des.campaigns.statistics.outcomes import MissionOutcomes
 from bindusbl_des.campaigns.storage import done as runs
+from bindusbl_des.campaigns.storage import part_rows
 from bindusbl_des.campaigns.storage.folder import (
     CampaignError,
     read_record,
@@ -40,6 +42,7 @@ from bindusbl_des.campaigns.storage.parts import committed, record_path
 from bindusbl_des.campaigns.workers.batches import run_batch
 from bindusbl_des.campaigns.workers.supervisor import batch_of
 from bindusbl_des.core.files import sealed
+from bindusbl_des.results.schemas import mission_numbers
 
 IN_PART = 4
 FAILS = 6  # the seed whose mission fails
@@ -150,6 +153,29 @@ def test_the_report_of_a_complete_campaign_reads_one_part(in_parts: Callable[[in
         found.append((files[".json"], files[".parquet"]))
     assert found[0] == found[1]
     assert found[0][1] <= 25
+
+
+def test_a_report_reads_many_metrics_of_a_part_at_a_time(
+    in_parts: Callable[[int], Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those that its tables show it has; parts are put together meanwhile; the page is the same."""
+    campaign, read = load_campaign(in_parts(5)), list[Sequence[str]]()
+    whole = page.sweep_page(campaign)
+
+    def outcomes(folder: Path, metrics: Sequence[str]) -> MissionOutcomes:
+        read.append(metrics)
+        return plain(folder, metrics)
+
+    plain = page.outcomes
+    monkeypatch.setattr(page, "outcomes", outcomes)
+    monkeypatch.setattr(page, "MOST_VALUES", 40 * 5 * IN_PART)
+    monkeypatch.setattr(part_rows, "MOST_APART", 2)
+    assert page.sweep_page(campaign) == whole
+    assert len(read) == 3
+    assert {name for names in read for name in names} == set(mission_numbers())
+    rows = part_rows.read_table(campaign.folder, "missions")
+    assert rows is not None
+    assert (len(rows), rows["mission"].num_chunks) == (5 * IN_PART, 3)
 
 
 def test_no_flipped_bit_of_a_record_changes_what_is_counted(

@@ -29,6 +29,9 @@ from .parts import (
 
 Read = TypeVar("Read")
 
+# So many parts of a table are apart in memory: a column of few rows takes a kilobyte in each.
+MOST_APART = 256
+
 
 def read_part(
     folder: Path, table: str, part: str, columns: Sequence[str] | None = None
@@ -88,14 +91,19 @@ def read_table(folder: Path, table: str, columns: Sequence[str] | None = None) -
     wanted = ("mission", *columns) if columns else None
 
     def read(names: Sequence[str]) -> pa.Table | None:
-        files, parts = listed(folder), []
+        files, lengths = listed(folder), []
+        parts, joined = list[pa.Table](), list[pa.Table]()
         for part in names:
             with told_by(folder):
                 check_part(folder, files, part)
             rows = read_part(folder, table, part, wanted)
             if rows is not None and len(rows):
                 parts.append(rows)
-        return _each_once(_together(folder, parts), list(map(len, parts))) if parts else None
+                lengths.append(len(rows))
+            if len(parts) == MOST_APART:
+                joined.append(_together(folder, parts).combine_chunks())
+                parts.clear()
+        return _each_once(_together(folder, [*joined, *parts]), lengths) if lengths else None
 
     return _in_peace(folder, read)
 
