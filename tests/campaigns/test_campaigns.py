@@ -480,7 +480,9 @@ def test_a_dry_run_writes_nothing(experiment: Path, tmp_path: Path) -> None:
 def test_an_estimate_is_of_short_points_and_long_ones(
     home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Disk is near what the campaign takes; of time each mission takes here as long as it lasts."""
+    """Disk is told within a factor of 2, whatever the version of pyarrow; a mission takes as long
+    here as it lasts.
+    """
 
     def timed(batch: Batch) -> list[Row]:
         (point,) = batch.points.values()
@@ -493,7 +495,7 @@ def test_an_estimate_is_of_short_points_and_long_ones(
     cost = supervisor.estimated(flown.plan, 4, 1)
     assert cost.seconds == supervisor.START_S + 2 * 205
     taken = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
-    assert cost.bytes == pytest.approx(taken, rel=0.25)
+    assert taken / 2 < cost.bytes < 2 * taken
 
 
 @pytest.mark.usefixtures("at_home")
