@@ -65,7 +65,7 @@ class _Dissemination:
     def foretell(self, number: int, ends: float) -> None:
         """Say when the next round begins, which nobody hears."""
 
-    def send(self, number: int, frame: int, names: Sequence[int]) -> None:
+    def send(self, number: int, frame: int, part: int, names: Sequence[int]) -> None:
         """Note whom a frame names."""
 
 

@@ -33,8 +33,9 @@ Decoded = Callable[[int, float], Flags]
 class AnnouncedRound:
     """The ping groups of a round that begins at an instant, and the frames that tell of it.
 
-    `frames` are numbers of broadcasts, each with the AUVs that it names; `informed` (n,) who knows
-    the plan so far, all of them where it was agreed before the launch.
+    `frames` are numbers of broadcasts, each with the AUVs that it names, and `awaited` tells how
+    many ASVs have yet to begin theirs; `informed` (n,) who knows the plan so far, all of them where
+    it was agreed before the launch.
     """
 
     number: int
@@ -43,6 +44,7 @@ class AnnouncedRound:
     starts_s: float
     informed: Flags
     frames: list[tuple[int, Sequence[int]]] = field(default_factory=list)
+    awaited: int = 0
 
     @property
     def named(self) -> list[int]:
@@ -72,7 +74,7 @@ class AnnouncedRound:
             return []
         heard = [decoded(number, time) for number, _ in self.frames]
         knows = np.logical_and.reduce(heard)
-        if sum(len(named) for _, named in self.frames) < len(self.named):
+        if self.awaited or sum(len(named) for _, named in self.frames) < len(self.named):
             knows[:] = False  # there are frames to come
         for mine, (_, named) in zip(heard, self.frames, strict=True):
             knows[list(named)] = mine[list(named)]
@@ -219,6 +221,7 @@ class Dissemination:
             lasts = max(lasts, self._slot_starts(before.groups, before.starts_s)[-1] - time)
         lasts = max(lasts, self.opens(ahead) - time)
         plan = self._plans[ahead] = self._plan(ahead, time, time, lasts)
+        plan.awaited = len(senders)
         named: dict[int, list[int]] = {asv: [] for asv in senders}
         away = np.linalg.norm(plan.view.auvs[:, None, :2] - plan.view.asvs[senders, :2], axis=2)
         for auv in plan.named:
@@ -233,9 +236,13 @@ class Dissemination:
             starts.append(self._slot_starts(self._plans[ahead - 1].groups, plan.starts_s)[-1])
         plan.starts_s = max(starts)
 
-    def send(self, number: int, broadcast: int, named: Sequence[int]) -> None:
-        """Note that a broadcast, by its number, of a round names AUVs."""
-        self._plans[number + self.announcing.ahead].frames.append((broadcast, named))
+    def send(self, number: int, broadcast: int, part: int, named: Sequence[int]) -> None:
+        """Note that a broadcast, by its number, of a round names AUVs; the `part` 0 of an ASV is
+        its first.
+        """
+        plan = self._plans[number + self.announcing.ahead]
+        plan.frames.append((broadcast, named))
+        plan.awaited -= part == 0
 
     def _plan(
         self, number: int, time: float, starts: float, ahead_s: float = 0.0

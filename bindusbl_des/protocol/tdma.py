@@ -165,7 +165,8 @@ def _send(
     network.deliveries.send(turn.row.round, fixes, asv, time, message, part)
     turn.row.fixes += message.fixes
     if network.dissemination is not None and (names or part == 0):
-        network.dissemination.send(turn.row.round, len(network.record.broadcasts) - 1, names)
+        broadcast = len(network.record.broadcasts) - 1
+        network.dissemination.send(turn.row.round, broadcast, part, names)
 
 
 def downlink_free(network: Network, time: float) -> Steps:

@@ -547,7 +547,8 @@ class Second(Dissemination):
             if time >= self.end:
                 break
             time = self.ping_group(slot, group, time)
-            row["uplink_s"] = time - start if time < self.end else row["uplink_s"]
+            if time < self.end - AN_INSTANT:
+                row["uplink_s"] = time - start
             if self.downlink == "pipelined_group":
                 time = max(time, self.free)
                 self.free = self.broadcast(time)

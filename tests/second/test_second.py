@@ -44,6 +44,11 @@ def test_a_fix_is_known_once_its_ping_has_passed(tmp_path: Path) -> None:
     assert not disagreements(keys)[0]
 
 
+def test_who_has_no_slot_waits_for_the_frames_of_all(tmp_path: Path) -> None:
+    """In round 88 the first of two names the only slot, and the other, which is to come, nobody."""
+    assert not disagreements(scenario(1381, tmp_path))[0]
+
+
 def test_an_instant_reply_is_delivered_on_a_tick(tmp_path: Path) -> None:
     """It leaves at the front of a ping that is longer than the way back."""
     keys = scenario(0, tmp_path, schedule="one_per_slot", ranging="owtt_sync", tick_rate_hz=30.0)
