@@ -53,16 +53,18 @@ def _observed(*parts: Any) -> Observation:
 class GymVessels:
     """Vessels that go as they are told: a source of poses (:class:`.vehicles.poses.PoseSource`)."""
 
-    def __init__(self, places: Floats, farthest: float) -> None:
-        """Let them lie at places (m, 2), m; they stay within a square of this half side (m)."""
-        self.places, self._farthest = places.copy(), farthest
+    def __init__(self, places: Floats, middle: Floats, farthest: float) -> None:
+        """Let them lie at places (m, 2), m; they stay within a square of this half side (m) about a
+        `middle` (2,), m.
+        """
+        self.places, self._bounds = places.copy(), (middle - farthest, middle + farthest)
         self.velocity, self._yaw = np.zeros_like(places), np.zeros(len(places))
         self._time = 0.0
 
     def advance_to(self, time: float) -> Mapping[str, Floats]:
         """Move on to an instant (s); return the poses (m, 4) of the ASVs."""
         self.places += self.velocity * (time - self._time)
-        np.clip(self.places, -self._farthest, self._farthest, out=self.places)
+        np.clip(self.places, *self._bounds, out=self.places)
         self._time = time
         going = np.hypot(*self.velocity.T) > 1e-6
         self._yaw[going] = np.arctan2(self.velocity[going, 1], self.velocity[going, 0])
@@ -98,7 +100,8 @@ class Placement(gymnasium.Env[Observation, NDArray[np.float32]]):
             )
         self.scenario, self.render_mode = _scenario(scenario), render_mode
         self._step_s, self._speed = step_s, speed_m_per_s
-        self._scale = area_of(self.scenario).across
+        area = area_of(self.scenario)
+        self._middle, self._scale = np.array(area.centroid), area.across
         self._asvs, self._auvs = self.scenario.asvs.count, self.scenario.auvs.count
         size = 2 * self._asvs + 3 * self._auvs + 1
         self.action_space = Box(-1.0, 1.0, (2 * self._asvs,), np.float32)
@@ -110,9 +113,11 @@ class Placement(gymnasium.Env[Observation, NDArray[np.float32]]):
         """Begin a mission; its seed is drawn, and in the `info` that is returned."""
         super().reset(seed=seed)
         drawn = int(self.np_random.integers(2**31))
-        self._vessels = GymVessels(np.array(asv_stations(self.scenario)), 2.0 * self._scale)
+        stations = np.array(asv_stations(self.scenario))
+        self._vessels = GymVessels(stations, self._middle, 2.0 * self._scale)
         self._mission = Mission(self.scenario, drawn, poses=self._vessels, pose_step_s=0.5)
         self._fixes, self._step = np.zeros((self._auvs, 3)), 0
+        self._fixes[:, :2] = self._middle
         self._mission.env.process(self._listen())
         return self._observe(), {"seed": drawn}
 
@@ -139,8 +144,11 @@ class Placement(gymnasium.Env[Observation, NDArray[np.float32]]):
 
     def _observe(self) -> Observation:
         now, end = self._mission.time, self.scenario.duration_s
-        places, ages = self._fixes[:, :2] / self._scale, (now - self._fixes[:, 2]) / TIME_S
-        return _observed(self._vessels.places / self._scale, places, ages, now / end)
+        vessels, places = (
+            (them - self._middle) / self._scale
+            for them in (self._vessels.places, self._fixes[:, :2])
+        )
+        return _observed(vessels, places, (now - self._fixes[:, 2]) / TIME_S, now / end)
 
 
 class Schedule(gymnasium.Env[Observation, np.int64]):

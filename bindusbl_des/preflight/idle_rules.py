@@ -168,14 +168,6 @@ PROTOCOL = (
         "pings are answered as they come, in no slots",
     ),
     Idle(
-        {"protocol.downlink": names(DOWNLINKS, lambda traits: traits.waits or traits.replies)},
-        ("protocol.duplex",),
-        "nobody pings while a frame is on the air or arriving",
-        but=lambda scenario: (
-            scenario.protocol.random_access or scenario.protocol.downlink_guard_s is not None
-        ),
-    ),
-    Idle(
         {"protocol.schedule": names(SCHEDULES, lambda traits: traits.pace == "packed")},
         ("protocol.uplink_guard_s", "protocol.shortest_uplink_slot_s"),
         "arrivals are packed, there are no slots of T_UL",

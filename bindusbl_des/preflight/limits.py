@@ -44,7 +44,7 @@ from ..scenario.families import (
 )
 from ..scenario.scenario import Scenario
 from ..scenario.site import sound_speed_of
-from .round_lengths import Rounds, rounds_of
+from .round_lengths import Rounds, gap_s, rounds_of
 
 # A mission is looked at so often, less often where there are more pairs of AUV and ASV than this.
 INSTANTS, MOST_PAIRS = 121, 4_000_000
@@ -213,6 +213,21 @@ def first_slot_after(scenario: Scenario, sights: SurveySights) -> tuple[float, f
     left = begins - slots.airtime(fixes, named)
     late = np.flatnonzero((needed > left).any(axis=(0, 2)))
     return left, float(needed.max()), late.tolist()
+
+
+def frames_overlap(scenario: Scenario, sights: SurveySights) -> tuple[float, float, list[int]]:
+    """Return how long (s) after one broadcast the next begins, at least; how much longer (s) the
+    end of the one may be on its way to an AUV than the beginning of the other, at most; and the
+    AUVs at which they may overlap.
+    """
+    made = slots_made(schedule_of(scenario), sights.heard)
+    gap = gap_s(scenario, None if made is None else int(made.max(axis=1).min()) + 1)
+    reached = sights.reached & np.isfinite(sights.away_m)
+    farthest = np.where(reached, sights.away_m, -np.inf).max(axis=2)
+    nearest = np.where(reached, sights.away_m, np.inf).min(axis=2)
+    apart = np.where(reached.any(axis=2), farthest - nearest, 0.0) / sound_speed_of(scenario)
+    met = np.flatnonzero((apart > gap).any(axis=0))
+    return gap, float(apart.max()), met.tolist()
 
 
 def _chances(

@@ -10,7 +10,7 @@ from typing import Any
 from ..core.wording import plain
 from ..presets.modems import airtime_table
 from ..scenario.channel_settings import read_curve
-from ..scenario.declared import channel_named
+from ..scenario.declared import channel_named, navigator_named
 from ..scenario.destinations import known_stations
 from ..scenario.families import broadcaster_of, downlink_of, schedule_of, tells_slots
 from ..scenario.scenario import Scenario
@@ -96,6 +96,23 @@ def tables(scenario: Scenario) -> Iterator[Problem]:
             )
 
 
+def echoes(scenario: Scenario) -> Iterator[Problem]:
+    """Yield that echoes of a smooth surface shift fixes by what no covariance includes."""
+    channel = scenario.acoustics.hf.channel
+    if not channel_named(channel).has_echoes or channel.settings.get("bottom_m") is None:
+        return
+    if navigator_named(scenario.navigation.filter).weighs and not channel.settings.get(
+        "surface_sd_m"
+    ):
+        yield Problem(
+            "acoustics.hf.channel.bottom_m",
+            "with a smooth surface, which is assumed, echoes shift many fixes alike, by what no "
+            "covariance includes: ellipses may be several times too small, errors as large; give "
+            "surface_sd_m, such as 0.1",
+            ("navigation.filter",),
+        )
+
+
 def _may_lose_half(scenario: Scenario, band: str) -> bool:
     """Tell whether a band's channel has to be asked, for which `validate` does not wait where a
     disc cannot lose half the signals.
@@ -151,12 +168,23 @@ def last_slots(scenario: Scenario) -> Iterator[Problem]:
 
 
 def backlog(scenario: Scenario) -> Iterator[Problem]:
-    """Yield that AUVs that ping as they like bring more fixes than the downlink carries."""
-    if not scenario.protocol.random_access or scenario.protocol.replies:
+    """Yield that AUVs that ping as they like destroy most pings, or bring more fixes than the
+    downlink carries.
+    """
+    if not scenario.protocol.random_access:
         return
     from .effort import heard_share  # brings the whole protocol, which others do not need
     from .round_lengths import carried_per_s, offered
 
+    if (load := offered(scenario)).load > 1.0 and load.success is not None:
+        yield Problem(
+            "protocol.frame_s",
+            f"AUVs offer {load.load:.3g} times what HF holds: where one ASV hears all, "
+            f"{100 * load.success:.2g} % of pings meet no other; lengthen it",
+            ("protocol.schedule", "auvs.count"),
+        )
+    if scenario.protocol.replies:
+        return
     made = offered(scenario).least_fixes_per_s * min(heard_share(scenario), 1.0)
     carried, lasts = carried_per_s(scenario), scenario.duration_s
     if made > carried:
@@ -188,31 +216,40 @@ def answers(scenario: Scenario) -> Iterator[Problem]:
 
 
 def guards(scenario: Scenario) -> Iterator[Problem]:
-    """Yield that slots of one's own end before what was sent in them has passed."""
+    """Yield that slots of one's own end before the answers in them have passed."""
     protocol, mf = scenario.protocol, scenario.acoustics.mf
-    own = protocol.downlink_guard_s, protocol.shortest_downlink_slot_s
-    if own == (None, None) or not protocol.sends_frames:
+    if protocol.downlink_guard_s is None or not protocol.replies_in_frames:
         return
-    from .round_lengths import rounds_of
-
-    slots = rounds_of(scenario).slots
     way = mf.range_m / assumed_sound_speed_of(scenario)
-    left = slots.downlink_slot(0) - slots.airtime(0)
-    if protocol.replies:  # what an uplink slot has for an answer
-        left = slots.downlink_guard
-    if left < way:
+    if protocol.downlink_guard_s < way:
         yield Problem(
             "protocol.downlink_guard_s",
-            f"a downlink slot ends {left:.4g} s after its frame, sooner than sound has crossed the "
-            f"MF range ({way:.4g} s): the next frame may set out while the end of this one is "
-            "under way",
-            ("protocol.shortest_downlink_slot_s", "acoustics.mf.range_m"),
+            f"a slot ends {protocol.downlink_guard_s:.4g} s after its answer, sooner than sound "
+            f"has crossed the MF range ({way:.4g} s): the next answer may set out while the end of "
+            "this one is under way",
+            ("acoustics.mf.range_m",),
         )
 
 
 def believed(scenario: Scenario) -> Iterator[Problem]:
-    """Yield that a fleet does not know where its AUVs are, though it was said to."""
+    """Yield what is believed in vain: that who sends hears, or that the fleet knows its AUVs."""
     protocol = scenario.protocol
+    overlap = protocol.random_access or not (downlink_of(scenario).waits or protocol.replies)
+    if protocol.duplex == "per_node" and overlap and not protocol.asvs_ping:
+        yield Problem(
+            "protocol.duplex",
+            "who sends on one band does not hear the other, and uplink and downlink overlap: AUVs "
+            "may miss most fixes, or all; use downlink sequential, or per_band for two transducers",
+            ("protocol.downlink", "protocol.schedule"),
+        )
+    moves = not scenario.auvs.route.is_held and scenario.asvs.count > 1
+    if protocol.calls and moves and protocol.positions == "last_fix":
+        yield Problem(
+            "protocol.positions",
+            "the ASV nearest to its last_fix calls an AUV: one that has left its range is called "
+            "in vain until it returns; use carried_forward",
+            ("protocol.ranging", "protocol.schedule"),
+        )
     truth = protocol.positions == "truth" and "positions" in protocol.model_fields_set
     if truth and tells_slots(scenario):
         yield Problem(

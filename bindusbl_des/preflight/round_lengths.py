@@ -2,6 +2,7 @@
 as they like offer a band, and what can be expected of it. Nothing is simulated.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -10,7 +11,13 @@ from ..protocol.access.serving import backoff_slot_s, sensing_of
 from ..protocol.cycles import STAND_IN, cycle
 from ..protocol.slots import Slots, slots_of
 from ..scenario.declared import DOWNLINKS, DownlinkTraits, ScheduleTraits
-from ..scenario.families import broadcaster_of, schedule_of, schedule_settings, tells_slots
+from ..scenario.families import (
+    broadcaster_of,
+    downlink_of,
+    schedule_of,
+    schedule_settings,
+    tells_slots,
+)
 from ..scenario.scenario import Scenario
 
 
@@ -111,6 +118,26 @@ def rounds_of(scenario: Scenario) -> Rounds:
     fewest = count if declared.groups == "each" and not settings.shares_calls else 1
     pace = pace_of(scenario, slots)
     return replace(rounds, fewest=fewest, pace=pace)
+
+
+def gap_s(scenario: Scenario, groups: int | None = None) -> float:
+    """Return how long (s) it is at least from the end of a broadcast to the beginning of the next,
+    by the slots, in rounds of so many ping groups (the fewest) in which all AUVs are fixed.
+
+    What lies between the frames of a downlink of one's own only it knows: for ever.
+    """
+    rounds, downlink = rounds_of(scenario), downlink_of(scenario)
+    slots, fixes, named = rounds.slots, max(rounds.auvs, 1), rounds.named
+    if not rounds.are_known or not rounds.broadcasts:
+        return math.inf
+    if broadcaster_of(scenario).at_once:
+        return slots.downlink_guard
+    if scenario.protocol.random_access:
+        return slots.downlink_slot(fixes) - slots.airtime(fixes)
+    if downlink.by_group and not rounds.frame:
+        return max(slots.downlink_slot(1), slots.uplink_slot) - slots.airtime(1)
+    lasts = max(rounds.least(groups or rounds.fewest, fixes), rounds.frame)
+    return lasts - slots.airtime(fixes, named)
 
 
 def pace_of(scenario: Scenario, slots: Slots) -> tuple[Slots, Slots] | None:

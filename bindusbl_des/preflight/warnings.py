@@ -30,13 +30,14 @@ from .messages import (
     backlog,
     believed,
     deliveries,
+    echoes,
     guards,
     last_slots,
     messages,
     modems,
     tables,
 )
-from .whereabouts import anchors, bays, formation, frames, routes, shapes, tracks
+from .whereabouts import anchors, bays, deep, formation, frames, routes, shapes, tracks
 
 
 def failing(scenario: Scenario) -> Iterator[Problem]:
@@ -88,12 +89,14 @@ def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
             modems,
             deliveries,
             tables,
+            echoes,
             messages,
             last_slots,
             answers,
             backlog,
             guards,
             formation,
+            deep,
             frames,
             anchors,
             failing,

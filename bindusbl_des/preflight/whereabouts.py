@@ -7,11 +7,19 @@ from typing import TYPE_CHECKING
 
 from ..core.plugins import PluginError
 from ..scenario.declared import BROADCASTERS, channel_named
+from ..scenario.destinations import known_stations
 from ..scenario.families import broadcaster_of, downlink_of, schedule_of, tells_slots
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
 from ..scenario.sections.placements import Formation
-from ..scenario.site import area_of, lanes_heading, positioned, positioned_stations, recorded_track
+from ..scenario.site import (
+    area_of,
+    assumed_sound_speed_of,
+    lanes_heading,
+    positioned,
+    positioned_stations,
+    recorded_track,
+)
 
 if TYPE_CHECKING:
     from .limits import SurveySights
@@ -73,6 +81,21 @@ def _unheard(scenario: Scenario, asked: Formation, beyond: Sequence[float]) -> I
     )
 
 
+def deep(scenario: Scenario) -> Iterator[Problem]:
+    """Yield which AUVs are deeper than HF reaches, and so never heard."""
+    hf, survey = scenario.acoustics.hf, scenario.survey
+    if hf.range_metric != "slant" or not channel_named(hf.channel).ends_at_range:
+        return
+    deaf = [auv for auv in range(scenario.auvs.count) if survey.depth(auv) > hf.range_m]
+    if deaf:
+        yield Problem(
+            f"survey.depth{'s' * (survey.depths_m is not None)}_m",
+            f"{_named('AUV', deaf)} deeper than the HF range, {hf.range_m:g} m slant: no ASV at "
+            "the surface hears them",
+            ("acoustics.hf.range_m", "acoustics.hf.range_metric"),
+        )
+
+
 def _stations(scenario: Scenario, asked: Formation) -> list[tuple[float, float]]:
     """Return where ASVs are moored, [x, y] in m.
 
@@ -94,21 +117,22 @@ def _radius(scenario: Scenario, asked: Formation) -> float:
 
 
 def frames(scenario: Scenario) -> Iterator[Problem]:
-    """Yield which AUVs hardly ever get a fix because ASVs broadcast in turn, and which are told of
-    their slot when it has begun.
+    """Yield which AUVs hardly ever get a fix because ASVs broadcast in turn, which are told of
+    their slot when it has begun, and at which frames may overlap.
     """
     protocol, asvs = scenario.protocol, scenario.asvs
+    if not protocol.sends_frames or protocol.replies or asvs.formation.moves:
+        return
     is_told = tells_slots(scenario) and protocol.dissemination.missed == "silent"
     by_turns = broadcaster_of(scenario).chosen_by == "turn" and asvs.count > 1
     by_turns &= (
         tells_slots(scenario) or schedule_of(scenario).framed or downlink_of(scenario).by_group
     )
-    if not (is_told or by_turns) or not protocol.sends_frames or protocol.replies:
+    meet = _may_overlap(scenario)
+    if not (is_told or by_turns or meet):
         return
     from .limits import planned_sights  # brings numpy
 
-    if asvs.formation.moves:
-        return
     try:
         seen = planned_sights(scenario)
     except (PluginError, ValueError):  # only the plug-in knows where AUVs go
@@ -117,6 +141,39 @@ def frames(scenario: Scenario) -> Iterator[Problem]:
         yield from _turns(scenario, seen)
     if is_told:
         yield from _late(scenario, seen)
+    if meet:
+        yield from _overlapping(scenario, seen)
+
+
+def _may_overlap(scenario: Scenario) -> bool:
+    """Tell whether frames of two ASVs may overlap somewhere, which takes longer to tell of AUVs."""
+    rule, downlink = broadcaster_of(scenario), downlink_of(scenario)
+    pings_between = downlink.waits and not (rule.at_once or scenario.protocol.random_access)
+    if pings_between or rule.chosen_by == "one" or scenario.asvs.count == 1:
+        return False
+    moored = scenario.asvs.formation.moored
+    stations = known_stations(scenario) if moored is None else _stations(scenario, moored)
+    apart = math.hypot(*(max(axis) - min(axis) for axis in zip(*stations, strict=True)))
+    from .round_lengths import gap_s  # brings numpy
+
+    spread = min(apart, scenario.acoustics.mf.range_m) / assumed_sound_speed_of(scenario)
+    return spread > gap_s(scenario)
+
+
+def _overlapping(scenario: Scenario, seen: "SurveySights") -> Iterator[Problem]:
+    """Yield at which AUVs the end of a frame may overlap the beginning of the next."""
+    from .limits import frames_overlap
+
+    gap, spread, auvs = frames_overlap(scenario, seen)
+    if not auvs:
+        return
+    yield Problem(
+        "protocol.downlink",
+        f"the next frame may begin {gap:.4g} s after one has ended, which takes up to "
+        f"{spread:.4g} s longer on its way: {_named('AUV', auvs)} where both overlap, and "
+        f"neither is decoded; give protocol.downlink_guard_s {_up(spread)} or more",
+        ("protocol.downlink_guard_s", "asvs.formation.radius_m", *shapes(scenario)),
+    )
 
 
 def _turns(scenario: Scenario, seen: "SurveySights") -> Iterator[Problem]:
