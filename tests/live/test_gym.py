@@ -129,3 +129,17 @@ def test_a_policy_that_learnt_beats_a_resting_ring() -> None:
     learner.learn(20_000)
     resting = error(lambda _: np.zeros(2, np.float32))
     assert error(lambda it: learner.predict(it, deterministic=True)[0]) < 0.5 * resting
+
+
+def test_vessels_stay_about_a_survey_that_is_elsewhere() -> None:
+    """Those that are told to stay do; they are seen as those of a survey about the origin."""
+    seen = []
+    for x, y in ((0.0, 0.0), (900.0, -400.0)):
+        corners = [[x, y], [x + 100.0, y], [x + 100.0, y + 100.0], [x, y + 100.0]]
+        env = Placement(Scenario(name="m", duration_s=20.0, survey={"polygon_m": corners}))
+        first, _ = env.reset(seed=1)
+        then = env.step(np.zeros(env.action_space.shape))[0]
+        count = 2 * env.scenario.asvs.count
+        assert then[:count] == pytest.approx(first[:count])
+        seen.append(then)
+    assert seen[0][:count] == pytest.approx(seen[1][:count], abs=1e-5)

@@ -352,6 +352,52 @@ def test_slots_that_are_told_too_late_are_told(downlink: str) -> None:
     assert max(missed) < 5
 
 
+FAR_APART: dict[str, Any] = {
+    "survey": {"side_m": 60.0},
+    "auvs": {"count": 2},
+    "asvs": {"count": 2, "formation": {"positions_m": [[0, 0], [150, 0]]}},
+    "acoustics": {"hf": {"range_m": 160.0}, "mf": {"range_m": 300.0}},
+}
+
+
+def test_frames_that_meet_are_told() -> None:
+    """ASVs far apart broadcast behind one another; as long a guard as is said parts them."""
+
+    def met(**protocol: Any) -> tuple[str, int]:
+        given = {**FAR_APART, "protocol": {"downlink": "pipelined_round", **protocol}}
+        lost = simulate(Scenario.model_validate({"name": "m", "duration_s": 60.0, **given}))
+        return told(**given).get("protocol.downlink", ""), lost.auvs.frame_collisions.sum()
+
+    found, collisions = met()
+    assert "AUV0, AUV1 are where both overlap" in found
+    assert collisions > 10
+    guard = float(found.partition("downlink_guard_s ")[2].split()[0])
+    assert met(downlink_guard_s=guard) == ("", 0)
+    assert met(broadcaster="fixed") == ("", 0)
+
+
+@pytest.mark.parametrize(
+    ("key", "given", "words"),
+    [
+        ("protocol.duplex", {"protocol": {"downlink": "pipelined_round", "duplex": "per_node"}},
+         "uplink and downlink overlap"),
+        ("protocol.positions", {"protocol": {"ranging": "twtt", "positions": "last_fix"}},
+         "called in vain until it returns"),
+        ("survey.depth_m", {"survey": {"side_m": 60.0, "depth_m": 200.0},
+                            "acoustics": {"hf": {"range_m": 160.0, "range_metric": "slant"}}},
+         "AUV0, AUV1 are deeper than the HF range, 160 m slant"),
+        ("acoustics.hf.channel.bottom_m", {
+            "acoustics": {"hf": {"range_m": 160.0, "channel": {"model": "sonar", "bottom_m": 30}}},
+            "navigation": {"filter": "kalman"}}, "give surface_sd_m"),
+        ("protocol.frame_s", {"protocol": {
+            "schedule": "aloha", "frame_s": 0.015, "downlink": "direct_reply"}}, "meet no other"),
+    ],
+)  # fmt: skip
+def test_what_would_serve_nobody_is_told(key: str, given: dict[str, Any], words: str) -> None:
+    assert words in told(**{**FAR_APART, **given})[key]
+    assert key not in told(**FAR_APART, protocol={"downlink": "sequential", "broadcaster": "fixed"})
+
+
 @pytest.mark.parametrize("frame", [0.5, 1.0, 1.1])
 def test_a_frame_shorter_than_its_round_is_told(frame: float) -> None:
     """0.5, 1.0 and 1.1 s give the same mission, and each is told what its AUVs do instead."""
