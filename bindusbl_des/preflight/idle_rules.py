@@ -11,6 +11,7 @@ from ..scenario.families import schedule_of
 from ..scenario.own_sensors import wanders_over_m
 from ..scenario.scenario import Scenario
 from ..scenario.sections.usbl import UsblSection
+from ..scenario.site import area_of, assumed_sound_speed_of
 
 
 class _Own(tuple[str, ...]):
@@ -33,6 +34,14 @@ OWN, GIVEN = _Own(), _Given()
 def names(table: Mapping[str, Any], has: Callable[[Any], bool]) -> tuple[str, ...]:
     """Return the names of the parts that ship of which something is true that they declare."""
     return tuple(name for name, traits in table.items() if has(traits))
+
+
+def _arrive_late(scenario: Scenario) -> bool:
+    """Tell whether frames may still arrive when their slot has ended (eq. DL_guard)."""
+    guard, range_m = scenario.protocol.downlink_guard_s, scenario.acoustics.mf.range_m
+    if guard is None:
+        return range_m > 1.25 * area_of(scenario).across
+    return range_m > guard * assumed_sound_speed_of(scenario)
 
 
 ASVS_PING = names(RANGINGS, lambda traits: traits.asvs_ping)
@@ -166,6 +175,12 @@ PROTOCOL = (
         {"protocol.downlink": REPLIES, "protocol.schedule": UNSLOTTED},
         ("protocol.downlink_guard_s",),
         "pings are answered as they come, in no slots",
+    ),
+    Idle(
+        {"protocol.downlink": names(DOWNLINKS, lambda traits: traits.waits or traits.replies)},
+        ("protocol.duplex",),
+        "nobody pings while a frame is on the air or arriving",
+        but=lambda scenario: scenario.protocol.random_access or _arrive_late(scenario),
     ),
     Idle(
         {"protocol.schedule": names(SCHEDULES, lambda traits: traits.pace == "packed")},

@@ -38,6 +38,8 @@ SLIGHT = {"rounds.conflicts"}
 # whose fixes are broadcast apart are of one AUV, a few metres of depth part no two AUVs, and
 # neighbours on strips stay neighbours.
 UNSEEN = (
+    ("navigation.gnss_fix.depth_m", "record.detail", "summary"),
+    ("navigation.gnss_fix.sd_m", "record.detail", "summary"),
     ("auvs.route.turns", "auvs.vehicle", "bluerov2"),
     ("auvs.route.turns", "auvs.feedback", "estimate"),
     ("protocol.positions", "asvs.count", 1),

@@ -107,10 +107,10 @@ def test_a_backlog_that_grows_is_told() -> None:
     assert told(Scenario.model_validate(three)) == {}
 
 
-def test_a_guard_shorter_than_the_way_is_told() -> None:
-    own = {"downlink_guard_s": 0.01, "shortest_downlink_slot_s": 0.0}
+def test_a_guard_shorter_than_the_way_of_answers_is_told() -> None:
+    own = {"downlink": "direct_reply", "schedule": "one_per_slot", "downlink_guard_s": 0.01}
     found = told(Scenario.model_validate({"name": "m", "protocol": own}))
-    assert "ends 0.01 s after its frame" in found["protocol.downlink_guard_s"]
+    assert "ends 0.01 s after its answer" in found["protocol.downlink_guard_s"]
     assert "MF range (0.06667 s)" in found["protocol.downlink_guard_s"]
     enough = {**own, "downlink_guard_s": 0.07}
     assert told(Scenario.model_validate({"name": "m", "protocol": enough})) == {}
