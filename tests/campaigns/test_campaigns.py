@@ -361,6 +361,19 @@ def test_workers_that_die_in_a_row_end_a_campaign(
 
 
 @pytest.mark.usefixtures("at_home")
+def test_workers_that_die_now_and_then_end_no_campaign(
+    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two of three do, before their missions begin: more than eight, but never in a row."""
+    batches = iter(range(99))
+    monkeypatch.setattr(running, "pool_for", frail(lambda _: next(batches) % 3 < 2))
+    folder = tmp_path / "frail"
+    assert call("sweep", home / "base.yaml", "--seeds", 24, "--out", folder).exit_code == 0
+    assert next(batches) > 14
+    assert set(load_campaign(folder).missions["status"]) == {"ok"}
+
+
+@pytest.mark.usefixtures("at_home")
 def test_missions_side_by_side_that_kill_their_workers_end_no_campaign(
     home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
