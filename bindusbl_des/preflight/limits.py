@@ -202,7 +202,7 @@ def first_slot_after(scenario: Scenario, sights: SurveySights) -> tuple[float, f
     rounds, schedule, count = rounds_of(scenario), schedule_of(scenario), scenario.auvs.count
     slots, named, fixes = rounds.slots, rounds.named, rounds.auvs
     made = slots_made(schedule, sights.heard)
-    groups = rounds.fewest if made is None or rounds.frame else int(made.max(axis=1).min()) + 1
+    groups = rounds.fewest if made is None else int(made.max(axis=1).min()) + 1
     begins = max(rounds.least(groups, fixes), rounds.frame)
     if told_ahead(scenario, scenario.protocol.downlink) == 1:  # after the pings of its own
         begins -= (groups + rounds.contention) * slots.uplink_slot
@@ -220,12 +220,11 @@ def frames_overlap(scenario: Scenario, sights: SurveySights) -> tuple[float, flo
     end of the one may be on its way to an AUV than the beginning of the other, at most; and the
     AUVs at which they may overlap.
     """
-    made = slots_made(schedule_of(scenario), sights.heard)
-    gap = gap_s(scenario, None if made is None else int(made.max(axis=1).min()) + 1)
-    reached = sights.reached & np.isfinite(sights.away_m)
-    farthest = np.where(reached, sights.away_m, -np.inf).max(axis=2)
-    nearest = np.where(reached, sights.away_m, np.inf).min(axis=2)
-    apart = np.where(reached.any(axis=2), farthest - nearest, 0.0) / sound_speed_of(scenario)
+    made, away = groups_made(schedule_of(scenario), sights.heard), sights.away_m
+    gap = gap_s(scenario, None if made is None else int(made.min()))
+    farthest = np.where(sights.reached, away, -np.inf).max(axis=2)
+    nearest = np.where(sights.reached, away, np.inf).min(axis=2)
+    apart = np.maximum(farthest - nearest, 0.0) / sound_speed_of(scenario)
     met = np.flatnonzero((apart > gap).any(axis=0))
     return gap, float(apart.max()), met.tolist()
 

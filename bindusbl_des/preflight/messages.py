@@ -99,11 +99,9 @@ def tables(scenario: Scenario) -> Iterator[Problem]:
 def echoes(scenario: Scenario) -> Iterator[Problem]:
     """Yield that echoes of a smooth surface shift fixes by what no covariance includes."""
     channel = scenario.acoustics.hf.channel
-    if not channel_named(channel).has_echoes or channel.settings.get("bottom_m") is None:
-        return
-    if navigator_named(scenario.navigation.filter).weighs and not channel.settings.get(
-        "surface_sd_m"
-    ):
+    has_echoes = channel_named(channel).has_echoes and channel.settings.get("bottom_m") is not None
+    is_smooth = has_echoes and not channel.settings.get("surface_sd_m")
+    if is_smooth and navigator_named(scenario.navigation.filter).weighs:
         yield Problem(
             "acoustics.hf.channel.bottom_m",
             "with a smooth surface, which is assumed, echoes shift many fixes alike, by what no "
@@ -185,7 +183,7 @@ def backlog(scenario: Scenario) -> Iterator[Problem]:
         )
     if scenario.protocol.replies:
         return
-    made = offered(scenario).least_fixes_per_s * min(heard_share(scenario), 1.0)
+    made = load.least_fixes_per_s * min(heard_share(scenario), 1.0)
     carried, lasts = carried_per_s(scenario), scenario.duration_s
     if made > carried:
         late = lasts * (1 - carried / made)

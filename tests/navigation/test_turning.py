@@ -51,6 +51,12 @@ def polar_of(places: np.ndarray, origin: np.ndarray) -> np.ndarray:
                             np.arctan2(z, np.hypot(x, y))))  # fmt: skip
 
 
+def astray(said: Said, truth: np.ndarray) -> tuple[tuple[float, float], float]:
+    """Return how far (m) a fix is off along x and y, and its normalised square."""
+    (x, y), (xx, yy, xy) = (said.x - truth[0], said.y - truth[1]), said.noise
+    return (x, y), (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
+
+
 def posterior(
     origins: np.ndarray, polar: np.ndarray, sds: tuple[float, float, float],
     place: np.ndarray, spread: np.ndarray,
@@ -111,10 +117,7 @@ def test_sights_have_no_bias_and_err_as_they_say(bearing_deg: float, sure: float
     for k in range(count):
         believed = standing((*beliefs[k], DEPTH), own)
         said, _ = turned(sights(origin, polar[k : k + 1], sds), NO_FIX, believed)
-        off[k] = said.x - truth[0], said.y - truth[1]
-        xx, yy, xy = said.noise
-        square = yy * off[k, 0] ** 2 - 2 * xy * off[k, 0] * off[k, 1] + xx * off[k, 1] ** 2
-        squares[k] = square / (xx * yy - xy * xy)
+        off[k], squares[k] = astray(said, truth)
     along = off @ truth[:2] / 500.0
     assert abs(along.mean()) < 4.0 * along.std() / math.sqrt(count)
     assert (np.abs(off.mean(axis=0)) < 4.0 * off.std(axis=0) / math.sqrt(count)).all()
@@ -133,17 +136,13 @@ def test_level_and_steep_errors_may_go_together() -> None:
     steep = np.array([*(-truth[:2] * truth[2] / up), up]) / reach
     off, squares = np.empty((count, 2)), np.empty(count)
     for k in range(count):
-        astray = rng.multivariate_normal((0.0, 0.0), rad2) @ (level, steep)
-        seen = truth / reach + astray
+        seen = truth / reach + rng.multivariate_normal((0.0, 0.0), rad2) @ (level, steep)
         seen *= (reach + 0.05 * rng.normal()) / np.linalg.norm(seen)
         rows = sights(origin, polar_of(seen[None], origin[0]), (0.05, 0.0, math.sqrt(rad2[1, 1])))
         rows["level_rad2"], rows["both_rad2"] = rad2[0]
         believed = standing((*(truth[:2] + rng.normal(size=2) * 10.0), truth[2]), own)
         said, _ = turned(rows, NO_FIX, believed)
-        off[k] = said.x - truth[0], said.y - truth[1]
-        xx, yy, xy = said.noise
-        square = yy * off[k, 0] ** 2 - 2 * xy * off[k, 0] * off[k, 1] + xx * off[k, 1] ** 2
-        squares[k] = square / (xx * yy - xy * xy)
+        off[k], squares[k] = astray(said, truth)
     assert (np.abs(off.mean(axis=0)) < 4.0 * off.std(axis=0) / math.sqrt(count)).all()
     assert squares.mean() == pytest.approx(2.0, abs=4.0 * math.sqrt(4.0 / count))
 
@@ -171,10 +170,7 @@ def test_answers_are_ranged_by_the_way_that_the_auv_knows(caller: int) -> None:
         place = (*(truth[:2] + moved), DEPTH)
         before = (*(called[:2] + moved), DEPTH)
         said, _ = turned(rows, NO_FIX, PingBelief(place, own, before, 0.0))
-        off[k] = said.x - truth[0], said.y - truth[1]
-        xx, yy, xy = said.noise
-        square = yy * off[k, 0] ** 2 - 2 * xy * off[k, 0] * off[k, 1] + xx * off[k, 1] ** 2
-        squares[k] = square / (xx * yy - xy * xy)
+        off[k], squares[k] = astray(said, truth)
     assert (np.abs(off.mean(axis=0)) < 4.0 * off.std(axis=0) / math.sqrt(count)).all()
     assert squares.mean() == pytest.approx(2.0, abs=4.0 * math.sqrt(4.0 / count))
 
