@@ -95,6 +95,8 @@ def note_sight(
     both = dot(by_east, down)
     row.level_rad2, row.steep_rad2, row.both_rad2 = level / square, steep / square, both / square
     angles = row.level_rad2 + row.steep_rad2
+    shortened = scaled(unit, reach * max(1.0 - 0.5 * angles, 0.0))
+    row.from_x_m, row.from_y_m, row.from_z_m = minus((fix[0], fix[1], fix[2]), shortened)
     if angles > UNSURE or reach < 0.0:  # a place behind the array lies in no direction
         row.range_m2 = nan
         return
@@ -104,9 +106,6 @@ def note_sight(
     row.from_m2 = own
     ahead = scaled(_of_round_wave(unit, believed, reach, instrument), reach)
     row.ahead_x_m, row.ahead_y_m, row.ahead_z_m = ahead
-    shortened = scaled(unit, reach * (1.0 - 0.5 * angles))
-    origin = minus((fix[0], fix[1], fix[2]), shortened)
-    row.from_x_m, row.from_y_m, row.from_z_m = origin
 
 
 @compiled

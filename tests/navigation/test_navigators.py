@@ -145,12 +145,17 @@ def test_a_wild_fix_is_refused_and_a_lost_navigator_comes_back() -> None:
     fixes = fixes_at(instants, instants, np.array([[30.0, 0.0]] * count), 0.5)
     for row in range(count - 1):
         navigator.correct(fixes, np.array([row]))
-        assert estimate(navigator, reckoning, instants[row])[0].tolist() == [0.0, 0.0]
+        place, covariance = estimate(navigator, reckoning, instants[row])
+        assert place.tolist() == [0.0, 0.0]
+        # so that the NIS of the fifth is 9.21: 30 m squared over that, less the fix's own variance
+        wide = 900.0 / 9.21 - 0.25 if row == MOST_REFUSED - 1 else 0.0
+        assert covariance[:2] == pytest.approx(wide, abs=0.05)
     navigator.correct(fixes, np.array([count - 1]))
-    assert estimate(navigator, reckoning, instants[-1])[0][0] > 0.5
+    assert estimate(navigator, reckoning, instants[-1])[0] == pytest.approx((30.0, 0.0), abs=0.2)
     assert np.isnan(fixes["correction_m"][:-1]).all()
-    assert fixes["correction_m"][-1] > 0.5
-    assert (fixes["nis"] > 1000).all()
+    assert fixes["correction_m"][-1] == pytest.approx(30.0, abs=0.2)
+    assert (fixes["nis"][:-1] > 1000).all()
+    assert 9.0 < fixes["nis"][-1] < 9.21
 
 
 def test_what_comes_too_late_for_its_place_is_left_out() -> None:

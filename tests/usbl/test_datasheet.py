@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy import stats
-from worlds import merged, scenario
+from worlds import blank, merged, scenario
 
 from bindusbl_des import Mission, Scenario, simulate, warnings_of
 from bindusbl_des.core.spreads import PER_AXIS_SD
@@ -15,6 +15,9 @@ from bindusbl_des.mission.build import usbl_of
 from bindusbl_des.presets.preset import USBLS
 from bindusbl_des.recorded.navigating import noise_of
 from bindusbl_des.records.events import HEARD
+from bindusbl_des.records.rows import RECEPTION
+from bindusbl_des.usbl.instrument import NOISE_WIDTH, Instrument, placed
+from bindusbl_des.usbl.sights import note_sight
 
 Array = NDArray[np.float64]
 COUNT = 4000
@@ -197,6 +200,23 @@ def test_bearings_are_along_the_arc_and_nothing_else_is_level(heading_sd_deg: fl
     assert heard["turn_rad2"] == pytest.approx(turn**2)
     assert heard["level_rad2"] == pytest.approx(0.0, abs=1e-3 * turn**2)
     assert heard["steep_rad2"] == pytest.approx(steep**2, rel=0.01)
+
+
+@pytest.mark.parametrize("sd_deg", [1.0, 45.0])
+@pytest.mark.parametrize("reach", [-20.0, 0.0, 20.0])
+def test_where_the_array_was_is_noted_of_all_that_it_measures(reach: float, sd_deg: float) -> None:
+    """Also where noise leaves a range below 0, or directions are as good as unknown."""
+    usbl = usbl_of(scenario(usbl=sheet(bearing_sd_deg=sd_deg)))
+    instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0])
+    vessel, unit = (3.0, -7.0, 1.0), (0.6, 0.0, 0.8)
+    fix, noise = placed(
+        vessel, unit, np.eye(3), reach, 0.1, math.nan, np.zeros(NOISE_WIDTH), instrument
+    )
+    row = blank(RECEPTION, 1)[0]
+    note_sight(row, fix, unit, np.eye(3), reach, noise, instrument)
+    assert math.isnan(row["range_m2"]) == (reach <= 0.0 or sd_deg > 20.0)
+    origin = [row[name] for name in ("from_x_m", "from_y_m", "from_z_m")]
+    assert origin == pytest.approx(vessel, abs=1e-6)
 
 
 def test_what_is_given_beside_a_preset_wins() -> None:
