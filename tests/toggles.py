@@ -2,7 +2,7 @@
 
 import json
 from copy import deepcopy
-from functools import cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -241,7 +241,7 @@ def _same(one: pa.ChunkedArray | None, other: pa.ChunkedArray | None) -> bool:
     return one.equals(other) or repr(one.to_pylist()) == repr(other.to_pylist())
 
 
-@cache
+@lru_cache(maxsize=256)
 def _columns(text: str) -> dict[str, pa.ChunkedArray] | None:
     try:
         scenario = Scenario.model_validate({"name": "m", **json.loads(text)})
