@@ -23,9 +23,6 @@ from .mavlink import ATTITUDE, messages
 from .mavlink import MAGIC as _MAGIC
 from .mavlink import MAGIC_1 as _MAGIC_1
 
-# How often (s) a mission asks where vehicles are.
-STEP_S = 0.1
-
 # Faster (m/s) is no vehicle under water.
 FASTEST = 50.0
 
