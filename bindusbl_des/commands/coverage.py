@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..core.wording import WIDEST
 from .console import (
     check_figure,
     print_json,
@@ -34,7 +35,7 @@ RATES = {
     "planned": "these rounds",
     "back_to_back": "frame behind frame",
 }
-WIDTH, WIDEST = 28, 80
+WIDTH = 28
 
 
 def planned_limits(scenario: "Scenario") -> "Limits | None":

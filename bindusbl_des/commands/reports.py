@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..core.wording import printable
+from ..core.wording import filled, printable
 from .console import (
     BadInput,
     check_file,
@@ -76,7 +76,7 @@ def compare(
         check_file(Path(out), force, TABLES, "table")
     with mistakes_text():
         from ..campaigns.compare import compared
-        from ..campaigns.statistics.comparison_table import comparison_table, filled
+        from ..campaigns.statistics.comparison_table import comparison_table
         from ..campaigns.statistics.outcomes import JUDGED, MEANS
 
         judged = metrics or (MEANS if by_mean else JUDGED)

@@ -6,10 +6,14 @@ from difflib import get_close_matches
 from json import dumps
 from math import floor, isfinite, log10
 from string import ascii_uppercase
+from textwrap import fill
 from typing import NoReturn
 
 # Longer values are cut in messages, which stay one readable line.
 LONGEST_VALUE = 60
+
+# No table and no sentence is wider than a terminal.
+WIDEST = 80
 
 # Nothing that is measured here is told more finely: what is left of rounding is not.
 MOST_DECIMALS = 6
@@ -165,6 +169,13 @@ def significant(value: float, digits: int = 3) -> str:
         return "0"
     whole = floor(log10(abs(value))) + 1
     return f"{value:.{min(max(digits - whole, 0), MOST_DECIMALS)}f}"
+
+
+def filled(text: str, indent: str = "") -> str:
+    """Return a text in lines that are no wider than tables; all but the first are indented."""
+    return fill(
+        text, WIDEST, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )
 
 
 def counted(count: int, noun: str) -> str:

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.plugins import is_plugin
+from ..core.wording import WIDEST
 from ..scenario.declared import channel_named
 
-WIDEST = 80
 INDENT = 15
 
 

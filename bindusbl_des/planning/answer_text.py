@@ -4,13 +4,12 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
-from textwrap import fill
 from typing import Any
 
 import numpy as np
 
 from ..core.kept_files import portable
-from ..core.wording import counted, significant
+from ..core.wording import counted, filled, significant
 from ..results.result import scenario_sha256, versions
 from ..scenario.scenario import Scenario
 from .candidates import Candidate, LeftOut, Predictor, band, excess, team_text
@@ -22,9 +21,6 @@ from .question import Question
 from .relief import Relief
 from .selection.evidence import Estimate, Selection
 from .selection.goals import Goal, limits_text, value_text
-
-# How wide a line is
-WIDEST = 80
 
 # So many candidates beside the answer `plan.json` names.
 MOST_RUNNERS_UP = 3
@@ -237,15 +233,15 @@ def remedy_text(found: Found) -> str | None:
 
 def summary(record: Mapping[str, Any], folder: str) -> str:
     """Return a plan as a planner reads it in the terminal, from what `plan.json` holds."""
-    lines = [_filled(record["told"][0])]
+    lines = [filled(record["told"][0])]
     if record["would"]:
-        lines.append(_filled(record["would"]))
+        lines.append(filled(record["would"]))
     lines += _section(
         "runners-up", [_candidate_text(record["candidates"][n]) for n in record["runners_up"]]
     )
     lines += _section("what binds", [relief["told"] for relief in record["binding"]][:2])
     lines += _section("and if", [_doubt_text(doubt) for doubt in record["sensitivity"]])
-    lines += map(_filled, record["told"][1:])
+    lines += map(filled, record["told"][1:])
     lines += ["", f"Results: {folder}"]
     if record["answer"] is not None:
         lines.append(record["run"])
@@ -254,13 +250,7 @@ def summary(record: Mapping[str, Any], folder: str) -> str:
 
 def _section(name: str, items: Sequence[str]) -> Iterator[str]:
     for number, item in enumerate(items):
-        yield _filled(f"{name if number == 0 else '':<12}{item}", " " * 12)
-
-
-def _filled(text: str, indent: str = "") -> str:
-    return fill(
-        text, WIDEST, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
-    )
+        yield filled(f"{name if number == 0 else '':<12}{item}", " " * 12)
 
 
 def record(found: Found, run: str) -> dict[str, Any]:

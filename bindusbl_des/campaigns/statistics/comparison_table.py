@@ -3,10 +3,9 @@
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from math import isfinite
-from textwrap import fill
 from typing import get_args
 
-from ...core.wording import aligned, plain, significant
+from ...core.wording import WIDEST, aligned, filled, plain, significant
 from ...records.metrics import WORST, of_an_auv
 from .differences import Difference, End, Verdict
 from .findings import seeds, who_is_worst, who_lacks
@@ -15,7 +14,6 @@ from .outcomes import lacking, unit
 
 # More points than this are left to `--json` and `--out`.
 MOST_POINTS = 40
-WIDEST = 80
 # The column that gives way where a table would be wider: the difference as a share
 RELATIVE = 4
 
@@ -110,11 +108,6 @@ def _verdicts(rows: Rows) -> Iterator[str]:
         (name, *(str(count[word] or "-") for word in shown)) for name, count in counts.items()
     ]
     yield from aligned(cells)
-
-
-def filled(text: str) -> str:
-    """Return a text in lines that are no wider than the tables."""
-    return fill(text, WIDEST, break_long_words=False, break_on_hyphens=False)
 
 
 def _table(cells: list[tuple[str, str, str, str, str, str, str]]) -> Iterator[str]:

@@ -5,11 +5,10 @@ intervals contain: what differs between seeds, and what does not.
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from textwrap import fill
 
 import numpy as np
 
-from ...core.wording import lettered
+from ...core.wording import WIDEST, filled, lettered
 from ..experiments.experiment import ExperimentPlan, checkpoints
 from ..storage.parts import MISSIONS
 from .findings import Findings
@@ -124,7 +123,6 @@ METRICS = (
     ("worst_fix_age_p95_s", "age s", 1, 0, "age: the last fix is younger 95 % of the time"),
     ("position_error_m", "fleet m", 2, 0, "fleet: the mean error of all AUVs"),
 )
-WIDEST = 80
 SHORTEST_KEY = 4
 
 # A larger campaign shows its first points; its tables hold them all.
@@ -155,18 +153,12 @@ def points_table(folder: Path, plan: ExperimentPlan, said: Findings) -> str:
 
 def _told(plan: ExperimentPlan, said: Findings, columns: Sequence[str]) -> Iterator[str]:
     """Yield what the columns are, what the missions show, and what the intervals contain."""
-    yield _filled(
+    yield filled(
         f"Of each mission's worst AUV: {'; '.join(columns)}. Mean +- 95 % confidence interval over "
         f"seeds (Student's t). {in_intervals(plan, range(len(plan.points)))}"
     )
     for text in said.sentences():
-        yield _filled(f"* {text}", "  ")
-
-
-def _filled(text: str, indent: str = "") -> str:
-    return fill(
-        text, WIDEST, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
-    )
+        yield filled(f"* {text}", "  ")
 
 
 def _reached(plan: ExperimentPlan, found: MissionOutcomes) -> Iterator[str]:
@@ -242,7 +234,7 @@ def _lines(rows: list[list[str]]) -> tuple[list[str], int]:
         widths[widest] -= 1
     lines = ["  ".join(map(_fit, row, widths))[:WIDEST].rstrip() for row in (head, *points)]
     key_lines = (
-        [_filled(", ".join(f"{letter}: {key}" for letter, key in letters.items()))]
+        [filled(", ".join(f"{letter}: {key}" for letter, key in letters.items()))]
         if letters
         else []
     )
