@@ -139,7 +139,7 @@ def test_a_smoother_knows_more_than_the_filter_and_the_filter_more_than_none() -
     def expected(filter_: str) -> float:
         own = Scenario.model_validate({"name": "m", "navigation": {"filter": filter_}})
         found = predict(inputs_of(own), [[0.0, 0.0]])
-        return found.of_fleet("position_error_m")
+        return float(found.position_error_m.mean())
 
     smoother, kalman, none = map(expected, ("smoother", "kalman", "dead_reckoning"))
     assert smoother < kalman < none

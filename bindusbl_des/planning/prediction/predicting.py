@@ -145,10 +145,6 @@ class Prediction(NamedTuple):
     error_over_time: Floats
     varies: Floats
 
-    def of_fleet(self, metric: str) -> float:
-        """Return the mean of a metric over all AUVs."""
-        return float(getattr(self, metric).mean())
-
     def worst(self, metric: str) -> float:
         """Return a metric of the worst AUV, as it is expected of single missions.
 
