@@ -164,7 +164,7 @@ _NEEDED = {
     "list_type": "needs a list",
     "finite_number": "must be a finite number",
 }
-_LIMITS = {
+SIGNS = {
     "greater_than": ">",
     "greater_than_equal": ">=",
     "less_than": "<",
@@ -299,8 +299,8 @@ def _message(detail: Any) -> str:
     if kind == "value_error" and not detail["loc"]:  # what settings must agree on
         return str(context["error"])
     needed = _NEEDED.get(kind)
-    if kind in _LIMITS:
-        needed = f"must be {_LIMITS[kind]} {plain(next(iter(context.values())))}"
+    if kind in SIGNS:
+        needed = f"must be {SIGNS[kind]} {plain(next(iter(context.values())))}"
     elif kind == "literal_error":
         needed = f"must be {context['expected']}"
     return f"{needed or detail['msg']}; got {described(detail['input'])}"

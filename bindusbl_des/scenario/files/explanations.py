@@ -13,17 +13,11 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from ...core.wording import described, did_you_mean, nearest, plain
 from ..families import FAMILIES
 from ..keys import REQUIRED, Key, items, keys, sections
+from ..part_choice import SIGNS
 from .plain_yaml import Path, dotted, scalar
 
 ROUTE: Path = ("auvs", "route")
 FORMATION: Path = ("asvs", "formation")
-
-SIGNS = {
-    "greater_than": ">",
-    "greater_than_equal": ">=",
-    "less_than": "<",
-    "less_than_equal": "<=",
-}
 
 # What people write behind a number, and by how much that is to be multiplied for a key's own unit.
 FACTORS = {
