@@ -161,7 +161,7 @@ def goal_of(written: str, is_below: bool = True, of: Of = "worst") -> Goal:
     return Goal(metric, limit if is_below else None, None if is_below else limit, of)
 
 
-def goals_in(written: object, where: str = "goal") -> tuple[Goal, ...]:
+def goals_in(written: object) -> tuple[Goal, ...]:
     """Return the goals of a plan's file: one mapping of metric, below or above, and of, or a list.
 
     >>> goals_in({"metric": "hf_coverage", "above": 0.9, "of": "mean"})
@@ -171,8 +171,8 @@ def goals_in(written: object, where: str = "goal") -> tuple[Goal, ...]:
         ValueError: when one is no goal; it names the key.
     """
     if isinstance(written, list) and written:
-        return tuple(_goal(goal, f"{where}[{n}]") for n, goal in enumerate(written))
-    return (_goal(written, where),)
+        return tuple(_goal(goal, f"goal[{n}]") for n, goal in enumerate(written))
+    return (_goal(written, "goal"),)
 
 
 def _goal(written: object, where: str) -> Goal:
