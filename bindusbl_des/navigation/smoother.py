@@ -114,17 +114,14 @@ class Smoother:
             if sure.any():
                 begin = filtered(begin, *self._between(auv, begin, valid, sights, sure), growth)
                 is_open &= ~sure
-            nodes, own = self._between(
-                auv, begin, valid, sights, is_open & is_delivered, times[first:end]
-            )
+            taken = is_open & is_delivered
+            nodes, own = self._between(auv, begin, valid, sights, taken, times[first:end])
             states, spreads = smooth(begin, nodes, own, growth)
-            which = np.flatnonzero(is_open & is_delivered)
+            which = np.flatnonzero(taken)
             if self._first.covariance[0, 0] > 0.0 and which.size:
                 sights.turned[:] = 0  # all J are of the same places: nothing turns
-                self._expand_anew(auv, known.of(which), nodes, states, spreads, sights, which)
-                nodes, own = self._between(
-                    auv, begin, valid, sights, is_open & is_delivered, times[first:end]
-                )
+                self._expand_anew(known.of(which), nodes, states, spreads, sights, which)
+                nodes, own = self._between(auv, begin, valid, sights, taken, times[first:end])
                 states, spreads = smooth(begin, nodes, own, growth)
             at = np.searchsorted(nodes.times, times[first:end])
             found.places[first:end] = odometry.position[first:end] - states[at, :2]
@@ -203,7 +200,7 @@ class Smoother:
         return sights._replace(turned=np.repeat(self._filter.turned(rows), 2))
 
     def _expand_anew(
-        self, auv: int, known: FixHistory, nodes: Odometry, states: Floats, spreads: Floats,
+        self, known: FixHistory, nodes: Odometry, states: Floats, spreads: Floats,
         sights: Sights, which: Ints,
     ) -> None:  # fmt: skip
         """Expand fixes, which these are of all, about what has been smoothed; write their sights.
