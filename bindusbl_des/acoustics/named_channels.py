@@ -153,7 +153,7 @@ def timing_sd_of(scenario: Scenario) -> float:
     settings = settings_of(CHANNEL, hf.channel)
     assert isinstance(settings, Sound)
     settings = _as_sold(settings, hf.modem)
-    return float(timing_sd_s(settings, 0.0, hf.ping_s, 0.0, timing == "carrier"))
+    return float(timing_sd_s(settings, 0.0, hf.ping_s, timing == "carrier"))
 
 
 def _as_sold(settings: Sounding, modem: str | None) -> Sounding:

@@ -301,20 +301,20 @@ def pulse_energy(sonar: Sound, snr_db: ArrayLike, duration_s: float) -> Floats:
 
 
 def timing_sd_s(
-    sonar: Sound, snr_db: ArrayLike, duration_s: float, floor_s: float, carrier: bool = False
+    sonar: Sound, snr_db: ArrayLike, duration_s: float, carrier: bool = False
 ) -> Floats:
     """Return the standard deviation (s) of the instant at which an element hears a pulse.
 
-    The floor and the Cramer-Rao bound 1 / (2 pi beta sqrt(2 E/N0)) together, with beta = B/sqrt(12)
-    by the envelope, sqrt(fc^2 + B^2/12) with the `carrier`; SNR in dB.
+    The Cramer-Rao bound 1 / (2 pi beta sqrt(2 E/N0)), with beta = B/sqrt(12) by the envelope,
+    sqrt(fc^2 + B^2/12) with the `carrier`; SNR in dB.
     Source: H. L. Van Trees, Detection, Estimation, and Modulation Theory (1968), part III.
 
     >>> from ..scenario.channel_settings import Sonar
-    >>> [f"{float(timing_sd_s(Sonar(), 0.0, 0.01, 0.0, carrier)):.4g}" for carrier in (False, True)]
+    >>> [f"{float(timing_sd_s(Sonar(), 0.0, 0.01, carrier)):.4g}" for carrier in (False, True)]
     ['3.898e-06', '4.472e-07']
     """
     energy = pulse_energy(sonar, snr_db, duration_s)
     square = (sonar.bandwidth_khz * 1e3) ** 2 / 12.0
     if carrier:
         square += (sonar.frequency_khz * 1e3) ** 2
-    return np.asarray(np.sqrt(floor_s**2 + 1.0 / (4.0 * math.pi**2 * square * 2.0 * energy)))
+    return np.asarray(np.sqrt(1.0 / (4.0 * math.pi**2 * square * 2.0 * energy)))
