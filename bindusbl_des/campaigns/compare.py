@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.kept_files import portable
 from ..core.wording import lettered, plain, shortened
 from ..records.metrics import of_an_auv
+from ..scenario.keys import leaves
 from .campaign import Campaign, load_campaign
 from .experiments.experiment import laid_over
 from .statistics.comparison_table import by_label, is_alone, sentence, unserved
@@ -209,7 +210,7 @@ def _differing(pair: Pair) -> str:
     for side in (pair.baseline, pair.other):
         experiment = side.campaign.plan.experiment
         scenario = laid_over(experiment.given, experiment.points[side.point])
-        flat.append(dict(_leaves(portable(scenario.model_dump(mode="json")), "")))
+        flat.append(dict(leaves(portable(scenario.model_dump(mode="json")))))
     one, other = flat
     keys = [key for key in {**one, **other} if one.get(key) != other.get(key)]
     keys = [key for key in keys if key not in ("name", *pair.held)]
@@ -221,14 +222,6 @@ def _differing(pair: Pair) -> str:
     )
     more = f" and {len(keys) - MOST_KEYS_NAMED} more keys" * (len(keys) > MOST_KEYS_NAMED)
     return f"{named}{more}"
-
-
-def _leaves(data: Any, name: str) -> Iterator[tuple[str, Any]]:
-    if not isinstance(data, dict):
-        yield name, data
-        return
-    for key, value in data.items():
-        yield from _leaves(value, f"{name}.{key}" if name else key)
 
 
 def _record(row: Difference) -> dict[str, Any]:

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
 from ..core.wording import lettered, plain
-from .page import THEME, Packer, assembled, asset, filled, flat, number, table
+from ..scenario.keys import leaves
+from .page import THEME, Packer, assembled, asset, filled, number, table
 from .recording import recording
 from .run_data import run_data
 from .run_page import AUV_COLUMNS, MAP, OF_MISSION, described, footer, mission_row
@@ -126,7 +127,7 @@ def _answer(names: Sequence[str], runs: Sequence[Named]) -> str:
 def _differences(names: Sequence[str], runs: Sequence[Named]) -> str:
     """Return the table of scenario keys that are not the same in all runs."""
     scenarios = [
-        {"seed": result.seed, **dict(flat(portable(result.scenario.model_dump(mode="json"))))}
+        {"seed": result.seed, **dict(leaves(portable(result.scenario.model_dump(mode="json"))))}
         for _, result in runs
     ]
     keys = dict.fromkeys(key for scenario in scenarios for key in scenario if key != "name")

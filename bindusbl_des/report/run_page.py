@@ -11,12 +11,13 @@ from ..core.kept_files import portable
 from ..core.wording import plain
 from ..results.summary import rounds_text
 from ..scenario.families import leave_of
+from ..scenario.keys import leaves
 from ..scenario.own_sensors import drift_text
 from ..scenario.site import area_of
 from .calibration import calibration_text
 from .envelope import envelope_made_of
 from .gaps import intervals, latencies, spread_text
-from .page import THEME, Packer, assembled, asset, filled, flat, number, table
+from .page import THEME, Packer, assembled, asset, filled, number, table
 from .possible import possible_text
 from .recording import metrics_of, recording
 from .run_data import run_data
@@ -274,10 +275,10 @@ def origin(result: "Result") -> str:
     versions = ", ".join(f"{name} {number}" for name, number in run["versions"].items())
     command = f"bindusbl-des run scenario.yaml --seed {result.seed}{leave_of(result.scenario)}"
     text = json.dumps(run["scenario"], indent=2, ensure_ascii=False)
-    defaults = dict(flat(portable(type(result.scenario)(name="x").model_dump(mode="json"))))
+    defaults = dict(leaves(portable(type(result.scenario)(name="x").model_dump(mode="json"))))
     changed = ", ".join(
         f"{key}: {plain(value)}"
-        for key, value in flat(run["scenario"])
+        for key, value in leaves(run["scenario"])
         if key != "name" and (key not in defaults or defaults[key] != value)
     )
     return (

@@ -4,7 +4,7 @@ The rows come from the models in :mod:`.scenario_keys`, so that what `params` pr
 what messages say and what is checked cannot differ.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from types import UnionType
@@ -106,6 +106,15 @@ def items() -> tuple[Key, ...]:
 def sections() -> dict[str, str]:
     """Return the meaning of each section by its dotted name, in the order of the file."""
     return dict(_sections(ScenarioKeys, ""))
+
+
+def leaves(data: Mapping[str, Any], section: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the dotted keys of what a file holds, with their values."""
+    for name, value in data.items():
+        if isinstance(value, Mapping):
+            yield from leaves(value, f"{section}{name}.")
+        else:
+            yield f"{section}{name}", value
 
 
 def json_schema() -> dict[str, Any]:

@@ -25,6 +25,7 @@ from .agreement.vehicles import (
     vehicles_problems,
 )
 from .families import parts_of
+from .keys import leaves
 from .part_choice import shipped_mistakes
 from .scenario_keys import Environment, Problem, Record, ScenarioKeys
 from .sections.acoustics import Acoustics
@@ -89,8 +90,8 @@ class Scenario(ScenarioKeys):
 
     def _repr_html_(self) -> str:
         """Return what differs from the defaults, as notebooks show it."""
-        usual = dict(_leaves(Scenario(name=self.name).model_dump(mode="json")))
-        own = _leaves(self.model_dump(mode="json"))
+        usual = dict(leaves(Scenario(name=self.name).model_dump(mode="json")))
+        own = leaves(self.model_dump(mode="json"))
         lines = [
             f"{key}: {shortened(plain(value))}"
             for key, value in own
@@ -201,12 +202,3 @@ SUBJECTS = (
     instruments_problems,
     sizes_problems,
 )
-
-
-def _leaves(data: Mapping[str, Any], section: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield dotted keys with their values."""
-    for name, value in data.items():
-        if isinstance(value, Mapping):
-            yield from _leaves(value, f"{section}{name}.")
-        else:
-            yield f"{section}{name}", value
