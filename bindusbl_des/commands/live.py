@@ -30,7 +30,7 @@ from .console import (
     weigh,
     writing,
 )
-from .missions import as_given, check_folder, default_folder, metrics_of, models
+from .missions import as_given, check_folder, default_folder, models
 from .options import (
     anyway_option,
     json_option,
@@ -211,7 +211,7 @@ def live(
         result.overrides = overrides
         result.fill(draft, text)
     if as_json:
-        print_json(metrics_of(result))
+        print_json(result.arrow["mission"].to_pylist()[0])
         talk(f"Results: {folder}")
         return
     say(f"Results: {folder}")

@@ -164,7 +164,7 @@ def run(
         result.advice = advice_on(result, 0 if no_advice else advice_missions, advice_s, again)
         result.fill(draft, text)
     if as_json:
-        print_json(metrics_of(result))
+        print_json(result.arrow["mission"].to_pylist()[0])
         talk(f"Results: {folder}")
         return
     say(result.summary())
@@ -306,12 +306,6 @@ def _as_written(
     return lambda options: parse_scenario(
         text, path, overrides=(*overrides, *options), folder=Path(path).parent
     )
-
-
-def metrics_of(result: "Result") -> dict[str, Any]:
-    """Return the mission's metrics as plain data; what is missing is null."""
-    row: dict[str, Any] = result.arrow["mission"].to_pylist()[0]
-    return row
 
 
 @click.command()
