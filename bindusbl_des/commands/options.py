@@ -225,6 +225,16 @@ def _shard(_: click.Context, __: click.Parameter, text: str | None) -> tuple[int
     return int(numbers[1]), int(numbers[2])
 
 
+def workers_option(command: Any) -> Any:
+    """Give a command the option that says how many processes work."""
+    return click.option(
+        "--workers",
+        type=click.IntRange(min=1),
+        metavar="N",
+        help="Processes at once (default: one per CPU).",
+    )(command)
+
+
 def worker_options(command: Any) -> Any:
     """Give a command the options that say who does the work."""
     command = json_option("a summary")(command)
@@ -237,12 +247,7 @@ def worker_options(command: Any) -> Any:
         metavar="SECONDS",
         help="End a mission that takes longer; it counts as failed.",
     )(command)
-    return click.option(
-        "--workers",
-        type=click.IntRange(min=1),
-        metavar="N",
-        help="Processes at once (default: one per CPU).",
-    )(command)
+    return workers_option(command)
 
 
 def experiment_options(command: Any) -> Any:

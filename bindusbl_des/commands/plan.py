@@ -27,6 +27,7 @@ from .options import (
     plan_argument,
     plugins_option,
     set_option,
+    workers_option,
 )
 
 if TYPE_CHECKING:
@@ -82,12 +83,7 @@ CUT_OFF = "Cut off before all was flown; the same command, or `bindusbl-des resu
 @click.option(
     "--budget-s", type=float, metavar="SECONDS", help="Cut off after so long a time of flying."
 )
-@click.option(
-    "--workers",
-    type=click.IntRange(min=1),
-    metavar="N",
-    help="Processes at once (default: one per CPU).",
-)
+@workers_option
 @click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Other missions (default 0).")
 @out_option("DIR", "Folder of the plan (default results/<name>-plan).")
 @click.option("--force", is_flag=True, help="Replace the folder of an earlier plan.")
