@@ -138,17 +138,18 @@ AUTOPILOTS: Mapping[str, PathFollower | StationKeeper] = {
 }
 
 
+# Models that follow paths; the others keep stations.
+FOLLOWING = [name for name, autopilot in AUTOPILOTS.items() if isinstance(autopilot, PathFollower)]
+
+
 def follower(model: str) -> PathFollower:
     """Return how an AUV follows paths; ValueError for a model that keeps stations."""
     found = AUTOPILOTS[model]
     if isinstance(found, PathFollower):
         return found
-    following = [
-        name for name, autopilot in AUTOPILOTS.items() if isinstance(autopilot, PathFollower)
-    ]
     raise ValueError(
         f"{model} keeps a station and plans no turns; models that follow paths: "
-        f"{', '.join(following)}"
+        f"{', '.join(FOLLOWING)}"
     )
 
 

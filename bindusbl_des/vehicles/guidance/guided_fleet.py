@@ -17,7 +17,7 @@ from ..hulls.models import find, parameters
 from ..motion import HEADINGS, PLACE, Motion, distance_at, lines, place_at
 from ..vehicle import Place
 from . import departure, flight, sensing, tracks
-from .autopilots import AUTOPILOTS, PathFollower, follower, keeper
+from .autopilots import AUTOPILOTS, FOLLOWING, follower, keeper
 from .departure import (
     LOST_CIRCLES,
     PATIENCE_S,
@@ -317,14 +317,11 @@ def _refuse_wrong_plan(model: str, plan: DeparturePlan) -> None:
     """Raise ValueError unless AUVs have paths and ASVs stations."""
     if model not in AUTOPILOTS:
         raise ValueError(f"{model} has no controller; known: {', '.join(AUTOPILOTS)}")
-    following = [
-        name for name, autopilot in AUTOPILOTS.items() if isinstance(autopilot, PathFollower)
-    ]
-    keeping = [name for name in AUTOPILOTS if name not in following]
-    paths, stations, follows = plan.paths, plan.stations, model in following
+    keeping = [name for name in AUTOPILOTS if name not in FOLLOWING]
+    paths, stations, follows = plan.paths, plan.stations, model in FOLLOWING
     if (paths is not None) != follows or (stations is not None) == follows or paths == ():
         raise ValueError(
-            f"{model}: give paths, and no stations, to {', '.join(following)}; "
+            f"{model}: give paths, and no stations, to {', '.join(FOLLOWING)}; "
             f"stations, and no paths, to {', '.join(keeping)}"
         )
 
