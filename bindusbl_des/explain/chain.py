@@ -137,6 +137,12 @@ def rows_where(table: Any, **values: Any) -> Any:
     return table[kept]
 
 
+def frame_of(result: "Result", fix: Any) -> Any:
+    """Return the row of the frame in which a fix was broadcast."""
+    frames = result.tables["broadcasts"]
+    return rows_where(frames, sent_at_s=fix.broadcast_at_s, asv=fix.broadcast_by).iloc[0]
+
+
 def row_of(result: "Result", table: str, key: str, number: int) -> Any:
     """Return one row of an event table by its number.
 

@@ -12,7 +12,7 @@ from ..results.round_timeline import uplink_slots
 from ..scenario.declared import channel_named
 from ..scenario.families import broadcaster_of, downlink_of
 from ..scenario.site import sound_speed_of
-from .chain import LatencyPart, Step, compared, place, rows_where
+from .chain import LatencyPart, Step, compared, frame_of, place, rows_where
 from .losing import frame_burst_words, why_broadcast, wrong
 from .overlapping import failed, frame_cut, overlapped
 
@@ -53,8 +53,7 @@ def fixing(result: "Result", fix: Any) -> Step:
 
 def broadcasting(result: "Result", fix: Any) -> Step:
     """Return the step at which an ASV broadcasts a fix: why then, why this ASV, who is in range."""
-    frames = result.tables["broadcasts"]
-    frame = rows_where(frames, sent_at_s=fix.broadcast_at_s, asv=fix.broadcast_by).iloc[0]
+    frame = frame_of(result, fix)
     auv, asv = (place(result, name, fix.broadcast_at_s) for name in (fix.auv, fix.broadcast_by))
     away, limit = math.hypot(*(auv - asv)[:2]), result.scenario.acoustics.mf.range_m
     facts = {
@@ -91,7 +90,7 @@ def broadcasting(result: "Result", fix: Any) -> Step:
         why = f"{at_once}; {_on_air(result, frame)}; {reached}"
         return Step(fix.broadcast_at_s, fix.broadcast_by, "answers it", why, facts)
     why = (
-        f"{_why_then(result, fix, frame)}; {_why_it(result, fix, _turn(frames, frame))}; "
+        f"{_why_then(result, fix, frame)}; {_why_it(result, fix, _turn(result, frame))}; "
         f"{_on_air(result, frame)}; {reached}"
     )
     number = "the fix alone" if frame.fixes == 1 else f"it among {frame.fixes} fixes"
@@ -120,9 +119,9 @@ def _on_air(result: "Result", frame: Any) -> str:
     return f"{size} = {max(airtime, frame.airtime_s):.4f} s on the air{cut}"
 
 
-def _turn(frames: Any, frame: Any) -> int:
+def _turn(result: "Result", frame: Any) -> int:
     """Return how many broadcasts came before that of a frame; one may be several frames."""
-    number = int(frame.name)
+    frames, number = result.tables["broadcasts"], int(frame.name)
     return number if "part" not in frames else int((frames.part[: number + 1] == 0).sum()) - 1
 
 
@@ -204,8 +203,7 @@ def _shared(result: "Result", fix: Any, able: list[int]) -> str:
 
 def latency(result: "Result", fix: Any) -> Iterator[LatencyPart]:
     """Yield what the time from ping to delivery went into; the parts add up to the latency."""
-    frames = result.tables["broadcasts"]
-    frame = rows_where(frames, sent_at_s=fix.broadcast_at_s, asv=fix.broadcast_by).iloc[0]
+    frame = frame_of(result, fix)
     known = known_at(result, fix)
     on_air = fix.broadcast_at_s + float(frame.airtime_s)
     protocol = result.scenario.protocol

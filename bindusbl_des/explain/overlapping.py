@@ -13,7 +13,7 @@ from ..protocol.slots import slots_of
 from ..results.round_timeline import pings_sent
 from ..scenario.destinations import failures_of
 from ..scenario.site import sound_speed_of
-from .chain import apart, place, rows_where
+from .chain import apart, frame_of, place, rows_where
 from .losing import audible
 
 if TYPE_CHECKING:
@@ -182,8 +182,7 @@ def frame_cut(result: "Result", fix: Any) -> str:
     """Tell that the ASV failed that was broadcasting a fix; "" if it did not."""
     if fix.broadcast_by is None or not result.scenario.protocol.sends_frames:
         return ""
-    frames = result.tables["broadcasts"]
-    frame = rows_where(frames, sent_at_s=fix.broadcast_at_s, asv=fix.broadcast_by).iloc[0]
+    frame = frame_of(result, fix)
     airtime = slots_of(result.scenario).messages.airtime(int(frame.fixes), int(frame.named))
     begin = float(fix.broadcast_at_s)
     if before := had_failed(result, fix.broadcast_by, begin):
