@@ -5,7 +5,7 @@ by seed, so that both had the same noise; its interval says how well it is known
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from shlex import quote
 from types import UnionType
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
@@ -204,11 +204,6 @@ def _harm_of_one_mission(auvs: Sequence[Mapping[str, Any]]) -> list[str]:
         f"In this mission fixes made {named}. It may be chance: other seeds, which would tell, "
         "were not tried (--advice-missions 100)."
     ]
-
-
-def as_data(advice: Advice) -> dict[str, Any]:
-    """Return advice as it stands in `advice.json`."""
-    return asdict(advice)
 
 
 def from_data(data: Any) -> Advice:

@@ -9,6 +9,7 @@ import io
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from pyarrow import csv
 from ..core.files import DRAFT, clear_killed, folder_draft, sealed
 from ..core.kept_files import FOLDERS, KEPT
 from ..core.wording import file_name
-from .effects import Advice, as_data
+from .effects import Advice
 from .schemas import SCHEMA_VERSION, TABLES, schema
 
 # A table of fewer rows is read sooner by one thread.
@@ -304,7 +305,7 @@ def exported_name(folder: Path) -> str:
 
 def advice_text(advice: Advice) -> str:
     """Return what `advice.json` holds."""
-    return json.dumps(sealed(as_data(advice)), indent=2) + "\n"
+    return json.dumps(sealed(asdict(advice)), indent=2) + "\n"
 
 
 def write_json(path: Path, data: Any) -> None:

@@ -1,6 +1,7 @@
 """What changes are predicted to do where no mission could be flown."""
 
 import json
+from dataclasses import asdict
 
 import pytest
 
@@ -8,7 +9,7 @@ from bindusbl_des import load_scenario, simulate
 from bindusbl_des.planning import relief
 from bindusbl_des.planning.relief import foreseen
 from bindusbl_des.report.run_page import run_page
-from bindusbl_des.results.effects import Advice, as_data, from_data
+from bindusbl_des.results.effects import Advice, from_data
 
 
 def test_changes_are_predicted_where_none_is_flown() -> None:
@@ -24,7 +25,7 @@ def test_changes_are_predicted_where_none_is_flown() -> None:
     for predicted, error in zip((best.now_m, best.then_m), flown, strict=True):
         assert abs(predicted - error) < 0.35 * error
     result.advice = Advice(0, foreseen=found, shortage="too large")
-    assert from_data(json.loads(json.dumps(as_data(result.advice)))).foreseen == found
+    assert from_data(json.loads(json.dumps(asdict(result.advice)))).foreseen == found
     page = run_page(result)
     assert "<b>Predicted, not flown:</b>" in page
     assert f"<b>{best.now_m:.2f} to {best.then_m:.2f} m</b>" in page
