@@ -1,7 +1,5 @@
 """Result folders read back: tables that have their checksums, of the mission on record."""
 
-import hashlib
-import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -14,7 +12,7 @@ from ..preflight.warnings import ScenarioWarning
 from ..scenario.files.former_keys import as_now
 from ..scenario.scenario import Scenario
 from .effects import Advice, from_data
-from .result import Result
+from .result import Result, fingerprint
 from .result_folder import ADVICE, SUMS, DamagedFile, compare_sum, read_table
 from .result_folder import RECORD as RUN
 from .schemas import BY_GNSS, EVENT_TABLES, SCHEMA_VERSION
@@ -153,7 +151,7 @@ def _read_record(path: Path) -> tuple[Scenario, dict[str, Any]]:
                 continue
             if not is_right(run.get(key)):
                 raise ValueError(f"{key} is {'not ' if key in run else 'missing; it is '}{meaning}")
-        if run["scenario_sha256"] != _sha256(run["scenario"]):
+        if run["scenario_sha256"] != fingerprint(run["scenario"]):
             raise ValueError("scenario_sha256 is not that of its scenario: one of them was edited")
         check_seal(run)
         return Scenario.model_validate(placed(_as_flown(run["scenario"]), path.parent)), run
@@ -218,12 +216,6 @@ RECORD: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     SUMS: (_is_words, "a checksum for each table"),
 }
 ALWAYS = ("scenario", "scenario_sha256", "seed", "wall_time_s")
-
-
-def _sha256(scenario: Mapping[str, Any]) -> str:
-    """Return the fingerprint of a scenario as it was written, whatever keys there are by now."""
-    canonical = json.dumps(scenario, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(canonical.encode()).hexdigest()
 
 
 def _reason(error: Exception) -> str:
