@@ -25,10 +25,8 @@ from .commands.reproduction import reproduce
 from .commands.sweeps import merge, resume, status, sweep
 from .commands.timing import timing
 from .commands.verifying import verify
-from .core.process import collect_seldom, hand_back, leave_the_rest
+from .core.process import INTERRUPTED, collect_seldom, hand_back, leave_the_rest
 from .core.wording import nearest, printable, shortened
-
-INTERRUPTED = 130
 
 # What people call commands that have another name here
 OTHER_WORDS = {"simulate": "run", "check": "validate", "view": "report", "keys": "params"}

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..core.process import INTERRUPTED, duration
 from ..core.wording import counted, file_name, printable
 from .console import (
     compiling_shown,
@@ -42,7 +43,6 @@ SOME_FAILED = 3
 
 # So many points of a sweep are weighed beforehand, evenly spread over all of them.
 MOST_WEIGHED = 300
-INTERRUPTED = 130
 
 
 @click.command()
@@ -182,7 +182,6 @@ def status(folder: str, as_json: bool) -> None:
     """Tell how far a campaign or a plan is."""
     with mistakes_text():
         from ..campaigns.campaign import load_campaign
-        from ..core.process import duration
         from ..planning.folder import MISSIONS, is_plan_folder
 
         path = Path(folder)
@@ -231,7 +230,6 @@ def _tell_estimate(
 ) -> None:
     from ..campaigns.experiments.experiment import ExperimentPlan
     from ..campaigns.workers.supervisor import estimated
-    from ..core.process import duration
 
     plan = ExperimentPlan(experiment)
     missions = len(plan.experiment.shard(*(shard or (1, 1))))
