@@ -12,7 +12,6 @@ from ..core.arrays import Floats
 from ..core.compiled import compiled, inlined
 
 Place = tuple[float, float, float, float]
-Velocity = tuple[float, float, float]
 
 # A line: place (m) and yaw (rad), their rates (m/s, rad/s), integrals of cos(yaw) and sin(yaw) (s),
 # horizontal distance travelled (m)
@@ -169,13 +168,3 @@ def distance_at(log: Floats, first: int, end: int, step: float, time: float) -> 
     x, u = read(log, line, share, step, X)
     y, v = read(log, line, share, step, Y)
     return distance(log, line, past, x, y, u, v)
-
-
-@compiled
-def velocity_at(log: Floats, first: int, end: int, step: float, time: float) -> Velocity:
-    """Return the velocity (m/s) along x, y and z at an instant (s)."""
-    line, share, _ = before(first, end, step, time)
-    _, u = read(log, line, share, step, X)
-    _, v = read(log, line, share, step, Y)
-    _, w = read(log, line, share, step, Z)
-    return u, v, w

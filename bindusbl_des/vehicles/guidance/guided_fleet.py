@@ -72,13 +72,6 @@ class GuidedVehicle:
         self._fleet.advance(time)
         return Place(*place_at(*self._fleet.motion, self._number, time))
 
-    def velocity(self, time: float) -> tuple[float, float, float]:
-        """Return the true velocity over ground (m/s) along x, y and z at an instant (s)."""
-        self._fleet.advance(time)
-        table, first, step = self._fleet.motion
-        begin, end = first[self._number : self._number + 2].tolist()
-        return logs.velocity_at(table, begin, end, step, time)
-
     def sample(self, times: Floats) -> Floats:
         """Return x, y, z (m) and yaw (rad) at each instant (s), shape (n, 4)."""
         return self._table(times)[:, PLACE]
@@ -300,17 +293,6 @@ class GuidedFleet:
                 f"{self.model.name}: no vehicle {number} among {len(self.names)}; count from 0"
             )
         return GuidedVehicle(self, number)
-
-    @property
-    def saturated(self) -> Floats:
-        """Share of the control instants so far in which an actuator was at its limit, (n,)."""
-        return np.asarray(self.at_limit[:, : max(self._flown, 1)].mean(axis=1))
-
-    @property
-    def mean_speed(self) -> Floats:
-        """Mean speed over ground so far (m/s), (n,)."""
-        last = self._flown * self._steps
-        return np.asarray(self.logs[:, last, logs.DISTANCE] / max(last * self.step_s, 1e-300))
 
 
 def _refuse_wrong_plan(model: str, plan: DeparturePlan) -> None:
