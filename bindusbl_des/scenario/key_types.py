@@ -21,6 +21,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from ..core.wording import plain
+from ..presets.catalogue import preset
 
 PAPER = "BIND-USBL paper"
 THESIS = "Nitsch 2024, USBL-Simulator"
@@ -39,6 +40,14 @@ Point = tuple[Coordinate, Coordinate]
 Latitude = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=-90, le=90)]
 Longitude = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=-180, le=180)]
 Position = tuple[Latitude, Longitude]
+
+
+def known_preset(kind: str, name: str) -> str:
+    """Refuse a name that no preset of a kind has."""
+    try:
+        return preset(kind, name).name
+    except ValueError as error:
+        raise PydanticCustomError(kind, "{text}", {"text": str(error)}) from None
 
 
 class Part(BaseModel):

@@ -1,5 +1,6 @@
 """The keys of both bands: how far they carry, how long a message takes, what is lost."""
 
+from functools import partial
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -10,26 +11,20 @@ from pydantic import (
     WithJsonSchema,
     model_validator,
 )
-from pydantic_core import PydanticCustomError
 
 from ...presets.catalogue import CATALOGUE, preset
 from ...presets.modems import table_file
-from ..key_types import PAPER, Part, Real, Text, Whole, key
+from ..key_types import PAPER, Part, Real, Text, Whole, key, known_preset
 from ..part_choice import SET, PartChoice
 
 MODEMS = [entry.name for entry in CATALOGUE["modem"]]
 
 
-def _known(name: str) -> str:
-    """Refuse the name of a modem that no preset has."""
-    try:
-        return preset("modem", name).name
-    except ValueError as error:
-        raise PydanticCustomError("modem", "{text}", {"text": str(error)}) from None
-
-
 ModemName = Annotated[
-    str, Strict(), AfterValidator(_known), WithJsonSchema({"type": "string", "enum": MODEMS})
+    str,
+    Strict(),
+    AfterValidator(partial(known_preset, "modem")),
+    WithJsonSchema({"type": "string", "enum": MODEMS}),
 ]
 
 

@@ -1,5 +1,6 @@
 """The keys of navigation: what is wrong with dead reckoning, and how fixes correct it."""
 
+from functools import partial
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
@@ -11,12 +12,11 @@ from pydantic import (
     field_validator,
     model_validator,
 )
-from pydantic_core import PydanticCustomError
 
 from ...core.spreads import Statistic
 from ...presets.catalogue import CATALOGUE, preset
 from ..declared import navigator_named
-from ..key_types import PAPER, Moved, Part, Point, Real, Section, key
+from ..key_types import PAPER, Moved, Part, Point, Real, Section, key, known_preset
 from ..part_choice import SET, PartChoice
 from ..shipped_settings import FixedGain
 
@@ -26,16 +26,11 @@ SECONDS_PER_HOUR = 3600.0
 INERTIALS = [entry.name for entry in CATALOGUE["inertial"]]
 
 
-def _known(name: str) -> str:
-    """Refuse the name of an inertial system that no preset has."""
-    try:
-        return preset("inertial", name).name
-    except ValueError as error:
-        raise PydanticCustomError("inertial", "{text}", {"text": str(error)}) from None
-
-
 InertialName = Annotated[
-    str, Strict(), AfterValidator(_known), WithJsonSchema({"type": "string", "enum": INERTIALS})
+    str,
+    Strict(),
+    AfterValidator(partial(known_preset, "inertial")),
+    WithJsonSchema({"type": "string", "enum": INERTIALS}),
 ]
 
 

@@ -1,6 +1,7 @@
 """The key `usbl.array`: a hydrophone array that has a name, or the places of one's own elements."""
 
 from collections.abc import Sequence
+from functools import partial
 from math import dist
 from typing import Annotated, Any, Literal, NoReturn
 
@@ -17,7 +18,7 @@ from pydantic_core import PydanticCustomError
 
 from ...presets.catalogue import CATALOGUE, preset
 from ..declared import instrument_named
-from ..key_types import PAPER, THESIS, Part, Real, key
+from ..key_types import PAPER, THESIS, Part, Real, key, known_preset
 from ..part_choice import SET, PartChoice
 from ..shipped_settings import Datasheet
 
@@ -147,16 +148,11 @@ NONE_BY_SHEET = (
 )
 
 
-def _known(name: str) -> str:
-    """Refuse the name of a USBL that no preset has."""
-    try:
-        return preset("usbl", name).name
-    except ValueError as error:
-        raise PydanticCustomError("usbl", "{text}", {"text": str(error)}) from None
-
-
 UsblName = Annotated[
-    str, Strict(), AfterValidator(_known), WithJsonSchema({"type": "string", "enum": USBLS})
+    str,
+    Strict(),
+    AfterValidator(partial(known_preset, "usbl")),
+    WithJsonSchema({"type": "string", "enum": USBLS}),
 ]
 
 
