@@ -27,7 +27,7 @@ def override(document: Document, option: str) -> None:
     """
     place = FilePlace(f"--set {option}")
     name, equals, text = option.partition("=")
-    path = _path(name.strip())
+    path = path_of(name.strip())
     if not equals or "" in path:
         message = "needs the form dotted.key=value, such as acoustics.hf.range_m=100"
         document.mistakes.append(Mistake.at(place, "", message))
@@ -58,11 +58,12 @@ def override(document: Document, option: str) -> None:
 
 def put(data: dict[str, Any], key: str, value: Any) -> str:
     """Put a value at a dotted key of a scenario's data; return what prevents it, or ""."""
-    return _put(data, path_now(data, _path(key)), value)
+    return _put(data, path_now(data, path_of(key)), value)
 
 
 @lru_cache(maxsize=256)
-def _path(key: str) -> Path:
+def path_of(key: str) -> Path:
+    """Return the path of a dotted key; items of lists are numbered."""
     parts = key.split(".")
     return tuple(int(part) if part.isascii() and part.isdigit() else part for part in parts)
 

@@ -26,7 +26,7 @@ from ..site import recorded_track, sound_speed_of, vessel_track
 from .explanations import ROUTE, Finding, guessed_kind
 from .former_keys import as_now, is_former, is_of_old, move_keys
 from .mistakes import FilePlace, Mistake, ScenarioError
-from .overrides import override
+from .overrides import override, path_of
 from .plain_yaml import Document, Path, dotted, read_yaml
 from .shipped import located
 
@@ -267,7 +267,7 @@ def _set_aside(data: Any, path: Path) -> None:
 def _note_contradictions(document: Document, problems: Iterable[Problem]) -> None:
     unsettled = {tuple(p for p in path if isinstance(p, str)) for path in document.unsettled}
     for problem in problems:
-        paths = [_split(key) for key in (problem.key, *problem.others)]
+        paths = [path_of(key) for key in (problem.key, *problem.others)]
         if any(_overlap(path, doubtful) for path in paths for doubtful in unsettled):
             continue
         document.mistakes.append(
@@ -277,17 +277,13 @@ def _note_contradictions(document: Document, problems: Iterable[Problem]) -> Non
 
 def place_of_problem(document: Document, problem: Problem) -> FilePlace:
     """Return where a problem stands; where its key is left to its default, at a key behind it."""
-    paths = [_split(key) for key in (problem.key, *problem.others)]
+    paths = [path_of(key) for key in (problem.key, *problem.others)]
     return _place(document, next((path for path in paths if path in document.values), paths[0]))
 
 
 def place_of(document: Document, key: str) -> FilePlace:
     """Return where a dotted key stands, or the section that it is missing from."""
-    return _place(document, _split(key))
-
-
-def _split(key: str) -> Path:
-    return tuple(int(part) if part.isdigit() else part for part in key.split("."))
+    return _place(document, path_of(key))
 
 
 def _overlap(path: Path, other: Path) -> bool:
