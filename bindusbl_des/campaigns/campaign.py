@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.files import folder_draft, write_text
+from ..core.wording import counted
 from ..results.result import face
 from .experiments.experiment import Experiment, ExperimentPlan, fingerprint
 from .statistics.findings import findings
@@ -107,8 +108,8 @@ class Campaign:
         points, seeds = len(self.experiment.points), len(self.experiment.seeds)
         status = self.record["status"]
         return (
-            f"<Campaign {self.record['name']}: {points} point{'s' * (points != 1)} x "
-            f"{seeds} seed{'s' * (seeds != 1)}, {'' if status == 'complete' else f'{status}, '}"
+            f"<Campaign {self.record['name']}: {counted(points, 'point')} x "
+            f"{counted(seeds, 'seed')}, {'' if status == 'complete' else f'{status}, '}"
             f"in {self.folder}>"
         )
 

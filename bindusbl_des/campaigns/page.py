@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..core.wording import counted
 from ..records.metrics import WORST, lower_is_better, quantity
 from ..report.page import THEME, Packer, assembled, asset, filled, table
 from ..report.run_page import footer
@@ -192,7 +193,7 @@ def _statistics(
 def _head(campaign: "Campaign") -> str:
     state, seeds = campaign.state(), len(campaign.plan.experiment.seeds)
     answer = (
-        f"{len(campaign.plan.points)} points with {seeds} seed{'s' * (seeds != 1)} each: "
+        f"{len(campaign.plan.points)} points with {counted(seeds, 'seed')} each: "
         f"{state.done} missions done, {state.failed} failed, {state.missing} missing"
     )
     head = filled("<h1>{name}</h1><p>{answer}</p>", name=campaign.record["name"], answer=answer)

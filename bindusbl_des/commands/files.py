@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..core.wording import counted, did_you_mean, plain
 from ..scenario.files.shipped import (
     ENDINGS,
     KINDS,
@@ -61,13 +62,10 @@ def validate(
         for file, (wrong, warned) in found.items():
             say("\n".join(map(str, (*wrong, *warned))) or f"{file}: ok")
     if mistakes or warnings:
-        talk(", ".join(_counted(mistakes, "mistake") + _counted(warnings, "warning")))
+        found_of = ((mistakes, "mistake"), (warnings, "warning"))
+        talk(", ".join(counted(count, noun) for count, noun in found_of if count))
     if refused:
         context.exit(BAD_INPUT)
-
-
-def _counted(number: int, noun: str) -> list[str]:
-    return [f"{number} {noun}{'s' if number > 1 else ''}"] if number else []
 
 
 def _findings(
@@ -153,8 +151,6 @@ def _text_named(name: str) -> str:
     if name not in TEMPLATES and Path(name).suffix in ENDINGS:
         refuse(f"{name}: init takes the name of a starter; `init --out {name}` writes one to it")
     if name not in TEMPLATES:
-        from ..core.wording import did_you_mean
-
         hint = did_you_mean(
             name, [*TEMPLATES, *(known for kind in KINDS for known in shipped(kind))]
         )
@@ -173,7 +169,6 @@ def params(pattern: str, as_json: bool) -> None:
     WORD selects keys that have it in their name, their meaning or their choices, and metrics; with
     a * in it, as in acoustics.*.range_m, it must match the whole name.
     """
-    from ..core.wording import did_you_mean
     from ..records.metrics import WORST, metrics
     from ..scenario.keys import items, keys, settings
 
@@ -250,8 +245,6 @@ def _plain(kind: str, preset: "Preset") -> dict[str, Any]:
 
 def _told(kind: str, preset: "Preset") -> Iterator[str]:
     """Yield a head line, and one for each figure."""
-    from ..core.wording import plain
-
     shown = {name: f"{plain(fig.value)} {fig.unit}".strip() for name, fig in preset.figures.items()}
     since = preset.since or "no date stated"
     yield f"{preset.name}  ({kind}: {preset.title}; {preset.basis}, {since})"

@@ -8,7 +8,7 @@ from string import Template
 from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
-from ..core.wording import plain
+from ..core.wording import counted, plain
 from ..results.summary import rounds_text
 from ..scenario.families import leave_of
 from ..scenario.keys import leaves
@@ -158,8 +158,8 @@ def described(result: "Result") -> str:
     elif protocol.calls:
         parts += " (an AUV pings when an ASV calls it)"
     return (
-        f"{auvs.count} AUV{'s' * (auvs.count != 1)} ({auvs.vehicle}) and {asvs.count} "
-        f"ASV{'s' * (asvs.count != 1)} ({asvs.words}) over {over} for "
+        f"{counted(auvs.count, 'AUV')} ({auvs.vehicle}) and "
+        f"{counted(asvs.count, 'ASV')} ({asvs.words}) over {over} for "
         f"{scenario.duration_s:g} s; {parts}, {scenario.navigation.filter} navigation; "
         f"seed {result.seed}"
     )

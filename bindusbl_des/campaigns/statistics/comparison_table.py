@@ -5,10 +5,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import isfinite
 from typing import get_args
 
-from ...core.wording import WIDEST, aligned, filled, plain, significant
+from ...core.wording import WIDEST, aligned, counted, filled, plain, significant
 from ...records.metrics import WORST, of_an_auv
 from .differences import Difference, End, Verdict
-from .findings import seeds, who_is_worst, who_lacks
+from .findings import who_is_worst, who_lacks
 from .intervals import CONFIDENCE, decimals, short_key
 from .outcomes import lacking, unit
 
@@ -188,7 +188,7 @@ def sentence(row: Difference) -> str:
     if row.lacks:
         return f"{other} and {one} are not comparable in {name}: an AUV has no value."
     if not row.found.count:
-        return f"No value of {row.metric} in any of {seeds(row.missions)} that both have."
+        return f"No value of {row.metric} in any of {counted(row.missions, 'seed')} that both have."
     if row.found.count < 2:
         return f"{name}: {amount} in one paired seed, which shows nothing; run more seeds."
     match row.verdict:
@@ -228,5 +228,5 @@ def _lacks(name: str, auvs: Mapping[str, int], missions: int, metric: str) -> st
     """Return who lacks what, such as "At B AUV0 got no fix in 20 of 20 seeds"."""
     if len(auvs) == 1:
         ((auv, count),) = auvs.items()
-        return f"At {name} {auv} {lacking(metric)} in {count} of {seeds(missions)}."
+        return f"At {name} {auv} {lacking(metric)} in {count} of {counted(missions, 'seed')}."
     return f"At {name} some AUVs {lacking(metric)}: {who_lacks(auvs, missions)}."

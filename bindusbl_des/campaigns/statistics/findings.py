@@ -205,7 +205,7 @@ def _best(found: MissionOutcomes, plan: ExperimentPlan) -> str:
     where = point_name(best, plan.points[best].varied)
     begun = f"Smallest error of the worst AUV: {where}," if len(plan.points) > 1 else "Worst AUV:"
     return (
-        f"{begun} {plus_minus(error.mean, error.half_width)} m over {seeds(error.count)} "
+        f"{begun} {plus_minus(error.mean, error.half_width)} m over {counted(error.count, 'seed')} "
         f"({who_is_worst(found.who(best, ERROR))}); 95 % of the time every AUV is below "
         f"{plus_minus(tail.mean, tail.half_width)} m.{_rivals(table, best)}"
     )
@@ -254,12 +254,7 @@ def who_is_worst(who: Mapping[str, int]) -> str:
         return f"{first[0]} is the worst" + " in all" * (first[1] > 1)
     rest = "".join(f", {name} in {count}" for name, count in others[:MOST_SAID])
     rest += ", others in the rest" * (len(others) > MOST_SAID)
-    return f"{first[0]} is the worst in {first[1]} of {seeds(sum(who.values()))}{rest}"
-
-
-def seeds(count: int) -> str:
-    """Return a number of seeds in words."""
-    return f"{count} seed{'s' * (count != 1)}"
+    return f"{first[0]} is the worst in {first[1]} of {counted(sum(who.values()), 'seed')}{rest}"
 
 
 def who_lacks(auvs: Mapping[str, int], missions: int) -> str:
@@ -270,10 +265,11 @@ def who_lacks(auvs: Mapping[str, int], missions: int) -> str:
     """
     counts = set(auvs.values())
     if len(counts) == 1 and len(auvs) <= MOST_NAMED:
-        return f"{listed(list(auvs))} in {counts.pop()} of {seeds(missions)}"
+        return f"{listed(list(auvs))} in {counts.pop()} of {counted(missions, 'seed')}"
     shown = [f"{auv} in {count}" for auv, count in list(auvs.items())[:MOST_NAMED]]
-    more = len(auvs) - len(shown)
-    return f"{listed([*shown, f'{more} more AUVs'] if more else shown)} of {seeds(missions)}"
+    if more := len(auvs) - len(shown):
+        shown.append(f"{more} more AUVs")
+    return f"{listed(shown)} of {counted(missions, 'seed')}"
 
 
 def _sure(found: MissionOutcomes, points: int) -> str:
