@@ -6,7 +6,6 @@ every mistake at once, each with its place.
 
 import hashlib
 import json
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -20,7 +19,7 @@ from ..campaigns.experiments.experiment_file import (
     experiment_in,
     of_scenario_file,
 )
-from ..campaigns.experiments.experiment_points import is_experiment, is_plan
+from ..campaigns.experiments.experiment_points import is_experiment, is_number, is_plan
 from ..campaigns.experiments.options import Options, PythonArguments
 from ..core.wording import described, did_you_mean
 from ..scenario.files.mistakes import FilePlace, Mistake, ScenarioError
@@ -319,7 +318,7 @@ def _number(
 ) -> float:
     """Return a number as it was asked for, or else that of the file."""
     value = document.data.get(key, default) if asked is None else asked
-    if _is_number(value) and low <= value <= high:
+    if is_number(value) and low <= value <= high:
         return float(value)
     place = None if asked is None else FilePlace(f"--{key.replace('_', '-')} {value}")
     message = f"needs a number >= {low:g} and <= {high:g}; got {described(value)}"
@@ -350,10 +349,6 @@ def _costs(document: Document) -> dict[str, float]:
         if key != ASV and "=" not in key:
             remedy = f"write {ASV}, or KEY=VALUE such as acoustics.mf.range_m=200"
             _note(document, path, f"no such cost; {remedy}", document.keys.get(path))
-        if not _is_number(price) or price < 0 or (key == ASV and price == 0):
+        if not is_number(price) or price < 0 or (key == ASV and price == 0):
             _note(document, path, f"needs a price > 0; got {described(price)}")
-    return {ASV: 1.0, **{key: float(price) for key, price in given.items() if _is_number(price)}}
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return {ASV: 1.0, **{key: float(price) for key, price in given.items() if is_number(price)}}

@@ -286,11 +286,12 @@ def _check_ranges(document: Document, ranges: Any) -> None:
     if not _is_section(document, place, ranges, "ranges: {dotted.key: [low, high], ...}"):
         return
     for key, ends in ranges.items():
-        pair = isinstance(ends, list) and len(ends) == 2 and all(map(_is_number, ends))
+        pair = isinstance(ends, list) and len(ends) == 2 and all(map(is_number, ends))
         if not pair or not ends[0] < ends[1]:
             got = ends if isinstance(ends, list) else described(ends)
             document.note((*path, key), f"needs [low, high] with low < high; got {got}")
 
 
-def _is_number(value: Any) -> bool:
+def is_number(value: Any) -> bool:
+    """Tell whether a value of a file is a finite number; true is none."""
     return isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
