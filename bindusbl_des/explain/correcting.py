@@ -40,7 +40,7 @@ def arriving(result: "Result", fix: Any) -> Step:
         "; ".join(filter(None, why)),
         {
             "latency_s": fix.latency_s, "innovation_m": _known(fix.innovation_m),
-            "nis": _known(fix.nis), "gate": gate if _gates(result) else None,
+            "nis": _known(fix.nis), "gate": gate if result.scenario.navigation.weighs else None,
             "gain": _share(fix), "moved_m": moved,
             "error_before_m": before, "error_after_m": after,
             "ellipse_before_m": was, "ellipse_after_m": became,
@@ -79,10 +79,6 @@ def _changed(before: float, after: float) -> str:
     return f"stays at {after:.2f} m"
 
 
-def _gates(result: "Result") -> bool:
-    return result.scenario.navigation.weighs
-
-
 def _smooths(result: "Result") -> bool:
     return navigator_of(result.scenario).is_smoother
 
@@ -116,7 +112,7 @@ def _gated(result: "Result", fix: Any) -> str:
     navigation, square = result.scenario.navigation, _known(fix.nis)
     if navigator_of(result.scenario).has_gain and _known(fix.innovation_m) is not None:
         return f"no gate: {navigation.filter} takes every fix in"
-    if not _gates(result) or square is None:
+    if not result.scenario.navigation.weighs or square is None:
         return ""
     if navigation.nis_gate is None:
         return f"normalised, its square is {square:.2f}; no gate (nis_gate null)"

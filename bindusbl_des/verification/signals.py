@@ -307,7 +307,7 @@ def _played(case: Case, asv: Floats, other: Floats, first: float, second: float)
     actors = {}
     for auv, bearing, way in ((one, first, begins[0]), (two, second, begins[1])):
         x, y = asv + way * np.array((math.cos(bearing), math.sin(bearing)))
-        actors[auv] = Actor(float(x), float(y), depths[auv][1], tuple(asv.tolist()), _late(case))
+        actors[auv] = Actor(float(x), float(y), depths[auv][1], tuple(asv.tolist()), case.late_s)
     for auv in range(slots):
         actors[auv] = Actor(float(middle[0]), float(middle[1]), depths[auv][1])
     places = np.array([(actor.x, actor.y) for actor in actors.values()])
@@ -333,12 +333,7 @@ def _in_order(actors: dict[int, Actor], heard: np.ndarray) -> np.ndarray:
 def _slots_before(case: Case, way: float) -> int | None:
     """Return after how many slots the first AUV is within range; None if it never is."""
     speed, most = case.closing_m_per_s, case.scenario.auvs.count - 2
-    late = _late(case)
     for slots in range(1, most + 1):
-        if speed * (slots * case.slot_s + late) > way:
+        if speed * (slots * case.slot_s + case.late_s) > way:
             return slots
     return None
-
-
-def _late(case: Case) -> float:
-    return case.late_s

@@ -150,7 +150,7 @@ def _unknown(path: Path, data: Any) -> Finding:
     near = nearest(name, here)
     if homes and not (near or "").startswith(f"{name}_"):
         words = " or ".join(home or "the top level" for home in homes)
-        unsettled = tuple(_split(f"{home}.{name}".strip(".")) for home in homes)
+        unsettled = tuple(tuple(f"{home}.{name}".strip(".").split(".")) for home in homes)
         return Finding(path, f"unknown key; it belongs under {words}", True, unsettled)
     if near:
         message = f"unknown key; did you mean {near!r}?"
@@ -169,10 +169,6 @@ def _elsewhere(name: str, section: str, here: Sequence[str]) -> str:
     listed = [*here[:MOST_LISTED], *["..."] * (len(here) > MOST_LISTED)]
     where = f"under {section}" if section else "at the top level"
     return f"remove it; the keys {where} are {', '.join(listed)}"
-
-
-def _split(name: str) -> Path:
-    return tuple(name.split("."))
 
 
 def _unknown_kind(route: Mapping[str, Any]) -> Finding:
