@@ -26,26 +26,12 @@ FATES = {
 }
 
 
-def explain_ping(result: "Result", number: int) -> str:
-    """Tell what became of one ping, ASV by ASV, and of the fix that it led to.
-
-    Raises:
-        LookupError: when the result holds no events, or no such ping.
-    """
-    return chain_of_ping(result, number).text()
-
-
-def explain_fix(result: "Result", number: int) -> str:
-    """Tell where one fix came from and what became of it.
+def chain_of_fix(result: "Result", number: int) -> Chain:
+    """Return where one fix came from and what became of it: the chain of its ping.
 
     Raises:
         LookupError: when the result holds no events, or no such fix.
     """
-    return chain_of_fix(result, number).text()
-
-
-def chain_of_fix(result: "Result", number: int) -> Chain:
-    """Return the causal chain of the ping that a fix belongs to; errors as `explain_fix`."""
     fix = row_of(result, "fixes", "fix", number)
     if result.scenario.protocol.asvs_ping:
         return _own_chain(result, fix)
@@ -53,7 +39,11 @@ def chain_of_fix(result: "Result", number: int) -> Chain:
 
 
 def chain_of_ping(result: "Result", number: int) -> Chain:
-    """Return the causal chain of one ping; errors as `explain_ping`."""
+    """Return what became of one ping, ASV by ASV, and of the fix that it led to.
+
+    Raises:
+        LookupError: when the result holds no events, or no such ping.
+    """
     ping = row_of(result, "pings", "ping", number)
     if result.scenario.protocol.asvs_ping:
         return _shared_chain(result, ping)

@@ -295,14 +295,14 @@ def test_explain_tells_since_when_a_pair_had_lost_its_signals(tmp_path: Path) ->
     second = next(
         n for n in range(first + 1, len(met)) if (met.outcome[n - 1 : n + 1] == "lost").all()
     )
-    said = " ".join(explain.explain_ping(result, int(met.ping[second])).split())
+    said = " ".join(explain.chain_of_ping(result, int(met.ping[second])).text().split())
     words = "losses last 5 s on average (burst_s), and this pair had lost its signals since "
     assert words in said
     since = float(said.partition(words)[2].split()[0])
     assert since <= met.arrived_at_s[second - 1]
     fixes = result.tables["fixes"]
     lost_fix = fixes[fixes.outcome == "lost"].iloc[-1]
-    assert words in " ".join(explain.explain_fix(result, int(lost_fix.fix)).split())
+    assert words in " ".join(explain.chain_of_fix(result, int(lost_fix.fix)).text().split())
 
 
 def some(signals: Signals, *, share: float) -> np.ndarray:

@@ -13,7 +13,7 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 from bindusbl_des import Result, load_scenario, simulate
 from bindusbl_des.acoustics.channel import Signals
 from bindusbl_des.cli import main
-from bindusbl_des.explain import Chain, Step, chain_of_fix, chain_of_ping, explain_ping
+from bindusbl_des.explain import Chain, Step, chain_of_fix, chain_of_ping
 from bindusbl_des.explain.correcting import errors_around
 from bindusbl_des.navigation.dead_reckoning import Odometry
 from bindusbl_des.navigation.navigators import Reckoning
@@ -484,10 +484,10 @@ def test_without_events_there_is_nothing_to_tell() -> None:
     """A summary says so; a number that is none is told with those that are."""
     summary = simulate(scenario(duration_s=3.0, record={"detail": "summary"}))
     with pytest.raises(LookupError, match="recorded no events"):
-        explain_ping(summary, 0)
+        chain_of_ping(summary, 0).text()
     run = simulate(scenario(duration_s=3.0))
     with pytest.raises(LookupError, match=r"the run has no ping 99; it has 0\.\.\d"):
-        explain_ping(run, 99)
+        chain_of_ping(run, 99).text()
 
 
 @pytest.mark.parametrize("ranging", ["owtt_sync", "passive"])

@@ -7,7 +7,7 @@ from test_explain import PLANE_WAVE, step
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
 
 from bindusbl_des import Result, simulate
-from bindusbl_des.explain import chain_of_fix, chain_of_ping, explain_fix, explain_ping
+from bindusbl_des.explain import chain_of_fix, chain_of_ping
 
 WORLD = {
     "duration_s": 3.0,
@@ -38,7 +38,7 @@ def test_a_ping_is_told_at_every_auv(heard: Result) -> None:
     assert far.why == "horizontal range 63.2 m > 50 m HF range"
     assert near.time_s == pytest.approx(math.hypot(20.0, 10.0) / 1500.0)
     assert [it.time_s for it in chain.steps] == sorted(it.time_s for it in chain.steps)
-    assert explain_ping(heard, 0).startswith("Ping 0 of ASV0: AUV0, AUV2 fix themselves by it")
+    assert chain.text().startswith("Ping 0 of ASV0: AUV0, AUV2 fix themselves by it")
 
 
 def test_a_fix_is_told_of_its_auv_alone(heard: Result) -> None:
@@ -50,7 +50,7 @@ def test_a_fix_is_told_of_its_auv_alone(heard: Result) -> None:
         [math.hypot(30.0, 10.0) / 1500.0, 0.010]
     )
     assert step(chain, "Fix 1").facts["error_m"] < PLANE_WAVE
-    assert "is made by AUV2 itself, of where it was as the ping" in explain_fix(heard, 1)
+    assert "is made by AUV2 itself, of where it was as the ping" in chain_of_fix(heard, 1).text()
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from bindusbl_des.acoustics.channel import between
 from bindusbl_des.acoustics.named_channels import hf_channel
 from bindusbl_des.acoustics.sonar_channel import EchoingSonar, Sea, blended, echoes
 from bindusbl_des.acoustics.sonar_equation import link_budget
-from bindusbl_des.explain.ping_and_fix import explain_ping
+from bindusbl_des.explain.ping_and_fix import chain_of_ping
 from bindusbl_des.scenario.channel_settings import PingSonar
 from bindusbl_des.verification.verdict_text import verdict_text
 
@@ -53,7 +53,7 @@ def test_the_echo_of_a_ping_drowns_another() -> None:
     assert found == [{"heard"}, {"collided"}, {"heard"}]
     assert outcomes(holding(near, far, channel=sea, **hf), "AUV0") == {"heard"}
     result = simulate(holding(near, far, channel=sea, **hf), 1)
-    assert "overlaps the echo of another ping" in explain_ping(result, 1)
+    assert "overlaps the echo of another ping" in chain_of_ping(result, 1).text()
     verdict = verify(holding(near, far, channel=sea, **hf))
     told = " ".join(verdict_text(verdict).split())
     assert verdict.verdict == "undecided"

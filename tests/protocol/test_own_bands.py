@@ -12,7 +12,7 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 from bindusbl_des import Result, Scenario, simulate, sweep
 from bindusbl_des.acoustics.channel import Signals
 from bindusbl_des.core.plugins import PluginError
-from bindusbl_des.explain.ping_and_fix import explain_ping
+from bindusbl_des.explain.ping_and_fix import chain_of_ping
 from bindusbl_des.protocol.ranging import Slot, nearest
 from bindusbl_des.protocol.schedules.view import View
 from bindusbl_des.protocol.slots import two_way_uplink_slot
@@ -177,7 +177,7 @@ def test_workers_and_explain_know_parts_of_ones_own(part: str, tmp_path: Path) -
     errors = table.position_error_m.round(12).tolist()
     assert round(float(alone.mission.position_error_m[0]), 12) in errors
     result = simulate(world, 0)
-    told = "".join(str(explain_ping(result, ping)) for ping in range(8))
+    told = "".join(chain_of_ping(result, ping).text() for ping in range(8))
     names = {"channel": "half", "ranging": "called"}
     if part in names:
         assert f"test_own_bands:{names[part]}: the plug-in" in told

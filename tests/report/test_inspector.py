@@ -8,7 +8,7 @@ import pytest
 from browser_for_tests import Open, without_browser
 
 from bindusbl_des import Result, load_scenario, simulate
-from bindusbl_des.explain import explain_ping
+from bindusbl_des.explain import chain_of_ping
 from bindusbl_des.report.run_page import run_page
 
 pytestmark = without_browser
@@ -30,7 +30,8 @@ def test_the_inspector_tells_what_explain_tells(opened: Open, run: tuple[Result,
     result, page = run
     it = opened(page)
     for ping in range(0, len(result.tables["pings"]), 7):
-        told, said = explain_ping(result, ping), it.ask(f"bindusbl.inspector.show({ping}); {TOLD}")
+        told = chain_of_ping(result, ping).text()
+        said = it.ask(f"bindusbl.inspector.show({ping}); {TOLD}")
         for pattern in (
             r"Ping \d+ of AUV\d",
             r"fix \d+, delivered [\d.]+ s after the ping",
