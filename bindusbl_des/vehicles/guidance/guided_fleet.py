@@ -2,12 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from math import cos, degrees, sin
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.arrays import Flags, Floats, Ints
+from ...core.arrays import Floats
 from ...core.packed import Packed
 from ...geometry.paths import Path
 from ...records.rows import LEARNT
@@ -29,22 +28,6 @@ from .departure import (
     smallest_turn,
 )
 from .sensing import Craft, SteeringDrift
-from .tracks import PathTracks
-
-
-class UnderWay(Protocol):
-    """What a vehicle needs of its fleet: to be moved on, and its log."""
-
-    control_s: float
-    motion: Motion
-    active: Ints
-    at_limit: Flags  # whether an actuator was at its limit, for each vehicle and control instant
-    stations: Floats
-    tracks: PathTracks
-    flight: Packed  # what compiled code is handed once, a Flight
-
-    def advance(self, time_s: float) -> None:
-        """Make the state at an instant (s) known."""
 
 
 class GuidedVehicle:
@@ -53,7 +36,7 @@ class GuidedVehicle:
     It answers for the past as well as for the present; asked for later, its whole fleet moves on.
     """
 
-    def __init__(self, fleet: UnderWay, number: int) -> None:
+    def __init__(self, fleet: "GuidedFleet", number: int) -> None:
         self._fleet, self._number = fleet, number
 
     def _known(self, times: Floats) -> Floats:
@@ -188,9 +171,10 @@ class GuidedFleet:
         self.motion = Motion(self.logs.reshape(-1, logs.COLUMNS), ends, self.step_s)
         self.active = np.zeros((count, self._intervals), dtype=np.int64)
         self._vessels.own["progress"]["row"] = self.tracks.bounds["first"]
+        # whether an actuator was at its limit, for each vehicle and control instant
         self.at_limit = np.zeros((count, self._intervals), dtype=np.bool_)
         self._flown, self._lost = 0, np.zeros(2)
-        self.flight = self._packed()
+        self.flight = self._packed()  # what compiled code is handed once
         self._move_on(0)  # the start is known before anybody moves
 
     def _set_out(
