@@ -205,12 +205,13 @@ def first_slot_after(scenario: Scenario, sights: SurveySights) -> tuple[float, f
     groups = rounds.fewest if made is None else int(made.max(axis=1).min()) + 1
     begins = max(rounds.least(groups, fixes), rounds.frame)
     if told_ahead(scenario, scenario.protocol.downlink) == 1:  # after the pings of its own
-        begins -= (groups + rounds.contention) * slots.uplink_slot
+        begins -= (groups + rounds.contention) * rounds.shortest.uplink_slot
     is_first = np.ones((1, count), np.bool_) if made is None else made == 0
     at_all = sights.reached & is_first[..., np.newaxis]
     way = np.where(at_all, sights.away_m, 0.0) / slots.sound_speed
-    needed = np.where(at_all, way + slots.messages.delay(fixes, named), 0.0)
-    left = begins - slots.airtime(fixes, named)
+    first = slots.messages.packed(fixes, named)[0]  # those of the first slot are named first
+    needed = np.where(at_all, way + first.delay_s, 0.0)
+    left = begins - first.airtime_s
     late = np.flatnonzero((needed > left).any(axis=(0, 2)))
     return left, float(needed.max()), late.tolist()
 

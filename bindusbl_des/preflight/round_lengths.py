@@ -56,13 +56,18 @@ class Rounds:
             self.downlink is not None and not DOWNLINKS.get(self.downlink, DownlinkTraits()).replies
         )
 
+    @property
+    def shortest(self) -> Slots:
+        """The slots where none is longer than it must be."""
+        return self.slots if self.pace is None else self.pace[0]
+
     def length(self, groups: int, fixes: int) -> float:
         """Return the time (s) that a round of some groups and fixes takes, at most."""
         return self._lasts(self.slots if self.pace is None else self.pace[1], groups, fixes)
 
     def least(self, groups: int, fixes: int) -> float:
         """Return the time (s) that it takes at least."""
-        return self._lasts(self.slots if self.pace is None else self.pace[0], groups, fixes)
+        return self._lasts(self.shortest, groups, fixes)
 
     def _lasts(self, slots: Slots, groups: int, fixes: int) -> float:
         return cycle(self.downlink, slots, groups + self.contention, fixes, self.named).length_s

@@ -338,10 +338,13 @@ def test_frames_that_tell_slots_and_fixes_by_turns_are_told_as_the_cause() -> No
 def test_slots_that_are_told_too_late_are_told(downlink: str) -> None:
     """A modem hands frames over when the first slot has begun; as long a guard as is said helps."""
 
-    def flown(**guard: float) -> tuple[dict[str, str], list[int]]:
+    def flown(auvs: int = 3, **further: Any) -> tuple[dict[str, str], list[int]]:
         bands = {"hf": {"range_m": 150.0}, "mf": {"modem": "s2c_instant", "range_m": 150.0}}
         protocol = {"schedule": "one_per_slot", "downlink": downlink, "knowledge": "broadcast"}
-        given = {"asvs": {"count": 1}, "acoustics": bands, "protocol": {**protocol, **guard}}
+        given = {
+            "auvs": {"count": auvs}, "asvs": {"count": 1}, "acoustics": bands,
+            "protocol": {**protocol, **further},
+        }  # fmt: skip
         asked = Scenario.model_validate({"name": "m", **given})
         return told(**given), simulate(asked, 0).auvs.slots_missed.tolist()
 
@@ -349,9 +352,12 @@ def test_slots_that_are_told_too_late_are_told(downlink: str) -> None:
     assert "AUV0 is told of a first slot too late" in found["protocol.knowledge"]
     assert missed[0] > 20 > max(missed[1:])
     guard = float(found["protocol.knowledge"].partition("downlink_guard_s ")[2].split()[0])
-    found, missed = flown(downlink_guard_s=guard)
-    assert "protocol.knowledge" not in found
-    assert max(missed) < 5
+    packed = {"schedule": "super_tdma", "shortest_uplink_slot_s": 5.0}  # which has no such slots
+    several = {"auvs": 6}  # the first frame of each broadcast tells of the first slot
+    for enough in ({"downlink_guard_s": guard}, {**packed, "downlink_guard_s": guard}, several):
+        found, missed = flown(**enough)
+        assert "protocol.knowledge" not in found
+        assert max(missed) < 5
 
 
 FAR_APART: dict[str, Any] = {
