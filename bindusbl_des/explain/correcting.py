@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.arrays import Floats, Ints
+from ..navigation.fix_update import MOST_REFUSED
 from ..scenario.families import navigator_of
 from .chain import Step, rows_where
 
@@ -119,7 +120,9 @@ def _gated(result: "Result", fix: Any) -> str:
     words, limit = f"gate: normalised, its square is {square:.2f}", f"{navigation.nis_gate:.3g}"
     if square <= navigation.nis_gate:
         return f"{words} <= {limit} (nis_gate)"
-    return f"{words} > {limit} (nis_gate)"
+    if _known(fix.correction_m) is None:
+        return f"{words} > {limit} (nis_gate)"
+    return f"{words} > {limit} (nis_gate), yet {MOST_REFUSED} in a row had been refused"
 
 
 def _moved(result: "Result", fix: Any) -> str:

@@ -146,11 +146,11 @@ def said_of_all(
 # A gain that is worked out anew for each fix from the covariances.
 WEIGHED = -1.0
 
-# The mean NIS of fixes that err as they say, along two axes
+# The mean NIS of fixes that err as they say, along two axes; a gate below refuses good ones
 EXPECTED = 2.0
 
 # After so many refused in a row it is the belief that is wrong: it becomes so unsure, of all that
-# it is about, that the last of them would just have passed.
+# it is about, that the last of them would just have passed, and the next is taken in.
 MOST_REFUSED = 5
 
 # An AUV is sure in a direction when det P is below this share of the square of tr P.
@@ -237,13 +237,12 @@ def take(
             - 2.0 * xy * innovation_x * innovation_y
             + xx * innovation_y * innovation_y
         ) / determinant
-    if rule.gate > 0.0 and nis > rule.gate:
+    if rule.gate > 0.0 and nis > rule.gate and moment.refused < MOST_REFUSED:
         moment.refused += 1
-        if moment.refused == MOST_REFUSED:
-            moment.refused, believed = 0, xx + yy - noise[0] - noise[1]
-            if believed > SURE * (xx + yy) and nis > EXPECTED:  # a gate below refuses good ones
-                further = (nis / max(rule.gate, EXPECTED) - 1.0) * (xx + yy)
-                belief.covariance[:] *= 1.0 + further / believed
+        believed = xx + yy - noise[0] - noise[1]
+        if moment.refused == MOST_REFUSED and nis > EXPECTED and believed > SURE * (xx + yy):
+            further = (nis / max(rule.gate, EXPECTED) - 1.0) * (xx + yy)
+            belief.covariance[:] *= 1.0 + further / believed
         return hypot(innovation_x, innovation_y), nis, False
     moment.refused = 0
     for k in range(state.size):

@@ -75,7 +75,7 @@ def test_errors_are_as_large_as_covariances_say() -> None:
 
 @pytest.mark.parametrize("untold", ["heading", "velocity_bias"])
 def test_what_is_not_told_shows(untold: str) -> None:
-    """Left ignorant of one of them, a filter is too sure: NEES is 3.5 and 15 over 200 seeds, not 2."""
+    """Left ignorant of one of them, a filter is too sure: NEES is 3.5 and 15, not 2."""
     ignorant = {"filter": {"model": "kalman", "untold": [untold]}}
     kind = {"heading": "heading", "velocity_bias": "wandering"}[untold]
     assert nees(drawn(95.0, GOOD, OPTIONS[kind], ignorant), 30).max() > bounds(30)[1]
