@@ -240,7 +240,7 @@ def take(
     if rule.gate > 0.0 and nis > rule.gate and moment.refused < MOST_REFUSED:
         moment.refused += 1
         believed = xx + yy - noise[0] - noise[1]
-        if moment.refused == MOST_REFUSED and nis > EXPECTED and believed > SURE * (xx + yy):
+        if moment.refused == MOST_REFUSED and nis > EXPECTED and believed > 0.0:
             further = (nis / max(rule.gate, EXPECTED) - 1.0) * (xx + yy)
             belief.covariance[:] *= 1.0 + further / believed
         return hypot(innovation_x, innovation_y), nis, False

@@ -158,6 +158,23 @@ def test_a_wild_fix_is_refused_and_a_lost_navigator_comes_back() -> None:
     assert fixes["nis"][-1] == pytest.approx(9.21, abs=0.1)
 
 
+def test_a_gate_that_refuses_good_fixes_makes_nobody_unsure() -> None:
+    """Of a gate below all that fixes err by, each sixth passes."""
+    reckoning, growth = straight(0.0), Growth(1e-4, 0.0, in_body=True)
+    first = first_belief(0.5, (0.0, 0.0), 0.0)
+    rule = Rule(WEIGHED, at_ping=True, gate=5e-324)
+    navigator = LinearNavigator(
+        reckoning, rule, growth, first, np.zeros((1, 2)), np.zeros(1, dtype=LEARNT)
+    )
+    instants, rng = [float(k) for k in range(1, 61)], np.random.default_rng(4)
+    fixes = fixes_at(instants, instants, rng.normal(0.0, 0.5, (60, 2)), 0.5)
+    for row in range(60):
+        navigator.correct(fixes, np.array([row]))
+        covariance = estimate(navigator, reckoning, instants[row])[1]
+        assert 0.01 < min(covariance[:2]) <= max(covariance[:2]) < 2.0
+    assert np.isfinite(fixes["correction_m"]).sum() == 10
+
+
 def test_what_comes_too_late_for_its_place_is_left_out() -> None:
     """A fix older than all that a navigator remembers of has no place, and no effect."""
     reckoning, growth = straight(0.0), Growth(1e-4, 0.0, in_body=True)
