@@ -239,10 +239,9 @@ def take(
         ) / determinant
     if rule.gate > 0.0 and nis > rule.gate and moment.refused < MOST_REFUSED:
         moment.refused += 1
-        believed = xx + yy - noise[0] - noise[1]
-        if moment.refused == MOST_REFUSED and nis > EXPECTED and believed > 0.0:
-            further = (nis / max(rule.gate, EXPECTED) - 1.0) * (xx + yy)
-            belief.covariance[:] *= 1.0 + further / believed
+        excess, believed = nis / max(rule.gate, EXPECTED) - 1.0, xx + yy - noise[0] - noise[1]
+        if moment.refused == MOST_REFUSED and excess > 0.0 and believed > 0.0:
+            belief.covariance[:] *= 1.0 + excess * (xx + yy) / believed
         return hypot(innovation_x, innovation_y), nis, False
     moment.refused = 0
     for k in range(state.size):

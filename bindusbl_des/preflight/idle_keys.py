@@ -313,10 +313,11 @@ def idle_keys(scenario: Scenario) -> Iterator[Problem]:
     for rule in RULES:
         if not all(_value(scenario, key) in values for key, values in rule.mode.items()):
             continue
-        if rule.but(scenario):
+        given = [key for key in rule.keys if _is_given(scenario, key, but_defaults=wholly_dumped)]
+        if not given or rule.but(scenario):
             continue
-        for key in rule.keys:
-            if key not in seen and _is_given(scenario, key, but_defaults=wholly_dumped):
+        for key in given:
+            if key not in seen:
                 seen.add(key)
                 yield Problem(key, f"{rule.effect} {_with(scenario, rule)}", tuple(rule.mode))
 

@@ -11,7 +11,6 @@ from ..scenario.families import schedule_of
 from ..scenario.own_sensors import wanders_over_m
 from ..scenario.scenario import Scenario
 from ..scenario.sections.usbl import UsblSection
-from ..scenario.site import area_of, assumed_sound_speed_of
 
 
 class _Own(tuple[str, ...]):
@@ -37,11 +36,11 @@ def names(table: Mapping[str, Any], has: Callable[[Any], bool]) -> tuple[str, ..
 
 
 def _arrive_late(scenario: Scenario) -> bool:
-    """Tell whether frames may still arrive when their slot has ended (eq. DL_guard)."""
-    guard, range_m = scenario.protocol.downlink_guard_s, scenario.acoustics.mf.range_m
-    if guard is None:
-        return range_m > 1.25 * area_of(scenario).across
-    return range_m > guard * assumed_sound_speed_of(scenario)
+    """Tell whether frames may still arrive when their slot has ended."""
+    from ..protocol.slots import slots_of  # brings numpy, which few scenarios wait for
+
+    slots = slots_of(scenario)
+    return scenario.acoustics.mf.range_m > slots.downlink_guard * slots.sound_speed
 
 
 ASVS_PING = names(RANGINGS, lambda traits: traits.asvs_ping)

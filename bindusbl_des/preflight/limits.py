@@ -209,9 +209,12 @@ def first_slot_after(scenario: Scenario, sights: SurveySights) -> tuple[float, f
     is_first = np.ones((1, count), np.bool_) if made is None else made == 0
     at_all = sights.reached & is_first[..., np.newaxis]
     way = np.where(at_all, sights.away_m, 0.0) / slots.sound_speed
-    first = slots.messages.packed(fixes, named)[0]  # those of the first slot are named first
-    needed = np.where(at_all, way + first.delay_s, 0.0)
-    left = begins - first.airtime_s
+    untold, left = int(is_first.sum(axis=1).max()), begins
+    for message in slots.messages.packed(fixes, named):  # AUVs are named in the order of slots
+        untold, left = untold - message.named, left - message.airtime_s
+        if untold <= 0:
+            break
+    needed = np.where(at_all, way + message.delay_s, 0.0)
     late = np.flatnonzero((needed > left).any(axis=(0, 2)))
     return left, float(needed.max()), late.tolist()
 

@@ -12,7 +12,7 @@ from ..preflight.warnings import ScenarioWarning
 from ..scenario.files.former_keys import as_now
 from ..scenario.scenario import Scenario
 from .effects import Advice, from_data
-from .result import Result, fingerprint
+from .result import Result, sha256_as_written
 from .result_folder import ADVICE, SUMS, DamagedFile, compare_sum, read_table
 from .result_folder import RECORD as RUN
 from .schemas import BY_GNSS, EVENT_TABLES, SCHEMA_VERSION
@@ -151,7 +151,7 @@ def _read_record(path: Path) -> tuple[Scenario, dict[str, Any]]:
                 continue
             if not is_right(run.get(key)):
                 raise ValueError(f"{key} is {'not ' if key in run else 'missing; it is '}{meaning}")
-        if run["scenario_sha256"] != fingerprint(run["scenario"]):
+        if run["scenario_sha256"] != sha256_as_written(run["scenario"]):
             raise ValueError("scenario_sha256 is not that of its scenario: one of them was edited")
         check_seal(run)
         return Scenario.model_validate(placed(_as_flown(run["scenario"]), path.parent)), run

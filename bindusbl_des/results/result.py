@@ -264,10 +264,10 @@ def scenario_sha256(scenario: Scenario) -> str:
 
     Files that it names count by their contents and names, wherever they lie.
     """
-    return fingerprint(portable(scenario.model_dump(mode="json")))
+    return sha256_as_written(portable(scenario.model_dump(mode="json")))
 
 
-def fingerprint(scenario: Mapping[str, Any]) -> str:
+def sha256_as_written(scenario: Mapping[str, Any]) -> str:
     """Return the fingerprint of a scenario as it was written, whatever keys there are by now."""
     canonical = json.dumps(scenario, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(canonical.encode()).hexdigest()

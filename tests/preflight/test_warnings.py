@@ -360,6 +360,13 @@ def test_slots_that_are_told_too_late_are_told(downlink: str) -> None:
         assert max(missed) < 5
 
 
+@pytest.mark.parametrize(("range_m", "idle"), [(170.0, True), (180.0, False)])
+def test_duplex_matters_where_frames_outlast_their_slot(range_m: float, idle: bool) -> None:
+    """The guard of a survey of 140 m is the way of sound over 175 m."""
+    found = told(acoustics={"mf": {"range_m": range_m}}, protocol={"duplex": "per_node"})
+    assert ("has no effect" in found.get("protocol.duplex", "")) == idle
+
+
 FAR_APART: dict[str, Any] = {
     "survey": {"side_m": 60.0},
     "auvs": {"count": 2},

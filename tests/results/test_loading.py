@@ -229,12 +229,12 @@ def test_an_edited_scenario_is_told(folder: Path) -> None:
 
 def test_a_folder_of_an_older_version_is_read(folder: Path) -> None:
     """Its scenario lacks a key that came later: its fingerprint is of what was written then."""
-    from bindusbl_des.results.result import fingerprint
+    from bindusbl_des.results.result import sha256_as_written
 
     run = json.loads((folder / "run.json").read_text())
     before = run["scenario_sha256"]
     del run["scenario"]["usbl"]["quantum_s"], run["warnings"], run["tables_sha256"], run["sha256"]
-    after = run["scenario_sha256"] = fingerprint(run["scenario"])
+    after = run["scenario_sha256"] = sha256_as_written(run["scenario"])
     (folder / "run.json").write_text(json.dumps(run))
     for name in TABLES:
         metadata = pq.read_schema(folder / f"{name}.parquet").metadata
