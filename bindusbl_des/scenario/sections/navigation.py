@@ -66,7 +66,7 @@ class Drift(Part):
         "m",
         "straight way at whose end it is met, and over which scale and heading errors wander, so "
         "that fixes never learn them for good; null = drawn once, constant for the mission",
-        ge=0.001,
+        ge=1,
         le=1e7,
     )
     time_constant_s: Real | None = key(
