@@ -15,7 +15,7 @@ from worlds import scenario
 from bindusbl_des import load_scenario, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.recorded.fitting import fit
-from bindusbl_des.recorded.log import BadLog, Log, Ranges
+from bindusbl_des.recorded.log import BadLog, Log, LoggedFixes, Ranges
 from bindusbl_des.recorded.navigating import Noise, filter_log, noise_of, prepared, smooth_log
 from bindusbl_des.recorded.outcome import tables
 from bindusbl_des.recorded.reading import read_log
@@ -25,6 +25,7 @@ from bindusbl_des.results.result_folder import write_csv
 
 ROOT = Path(__file__).parents[2]
 SEA = Sea()
+NO_RANGES = Ranges(np.zeros(0), np.zeros(0, dtype=int), np.zeros(0))
 TOLD = Noise(SEA.range_sd, SEA.share, SEA.outlier_sd, SEA.walk, bias_sd=0.05)
 
 
@@ -499,15 +500,28 @@ def test_where_the_origin_lies_changes_nothing() -> None:
     assert np.sqrt(tracks[0].covariances[0, :2].max()) < 1.01 * told.start_sd
 
 
-def test_a_wrong_belief_is_given_up() -> None:
-    """A filter too sure of a wrong start takes in the sixth range that its gate would refuse."""
-    log, _ = made_up(Sea(share=0.0), count=200)
+@pytest.mark.parametrize("share", [0.0, 0.1])
+@pytest.mark.parametrize("kind", ["ranges", "fixes"])
+def test_a_wrong_belief_is_given_up(kind: str, share: float) -> None:
+    """A filter too sure of a wrong start doubts it after five unlikely sights, and comes back: they
+    are no outliers, all of them.
+    """
+    log, truth = made_up(Sea(share=share), count=200)
+    if kind == "fixes":
+        noise = SEA.range_sd * np.random.default_rng(1).standard_normal(truth.shape)
+        variances = np.tile((SEA.range_sd**2, SEA.range_sd**2, 0.0), (200, 1))
+        fixes = LoggedFixes(log.times, truth + noise, variances)
+        log = replace(log, ranges=NO_RANGES, fixes=fixes)
     off = replace(log, places=log.places + 60.0)
-    told = replace(TOLD, outlier_share=0.0, outlier_sd=0.0, gate=9.2, start_sd=5.0)
-    track = filter_log(prepared(off), told)
-    taken = np.flatnonzero(track.seen["taken"])
-    assert taken[0] == 5
-    assert track.seen["taken"][100:].mean() > 0.5
+    wide = SEA.outlier_sd if share else 0.0
+    told = replace(TOLD, outlier_share=share, outlier_sd=wide, gate=9.2, start_sd=5.0)
+    track, right = filter_log(prepared(off), told), filter_log(prepared(log), told)
+    if not share:
+        assert np.flatnonzero(track.seen["taken"])[0] == 5
+    late = slice(150, None)
+    assert rms_between(track.places[late], truth[late]) < 1.5 * rms_between(
+        right.places[late], truth[late]
+    )
 
 
 def test_the_runs_at_sea_are_what_they_are_said_to_be() -> None:
