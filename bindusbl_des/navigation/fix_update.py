@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.arrays import Floats, Ints
-from ..core.compiled import compiled
+from ..core.compiled import compiled, inlined
 from ..vehicles.reckoning import DeadReckoned
 from .belief import Belief
 
@@ -205,6 +205,15 @@ def weigh(belief: Belief, gain: Floats, x: float, y: float, noise: Noise, common
             spread[i, k] += over * gain[k, 0] + beside * gain[k, 1]
 
 
+@inlined
+def doubt(belief: Belief, excess: float, believed: float, offset: float) -> None:
+    """Make a belief so unsure that what is `excess` times as unlikely as the gate allows would just
+    have passed; of the variance of its `offset`, `believed` is the belief's (both m2).
+    """
+    if excess > 1.0 and believed > 0.0:
+        belief.covariance[:] *= 1.0 + (excess - 1.0) * offset / believed
+
+
 @compiled
 def take(
     belief: Belief, said: Said, common: Floats, dr: DeadReckoned, rule: Rule, gain: Floats
@@ -239,9 +248,8 @@ def take(
         ) / determinant
     if rule.gate > 0.0 and nis > rule.gate and moment.refused < MOST_REFUSED:
         moment.refused += 1
-        excess, believed = nis / max(rule.gate, EXPECTED) - 1.0, xx + yy - noise[0] - noise[1]
-        if moment.refused == MOST_REFUSED and excess > 0.0 and believed > 0.0:
-            belief.covariance[:] *= 1.0 + excess * (xx + yy) / believed
+        if moment.refused == MOST_REFUSED:
+            doubt(belief, nis / max(rule.gate, EXPECTED), xx + yy - noise[0] - noise[1], xx + yy)
         return hypot(innovation_x, innovation_y), nis, False
     moment.refused = 0
     for k in range(state.size):

@@ -18,7 +18,7 @@ from ..core.arrays import Floats
 from ..core.compiled import compiled, inlined
 from ..navigation.belief import Belief, Growth, carry
 from ..navigation.dead_reckoning import Odometry
-from ..navigation.fix_update import EXPECTED, MOST_REFUSED
+from ..navigation.fix_update import EXPECTED, MOST_REFUSED, doubt
 from ..navigation.smoothing import Sights, absorb, dr_at
 from ..records.rows import Row, Rows
 from ..vehicles.reckoning import DeadReckoned
@@ -176,7 +176,11 @@ def _take(
     elif is_far or (noise.gate > 0.0 and inlier < 0.5):
         moment.refused += 1
         if moment.refused == MOST_REFUSED:
-            _doubt(own, nis / max(noise.gate, EXPECTED), aim, other, is_fix)
+            believed, variance = _between(aim, aim, own.covariance), aim.variance
+            if is_fix:
+                believed += _between(other, other, own.covariance)
+                variance += other.variance
+            doubt(own, nis / max(noise.gate, EXPECTED), believed, believed + variance)
     else:
         moment.refused = 0
     seen.taken = not is_far
@@ -189,21 +193,6 @@ def _take(
         other = across(sight, x, y)
         row[0], row[1] = other.x, other.y
         absorb(own, row, other.off, mixed(other.variance, inlier, noise), gain)
-
-
-@inlined
-def _doubt(
-    own: Belief, excess: float, aim: SightGradient, other: SightGradient, is_fix: bool
-) -> None:
-    """Make a belief so unsure that a sight whose normalised square is `excess` times the gate would
-    just have passed.
-    """
-    believed, noise = _between(aim, aim, own.covariance), aim.variance
-    if is_fix:
-        believed += _between(other, other, own.covariance)
-        noise += other.variance
-    if excess > 1.0 and believed > 0.0:
-        own.covariance[:] *= 1.0 + (excess - 1.0) * (believed + noise) / believed
 
 
 @compiled
