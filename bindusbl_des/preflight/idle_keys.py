@@ -85,6 +85,9 @@ def sonar(scenario: Scenario) -> Iterator[Problem]:
             )
 
 
+LEVELS = ("source_level_db", "directivity_index_db", "wind_m_per_s", "shipping", "own_noise_db")
+
+
 def levels(scenario: Scenario) -> Iterator[Problem]:
     """Yield settings of channels with levels that another of their settings leaves out."""
     for band in ("hf", "mf"):
@@ -103,6 +106,19 @@ def levels(scenario: Scenario) -> Iterator[Problem]:
                     f"has no effect with {chooser}: {chosen}; remove it",
                     (f"acoustics.{band}.channel.{chooser}",),
                 )
+        relative = decoding == "threshold" and given.get("snr_threshold_db") is None
+        if not relative or given.get("capture_db") is not None:
+            continue
+        if given.get("timing", "constant") != "constant":
+            continue
+        for name in (name for name in LEVELS if name in given):
+            yield Problem(
+                f"acoustics.{band}.channel.{name}",
+                f"{'has no effect' if band == 'mf' else 'changes only the SNR that is told'} with "
+                "snr_threshold_db: null (the threshold is then the SNR at range_m, whatever that "
+                "is); give snr_threshold_db, or remove it",
+                (f"acoustics.{band}.channel.snr_threshold_db",),
+            )
 
 
 def bursts(scenario: Scenario) -> Iterator[Problem]:

@@ -617,6 +617,11 @@ def test_starters_have_nothing_to_warn_of(name: str, tmp_path: Path) -> None:
         ({"false_alarm": 1e-3}, "false_alarm"),
         ({"ph": 7.9}, None),
         ({"decoding": "coherent", "false_alarm": 1e-3}, None),
+        ({"source_level_db": 150.0}, "source_level_db"),
+        ({"wind_m_per_s": 20.0}, "wind_m_per_s"),
+        ({"wind_m_per_s": 20.0, "snr_threshold_db": 10.0}, None),
+        ({"wind_m_per_s": 20.0, "capture_db": 3.0}, None),
+        ({"wind_m_per_s": 20.0, "decoding": "coherent"}, None),
     ],
 )
 @pytest.mark.parametrize("band", ["hf", "mf"])
@@ -626,6 +631,28 @@ def test_settings_that_others_leave_out_are_told(
     found = told(acoustics={band: {"channel": {"model": "sonar", **settings}}})
     names = [name for name in found if name.startswith(f"acoustics.{band}.channel")]
     assert names == ([] if key is None else [f"acoustics.{band}.channel.{key}"])
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"source_level_db": 150.0},
+        {"directivity_index_db": 9.0},
+        {"wind_m_per_s": 20.0},
+        {"shipping": 1.0},
+        {"own_noise_db": 90.0},
+    ],
+)
+def test_levels_do_nothing_to_a_threshold_at_the_range(settings: dict[str, Any]) -> None:
+    """The SNR that is told apart, missions are the same."""
+    flown = []
+    for each in ({}, settings):
+        channel = {"channel": {"model": "sonar", **each}}
+        data = {"name": "m", "duration_s": 20.0, "acoustics": {"hf": channel, "mf": channel}}
+        flown.append(simulate(Scenario.model_validate(data), 1).tables)
+    for name, table in flown[0].items():
+        kept = table.columns.difference(["snr_db", "level_db", "margin_db"])
+        assert table[kept].equals(flown[1][name][kept]), name
 
 
 @pytest.mark.parametrize(
