@@ -171,9 +171,9 @@ def carry(belief: Belief, dr: DeadReckoned, growth: Growth) -> None:
         spread[k, 0] += ahead * spread[k, 2] - aside * spread[k, 3] - passed * spread[k, 4]
         spread[k, 1] += aside * spread[k, 2] + ahead * spread[k, 3] - passed * spread[k, 5]
     if growth.wandering > 0:
-        _spread_by(spread, growth.wandering, way.left * ahead, way.left * aside)
+        spread_by(spread, growth.wandering, way.left * ahead, way.left * aside)
     if growth.stretched > 0:
-        _spread_by(spread, growth.stretched, way.x, way.y)
+        spread_by(spread, growth.stretched, way.x, way.y)
     grown = max(passed, 0.0)
     for axis in range(2):
         spread[axis, axis] += growth.walk * grown + growth.wander * grown**3 / 3.0
@@ -182,7 +182,9 @@ def carry(belief: Belief, dr: DeadReckoned, growth: Growth) -> None:
         spread[4 + axis, 4 + axis] += growth.wander * grown
     _fade(belief, grown, growth)
     if growth.wandering > 0 and grown > 0.0:
-        _roam(spread, ahead / grown, aside / grown, grown, growth)
+        k = growth.wandering
+        lasts, sd = growth.time_constants[k - STATES], growth.sds[k - STATES]
+        roam(spread, k, (ahead / grown, aside / grown), grown, lasts, sd**2)
 
 
 @inlined
@@ -269,7 +271,7 @@ def on_circle(spread: Floats, k: int) -> tuple[float, float, float]:
 
 
 @compiled
-def _spread_by(spread: Floats, k: int, ahead: float, aside: float) -> None:
+def spread_by(spread: Floats, k: int, ahead: float, aside: float) -> None:
     """Let the states k and k + 1 change the error by R times them; they stay what they are."""
     for i in range(spread.shape[0]):
         spread[0, i] += ahead * spread[k, i] - aside * spread[k + 1, i]
@@ -297,14 +299,20 @@ def _fade(belief: Belief, passed: float, growth: Growth) -> None:
 
 
 @compiled
-def _roam(spread: Floats, cosine: float, sine: float, passed: float, growth: Growth) -> None:
-    """Add what the noise of a bias that wanders has done to the error meanwhile (s).
+def roam(
+    spread: Floats,
+    k: int,
+    line: tuple[float, float],
+    passed: float,
+    lasts: float,
+    variance: float,
+) -> None:
+    """Add what the noise of a bias that wanders, states k and k + 1, has done to the error
+    meanwhile (s).
 
-    `cosine` and `sine` are means of those of the heading, which is taken for constant.
+    `line` are means of cosine and sine of the heading, which is taken for constant.
     """
-    k = growth.wandering
-    lasts, variance = growth.time_constants[k - STATES], growth.sds[k - STATES] ** 2
-    share = passed / lasts
+    (cosine, sine), share = line, passed / lasts
     gone = -expm1(-share)
     beside = variance * lasts * gone**2
     # what is left of that difference where both are nearly equal

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled
+from ...navigation.belief import roam, spread_by
 
 BODY, WORLD, WAY, NOT_AT_ALL = 0, 1, 2, 3
 FRAMES = {"body": BODY, "world": WORLD, "way": WAY}
@@ -90,8 +91,8 @@ def carry(state: DriftState, begin: Moment, end: Moment, drifts: Drifts) -> None
         share = passed / drifts.time_constants[source]
         left = -expm1(-share) / share if share > 0.0 else 1.0
         _drive(state.rows, k, left * ahead, left * aside)
-        _spread(state.true, k, left * ahead, left * aside)
-        _spread(state.believed, k, left * ahead, left * aside)
+        spread_by(state.true, k, left * ahead, left * aside)
+        spread_by(state.believed, k, left * ahead, left * aside)
         if share > 0.0:
             kept = exp(-share)
             for row in state.rows:
@@ -99,9 +100,9 @@ def carry(state: DriftState, begin: Moment, end: Moment, drifts: Drifts) -> None
                 row[k + 1] *= kept
             _fade(state.true, k, kept, drifts.variances)
             _fade(state.believed, k, kept, drifts.assumed)
-            line = ahead / passed, aside / passed
-            _roam(state.true, k, line, passed, drifts.time_constants[source], drifts.variances)
-            _roam(state.believed, k, line, passed, drifts.time_constants[source], drifts.assumed)
+            line, lasts = (ahead / passed, aside / passed), drifts.time_constants[source]
+            roam(state.true, k, line, passed, lasts, drifts.variances[k - 2])
+            roam(state.believed, k, line, passed, lasts, drifts.assumed[k - 2])
         if drifts.wanders[source] > 0.0:
             _wander(state.true, k, passed, drifts.wanders[source])
             _wander(state.believed, k, passed, drifts.wanders[source])
@@ -118,17 +119,6 @@ def _drive(rows: Floats, k: int, ahead: float, aside: float) -> None:
 
 
 @compiled
-def _spread(spread: Floats, k: int, ahead: float, aside: float) -> None:
-    """Let the states k and k + 1 change the error (F P F^T)."""
-    for i in range(len(spread)):
-        spread[0, i] += ahead * spread[k, i] - aside * spread[k + 1, i]
-        spread[1, i] += aside * spread[k, i] + ahead * spread[k + 1, i]
-    for i in range(len(spread)):
-        spread[i, 0] += ahead * spread[i, k] - aside * spread[i, k + 1]
-        spread[i, 1] += aside * spread[i, k] + ahead * spread[i, k + 1]
-
-
-@compiled
 def _fade(spread: Floats, k: int, kept: float, variances: Floats) -> None:
     """Let the states k and k + 1 fall towards their mean, and new noise come to them."""
     for j in range(k, k + 2):
@@ -137,32 +127,6 @@ def _fade(spread: Floats, k: int, kept: float, variances: Floats) -> None:
         for i in range(len(spread)):
             spread[i, j] *= kept
         spread[j, j] += variances[j - 2] * (1.0 - kept * kept)
-
-
-@compiled
-def _roam(
-    spread: Floats,
-    k: int,
-    line: tuple[float, float],
-    passed: float,
-    lasts: float,
-    variances: Floats,
-) -> None:
-    """Add what the new noise of a Gauss-Markov process has done to the error meanwhile (s)."""
-    share, variance = passed / lasts, variances[k - 2]
-    gone = -expm1(-share)
-    own = 2.0 * (share - gone) - gone * gone if share > 1e-3 else 2.0 * share * share * share / 3.0
-    cosine, sine = line
-    own *= variance * lasts * lasts * (cosine * cosine + sine * sine)
-    beside = variance * lasts * gone * gone
-    for axis in range(2):
-        spread[axis, axis] += own
-        spread[axis, k + axis] += beside * cosine
-        spread[k + axis, axis] += beside * cosine
-    spread[0, k + 1] -= beside * sine
-    spread[k + 1, 0] -= beside * sine
-    spread[1, k] += beside * sine
-    spread[k, 1] += beside * sine
 
 
 @compiled
