@@ -193,7 +193,7 @@ def _statistics(
 def _head(campaign: "Campaign") -> str:
     state, seeds = campaign.state(), len(campaign.plan.experiment.seeds)
     answer = (
-        f"{len(campaign.plan.points)} points with {counted(seeds, 'seed')} each: "
+        f"{counted(len(campaign.plan.points), 'point')} with {counted(seeds, 'seed')} each: "
         f"{state.done} missions done, {state.failed} failed, {state.missing} missing"
     )
     head = filled("<h1>{name}</h1><p>{answer}</p>", name=campaign.record["name"], answer=answer)

@@ -8,6 +8,7 @@ mavlink.io/en/guide/serialization.html; common.xml; MAVProxy's module GPSInput (
 import json
 import math
 import struct
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime, timedelta
 from typing import Any, NamedTuple
@@ -30,7 +31,7 @@ COMPONENT = 220  # MAV_COMP_ID_GPS
 GPS_BEGAN, LEAP_S, WEEK_S = datetime(1980, 1, 6, tzinfo=UTC), 18, 604_800
 
 # Velocities and their accuracy are not known.
-IGNORED = 8 | 16 | 32
+IGNORED, VERTICAL_ACCURACY = 8 | 16 | 32, 128
 
 NO_FIX, FIX_3D = 0, 3
 
@@ -117,6 +118,7 @@ def _at_surface(reading: Gnss, earth: Earth) -> GpsInput:
         hdop=DILUTION,
         vdop=DILUTION,
         horiz_accuracy=math.sqrt(2.0) * reading.sd_m,
+        ignore_flags=IGNORED | VERTICAL_ACCURACY,
         fix_type=FIX_3D,
         satellites_visible=SATELLITES,
     )
@@ -140,15 +142,15 @@ class Mavlink:
     """GPS_INPUT of each AUV: AUV0 is system 1."""
 
     def __init__(self) -> None:
-        self._inputs, self._sent = GpsInputs(), 0
+        self._inputs, self._sent = GpsInputs(), Counter[int]()
 
     def __call__(self, reading: Reading, earth: Earth) -> Sequence[bytes]:
         given = self._inputs.of(reading, earth)
         if given is None:
             return ()
         system = int(reading.vehicle.removeprefix("AUV")) + 1
-        self._sent += 1
-        return [frame(self._sent % 256, system, GPS_INPUT, GPS_INPUT_EXTRA, packed(given))]
+        self._sent[system] += 1
+        return [frame(self._sent[system] % 256, system, GPS_INPUT, GPS_INPUT_EXTRA, packed(given))]
 
 
 def packed(given: GpsInput) -> bytes:

@@ -202,7 +202,7 @@ def chosen(named: str, vehicles: Sequence[str], text: str) -> tuple[str, ...]:
 def encoder(wanted: AskedOutput, only: Sequence[str]) -> Encoder:
     """Return what encodes readings for an output.
 
-    NMEA has no names of vehicles: AUVs' estimates are in it only where AUVs are named.
+    NMEA has no names of vehicles: estimates and GNSS of AUVs are in it only where AUVs are named.
     """
     encode = FORMATS[wanted.format].make()
     if wanted.format != "nmea":
@@ -210,7 +210,7 @@ def encoder(wanted: AskedOutput, only: Sequence[str]) -> Encoder:
     named = {*wanted.only, *only}
 
     def vessels(reading: Reading, earth: Earth) -> Sequence[bytes]:
-        if isinstance(reading, EstimateReading) and reading.vehicle not in named:
+        if reading.vehicle.startswith("AUV") and reading.vehicle not in named:
             return ()
         return encode(reading, earth)
 

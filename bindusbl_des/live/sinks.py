@@ -185,7 +185,7 @@ class File:
 
     def __init__(self, name: str, path: Path, *, replace: bool) -> None:
         self.name = name
-        flags = os.O_WRONLY | os.O_CREAT | os.O_NOCTTY | os.O_CLOEXEC
+        flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NOCTTY | os.O_CLOEXEC
         if not path.is_char_device():
             flags |= os.O_TRUNC if replace else os.O_EXCL
         descriptor = os.open(path, flags | os.O_NONBLOCK, 0o666)

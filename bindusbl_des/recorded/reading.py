@@ -71,8 +71,8 @@ def _log_of(path: Path, tables: dict[str, LogTable], vehicle: str | None) -> Log
         raise BadLog(f"{place}: time_s must rise from row to row of a vehicle")
     empty = LogTable(str(path))
     beacons = _beacons(tables.get("beacons", empty))
-    ranges = _ranges(tables.get("ranges", empty).where("vehicle", whose), beacons)
-    fixes = _fixes(tables.get("fixes", empty).where("auv", whose).where("outcome", "delivered"))
+    ranges = _ranges(_of(tables.get("ranges", empty), whose), beacons)
+    fixes = _fixes(_of(tables.get("fixes", empty), whose).where("outcome", "delivered"))
     # Odometry of even steps ends up to a step before its mission does; later is another clock.
     ends = float(times[-1]), float(2.0 * times[-1] - times[-2])
     in_time, known = _until(ranges.times, *ends), _until(fixes.times, *ends)
@@ -88,7 +88,7 @@ def _log_of(path: Path, tables: dict[str, LogTable], vehicle: str | None) -> Log
         beacons,
         ranges._replace(times=ranges.times - first),
         fixes._replace(times=fixes.times - first),
-        receptions=_receptions(tables.get("receptions", empty).where("auv", whose)),
+        receptions=_receptions(_of(tables.get("receptions", empty), whose)),
     )
     _check_times(path, log)
     return log
@@ -159,6 +159,20 @@ def _vehicle(path: Path, odometry: LogTable, vehicle: str | None) -> str:
     return vehicle
 
 
+def _of(table: LogTable, whose: str) -> LogTable:
+    """Return a vehicle's rows of a table, all where none is named.
+
+    Raises:
+        BadLog: when these are of several.
+    """
+    for column in ("vehicle", "auv"):
+        table = table.where(column, whose)
+        known = sorted({str(row[column]) for _, row in table.rows if row.get(column)})
+        if len(known) > 1:
+            raise BadLog(f"{table.source}: is of {', '.join(known)}; name one with --vehicle")
+    return table
+
+
 def _beacons(table: LogTable) -> SurveyedBeacons:
     names = table.words("beacon")
     for n, (place, _) in enumerate(table.rows):
@@ -199,6 +213,12 @@ def _fixes(table: LogTable) -> LoggedFixes:
         for (place, _), row, both in zip(table.rows, numbers, crossed[:, 0], strict=True):
             if abs(both) > row[3] * row[4]:
                 raise BadLog(f"{place}: cov_xy_m2 is {both:g}, above sd_x_m times sd_y_m")
+    first = np.unique(numbers, axis=0, return_index=True)[1]
+    if len(again := np.setdiff1d(np.arange(len(numbers)), first)):
+        place = table.rows[int(again[0])][0]
+        raise BadLog(
+            f"{place}: the same fix is listed before; leave one out, it is one measurement"
+        )
     order = np.argsort(numbers[:, 0], kind="stable")
     covariances = np.hstack((numbers[:, 3:] ** 2, crossed))
     return LoggedFixes(numbers[order, 0], numbers[order, 1:3], covariances[order])

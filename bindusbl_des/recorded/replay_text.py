@@ -1,10 +1,11 @@
 """Replays in a table for the terminal, and the noise of a log as a scenario file."""
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from math import sqrt
 from typing import Any
 
-from ..core.wording import aligned, plain, significant
+from ..core.wording import aligned, counted, plain, significant
 from ..scenario.scenario import Scenario
 from .fitting import Fit
 from .log import Log
@@ -74,6 +75,8 @@ def _remarks(logs: Sequence[Row], beacons: Sequence[Row]) -> Iterator[str]:
 
 
 def _lost(log: Row) -> str:
+    if log["lost_share"] == 0.0:
+        return f"all {counted(log['receptions'], 'signal')} were heard"
     words = f"{100 * log['lost_share']:.1f} % of {log['receptions']} receptions were lost"
     if log["burst_s"] is None:
         return f"{words}, each by itself as far as they tell"
@@ -122,7 +125,10 @@ def noise_keys(fit: Fit, log: Log) -> dict[str, tuple[Any, str]]:
     )  # fmt: skip
     keys["navigation.velocity_bias_sd_m_per_s"] = noise.bias_sd, "how sure that is"
     if noise.start_sd > 0.0 and not log.start_found:
-        keys["navigation.initial_position_sd_m"] = noise.start_sd, "odometry begins elsewhere"
+        most = 1e5  # of that key
+        keys["navigation.initial_position_sd_m"] = (
+            min(noise.start_sd, most), "odometry begins elsewhere",
+        )  # fmt: skip
     losses = fit.losses
     if losses is not None and losses.burst_s is not None:
         low, high = losses.interval_s
@@ -151,7 +157,7 @@ def noise_file(fit: Fit, log: Log) -> str:
     lines = [
         f"# The noise under which the {sights} sights of {log.name} are likeliest, by",
         "# `bindusbl-des fit`.  A scenario: copy the keys, or `replay --noise` this file.",
-        f"name: {plain(f'{log.name} noise')}",
+        f"name: {json.dumps(f'{log.name} noise')}",
     ]
     section = ""
     for name, (value, said) in noise_keys(fit, log).items():

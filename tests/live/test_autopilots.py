@@ -3,6 +3,7 @@
 import json
 import math
 import socket
+from collections import Counter
 from pathlib import Path
 from typing import Any
 from urllib.error import HTTPError
@@ -21,6 +22,7 @@ from bindusbl_des.live.mavlink import (
     mavproxy,
     messages,
 )
+from bindusbl_des.live.outputs import asked, encoder
 from bindusbl_des.live.readings import FixReading, Gnss, UsblReading
 from bindusbl_des.live.ugps import Topside
 
@@ -37,7 +39,7 @@ def test_autopilots_are_given_the_fixes_that_were_delivered() -> None:
     reader = mavlink.MAVLink(None)
     reader.robust_parsing = False
     fixes, seen = mission.result().tables["fixes"].set_index("fix"), set()
-    kinds = {0: 0, 3: 0}
+    kinds, numbers = {0: 0, 3: 0}, Counter[int]()
     for it in readings:
         sent, said = encode(it, earth), lines(it, earth)
         assert len(sent) == len(said)
@@ -45,6 +47,8 @@ def test_autopilots_are_given_the_fixes_that_were_delivered() -> None:
             (message,) = reader.parse_buffer(telegram)
             assert message.get_type() == "GPS_INPUT"
             assert message.get_srcSystem() == int(it.vehicle[3:]) + 1
+            numbers[message.get_srcSystem()] += 1
+            assert message.get_seq() == numbers[message.get_srcSystem()] % 256
             kinds[message.fix_type] += 1
             alike = json.loads(text)
             assert alike["lat"] == message.lat
@@ -191,3 +195,7 @@ def test_fixes_at_the_surface_are_sent_as_gnss_and_as_gps_input() -> None:
     assert given.fix_type == 3
     assert given.lat == round(earth.geodetic(own[0].place)[0] * 1e7)
     assert given.horiz_accuracy == pytest.approx(math.sqrt(2.0) * 2.0)
+    assert given.ignore_flags & mavlink.GPS_INPUT_IGNORE_FLAG_VERTICAL_ACCURACY
+    for name, is_in in (("nmea", False), ("nmea/AUV0", False), ("nmea/AUV1", True)):
+        encode = encoder(asked(f"{name}:file:x", ["AUV0", "AUV1"]), ())
+        assert bool(encode(own[0], earth)) == is_in

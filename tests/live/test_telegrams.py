@@ -11,7 +11,7 @@ from live_for_tests import at_sea, heard
 
 from bindusbl_des import simulate
 from bindusbl_des.geometry.geodesy import ned_at_depth
-from bindusbl_des.live.nmea import sentences
+from bindusbl_des.live.nmea import _over_ground, sentences
 from bindusbl_des.live.outputs import line
 from bindusbl_des.live.readings import (
     Compass,
@@ -191,6 +191,12 @@ def test_a_fix_that_nobody_broadcast_says_so() -> None:
     fixes = [json.loads(line(it, earth)) for it in readings if isinstance(it, FixReading)]
     assert fixes
     assert {fix["broadcast_by"] for fix in fixes} == {None}
+
+
+def test_a_course_just_west_of_north_is_north() -> None:
+    """0.03 deg, of sentences that have a tenth: 360.0 is none."""
+    assert _over_ground((1.0, -math.radians(0.03))) == ("1.94", "0.0")
+    assert _over_ground((1.0, -math.radians(0.07))) == ("1.94", "359.9")
 
 
 def test_vehicles_are_chosen() -> None:

@@ -128,6 +128,14 @@ def test_a_folder_of_csv_is_a_log(tmp_path: Path) -> None:
         ),
         ({"ranges": RANGES.replace("12,", "99,")}, "1 of 2 ranges lie outside the time"),
         ({"fixes": "time_s,x_m,y_m,sd_x_m,sd_y_m\n11,0,0,0,1\n"}, "fixes.csv:2: sd_x_m"),
+        (
+            {"fixes": "time_s,x_m,y_m,sd_x_m,sd_y_m\n" + 2 * "11,0,0,1,1\n"},
+            "fixes.csv:3: the same fix is listed before",
+        ),
+        (
+            {"fixes": "time_s,auv,x_m,y_m,sd_x_m,sd_y_m\n11,A,0,0,1,1\n11,B,0,0,2,1\n"},
+            "fixes.csv: is of A, B; name one with --vehicle",
+        ),
         ({"fixes": CROSSED}, "fixes.csv:2: cov_xy_m2 is -6, above sd_x_m times sd_y_m"),
     ],
 )
@@ -182,6 +190,9 @@ def test_vehicles_of_a_folder_are_told_apart(tmp_path: Path) -> None:
         read_log(name)
     log = read_log(name, "AUV1")
     assert log.places[0].tolist() == [5.0, 5.0]
+    assert log.fixes.times.tolist() == [3.0]
+    fixes = fixes.replace("auv,", "vehicle,") + "AUV0,5,6,5,1,1,delivered\n"
+    log = read_log(folder_of(tmp_path, tracks=rows, fixes=fixes), "AUV1")
     assert log.fixes.times.tolist() == [3.0]
 
 

@@ -309,7 +309,10 @@ def test_the_noise_found_is_a_scenario(tmp_path: Path) -> None:
     log, _ = made_up(SEA)
     found = fit(log)
     path = tmp_path / "noise.yaml"
+    path.write_text(noise_file(found, replace(log, name="my: log #1")))
+    assert load_scenario(path).name == "my: log #1 noise"
     path.write_text(noise_file(found, log))
+    assert load_scenario(path).name == "made_up noise"
     told = noise_of(load_scenario(path))
     for name in ("range_sd", "outlier_share", "outlier_sd", "random_walk", "bias_sd"):
         assert getattr(told, name) == pytest.approx(getattr(found.noise, name), rel=6e-3), name
@@ -319,6 +322,9 @@ def test_the_noise_found_is_a_scenario(tmp_path: Path) -> None:
     path.write_text(noise_file(found, log))
     again = replay(log, noise=load_scenario(path))
     assert again.noise.start_sd == pytest.approx(found.noise.start_sd, rel=6e-3)
+    far = found._replace(noise=replace(found.noise, start_sd=4e6))
+    path.write_text(noise_file(far, log))
+    assert load_scenario(path).navigation.initial_position_sd_m == 1e5
     assert mean_nis(again.filter) == pytest.approx(2.0, abs=0.3)
 
 
