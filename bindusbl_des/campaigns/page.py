@@ -168,6 +168,8 @@ def sweep_page(campaign: "Campaign", said: Findings | None = None) -> str:
             heat=heat_table(campaign, found, FIRST[0], varied),
             fewest=fewest_tables(campaign, found, tried) if tried else "",
             unvaried="" if tried else " hidden",
+            over=" over the varied keys" if varied else "",
+            single="" if varied else " hidden",
             metric=html.escape(described(FIRST[:1])[0]["title"]),
         )
         + _points_section(campaign, found)
