@@ -14,6 +14,7 @@ from bindusbl_des import AnchorView, Mission, PlanView, Result, Scenario, simula
 from bindusbl_des.core.plugins import PluginError
 from bindusbl_des.mission.build import build_world
 from bindusbl_des.mission.closed_loop import room_of
+from bindusbl_des.protocol.anchors.follow import AnchorService, gains
 from bindusbl_des.vehicles.motion import places
 
 MODELS = ("follow", "assign", "zigzag")
@@ -67,6 +68,23 @@ def test_a_vessel_follows_an_auv_by_the_clock() -> None:
         assert len(resting) > 20
     assert way.y_m.abs().max() < 0.05
     assert way.yaw_rad.abs().max() < 0.05
+
+
+@pytest.mark.parametrize(
+    ("heard", "farthest", "is_better"),
+    [
+        (0.50, 94.0, True),  # 6 % nearer
+        (0.50, 96.0, False),
+        (0.56, 120.0, True),  # 6 % of the fleet more
+        (0.54, 120.0, False),
+        (0.49, 50.0, False),  # one AUV is lost for it
+    ],
+)
+def test_orders_change_for_more_than_the_hysteresis(
+    heard: float, farthest: float, *, is_better: bool
+) -> None:
+    """Of 5 %, from half the fleet within 100 m."""
+    assert gains(AnchorService(0.5, 100.0), AnchorService(heard, farthest), 0.05) == is_better
 
 
 @pytest.mark.parametrize("model", MODELS)

@@ -101,7 +101,7 @@ def test_a_belief_and_a_sight_make_the_exact_posterior(
     assert spread - gain @ spread == pytest.approx(exact_spread, abs=0.05 * sd.max() ** 2)
 
 
-@pytest.mark.parametrize("sure", [0.1, 30.0])
+@pytest.mark.parametrize("sure", [0.1, 30.0, 70.0])
 @pytest.mark.parametrize("bearing_deg", [1.0, 10.0])
 def test_sights_have_no_bias_and_err_as_they_say(bearing_deg: float, sure: float) -> None:
     """Of 4000, with beliefs as unsure as `sure` (m): the mean within four standard errors, and the
@@ -203,7 +203,7 @@ def test_about_its_caller_a_call_comes_from_no_direction() -> None:
     """An AUV that may have been at its caller cannot tell how long the way of the call was."""
     polar = polar_of(np.array([[30.0, 40.0, DEPTH]]), np.zeros(3))
     rows = sights(np.zeros((1, 3)), polar, (0.1, 0.01, 0.01))
-    rows["caller_x_m"], rows["caller_y_m"], rows["caller_z_m"] = 30.0, 40.0, DEPTH
+    rows["caller_x_m"], rows["caller_y_m"], rows["caller_z_m"] = 31.0, 40.0, DEPTH
     rows["is_caller"] = rows["called_before_s"] = 0.0
     table = Said(30.0, 40.0, (0.2, 0.3, 0.1))
     assert turned(rows, table, standing((30.0, 40.0, DEPTH), np.eye(6)))[0] == table

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from functools import cache, partial
 from heapq import heappop, heappush
-from math import hypot, inf
+from math import hypot
 
 import numpy as np
 
@@ -215,8 +215,3 @@ class PassiveOutcomes:
     def first_under_way(self, time: float) -> int:
         """Return the first reception that may not be over by an instant (s), the latest known."""
         return self._undecided
-
-    def close(self, time: float) -> None:
-        """Decide what has ended by an instant (s), the mission's last; tell when the rest would."""
-        self.resolve(time)
-        self.update_arrivals(inf)

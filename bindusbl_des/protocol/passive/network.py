@@ -85,9 +85,7 @@ class PassiveNetwork(Watched):
 
     def close(self, time: float) -> None:
         """Settle what is under way as the mission ends at an instant (s)."""
-        before_the_end = math.nextafter(time, 0.0)
-        self.deliveries.settle(before_the_end)
-        self.outcomes.close(before_the_end)
+        self.deliveries.settle(math.nextafter(time, 0.0))
 
 
 def take_turns(network: PassiveNetwork) -> Generator[simpy.Event, None, None]:
