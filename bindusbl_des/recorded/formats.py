@@ -202,11 +202,17 @@ class LogTable:
         return len(self.rows)
 
     def where(self, column: str, value: str) -> "LogTable":
-        """Return the rows that have a value in a column; all if there is no such column, or none
-        is asked for.
+        """Return the rows that have a value in a column, however it is capitalised; all if there is
+        no such column, or none is asked for.
         """
-        kept = [(place, row) for place, row in self.rows if row.get(column, value) == value]
-        return LogTable(self.source, kept) if value else self
+        if not value:
+            return self
+        kept = [
+            (place, row)
+            for place, row in self.rows
+            if str(row.get(column, value)).strip().casefold() == value.casefold()
+        ]
+        return LogTable(self.source, kept)
 
     def has(self, column: str) -> bool:
         """Tell whether the table has a column."""

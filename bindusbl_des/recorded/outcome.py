@@ -85,7 +85,11 @@ class SightRow:
     time_s: float = column("s", "instant at which it holds")
     beacon: str = column("", "the beacon of a range; null for a fix")
     range_m: float = column("m", "the range measured; null for a fix")
-    innovation_m: float = column("m", "how much longer it was than the filter expected")
+    innovation_m: float = column(
+        "m",
+        "how much longer it was than the filter expected; of a fix how far off it was, along the "
+        "axis of which it is surest",
+    )
     nis: float = column("1", "its normalised square, if it is no outlier")
     inlier: float = column("1", "probability by the filter that it is no outlier")
     taken: bool = column("", "whether the filter took it in")

@@ -192,6 +192,7 @@ def test_vehicles_of_a_folder_are_told_apart(tmp_path: Path) -> None:
     assert log.places[0].tolist() == [5.0, 5.0]
     assert log.fixes.times.tolist() == [3.0]
     fixes = fixes.replace("auv,", "vehicle,") + "AUV0,5,6,5,1,1,delivered\n"
+    fixes = fixes.replace("1,delivered", "1, Delivered")
     log = read_log(folder_of(tmp_path, tracks=rows, fixes=fixes), "AUV1")
     assert log.fixes.times.tolist() == [3.0]
 
