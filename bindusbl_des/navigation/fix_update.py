@@ -207,8 +207,10 @@ def weigh(belief: Belief, gain: Floats, x: float, y: float, noise: Noise, common
 
 @inlined
 def doubt(belief: Belief, excess: float, believed: float, offset: float) -> None:
-    """Make a belief so unsure that what is `excess` times as unlikely as the gate allows would just
-    have passed; of the variance of its `offset`, `believed` is the belief's (both m2).
+    """Make a belief so unsure that what was `excess` times the gate, by its normalised square,
+    would just have passed.
+
+    Of the variance of how far off it was, `offset` (m2), the belief's is `believed`.
     """
     if excess > 1.0 and believed > 0.0:
         belief.covariance[:] *= 1.0 + (excess - 1.0) * offset / believed

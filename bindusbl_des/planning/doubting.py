@@ -264,7 +264,7 @@ def _drift(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
         yield f"drift x {DRIFTIER:g}", keys
     line = navigation.drift.line_m
     if wanders_over_m(team.scenario) or (navigation.drift.is_stated and line is None):
-        sooner = USUAL_LINE_M if line is None else line / SOONER
+        sooner = USUAL_LINE_M if line is None else max(line / SOONER, 1.0)  # what the key allows
         words = (
             f"drift wanders over {sooner:.3g} m, not {'at all' if line is None else f'{line:g}'}"
         )

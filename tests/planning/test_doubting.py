@@ -171,7 +171,7 @@ def test_a_loss_is_judged_after_it_and_beside_the_same_missions_without_it(
     assert {it["mean"][0] for it in same if it is not lost["as_planned"]} == {chosen["mean"][0]}
 
 
-@pytest.mark.parametrize(("line", "tried"), [(1000.0, 333.0), (None, 1000.0)])
+@pytest.mark.parametrize(("line", "tried"), [(1000.0, 333.0), (2.0, 1.0), (None, 1000.0)])
 def test_how_the_drift_of_a_sheet_is_drawn_is_doubted(line: float | None, tried: float) -> None:
     """Errors wander over a third of the way, or at all where they were constant."""
     drift = {"percent_of_distance": 0.3, "line_m": line}
