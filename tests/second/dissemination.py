@@ -34,8 +34,10 @@ class Dissemination(Medium):
             plan.said, end = start, start + len(plan.groups) * self.slot_s
         slots = sum(map(len, plan.groups))
         both = end - start, self.downlink_slot(slots, slots)
-        self.first_period = sum(both) if self.ahead == 1 else max(both)
-        self.known = {i: list(self.plans.values()) for i in self.auvs}
+        # As if the round before had begun as long before as rounds are planned to last
+        period = sum(both) if self.ahead == 1 else max(both)
+        before = Row(round=number - 1, said=start - period)
+        self.known = {i: [*self.plans.values(), before, plan] for i in self.auvs}
 
     def announce(self, start: float, senders: list[str]) -> dict[str, list[str]]:
         """Plan the round that a broadcast tells of; return whom each of its senders names."""
@@ -86,15 +88,13 @@ class Dissemination(Medium):
 
     def reckoned(self, auv: str) -> tuple[float, int]:
         """Return when and in which slot an AUV reckons its next turn, by what it knows last."""
-        *before, last = self.known[auv]
+        *_, before, last = self.known[auv]
         slots = [slot for slot, group in enumerate(last.groups) if auv in group]
         if self.missed == "contention":
             slots = [len(last.groups) - 1]
         if not slots:
             return math.inf, 0
-        period = self.first_period
-        if len(before) >= self.ahead:
-            period = (last.said - before[-1].said) / (last.round - before[-1].round)
+        period = (last.said - before.said) / (last.round - before.round)
         later = self.later[auv] * period + slots[0] * self.slot_s
         return self.after(last.said, later), slots[0]
 
@@ -104,16 +104,15 @@ class Dissemination(Medium):
             time, slot, auv = min((*self.reckoned(i), i) for i in self.auvs)
             if time >= min(until, self.end) - AN_INSTANT:
                 return
-            known = len(self.known[auv])
             self.hear(time)
-            if len(self.known[auv]) == known:
-                if self.dares(auv, time) and time - self.pinged(auv) >= self.ping_s:
+            if self.reckoned(auv) == (time, slot):  # it has heard of no later round
+                if self.dares(auv, time):
                     self.ping(auv, time, slot)
                 self.later[auv] += 1
 
-    def pinged(self, auv: str) -> float:
-        """Return when an AUV pinged last."""
-        return max((p.sent_at_s for p in self.pings if p.auv == auv), default=-math.inf)
+    def pinged(self, sender: str) -> float:
+        """Return when a vehicle pinged last."""
+        return max((p.sent_at_s for p in self.pings if p.sender == sender), default=-math.inf)
 
     def dares(self, auv: str, time: float) -> bool:
         """Tell whether an AUV tries its luck, which the simulator draws."""
@@ -126,7 +125,6 @@ class Dissemination(Medium):
         self.hear(start)
         plan, last = self.rounds[-1], len(self.rounds[-1].groups) - 1
         able = [i for i in self.auvs if plan in self.known[i]]
-        able = [i for i in able if start - self.pinged(i) >= self.ping_s]
         if self.missed != "contention" or slot < last:
             return [i for i in able if i in plan.groups[slot]]
         return [i for i in able if self.pinged(i) < plan.started_at_s and self.dares(i, start)]

@@ -31,10 +31,9 @@ class Medium:
         for part, value in keys["protocol"].items():
             if isinstance(value, dict):  # a part with settings
                 self.keys |= value | {part: value["model"]}
-        self.hf, self.mf = keys["acoustics"]["hf"], dict(keys["acoustics"]["mf"])
-        self.replies, self.instant = self.keys["downlink"] == "direct_reply", False
-        if self.keys.get("reply") == "instant":
-            self.instant, self.mf["range_m"] = True, math.inf
+        self.hf, self.mf = keys["acoustics"]["hf"], keys["acoustics"]["mf"]
+        self.replies = self.keys["downlink"] == "direct_reply"
+        self.instant = self.keys.get("reply") == "instant"  # and reaches any distance
         self.ping_s, self.speed = self.hf["ping_s"], keys["environment"]["sound_speed_m_per_s"]
         self.auvs = [f"AUV{i}" for i in range(keys["auvs"]["count"])]
         self.asvs = [f"ASV{j}" for j in range(keys["asvs"]["count"])]
@@ -81,24 +80,23 @@ class Medium:
 
     def spread(self, band: str, sender: str, time: float, lasts: float, to: list, **row) -> Row:
         """Let a sound go to vehicles; who sends on one band may be deaf on the other."""
-        place, fails = self.where(sender, time), self.fails(sender, time)
-        sound = Row(band=band, sent_at_s=time, at={}, in_range=[], **row)
-        sound.whole = fails > time + lasts
+        place, fails, other = self.where(sender, time), self.fails(sender, time), "mf"
+        sound = Row(band=band, sender=sender, sent_at_s=time, at={}, in_range=[], **row)
+        sound.whole, limits = fails > time + lasts, self.hf
         if band == "mf":
-            lasts = min(lasts, fails - time)
+            lasts, limits, other = min(lasts, fails - time), self.mf, "hf"
+        sound.airtime_s = lasts
         for i in to:
             begin = self.arrival(place, i, time)
             until = begin + lasts if band == "hf" else self.arrival(place, i, time + lasts)
             sound.at[i] = begin, until
-            if within(self.hf if band == "hf" else self.mf, place, self.where(i, time)):
+            if within(limits, place, self.where(i, time)) or (self.instant and band == "mf"):
                 if sound.in_vain is None:
                     self.ears[band, i].append((begin, until, sound))
                 if self.fails(i, begin) > begin:
                     sound.in_range.append(i)
-        sound.airtime_s = lasts
         deaf = self.keys["duplex"] == "per_node" or (self.replies and band == "mf")
         if deaf and lasts and sound.in_vain is None and not self.instant:
-            other = "mf" if band == "hf" else "hf"
             self.ears[other, sender].append((time, time + lasts, sound))
         return sound
 

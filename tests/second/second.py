@@ -201,8 +201,7 @@ class Second(Dissemination):
             self.call(slot, group, start)
         else:
             for i in self.who_knows(slot, start) if self.told else group:
-                if self.fails(i, start) > start:
-                    self.ping(i, start, slot)
+                self.ping(i, start, slot)
         if self.schedule == "super_tdma":
             return self.ends[slot]
         for ping in self.pings[before:] if self.schedule == "polling" else ():
@@ -211,8 +210,9 @@ class Second(Dissemination):
         return self.after(start, self.slot_s)
 
     def ping(self, sender: str, time: float, slot: int = 0, **more: object) -> None:
-        """Let a vehicle ping, or note the turn in which it could not."""
-        if time >= self.end:
+        """Let a vehicle ping if it can, or note the turn in which nobody called it."""
+        free = self.pinged(sender) + self.ping_s - AN_INSTANT
+        if not free <= time < min(self.end, self.fails(sender, time)):
             return
         call, to = more.get("call", "heard"), self.auvs if self.passive else self.asvs
         more |= {sender[:3].lower(): sender, "in_vain": None if call == "heard" else call}
