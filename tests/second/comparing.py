@@ -80,7 +80,11 @@ def alike(ours: object, theirs: object) -> bool:
 
 
 def given(tables: Tables) -> Row:
-    """Return what a mission drew and measured, by its tables."""
+    """Return what a mission drew and measured, by its tables.
+
+    That is the turns and broadcasters of parts called `random`, who pinged, since when it wanted to
+    and when, and where an AUV was measured when (to 1 us), with the horizontal variance.
+    """
     return Row(
         turns=[row["auv"] for row in tables["pings"]],
         pings=[

@@ -4,12 +4,8 @@ Which AUVs know a round, who is lost, and when an AUV pings that does not know i
 """
 
 import math
-from collections import defaultdict
-from itertools import chain
 
 from medium import AN_INSTANT, Medium, Row
-
-Groups = list[list[str]]
 
 
 class Dissemination(Medium):
@@ -49,35 +45,28 @@ class Dissemination(Medium):
             opens = max(opens, start + len(self.plans[number - 1].groups) * self.slot_s)
         plan = self.plans[number] = self.plan(number, start, max(lasts, opens - start))
         plan.said = opens  # or later: as the broadcast ends
-        names = defaultdict(list)
-        for i in chain(*plan.groups):
+        names = {j: [] for j in senders}
+        for i in (i for group in plan.groups for i in group):
             names[self.nearest(self.launch[i], senders)].append(i)
         return names
 
-    def lost(self, time: float) -> set[str]:
-        """Return the AUVs that have not been heard for too long."""
-        longest = self.keys.get("forget_after_s") or math.inf
-        return {i for i, (heard, _) in self.fixed.items() if time - heard > longest}
-
-    def without(self, lost: set[str], groups: Groups, number: int) -> Groups:
+    def without(self, groups: list[list[str]], number: int) -> list[list[str]]:
         """Return groups without AUVs that are lost, with a contention slot or one for recalling."""
-        groups = [[i for i in group if i not in lost] for group in groups]
+        groups = [[i for i in group if i not in self.lost] for group in groups]
         groups = [group for group in groups if group] or [[]]
         if self.missed == "contention":
             groups.append([])
-        elif lost and number % self.keys["recall_rounds"] == 0:
-            auv = min(sorted(lost), key=self.recalled.get)
+        elif self.lost and number % self.keys["recall_rounds"] == 0:
+            auv = min(sorted(self.lost), key=self.recalled.get)
             self.recalled[auv] = number
             groups.append([auv])
         return groups
 
     def hear(self, time: float) -> None:
-        """Let AUVs know the rounds of which they have decoded frames by an instant.
-
-        An AUV needs the frame that names it; one that has no slot needs all of them.
-        """
+        """Let AUVs know the rounds of which they have decoded frames by an instant."""
         for plan in [p for p in self.plans.values() if p.round >= len(self.rounds) - 1]:
             for i in [i for i in self.auvs if plan not in self.known[i]]:
+                # The frame that names the AUV; without a slot all frames
                 needed = [f for f in plan.frames if i in f.names] or plan.frames
                 heard = [f for f in needed if self.outcome(f, i) == "heard"]
                 if needed and needed == [f for f in heard if self.decoded(f, i) <= time]:
@@ -110,10 +99,6 @@ class Dissemination(Medium):
                     self.ping(auv, time, slot)
                 self.later[auv] += 1
 
-    def pinged(self, sender: str) -> float:
-        """Return when a vehicle pinged last."""
-        return max((p.sent_at_s for p in self.pings if p.sender == sender), default=-math.inf)
-
     def dares(self, auv: str, time: float) -> bool:
         """Tell whether an AUV tries its luck, which the simulator draws."""
         if self.missed == "last_slot" or self.keys["contention_chance"] == 1.0:
@@ -123,8 +108,9 @@ class Dissemination(Medium):
     def who_knows(self, slot: int, start: float) -> list[str]:
         """Return the AUVs that ping in a slot of the round under way."""
         self.hear(start)
-        plan, last = self.rounds[-1], len(self.rounds[-1].groups) - 1
-        able = [i for i in self.auvs if plan in self.known[i]]
-        if self.missed != "contention" or slot < last:
+        plan = self.rounds[-1]
+        on_time = abs(plan.said - plan.started_at_s) <= AN_INSTANT  # else nobody was told this
+        able = [i for i in self.auvs if on_time and plan in self.known[i]]
+        if self.missed != "contention" or slot < len(plan.groups) - 1:
             return [i for i in able if i in plan.groups[slot]]
-        return [i for i in able if self.pinged(i) < plan.started_at_s and self.dares(i, start)]
+        return [i for i in able if self.pinged[i] < plan.started_at_s and self.dares(i, start)]

@@ -5,7 +5,6 @@ loss; ASVs are at rest and AUVs on straight legs.
 """
 
 import math
-from collections import defaultdict
 
 import numpy as np
 
@@ -43,8 +42,8 @@ class Medium:
         self.station = {j: self.where(j, 0.0) for j in self.asvs}
         fails = keys["asvs"]["failures"]
         self.failures = [(f"ASV{f['asv']}", f["at_s"], f["until_s"] or math.inf) for f in fails]
-        # When sounds begin and end at a vehicle, on a band
-        self.ears: dict[tuple[str, str], list[tuple[float, float, Row]]] = defaultdict(list)
+        # Sounds at a vehicle on a band: when they begin and end there
+        self.ears = {(band, i): [] for band in ("hf", "mf") for i in self.tracks}
 
     def after(self, start: float, duration: float) -> float:
         """Return the instant so much later, on a tick where there are ticks."""
@@ -74,7 +73,7 @@ class Medium:
     def arrival(self, source: np.ndarray, vehicle: str, time: float) -> float:
         """Return when what is sent somewhere reaches a vehicle: the light-time equation."""
         late = 0.0
-        for _ in range(5 if len(self.tracks[vehicle]) > 1 else 1):
+        for _ in range(5):
             late = math.dist(source, self.where(vehicle, time + late)) / self.speed
         return time + late
 

@@ -1,16 +1,14 @@
 """A second implementation of the protocols, written from docs/model.md and docs/protocols.md alone.
 
-Plain Python: no numba, no SimPy, nothing of the package, whose source its author had not read. Time
-goes on in the loops of `fly`, which makes the rows of the tables. What the simulator draws by lot
-or measures it is given.
+Plain Python: no numba, no SimPy, nothing of the package, whose source its author had not read. What
+the simulator draws by lot or measures it is given (`given` in comparing.py).
 """
 
 import math
-from collections import defaultdict
-from itertools import chain, pairwise
+from itertools import pairwise
 
 import numpy as np
-from dissemination import Dissemination, Groups
+from dissemination import Dissemination
 from medium import AN_INSTANT, Row, horizontal, within
 
 
@@ -18,30 +16,24 @@ class Second(Dissemination):
     """A mission, flown by `fly`; its events are in `rounds`, `pings`, `frames` and `fixes`."""
 
     def __init__(self, keys: dict, given: Row) -> None:
-        """Take a scenario's keys, of which all that matter here are given, and what is drawn.
-
-        Given are `turns` and `broadcasters` of the parts called `random`; of `pings` at random
-        each AUV, when it wanted to ping and about when it did; and as `measured` where each AUV
-        was when (to 1 us), with the horizontal variance (m2).
-        """
+        """Take a scenario's keys, of which all that matter here are given, and what was drawn."""
         super().__init__(keys)
         self.given = given
         self.schedule, self.broadcaster = self.keys["schedule"], self.keys["broadcaster"]
         own = keys["navigation"]
-        self.drift = math.hypot(*own["velocity_bias_m_per_s"]), own["random_walk_m_per_sqrt_s"]
+        bias, walk = math.hypot(*own["velocity_bias_m_per_s"]), own["random_walk_m_per_sqrt_s"]
+        self.drift = lambda age: (bias * age) ** 2 + 2 * walk**2 * age  # variance after some time
         self.random_access = self.schedule in ("aloha", "slotted_aloha", "csma")
         self.passive, self.downlink = self.keys["ranging"] == "passive", self.keys["downlink"]
-        if self.random_access and not self.replies:
+        if self.random_access and not self.replies:  # all the same
             self.downlink = "sequential"
         self.called = self.keys["ranging"] == "twtt" or self.schedule == "polling"
-        self.on_legs = keys["auvs"]["route"]["kind"] == "waypoints"
         self.plan_slots(keys)
         self.rounds, self.pings, self.frames, self.fixes = [], [], [], []
         self.passing, self.waiting = [], []  # pings on their way; fixes that wait for the downlink
         self.fixed = {i: (0.0, self.where(i, 0.0)) for i in self.auvs}  # when and where, at last
-        self.turns: dict[str, list[int]] = defaultdict(list)  # rounds, if somebody hears the AUV
         self.free = self.waited = 0.0  # end of the last downlink slot; time without ASVs
-        self.broadcasts = 0
+        self.pinged, self.broadcasts = dict.fromkeys(self.tracks, -math.inf), 0
 
     # Time slots
 
@@ -56,6 +48,7 @@ class Second(Dissemination):
         def given(key: str, crossings: float) -> float:
             return crossings * crossing if self.keys[key] is None else self.keys[key]
 
+        self.byte_s = 8 * self.mf["overhead"] / self.mf["bit_rate_bps"]
         self.down_guard = given("downlink_guard_s", 1.25)
         self.down_shortest = given("shortest_downlink_slot_s", 10.0)
         self.turnaround = self.keys.get("turnaround_s", 0.0)
@@ -63,18 +56,14 @@ class Second(Dissemination):
         if self.called:
             slot += self.ping_s + self.turnaround + self.longest_s
         in_frames = self.replies and not self.instant
-        self.reply_s = self.airtime(self.payload(1)) + self.down_guard if in_frames else 0.0
-        slot = max(slot, given("shortest_uplink_slot_s", 2.5)) + self.reply_s
-        self.slot_s = self.after(0.0, slot)
+        self.reply_s = self.byte_s * self.payload(1) + self.down_guard if in_frames else 0.0
+        shortest = given("shortest_uplink_slot_s", 2.5)
+        self.slot_s = self.after(0.0, max(slot, shortest) + self.reply_s)
 
     def payload(self, fixes: int, slots: int = 0) -> int:
         """Return how many bytes a frame of so many fixes and slots has."""
         size = self.keys.get("assignment_bytes", 0)
         return self.mf["header_bytes"] + slots * size + fixes * self.mf["fix_bytes"]
-
-    def airtime(self, payload: int) -> float:
-        """Return how long a frame of so many bytes is on the air."""
-        return 8 * payload * self.mf["overhead"] / self.mf["bit_rate_bps"]
 
     def frames_of(self, fixes: int, slots: int = 0) -> list[tuple[int, int]]:
         """Return how many fixes and slots each frame of a broadcast holds."""
@@ -88,7 +77,7 @@ class Second(Dissemination):
     def downlink_slot(self, fixes: int, slots: int) -> float:
         """Return how long a downlink slot of so many fixes and slots is."""
         payload = sum(self.payload(*frame) for frame in self.frames_of(fixes, slots))
-        return max(self.airtime(payload) + self.down_guard, self.down_shortest)
+        return max(self.byte_s * payload + self.down_guard, self.down_shortest)
 
     def opens(self, number: int) -> float:
         """Return when a round begins at the earliest: with its frame."""
@@ -98,17 +87,14 @@ class Second(Dissemination):
     # Who pings when
 
     def believed(self, auv: str, time: float) -> np.ndarray:
-        """Return where the fleet believes an AUV: by its last fix and the way planned since.
-
-        A fix moves a track or a place as a whole; of a leg it says how far along it the AUV is.
-        """
+        """Return where the fleet believes an AUV: by its last fix and the way planned since."""
         at, place = self.fixed[auv]
         if self.keys["positions"] == "truth" and not self.told:
             return self.where(auv, time)
         if self.keys["positions"] == "last_fix":
             return place
         off = place - self.where(auv, at)
-        if self.on_legs:
+        if len(self.tracks[auv]) == 2:  # a leg: the fix only says how far along it the AUV is
             way = np.diff(self.tracks[auv][:, 1:], axis=0)[0]
             off = off @ way / (way @ way) * way
         x, y, _ = self.where(auv, time) + off
@@ -116,29 +102,30 @@ class Second(Dissemination):
 
     def plan(self, number: int, time: float, ahead: float = 0.0) -> Row:
         """Plan a round by what is known; it begins at most so much later (s)."""
+        longest = self.keys.get("forget_after_s") or math.inf
+        self.lost = {i for i, (heard, _) in self.fixed.items() if time - heard > longest}
         self.launch = {i: self.believed(i, time) for i in self.auvs}
         hearers = self.hearers(time)
         groups = self.groups(number, time, ahead, hearers)
         if self.told:
-            groups = self.without(self.lost(time), groups, number)
+            groups = self.without(groups, number)
         conflicts = 0 if self.passive else sum(map(len, rivals_of(hearers).values())) // 2
         plan = Row(round=number, groups=groups, colours=len(groups), conflicts=conflicts)
-        plan.said, plan.frames = time, []
+        plan.said, plan.frames, plan.hearers = time, [], hearers
         return plan
 
     def hearers(self, time: float, later: float = 0.0) -> dict[str, set[str]]:
         """Return which ASVs hear each AUV, or may hear it until so much later; lost ones none."""
-        hearers, margin = {}, self.keys["conflict_margin_m"]
-        for i in self.auvs:
+        hearers = {}
+        for i, place in self.launch.items():
             steps = np.diff(self.tracks[i], axis=0)
             fastest = max(np.hypot(steps[:, 1], steps[:, 2]) / steps[:, 0], default=0.0)
-            extra = max(margin, later * fastest)
-            asvs = [] if i in self.lost(time) else self.working(time)
-            place = self.launch[i]
+            extra = max(self.keys["conflict_margin_m"], later * fastest)
+            asvs = [] if i in self.lost else self.working(time)
             hearers[i] = {j for j in asvs if within(self.hf, place, self.station[j], extra)}
         return hearers
 
-    def groups(self, number: int, time: float, ahead: float, hearers: dict) -> Groups:
+    def groups(self, number: int, time: float, ahead: float, hearers: dict) -> list[list[str]]:
         """Return the ping groups of a round, by which ASVs hear each AUV."""
         turn = self.auvs[number % len(self.auvs)]
         alone = {"one_per_slot": self.auvs, "polling": self.auvs, "round_robin": [turn]}
@@ -149,29 +136,26 @@ class Second(Dissemination):
             return [[i] for i in alone.get(self.schedule, [])]
         if self.schedule == "super_tdma":
             return self.packed(time, hearers)
-        if self.schedule != "worst_first":
-            return grouped(self.auvs, rivals_of(hearers), dsatur=self.schedule == "dsatur")
-        order = sorted(self.auvs, key=lambda i: -self.claim(i, time))
-        groups = grouped(order, rivals_of(self.hearers(time, ahead)), self.keys["slots"])
-        for i in chain(*groups):
-            self.turns[i] += [number] if hearers[i] else []
-        return groups
+        if self.schedule == "worst_first":
+            order = sorted(self.auvs, key=lambda i: -self.claim(i, time))
+            return grouped(order, rivals_of(self.hearers(time, ahead)), self.keys["slots"])
+        return grouped(self.auvs, rivals_of(hearers), dsatur=self.schedule == "dsatur")
 
     def claim(self, auv: str, time: float) -> float:
         """Return the error that is expected of an AUV, less after turns in vain."""
-        bias, walk = self.drift
         variance, at = 0.0, 0.0
         frames = [frame for frame in self.frames if frame.sent_at_s <= time]
         fixes = [fix for frame in frames for fix in frame.holds if fix.auv == auv]
         for fix in sorted(fixes, key=lambda fix: fix.pinged_at_s):
             age, at = fix.pinged_at_s - at, fix.pinged_at_s
-            variance += (bias * age) ** 2 + 2 * walk**2 * age
+            variance += self.drift(age)
             variance = variance and variance * fix.variance / (variance + fix.variance)
-        variance += (bias * (time - at)) ** 2 + 2 * walk**2 * (time - at)
         last = max((fix.ping.round for fix in fixes), default=-1)
-        return math.sqrt(variance) / (sum(turn > last for turn in self.turns[auv]) + 2)
+        later = [plan for plan in self.plans.values() if plan.round > last and plan.hearers[auv]]
+        in_vain = sum(auv in group for plan in later for group in plan.groups)
+        return math.sqrt(variance + self.drift(time - at)) / (in_vain + 2)
 
-    def packed(self, start: float, hearers: dict) -> Groups:
+    def packed(self, start: float, hearers: dict) -> list[list[str]]:
         """Plan pings so that they arrive apart, the farthest first; return who pings together."""
         gap, ways = self.ping_s + self.keys["clear_s"] + self.reply_s, {}
         for i in self.auvs:
@@ -211,7 +195,7 @@ class Second(Dissemination):
 
     def ping(self, sender: str, time: float, slot: int = 0, **more: object) -> None:
         """Let a vehicle ping if it can, or note the turn in which nobody called it."""
-        free = self.pinged(sender) + self.ping_s - AN_INSTANT
+        free = self.pinged[sender] + self.ping_s - AN_INSTANT
         if not free <= time < min(self.end, self.fails(sender, time)):
             return
         call, to = more.get("call", "heard"), self.auvs if self.passive else self.asvs
@@ -221,6 +205,7 @@ class Second(Dissemination):
         ping.round = len(self.rounds) - 1
         ping.passed_at = max((ping.at[j][1] for j in ping.in_range), default=time)
         self.pings.append(ping)
+        self.pinged[sender] = time
         if ping.in_vain is None and not self.passive:
             self.passing.append(ping)
 
@@ -228,10 +213,8 @@ class Second(Dissemination):
         """Call the AUVs of a group, each by the nearest ASV, and let them answer."""
         working = self.working(time)
         callers = {i: self.nearest(self.launch[i], working) for i in group if working}
-        everybody = self.auvs + self.asvs
-        calls = {
-            j: self.spread("hf", j, time, self.ping_s, everybody) for j in set(callers.values())
-        }
+        to = self.auvs + self.asvs
+        calls = {j: self.spread("hf", j, time, self.ping_s, to) for j in set(callers.values())}
         for i, j in callers.items():
             outcome = self.outcome(calls[j], i, end=math.inf)
             answer = calls[j].at[i][1] + self.turnaround
@@ -274,7 +257,7 @@ class Second(Dissemination):
         if not self.working(start):
             return start
         shares = self.senders(self.working(start), start)
-        names = self.announce(start, list(chain(*shares))) if self.told else {}
+        names = self.announce(start, [j for own in shares for j in own]) if self.told else {}
         for own in shares:
             ends = [self.send(j, self.free, own[j], names.get(j, ())) for j in own]
             self.free = self.after(max(ends), self.down_guard)
@@ -294,23 +277,21 @@ class Second(Dissemination):
                 room, _ = self.frames_of(len(fixes))[0]
                 fixes, self.waiting = fixes[:room], fixes[room:]
             return [{self.chosen(working, fixes): fixes}]
-        shares = defaultdict(list)
+        shares = {}
         for fix in fixes:
-            shares[self.nearest(fix.place, working)].append(fix)
+            shares.setdefault(self.nearest(fix.place, working), []).append(fix)
         order = sorted(shares, key=lambda j: (-len(shares[j]), j)) or [self.chosen(working, [])]
-        places = {i: self.believed(i, start) for i in self.auvs}
-        hear = {
-            j: {i for i in places if within(self.mf, places[i], self.station[j])} for j in order
-        }
-        return [{j: shares[j] for j in group} for group in grouped(order, rivals_of(hear))]
+        at = {i: self.believed(i, start) for i in self.auvs}
+        hear = {j: {i for i in at if within(self.mf, at[i], self.station[j])} for j in order}
+        groups = grouped(order, rivals_of(hear))
+        return [{j: shares.get(j, []) for j in group} for group in groups]
 
     def chosen(self, working: list[str], fixes: list[Row]) -> str:
         """Return which of the ASVs that work broadcasts fixes; without any, which has its turn."""
         if self.broadcaster == "random":
             return self.given.broadcasters[len(self.frames)]
         if self.broadcaster == "fixed":
-            order = self.asvs[self.keys["asv"] :] + self.asvs
-            return next(j for j in order if j in working)
+            return min(working, key=lambda j: (j < f"ASV{self.keys['asv']}", j))
         if self.broadcaster == "most_fixes" and fixes:
             return max(working, key=lambda j: sum(j in f.asvs.split() for f in fixes))
         if self.broadcaster == "nearest" and fixes:
@@ -323,7 +304,7 @@ class Second(Dissemination):
         row = self.rounds[-1]
         for part, (count, slots) in enumerate(self.frames_of(len(fixes), len(names))):
             size = 0 if self.instant else self.payload(count, slots)
-            airtime = self.airtime(size)
+            airtime = self.byte_s * size
             if start < self.end:
                 frame = self.spread("mf", asv, start, airtime, self.auvs, asv=asv, part=part)
                 frame.round, frame.payload_bytes, frame.fixes = row.round, size, count
@@ -354,13 +335,12 @@ class Second(Dissemination):
 
     def reply(self) -> None:
         """Let the first ASV that decodes a ping reply, ping by ping as they are decoded."""
-        early = self.keys.get("reply_at") == "ping_front"
+        early = self.ping_s if self.keys.get("reply_at") == "ping_front" else 0.0
         decoded = [(ping.at[j][1], ping, j) for ping in self.passing for j in ping.in_range]
         for end, ping, j in sorted(decoded, key=lambda one: one[0]):
             if ping in self.passing and self.outcome(ping, j) == "heard":
                 self.passing.remove(ping)
-                start = end - self.ping_s if early else end
-                self.send(j, start, [self.fix(ping, ping.auv, [j])])
+                self.send(j, end - early, [self.fix(ping, ping.auv, [j])])
         self.passing = []
 
     # Random access
@@ -368,12 +348,13 @@ class Second(Dissemination):
     def ping_at_random(self) -> None:
         """Let the AUVs ping, each when it wants to, at the next slot, or after its backoff."""
         for auv, wanted, about in self.given.pings:
-            sent = self.hold_back(auv, wanted, about) if self.schedule == "csma" else wanted
-            if self.schedule == "slotted_aloha":
-                sent = round(about / self.slot_s) * self.slot_s
-            self.ping(auv, sent, waited_s=sent - wanted if self.schedule == "csma" else None)
             if self.schedule == "csma":
-                self.spread("hf", auv, sent, self.ping_s, self.auvs)
+                sent = self.hold_back(auv, wanted, about)
+                self.ping(auv, sent, waited_s=sent - wanted)
+                self.spread("hf", auv, sent, self.ping_s, self.auvs)  # who senses it
+            else:
+                slotted = round(about / self.slot_s) * self.slot_s
+                self.ping(auv, wanted if self.schedule == "aloha" else slotted)
 
     def hold_back(self, auv: str, wanted: float, about: float) -> float:
         """Return when an AUV pings, which counts slots of quiet if it hears a ping at first."""
@@ -381,11 +362,10 @@ class Second(Dissemination):
         if not heard or heard[0][0] > wanted:
             return wanted
         slot = self.keys["slot_s"] or self.ping_s + self.longest_s
-        edges = sorted(edge for ping in heard for edge in ping if edge > wanted)
-        pieces = pairwise([*edges, math.inf])
-        quiet = [(a, b) for a, b in pieces if not any(c <= a < d for c, d in heard)]
-        left = sum(min(b, about) - min(a, about) for a, b in quiet)
-        left = round(left / slot) * slot  # as many slots as it has drawn
+        edges = [*sorted(edge for ping in heard for edge in ping if edge > wanted), math.inf]
+        quiet = [(a, b) for a, b in pairwise(edges) if not any(c <= a < d for c, d in heard)]
+        # As many slots as it has drawn
+        left = slot * round(sum(min(b, about) - min(a, about) for a, b in quiet) / slot)
         for a, b in quiet:
             if left + AN_INSTANT < b - a:
                 break
@@ -428,8 +408,6 @@ class Second(Dissemination):
         self.decide(start)
         number, time = len(self.rounds), start
         row = self.plans.get(number) or self.plan(number, start)
-        if abs(row.said - start) > AN_INSTANT:  # nobody was told this
-            row = Row(**vars(row) | {"frames": []})
         row.started_at_s, row.fixes, row.downlink_s = start, 0, 0.0 if self.passive else None
         self.plans[number] = row
         self.rounds.append(row)
@@ -454,8 +432,8 @@ class Second(Dissemination):
         """Return when an ASV works."""
         while time < self.end and not self.working(time):
             back = min(until for _, at, until in self.failures if at <= time < until)
-            back = self.after(0.0, back)
-            self.waited, time = self.waited + back - time, back
+            gone, time = time, self.after(0.0, back)
+            self.waited += time - gone
         return time
 
 
@@ -464,7 +442,7 @@ def rivals_of(listeners: dict[str, set[str]]) -> dict[str, set[str]]:
     return {i: {k for k in listeners if k != i and listeners[i] & listeners[k]} for i in listeners}
 
 
-def grouped(order: list[str], rivals: dict, most: int = 8, dsatur: bool = False) -> Groups:
+def grouped(order: list[str], rivals: dict, most: int = 8, dsatur: bool = False) -> list[list[str]]:
     """Let senders join, in order or as DSATUR does, the first of so many groups without rivals."""
     groups, left = [[] for _ in range(most)], list(order)
     while left:
