@@ -16,7 +16,7 @@ class Dissemination(Medium):
         super().__init__(keys)
         self.told, self.missed = "knowledge" in self.keys, self.keys.get("missed")
         self.ahead = 2 if self.keys["downlink"] == "pipelined_round" else 1
-        self.plans: dict[int, Row] = {}  # of rounds: groups, start as it was said, frames that tell
+        self.plans: dict[int, Row] = {}  # of rounds: groups, and start as it was said
         self.known: dict[str, list[Row]] = {}  # the plans that each AUV knows
         self.later = dict.fromkeys(self.auvs, 1)  # in how many rounds an AUV reckons its turn
         self.recalled = dict.fromkeys(self.auvs, -1)
@@ -65,9 +65,10 @@ class Dissemination(Medium):
     def hear(self, time: float) -> None:
         """Let AUVs know the rounds of which they have decoded frames by an instant."""
         for plan in [p for p in self.plans.values() if p.round >= len(self.rounds) - 1]:
+            told = [f for f in self.frames if f.part == 0 and f.round + self.ahead == plan.round]
             for i in [i for i in self.auvs if plan not in self.known[i]]:
                 # The frame that names the AUV; without a slot all frames
-                needed = [f for f in plan.frames if i in f.names] or plan.frames
+                needed = [f for f in told if i in f.names] or told
                 heard = [f for f in needed if self.outcome(f, i) == "heard"]
                 if needed and needed == [f for f in heard if self.decoded(f, i) <= time]:
                     self.known[i].append(plan)

@@ -1,7 +1,7 @@
 """A second implementation of the protocols, written from docs/model.md and docs/protocols.md alone.
 
-Plain Python: no numba, no SimPy, nothing of the package, whose source its author had not read. What
-the simulator draws by lot or measures it is given (`given` in comparing.py).
+Plain Python and NumPy: no numba, no SimPy, nothing of the package, whose source its author had not
+read. What the simulator draws by lot or measures it is given (`given` in comparing.py).
 """
 
 import math
@@ -25,7 +25,7 @@ class Second(Dissemination):
         self.drift = lambda age: (bias * age) ** 2 + 2 * walk**2 * age  # variance after some time
         self.random_access = self.schedule in ("aloha", "slotted_aloha", "csma")
         self.passive, self.downlink = self.keys["ranging"] == "passive", self.keys["downlink"]
-        if self.random_access and not self.replies:  # all the same
+        if self.random_access and not self.replies:  # all others mean the same
             self.downlink = "sequential"
         self.called = self.keys["ranging"] == "twtt" or self.schedule == "polling"
         self.plan_slots(keys)
@@ -34,8 +34,6 @@ class Second(Dissemination):
         self.fixed = {i: (0.0, self.where(i, 0.0)) for i in self.auvs}  # when and where, at last
         self.free = self.waited = 0.0  # end of the last downlink slot; time without ASVs
         self.pinged, self.broadcasts = dict.fromkeys(self.tracks, -math.inf), 0
-
-    # Time slots
 
     def plan_slots(self, keys: dict) -> None:
         """Work out how long slots last."""
@@ -84,8 +82,6 @@ class Second(Dissemination):
         framed = self.schedule in ("round_robin", "random")
         return self.after(0.0, number * self.keys["frame_s"]) + self.waited if framed else 0.0
 
-    # Who pings when
-
     def believed(self, auv: str, time: float) -> np.ndarray:
         """Return where the fleet believes an AUV: by its last fix and the way planned since."""
         at, place = self.fixed[auv]
@@ -111,7 +107,7 @@ class Second(Dissemination):
             groups = self.without(groups, number)
         conflicts = 0 if self.passive else sum(map(len, rivals_of(hearers).values())) // 2
         plan = Row(round=number, groups=groups, colours=len(groups), conflicts=conflicts)
-        plan.said, plan.frames, plan.hearers = time, [], hearers
+        plan.said, plan.hearers = time, hearers
         return plan
 
     def hearers(self, time: float, later: float = 0.0) -> dict[str, set[str]]:
@@ -172,8 +168,6 @@ class Second(Dissemination):
         times = sorted(set(sends.values()))
         self.ends = [start + time for time in times[1:]] + [self.after(start, last + gap)]
         return [[i for i in self.auvs if sends[i] == time] for time in times]
-
-    # Uplink
 
     def ping_group(self, slot: int, group: list[str], start: float) -> float:
         """Let a group ping in its slot; return when the next slot begins."""
@@ -244,19 +238,16 @@ class Second(Dissemination):
         self.fixed[auv] = time, np.array([*place[:2], self.where(auv, 0.0)[2]])
         return fix
 
-    # Downlink
-
     def broadcast(self, time: float) -> float:
         """Broadcast what waits as soon as MF is free; return when the next slots begin."""
         start = self.free = max(time, self.free)
-        if start >= self.end:
-            return start
         self.decide(start)
-        row = self.rounds[-1]
-        row.downlink_s = row.downlink_s or 0.0
-        if not self.working(start):
+        row, working = self.rounds[-1], self.working(start)
+        if start < self.end:
+            row.downlink_s = row.downlink_s or 0.0
+        if start >= self.end or not working:
             return start
-        shares = self.senders(self.working(start), start)
+        shares = self.senders(working, start)
         names = self.announce(start, [j for own in shares for j in own]) if self.told else {}
         for own in shares:
             ends = [self.send(j, self.free, own[j], names.get(j, ())) for j in own]
@@ -301,37 +292,20 @@ class Second(Dissemination):
 
     def send(self, asv: str, start: float, fixes: list[Row], names: list | tuple = ()) -> float:
         """Send slots and fixes, in several frames if need be; return when that ends."""
-        row = self.rounds[-1]
         for part, (count, slots) in enumerate(self.frames_of(len(fixes), len(names))):
             size = 0 if self.instant else self.payload(count, slots)
             airtime = self.byte_s * size
             if start < self.end:
                 frame = self.spread("mf", asv, start, airtime, self.auvs, asv=asv, part=part)
-                frame.round, frame.payload_bytes, frame.fixes = row.round, size, count
-                frame.holds, frame.names = fixes[:count], names
+                frame.round, frame.payload_bytes = len(self.rounds) - 1, size
+                frame.fixes, frame.holds, frame.names = count, fixes[:count], names
                 self.frames.append(frame)
-                if self.told and part == 0:
-                    self.plans[row.round + self.ahead].frames.append(frame)
             start, fixes = start + airtime, fixes[count:]
         return start
 
     def decoded(self, frame: Row, auv: str) -> float:
         """Return when an AUV has decoded a frame."""
-        if self.instant:  # however near the AUV is, not before the ping is decoded
-            ping = frame.holds[0].ping
-            return self.after(max(frame.at[auv][1], ping.at[frame.asv][1]), 0.0)
         return self.after(frame.at[auv][1], self.mf["processing_s"] or 0.0)
-
-    def deliver(self, frame: Row) -> None:
-        """Tell what becomes of a frame's fixes."""
-        self.rounds[frame.round].fixes += frame.fixes
-        for fix in frame.holds:
-            fix.broadcast_at_s, fix.broadcast_by = frame.sent_at_s, frame.asv
-            fix.outcome, at = self.outcome(frame, fix.auv), self.decoded(frame, fix.auv)
-            if at >= self.end and fix.outcome != "out_of_range":
-                fix.outcome = "in_flight"
-            if fix.outcome == "heard":
-                fix.outcome, fix.delivered_at_s = "delivered", at
 
     def reply(self) -> None:
         """Let the first ASV that decodes a ping reply, ping by ping as they are decoded."""
@@ -342,8 +316,6 @@ class Second(Dissemination):
                 self.passing.remove(ping)
                 self.send(j, end - early, [self.fix(ping, ping.auv, [j])])
         self.passing = []
-
-    # Random access
 
     def ping_at_random(self) -> None:
         """Let the AUVs ping, each when it wants to, at the next slot, or after its backoff."""
@@ -380,8 +352,6 @@ class Second(Dissemination):
         time = self.await_asv(self.after(0.0, time))
         return time if self.waiting else self.end
 
-    # Rounds
-
     def fly(self) -> None:
         """Fly the mission."""
         start = 0.0
@@ -392,6 +362,10 @@ class Second(Dissemination):
         while start < self.end:
             start = self.one_round(start)
         self.decide(math.inf)
+        self.settle()
+
+    def settle(self) -> None:
+        """Tell what becomes of all fixes, and of which round each ping is."""
         for ping in self.pings:
             sent = ping.sent_at_s + AN_INSTANT
             ping.round = max(row.round for row in self.rounds if row.started_at_s < sent)
@@ -401,7 +375,16 @@ class Second(Dissemination):
                     fix.outcome, fix.delivered_at_s = "delivered", ping.at[i][1]
                     self.rounds[ping.round].fixes += 1
         for frame in self.frames:
-            self.deliver(frame)
+            self.rounds[frame.round].fixes += frame.fixes
+            for fix in frame.holds:
+                fix.broadcast_at_s, fix.broadcast_by = frame.sent_at_s, frame.asv
+                fix.outcome, at = self.outcome(frame, fix.auv), self.decoded(frame, fix.auv)
+                if self.instant:  # however near the AUV is, not before the ping is decoded
+                    at = self.after(max(frame.at[fix.auv][1], fix.ping.at[frame.asv][1]), 0.0)
+                if at >= self.end and fix.outcome != "out_of_range":
+                    fix.outcome = "in_flight"
+                if fix.outcome == "heard":
+                    fix.outcome, fix.delivered_at_s = "delivered", at
 
     def one_round(self, start: float) -> float:
         """Play a round; return when the next begins."""
@@ -442,9 +425,9 @@ def rivals_of(listeners: dict[str, set[str]]) -> dict[str, set[str]]:
     return {i: {k for k in listeners if k != i and listeners[i] & listeners[k]} for i in listeners}
 
 
-def grouped(order: list[str], rivals: dict, most: int = 8, dsatur: bool = False) -> list[list[str]]:
+def grouped(order: list, rivals: dict, most: int | None = None, dsatur: bool = False) -> list:
     """Let senders join, in order or as DSATUR does, the first of so many groups without rivals."""
-    groups, left = [[] for _ in range(most)], list(order)
+    groups, left = [[] for _ in range(most or len(order))], list(order)
     while left:
         free = {i: [group for group in groups if not rivals[i] & set(group)] for i in left}
         i = min(left, key=lambda i: (len(free[i]), -len(rivals[i]))) if dsatur else left[0]
