@@ -27,7 +27,7 @@ class Dissemination(Medium):
         for number in range(self.ahead):
             start = max(end, self.opens(number))
             plan = self.plans[number] = self.plan(number, 0.0, start)
-            plan.said, end = start, start + len(plan.groups) * self.slot_s
+            plan.said, end = start, self.slots_end(start, len(plan.groups))
         slots = sum(map(len, plan.groups))
         both = end - start, self.downlink_slot(slots, slots)
         # As if the round before had begun as long before as rounds are planned to last
@@ -42,13 +42,19 @@ class Dissemination(Medium):
         if self.ahead == 2:  # the round before it begins with the broadcast
             if number - 1 not in self.plans:
                 self.plans[number - 1] = self.plan(number - 1, start)
-            opens = max(opens, start + len(self.plans[number - 1].groups) * self.slot_s)
+            opens = max(opens, self.slots_end(start, len(self.plans[number - 1].groups)))
         plan = self.plans[number] = self.plan(number, start, max(lasts, opens - start))
         plan.said = opens  # or later: as the broadcast ends
         names = {j: [] for j in senders}
         for i in (i for group in plan.groups for i in group):
             names[self.nearest(self.launch[i], senders)].append(i)
         return names
+
+    def slots_end(self, start: float, count: int) -> float:
+        """Return when so many slots have passed, one by one as in a round."""
+        for _ in range(count):
+            start = self.after(start, self.slot_s)
+        return start
 
     def without(self, groups: list[list[str]], number: int) -> list[list[str]]:
         """Return groups without AUVs that are lost, with a contention slot or one for recalling."""
@@ -85,8 +91,8 @@ class Dissemination(Medium):
         if not slots:
             return math.inf, 0
         period = (last.said - before.said) / (last.round - before.round)
-        later = self.later[auv] * period + slots[0] * self.slot_s
-        return self.after(last.said, later), slots[0]
+        turn = self.slots_end(last.said, slots[0]) - last.said
+        return self.after(last.said, self.later[auv] * period + turn), slots[0]
 
     def guess(self, until: float) -> None:
         """Let AUVs that do not know their slot ping before an instant when they reckon it to be."""
