@@ -51,17 +51,13 @@ def tables_of_second(mission: Second) -> Tables:
             arrived = frame.at[i][0] if frame.at[i][0] < mission.end else None
             row = {"auv": i, "arrived_at_s": arrived, "outcome": mission.outcome(frame, i)}
             frame_receptions.append(vars(frame) | row)
-    tables = {
-        "rounds": map(vars, mission.rounds),
+    return {
+        "rounds": [vars(row) for row in mission.rounds],
         "pings": pings,
         "receptions": receptions,
-        "broadcasts": map(vars, mission.frames),
+        "broadcasts": [vars(frame) for frame in mission.frames],
         "frame_receptions": frame_receptions,
         "fixes": [vars(fix) | {"round": fix.ping.round} for fix in mission.fixes],
-    }
-    return {  # what does not hold of a row it has not, and the simulator's is None
-        name: [{key: row.get(key) for key in KEPT[name].split()} for row in rows]
-        for name, rows in tables.items()
     }
 
 
@@ -111,8 +107,8 @@ def disagreements(keys: dict, seed: int = 1) -> tuple[list[str], dict[str, int]]
     found = []
     for name, columns in KEPT.items():
         mine, rows = (
-            [{key: row[key] for key in columns.split()} for row in sorted(tables[name], key=order)]
-            for tables in (ours, theirs)
+            sorted(({key: row.get(key) for key in columns.split()} for row in table), key=order)
+            for table in (ours[name], theirs[name])
         )
         for a, b in zip(mine, rows, strict=False):
             wrong = [k for k in b if not alike(a[k], b[k])]
