@@ -26,7 +26,7 @@ class Medium:
 
     def __init__(self, keys: dict) -> None:
         """Take a scenario's keys, of which all that matter here are given."""
-        self.keys, self.end = dict(keys["protocol"]), keys["duration_s"]
+        self.keys, self.end = dict(keys["protocol"]), keys["duration_s"] - AN_INSTANT
         for part, value in keys["protocol"].items():
             if isinstance(value, dict):  # a part with settings
                 self.keys |= value | {part: value["model"]}

@@ -398,7 +398,7 @@ class Second(Dissemination):
             if time >= self.end:
                 break
             time = self.ping_group(slot, group, time)
-            if time < self.end - AN_INSTANT:
+            if time < self.end:
                 row.uplink_s = time - start
             if self.downlink == "pipelined_group":
                 time = self.broadcast(time)
