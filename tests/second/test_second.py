@@ -44,6 +44,14 @@ def test_a_fix_is_known_once_its_ping_has_passed(tmp_path: Path) -> None:
     assert not disagreements(keys)[0]
 
 
+@pytest.mark.parametrize("number", [1003, 1036])
+def test_who_was_not_told_tries_its_luck(number: int, tmp_path: Path) -> None:
+    """In a contention slot, of which the everyday hundred has none."""
+    keys = scenario(number, tmp_path)
+    assert keys["protocol"]["knowledge"]["missed"] == "contention"
+    assert not disagreements(keys)[0]
+
+
 def test_who_has_no_slot_waits_for_the_frames_of_all(tmp_path: Path) -> None:
     """In round 88 the first of two names the only slot, and the other, which is to come, nobody."""
     assert not disagreements(scenario(1381, tmp_path))[0]
