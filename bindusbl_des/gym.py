@@ -164,11 +164,12 @@ class Schedule(gymnasium.Env[Observation, np.int64]):
     def __init__(
         self, scenario: Scenario | str | Path = "failure_140m", render_mode: str | None = None
     ) -> None:
-        """Fly missions of a scenario, whatever its schedule.
+        """Fly missions of a scenario with slots that all AUVs know, whatever its schedule.
 
         Raises:
             ScenarioError: when the scenario file cannot be read or used.
-            ValueError: with passive ranging.
+
+        With passive ranging, random access or `knowledge: broadcast`, `reset` raises ValueError.
         """
         self.scenario, self.render_mode = _scenario(scenario), render_mode
         count = self.scenario.auvs.count

@@ -18,7 +18,7 @@ from ..scenario.files.shipped import (
     template,
 )
 from .console import BAD_INPUT, print_json, refuse, say, talk, write_new
-from .options import bare_keys, json_option, out_option, set_option, shipped_or_file
+from .options import bare_keys, json_option, out_option, plugins_option, set_option, shipped_or_file
 
 if TYPE_CHECKING:
     from ..presets.preset import Preset
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 )
 @set_option
 @click.option("--strict", is_flag=True, help="Let warnings count as mistakes.")
-@click.option("--allow-plugins", is_flag=True, help="Load and check what is named module:object.")
+@plugins_option
 @json_option("mistakes and warnings")
 @click.pass_context
 def validate(

@@ -134,10 +134,12 @@ def _why_then(result: "Result", fix: Any, frame: Any) -> str:
         return why_broadcast(result, fix, frame, known_at(result, fix))
     slots, declared = uplink_slots(result, fix["round"]), downlink_of(result.scenario)
     slot = row_slot(result, fix) if declared.by_group else len(slots) - 1
+    ends = slots[slot].end
     if int(frame["round"]) != int(fix["round"]) and declared.waits:
+        if known_at(result, fix) > ends:
+            return f"{downlink}: the last slot of its round had ended before the fix was made"
         most = slots_of(result.scenario).messages.most
         return f"{downlink}: older fixes filled the messages before, of {most} each"
-    ends = slots[slot].end
     which = "its slot" if declared.by_group else "the last slot of its round"
     words = f"{downlink}: {which} ended at {ends:.4f} s"
     if fix.broadcast_at_s - ends > 1e-9:

@@ -69,7 +69,7 @@ def by_reckoning(result: "Result", ping: Any) -> str:
 
 def _turn_of_others(result: "Result", ping: Any) -> str:
     """Name the AUVs whose slot it is by now in which an AUV pings by reckoning; "" for none."""
-    assigned = rows_where(result.tables["assignments"], outcome="known")
+    assigned = result.tables["assignments"]
     begun = assigned[assigned.starts_at_s <= ping.sent_at_s]
     now = begun[(begun.starts_at_s == begun.starts_at_s.max()) & (begun.auv != ping.auv)]
     if not len(now):

@@ -120,6 +120,7 @@ def _draw_frames(axes: Axes, result: "Result", number: int, place: dict[str, int
         _bar(axes, Span(frame.sent_at_s, ends), place[frame.asv], MF)
         carried = fixes[
             (fixes.broadcast_at_s == frame.sent_at_s)
+            & (fixes.broadcast_by == frame.asv)
             & (fixes.outcome == "delivered")
             & fixes.auv.isin(place)
         ]
@@ -149,7 +150,8 @@ def _annotate_round(axes: Axes, result: "Result", number: int) -> None:
             _bracket(axes, span, -1.2, rf"$T_{{UL}}$ {1e3 * span.length:.0f} ms")
     for span in downlinks:
         axes.axvspan(span.start, span.end, color="#fbefd0", lw=0, zorder=0)
-        _bracket(axes, span, -1.2, rf"$T_{{DL}}$ {1e3 * span.length:.0f} ms")
+        if not result.scenario.protocol.replies:  # these lie in the uplink slots
+            _bracket(axes, span, -1.2, rf"$T_{{DL}}$ {1e3 * span.length:.0f} ms")
         on_air = Span(span.start, ends[(ends > span.start) & (ends <= span.end)].max())
         guard = Span(on_air.end, on_air.end + guard_s)
         _bracket(axes, on_air, -2.3, rf"$T_{{tx}}$ {1e3 * on_air.length:.0f} ms")

@@ -164,6 +164,11 @@ class Mission:
         network = self._world.network
         if not isinstance(network, Network):
             raise ValueError("with passive ranging ASVs ping in turn: nothing is scheduled")
+        if self.scenario.protocol.random_access or network.dissemination is not None:
+            raise ValueError(
+                "with random access, or slots that frames tell (knowledge: broadcast), a schedule "
+                "that is given is not asked; name it in the scenario at protocol.schedule"
+            )
         network.schedule = OwnSchedule("schedule", schedule)
 
     def __repr__(self) -> str:

@@ -34,6 +34,13 @@ KINDS: dict[str, type] = {
     "delivery": Fix,
 }
 
+# What may have become of it then
+ENDS = {
+    "arrival": ("in_flight",),
+    "reception": ("heard", "lost", "collided"),
+    "delivery": ("delivered",),
+}
+
 
 class Happening(NamedTuple):
     """Something that has happened at an instant (s): its kind, and its row as it stands then.
@@ -123,7 +130,7 @@ def _refuse_value(kind: str, name: str, value: Any, hint: Any, counts: Mapping[s
     needed = "a number; vehicles are numbers, too"
     fits = isinstance(value, Real)
     if str in types:
-        known = () if name == "asvs" else OUTCOMES
+        known = () if name == "asvs" else ENDS[kind] if name == "outcome" else OUTCOMES
         needed = f"one of {', '.join(known)}" if known else "a text such as 'ASV0 ASV2'"
         fits = isinstance(value, str) and (not known or value in known)
     if not (fits or (value is None and type(None) in types)):

@@ -691,3 +691,16 @@ def test_a_terminal_counts_the_equations_down(monkeypatch: pytest.MonkeyPatch) -
     assert said.startswith("Compiling the equations, once; this takes up to a minute ")
     assert "\r50 of about 200 equations compiled, 30 s left\x1b[K" in said
     assert said.endswith("\r\x1b[K")
+
+
+def test_leave_for_plug_ins_holds_for_validate_as_well(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the variable as by the option: what cannot be loaded is a mistake."""
+    file = tmp_path / "own.yaml"
+    file.write_text("name: own\nprotocol: {schedule: 'nowhere_at_all:part'}\n")
+    asked = CliRunner().invoke(main, ["validate", str(file), "--allow-plugins"])
+    monkeypatch.setenv("BINDUSBL_ALLOW_PLUGINS", "1")
+    given = CliRunner().invoke(main, ["validate", str(file)])
+    assert (asked.exit_code, given.exit_code) == (2, 2)
+    assert given.output == asked.output

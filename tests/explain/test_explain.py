@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
-from bindusbl_des import Result, load_scenario, simulate
+from bindusbl_des import Result, Scenario, load_scenario, simulate
 from bindusbl_des.acoustics.channel import Signals
 from bindusbl_des.cli import main
 from bindusbl_des.explain import Chain, Step, chain_of_fix, chain_of_ping
@@ -555,6 +556,34 @@ def test_what_waited_for_older_fixes_says_so() -> None:
     result = simulate(around((0.0, 0.0), auvs=2, acoustics={"mf": mf}))
     told = "\n".join(it.why for it in chain_of_fix(result, 1).steps)
     assert "sequential: older fixes filled the messages before, of 1 each" in told
+
+
+def test_a_fix_made_after_its_round_waits_for_the_next_frame() -> None:
+    """Several ASVs call side by side; a ping passes the last of them after the frame has left."""
+    protocol = {"schedule": {"model": "polling", "side_by_side": True}, "ranging": "twtt"}
+    data = {"name": "side", "duration_s": 60, "survey": {"side_m": 200}, "protocol": protocol}
+    run = simulate(Scenario.model_validate({**data, "auvs": {"count": 6}, "asvs": {"count": 4}}), 7)
+    told = [
+        "\n".join(it.why for it in chain_of_fix(run, fix).steps)
+        for fix in run.tables["fixes"].query("outcome == 'delivered'").index.tolist()
+    ]
+    assert sum("had ended before the fix was made" in it for it in told) > 5
+    assert not any("None" in it for it in told)
+
+
+def test_a_slot_reckoned_is_told_beside_the_one_begun_last() -> None:
+    """Of whom it is, whether they knew it or not."""
+    protocol = {"knowledge": {"model": "broadcast", "missed": "last_slot"}}
+    data = {"name": "told", "duration_s": 60, "auvs": {"count": 6}, "protocol": protocol}
+    run = simulate(Scenario.model_validate({**data, "acoustics": {"mf": {"range_m": 60}}}), 7)
+    assigned, found = run.tables["assignments"], 0
+    for ping in run.tables["pings"].itertuples():
+        text = chain_of_ping(run, ping.ping).text()
+        if said := re.search(r"that\s+is\s+slot\s+\d+\s+of\s+round\s+(\d+)\s+by\s+now", text):
+            begun = assigned[assigned.starts_at_s <= ping.sent_at_s]
+            assert int(said[1]) == begun["round"].max(), text
+            found += 1
+    assert found > 50
 
 
 def test_no_error_changes_by_more_than_its_estimate_was_moved() -> None:

@@ -17,7 +17,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
-from bindusbl_des import Result, load_campaign, simulate, sweep
+from bindusbl_des import Result, Scenario, load_campaign, simulate, sweep
 from bindusbl_des.campaigns.drawing import means_of
 from bindusbl_des.campaigns.statistics.intervals import interval
 from bindusbl_des.cli import main
@@ -206,6 +206,20 @@ def test_collisions_are_red() -> None:
     shown = run.tables["receptions"].query("outcome == 'collided'")
     assert len(red.get_offsets()) == len(shown[shown.arrived_at_s <= axes.get_xlim()[1]])
     assert red.get_facecolor()[0].tolist()[:3] == pytest.approx(to_rgb(ALARM))
+
+
+def test_of_frames_that_begin_together_each_brings_its_own_fixes() -> None:
+    """Direct replies: a line for each fix of the round that was delivered, from who sent it."""
+    data = {"name": "side", "duration_s": 60, "survey": {"side_m": 200}, "auvs": {"count": 6}}
+    protocol = {"schedule": "spatial_reuse", "downlink": "direct_reply"}
+    run = simulate(Scenario.model_validate({**data, "asvs": {"count": 4}, "protocol": protocol}), 7)
+    whole, _ = drawn("round", run).axes
+    fixes = run.tables["fixes"].query("outcome == 'delivered'")
+    fixes = fixes[fixes["round"] == busiest(run)]
+    rows = [label.get_text() for label in whole.get_yticklabels()]
+    found = [[rows[int(row)] for row in way[:, 1]] for way in lines(whole, "delivery")]
+    assert sorted(found) == sorted(fixes[["broadcast_by", "auv"]].to_numpy().tolist())
+    assert not any("T_{DL}" in text.get_text() for text in whole.texts)
 
 
 def test_the_anatomy_has_the_ways_of_its_pings(result: Result) -> None:

@@ -285,6 +285,11 @@ def test_a_downlink_of_ones_own_waits_for_deliveries() -> None:
         ("broadcast", {"auv": 1}, "a broadcast has no column 'auv'"),
         ("delivery", {"auv": "AUV1"}, "auv of a delivery is never 'AUV1'; it is a number"),
         ("reception", {"outcome": "herd"}, "outcome of a reception is never 'herd'; it is one of"),
+        (
+            "reception",
+            {"outcome": "delivered"},
+            "outcome of a reception is never 'delivered'; it is one of heard, lost, collided",
+        ),
         ("reception", {"auv": None}, "auv of a reception is never None"),
         ("delivery", {"auv": np.arange(2)}, "auv of a delivery is never array"),
         (3, {}, "nothing of the kind 3 happens"),

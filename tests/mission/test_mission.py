@@ -292,3 +292,9 @@ def test_progress_is_that_of_the_mission() -> None:
     assert len(told) > 100
     assert pd.Series([0.0, *told, DURATION_S]).is_monotonic_increasing
     assert same(result, simulate(flown("steering_twtt"), 2))
+
+
+@pytest.mark.parametrize("protocol", [{"schedule": "aloha"}, {"knowledge": "broadcast"}])
+def test_a_schedule_that_would_not_be_asked_is_refused(protocol: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match="is not asked; name it in the scenario"):
+        Mission(scenario(**merged(ON_TICKS, {"protocol": protocol})), schedule=one_per_slot)
