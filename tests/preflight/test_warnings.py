@@ -633,6 +633,13 @@ def test_settings_that_others_leave_out_are_told(
     assert names == ([] if key is None else [f"acoustics.{band}.channel.{key}"])
 
 
+@pytest.mark.parametrize("timing", ["constant", "envelope", "carrier"])
+def test_levels_that_time_arrivals_do_something(timing: str) -> None:
+    channel = {"model": "sonar", "source_level_db": 150.0, "timing": timing}
+    found = told(acoustics={"hf": {"channel": channel}})
+    assert ("acoustics.hf.channel.source_level_db" in found) == (timing == "constant")
+
+
 @pytest.mark.parametrize(
     "settings",
     [

@@ -522,6 +522,9 @@ def test_a_wrong_belief_is_given_up(kind: str, share: float) -> None:
     wide = SEA.outlier_sd if share else 0.0
     told = replace(TOLD, outlier_share=share, outlier_sd=wide, gate=9.2, start_sd=5.0)
     track, right = filter_log(prepared(off), told), filter_log(prepared(log), told)
+    if kind == "fixes" and not share:  # the fifth would just have passed
+        away = np.sum((track.places[4] - log.fixes.places[4]) ** 2)
+        assert away / (track.covariances[4, 0] + SEA.range_sd**2) == pytest.approx(9.2)
     if not share:
         assert np.flatnonzero(track.seen["taken"])[0] == 5
     late = slice(150, None)
