@@ -89,10 +89,8 @@ def _over_ground(velocity: tuple[float, float] | None) -> tuple[str, str]:
     if velocity is None:
         return "", ""
     speed = math.hypot(*velocity) * KNOTS
-    if speed < 0.05:
-        return f"{speed:.2f}", ""
-    course = round(math.degrees(math.atan2(velocity[1], velocity[0])) % 360.0, 1) % 360.0
-    return f"{speed:.2f}", f"{course:.1f}"
+    course = round(math.degrees(math.atan2(velocity[1], velocity[0])), 1) % 360.0
+    return f"{speed:.2f}", f"{course:.1f}" if speed >= 0.05 else ""
 
 
 def _degrees(yaw: float) -> float:

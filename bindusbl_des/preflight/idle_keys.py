@@ -107,11 +107,11 @@ def levels(scenario: Scenario) -> Iterator[Problem]:
                     (f"acoustics.{band}.channel.{chooser}",),
                 )
         relative = decoding == "threshold" and given.get("snr_threshold_db") is None
-        if not relative or given.get("capture_db") is not None:
-            continue
-        if given.get("timing", "constant") != "constant":
-            continue
-        for name in (name for name in LEVELS if name in given):
+        relative &= given.get("capture_db") is None
+        relative &= given.get("timing", "constant") == "constant"
+        for name in LEVELS if relative else ():
+            if name not in given:
+                continue
             yield Problem(
                 f"acoustics.{band}.channel.{name}",
                 f"{'has no effect' if band == 'mf' else 'changes only the SNR that is told'} with "

@@ -198,6 +198,15 @@ def test_a_client_that_does_not_read_is_dropped() -> None:
         port.close()
 
 
+def test_two_outputs_to_one_file_do_not_write_over_each_other(tmp_path: Path) -> None:
+    sinks = [File(name, tmp_path / "x", replace=True) for name in ("one", "two")]
+    for sink in (*sinks, *sinks):
+        sink.send(f"{sink.name}\n".encode())
+    for sink in sinks:
+        sink.close()
+    assert (tmp_path / "x").read_text().split() == ["one", "two", "one", "two"]
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is full")
 def test_a_full_disk_ends_the_sink_and_not_the_mission() -> None:
     sink = File("json:file:/dev/full", Path("/dev/full"), replace=False)

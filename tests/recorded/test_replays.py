@@ -19,7 +19,7 @@ from bindusbl_des.recorded.log import BadLog, Log, LoggedFixes, Ranges
 from bindusbl_des.recorded.navigating import Noise, filter_log, noise_of, prepared, smooth_log
 from bindusbl_des.recorded.outcome import tables
 from bindusbl_des.recorded.reading import read_log
-from bindusbl_des.recorded.replay_text import _rival, noise_file, summary
+from bindusbl_des.recorded.replay_text import _lost, _rival, noise_file, summary
 from bindusbl_des.recorded.replaying import find_start, mean_nis, outlier_share, replay, rms_between
 from bindusbl_des.results.result_folder import write_csv
 
@@ -302,6 +302,10 @@ def test_the_navigator_that_noise_names_is_replayed(
     noise.write_text("name: paper\nnavigation: {filter: fixed_gain}\n")
     outcome = CliRunner().invoke(main, words)
     assert "not navigation.filter: fixed_gain" in outcome.stderr
+
+
+def test_a_log_without_losses_says_so() -> None:
+    assert _lost({"lost_share": 0.0, "receptions": 206}) == "all 206 signals were heard"
 
 
 def test_the_noise_found_is_a_scenario(tmp_path: Path) -> None:
