@@ -28,13 +28,6 @@ from .service import MOST, note_gnss, note_service
 from .trajectories import instants
 from .world import World
 
-# What tables have beside the buffers of a mission: how loud receptions were, and whose measurements
-# were fused
-LEVELS = np.dtype([("level_db", "f8"), ("margin_db", "f8")])
-FUSED = np.dtype([("asvs", "i8")])
-GNSS = np.dtype([("gnss_fix", "i8"), ("fixed_at_s", "f8"), ("sd_m", "f8")])
-
-
 # What some missions have not at all: where no AUV has it, none is worse for it.
 UNDEFINED = ("latency_from_slot_s", "path_error_m", "saturated_share")
 _LARGEST = np.array(list(WORST_IS_LARGEST.values()))[:, np.newaxis]
@@ -60,10 +53,7 @@ def event_tables(world: World) -> dict[str, pa.Table]:
 
 def _receptions_table(record: Recorder, receiver: Receiver) -> pa.Table:
     rows = record.receptions.rows
-    levels_now, levels = receiver.levels(rows["snr_db"]), np.empty(len(rows), dtype=LEVELS)
-    for name in LEVELS.names or ():
-        levels[name] = levels_now[name]
-    return from_numbers("receptions", rows, levels)
+    return from_numbers("receptions", rows, receiver.levels(rows["snr_db"]))
 
 
 def _fixes_table(record: Recorder, asvs: int) -> pa.Table:
@@ -73,18 +63,14 @@ def _fixes_table(record: Recorder, asvs: int) -> pa.Table:
     packed = np.packbits(heard, axis=1)
     together = np.uint64 if asvs <= 64 else f"V{packed.shape[1]}"  # which is slower to compare
     groups, group = np.unique(packed.view(together)[:, 0], return_inverse=True)
-    fused = np.empty(len(rows), dtype=FUSED)
-    fused["asvs"] = len(OUTCOMES) + group
     names = [_together(own.tobytes()) for own in groups]
-    return from_numbers("fixes", rows, fused, words=(*OUTCOMES, *names))
+    return from_numbers("fixes", rows, {"asvs": len(OUTCOMES) + group}, (*OUTCOMES, *names))
 
 
 def _gnss_fixes_table(record: Recorder) -> pa.Table:
     rows = record.gnss_fixes.rows
-    own = np.empty(len(rows), dtype=GNSS)
-    own["gnss_fix"], own["fixed_at_s"] = rows["fix"], rows["delivered_at_s"]
-    own["sd_m"] = rows["sd_x_m"]
-    return from_numbers("gnss_fixes", rows, own)
+    named = {"gnss_fix": "fix", "fixed_at_s": "delivered_at_s", "sd_m": "sd_x_m"}
+    return from_numbers("gnss_fixes", rows, {name: rows[own] for name, own in named.items()})
 
 
 @lru_cache(maxsize=1024)

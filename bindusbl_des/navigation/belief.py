@@ -197,12 +197,11 @@ def _carried(spread: Floats, k: int, way: ReckonedPath) -> tuple[float, float]:
 
 
 @inlined
-def error_spread(belief: Belief, dr: DeadReckoned, growth: Growth) -> tuple[float, float, float]:
-    """Return xx, yy, xy (m2) of the error's covariance at another instant, as :func:`carry` does,
-    where nothing stretches the way and no bias wanders.
+def error_spread(p: Floats, way: ReckonedPath, growth: Growth) -> tuple[float, float, float]:
+    """Return xx, yy, xy (m2) of the error's covariance after some way, as :func:`carry` does with
+    that of a belief (k, k), where nothing stretches the way and no bias wanders.
     """
-    way = way_since(expected(belief, growth), dr, growth.in_body)
-    passed, ahead, aside, p = way.passed, way.ahead, way.aside, belief.covariance
+    passed, ahead, aside = way.passed, way.ahead, way.aside
     x0, _ = _carried(p, 0, way)
     x1, y1 = _carried(p, 1, way)
     x2, y2 = _carried(p, 2, way)

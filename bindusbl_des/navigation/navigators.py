@@ -131,11 +131,13 @@ def _spread(
 ) -> None:
     """Write what the covariance of the belief on a desk has become at some instants."""
     times, position, headings = odometry.times, odometry.position, odometry.headings
-    spread = scratch.ahead.covariance
+    belief, spread = scratch.belief, scratch.ahead.covariance
+    drift, plain = expected(belief, growth), growth.stretched + growth.wandering + growth.aligned == 0
     for n in range(begin, end):
         dr = DeadReckoned(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
-        if growth.stretched + growth.wandering + growth.aligned == 0:
-            out[n, 0], out[n, 1], out[n, 2] = error_spread(scratch.belief, dr, growth)
+        if plain:
+            way = way_since(drift, dr, growth.in_body)
+            out[n, 0], out[n, 1], out[n, 2] = error_spread(belief.covariance, way, growth)
         else:
             write(scratch.belief, scratch.ahead)
             carry(scratch.ahead, dr, growth)

@@ -1,12 +1,13 @@
 """Tables of a mission: what was recorded, as Arrow tables whose columns say what they are."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from operator import attrgetter
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
+from numpy.typing import NDArray
 
 from ..core.arrays import Ints
 from ..records.events import OUTCOMES
@@ -15,53 +16,54 @@ from .columns import spelt
 from .schemas import VEHICLES, schema
 
 WORD = 8  # bytes of a number
+FLOAT, TEXT = str(pa.float64()), str(pa.string())
 
 # So many rows become columns at a time: of large fleets the tracks are all there twice otherwise.
 BLOCK = 65_536
 
+Columns = Mapping[str, NDArray[Any]]
 
-def from_numbers(table: str, *parts: Rows, words: Sequence[str] = OUTCOMES) -> pa.Table:
-    """Return the rows of one or two buffers side by side, of numbers, as an Arrow table.
 
-    Vehicles have their names; in other columns of text numbers count in `words`.  NaN and NONE
-    become null.
+def from_numbers(
+    table: str, rows: Rows, own: Columns | None = None, words: Sequence[str] = OUTCOMES
+) -> pa.Table:
+    """Return the rows of a buffer, of numbers, as an Arrow table.
+
+    `own` has columns that the buffer lacks.  Vehicles have their names; in other columns of text
+    numbers count in `words`.  NaN and NONE become null.
     """
-    batches = [
-        _batch(table, [part[begin : begin + BLOCK] for part in parts], words)
-        for begin in range(0, max(len(parts[0]), 1), BLOCK)
-    ]
+    batches = []
+    for begin in range(0, max(len(rows), 1), BLOCK):
+        block = slice(begin, begin + BLOCK)
+        beside = {name: column[block] for name, column in (own or {}).items()}
+        batches.append(_batch(table, rows[block], beside, words))
     return pa.Table.from_batches(batches)
 
 
-def _batch(table: str, parts: Sequence[Rows], words: Sequence[str]) -> pa.RecordBatch:
+def _batch(table: str, rows: Rows, own: Columns, words: Sequence[str]) -> pa.RecordBatch:
     """Return rows as :func:`from_numbers` does, as one batch."""
-    rows, columns = len(parts[0]), dict[str, pa.Array]()
-    numbers = {name: its_own for part in parts for name, *its_own in _columns(part)}
-    for prefix, names in _texts(table).items():  # all at once: most tables are short
-        codes = np.concatenate([numbers[name][0] for name in names])
+    count, kinds = len(rows), _kinds(table)
+    recorded: Any = np.ascontiguousarray(rows).view(np.int64)
+    recorded = recorded.reshape(count, rows.dtype.itemsize // WORD)
+    numbers: Ints = recorded.T[_places(table, rows.dtype)]  # a copy: the buffer is reused
+    for place, name in enumerate(kinds if own else ()):
+        if name in own:
+            numbers[place] = own[name].view(np.int64)
+    known = ~np.isnan(numbers.view(np.float64))  # NONE has the bits of a NaN, too
+    buffers = [pa.py_buffer(np.packbits(known, bitorder="little")), pa.py_buffer(numbers)]
+    floats = pa.Array.from_buffers(pa.float64(), numbers.size, buffers)
+    wholes = pa.Array.from_buffers(pa.int64(), numbers.size, buffers)
+    arrays = [
+        (floats if kind == FLOAT else wholes).slice(place * count, count)
+        for place, kind in enumerate(kinds.values())
+    ]
+    for prefix, places in _texts(table).items():
+        codes = numbers[places].reshape(-1)
         vehicles = range(codes.max(initial=NONE) + 1)
         text = spelt([f"{prefix}{number}" for number in vehicles] if prefix else words, codes)
-        columns |= {name: text.slice(k * rows, rows) for k, name in enumerate(names)}
-    for name, kind in _kinds(table).items():
-        if name not in columns:
-            its_own, known = numbers[name]
-            columns[name] = pa.Array.from_buffers(kind, rows, [known, pa.py_buffer(its_own)])
-    arrays = [columns[name] for name in _kinds(table)]
+        for k, place in enumerate(places):
+            arrays[place] = text.slice(k * count, count)
     return pa.RecordBatch.from_arrays(arrays, schema=schema(table))
-
-
-def _columns(part: Rows) -> Iterator[tuple[str, Ints, pa.Buffer | None]]:
-    """Yield the fields of records: name, numbers (n,) seen as whole ones, and the bits of those
-    that are known, None where all are.
-    """
-    words: Any = np.ascontiguousarray(part).view(np.int64)
-    numbers = words.reshape(len(part), part.dtype.itemsize // WORD).T.copy()  # the buffer is reused
-    known = ~np.isnan(numbers.view(np.float64))  # NONE has the bits of a NaN, too
-    bits = np.packbits(known, axis=1, bitorder="little")
-    complete: list[bool] = np.logical_and.reduce(known, axis=1).tolist()
-    for name, (_, offset, *_) in (part.dtype.fields or {}).items():
-        k = offset // WORD
-        yield name, numbers[k], None if complete[k] else pa.py_buffer(bits[k])
 
 
 def from_rows(table: str, rows: Sequence[Any]) -> pa.Table:
@@ -75,7 +77,7 @@ def from_rows(table: str, rows: Sequence[Any]) -> pa.Table:
 
 def from_row(table: str, row: Mapping[str, Any]) -> pa.Table:
     """Return the one row of a table as :func:`from_rows` does; a missing column is null."""
-    numbers, words = _numbered(table, [tuple(row.get(name) for name in _kinds(table))])
+    numbers, words = _numbered(table, [tuple(map(row.get, _kinds(table)))])
     return from_numbers(table, numbers, words=words)
 
 
@@ -86,35 +88,47 @@ def numbers_of(table: str, rows: Sequence[Any]) -> Rows:
 
 def _numbered(table: str, rows: Sequence[tuple[Any, ...]]) -> tuple[Rows, list[str]]:
     """Return rows as numbers, and the words that some of these count in, as they come up."""
-    words, kinds, counted = dict[str, int](), _kinds(table), _texts(table).get("", ())
-    numbers = np.empty(
-        len(rows), [(name, "f8" if kind == pa.float64() else "i8") for name, kind in kinds.items()]
-    )
-    for (name, kind), column in zip(kinds.items(), zip(*rows, strict=True), strict=bool(rows)):
-        if name in counted:
-            codes = [
-                NONE if value is None else words.setdefault(value, len(words)) for value in column
+    words, counted = dict[str, int](), _texts(table).get("", ())
+    columns: list[Sequence[Any]] = list(zip(*rows, strict=True))
+    for place, kind in enumerate(_kinds(table).values() if rows else ()):
+        if place in counted:
+            columns[place] = [
+                NONE if word is None else words.setdefault(word, len(words))
+                for word in columns[place]
             ]
-            numbers[name] = codes
-        elif kind == pa.float64():
-            numbers[name] = column
-        else:
-            numbers[name] = [NONE if value is None else value for value in column]
-    return numbers, list(words)
+        elif kind != FLOAT and None in columns[place]:
+            columns[place] = [NONE if value is None else value for value in columns[place]]
+    return np.array(list(zip(*columns, strict=True)), _row_type(table)), list(words)
 
 
 @cache
-def _kinds(table: str) -> dict[str, pa.DataType]:
-    """Return the types of a table's columns."""
-    return {field.name: field.type for field in schema(table)}
+def _kinds(table: str) -> dict[str, str]:
+    """Return the types of a table's columns, by their names."""
+    return {field.name: str(field.type) for field in schema(table)}
 
 
 @cache
-def _texts(table: str) -> dict[str, list[str]]:
-    """Return the columns of text by what their vehicles' names begin with; by "" those of words."""
-    texts = dict[str, list[str]]()
-    for name, kind in _kinds(table).items():
-        if kind == pa.string():
+def _row_type(table: str) -> np.dtype[np.void]:
+    """Return the record of a table's rows, names and words as numbers."""
+    kinds = _kinds(table).items()
+    return np.dtype([(name, "f8" if kind == FLOAT else "i8") for name, kind in kinds])
+
+
+@cache
+def _places(table: str, recorded: np.dtype[np.void]) -> Ints:
+    """Return where in a record a table's columns are; of those that it lacks, anywhere."""
+    offsets = {name: offset for name, (_, offset, *_) in (recorded.fields or {}).items()}
+    return np.array([offsets.get(name, 0) // WORD for name in _kinds(table)])
+
+
+@cache
+def _texts(table: str) -> dict[str, list[int]]:
+    """Return the places of columns of text by what their vehicles' names begin with; by "" those
+    of words.
+    """
+    texts = dict[str, list[int]]()
+    for place, (name, kind) in enumerate(_kinds(table).items()):
+        if kind == TEXT:
             prefix = VEHICLES.get(name, "AUV" if name.endswith("_auv") else "")
-            texts.setdefault(prefix, []).append(name)
+            texts.setdefault(prefix, []).append(place)
     return texts
