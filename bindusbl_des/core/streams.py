@@ -14,7 +14,7 @@ from math import cos, log, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import lengthened
+from .arrays import Floats, Ints, lengthened
 from .compiled import compiled
 
 # Rows of noise that are drawn at a time; fewer where so many pairs would hold more than so many.
@@ -170,3 +170,12 @@ def normal(key: np.uint64, layer: int, cell: int, number: int) -> float:
     """
     radius = sqrt(-2.0 * log(1.0 - uniform(key, layer, cell, number)))
     return radius * cos(2.0 * pi * uniform(key, layer, cell, number + 1))
+
+
+@compiled
+def normals(key: np.uint64, cells: Ints) -> Floats:
+    """Return a :func:`normal` number of each of some cells (n,)."""
+    found = np.empty(cells.size)
+    for k in range(cells.size):
+        found[k] = normal(key, 0, cells[k], 0)
+    return found

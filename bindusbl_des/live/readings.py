@@ -9,6 +9,7 @@ from collections.abc import Collection, Generator, Iterator, Sequence
 from datetime import datetime, timedelta
 from typing import Any, NamedTuple
 
+import numpy as np
 import simpy
 from numpy.typing import NDArray
 
@@ -16,6 +17,7 @@ from ..core.streams import Purpose, Streams
 from ..geometry.geodesy import geodetic_from_ned
 from ..mission.closed_loop import slow_gnss
 from ..mission.mission import Mission
+from ..mission.sensor_errors import pressure_errors
 from ..protocol.happenings import Happening, Watch
 from ..protocol.hf.outcomes import Sight
 from ..records.events import Broadcast, Fix
@@ -131,24 +133,6 @@ def earth_of(scenario: Scenario, start: datetime) -> Earth:
     return Earth(origin_of(scenario), start)
 
 
-class PressureSensor:
-    """The depth that an AUV measures, as the table `tracks` has it."""
-
-    def __init__(self, scenario: Scenario, streams: Streams, auv: int) -> None:
-        navigation = scenario.navigation
-        self._rate, self._sd = navigation.imu_rate_hz, navigation.depth_sd_m
-        self._stream = streams.of(Purpose.DEPTH, auv)
-        self._drawn, self._last = 0, 0.0
-
-    def measured(self, depth: float, time: float) -> float:
-        """Return a depth (m) as it is measured at an instant (s), no earlier than the last one."""
-        index = int(time * self._rate)
-        while self._drawn <= index:
-            drawn = self._stream.standard_normal(min(index + 1 - self._drawn, 4096))
-            self._drawn, self._last = self._drawn + len(drawn), float(drawn[-1])
-        return depth + self._last * self._sd
-
-
 class Instruments:
     """All that the instruments of a mission measure, as it is advanced.
 
@@ -161,8 +145,7 @@ class Instruments:
         """Listen to a mission that is at 0 s; to `only` some vehicles, by name, if any is given."""
         scenario, streams = mission.scenario, Streams(mission.seed)
         self._mission, self._truth, self._only = mission, truth, frozenset(only)
-        auvs, asvs = range(scenario.auvs.count), range(scenario.asvs.count)
-        self._depths = [PressureSensor(scenario, streams, auv) for auv in auvs]
+        self._streams, asvs = streams, range(scenario.asvs.count)
         self._gnss = [streams.of(Purpose.GNSS_TELEGRAM, asv) for asv in asvs]
         self._compass = [streams.of(Purpose.COMPASS_TELEGRAM, asv) for asv in asvs]
         self._slow, self._before = slow_gnss(scenario, streams), [(math.nan, math.nan)] * len(asvs)
@@ -246,11 +229,12 @@ class Instruments:
             self._by_gnss += 1
             if self._is_wanted(name := f"AUV{fix.auv}"):
                 yield Gnss(fix.fixed_at_s, name, (fix.x_m, fix.y_m), None, fix.sd_m)
-        states, depth_sd = self._mission.auvs(), self._mission.scenario.navigation.depth_sd_m
+        scenario, states = self._mission.scenario, self._mission.auvs()
+        depth_sd, now = scenario.navigation.depth_sd_m, np.array([at_s])
         for auv, (x, y, z, yaw) in enumerate(states.truth.tolist()):
             name, (north, east) = f"AUV{auv}", states.estimate[auv].tolist()
-            depth = self._depths[auv].measured(z, at_s)
             if self._is_wanted(name):
+                depth = z + float(pressure_errors(scenario, self._streams, auv, now)[0])
                 covariance = states.covariance[auv].tolist()
                 yield EstimateReading(at_s, name, (north, east, depth), covariance, depth_sd)
                 if self._truth:

@@ -10,6 +10,7 @@ from ..core.compiled import compiled, inlined
 from ..navigation.fix_update import SURE
 from ..records.events import TrackPoint
 from ..records.rows import Row, Rows, row_type
+from .sensor_errors import pressure_errors
 from .service import MOST, mean, quantile_of
 from .trajectories import beside, instants
 from .world import World
@@ -91,7 +92,7 @@ def track_points(world: World) -> Rows:
         points["path_error_m"], points["swept_m2"] = ways.beside_m[auv], ways.swept_m2[auv]
         found = world.sample(auv, times)
         sure = world.navigator.covariance(auv, found.odometry)
-        depth_error = world.depth_noise(auv, times)
+        depth_error = pressure_errors(world.scenario, world.streams, auv, times)
         _note_points(points, *found.way, found.odometry.position, found.estimate, sure, depth_error)
     off_station = beside(asvs.vehicles, times)
     for asv in range(len(asvs)):

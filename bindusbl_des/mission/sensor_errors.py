@@ -7,7 +7,7 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..core.plugins import is_plugin
-from ..core.streams import Purpose, Streams
+from ..core.streams import Purpose, Streams, normals
 from ..navigation.dead_reckoning import random_walk
 from ..records.rows import NONE, Rows
 from ..scenario.own_sensors import estimated_kinds, kinds, own_sensors
@@ -99,6 +99,16 @@ def _walks(scenario: Scenario, streams: Streams, water: MissionCurrent, skews: R
             along, across = skews[auv]["along"], skews[auv]["across"]
             lost[auv] -= moved @ np.array([[along, across], [-across, along]])
     return lost
+
+
+def pressure_errors(scenario: Scenario, streams: Streams, auv: int, times: Floats) -> Floats:
+    """Return by how much (m) an AUV's pressure sensor errs at instants (n,), s.
+
+    It measures as often as the IMU, and is looked at whenever anybody likes.
+    """
+    navigation = scenario.navigation
+    key = streams.of(Purpose.DEPTH, auv).integers(2**64, dtype=np.uint64)
+    return navigation.depth_sd_m * normals(key, (times * navigation.imu_rate_hz).astype(np.int64))
 
 
 def misalignments(scenario: Scenario, streams: Streams) -> Floats:

@@ -3,10 +3,8 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
 from ..core.arrays import Floats
-from ..core.streams import Purpose, Streams
+from ..core.streams import Streams
 from ..navigation.dead_reckoning import DeadReckoning
 from ..navigation.navigators import Navigator
 from ..protocol.network import Network
@@ -46,10 +44,3 @@ class World:
         way = self.auv_fleet.ways.of(auv, times)
         odometry = self.reckoning.odometry(auv, way)
         return Samples(way, odometry, self.navigator.estimate(auv, odometry))
-
-    def depth_noise(self, auv: int, times: Floats) -> Floats:
-        """Return the pressure sensor's errors (m) at instants (s); equal at equal IMU samples."""
-        navigation = self.scenario.navigation
-        index = (times * navigation.imu_rate_hz).astype(np.intp)
-        stream = self.streams.of(Purpose.DEPTH, auv)
-        return stream.standard_normal(int(index[-1]) + 1)[index] * navigation.depth_sd_m

@@ -132,10 +132,11 @@ def _spread(
     """Write what the covariance of the belief on a desk has become at some instants."""
     times, position, headings = odometry.times, odometry.position, odometry.headings
     belief, spread = scratch.belief, scratch.ahead.covariance
-    drift, plain = expected(belief, growth), growth.stretched + growth.wandering + growth.aligned == 0
+    drift, is_plain = expected(belief, growth), growth.stretched == growth.wandering == 0
+    is_plain &= growth.aligned == 0
     for n in range(begin, end):
         dr = DeadReckoned(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
-        if plain:
+        if is_plain:
             way = way_since(drift, dr, growth.in_body)
             out[n, 0], out[n, 1], out[n, 2] = error_spread(belief.covariance, way, growth)
         else:

@@ -112,14 +112,12 @@ def broadcast(network: Network, turn: Turn, time: float) -> None:
         for asv, fixes in at_once:
             sends_at, airtime, names = begins, 0.0, named.get(asv, ())
             for part, message in enumerate(slots.messages.packed(len(fixes), len(names))):
-                send = partial(
-                    _send, network, turn, asv, sends_at, message, part,
-                    fixes[: message.fixes], names[: message.named],
-                )  # fmt: skip
+                own = fixes[: message.fixes], names[: message.named]
+                frame = network, turn, asv, sends_at, message, part, *own
                 if sends_at == time:
-                    send()
+                    _send(*frame)
                 else:
-                    moment(network.env, sends_at).callbacks.append(send)
+                    moment(network.env, sends_at).callbacks.append(partial(_send, *frame))
                 fixes, names = fixes[message.fixes :], names[message.named :]
                 sends_at += message.airtime_s
                 airtime += message.airtime_s

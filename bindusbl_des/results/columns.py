@@ -48,14 +48,11 @@ def _strings(values: Sequence[str | None]) -> pa.Array:
 
 def spelt(words: Sequence[str], codes: NDArray[np.int64]) -> pa.Array:
     """Return words by their numbers, one in each row; -1 is null."""
-    encoded = [*(word.encode() for word in words), b""]  # the last for what is null
-    lengths = np.array([len(word) for word in encoded])
-    own = lengths[codes]
-    ends = np.concatenate(([0], np.cumsum(own)))
-    begins = (np.cumsum(lengths) - lengths)[codes]
-    letters = np.frombuffer(b"".join(encoded), dtype=np.uint8)
-    each = letters[np.repeat(begins - ends[:-1], own) + np.arange(ends[-1])]
-    buffers = [_validity(codes < 0), pa.py_buffer(ends.astype(np.int32)), pa.py_buffer(each)]
+    encoded = np.array([*(word.encode() for word in words), b""])  # the last for what is null
+    ends = np.zeros(len(codes) + 1, dtype=np.int32)
+    np.cumsum(np.char.str_len(encoded)[codes], out=ends[1:])
+    letters = encoded[codes].view(np.uint8)
+    buffers = [_validity(codes < 0), pa.py_buffer(ends), pa.py_buffer(letters[letters != 0])]
     return pa.Array.from_buffers(pa.string(), len(codes), buffers)
 
 

@@ -1,6 +1,6 @@
 """Tables of a mission: what was recorded, as Arrow tables whose columns say what they are."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from operator import attrgetter
 from typing import Any
@@ -57,13 +57,23 @@ def _batch(table: str, rows: Rows, own: Columns, words: Sequence[str]) -> pa.Rec
         (floats if kind == FLOAT else wholes).slice(place * count, count)
         for place, kind in enumerate(kinds.values())
     ]
-    for prefix, places in _texts(table).items():
-        codes = numbers[places].reshape(-1)
-        vehicles = range(codes.max(initial=NONE) + 1)
-        text = spelt([f"{prefix}{number}" for number in vehicles] if prefix else words, codes)
-        for k, place in enumerate(places):
-            arrays[place] = text.slice(k * count, count)
+    text = _spelt(numbers[list(_texts(table))], _texts(table).values(), words)
+    for k, place in enumerate(_texts(table)):
+        arrays[place] = text.slice(k * count, count)
     return pa.RecordBatch.from_arrays(arrays, schema=schema(table))
+
+
+def _spelt(codes: Ints, prefixes: Iterable[str], words: Sequence[str]) -> pa.Array:
+    """Return columns of text, one behind the other, by the numbers (k, n) of their words or, with a
+    prefix, vehicles.
+    """
+    known, vehicles = list(words), range(codes.max(initial=NONE) + 1)
+    begins = {"": 0}
+    for prefix in sorted(set(prefixes) - {""}):
+        begins[prefix] = len(known)
+        known += [f"{prefix}{number}" for number in vehicles]
+    begin = np.array([begins[prefix] for prefix in prefixes], dtype=np.int64)[:, np.newaxis]
+    return spelt(known, np.where(codes == NONE, NONE, begin + codes).reshape(-1))
 
 
 def from_rows(table: str, rows: Sequence[Any]) -> pa.Table:
@@ -88,10 +98,10 @@ def numbers_of(table: str, rows: Sequence[Any]) -> Rows:
 
 def _numbered(table: str, rows: Sequence[tuple[Any, ...]]) -> tuple[Rows, list[str]]:
     """Return rows as numbers, and the words that some of these count in, as they come up."""
-    words, counted = dict[str, int](), _texts(table).get("", ())
+    words, texts = dict[str, int](), _texts(table)
     columns: list[Sequence[Any]] = list(zip(*rows, strict=True))
     for place, kind in enumerate(_kinds(table).values() if rows else ()):
-        if place in counted:
+        if texts.get(place) == "":
             columns[place] = [
                 NONE if word is None else words.setdefault(word, len(words))
                 for word in columns[place]
@@ -122,13 +132,10 @@ def _places(table: str, recorded: np.dtype[np.void]) -> Ints:
 
 
 @cache
-def _texts(table: str) -> dict[str, list[int]]:
-    """Return the places of columns of text by what their vehicles' names begin with; by "" those
-    of words.
-    """
-    texts = dict[str, list[int]]()
-    for place, (name, kind) in enumerate(_kinds(table).items()):
-        if kind == TEXT:
-            prefix = VEHICLES.get(name, "AUV" if name.endswith("_auv") else "")
-            texts.setdefault(prefix, []).append(place)
-    return texts
+def _texts(table: str) -> dict[int, str]:
+    """Return the places of columns of text, and what names of vehicles begin with; "": words."""
+    return {
+        place: VEHICLES.get(name, "AUV" if name.endswith("_auv") else "")
+        for place, (name, kind) in enumerate(_kinds(table).items())
+        if kind == TEXT
+    }

@@ -12,13 +12,14 @@ from bindusbl_des.navigation.belief import (
     Growth,
     carry,
     error_spread,
+    expected,
     first_belief,
     on_circle,
     turn_with,
 )
 from bindusbl_des.navigation.fix_update import weigh
 from bindusbl_des.records.rows import Jacobians
-from bindusbl_des.vehicles.reckoning import DeadReckoned
+from bindusbl_des.vehicles.reckoning import DeadReckoned, way_since
 
 
 def grown(walk: float, sds: list[float], lasts: list[float], **places: int) -> Growth:
@@ -183,7 +184,8 @@ def test_how_sure_one_is_of_the_error_is_what_carrying_makes_of_it(in_body: bool
         belief = first_belief(1.0, (0.05, 0.05), 0.1, [0.3])
         belief.covariance[:] = np.cov(rng.normal(0.0, 1.0, (7, 20)))
         told = DeadReckoned(passed, *rng.normal(0.0, 30.0, 4).tolist())
-        found = error_spread(belief, told, growth)
+        way = way_since(expected(belief, growth), told, growth.in_body)
+        found = error_spread(belief.covariance, way, growth)
         carry(belief, told, growth)
         p = belief.covariance
         assert found == (p[0, 0], p[1, 1], p[0, 1])

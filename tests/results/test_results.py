@@ -135,6 +135,19 @@ def test_depth_is_measured_not_integrated() -> None:
     assert abs(error.mean()) < 4 * 0.05 / np.sqrt(len(error))
 
 
+def test_a_depth_is_what_it_is_however_often_one_looks() -> None:
+    """The sensor errs at each sample of its own, whenever and by whom it is read."""
+    often, seldom = [
+        simulate(scenario(duration_s=60.0, record={"tracks_hz": rate})).tables["tracks"]
+        for rate in (15.0, 1.0)
+    ]
+    merged = seldom.merge(often, on=["vehicle", "time_s"], suffixes=("", "_often"))
+    merged = merged[merged.vehicle == "AUV0"]
+    assert len(merged) == 60
+    assert (merged.estimate_z_m == merged.estimate_z_m_often).all()
+    assert merged.estimate_z_m.nunique() == 60
+
+
 def test_an_existing_folder_is_kept(result: Result, tmp_path: Path) -> None:
     """A folder is never overwritten without force, and never one of other things."""
     (tmp_path / "mine").mkdir()
@@ -305,7 +318,7 @@ def test_a_folder_that_lacks_a_table_is_damaged(result: Result, tmp_path: Path) 
 @pytest.mark.parametrize("missing", [False, True])
 @pytest.mark.parametrize("count", [0, 1, 9, 64, 1000])
 def test_numbers_become_the_columns_of_a_table(count: int, missing: bool) -> None:
-    """Numbers bit for bit, words and names, each with what is null; in one part or two."""
+    """Numbers bit for bit, words and names, each with what is null; also of a column beside."""
     draw = np.random.default_rng(count)
     fixes = np.zeros(count, dtype=FIX)
     for name in FIX.names or ():
@@ -314,12 +327,12 @@ def test_numbers_become_the_columns_of_a_table(count: int, missing: bool) -> Non
     fixes["x_m"] = draw.normal(size=count)
     fixes["y_m"] = np.where(draw.random(count) < (0.5 if missing else 0.0), np.nan, -0.0)
     words = (*OUTCOMES, "Bo\u00eft", "", "ASV1 ASV10")
-    fused = np.array([(it,) for it in draw.integers(6, 9, count)], dtype=[("asvs", "i8")])
-    found = from_numbers("fixes", fixes, fused, words=words)
+    fused = {"asvs": draw.integers(6, 9, count)}
+    found = from_numbers("fixes", fixes, fused, words)
     found.validate(full=True)
     assert found.schema.equals(schema("fixes"), check_metadata=True)
     for field in found.schema:
-        values = (fused if field.name == "asvs" else fixes)[field.name].tolist()
+        values = (fused if field.name in fused else fixes)[field.name].tolist()
         prefix = VEHICLES.get(field.name)
         if prefix:
             expected = [None if it < 0 else f"{prefix}{it}" for it in values]
@@ -335,14 +348,14 @@ def test_numbers_become_the_columns_of_a_table(count: int, missing: bool) -> Non
 
 
 def test_long_tables_are_made_in_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Rows of several blocks are the rows of one, two parts stay side by side."""
+    """Rows of several blocks are the rows of one, with what stands beside them."""
     fixes = np.zeros(9, dtype=FIX)
     fixes["fix"], fixes["auv"], fixes["x_m"] = np.arange(9), np.arange(9), np.arange(9) / 7
-    fused = np.array([(6 + k % 2,) for k in range(9)], dtype=[("asvs", "i8")])
+    fused = {"asvs": np.array([6 + k % 2 for k in range(9)])}
     words = (*OUTCOMES, "ASV0", "ASV1")
-    whole = from_numbers("fixes", fixes, fused, words=words)
+    whole = from_numbers("fixes", fixes, fused, words)
     monkeypatch.setattr(tables, "BLOCK", 4)
-    found = from_numbers("fixes", fixes, fused, words=words)
+    found = from_numbers("fixes", fixes, fused, words)
     assert [len(it) for it in found["x_m"].chunks] == [4, 4, 1]
     assert found.equals(whole, check_metadata=True)
 
@@ -351,9 +364,9 @@ def test_long_tables_are_made_in_blocks(monkeypatch: pytest.MonkeyPatch) -> None
 def test_a_table_keeps_its_rows_when_the_buffer_gets_others(count: int) -> None:
     """Buffers go from mission to mission; a single row lies as a column does."""
     fixes = np.zeros(count, dtype=FIX)
-    fused = np.zeros(count, dtype=[("asvs", "i8")])
+    fused = {"asvs": np.zeros(count, dtype=np.int64)}
     found = from_numbers("fixes", fixes, fused)
-    fixes["x_m"], fixes["fix"] = 1.0, 1
+    fixes["x_m"], fixes["fix"], fused["asvs"][:] = 1.0, 1, 1
     assert (found["x_m"].to_pylist(), found["fix"].to_pylist()) == ([0.0] * count, [0] * count)
 
 
