@@ -1,1 +1,1 @@
-"""Sound in the sea: its speed, what is lost on the way, and when it reaches whom."""
+"""Sound between vehicles: what is lost on the way, and when it reaches whom."""

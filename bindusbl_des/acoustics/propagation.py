@@ -16,7 +16,7 @@ from ..records.rows import NONE, PING, RECEPTION, Row, Rows
 from ..vehicles.fleet import Failures
 from ..vehicles.motion import Motion, Place, where
 from .loss import LossTerms, loss_probability
-from .travel_time import light_time
+from .travel_time import travel_time_to
 
 # What becomes of a signal on its way: the probability that it is lost if nothing overlaps it; its
 # SNR (dB), NaN where the channel knows of none; and how strong a sound it is where it overlaps
@@ -201,7 +201,7 @@ def _reach(
         heard = reaches(here, there, number, asv, way)
         strength = sound(here, there, number, asv, way)
         if heard or everything or strength > 0.0:
-            travel = light_time(here, asvs, asv, ping.sent_at_s, sound_speed)
+            travel = travel_time_to(here, asvs, asv, ping.sent_at_s, sound_speed)
             line = receptions[row]
             line.ping, line.auv, line.asv = ping.ping, ping.auv, asv
             line.arrived_at_s, line.travel_time_s = ping.sent_at_s + travel, travel
@@ -287,7 +287,7 @@ def _travel(
     here = ping.x_m, ping.y_m, ping.z_m, 0.0
     latest, last, longest = 0.0, 0.0, 0.0
     for line in receptions:
-        travel = light_time(here, asvs, line.asv, ping.sent_at_s, sound_speed)
+        travel = travel_time_to(here, asvs, line.asv, ping.sent_at_s, sound_speed)
         line.travel_time_s, line.slant_range_m = travel, travel * sound_speed
         if not isnan(line.arrived_at_s):  # whom no call reached does not ping
             line.arrived_at_s = ping.sent_at_s + travel

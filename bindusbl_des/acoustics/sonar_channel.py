@@ -1,4 +1,4 @@
-"""Specular echoes of surface and bottom: when they come, how strong, and what they do to a ping.
+"""The channel `sonar`: the sonar equation, with echoes of surface and bottom that meet a ping.
 
 A flat sea of constant depth and one speed of sound; each echo comes from an image of its source.
 """

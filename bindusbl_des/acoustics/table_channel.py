@@ -1,4 +1,4 @@
-"""Tables of sound traced by BELLHOP, kept on disk under the hash of all that each was made of.
+"""The channel `table`: sound traced by BELLHOP, kept on disk under the hash of what it was made of.
 
 The tracer comes with the package pelagic (GPL-3.0-or-later), an extra that is imported only where a
 table is asked for.

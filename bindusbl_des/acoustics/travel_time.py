@@ -61,7 +61,7 @@ def travel_time(
 
 
 @compiled
-def light_time(
+def travel_time_to(
     source: Place, motion: Motion, vehicle: int, sent_at: float, sound_speed: float
 ) -> float:
     """Return how long (s) a sound sent from a place (m) at `sent_at` travels until it meets a
@@ -82,11 +82,11 @@ def light_time(
 
 
 @compiled
-def light_time_by(
+def travel_time_by(
     source: Place, motion: Motion, vehicle: int, sent_at: float, sound_speed: float, known: float
 ) -> float:
-    """Return :func:`light_time` to a vehicle whose motion is known up to an instant (s), not before
-    `sent_at`; infinite if the sound has not met it by then.
+    """Return :func:`travel_time_to` for a vehicle whose motion is known up to an instant (s), not
+    before `sent_at`; infinite if the sound has not met it by then.
     """
     there = where(motion, vehicle, known)
     if distance(source, there) > sound_speed * (known - sent_at + NO_TIME):

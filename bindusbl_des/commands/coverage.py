@@ -51,7 +51,7 @@ def planned_limits(scenario: "Scenario") -> "Limits | None":
 
 def limits_lines(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]:
     """Yield the lines about limits: of slots, pings, records, latency, and fix rates."""
-    from ..preflight.messages import left_out
+    from ..preflight.band_warnings import left_out
     from ..scenario.families import schedule_of
 
     if limits is None:
@@ -252,7 +252,7 @@ def _directions(scenario: "Scenario") -> dict[str, Any]:
     """
     from ..mission.build import usbl_of
     from ..scenario.families import INSTRUMENT
-    from ..usbl.measuring import level_sds
+    from ..usbl.instrument import level_sds
 
     if scenario.usbl.model not in INSTRUMENT.siblings:
         return {"bearing_sd_deg": None, "elevation_sd_deg": None}

@@ -29,7 +29,7 @@ from ..scenario.families import ranging_of, schedule_of
 from ..scenario.own_sensors import kinds, sound_speed_error
 from ..scenario.part_choice import PartChoice
 from ..scenario.site import assumed_sound_speed_of, sound_speed_of
-from ..usbl.instrument import slow_path_sd
+from ..usbl.measuring import slow_path_sd
 from ..usbl.slow_errors import RANGE, advance
 from ..vehicles.currents import CONTROL_S
 from .chain import Step, place, row_of, rows_where

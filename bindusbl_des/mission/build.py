@@ -42,7 +42,7 @@ from ..scenario.own_sensors import estimated_kinds
 from ..scenario.scenario import Scenario, kept
 from ..scenario.site import assumed_sound_speed_of, sound_speed_of
 from ..usbl.array import elements_of
-from ..usbl.measuring import Usbl, sheet_of
+from ..usbl.instrument import Usbl, sheet_of
 from ..usbl.own_instrument import instrument_named
 from ..usbl.slow_errors import slow_numbers
 from ..usbl.systematic_fixes import Astray

@@ -86,9 +86,6 @@ def _tracks_table(world: World) -> pa.Table:
     return from_numbers("tracks", track_points(world), words=names)
 
 
-# What a mission achieved: each figure defined once, here.
-
-
 AUV_METRICS = row_type(AuvMetrics)
 NAMES = AUV_METRICS.names or ()
 

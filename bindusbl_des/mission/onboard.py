@@ -21,7 +21,7 @@ from ..scenario.own_sensors import SLOW_NUMBERS, estimated_kinds, own_sensors
 from ..scenario.part_choice import own_part, shipped_part
 from ..scenario.scenario import Scenario, kept
 from ..scenario.shipped_settings import Kalman
-from ..usbl.measuring import sheet_of
+from ..usbl.instrument import sheet_of
 from ..usbl.systematic_effects import ELEVATION, SLOW_RANGE
 from ..vehicles.fleet import VehicleFleet
 from ..vehicles.reckoning import Wrong

@@ -26,7 +26,7 @@ from ..scenario.own_sensors import estimated_kinds
 from ..scenario.scenario import Scenario
 from ..scenario.sections.routes import Lawnmower
 from ..scenario.site import area_of, lanes_heading
-from ..usbl.instrument import NOISE_WIDTH
+from ..usbl.measuring import NOISE_WIDTH
 from ..vehicles.currents import CONTROL_S
 from .round_lengths import Rounds, offered, rounds_of
 

@@ -24,8 +24,7 @@ from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
 from ..scenario.sections.usbl import spacing_m
 from ..scenario.site import profile_of
-from .idle_keys import bursts, cast, idle_keys, levels, receivers, sheet, sonar
-from .messages import (
+from .band_warnings import (
     answers,
     backlog,
     believed,
@@ -37,6 +36,7 @@ from .messages import (
     modems,
     tables,
 )
+from .idle_keys import bursts, cast, idle_keys, levels, receivers, sheet, sonar
 from .whereabouts import anchors, bays, deep, formation, frames, routes, shapes, tracks
 
 

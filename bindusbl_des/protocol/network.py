@@ -115,7 +115,10 @@ class Network(Watched):
         return self.outcomes.resolve_passed(time).stop > self.fixes_taken
 
     def take_fixes(self, time: float) -> range:
-        """Return the fixes that wait, the oldest first, as many as one broadcast carries."""
+        """Return the fixes that wait, the oldest first, as many as one broadcast carries.
+
+        Pings that have passed all ASVs by now are decided and measured here.
+        """
         first, end = self.fixes_taken, self.outcomes.resolve_passed(time).stop
         messages = self.slots.messages
         if messages.most is not None and not messages.splits:

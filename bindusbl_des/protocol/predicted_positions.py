@@ -1,4 +1,5 @@
-"""Where the surface fleet believes all vehicles to be, and so who is within reach of whom.
+"""Where the surface fleet believes all vehicles to be, and so who is within reach of whom, with the
+margin that a scenario allows for (`protocol.conflict_margin_m`).
 
 It knows where it launched the AUVs, what it has planned for them, and the fixes that it has made:
 AUVs are at their last fixes, or where these are carried forward to by what is planned.  Only where

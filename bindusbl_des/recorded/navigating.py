@@ -16,7 +16,7 @@ from ..records.rows import Rows
 from ..scenario.own_sensors import own_sensors
 from ..scenario.scenario import Scenario
 from ..scenario.site import assumed_sound_speed_of
-from ..usbl.measuring import range_sd, sheet_of, stated_range_sd
+from ..usbl.instrument import range_sd, sheet_of, stated_range_sd
 from .log import Log
 from .sighting import SEEN, SIGHT, Mixture, follow, look
 

@@ -1,6 +1,6 @@
 """What an AUV measures of an ASV's ping with its own array: where it is itself (inverted USBL).
 
-Everything is that of :mod:`.instrument` seen from the other end: the array and the AHRS are the
+Everything is that of :mod:`.measuring` seen from the other end: the array and the AHRS are the
 AUV's, the source is the ASV.  Synchronised clocks make the travel time a range.  With the source as
 the origin a fix is the mirror image of a fix of the source, and so is its covariance.  Source:
 Rypkema, Fischell and Schmidt, "One-way travel-time inverted ultra-short baseline localization for
@@ -17,7 +17,7 @@ from ..core.compiled import compiled
 from ..records.rows import NONE, Row
 from .array import Vector, minus, negative, rotation, turned
 from .fusion import product
-from .instrument import Instrument, clocked, offset_of, path_sd, placed, sighted, slow_path_sd
+from .measuring import Instrument, clocked, offset_of, path_sd, placed, sighted, slow_path_sd
 from .sights import note_direction, note_sight
 from .systematic_effects import (
     CLOCK,

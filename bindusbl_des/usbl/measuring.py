@@ -1,233 +1,339 @@
-"""The USBL of a vessel: its array, the noise of all that it measures, by a data sheet too, and what
-the ASVs that heard a ping make of it together.
+"""What a USBL measures of a ping: a fix of where it was sent, and how sure it is of that.
+
+Range comes from the travel time, direction from the array, attitude from the AHRS and the vessel's
+own position from GNSS.  Frames are those of :mod:`.array`.  A data sheet's figures are the whole
+system's: they stand in the place of what an array makes of arrival times, and of the noise of
+travel times.
 """
 
 import math
-from dataclasses import dataclass, field
-from math import hypot, isnan, nan, radians, sqrt
-from typing import cast
+from math import atan2, cos, hypot, isnan, nan, sin
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from ..core.arrays import Floats
-from ..core.compiled import compiled
-from ..core.spreads import per_axis_sd
-from ..records.events import HEARD
+from ..core.compiled import compiled, written_out
 from ..records.rows import Row, Rows
-from ..scenario.declared import instrument_named
-from ..scenario.families import INSTRUMENT, ranging_of
-from ..scenario.part_choice import settings_of
-from ..scenario.scenario import Scenario
-from ..scenario.shipped_settings import Datasheet
-from ..vehicles.motion import Motion, where
-from .array import Vector, scatter
-from .covariance import across_by_array
-from .fusion import fuse_pair
-from .instrument import (
-    LEVELS,
-    NO_SHEET,
-    Instrument,
-    PackedInstrument,
-    Sheet,
-    clocked,
-    locate,
-    path_sd,
-    placed,
-    sighted,
+from .array import Vector, arrival_differences, direction, minus, rotation, scaled, turned
+from .covariance import (
+    Across,
+    across_by_array,
+    across_by_sheet,
+    debias,
+    fix_covariance,
+    not_nothing,
 )
-from .sights import note_direction, note_sight
-from .two_way import Heard, seeming, travelled, two_way
+
+# The noise of bearing and elevation (rad), the share of a path that is noise of its length, the
+# noise of the place along each axis (m) and its share of the range, the SNR (dB) at which angles
+# are as noisy as that (nan: at any), and what they never fall below (rad); whether one is there.
+SHEET = [
+    *((name, "f8") for name in ("bearing_sd_rad", "elevation_sd_rad", "path_share")),
+    *((name, "f8") for name in ("spread_sd_m", "spread_share", "reference_snr_db")),
+    *(("angle_floor_rad", "f8"), ("has_sheet", "?")),
+]
+NO_SHEET = (0.0, 0.0, 0.0, 0.0, 0.0, nan, 0.0, False)
+
+# Of a row of noise the first two numbers are bearing and elevation, the next three the spread:
+# elements of an array, of which they are else, there are none.
+SPREAD_NOISE = 2
 
 
-def sheet_of(scenario: Scenario) -> Sheet | None:
-    """Return what the data sheet of a scenario's instrument states; None if it has none.
+class Sheet(NamedTuple):
+    """What a sheet states, as standard deviations.
 
-    A stated range is that of who finds it by himself: of the path of a call and its answer he takes
-    half, so that the path errs twice as much.
+    Of bearing and elevation (rad); of the length of a path (m) and as a share of it, added in
+    squares; of a place along each axis (m) and as a share of its range, added in squares.  Angles
+    are those at a signal-to-noise ratio (dB; nan: at any), and never below `angle_floor` (rad).
     """
-    if not instrument_named(scenario.usbl.model).is_stated:
-        return None
-    stated = cast(Datasheet, settings_of(INSTRUMENT, scenario.usbl.model))
-    if stated.bearing_sd_deg is None:
-        return Sheet(
-            spread_sd=per_axis_sd(stated.accuracy_m, stated.statistic),
-            spread_share=per_axis_sd(stated.accuracy_percent / 100.0, stated.statistic),
+
+    bearing_sd: float = 0.0
+    elevation_sd: float = 0.0
+    path_sd: float = 0.0
+    path_share: float = 0.0
+    spread_sd: float = 0.0
+    spread_share: float = 0.0
+    reference_snr_db: float = nan
+    angle_floor: float = 0.0
+
+    @property
+    def levels(self) -> tuple[Any, ...]:
+        """The fields SHEET of this sheet."""
+        return (
+            *(self.bearing_sd, self.elevation_sd, self.path_share),
+            *(self.spread_sd, self.spread_share, self.reference_snr_db, self.angle_floor, True),
         )
-    bearing, elevation = stated.bearing_sd_deg, stated.elevation_sd_deg
-    return Sheet(
-        radians(bearing),
-        radians(bearing if elevation is None else elevation),
-        path_sd=_ways(scenario) * stated.range_sd_m,
-        path_share=stated.range_sd_percent / 100.0,
-        reference_snr_db=nan if stated.reference_snr_db is None else stated.reference_snr_db,
-        angle_floor=radians(stated.angle_floor_deg),
-    )
 
 
-def stated_range_sd(sheet: Sheet, scenario: Scenario) -> float:
-    """Return the noise (m) of a short range by a sheet, without what grows with the range."""
-    return hypot(sheet.path_sd / _ways(scenario), sheet.spread_sd)
+@compiled
+def angle_sds(snr_db: float, levels: Row) -> tuple[float, float]:
+    """Return the noise (rad) of bearing and elevation at an SNR (dB, nan if nobody knows of one).
+
+    It falls as 10^(-SNR / 20), as the Cramer-Rao bound of an arrival's time does, to a floor.
+    """
+    bearing, elevation = levels.bearing_sd_rad, levels.elevation_sd_rad
+    less = levels.reference_snr_db - snr_db
+    if isnan(less):
+        return bearing, elevation
+    factor, floor = 10.0 ** (less / 20.0), levels.angle_floor_rad
+    return max(factor * bearing, floor), max(factor * elevation, floor)
 
 
-def _ways(scenario: Scenario) -> float:
-    return 2.0 if ranging_of(scenario).calls else 1.0
+@compiled
+def stated_direction(seen: Vector, sds: tuple[float, float], noise: Floats) -> Vector:
+    """Return the unit vector (3,) that is made out of a source at `seen` (3,), m, both in the array
+    frame; `sds` (rad) as of :func:`angle_sds`.
+    """
+    bearing = atan2(seen[1], seen[0]) + sds[0] * noise[0]
+    elevation = atan2(seen[2], hypot(seen[0], seen[1])) + sds[1] * noise[1]
+    level = cos(elevation)
+    return level * cos(bearing), level * sin(bearing), sin(elevation)
 
 
-@dataclass(frozen=True)
-class Usbl:
-    """A USBL instrument: its array and the noise of everything it measures (SI, radians).
+@compiled
+def path_sd(path: float, levels: Row) -> float:
+    """Return the noise (m) of the length of a path (m): one way, or a call's and its answer's; of
+    what is known to change slowly without that.
+    """
+    sd = hypot(levels.range_sd_m, levels.path_share * path)
+    if levels.slow_share > 0.0:
+        sd = math.sqrt(sd**2 - slow_path_sd(path, levels) ** 2)
+    return sd
 
-    Ranges and directions are computed with `sound_speed`; the true one is `true_sound_speed`, None
-    if they are the same.  A `sheet` stands in the place of array, TDOAs and travel time.  Of the
-    variance of each acoustic error `slow_share` is known to change slowly (:mod:`.slow_errors`).
+
+@compiled
+def slow_path_sd(path: float, levels: Row) -> float:
+    """Return the standard deviation (m) of what is known to be slow in the length of a path (m)."""
+    timing_sd = levels.sound_speed_m_per_s * levels.travel_time_sd_s
+    return float(math.sqrt(levels.slow_share) * hypot(timing_sd, levels.path_share * path))
+
+
+@compiled
+def spread_sd(reach: float, levels: Row) -> float:
+    """Return the noise (m) of a place at a range (m) along each axis, but for range and angles."""
+    return hypot(levels.spread_sd_m, levels.spread_share * reach)
+
+
+# Noise of one measurement: from column 0 on that of 5 element arrivals, then of the travel time, of
+# roll, pitch and heading, and of GNSS along 3 axes; what further elements err by stands at the
+# row's end
+TIME_NOISE, ATTITUDE_NOISE, HEADING_NOISE, GNSS_NOISE, NOISE_WIDTH = 5, 6, 8, 9, 12
+
+# What all measurements of an instrument share: the sound speed that it computes with and the true
+# one (m/s), the noise of one element by itself and with what its clock's steps add (s), that of a
+# travel time (s), the step (s), the noise of a range by one way (m), of GNSS along each axis (m),
+# and of roll, pitch and heading (rad); what an SNR of 0 dB adds to the noise of an element (s);
+# the share of acoustic variances that
+# is known to change slowly; what a sheet says in the place of the array.
+LEVELS = np.dtype(
+    [
+        ("sound_speed_m_per_s", "f8"),
+        ("true_sound_speed_m_per_s", "f8"),
+        ("element_sd_s", "f8"),
+        ("stepped_element_sd_s", "f8"),
+        ("travel_time_sd_s", "f8"),
+        ("quantum_s", "f8"),
+        ("range_sd_m", "f8"),
+        ("gnss_sd_m", "f8"),
+        ("attitude_sd_rad", "f8", (3,)),
+        ("timing_sd_s", "f8"),
+        ("slow_share", "f8"),
+        *SHEET,
+    ]
+)
+
+
+class Instrument(NamedTuple):
+    """What ASVs measure with: the places of the elements (n, 3), m, their scatter matrix (3, 3), m2
+    (:mod:`.array`), and a record of LEVELS; a data sheet is in their place where there is one.
     """
 
     array: Floats
-    tdoa_sd: float
-    travel_time_sd: float
-    quantum: float
-    attitude_sd: tuple[float, float, float]
-    gnss_sd: float
-    sound_speed: float
-    true_sound_speed: float | None = None
-    sheet: Sheet | None = None
-    timing_sd: float = 0.0
-    slow_share: float = 0.0
-    metric: Floats = field(init=False, repr=False)
-    levels: Rows = field(init=False, repr=False)  # (1,)
-
-    def __post_init__(self) -> None:
-        levels = np.zeros(1, dtype=LEVELS)
-        levels[0] = (
-            self.sound_speed,
-            self.sound_speed if self.true_sound_speed is None else self.true_sound_speed,
-            element_sd(self.tdoa_sd),
-            element_sd(self.tdoa_sd, self.quantum, len(self.array)),
-            self.travel_time_sd,
-            self.quantum,
-            range_sd(self.travel_time_sd, self.quantum, self.sound_speed, ways=1),
-            self.gnss_sd,
-            self.attitude_sd,
-            self.timing_sd,
-            self.slow_share,
-            *(NO_SHEET if self.sheet is None else self.sheet.levels),
-        )
-        metric = scatter(self.array)
-        if self.sheet is not None:
-            timing_sd = self.sheet.path_sd / self.sound_speed
-            known = {"travel_time_sd_s": timing_sd, "range_sd_m": self.sheet.path_sd}
-            for name, value in {"quantum_s": 0.0, **known}.items():
-                levels[name] = value
-            metric = np.eye(3)  # a sound speed taken for another turns no direction
-        object.__setattr__(self, "levels", levels)  # derived once, then frozen
-        object.__setattr__(self, "metric", metric)
-
-    @property
-    def packed(self) -> PackedInstrument:
-        """The instrument as compiled code is handed it once."""
-        return PackedInstrument(np.ascontiguousarray(self.array), self.metric, self.levels)
-
-    def locate(
-        self,
-        source: Floats,
-        vessel: Floats,
-        yaw: float,
-        travel_time: float,
-        noise: Floats,
-        snr_db: float = math.nan,
-    ) -> tuple[Floats, Floats]:
-        """Measure one ping; see :func:`locate`."""
-        instrument = Instrument(self.array, self.metric, self.levels[0])
-        places: tuple[Vector, Vector] = tuple(source.tolist()), tuple(vessel.tolist())
-        return locate(*places, yaw, travel_time, snr_db, noise, instrument)
+    metric: Floats
+    levels: Row
 
 
-def level_sds(usbl: Usbl) -> tuple[float, float]:
-    """Return the noise (rad) of bearing and elevation of a level source, from where it is largest,
-    without that of the AHRS; by a sheet as that states them (0: as an error of the place alone).
-
-    >>> from bindusbl_des.usbl.array import ARRAYS
-    >>> named = Usbl(ARRAYS["cross5"], 2.6e-7, 0.0, 0.0, (0.0, 0.0, 0.0), 0.0, 1500.0)
-    >>> [round(math.degrees(sd), 3) for sd in level_sds(named)]
-    [0.372, 0.372]
+class PackedInstrument(NamedTuple):
+    """An :class:`Instrument` as compiled code is handed it once: levels (1,), and no array where
+    somebody's own measures later.
     """
-    levels = usbl.levels[0]
-    if usbl.sheet is not None:
-        return float(levels["bearing_sd_rad"]), float(levels["elevation_sd_rad"])
-    sd, worst = usbl.sound_speed * levels["stepped_element_sd_s"], np.zeros(2)
-    for azimuth in np.radians(range(0, 360, 5)):
-        source = math.cos(azimuth), math.sin(azimuth), 0.0
-        across = across_by_array(source, np.eye(3), usbl.metric, sd)
-        worst = np.maximum(worst, (across.scale * across.d, across.scale * across.a))
-    return sqrt(worst[0]), sqrt(worst[1])
+
+    array: Annotated[Floats, 2]
+    metric: Annotated[Floats, 2]
+    levels: Annotated[Rows, LEVELS]
 
 
-def element_sd(tdoa_sd: float, quantum: float = 0.0, elements: int = 5) -> float:
-    """Return the noise (s) of one element that has the effect of TDOA pair noise and quantisation.
-
-    Independent element noise sigma_t gives pairs sqrt(2) sigma_t; the rounding errors of the
-    n (n - 1) / 2 pairs average out over n pairs per element (physics: T^T T = n M).
-
-    >>> round(element_sd(2.60296781e-7) * 1e6, 6)
-    0.184058
-    """
-    return math.sqrt(tdoa_sd**2 / 2 + quantum**2 / 12 / elements)
+@written_out
+def instrument_of(packed: PackedInstrument) -> Instrument:
+    """Return an instrument, of what was handed over."""
+    return Instrument(packed.array, packed.metric, packed.levels[0])
 
 
-def range_sd(travel_time_sd: float, quantum: float, sound_speed: float, ways: int) -> float:
-    """Return the noise (m) of a range from a travel time over one way or there and back (2).
-
-    >>> round(range_sd(6.66667e-6, 0.0, 1500.0, ways=2), 6)
-    0.005
-    """
-    return sound_speed / ways * math.sqrt(travel_time_sd**2 + quantum**2 / 12)
+# What is handed over in the place of an instrument of somebody's own
+NO_INSTRUMENT = PackedInstrument(np.empty((0, 3)), np.eye(3), np.zeros(1, dtype=LEVELS))
 
 
 @compiled
-def measured(
-    heard: Heard, asvs: Motion, instrument: Instrument, strayed: Floats
+def locate(
+    source: Vector,
+    vessel: Vector,
+    yaw: float,
+    travel_time: float,
+    snr_db: float,
+    noise: Floats,
+    instrument: Instrument,
 ) -> tuple[Floats, Floats]:
-    """Return the fix (3,), m, of a ping and its covariance (3, 3), m2, fused over its hearers.
+    """Measure one ping: return the fix (3,), m, and its covariance (3, 3), m2 (eq. usbl_fix).
 
-    `strayed` (AUVs,) is how far each may have strayed between a call and its answer (variance along
-    its course, m2).
+    `source` is where the ping was sent and `vessel` where the array is when it arrives (survey
+    frame, m), `snr_db` its signal-to-noise ratio, nan if nobody knows of one; `noise` are
+    NOISE_WIDTH standard normal numbers.
     """
-    ping = heard.ping
-    if not isnan(ping.call_time_s):
-        return two_way(heard, asvs, instrument, strayed[ping.auv])
     levels = instrument.levels
-    estimate, covariance, first = np.zeros(3), np.zeros((3, 3)), True
-    for row in range(len(heard.receptions)):
-        reception = heard.receptions[row]
-        if reception.outcome != HEARD:
-            continue
-        x, y, z, yaw = where(asvs, reception.asv, reception.arrived_at_s)
-        vessel = x, y, z
-        noise = heard.noise[row]
-        unit, believed = sighted(
-            seeming(ping, vessel, reception), vessel, yaw, reception.snr_db, noise, instrument
-        )
-        note_direction(reception, unit, believed)
-        reach = levels.sound_speed_m_per_s * clocked(travelled(reception), noise, instrument)
-        fix, spread = placed(
-            vessel, unit, believed, reach, path_sd(reach, levels), reception.snr_db, noise,
-            instrument,
-        )  # fmt: skip
-        note_sight(reception, fix, unit, believed, reach, spread, instrument)
-        if first:
-            estimate, covariance, first = fix, spread, False
-        else:
-            estimate, covariance = fuse_pair(estimate, covariance, fix, spread)
-    return estimate, covariance
+    unit, believed = sighted(source, vessel, yaw, snr_db, noise, instrument)
+    reach = levels.sound_speed_m_per_s * clocked(travel_time, noise, instrument)
+    ranging_sd = path_sd(reach, levels)
+    return placed(vessel, unit, believed, reach, ranging_sd, snr_db, noise, instrument)
 
 
 @compiled
-def note(row: Row, ping: Row, estimate: Floats, covariance: Floats) -> None:
-    """Write what has been measured of a ping to the row of its fix."""
-    row.x_m, row.y_m, row.z_m = estimate[0], estimate[1], estimate[2]
-    row.sd_x_m = sqrt(max(covariance[0, 0], 0.0))
-    row.sd_y_m = sqrt(max(covariance[1, 1], 0.0))
-    row.sd_z_m = sqrt(max(covariance[2, 2], 0.0))
-    row.cov_xy_m2, row.cov_xz_m2 = covariance[0, 1], covariance[0, 2]
-    row.cov_yz_m2 = covariance[1, 2]
-    row.error_m = hypot(estimate[0] - ping.x_m, estimate[1] - ping.y_m)
+def sighted(
+    source: Vector,
+    vessel: Vector,
+    yaw: float,
+    snr_db: float,
+    noise: Floats,
+    instrument: Instrument,
+) -> tuple[Vector, Floats]:
+    """Return the unit vector to a source that an ASV believes in, and the attitude that it believes
+    to have: the rotation (3, 3) from array to survey frame.  Arguments as of :func:`locate`.
+    """
+    attitude_sd, (ahead, aside, below) = instrument.levels.attitude_sd_rad, minus(source, vessel)
+    cy, sy = math.cos(yaw), math.sin(yaw)  # arrays hang level, whatever the AHRS says
+    seen = cy * ahead + sy * aside, cy * aside - sy * ahead, below
+    within = _made_out(seen, snr_db, noise, instrument)
+    believed = rotation(
+        attitude_sd[0] * noise[ATTITUDE_NOISE],
+        attitude_sd[1] * noise[ATTITUDE_NOISE + 1],
+        yaw + attitude_sd[2] * noise[HEADING_NOISE],
+    )
+    return turned(believed, within), believed
+
+
+@compiled
+def _made_out(seen: Vector, snr_db: float, noise: Floats, instrument: Instrument) -> Vector:
+    """Return the unit vector (3,) that is made out of a source at `seen` (3,), m, both in the array
+    frame.
+    """
+    levels = instrument.levels
+    if levels.has_sheet:
+        return stated_direction(seen, angle_sds(snr_db, levels), noise)
+    differences = arrival_differences(
+        instrument.array, seen, levels.true_sound_speed_m_per_s, noise,
+        timed_sd(levels.element_sd_s, snr_db, levels), levels.quantum_s,
+    )  # fmt: skip
+    return direction(instrument.array, differences, levels.sound_speed_m_per_s, instrument.metric)
+
+
+@compiled
+def _across(offset: Vector, believed: Floats, snr_db: float, instrument: Instrument) -> Across:
+    """Return what the direction of an offset (3,), m, errs by, without what is known to be slow."""
+    levels, white = instrument.levels, math.sqrt(1.0 - instrument.levels.slow_share)
+    if levels.has_sheet:
+        bearing_sd, elevation_sd = angle_sds(snr_db, levels)
+        return across_by_sheet(offset, (white * bearing_sd, white * elevation_sd))
+    timing_sd = timed_sd(levels.stepped_element_sd_s, snr_db, levels)
+    if levels.slow_share > 0.0:
+        slow = levels.slow_share * timed_sd(levels.element_sd_s, snr_db, levels) ** 2
+        timing_sd = math.sqrt(timing_sd**2 - slow)
+    direction_sd = levels.sound_speed_m_per_s * timing_sd
+    return across_by_array(offset, believed, instrument.metric, direction_sd)
+
+
+@compiled
+def timed_sd(floor: float, snr_db: float, levels: Row) -> float:
+    """Return the noise (s) of an element that has a `floor` (s) of its own, and what a signal of
+    that SNR adds; nothing where no SNR is known.
+    """
+    if levels.timing_sd_s > 0.0 and not math.isnan(snr_db):
+        return math.sqrt(floor**2 + levels.timing_sd_s**2 * 10.0 ** (-snr_db / 10.0))
+    return floor
+
+
+@compiled
+def clocked(travel_time: float, noise: Floats, instrument: Instrument) -> float:
+    """Return a travel time (s) as it is measured: below 0 where noise or a clock makes it so, for
+    what is cut off there would err by something that no covariance tells.
+    """
+    levels, quantum = instrument.levels, instrument.levels.quantum_s
+    sd = math.hypot(levels.travel_time_sd_s, levels.path_share * travel_time)
+    measured = travel_time + sd * noise[TIME_NOISE]
+    if quantum > 0.0:
+        measured = round(measured / quantum) * quantum
+    return float(measured)
+
+
+@compiled
+def placed(
+    vessel: Vector,
+    unit: Vector,
+    believed: Floats,
+    reach: float,
+    ranging_sd: float,
+    snr_db: float,
+    noise: Floats,
+    instrument: Instrument,
+) -> tuple[Floats, Floats]:
+    """Return the fix (3,), m, at a range `reach` (m) in a direction, and its covariance (3, 3), m2,
+    without what is known to change slowly.
+
+    `ranging_sd` (m) is that of the range; direction and attitude as of :func:`sighted`.
+    """
+    ahead, levels = scaled(unit, reach), instrument.levels
+    offset = not_nothing(ahead)
+    across = _across(offset, believed, snr_db, instrument)
+    covariance = fix_covariance(offset, believed, across, ranging_sd, levels.attitude_sd_rad, 0.0)
+    shrinkage, spread = debias(ahead, covariance, ranging_sd), spread_sd(reach, levels)
+    fix = np.empty(3)
+    for k in range(3):
+        fix[k] = vessel[k] + levels.gnss_sd_m * noise[GNSS_NOISE + k] + shrinkage * ahead[k]
+        fix[k] += spread * noise[SPREAD_NOISE + k]
+        covariance[k, k] += levels.gnss_sd_m**2 + (1.0 - levels.slow_share) * spread**2
+    return fix, covariance
+
+
+@compiled
+def turned_aside(
+    unit: Vector, away: float, believed: Floats, snr_db: float, instrument: Instrument
+) -> Floats:
+    """Return the covariance (3, 3), m2, of what lies so far `away` (m) in a direction that was
+    measured, by the errors of the direction alone.
+    """
+    offset, attitude_sd = not_nothing(scaled(unit, away)), instrument.levels.attitude_sd_rad
+    across = _across(offset, believed, snr_db, instrument)
+    return fix_covariance(offset, believed, across, 0.0, attitude_sd, 0.0)
+
+
+@compiled
+def offset_of(
+    fix: Floats, vessel: Vector, reach: float, noise: Floats, instrument: Instrument
+) -> Vector:
+    """Return the offset (3,), m, at whose end a fix was placed, without what moved it as a whole:
+    GNSS and the spread that a sheet states.
+    """
+    levels = instrument.levels
+    gnss = scaled(gnss_noise(noise), levels.gnss_sd_m)
+    spread = scaled(_spread_noise(noise), spread_sd(reach, levels))
+    return minus(minus(minus((fix[0], fix[1], fix[2]), vessel), gnss), spread)
+
+
+@compiled
+def gnss_noise(noise: Floats) -> Vector:
+    """Return the numbers along x, y and z that a vessel is off by, in standard deviations."""
+    return noise[GNSS_NOISE], noise[GNSS_NOISE + 1], noise[GNSS_NOISE + 2]
+
+
+@compiled
+def _spread_noise(noise: Floats) -> Vector:
+    return noise[SPREAD_NOISE], noise[SPREAD_NOISE + 1], noise[SPREAD_NOISE + 2]

@@ -26,7 +26,7 @@ from .array import (
     turned,
     turned_back,
 )
-from .instrument import Instrument, angle_sds, path_sd, spread_sd
+from .measuring import Instrument, angle_sds, path_sd, spread_sd
 
 # A direction so unsure (rad2, both axes together) is none: the second order does not describe it.
 UNSURE = 0.5

@@ -22,7 +22,7 @@ from .array import (
     turned_back,
     weighted,
 )
-from .instrument import Instrument, angle_sds, spread_sd, timed_sd, turned_aside
+from .measuring import Instrument, angle_sds, spread_sd, timed_sd, turned_aside
 from .two_way import Heard, Sighting
 
 # Columns of what a fix and (less) the length of a call's way are off, per rad of misalignment, per

@@ -21,8 +21,8 @@ from ..vehicles.currents import CONTROL_S
 from ..vehicles.motion import Motion
 from .array import Vector, dot, plus, rotation, turned
 from .fusion import fuse_shared, product
-from .instrument import NOISE_WIDTH, Instrument, offset_of, path_sd, placed, slow_path_sd
-from .measuring import Usbl
+from .instrument import Usbl
+from .measuring import NOISE_WIDTH, Instrument, offset_of, path_sd, placed, slow_path_sd
 from .sights import note_call, note_direction, note_sight, unknown_sights
 from .systematic_effects import (
     CALLER,

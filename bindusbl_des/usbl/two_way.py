@@ -22,7 +22,7 @@ from ..vehicles.motion import Motion, where
 from .array import NOTHING, Vector, divided, dot, length, minus, negative, plus, scaled
 from .covariance import SHORTEST_RANGE
 from .fusion import fuse_shared
-from .instrument import Instrument, clocked, gnss_noise, path_sd, placed, sighted, spread_sd
+from .measuring import Instrument, clocked, gnss_noise, path_sd, placed, sighted, spread_sd
 from .sights import note_answer, note_direction, note_sight
 
 # A share of the whole way below which a caller and an AUV are in line, and one cannot tell where.
@@ -142,7 +142,7 @@ class Heard(NamedTuple):
 
 class Sighting(NamedTuple):
     """What an ASV measures of a ping: where it is (m), the direction and the attitude that it
-    believes in (:func:`.instrument.sighted`), the length (m) of the way of the ping, or of call and
+    believes in (:func:`.measuring.sighted`), the length (m) of the way of the ping, or of call and
     answer, and its signal-to-noise ratio (dB, nan if nobody knows of one); how far (m) the AUV was
     below it, by the AUV's pressure sensor.
     """

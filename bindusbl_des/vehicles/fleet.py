@@ -1,4 +1,8 @@
-"""Where vehicles are at instants that one mission after the other asks for."""
+"""The vehicles that take part in a mission, where each of them is, and which have failed when.
+
+A failure holds from its instant on, up to that from which its vehicle works again, which is no part
+of it.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -59,12 +63,6 @@ class FleetTracksCache:
             self._kept[vehicle, id(times)] = times, way
             self._room -= size
         return way
-
-
-# The vehicles that take part in a mission, where each of them is, and which have failed when.
-#
-# A failure holds from its instant on, up to that from which its vehicle works again, which is no
-# part of it.
 
 
 class Failures(NamedTuple):

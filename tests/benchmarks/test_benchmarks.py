@@ -219,7 +219,7 @@ def test_no_module_belongs_to_two_parts() -> None:
 
 def test_time_in_libraries_belongs_to_the_parts_that_waited_for_it() -> None:
     """A library that USBL waits 1 s for and the mission 3 s, with all it calls, is split 1 to 3."""
-    usbl, metrics = (str(PACKAGE / name) for name in ("usbl/instrument.py", "mission/metrics.py"))
+    usbl, metrics = (str(PACKAGE / name) for name in ("usbl/measuring.py", "mission/metrics.py"))
     ours, theirs = (usbl, 1, "locate"), (metrics, 1, "auv_metrics")
     outer, inner = ("~", 0, "outer"), ("~", 0, "inner")
     calls: Stats = {

@@ -17,7 +17,7 @@ from bindusbl_des import simulate
 from bindusbl_des.acoustics.loss import LOSS_LAWS, LossTerms, range_loss
 from bindusbl_des.acoustics.messages import Message
 from bindusbl_des.acoustics.propagation import SignalBand
-from bindusbl_des.acoustics.travel_time import light_time, travel_time
+from bindusbl_des.acoustics.travel_time import travel_time, travel_time_to
 from bindusbl_des.core.clock import Clock, ExactClock, TickClock
 from bindusbl_des.core.streams import ROWS, NoiseStore, Purpose, Streams
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, random_walk
@@ -41,8 +41,8 @@ from bindusbl_des.records.events import (
 from bindusbl_des.records.rows import CALLED, FIX, NONE, ROOM, SIGHT, EventBuffer, Recorder
 from bindusbl_des.records.rows import PING as PING_ROW
 from bindusbl_des.usbl.array import ARRAYS
-from bindusbl_des.usbl.instrument import NOISE_WIDTH
-from bindusbl_des.usbl.measuring import Usbl
+from bindusbl_des.usbl.instrument import Usbl
+from bindusbl_des.usbl.measuring import NOISE_WIDTH
 from bindusbl_des.vehicles.fleet import VehicleFleet
 from bindusbl_des.vehicles.motion import distance_at, lines, places, together
 from bindusbl_des.vehicles.reckoning import steady
@@ -584,13 +584,13 @@ def test_sound_meets_a_vehicle_as_equations_of_one_vehicle_say() -> None:
     motion = fleet(at(7.0), bend).motion
     for time in (0.0, 0.9, 1.1, 1000.0):
         expected = travel_time((-200.0, 30.0, 2.0), bend.at, time, SOUND)
-        assert light_time((-200.0, 30.0, 2.0, 0.0), motion, 1, time, SOUND) == pytest.approx(
+        assert travel_time_to((-200.0, 30.0, 2.0, 0.0), motion, 1, time, SOUND) == pytest.approx(
             expected, abs=2e-13 + 1e-15 * time
         )
     endless, fast = np.array([0.0, 1e40]), np.array([[1.0, 0, 0], [2e43, 0, 0]])
     motion = fleet(recorded(endless, fast)).motion
     with pytest.raises(ValueError, match="outruns the sound"):
-        light_time((0.0, 0.0, 0.0, 0.0), motion, 0, 0.0, SOUND)
+        travel_time_to((0.0, 0.0, 0.0, 0.0), motion, 0, 0.0, SOUND)
 
 
 def test_a_fleet_is_where_its_vehicles_are() -> None:

@@ -16,7 +16,7 @@ from bindusbl_des.presets.preset import USBLS
 from bindusbl_des.recorded.navigating import noise_of
 from bindusbl_des.records.events import HEARD
 from bindusbl_des.records.rows import RECEPTION
-from bindusbl_des.usbl.instrument import NOISE_WIDTH, Instrument, placed
+from bindusbl_des.usbl.measuring import NOISE_WIDTH, Instrument, placed
 from bindusbl_des.usbl.sights import note_sight
 
 Array = NDArray[np.float64]

@@ -12,7 +12,7 @@ from bindusbl_des import Scenario, ScenarioError, simulate
 from bindusbl_des.mission.build import usbl_of
 from bindusbl_des.preflight.warnings import warnings_of
 from bindusbl_des.usbl.array import rotation
-from bindusbl_des.usbl.measuring import level_sds
+from bindusbl_des.usbl.instrument import level_sds
 
 # A tetrahedron, and a pyramid of five with another two, in places that lean on no axis
 TETRAHEDRON = [[0.05, 0.0, -0.02], [-0.02, 0.045, -0.03], [-0.03, -0.04, -0.01], [0.0, 0.01, 0.06]]

@@ -15,8 +15,8 @@ from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import slow_gnss
 from bindusbl_des.mission.sensor_errors import clocks, misalignments, systematic_errors_of
 from bindusbl_des.records.rows import PING, RECEPTION
-from bindusbl_des.usbl.instrument import Instrument
 from bindusbl_des.usbl.inverted import HeardBeacon, located_astray, located_itself
+from bindusbl_des.usbl.measuring import Instrument
 from bindusbl_des.vehicles.currents import CONTROL_S
 
 PASSIVE = {"protocol": {"ranging": "passive"}}

@@ -11,8 +11,8 @@ from bindusbl_des.core.streams import Streams
 from bindusbl_des.records.events import HEARD, LOST
 from bindusbl_des.records.rows import NONE, PING, RECEPTION
 from bindusbl_des.usbl.array import ARRAYS
-from bindusbl_des.usbl.instrument import NOISE_WIDTH, Instrument
-from bindusbl_des.usbl.measuring import Sheet, Usbl
+from bindusbl_des.usbl.instrument import Sheet, Usbl
+from bindusbl_des.usbl.measuring import NOISE_WIDTH, Instrument
 from bindusbl_des.usbl.slow_errors import FIRST, advance, blend, slow_numbers
 from bindusbl_des.usbl.systematic_effects import SLOW
 from bindusbl_des.usbl.systematic_fixes import SYSTEMATIC, Systematic, measured_astray

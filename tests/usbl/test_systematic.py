@@ -15,8 +15,8 @@ from bindusbl_des.records.events import HEARD, LOST
 from bindusbl_des.records.rows import NONE, PING, RECEPTION
 from bindusbl_des.usbl.array import ARRAYS
 from bindusbl_des.usbl.fusion import fuse_shared
-from bindusbl_des.usbl.instrument import NOISE_WIDTH, Instrument, gnss_noise
-from bindusbl_des.usbl.measuring import Usbl
+from bindusbl_des.usbl.instrument import Usbl
+from bindusbl_des.usbl.measuring import NOISE_WIDTH, Instrument, gnss_noise
 from bindusbl_des.usbl.systematic_effects import EFFECTS, changes
 from bindusbl_des.usbl.systematic_fixes import SYSTEMATIC, Systematic, measured_astray
 from bindusbl_des.usbl.two_way import Heard, Sighting, way_to_caller

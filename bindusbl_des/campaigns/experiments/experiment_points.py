@@ -1,4 +1,9 @@
-"""Experiment files, plans' files and scenario files, told apart by their keys."""
+"""The points of an experiment: a grid (`vary`), a list (`points`) or a sample of ranges; and which
+kind of file is which, by its keys.
+
+Ranges of values to vary have their ends: ``2:5`` in whole numbers, ``0:90:15`` in steps.  Samples
+are Latin hypercubes or Sobol' sequences.
+"""
 
 import math
 import re
@@ -34,13 +39,6 @@ def is_scenario(data: Any) -> bool:
     """Tell whether data are those of a scenario file, right or wrong, and of no experiment."""
     known = isinstance(data, dict) and any(key in data for key in Scenario.model_fields)
     return known and not is_experiment(data)
-
-
-# The points of an experiment file: a grid (`vary`), a list (`points`) or a sample.
-#
-# Ranges of values to vary, ends included: ``2:5`` in whole numbers, ``0:90:15`` in steps.
-#
-# Points spread over ranges: Latin hypercubes and Sobol' sequences.
 
 
 MOST_POINTS = 1_000_000

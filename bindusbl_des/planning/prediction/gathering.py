@@ -22,7 +22,7 @@ from ...core.plugins import is_plugin, loaded
 from ...core.wording import plain
 from ...mission.build import usbl_of
 from ...mission.onboard import assumed_by
-from ...preflight.messages import ALWAYS_HEARING, messages
+from ...preflight.band_warnings import ALWAYS_HEARING, messages
 from ...preflight.round_lengths import pace_of
 from ...protocol.predicted_positions import planned_vehicles
 from ...protocol.replies import reply_delay_of
@@ -51,7 +51,7 @@ from ...scenario.part_choice import PartChoice
 from ...scenario.scenario import Scenario
 from ...scenario.site import area_of, assumed_sound_speed_of
 from ...usbl.array import NOTHING, dot, turned
-from ...usbl.instrument import NOISE_WIDTH, Instrument, path_sd, placed, spread_sd
+from ...usbl.measuring import NOISE_WIDTH, Instrument, path_sd, placed, spread_sd
 from .inputs import (
     AccessPlan,
     Chances,

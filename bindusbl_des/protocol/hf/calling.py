@@ -20,7 +20,7 @@ from ...acoustics.propagation import (
     sound,
     within,
 )
-from ...acoustics.travel_time import PASSED, light_time
+from ...acoustics.travel_time import PASSED, travel_time_to
 from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled
 from ...core.packed import unpacked
@@ -89,7 +89,7 @@ def interrogate(
         here, auv = where(auvs, group[k], time), group[k]
         caller = where(asvs, callers[k], time)
         if reaches(here, caller, k, callers[k], way):
-            travel = light_time(caller, auvs, auv, time, sound_speed)
+            travel = travel_time_to(caller, auvs, auv, time, sound_speed)
             chance = lost(travel * sound_speed, k, callers[k], way)
             drawn = chances[k]
             if bursts is not None:
@@ -101,7 +101,7 @@ def interrogate(
                 there = where(asvs, other, time)
                 strength = sound(here, there, k, other, way)
                 if other != callers[k] and strength > 0.0:
-                    beside = light_time(there, auvs, auv, time, sound_speed)
+                    beside = travel_time_to(there, auvs, auv, time, sound_speed)
                     if overlap(travel, beside, duration):
                         others += strength
             others += _still_there(calls, count, time, travel, k, auv, callers[k], into)
@@ -133,7 +133,7 @@ def _still_there(
             continue  # how it is heard at others; or the same call, which names several
         there = where(asvs, call.asv, call.sent_at_s)
         place = where(auvs, auv, call.sent_at_s)
-        arrives = light_time(there, auvs, auv, call.sent_at_s, band.sound_speed)
+        arrives = travel_time_to(there, auvs, auv, call.sent_at_s, band.sound_speed)
         if overlap(time + travel, call.sent_at_s + arrives, band.duration):
             others += sound(place, there, number, call.asv, spread.way)
     return others
@@ -151,7 +151,7 @@ def _sound(
             if within(here, where(asvs, asv, time), band.slant, band.reach):
                 travel = 0.0
                 if asv != caller:
-                    travel = light_time(here, asvs, asv, time, band.sound_speed)
+                    travel = travel_time_to(here, asvs, asv, time, band.sound_speed)
                 longest = max(longest, travel)
                 line = calls[count]
                 line.sent_at_s, line.asv = time, asv

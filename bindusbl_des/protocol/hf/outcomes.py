@@ -19,8 +19,8 @@ from ...core.streams import NoiseStore, Purpose, Streams
 from ...records.events import HEARD, IN_FLIGHT
 from ...records.rows import NONE, EventBuffer, Recorder, Row, Rows
 from ...usbl.array import ELEMENTS, plus, scaled
-from ...usbl.instrument import HEADING_NOISE, NO_INSTRUMENT, NOISE_WIDTH, Instrument, gnss_noise
-from ...usbl.measuring import Usbl, measured, note
+from ...usbl.instrument import Usbl, measured, note
+from ...usbl.measuring import HEADING_NOISE, NO_INSTRUMENT, NOISE_WIDTH, Instrument, gnss_noise
 from ...usbl.own_instrument import OwnInstrument, sounding_of
 from ...usbl.slow_errors import SLOW, advance, blend
 from ...usbl.systematic_fixes import (

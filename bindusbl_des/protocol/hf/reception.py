@@ -1,4 +1,4 @@
-"""What becomes of a ping at the ASVs in range: who hears it, and who does not."""
+"""What becomes of a ping at the ASVs in range: who hears it or not, and the fix made of it."""
 
 from math import inf, nan
 from typing import Annotated, NamedTuple
@@ -11,8 +11,8 @@ from ...core.compiled import compiled
 from ...core.packed import unpacked
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
-from ...usbl.instrument import NOISE_WIDTH, PackedInstrument, instrument_of
-from ...usbl.measuring import measured, note
+from ...usbl.instrument import measured, note
+from ...usbl.measuring import NOISE_WIDTH, PackedInstrument, instrument_of
 from ...usbl.sights import copy_direction, unknown_sights
 from ...usbl.slow_errors import SLOW, advance, blend
 from ...usbl.systematic_fixes import PackedErrors, measured_astray, systematic_of
@@ -169,7 +169,7 @@ def _make(fix: int, ping: Row, only: int, packed: int, errors: int | None) -> No
     by = unpacked(packed, Decided)
     row = by.fixes[fix]
     row.fix = fix
-    begin(row, ping, only)
+    begin_fix(row, ping, only)
     if by.instrument.array.size == 0:  # one of somebody's own measures later
         unknown_sights(by.receptions[row.first : row.end])
         copy_direction(row, by.receptions[row.first : row.end])
@@ -300,7 +300,7 @@ def _on_record(by: Decided, pings: int, receptions: int, calls: int) -> Air:
 
 
 @compiled
-def begin(row: Row, ping: Row, only: int) -> None:
+def begin_fix(row: Row, ping: Row, only: int) -> None:
     """Write the row of a fix of which nothing is known but the receptions that it is made of."""
     row.ping, row.round, row.auv = ping.ping, ping.round, ping.auv
     row.pinged_at_s = row.valid_at_s = ping.sent_at_s

@@ -25,7 +25,7 @@ from ...records.rows import FRAME_RECEPTION, NONE, EventBuffer, Recorder, Rows
 from ...vehicles.fleet import VehicleFleet
 from ...vehicles.motion import places
 from ...vehicles.vehicle import Place
-from .reception import FRAME, PROMISE, Sent, begin, delivered, receive, way_s
+from .reception import FRAME, PROMISE, Sent, begin_frame, delivered, receive, way_s
 
 
 class Deliveries:
@@ -191,7 +191,7 @@ class MfDownlink(Deliveries):
             self._ask(self._channel(size, airtime), rows, asv, time)
         self._is_shared |= time < self._passed_at
         frames.room_for(1)
-        last, self._passed_at = begin(
+        last, self._passed_at = begin_frame(
             self._sent_in.address, frames.count, asv, time, on_air, airtime, processing, rows,
             foreseen,
         )  # fmt: skip

@@ -11,7 +11,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from ...acoustics.propagation import drowns, meet, within
-from ...acoustics.travel_time import PASSED, distance, light_time, light_time_by
+from ...acoustics.travel_time import PASSED, distance, travel_time_by, travel_time_to
 from ...core.arrays import Ints
 from ...core.clock import after
 from ...core.compiled import compiled
@@ -84,7 +84,7 @@ class Sent(NamedTuple):
 
 
 @compiled
-def begin(
+def begin_frame(
     packed: int, number: int, asv: int, time: float, on_air: float, airtime: float,
     processing: float, carried: Ints, foreseen: bool,
 ) -> tuple[float, float]:  # fmt: skip
@@ -114,7 +114,7 @@ def begin(
         if not within(where(auvs, line.auv, time), begins, False, reach):
             line.outcome = OUT_OF_RANGE
         elif foreseen and line.outcome == IN_FLIGHT:
-            travel = light_time(ends, auvs, line.auv, time + airtime, sound_speed)
+            travel = travel_time_to(ends, auvs, line.auv, time + airtime, sound_speed)
             line.arrives_at_s = after(rate, time, airtime + travel + processing)
             last = max(last, line.arrives_at_s)
     return last, frame.passed_at_s
@@ -127,7 +127,7 @@ def way_s(packed: int, asv: int, auv: int, time: float) -> float:
     `packed` is the address of a :class:`Sent`.
     """
     of = unpacked(packed, Sent)
-    return light_time(where(of.asvs, asv, time), of.auvs, auv, time, of.sound_speed)
+    return travel_time_to(where(of.asvs, asv, time), of.auvs, auv, time, of.sound_speed)
 
 
 @compiled
@@ -184,7 +184,7 @@ def _arrival(asv: int, time: float, auv: int, medium: Medium) -> float:
     if time > medium.known:
         return inf
     source = where(medium.asvs, asv, time)
-    return time + light_time_by(source, medium.auvs, auv, time, medium.sound_speed, medium.known)
+    return time + travel_time_by(source, medium.auvs, auv, time, medium.sound_speed, medium.known)
 
 
 @compiled

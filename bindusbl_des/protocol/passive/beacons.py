@@ -15,7 +15,7 @@ from ...core.packed import Packed
 from ...core.streams import Purpose, Streams
 from ...records.events import IN_FLIGHT, LOST
 from ...records.rows import NONE, EventBuffer, Recorder, Row, Rows
-from ...usbl.measuring import note
+from ...usbl.instrument import note
 from ...usbl.own_instrument import OwnInstrument, mirrored
 from ...vehicles.fleet import VehicleFleet
 from ...vehicles.motion import places

@@ -6,19 +6,19 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from ...acoustics.propagation import SignalPath, Spread, drowns, lost, overlap, reaches, snr, sound
-from ...acoustics.travel_time import NEARLY_THERE, PASSED, light_time
+from ...acoustics.travel_time import NEARLY_THERE, PASSED, travel_time_to
 from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled
 from ...core.packed import unpacked
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
-from ...usbl.instrument import GNSS_NOISE, NOISE_WIDTH, PackedInstrument, instrument_of
+from ...usbl.instrument import note
 from ...usbl.inverted import HeardBeacon, located_astray, located_itself
-from ...usbl.measuring import note
+from ...usbl.measuring import GNSS_NOISE, NOISE_WIDTH, PackedInstrument, instrument_of
 from ...usbl.sights import copy_direction, unknown_sights
 from ...usbl.systematic_fixes import PackedErrors, systematic_of
 from ...vehicles.motion import Motion, Place, where
-from ..hf.reception import PairNoise, begin, by_luck, take_noise
+from ..hf.reception import PairNoise, begin_fix, by_luck, take_noise
 
 
 @compiled
@@ -57,7 +57,7 @@ def radiate(
         reception.azimuth_deg = reception.elevation_deg = nan  # until it is measured
         reception.body_azimuth_deg = reception.body_elevation_deg = nan
         if foreseen:
-            travel = light_time(here, auvs, auv, time, sound_speed)
+            travel = travel_time_to(here, auvs, auv, time, sound_speed)
         else:
             travel = NEARLY_THERE * _apart(here, there) / sound_speed
         _meet(reception, time, travel, way)
@@ -246,6 +246,6 @@ def _begin_own(row: Row, ping: Row, reception: Row, number: int, duration: float
     """Write the row of a fix that an AUV makes of a reception: it holds as the ping arrives, and is
     had as soon as that is decoded.
     """
-    begin(row, ping, number)
+    begin_fix(row, ping, number)
     row.auv, row.valid_at_s = reception.auv, reception.arrived_at_s
     row.arrives_at_s = reception.arrived_at_s + duration

@@ -215,6 +215,8 @@ def _wrong_value(error: Mapping[str, Any], row: Key | None, path: Path, value: A
         return f"needs {_list_words(row, path)}; {got}{_when_empty(row, value)}"
     if kind in ("float_type", "int_type"):
         words = "a whole number" if kind == "int_type" else "a number"
+        if isinstance(value, float):
+            got = f"got {value}"  # 3.0 is no whole number
         limits = "" if path_in_list(path) else _range(row)
         return f"needs {words}{limits}; {got}{_remedy(row, value)}"
     return f"{error['msg']}; {got}"
