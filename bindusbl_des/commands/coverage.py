@@ -139,9 +139,6 @@ MOST_ROWS = 12
 # The survey is asked for the chance of a fix in so many cells along each side.
 CELLS = 48
 
-# The covering radius takes the fourth power of the number of ASVs: 50 take a moment.
-MOST_ASVS = 50
-
 
 @click.command()
 @scenario_argument
@@ -209,7 +206,6 @@ def _coverage(
         bound = formation_radius_bound(area.side, hf_range) if area.side else None
     except ValueError:  # the HF range is below half the side
         bound = None
-    few = len(stations) <= MOST_ASVS
     return {
         "asvs": [{"asv": number, "x_m": x, "y_m": y} for number, (x, y) in enumerate(stations)],
         "survey": area.words,
@@ -224,7 +220,7 @@ def _coverage(
         "heard_between_m": [list(ring) for ring in heard],
         "worst_corner_m": corner_distance(area, stations),
         "formation_radius_bound_m": bound,
-        "covering_radius_m": covering_radius(area, stations) if few else None,
+        "covering_radius_m": covering_radius(area, stations),
         "covered_area": covered_by_rings(area, stations, heard),
         **_chances(scenario, stations),
         **_directions(scenario),
@@ -287,12 +283,10 @@ def _told(found: dict[str, Any]) -> Iterator[str]:
     else:
         words = f"{bound:>9.2f} m (not sufficient by itself)"
     yield f"{'smallest radius (paper)':<26}{words}"
-    if (radius := found["covering_radius_m"]) is None:
-        yield f"{'covering radius':<26}{'-':>9} (not computed for more than {MOST_ASVS} ASVs)"
-    else:
-        verdict = "within" if radius <= min(reach, heard) else "beyond"
-        what = "the HF range" if radius > reach or radius <= heard else "where half are decoded"
-        yield f"{'covering radius':<26}{radius:>9.2f} m, {verdict} {what}"
+    radius = found["covering_radius_m"]
+    verdict = "within" if radius <= min(reach, heard) else "beyond"
+    what = "the HF range" if radius > reach or radius <= heard else "where half are decoded"
+    yield f"{'covering radius':<26}{radius:>9.2f} m, {verdict} {what}"
     yield f"{'covered area':<26}{100 * found['covered_area']:>9.2f} %"
     if (mean := found["fix_chance_mean"]) is not None:
         least = 100 * found["fix_chance_least"]

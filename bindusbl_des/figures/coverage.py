@@ -34,9 +34,6 @@ UNHEARD = "#f6d9cf"
 # The survey is shaded by so many cells along each side.
 CELLS = 96
 
-# The loneliest point takes the fourth power of the number of ASVs: 50 take a moment.
-MOST_ASVS = 50
-
 
 def coverage(result: "Result", width: float) -> Figure:
     """Draw the coverage of a mission's survey and, where recorded, the pings nobody could hear.
@@ -100,8 +97,7 @@ def coverage_figure(
         bar = figure.colorbar(chance, ax=axes, fraction=0.046, pad=0.03)
         bar.set_label("chance that a ping makes a fix which is delivered (1)")
     handles.append(_draw_corners(axes, area, stations))
-    if len(stations) <= MOST_ASVS:
-        handles.append(_draw_loneliest(axes, area, stations, reach))
+    handles.append(_draw_loneliest(axes, area, stations, reach))
     if unheard is not None:
         label = f"pings in nobody's range: {len(unheard)}"
         handles += axes.plot(

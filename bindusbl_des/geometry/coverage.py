@@ -1,16 +1,15 @@
 """How much of the survey the ASVs can hear: exactly, by geometry, not on a grid.
 
 The survey is an :class:`.area.Area`, or a square given by its side, with its middle at the origin
-and its edges at x, y = +-side/2.  What is not such a square is cut up by which ASV is nearest
-(Voronoi cells): within the cell of an ASV only its own range circle counts, and the point farthest
-from it is a corner, for a distance is convex.  An ASV hears what lies within `hf_range` of it, the
+and its edges at x, y = +-side/2.  It is cut up by which ASV is nearest (Voronoi cells): within the
+cell of an ASV only its own range circle counts, and the point farthest from it is a corner, for a
+distance is convex.  An ASV hears what lies within `hf_range` of it, the
 edge included.  Distances here are horizontal: for a slant range R and AUVs at depth z take
 sqrt(R^2 - z^2).
 """
 
 import math
 from collections.abc import Sequence
-from itertools import combinations
 
 import numpy as np
 import shapely
@@ -24,39 +23,35 @@ from .formation import stations
 MICROMETRES = 6
 
 
-def farthest_point(area: Area, places: Floats) -> tuple[float, float]:
-    """Return the point x, y (m) of an area that is farthest from its nearest ASV.
+def _cells(area: Area, asvs: ArrayLike) -> list[tuple[shapely.Geometry, Floats]]:
+    """Return the part of an area that is nearest to each ASV, for those to which any is.
 
-    `places` (n, 2) in m.
+    It is cut off by the bisectors to the others, the nearest first, until what is left is nearer
+    than any further one.
     """
-    rings = [(shapely.get_coordinates(cell), place) for cell, place in _cells(area, places)]
-    corners = np.concatenate([ring for ring, _ in rings])
-    apart = np.concatenate([np.hypot(*(ring - place).T) for ring, place in rings])
-    x, y = corners[apart.argmax()].tolist()
-    return x, y
+    given = stations(asvs)
+    places = given[np.sort(np.unique(np.round(given, MICROMETRES), axis=0, return_index=True)[1])]
+    cells = []
+    for place in places:
+        cell, offsets = area.shape, places - place
+        apart = np.hypot(*offsets.T)
+        for other in np.argsort(apart)[1:]:
+            if cell.is_empty or apart[other] / 2.0 > _farthest(cell, place):
+                break
+            towards = offsets[other] / apart[other]
+            far = _farthest(area.shape, place) + apart[other]  # beyond all of the area
+            along, back = far * np.array((-towards[1], towards[0])), -far * towards
+            middle = place + offsets[other] / 2.0
+            nearer = (middle - along, middle + along, middle + along + back, middle - along + back)
+            cell = shapely.intersection(cell, shapely.polygons(nearer))
+        if not cell.is_empty:
+            cells.append((cell, place))
+    return cells
 
 
-def area_in_range(area: Area, places: Floats, reach: float) -> float:
-    """Return how much (m2) of an area lies within a range (m) of an ASV."""
-    found = 0.0
-    for cell, place in _cells(area, places):
-        for part in shapely.get_parts(cell):
-            if part.geom_type == "Polygon":
-                ring = shapely.get_coordinates(part.exterior) - place
-                found += abs(_ring_in_range(ring, reach))
-    return found
-
-
-def _cells(area: Area, places: Floats) -> list[tuple[shapely.Geometry, Floats]]:
-    """Return the part of an area that is nearest to each ASV, for those to which any is."""
-    places = np.unique(np.round(places, MICROMETRES), axis=0)
-    if len(places) == 1:
-        return [(area.shape, places[0])]
-    points = shapely.points(places)
-    around = shapely.voronoi_polygons(shapely.multipoints(points), extend_to=area.shape)
-    cells = shapely.get_parts(around)
-    own = shapely.intersection(cells[shapely.STRtree(cells).nearest(points)], area.shape)
-    return [(part, place) for part, place in zip(own, places, strict=True) if not part.is_empty]
+def _farthest(cell: shapely.Geometry, place: Floats) -> float:
+    """Return how far (m) the farthest corner of a cell is from a place."""
+    return float(np.hypot(*(shapely.get_coordinates(cell) - place).T).max())
 
 
 def _ring_in_range(ring: Floats, reach: float) -> float:
@@ -107,159 +102,48 @@ def covering_radius(survey: Area | float, asvs: ArrayLike) -> float:
 
     The survey is fully covered exactly if the HF range is not below this.  The loneliest point is
     a corner, a point of the edge as far from two ASVs, or an inner point as far from three.
-    `survey` is an area, or the side of a square in m, `asvs` of shape (n, 2) in m; for a square the
-    work grows with n^4, 50 ASVs take a moment.
+    `survey` is an area, or the side of a square in m, `asvs` of shape (n, 2) in m.
     Raises ValueError for a side that is not positive and as :func:`.formation.stations` does.
     Source: physics of eq. coverage, whose corners alone are not enough.
 
     >>> round(covering_radius(60.0, [(50.0, 0.0), (-50.0, 0.0)]), 3)
     58.31
     """
-    places = np.unique(stations(asvs), axis=0)
-    return float(_distances(np.array(loneliest_point(survey, places)), places).min())
+    return max(_farthest(cell, place) for cell, place in _cells(_area(survey), asvs))
 
 
 def loneliest_point(survey: Area | float, asvs: ArrayLike) -> tuple[float, float]:
     """Return the point x, y (m) of the survey that is farthest from its nearest ASV.
 
-    Arguments and errors are those of :func:`covering_radius`; the first of points that are equally
-    far.
+    Arguments and errors are those of :func:`covering_radius`; any of points that are equally far.
 
     >>> loneliest_point(60.0, [(50.0, 0.0), (-50.0, 0.0)])
     (0.0, -30.0)
     """
-    side, places = _side(survey), np.unique(stations(asvs), axis=0)
-    if isinstance(survey, Area) and side is None:
-        return farthest_point(survey, places)
-    half = _half(side)
-    corners = half * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-    candidates = np.concatenate((corners, _edge_ties(half, places), _centres(half, places)))
-    x, y = candidates[_distances(candidates, places).min(axis=1).argmax()].tolist()
+    cell, place = max(_cells(_area(survey), asvs), key=lambda pair: _farthest(*pair))
+    corners = shapely.get_coordinates(cell)
+    x, y = corners[np.hypot(*(corners - place).T).argmax()].tolist()
     return x, y
-
-
-def _edge_ties(half: float, places: Floats) -> Floats:
-    """Return the points (m, 2) of the square's edge as far from one ASV as from another."""
-    first, second = np.triu_indices(len(places), k=1)
-    apart, middle = places[second] - places[first], (places[second] + places[first]) / 2.0
-    found = []
-    for fixed, free in ((0, 1), (1, 0)):  # edges of constant x, then of constant y
-        for edge in (-half, half):
-            slanted = apart[:, free] != 0.0
-            step, centre = apart[slanted], middle[slanted]
-            # A bisector almost along the edge meets it too far away to count.
-            with np.errstate(over="ignore", invalid="ignore"):
-                away = (edge - centre[:, fixed]) * (step[:, fixed] / step[:, free])
-            along = centre[:, free] - away
-            points = np.full((len(along), 2), edge)
-            points[:, free] = along
-            found.append(points[np.abs(along) <= half])
-    return np.concatenate(found)
-
-
-def _centres(half: float, places: Floats) -> Floats:
-    """Return the points (m, 2) inside the square that are as far from each of three ASVs."""
-    triples = np.array(list(combinations(range(len(places)), 3)), dtype=np.intp).reshape(-1, 3)
-    origin = places[triples[:, 0]]
-    (bx, by), (cx, cy) = (places[triples[:, 1]] - origin).T, (places[triples[:, 2]] - origin).T
-    twice_area = bx * cy - by * cx
-    b_square, c_square = bx**2 + by**2, cx**2 + cy**2
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # three in a row: no centre
-        x = (cy * b_square - by * c_square) / (2.0 * twice_area)
-        y = (bx * c_square - cx * b_square) / (2.0 * twice_area)
-    centres = origin + np.column_stack((x, y))
-    inside: Flags = (np.abs(centres) <= half).all(axis=1)  # false for what is not a number
-    kept: Floats = centres[inside]
-    return kept
 
 
 def covered_area(survey: Area | float, asvs: ArrayLike, hf_range: float) -> float:
     """Return the fraction of the survey within HF range of at least one ASV, in [0, 1].
 
-    Exact up to rounding: the area is the integral of (x dy - y dx) / 2 around the covered region,
-    whose boundary is made of arcs of the range circles and pieces of the survey's edge (Green).
-    `survey` is an area, or the side of a square in m, `hf_range` in m, `asvs` of shape
-    (n, 2) in m.  Raises ValueError for a side that is not positive, a range that is negative or not
-    finite, and as :func:`.formation.stations` does.
+    Exact up to rounding: what an ASV hears of its cell is made of triangles and sectors.  `survey`
+    is an area, or the side of a square in m, `hf_range` in m, `asvs` of shape (n, 2) in m.  Raises
+    ValueError for a side that is not positive, a range that is negative or not finite, and as
+    :func:`.formation.stations` does.
 
     >>> round(covered_area(60.0, [(50.0, 0.0), (-50.0, 0.0)], 50.0), 4)
     0.8938
     """
-    reach = _reach(hf_range)
-    side, places = _side(survey), np.unique(stations(asvs), axis=0)
-    if isinstance(survey, Area) and side is None:
-        return min(max(area_in_range(survey, places, reach) / survey.square_m, 0.0), 1.0)
-    half = _half(side)
-    arcs = math.fsum(_arc_integral(half, places, number, reach) for number in range(len(places)))
-    edges = half / 2.0 * _covered_edge(half, places, reach)  # x dy - y dx = side / 2 along an edge
-    return min(max((arcs + edges) / (2 * half) ** 2, 0.0), 1.0)
-
-
-def _arc_integral(half: float, places: Floats, number: int, reach: float) -> float:
-    """Return the integral along what one circle adds to the boundary, counter-clockwise (m2)."""
-    x, y = places[number]
-    bearing, opening = _hidden_arcs(half, places, number, reach)
-    lower, upper = _wrapped(bearing - opening), _wrapped(bearing + opening)
-    angles = np.concatenate(([-np.pi], np.sort(np.concatenate((lower, upper))), [np.pi]))
-    start, end = angles[:-1], angles[1:]
-    shown = _times_hidden((start + end) / 2.0, lower, upper, opening) == 0
-    start, end = start[shown], end[shown]
-    swept = x * (np.sin(end) - np.sin(start)) - y * (np.cos(end) - np.cos(start))
-    return reach / 2.0 * float(np.sum(reach * (end - start) + swept))
-
-
-def _times_hidden(
-    angles: Floats, lower: Floats, upper: Floats, opening: Floats
-) -> NDArray[np.intp]:
-    """Return in how many arcs each angle (rad) lies: those begun below it less those ended.
-
-    Arcs across +-pi count as begun before; one all around begins where it ends.
-    """
-    across = (lower > upper) | ((lower == upper) & (opening > 1.0))
-    begun = np.searchsorted(np.sort(lower), angles, side="right")
-    ended = np.searchsorted(np.sort(upper), angles, side="left")
-    return begun - ended + np.count_nonzero(across)
-
-
-def _hidden_arcs(half: float, places: Floats, number: int, reach: float) -> tuple[Floats, Floats]:
-    """Return the middle and half width (rad) of each arc of a circle that is no boundary.
-
-    Each lies beyond a straight line: the chord shared with another circle, or an edge.  Angles,
-    unlike distances, tell the sides apart even where circles touch an edge or all but coincide.
-    """
-    x, y = places[number]
-    others = np.delete(places, number, axis=0) - places[number]
-    bearing = np.arctan2(others[:, 1], others[:, 0])
-    chords = np.hypot(others[:, 0], others[:, 1]) / 2.0
-    edges = (half - x, half + x, half - y, half + y)
-    away = np.clip(np.concatenate((chords, edges)), -reach, reach)
-    opening = np.arctan2(np.sqrt((reach - away) * (reach + away)), away)
-    return np.concatenate((bearing, (0.0, np.pi, np.pi / 2.0, -np.pi / 2.0))), opening
-
-
-def _wrapped(angles: Floats) -> Floats:
-    """Return angles (rad) in [-pi, pi)."""
-    return np.remainder(angles + np.pi, 2.0 * np.pi) - np.pi
-
-
-def _covered_edge(half: float, places: Floats, reach: float) -> float:
-    """Return how much of the square's edge is in range of an ASV (m)."""
-    covered = 0.0
-    for fixed, free in ((0, 1), (1, 0)):
-        for edge in (-half, half):
-            away = np.abs(places[:, fixed] - edge)
-            chord = np.sqrt(np.maximum(reach - away, 0.0) * (reach + away))
-            lower, upper = places[:, free] - chord, places[:, free] + chord
-            covered += _union_length(np.clip(lower, -half, half), np.clip(upper, -half, half))
-    return covered
-
-
-def _union_length(lower: Floats, upper: Floats) -> float:
-    """Return the length that intervals cover together, overlaps counted once."""
-    order = np.argsort(lower)
-    lower, upper = lower[order], np.maximum.accumulate(upper[order])
-    before = np.concatenate(([-np.inf], upper[:-1]))
-    return float(np.maximum(upper - np.maximum(lower, before), 0.0).sum())
+    area, reach, covered = _area(survey), _reach(hf_range), 0.0
+    for cell, place in _cells(area, asvs):
+        for part in shapely.get_parts(cell):
+            if part.geom_type == "Polygon":
+                ring = shapely.get_coordinates(part.exterior) - place
+                covered += abs(_ring_in_range(ring, reach))
+    return min(max(covered / area.square_m, 0.0), 1.0)
 
 
 def is_covered(points: ArrayLike, asvs: ArrayLike, hf_range: float) -> Flags:
@@ -317,7 +201,7 @@ def coverage_map(
     |....................|
     |....................|
     """
-    area = survey if isinstance(survey, Area) else rectangle(2 * _half(survey), 2 * _half(survey))
+    area = _area(survey)
     if columns < 1:
         raise ValueError(f"a map must have at least one column; met {columns}; 48 suit a terminal")
     box = area.box
@@ -368,15 +252,13 @@ def _distances(points: Floats, places: Floats) -> Floats:
     return np.hypot(offsets[..., 0], offsets[..., 1])
 
 
-def _side(survey: Area | float) -> float | None:
-    """Return the side of a survey that is a square about the origin, else None."""
-    return survey.side if isinstance(survey, Area) else survey
-
-
-def _half(side: float | None) -> float:
-    if side is None or not 0.0 < side < math.inf:
-        raise ValueError(f"side must be positive and finite; met {side}; give it in metres")
-    return side / 2.0
+def _area(survey: Area | float) -> Area:
+    """Return a survey, an area or the side (m) of a square, as an area."""
+    if isinstance(survey, Area):
+        return survey
+    if not 0.0 < survey < math.inf:
+        raise ValueError(f"side must be positive and finite; met {survey}; give it in metres")
+    return rectangle(survey, survey)
 
 
 def _reach(hf_range: float) -> float:

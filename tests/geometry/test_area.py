@@ -16,7 +16,7 @@ from bindusbl_des.geometry.coverage import (
     is_covered,
     loneliest_point,
 )
-from bindusbl_des.geometry.formation import corner_distance
+from bindusbl_des.geometry.formation import corner_distance, formation
 from bindusbl_des.geometry.lanes import Ruling, Share, equal_lengths, lane_count, strips
 from bindusbl_des.geometry.routes import Turning, lawnmower
 
@@ -254,6 +254,19 @@ def test_the_loneliest_point_against_a_grid(area: Area, asvs: list[tuple[float, 
     assert covered_area(area, asvs, radius + 1e-6) == pytest.approx(1.0, abs=1e-7)
 
 
+@pytest.mark.parametrize("count", range(2, 13))
+def test_asvs_on_a_ring_cover_an_area_as_any_others_do(count: int) -> None:
+    """Where many are equally far from the middle: a rectangle, against a grid and round buffers."""
+    area = rectangle(60.0, 61.0)
+    for angle in np.linspace(0.05, 3.0, 7).tolist():
+        asvs = formation(count, 50.0, angle)
+        apart = np.hypot(*(grid(area)[:, None] - asvs).transpose(2, 0, 1)).min(axis=1)
+        assert apart.max() <= covering_radius(area, asvs) <= apart.max() + 1.5
+        discs = shapely.union_all(shapely.buffer(shapely.points(asvs), 45.0, quad_segs=256))
+        expected = shapely.intersection(discs, area.shape).area / area.square_m
+        assert covered_area(area, asvs, 45.0) == pytest.approx(expected, abs=1e-4)
+
+
 @given(stars(), places, st.floats(1.0, 250.0))
 @settings(max_examples=60, deadline=None)
 def test_the_area_covered_is_that_of_round_buffers(
@@ -270,7 +283,7 @@ def test_the_area_covered_is_that_of_round_buffers(
 def test_a_polygon_that_is_a_square_is_covered_as_one(
     side: float, asvs: list[tuple[float, float]], reach: float
 ) -> None:
-    """Two derivations, Green's theorem around circles and cells of the nearest ASV, agree."""
+    """Whoever draws it with its corners is told what its side tells."""
     square = polygon(rectangle(side, side).outline)
     assert covered_area(square, asvs, reach) == pytest.approx(
         covered_area(side, asvs, reach), abs=1e-6
