@@ -49,7 +49,7 @@ from .storage.folder import (
 from .storage.joining import compact
 from .storage.part_rows import done
 from .storage.parts import clean_parts, plans_of_parts, set_aside
-from .workers.batches import NotWritten, compile_kernels
+from .workers.batches import NotWritten, as_not_written, compile_kernels
 from .workers.pools import Progress, at_work, pool_for
 from .workers.supervisor import Supervisor, interruptible
 
@@ -338,7 +338,8 @@ def _run(campaign: Campaign, settings: RunSettings) -> Campaign:
     record = {**campaign.record, "status": "running", "session": session}
     status = "killed"
     try:
-        _begin(folder, record)
+        with as_not_written():
+            write_record(folder, record)
         status = _supervise(campaign, settings)
         if not folder.is_dir():  # removed when the last row was in it
             raise NotWritten(errno.ENOENT, os.strerror(errno.ENOENT))
@@ -354,13 +355,6 @@ def _run(campaign: Campaign, settings: RunSettings) -> Campaign:
     if status == "interrupted":
         raise CampaignInterrupted(campaign, f"`resume({str(folder)!r})` or the same sweep goes on")
     return campaign
-
-
-def _begin(folder: Path, record: Mapping[str, Any]) -> None:
-    try:
-        write_record(folder, record)
-    except OSError as error:
-        raise NotWritten(error.errno, error.strerror or str(error)) from None
 
 
 def _settle(folder: Path, record: Mapping[str, Any]) -> None:

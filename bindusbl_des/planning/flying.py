@@ -2,7 +2,6 @@
 values of goals in its rows, and what a plan may take.
 """
 
-import errno
 import math
 import os
 import time
@@ -32,7 +31,7 @@ from ..campaigns.storage.folder import (
 from ..campaigns.storage.joining import compact
 from ..campaigns.storage.part_rows import read_part
 from ..campaigns.storage.parts import MISSIONS, clean_parts, committed, set_aside
-from ..campaigns.workers.batches import NotWritten, Row, compile_kernels
+from ..campaigns.workers.batches import Row, as_not_written, compile_kernels
 from ..campaigns.workers.pools import WorkerPool, at_work, pool_for
 from ..campaigns.workers.supervisor import Supervisor, interruptible
 from ..core.arrays import Floats
@@ -236,10 +235,8 @@ def _campaign(plan: ExperimentPlan, folder: Path) -> Campaign:
         rows = 0
     session = {"began_at": time.time(), "rows_before": rows}
     record = {**first_record(plan, None), "status": "running", "session": session}
-    try:
+    with as_not_written():
         write_record(folder, record)
-    except OSError as error:
-        raise NotWritten(error.errno or errno.EIO, error.strerror or str(error)) from None
     return Campaign(folder, plan, record)
 
 

@@ -2,6 +2,7 @@
 disk of which mission a worker is at, for whoever finds it dead.
 """
 
+import errno
 import faulthandler
 import json
 import os
@@ -23,6 +24,7 @@ from ...core.kept_files import check_kept, named_files, placed
 from ...core.plugins import allow, source_sha256
 from ...mission.simulation import simulate
 from ...results.columns import arrow
+from ...results.schemas import schema
 from ...scenario.families import leave_of, without_plugins
 from ...scenario.scenario import Scenario
 from ...scenario.sections.survey import SURVEY
@@ -36,7 +38,7 @@ from ..experiments.experiment import (
 from ..storage.done import FAILED, OK
 from ..storage.folder import STOP, write_json
 from ..storage.part_rows import labelled, read_part
-from ..storage.parts import MISSIONS, commit, metric_schema, part_path
+from ..storage.parts import MISSIONS, commit, part_path
 
 ARROW_TYPES = {
     "bool": pa.bool_(),
@@ -226,7 +228,7 @@ class Gathered:
         )
 
     def _missions(self, ran: Sequence[Ran]) -> pa.Table:
-        described = metric_schema(MISSIONS)
+        described = schema("mission")
         nothing = pa.table([pa.nulls(1, field.type) for field in described], schema=described)
         labels = self._labels(ran, with_point=True)
         labels["status"] = arrow([FAILED if run.error else OK for run in ran], pa.string())
@@ -265,6 +267,15 @@ LARGEST_PART_BYTES = 64_000_000
 
 class NotWritten(OSError):
     """The rows of a batch could not be written; the campaign stops and can be resumed."""
+
+
+@contextmanager
+def as_not_written() -> Iterator[None]:
+    """Raise NotWritten for whatever cannot be written meanwhile."""
+    try:
+        yield
+    except OSError as error:
+        raise NotWritten(error.errno or errno.EIO, error.strerror or str(error)) from None
 
 
 @dataclass(frozen=True)
@@ -330,10 +341,8 @@ def gathered(batch: Batch) -> Gathered:
 
 @contextmanager
 def _beating(folder: Path, part: str) -> Iterator[Heartbeat]:
-    try:
+    with as_not_written():
         heartbeat = Heartbeat(folder, part)
-    except OSError as error:
-        raise NotWritten(error.errno, error.strerror) from None
     try:
         yield heartbeat
     finally:
@@ -365,7 +374,8 @@ def _run(batch: Batch, mission: PlannedMission) -> Ran:
     except Exception as error:  # what goes wrong in one mission is told, and the others go on
         spent = time.perf_counter() - began
         text = f"{type(error).__name__}: {error}".rstrip(": ")
-        _note_failure(batch, mission, text, traceback.format_exc())
+        with as_not_written():
+            write_failure(batch, mission, text, traceback.format_exc())
         return Ran(mission, spent, error=text)
     return Ran(mission, time.perf_counter() - began, result.arrow)
 
@@ -380,13 +390,6 @@ def _check_parts(own_parts: Mapping[str, str]) -> None:
 def _source(name: str) -> str:
     """Return the fingerprint of a part's file as this process found it, and goes on using it."""
     return source_sha256(name)
-
-
-def _note_failure(batch: Batch, mission: PlannedMission, error: str, trace: str) -> None:
-    try:
-        write_failure(batch, mission, error, trace)
-    except OSError as reason:
-        raise NotWritten(reason.errno, reason.strerror) from None
 
 
 def write_failure(batch: Batch, mission: PlannedMission, error: str, trace: str) -> None:
@@ -420,10 +423,8 @@ def write(batch: Batch, found: Gathered) -> None:
     Raises:
         NotWritten: when it cannot be written.
     """
-    try:
+    with as_not_written():
         commit(Path(batch.folder), batch.part, found.tables(), batch.plan_sha256)
-    except OSError as error:
-        raise NotWritten(error.errno, error.strerror or str(error)) from None
 
 
 def signal_name(exit_code: int | None) -> str:

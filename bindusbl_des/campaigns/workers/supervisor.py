@@ -38,6 +38,7 @@ from .batches import (
     NotWritten,
     Ran,
     Row,
+    as_not_written,
     gathered,
     rows_of,
     run_batch,
@@ -246,10 +247,11 @@ class Supervisor:
         found = gathered(batch)
         found.add(Ran(mission, 0.0, error=text))
         try:
-            write_failure(batch, mission, text, trace)
+            with as_not_written():
+                write_failure(batch, mission, text, trace)
             write(batch, found)
-        except OSError as reason:
-            self._break_off(NotWritten(reason.errno, reason.strerror))
+        except NotWritten as error:
+            self._break_off(error)
             return
         self.note([Row(mission.number, FAILED, 0.0)])
 
