@@ -253,7 +253,7 @@ class Case:
 
     @cached_property
     def slot_s(self) -> float:
-        """The uplink slot on the clock (s)."""
+        """The uplink slot on the clock (s): from one slot of a round to the next, at least."""
         return self.slots.clock.after(0.0, self.slots.uplink_slot)
 
     @cached_property

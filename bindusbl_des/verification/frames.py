@@ -12,7 +12,7 @@ from ..preflight.round_lengths import rounds_of
 from ..scenario.families import broadcaster_of, downlink_of, schedule_of
 from .case import Case, SignalPair, by_time, undecided
 from .signals import beacons_meet, frames_meet
-from .uplink import frame_s, slot_gap
+from .uplink import frame_s
 
 # Fixes in a frame, and AUVs that it tells their slots
 Size = tuple[int, int]
@@ -21,27 +21,16 @@ Size = tuple[int, int]
 MANY = 400
 
 
-def spread_m(apart: float, reach: float, depth: float) -> float | None:
-    """Return how much farther (m) an AUV may be from one ASV than from another, hearing both.
-
-    The ASVs are `apart` (m), heard within `reach` (m) seen from above by an AUV a depth (m) below.
-    It is heard farthest from one at the edge of its range, and nearest to the other on the line
-    through both: sqrt(R^2 + d^2) - sqrt((L - R)^2 + d^2).  None where nobody hears both: L > 2 R.
-
-    >>> spread_m(50.0, 50.0, 0.0), spread_m(101.0, 50.0, 0.0)
-    (50.0, None)
-    """
-    if apart > 2 * reach:
-        return None
-    return math.hypot(reach, depth) - math.hypot(apart - reach, depth)
-
-
 def widest(
     case: Case, apart: Floats, reach: float, slant: bool, moved: float
 ) -> tuple[float, float]:
-    """Return the greatest such way (m) of ASVs so far `apart` (m, (n,)), and how far apart those
-    are; AUVs in range when a signal begins may go on by so much (m) until it ends.
+    """Return how much farther (m) an AUV may be from one ASV than from another, hearing both, at
+    most, and how far apart (m) those are: of ASVs so far `apart` (m, (n,)).
 
+    An AUV a depth d below hears both where L <= 2 R, R seen from above.  It is heard farthest from
+    one at the edge of its range, and nearest to the other on the line through both:
+    sqrt(R^2 + d^2) - sqrt((L - R)^2 + d^2).  AUVs in range when a signal begins may have `moved` so
+    much (m) until it ends.
     By how much they come nearer to the other ASV does not count: two sounds overlap iff one has not
     ended where the AUV is when the other begins there, which is a matter of that place alone.
     """
@@ -54,7 +43,7 @@ def widest(
         if case.stations is None and len(near):
             near = np.array([level])
         for far in map(float, near):
-            best = max(best, (spread_m(far, level, depth) or 0.0, far))
+            best = max(best, (math.hypot(level, depth) - math.hypot(far - level, depth), far))
     return best
 
 
@@ -62,13 +51,13 @@ def beacons(case: Case) -> Iterator[SignalPair]:
     """Yield whether pings of ASVs in consecutive slots may overlap at an AUV (passive ranging).
 
     Of ASVs A and B, B a slot T after A, an AUV hears A's ping last where it is at the edge of A's
-    range and as near to B as it can be then (:func:`spread_m`); it may come nearer to B meanwhile.
+    range and as near to B as it can be then (:func:`widest`); it may come nearer to B meanwhile.
     The margin is T - T_P - spread / c.  ASVs share one clock.
     """
     hf, slowest = case.scenario.acoustics.hf, case.sound_speeds[0]
     moved = case.closing_m_per_s * (case.slot_s + hf.range_m / slowest)
     wide, apart = widest(case, case.in_turn_m, hf.range_m, hf.range_metric == "slant", moved)
-    margin = slot_gap(case) - hf.ping_s - wide / slowest
+    margin = case.slot_s - hf.ping_s - wide / slowest
     why = f"an AUV may be {wide:.4g} m farther from one ASV than from the next"
     witnesses = partial(beacons_meet, case, apart)
     yield by_time("consecutive beacons", "pings of ASVs at an AUV", margin, why, witnesses)

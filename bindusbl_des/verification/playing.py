@@ -88,13 +88,19 @@ def staged(
         data["navigation"]["imu_rate_hz"] = max(rate, 0.001)
     if any(auv.late_s for auv in auvs):
         data["auvs"]["ping_late_s"] = [auv.late_s for auv in auvs]
-    data["acoustics"] = {**data.get("acoustics", {}), "loss": {"law": "none"}}
-    mf = data["acoustics"].get("mf", {})
-    if "modem" in mf:
-        mf.pop("airtimes", None)  # which the modem brings
+    data["acoustics"] = lossless(data)
     for section, change in changes.items():
         data[section] = {**data.get(section, {}), **change}
     return data
+
+
+def lossless(plan: Plan) -> dict[str, Any]:
+    """Return the section `acoustics` of a scenario in which no sound is lost."""
+    acoustics = {**plan.get("acoustics", {}), "loss": {"law": "none"}}
+    mf = acoustics.get("mf", {})
+    if "modem" in mf:
+        mf.pop("airtimes", None)  # which the modem brings
+    return acoustics
 
 
 def _survey(case: Case) -> dict[str, Any]:

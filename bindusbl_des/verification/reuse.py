@@ -15,7 +15,7 @@ from ..scenario.own_sensors import kinds
 from ..usbl.bounds import Beside, farthest_off
 from .case import ACCEPTED, REFUSED, Case, Plan, SignalPair, undecided
 from .signals import at_the_edge, come_in_together, comes_into_range, rounds_shown
-from .uplink import answering_s, slot_gap
+from .uplink import answering_s
 
 KIND = "same slot"
 WHAT = "AUVs of one ping group"
@@ -149,9 +149,9 @@ def most_shared_slot(case: Case) -> int:
 def _slot_in_round(case: Case) -> float:
     """Return the most time (s) from one slot of a round to the next."""
     if not downlink_of(case.scenario).by_group:
-        return slot_gap(case)
+        return case.slot_s
     slots = case.slots
-    return max(slot_gap(case), slots.clock.after(0.0, slots.downlink_slot(len(case.depths))))
+    return max(case.slot_s, slots.clock.after(0.0, slots.downlink_slot(len(case.depths))))
 
 
 def _rule(case: Case) -> str:

@@ -16,7 +16,7 @@ from ..preflight.round_lengths import rounds_of
 from ..protocol.conflicts import dsatur_groups, greedy_groups
 from ..scenario.families import schedule_of
 from .case import Case, Plan
-from .playing import LATEST_S, OUT_OF_THE_WAY, SLIVER, Actor, staged, stations_of
+from .playing import LATEST_S, OUT_OF_THE_WAY, SLIVER, Actor, lossless, staged, stations_of
 
 # Draws by lot are waited for so many frames for each AUV.
 FRAMES_OF_CHANCE = 20
@@ -112,10 +112,8 @@ def groups_shown(case: Case) -> Iterator[Plan]:
     """
     plan = case.scenario.model_dump(mode="json", exclude_unset=True)
     plan.pop("record", None)  # which may leave out what is looked at
-    plan["acoustics"] = {**plan.get("acoustics", {}), "loss": {"law": "none"}}
-    if "modem" in plan["acoustics"].get("mf", {}):
-        plan["acoustics"]["mf"].pop("airtimes", None)  # which the modem brings
-    yield plan | {"duration_s": min(case.scenario.duration_s, LONGEST_SHOWN_S)}
+    length = min(case.scenario.duration_s, LONGEST_SHOWN_S)
+    yield plan | {"acoustics": lossless(plan), "duration_s": length}
     if case.scenario.auvs.count > 1:
         yield at_the_edge(case)
         if case.closing_m_per_s > 0.0:

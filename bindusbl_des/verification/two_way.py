@@ -15,7 +15,7 @@ from ..scenario.families import schedule_of
 from .case import ACCEPTED, REFUSED, UNDECIDED, Case, SignalPair, by_time, undecided
 from .reuse import age_s
 from .signals import answer_late, answer_passing, out_of_hearing, two_calls
-from .uplink import answering_s, round_gap, slot_gap
+from .uplink import answering_s, round_gap
 
 KIND = "consecutive answers"
 WHAT = "answers at an AUV, and pings at an ASV that answers"
@@ -50,7 +50,7 @@ def answers(case: Case) -> Iterator[SignalPair]:
         moved = case.closing_m_per_s * slots.airtime(1)
         deepest = max(deep for both in case.depths for deep in both)
         after = max(after, math.hypot(mf.range_m + moved, deepest) / speed)
-    gap = round_gap(case) if rounds_of(scenario).frame else slot_gap(case)
+    gap = round_gap(case) if rounds_of(scenario).frame else case.slot_s
     margin = gap - up - slots.airtime(1) - after - case.late_s
     why = f"the next slot begins {1e3 * gap:.4g} ms later, an answer lasts {slots.airtime(1):.4g} s"
     found = ACCEPTED if margin > -TOUCH else UNDECIDED
@@ -118,7 +118,7 @@ def answer_and_next_call(case: Case) -> Iterator[SignalPair]:
     scenario = case.scenario
     schedule = schedule_of(scenario)
     within = scenario.auvs.count > 1 and schedule.is_proved and not schedule.framed
-    gap = slot_gap(case) if within else round_gap(case)
+    gap = case.slot_s if within else round_gap(case)
     auv = max(range(scenario.auvs.count), key=case.longest_m)
     margin = gap - two_way_needed(case)
     far, later = case.longest_m(auv), 1e3 * gap

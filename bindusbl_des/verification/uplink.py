@@ -36,7 +36,7 @@ def consecutive_slots(case: Case) -> Iterator[SignalPair]:
         return
     worst = min(followers, key=lambda pair: _margin(case, pair))
     margin = _margin(case, worst)
-    within = worst.gap_s == slot_gap(case)
+    within = worst.gap_s == case.slot_s
     what = "of a round" if within else "at the end of a round"
     why = (
         f"AUV{worst.first} pings from {case.longest_m(worst.first):.4g} m, "
@@ -49,11 +49,6 @@ def consecutive_slots(case: Case) -> Iterator[SignalPair]:
 def answering_s(case: Case) -> float:
     """Return how long after it has heard a call's front an AUV answers (s)."""
     return case.slots.ping_duration + case.scenario.protocol.turnaround_s
-
-
-def slot_gap(case: Case) -> float:
-    """Return the least time (s) from one uplink slot of a round to the next."""
-    return case.slot_s
 
 
 def round_gap(case: Case) -> float:
@@ -111,7 +106,7 @@ def _apart(case: Case, first: int, second: int, sound_speed: float) -> float:
 def _followers(case: Case) -> Iterator[Succession]:
     """Yield who may ping after whom: of fleets whose order is free the worst pairs."""
     count, schedule = case.scenario.auvs.count, schedule_of(case.scenario)
-    within, between = slot_gap(case), round_gap(case)
+    within, between = case.slot_s, round_gap(case)
     if case.recalls:  # whoever is lost leaves its slot to the next, and may be called back last
         yield from (Succession(i, k, within) for i, k in _worst(case, count))
     elif schedule.turn == "rotation":

@@ -4,6 +4,7 @@ what `verify` writes: `verify.json`, and `witness.yaml`, a scenario to be run.
 
 import json
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from textwrap import wrap
 from typing import Any
@@ -12,7 +13,7 @@ from ..core.files import folder_draft
 from ..core.kept_files import FOLDERS, copies_of, keep, portable
 from ..core.wording import significant
 from .case import ACCEPTED, CHANCE, REFUSED, UNDECIDED, SignalPair
-from .playing import Signal, Witness
+from .playing import Witness
 from .verdict import Guard, Verdict
 
 RECORD, WITNESS = "verify.json", "witness.yaml"
@@ -73,18 +74,7 @@ def _witness(witness: Witness) -> Data:
         "seed": witness.seed,
         "receiver": witness.receiver,
         "overlap_s": witness.overlap_s,
-        "signals": [_signal(signal) for signal in witness.signals],
-    }
-
-
-def _signal(signal: Signal) -> Data:
-    return {
-        "what": signal.what,
-        "sender": signal.sender,
-        "sent_at_s": signal.sent_at_s,
-        "place_m": list(signal.place_m),
-        "begins_at_s": signal.begins_at_s,
-        "ends_at_s": signal.ends_at_s,
+        "signals": [asdict(signal) for signal in witness.signals],
     }
 
 
