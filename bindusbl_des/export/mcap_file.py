@@ -6,7 +6,7 @@ import errno
 import heapq
 import json
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -79,7 +79,8 @@ def write_mcap(result: "Result", path: Path, *, replace: bool = True) -> Mapping
         FileExistsError: when the file is there, and not to be replaced.
         OSError: when it cannot be written.
     """
-    streams = [scenery(result), transforms(result), certainty(result), *_sound_streams(result)]
+    streams = [scenery(result), transforms(result), certainty(result)]
+    streams += [_pings(result), _broadcasts(result), _fixes(result)]
     streams += [*location_streams(result), *row_streams(result)]
     with draft_of(path, replace=replace) as draft:
         log = _Log(draft)
@@ -90,13 +91,6 @@ def write_mcap(result: "Result", path: Path, *, replace: bool = True) -> Mapping
         finally:
             log.close()
     return log.counts
-
-
-def _sound_streams(result: "Result") -> Iterator[Messages]:
-    """Yield the pings, the broadcasts and the fixes of a mission, each in the order of time."""
-    yield _pings(result)
-    yield _broadcasts(result)
-    yield _fixes(result)
 
 
 def _pings(result: "Result") -> Messages:

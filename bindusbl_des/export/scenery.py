@@ -182,11 +182,8 @@ PLAN_POINTS = 1000
 # A vehicle is drawn this share of the survey's side long, so that it can be seen.
 SHARE_OF_SIDE = 0.03
 
-PATHS = {
-    "truth": ("x_m", "y_m", "z_m"),
-    "estimate": ("estimate_x_m", "estimate_y_m", "estimate_z_m"),
-    "imu": ("imu_x_m", "imu_y_m", "estimate_z_m"),
-}
+# Columns of each kind of path
+PATHS = dict(zip(("truth", "estimate", "imu"), FRAMES.values(), strict=True))
 
 
 def scenery(result: "Result") -> Messages:

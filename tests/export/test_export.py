@@ -284,7 +284,7 @@ def test_rows_come_in_time_with_few_in_memory(run: Path, monkeypatch: pytest.Mon
     for table in streamed.INSTANT.keys() & result.arrow:
         result.arrow[table] = pa.concat_tables([result.arrow[table]] * 60)
     streams = [streamed.transforms(result), scenery.certainty(result)]
-    streams += mcap_file._sound_streams(result)
+    streams += [mcap_file._pings(result), mcap_file._broadcasts(result), mcap_file._fixes(result)]
     streams += [*streamed.location_streams(result), *streamed.row_streams(result)]
     tracemalloc.start()
     try:
