@@ -18,6 +18,7 @@ from ..core.arrays import Floats
 from ..core.wording import counted, plain
 from ..scenario.destinations import stations_kept
 from ..scenario.files.former_keys import key_now
+from ..scenario.files.overrides import value_at
 from ..scenario.files.plain_yaml import read_yaml
 from ..scenario.scenario import Scenario
 from .prediction.gathering import inputs_of
@@ -76,17 +77,11 @@ def _cost(question: Question, scenario: Scenario) -> float:
     total = scenario.asvs.count * question.costs[ASV]
     for item, price in question.costs.items():
         key, equals, value = item.partition("=")
-        if equals and _value(scenario, key_now(key.strip())) == read_yaml(value, item).data:
-            total += price
+        if equals:
+            data, path = scenario.model_dump(mode="json"), key_now(key.strip()).split(".")
+            if value_at(data, path) == read_yaml(value, item).data:
+                total += price
     return total
-
-
-def _value(scenario: Scenario, key: str) -> Any:
-    """Return the value of a dotted key; None where there is no such key."""
-    value: Any = scenario.model_dump(mode="json")
-    for part in key.split("."):
-        value = value.get(part) if isinstance(value, dict) else None
-    return value
 
 
 # By what plans of one size are compared where no goal is predicted.

@@ -105,7 +105,8 @@ def items() -> tuple[Key, ...]:
 @cache
 def sections() -> dict[str, str]:
     """Return the meaning of each section by its dotted name, in the order of the file."""
-    return dict(_sections(ScenarioKeys, ""))
+    found = _sections(ScenarioKeys, "")
+    return {name: field.description or "" for name, field in found}
 
 
 def leaves(data: Mapping[str, Any], section: str = "") -> Iterator[tuple[str, Any]]:
@@ -183,26 +184,20 @@ def _parts(annotation: Any) -> tuple[type[Part], ...]:
     return _parts(get_args(annotation)[0]) if get_origin(annotation) is Annotated else ()
 
 
-def _sections(model: type[Part], prefix: str) -> Iterator[tuple[str, str]]:
+def _sections(model: type[Part], prefix: str) -> Iterator[tuple[str, "FieldInfo"]]:
+    """Yield each section by its dotted name; what is in it comes behind it."""
     for name, field in model.model_fields.items():
         parts = _parts(field.annotation)
         if parts:
-            yield f"{prefix}{name}", field.description or ""
+            yield f"{prefix}{name}", field
             yield from _sections(parts[0], f"{prefix}{name}.")
 
 
 @cache
 def optional_sections() -> frozenset[str]:
     """Return the sections that are null unless one of their keys is given."""
-    return frozenset(_optional(ScenarioKeys, ""))
-
-
-def _optional(model: "type[BaseModel]", prefix: str) -> Iterator[str]:
-    for name, field in model.model_fields.items():
-        for part in _parts(field.annotation)[:1]:
-            if field.default is None:
-                yield f"{prefix}{name}"
-            yield from _optional(part, f"{prefix}{name}.")
+    found = _sections(ScenarioKeys, "")
+    return frozenset(name for name, field in found if field.default is None)
 
 
 def _rows(model: "type[BaseModel]", prefix: str, only: str) -> Iterator[Key]:

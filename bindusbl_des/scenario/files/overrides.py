@@ -1,6 +1,6 @@
 """Options ``--set dotted.key=value`` laid over the data of a scenario file."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from copy import deepcopy
 from functools import cache, lru_cache
 from typing import Any
@@ -133,7 +133,7 @@ def _inside(spot: Any, part: str | int, path: Path) -> Any:
     """
     is_part = dotted(path) in PARTS
     if isinstance(spot, dict) and part not in spot:
-        default = _default(path)
+        default = value_at(_defaults(), path)
         spot[part] = deepcopy(default) if is_part or isinstance(default, list) else {}
     if is_part and isinstance(spot[part], str):
         spot[part] = {"model": spot[part]}
@@ -145,8 +145,8 @@ def _defaults() -> dict[str, Any]:
     return Scenario(name="default").model_dump(mode="json")
 
 
-def _default(path: Path) -> Any:
-    value: Any = _defaults()
+def value_at(data: Any, path: Iterable[str | int]) -> Any:
+    """Return the value at a path of keys; None where there is none."""
     for part in path:
-        value = value.get(part) if isinstance(value, dict) else None
-    return value
+        data = data.get(part) if isinstance(data, dict) else None
+    return data
