@@ -171,6 +171,17 @@ def significant(value: float, digits: int = 3) -> str:
     return f"{value:.{min(max(digits - whole, 0), MOST_DECIMALS)}f}"
 
 
+def number(value: float | None, digits: int = 2, factor: float = 1.0) -> str:
+    """Return a number for the eye; what is not known is a dash.
+
+    >>> number(0.8342, 1, 100), number(None), number(float("nan"))
+    ('83.4', '-', '-')
+    """
+    if value is None or value != value:
+        return "-"
+    return f"{value * factor:.{digits}f}"
+
+
 def filled(text: str, indent: str = "") -> str:
     """Return a text in lines that are no wider than tables; all but the first are indented."""
     return fill(

@@ -9,9 +9,9 @@ from string import Template
 from typing import Any
 
 from ..campaigns.statistics.intervals import short_key, written
-from ..core.wording import significant
+from ..core.wording import number, significant
 from ..records.metrics import SHARES, name_of, unit_of
-from ..report.page import THEME, assembled, asset, filled, number, table
+from ..report.page import THEME, assembled, asset, filled, table
 from ..report.run_data import survey_data
 from ..report.run_page import footer
 from ..scenario.declared import NAVIGATORS

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import sqrt
 from typing import Any
 
-from ..core.wording import aligned, counted, plain, significant
+from ..core.wording import aligned, counted, number, plain, significant
 from ..scenario.scenario import Scenario
 from .fitting import Fit
 from .log import Log
@@ -46,10 +46,7 @@ def summary(logs: Sequence[Row], beacons: Sequence[Row]) -> str:
 
 
 def _row(row: Row) -> tuple[str, ...]:
-    cells = [
-        "-" if row[name] is None else f"{factor * row[name]:.{digits}f}"
-        for _, _, name, digits, factor in COLUMNS
-    ]
+    cells = (number(row[name], digits, factor) for _, _, name, digits, factor in COLUMNS)
     return (str(row["log"]), *cells)
 
 

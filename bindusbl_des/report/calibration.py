@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..core.arrays import Floats
+from ..core.wording import number
 from ..navigation.fix_update import SURE
 from ..scenario.families import navigator_of
-from .page import filled, number, table
+from .page import filled, table
 from .recording import Recording
 
 if TYPE_CHECKING:

@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
-from ..core.wording import lettered, plain
+from ..core.wording import lettered, number, plain
 from ..scenario.keys import leaves
-from .page import THEME, Packer, assembled, asset, filled, number, table
+from .page import THEME, Packer, assembled, asset, filled, table
 from .recording import recording
 from .run_data import run_data
 from .run_page import AUV_COLUMNS, MAP, OF_MISSION, described, footer, mission_row

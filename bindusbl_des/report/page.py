@@ -228,14 +228,3 @@ def _look(name: str | None) -> str:
 def _lines(cell: str) -> str:
     first, *rest = html.escape(cell).split("\n")
     return first + "".join(f"<small>{line}</small>" for line in rest)
-
-
-def number(value: Any, digits: int = 2, factor: float = 1.0) -> str:
-    """Return a number for the eye; what is not known is a dash.
-
-    >>> number(0.8342, 1, 100), number(None), number(float("nan"))
-    ('83.4', '-', '-')
-    """
-    if value is None or value != value:
-        return "-"
-    return f"{value * factor:.{digits}f}"

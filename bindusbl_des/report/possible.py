@@ -13,6 +13,7 @@ import numpy as np
 
 from ..acoustics.fix_chance import fix_chance, survey_grid
 from ..core.arrays import Floats, Ints
+from ..core.wording import number
 from ..geometry.formation import keep_station
 from ..preflight.limits import (
     MOST_PAIRS,
@@ -30,7 +31,7 @@ from ..preflight.round_lengths import rounds_of
 from ..protocol.bounds import reuse_bound
 from ..protocol.slots import slots_of
 from ..scenario.families import navigator_of, schedule_of
-from .page import Packer, number
+from .page import Packer
 from .recording import TRUTH, Recording
 
 # The longer side of the survey has so many cells.

@@ -8,7 +8,7 @@ from string import Template
 from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
-from ..core.wording import counted, plain
+from ..core.wording import counted, number, plain
 from ..results.summary import rounds_text
 from ..scenario.families import leave_of
 from ..scenario.keys import leaves
@@ -17,7 +17,7 @@ from ..scenario.site import area_of
 from .calibration import calibration_text
 from .envelope import envelope_made_of
 from .gaps import intervals, latencies, spread_text
-from .page import THEME, Packer, assembled, asset, filled, number, table
+from .page import THEME, Packer, assembled, asset, filled, table
 from .possible import possible_text
 from .recording import metrics_of, recording
 from .run_data import run_data

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from textwrap import wrap
 from typing import Any
 
-from ..core.wording import aligned, counted, significant
+from ..core.wording import aligned, counted, number, significant
 from .effects import HELPS, NO_EFFECT, Advice, Effect, harm_text, interval
 
 Row = dict[str, Any]
@@ -97,11 +97,10 @@ def _extremes(auvs: Sequence[Row], pick: Callable[..., Any]) -> Row:
 
 
 def _row(name: str, metrics: Row) -> tuple[str, ...]:
-    cells = [name]
-    for _, _, metric, digits, factor in COLUMNS:
-        value = metrics.get(metric)
-        cells.append("-" if value is None else f"{value * factor:.{digits}f}")
-    return tuple(cells)
+    cells = (
+        number(metrics.get(metric), digits, factor) for _, _, metric, digits, factor in COLUMNS
+    )
+    return (name, *cells)
 
 
 def _advice(advice: Advice | None) -> Iterator[str]:
