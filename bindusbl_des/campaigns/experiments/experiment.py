@@ -20,14 +20,15 @@ from numpy.typing import NDArray
 from ...core.kept_files import KEPT, copies_of, kept_name, portable, renamed, renamed_point
 from ...core.plugins import Family, is_plugin, name_of, source_sha256
 from ...core.wording import described, did_you_mean
+from ...results.schemas import schema
 from ...scenario.families import parts_of
 from ...scenario.files.former_keys import as_now, is_former, key_now
-from ...scenario.files.mistakes import FilePlace, Mistake
+from ...scenario.files.mistakes import Mistake
 from ...scenario.files.overrides import put
 from ...scenario.files.plain_yaml import Document
 from ...scenario.part_choice import PartChoice
 from ...scenario.scenario import Scenario
-from ..storage.parts import MISSIONS, metric_schema
+from .experiment_points import is_section
 
 Detail = Literal["summary", "full"]
 Point = Mapping[str, Any]
@@ -76,23 +77,20 @@ def checkpoints(most: int) -> Iterator[int]:
 
 def targets_in(document: Document) -> tuple[Target, ...]:
     """Return the targets under `until_ci`; mistakes go to the document."""
-    path: tuple[str | int, ...] = ("until_ci",)
-    if path[0] not in document.data:
+    if "until_ci" not in document.data:
         return ()
-    section = document.data[path[0]]
-    if not isinstance(section, dict) or not section:
-        got = "an empty section" if section == {} else described(section)
-        message = f"needs metrics with widths, such as {{position_error_m: 5%}}; got {got}"
-        document.report(_place(document, path), path, message)
+    section = document.data["until_ci"]
+    needs = "metrics with widths, such as {position_error_m: 5%}"
+    if not is_section(document, ("until_ci",), section, needs):
         return ()
     return tuple(_target(document, metric, value) for metric, value in section.items())
 
 
 def _target(document: Document, metric: str, value: Any) -> Target:
-    path, known = ("until_ci", metric), metric_schema(MISSIONS).names
+    path, known = ("until_ci", metric), schema("mission").names
     if metric not in known:
         hint = did_you_mean(metric, known) or "; the columns of missions/ are its metrics"
-        document.report(document.keys[path], path, f"no such metric{hint}")
+        document.note(path, f"no such metric{hint}", at_key=True)
     number = isinstance(value, int | float) and not isinstance(value, bool) and value > 0
     share = isinstance(value, str) and re.fullmatch(r"(?=.*[1-9])[0-9]+(\.[0-9]+)? ?%", value)
     if not number and not share:
@@ -100,13 +98,9 @@ def _target(document: Document, metric: str, value: Any) -> Target:
             "needs half the width of the 95 % confidence interval: a share of the mean such as "
             f"5%, or a number > 0; got {described(value)}"
         )
-        document.report(_place(document, path), path, message)
+        document.note(path, message)
         return Target(metric, 1.0)
     return Target(metric, value)
-
-
-def _place(document: Document, path: tuple[str | int, ...]) -> FilePlace:
-    return document.values.get(path, FilePlace(document.file, 1, 1))
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from typing import Any
 
 from ...core.wording import described, did_you_mean
 from ...preflight.warnings import Reading, read_scenario
+from ...results.schemas import schema
 from ...scenario.files.former_keys import READ_YET, is_former, key_now
 from ...scenario.files.mistakes import FilePlace, Mistake, ScenarioError
 from ...scenario.files.plain_yaml import Document, read_yaml
@@ -16,7 +17,6 @@ from ...scenario.key_types import LONGEST_NAME, PRINTABLE
 from ...scenario.keys import DIALECT, settable
 from ...scenario.scenario import Scenario
 from ..storage.folder import LARGEST_SEED, MOST_MISSIONS
-from ..storage.parts import MISSIONS, metric_schema
 from .experiment import MOST_SEEDS, Detail, Experiment, targets_in
 from .experiment_points import (
     KEYS,
@@ -363,7 +363,7 @@ def experiment_schema() -> dict[str, Any]:
                 "run seeds until half the width of the 95 % confidence interval is at most this: a "
                 "share of the mean such as 5%, or a number; seeds is the largest number then",
                 type="object",
-                properties={name: {} for name in metric_schema(MISSIONS).names},
+                properties={name: {} for name in schema("mission").names},
                 additionalProperties=False,
                 minProperties=1,
             ),

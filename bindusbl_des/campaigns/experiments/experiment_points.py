@@ -166,7 +166,7 @@ def _is_unsettled(document: Document, section: str) -> bool:
 
 def _grid(document: Document, vary: Any) -> tuple[Points, Places]:
     """Return every combination of the values, the last key varying fastest."""
-    if not _is_section(document, ("vary",), vary, "dotted keys with lists of values"):
+    if not is_section(document, ("vary",), vary, "dotted keys with lists of values"):
         return [], []
     axes = {key: _values(document, ("vary", key), values) for key, values in vary.items()}
     if _is_unsettled(document, "vary"):
@@ -210,7 +210,8 @@ def _spread(document: Document, path: Path, text: str) -> list[tuple[Any, Path]]
         return []
 
 
-def _is_section(document: Document, path: Path, data: Any, needs: str) -> bool:
+def is_section(document: Document, path: Path, data: Any, needs: str) -> bool:
+    """Tell whether data is a section that is not empty; else the document notes what it needs."""
     if isinstance(data, dict) and data:
         return True
     got = "an empty section" if data == {} else described(data)
@@ -235,7 +236,7 @@ def _list(document: Document, points: Any) -> tuple[Points, Places]:
 
 
 def _sample(document: Document, sample: Any) -> tuple[Points, Places]:
-    if not _is_section(document, ("sample",), sample, "method, points and ranges"):
+    if not is_section(document, ("sample",), sample, "method, points and ranges"):
         return [], []
     for key in sample:
         if key not in SAMPLE_KEYS:
@@ -281,7 +282,7 @@ def _count(document: Document) -> int:
 def _check_ranges(document: Document, ranges: Any) -> None:
     path: Path = ("sample", "ranges")
     place = path if path in document.values else ("sample",)
-    if not _is_section(document, place, ranges, "ranges: {dotted.key: [low, high], ...}"):
+    if not is_section(document, place, ranges, "ranges: {dotted.key: [low, high], ...}"):
         return
     for key, ends in ranges.items():
         pair = isinstance(ends, list) and len(ends) == 2 and all(map(is_number, ends))

@@ -17,11 +17,11 @@ from ...core.wording import did_you_mean
 from ...records.events import NONE
 from ...records.metrics import METRICS_ARE, WORST, WORST_IS_LARGEST, AuvMetrics, of_an_auv
 from ...results.columns import numpy_array, numpy_columns
-from ...results.schemas import mission_numbers
+from ...results.schemas import mission_numbers, schema
 from ..storage.done import OK, has_status
 from ..storage.folder import CampaignError
 from ..storage.part_rows import read_table
-from ..storage.parts import MISSIONS, metric_schema
+from ..storage.parts import MISSIONS
 
 # What a mission is for, first; what the network did for it, after.  A mission is as good as what
 # its worst AUV got (interface: a plan is judged by it, averaged over seeds).
@@ -226,7 +226,7 @@ def unit(metric: str) -> str:
     >>> unit("position_error_m"), unit("hf_coverage")
     ('m', '1')
     """
-    named: bytes = metric_schema(MISSIONS).field(metric).metadata[b"unit"]
+    named: bytes = schema("mission").field(metric).metadata[b"unit"]
     return named.decode()
 
 

@@ -22,7 +22,7 @@ import pyarrow as pa
 
 from ...core.files import SEAL, check_seal, draft_of, read_json, sealed, sync
 from ...results.result_folder import DamagedFile, SummedFile, sha256_of, write_parquet
-from ...results.schemas import EVENT_TABLES, schema
+from ...results.schemas import EVENT_TABLES
 from .done import Done, done_in, in_runs, of_runs, united
 from .folder import CampaignError, write_json
 
@@ -53,11 +53,6 @@ def part_path(folder: Path, table: str, part: str) -> Path:
 def record_path(folder: Path, part: str) -> Path:
     """Return where the record of a part lies."""
     return folder.joinpath(CHECKSUMS, f"part-{part}.json")
-
-
-def metric_schema(table: str) -> pa.Schema:
-    """Return the schema of the metrics of a mission or its AUVs, of an event table."""
-    return schema("mission" if table == MISSIONS else table)
 
 
 @dataclass(frozen=True)
