@@ -32,7 +32,7 @@ from bindusbl_des.results.result import Result
 
 from .campaigns import Runs
 from .counting import Tally
-from .instrument import AUVS, BOUNDS, READINGS, ablated, cells
+from .measuring import AUVS, BOUNDS, READINGS, ablated, cells
 from .numbers import chosen, per_seed, published
 from .readings import DEFAULT, Reading
 from .sentences import (

@@ -9,7 +9,7 @@ from bindusbl_des.protocol.slots import Slots, slots_of
 from bindusbl_des.scenario.scenario import Scenario
 
 from .campaigns import Runs
-from .instrument import READINGS
+from .measuring import READINGS
 from .numbers import CANNOT_BE, DIFFERS, FAILS, HOLDS, REPRODUCED, Claimed, chosen, per_seed
 from .readings import Reading
 
