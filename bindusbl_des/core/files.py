@@ -46,6 +46,11 @@ def regular(path: Name, most: int | None = MOST_BYTES) -> Name:
     return path
 
 
+def unreadable(path: Name, error: PermissionError) -> str:
+    """Return what to tell of a file or folder that the user may not read."""
+    return f"{path} cannot be read ({error.strerror}); ask its owner for the right to"
+
+
 # JSON files read with distrust: of bounded size and depth, and with nothing that is no JSON.
 
 

@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 import pyarrow as pa
 
-from ..core.files import check_seal, read_json
+from ..core.files import check_seal, read_json, unreadable
 from ..core.kept_files import placed
 from ..preflight.warnings import ScenarioWarning
 from ..scenario.files.former_keys import as_now
@@ -127,7 +127,7 @@ def _read_advice(folder: Path, scenario: Scenario) -> Advice | None:
         check_seal(data)
         return advice
     except PermissionError as error:
-        raise ValueError(_unreadable(path, error)) from None
+        raise ValueError(unreadable(path, error)) from None
     except (OSError, ValueError) as error:
         raise ValueError(
             f"{path} is damaged or of another version ({_reason(error)}); delete it, then make the "
@@ -158,7 +158,7 @@ def _read_record(path: Path) -> tuple[Scenario, dict[str, Any]]:
     except _Newer:
         raise
     except PermissionError as error:
-        raise ValueError(_unreadable(path, error)) from None
+        raise ValueError(unreadable(path, error)) from None
     except (OSError, ValueError) as error:
         raise ValueError(
             f"{path} is damaged or of another version ({_reason(error)}); "
@@ -172,10 +172,6 @@ def _as_flown(scenario: dict[str, Any]) -> dict[str, Any]:
     if isinstance(protocol, dict) and "turnaround_s" in protocol and "reply" not in protocol:
         scenario = {**scenario, "protocol": {**protocol, "reply": "instant"}}
     return as_now(scenario)
-
-
-def _unreadable(path: Path, error: PermissionError) -> str:
-    return f"{path} cannot be read ({error.strerror}); ask its owner for the right to"
 
 
 def _is_number(value: Any) -> bool:

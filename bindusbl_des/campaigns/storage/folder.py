@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ...core.files import DRAFT, SEAL, check_seal, sealed, write_text
+from ...core.files import DRAFT, SEAL, check_seal, sealed, unreadable, write_text
 from ...core.wording import printable
 from ...scenario.key_types import PRINTABLE
 
@@ -43,10 +43,7 @@ class _Experiment(_Section):
     name: Words
     scenario_as_given: dict[str, Any]
     points: Annotated[list[dict[str, Any]], Field(min_length=1)]
-    seeds: Annotated[
-        list[Annotated[int, Field(ge=0, le=LARGEST_SEED)]],
-        Field(min_length=1, max_length=5_000_000),
-    ]
+    seeds: Annotated[list[Seed], Field(min_length=1, max_length=MOST_MISSIONS)]
     detail: Literal["summary", "full"]
     until_ci: dict[str, Width]
 
@@ -122,9 +119,7 @@ def read_record(folder: Path) -> dict[str, Any]:
         for inside in (folder, *(entry for entry in folder.iterdir() if entry.is_dir())):
             next(inside.iterdir(), None)
     except PermissionError as error:
-        raise CampaignError(
-            f"{error.filename} cannot be read ({error.strerror}); ask its owner for the right to"
-        ) from None
+        raise CampaignError(unreadable(error.filename, error)) from None
     except OSError:
         pass  # it is none, which is told below
     if not path.is_file():
@@ -167,9 +162,7 @@ def write_scenario(folder: Path, given: Mapping[str, Any]) -> None:
 def damaged_record(folder: Path, error: Exception) -> CampaignError:
     """Return what to tell of a `campaign.json` that cannot be used, in one line."""
     if isinstance(error, PermissionError):
-        return CampaignError(
-            f"{folder / RECORD} cannot be read ({error.strerror}); ask its owner for the right to"
-        )
+        return CampaignError(unreadable(folder / RECORD, error))
     said = printable((str(error).splitlines() or [""])[0])[:200]
     return DamagedRecord(
         f"{folder / RECORD} is damaged or was edited ({type(error).__name__}: {said}); {AGAIN}"

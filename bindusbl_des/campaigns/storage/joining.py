@@ -4,9 +4,7 @@ Shards of a campaign joined in a new folder.
 """
 
 import json
-import os
 import shutil
-import tempfile
 import time
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -18,7 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from ...core.files import sync
+from ...core.files import FolderTaken, folder_draft
 from ...core.kept_files import keep, portable
 from ...results.columns import arrow
 from ..campaign import Campaign, load_campaign
@@ -175,7 +173,8 @@ def merge(folders: Sequence[str | Path], out: str | Path) -> Campaign:
     """Join the shards of one campaign in a new folder.
 
     Raises:
-        CampaignError: when they belong to different campaigns, or the folder is not new.
+        CampaignError: when they belong to different campaigns, or the folder is not new; if it
+            came to exist meanwhile, they are joined in one beside it, which the message names.
         OSError: when it cannot be written; nothing of it is left then.
     """
     campaigns = [load_campaign(folder) for folder in folders]
@@ -193,15 +192,11 @@ def merge(folders: Sequence[str | Path], out: str | Path) -> Campaign:
     check_name(folder)
     if folder.exists() or folder.is_symlink():
         raise CampaignError(f"{folder}: exists; name another folder")
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    draft = Path(tempfile.mkdtemp(prefix=f".{folder.name[:40]}-", dir=folder.parent))
     try:
-        merged = _joined(campaigns, draft)
-        draft.chmod(0o755)
-        os.rename(draft, folder)
-        sync(folder.parent)
-    finally:
-        shutil.rmtree(draft, ignore_errors=True)  # what a failure leaves; else it has gone
+        with folder_draft(folder, lambda _: "exists") as draft:
+            merged = _joined(campaigns, draft)
+    except FolderTaken as error:  # meanwhile
+        raise CampaignError(str(error)) from None
     return Campaign(folder, merged.plan, merged.record)
 
 
