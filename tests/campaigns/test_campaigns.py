@@ -191,7 +191,7 @@ def test_a_killed_worker_costs_nothing(
 
     def kill() -> None:
         wait_for_part(tmp_path / "killed")
-        os.kill(pools[-1].pids()[0], signal.SIGKILL)
+        next(iter(pools[-1]._processes.values()))[0].kill()
         hold.unlink()
 
     with pytest.MonkeyPatch.context() as patch:

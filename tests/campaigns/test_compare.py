@@ -62,7 +62,7 @@ def test_intervals_are_those_of_scipy() -> None:
     draws = np.random.default_rng(1).normal(size=(2, 31))
     found = paired("position_error_m", draws[0].tolist(), draws[1].tolist())
     theirs = stats.ttest_rel(draws[1][:30], draws[0][1:]).confidence_interval(0.95)
-    assert (found.low, found.high) == pytest.approx((theirs.low, theirs.high), abs=2e-4)
+    assert (found.found.low, found.found.high) == pytest.approx((theirs.low, theirs.high), abs=2e-4)
 
 
 @pytest.mark.parametrize(

@@ -158,7 +158,7 @@ def _shown(end: End, digits: int) -> str:
 def _interval(row: Difference, digits: int) -> str:
     if row.found.count < 2:
         return ""
-    return f"[{_number(row.low, digits, '+')}, {_number(row.high, digits, '+')}]"
+    return f"[{_number(row.found.low, digits, '+')}, {_number(row.found.high, digits, '+')}]"
 
 
 def _digits(row: Difference) -> int:

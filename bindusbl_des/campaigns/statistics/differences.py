@@ -182,7 +182,8 @@ class End:
 
 @dataclass(frozen=True)
 class Difference:
-    """How one metric differs between two points, over the seeds at which both have a value.
+    """How one metric differs between two points, over the seeds at which both have a value: `found`
+    is the mean difference with its 95 % interval.
 
     Where an AUV of either has no value, means compare different AUVs, and nothing is said of them.
     """
@@ -192,16 +193,6 @@ class Difference:
     baseline: End
     other: End
     found: Interval
-
-    @property
-    def low(self) -> float:
-        """Lower end of the 95 % interval of the mean difference."""
-        return self.found.low
-
-    @property
-    def high(self) -> float:
-        """Upper end of the 95 % interval of the mean difference."""
-        return self.found.high
 
     @property
     def relative(self) -> float:
@@ -225,7 +216,7 @@ class Difference:
             return "not comparable"
         if self.found.count > 1 and self.found.mean == 0 and self.found.half_width == 0:
             return "equal"
-        if self.found.count < 2 or self.low <= 0 <= self.high:
+        if self.found.count < 2 or self.found.low <= 0 <= self.found.high:
             return "no difference shown"
         more, lower = self.found.mean > 0, lower_is_better(self.metric)
         if lower is None:
@@ -235,7 +226,9 @@ class Difference:
 
 def difference(pair: Pair, metric: str, found: Found, served: Served) -> Difference:
     """Return how a metric differs over the seeds at which both points have a value."""
-    (mine, one), (theirs, two) = (_values(side, metric, found) for side in _sides(pair))
+    (mine, one), (theirs, two) = (
+        found[s.campaign.folder].at(s.point, metric) for s in _sides(pair)
+    )
     seeds, here, there = np.intersect1d(mine, theirs, assume_unique=True, return_indices=True)
     one, two = one[here], two[there]
     lack = _lack(pair.baseline, metric, seeds, here, found, served)
@@ -257,10 +250,6 @@ def difference(pair: Pair, metric: str, found: Found, served: Served) -> Differe
 
 def _sides(pair: Pair) -> tuple[Side, Side]:
     return pair.baseline, pair.other
-
-
-def _values(side: Side, metric: str, found: Found) -> tuple[Ints, Floats]:
-    return found[side.campaign.folder].at(side.point, metric)
 
 
 @dataclass(frozen=True)

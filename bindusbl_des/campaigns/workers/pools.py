@@ -257,10 +257,6 @@ class LocalPool:
         self._dismiss(pool)
         return processes[0].exitcode if processes else None
 
-    def pids(self) -> list[int]:
-        """Return the process numbers of the workers."""
-        return [p.pid for ps in self._processes.values() for p in ps if p.pid is not None]
-
     def close(self) -> None:
         """End the workers: what they wrote is on the disk, and to take Python down takes 0.3 s."""
         pools = [*self._idle, *self._busy.values()]
