@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .console import is_quiet, mistakes_text, print_json, refuse, say, talk
-from .options import json_option, out_option
+from .options import json_option, out_option, workers_option
 from .sweeps import SOME_FAILED
 
 if TYPE_CHECKING:
@@ -38,9 +38,7 @@ SHOWN = 10
 @out_option(
     "DIR", "Folder (default results/reproduction; -NAME with --reading, -quick with --quick)."
 )
-@click.option(
-    "--workers", type=click.IntRange(min=1), help="Processes at once (default: one per CPU)."
-)
+@workers_option
 @json_option("numbers and sentences")
 @click.pass_context
 def reproduce(

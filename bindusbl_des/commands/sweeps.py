@@ -188,17 +188,12 @@ def status(folder: str, as_json: bool) -> None:
         is_plan = is_plan_folder(path)
         campaign = load_campaign(path / MISSIONS if is_plan else path)
         state = campaign.state()
+    summary = _summary(campaign)
     if as_json:
-        print_json({**_summary(campaign), "seconds_left": state.seconds_left})
+        print_json({**summary, "seconds_left": state.seconds_left})
         return
-    rows = {
-        "campaign": campaign.record["name"],
-        "status": state.status,
-        "missions": state.missions,
-        "done": state.done,
-        "failed": state.failed,
-        "missing": state.missing,
-    }
+    rows = {"campaign": summary.pop("name"), **summary}
+    del rows["folder"]
     if is_plan:  # which flies no more of its missions than it takes
         rows = {"plan": campaign.record["name"], "status": state.status}
         rows |= {"flown": state.done, "failed": state.failed}
