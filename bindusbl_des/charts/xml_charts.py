@@ -62,12 +62,10 @@ def read_xml(path: str | Path, root: str) -> Element:
         BadChart: naming file, line and remedy.
     """
     try:
-        with open(regular(path), "rb") as file:
-            raw = file.read(LARGEST_FILE + 1)
+        with open(regular(path, LARGEST_FILE), "rb") as file:
+            raw = file.read()
     except OSError as error:
         raise BadChart(f"{path}: cannot be read ({error.strerror})") from None
-    if len(raw) > LARGEST_FILE:
-        raise BadChart(f"{path}: is larger than {LARGEST_FILE:,} bytes; leave in it what is needed")
     if raw.startswith(b"PK"):
         raise BadChart(f"{path}: is a zip archive such as KMZ; unpack it and name the .kml in it")
     found = _Tree(str(path)).read(raw)

@@ -230,7 +230,9 @@ def _simulated(scenario: "Scenario", seed: int, draft: Path) -> "Result":
         with answered(end), compiling_shown():
             return simulate(scenario, seed=seed, progress=progress.note)
     except (ValueError, ArithmeticError, RuntimeError, MemoryError, OSError) as error:
-        raise RunFailed(f"{scenario.name}: the run failed: {_reason(error)}") from error
+        raise RunFailed(
+            f"{scenario.name}: the run failed: {str(error) or type(error).__name__}"
+        ) from error
     finally:
         progress.end()
 
@@ -262,10 +264,6 @@ class MissionProgress:
             spent = monotonic() - self._began - self._compiling
             left = f", {duration(spent * (self._duration - self._now) / simulated)} left"
         return f"{self._now:.0f} of {self._duration:.0f} s simulated{left}"
-
-
-def _reason(error: BaseException) -> str:
-    return str(error) or type(error).__name__
 
 
 def _text(path: str) -> str | None:

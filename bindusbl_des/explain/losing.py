@@ -300,7 +300,7 @@ LEVELS = ("snr_db", "level_db", "margin_db")
 def levels(reception: Any) -> dict[str, float]:
     """Return the levels (dB) of a reception, nothing where the channel knows of none."""
     found = {name: getattr(reception, name) for name in LEVELS}
-    return {} if any(map(_missing, found.values())) else found
+    return {} if any(value is None or math.isnan(value) for value in found.values()) else found
 
 
 def audible(result: "Result", receptions: Any) -> NDArray[np.bool_]:
@@ -391,7 +391,3 @@ def _asked(scenario: "Scenario") -> AskedChannel:
     channel = hf_channel(scenario)
     assert channel is not None
     return channel
-
-
-def _missing(value: Any) -> bool:
-    return value is None or math.isnan(value)

@@ -9,7 +9,7 @@ import math
 import struct
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -192,8 +192,7 @@ class Speaker:
 
 def nanoseconds(earth: Earth, at_s: float) -> int:
     """Return an instant of the mission (s) in nanoseconds of UTC since 1970."""
-    begins = earth.start - datetime(1970, 1, 1, tzinfo=UTC)
-    microseconds = (begins.days * 86_400 + begins.seconds) * 1_000_000 + begins.microseconds
+    microseconds = (earth.start - datetime(1970, 1, 1, tzinfo=UTC)) // timedelta(microseconds=1)
     return microseconds * 1000 + round(at_s * 1e9)
 
 

@@ -140,11 +140,6 @@ def _open(found: Found) -> str:
     )
 
 
-def _candidate_text(candidate: Mapping[str, Any]) -> str:
-    """Return a team and what it came to."""
-    return f"{candidate['team']}: {candidate['told']}"
-
-
 def _doubt_text(doubted: Mapping[str, Any]) -> str:
     """Return what becomes of the goals in a condition."""
     means, planned = (
@@ -236,9 +231,8 @@ def summary(record: Mapping[str, Any], folder: str) -> str:
     lines = [filled(record["told"][0])]
     if record["would"]:
         lines.append(filled(record["would"]))
-    lines += _section(
-        "runners-up", [_candidate_text(record["candidates"][n]) for n in record["runners_up"]]
-    )
+    next_best = [record["candidates"][number] for number in record["runners_up"]]
+    lines += _section("runners-up", [f"{team['team']}: {team['told']}" for team in next_best])
     lines += _section("what binds", [relief["told"] for relief in record["binding"]][:2])
     lines += _section("and if", [_doubt_text(doubt) for doubt in record["sensitivity"]])
     lines += map(filled, record["told"][1:])

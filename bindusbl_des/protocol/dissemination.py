@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cache, partial
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -270,10 +271,7 @@ class Dissemination:
 
     def _slot_starts(self, groups: TimedGroups, starts: float) -> list[float]:
         """Return when (s) the slots of a round begin, and the last of them ends."""
-        instants = [starts]
-        for length in groups.lengths_s:
-            instants.append(self.slots.clock.after(instants[-1], length))
-        return instants
+        return list(accumulate(groups.lengths_s, self.slots.clock.after, initial=starts))
 
     def known(self, row: Round, slot: int, time: float) -> list[int]:
         """Return the AUVs that ping in a slot of a round, from an instant (s) on.

@@ -107,17 +107,15 @@ def remedies(mission: Recording) -> tuple[str, ...]:
     advice, found = mission.metrics.advice, causes(mission)
     items = "".join(
         f"<li>{escape(cause.words[0].upper() + cause.words[1:])}: "
-        + "; or ".join(_remedy(setting, advice) for setting in cause.settings)
+        + "; or ".join(
+            f"<code>--set {escape(setting)}</code> ({_known(setting, advice)})"
+            for setting in cause.settings
+        )
         + "</li>"
         for cause in found
         if cause.settings
     )
     return (f"<b>For what went wrong:</b><ul>{items}</ul>",) if items else ()
-
-
-def _remedy(setting: str, advice: Advice | None) -> str:
-    """Return a setting as an option, and what is known of what it does."""
-    return f"<code>--set {escape(setting)}</code> ({_known(setting, advice)})"
 
 
 def _known(setting: str, advice: Advice | None) -> str:

@@ -63,7 +63,7 @@ def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer
             [-(auv["position_error_m"] or 0.0) for auv in mission.metrics.auvs]
         ).tolist(),
         "auvs": [_auv(mission, service, track_step, packer) for service in services],
-        "asvs": [_asv(mission, number, track_step, packer) for number in _asvs(mission)],
+        "asvs": [_asv(mission, asv, track_step, packer) for asv in range(scenario.asvs.count)],
         "pings": _pings(mission, kept, packer),
         "receptions": _receptions(mission, kept, packer),
         "fixes": _fixes(mission, packer),
@@ -91,10 +91,6 @@ def survey_data(scenario: "Scenario") -> dict[str, Any]:
 
 def _step(count: int, most: int) -> int:
     return max(1, -(-count // most))
-
-
-def _asvs(mission: Recording) -> range:
-    return range(mission.scenario.asvs.count)
 
 
 def _auv(mission: Recording, service: "Service", step: int, packer: Packer) -> dict[str, Any]:

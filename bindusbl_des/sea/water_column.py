@@ -151,22 +151,17 @@ def _layer_s(thickness_m: Floats, above: Floats, below: Floats) -> Floats:
 
 def mean_over(depths_m: Floats, values: Floats, depth_m: float) -> float:
     """Return the mean down to a depth (m) of what is linear between depths (n,), m."""
-    depths, found = _down_to(depths_m, values, depth_m)
+    if not 0.0 <= depth_m < np.inf:
+        refuse("depth (m)", depth_m, "be finite and not below 0", "count metres downwards")
+    inner = depths_m[(depths_m > 0.0) & (depths_m < depth_m)]
+    depths = np.unique(np.concatenate(([0.0], inner, [depth_m])))  # the surface alone if it is
+    found = np.interp(depths, depths_m, values)
     return float(np.trapezoid(found, depths) / depth_m) if depths.size > 1 else float(found[0])
 
 
 def uniform_profile(speed_m_per_s: float) -> Profile:
     """Return water in which sound is as fast at all depths."""
     return Profile(np.zeros(1), np.full(1, speed_m_per_s))
-
-
-def _down_to(depths_m: Floats, values: Floats, depth_m: float) -> tuple[Floats, Floats]:
-    """Return depths from the surface to one (m), with values there; the surface alone if it is."""
-    if not 0.0 <= depth_m < np.inf:
-        refuse("depth (m)", depth_m, "be finite and not below 0", "count metres downwards")
-    inner = depths_m[(depths_m > 0.0) & (depths_m < depth_m)]
-    depths = np.unique(np.concatenate(([0.0], inner, [depth_m])))
-    return depths, np.interp(depths, depths_m, values)
 
 
 Law = Literal["mackenzie", "medwin", "teos10"]

@@ -10,7 +10,7 @@ from ...core.arrays import Flags, Floats, Ints
 from ...core.compiled import compiled
 from ...protocol.conflicts import dsatur_groups, greedy_colours
 from .inputs import Inputs, SlotLengths
-from .sights import ExpectedSights, located
+from .sights import ExpectedSights, added, located
 
 # More rounds than this are taken so many at a time, each a fix of as many.
 MOST_ROUNDS = 3000
@@ -67,7 +67,7 @@ def planned_rounds(inputs: Inputs, sights: ExpectedSights) -> RoundPlan:
     uplink = uplink_slot(slots, inputs.hf.range_m, inputs.hf.by_slant)
     auvs, instants = sights.in_range.shape[:2]
     found = located(inputs, sights).sum(axis=2)
-    expected = np.minimum(_added(found), float(auvs))
+    expected = np.minimum(added(found.T), float(auvs))
     if access.ranging.asvs_ping:
         ones, zeros = np.ones(instants), np.zeros((auvs, instants), dtype=np.int64)
         return RoundPlan(zeros, uplink * ones, 0.0 * ones, 0.0 * ones, uplink * ones, _whole(ones))
@@ -103,13 +103,6 @@ def timed(
     else:
         send, period = busy, np.maximum(busy + downlink, access.frame_s)
     return uplink + none, send, frame, period, _whole(none + 1.0)
-
-
-def _added(parts: Floats) -> Floats:
-    total = np.zeros(parts.shape[1])
-    for own in parts:
-        total = total + own
-    return total
 
 
 def _whole(numbers: Floats) -> Ints:

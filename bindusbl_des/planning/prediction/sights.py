@@ -123,8 +123,8 @@ def fixes(inputs: Inputs, sights: ExpectedSights, places: Floats, stations: Floa
     if inputs.systematic.is_none:
         return Fixes(fused, np.zeros(fused.shape), np.zeros(fused.shape[:3]))
     found = Fixes(fused, *_common_of_all(inputs, *apart, line, weights, (along, across)))
-    slow = _added(weights * looked_up(noise.slow, noise.step_m, level))
-    share = slow / np.maximum(_added(weights), SELDOM)
+    slow = added(weights * looked_up(noise.slow, noise.step_m, level))
+    share = slow / np.maximum(added(weights), SELDOM)
     return _with_slow(inputs, found, share[:, :, np.newaxis])
 
 
@@ -157,8 +157,8 @@ def _fused(
     by_along, by_down = share * down / determinant, share * along / determinant
     by_both, by_across = -share * leaning / determinant, share / np.maximum(across, 1e-30)
     plain = _turned(by_along, by_across, line)
-    xx, yy, xy = (_added(plain[:, :, :, k]) for k in range(3))
-    zz, xz, yz = _added(by_down), _added(by_both * cosine), _added(by_both * sine)
+    xx, yy, xy = (added(plain[:, :, :, k]) for k in range(3))
+    zz, xz, yz = added(by_down), added(by_both * cosine), added(by_both * sine)
     zz = np.maximum(zz, 1e-30)
     xx, yy, xy = xx - xz * xz / zz, yy - yz * yz / zz, xy - xz * yz / zz
     determinant = np.maximum(xx * yy - xy * xy, 1e-30)
@@ -205,7 +205,7 @@ def _common_of_all(
     own = _turned(shifts, turns, line)
     late = systematic.clock_s * inputs.slots.sound_speed_m_per_s * level / np.maximum(slant, 1e-9)
     far = systematic.sound_speed_share * level
-    xx, yy, xy = (_added(said[..., k]) for k in range(3))
+    xx, yy, xy = (added(said[..., k]) for k in range(3))
     determinant = np.maximum(xx * yy - xy * xy, 1e-30)
     pull = np.empty((*level.shape, 2, 2))  # what each ASV's fix adds to that of all
     for i, (first, second) in enumerate(((yy, -xy), (-xy, xx))):
@@ -216,18 +216,18 @@ def _common_of_all(
             pull[..., i, j] = product / determinant[..., None]
     out = np.zeros((*level.shape[:2], 3))
     for k, (i, j) in enumerate(((0, 0), (1, 1), (0, 1))):
-        out[..., k] = _added(
+        out[..., k] = added(
             pull[..., i, 0] * (own[..., 0] * pull[..., j, 0] + own[..., 2] * pull[..., j, 1])
             + pull[..., i, 1] * (own[..., 2] * pull[..., j, 0] + own[..., 1] * pull[..., j, 1])
         )
         for size in (late, far):
             moved = [
-                _added((pull[..., axis, 0] * cosine + pull[..., axis, 1] * sine) * size)
+                added((pull[..., axis, 0] * cosine + pull[..., axis, 1] * sine) * size)
                 for axis in (i, j)
             ]
             out[..., k] += moved[0] * moved[1]
-    heard = np.maximum(_added(weights), 1e-9)
-    apart = _added(weights * level) / heard
+    heard = np.maximum(added(weights), 1e-9)
+    apart = added(weights * level) / heard
     rate = _rate(inputs, out[..., 0] + out[..., 1], apart, heard)
     return out[:, :, np.newaxis], rate[:, :, np.newaxis]
 
@@ -255,7 +255,7 @@ def _turned(along: Floats, across: Floats, line: tuple[Floats, Floats]) -> Float
     return np.stack((xx, yy, beside), axis=-1)
 
 
-def _added(parts: Floats) -> Floats:
+def added(parts: Floats) -> Floats:
     """Return the sum over the last axis, its first element first."""
     total = np.zeros(parts.shape[:-1])
     for asv in range(parts.shape[-1]):
