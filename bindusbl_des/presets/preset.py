@@ -10,15 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-# How a figure is known: the maker's own page, the source code of a driver or simulator, second
-# hand, or worked out from other figures.
+# How a figure is known: from the maker's own page, from the source code of a driver or simulator,
+# second hand, or worked out here from other figures.
 Tag = Literal["M", "S", "2", "calc"]
-TAGS: dict[Tag, str] = {
-    "M": "the maker's own page",
-    "S": "read in the source code of a driver or simulator",
-    "2": "second hand",
-    "calc": "worked out here from other figures",
-}
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 import csv
 import json
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from click.testing import CliRunner
@@ -10,7 +11,7 @@ from click.testing import CliRunner
 from bindusbl_des.cli import main
 from bindusbl_des.presets.catalogue import CATALOGUE, preset, selected
 from bindusbl_des.presets.modems import airtime_table, table_file
-from bindusbl_des.presets.preset import TAGS, Preset
+from bindusbl_des.presets.preset import Preset, Tag
 
 S2C = table_file("s2c_airtimes.csv")
 ALL = [it for presets in CATALOGUE.values() for it in presets]
@@ -21,7 +22,7 @@ def test_every_figure_has_a_unit_a_tag_and_a_source(it: Preset) -> None:
     assert it.figures
     assert it.name.isidentifier()
     for name, figure in it.figures.items():
-        assert figure.tag in TAGS, name
+        assert figure.tag in get_args(Tag), name
         assert len(figure.source) > 10, name
         assert figure.unit or isinstance(figure.value, str), name
 

@@ -10,9 +10,6 @@ from bindusbl_des.records.metrics import WORST_IS_LARGEST
 
 Metrics = dict[str, float]
 
-# What the tables do not say: instants of a vehicle's control, its lanes, its modems' powers
-NOT_IN_TABLES = ("saturated_share", "lanes_flown_share", "distance_m", "energy_j", "swept_m2")
-
 
 def agree(result: Result) -> None:
     """The tables auvs and mission are what the tables of events come to."""

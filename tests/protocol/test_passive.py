@@ -14,7 +14,6 @@ from bindusbl_des.acoustics.messages import airtime, payload_bytes
 from bindusbl_des.protocol.slots import downlink_slot, slots_of
 
 PASSIVE: dict[str, Any] = {"protocol": {"ranging": "passive"}}
-PER_MISSION = ["pings", "pings_in_range", "pings_heard", "fixes", "fixes_delivered"]
 
 
 def number(names: Any) -> Any:
