@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import Flags, Floats, Ints
 from ..core.plugins import is_plugin
-from ..scenario.declared import BroadcasterTraits, channel_named
+from ..scenario.declared import DOWNLINKS, BroadcasterTraits, channel_named
 from ..scenario.destinations import horizontal_reach, longest_way
-from ..scenario.families import broadcaster_of
+from ..scenario.families import broadcaster_of, tells_slots
 from ..scenario.scenario import Scenario
 from ..scenario.site import area_of
 from .channel import AskedChannel, between
@@ -86,7 +86,17 @@ def fix_chance(scenario: Scenario, stations: ArrayLike, places: ArrayLike) -> Fl
         return None
     heard = _heard(scenario, auvs, asvs)
     delivered = _delivered(scenario, auvs, asvs) if frames else heard
-    return made_and_delivered(scenario, heard, delivered, _apart(auvs, asvs))[1]
+    ahead = told_ahead(scenario, scenario.protocol.downlink)
+    return made_and_delivered(scenario, heard, delivered, _apart(auvs, asvs), ahead=ahead)[1]
+
+
+def told_ahead(scenario: Scenario, downlink: str) -> int:
+    """Return after how many broadcasts of a downlink comes that with the fix of a ping, of which a
+    frame tells its AUV; 0 where AUVs know their slots, or ping without, or nobody knows.
+    """
+    if not tells_slots(scenario) or scenario.protocol.dissemination.missed != "silent":
+        return 0
+    return DOWNLINKS[downlink].tells_ahead if downlink in DOWNLINKS else 0
 
 
 def made_and_delivered(

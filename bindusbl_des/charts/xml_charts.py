@@ -232,7 +232,8 @@ def _outline(path: str | Path, line: Element, name: str) -> Shape:
 
 def _apart(one: Degrees, other: Degrees) -> float:
     """Return how far apart two places are (deg of latitude), for comparing."""
-    return math.hypot(other[0] - one[0], (other[1] - one[1]) * math.cos(math.radians(one[0])))
+    east = math.remainder(other[1] - one[1], 360.0)  # the shorter way, across 180 deg as well
+    return math.hypot(other[0] - one[0], east * math.cos(math.radians(one[0])))
 
 
 def _place(where: str, point: Element) -> Degrees:

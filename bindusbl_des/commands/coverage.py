@@ -136,8 +136,12 @@ Stations = list[tuple[float, float]]
 # Rows of the stations; of more ASVs the others are counted.
 MOST_ROWS = 12
 
-# The survey is asked for the chance of a fix in so many cells along each side.
+# The survey is asked for the chance of a fix in so many cells along each side of a square, and in
+# about as many in all where one side is longer.
 CELLS = 48
+
+# What is beyond a range by less than this share of it is at it: rounding.
+ROUNDING = 1e-9
 
 
 @click.command()
@@ -232,13 +236,25 @@ def _chances(scenario: "Scenario", stations: Stations) -> dict[str, Any]:
     """Return how likely pings from the survey make fixes that are delivered: everywhere, and where
     it is least likely; None where somebody's own channel decides it.
     """
-    from ..acoustics.fix_chance import fix_chance, survey_grid
+    import numpy as np
 
-    grid = survey_grid(scenario, CELLS)
-    found = fix_chance(scenario, stations, grid.middles)
+    from ..acoustics.fix_chance import fix_chance, survey_grid
+    from ..geometry.coverage import loneliest_point
+    from ..scenario.site import area_of
+
+    area = area_of(scenario)
+    high, wide = area.box.x_max - area.box.x_min, area.box.y_max - area.box.y_min
+    grid = survey_grid(scenario, math.ceil(CELLS * math.sqrt(max(high, wide) / min(high, wide))))
+    ends, asvs = np.array([*area.outline, loneliest_point(area, stations)]), np.array(stations)
+    nearest = asvs[np.hypot(*(ends[:, None] - asvs).transpose(2, 0, 1)).argmin(axis=1)]
+    ends = ends + (nearest - ends) * ROUNDING  # who is heard only by rounding is heard
+    farthest = np.column_stack((ends, np.full(len(ends), scenario.survey.deepest)))
+    found = fix_chance(scenario, stations, np.vstack((grid.middles, farthest)))
     if found is None:
         return {"fix_chance_mean": None, "fix_chance_least": None}
-    mean, least = (found * grid.share).sum() / grid.share.sum(), found[grid.inside].min()
+    inside, share = found[: len(grid.share)], grid.share
+    mean = (inside * share).sum() / share.sum()
+    least = min(inside[grid.inside].min(), found[len(share) :].min())
     return {"fix_chance_mean": float(mean), "fix_chance_least": float(least)}
 
 
@@ -284,8 +300,9 @@ def _told(found: dict[str, Any]) -> Iterator[str]:
         words = f"{bound:>9.2f} m (not sufficient by itself)"
     yield f"{'smallest radius (paper)':<26}{words}"
     radius = found["covering_radius_m"]
-    verdict = "within" if radius <= min(reach, heard) else "beyond"
-    what = "the HF range" if radius > reach or radius <= heard else "where half are decoded"
+    least = radius * (1.0 - ROUNDING)
+    verdict = "within" if least <= min(reach, heard) else "beyond"
+    what = "the HF range" if least > reach or least <= heard else "where half are decoded"
     yield f"{'covering radius':<26}{radius:>9.2f} m, {verdict} {what}"
     yield f"{'covered area':<26}{100 * found['covered_area']:>9.2f} %"
     if (mean := found["fix_chance_mean"]) is not None:

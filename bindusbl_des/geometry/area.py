@@ -23,6 +23,9 @@ LEAST_ACROSS, LEAST_AREA = 0.1, 0.01
 # What lies within this share of a band's width of its edge only touches it: rounding.
 TOUCHING = 1e-6
 
+# Rectangles whose areas differ by less than this share are equal: rounding.
+EQUAL = 1e-9
+
 
 class Box(NamedTuple):
     """The bounds of something along the axes of a frame (m)."""
@@ -239,11 +242,22 @@ def polygon(corners: Sequence[Point]) -> Area:
 
 
 def _sides(shape: "shapely.Polygon") -> tuple[float, float]:
-    """Return the sides (m) of the smallest rectangle around a shape."""
+    """Return the sides (m) of the smallest rectangle around a shape; of equal ones the longest.
+
+    One of its sides lies along one of the hull's.  About a triangle all three are equal.
+    """
+    import numpy as np
     import shapely
 
-    ring = shapely.get_coordinates(shapely.oriented_envelope(shape))
-    return math.dist(ring[0], ring[1]), math.dist(ring[1], ring[2])
+    hull = shapely.get_coordinates(shape.convex_hull)
+    steps = np.diff(hull, axis=0)
+    along = steps / np.hypot(*steps.T)[:, np.newaxis]
+    across = np.column_stack((-along[:, 1], along[:, 0]))
+    sides = np.stack([np.ptp((hull - hull[0]) @ axes.T, axis=0) for axes in (along, across)])
+    square, longer = sides.prod(axis=0), sides.max(axis=0)
+    least = square <= square.min() * (1.0 + EQUAL)
+    one, other = sides[:, np.where(least, longer, 0.0).argmax()].tolist()
+    return one, other
 
 
 def _moments(points: Sequence[Point]) -> tuple[float, Point]:

@@ -91,8 +91,8 @@ def equal_lengths(area: Area, ruling: Ruling, total: int) -> list[Share]:
     """Return the shares of `total` AUVs: neighbouring lanes of about the same length together.
 
     Lanes sweep the whole survey, evenly and at most a spacing apart.  Each goes to the AUV in whose
-    part of the summed length its middle lies, so that shares differ by less than a lane; every AUV
-    has one lane at least.  Ways between lanes count for nothing.
+    part of the summed length its middle lies, so that no share is more than a lane off the mean,
+    unless every AUV has to have one lane at least.  Ways between lanes count for nothing.
 
     Raises:
         ValueError: when there are fewer lanes than AUVs.

@@ -271,10 +271,5 @@ def surfaced(path: Path, asked: Surfacing) -> tuple[Path, list[float]]:
         segments.append(segment._replace(length=segment.length - done))
         begin += segment.length
     if first is not None:
-        first = moved(first, breaks, asked)
+        first += asked.length * sum(ascent < first for ascent in breaks)
     return replace(path, segments=tuple(segments), repeats_from=first), breaks
-
-
-def moved(distance: float, breaks: list[float], asked: Surfacing) -> float:
-    """Return where on the new path a distance along the old one (m) is."""
-    return distance + asked.length * sum(ascent < distance for ascent in breaks)

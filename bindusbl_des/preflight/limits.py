@@ -13,7 +13,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..acoustics.fix_chance import LOOKED_UP, frame_chance, made_and_delivered, ping_chance
+from ..acoustics.fix_chance import (
+    LOOKED_UP,
+    frame_chance,
+    made_and_delivered,
+    ping_chance,
+    told_ahead,
+)
 from ..acoustics.messages import messages_of
 from ..core.arrays import Flags, Floats, Ints
 from ..protocol.bounds import (
@@ -40,7 +46,6 @@ from ..scenario.families import (
     broadcaster_of,
     schedule_of,
     schedule_settings,
-    tells_slots,
 )
 from ..scenario.scenario import Scenario
 from ..scenario.site import sound_speed_of
@@ -184,15 +189,6 @@ def _some_wait(scenario: Scenario, sights: SurveySights, fixes: int) -> bool:
     is_short = messages.most is not None and not messages.splits
     is_late = is_short and (scenario.protocol.calls or (messages.most or 0) < fixes)
     return is_late or bool(np.isinf(sights.away_m).all(axis=2).any())
-
-
-def told_ahead(scenario: Scenario, downlink: str) -> int:
-    """Return after how many broadcasts of a downlink comes that with the fix of a ping, of which a
-    frame tells its AUV; 0 where AUVs know their slots, or ping without, or nobody knows.
-    """
-    if not tells_slots(scenario) or scenario.protocol.dissemination.missed != "silent":
-        return 0
-    return DOWNLINKS[downlink].tells_ahead if downlink in DOWNLINKS else 0
 
 
 def first_slot_after(scenario: Scenario, sights: SurveySights) -> tuple[float, float, list[int]]:

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 # Vehicles of which the same is to be said are named up to so many.
 MOST_NAMED = 5
 
+# A place so little (m) beyond the edge of an area is on it: rounding.
+ON_THE_EDGE_M = 1e-6
+
 # A lane is outside an area where it is so for longer than this (m).
 SHORTEST_GAP_M = 0.1
 
@@ -180,7 +183,8 @@ def _turns(scenario: Scenario, seen: "SurveySights") -> Iterator[Problem]:
     """Yield which AUVs hardly ever get a fix because ASVs broadcast in step with the turns of AUVs,
     or by turns tell an AUV its slot and its fix, and those whose turn it is do not reach them.
     """
-    from .limits import told, told_ahead
+    from ..acoustics.fix_chance import told_ahead
+    from .limits import told
 
     protocol, asvs = scenario.protocol, scenario.asvs
     ahead = told_ahead(scenario, protocol.downlink)
@@ -267,7 +271,7 @@ def routes(scenario: Scenario) -> Iterator[Problem]:
         return
     plans = positioned(scenario, route).places
     beyond = {auv: max(area.beyond(x, y) for x, y in plan) for auv, plan in enumerate(plans)}
-    outside = {auv: excess for auv, excess in beyond.items() if excess > 0.0}
+    outside = {auv: excess for auv, excess in beyond.items() if excess > ON_THE_EDGE_M}
     if outside:
         yield Problem(
             f"auvs.route.{route.PLACES}_{'deg' if route.positions else 'm'}",

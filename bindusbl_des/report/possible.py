@@ -216,7 +216,8 @@ def _sights(mission: Recording, times: Floats) -> SurveySights:
 
 def _range(mission: Recording) -> Iterator[Reached]:
     """Yield how many pings were in range, and how many of them became fixes that AUVs have."""
-    auvs, duration = mission.metrics.auvs, mission.scenario.duration_s
+    auvs, scenario = mission.metrics.auvs, mission.scenario
+    judged_s = scenario.duration_s - scenario.record.metrics_from_s
     sent, near, fixed = (
         np.array([row[name] for row in auvs], dtype=np.float64)
         for name in ("pings", "pings_in_range", "fixes_delivered")
@@ -227,8 +228,8 @@ def _range(mission: Recording) -> Iterator[Reached]:
         yield Reached(
             f"Fixes per AUV{name or ', mean'}",
             "/s",
-            fixed[whose].mean() / duration,
-            near[whose].mean() / duration,
+            fixed[whose].mean() / judged_s,
+            near[whose].mean() / judged_s,
             "a fix of each ping in range" + (", of the AUV with the fewest" if name else ""),
         )
 

@@ -14,7 +14,6 @@ from ..geometry.routes import (
     FlightPlan,
     Turning,
     lawnmower,
-    moved,
     surfaced,
     there_and_back,
     waypoint_poses,
@@ -94,8 +93,14 @@ def _surfaced(scenario: ScenarioKeys, plan: FlightPlan, auv: int) -> FlightPlan:
     if asked is None:
         return plan
     path, breaks = surfaced(plan.path, asked)
-    lanes = [[moved(end, breaks, asked) for end in lane] for lane in plan.lanes]
-    return FlightPlan(path, tuple((a, b) for a, b in lanes), surfaced(plan.tour, asked)[0])
+    lanes = []
+    for begin, end in plan.lanes:  # what is flown at the surface, or on the way there, is no lane
+        ends = [begin, *(ascent for ascent in breaks if begin < ascent < end), end]
+        circled = asked.length * sum(ascent <= begin for ascent in breaks)
+        for first, last in pairwise(ends):
+            lanes.append((first + circled, last + circled))
+            circled += asked.length
+    return FlightPlan(path, tuple(lanes), surfaced(plan.tour, asked)[0])
 
 
 def shares_of(scenario: ScenarioKeys, route: Lawnmower) -> list[Share]:

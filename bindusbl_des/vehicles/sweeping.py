@@ -5,6 +5,7 @@ A point is swept once a vehicle has passed within half a swath of it, seen from 
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,16 +35,22 @@ LEVEL_M = 0.1
 
 
 class Sweep(NamedTuple):
-    """When each cell of a survey was first swept (s; infinite: never) and by which vehicle."""
+    """When each cell of a survey was first swept (s; infinite: never), by which vehicle, and which
+    share of it is in the survey.
+    """
 
     at_s: Floats
     by: NDArray[np.int64]
+    share: Floats
     cell_m2: float
 
     def area(self, times: Floats, vehicle: int | None = None) -> Floats:
         """Return how much (m2) was swept by some instants (s), (n,): by all, or first by one."""
-        mine = self.at_s if vehicle is None else self.at_s[self.by == vehicle]
-        return np.asarray(self.cell_m2 * np.searchsorted(np.sort(mine), times, side="right"))
+        mine = slice(None) if vehicle is None else self.by == vehicle
+        at = self.at_s[mine]
+        order = np.argsort(at, kind="stable")
+        swept = self.cell_m2 * np.cumsum(np.append(0.0, self.share[mine][order]))
+        return np.asarray(swept[np.searchsorted(at[order], times, side="right")])
 
 
 def sweep(
@@ -55,10 +62,10 @@ def sweep(
 ) -> Sweep | None:
     """Return which parts of a survey vehicles sweep until an instant (s), with a swath (m).
 
-    Cells lie along the longer side of the least rectangle about the survey.  Each counts with its
-    middle, so that the edge of what is swept is off by half a cell at most.  Vehicles that come up
-    sweep nothing above their `depths` (m).  None where the survey is too large, or the ways too
-    long, for cells that tell anything.
+    Cells lie along the longer side of the least rectangle about the survey.  Each is swept with its
+    middle, so that the edge of what is swept is off by half a cell at most, and counts with what of
+    the survey is in it.  Vehicles that come up sweep nothing above their `depths` (m).  None where
+    the survey is too large, or the ways too long, for cells that tell anything.
     """
     turn = _axes(area)  # columns: along the cells' axes
     corners = np.asarray(area.outline) @ turn
@@ -85,10 +92,33 @@ def sweep(
     first = np.full((len(x), len(y)), len(times))
     _look_around(first, ends @ turn, begins @ turn, x_min, y_min, cell, swath / 2)
     at, by = np.append(times, np.inf)[first].ravel(), np.append(who, -1)[first].ravel()
-    # no product of matrices: threads of BLAS wait for each other where the machine is busy
+    if area.is_rectangle:
+        # no product of matrices: threads of BLAS wait for each other where the machine is busy
+        along, across = (them.ravel() for them in np.meshgrid(x, y, indexing="ij"))
+        middles = np.stack([a * along + b * across for a, b in turn], axis=-1)
+        share = area.contains(middles).astype(np.float64)
+    else:
+        share = _shares(tuple(map(tuple, corners.tolist())), tuple(x), tuple(y), cell)
+    within = share > 0.0
+    cell_m2 = area.square_m / (float(share.sum()) or 1.0)
+    return Sweep(at[within], by[within], share[within], cell_m2)
+
+
+@lru_cache(maxsize=8)  # missions share it, and may ask for it each
+def _shares(
+    corners: tuple[tuple[float, ...], ...], x: tuple[float, ...], y: tuple[float, ...], cell: float
+) -> Floats:
+    """Return which share of each square cell lies in a polygon, row by row, by the middles (m) of
+    rows and columns.
+    """
+    shape, half = shapely.Polygon(corners), cell / 2
+    shapely.prepare(shape)
     along, across = (them.ravel() for them in np.meshgrid(x, y, indexing="ij"))
-    within = area.contains(np.stack([a * along + b * across for a, b in turn], axis=-1))
-    return Sweep(at[within], by[within], area.square_m / max(within.sum(), 1))
+    squares = shapely.box(along - half, across - half, along + half, across + half)
+    share: Floats = shapely.contains_properly(shape, squares).astype(np.float64)
+    cut = shapely.intersects(shape, squares) & (share == 0.0)
+    share[cut] = shapely.area(shapely.intersection(squares[cut], shape)) / cell**2
+    return share
 
 
 @compiled

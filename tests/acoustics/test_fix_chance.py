@@ -31,6 +31,21 @@ def world(**changes: Any) -> Scenario:
     return scenario(**merged(base, changes))
 
 
+def test_who_hears_no_frame_that_tells_its_slot_gets_no_fix() -> None:
+    """One ASV hears the AUV, and by turns the other one tells its slots, which it does not hear."""
+    alone = scenario(
+        survey={"side_m": 20.0},
+        auvs={"count": 1, "route": {"kind": "hold", "positions_m": [(0.0, 0.0)]}},
+        asvs={"count": 2, "formation": {"positions_m": [(120.0, 0.0), (20.0, 0.0)]}},
+        acoustics={"hf": {"range_m": 50.0}, "mf": {"range_m": 90.0}, "loss": {"law": "none"}},
+        protocol={"knowledge": "broadcast"},
+    )
+    found = fix_chance(alone, asv_stations(alone), [(0.0, 0.0, 10.0)])
+    assert found is not None
+    assert found.tolist() == [0.0]
+    assert simulate(alone, 0).auvs.fixes_delivered.tolist() == [0]
+
+
 def chances(of: Scenario) -> np.ndarray:
     found = fix_chance(of, asv_stations(of), [(*place, 10.0) for place in PLACES])
     assert found is not None

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from bindusbl_des.charts.areas import read_area, read_geojson
 from bindusbl_des.charts.shapes import BadChart
-from bindusbl_des.charts.xml_charts import read_kml
+from bindusbl_des.charts.xml_charts import read_gpx_shapes, read_kml
 
 # Four corners in Kiel fjord, [longitude, latitude], and closed.
 RING = [[10.18, 54.33], [10.185, 54.33], [10.185, 54.332], [10.18, 54.332], [10.18, 54.33]]
@@ -69,6 +69,23 @@ def written(folder: Path, data: Any, name: str = "area.geojson") -> Path:
 def test_the_polygon_of_a_geojson_file_is_the_area(tmp_path: Path, data: Any) -> None:
     """Longitude comes first there, latitude here; altitudes and what is no polygon do not count."""
     assert read_area(written(tmp_path, data)) == CORNERS
+
+
+@pytest.mark.parametrize("middle", [10.0, 179.9999, 180.0, -179.9999])
+def test_a_gpx_area_may_lie_on_the_line_of_180_degrees(tmp_path: Path, middle: float) -> None:
+    """What ends some metres from its begin is an area, and a line across is none."""
+    loop = [(50.0, 5e-5), (50.0, 0.01), (50.01, 0.01), (50.01, -0.01), (50.0, -0.01), (50.0, -1e-4)]
+    zigzag = [(10.0 + k // 2 * 0.01, 0.01 * (1 if k % 4 in (1, 2) else -1)) for k in range(8)]
+
+    def kinds(places: list[tuple[float, float]]) -> list[str]:
+        text = "".join(
+            f'<rtept lat="{lat}" lon="{(lon + middle + 180.0) % 360.0 - 180.0}"/>'
+            for lat, lon in places
+        )
+        path = written(tmp_path, GPX.format("rte", text), "area.gpx")
+        return [shape.kind for shape in read_gpx_shapes(path)][:1]  # beside the file's own point
+
+    assert (kinds(loop), kinds(zigzag)) == (["polygon"], ["line"])
 
 
 @pytest.mark.parametrize(("line", "point"), [("rte", "rtept"), ("trkseg", "trkpt")])

@@ -129,6 +129,32 @@ def test_planning_as_json_has_the_numbers_of_its_text() -> None:
     assert len(found["asvs"]) == 3
 
 
+def test_what_coverage_says_of_a_survey_agrees() -> None:
+    """Radius, area and chances: where the last corner is out of range, where the survey is long,
+    and where a corner is at the range but for rounding.
+    """
+
+    def found(*settings: str) -> dict[str, Any]:
+        words = [word for setting in settings for word in ("--set", setting)]
+        answer: dict[str, Any] = json.loads(call("coverage", "f.yaml", "--json", *words).stdout)
+        return answer
+
+    quiet = ("acoustics.loss.law=none", "acoustics.mf.range_m=500", "auvs.count=1")
+    corners = found(
+        *quiet, "survey.side_m=100", "asvs.count=4", "asvs.formation.angle_deg=0",
+        "asvs.formation.radius_m=50", "acoustics.hf.range_metric=slant",
+    )  # fmt: skip
+    assert corners["covering_radius_m"] > corners["reach_m"]
+    assert (corners["fix_chance_least"], corners["covered_area"] < 1.0) == (0.0, True)
+    long = found(*quiet, "survey={size_m: [400, 4], depth_m: 10}", "asvs.count=1")
+    assert long["fix_chance_mean"] == pytest.approx(long["covered_area"], abs=0.005)
+    for turned in range(0, 90, 10):
+        survey = f"survey={{size_m: [60, 80], rotation_deg: {turned}, depth_m: 10}}"
+        words = ("coverage", "f.yaml", "--set", survey, "--set", "asvs.count=1")
+        text = call(*words, *[w for key in quiet for w in ("--set", key)]).stdout
+        assert "50.00 m, within the HF range" in text
+
+
 def test_params_finds_words_in_meanings() -> None:
     """A word of the meaning or a choice finds a key whose name does not have it; a * does not."""
     assert call("params", "Colouring").stdout.startswith("protocol.positions: truth")

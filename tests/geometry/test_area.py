@@ -237,6 +237,20 @@ def test_lanes_are_where_a_plan_says() -> None:
     assert path.end[:2] == pytest.approx((10.0, 300.0))
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.3, math.pi / 2])
+@pytest.mark.parametrize("moved", [(0.0, 0.0), (1000.0, -300.0)])
+def test_sides_of_a_triangle_do_not_depend_on_where_it_lies(
+    turn: float, moved: tuple[float, float]
+) -> None:
+    """All three rectangles about one are equally large: the longest counts."""
+    corners = [(0.0, 0.0), (100.0, 0.0), (0.0, 60.0)]
+    ahead, aside = math.cos(turn), math.sin(turn)
+    lies = [
+        (x * ahead - y * aside + moved[0], x * aside + y * ahead + moved[1]) for x, y in corners
+    ]
+    assert polygon(lies).across == pytest.approx(math.hypot(100.0, 60.0))
+
+
 # ---------------------------------------------------------------- coverage
 
 places = st.lists(st.tuples(*[st.floats(-300.0, 300.0)] * 2), min_size=1, max_size=7)

@@ -10,13 +10,18 @@ from worlds import merged, scenario
 
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.geometry.paths import Path, Pose, Segment
-from bindusbl_des.geometry.routes import Surfacing, moved, surfaced
+from bindusbl_des.geometry.routes import Surfacing, surfaced
 from bindusbl_des.scenario.flight_plans import plans_of
 from bindusbl_des.verification.case import Case, bounds_of
 
 # Up and down 10 m at 45 degrees are 20 m, in circles of 5 m radius one of 31.4 m
 ASKED = Surfacing(every=100.0, radius=5.0, depth=10.0, angle=math.radians(45.0), stay=3.0)
 LINE = Path(Pose(0.0, 0.0, 0.0), (Segment(0.0, 150.0), Segment(0.1, 50.0)))
+
+
+def moved(distance: float, breaks: list[float], asked: Surfacing) -> float:
+    """Return where on the path with its ascents a distance along the one without (m) is."""
+    return distance + asked.length * sum(ascent < distance for ascent in breaks)
 
 
 def surfacing(**changes: Any) -> Scenario:
@@ -66,6 +71,19 @@ def test_lanes_last_longer_by_each_time_that_it_comes_up() -> None:
     assert longer == pytest.approx(up / 0.627)
     finished = simulate(ends[0], 0).mission.survey_finished_at_s[0]
     assert finished == pytest.approx(ends[0].duration_s, abs=1e-3)
+
+
+@pytest.mark.parametrize(("until", "share"), [(60.0, 0.25), (260.0, 0.3575), (700.0, 0.75)])
+def test_circles_at_the_surface_are_no_lanes(until: float, share: float) -> None:
+    """One lane of 200 m at 1 m/s, up each 50 s: by 60 s a quarter is flown, and it circles."""
+    route = {"lane_spacing_m": 20.0, "end_margin_m": 0.0, "start": "strip_corner"}
+    up = {"surface_every_s": 50.0, "surface_for_s": 60.0, "climb_angle_deg": 20.0}
+    world = surfacing(
+        duration_s=until,
+        survey={"side_m": None, "size_m": [200.0, 20.0], "depth_m": 20.0},
+        auvs={"count": 1, "speed_m_per_s": 1.0, "route": route | up},
+    )
+    assert simulate(world, 0).auvs.lanes_flown_share[0] == pytest.approx(share, abs=1e-4)
 
 
 def test_an_auv_is_at_the_surface_when_it_says_and_at_its_depth_else() -> None:

@@ -263,6 +263,18 @@ def test_metrics_from_an_instant_on_leave_out_what_was_before(ranging: str) -> N
         load_scenario("recovery_140m", overrides=["record.metrics_from_s=300"])
 
 
+def test_energy_of_a_fix_is_that_of_the_whole_mission() -> None:
+    """As the energy is, from whatever instant on fixes are judged."""
+    powers = {"transmit_w": 10.0, "receive_w": 0.5, "idle_w": 0.1}
+    worlds = [
+        scenario(acoustics={"hf": powers, "mf": powers}, record={"metrics_from_s": begin})
+        for begin in (0.0, 20.0)
+    ]
+    whole, late = (simulate(world, 1).auvs for world in worlds)
+    assert (late.fixes_delivered < whole.fixes_delivered).all()
+    assert (late.energy_per_fix_j == whole.energy_per_fix_j).all()
+
+
 @pytest.mark.parametrize(("duration", "begin", "rate"), [(30, 15, 0.05), (30, 15, 0.01), (9, 8, 1)])
 def test_a_rate_too_low_to_judge_by_is_named(duration: float, begin: float, rate: float) -> None:
     """With one that would do."""

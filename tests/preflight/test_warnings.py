@@ -449,6 +449,10 @@ def test_places_outside_the_survey_are_told() -> None:
     assert told(auvs=held)["auvs.route.positions_m"].startswith(
         "AUV1 is outside the survey of 140 m, up to 10 m beyond its edge"
     )
+    corner = [45.98076211353316, -19.641016151377542]  # beyond the edge by rounding
+    turned = {"side_m": None, "size_m": [60.0, 80.0], "rotation_deg": 30.0}
+    on_it = {"count": 1, "route": {"kind": "hold", "positions_m": [corner]}}
+    assert "auvs.route.positions_m" not in told(survey=turned, auvs=on_it)
     many = [[[0, 0], [100, 0]]] * 7
     found = told(auvs={"count": 7, "route": {"kind": "waypoints", "points_m": many}})
     assert "AUV4 and 2 more are outside" in found["auvs.route.points_m"]

@@ -87,6 +87,25 @@ def test_a_strip_thinner_than_its_cells_is_swept(wide: float) -> None:
     assert found.area(np.array([150.0]))[0] == pytest.approx(155.0 * wide, rel=0.02)
 
 
+@pytest.mark.parametrize("wide", [2.0, 5.0, 10.0])
+@pytest.mark.parametrize("swath", [80.0, 150.0])
+def test_of_a_corridor_thinner_than_its_cells_counts_what_is_in_them(
+    wide: float, swath: float
+) -> None:
+    """A Z of three corridors, the middle one flown along: against a buffer of the way."""
+    middle = wide / 2.0
+    corridor = polygon([
+        (0.0, 0.0), (500.0 + middle, 0.0), (500.0 + middle, 1000.0 - wide), (1000.0, 1000.0 - wide),
+        (1000.0, 1000.0), (500.0 - middle, 1000.0), (500.0 - middle, wide), (0.0, wide),
+    ])  # fmt: skip
+    leg = Path(Pose(500.0, 0.0, math.pi / 2), (Segment(0.0, 1000.0),))
+    found = sweep(corridor, [kinematic(leg, 10.0, 5.0, 100.0)], swath, 100.0)
+    around = shapely.LineString([(500, 0), (500, 1000)]).buffer(swath / 2)
+    truth = shapely.intersection(corridor.shape, around).area
+    assert found is not None
+    assert found.area(np.array([100.0]))[0] == pytest.approx(truth, rel=0.03)
+
+
 def test_too_much_is_not_told() -> None:
     """A swath far narrower than what a grid can tell says nothing rather than something wrong."""
     lies = moored(Place(0.0, 0.0, 5.0, 0.0))
