@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from live_for_tests import BEGINS, YAML, at_sea, call, written
+from commands_for_tests import call
+from live_for_tests import BEGINS, YAML, at_sea, written
 
 from bindusbl_des import Mission, load_result, simulate
 from bindusbl_des.live.outputs import Opening, asked, opened

@@ -8,12 +8,11 @@ from typing import Any
 
 import pytest
 import yaml
-from click.testing import CliRunner, Result
+from commands_for_tests import call
 from families_for_tests import each_but_slow_ones
 
 from bindusbl_des import Scenario, load_result, load_scenario, simulate, sweep, warnings_of
 from bindusbl_des.campaigns.experiments.experiment import Experiment, ExperimentPlan
-from bindusbl_des.cli import main
 from bindusbl_des.core import plugins
 from bindusbl_des.core.plugins import PERMISSION, Family, PluginError, allow
 from bindusbl_des.preflight.effort import effort
@@ -171,10 +170,6 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     yield tmp_path
     for name in ("own_parts", "wrong_parts"):
         sys.modules.pop(name, None)
-
-
-def call(*words: object) -> Result:
-    return CliRunner().invoke(main, [str(word) for word in words])
 
 
 def with_parts(**names: object) -> Scenario:

@@ -13,13 +13,12 @@ import numpy as np
 import pytest
 import yaml
 from campaigns_for_tests import OneThread
-from click.testing import CliRunner, Result
+from commands_for_tests import call
 from families_for_tests import each_but_slow_ones
 from pydantic import ValidationError
 
 from bindusbl_des import Scenario, ScenarioError, load_result, load_scenario, simulate, sweep
 from bindusbl_des.campaigns import running
-from bindusbl_des.cli import main
 from bindusbl_des.core import plugins
 from bindusbl_des.core.plugins import PERMISSION, Family, PluginError, allow
 from bindusbl_des.results.result import scenario_sha256
@@ -154,10 +153,6 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.setattr(plugins, "_loaded", {})
     yield tmp_path
     sys.modules.pop("set_parts", None)
-
-
-def call(*words: object) -> Result:
-    return CliRunner().invoke(main, [str(word) for word in words])
 
 
 def written(family: Family, **settings: Any) -> dict[str, Any]:

@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from click.testing import CliRunner, Result
+from commands_for_tests import call
 from pydantic import ValidationError
 
 from bindusbl_des import PlanView, Scenario, load_scenario, simulate
-from bindusbl_des.cli import main
 from bindusbl_des.core import plugins
 from bindusbl_des.core.plugins import PERMISSION, PluginError, allow
 
@@ -89,10 +88,6 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.setattr(plugins, "_loaded", {})
     yield tmp_path
     sys.modules.pop("own_plans", None)
-
-
-def call(*words: object) -> Result:
-    return CliRunner().invoke(main, [str(word) for word in words])
 
 
 def mission(**changes: Any) -> Scenario:
