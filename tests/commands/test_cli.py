@@ -38,11 +38,7 @@ HEAVY = {
 }  # fmt: skip
 TINY = "name: tiny\nduration_s: 5\nrecord: {detail: summary}\n"
 
-
-@pytest.fixture(autouse=True)
-def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each test runs in an empty folder of its own."""
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("in_empty_folder")
 
 
 def imported_by(*words: str) -> set[str]:

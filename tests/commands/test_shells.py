@@ -16,11 +16,7 @@ from bindusbl_des.planning.selection.goals import goals_in
 
 TINY = "name: tiny\nduration_s: 5\nrecord: {detail: summary}\n"
 
-
-@pytest.fixture(autouse=True)
-def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each test runs in an empty folder of its own."""
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("in_empty_folder")
 
 
 def pipe(text: str) -> str:

@@ -15,10 +15,7 @@ from bindusbl_des.scenario.files.shipped import KINDS, TEMPLATES, shipped
 
 ROOT = Path(__file__).parents[2]
 
-
-@pytest.fixture(autouse=True)
-def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("in_empty_folder")
 
 
 def test_all_that_ships_has_one_name() -> None:

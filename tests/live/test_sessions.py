@@ -24,11 +24,7 @@ from bindusbl_des.live.sinks import BACKLOG, Datagrams, File, Port, Terminal
 
 from live_for_tests import START  # isort: skip
 
-
-@pytest.fixture(autouse=True)
-def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each test runs in an empty folder of its own."""
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("in_empty_folder")
 
 
 class Kept:
