@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 
-from ..core.compiled import compiled
+from ..core.compiled import compiled, inlined
 from ..core.wording import refuse
 from ..vehicles.motion import Motion, Place, where
 
@@ -85,7 +85,7 @@ def travel_time_by(
     return _met(source, motion, vehicle, sent_at, sound_speed, known)
 
 
-@compiled
+@inlined
 def _met(
     source: Place, motion: Motion, vehicle: int, sent_at: float, sound_speed: float, known: float
 ) -> float:
