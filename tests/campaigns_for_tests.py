@@ -1,4 +1,4 @@
-"""What tests of campaigns share: commands, campaigns without workers, tables that are equal."""
+"""What tests of campaigns share: campaigns without workers, tables that are equal."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -8,14 +8,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner, Result
 
 from bindusbl_des import Scenario
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import Campaign
 from bindusbl_des.campaigns.workers import batches
 from bindusbl_des.campaigns.workers.batches import Batch, Row, run_batch
-from bindusbl_des.cli import main
 from bindusbl_des.mission.metrics import AUV_METRICS, mission_metrics
 from bindusbl_des.records.metrics import Utilisation
 from bindusbl_des.results.tables import from_numbers, from_row
@@ -46,11 +44,6 @@ class OneThread:
 
     def close(self) -> None:
         self._executor.shutdown()
-
-
-def call(*words: object) -> Result:
-    """Run a command; an exception that is no exit is a failure of the test."""
-    return CliRunner().invoke(main, [str(word) for word in words], catch_exceptions=False)
 
 
 def same(one: Campaign, other: Campaign) -> None:

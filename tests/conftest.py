@@ -69,3 +69,9 @@ def in_this_process() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(running, "pool_for", OneThread)
         yield
+
+
+@pytest.fixture
+def in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The test runs in an empty folder of its own, `tmp_path`."""
+    monkeypatch.chdir(tmp_path)

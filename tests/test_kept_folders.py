@@ -6,18 +6,13 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
-from click.testing import CliRunner, Result
+from commands_for_tests import call
 
 from bindusbl_des import load_campaign, load_result
 from bindusbl_des.campaigns.experiments.experiment import model_version
-from bindusbl_des.cli import main
 from bindusbl_des.results.schemas import SCHEMA_VERSION
 
 WRITTEN = Path(__file__).parent / "reference" / "results_0_2"
-
-
-def call(*words: str) -> Result:
-    return CliRunner().invoke(main, words)
 
 
 @pytest.fixture

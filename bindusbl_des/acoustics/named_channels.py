@@ -106,7 +106,9 @@ def _channel(
         return curve_channel(settings)
     modem = attrgetter(family.key.rpartition(".")[0])(scenario).modem
     if isinstance(settings, Table):
-        return _table(scenario, _as_sold(settings, modem), message, range_m)
+        from .table_channel import table_channel  # brings pyarrow
+
+        return table_channel(scenario, _as_sold(settings, modem), message, range_m)
     assert isinstance(settings, Sonar)
     settings = _as_sold(settings, modem)
     budget = link_budget(settings, water_of(scenario))
@@ -121,14 +123,6 @@ def echoing(scenario: Scenario) -> bool:
     channel = scenario.acoustics.hf.channel
     given = channel == "sonar" and channel.settings.get("bottom_m") is not None
     return given and not scenario.protocol.asvs_ping
-
-
-def _table(
-    scenario: Scenario, settings: Table, message: SoundMessage, range_m: float
-) -> AskedChannel:
-    from .table_channel import table_channel  # brings pyarrow
-
-    return table_channel(scenario, settings, message, range_m)
 
 
 def loss_of(scenario: Scenario) -> LossTerms:

@@ -78,7 +78,7 @@ def _non_coherent(energy: Floats, false_alarm: float) -> Floats:
 
 
 def _coherent(energy: Floats, false_alarm: float) -> Floats:
-    return normal_cdf(normal_quantile(false_alarm) + np.sqrt(2.0 * energy))
+    return normal_cdf(NormalDist().inv_cdf(false_alarm) + np.sqrt(2.0 * energy))
 
 
 def _rayleigh(energy: Floats, false_alarm: float) -> Floats:
@@ -170,11 +170,6 @@ def normal_cdf(value: ArrayLike) -> Floats:
     """
     tails = _erfc(-np.asarray(value, dtype=float) / math.sqrt(2.0))
     return 0.5 * np.asarray(tails, dtype=float)
-
-
-def normal_quantile(chance: float) -> float:
-    """Return the value below which a standard normal number lies with a probability in (0, 1)."""
-    return NormalDist().inv_cdf(chance)
 
 
 def poisson_at_least(mean: ArrayLike, other: float) -> Floats:

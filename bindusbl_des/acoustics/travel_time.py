@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 
-from ..core.compiled import compiled
+from ..core.compiled import compiled, inlined
 from ..core.wording import refuse
 from ..vehicles.motion import Motion, Place, where
 
@@ -69,16 +69,7 @@ def travel_time_to(
 
     Raises ValueError when the vehicle outruns the sound.
     """
-    settled = SETTLED + LAST_DIGIT * sent_at
-    delay = 0.0
-    for _ in range(MOST_STEPS):
-        there = where(motion, vehicle, sent_at + delay)
-        ahead, aside, below = there[0] - source[0], there[1] - source[1], there[2] - source[2]
-        reached = math.sqrt(ahead * ahead + aside * aside + below * below) / sound_speed
-        if abs(reached - delay) < settled + 4 * LAST_DIGIT * delay:
-            return reached
-        delay = reached
-    raise ValueError("a vehicle outruns the sound; check its track, its speed and the sound speed")
+    return _met(source, motion, vehicle, sent_at, sound_speed, math.inf)
 
 
 @compiled
@@ -91,6 +82,14 @@ def travel_time_by(
     there = where(motion, vehicle, known)
     if distance(source, there) > sound_speed * (known - sent_at + NO_TIME):
         return math.inf
+    return _met(source, motion, vehicle, sent_at, sound_speed, known)
+
+
+@inlined
+def _met(
+    source: Place, motion: Motion, vehicle: int, sent_at: float, sound_speed: float, known: float
+) -> float:
+    """Return how long (s) a sound travels to a vehicle, which rests from the instant `known` on."""
     settled = SETTLED + LAST_DIGIT * sent_at
     delay = 0.0
     for _ in range(MOST_STEPS):

@@ -28,11 +28,6 @@ def after(rate: float, start: float, duration: float) -> float:
     return (first + math.ceil(duration * rate - TICK_TOLERANCE)) / rate
 
 
-@compiled
-def _after(rate: float, start: float, duration: float) -> float:
-    return after(rate, start, duration)
-
-
 class Clock(Protocol):
     """The clock on which slots start and fixes are delivered; its rate (Hz) as in :func:`after`."""
 
@@ -63,4 +58,4 @@ class TickClock:
     rate: float
 
     def after(self, start: float, duration: float) -> float:
-        return _after(self.rate, start, duration)
+        return after(self.rate, start, duration)

@@ -4,6 +4,7 @@ import math
 from collections.abc import Generator
 from dataclasses import replace
 from itertools import count
+from typing import TypeVar
 
 import numpy as np
 import simpy
@@ -54,6 +55,8 @@ from .launch import launch_anchors, launch_asvs, launch_auvs, posed
 from .onboard import equip_auvs
 from .sensor_errors import systematic_errors_of, wrong_reckoning
 from .world import World
+
+HfBand = TypeVar("HfBand", Uplink, Beacons)
 
 
 def build_world(
@@ -153,15 +156,7 @@ def _network(
 ) -> Network:
     """Return both bands, and the surface fleet that works with them."""
     slots, protocol = slots_of(scenario), scenario.protocol
-    uplink = Uplink(
-        auvs,
-        asvs,
-        hf_band(scenario),
-        hf_channel(scenario) or loss_of(scenario),
-        streams,
-        record,
-        hf_bursts(scenario, streams),
-    )
+    uplink = _on_hf(Uplink, scenario, auvs, asvs, record, streams)
     deliveries = MfDownlink(
         env,
         auvs,
@@ -172,13 +167,10 @@ def _network(
         clock=slots.clock,
         streams=streams,
     )
-    instrument = instrument_named(scenario.usbl.model) or carried(scenario, streams)
     outcomes = Outcomes(
         uplink,
         asvs,
-        Measuring(
-            instrument, streams, len(auvs), len(asvs), record, slow_errors(scenario, streams)
-        ),
+        _measuring(scenario, record, streams),
         strayed(scenario, auvs),
         record,
         deliveries.frames if protocol.deafens_asvs else None,
@@ -259,37 +251,37 @@ def _passive(
     streams: Streams,
 ) -> PassiveNetwork:
     """Return the HF band on which ASVs ping, and AUVs that fix themselves by that."""
-    instrument = instrument_named(scenario.usbl.model) or carried(scenario, streams)
-    beacons = Beacons(
-        auvs,
-        asvs,
-        hf_band(scenario),
-        hf_channel(scenario) or loss_of(scenario),
-        streams,
-        record,
-        hf_bursts(scenario, streams),
-    )
-    slow = slow_errors(scenario, streams)
-    measuring = Measuring(instrument, streams, len(auvs), len(asvs), record, slow)
-    outcomes = PassiveOutcomes(beacons, auvs, measuring, record)
+    beacons = _on_hf(Beacons, scenario, auvs, asvs, record, streams)
+    outcomes = PassiveOutcomes(beacons, auvs, _measuring(scenario, record, streams), record)
     fixes = OwnFixes(env, auvs, navigator, record, outcomes)
     return PassiveNetwork(env, slots_of(scenario), auvs, asvs, record, beacons, outcomes, fixes)
 
 
-def hf_band(scenario: Scenario) -> SignalBand:
-    """Return what holds for all pings and calls."""
+def _measuring(scenario: Scenario, record: Recorder, streams: Streams) -> Measuring:
+    """Return how the instrument of a scenario measures a ping between an AUV and an ASV."""
+    instrument = instrument_named(scenario.usbl.model) or carried(scenario, streams)
+    counts, slow = (scenario.auvs.count, scenario.asvs.count), slow_errors(scenario, streams)
+    return Measuring(instrument, streams, *counts, record, slow)
+
+
+def _on_hf(
+    kind: type[HfBand],
+    scenario: Scenario,
+    auvs: VehicleFleet,
+    asvs: VehicleFleet,
+    record: Recorder,
+    streams: Streams,
+) -> HfBand:
+    """Return the HF band of a kind: of the pings of AUVs and calls, or of the pings of ASVs."""
     hf = scenario.acoustics.hf
-    return SignalBand(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed_of(scenario))
-
-
-def hf_bursts(scenario: Scenario, streams: Streams) -> Rows | None:
-    """Return what pings and calls are lost in bursts by; None where each is lost by itself."""
-    return pairs(
-        burst_s(scenario.acoustics.hf.channel),
+    return kind(
+        auvs,
+        asvs,
+        SignalBand(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed_of(scenario)),
+        hf_channel(scenario) or loss_of(scenario),
         streams,
-        Purpose.BURST,
-        scenario.auvs.count,
-        scenario.asvs.count,
+        record,
+        pairs(burst_s(hf.channel), streams, Purpose.BURST, len(auvs), len(asvs)),
     )
 
 

@@ -180,7 +180,7 @@ def utilisation(world: World) -> Utilisation:
         hf_utilisation=covered(_sounds(record), ping, duration) / duration,
         mf_utilisation=_on_air(world.broadcasts, duration) / duration,
         energy_j=drawn,
-        energy_per_fix_j=_each(drawn, delivered),
+        energy_per_fix_j=None if drawn is None or not delivered else drawn / delivered,
         duration_s=float(duration),
         area_covered_m2=swept,
         area_covered_share=None if swept is None else swept / area.square_m,
@@ -217,10 +217,6 @@ def _on_air(broadcasts: Rows, end: float) -> float:
     overlapping = np.maximum(ends - until, 0.0)
     added = np.where(sent >= until, np.minimum(airtime, end - sent), overlapping)
     return float(np.cumsum(np.append(0.0, added))[-1])
-
-
-def _each(energy: float | None, fixes: int) -> float | None:
-    return None if energy is None or not fixes else energy / fixes
 
 
 def modem_energies(world: World) -> tuple[Floats, Floats] | None:

@@ -1,7 +1,7 @@
 """A mission that can be held: advanced to an instant, looked at, advanced again, ended."""
 
 import time as clock
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
@@ -26,14 +26,12 @@ from ..results.result import Result
 from ..results.tables import from_numbers, from_row
 from ..scenario.files.scenario_file import as_scenario
 from ..scenario.scenario import Scenario
-from ..vehicles.fleet import VehicleFleet
 from ..vehicles.motion import places
 from ..vehicles.poses import PoseSource
 from .build import build_world
 from .metrics import auv_metrics, event_tables, mission_metrics, utilisation
 from .reach import violations_of
 from .trajectories import turned
-from .world import World
 
 # Half of what missions of up to a hundred AUVs leave is kept for the next one (bytes).
 keep_memory(8_000_000)
@@ -64,49 +62,6 @@ class PingUnderWay(NamedTuple):
     auv: int | None
     sent_at_s: float
     asv: int | None = None
-
-
-def auv_states(world: World, time: float) -> AuvStates:
-    """Return the AUVs at an instant (s); the estimate is of the fixes delivered so far."""
-    world.auv_fleet.advance(time)
-    count, now = len(world.auv_fleet), np.array([time])
-    states = AuvStates(np.empty((count, 4)), np.empty((count, 2)), np.empty((count, 2, 2)))
-    for auv in range(count):
-        found = world.sample(auv, now)
-        states.truth[auv], states.estimate[auv] = found.way.truth[0], found.estimate[0]
-        xx, yy, xy = world.navigator.covariance(auv, found.odometry)[0]
-        states.covariance[auv] = (xx, xy), (xy, yy)
-    states.truth[:, 3] = turned(states.truth[:, 3])
-    return states
-
-
-def places_of(fleet: VehicleFleet, time: float) -> Floats:
-    """Return x, y, z (m), yaw (rad, in (-pi, pi]) of a fleet at an instant (s), shape (n, 4)."""
-    fleet.advance(time)
-    found = places(fleet.motion, time)
-    found[:, 3] = turned(found[:, 3])
-    return found
-
-
-def under_way(world: World, time: float) -> list[PingUnderWay]:
-    """Return the pings that are in the water at an instant (s), of those on record by then."""
-    pings = world.record.pings.rows
-    # an AUV that was called in vain does not ping
-    silent = ~np.isin(pings["call"], (NONE, HEARD))
-    sending = ~silent & (pings["sent_at_s"] + world.network.uplink.band.duration > time)
-    passing = np.isfinite(pings["passed_at_s"]) & (pings["passed_at_s"] > time)
-    found = pings[list(PingUnderWay._fields)][sending | passing].tolist()
-    return [
-        PingUnderWay(ping, None if auv == NONE else auv, sent_at, None if asv == NONE else asv)
-        for ping, auv, sent_at, asv in found
-    ]
-
-
-def on_air(broadcasts: Sequence[Broadcast], time: float) -> list[Broadcast]:
-    """Return the frames that are being sent at an instant (s), of those on record by then."""
-    return [
-        broadcast for broadcast in broadcasts if time < broadcast.sent_at_s + broadcast.airtime_s
-    ]
 
 
 class Mission:
@@ -328,8 +283,18 @@ class Mission:
 
         The estimate includes every fix delivered by now, as that of `tracks` does.
         """
-        self._world.network.deliveries.settle(self._last_instant(self._time))
-        return auv_states(self._world, self._time)
+        world, now = self._world, np.array([self._time])
+        world.network.deliveries.settle(self._last_instant(self._time))
+        world.auv_fleet.advance(self._time)
+        count = len(world.auv_fleet)
+        states = AuvStates(np.empty((count, 4)), np.empty((count, 2)), np.empty((count, 2, 2)))
+        for auv in range(count):
+            found = world.sample(auv, now)
+            states.truth[auv], states.estimate[auv] = found.way.truth[0], found.estimate[0]
+            xx, yy, xy = world.navigator.covariance(auv, found.odometry)[0]
+            states.covariance[auv] = (xx, xy), (xy, yy)
+        states.truth[:, 3] = turned(states.truth[:, 3])
+        return states
 
     def gnss_fixes(self, first: int = 0) -> list[GnssFix]:
         """Return the GNSS fixes that AUVs have made at the surface by now, from the `first` on."""
@@ -346,7 +311,11 @@ class Mission:
 
     def asvs(self) -> Floats:
         """Return where the ASVs are now: x, y, z (m), z down, yaw (rad, in (-pi, pi]), (n, 4)."""
-        return places_of(self._world.asv_fleet, self._time)
+        fleet = self._world.asv_fleet
+        fleet.advance(self._time)
+        found = places(fleet.motion, self._time)
+        found[:, 3] = turned(found[:, 3])
+        return found
 
     def failed_asvs(self) -> tuple[int, ...]:
         """Return the ASVs that do not work now, by number."""
@@ -358,7 +327,16 @@ class Mission:
         A ping is under way while it is being sent, and until its end has passed every ASV in range.
         Calls of `twtt` are none.
         """
-        return under_way(self._world, self._time)
+        pings, band = self._world.record.pings.rows, self._world.network.uplink.band
+        # an AUV that was called in vain does not ping
+        silent = ~np.isin(pings["call"], (NONE, HEARD))
+        sending = ~silent & (pings["sent_at_s"] + band.duration > self._time)
+        passing = np.isfinite(pings["passed_at_s"]) & (pings["passed_at_s"] > self._time)
+        found = pings[list(PingUnderWay._fields)][sending | passing].tolist()
+        return [
+            PingUnderWay(ping, None if auv == NONE else auv, sent_at, None if asv == NONE else asv)
+            for ping, auv, sent_at, asv in found
+        ]
 
     def broadcast_on_air(self) -> Broadcast | None:
         """Return the last begun of :meth:`broadcasts_on_air`, if any."""
@@ -371,7 +349,11 @@ class Mission:
         One is on the air while its ASV (a row of `asvs`) sends it; several are where ASVs broadcast
         at once (`parallel`, `direct_reply`).  Instant answers take no time.
         """
-        return [replace(frame) for frame in on_air(self._world.record.broadcasts, self._time)]
+        return [
+            replace(frame)
+            for frame in self._world.record.broadcasts
+            if self._time < frame.sent_at_s + frame.airtime_s
+        ]
 
     def result(self) -> Result:
         """Run to the end; return what happened, a table for each kind of event.

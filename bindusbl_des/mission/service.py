@@ -46,29 +46,6 @@ def mean(values: Floats) -> float:
 
 
 @compiled
-def sort(values: Floats) -> None:
-    """Put numbers into rising order, in their place, by a heap."""
-    for first in range(values.size // 2 - 1, -1, -1):
-        _sink(values, first, values.size)
-    for end in range(values.size - 1, 0, -1):
-        values[0], values[end] = values[end], values[0]
-        _sink(values, 0, end)
-
-
-@compiled
-def _sink(heap: Floats, place: int, end: int) -> None:
-    """Let a number sink below all that are larger, in a heap of the first `end`."""
-    below = 2 * place + 1
-    while below < end:
-        if below + 1 < end and heap[below + 1] > heap[below]:
-            below += 1
-        if not heap[below] > heap[place]:
-            break
-        heap[place], heap[below] = heap[below], heap[place]
-        place, below = below, 2 * below + 1
-
-
-@compiled
 def quantile(rising: Floats, share: float) -> float:
     """Return a quantile of numbers in rising order, linear between two of them; NaN without any."""
     if not rising.size:
@@ -194,12 +171,12 @@ def _count(metric: Row, fixes: Rows, own: Ints, scratch: Floats) -> DeliveredFix
 @compiled
 def _note_intervals(metric: Row, delivered: Floats, intervals: Floats) -> None:
     """Note the times between deliveries, at instants (s) of any order; these are written."""
-    sort(delivered)
+    delivered.sort()
     for k in range(delivered.size - 1):
         intervals[k] = delivered[k + 1] - delivered[k]
     intervals = intervals[: max(delivered.size - 1, 0)]
     metric.interval_mean_s = mean(intervals)
-    sort(intervals)
+    intervals.sort()
     metric.interval_p95_s = quantile(intervals, MOST)
     metric.interval_max_s = intervals[-1] if intervals.size else nan
 
@@ -224,8 +201,8 @@ def fix_ages(taken: Floats, pinged: Floats, end: float) -> tuple[float, float, f
         begun = ends
         if k < taken.size:
             newest = max(newest, pinged[k])
-    sort(ages)
-    sort(lowest)
+    ages.sort()
+    lowest.sort()
     # an age a is exceeded for sum(max(ages - a, 0)) - sum(max(lowest - a, 0)), which are straight
     # between these
     age, exceeded, waits, above, low = ages[-1], 0.0, 0, count - 1, count - 1
@@ -261,6 +238,6 @@ def _note_latencies(metric: Row, latencies: Floats, slot: float, since_slot: Flo
         since_slot[k] = latencies[k] - slot
     metric.latency_from_slot_s = mean(since_slot[:n])
     metric.latency_mean_s = mean(latencies)
-    sort(latencies)
+    latencies.sort()
     metric.latency_p95_s = quantile(latencies, MOST)
     metric.latency_max_s = latencies[-1] if n else nan

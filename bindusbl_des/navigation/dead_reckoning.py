@@ -56,6 +56,15 @@ class Odometry(NamedTuple):
     headings: Floats
 
 
+@inlined
+def dr_at(odometry: Odometry, n: int) -> DeadReckoned:
+    """Return what an odometry tells at its n-th instant."""
+    position, headings = odometry.position, odometry.headings
+    return DeadReckoned(
+        odometry.times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1]
+    )
+
+
 class DeadReckoning:
     """What AUVs know of their way by themselves: their motion, told wrongly."""
 

@@ -19,7 +19,7 @@ from ..core.packed import Packed, unpacked
 from ..core.plugins import PluginError, asked
 from ..records.rows import FIX, RECEPTION, EventBuffer, Jacobians, Rows
 from ..scenario.families import NAVIGATOR
-from ..vehicles.reckoning import DeadReckoned, ExpectedDrift, expected_error, way_since
+from ..vehicles.reckoning import ExpectedDrift, expected_error, way_since
 from .belief import (
     Belief,
     Beliefs,
@@ -45,7 +45,7 @@ from .correcting import (
     note_turned,
     scratch_for,
 )
-from .dead_reckoning import DeadReckoning, Odometry
+from .dead_reckoning import DeadReckoning, Odometry, dr_at
 from .fix_update import Rule
 
 
@@ -118,9 +118,8 @@ def _places(
     out: Floats, odometry: Odometry, begin: int, end: int, drift: ExpectedDrift, in_body: bool
 ) -> None:
     """Write where dead reckoning less the drift expected of it is, of some instants."""
-    times, position, headings = odometry.times, odometry.position, odometry.headings
     for n in range(begin, end):
-        dr = DeadReckoned(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
+        dr = dr_at(odometry, n)
         x, y = expected_error(drift, way_since(drift, dr, in_body))
         out[n, 0], out[n, 1] = dr.x - x, dr.y - y
 
@@ -130,12 +129,11 @@ def _spread(
     out: Floats, odometry: Odometry, begin: int, end: int, scratch: Scratch, growth: Growth
 ) -> None:
     """Write what the covariance of the belief on a desk has become at some instants."""
-    times, position, headings = odometry.times, odometry.position, odometry.headings
     belief, spread = scratch.belief, scratch.ahead.covariance
     drift, is_plain = expected(belief, growth), growth.stretched == growth.wandering == 0
     is_plain &= growth.aligned == 0
     for n in range(begin, end):
-        dr = DeadReckoned(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
+        dr = dr_at(odometry, n)
         if is_plain:
             way = way_since(drift, dr, growth.in_body)
             out[n, 0], out[n, 1], out[n, 2] = error_spread(belief.covariance, way, growth)

@@ -176,8 +176,7 @@ class Smoother:
         then = self._reckoning.sample(auv, rows["valid_at_s"])[1]
         places = np.column_stack((rows["said_x_m"], rows["said_y_m"]))
         xx, yy, xy = rows["said_xx_m2"], rows["said_yy_m2"], rows["said_xy_m2"]
-        slopes = np.zeros((len(rows), 2, states))
-        slopes[:, 0, 0] = slopes[:, 1, 1] = 1.0
+        common = known.common[:, :, :0]
         if count := known.common.shape[2] // 4:  # expanded about what the filter has believed
             noise, jacobians = np.column_stack((xx, yy, xy)), np.array(known.common)
             at = np.column_stack((rows["x_m"], rows["y_m"]))
@@ -195,8 +194,7 @@ class Smoother:
                 np.diag(spread)[-count:].copy(),
             )
             xx, yy, xy = noise.T
-            slopes[:, :, states - count :] -= common
-        sights = _sights_of(then.position - places, slopes, xx, yy, xy)
+        sights = _sights_of(then.position - places, common, states, xx, yy, xy)
         return sights._replace(turned=np.repeat(self._filter.turned(rows), 2))
 
     def _expand_anew(
@@ -214,10 +212,8 @@ class Smoother:
         said, common = self._filter.expanded(
             known.rows, known.noise, known.common, states[at], spreads[at]
         )
-        slopes = np.zeros((len(at), 2, states.shape[1]))
-        slopes[:, 0, 0] = slopes[:, 1, 1] = 1.0
-        slopes[:, :, states.shape[1] - common.shape[2] :] -= common
-        anew = _sights_of(nodes.position[at] - said[:, :2], slopes, *said[:, 2:].T)
+        off = nodes.position[at] - said[:, :2]
+        anew = _sights_of(off, common, states.shape[1], *said[:, 2:].T)
         rows = (2 * which[:, None] + [0, 1]).ravel()
         sights.rows[rows], sights.values[rows] = anew.rows, anew.values
         sights.variances[rows] = anew.variances
@@ -231,10 +227,16 @@ class Smoother:
         return np.unique(np.concatenate((instants, numbers * self._growth.step)))
 
 
-def _sights_of(off: Floats, slopes: Floats, xx: Floats, yy: Floats, xy: Floats) -> Sights:
+def _sights_of(
+    off: Floats, common: Floats, states: int, xx: Floats, yy: Floats, xy: Floats
+) -> Sights:
     """Return two sights each of errors (n, 2), m, with noise xx, yy, xy (n,), m2: what is off along
-    x, and along y less what its noise has in common with that; `slopes` (n, 2, k).
+    x, and along y less what its noise has in common with that.  `common` (n, 2, k) is what fixes
+    have of the last k of all `states`.
     """
+    slopes = np.zeros((len(off), 2, states))
+    slopes[:, 0, 0] = slopes[:, 1, 1] = 1.0
+    slopes[:, :, states - common.shape[2] :] -= common
     share = np.divide(xy, xx, out=np.zeros(len(xx)), where=xx > 0.0)
     slopes[:, 1] -= share[:, None] * slopes[:, 0]
     values = np.column_stack((off[:, 0], off[:, 1] - share * off[:, 0]))

@@ -16,7 +16,7 @@ from ..core.arrays import Floats, Ints
 from ..core.compiled import compiled, inlined
 from ..vehicles.reckoning import DeadReckoned, way_since
 from .belief import STATES, Belief, Growth, carry, expected, turn_with
-from .dead_reckoning import Odometry
+from .dead_reckoning import Odometry, dr_at
 
 # Sights by which nothing is turned
 NO_STATES = np.zeros(0, dtype=np.int64)
@@ -59,15 +59,6 @@ def filtered(first: Belief, odometry: Odometry, sights: Sights, growth: Growth) 
     last = Belief(first.moment.copy(), first.state.copy(), first.covariance.copy())
     _filter(last, odometry, sights, growth)
     return last
-
-
-@inlined
-def dr_at(odometry: Odometry, n: int) -> DeadReckoned:
-    """Return what an odometry tells at its n-th instant."""
-    position, headings = odometry.position, odometry.headings
-    return DeadReckoned(
-        odometry.times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1]
-    )
 
 
 @compiled

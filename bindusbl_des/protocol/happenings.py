@@ -24,6 +24,7 @@ from .hf.outcomes import Outcomes
 from .hf.uplink import Uplink
 from .mf.downlink import Deliveries
 from .passive.beacons import Beacons, PassiveOutcomes
+from .steps import moment
 
 # What can be waited for, what its row is, and which column says when it happens.
 KINDS: dict[str, type] = {
@@ -261,8 +262,7 @@ class Happenings:
             self._expected.discard((kind, row))
             verb()
 
-        event = self._env.timeout(max(instant - self._env.now, 0.0))
-        event.callbacks.append(happen)
+        moment(self._env, instant).callbacks.append(happen)
 
     def _heard(self, kind: str, row: int, expected: float) -> None:
         """Tell of an arrival or of its end, if it is there by now: who hears it may have been

@@ -111,8 +111,7 @@ class TwoWay:
             if self._uplink.foresees_calls:
                 self._answer_at(time + way_s + self._answer_delay, turn)
             else:
-                event = self._env.timeout(max(time + way_s - self._env.now, 0.0))
-                event.callbacks.append(partial(self._hear, turn))
+                moment(self._env, time + way_s).callbacks.append(partial(self._hear, turn))
 
     def _hear(self, turn: tuple[int, int, int], _: simpy.Event) -> None:
         """Amend when an AUV hears its call, when it was predicted to hear it."""
@@ -122,8 +121,7 @@ class TwoWay:
         self._answer_at(called_at + float(call["call_time_s"]) + self._answer_delay, turn)
 
     def _answer_at(self, time: float, turn: tuple[int, int, int]) -> None:
-        event = self._env.timeout(max(time - self._env.now, 0.0))
-        event.callbacks.append(partial(self._answer, turn, time))
+        moment(self._env, time).callbacks.append(partial(self._answer, turn, time))
 
     def _answer(self, turn: tuple[int, int, int], time: float, _: simpy.Event) -> None:
         call = self._waiting.pop(turn)

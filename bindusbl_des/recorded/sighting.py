@@ -17,9 +17,9 @@ import numpy as np
 from ..core.arrays import Floats
 from ..core.compiled import compiled, inlined
 from ..navigation.belief import Belief, Growth, carry
-from ..navigation.dead_reckoning import Odometry
+from ..navigation.dead_reckoning import Odometry, dr_at
 from ..navigation.fix_update import EXPECTED, MOST_REFUSED, doubt
-from ..navigation.smoothing import Sights, absorb, dr_at
+from ..navigation.smoothing import Sights, absorb
 from ..records.rows import Row, Rows
 from ..vehicles.reckoning import DeadReckoned
 

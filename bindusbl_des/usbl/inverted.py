@@ -7,7 +7,6 @@ Rypkema, Fischell and Schmidt, "One-way travel-time inverted ultra-short baselin
 low-cost autonomous underwater vehicles", ICRA 2017.
 """
 
-from math import hypot
 from typing import NamedTuple
 
 import numpy as np
@@ -23,10 +22,9 @@ from .systematic_effects import (
     CLOCK,
     EFFECTS,
     GNSS,
-    MISALIGNMENT,
-    SLOW,
     SLOW_RANGE,
     SOUND_SPEED,
+    Whose,
     across,
     add,
     add_own,
@@ -38,7 +36,7 @@ from .systematic_effects import (
     level_part,
     noise_of,
 )
-from .systematic_fixes import Systematic, astray, jump
+from .systematic_fixes import Systematic, astray, deviations, jump, write_columns
 from .two_way import Sighting
 
 
@@ -101,7 +99,7 @@ def located_astray(
         instrument,
     )  # fmt: skip
     ahead = offset_of(image, origin, path, own.noise, instrument)
-    sds = _deviations(reception.arrived_at_s, systematic.levels)
+    sds = deviations(reception.arrived_at_s, systematic.levels)
     clock_m = levels.sound_speed_m_per_s * sds[CLOCK]
     add_unknown_turn(covariance, ahead, clock_m, seen, instrument)
     effects, moved = _effects(seen, ahead, instrument, clock_m)
@@ -111,10 +109,11 @@ def located_astray(
         add(covariance, effects[:, k], sds[k] ** 2)
     fix = -image
     jump(fix, own.noise, systematic.levels)
-    jacobians, count = (
-        _columns(effects, moved, bends, reception, systematic),
-        systematic.variances.size,
-    )
+    count = systematic.variances.size
+    columns = np.zeros((4, 4 * count + 2))
+    whose = Whose(0, reception.asv, NONE, reception.arrived_at_s)
+    write_columns(columns, effects, moved, bends, whose, systematic)
+    jacobians = columns[:3]
     each = np.concatenate((jacobians[:, 3 * count : 4 * count], jacobians[:, :count]), axis=1)
     left = noise_of(covariance, each, systematic.variances)
     note_sight(reception, fix, negative(seen.unit), -seen.believed, path, left, instrument)
@@ -146,53 +145,3 @@ def _effects(
             for i in range(3):
                 effects[i, k] = -effects[i, k]
     return effects, moved
-
-
-@compiled
-def _deviations(time: float, levels: Row) -> Floats:
-    """Return the standard deviations (EFFECTS,) of all that lasts, at an instant (s)."""
-    sds = np.ones(EFFECTS)  # those of slow errors
-    sds[:CLOCK] = levels.sd
-    sds[GNSS + 2 : SOUND_SPEED] = 0.0  # nobody has called
-    sds[CLOCK] = hypot(levels.clock_offset_sd_s, levels.clock_drift_sd * time)
-    return sds
-
-
-@compiled
-def _columns(
-    effects: Floats, moved: Floats, bends: Floats, reception: Row, systematic: Systematic
-) -> Floats:
-    """Return effects in the columns of J, and how these change along x, along y, and with what they
-    belong to, and that nobody was called, (3, 4 k + 2).
-    """
-    count = systematic.variances.size
-    out = np.zeros((3, 4 * count + 2))
-    _spread_out(effects, out[:, :count], reception, systematic.levels)
-    for axis in range(2):
-        _spread_out(
-            moved[axis],
-            out[:, (1 + axis) * count : (2 + axis) * count],
-            reception,
-            systematic.levels,
-        )
-    _spread_out(bends, out[:, 3 * count : 4 * count], reception, systematic.levels)
-    return out
-
-
-@compiled
-def _spread_out(effects: Floats, out: Floats, reception: Row, levels: Row) -> None:
-    """Write effects (4, EFFECTS) to their columns of J (3, k); misalignment is the AUV's own."""
-    for i in range(3):
-        if levels.misalignment_at != NONE:
-            out[i, levels.misalignment_at] = effects[i, MISALIGNMENT]
-        if levels.gnss_at != NONE:
-            for axis in range(2):
-                out[i, levels.gnss_at + 2 * reception.asv + axis] = effects[i, GNSS + axis]
-        if levels.sound_speed_at != NONE:
-            out[i, levels.sound_speed_at] = effects[i, SOUND_SPEED]
-        if levels.clock_at != NONE:
-            out[i, levels.clock_at] = effects[i, CLOCK]
-            out[i, levels.clock_at + 1] = reception.arrived_at_s * effects[i, CLOCK]
-        if levels.slow_at != NONE:
-            for k in range(SLOW):
-                out[i, levels.slow_at + SLOW * reception.asv + k] = effects[i, SLOW_RANGE + k]

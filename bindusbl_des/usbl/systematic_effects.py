@@ -3,6 +3,7 @@ acoustic errors is slow): the Jacobian J of a fix, and what these errors make of
 """
 
 from math import hypot, isnan, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from .array import (
     weighted,
 )
 from .measuring import Instrument, angle_sds, spread_sd, timed_sd, turned_aside
-from .two_way import Heard, Sighting
+from .two_way import Sighting
 
 # Columns of what a fix and (less) the length of a call's way are off, per rad of misalignment, per
 # m of GNSS of who measures and of who has called, along x and y, per share of the sound speed, and
@@ -301,25 +302,35 @@ def add(covariance: Floats, effect: Floats, variance: float) -> None:
             covariance[i, j] += variance * effect[i] * effect[j]
 
 
+class Whose(NamedTuple):
+    """Whose errors a measurement has: the number of the array among those that J tells of, the ASV,
+    who has called it (NONE: nobody), and when (s) the AUV's clock was read, NaN for an answer.
+    """
+
+    array: int
+    asv: int
+    caller: int
+    clock_at_s: float
+
+
 @compiled
-def spread_out(effects: Floats, out: Floats, heard: Heard, row: int, levels: Row) -> None:
+def spread_out(effects: Floats, out: Floats, whose: Whose, levels: Row) -> None:
     """Write effects (4, EFFECTS) to their columns of J (4, k)."""
-    ping, asv = heard.ping, heard.receptions[row].asv
     if levels.misalignment_at != NONE:
-        out[:, levels.misalignment_at + asv] = effects[:, MISALIGNMENT]
+        out[:, levels.misalignment_at + whose.array] = effects[:, MISALIGNMENT]
     if levels.gnss_at != NONE:
         for axis in range(2):
-            out[:, levels.gnss_at + 2 * asv + axis] += effects[:, GNSS + axis]
-            if ping.called_by != NONE:
-                out[:, levels.gnss_at + 2 * ping.called_by + axis] += effects[:, CALLER + axis]
+            out[:, levels.gnss_at + 2 * whose.asv + axis] += effects[:, GNSS + axis]
+            if whose.caller != NONE:
+                out[:, levels.gnss_at + 2 * whose.caller + axis] += effects[:, CALLER + axis]
     if levels.sound_speed_at != NONE:
         out[:, levels.sound_speed_at] = effects[:, SOUND_SPEED]
-    if levels.clock_at != NONE and isnan(ping.call_time_s):
+    if levels.clock_at != NONE and not isnan(whose.clock_at_s):
         out[:, levels.clock_at] = effects[:, CLOCK]
-        out[:, levels.clock_at + 1] = ping.sent_at_s * effects[:, CLOCK]
+        out[:, levels.clock_at + 1] = whose.clock_at_s * effects[:, CLOCK]
     if levels.slow_at != NONE:
         for k in range(SLOW):
-            out[:, levels.slow_at + SLOW * asv + k] = effects[:, SLOW_RANGE + k]
+            out[:, levels.slow_at + SLOW * whose.asv + k] = effects[:, SLOW_RANGE + k]
 
 
 @compiled

@@ -8,7 +8,7 @@ itself is one more error of its measurement; sound speed and clock are those of 
 at once, so that they are fused as unknowns beside the place (best linear unbiased estimate).
 """
 
-from math import hypot, isnan, sqrt
+from math import hypot, isnan, nan, sqrt
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -33,6 +33,7 @@ from .systematic_effects import (
     SLOW_ASIDE,
     SLOW_RANGE,
     SOUND_SPEED,
+    Whose,
     across,
     add,
     add_own,
@@ -180,7 +181,7 @@ def by_other(
         seen.vessel, seen.unit, seen.believed, reach, ranging_sd, seen.snr_db, noise, instrument
     )
     ahead = offset_of(fix, seen.vessel, reach, noise, instrument)
-    clock_m = levels.sound_speed_m_per_s * deviations(heard, systematic.levels)[CLOCK]
+    clock_m = levels.sound_speed_m_per_s * deviations(_clock_at(heard), systematic.levels)[CLOCK]
     add_unknown_turn(spread, ahead, clock_m, seen, instrument)
     effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
     farther[SOUND_SPEED], farther[CLOCK] = seen.path, levels.sound_speed_m_per_s
@@ -257,19 +258,27 @@ def _seen(
 
 
 @compiled
-def deviations(heard: Heard, levels: Row) -> Floats:
-    """Return the standard deviations (EFFECTS,) of all that lasts, at the instant of a ping."""
+def deviations(time: float, levels: Row) -> Floats:
+    """Return the standard deviations (EFFECTS,) of all that lasts, at an instant (s) at which the
+    AUV's clock is read; NaN where it is not.
+    """
     sds = np.ones(EFFECTS)  # those of slow errors
-    sds[CLOCK] = 0.0
     sds[:CLOCK] = levels.sd
-    if not _called(heard):
-        sds[CLOCK] = hypot(levels.clock_offset_sd_s, levels.clock_drift_sd * heard.ping.sent_at_s)
+    sds[CLOCK] = 0.0
+    if not isnan(time):
+        sds[CLOCK] = hypot(levels.clock_offset_sd_s, levels.clock_drift_sd * time)
     return sds
 
 
 @compiled
 def _called(heard: Heard) -> bool:
     return not isnan(heard.ping.call_time_s)
+
+
+@compiled
+def _clock_at(heard: Heard) -> float:
+    """Return when (s) the AUV's clock told it to ping; NaN if a call did."""
+    return nan if _called(heard) else float(heard.ping.sent_at_s)
 
 
 # What is fused: a place, the error of the call's way (m), sound speed and clock per sd
@@ -295,7 +304,7 @@ def measured_astray(
     their derivatives along x, along y, and by what they belong to; last are those of the way along
     x and y (m) from where the AUV has answered back to where it has heard the call.
     """
-    first, sds = first_to_locate(heard), deviations(heard, systematic.levels)
+    first, sds = first_to_locate(heard), deviations(_clock_at(heard), systematic.levels)
     begun = by_first(heard, first, asvs, instrument, strayed, sds, systematic)
     state, spread, squares = np.zeros(UNKNOWNS), _begun(begun, sds), 0.0
     state[:3] = begun.fix
@@ -382,17 +391,30 @@ def _columns(part: AsvFix, heard: Heard, row: int, systematic: Systematic) -> Fl
     change along x, along y, and with what they belong to, and as they are; and that of the call's
     way.
     """
-    count = systematic.variances.size
+    count, asv = systematic.variances.size, heard.receptions[row].asv
+    whose = Whose(asv, asv, heard.ping.called_by, _clock_at(heard))
     out = np.zeros((4, 5 * count + 1))
     out[:, 5 * count] = part.moved
-    spread_out(part.effects, out[:, :count], heard, row, systematic.levels)
-    for axis in range(2):
-        moved = out[:, (1 + axis) * count : (2 + axis) * count]
-        spread_out(part.changes[axis], moved, heard, row, systematic.levels)
-    spread_out(part.bends, out[:, 3 * count : 4 * count], heard, row, systematic.levels)
+    write_columns(out, part.effects, part.changes, part.bends, whose, systematic)
     out[:, 4 * count : 5 * count] = out[:, :count]
     move(out, -part.fix)  # each from its own fix to where all can be added up
     return out
+
+
+@compiled
+def write_columns(
+    out: Floats, effects: Floats, moved: Floats, bends: Floats, whose: Whose,
+    systematic: Systematic,
+) -> None:  # fmt: skip
+    """Write effects (4, EFFECTS) to columns of J (4, 4 k or more), how these change along x, along
+    y (2, 4, EFFECTS), and with what they belong to.
+    """
+    count, levels = systematic.variances.size, systematic.levels
+    spread_out(effects, out[:, :count], whose, levels)
+    for axis in range(2):
+        columns = out[:, (1 + axis) * count : (2 + axis) * count]
+        spread_out(moved[axis], columns, whose, levels)
+    spread_out(bends, out[:, 3 * count : 4 * count], whose, levels)
 
 
 @compiled

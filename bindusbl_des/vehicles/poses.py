@@ -21,9 +21,9 @@ from ..core.compiled import compiled
 from ..core.wording import plain, shortened
 from . import logs
 from .logs import COS, DISTANCE, RATES, SIN, YAW, X, Y
-from .motion import HEADINGS, PLACE, Motion, distance_at, lines, place_at
+from .motion import PLACE, Motion
 from .tracks import FARTHEST, FASTEST
-from .vehicle import Place
+from .vehicle import VehicleInMotion
 
 # What is said of one vehicle's pose, and how vehicles of a fleet are called.
 POSE, AXES = "x, y, z (m, z down), yaw (rad)", ("x", "y", "z", "yaw")
@@ -320,38 +320,12 @@ def _carry_on(log: Floats, last: int, end: int, step: float) -> None:
                 own[line, RATES + axis] = rate
 
 
-class PosedVehicle:
+class PosedVehicle(VehicleInMotion):
     """A vehicle that an outside program moves; asked for later than that is, this moves on."""
 
     def __init__(self, poses: Poses, kind: str, number: int) -> None:
-        self._poses, self._motion, self._number = poses, poses.motion(kind), number
+        super().__init__(poses.motion(kind), number)
+        self._poses = poses
 
-    def at(self, time: float) -> Place:
+    def _advance(self, time: float) -> None:
         self._poses.advance(time)
-        return Place(*place_at(*self._motion, self._number, time))
-
-    def sample(self, times: Floats) -> Floats:
-        return self._lines(times)[:, PLACE]
-
-    def heading_integral(self, times: Floats) -> Floats:
-        return self._lines(times)[:, HEADINGS]
-
-    def _lines(self, times: Floats) -> Floats:
-        instants = np.array(times, dtype=np.float64)
-        if len(instants):
-            self._poses.advance(float(instants.max()))
-        found: Floats = lines(*self._motion, self._number, instants)
-        return found
-
-    def distance(self, time: float) -> float:
-        self._poses.advance(time)
-        return distance_at(*self._motion, self._number, time)
-
-    def path_error(self, times: Floats) -> Floats:
-        return np.zeros(0)  # the mission knows of no plan that it follows
-
-    def along(self, time: float) -> None:
-        return None
-
-    def saturated(self, time: float) -> None:
-        return None

@@ -60,40 +60,65 @@ class Vehicle(Protocol):
         """
 
 
-class SegmentedTrajectory:
+class VehicleInMotion:
+    """A vehicle that has its lines in the motion of a fleet, and no plan or actuator to tell of."""
+
+    def __init__(self, of_fleet: Motion, number: int) -> None:
+        self._motion, self._number = of_fleet, number
+
+    def _advance(self, time: float) -> None:
+        """Let the motion be known up to an instant (s), where it is not beforehand."""
+
+    def at(self, time: float) -> Place:
+        self._advance(time)
+        return Place(*motion.place_at(*self._motion, self._number, time))
+
+    def sample(self, times: Floats) -> Floats:
+        return self._lines(times)[:, PLACE]
+
+    def heading_integral(self, times: Floats) -> Floats:
+        return self._lines(times)[:, HEADINGS]
+
+    def _lines(self, times: Floats) -> Floats:
+        """Return the line of each instant (s) as of :func:`.motion.lines`, (n, 8)."""
+        return motion.lines(*self._motion, self._number, self._known(times))
+
+    def _known(self, times: Floats) -> Floats:
+        """Return instants (s), (n,), up to which the motion is known by now."""
+        instants = np.array(times, dtype=np.float64)  # its own, as code for what is not is another
+        if len(instants):
+            self._advance(float(instants.max()))
+        return instants
+
+    def distance(self, time: float) -> float:
+        self._advance(time)
+        return motion.distance_at(*self._motion, self._number, time)
+
+    def path_error(self, times: Floats) -> Floats:
+        return np.zeros(0)
+
+    def along(self, time: float) -> float | None:
+        return None
+
+    def saturated(self, time: float) -> float | None:
+        return None
+
+
+class SegmentedTrajectory(VehicleInMotion):
     """A vehicle without dynamics: it keeps exactly to legs that are known beforehand.
 
     `legs` are its lines as :mod:`.motion` has them; `planned` tells whether they are its plan.
     """
 
     def __init__(self, legs: Floats, *, planned: bool = True) -> None:
+        super().__init__(Motion(legs, np.array([0, len(legs)]), 0.0), 0)
         self.legs, self._planned = legs, planned
-        self._motion = Motion(legs, np.array([0, len(legs)]), 0.0)
-
-    def at(self, time: float) -> Place:
-        return Place(*motion.place_at(*self._motion, 0, time))
-
-    def sample(self, times: Floats) -> Floats:
-        return self._lines(times)[:, PLACE]
-
-    def _lines(self, times: Floats) -> Floats:
-        instants = np.array(times, dtype=np.float64)  # its own, as code for what is not is another
-        return motion.lines(*self._motion, 0, instants)
-
-    def heading_integral(self, times: Floats) -> Floats:
-        return self._lines(times)[:, HEADINGS]
-
-    def distance(self, time: float) -> float:
-        return motion.distance_at(*self._motion, 0, time)
 
     def path_error(self, times: Floats) -> Floats:
         return np.zeros(len(times) if self._planned else 0)
 
     def along(self, time: float) -> float | None:
         return self.distance(time) if self._planned else None
-
-    def saturated(self, time: float) -> None:
-        return None
 
 
 def moored(place: Place) -> SegmentedTrajectory:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from commands_for_tests import call
 from worlds import GOOD, paper_case, scenario, still
 
 from bindusbl_des import Result, Scenario, advise, load_result, load_scenario, simulate
@@ -27,7 +27,6 @@ from bindusbl_des.advice.advising import (
 from bindusbl_des.advice.changes import PAIR, Change, both, changed, may_be_paired, proposals
 from bindusbl_des.advice.choosing import Race, Trial, Trials, missions_for
 from bindusbl_des.advice.stations import Ways
-from bindusbl_des.cli import main
 from bindusbl_des.geometry.formation import formation
 from bindusbl_des.report.run_page import run_page
 from bindusbl_des.results.effects import GAIN, HARMS, HELPS, NEGLIGIBLE, NO_EFFECT, Advice
@@ -397,10 +396,6 @@ def test_advice_stays_with_the_result(recovery: Result, tmp_path: Path) -> None:
     (folder / "advice.json").write_text('{"budget_missions": 3}')
     with pytest.raises(ValueError, match=r"advice.json is damaged or of another version"):
         load_result(folder)
-
-
-def call(*words: str) -> Any:
-    return CliRunner().invoke(main, list(words), catch_exceptions=False)
 
 
 SHORT = "name: short\nduration_s: 20\nasvs: {formation: {clearance_m: 5}}\n"

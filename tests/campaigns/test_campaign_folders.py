@@ -15,8 +15,9 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from campaigns_for_tests import OneThread, call, same
+from campaigns_for_tests import OneThread, same
 from click.testing import CliRunner
+from commands_for_tests import call
 
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import CampaignInterrupted, load_campaign

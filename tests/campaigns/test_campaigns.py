@@ -16,7 +16,8 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from campaigns_for_tests import OneThread, call, same
+from campaigns_for_tests import OneThread, same
+from commands_for_tests import call
 
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import Campaign, load_campaign

@@ -5,7 +5,8 @@ import time
 from pathlib import Path
 
 import pytest
-from campaigns_for_tests import OneThread, call, same
+from campaigns_for_tests import OneThread, same
+from commands_for_tests import call
 
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import load_campaign, unfinished_campaign

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from campaigns_for_tests import OneThread, call
+from campaigns_for_tests import OneThread
+from commands_for_tests import call
 
 from bindusbl_des import compare, load_campaign
 from bindusbl_des.campaigns import running

@@ -8,7 +8,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from campaigns_for_tests import call, same
+from campaigns_for_tests import same
+from commands_for_tests import call
 
 from bindusbl_des.campaigns.campaign import load_campaign
 from bindusbl_des.campaigns.running import sweep

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from campaigns_for_tests import UNSERVED, auv, call, hand_made
+from campaigns_for_tests import UNSERVED, auv, hand_made
+from commands_for_tests import call
 
 from bindusbl_des import Campaign, Scenario, compare, sweep
 from bindusbl_des.campaigns.drawing import means_of

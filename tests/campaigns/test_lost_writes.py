@@ -7,7 +7,8 @@ from stat import S_ISDIR
 
 import pyarrow as pa
 import pytest
-from campaigns_for_tests import OneThread, call, same
+from campaigns_for_tests import OneThread, same
+from commands_for_tests import call
 
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import load_campaign

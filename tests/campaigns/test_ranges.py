@@ -4,7 +4,8 @@ import json
 from pathlib import Path
 
 import pytest
-from campaigns_for_tests import OneThread, call
+from campaigns_for_tests import OneThread
+from commands_for_tests import call
 from hypothesis import given
 from hypothesis import strategies as st
 

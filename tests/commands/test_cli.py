@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import CliRunner
+from commands_for_tests import call
 
 from bindusbl_des import load_result, simulate
 from bindusbl_des.cli import main
@@ -37,16 +38,7 @@ HEAVY = {
 }  # fmt: skip
 TINY = "name: tiny\nduration_s: 5\nrecord: {detail: summary}\n"
 
-
-@pytest.fixture(autouse=True)
-def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each test runs in an empty folder of its own."""
-    monkeypatch.chdir(tmp_path)
-
-
-def call(*words: str) -> Result:
-    """Run a command; an exception that is no exit is a failure of the test."""
-    return CliRunner().invoke(main, list(words), catch_exceptions=False)
+pytestmark = pytest.mark.usefixtures("in_empty_folder")
 
 
 def imported_by(*words: str) -> set[str]:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from click.testing import CliRunner, Result
+from commands_for_tests import call
 
 from bindusbl_des.cli import main
 
@@ -21,10 +21,6 @@ def _in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each test runs in a folder of its own with one small scenario."""
     monkeypatch.chdir(tmp_path)
     Path("f.yaml").write_text(TINY)
-
-
-def call(*words: str) -> Result:
-    return CliRunner().invoke(main, list(words), catch_exceptions=False)
 
 
 def options_of(name: str) -> dict[str, Any]:

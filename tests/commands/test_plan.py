@@ -8,7 +8,8 @@ import time
 from pathlib import Path
 
 import pytest
-from campaigns_for_tests import OneThread, auv, call, hand_made
+from campaigns_for_tests import OneThread, auv, hand_made
+from commands_for_tests import call
 
 from bindusbl_des import Scenario
 from bindusbl_des.planning import flying

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 import pytest
-from click.testing import CliRunner, Result
+from commands_for_tests import call
 
 from bindusbl_des import load_result
 from bindusbl_des.cli import main
@@ -16,16 +16,7 @@ from bindusbl_des.planning.selection.goals import goals_in
 
 TINY = "name: tiny\nduration_s: 5\nrecord: {detail: summary}\n"
 
-
-@pytest.fixture(autouse=True)
-def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each test runs in an empty folder of its own."""
-    monkeypatch.chdir(tmp_path)
-
-
-def call(*words: str) -> Result:
-    """Run a command; an exception that is no exit is a failure of the test."""
-    return CliRunner().invoke(main, list(words), catch_exceptions=False)
+pytestmark = pytest.mark.usefixtures("in_empty_folder")
 
 
 def pipe(text: str) -> str:

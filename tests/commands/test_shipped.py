@@ -8,22 +8,14 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
+from commands_for_tests import call
 
-from bindusbl_des.cli import main
 from bindusbl_des.scenario.files import shipped as shipping
 from bindusbl_des.scenario.files.shipped import KINDS, TEMPLATES, shipped
 
 ROOT = Path(__file__).parents[2]
 
-
-@pytest.fixture(autouse=True)
-def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
-def call(*words: str) -> Result:
-    return CliRunner().invoke(main, list(words), catch_exceptions=False)
+pytestmark = pytest.mark.usefixtures("in_empty_folder")
 
 
 def test_all_that_ships_has_one_name() -> None:

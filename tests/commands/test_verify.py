@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from campaigns_for_tests import call
+from commands_for_tests import call
 
 KEYS = {
     "verdict", "accepted", "scenario", "bounds", "pairs", "uplink", "downlink", "conflict_margin",

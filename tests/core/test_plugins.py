@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 import schedules_for_tests
 from campaigns_for_tests import OneThread
-from click.testing import CliRunner, Result
+from click.testing import CliRunner
+from commands_for_tests import call
 
 from bindusbl_des import (
     Scenario,
@@ -129,10 +130,6 @@ def forgotten() -> None:
 
 def imported(home: Path) -> bool:
     return (home / "imported").exists()
-
-
-def call(*words: object) -> Result:
-    return CliRunner().invoke(main, [str(word) for word in words])
 
 
 def named(name: str, key: str = "protocol.schedule") -> Scenario:

@@ -8,9 +8,9 @@ from types import SimpleNamespace
 from typing import Any
 from xml.etree import ElementTree
 
-import click.testing
 import numpy as np
 import pytest
+from commands_for_tests import call
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
@@ -20,7 +20,6 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 from bindusbl_des import Result, Scenario, load_campaign, simulate, sweep
 from bindusbl_des.campaigns.drawing import means_of
 from bindusbl_des.campaigns.statistics.intervals import interval
-from bindusbl_des.cli import main
 from bindusbl_des.commands.plot import RUN_KINDS, SWEEP_KINDS
 from bindusbl_des.core.palette import ALARM
 from bindusbl_des.figures.anatomy import anatomy, busiest
@@ -70,11 +69,6 @@ def drawn(kind: str, result: Result) -> Figure:
         figure = KINDS[kind](result, RUN_KINDS[kind])
         figure.draw_without_rendering()
     return figure
-
-
-def call(*words: str) -> click.testing.Result:
-    """Run a command; an exception that is no exit is a failure of the test."""
-    return click.testing.CliRunner().invoke(main, list(words), catch_exceptions=False)
 
 
 # What matplotlib calls the axes of a colour bar

@@ -5,11 +5,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from click.testing import CliRunner, Result
 from worlds import merged
 
 from bindusbl_des import Mission, Scenario
-from bindusbl_des.cli import main
 from bindusbl_des.live.readings import Earth, Instruments, Reading, earth_of
 
 ORIGIN = {"lat_deg": 54.33, "lon_deg": 10.18}
@@ -43,11 +41,6 @@ def heard(
     while not instruments.is_over:
         readings += instruments.advance(instruments.time + step)
     return readings, mission, earth_of(scenario, START)
-
-
-def call(*words: str) -> Result:
-    """Run a command; an exception that is no exit is a failure of the test."""
-    return CliRunner().invoke(main, list(words), catch_exceptions=False)
 
 
 def written(folder: Path, text: str = YAML) -> str:

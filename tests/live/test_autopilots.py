@@ -10,7 +10,8 @@ from urllib.error import HTTPError
 from urllib.request import urlopen
 
 import pytest
-from live_for_tests import at_sea, call, heard, written
+from commands_for_tests import call
+from live_for_tests import at_sea, heard, written
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from bindusbl_des.geometry.geodesy import ned_at_depth

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from live_for_tests import BEGINS, START, at_sea, call, heard, written
+from commands_for_tests import call
+from live_for_tests import BEGINS, START, at_sea, heard, written
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 

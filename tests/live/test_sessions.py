@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from live_for_tests import BEGINS, YAML, at_sea, call, written
+from commands_for_tests import call
+from live_for_tests import BEGINS, YAML, at_sea, written
 
 from bindusbl_des import Mission, load_result, simulate
 from bindusbl_des.live.outputs import Opening, asked, opened
@@ -23,11 +24,7 @@ from bindusbl_des.live.sinks import BACKLOG, Datagrams, File, Port, Terminal
 
 from live_for_tests import START  # isort: skip
 
-
-@pytest.fixture(autouse=True)
-def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each test runs in an empty folder of its own."""
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("in_empty_folder")
 
 
 class Kept:

@@ -174,17 +174,12 @@ def test_an_asv_that_fails_hears_nobody() -> None:
     assert found.in_range == pytest.approx([0.25, 0.25, 1.0, 0.0], abs=0.5 / 121)
 
 
-@pytest.fixture
-def inside_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def timing(data: dict[str, Any], *options: str) -> str:
     Path("m.yaml").write_text(json.dumps(data))
     return CliRunner().invoke(main, ["timing", "m.yaml", *options]).stdout
 
 
-@pytest.mark.usefixtures("inside_a_folder")
+@pytest.mark.usefixtures("in_empty_folder")
 def test_timing_tells_limits_and_has_them_as_data() -> None:
     mission = scenario().model_dump(mode="json")
     text, data = timing(mission), json.loads(timing(mission, "--json"))
@@ -200,7 +195,7 @@ def test_timing_tells_limits_and_has_them_as_data() -> None:
     assert data["limits"]["fix_rates_hz"]["planned"] == pytest.approx([0.1, 0.1, 0.1, 0.0])
 
 
-@pytest.mark.usefixtures("inside_a_folder")
+@pytest.mark.usefixtures("in_empty_folder")
 def test_limits_of_a_plug_in_that_is_not_loaded_are_not_guessed() -> None:
     """Where AUVs go only their own route knows."""
     mission = scenario().model_dump(mode="json")
@@ -485,7 +480,7 @@ def test_frames_behind_frames_carry_no_more_than_the_downlink() -> None:
     assert found.rates["back_to_back"].each.sum() <= found.records_hz * (1 + 1e-9)
 
 
-@pytest.mark.usefixtures("inside_a_folder")
+@pytest.mark.usefixtures("in_empty_folder")
 def test_timing_says_what_its_rates_leave_out() -> None:
     """That who sends is deaf, and that answers meet."""
     mission = {"name": "m", "auvs": {"count": 3}, "asvs": {"count": 2}}

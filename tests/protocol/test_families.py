@@ -8,14 +8,13 @@ from typing import Any
 
 import pytest
 import yaml
-from click.testing import CliRunner, Result
-from families_for_tests import each_but_slow_ones
+from commands_for_tests import call
+from families_for_tests import MISSION, OPEN, each_but_slow_ones, home_of
 
 from bindusbl_des import Scenario, load_result, load_scenario, simulate, sweep, warnings_of
 from bindusbl_des.campaigns.experiments.experiment import Experiment, ExperimentPlan
-from bindusbl_des.cli import main
 from bindusbl_des.core import plugins
-from bindusbl_des.core.plugins import PERMISSION, Family, PluginError, allow
+from bindusbl_des.core.plugins import Family, PluginError, allow
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.results.round_timeline import uplink_slots
 from bindusbl_des.scenario.families import (
@@ -24,7 +23,6 @@ from bindusbl_des.scenario.families import (
     BROADCASTER,
     CHANNEL,
     DOWNLINK,
-    FAMILIES,
     INSTRUMENT,
     MF_CHANNEL,
     SCHEDULE,
@@ -140,13 +138,6 @@ def tells(network, turn, time):
     return time
 """
 
-MISSION: dict[str, Any] = {
-    "name": "m",
-    "duration_s": 6.0,
-    "auvs": {"count": 2},
-    "survey": {"side_m": 40.0},
-}
-OPEN = [family for family in FAMILIES if family.is_open]
 OWN_PARTS = {family: f"own_parts:{family.noun}" for family in OPEN}
 # Other routes and placements that ship need keys beside their name; hulls have tests of their own.
 FIRST = {family for family in OPEN if family.word or family in (AUV, ASV)}
@@ -159,22 +150,8 @@ PARTS = [(family, name) for family in OPEN for name in (*SHIPPED[family], OWN_PA
 @pytest.fixture
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A folder with parts of one's own; nothing has been allowed in this process."""
-    (tmp_path / "own_parts.py").write_text(OWN)
-    (tmp_path / "wrong_parts.py").write_text(WRONG)
     (tmp_path / "m.yaml").write_text(yaml.safe_dump(MISSION))
-    monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=":")
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv(PERMISSION, raising=False)
-    monkeypatch.setattr(plugins, "_admitted", set())
-    monkeypatch.setattr(plugins, "_loaded", {})
-    yield tmp_path
-    for name in ("own_parts", "wrong_parts"):
-        sys.modules.pop(name, None)
-
-
-def call(*words: object) -> Result:
-    return CliRunner().invoke(main, [str(word) for word in words])
+    yield from home_of(tmp_path, monkeypatch, own_parts=OWN, wrong_parts=WRONG)
 
 
 def with_parts(**names: object) -> Scenario:

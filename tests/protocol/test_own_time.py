@@ -1,12 +1,12 @@
 """Parts of somebody's own that live in time: their slots and instants, and what they leave."""
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from click.testing import CliRunner
+from families_for_tests import home_of
 
 from bindusbl_des import Scenario, load_result, simulate, sweep
 from bindusbl_des.cli import main
@@ -78,13 +78,7 @@ def nowhen(network, turn, time):
 @pytest.fixture
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A folder with a module of parts, which no process has loaded yet."""
-    (tmp_path / "timed_parts.py").write_text(OWN)
-    monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=":")
-    monkeypatch.setattr(plugins, "_admitted", set())
-    monkeypatch.setattr(plugins, "_loaded", {})
-    yield tmp_path
-    sys.modules.pop("timed_parts", None)
+    yield from home_of(tmp_path, monkeypatch, timed_parts=OWN)
 
 
 def mission(key: str, name: str) -> Scenario:

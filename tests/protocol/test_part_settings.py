@@ -2,7 +2,6 @@
 
 import json
 import pickle
-import sys
 from collections.abc import Iterator
 from copy import deepcopy
 from operator import attrgetter
@@ -13,15 +12,14 @@ import numpy as np
 import pytest
 import yaml
 from campaigns_for_tests import OneThread
-from click.testing import CliRunner, Result
-from families_for_tests import each_but_slow_ones
+from commands_for_tests import call
+from families_for_tests import MISSION, OPEN, each_but_slow_ones, home_of
 from pydantic import ValidationError
 
 from bindusbl_des import Scenario, ScenarioError, load_result, load_scenario, simulate, sweep
 from bindusbl_des.campaigns import running
-from bindusbl_des.cli import main
 from bindusbl_des.core import plugins
-from bindusbl_des.core.plugins import PERMISSION, Family, PluginError, allow
+from bindusbl_des.core.plugins import Family, PluginError, allow
 from bindusbl_des.results.result import scenario_sha256
 from bindusbl_des.scenario.families import (
     ASV,
@@ -29,7 +27,6 @@ from bindusbl_des.scenario.families import (
     BROADCASTER,
     CHANNEL,
     DOWNLINK,
-    FAMILIES,
     INSTRUMENT,
     MF_CHANNEL,
     NAVIGATOR,
@@ -114,13 +111,6 @@ class deaf:
     def __new__(cls, view): return [[0]]
 """
 
-MISSION: dict[str, Any] = {
-    "name": "m",
-    "duration_s": 6.0,
-    "auvs": {"count": 2},
-    "survey": {"side_m": 40.0},
-}
-OPEN = [family for family in FAMILIES if family.is_open]
 OWN_PARTS = {family: f"set_parts:{family.noun}" for family in OPEN}
 
 # Of each part of one's own: its setting, two values of it that tell, and one that is wrong.
@@ -144,20 +134,8 @@ EACH = pytest.mark.parametrize("family", SETTINGS, ids=lambda family: family.nou
 @pytest.fixture(autouse=True)
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A folder with parts of one's own; nothing has been allowed in this process."""
-    (tmp_path / "set_parts.py").write_text(OWN)
     (tmp_path / "m.yaml").write_text(yaml.safe_dump(MISSION))
-    monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=":")
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv(PERMISSION, raising=False)
-    monkeypatch.setattr(plugins, "_admitted", set())
-    monkeypatch.setattr(plugins, "_loaded", {})
-    yield tmp_path
-    sys.modules.pop("set_parts", None)
-
-
-def call(*words: object) -> Result:
-    return CliRunner().invoke(main, [str(word) for word in words])
+    yield from home_of(tmp_path, monkeypatch, set_parts=OWN)
 
 
 def written(family: Family, **settings: Any) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from commands_for_tests import call
 from worlds import paper_case, scenario, still
 
 from bindusbl_des import Result, load_result, load_scenario, simulate
@@ -457,10 +458,6 @@ def test_the_envelope_holds_the_error(compensation: str) -> None:
         error, bound = mission.own["position_error_m"][auv], error_envelope(mission, auv)
         assert (error <= bound + 1e-9).mean() > 0.985
         assert np.median(bound) < 6 * np.median(error)
-
-
-def call(*words: str) -> Any:
-    return CliRunner().invoke(main, list(words), catch_exceptions=False)
 
 
 def test_the_command_writes_what_the_run_wrote(recovery: Result, tmp_path: Path) -> None:

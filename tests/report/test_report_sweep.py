@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from test_report import SCENARIOS, Cells, call, unpacked
+from commands_for_tests import call
+from test_report import SCENARIOS, Cells, unpacked
 
 from bindusbl_des import Campaign, load_scenario, simulate, sweep
 from bindusbl_des.campaigns.page import FIRST, sweep_page

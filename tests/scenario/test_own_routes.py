@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from click.testing import CliRunner, Result
+from commands_for_tests import call
+from families_for_tests import home_of
 from pydantic import ValidationError
 
 from bindusbl_des import PlanView, Scenario, load_scenario, simulate
-from bindusbl_des.cli import main
 from bindusbl_des.core import plugins
-from bindusbl_des.core.plugins import PERMISSION, PluginError, allow
+from bindusbl_des.core.plugins import PluginError, allow
 
 OWN = """
 import numpy as np
@@ -80,19 +80,8 @@ MISSION: dict[str, Any] = {
 
 @pytest.fixture(autouse=True)
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    (tmp_path / "own_plans.py").write_text(OWN)
     (tmp_path / "m.yaml").write_text(yaml.safe_dump(MISSION))
-    monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv(PERMISSION, raising=False)
-    monkeypatch.setattr(plugins, "_admitted", set())
-    monkeypatch.setattr(plugins, "_loaded", {})
-    yield tmp_path
-    sys.modules.pop("own_plans", None)
-
-
-def call(*words: object) -> Result:
-    return CliRunner().invoke(main, [str(word) for word in words])
+    yield from home_of(tmp_path, monkeypatch, own_plans=OWN)
 
 
 def mission(**changes: Any) -> Scenario:

@@ -25,6 +25,7 @@ from ...records.rows import FRAME_RECEPTION, NONE, EventBuffer, Recorder, Rows
 from ...vehicles.fleet import VehicleFleet
 from ...vehicles.motion import places
 from ...vehicles.vehicle import Place
+from ..steps import moment
 from .reception import FRAME, PROMISE, Sent, begin_frame, delivered, receive, way_s
 
 
@@ -56,8 +57,7 @@ class Deliveries:
         if self.on_frame is not None:
             self.on_frame(rows)
         elif not self._auvs.foreseen:  # they steer by them, or who knows by what
-            event = self._env.timeout(max(instant - self._env.now, 0.0))
-            event.callbacks.append(lambda _: self.deliver(instant))
+            moment(self._env, instant).callbacks.append(lambda _: self.deliver(instant))
 
     @property
     def first_under_way(self) -> int:

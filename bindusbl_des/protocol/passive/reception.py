@@ -1,12 +1,12 @@
 """How the ping of an ASV spreads to the AUVs: whom it reaches, and when.  Compiled."""
 
-from math import hypot, nan, sqrt
+from math import hypot, nan
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from ...acoustics.propagation import SignalPath, Spread, drowns, lost, overlap, reaches, snr, sound
-from ...acoustics.travel_time import NEARLY_THERE, PASSED, travel_time_to
+from ...acoustics.travel_time import NEARLY_THERE, PASSED, distance, travel_time_to
 from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled
 from ...core.packed import unpacked
@@ -17,7 +17,7 @@ from ...usbl.inverted import HeardBeacon, located_astray, located_itself
 from ...usbl.measuring import GNSS_NOISE, NOISE_WIDTH, PackedInstrument, instrument_of
 from ...usbl.sights import copy_direction, unknown_sights
 from ...usbl.systematic_fixes import PackedErrors, systematic_of
-from ...vehicles.motion import Motion, Place, where
+from ...vehicles.motion import Motion, where
 from ..hf.reception import PairNoise, begin_fix, by_luck, take_noise
 
 
@@ -59,7 +59,7 @@ def radiate(
         if foreseen:
             travel = travel_time_to(here, auvs, auv, time, sound_speed)
         else:
-            travel = NEARLY_THERE * _apart(here, there) / sound_speed
+            travel = NEARLY_THERE * distance(here, there) / sound_speed
         _meet(reception, time, travel, way)
         row += 1
         longest = max(longest, travel) if strength > 0.0 else longest
@@ -69,11 +69,6 @@ def radiate(
     line.end, line.longest_s = row, max(longest, longest_so_far)
     line.passed_at_s = time + last + way.band.duration
     return row
-
-
-@compiled
-def _apart(here: Place, there: Place) -> float:
-    return sqrt((here[0] - there[0]) ** 2 + (here[1] - there[1]) ** 2 + (here[2] - there[2]) ** 2)
 
 
 @compiled

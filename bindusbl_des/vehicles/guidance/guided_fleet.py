@@ -13,8 +13,8 @@ from ...records.rows import LEARNT
 from .. import logs
 from ..hulls import rk4
 from ..hulls.models import find, parameters
-from ..motion import HEADINGS, PLACE, Motion, distance_at, lines, place_at
-from ..vehicle import Place
+from ..motion import Motion
+from ..vehicle import VehicleInMotion
 from . import departure, flight, sensing, tracks
 from .autopilots import AUTOPILOTS, FOLLOWING, follower, keeper
 from .departure import (
@@ -30,43 +30,18 @@ from .departure import (
 from .sensing import Craft, SteeringDrift
 
 
-class GuidedVehicle:
+class GuidedVehicle(VehicleInMotion):
     """A vehicle that goes where its controller, its hull and the sea take it.
 
     It answers for the past as well as for the present; asked for later, its whole fleet moves on.
     """
 
     def __init__(self, fleet: "GuidedFleet", number: int) -> None:
-        self._fleet, self._number = fleet, number
+        super().__init__(fleet.motion, number)
+        self._fleet = fleet
 
-    def _known(self, times: Floats) -> Floats:
-        """Return instants (s) up to which the fleet has been moved by now, (n,)."""
-        instants = np.array(times, dtype=np.float64)
-        if len(instants):
-            self._fleet.advance(float(instants.max()))
-        return instants
-
-    def _table(self, times: Floats) -> Floats:
-        """Return the interpolated line of the log of each instant, (n, 6)."""
-        return lines(*self._fleet.motion, self._number, self._known(times))
-
-    def at(self, time: float) -> Place:
-        """Return the true place at an instant (s)."""
+    def _advance(self, time: float) -> None:
         self._fleet.advance(time)
-        return Place(*place_at(*self._fleet.motion, self._number, time))
-
-    def sample(self, times: Floats) -> Floats:
-        """Return x, y, z (m) and yaw (rad) at each instant (s), shape (n, 4)."""
-        return self._table(times)[:, PLACE]
-
-    def heading_integral(self, times: Floats) -> Floats:
-        """Return the integrals of cos(yaw) and sin(yaw) from 0 to each instant (s), (n, 2)."""
-        return self._table(times)[:, HEADINGS]
-
-    def distance(self, time: float) -> float:
-        """Return the horizontal distance travelled over ground until an instant (m)."""
-        self._fleet.advance(time)
-        return distance_at(*self._fleet.motion, self._number, time)
 
     def along(self, time: float) -> float | None:
         """Return how far (m) along its path it is, whole rows of the path before it and what of a
@@ -96,7 +71,7 @@ class GuidedVehicle:
         """Return the distance (m) of the true place from the path flown, or from the station."""
         fleet = self._fleet
         if len(fleet.stations):
-            off = self._table(times)[:, :2] - fleet.stations[self._number]
+            off = self._lines(times)[:, :2] - fleet.stations[self._number]
             return np.asarray(np.hypot(off[:, 0], off[:, 1]))
         instants = self._known(times)
         errors = np.empty(len(instants))
