@@ -113,9 +113,8 @@ def auv_metrics(world: World) -> Rows:
         metrics["latency_from_broadcast_s"] = math.nan
     for auv in range(count):
         note_accuracy(metrics, world, auv, times, errors)
-    energies, told = modem_energies(world), world.record.fixes.rows
-    # as energy is, of the whole mission
-    delivered = np.bincount(told["auv"][told["outcome"] == DELIVERED], minlength=count)
+    energies, every = modem_energies(world), world.record.fixes.rows  # both of the whole mission
+    delivered = np.bincount(every["auv"][every["outcome"] == DELIVERED], minlength=count)
     metrics["energy_j"] = metrics["energy_per_fix_j"] = math.nan
     if energies is not None:
         metrics["energy_j"] = energies[0]

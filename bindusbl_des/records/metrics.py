@@ -161,10 +161,14 @@ class Utilisation:
 
     rounds: int = column("1", "rounds begun")
     collisions: int = column(
-        "1", "receptions of pings and calls, on HF, that another one destroyed, of all AUVs"
+        "1",
+        "receptions of pings and calls, on HF, that another one destroyed, of all AUVs in all of "
+        "the mission",
     )
     frame_collisions: int = column(
-        "1", "receptions of frames, on MF, that another frame or ping destroyed, at all AUVs"
+        "1",
+        "receptions of frames, on MF, that another frame or ping destroyed, at all AUVs in all of "
+        "the mission",
     )
     hf_utilisation: float = column(
         "1", "share of the time in which some ping or call is being sent"
