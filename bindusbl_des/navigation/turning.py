@@ -61,7 +61,8 @@ def turned(receptions: Rows, table: Said, own: PingBelief) -> tuple[Said, bool]:
     The fourth unknown is what the way of the call is longer than believed (m), which is in the
     whole way of all that hear its answer: the way in between, and the caller's own place.
     """
-    known, off, count, polar = np.zeros((4, 4)), np.zeros(4), 0, False
+    both, count, polar = np.zeros((5, 4)), 0, False
+    known, off = both[:4], both[4]
     for row in range(len(receptions)):
         reception = receptions[row]
         if reception.outcome == HEARD:

@@ -185,13 +185,14 @@ def arrival_differences(
     `quantum` (s) of the sampling unless it is zero.
     """
     count = array.shape[0]
-    arrivals = np.empty(count)
+    pairs = count * (count - 1) // 2
+    times = np.empty(pairs + count)  # one array, since to make one takes as long as a dozen sums
+    differences, arrivals = times[:pairs], times[pairs:]
     for k in range(count):
         way = length(minus(source, row_of(array, k)))
         # A row of noise begins with five elements; further ones stand at its end
         drawn = noise[k] if k < ELEMENTS else noise[noise.size - 1 - k + ELEMENTS]
         arrivals[k] = way / sound_speed + sd * drawn
-    differences = np.empty(count * (count - 1) // 2)
     pair = 0
     for i in range(count):
         for j in range(i + 1, count):

@@ -52,8 +52,8 @@ def fuse_pair(
         for j in range(size):
             total[i, j] += other[i, j]
     gain = product(covariance, _pseudo_inverse(total))
-    left = product(gain, covariance)
-    fused, spread = estimate.copy(), np.empty((size, size))
+    left, spread = product(gain, covariance), total
+    fused = estimate.copy()
     for i in range(size):
         for j in range(size):
             fused[i] += gain[i, j] * (fix[j] - estimate[j])

@@ -196,7 +196,7 @@ def measured(
     if not isnan(ping.call_time_s):
         return two_way(heard, asvs, instrument, strayed[ping.auv])
     levels = instrument.levels
-    estimate, covariance, first = np.zeros(3), np.zeros((3, 3)), True
+    estimate, covariance, first = heard.noise[0], heard.noise, True  # until somebody has heard it
     for row in range(len(heard.receptions)):
         reception = heard.receptions[row]
         if reception.outcome != HEARD:

@@ -118,8 +118,8 @@ def _of_round_wave(unit: Vector, believed: Floats, reach: float, instrument: Ins
     if instrument.levels.has_sheet:
         return unit
     array, speed = instrument.array, instrument.levels.sound_speed_m_per_s
-    within, silence = turned_back(believed, unit), np.zeros(len(array))
-    plane = arrival_differences(array, scaled(within, reach), speed, silence, 0.0, 0.0)
+    within, unused = turned_back(believed, unit), array.reshape(-1)  # as noise of 0 s
+    plane = arrival_differences(array, scaled(within, reach), speed, unused, 0.0, 0.0)
     made_out = direction(array, plane, speed, instrument.metric)
     within = minus(scaled(within, 2.0), made_out)
     return turned(believed, divided(within, length(within)))
