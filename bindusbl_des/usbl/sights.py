@@ -7,8 +7,6 @@ measurement itself: from where, in which direction, how far, and how large the e
 
 from math import atan2, degrees, hypot, isnan, nan
 
-import numpy as np
-
 from ..core.arrays import Floats
 from ..core.compiled import compiled
 from ..records.events import HEARD
