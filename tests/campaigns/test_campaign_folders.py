@@ -403,6 +403,25 @@ def test_a_merger_that_fails_leaves_nothing(folder: Path, monkeypatch: pytest.Mo
     same(load_campaign(folder), load_campaign("m"))
 
 
+def test_shards_are_kept_where_their_folder_came_to_exist(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever has taken the name meanwhile keeps it, and the message says where all is."""
+
+    def late(*arguments: Any) -> Any:
+        Path("m").mkdir()
+        Path("m/mine").touch()
+        return joined(*arguments)
+
+    joined = merging._joined
+    monkeypatch.setattr(merging, "_joined", late)
+    told = call("merge", "c", "--out", "m")
+    assert (told.exit_code, told.stderr.count("\n")) == (2, 1)
+    assert "m: came to exist meanwhile; what was to be written there is in m-2" in told.stderr
+    assert os.listdir("m") == ["mine"]
+    same(load_campaign(folder), load_campaign("m-2"))
+
+
 # Records of somebody else's
 
 STRANGE = {

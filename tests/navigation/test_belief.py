@@ -149,6 +149,21 @@ def test_an_ellipse_holds_what_lies_on_a_circle() -> None:
     assert radial @ found @ radial > 0.1
 
 
+def test_a_navigator_tells_how_its_own_array_turns_its_place() -> None:
+    """Between fixes as well, where nothing else is estimated of the way."""
+    growth = Growth(0.027**2, 0.0, False, sds=np.array([0.1]), time_constants=np.array([inf]))
+    first = first_belief(1.0, (0.0, 0.0), 0.0, [0.1])
+    first.covariance[0, 6] = first.covariance[6, 0] = 0.05
+    first.covariance[1, 6] = first.covariance[6, 1] = -0.02
+    reckoning = straight(1.0)
+    aligned = estimate(
+        navigator_of(reckoning, KALMAN, growth._replace(aligned=6), first), reckoning, 9.0
+    )
+    plain = estimate(navigator_of(reckoning, KALMAN, growth, first), reckoning, 9.0)
+    more = 0.75 * np.array([0.02**2, 0.05**2, 0.02 * 0.05])
+    assert aligned[1] - plain[1] == pytest.approx(more, rel=1e-9)
+
+
 def numbered(belief: Belief) -> float:
     """Return the smallest eigenvalue of a belief's covariance."""
     return float(np.linalg.eigvalsh(belief.covariance)[0])
