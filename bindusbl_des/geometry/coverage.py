@@ -22,27 +22,36 @@ from .formation import stations
 # Decimals of metres to which ASVs are told apart: bisectors of nearer ones are only rounding.
 MICROMETRES = 6
 
+# A corner so little (m) beyond a bisector lies on it.
+ROUNDING = 1e-10
+
 
 def _cells(area: Area, asvs: ArrayLike) -> list[tuple[shapely.Geometry, Floats]]:
     """Return the part of an area that is nearest to each ASV, for those to which any is.
 
-    It is cut off by the bisectors to the others, the nearest first, until what is left is nearer
-    than any further one.
+    It is cut off by the bisectors to the others, each time by the one beyond which most of it lies.
     """
     given = stations(asvs)
     places = given[np.sort(np.unique(np.round(given, MICROMETRES), axis=0, return_index=True)[1])]
     cells = []
-    for place in places:
-        cell, offsets = area.shape, places - place
+    for number, place in enumerate(places):
+        cell, offsets = area.shape, np.delete(places, number, axis=0) - place
         apart = np.hypot(*offsets.T)
-        for other in np.argsort(apart)[1:]:
-            if cell.is_empty or apart[other] / 2.0 > _farthest(cell, place):
+        towards, bisector = offsets / apart[:, np.newaxis], apart / 2.0
+        while len(offsets) and not cell.is_empty:
+            corners = shapely.get_coordinates(cell) - place
+            beyond = (corners @ towards.T).max(axis=0) - bisector
+            other = beyond.argmax()
+            if beyond[other] <= ROUNDING:
                 break
-            towards = offsets[other] / apart[other]
+            bisector[other] = np.inf  # which has cut
             far = _farthest(area.shape, place) + apart[other]  # beyond all of the area
-            along, back = far * np.array((-towards[1], towards[0])), -far * towards
+            along, back = (
+                far * np.array((-towards[other, 1], towards[other, 0])),
+                far * towards[other],
+            )
             middle = place + offsets[other] / 2.0
-            nearer = (middle - along, middle + along, middle + along + back, middle - along + back)
+            nearer = (middle - along, middle + along, middle + along - back, middle - along - back)
             cell = shapely.intersection(cell, shapely.polygons(nearer))
         if not cell.is_empty:
             cells.append((cell, place))
