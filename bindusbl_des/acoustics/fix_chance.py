@@ -49,14 +49,17 @@ class Grid(NamedTuple):
 
 
 def survey_grid(scenario: Scenario, cells: int) -> Grid:
-    """Return so many cells over the longer side of a survey, and those that the other takes."""
+    """Return so many cells along each side of a square survey, and about as many in all over any
+    other.
+    """
     import shapely
 
     area = area_of(scenario)
     box = area.box
-    size = max(box.x_max - box.x_min, box.y_max - box.y_min) / cells
-    across = math.ceil((box.x_max - box.x_min) / size - ROUNDING)
-    along = math.ceil((box.y_max - box.y_min) / size - ROUNDING)
+    high, wide = box.x_max - box.x_min, box.y_max - box.y_min
+    longer, shorter = max(high, wide), min(high, wide)
+    size = longer / min(math.ceil(cells * math.sqrt(longer / shorter)), cells**2)
+    across, along = math.ceil(high / size - ROUNDING), math.ceil(wide / size - ROUNDING)
     south, west = np.meshgrid(
         box.x_min + size * np.arange(across), box.y_min + size * np.arange(along)
     )

@@ -136,12 +136,8 @@ Stations = list[tuple[float, float]]
 # Rows of the stations; of more ASVs the others are counted.
 MOST_ROWS = 12
 
-# The survey is asked for the chance of a fix in so many cells along each side of a square, and in
-# about as many in all where one side is longer.
+# The survey is asked for the chance of a fix in so many cells along each side.
 CELLS = 48
-
-# What is beyond a range by less than this share of it is at it: rounding.
-ROUNDING = 1e-9
 
 
 @click.command()
@@ -239,15 +235,13 @@ def _chances(scenario: "Scenario", stations: Stations) -> dict[str, Any]:
     import numpy as np
 
     from ..acoustics.fix_chance import fix_chance, survey_grid
-    from ..geometry.coverage import loneliest_point
+    from ..geometry.coverage import EQUAL, loneliest_point
     from ..scenario.site import area_of
 
-    area = area_of(scenario)
-    high, wide = area.box.x_max - area.box.x_min, area.box.y_max - area.box.y_min
-    grid = survey_grid(scenario, math.ceil(CELLS * math.sqrt(max(high, wide) / min(high, wide))))
+    area, grid = area_of(scenario), survey_grid(scenario, CELLS)
     ends, asvs = np.array([*area.outline, loneliest_point(area, stations)]), np.array(stations)
     nearest = asvs[np.hypot(*(ends[:, None] - asvs).transpose(2, 0, 1)).argmin(axis=1)]
-    ends = ends + (nearest - ends) * ROUNDING  # who is heard only by rounding is heard
+    ends += (nearest - ends) * EQUAL  # who is heard but for rounding is heard
     farthest = np.column_stack((ends, np.full(len(ends), scenario.survey.deepest)))
     found = fix_chance(scenario, stations, np.vstack((grid.middles, farthest)))
     if found is None:
@@ -273,6 +267,8 @@ def _directions(scenario: "Scenario") -> dict[str, Any]:
 
 
 def _told(found: dict[str, Any]) -> Iterator[str]:
+    from ..geometry.coverage import is_within
+
     stations, reach = found["asvs"], found["reach_m"]
     for row in stations[:MOST_ROWS]:
         yield f"ASV{row['asv']:<23}{row['x_m']:>z9.2f} m north, {row['y_m']:z.2f} m east"
@@ -300,9 +296,9 @@ def _told(found: dict[str, Any]) -> Iterator[str]:
         words = f"{bound:>9.2f} m (not sufficient by itself)"
     yield f"{'smallest radius (paper)':<26}{words}"
     radius = found["covering_radius_m"]
-    least = radius * (1.0 - ROUNDING)
-    verdict = "within" if least <= min(reach, heard) else "beyond"
-    what = "the HF range" if least > reach or least <= heard else "where half are decoded"
+    by_range, by_sound = is_within(radius, reach), is_within(radius, heard)
+    verdict = "within" if by_range and by_sound else "beyond"
+    what = "where half are decoded" if by_range and not by_sound else "the HF range"
     yield f"{'covering radius':<26}{radius:>9.2f} m, {verdict} {what}"
     yield f"{'covered area':<26}{100 * found['covered_area']:>9.2f} %"
     if (mean := found["fix_chance_mean"]) is not None:

@@ -36,7 +36,7 @@ from .plan import resume_plan
 from .reports import leave_report
 
 if TYPE_CHECKING:
-    from ..campaigns.campaign import Campaign
+    from ..campaigns.campaign import Campaign, CampaignState
     from ..campaigns.experiments.experiment import Experiment
 
 SOME_FAILED = 3
@@ -188,7 +188,7 @@ def status(folder: str, as_json: bool) -> None:
         is_plan = is_plan_folder(path)
         campaign = load_campaign(path / MISSIONS if is_plan else path)
         state = campaign.state()
-    summary = _summary(campaign)
+    summary = _summary(campaign, state)
     if as_json:
         print_json({**summary, "seconds_left": state.seconds_left})
         return
@@ -240,8 +240,7 @@ def _tell_estimate(
     say(f"disk      about {size}")
 
 
-def _summary(campaign: "Campaign") -> dict[str, Any]:
-    state = campaign.state()
+def _summary(campaign: "Campaign", state: "CampaignState") -> dict[str, Any]:
     return {
         "folder": str(campaign.folder),
         "name": campaign.record["name"],
@@ -264,7 +263,7 @@ def _report(campaign: "Campaign", as_json: bool, *, merged: bool = False) -> Non
         said = findings(campaign.folder, campaign.plan)
         shown = "" if as_json else points_table(campaign.folder, campaign.plan, said)
     if as_json:
-        print_json({**_summary(campaign), "findings": said.sentences()})
+        print_json({**_summary(campaign, campaign.state()), "findings": said.sentences()})
     else:
         say(shown)
         say(f"Results: {campaign.folder}")

@@ -14,7 +14,7 @@ from ..acoustics.fix_chance import fix_chance, survey_grid
 from ..core.palette import ALARM, HF, INK
 from ..core.plugins import is_plugin
 from ..geometry.area import Area
-from ..geometry.coverage import covered_area, loneliest_point
+from ..geometry.coverage import covered_area, is_within, loneliest_point
 from ..geometry.formation import keep_station
 from ..geometry.geodesy import east_north
 from ..scenario.declared import channel_named
@@ -172,7 +172,7 @@ def _draw_loneliest(axes: Axes, area: Area, stations: Points, reach: float) -> A
     """Mark the point farthest from all ASVs: its distance is the covering radius."""
     x, y = loneliest_point(area, stations)
     radius = min(float(np.hypot(x - a, y - b)) for a, b in stations)
-    verdict = "within" if radius <= reach else "beyond"
+    verdict = "within" if is_within(radius, reach) else "beyond"
     axes.plot([y], [x], "D", color=ALARM, ms=5, mfc="none", label="loneliest")
     label = f"loneliest point: {radius:.1f} m, {verdict} range"
     return Line2D([], [], color=ALARM, ls="", marker="D", mfc="none", ms=5, label=label)

@@ -22,6 +22,9 @@ from .formation import stations
 # Decimals of metres to which ASVs are told apart: bisectors of nearer ones are only rounding.
 MICROMETRES = 6
 
+# A distance that is larger than a range by less than this share is as large.
+EQUAL = 1e-9
+
 # A corner so little (m) beyond a bisector lies on it.
 ROUNDING = 1e-10
 
@@ -119,6 +122,11 @@ def covering_radius(survey: Area | float, asvs: ArrayLike) -> float:
     58.31
     """
     return max(_farthest(cell, place) for cell, place in _cells(_area(survey), asvs))
+
+
+def is_within(radius: float, reach: float) -> bool:
+    """Tell whether a distance (m) is within a range (m), but for rounding."""
+    return radius * (1.0 - EQUAL) <= reach
 
 
 def loneliest_point(survey: Area | float, asvs: ArrayLike) -> tuple[float, float]:

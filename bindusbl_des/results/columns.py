@@ -41,13 +41,18 @@ def _numbers(
 
 
 def _strings(values: Sequence[str | None]) -> pa.Array:
-    words = dict[str, int]()
-    codes = [-1 if value is None else words.setdefault(value, len(words)) for value in values]
-    return spelt(list(words), np.array(codes, dtype=np.int64))
+    encoded = [b"" if value is None else value.encode() for value in values]
+    ends = np.cumsum([0, *map(len, encoded)], dtype=np.int32)
+    missing = np.array([value is None for value in values], dtype=np.bool_)
+    buffers = [_validity(missing), pa.py_buffer(ends), pa.py_buffer(b"".join(encoded))]
+    return pa.Array.from_buffers(pa.string(), len(encoded), buffers)
 
 
 def spelt(words: Sequence[str], codes: NDArray[np.int64]) -> pa.Array:
-    """Return words by their numbers, one in each row; -1 is null."""
+    """Return words by their numbers, one in each row; -1 is null.
+
+    Words are short and without NUL: each row is as long as the longest for a moment.
+    """
     encoded = np.array([*(word.encode() for word in words), b""])  # the last for what is null
     ends = np.zeros(len(codes) + 1, dtype=np.int32)
     np.cumsum(np.char.str_len(encoded)[codes], out=ends[1:])

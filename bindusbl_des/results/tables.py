@@ -45,10 +45,10 @@ def _batch(table: str, rows: Rows, own: Columns, words: Sequence[str]) -> pa.Rec
     count, kinds = len(rows), _kinds(table)
     recorded: Any = np.ascontiguousarray(rows).view(np.int64)
     recorded = recorded.reshape(count, rows.dtype.itemsize // WORD)
-    numbers: Ints = recorded.T[_places(table, rows.dtype)]  # a copy: the buffer is reused
-    for place, name in enumerate(kinds if own else ()):
-        if name in own:
-            numbers[place] = own[name].view(np.int64)
+    places, lacking = _places(table, rows.dtype)
+    numbers: Ints = recorded.T[places]  # a copy: the buffer is reused
+    for place, name in lacking:
+        numbers[place] = own[name].view(np.int64)
     known = ~np.isnan(numbers.view(np.float64))  # NONE has the bits of a NaN, too
     buffers = [pa.py_buffer(np.packbits(known, bitorder="little")), pa.py_buffer(numbers)]
     floats = pa.Array.from_buffers(pa.float64(), numbers.size, buffers)
@@ -125,10 +125,11 @@ def _row_type(table: str) -> np.dtype[np.void]:
 
 
 @cache
-def _places(table: str, recorded: np.dtype[np.void]) -> Ints:
-    """Return where in a record a table's columns are; of those that it lacks, anywhere."""
+def _places(table: str, recorded: np.dtype[np.void]) -> tuple[Ints, list[tuple[int, str]]]:
+    """Return where in a record a table's columns are; and those that it lacks, by their places."""
     offsets = {name: offset for name, (_, offset, *_) in (recorded.fields or {}).items()}
-    return np.array([offsets.get(name, 0) // WORD for name in _kinds(table)])
+    lacking = [(place, name) for place, name in enumerate(_kinds(table)) if name not in offsets]
+    return np.array([offsets.get(name, 0) // WORD for name in _kinds(table)]), lacking
 
 
 @cache

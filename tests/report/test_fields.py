@@ -45,7 +45,7 @@ def test_a_survey_thinner_than_a_cell_has_cells_all_the_same() -> None:
     """Its middles lie beside it: all of them count, for none would be no answer."""
     thin = {"survey": {"size_m": [0.1, 1000.0]}, "auvs": {"route": {"end_margin_m": 0.0}}}
     grid = survey_grid(scenario(**thin), 20)
-    assert (len(grid.middles), grid.inside.all()) == (20, True)
+    assert (len(grid.middles), grid.inside.all()) == (20**2, True)
 
 
 def test_ages_are_those_of_geometric_waits() -> None:

@@ -347,6 +347,20 @@ def test_numbers_become_the_columns_of_a_table(count: int, missing: bool) -> Non
         assert np.signbit(numpy_columns(found)["y_m"]).all()
 
 
+def test_text_is_kept_letter_by_letter() -> None:
+    """Whatever an error of somebody's own says, with one that is much longer than others."""
+    said = ["a\0b", "", None, "Bo\u00eft\0", "x" * 100_000, "a\0b"]
+    found = arrow(said, pa.string())
+    found.validate(full=True)
+    assert found.to_pylist() == said
+    assert found.get_total_buffer_size() < 110_000
+
+
+def test_a_column_that_nobody_has_is_missed() -> None:
+    with pytest.raises(KeyError, match="asvs"):
+        from_numbers("fixes", np.zeros(1, dtype=FIX))
+
+
 def test_long_tables_are_made_in_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rows of several blocks are the rows of one, with what stands beside them."""
     fixes = np.zeros(9, dtype=FIX)
