@@ -3,7 +3,8 @@
 They are registered as this module is imported: ``gymnasium.make("Placement-v0")``, or without an
 import of one's own ``gymnasium.make("bindusbl_des.gym:Placement-v0")``.  What is observed is what
 the surface fleet knows; the reward is the truth: less the error (m) of the worst AUV.  An episode
-is a mission, which ends at its `duration_s`; its seed is drawn from that of `reset`.
+is a mission, truncated at its `duration_s`, since nothing of it is terminal; its seed is drawn from
+that of `reset`.
 """
 
 from collections.abc import Mapping
@@ -75,8 +76,9 @@ class Placement(gymnasium.Env[Observation, NDArray[np.float32]]):
     """Move the vessels, so that the worst AUV knows best where it is.
 
     An action (2 m,) is the velocity of each vessel, north and east, as a share of `speed_m_per_s`,
-    for `step_s` (s).  Observed are the vessels' places, and of each AUV its last delivered fix and
-    the time since its ping (the whole mission, if there is none), and how much of it has passed.
+    for `step_s` (s).  Observed are the vessels' places; of each AUV the newest fix that they have
+    made of it, whether or not it has been delivered, and the time since its ping (the whole
+    mission, if there is none); and how much of the mission has passed.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium has it
@@ -116,18 +118,8 @@ class Placement(gymnasium.Env[Observation, NDArray[np.float32]]):
         stations = np.array(asv_stations(self.scenario))
         self._vessels = GymVessels(stations, self._middle, 2.0 * self._scale)
         self._mission = Mission(self.scenario, drawn, poses=self._vessels, pose_step_s=0.5)
-        self._fixes, self._step = np.zeros((self._auvs, 3)), 0
-        self._fixes[:, :2] = self._middle
-        self._mission.env.process(self._listen())
+        self._step = 0
         return self._observe(), {"seed": drawn}
-
-    def _listen(self) -> Any:
-        """Note each fix as it is delivered."""
-        watch = self._mission.watch("delivery")
-        while True:
-            happening: Any = yield watch.next()
-            fix = happening.row
-            self._fixes[fix.auv] = fix.x_m, fix.y_m, fix.pinged_at_s
 
     def step(
         self, action: NDArray[np.float32]
@@ -140,15 +132,16 @@ class Placement(gymnasium.Env[Observation, NDArray[np.float32]]):
         self._mission.advance(min(self._step * self._step_s, end))
         error = worst_error(self._mission)
         is_over = self._mission.time >= end
-        return self._observe(), -error, is_over, False, {"worst_error_m": error}
+        return self._observe(), -error, False, is_over, {"worst_error_m": error}
 
     def _observe(self) -> Observation:
         now, end = self._mission.time, self.scenario.duration_s
+        fixes = self._mission.fleet_fixes()
+        fixes = np.where(np.isnan(fixes), [*self._middle, 0.0], fixes)
         vessels, places = (
-            (them - self._middle) / self._scale
-            for them in (self._vessels.places, self._fixes[:, :2])
+            (them - self._middle) / self._scale for them in (self._vessels.places, fixes[:, :2])
         )
-        return _observed(vessels, places, (now - self._fixes[:, 2]) / TIME_S, now / end)
+        return _observed(vessels, places, (now - fixes[:, 2]) / TIME_S, now / end)
 
 
 class Schedule(gymnasium.Env[Observation, np.int64]):
@@ -156,7 +149,7 @@ class Schedule(gymnasium.Env[Observation, np.int64]):
 
     Observed as that round begins, of each AUV what a schedule is asked with: the time since the
     ping of its last fix, the error expected of it, its turns in vain, and how many ASVs it is
-    believed to be heard by.  A step is a round.
+    believed to be heard by; and how much of the mission has passed.  A step is a round.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium has it
@@ -174,7 +167,7 @@ class Schedule(gymnasium.Env[Observation, np.int64]):
         self.scenario, self.render_mode = _scenario(scenario), render_mode
         count = self.scenario.auvs.count
         self.action_space = Discrete(count)
-        self.observation_space = Box(-MOST, MOST, (4 * count,), np.float32)
+        self.observation_space = Box(-MOST, MOST, (4 * count + 1,), np.float32)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -185,7 +178,7 @@ class Schedule(gymnasium.Env[Observation, np.int64]):
         super().reset(seed=seed)
         drawn = int(self.np_random.integers(2**31))
         self._next, self._asked = 0, simpy.Event(simpy.Environment())
-        self._seen = np.zeros(4 * self.scenario.auvs.count, np.float32)
+        self._seen = np.zeros(4 * self.scenario.auvs.count + 1, np.float32)
         self._mission = Mission(self.scenario, drawn, schedule=self._schedule)
         return self._seen.copy(), {"seed": drawn}
 
@@ -196,6 +189,7 @@ class Schedule(gymnasium.Env[Observation, np.int64]):
             view.expected_error_m / ERROR_M,
             view.turns_in_vain / TURNS,
             view.heard.mean(axis=1),
+            view.time / self.scenario.duration_s,
         )
         if not self._asked.triggered:
             self._asked.succeed()
@@ -207,7 +201,9 @@ class Schedule(gymnasium.Env[Observation, np.int64]):
         self._mission.advance(self._asked)
         error = worst_error(self._mission)
         is_over = self._mission.time >= self.scenario.duration_s
-        return self._seen.copy(), -error, is_over, False, {"worst_error_m": error}
+        if is_over:  # no round begins any more
+            self._seen[-1] = 1.0
+        return self._seen.copy(), -error, False, is_over, {"worst_error_m": error}
 
 
 for _name, _env in (("Placement-v0", Placement), ("Schedule-v0", Schedule)):

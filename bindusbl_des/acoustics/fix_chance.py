@@ -27,6 +27,13 @@ LOOKED_UP, MANY, FARTHEST_M, HALVED = 1001, 4001, 1e6, 50
 # Cells of which the survey reaches into less than this share are none: rounding.
 ROUNDING = 1e-9
 
+# A cell in whose middle the chance is not, within this, the mean of those at its corners is parted
+# in four, at most so often: edges are then those of cells a sixteenth as large.
+EVEN, PARTED = 1e-3, 4
+
+# Chances of so many pairs of a place and an ASV are worked out at a time.
+PAIRS = 1_000_000
+
 # A chance of a half, but for what a threshold of SNR at the band's range is rounded by.
 HALF = 0.5 - 1e-3
 
@@ -47,15 +54,25 @@ class Grid(NamedTuple):
         """Which cells have a part in the survey (n,)."""
         return self.share > 0.0
 
+    @property
+    def size(self) -> float:
+        """How long (m) the sides of cells are."""
+        return (self.box[2] - self.box[0]) / self.across
+
+    @property
+    def corners(self) -> Floats:
+        """The south-western corners of cells (n, 2), m."""
+        south, west, *_ = self.box
+        place = np.arange(len(self.share))
+        steps = np.column_stack((place % self.across, place // self.across))
+        return np.asarray((south, west) + self.size * steps)
+
 
 def survey_grid(scenario: Scenario, cells: int) -> Grid:
     """Return so many cells along each side of a square survey, and about as many in all over any
     other.
     """
-    import shapely
-
-    area = area_of(scenario)
-    box = area.box
+    box = area_of(scenario).box
     high, wide = box.x_max - box.x_min, box.y_max - box.y_min
     longer, shorter = max(high, wide), min(high, wide)
     size = longer / min(math.ceil(cells * math.sqrt(longer / shorter)), cells**2)
@@ -63,15 +80,69 @@ def survey_grid(scenario: Scenario, cells: int) -> Grid:
     south, west = np.meshgrid(
         box.x_min + size * np.arange(across), box.y_min + size * np.arange(along)
     )
-    squares = shapely.box(south, west, south + size, west + size).ravel()
-    parts = shapely.intersection(squares, area.shape)
-    share = shapely.area(parts) / size**2
-    middles = shapely.centroid(np.where(share > 0.0, parts, squares))
-    places = np.column_stack(
-        (shapely.get_coordinates(middles), np.full(len(share), scenario.survey.deepest))
-    )
+    middles, share = _parts(scenario, np.column_stack((south.ravel(), west.ravel())), size)
     north, east = box.x_min + across * size, box.y_min + along * size
-    return Grid((box.x_min, box.y_min, north, east), across, places, share)
+    return Grid((box.x_min, box.y_min, north, east), across, middles, share)
+
+
+def _parts(scenario: Scenario, corners: Floats, size: float) -> tuple[Floats, Floats]:
+    """Return the middles (n, 3), m, of what of a survey is in square cells, and which share of each
+    cell that is (n,), by their south-western corners (n, 2) and their size, m.
+    """
+    import shapely
+
+    squares = shapely.box(*corners.T, *(corners + size).T)
+    parts = shapely.intersection(squares, area_of(scenario).shape)
+    share = shapely.area(parts) / size**2
+    middles = shapely.get_coordinates(shapely.centroid(np.where(share > 0.0, parts, squares)))
+    return np.column_stack((middles, np.full(len(share), scenario.survey.deepest))), share
+
+
+def mean_chance(scenario: Scenario, stations: ArrayLike, cells: int) -> tuple[float, float] | None:
+    """Return the mean over the survey of the chance of a fix that is delivered, and the least that
+    was met; cells, of :func:`survey_grid`, through which an edge goes are parted.
+
+    None where :func:`fix_chance` is.
+    """
+    grid = survey_grid(scenario, cells)
+    corners, size, middles, share = grid.corners, grid.size, grid.middles, grid.share
+    total = weight = 0.0
+    least = 1.0
+    for times in range(PARTED + 1):
+        inside = share > 0.0
+        corners, middles, share = corners[inside], middles[inside], share[inside]
+        chance = _by_blocks(scenario, stations, middles)
+        if chance is None:
+            return None
+        least = min(least, chance.min(initial=1.0))
+        uneven = np.zeros(len(share), dtype=bool)
+        if times < PARTED:
+            four = (corners[:, np.newaxis] + size * UNIT).reshape(-1, 2)
+            depths = np.full(len(four), scenario.survey.deepest)
+            around = _by_blocks(scenario, stations, np.column_stack((four, depths)))
+            assert around is not None
+            uneven = np.abs(around.reshape(-1, 4).mean(axis=1) - chance) > EVEN
+        total += float((chance * share)[~uneven].sum()) * size**2
+        weight += float(share[~uneven].sum()) * size**2
+        size /= 2.0
+        corners = (corners[uneven][:, np.newaxis] + size * UNIT).reshape(-1, 2)
+        middles, share = _parts(scenario, corners, size)
+    return total / weight, float(least)
+
+
+# The corners of a square, in its sides
+UNIT = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
+
+
+def _by_blocks(scenario: Scenario, stations: ArrayLike, places: Floats) -> Floats | None:
+    """Return :func:`fix_chance` of any number of places (n, 3)."""
+    block = max(1, PAIRS // len(np.asarray(stations)))
+    found = [
+        fix_chance(scenario, stations, places[begin : begin + block])
+        for begin in range(0, max(len(places), 1), block)
+    ]
+    parts = [part for part in found if part is not None]
+    return np.concatenate(parts) if parts else None
 
 
 def fix_chance(scenario: Scenario, stations: ArrayLike, places: ArrayLike) -> Floats | None:

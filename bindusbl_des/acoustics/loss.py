@@ -82,15 +82,16 @@ def loss_law(name: str, hf_range: float) -> LossLaw:
     )  # fmt: skip
 
 
-def range_loss(slant_range: float, law: LossLaw = LOSS_LAWS["thesis"]) -> float:
+def range_loss(slant_range: float, law: LossLaw = LOSS_LAWS["paper"]) -> float:
     """Return the raw value of the loss law at a slant range (m): not yet a probability.
 
-    'paper' and 'thesis' are negative below 105.909 m and 106.432 m and exceed 1 beyond 517.6 m and
-    518.8 m, 'head' exceeds 1 beyond 321.8 m: a combiner makes it a probability.  Beyond 800 m the
-    law is held constant.  Raises ValueError for a range that is negative or not finite.
+    The law is the paper's unless another is given.  'paper' and 'thesis' are negative below
+    105.909 m and 106.432 m and exceed 1 beyond 517.6 m and 518.8 m, 'head' exceeds 1 beyond
+    321.8 m: a combiner makes it a probability.  Beyond 800 m the law is held constant.  Raises
+    ValueError for a range that is negative or not finite.
     Source: eq. fix_loss.
 
-    >>> round(range_loss(50.0, LOSS_LAWS["paper"]), 6)
+    >>> round(range_loss(50.0), 6)
     -0.048873
     """
     if not 0.0 <= slant_range < math.inf:

@@ -234,22 +234,20 @@ def _chances(scenario: "Scenario", stations: Stations) -> dict[str, Any]:
     """
     import numpy as np
 
-    from ..acoustics.fix_chance import fix_chance, survey_grid
+    from ..acoustics.fix_chance import fix_chance, mean_chance
     from ..geometry.coverage import EQUAL, loneliest_point
     from ..scenario.site import area_of
 
-    area, grid = area_of(scenario), survey_grid(scenario, CELLS)
+    area, everywhere = area_of(scenario), mean_chance(scenario, stations, CELLS)
     ends, asvs = np.array([*area.outline, loneliest_point(area, stations)]), np.array(stations)
     nearest = asvs[np.hypot(*(ends[:, None] - asvs).transpose(2, 0, 1)).argmin(axis=1)]
     ends += (nearest - ends) * EQUAL  # who is heard but for rounding is heard
     farthest = np.column_stack((ends, np.full(len(ends), scenario.survey.deepest)))
-    found = fix_chance(scenario, stations, np.vstack((grid.middles, farthest)))
-    if found is None:
+    at_ends = fix_chance(scenario, stations, farthest)
+    if everywhere is None or at_ends is None:
         return {"fix_chance_mean": None, "fix_chance_least": None}
-    inside, share = found[: len(grid.share)], grid.share
-    mean = (inside * share).sum() / share.sum()
-    least = min(inside[grid.inside].min(), found[len(share) :].min())
-    return {"fix_chance_mean": float(mean), "fix_chance_least": float(least)}
+    mean, least = everywhere
+    return {"fix_chance_mean": mean, "fix_chance_least": min(least, float(at_ends.min()))}
 
 
 def _directions(scenario: "Scenario") -> dict[str, Any]:

@@ -309,6 +309,22 @@ class Mission:
             for row in rows
         ]
 
+    def fleet_fixes(self) -> Floats:
+        """Return the newest fix of each AUV that the surface fleet has made by now, delivered or
+        not: x, y (m) and when its ping was sent (s), (n, 3); NaN before the first.
+
+        With passive ranging vessels make none.
+        """
+        network, found = self._world.network, np.full((len(self._world.auv_fleet), 3), np.nan)
+        if not isinstance(network, Network):
+            return found
+        if network.replies is None:
+            network.outcomes.resolve_passed(self._last_instant(self._time))
+        fixes = self._world.record.fixes.rows
+        for fix in fixes[np.argsort(fixes["pinged_at_s"], kind="stable")]:
+            found[fix["auv"]] = fix["x_m"], fix["y_m"], fix["pinged_at_s"]
+        return found
+
     def asvs(self) -> Floats:
         """Return where the ASVs are now: x, y, z (m), z down, yaw (rad, in (-pi, pi]), (n, 4)."""
         fleet = self._world.asv_fleet

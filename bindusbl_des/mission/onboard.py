@@ -17,12 +17,10 @@ from ..navigation.navigators import LinearNavigator, Navigator, OwnNavigator
 from ..navigation.smoother import Smoother
 from ..records.rows import LEARNT, Recorder
 from ..scenario.families import NAVIGATOR, navigator_of
-from ..scenario.own_sensors import SLOW_NUMBERS, estimated_kinds, own_sensors
+from ..scenario.own_sensors import estimated_kinds, own_sensors
 from ..scenario.part_choice import own_part, shipped_part
 from ..scenario.scenario import Scenario, kept
 from ..scenario.shipped_settings import Kalman
-from ..usbl.instrument import sheet_of
-from ..usbl.systematic_effects import ELEVATION, SLOW_RANGE
 from ..vehicles.fleet import VehicleFleet
 from ..vehicles.reckoning import Wrong
 
@@ -62,7 +60,6 @@ def assumed_by(scenario: Scenario) -> tuple[Belief, Growth]:
         step=longest if in_body else math.inf,
         aligned=arrays if scenario.protocol.asvs_ping else 0,
         misaligned=0 if scenario.protocol.asvs_ping else arrays,
-        elevation=_elevation(scenario, STATES + len(sds)),
     )
     first = first_belief(_start(scenario), _bias(scenario), _current(scenario), sds)
     if growth.aligned and growth.stretched:  # the compass that turns the way turns the array too
@@ -134,16 +131,6 @@ def _common(scenario: Scenario) -> Further:
 def _has_arrays(scenario: Scenario) -> bool:
     """Tell whether arrays, which are the first in common, may be turned by what is estimated."""
     return any(kind.name == "misalignment" for kind in estimated_kinds(scenario))
-
-
-def _elevation(scenario: Scenario, states: int) -> int:
-    """Return the first state of what elevations err by slowly, by a data sheet that states angles;
-    slow errors are the last of the states.  0: there are none.
-    """
-    sheet, known = sheet_of(scenario), {kind.name for kind in estimated_kinds(scenario)}
-    if "slow" not in known or sheet is None or sheet.bearing_sd == 0.0:
-        return 0
-    return states - SLOW_NUMBERS * scenario.asvs.count + ELEVATION - SLOW_RANGE
 
 
 def _current(scenario: Scenario) -> float:

@@ -76,10 +76,9 @@ class Growth(NamedTuple):
     `stretched` and `wandering` are the first of two states each that stretch and turn the way, and
     of a bias that wanders; `aligned` is the misalignment (rad) of an array of the AUV's own, by
     which all its fixes are turned, `misaligned` the first of those of the ASVs' arrays, each of
-    which turns what it measures alone, `elevation` the first of what elevations by data sheets err
-    by slowly; 0 if there are none.  Each state after the first six has a standard deviation and a
-    time constant (s); it is a stationary Gauss-Markov process, constant if that is infinite.  A
-    belief is carried by no more than a `step` (s) at a time.
+    which turns what it measures alone; 0 if there are none.  Each state after the first six has a
+    standard deviation and a time constant (s); it is a stationary Gauss-Markov process, constant if
+    that is infinite.  A belief is carried by no more than a `step` (s) at a time.
     """
 
     walk: float
@@ -92,7 +91,6 @@ class Growth(NamedTuple):
     step: float = inf
     aligned: int = 0
     misaligned: int = 0
-    elevation: int = 0
 
 
 def first_belief(

@@ -2,7 +2,7 @@
 navigators remember for that.
 """
 
-from math import hypot, isnan, nan, sqrt
+from math import hypot, isnan, nan
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -12,7 +12,6 @@ from ..core.compiled import compiled
 from ..core.packed import unpacked
 from ..records.events import HEARD
 from ..records.rows import FIX, LEARNT, NONE, RECEPTION, Row, Rows, fix_numbered
-from ..scenario.own_sensors import SLOW_NUMBERS
 from ..vehicles.motion import where
 from ..vehicles.reckoning import DeadReckoned, expected_error, learn, way_since
 from .belief import (
@@ -30,8 +29,8 @@ from .belief import (
     write,
 )
 from .dead_reckoning import Reckoned, reckoned
-from .fix_update import WEIGHED, Expected, Noise, Rule, Said, at_place, said_of, take
-from .turning import EXACT, PingBelief, turned
+from .fix_update import WEIGHED, Expected, Rule, Said, at_place, said_of, take
+from .turning import PingBelief, turned
 
 # Fixes that a late one may be earlier than, and still be put in its place.
 REMEMBERED = 16
@@ -225,81 +224,20 @@ def _expanded(
     been taken for, and write to the desk what the last states add to it, by its `jacobians`.
     """
     by, at, polar, unsure = unpacked(packed, Known), (fix.x_m, fix.y_m), False, 0.0
-    xx = yy = xy = 0.0
     common, has_common = by.scratch.common, by.scratch.common.shape[1] > 0
     if by.rule.gain == WEIGHED and fix.first != NONE:
         if has_common:
             x, y = dr.x - belief.state[0], dr.y - belief.state[1]
-            if by.growth.elevation > 0:
-                jacobians, (xx, yy, xy) = _outwards(jacobians, fix, (x, y), belief, packed)
             unsure = at_place(at, jacobians, x, y, belief.covariance, common)
         receptions = by.receptions[fix.first : fix.end]
         believed = _believed(receptions, fix.auv, dr, belief, unsure, packed)
         said, polar = turned(receptions, said, believed)
         if has_common and not polar:
             said = _moved(said, jacobians, believed)
-        noise = said.noise
-        said = Said(said.x, said.y, (noise[0] + xx, noise[1] + yy, noise[2] + xy))
         _note(fix, said, polar)
     if has_common and not polar:
         said = _without(said, at, jacobians, belief, dr, common)
     return said
-
-
-@compiled
-def _outwards(
-    jacobians: Floats, fix: Row, place: tuple[float, float], belief: Belief, packed: int
-) -> tuple[Floats, Noise]:
-    """Return J of a fix (2, 4 m + 2), at its place as before, that is right about the `place` (m)
-    where an AUV believes to be; and the covariance xx, yy, xy (m2) of what nobody knows of it.
-
-    What elevation errs by moves a fix outwards: J = C p / |p| of a level offset p from the ASV.  C
-    stands in the place of the derivatives (:func:`..usbl.systematic_effects.changes`), for the
-    fix's own p errs by what J is of, and near the vertical may lie on the other side.  Of a p that
-    is unsure by P the length is L, its root mean square, L2 = p.p + tr P: J = C p / L.  What is
-    left of its mean square, C C' tr P / (2 L2) whichever way P lies, is noise, times that of the
-    error.
-    """
-    by = unpacked(packed, Known)
-    out, unsure = jacobians.copy(), belief.covariance[0, 0] + belief.covariance[1, 1]
-    count, noise = by.scratch.common.shape[1], np.zeros((2, 2))
-    for row in range(fix.first, fix.end):
-        reception = by.receptions[row]
-        if reception.outcome != HEARD:
-            continue
-        state = by.growth.elevation + SLOW_NUMBERS * reception.asv
-        k = state - belief.state.size + count
-        x, y = place[0] - reception.from_x_m, place[1] - reception.from_y_m
-        square = x * x + y * y + unsure + EXACT
-        length = sqrt(square)
-        error = belief.state[state] ** 2 + belief.covariance[state, state]
-        for i in range(2):
-            a, b = jacobians[i, count + k], jacobians[i, 2 * count + k]
-            along = (a * x + b * y) / square
-            by_x, by_y = (a - along * x) / length, (b - along * y) / length
-            out[i, count + k], out[i, 2 * count + k] = by_x, by_y
-            out[i, k] = along * length - by_x * (place[0] - fix.x_m) - by_y * (place[1] - fix.y_m)
-            for j in range(2):
-                both = a * jacobians[j, count + k] + b * jacobians[j, 2 * count + k]
-                noise[i, j] += 0.5 * error * unsure / square * both
-    return out, (noise[0, 0], noise[1, 1], noise[0, 1])
-
-
-@compiled
-def look_outwards(
-    packed: int, fixes: Rows, jacobians: Floats, places: Floats, states: Floats, spreads: Floats
-) -> None:
-    """Have in the place of J (n, 2, 4 m + 2) of fixes that about places (n, 2), m, with covariances
-    xx, yy, xy (n, 3), m2, in which an AUV believes, and in its latest states (k,).
-    """
-    by = unpacked(packed, Known)
-    belief = by.scratch.belief
-    belief.state[:] = states
-    for n in range(fixes.size):
-        belief.covariance[0, 0], belief.covariance[1, 1] = spreads[n, 0], spreads[n, 1]
-        if fixes[n].first != NONE:
-            place = places[n, 0], places[n, 1]
-            jacobians[n] = _outwards(jacobians[n], fixes[n], place, belief, packed)[0]
 
 
 @compiled

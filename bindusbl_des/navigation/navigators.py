@@ -40,7 +40,6 @@ from .correcting import (
     Scratch,
     correct,
     expand,
-    look_outwards,
     memory_of,
     note_turned,
     scratch_for,
@@ -221,14 +220,6 @@ class LinearNavigator:
         said, common = np.empty((len(fixes), 5)), np.empty((len(fixes), 2, self.common.columns))
         expand(self._known.address, fixes, noise, jacobians, states, spreads, said, common)
         return said, common
-
-    def outwards(self, auv: int, fixes: Rows, jacobians: Floats, then: Odometry) -> None:
-        """Have in the place of J of an AUV's fixes that about where it believed to be at their
-        instants; :func:`.correcting.look_outwards`.
-        """
-        places, spreads = self.estimate(auv, then), self.covariance(auv, then)
-        states = self.latest(auv)[0]
-        look_outwards(self._known.address, fixes, jacobians, places, states, spreads)
 
     def turned(self, fixes: Rows) -> Ints:
         """Return which states (n,) turn the place with fixes: :func:`.correcting.note_turned`."""

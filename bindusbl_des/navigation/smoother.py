@@ -178,17 +178,15 @@ class Smoother:
         xx, yy, xy = rows["said_xx_m2"], rows["said_yy_m2"], rows["said_xy_m2"]
         common = known.common[:, :, :0]
         if count := known.common.shape[2] // 4:  # expanded about what the filter has believed
-            noise, jacobians = np.column_stack((xx, yy, xy)), np.array(known.common)
+            noise = np.column_stack((xx, yy, xy))
             at = np.column_stack((rows["x_m"], rows["y_m"]))
             believed, (errors, spread) = self._filter.estimate(auv, then), self._filter.latest(auv)
-            if self._growth.elevation:
-                self._filter.outwards(auv, rows, jacobians, then)
             places, noise, common = said_of_all(
                 np.array(rows["said_polar"]),
                 places,
                 at,
                 noise,
-                jacobians,
+                known.common,
                 believed,
                 errors[-count:],
                 np.diag(spread)[-count:].copy(),

@@ -81,7 +81,7 @@ UGPS = (
     "Water Linked, documentation of the Underwater GPS G2, system selector "
     "(github.com/waterlinked/docs)"
 )
-IN_EACH = "; taken for standard deviations of bearing and elevation"
+IN_EACH = "; taken for the standard deviation of an angle across, in each direction"
 
 
 def _cerulean(name: str, compass: str, angle_deg: float, percent: float) -> Preset:

@@ -178,8 +178,7 @@ class Jacobians:
 
     J along x and y, with its derivatives along x, along y and by each error behind it, and by the
     way along x and y (m) back to where a call was heard, (n, 2, 4 k + 2); and the covariance
-    xx, yy, xy (n, 3), m2, that is due to neither.  Of slow errors of elevations by data sheets the
-    derivatives are J where outwards is x, and where it is y.
+    xx, yy, xy (n, 3), m2, that is due to neither.
     """
 
     def __init__(self, columns: int) -> None:

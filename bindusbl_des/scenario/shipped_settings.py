@@ -201,10 +201,19 @@ class Datasheet(Settings):
     """
 
     bearing_sd_deg: Real | None = key(
-        None, "deg", "standard deviation of the bearing, in the array's frame", gt=0, le=45
+        None,
+        "deg",
+        "standard deviation of the direction, to either side: an angle across the way to the AUV, "
+        "whatever its elevation",
+        gt=0,
+        le=45,
     )
     elevation_sd_deg: Real | None = key(
-        None, "deg", "standard deviation of the elevation; null = that of the bearing", gt=0, le=45
+        None,
+        "deg",
+        "the same upwards and downwards; null = as to either side",
+        gt=0,
+        le=45,
     )
     range_sd_m: Real = key(0.0, "m", "standard deviation of the slant range", ge=0, le=1e3)
     range_sd_percent: Real = key(

@@ -12,6 +12,12 @@ from .array import Vector, cross, divided, length, scaled, tangents, turned_back
 # A source nearer than this (m) is within the array; it only keeps divisions finite.
 SHORTEST_RANGE = 1e-3
 
+# Bearings and elevations are told apart beyond so many standard deviations from the vertical.
+STEEP = 5.0
+
+# What is added to no variance (rad2), and only keeps divisions finite.
+TINY = 1e-30
+
 
 class Across(NamedTuple):
     """What a direction errs by across itself: a covariance in the plane of two unit vectors (3,),
@@ -44,16 +50,28 @@ def across_by_array(
 
 
 @compiled
-def across_by_sheet(offset: Vector, sds: tuple[float, float]) -> Across:
-    """Return the errors across an offset (3,), m, of a bearing and an elevation (sd in rad).
-
-    A bearing is the less of a way the steeper it points; straight down is never sure.
+def across_by_sheet(offset: Vector, sds: tuple[float, float], share: float) -> Across:
+    """Return a share of the errors across an offset (3,), m, of a bearing and an elevation (sd in
+    rad, as stated).
     """
     square = offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2
     east, down = tangents(divided(offset, math.sqrt(square)))
-    level = (offset[0] ** 2 + offset[1] ** 2) / square
-    level += (1.0 - level) * sds[1] ** 2
-    return Across(east, down, sds[1] ** 2, 0.0, sds[0] ** 2 * level, square)
+    level, steep = sds_across(down[2], sds)
+    return Across(east, down, steep**2, 0.0, level**2, share * square)
+
+
+@compiled
+def sds_across(level: float, sds: tuple[float, float]) -> tuple[float, float]:
+    """Return what a direction errs by (sd, rad) across itself, level and steep, that is `level` so
+    far seen from above (0 to 1), by a bearing and an elevation as stated.
+
+    These are angles across at any elevation.  So few of their standard deviations from the vertical
+    that a bearing cannot be told from an elevation, both are their mean square.
+    """
+    bearing, elevation = sds[0] ** 2, sds[1] ** 2
+    apart = level**2 / (STEEP**2 * max(bearing, elevation, TINY))
+    mixed = 0.5 * math.exp(-0.5 * apart) * (elevation - bearing)
+    return math.sqrt(bearing + mixed), math.sqrt(elevation - mixed)
 
 
 @compiled

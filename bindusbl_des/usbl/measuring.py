@@ -7,7 +7,7 @@ travel times.
 """
 
 import math
-from math import atan2, cos, hypot, isnan, nan, sin
+from math import cos, hypot, isnan, nan, sin
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -15,7 +15,20 @@ import numpy as np
 from ..core.arrays import Floats
 from ..core.compiled import compiled, written_out
 from ..records.rows import Row, Rows
-from .array import Vector, arrival_differences, direction, minus, rotation, scaled, turned
+from .array import (
+    Vector,
+    arrival_differences,
+    direction,
+    divided,
+    dot,
+    length,
+    minus,
+    plus,
+    rotation,
+    scaled,
+    tangents,
+    turned,
+)
 from .covariance import (
     Across,
     across_by_array,
@@ -23,6 +36,7 @@ from .covariance import (
     debias,
     fix_covariance,
     not_nothing,
+    sds_across,
 )
 
 # The noise of bearing and elevation (rad), the share of a path that is noise of its length, the
@@ -35,8 +49,8 @@ SHEET = [
 ]
 NO_SHEET = (0.0, 0.0, 0.0, 0.0, 0.0, nan, 0.0, False)
 
-# Of a row of noise the first two numbers are bearing and elevation, the next three the spread:
-# elements of an array, of which they are else, there are none.
+# Of a row of noise the first three numbers are the direction's, and from here on the spread's three
+# (no sheet states both): elements of an array, of which they are else, there are none.
 SPREAD_NOISE = 2
 
 
@@ -85,10 +99,24 @@ def stated_direction(seen: Vector, sds: tuple[float, float], noise: Floats) -> V
     """Return the unit vector (3,) that is made out of a source at `seen` (3,), m, both in the array
     frame; `sds` (rad) as of :func:`angle_sds`.
     """
-    bearing = atan2(seen[1], seen[0]) + sds[0] * noise[0]
-    elevation = atan2(seen[2], hypot(seen[0], seen[1])) + sds[1] * noise[1]
-    level = cos(elevation)
-    return level * cos(bearing), level * sin(bearing), sin(elevation)
+    away = not_nothing(seen)
+    unit = divided(away, length(away))
+    east, down = tangents(unit)
+    aside = stated_aside(east, down, sds, (noise[0], noise[1], noise[2]))
+    turn = length(aside)
+    return plus(scaled(unit, cos(turn)), scaled(aside, sin(turn) / turn if turn > 0.0 else 1.0))
+
+
+@compiled
+def stated_aside(east: Vector, down: Vector, sds: tuple[float, float], noise: Vector) -> Vector:
+    """Return what a sheet's direction errs by (3,), rad, across itself: along the unit vectors
+    `east`, which is level, and `down`, by angles of `sds` (:func:`.covariance.sds_across`).
+
+    Three standard normal numbers of the array make both, as an array's elements do: a direction
+    near it errs alike, and straight below, where every way is level, there is no edge.
+    """
+    level, steep = sds_across(down[2], sds)
+    return plus(scaled(east, level * dot(east, noise)), scaled(down, steep * dot(down, noise)))
 
 
 @compiled
@@ -239,10 +267,9 @@ def _made_out(seen: Vector, snr_db: float, noise: Floats, instrument: Instrument
 @compiled
 def _across(offset: Vector, believed: Floats, snr_db: float, instrument: Instrument) -> Across:
     """Return what the direction of an offset (3,), m, errs by, without what is known to be slow."""
-    levels, white = instrument.levels, math.sqrt(1.0 - instrument.levels.slow_share)
+    levels = instrument.levels
     if levels.has_sheet:
-        bearing_sd, elevation_sd = angle_sds(snr_db, levels)
-        return across_by_sheet(offset, (white * bearing_sd, white * elevation_sd))
+        return across_by_sheet(offset, angle_sds(snr_db, levels), 1.0 - levels.slow_share)
     timing_sd = timed_sd(levels.stepped_element_sd_s, snr_db, levels)
     if levels.slow_share > 0.0:
         slow = levels.slow_share * timed_sd(levels.element_sd_s, snr_db, levels) ** 2

@@ -24,7 +24,7 @@ from .array import (
     turned,
     turned_back,
 )
-from .measuring import Instrument, angle_sds, path_sd, spread_sd
+from .measuring import Instrument, path_sd, spread_sd
 
 # A direction so unsure (rad2, both axes together) is none: the second order does not describe it.
 UNSURE = 0.5
@@ -84,8 +84,6 @@ def note_sight(
     white = 1.0 - levels.slow_share  # the rest is an error in common with other fixes
     own = levels.gnss_sd_m**2 + white * spread_sd(reach, levels) ** 2
     row.turn_rad2 = levels.attitude_sd_rad[2] ** 2
-    if instrument.levels.has_sheet:
-        row.turn_rad2 += white * angle_sds(row.snr_db, levels)[0] ** 2
     east, down = tangents(unit)
     by_east, by_down = turned(noise, east), turned(noise, down)
     square = max(reach * reach, 1e-6)

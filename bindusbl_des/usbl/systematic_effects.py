@@ -2,7 +2,7 @@
 acoustic errors is slow): the Jacobian J of a fix, and what these errors make of its covariance.
 """
 
-from math import hypot, isnan, sqrt
+from math import isnan, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +23,7 @@ from .array import (
     turned_back,
     weighted,
 )
-from .measuring import Instrument, angle_sds, spread_sd, timed_sd, turned_aside
+from .measuring import Instrument, angle_sds, spread_sd, stated_aside, timed_sd, turned_aside
 from .two_way import Sighting
 
 # Columns of what a fix and (less) the length of a call's way are off, per rad of misalignment, per
@@ -32,9 +32,6 @@ from .two_way import Sighting
 # the slow part of the range, and of three numbers that make that of the direction.
 MISALIGNMENT, GNSS, CALLER, SOUND_SPEED, CLOCK, SLOW_RANGE, SLOW_ASIDE = 0, 1, 3, 5, 6, 7, 8
 EFFECTS = 11
-
-# Of these, where a sheet states directions: what elevation errs by
-ELEVATION = SLOW_ASIDE + 1
 
 # Slow numbers of a pair of vehicles
 SLOW = EFFECTS - SLOW_RANGE
@@ -81,8 +78,8 @@ def _slow_aside(effects: Floats, ahead: Vector, seen: Sighting, instrument: Inst
     the depth of the AUV: it is known, that of a fix errs by what elevation does.
 
     An array has them in its frame: of the sums X^T n of its elements' errors, whose covariance is
-    M = L L^T, L (3, 3) triangular, one for each column of L.  A data sheet has bearing and
-    elevation; or the place along each axis, whatever the direction.
+    M = L L^T, L (3, 3) triangular, one for each column of L.  A data sheet has the three of
+    :func:`.measuring.stated_aside`; or the place along each axis, whatever the direction.
     """
     levels, share = instrument.levels, sqrt(instrument.levels.slow_share)
     away = length(ahead)
@@ -91,14 +88,15 @@ def _slow_aside(effects: Floats, ahead: Vector, seen: Sighting, instrument: Inst
     within = turned_back(seen.believed, divided(ahead, away))
     east, down = tangents(within)
     if levels.has_sheet:
-        bearing, elevation = angle_sds(seen.snr_db, levels)
-        level = hypot(within[0], within[1])
-        by_east = turned(seen.believed, scaled(east, share * bearing * level * away))
-        by_down = turned(seen.believed, scaled(down, share * elevation * away))
-        for axis in range(3):
-            effects[axis, SLOW_ASIDE], effects[axis, SLOW_ASIDE + 1] = by_east[axis], by_down[axis]
+        sds = angle_sds(seen.snr_db, levels)
+        for k in range(3):
             if states_place(levels):
-                effects[axis, SLOW_ASIDE + axis] = share * spread_sd(away, levels)
+                effects[k, SLOW_ASIDE + k] = share * spread_sd(away, levels)
+                continue
+            one = 1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0
+            moved = turned(seen.believed, stated_aside(east, down, sds, one))
+            for axis in range(3):
+                effects[axis, SLOW_ASIDE + k] = share * away * moved[axis]
         return
     sd = share * levels.sound_speed_m_per_s * timed_sd(levels.element_sd_s, seen.snr_db, levels)
     a, b = weighted(instrument.metric, east, east), weighted(instrument.metric, east, down)
@@ -169,10 +167,6 @@ def changes(
     J, too, would look as if it told something of clocks and sound speeds that no geometry tells.
     Of a clock that errs by as much (`clock_m`, sd) as the range is long nobody knows how fast the
     direction turns.
-
-    What a sheet's elevation errs by slowly moves a fix outwards, which near the vertical may be any
-    way.  Of it this is what it makes of a fix where outwards is x, and where it is y: who believes
-    in a place knows which way that is (`navigation.correcting`).
     """
     out, square = np.zeros((2, 4, EFFECTS)), ahead[0] ** 2 + ahead[1] ** 2
     if square < AT_THE_ARRAY**2:
@@ -229,16 +223,6 @@ def _slow_changes(
                 near[i, SLOW_RANGE] = length(ranged) * moved[i] / length(moved)
                 for k in range(SLOW_RANGE, EFFECTS):
                     out[axis, i, k] += side * near[i, k] / (2.0 * step)
-    if instrument.levels.has_sheet and not states_place(instrument.levels):
-        level = hypot(ahead[0], ahead[1])
-        x, y = ahead[0] / level, ahead[1] / level
-        out[:, :, ELEVATION] = 0.0
-        out[0, 0, ELEVATION] = out[1, 1, ELEVATION] = (
-            x * effects[0, ELEVATION] + y * effects[1, ELEVATION]
-        )
-        for i in (2, 3):
-            out[0, i, ELEVATION] = x * effects[i, ELEVATION]
-            out[1, i, ELEVATION] = y * effects[i, ELEVATION]
 
 
 @compiled

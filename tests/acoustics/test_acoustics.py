@@ -50,6 +50,7 @@ def test_loss_table(slant_range: float, paper: float, thesis: float, head: float
     """Pings are lost with range as each published set of coefficients says."""
     for law, value in (("paper", paper), ("thesis", thesis), ("head", head), ("none", 0.0)):
         assert range_loss(slant_range, LOSS_LAWS[law]) == pytest.approx(value, abs=1e-9)
+    assert range_loss(slant_range) == pytest.approx(paper, abs=1e-9)  # as docs/model.md says
 
 
 @pytest.mark.parametrize("name", [name for name in CHECKS if name.startswith("ploss_raw")])

@@ -8,8 +8,9 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import bindusbl_des.gym
-from bindusbl_des import Scenario
-from bindusbl_des.gym import Placement, Schedule
+from bindusbl_des import Mission, Scenario
+from bindusbl_des.gym import GymVessels, Placement, Schedule
+from bindusbl_des.scenario.destinations import asv_stations
 
 NAMES = ("Placement-v0", "Schedule-v0")
 
@@ -35,14 +36,16 @@ def test_an_episode_is_a_mission(name: str) -> None:
         env.action_space.seed(0)
         first, info = env.reset(seed=seed)
         assert env.observation_space.contains(first)
+        assert first[-1] == 0.0  # of the mission's time
         assert info["seed"] >= 0
         found, is_over = [], False
         while not is_over:
-            seen, reward, is_over, cut, info = env.step(env.action_space.sample())
+            seen, reward, is_terminal, is_over, info = env.step(env.action_space.sample())
             assert env.observation_space.contains(seen)
             assert reward == -info["worst_error_m"]
-            assert not cut
+            assert not is_terminal  # a limit of time truncates, as Gymnasium has it
             found += [float(reward), *seen.tolist()]
+        assert seen[-1] == 1.0
         return found
 
     assert flown(1) == flown(1)
@@ -62,6 +65,37 @@ def test_vessels_go_as_they_are_told() -> None:
     assert np.hypot(*env._vessels.velocity.T) == pytest.approx(np.full(count, 2.0))
 
 
+@pytest.mark.parametrize("downlink", ["sequential", "direct_reply"])
+def test_vessels_are_seen_to_know_what_they_measured(downlink: str) -> None:
+    """Their newest fixes, whether or not AUVs have them yet: looked at in the midst of rounds, they
+    are those that the mission has made by then; and looking changes nothing.
+    """
+    protocol = {"downlink": downlink}
+    flown = Scenario(name="m", duration_s=20.0, protocol=protocol, asvs={"count": 3})
+    env = Placement(flown, step_s=1.3)
+    env.reset(seed=2)
+    auvs, rest = flown.auvs.count, np.zeros(env.action_space.shape, np.float32)
+    newest, is_over, undelivered = [], False, 0
+    while not is_over:
+        seen, _, _, is_over, _ = env.step(rest)
+        ages = seen[-1 - auvs : -1] * bindusbl_des.gym.TIME_S
+        newest.append((env._mission.time, env._mission.time - ages))
+    fixes = env._mission.result().tables["fixes"]
+    for time, pinged in newest[1:-1]:
+        for auv in range(auvs):
+            own = fixes[fixes.auv == f"AUV{auv}"]
+            known = own[own.pinged_at_s <= pinged[auv] + 1e-3].pinged_at_s.max()
+            assert pinged[auv] == pytest.approx(0.0 if np.isnan(known) else known, abs=1e-4)
+            over = own[own.pinged_at_s < time - 0.1].pinged_at_s.max()  # has passed all by now
+            assert np.isnan(over) or pinged[auv] >= over - 1e-3
+            told = own[own.delivered_at_s <= time].pinged_at_s.max()
+            undelivered += bool(pinged[auv] > (0.0 if np.isnan(told) else told) + 1e-3)
+    assert undelivered > 5 or downlink == "direct_reply"
+    alone = GymVessels(np.array(asv_stations(flown)), env._middle, 2.0 * env._scale)
+    same = Mission(flown, env._mission.seed, poses=alone, pose_step_s=0.5).result()
+    assert same.tables["fixes"].equals(fixes)
+
+
 def test_who_is_chosen_pings() -> None:
     """A round each, in the order of the actions."""
     env = Schedule(short())
@@ -69,7 +103,7 @@ def test_who_is_chosen_pings() -> None:
     chosen, is_over = [], False
     while not is_over:
         chosen.append(len(chosen) * 2 % 3)
-        _, _, is_over, _, _ = env.step(np.int64(chosen[-1]))
+        _, _, _, is_over, _ = env.step(np.int64(chosen[-1]))
     pings = env._mission.result().tables["pings"]
     wanted = ["AUV0", *(f"AUV{it}" for it in chosen)]
     assert pings.auv.tolist() == wanted[: len(pings)]
@@ -116,7 +150,7 @@ def test_a_policy_that_learnt_beats_a_resting_ring() -> None:
             seen, _ = env.reset(seed=seed)
             is_over = False
             while not is_over:
-                seen, reward, is_over, _, _ = env.step(policy(seen))
+                seen, reward, _, is_over, _ = env.step(policy(seen))
                 found.append(-float(reward))
         return float(np.mean(found))
 

@@ -12,6 +12,8 @@ from worlds import blank, merged, scenario
 from bindusbl_des import Mission, Scenario, simulate, warnings_of
 from bindusbl_des.core.spreads import PER_AXIS_SD
 from bindusbl_des.mission.build import usbl_of
+from bindusbl_des.planning.prediction.gathering import fix_noise
+from bindusbl_des.planning.prediction.sights import looked_up
 from bindusbl_des.presets.preset import USBLS
 from bindusbl_des.recorded.navigating import noise_of
 from bindusbl_des.records.events import HEARD
@@ -54,21 +56,56 @@ def polar(reach: float, elevation_deg: float) -> Array:
     )
 
 
+def across(source: Array) -> tuple[Array, Array]:
+    """Return the unit vectors across the way to a source: level, and steep."""
+    unit = source / np.linalg.norm(source)
+    level = np.array([-unit[1], unit[0], 0.0]) / np.hypot(unit[0], unit[1])
+    return level, np.cross(unit, level)
+
+
 @pytest.mark.parametrize("elevation_deg", [5.0, 40.0, 70.0])
 def test_angles_and_range_err_as_stated(elevation_deg: float) -> None:
-    """Bearing, elevation and slant range, far and near, and the covariance of all of it."""
+    """Both angles across and the slant range, far and near, and the covariance of all of it."""
     stated = sheet(bearing_sd_deg=1.5, elevation_sd_deg=0.8, range_sd_m=0.5, range_sd_percent=1.0)
     for reach in (20.0, 120.0):
         source = polar(reach, elevation_deg)
         found, covariance = fixes(stated, source)
-        x, y, z = found.T
-        level = np.hypot(x, y)
-        assert np.std(np.degrees(np.arctan2(y, x))) == pytest.approx(1.5, rel=SPREAD)
-        assert np.std(np.degrees(np.arctan2(z, level))) == pytest.approx(0.8, rel=SPREAD)
+        aside, steep = (found @ way / reach for way in across(source))
+        assert np.std(np.degrees(aside)) == pytest.approx(1.5, rel=SPREAD)
+        assert np.std(np.degrees(steep)) == pytest.approx(0.8, rel=SPREAD)
         ranges = np.std(np.linalg.norm(found, axis=1))
         assert ranges == pytest.approx(math.hypot(0.5, 0.01 * reach), rel=SPREAD)
         sample = np.cov(found.T)
         assert np.linalg.norm(covariance - sample) < 0.08 * np.linalg.norm(sample)
+
+
+@pytest.mark.parametrize(
+    ("elevation_deg", "published_m"), [(0.0, 6.98), (45.0, 8.55), (80.0, 9.80), (90.0, 9.87)]
+)
+def test_an_angle_is_one_across_at_every_elevation(
+    elevation_deg: float, published_m: float
+) -> None:
+    """1 deg at 400 m: r sigma sqrt(1 + sin^2 el) seen from above, below the array along both axes;
+    the fix says so, and so does what a plan predicts.
+    """
+    stated, source = sheet(bearing_sd_deg=1.0), polar(400.0, elevation_deg)
+    found, covariance = fixes(stated, source)
+    off, exact = (found - source)[:, :2], 400.0 * math.radians(1.0)
+    expected = exact * math.sqrt(1.0 + math.sin(math.radians(elevation_deg)) ** 2)
+    assert expected == pytest.approx(published_m, abs=0.005)
+    assert math.sqrt((off**2).sum(axis=1).mean()) == pytest.approx(expected, rel=SPREAD)
+    assert math.sqrt(covariance[0, 0] + covariance[1, 1]) == pytest.approx(expected, rel=0.01)
+    if elevation_deg == 90.0:
+        assert off.std(axis=0) == pytest.approx([exact, exact], rel=SPREAD)
+        assert np.sqrt(covariance.diagonal()[:2]) == pytest.approx([exact, exact], rel=0.01)
+    deep, away = source[2], math.hypot(source[0], source[1])
+    told = {"survey": {"depth_m": deep}, "acoustics": {"hf": {"range_m": 500.0}}}
+    noise = fix_noise(scenario(**told, usbl={**stated, "gnss_sd_m": 0.0}))
+    predicted = [
+        float(looked_up(table[0], noise.step_m, np.array(away)))
+        for table in (noise.along_m2, noise.across_m2)
+    ]
+    assert math.sqrt(sum(predicted)) == pytest.approx(expected, rel=0.01)
 
 
 @pytest.mark.parametrize("statistic", PER_AXIS_SD)
@@ -186,20 +223,18 @@ def test_the_attitude_is_in_the_sheet_unless_it_is_given() -> None:
 
 
 @pytest.mark.parametrize("heading_sd_deg", [0.0, 0.8])
-def test_bearings_are_along_the_arc_and_nothing_else_is_level(heading_sd_deg: float) -> None:
-    """What a sheet states of bearings turns a fix about the vertical, as an error of heading does;
-    elevation and range are apart.
-    """
+def test_what_turns_about_the_vertical_is_the_heading_alone(heading_sd_deg: float) -> None:
+    """The angles of a sheet are across the way, level and steep, and apart from that."""
     both = {**sheet(bearing_sd_deg=1.0, elevation_sd_deg=2.0), "heading_sd_deg": heading_sd_deg}
     mission = Mission(scenario(duration_s=20.0, usbl=both), seed=1)
     mission.result()
     rows = mission._world.record.receptions.rows
     heard = rows[rows["outcome"] == HEARD]
     assert len(heard) > 10
-    turn, steep = math.radians(math.hypot(1.0, heading_sd_deg)), math.radians(2.0)
-    assert heard["turn_rad2"] == pytest.approx(turn**2)
-    assert heard["level_rad2"] == pytest.approx(0.0, abs=1e-3 * turn**2)
-    assert heard["steep_rad2"] == pytest.approx(steep**2, rel=0.01)
+    assert heard["turn_rad2"] == pytest.approx(math.radians(heading_sd_deg) ** 2)
+    far = heard[heard["slant_range_m"] > 30.0]  # where no bearing errs by what is level
+    assert far["level_rad2"] == pytest.approx(math.radians(1.0) ** 2, rel=0.02)
+    assert far["steep_rad2"] == pytest.approx(math.radians(2.0) ** 2, rel=0.01)
 
 
 @pytest.mark.parametrize("sd_deg", [1.0, 45.0])
@@ -278,16 +313,20 @@ def test_an_snr_that_no_channel_tells_of_has_no_effect_and_is_told() -> None:
     assert "acoustics.hf.channel" in told["usbl.model.reference_snr_db"]
 
 
-@pytest.mark.parametrize("aside_m", [1.0, 2.0, 5.0])
-def test_who_is_almost_below_is_not_taken_for_surely_there(aside_m: float) -> None:
+@pytest.mark.parametrize("elevation_sd_deg", [1.0, 3.0, 9.0])
+@pytest.mark.parametrize("aside_m", [0.0, 1.0, 2.0, 5.0, 15.0])
+def test_who_is_almost_below_is_not_taken_for_surely_there(
+    aside_m: float, elevation_sd_deg: float
+) -> None:
     """NEES of the place, 2 as the mean: 40 to 6e5 where a measured direction straight down leaves
-    its bearing nothing to be wrong in.
+    its bearing nothing to be wrong in, 2.9 where the angles are those of the direction measured.
     """
-    instrument = usbl_of(scenario(usbl=sheet(bearing_sd_deg=3.0, range_sd_m=0.1)))
+    angles = {"bearing_sd_deg": 3.0, "elevation_sd_deg": elevation_sd_deg}
+    instrument = usbl_of(scenario(usbl=sheet(**angles, range_sd_m=0.1)))
     rng, source, found = np.random.default_rng(3), np.array([aside_m, 0.0, 30.0]), []
     for noise in rng.standard_normal((COUNT, 12)):
         way = float(np.linalg.norm(source)) / 1500.0
         fix, spread = instrument.locate(source, np.zeros(3), rng.uniform(0, 6.28), way, noise)
         off = (fix - source)[:2]
         found.append(off @ np.linalg.solve(spread[:2, :2], off))
-    assert 1.0 < np.mean(found) < 2.6
+    assert 1.3 < np.mean(found) < 2.2

@@ -35,13 +35,13 @@ WAYS: dict[str, dict[str, Any]] = {
 
 def measured(
     noise: Array, sheet: Sheet | None, heard: tuple[int, ...] = (0, 1, 2), called_by: int = NONE,
-    share: float = SHARE,
+    share: float = SHARE, source: Array = SOURCE,
 ) -> tuple[Array, Array, Array, Array]:  # fmt: skip
     """Return fix, covariance, J and what is left, where ASVs tell slow errors from others."""
     ping, receptions = np.zeros(1, dtype=PING), np.zeros(3, dtype=RECEPTION)
-    travel = np.linalg.norm(SOURCE - STATIONS, axis=1) / SOUND
+    travel = np.linalg.norm(source - STATIONS, axis=1) / SOUND
     ping["auv"], ping["sent_at_s"], ping["called_by"] = 0, PINGED, called_by
-    ping["x_m"], ping["y_m"], ping["z_m"] = SOURCE
+    ping["x_m"], ping["y_m"], ping["z_m"] = source
     ping["called_at_s"] = ping["call_time_s"] = np.nan
     if called_by != NONE:
         ping["call_time_s"] = travel[called_by]
@@ -83,6 +83,20 @@ def test_j_holds_what_slow_numbers_move(kind: str, way: str) -> None:
         own = jacobian[:2, SLOW * asv : SLOW * (asv + 1)]
         assert own @ own.T == pytest.approx(found, rel=0.02, abs=0.02 * np.abs(found).max())
         assert (np.abs(own).max() > 0.0) == (asv in WAYS[way].get("heard", (0, 1, 2)))
+
+
+@pytest.mark.parametrize("kind", SHEETS)
+def test_j_has_no_edge_straight_below(kind: str) -> None:
+    """Straight below an ASV, where every way is level, J turns no more than elsewhere: what its
+    derivatives say of a place a metre on, on whichever side, is J there.
+    """
+    quiet, below = np.zeros((3, NOISE_WIDTH + 4)), STATIONS[1] + np.array([0.3, -0.2, 30.0])
+    count, whole = 3 * SLOW, measured(quiet, SHEETS[kind], heard=(1,), source=below)[2]
+    for step in ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0)):
+        there = measured(quiet, SHEETS[kind], heard=(1,), source=below + np.array(step))[2]
+        along = step[0] * whole[:2, count : 2 * count] + step[1] * whole[:2, 2 * count : 3 * count]
+        size = np.abs(there[:2, :count]).max()
+        assert whole[:2, :count] + along == pytest.approx(there[:2, :count], abs=0.05 * size)
 
 
 @pytest.mark.parametrize("way", WAYS)
