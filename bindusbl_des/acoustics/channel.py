@@ -6,7 +6,7 @@ All others are asked, in numpy, for all signals that begin at one instant.
 
 from dataclasses import dataclass
 from math import inf, nan
-from typing import NamedTuple, Protocol, TypeVar, runtime_checkable
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,14 +106,6 @@ class AskedChannel(Protocol):
         """Return what becomes of each signal (n, m), :data:`PROSPECT`."""
 
 
-@runtime_checkable
-class Bending(Protocol):
-    """A channel on whose ways sound takes another time than straight on."""
-
-    def late_s(self, signals: Signals) -> Floats:
-        """Return how much later (s) each signal arrives (n, m); below 0 if sooner."""
-
-
 @dataclass(frozen=True)
 class OwnChannel:
     """A channel of somebody's own: each of its answers is checked."""
@@ -144,7 +136,7 @@ class OwnChannel:
             )
         drawn = np.empty(wanted, PROSPECT)
         drawn["loss"] = 1.0 - found.astype(np.float64)
-        drawn["snr_db"], drawn["sound"] = nan, found > 0
+        drawn["snr_db"], drawn["sound"], drawn["late_s"] = nan, found > 0, 0.0
         return drawn
 
 

@@ -19,9 +19,10 @@ from .loss import LossTerms, loss_probability
 from .travel_time import travel_time_to
 
 # What becomes of a signal on its way: the probability that it is lost if nothing overlaps it; its
-# SNR (dB), NaN where the channel knows of none; and how strong a sound it is where it overlaps
-# others, its intensity in units of the noise: 0 is too weak to matter, 1 where no levels are known.
-PROSPECT = np.dtype([("loss", "f8"), ("snr_db", "f8"), ("sound", "f8")])
+# SNR (dB), NaN where the channel knows of none; how strong a sound it is where it overlaps others,
+# its intensity in units of the noise: 0 is too weak to matter, 1 where no levels are known; and how
+# much later (s) it is there than straight on at the speed of sound, below 0: sooner.
+PROSPECT = np.dtype([("loss", "f8"), ("snr_db", "f8"), ("sound", "f8"), ("late_s", "f8")])
 
 # Of the disc, which is compiled, and not asked
 DISC: Rows = np.empty((0, 0), PROSPECT)
@@ -88,6 +89,12 @@ def lost(slant_range: float, number: int, asv: int, way: SignalPath) -> float:
 def snr(number: int, asv: int, way: SignalPath) -> float:
     """Return the SNR (dB) of a signal between them; NaN on the disc, which knows of none."""
     return float(way.prospects[number, asv].snr_db) if way.prospects.size else nan
+
+
+@compiled
+def late(number: int, asv: int, way: SignalPath) -> float:
+    """Return how much later (s) a signal between them is there than straight on."""
+    return float(way.prospects[number, asv].late_s) if way.prospects.size else 0.0
 
 
 @compiled
@@ -201,11 +208,13 @@ def _reach(
         heard = reaches(here, there, number, asv, way)
         strength = sound(here, there, number, asv, way)
         if heard or everything or strength > 0.0:
-            travel = travel_time_to(here, asvs, asv, ping.sent_at_s, sound_speed)
+            bent = late(number, asv, way)
+            straight = travel_time_to(here, asvs, asv, ping.sent_at_s + bent, sound_speed)
+            travel = straight + bent
             line = receptions[row]
             line.ping, line.auv, line.asv = ping.ping, ping.auv, asv
             line.arrived_at_s, line.travel_time_s = ping.sent_at_s + travel, travel
-            line.slant_range_m = travel * sound_speed
+            line.slant_range_m, line.bent_s = straight * sound_speed, bent
             line.loss = lost(line.slant_range_m, number, asv, way) if heard else 1.0
             line.outcome = IN_FLIGHT if heard else OUT_OF_RANGE
             line.sound, line.snr_db = strength, snr(number, asv, way)
@@ -287,8 +296,10 @@ def _travel(
     here = ping.x_m, ping.y_m, ping.z_m, 0.0
     latest, last, longest = 0.0, 0.0, 0.0
     for line in receptions:
-        travel = travel_time_to(here, asvs, line.asv, ping.sent_at_s, sound_speed)
-        line.travel_time_s, line.slant_range_m = travel, travel * sound_speed
+        sent_at = ping.sent_at_s + line.bent_s
+        straight = travel_time_to(here, asvs, line.asv, sent_at, sound_speed)
+        travel = straight + line.bent_s
+        line.travel_time_s, line.slant_range_m = travel, straight * sound_speed
         if not isnan(line.arrived_at_s):  # whom no call reached does not ping
             line.arrived_at_s = ping.sent_at_s + travel
         latest = max(latest, travel)

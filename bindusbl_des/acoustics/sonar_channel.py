@@ -224,7 +224,7 @@ class Listener:
             chance = np.interp(snr_db, LOOKED_UP, self.chances)
         out = np.empty(snr_db.shape, PROSPECT)
         out["loss"] = np.where(chance < SELDOM, 1.0, 1.0 - chance)
-        out["snr_db"] = snr_db
+        out["snr_db"], out["late_s"] = snr_db, 0.0
         out["sound"] = self.loud(snr_db)
         return out
 
@@ -340,8 +340,14 @@ class EchoingSonar:
         return self.plain.audible_m
 
     def prospects(self, signals: Signals) -> Prospects:
-        """Return what becomes of each signal."""
-        return self.heard(signals)[0]
+        """Return what becomes of each signal.
+
+        An AUV answers a call when that seems to have come, echoes and all.
+        """
+        found, echo = self.heard(signals)
+        if signals.calling:
+            found["late_s"] = np.where(np.isnan(echo["lowered"]), 0.0, echo["late_s"])
+        return found
 
     def heard(self, signals: Signals) -> Heard:
         """Return what becomes of each signal (n, m), and its echoes (n, m), :data:`ECHO`."""

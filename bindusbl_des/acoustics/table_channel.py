@@ -246,8 +246,10 @@ class TableChannel:
         return reach_m(self.budget, self.hears.faintest_db + focused)
 
     def prospects(self, signals: Signals) -> Prospects:
-        """Return what becomes of each signal."""
-        return self.hears.prospects_at(self.snr_db(signals))
+        """Return what becomes of each signal, and when it is there."""
+        found = self.hears.prospects_at(self.snr_db(signals))
+        found["late_s"] = self.late_s(signals)
+        return found
 
     def late_s(self, signals: Signals) -> Floats:
         """Return how much later (s) each signal is there by the table than at the mean speed

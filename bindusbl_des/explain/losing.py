@@ -106,7 +106,7 @@ def _slow_error(result: "Result", fix: Any, asv: str) -> float:
     met = rows_where(decided, ping=fix.ping).iloc[0]
     for time in decided[decided.arrived_at_s <= met.arrived_at_s].arrived_at_s:
         advance(pair, time)
-    way = float(met.slant_range_m) * assumed_sound_speed_of(world) / sound_speed_of(world)
+    way = float(met.travel_time_s) * assumed_sound_speed_of(world)
     noise = math.sqrt(world.usbl.slow_share) * float(pair["value"][RANGE])
     return noise * float(slow_path_sd(way, levels))
 

@@ -56,15 +56,16 @@ class Replies:
     def _hear(self, ping: int, row: int, arrived: float) -> None:
         """Answer a ping when it has just been heard for the first time."""
         if self._outcomes.resolve(ping, row):
-            asv = int(self._record.receptions.array[row]["asv"])
+            reception = self._record.receptions.array[row]
             number = int(self._record.pings.array[ping]["round"])
             self._record.rounds[number].fixes += 1
-            self._answer(asv, number, arrived + self._after)
+            time, late = arrived + self._after, float(reception["bent_s"])
+            self._answer(int(reception["asv"]), number, time, late)
 
-    def _answer(self, asv: int, number: int, time: float) -> None:
+    def _answer(self, asv: int, number: int, time: float, late: float) -> None:
         """Let an ASV answer with the last fix, in a round, at an instant (s)."""
         fix = self._record.fixes.count - 1
         if self._message is None:
-            self._downlink.reply(number, fix, asv, time)
+            self._downlink.reply(number, fix, asv, time, late)
         else:
             self._downlink.send(number, np.array([fix]), asv, time, self._message)

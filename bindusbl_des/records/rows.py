@@ -88,7 +88,8 @@ RECEPTION = row_type(
     {
         "loss": float,  # probability that it is lost on its way
         "sound": float,  # how strong it is where it overlaps others (see `acoustics.propagation`)
-        "late_s": float,  # how much later it seems to come where rays bend or echoes blend into it,
+        "bent_s": float,  # how much later it comes than straight on, where rays bend
+        "late_s": float,  # how much later than that it seems to come where echoes blend into it,
         "lowered": float,  # and by how much more the sine of its depression; NaN where none do
         **SIGHT,
     },

@@ -100,13 +100,14 @@ def instrument_named(name: str) -> OwnInstrument | None:
 def sounding_of(ping: Row, heard: Rows, poses: Floats, random: np.random.Generator) -> Sounding:
     """Return a ping at the ASVs that have decoded it, of the rows of both."""
     called = not np.isnan(ping["call_time_s"])
+    blended = np.where(np.isnan(heard["lowered"]), 0.0, heard["late_s"])
     return Sounding(
         float(ping["sent_at_s"]),
         int(ping["auv"]),
         np.array([ping["x_m"], ping["y_m"], ping["z_m"]]),
         heard["asv"].copy(),
         poses,
-        heard["travel_time_s"].copy(),
+        heard["travel_time_s"] + blended,
         float(ping["call_time_s"]) if called else None,
         random,
     )

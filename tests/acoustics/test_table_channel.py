@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from worlds import QUIET_NAVIGATION, QUIET_USBL, merged
 
-from bindusbl_des import Scenario, load_scenario, simulate, warnings_of
+from bindusbl_des import Mission, Scenario, load_scenario, simulate, warnings_of
 from bindusbl_des.acoustics.channel import between
 from bindusbl_des.acoustics.named_channels import hf_channel
 from bindusbl_des.acoustics.table_channel import TableChannel, grid_to
@@ -15,6 +16,7 @@ from bindusbl_des.scenario.files.scenario_file import ScenarioError
 from bindusbl_des.scenario.site import sound_speed_of
 
 QUIET = {"source_level_db": 150.0, "snr_threshold_db": 20.0}
+Tables = Any  # by their names
 ASVS = np.array([[0.0, 0.0, 0.0], [30.0, -20.0, 0.0]])
 AUVS = np.array([[40.0, 5.0, 10.0], [120.0, 60.0, 3.0], [-300.0, 10.0, 25.0]])
 CAST = "depth_m,sound_speed_m_per_s\n0,1525\n8,1524\n25,1492\n30,1490\n"
@@ -223,3 +225,155 @@ def test_ranges_are_measured_along_bent_rays(tmp_path: Path) -> None:
     assert len(fixes) > 3
     # the straight way is that of the harmonic mean from the surface, to a millimetre
     assert nearer.to_numpy() == pytest.approx(-late * sound_speed_of(held), abs=1e-3)
+
+
+def held(*aways: float) -> dict[str, Any]:
+    """Return AUVs that stay where they are, by turns north and east of the middle (m)."""
+    places = [[away, 0.0] if n % 2 == 0 else [0.0, away] for n, away in enumerate(aways)]
+    return {"count": len(aways), "route": {"kind": "hold", "positions_m": places}}
+
+
+def longer_by(metres: float, folder: Path, **changes: Any) -> Scenario:
+    """Return a world in which every way between an AUV and an ASV is so much longer than straight
+    on, in both bands, and nothing errs.
+    """
+    lines = ["range_m,source_depth_m,receiver_depth_m,travel_time_s,loss_db"]
+    for away in (1.0, 200.0, 1000.0):
+        for above in (0.0, 20.0):
+            for below in (0.0, 20.0):
+                way = float(np.hypot(away, below - above))
+                lines.append(
+                    f"{away},{above},{below},{(way + metres) / 1500.0!r},{20 * np.log10(way)}"
+                )
+    path = folder / f"longer_by_{metres}.csv"
+    path.write_text("\n".join(lines))
+    table = {"model": "table", "rays": str(path), "source_level_db": 180.0}
+    base = {
+        "survey": {"side_m": 200.0, "depth_m": 10.0},
+        "auvs": changes.pop("auvs", held(60.0)),
+        "asvs": {"count": 1, "formation": {"positions_m": [[0.0, 0.0]]}},
+        "acoustics": {
+            "hf": {"range_m": 200.0, "channel": table},
+            "mf": {"range_m": 400.0, "channel": table},
+        },
+        "usbl": {**QUIET_USBL, "gnss_sd_m": 0.0},
+        "navigation": QUIET_NAVIGATION,
+        "record": {"detail": "full"},
+    }
+    return merged_world(base, changes)
+
+
+def merged_world(base: dict[str, Any], changes: dict[str, Any]) -> Scenario:
+    return Scenario.model_validate({"name": "m", "duration_s": 12.0, **merged(base, changes)})
+
+
+class Anchored:
+    """Whatever moves AUVs and ASVs: nobody knows before that they stay where they are."""
+
+    def advance_to(self, time: float) -> dict[str, np.ndarray]:
+        return {"auvs": np.array([[60.0, 0.0, 10.0, 0.0]]), "asvs": np.zeros((1, 4))}
+
+
+STEERS = {
+    "auvs": {"count": 1, "vehicle": {"model": "bluerov2"}, "feedback": "estimate"},
+    "navigation": {"filter": "dead_reckoning"},  # which is the same in both
+}
+
+
+def flown(folder: Path, ways: str, **changes: Any) -> tuple[Tables, Tables]:
+    """Return tables where ways are straight, and where they are longer by 1.5 m: of AUVs whose ways
+    are known before, who steer by themselves, or are moved by another program.
+    """
+    if ways == "steers":
+        changes = {**STEERS, **changes}
+    poses = Anchored() if ways == "moved" else None
+    near, far = (
+        Mission(longer_by(metres, folder, **changes), 1, poses=poses).result().tables
+        for metres in (0.0, 1.5)
+    )
+    return near, far
+
+
+WAYS = pytest.mark.parametrize("ways", ["foreseen", "steers", "moved"])
+
+
+@WAYS
+@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt", "passive"])
+def test_sound_takes_the_same_way_whoever_sends_it(tmp_path: Path, ranging: str, ways: str) -> None:
+    """A way longer by 1.5 m puts fixes 1.50 m farther off: by pings, by calls and their answers, by
+    pings of ASVs; 0.75 m by calls, and 0.00 m by ASVs' pings, where those went straight.
+    """
+    near, far = flown(tmp_path, ways, protocol={"ranging": ranging})
+    plain, longer = (
+        np.sqrt(it["fixes"].x_m ** 2 + it["fixes"].y_m ** 2 + it["fixes"].z_m ** 2)
+        for it in (near, far)
+    )
+    assert len(plain) == len(longer) > 3
+    # who steers is a little elsewhere by then: answers come 1 ms later
+    assert (longer - plain).to_numpy() == pytest.approx(np.full(len(plain), 1.5), abs=3e-3)
+    receptions = far["receptions"]
+    late = receptions.travel_time_s - receptions.slant_range_m / 1500.0
+    assert late.to_numpy() == pytest.approx(np.full(len(late), 1e-3), abs=1e-9)
+    sent = far["pings"].set_index("ping").loc[receptions.ping].sent_at_s.to_numpy()
+    arrived = (receptions.arrived_at_s - sent).to_numpy()
+    assert arrived == pytest.approx(receptions.travel_time_s.to_numpy(), abs=1e-9)
+
+
+ANSWERS: dict[str, Any] = {
+    "frame": ({}, 1),
+    "instant": ({"downlink": {"model": "direct_reply", "reply": "instant"}}, 2),
+    "reply": ({"downlink": "direct_reply"}, 2),
+}
+
+
+@WAYS
+@pytest.mark.parametrize("answer", ANSWERS)
+def test_frames_and_answers_take_that_way_too(tmp_path: Path, answer: str, ways: str) -> None:
+    """Each way is 1 ms longer: a frame's, of a round that begins when it would; an answer's, and
+    that of the ping before it.
+    """
+    protocol, longer = ANSWERS[answer]
+    near, far = flown(tmp_path, ways, protocol=protocol)
+    near, far = (it["fixes"].dropna(subset="latency_s") for it in (near, far))
+    assert len(near) == len(far) > 3
+    later = (far.latency_s - near.latency_s).to_numpy()
+    assert later == pytest.approx(np.full(len(later), 1e-3 * longer), abs=2e-6)
+
+
+def test_overlaps_are_those_of_bent_ways(tmp_path: Path) -> None:
+    """Receptions begin as much later as their ways are longer, also where two meet at an ASV; an
+    AUV that listens before it pings hears others as late.
+    """
+    changes = {
+        "auvs": held(60.0, 60.0),
+        "protocol": {"schedule": "csma"},
+        "duration_s": 30.0,
+    }
+    tables = simulate(longer_by(1.5, tmp_path, **changes), 1).tables
+    late = tables["receptions"].travel_time_s - tables["receptions"].slant_range_m / 1500.0
+    assert len(late) > 10
+    assert late.to_numpy() == pytest.approx(np.full(len(late), 1e-3), abs=1e-9)
+
+
+def test_a_call_comes_with_its_echoes_as_a_ping_does() -> None:
+    """What the echoes of a ping shift its range by, those of its call do again: `twtt` errs by as
+    much as one way, not by half of it.
+    """
+    off = {}
+    for ranging in ("owtt_sync", "twtt"):
+        echoing = {"model": "sonar", "bottom_m": 30.0, "shadowing_sd_db": 0.0}
+        far = {
+            "survey": {"side_m": 400.0, "depth_m": 10.0},
+            "auvs": held(333.0),
+            "asvs": {"count": 1, "formation": {"positions_m": [[0.0, 0.0]]}},
+            "acoustics": {"hf": {"range_m": 500.0, "channel": echoing}, "mf": {"range_m": 900.0}},
+            "usbl": {**QUIET_USBL, "gnss_sd_m": 0.0},
+            "navigation": QUIET_NAVIGATION,
+            "protocol": {"ranging": ranging},
+        }
+        fixes = simulate(merged_world(far, {}), 1).tables["fixes"]
+        found = np.hypot(np.hypot(fixes.x_m, fixes.y_m), fixes.z_m) - np.hypot(333.0, 10.0)
+        assert len(found) > 3
+        off[ranging] = float(found.mean())
+    assert abs(off["owtt_sync"]) > 0.01
+    assert off["twtt"] == pytest.approx(off["owtt_sync"], rel=0.01)

@@ -145,7 +145,9 @@ def test_what_coverage_says_of_a_survey_agrees() -> None:
     long = found(*quiet, "survey={size_m: [400, 4], depth_m: 10}", "asvs.count=1")
     assert long["fix_chance_mean"] == pytest.approx(long["covered_area"], abs=0.005)
     for side, asvs in ((140, 1), (100, 2), (400, 4)):  # off by up to 0.6 % on the grid alone
-        disc = found(*quiet, f"survey.side_m={side}", f"asvs.count={asvs}", "acoustics.mf.range_m=1e3")
+        disc = found(
+            *quiet, f"survey.side_m={side}", f"asvs.count={asvs}", "acoustics.mf.range_m=1e3"
+        )
         assert disc["fix_chance_mean"] == pytest.approx(disc["covered_area"], rel=5e-4)
     for turned in range(0, 90, 10):
         survey = f"survey={{size_m: [60, 80], rotation_deg: {turned}, depth_m: 10}}"

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ...acoustics.channel import AskedChannel, between
 from ...acoustics.propagation import TOUCH, SignalBand
 from ...acoustics.travel_time import travel_time
+from ...core.arrays import Floats
 from ...vehicles.fleet import VehicleFleet
 from ...vehicles.motion import places
 from ...vehicles.vehicle import Place
@@ -29,7 +30,7 @@ from .aloha import Sending
 
 class PingInFlight(NamedTuple):
     """A ping on its way to other AUVs: who sent it when (s) and where, to which (n,) it is a sound,
-    and how far (m) the farthest of these was.
+    how far (m) the farthest of these was, and how much later (s) than straight on it is there (n,).
     """
 
     auv: int
@@ -37,6 +38,7 @@ class PingInFlight(NamedTuple):
     place: Place
     audible: NDArray[np.bool_]
     farthest_m: float
+    late_s: Floats
 
 
 class Listening:
@@ -58,14 +60,16 @@ class Listening:
         all_places = places(self._auvs.motion, time)[:, :3]
         here = all_places[[auv]]
         signals = between(time, here, all_places, self._band.reach, calling=False)
+        late = np.zeros(len(all_places))
         if self._channel is not None:
-            audible = self._channel.prospects(signals)["sound"][0] > 0.0
+            (found,) = self._channel.prospects(signals)
+            audible, late = found["sound"] > 0.0, found["late_s"]
         else:
             audible = hearing(here, all_places, self._band.reach, self._band.slant)[0]
         audible[auv] = False
         farthest = float(signals.ranges[0][audible].max(initial=0.0))
         place = self._auvs.vehicles[auv].at(time)
-        self._pings.append(PingInFlight(auv, time, place, audible, farthest))
+        self._pings.append(PingInFlight(auv, time, place, audible, farthest, late))
 
     def forget(self, time: float) -> None:
         """Forget pings that were over everywhere by an instant (s): nobody asks of earlier."""
@@ -73,7 +77,8 @@ class Listening:
         while self._pings:
             first = self._pings[0]
             # AUVs that recede are met later than where they were; none is half as fast as sound
-            if first.sent_at_s + 2.0 * first.farthest_m / self._band.sound_speed + lasts >= time:
+            way = 2.0 * first.farthest_m / self._band.sound_speed + max(first.late_s.max(), 0.0)
+            if first.sent_at_s + way + lasts >= time:
                 break
             self._pings.popleft()
 
@@ -93,7 +98,8 @@ class Listening:
     def _arrival(self, ping: PingInFlight, auv: int, time: float) -> float:
         """Return when (s) a ping began to arrive at an AUV; infinite if it has not by now (s)."""
         vehicle, speed = self._auvs.vehicles[auv], self._band.sound_speed
-        lasts = time + TOUCH - ping.sent_at_s
+        begins = ping.sent_at_s + float(ping.late_s[auv])
+        lasts = time + TOUCH - begins
         under_way = dist(ping.place[:3], vehicle.at(time)[:3]) > speed * lasts
         if under_way or not ping.audible[auv]:
             return inf
@@ -101,7 +107,7 @@ class Listening:
         def so_far(instant: float) -> Place:
             return vehicle.at(min(instant, time))
 
-        return ping.sent_at_s + travel_time(ping.place, so_far, ping.sent_at_s, speed)
+        return begins + travel_time(ping.place, so_far, begins, speed)
 
 
 @dataclass(slots=True)

@@ -14,6 +14,7 @@ from ...acoustics.propagation import (
     SignalBand,
     Spread,
     drowns,
+    late,
     lost,
     overlap,
     reaches,
@@ -89,8 +90,10 @@ def interrogate(
         here, auv = where(auvs, group[k], time), group[k]
         caller = where(asvs, callers[k], time)
         if reaches(here, caller, k, callers[k], way):
-            travel = travel_time_to(caller, auvs, auv, time, sound_speed)
-            chance = lost(travel * sound_speed, k, callers[k], way)
+            bent = late(k, callers[k], way)
+            straight = travel_time_to(caller, auvs, auv, time + bent, sound_speed)
+            travel = straight + bent
+            chance = lost(straight * sound_speed, k, callers[k], way)
             drawn = chances[k]
             if bursts is not None:
                 drawn = chance_of(burst_luck(bursts[auv, callers[k]], time + travel, chance))
@@ -101,7 +104,8 @@ def interrogate(
                 there = where(asvs, other, time)
                 strength = sound(here, there, k, other, way)
                 if other != callers[k] and strength > 0.0:
-                    beside = travel_time_to(there, auvs, auv, time, sound_speed)
+                    beside = late(k, other, way)
+                    beside += travel_time_to(there, auvs, auv, time + beside, sound_speed)
                     if overlap(travel, beside, duration):
                         others += strength
             others += _still_there(calls, count, time, travel, k, auv, callers[k], into)
@@ -119,12 +123,12 @@ def _still_there(
     caller begins then, and that travels so long (s) to an AUV, `number` of its group.
     """
     auvs, asvs, band = spread.auvs, spread.asvs, spread.way.band
-    others, farthest, here = 0.0, 0.0, where(auvs, auv, time)
+    others, farthest, latest, here = 0.0, 0.0, 0.0, where(auvs, auv, time)
     for asv in range(asvs.first.size - 1):
         there = where(asvs, asv, time)
         square = (here[0] - there[0]) ** 2 + (here[1] - there[1]) ** 2 + (here[2] - there[2]) ** 2
-        farthest = max(farthest, sqrt(square))
-    latest = PASSED * farthest / band.sound_speed + band.duration
+        farthest, latest = max(farthest, sqrt(square)), max(latest, late(number, asv, spread.way))
+    latest += PASSED * farthest / band.sound_speed + band.duration
     for before in range(count - 1, -1, -1):
         call = calls[before]
         if call.sent_at_s + latest < time + travel:
@@ -133,7 +137,8 @@ def _still_there(
             continue  # how it is heard at others; or the same call, which names several
         there = where(asvs, call.asv, call.sent_at_s)
         place = where(auvs, auv, call.sent_at_s)
-        arrives = travel_time_to(there, auvs, auv, call.sent_at_s, band.sound_speed)
+        arrives = late(number, call.asv, spread.way)
+        arrives += travel_time_to(there, auvs, auv, call.sent_at_s + arrives, band.sound_speed)
         if overlap(time + travel, call.sent_at_s + arrives, band.duration):
             others += sound(place, there, number, call.asv, spread.way)
     return others

@@ -6,12 +6,12 @@ from math import hypot
 
 import numpy as np
 
-from ...acoustics.channel import AskedChannel, Bending, Signals, between, deciding
+from ...acoustics.channel import AskedChannel, Signals, between, deciding
 from ...acoustics.loss import LossTerms
 from ...acoustics.propagation import SignalBand, SignalPath, Spread, amend, deafen, silence, spread
 from ...acoustics.sonar_channel import ECHO, EchoingSonar
 from ...acoustics.travel_time import PASSED, travel_time
-from ...core.arrays import Ints
+from ...core.arrays import Floats, Ints
 from ...core.packed import Packed
 from ...core.streams import Purpose, Streams
 from ...records.events import HEARD, LOST
@@ -63,7 +63,7 @@ class Uplink:
         self.band = band
         self._channel, self.receiver, self._way = deciding(channel, band)
         self._auvs, self._asvs, self._record, self._vessels = auvs, asvs, record, len(asvs)
-        self._bending = channel if isinstance(channel, Bending) else None
+        self._call_late_s: dict[int, Floats] = {}  # of the last call for each AUV, by each ASV
         self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
         self._luck = cache(partial(streams.of, Purpose.CALL))
         self._spread_in = spread_in(record, self._way, auvs, asvs)
@@ -111,14 +111,17 @@ class Uplink:
 
     def call_time(self, asv: int, auv: int, time: float) -> float:
         """Return how long (s) a call at an instant (s) was under way, once it has arrived."""
-        caller = self._asvs.vehicles[asv].at(time)
-        return travel_time(caller, self._auvs.vehicles[auv].at, time, self.band.sound_speed)
+        caller, at = self._asvs.vehicles[asv].at(time), self._auvs.vehicles[auv].at
+        late = float(self._call_late_s[auv][asv]) if auv in self._call_late_s else 0.0
+        return travel_time(caller, at, time + late, self.band.sound_speed) + late
 
     def _ask(self, group: Sequence[int], time: float, calling: bool = False) -> None:
         """Ask what becomes of signals of AUVs, or calls for them; not the disc, it is compiled."""
         if self._channel is not None:
             prospects = self._channel.prospects(self._signals(group, time, calling))
             self._spread_in.renew("way", self._way._replace(prospects=prospects))
+            if calling:
+                self._call_late_s |= zip(group, prospects["late_s"], strict=True)
 
     def _signals(self, group: Sequence[int], time: float, calling: bool) -> Signals:
         """Return the signals that begin at an instant (s) between AUVs and all ASVs."""
@@ -139,6 +142,8 @@ class Uplink:
                 )
             else:  # sound may reach anybody
                 way = float(self._signals(group, time, calling=True).ranges.max())
+                late = max(float(self._call_late_s[auv].max()) for auv in group)
+                way += max(late, 0.0) * self.band.sound_speed
             self._auvs.advance(time + PASSED * way / self.band.sound_speed)
 
     def send(
@@ -172,8 +177,6 @@ class Uplink:
             pings.rows["waited_s"][first:] = waited
         if self.echoes is not None:
             self._echo(group, first, row, self.echoes)
-        elif self._bending is not None:
-            self._bend(self._bending, group, first, row)
         if self._asvs.failures is not None:
             deafen(self._asvs.failures, pings.rows[first:], receptions.rows[row:], self.band)
         if called[0]["call"] not in (NONE, HEARD):
@@ -207,11 +210,3 @@ class Uplink:
         last = (receptions["travel_time_s"] + found["later_s"].max(axis=1)).max(initial=0.0)
         longest = pings["longest_s"][first:]
         np.maximum(longest, last, out=longest)
-
-    def _bend(self, channel: Bending, group: Sequence[int], first: int, row: int) -> None:
-        """Note how late pings from `first` on come, whose receptions begin with a row."""
-        receptions = self._record.receptions.rows[row:]
-        sent_at = float(self._record.pings.rows["sent_at_s"][first])
-        late = channel.late_s(self._signals(group, sent_at, calling=False))
-        receptions["late_s"] = late[receptions["ping"] - first, receptions["asv"]]
-        receptions["lowered"] = 0.0

@@ -219,7 +219,7 @@ class MfDownlink(Deliveries):
         promised["outcome"] = np.where(
             loss < 1.0, np.where(luck < loss, LOST, IN_FLIGHT), OUT_OF_RANGE
         )
-        promised["sound"] = found["sound"]
+        promised["sound"], promised["late_s"] = found["sound"], found["late_s"]
         self._promises.count += len(auvs)
         fixes = self._fixes.array
         promised = promised["outcome"][fixes["auv"][carried]]
@@ -299,48 +299,63 @@ class MfDownlink(Deliveries):
         vessel = self._asvs.vehicles[asv].at(ends)
         for fix in rows:
             if self._fixes.array[fix]["outcome"] == IN_FLIGHT:
-                event = self._nearly_there(fix, vessel, ends)
-                event.callbacks.append(partial(self._arrive, fix, asv, frame))
+                late = self._late_s(fix)
+                event = self._nearly_there(fix, vessel, ends, late)
+                event.callbacks.append(partial(self._arrive, fix, asv, frame, late))
 
-    def _nearly_there(self, fix: int, vessel: Place, time: float) -> simpy.Timeout:
-        """Return the event at which what left a vessel at an instant (s) is nearly at its AUV."""
+    def _late_s(self, fix: int) -> float:
+        """Return how much later (s) the frame of a fix is at its AUV than straight on."""
+        if self._channel is None:
+            return 0.0
+        row = self._fixes.array[fix]
+        return float(self._promises.array[row["frame"] * len(self._auvs) + row["auv"]]["late_s"])
+
+    def _nearly_there(self, fix: int, vessel: Place, time: float, late: float) -> simpy.Timeout:
+        """Return the event at which what left a vessel at an instant (s) is nearly at its AUV, so
+        much later (s) than straight on.
+        """
         now, auv = self._env.now, self._fixes.array[fix]["auv"]
         place = self._auvs.vehicles[auv].at(now)
-        way = NEARLY_THERE * math.dist(vessel[:3], place[:3]) / self._sound_speed
+        way = NEARLY_THERE * (math.dist(vessel[:3], place[:3]) / self._sound_speed + late)
         return self._env.timeout(max(time - now + way, 0.0))
 
     def _arrive(
-        self, fix: int, asv: int, frame: tuple[float, float, float], _: simpy.Event
+        self, fix: int, asv: int, frame: tuple[float, float, float], late: float, _: simpy.Event
     ) -> None:
         """Find the exact arrival when it is near: who steers by fixes has no sure future."""
         time, airtime, processing = frame
-        travel = self._travel(asv, fix, time + airtime)
+        travel = self._travel(asv, fix, time + airtime, late)
         self._expect(fix, self._clock.after(time, airtime + travel + processing))
 
-    def _travel(self, asv: int, fix: int, time: float) -> float:
-        """Return how long (s) sound from an ASV at an instant (s) travels to the AUV of a fix."""
+    def _travel(self, asv: int, fix: int, time: float, late: float) -> float:
+        """Return how long (s) sound from an ASV at an instant (s) travels to the AUV of a fix, so
+        much later (s) than straight on.
+        """
         auv = int(self._fixes.array[fix]["auv"])
         if self._auvs.foreseen:
             self._asvs.advance(time)
-            return way_s(self._sent_in.address, asv, auv, time)
-        vessel = self._asvs.vehicles[asv].at(time)  # the AUV's way is made known as it is asked for
-        return travel_time(vessel, self._auvs.vehicles[auv].at, time, self._sound_speed)
+            return way_s(self._sent_in.address, asv, auv, time, late)
+        # the AUV's way is made known as it is asked for
+        vessel, at = self._asvs.vehicles[asv].at(time), self._auvs.vehicles[auv].at
+        return late + travel_time(vessel, at, time + late, self._sound_speed)
 
-    def reply(self, round_number: int, fix: int, asv: int, time: float) -> None:
-        """Answer a ping that reached the ASV at `time` (s); the answer takes only its way."""
+    def reply(self, round_number: int, fix: int, asv: int, time: float, late: float = 0.0) -> None:
+        """Answer a ping that reached the ASV at `time` (s); the answer takes only its way, as much
+        later (s) than straight on as the ping did.
+        """
         row = self._fixes.array[fix]
         row["broadcast_at_s"], row["broadcast_by"] = time, asv
         self._record.broadcasts.append(Broadcast(round_number, asv, time, 0.0, 0, 1))
         if self.on_broadcast is not None:
             self.on_broadcast()
         if self._auvs.predicted:
-            event = self._nearly_there(fix, self._asvs.vehicles[asv].at(time), time)
-            event.callbacks.append(lambda _: self._answered(fix, asv, time))
+            event = self._nearly_there(fix, self._asvs.vehicles[asv].at(time), time, late)
+            event.callbacks.append(lambda _: self._answered(fix, asv, time, late))
         else:
-            self._answered(fix, asv, time)
+            self._answered(fix, asv, time, late)
 
-    def _answered(self, fix: int, asv: int, time: float) -> None:
+    def _answered(self, fix: int, asv: int, time: float, late: float) -> None:
         """Let an AUV have the answer that an ASV sent at an instant (s), but not before now."""
         pinged_at = float(self._fixes.array[fix]["pinged_at_s"])
-        two_way = time - pinged_at + self._travel(asv, fix, time)
+        two_way = time - pinged_at + self._travel(asv, fix, time, late)
         self._expect(fix, self._clock.after(pinged_at, max(two_way, self._env.now - pinged_at)))

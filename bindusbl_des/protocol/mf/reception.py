@@ -40,9 +40,9 @@ class Frame:
 FRAME = row_type(Frame)
 
 # What a channel other than the disc makes of a frame at an AUV: IN_FLIGHT if that decodes it where
-# nothing overlaps it, else why it does not; and how strong it is
-# (:data:`...acoustics.propagation.PROSPECT`).
-PROMISE = np.dtype([("outcome", "i8"), ("sound", "f8")])
+# nothing overlaps it, else why it does not; how strong it is, and how much later it is there than
+# straight on (:data:`...acoustics.propagation.PROSPECT`).
+PROMISE = np.dtype([("outcome", "i8"), ("sound", "f8"), ("late_s", "f8")])
 DISC: Rows = np.empty(0, PROMISE)
 
 
@@ -104,7 +104,9 @@ def begin_frame(
     frame, last = frames[number], -1.0
     frame.asv, frame.sent_at_s, frame.on_air_s, frame.airtime_s = asv, time, on_air, airtime
     frame.processing_s = processing
-    frame.passed_at_s = _passed(frame, foreseen, auvs, asvs, reach, sound_speed)
+    count = auvs.first.size - 1 if reach == inf else 0  # of a disc nothing is promised
+    promised = into.promises[number * count : (number + 1) * count]
+    frame.passed_at_s = _passed(frame, foreseen, auvs, asvs, reach, sound_speed, promised)
     if number > 0:
         frame.passed_at_s = max(frame.passed_at_s, frames[number - 1].passed_at_s)
     for row in carried:
@@ -114,27 +116,34 @@ def begin_frame(
         if not within(where(auvs, line.auv, time), begins, False, reach):
             line.outcome = OUT_OF_RANGE
         elif foreseen and line.outcome == IN_FLIGHT:
-            travel = travel_time_to(ends, auvs, line.auv, time + airtime, sound_speed)
+            late = promised[line.auv].late_s if promised.size else 0.0
+            travel = late + travel_time_to(ends, auvs, line.auv, time + airtime + late, sound_speed)
             line.arrives_at_s = after(rate, time, airtime + travel + processing)
             last = max(last, line.arrives_at_s)
     return last, frame.passed_at_s
 
 
 @compiled
-def way_s(packed: int, asv: int, auv: int, time: float) -> float:
-    """Return how long (s) the sound of an ASV at an instant (s) travels to an AUV that it meets.
+def way_s(packed: int, asv: int, auv: int, time: float, late: float) -> float:
+    """Return how long (s) the sound of an ASV at an instant (s) travels to an AUV that it meets, so
+    much later (s) than straight on.
 
     `packed` is the address of a :class:`Sent`.
     """
     of = unpacked(packed, Sent)
-    return travel_time_to(where(of.asvs, asv, time), of.auvs, auv, time, of.sound_speed)
+    source = where(of.asvs, asv, time)
+    return late + travel_time_to(source, of.auvs, auv, time + late, of.sound_speed)
 
 
 @compiled
 def _passed(
-    frame: Row, foreseen: bool, auvs: Motion, asvs: Motion, reach: float, sound_speed: float
-) -> float:
+    frame: Row, foreseen: bool, auvs: Motion, asvs: Motion, reach: float, sound_speed: float,
+    promised: Rows,
+) -> float:  # fmt: skip
     """Return an instant (s) by which a frame has passed all AUVs that are in reach as it begins."""
+    latest = 0.0
+    for promise in promised:
+        latest = max(latest, promise.late_s)
     begins, later = frame.sent_at_s, frame.sent_at_s
     ends, margin = begins + frame.on_air_s, (PASSED - 1.0) * frame.on_air_s
     if foreseen:  # where everybody is when it ends
@@ -143,7 +152,7 @@ def _passed(
     for auv in range(auvs.first.size - 1):
         if within(where(auvs, auv, begins), source, False, reach):
             farthest = max(farthest, distance(leaves, where(auvs, auv, later)))
-    return float(ends + margin + PASSED * farthest / sound_speed)
+    return float(ends + margin + PASSED * farthest / sound_speed + latest)
 
 
 @compiled
@@ -171,20 +180,25 @@ def receive(
 @compiled
 def _span(number: int, auv: int, medium: Medium) -> tuple[float, float]:
     """Return when (s) a frame begins at an AUV and when it ends there; infinite if it has not."""
-    frame, ends = medium.frames[number], inf
-    begins = _arrival(frame.asv, frame.sent_at_s, auv, medium)
+    frame, ends, late = medium.frames[number], inf, 0.0
+    if medium.promises.size:
+        late = medium.promises[number * (medium.auvs.first.size - 1) + auv].late_s
+    begins = _arrival(frame.asv, frame.sent_at_s, auv, late, medium)
     if begins < inf:
-        ends = _arrival(frame.asv, frame.sent_at_s + frame.on_air_s, auv, medium)
+        ends = _arrival(frame.asv, frame.sent_at_s + frame.on_air_s, auv, late, medium)
     return begins, ends
 
 
 @compiled
-def _arrival(asv: int, time: float, auv: int, medium: Medium) -> float:
-    """Return when (s) the sound of an ASV of an instant (s) is at an AUV; infinite if it is not."""
-    if time > medium.known:
+def _arrival(asv: int, time: float, auv: int, late: float, medium: Medium) -> float:
+    """Return when (s) the sound of an ASV of an instant (s) is at an AUV, so much later (s) than
+    straight on; infinite if it is not.
+    """
+    if max(time, time + late) > medium.known:
         return inf
-    source = where(medium.asvs, asv, time)
-    return time + travel_time_by(source, medium.auvs, auv, time, medium.sound_speed, medium.known)
+    source, begins = where(medium.asvs, asv, time), time + late
+    way = travel_time_by(source, medium.auvs, auv, begins, medium.sound_speed, medium.known)
+    return begins + way
 
 
 @compiled

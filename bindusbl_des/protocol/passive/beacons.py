@@ -109,11 +109,14 @@ class Beacons:
             reception = receptions.array[row]
             ping = pings.array[reception["ping"]]
             place = ping["x_m"], ping["y_m"], ping["z_m"]
-            auv, sent_at = self._auvs.vehicles[reception["auv"]], float(ping["sent_at_s"])
-            travel = travel_time(place, auv.at, sent_at, self.band.sound_speed)
+            auv, sent_at, bent = int(reception["auv"]), float(ping["sent_at_s"]), 0.0
             if self._channel is not None:
-                self._foretell(self._prospects[int(reception["ping"])])
-            arrive(self._spread_in.address, row, travel)
+                prospects = self._prospects[int(reception["ping"])]
+                self._foretell(prospects)
+                bent = float(prospects["late_s"][auv, reception["asv"]])
+            at, speed = self._auvs.vehicles[auv].at, self.band.sound_speed
+            straight = travel_time(place, at, sent_at + bent, speed)
+            arrive(self._spread_in.address, row, straight, bent)
 
 
 class PassiveOutcomes:

@@ -5,7 +5,17 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from ...acoustics.propagation import SignalPath, Spread, drowns, lost, overlap, reaches, snr, sound
+from ...acoustics.propagation import (
+    SignalPath,
+    Spread,
+    drowns,
+    late,
+    lost,
+    overlap,
+    reaches,
+    snr,
+    sound,
+)
 from ...acoustics.travel_time import NEARLY_THERE, PASSED, distance, travel_time_to
 from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled
@@ -56,11 +66,14 @@ def radiate(
         reception.sound, reception.snr_db = strength, snr(auv, asv, way)
         reception.azimuth_deg = reception.elevation_deg = nan  # until it is measured
         reception.body_azimuth_deg = reception.body_elevation_deg = nan
+        bent = late(auv, asv, way)
         if foreseen:
-            travel = travel_time_to(here, auvs, auv, time, sound_speed)
+            straight = travel_time_to(here, auvs, auv, time + bent, sound_speed)
         else:
-            travel = NEARLY_THERE * distance(here, there) / sound_speed
-        _meet(reception, time, travel, way)
+            straight = NEARLY_THERE * distance(here, there) / sound_speed
+            bent *= NEARLY_THERE if bent > 0.0 else 1.0 / NEARLY_THERE
+        travel = straight + bent
+        _meet(reception, time, straight, bent, way)
         row += 1
         longest = max(longest, travel) if strength > 0.0 else longest
         if in_range:
@@ -72,10 +85,13 @@ def radiate(
 
 
 @compiled
-def _meet(reception: Row, sent_at: float, travel: float, way: SignalPath) -> None:
-    """Write when a ping arrives that travels for so long (s), and how likely it is lost."""
+def _meet(reception: Row, sent_at: float, straight: float, bent: float, way: SignalPath) -> None:
+    """Write when a ping arrives that would travel for so long (s) straight on and comes so much
+    later (s), and how likely it is lost.
+    """
+    travel = straight + bent
     reception.arrived_at_s, reception.travel_time_s = sent_at + travel, travel
-    reception.slant_range_m = travel * way.band.sound_speed
+    reception.slant_range_m, reception.bent_s = straight * way.band.sound_speed, bent
     reception.loss = (
         1.0
         if reception.outcome == OUT_OF_RANGE
@@ -84,14 +100,14 @@ def _meet(reception: Row, sent_at: float, travel: float, way: SignalPath) -> Non
 
 
 @compiled
-def arrive(packed: int, row: int, travel: float) -> None:
-    """Write the arrival of a ping that is nearly there, now that its travel time (s) is known;
-    `packed` as of :func:`radiate`.
+def arrive(packed: int, row: int, straight: float, bent: float) -> None:
+    """Write the arrival of a ping that is nearly there, now that it is known how long it travels
+    (:func:`_meet`); `packed` as of :func:`radiate`.
     """
     into = unpacked(packed, Spread)
     reception = into.receptions[row]
     line = into.pings[reception.ping]
-    _meet(reception, line.sent_at_s, travel, into.way)
+    _meet(reception, line.sent_at_s, straight, bent, into.way)
     if reception.outcome == IN_FLIGHT:
         line.passed_at_s = max(line.passed_at_s, reception.arrived_at_s + into.way.band.duration)
 
