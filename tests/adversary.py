@@ -258,14 +258,18 @@ def _frames(worlds: Worlds) -> NDArray[np.bool_]:
     protocol, slots, n = worlds.protocol, worlds.slots, worlds.trials
     if protocol.asvs_ping or protocol.downlink == "direct_reply":
         return np.zeros(n, dtype=bool)
-    mf, draw = worlds.scenario.acoustics.mf.range_m, worlds.draw
+    band, draw = worlds.scenario.acoustics.mf, worlds.draw
+    deep = worlds.depth[draw.integers(worlds.auvs, size=n)]
+    mf = np.full(n, band.range_m)
+    if band.range_metric == "slant":
+        mf = np.sqrt(np.maximum(mf**2 - deep**2, 0.0))
     one, other = draw.integers(worlds.asvs, size=(2, n))
     if protocol.broadcaster == "rotate":
         other = (one + 1) % worlds.asvs
     way = worlds.stations[other] - worlds.stations[one]
     norm = np.linalg.norm(way, axis=1, keepdims=True)
     unit = np.divide(way, norm, out=np.tile([1.0, 0.0], (n, 1)), where=norm > 0)
-    begins = worlds.stations[one] + unit * mf * draw.choice((1 - 1e-12, 0.9, 0.5), (n, 1))
+    begins = worlds.stations[one] + unit * mf[:, None] * draw.choice((1 - 1e-12, 0.9, 0.5), (n, 1))
     velocity = draw.choice((-1.0, 1.0), (n, 1)) * unit * worlds.bounds.max_speed_m_per_s
     schedule, framed = str(protocol.schedule), str(protocol.schedule) in ("round_robin", "random")
     alone, in_groups = schedule == "one_per_slot", protocol.downlink == "pipelined_group"
@@ -284,7 +288,6 @@ def _frames(worlds: Worlds) -> NDArray[np.bool_]:
     if framed:  # a tick early at most
         tick = 1.0 / protocol.tick_rate_hz if protocol.tick_rate_hz else 0.0
         sent = max(sent, protocol.frame_s - tick)
-    deep = worlds.depth[draw.integers(worlds.auvs, size=n)]
 
     def meets(asv: NDArray[np.int64], time: float) -> Array:
         came = np.full(n, time)

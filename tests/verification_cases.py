@@ -34,7 +34,10 @@ def drawn_case(seed: int) -> tuple[Data, dict[str, float]]:
                 "range_metric": "slant" if slant else "horizontal",
                 "ping_s": draw.choice((0.002, 0.01, 0.03)),
             },
-            "mf": {"range_m": draw.choice((60.0, 100.0, 300.0))},
+            "mf": {
+                "range_m": draw.choice((60.0, 100.0, 300.0)),
+                "range_metric": draw.choice(("horizontal", "slant")),
+            },
         },
         "protocol": {
             "schedule": draw.choice(

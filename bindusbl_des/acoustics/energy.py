@@ -137,24 +137,27 @@ def on_mf(
     reach: float,
     duration: float,
     failed: Callable[[float], Sequence[int]] = lambda _: (),
+    by_slant: bool = False,
 ) -> tuple[OnAir, OnAir]:
     """Return how long AUVs and ASVs send and receive frames; two at once are received once.
 
-    `places` tell where AUVs (n, 2+) and ASVs (m, 2+) are at an instant (s), m; frames reach
-    `reach` (m), as seen from above.  ASVs that have `failed` by then receive none.
+    `places` tell where AUVs (n, 3+) and ASVs (m, 3+) are at an instant (s), m; frames reach
+    `reach` (m), as seen from above unless `by_slant`.  ASVs that have `failed` by then receive
+    none.
     """
+    axes = 3 if by_slant else 2
     found = [OnAir(*np.zeros((2, len(where(0.0))))) for where in places]
     over = [np.zeros(len(on_air.receiving)) for on_air in found]  # counted until then
     for frame in broadcasts:
         begins, lasts = frame.sent_at_s, min(frame.airtime_s, duration - frame.sent_at_s)
         if lasts <= 0.0:
             continue
-        here = places[1](begins)[frame.asv, :2]
+        here = places[1](begins)[frame.asv, :axes]
         found[1].sending[frame.asv] += lasts
         for where, on_air, until, deaf in zip(
             places, found, over, ((), (frame.asv, *failed(begins))), strict=True
         ):
-            near = np.hypot(*(where(begins)[:, :2] - here).T) <= reach
+            near = np.linalg.norm(where(begins)[:, :axes] - here, axis=1) <= reach
             near[list(deaf)] = False
             more = np.where(until <= begins, lasts, np.maximum(begins + lasts - until, 0.0))
             on_air.receiving[near] += more[near]

@@ -377,10 +377,11 @@ def _heard(scenario: Scenario, auvs: Floats, asvs: Floats) -> Floats:
 
 def _delivered(scenario: Scenario, auvs: Floats, asvs: Floats) -> Floats:
     """Return how likely each AUV decodes the frame with its fix from each ASV (n, m)."""
-    reach, channel = scenario.acoustics.mf.range_m, _frames(scenario)
+    mf, channel = scenario.acoustics.mf, _frames(scenario)
     if channel is None:
-        return (_apart(auvs, asvs, axes=2) <= reach).astype(float)
-    return _decoded(channel, auvs, asvs, reach, True)
+        axes = 3 if mf.range_metric == "slant" else 2
+        return (_apart(auvs, asvs, axes) <= mf.range_m).astype(float)
+    return _decoded(channel, auvs, asvs, mf.range_m, True)
 
 
 def _frames(scenario: Scenario, fixes: int | None = None) -> AskedChannel | None:

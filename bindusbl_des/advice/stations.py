@@ -29,7 +29,7 @@ class Ways:
 
     def __init__(self, scenario: Scenario) -> None:
         self._area = area_of(scenario)
-        self._hears, self._mf_range_m = horizontal_reach(scenario), scenario.acoustics.mf.range_m
+        self._hears, self._reaches = horizontal_reach(scenario), horizontal_reach(scenario, "mf")
         sender = broadcaster_of(scenario)
         self._choice = sender.serves_nearest and not sender.at_once
         self._choice |= scenario.protocol.replies
@@ -47,9 +47,9 @@ class Ways:
         apart = self.places[..., None, :] - stations
         away = np.hypot(apart[..., 0], apart[..., 1])
         nearest = away.min(axis=-1)
-        reached = (away <= self._mf_range_m).mean(axis=-1)
+        reached = (away <= self._reaches).mean(axis=-1)
         if self._choice:
-            reached = (nearest <= self._mf_range_m) | self._instant
+            reached = (nearest <= self._reaches) | self._instant
         own = ((nearest <= self._hears) * reached).mean(axis=-1)
         return float(own.min()), float(own.mean()), -float(nearest.mean())
 

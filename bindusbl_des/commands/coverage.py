@@ -222,10 +222,30 @@ def _coverage(
         "formation_radius_bound_m": bound,
         "covering_radius_m": covering_radius(area, stations),
         "covered_area": covered_by_rings(area, stations, heard),
+        **_by_slant(scenario, stations),
         **_chances(scenario, stations),
         **_directions(scenario),
         "left_out": ["asvs.failures"] if scenario.asvs.failures else [],
     }
+
+
+def _by_slant(scenario: "Scenario", stations: Stations) -> dict[str, Any]:
+    """Return how far (m), seen from above, the HF range would reach as a slant range, and which
+    share of the area; None where it is one, or differs little.
+    """
+    from ..acoustics.fix_chance import heard_rings
+    from ..geometry.coverage import covered_by_rings
+    from ..preflight.band_warnings import steep
+    from ..scenario.destinations import horizontal_reach
+    from ..scenario.site import area_of
+
+    if all(problem.key != "acoustics.hf.range_metric" for problem in steep(scenario)):
+        return {"slant_reach_m": None, "slant_covered_area": None}
+    bands = scenario.acoustics
+    hf = bands.hf.model_copy(update={"range_metric": "slant"})
+    other = scenario.model_copy(update={"acoustics": bands.model_copy(update={"hf": hf})})
+    covered = covered_by_rings(area_of(other), stations, heard_rings(other))
+    return {"slant_reach_m": horizontal_reach(other), "slant_covered_area": covered}
 
 
 def _chances(scenario: "Scenario", stations: Stations) -> dict[str, Any]:
@@ -280,6 +300,9 @@ def _told(found: dict[str, Any]) -> Iterator[str]:
         north, east = "N" if lat >= 0 else "S", "E" if lon >= 0 else "W"
         yield f"{'x = y = 0':<{WIDTH}} {abs(lat):.5f} deg {north}, {abs(lon):.5f} deg {east}"
     yield f"{'HF range':<26}{found['hf_range_m']:>9.2f} m {metric}, {reach:.2f} m seen from above"
+    if (by_slant := found["slant_reach_m"]) is not None:
+        area = 100 * found["slant_covered_area"]
+        yield f"{'as a slant range':<26}{by_slant:>9.2f} m seen from above, {area:.2f} % covered"
     if abs((heard := found["heard_m"]) - reach) > 0.01 * reach:
         yield f"{'half the pings':<26}{heard:>9.2f} m seen from above, up to which they are decoded"
         yield f"{'':<26}{found['heard_from_m']:>9.2f} m deep, as the deepest AUV is"

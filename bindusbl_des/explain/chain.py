@@ -93,7 +93,7 @@ class Chain:
 
 if TYPE_CHECKING:
     from ..results.result import Result
-    from ..scenario.sections.acoustics import UplinkSection
+    from ..scenario.sections.acoustics import Downlink, UplinkSection
 
     Place = NDArray[np.float64] | tuple[float, float, float]
 
@@ -123,9 +123,9 @@ def out_of_range(hf: "UplinkSection") -> str:
     return f"out of HF range ({hf.range_m:g} m {hf.range_metric})"
 
 
-def apart(hf: "UplinkSection", here: "Place", there: "Place") -> float:
-    """Return the distance (m) of two places (x, y, z in m) that is compared with the HF range."""
-    axes = 3 if hf.range_metric == "slant" else 2
+def apart(band: "UplinkSection | Downlink", here: "Place", there: "Place") -> float:
+    """Return the distance (m) of two places (x, y, z in m) that is compared with a band's range."""
+    axes = 3 if band.range_metric == "slant" else 2
     return math.dist(here[:axes], there[:axes])
 
 

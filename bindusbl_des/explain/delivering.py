@@ -12,7 +12,7 @@ from ..results.round_timeline import uplink_slots
 from ..scenario.declared import channel_named
 from ..scenario.families import broadcaster_of, downlink_of
 from ..scenario.site import sound_speed_of
-from .chain import LatencyPart, Step, compared, frame_of, place, rows_where
+from .chain import LatencyPart, Step, apart, compared, frame_of, place, rows_where
 from .losing import frame_burst_words, why_broadcast, wrong
 from .overlapping import failed, frame_cut, overlapped
 
@@ -55,7 +55,8 @@ def broadcasting(result: "Result", fix: Any) -> Step:
     """Return the step at which an ASV broadcasts a fix: why then, why this ASV, who is in range."""
     frame = frame_of(result, fix)
     auv, asv = (place(result, name, fix.broadcast_at_s) for name in (fix.auv, fix.broadcast_by))
-    away, limit = math.hypot(*(auv - asv)[:2]), result.scenario.acoustics.mf.range_m
+    protocol, mf = result.scenario.protocol, result.scenario.acoustics.mf
+    away, limit = apart(mf, auv, asv), mf.range_m
     facts = {
         "waited_s": fix.broadcast_at_s - known_at(result, fix),
         "airtime_s": float(frame.airtime_s),
@@ -64,7 +65,6 @@ def broadcasting(result: "Result", fix: Any) -> Step:
         "range_m": away,
         "limit_m": limit,
     }
-    protocol, mf = result.scenario.protocol, result.scenario.acoustics.mf
     at_once = f"{protocol.downlink}: the first ASV to decode a ping answers it at once"
     if not protocol.sends_frames:
         when = (
@@ -76,7 +76,7 @@ def broadcasting(result: "Result", fix: Any) -> Step:
         return Step(fix.broadcast_at_s, fix.broadcast_by, "answers it", why, facts)
     within = (away > limit) == (fix.outcome == "out_of_range")
     words = compared(away, limit) if within else "at the edge of the"
-    reached = f"horizontal range of {fix.auv} {words} MF range"
+    reached = f"{mf.range_metric} range of {fix.auv} {words} MF range"
     if met := overlapped(result, fix):
         reached = f"the frame is {met}"
     elif cut := frame_cut(result, fix):

@@ -13,7 +13,7 @@ from ..protocol.schedules.view import weighed
 from ..scenario.declared import channel_named
 from ..scenario.families import schedule_of
 from ..scenario.own_sensors import straight_drift_rms
-from .chain import Step, place, row_of, rows_where
+from .chain import Step, apart, place, row_of, rows_where
 from .overlapping import number_of
 
 if TYPE_CHECKING:
@@ -91,7 +91,8 @@ def _why_missed(result: "Result", slot: Any) -> str:
     if slot.told_by is None or slot.told_at_s != slot.told_at_s:
         return "no frame had named the slots of that round"
     auv, asv = (place(result, name, slot.told_at_s) for name in (slot.auv, slot.told_by))
-    away, mf = math.hypot(*(auv - asv)[:2]), result.scenario.acoustics.mf
+    mf = result.scenario.acoustics.mf
+    away = apart(mf, auv, asv)
     frame = f"the frame of {slot.told_by} that began at {slot.told_at_s:.4f} s"
     if channel_named(mf.channel).ends_at_range and away > mf.range_m:
         return f"it was out of MF range of {frame}: {away:.1f} m > {mf.range_m:g} m"

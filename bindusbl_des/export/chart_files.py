@@ -188,7 +188,7 @@ def planned(scenario: "Scenario") -> Iterator[Drawn]:
     yield _survey(scenario)
     bands = [("HF", horizontal_reach(scenario))]
     if scenario.protocol.sends_frames:
-        bands.append(("MF", scenario.acoustics.mf.range_m))
+        bands.append(("MF", horizontal_reach(scenario, "mf")))
     around = np.append(np.linspace(0.0, 2.0 * np.pi, CORNERS, endpoint=False), 0.0)  # is closed
     for number, (x, y) in enumerate(stations_kept(scenario)):
         yield Drawn("Point", f"ASV{number}", on_earth([(x, y)]))

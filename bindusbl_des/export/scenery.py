@@ -270,8 +270,8 @@ def _label(name: str) -> TextPrimitive:
 
 
 def _ranges(scenario: "Scenario") -> Iterator[dict[str, Any]]:
-    """Yield the HF (as it reaches the survey's depth) and MF range of each ASV; they go with it."""
-    hf, mf = horizontal_reach(scenario), scenario.acoustics.mf.range_m
+    """Yield how far HF and MF of each ASV reach at the survey's depth; the rings go with it."""
+    hf, mf = horizontal_reach(scenario), horizontal_reach(scenario, "mf")
     for number in range(scenario.asvs.count):
         name = f"ASV{number}"
         circles = [ring(hf, colour(HF_ON_DARK)), ring(mf, colour(MF_ON_DARK, 0.6))]

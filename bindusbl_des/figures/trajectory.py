@@ -13,6 +13,7 @@ from matplotlib.patches import Circle, Polygon
 from ..core.arrays import Floats
 from ..core.palette import HF, INK, MF, PLANNED
 from ..geometry.geodesy import east_north
+from ..scenario.destinations import horizontal_reach
 from ..scenario.flight_plans import planned_paths
 from ..scenario.site import area_of
 from .style import (
@@ -84,8 +85,8 @@ def _plans(scenario: "Scenario") -> list[Any]:
 
 def _draw_asvs(axes: Axes, scenario: "Scenario", asvs: dict[str, Any]) -> None:
     reaches = (
-        (scenario.acoustics.hf.range_m, HF, "--", "HF range"),
-        (scenario.acoustics.mf.range_m, MF, ":", "MF range"),
+        (horizontal_reach(scenario), HF, "--", "HF range"),
+        (horizontal_reach(scenario, "mf"), MF, ":", "MF range"),
     )
     paths = {name: east_north(track[["x_m", "y_m"]]) for name, track in asvs.items()}
     add_lines(axes, list(paths.values()), ["k"] * len(paths), linewidths=0.6, label="ASV track")

@@ -201,6 +201,7 @@ def _network(
         broadcaster=broadcaster_named(protocol.broadcaster),
         broadcaster_draw=streams.of(Purpose.BROADCASTER),
         mf_range=scenario.acoustics.mf.range_m,
+        mf_slant=scenario.acoustics.mf.range_metric == "slant",
         positions=PredictedPositions(
             auvs,
             asvs,
@@ -287,22 +288,23 @@ def _on_hf(
 
 def frame_band(scenario: Scenario, streams: Streams) -> FrameBand:
     """Return what holds for all frames of the downlink."""
-    channel, reach = mf_channel(scenario), scenario.acoustics.mf.range_m
+    channel, mf = mf_channel(scenario), scenario.acoustics.mf
     capture = math.inf if channel is None else channel(1, 1.0).receiver.capture
     deafening = scenario.acoustics.hf.ping_s if scenario.protocol.duplex == "per_node" else 0.0
     return FrameBand(
-        reach,
+        mf.range_m,
         sound_speed_of(scenario),
         channel,
         capture,
         deafening,
         pairs(
-            burst_s(scenario.acoustics.mf.channel),
+            burst_s(mf.channel),
             streams,
             Purpose.FRAME_BURST,
             scenario.auvs.count,
             scenario.asvs.count,
         ),
+        mf.range_metric == "slant",
     )
 
 

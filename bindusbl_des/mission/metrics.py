@@ -240,7 +240,10 @@ def modem_energies(world: World) -> tuple[Floats, Floats] | None:
         drawn.append((energy(on_air["auv"], powers, end), energy(on_air["asv"], powers, worked)))
     if protocol.sends_frames and (powers := _powers(bands.mf)) is not None:
         where = partial(places, fleets[0].motion), partial(places, fleets[1].motion)
-        auvs, asvs = on_mf(record.broadcasts, where, bands.mf.range_m, end, fleets[1].failed)
+        auvs, asvs = on_mf(
+            record.broadcasts, where, bands.mf.range_m, end, fleets[1].failed,
+            bands.mf.range_metric == "slant",
+        )  # fmt: skip
         drawn.append((energy(auvs, powers, end), energy(asvs, powers, worked)))
     if not drawn:
         return None

@@ -11,7 +11,7 @@ from ..core.wording import plain
 from ..presets.modems import airtime_table
 from ..scenario.channel_settings import read_curve
 from ..scenario.declared import channel_named, navigator_named
-from ..scenario.destinations import known_stations
+from ..scenario.destinations import horizontal_reach, known_stations, longest_way
 from ..scenario.families import broadcaster_of, downlink_of, schedule_of, tells_slots
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
@@ -23,6 +23,9 @@ from .whereabouts import shapes
 _MESSAGE = tuple(
     f"acoustics.mf.{name}" for name in ("bit_rate_bps", "modem", "payload_bytes", "overfull")
 )
+
+# AUVs deeper than this share of a horizontal range are farther than it by 2 % or more.
+STEEP = 0.2
 
 # Within so far (m) no law of loss takes half of all pings: the most is 12 %.
 SAFE_M = 200.0
@@ -74,6 +77,37 @@ def deliveries(scenario: Scenario) -> Iterator[Problem]:
             f"formation are made for a range over which most are lost; make it less{other}",
             (chooser, f"acoustics.{band}.modem"),
         )
+
+
+def steep(scenario: Scenario) -> Iterator[Problem]:
+    """Yield whose horizontal range is another than the way that sound takes to the deepest AUV."""
+    for name, words in _steep(scenario):
+        yield Problem(
+            f"acoustics.{name}.range_metric",
+            f"{words}; set it to slant, or acoustics.{name}.range_m to what is reached at that "
+            "depth, seen from above",
+            (f"acoustics.{name}.range_m", "survey.depth_m", "survey.depths_m"),
+        )
+
+
+def _steep(scenario: Scenario) -> Iterator[tuple[str, str]]:
+    """Yield the bands of which that is so, and how far they reach by either metric, in words."""
+    deepest, protocol = scenario.survey.deepest, scenario.protocol
+    for name, band in (("hf", scenario.acoustics.hf), ("mf", scenario.acoustics.mf)):
+        used = name == "hf" or protocol.sends_frames
+        on_disc = used and channel_named(band.channel).ends_at_range
+        if on_disc and band.range_metric == "horizontal" and deepest > STEEP * band.range_m:
+            slant = longest_way(band.range_m, deepest, band.range_metric)
+            level = math.sqrt(max(band.range_m**2 - deepest**2, 0.0))
+            least = f"{level:.4g} m, seen from above" if level else "none of them"
+            yield (
+                name,
+                (
+                    f"the {name.upper()} range of {band.range_m:g} m is horizontal, which is "
+                    f"{slant:.4g} m of slant range to AUVs {deepest:g} m deep; {band.range_m:g} m of "
+                    f"slant range would reach {least}"
+                ),
+            )
 
 
 def tables(scenario: Scenario) -> Iterator[Problem]:
@@ -203,7 +237,7 @@ def answers(scenario: Scenario) -> Iterator[Problem]:
     if not (protocol.replies_in_frames and shares) or scenario.auvs.count == 1:
         return
     apart = [math.dist(*both) for both in combinations(known_stations(scenario), 2)]
-    if apart and min(apart) < 2 * mf.range_m:
+    if apart and min(apart) < 2 * horizontal_reach(scenario, "mf"):
         yield Problem(
             "protocol.downlink",
             f"direct_reply answers AUVs that share a slot at once: between ASVs {min(apart):.4g} m "
@@ -265,8 +299,10 @@ ALWAYS_HEARING = (
 
 
 def left_out(scenario: Scenario) -> Iterator[str]:
-    """Yield what the rates of `limits` leave out, in sentences."""
+    """Yield what the rates of `limits` leave out, or take for granted, in sentences."""
     protocol, rule = scenario.protocol, broadcaster_of(scenario)
+    for _, words in _steep(scenario):
+        yield f"{words[0].upper()}{words[1:]}."
     if protocol.duplex == "per_node" and not protocol.asvs_ping:
         yield ALWAYS_HEARING
     if any(answers(scenario)):

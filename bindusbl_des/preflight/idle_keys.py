@@ -234,7 +234,7 @@ RULES = (
     ),
     Idle(
         {"acoustics.mf.channel": names(CHANNELS, lambda traits: traits.reach_of_its_own)},
-        ("acoustics.mf.range_m",),
+        ("acoustics.mf.range_m", "acoustics.mf.range_metric"),
         "the curve says how far frames are decoded",
     ),
     Idle(
@@ -314,7 +314,7 @@ RULES = (
             "survey.depth_m": (0.0,),
             "auvs.route.kind": ("lawnmower", "waypoints", "hold"),
         },
-        ("acoustics.hf.range_metric",),
+        ("acoustics.hf.range_metric", "acoustics.mf.range_metric"),
         "AUVs at the surface are as far as they look from above",
     ),
     *MEASURING,

@@ -108,8 +108,8 @@ KNOWLEDGE = (
 
 UNFRAMED = names(SCHEDULES, lambda traits: not traits.framed and not traits.random_access)
 BROADCASTS = (
-    "acoustics.mf.range_m", "acoustics.mf.channel", "acoustics.mf.bit_rate_bps",
-    "acoustics.mf.overhead",
+    "acoustics.mf.range_m", "acoustics.mf.range_metric", "acoustics.mf.channel",
+    "acoustics.mf.bit_rate_bps", "acoustics.mf.overhead",
     "acoustics.mf.header_bytes", "acoustics.mf.fix_bytes", "protocol.broadcaster",
     "acoustics.mf.airtimes", "acoustics.mf.processing_s", "acoustics.mf.payload_bytes",
     "acoustics.mf.overfull", "acoustics.mf.modem", "acoustics.mf.transmit_w",

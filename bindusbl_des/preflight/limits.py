@@ -142,7 +142,7 @@ def sights(scenario: Scenario, times: Floats, auvs: Floats, asvs: Floats) -> Sur
         broken[[failure.lasts(time) for time in times.tolist()], 0, failure.asv] = True
     heard = ((slant if hf.range_metric == "slant" else level) <= hf.range_m) & ~broken
     away = np.where(broken, np.inf, slant)
-    reached = (level <= mf.range_m) & ~broken
+    reached = ((slant if mf.range_metric == "slant" else level) <= mf.range_m) & ~broken
     pings = _chances(scenario, slant, heard, ~broken, hf.channel, ping_chance)
     frames = _chances(scenario, slant, reached, ~broken, mf.channel, frame_chance)
     at_best = made_and_delivered(scenario, pings, frames, away)[0]

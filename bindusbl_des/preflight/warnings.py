@@ -34,6 +34,7 @@ from .band_warnings import (
     last_slots,
     messages,
     modems,
+    steep,
     tables,
 )
 from .idle_keys import bursts, cast, idle_keys, levels, receivers, sheet, sonar
@@ -97,6 +98,7 @@ def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
             guards,
             formation,
             deep,
+            steep,
             frames,
             anchors,
             failing,

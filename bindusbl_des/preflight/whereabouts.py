@@ -85,18 +85,20 @@ def _unheard(scenario: Scenario, asked: Formation, beyond: Sequence[float]) -> I
 
 
 def deep(scenario: Scenario) -> Iterator[Problem]:
-    """Yield which AUVs are deeper than HF reaches, and so never heard."""
-    hf, survey = scenario.acoustics.hf, scenario.survey
-    if hf.range_metric != "slant" or not channel_named(hf.channel).ends_at_range:
-        return
-    deaf = [auv for auv in range(scenario.auvs.count) if survey.depth(auv) > hf.range_m]
-    if deaf:
-        yield Problem(
-            f"survey.depth{'s' * (survey.depths_m is not None)}_m",
-            f"{_named('AUV', deaf)} deeper than the HF range, {hf.range_m:g} m slant: no ASV at "
-            "the surface hears them",
-            ("acoustics.hf.range_m", "acoustics.hf.range_metric"),
-        )
+    """Yield which AUVs are deeper than a band reaches, and so never heard, or never told."""
+    survey, bands = scenario.survey, scenario.acoustics
+    missed = ("hf", bands.hf, "hears them"), ("mf", bands.mf, "reaches them")
+    for name, band, words in missed if scenario.protocol.sends_frames else missed[:1]:
+        if band.range_metric != "slant" or not channel_named(band.channel).ends_at_range:
+            continue
+        deaf = [auv for auv in range(scenario.auvs.count) if survey.depth(auv) > band.range_m]
+        if deaf:
+            yield Problem(
+                f"survey.depth{'s' * (survey.depths_m is not None)}_m",
+                f"{_named('AUV', deaf)} deeper than the {name.upper()} range, {band.range_m:g} m "
+                f"slant: no ASV at the surface {words}",
+                (f"acoustics.{name}.range_m", f"acoustics.{name}.range_metric"),
+            )
 
 
 def _stations(scenario: Scenario, asked: Formation) -> list[tuple[float, float]]:

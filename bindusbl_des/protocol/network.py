@@ -72,6 +72,7 @@ class Network(Watched):
     broadcaster: Broadcaster
     broadcaster_draw: RandomStream
     mf_range: float
+    mf_slant: bool
     positions: PredictedPositions
     estimates: KnownFixes
     answers: Answers | None = None
@@ -108,7 +109,7 @@ class Network(Watched):
 
     def listeners(self, time: float) -> Flags:
         """Return which AUVs the fleet believes within MF range of each ASV at an instant (s)."""
-        return self.positions.within(self.mf_range, time)
+        return self.positions.within(self.mf_range, self.mf_slant, time)
 
     def has_fix(self, time: float) -> bool:
         """Tell whether a fix waits, of pings that have been heard by an instant (s)."""

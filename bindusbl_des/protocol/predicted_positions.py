@@ -190,10 +190,12 @@ class PredictedPositions:
             heard[:, failed] = False
         return auvs, asvs, heard
 
-    def within(self, reach: float, time: float) -> Flags:
-        """Return which AUVs are believed within a horizontal reach (m) of each ASV, (n, m)."""
+    def within(self, reach: float, slant: bool, time: float) -> Flags:
+        """Return which AUVs are believed within a reach (m) of each ASV, seen from above unless
+        `slant`, (n, m).
+        """
         auvs, asvs, _ = self.seen(time)
-        return hearing(auvs, asvs, reach, slant=False)
+        return hearing(auvs, asvs, reach, slant)
 
 
 def prediction_of(scenario: Scenario, launched: Floats) -> Prediction | None:

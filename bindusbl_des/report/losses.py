@@ -128,6 +128,8 @@ def broadcast_distances(mission: Recording) -> tuple[Floats, Floats]:
     x, y = mission.truth["x_m"][:, column], mission.truth["y_m"][:, column]
     auv, every = fixes["auv"][rows], np.arange(len(rows))
     away = np.hypot(x[mission.auvs :] - x[auv, every], y[mission.auvs :] - y[auv, every])
+    if mission.scenario.acoustics.mf.range_metric == "slant":
+        away = np.hypot(away, mission.truth["z_m"][auv, column])  # ASVs float at the surface
     sent_from = away[fixes["broadcast_by"][rows], every]
     away[~works(mission.scenario, np.arange(len(away))[:, None], times)] = np.inf
     return sent_from, away.min(axis=0)

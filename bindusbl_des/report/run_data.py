@@ -42,7 +42,7 @@ def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer
         "duration": scenario.duration_s,
         **survey_data(scenario),
         "hf": {"range": acoustics.hf.range_m, "reach": horizontal_reach(scenario)},
-        "mf": {"range": acoustics.mf.range_m},
+        "mf": {"range": acoustics.mf.range_m, "reach": horizontal_reach(scenario, "mf")},
         "discs": {
             "hf": channel_named(acoustics.hf.channel).ends_at_range,
             "mf": channel_named(acoustics.mf.channel).ends_at_range,

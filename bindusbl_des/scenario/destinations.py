@@ -6,7 +6,7 @@ Whoever wants to know asks here: what somebody's own placement or route says is 
 import math
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from ..core.plugins import PluginError, load
 from .families import PLACEMENT, ROUTE
@@ -231,12 +231,15 @@ def _unlike(speeds: Sequence[float]) -> list[int]:
     return list({speed: auv for auv, speed in enumerate(speeds)}.values())
 
 
-def horizontal_reach(scenario: ScenarioKeys) -> float:
-    """Return how far (m), seen from above, an ASV hears an AUV at the survey's (greatest) depth."""
-    hf, depth = scenario.acoustics.hf, scenario.survey.deepest
-    if hf.range_metric == "horizontal":
-        return hf.range_m
-    return math.sqrt(max(hf.range_m**2 - depth**2, 0.0))
+def horizontal_reach(scenario: ScenarioKeys, name: Literal["hf", "mf"] = "hf") -> float:
+    """Return how far (m), seen from above, a band reaches an AUV at the survey's (greatest) depth:
+    HF, on which an ASV hears it, or MF.
+    """
+    bands, depth = scenario.acoustics, scenario.survey.deepest
+    band = bands.hf if name == "hf" else bands.mf
+    if band.range_metric == "horizontal":
+        return band.range_m
+    return math.sqrt(max(band.range_m**2 - depth**2, 0.0))
 
 
 def longest_way(hf_range: float, depth: float, metric: str) -> float:

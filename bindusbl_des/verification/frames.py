@@ -165,8 +165,8 @@ def _moved(case: Case) -> float:
 
 def _widest_frames(case: Case, moved: float, later: int = 1) -> tuple[float, float]:
     """Return :func:`widest` of the ASVs that send a frame and one so many frames `later`."""
-    chosen, reach = broadcaster_of(case.scenario).chosen_by, case.scenario.acoustics.mf.range_m
+    chosen, mf = broadcaster_of(case.scenario).chosen_by, case.scenario.acoustics.mf
     apart = case.in_turn_m if chosen == "turn" and later == 1 else case.apart_m
     if chosen == "one" and not case.scenario.asvs.failures:
         apart = np.empty(0)
-    return widest(case, apart, reach, False, moved)
+    return widest(case, apart, mf.range_m, mf.range_metric == "slant", moved)

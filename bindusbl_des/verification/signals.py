@@ -147,7 +147,7 @@ def frames_meet(case: Case, apart: float) -> Iterator[Plan]:
     crowds = range(count) if count <= MOST_CROWDS else (0, count - 1)
     # At the edge of range, or where the AUV that listens is fixed as well
     for crowd, reach in product(crowds, {mf.range_m, min(apart + hf.range_m / 2, mf.range_m)}):
-        for actors in _between(case, apart, reach, False):
+        for actors in _between(case, apart, reach, mf.range_metric == "slant"):
             others = [n for n in range(count) if n not in actors][:crowd]
             fixed = {n: Actor(x, y, case.depths[n][1]) for n in others}
             yield staged(case, {**fixed, **actors}, lasts, case.sound_speeds[0])

@@ -11,6 +11,7 @@ import numpy as np
 from ..acoustics.propagation import TOUCH
 from ..preflight.round_lengths import rounds_of
 from ..scenario.declared import channel_named
+from ..scenario.destinations import longest_way
 from ..scenario.families import schedule_of
 from .case import ACCEPTED, REFUSED, UNDECIDED, Case, SignalPair, by_time, undecided
 from .reuse import age_s
@@ -49,7 +50,7 @@ def answers(case: Case) -> Iterator[SignalPair]:
     if scenario.asvs.count > 1:
         moved = case.closing_m_per_s * slots.airtime(1)
         deepest = max(deep for both in case.depths for deep in both)
-        after = max(after, math.hypot(mf.range_m + moved, deepest) / speed)
+        after = max(after, longest_way(mf.range_m + moved, deepest, mf.range_metric) / speed)
     gap = round_gap(case) if rounds_of(scenario).frame else case.slot_s
     margin = gap - up - slots.airtime(1) - after - case.late_s
     why = f"the next slot begins {1e3 * gap:.4g} ms later, an answer lasts {slots.airtime(1):.4g} s"

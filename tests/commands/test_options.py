@@ -149,6 +149,12 @@ def test_what_coverage_says_of_a_survey_agrees() -> None:
             *quiet, f"survey.side_m={side}", f"asvs.count={asvs}", "acoustics.mf.range_m=1e3"
         )
         assert disc["fix_chance_mean"] == pytest.approx(disc["covered_area"], rel=5e-4)
+    deep = found(*quiet, "survey.side_m=900", "survey.depth_m=120", "acoustics.hf.range_m=150")
+    assert deep["slant_reach_m"] == pytest.approx(90.0)
+    assert deep["slant_covered_area"] < 0.5 * deep["covered_area"]
+    words = ("--set", "survey.depth_m=120", "--set", "acoustics.hf.range_m=150")
+    assert "90.00 m seen from above" in call("coverage", "f.yaml", *words).stdout
+    assert "192.1 m of slant range" in " ".join(call("timing", "f.yaml", *words).stdout.split())
     for turned in range(0, 90, 10):
         survey = f"survey={{size_m: [60, 80], rotation_deg: {turned}, depth_m: 10}}"
         words = ("coverage", "f.yaml", "--set", survey, "--set", "asvs.count=1")

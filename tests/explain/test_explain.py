@@ -13,11 +13,14 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
 from bindusbl_des import Result, Scenario, load_scenario, simulate
 from bindusbl_des.acoustics.channel import Signals
+from bindusbl_des.acoustics.fix_chance import fix_chance
 from bindusbl_des.cli import main
 from bindusbl_des.explain import Chain, Step, chain_of_fix, chain_of_ping
 from bindusbl_des.explain.correcting import errors_around
 from bindusbl_des.navigation.dead_reckoning import Odometry
 from bindusbl_des.navigation.navigators import Reckoning
+from bindusbl_des.preflight.limits import limits
+from bindusbl_des.scenario.destinations import horizontal_reach
 
 # Error (m) at 22 m of a fix without noise: the array takes a spherical wave for a plane one.
 PLANE_WAVE = 6e-3
@@ -62,6 +65,34 @@ def test_a_slant_range_is_compared_as_such() -> None:
     chain = chain_of_ping(simulate(around((0.0, 0.0), acoustics={"hf": hf})), 0)
     assert step(chain, "ASV0").why == "slant range 22.4 m > 22 m HF range"
     assert chain.told == "no fix: every ASV is out of HF range (22 m slant)"
+
+
+@pytest.mark.parametrize("metric", ["horizontal", "slant"])
+def test_mf_goes_by_its_own_metric(metric: str) -> None:
+    """40 m deep and 40 m aside, 56.6 m of slant range, with 50 m of MF range: decoded where that is
+    seen from above, and beyond it else; coverage, limits, prediction and the explanation agree.
+    """
+    bands = {"hf": {"range_m": 60.0}, "mf": {"range_m": 50.0, "range_metric": metric}}
+    held = around((0.0, 0.0), at=40.0, survey={"depth_m": 40.0}, acoustics=bands)
+    result, is_told = simulate(held), metric == "horizontal"
+    outcomes = set(
+        result.tables["fixes"].query("latency_s.notna() or outcome != 'in_flight'").outcome
+    )
+    assert outcomes == {"delivered" if is_told else "out_of_range"}
+    text = chain_of_fix(result, 0).text()
+    words = (
+        "horizontal range of AUV0 40.0 m <= 50 m"
+        if is_told
+        else "slant range of AUV0 56.6 m > 50 m"
+    )
+    assert f"{words} MF range" in text
+    stations = [(0.0, 0.0)]
+    chance = fix_chance(held, stations, np.array([[40.0, 0.0, 40.0]]))
+    assert chance is not None
+    assert float(chance[0]) == is_told
+    assert limits(held).fix_chance.tolist() == [float(is_told)]
+    reach = horizontal_reach(held, "mf")
+    assert reach == pytest.approx(50.0 if is_told else 30.0)
 
 
 def silent(signals: Signals) -> np.ndarray:

@@ -45,6 +45,10 @@ VARIED: dict[str, list[str]] = {
     "no fixes": ["navigation.filter=dead_reckoning"],
     "smoother": ["navigation.filter=smoother"],
     "slant": ["acoustics.hf.range_metric=slant", "acoustics.loss.law=head"],
+    "MF slant": [
+        *("acoustics.mf.range_metric=slant", "acoustics.mf.range_m=60", "survey.depth_m=30"),
+        "protocol.broadcaster=nearest",
+    ],
     "sonar": ["acoustics.hf.channel=sonar"],
     "errors that last": [
         *("usbl.misalignment_sd_deg=0.5", "usbl.gnss_correlated_sd_m=0.5"),

@@ -230,7 +230,7 @@ def test_answers_to_auvs_that_share_a_slot_are_warned_of() -> None:
     shared = {"downlink": "direct_reply"}
     found = told(protocol=shared)
     assert "between ASVs 86.6 m apart an AUV hears both" in found["protocol.downlink"]
-    assert told(protocol=shared, acoustics={"mf": {"range_m": 43.0}}) == {}
+    assert "protocol.downlink" not in told(protocol=shared, acoustics={"mf": {"range_m": 43.0}})
     instant = {"downlink": {"model": "direct_reply", "reply": "instant"}}
     for alone in ({"schedule": "one_per_slot"}, instant, {"schedule": "polling"}):
         assert "protocol.downlink" not in told(protocol={**shared, **alone})
@@ -750,3 +750,32 @@ def test_a_current_and_a_dvl() -> None:
     with pytest.raises(ValueError, match="a DVL that sees the bottom; for these set it to 0") as it:
         told(environment={"current_m_per_s": 0.2})
     assert "whose log measures through the water set navigation.velocity to" in str(it.value)
+
+
+def test_a_horizontal_range_far_above_its_auvs_is_told_with_the_slant_one() -> None:
+    """Of either band, where AUVs are deeper than a fifth of it; silent where sound has no edge, or
+    the band is not used.
+    """
+    deep = {"survey": {"side_m": 900.0, "depth_m": 200.0}}
+    both = {**deep, "acoustics": {"hf": {"range_m": 150.0}, "mf": {"range_m": 900.0}}}
+    hf, mf = (told(**both)[f"acoustics.{band}.range_metric"] for band in ("hf", "mf"))
+    assert "250 m of slant range to AUVs 200 m deep" in hf
+    assert "150 m of slant range would reach none of them" in hf
+    assert "922 m of slant range" in mf
+    assert "would reach 877.5 m, seen from above" in mf
+
+    def keys(**changes: Any) -> set[str]:
+        return {key.split(".")[1] for key in told(**changes) if key.endswith("range_metric")}
+
+    at_a_fifth = {"survey": {"side_m": 900.0, "depth_m": 30.0}}
+    assert keys(**{**both, **at_a_fifth}) == set()
+    passive = {"protocol": {"ranging": "passive"}}
+    assert keys(**both, **passive) == {"hf"}
+    sonar = {"hf": {"range_m": 150.0, "channel": "sonar"}, "mf": {"range_m": 900.0}}
+    assert keys(**deep, acoustics=sonar) == {"mf"}
+    slant = {band: {"range_m": reach, "range_metric": "slant"}
+             for band, reach in (("hf", 150.0), ("mf", 199.0))}  # fmt: skip
+    found = told(**deep, acoustics=slant)
+    assert "deeper than the MF range, 199 m slant: no ASV at the surface reaches them" in found.get(
+        "survey.depth_m", ""
+    )

@@ -132,7 +132,7 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
         protocol["positions"] = "truth"
     noise = draw.choice([0.0, 1.0])
     overfull = "split" if told or protocol["broadcaster"] == "parallel" else draw.choice(OVERFULL)
-    return {
+    keys: dict = {
         "name": f"second_{seed}",
         "duration_s": duration,
         "survey": {"side_m": side, "depth_m": depth},
@@ -182,3 +182,5 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
         },
         "record": {"tracks_hz": 0.1, "metrics_hz": 0.1},
     }
+    keys["acoustics"]["mf"]["range_metric"] = draw.choice(["horizontal", "slant"])
+    return keys

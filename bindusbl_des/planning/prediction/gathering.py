@@ -401,7 +401,8 @@ def mf_chances(scenario: Scenario) -> Chances:
         chances = np.ones(len(ranges))
     channel = None if is_cut else mf_channel(scenario)
     kept = _threshold("mf", mf.channel, None if channel is None else channel(1, 1.0))
-    return Chances(mf.range_m, is_cut, not is_cut, ranges[1], chances, kept)
+    by_slant = not is_cut or mf.range_metric == "slant"
+    return Chances(mf.range_m, is_cut, by_slant, ranges[1], chances, kept)
 
 
 def _threshold(band: str, chosen: PartChoice, channel: AskedChannel | None) -> dict[str, float]:

@@ -93,12 +93,12 @@ class Deliveries:
 
 
 class FrameBand(NamedTuple):
-    """What holds for all frames: AUVs within a horizontal `reach` (m) decode them, or as often as
-    the `channel` says, where one is asked; they travel at `sound_speed` (m/s).  Frames that overlap
-    at an AUV destroy each other, but for `capture` as of :class:`...acoustics.channel.Receiver`.
-    An AUV hears none while it sends a ping of `deafening_s` (s); 0: it hears one band as it sends
-    on the other. What a channel lets be lost is lost in `bursts` (AUVs, ASVs),
-    :data:`...acoustics.bursts.PAIR`, if not None.
+    """What holds for all frames: AUVs within a `reach` (m), seen from above unless `slant`, decode
+    them, or as often as the `channel` says, where one is asked; they travel at `sound_speed` (m/s).
+    Frames that overlap at an AUV destroy each other, but for `capture` as of
+    :class:`...acoustics.channel.Receiver`.  An AUV hears none while it sends a ping of
+    `deafening_s` (s); 0: it hears one band as it sends on the other. What a channel lets be lost is
+    lost in `bursts` (AUVs, ASVs), :data:`...acoustics.bursts.PAIR`, if not None.
     """
 
     reach: float
@@ -107,6 +107,7 @@ class FrameBand(NamedTuple):
     capture: float = math.inf
     deafening_s: float = 0.0
     bursts: Rows | None = None
+    slant: bool = False
 
 
 class MfDownlink(Deliveries):
@@ -153,6 +154,7 @@ class MfDownlink(Deliveries):
                 pings.array,
                 self._auvs.motion,
                 self._asvs.motion,
+                band.slant,
                 math.inf if band.channel else band.reach,  # who is asked has no limit
                 band.sound_speed,
                 band.capture,

@@ -55,6 +55,7 @@ class Medium(NamedTuple):
 
     frames: Rows
     promises: Rows
+    slant: bool
     reach: float
     sound_speed: float
     capture: float
@@ -76,6 +77,7 @@ class Sent(NamedTuple):
     pings: Annotated[Rows, PING]
     auvs: Motion
     asvs: Motion
+    slant: bool
     reach: float
     sound_speed: float
     capture: float
@@ -92,10 +94,10 @@ def begin_frame(
     last `airtime` (s) and is on the air for `on_air` (s); write it as `number` of the frames.
 
     `packed` is the address of a :class:`Sent`.  The fixes tell when their AUVs will have them:
-    `processing` (s) after the end of the frame has come.  An AUV out of the horizontal range when
-    the frame begins never gets its fix, nor one that does not decode it (whose outcome says so
-    already), and where its way is not `foreseen` the arrival is left open (NaN).  Return the last
-    instant (s) of those known, or -1, and the frame's `passed_at_s`.
+    `processing` (s) after the end of the frame has come.  An AUV out of range when the frame begins
+    never gets its fix, nor one that does not decode it (whose outcome says so already), and where
+    its way is not `foreseen` the arrival is left open (NaN).  Return the last instant (s) of those
+    known, or -1, and the frame's `passed_at_s`.
     """
     into = unpacked(packed, Sent)
     frames, fixes, auvs, asvs = into.frames, into.fixes, into.auvs, into.asvs
@@ -106,14 +108,14 @@ def begin_frame(
     frame.processing_s = processing
     count = auvs.first.size - 1 if reach == inf else 0  # of a disc nothing is promised
     promised = into.promises[number * count : (number + 1) * count]
-    frame.passed_at_s = _passed(frame, foreseen, auvs, asvs, reach, sound_speed, promised)
+    frame.passed_at_s = _passed(frame, foreseen, into, promised)
     if number > 0:
         frame.passed_at_s = max(frame.passed_at_s, frames[number - 1].passed_at_s)
     for row in carried:
         line = fixes[row]
         line.broadcast_at_s, line.broadcast_by, line.arrives_at_s = time, asv, nan
         line.frame = number
-        if not within(where(auvs, line.auv, time), begins, False, reach):
+        if not within(where(auvs, line.auv, time), begins, into.slant, reach):
             line.outcome = OUT_OF_RANGE
         elif foreseen and line.outcome == IN_FLIGHT:
             late = promised[line.auv].late_s if promised.size else 0.0
@@ -136,12 +138,9 @@ def way_s(packed: int, asv: int, auv: int, time: float, late: float) -> float:
 
 
 @compiled
-def _passed(
-    frame: Row, foreseen: bool, auvs: Motion, asvs: Motion, reach: float, sound_speed: float,
-    promised: Rows,
-) -> float:  # fmt: skip
+def _passed(frame: Row, foreseen: bool, into: Sent, promised: Rows) -> float:
     """Return an instant (s) by which a frame has passed all AUVs that are in reach as it begins."""
-    latest = 0.0
+    auvs, asvs, latest = into.auvs, into.asvs, 0.0
     for promise in promised:
         latest = max(latest, promise.late_s)
     begins, later = frame.sent_at_s, frame.sent_at_s
@@ -150,9 +149,9 @@ def _passed(
         later, margin = ends, 0.0
     source, leaves, farthest = where(asvs, frame.asv, begins), where(asvs, frame.asv, later), 0.0
     for auv in range(auvs.first.size - 1):
-        if within(where(auvs, auv, begins), source, False, reach):
+        if within(where(auvs, auv, begins), source, into.slant, into.reach):
             farthest = max(farthest, distance(leaves, where(auvs, auv, later)))
-    return float(ends + margin + PASSED * farthest / sound_speed + latest)
+    return float(ends + margin + PASSED * farthest / into.sound_speed + latest)
 
 
 @compiled
@@ -167,8 +166,8 @@ def receive(
     """
     of = unpacked(packed, Sent)
     medium = Medium(
-        of.frames[:frames], of.promises[:promises], of.reach, of.sound_speed, of.capture, known,
-        of.auvs, of.asvs, of.pings[:pings], of.ping_s,
+        of.frames[:frames], of.promises[:promises], of.slant, of.reach, of.sound_speed, of.capture,
+        known, of.auvs, of.asvs, of.pings[:pings], of.ping_s,
     )  # fmt: skip
     for line in receptions:
         begins, ends = _span(line.broadcast, line.auv, medium)
@@ -212,7 +211,7 @@ def _promise(number: int, auv: int, medium: Medium) -> tuple[int, float]:
     frame = medium.frames[number]
     here = where(medium.asvs, frame.asv, frame.sent_at_s)
     there = where(medium.auvs, auv, frame.sent_at_s)
-    if within(there, here, False, medium.reach):
+    if within(there, here, medium.slant, medium.reach):
         return IN_FLIGHT, 1.0
     return OUT_OF_RANGE, 0.0
 

@@ -97,7 +97,7 @@ class PlanMap extends SeaMap {
   drawVessel(context, [x, y], number) {
     this.ring(context, x, y, this.team.reach(), colours.sea, { width: 4, alpha: 0.7 });
     this.ring(context, x, y, this.team.reach(), colours.ink, { dash: [7, 4], width: 1.6 });
-    this.ring(context, x, y, this.team.mf, colours.mf, { dash: [2, 4], width: 1.6 });
+    this.ring(context, x, y, this.team.mfReach(), colours.mf, { dash: [2, 4], width: 1.6 });
     const [px, py] = this.at(x, y);
     context.beginPath();
     context.arc(px, py, 13, 0, 2 * Math.PI);

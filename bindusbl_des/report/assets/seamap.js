@@ -335,7 +335,7 @@ class SeaMap {
     if (this.mission.hasFailed(number, this.now)) return;
     const { hf, mf } = this.mission, { x, y } = this.mission.asvAt(number, this.now);
     if (!this.hidden.has("hf")) this.ring(context, x, y, hf.reach, colours.hf, { dash: [7, 4], alpha: 0.8, width: 1.3 });
-    if (this.mission.broadcasting && !this.hidden.has("mf")) this.ring(context, x, y, mf.range, colours.mf, { dash: [2, 4], alpha: 0.8, width: 1.3 });
+    if (this.mission.broadcasting && !this.hidden.has("mf")) this.ring(context, x, y, mf.reach, colours.mf, { dash: [2, 4], alpha: 0.8, width: 1.3 });
   }
   star(context, px, py) {
     context.beginPath();
@@ -490,7 +490,7 @@ class SeaMap {
       const age = this.now - broadcasts.at[i], shown = Math.max(broadcasts.airtime[i], linger);
       if (age > shown) continue; // of several at once some are shorter
       const { x, y } = this.mission.asvAt(broadcasts.asv[i], this.now);
-      this.ring(context, x, y, Math.min(age / growing, 1) * mf.range, colours.mf, { width: 2.5, alpha: 0.9 * (1 - age / shown) });
+      this.ring(context, x, y, Math.min(age / growing, 1) * mf.reach, colours.mf, { width: 2.5, alpha: 0.9 * (1 - age / shown) });
     }
     const order = this.mission.deliveredOrder, times = this.mission.deliveredTimes ??= Float64Array.from(order, (row) => fixes.delivered[row]);
     const last = above(times, this.now) - 1, most = MOST_RINGS * this.mission.auvs.length;

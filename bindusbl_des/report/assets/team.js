@@ -34,11 +34,10 @@ class Team {
     return withEquipment(own, this);
   }
   get hasGain() { return this.inputs.navigator.kind.has_gain; }
-  // How far, seen from above, an AUV is heard.
-  reach() {
-    const { by_slant } = this.base.hf, { deepest_m } = this.base.slots;
-    return by_slant ? Math.sqrt(Math.max(this.hf ** 2 - deepest_m ** 2, 0)) : this.hf;
-  }
+  // How far, seen from above, an AUV is heard, and hears frames.
+  reach() { return this.fromAbove(this.hf, this.base.hf.by_slant); }
+  mfReach() { return this.fromAbove(this.mf, this.base.mf.is_cut && this.base.mf.by_slant); }
+  fromAbove(range, bySlant) { return bySlant ? Math.sqrt(Math.max(range ** 2 - this.base.slots.deepest_m ** 2, 0)) : range; }
   // Radius (m) and angle (deg) of the regular formation that these places are; null if they are none.
   ringOf(stations) {
     const count = stations.length, [cx, cy] = this.centre;

@@ -28,6 +28,9 @@ ModemName = Annotated[
 ]
 
 
+RangeMetric = Literal["horizontal", "slant"]
+
+
 def modem_values(name: str, band: "type[Band]") -> dict[str, Any]:
     """Return what a modem's sheet says of the keys of a band."""
     values: dict[str, Any] = preset("modem", name).values
@@ -71,7 +74,7 @@ class UplinkSection(Band):
     """The high-frequency band on which AUVs ping."""
 
     range_m: Real = key(50.0, "m", "HF range R_HF", PAPER, ge=0.1, le=1e5)
-    range_metric: Literal["horizontal", "slant"] = key(
+    range_metric: RangeMetric = key(
         "horizontal", "", "which distance is compared with the HF range", PAPER
     )
     ping_s: Real = key(0.010, "s", "duration T_P of a ping", PAPER, ge=1e-6, le=10)
@@ -85,7 +88,10 @@ class UplinkSection(Band):
 class Downlink(Band):
     """The medium-frequency band on which ASVs broadcast fixes."""
 
-    range_m: Real = key(100.0, "m", "MF range R_MF (horizontal)", PAPER, ge=0.1, le=1e6)
+    range_m: Real = key(100.0, "m", "MF range R_MF", PAPER, ge=0.1, le=1e6)
+    range_metric: RangeMetric = key(
+        "horizontal", "", "which distance is compared with the MF range", PAPER
+    )
     channel: PartChoice = key(
         "disc", "", "which AUVs decode a frame: all within range, by a curve, or by SNR" + SET
     )
