@@ -47,6 +47,30 @@ def modems(scenario: Scenario) -> Iterator[Problem]:
                 )
 
 
+def overheads(scenario: Scenario) -> Iterator[Problem]:
+    """Yield that a bit rate is given without a word on what is sent beside the user's bits."""
+    mf, given = scenario.acoustics.mf, scenario.acoustics.mf.model_fields_set
+    stated = {} if mf.modem is None else modem_values(mf.modem, type(mf))
+    is_paper = mf.bit_rate_bps == type(mf).model_fields["bit_rate_bps"].default
+    if (
+        "bit_rate_bps" in given
+        and not is_paper
+        and "overhead" not in {*given, *stated}
+        and mf.airtimes is None
+        and scenario.protocol.sends_frames
+    ):
+        size = mf.header_bytes + mf.fix_bytes
+        lasts_s = 8 * size / mf.bit_rate_bps
+        yield Problem(
+            "acoustics.mf.bit_rate_bps",
+            f"is given without overhead, which then is the paper's {mf.overhead:g} bits sent for "
+            f"each of the user's: a frame of {size} B takes {1e3 * mf.overhead * lasts_s:.5g} ms; "
+            f"if the rate is that of the user's bits, {1e3 * lasts_s:.5g} ms: set overhead to 1, "
+            "or to what the line sends beside them",
+            ("acoustics.mf.overhead", "acoustics.mf.modem"),
+        )
+
+
 def _same(key: str, given: Any, value: Any) -> bool:
     """Tell whether a key has the value of a sheet; of tables and curves what is in them counts."""
     if key == "channel" and str(given) == str(value) and "file" in given.settings:
@@ -104,8 +128,8 @@ def _steep(scenario: Scenario) -> Iterator[tuple[str, str]]:
                 name,
                 (
                     f"the {name.upper()} range of {band.range_m:g} m is horizontal, which is "
-                    f"{slant:.4g} m of slant range to AUVs {deepest:g} m deep; {band.range_m:g} m of "
-                    f"slant range would reach {least}"
+                    f"{slant:.4g} m of slant range to AUVs {deepest:g} m deep; {band.range_m:g} m "
+                    f"of slant range would reach {least}"
                 ),
             )
 

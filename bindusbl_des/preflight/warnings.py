@@ -34,6 +34,7 @@ from .band_warnings import (
     last_slots,
     messages,
     modems,
+    overheads,
     steep,
     tables,
 )
@@ -88,6 +89,7 @@ def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
             _former_words,
             believed,
             modems,
+            overheads,
             deliveries,
             tables,
             echoes,

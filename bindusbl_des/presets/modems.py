@@ -1,8 +1,9 @@
 """Acoustic modems: how long a message takes, how far it carries, how much it holds, what it costs.
 
 Figures are named as the keys of `acoustics.mf` and `acoustics.hf`, and as the settings of the
-channel `sonar`.  Powers are electrical.  Where a sheet states a band, `frequency_khz` is its middle
-and `bandwidth_khz` its width.  Measured airtimes have a row for each payload.
+channel `sonar`.  Powers are electrical.  What states a bit rate says by `overhead` whether it is
+the user's (1), or the line's, and how that is known.  Where a sheet states a band, `frequency_khz`
+is its middle and `bandwidth_khz` its width.  Measured airtimes have a row for each payload.
 """
 
 import csv
@@ -136,6 +137,11 @@ MICRO_RANGER = "Sonardyne's figures of Micro-Ranger 2 as repeated by others"
 AS_SIMULATED = "as set by others who simulate it"
 OF_THE_BAND = "of the band that is stated"
 SEATRAC = "Blueprint Subsea's figures as repeated by others"
+SEATRAC_COMMANDS = (
+    "Blueprint Subsea, SeaTrac Serial Command Interface Reference UM-140-D00221-02, 8.3.1 "
+    "CID_DAT_SEND: 80 ms for each byte of data"
+)
+NOT_SAID = "whether it is the user's or the line's is not said; taken for the user's"
 SONARDYNE_WIDEBAND = "Sonardyne, 6G Wideband 2"
 SONARDYNE_MODEM = (
     "https://www.sonardyne.com/products-knowledge-base/what-data-rates-should-i-expect-from-modem-6"
@@ -162,7 +168,8 @@ MODEMS = (
         "EvoLogics S2CR 18/34",
         {
             "range_m": Figure(3500.0, "m", "2", DCCOMMS),
-            "bit_rate_bps": Figure(13900.0, "bit/s", "2", DCCOMMS),
+            "bit_rate_bps": Figure(13900.0, "bit/s", "2", f"{DCCOMMS}: at most"),
+            "overhead": Figure(1.0, "1", "2", f"{DCCOMMS}: {NOT_SAID}"),
             "transmit_w": Figure(35.0, "W", "2", f"{RESELLERS}; 2.8 W where 1,000 m are enough"),
             "receive_w": Figure(1.3, "W", "S", LECOM),
             "source_level_db": Figure(184.0, "dB re 1 uPa at 1 m", "2", AS_SIMULATED),
@@ -189,7 +196,8 @@ MODEMS = (
         "Blueprint Subsea SeaTrac X150, X110, X010",
         {
             "range_m": Figure(1000.0, "m", "2", SEATRAC),
-            "bit_rate_bps": Figure(100.0, "bit/s", "2", SEATRAC),
+            "bit_rate_bps": Figure(100.0, "bit/s", "M", SEATRAC_COMMANDS),
+            "overhead": Figure(1.0, "1", "M", f"{SEATRAC_COMMANDS}: 100 bit/s are the user's"),
             "payload_bytes": Figure(30, "B", "2", SEATRAC),
             "frequency_khz": Figure(28.0, "kHz", "calc", f"middle {OF_THE_BAND}, 24-32 kHz"),
             "bandwidth_khz": Figure(8.0, "kHz", "calc", f"width {OF_THE_BAND}, 24-32 kHz"),
@@ -207,7 +215,12 @@ MODEMS = (
     Preset(
         "sonardyne_modem6",
         "Sonardyne Modem 6, telemetry scheme TS3",
-        {"bit_rate_bps": Figure(900.0, "bit/s", "M", SONARDYNE_MODEM)},
+        {
+            "bit_rate_bps": Figure(900.0, "bit/s", "M", SONARDYNE_MODEM),
+            "overhead": Figure(
+                1.0, "1", "M", f"{SONARDYNE_MODEM}: an actual acoustic data rate; {NOT_SAID}"
+            ),
+        },
     ),
     Preset(
         "m64",
@@ -302,6 +315,9 @@ MODEMS = (
         "ahoi modem (TUHH)",
         {
             "bit_rate_bps": Figure(195.3, "bit/s", "S", AHOI),
+            "overhead": Figure(
+                1.0, "1", "S", f"{AHOI}: the bits of a packet are sent at that rate, as they are"
+            ),
             "channel": Figure(
                 "ahoi_delivery.csv", "", "S", f"{AHOI}: delivery measured over 12 to 200 m"
             ),

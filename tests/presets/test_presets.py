@@ -3,11 +3,13 @@
 import csv
 import json
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import pytest
 from click.testing import CliRunner
 
+from bindusbl_des import Scenario, warnings_of
+from bindusbl_des.acoustics.messages import messages_of
 from bindusbl_des.cli import main
 from bindusbl_des.presets.catalogue import CATALOGUE, preset, selected
 from bindusbl_des.presets.modems import airtime_table, table_file
@@ -25,6 +27,45 @@ def test_every_figure_has_a_unit_a_tag_and_a_source(it: Preset) -> None:
         assert figure.tag in get_args(Tag), name
         assert len(figure.source) > 10, name
         assert figure.unit or isinstance(figure.value, str), name
+
+
+@pytest.mark.parametrize(
+    "it", [it for it in CATALOGUE["modem"] if "bit_rate_bps" in it.figures], ids=lambda it: it.name
+)
+def test_a_bit_rate_says_whose_bits_these_are(it: Preset) -> None:
+    """And how that is known; nothing falls back to the paper's two bits sent for each."""
+    assert "overhead" in it.figures
+    assert len(it.figures["overhead"].source) > 10
+
+
+def test_a_message_of_a_seatrac_takes_eighty_ms_a_byte() -> None:
+    """24 bytes 1.92 s, as its maker's manual has it; 3.84 s with the paper's overhead."""
+    mission = Scenario(name="m", acoustics={"mf": {"modem": "seatrac"}})
+    assert messages_of(mission).airtime(1) == pytest.approx(1.92)
+    assert not [it for it in warnings_of(mission) if "overhead" in it.message]
+
+
+@pytest.mark.parametrize(
+    ("mf", "is_told"),
+    [
+        ({"bit_rate_bps": 100.0}, True), ({"bit_rate_bps": 100.0, "overhead": 1.0}, False),
+        ({"bit_rate_bps": 100.0, "overhead": 2.0}, False), ({"bit_rate_bps": 2000.0}, False),
+        ({}, False), ({"overhead": 1.5}, False),
+        ({"modem": "s2cr_48_78", "bit_rate_bps": 100.0}, True),
+        ({"modem": "seatrac", "bit_rate_bps": 200.0}, False),
+        ({"modem": "s2c_instant", "bit_rate_bps": 200.0}, False),
+    ],
+)  # fmt: skip
+def test_a_bit_rate_without_a_word_on_overhead_is_told(mf: dict[str, Any], is_told: bool) -> None:
+    found = [it for it in warnings_of(Scenario(name="m", acoustics={"mf": mf}))
+             if "given without overhead" in it.message]  # fmt: skip
+    assert bool(found) == is_told
+    if is_told:
+        assert found[0].key == "acoustics.mf.bit_rate_bps"
+        assert "takes 3840 ms" in found[0].message
+        assert "1920 ms" in found[0].message
+    passive = Scenario(name="m", acoustics={"mf": mf}, protocol={"ranging": "passive"})
+    assert "given without overhead" not in str(warnings_of(passive))
 
 
 def test_no_two_presets_have_one_name() -> None:
