@@ -19,9 +19,17 @@ from hypothesis import settings
 from bindusbl_des.campaigns import running
 from bindusbl_des.core.plugins import allow
 
-# The first example may compile equations.
-settings.register_profile("untimed", deadline=None)
-settings.load_profile("untimed")
+# The first example may compile equations.  Every day a property is tried with the same examples,
+# wherever that is; with those that take minutes, with others each time.
+settings.register_profile("daily", deadline=None, derandomize=True)
+settings.register_profile("all", deadline=None)
+settings.load_profile("daily")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Draw at random where all tests are asked for; before any of them is read."""
+    settings.load_profile("daily" if config.option.markexpr else "all")
+
 
 # Shells have what they run in the background ignore requests that some tests send.
 if threading.current_thread() is threading.main_thread():

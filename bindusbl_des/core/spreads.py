@@ -14,6 +14,10 @@ PER_AXIS_SD: dict[Statistic, float] = {
 }
 
 
+# Below this share of a time constant the series of three terms is right to 1e-10.
+SHORT = 1e-3
+
+
 def per_axis_sd(stated: float, statistic: Statistic) -> float:
     """Return the standard deviation along each axis of a horizontal error that a sheet states.
 
@@ -50,4 +54,6 @@ def wandering_rms(time: float, sd: float, time_constant: float) -> float:
     if math.isinf(time_constant):
         return sd * time
     share = time / time_constant
-    return sd * time_constant * math.sqrt(max(2.0 * (share + math.expm1(-share)), 0.0))
+    if share < SHORT:  # the series: of the difference nothing would be left
+        return sd * time * math.sqrt(1.0 - share / 3.0 + share**2 / 12.0)
+    return sd * time_constant * math.sqrt(2.0 * (share + math.expm1(-share)))

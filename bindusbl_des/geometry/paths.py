@@ -57,15 +57,14 @@ class Segment(NamedTuple):
 
 
 def _moved(pose: Pose, curvature: float, distance: float) -> Pose:
-    if curvature == 0.0:
-        return Pose(
-            pose.x + distance * math.cos(pose.yaw), pose.y + distance * math.sin(pose.yaw), pose.yaw
-        )
-    yaw = pose.yaw + curvature * distance
+    """Return a pose a distance (m) along an arc: by its chord, which no small curvature divides."""
+    half = curvature * distance / 2.0
+    chord = distance * (math.sin(half) / half) if half else distance
+    heading = pose.yaw + half
     return Pose(
-        pose.x + (math.sin(yaw) - math.sin(pose.yaw)) / curvature,
-        pose.y - (math.cos(yaw) - math.cos(pose.yaw)) / curvature,
-        yaw,
+        pose.x + chord * math.cos(heading),
+        pose.y + chord * math.sin(heading),
+        pose.yaw + curvature * distance,
     )
 
 
@@ -77,7 +76,7 @@ class Path:
 
     >>> path = Path(Pose(0, 0, 0), (Segment(0.0, 10.0),))
     >>> path.at(4.0)
-    Pose(x=4.0, y=0.0, yaw=0)
+    Pose(x=4.0, y=0.0, yaw=0.0)
     """
 
     start: Pose
@@ -122,7 +121,7 @@ class Path:
             first, last = (turn / QUARTER_TURN for turn in turns)
             for quarter in range(math.ceil(first), math.floor(last) + 1):
                 into = (quarter * QUARTER_TURN - start.yaw) / curvature
-                places.append(_moved(start, curvature, into))
+                places.append(_moved(start, curvature, min(max(into, 0.0), length)))
         return bounds([(place.x, place.y) for place in places])
 
     def at(self, distance: float) -> Pose:
@@ -158,22 +157,13 @@ class Path:
         x, y, yaw = np.array(self._joints[:-1])[index].T
         curvature = np.array([segment.curvature for segment in self.segments])[index]
         step = along - starts[index]
-        turned = yaw + curvature * step
-        bent = np.where(curvature == 0.0, 1.0, curvature)
-        straight = curvature == 0.0
+        half = curvature * step / 2.0
+        chord = step * np.sinc(half / math.pi)  # as `_moved`
         return np.column_stack(
             (
-                np.where(
-                    straight,
-                    x + step * np.cos(yaw),
-                    x + (np.sin(turned) - np.sin(yaw)) / bent,
-                ),
-                np.where(
-                    straight,
-                    y + step * np.sin(yaw),
-                    y - (np.cos(turned) - np.cos(yaw)) / bent,
-                ),
-                turned,
+                x + chord * np.cos(yaw + half),
+                y + chord * np.sin(yaw + half),
+                yaw + curvature * step,
             )
         )
 

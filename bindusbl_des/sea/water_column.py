@@ -95,6 +95,10 @@ def _sample(path: str, line: int, row: tuple[str, ...], places: dict[str, int]) 
     return sample
 
 
+# Less deep (m) it is the surface: means over so little are lost in rounding.
+SHALLOWEST_M = 1e-6
+
+
 class Profile(NamedTuple):
     """Depths (n,), m, that increase, and the speed of sound there (n,), m/s.
 
@@ -123,7 +127,7 @@ def mean_speed(profile: Profile, depth_m: float) -> float:
     """
     if not 0.0 <= depth_m < np.inf:
         refuse("depth (m)", depth_m, "be finite and not below 0", "count metres downwards")
-    if depth_m == 0.0:
+    if depth_m < SHALLOWEST_M:
         return float(profile.at(0.0))
     return float(depth_m / cumulated_slowness(profile, depth_m))
 
@@ -153,10 +157,11 @@ def mean_over(depths_m: Floats, values: Floats, depth_m: float) -> float:
     """Return the mean down to a depth (m) of what is linear between depths (n,), m."""
     if not 0.0 <= depth_m < np.inf:
         refuse("depth (m)", depth_m, "be finite and not below 0", "count metres downwards")
+    if depth_m < SHALLOWEST_M:
+        return float(np.interp(0.0, depths_m, values))
     inner = depths_m[(depths_m > 0.0) & (depths_m < depth_m)]
-    depths = np.unique(np.concatenate(([0.0], inner, [depth_m])))  # the surface alone if it is
-    found = np.interp(depths, depths_m, values)
-    return float(np.trapezoid(found, depths) / depth_m) if depths.size > 1 else float(found[0])
+    depths = np.concatenate(([0.0], inner, [depth_m]))
+    return float(np.trapezoid(np.interp(depths, depths_m, values), depths) / depth_m)
 
 
 def uniform_profile(speed_m_per_s: float) -> Profile:

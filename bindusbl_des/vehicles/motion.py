@@ -72,11 +72,13 @@ def _on_leg(table: Floats, leg: int, time: float) -> Line:
     past = time - table[leg, BEGIN]
     turn, speed = table[leg, TURN], table[leg, SPEED]
     yaw, cosine, sine = table[leg, YAW], table[leg, COS_YAW], table[leg, SIN_YAW]
-    if turn == 0.0:
+    half = turn * past / 2.0
+    if half == 0.0:
         ahead, aside = cosine * past, sine * past
-    else:
+    else:  # by the chord: a small turn rate would leave nothing of differences of sines
+        along, off, chord = cos(half), sin(half), past * (sin(half) / half)
         yaw += turn * past
-        ahead, aside = (sin(yaw) - sine) / turn, (cosine - cos(yaw)) / turn
+        ahead, aside = chord * (cosine * along - sine * off), chord * (sine * along + cosine * off)
     return (
         table[leg, X] + speed * ahead,
         table[leg, Y] + speed * aside,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -355,6 +355,8 @@ def test_area_against_a_sweep(side: float, asvs: Any, hf_range: float) -> None:
 def test_symmetries_of_the_square(side: float, asvs: Any, hf_range: float) -> None:
     """Turning the fleet by quarter turns or mirroring it changes neither area nor radius."""
     fleet = np.asarray(asvs, dtype=float)
+    apart = np.hypot(*(fleet[:, None] - fleet).transpose(2, 0, 1))
+    assume(not ((apart > 0.0) & (apart < 1e-5)).any())  # within micrometres vessels are one
     area, radius = covered_area(side, fleet, hf_range), covering_radius(side, fleet)
     for moved in (
         fleet[:, ::-1],

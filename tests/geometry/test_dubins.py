@@ -6,6 +6,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -13,6 +14,7 @@ from scipy.integrate import quad  # type: ignore[import-untyped,unused-ignore]
 
 from bindusbl_des.geometry import paths
 from bindusbl_des.geometry.paths import Segment, dubins_segments
+from bindusbl_des.vehicles.vehicle import kinematic
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "dubins_cases.csv"
 # The cases are written with 12 digits of lengths up to 1000 m, their pieces with 9.
@@ -221,3 +223,36 @@ def test_impossible_ways_are_refused() -> None:
     for radius in (0.0, -5.0, math.nan, math.inf):
         with pytest.raises(ValueError, match=f"turning radius must be positive .* met {radius}"):
             shortest((0.0, 0.0, 0.0), (1.0, 2.0, 3.0), radius)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 1.0, math.pi / 2.0, -3.0])
+@pytest.mark.parametrize(
+    "curvature", [5e-324, 1e-300, 1.4e-17, -1e-15, 1e-12, -1e-9, 1e-6, 1e-3, -0.1, 2.0]
+)
+def test_an_arc_is_where_its_heading_leads_however_little_it_bends(
+    curvature: float, yaw: float
+) -> None:
+    """Places of paths, one by one and many at once, their bounds, and of vehicles that follow them,
+    with the integrals of their headings: against quadrature.
+    """
+    start, along = paths.Pose(3.0, -2.0, yaw), np.array([0.0, 1e-9, 1e-3, 0.7, 50.5, 60.0])
+    path = paths.Path(start, (Segment(curvature, 60.0),))
+    exact = np.array([
+        [start.x + quad(lambda s: math.cos(yaw + curvature * s), 0.0, way, limit=200)[0],
+         start.y + quad(lambda s: math.sin(yaw + curvature * s), 0.0, way, limit=200)[0],
+         yaw + curvature * way]
+        for way in along.tolist()
+    ])  # fmt: skip
+    assert path.sample(along) == pytest.approx(exact, abs=1e-9)
+    assert np.array([path.at(way) for way in along.tolist()]) == pytest.approx(exact, abs=1e-9)
+    speed = 2.0
+    vehicle = kinematic(path, speed, 5.0)
+    times = along / speed
+    there = vehicle.sample(times)
+    assert there[:, [0, 1, 3]] == pytest.approx(exact, abs=1e-9)
+    heading = (exact[:, :2] - exact[0, :2]) / speed
+    assert vehicle.heading_integral(times) == pytest.approx(heading, abs=1e-9)
+    box, places = path.box, path.sample(np.linspace(0.0, 60.0, 601))
+    low, high = places[:, :2].min(axis=0), places[:, :2].max(axis=0)
+    found = [(box.x_min, box.y_min), (box.x_max, box.y_max)]
+    assert np.array(found) == pytest.approx(np.array([low, high]), abs=0.02)

@@ -53,7 +53,6 @@ CUTS = st.lists(st.one_of(TICKS, st.floats(0.0, DURATION_S)), max_size=12).map(s
 FEW = settings(
     max_examples=5,
     deadline=None,
-    derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from bindusbl_des.geometry.area import polygon, rectangle
@@ -45,6 +45,8 @@ def test_whoever_comes_first_has_swept_it() -> None:
     st.floats(5.0, 40.0),
     st.floats(-0.1, 0.1),
 )
+@example([(0.0, 0.0, 1.0)], 5.0, 1.4e-17)  # of 55.5 m went the way that a figure drew
+@example([(0.0, 0.0, 1.0)], 5.0, 1e-15)
 def test_what_is_swept_is_the_way_with_its_surroundings(
     starts: list[tuple[float, float, float]], swath: float, curvature: float
 ) -> None:

@@ -21,6 +21,9 @@ from .sensing import half_turn
 BOUNDS = np.dtype([("first", "i8"), ("end", "i8"), ("again", "i8")])
 PROGRESS = np.dtype([("row", "i8"), ("along", "f8"), ("lapped", "f8")])
 
+# Rows that bend less (1/m) are straight: of places about a centre that far off nothing is left.
+FLAT = 1e-10
+
 ROWS_AT_ONCE = 16  # a fix may carry a vehicle past this many rows, no further
 SURELY = 1e-6  # m: what is farther by this is farther, however distances were rounded
 
@@ -75,7 +78,8 @@ def pack(paths: Sequence[Path]) -> PathTracks:
     # by the mathematical library, as compiled code has it; numpy's own differ in the last bit
     prepared["cosine"] = [cos(yaw) for yaw in joined["yaw"].tolist()]
     prepared["sine"] = [sin(yaw) for yaw in joined["yaw"].tolist()]
-    bends = joined["curvature"] != 0.0
+    bends = np.abs(joined["curvature"]) > FLAT
+    prepared["curvature"][~bends] = 0.0
     for name, side in (("centred_x", prepared["sine"]), ("centred_y", -prepared["cosine"])):
         prepared[name][bends] = side[bends] / joined["curvature"][bends]
     half = joined["length"] / 2.0
