@@ -9,9 +9,11 @@ is its middle and `bandwidth_khz` its width.  Measured airtimes have a row for e
 import csv
 from dataclasses import dataclass
 from functools import lru_cache
-from math import inf, isfinite, nan
+from math import isfinite
 from pathlib import Path
 from typing import NoReturn
+
+import numpy as np
 
 from ..core.files import regular
 from .preset import Figure, Preset
@@ -24,13 +26,17 @@ def table_file(name: str) -> str:
     return str(Path(__file__).with_name(name))
 
 
+# The largest payload of a table (B), as of `acoustics.mf.payload_bytes`
+MOST_BYTES = 65_535
+
+
 @dataclass(frozen=True)
 class AirtimeTable:
     """How long messages of 1, 2, ... bytes take, and how much later a modem hands them over.
 
-    Both are tuples of s, the first for one byte.  Where no delay was measured stands that of the
-    next larger payload which has one (S2C: below 20 B that of 20 B), behind the last that of the
-    last; 0 where the table has none at all.
+    Both are tuples of s, the first for one byte.  Between payloads that were measured both go
+    straight; below the smallest one (S2C: delays below 20 B) both are that one's.  Behind the last
+    delay stands that; there are none (0) where the table has none at all.
     """
 
     airtimes_s: tuple[float, ...]
@@ -42,7 +48,7 @@ class AirtimeTable:
         return len(self.airtimes_s)
 
     def airtime(self, payload_bytes: int) -> float:
-        """Return the airtime (s) of a message, as it stands in the table.
+        """Return the airtime (s) of a message.
 
         >>> airtime_table(table_file("s2c_airtimes.csv")).airtime(56)
         0.770201
@@ -62,7 +68,7 @@ class AirtimeTable:
 def airtime_table(file: str) -> AirtimeTable:
     """Return the table in a CSV file.
 
-    Its columns are `payload_bytes`, from 1 on without a gap, `airtime_s` and, if it likes,
+    Its columns are `payload_bytes`, which rise, `airtime_s` and, if it likes,
     `processing_delay_mean_s`, which may be empty.
 
     Raises:
@@ -84,38 +90,43 @@ def _read(path: Path, _changed: int) -> AirtimeTable:
         lines = csv.DictReader(stream, restval="")
         if not {*COLUMNS[:2]} <= {*(lines.fieldnames or ())}:
             _refuse(path, 1, f"has no columns {' and '.join(COLUMNS[:2])}")
-        airtimes: list[float] = []
-        delays: list[float] = []
+        airtimes: dict[int, float] = {}
+        delays: dict[int, float] = {}
+        most = 0
         for number, line in enumerate(lines, 2):
-            if line[COLUMNS[0]].strip() != str(number - 1):
-                _refuse(path, number, f"is for {line[COLUMNS[0]]!r} bytes; {number - 1} is next")
-            airtimes.append(_seconds(path, number, line, COLUMNS[1]))
-            empty = not (line.get(COLUMNS[2]) or "").strip()
-            delays.append(nan if empty else _seconds(path, number, line, COLUMNS[2]))
+            size = _number(line[COLUMNS[0]])
+            if not (size == int(size) and most < size <= MOST_BYTES):
+                told = f"is for {line[COLUMNS[0]]!r} bytes; these are whole numbers that rise"
+                _refuse(path, number, f"{told}, here from {most + 1} to at most {MOST_BYTES}")
+            most = int(size)
+            airtimes[most] = _seconds(path, number, line, COLUMNS[1])
+            if (line.get(COLUMNS[2]) or "").strip():
+                delays[most] = _seconds(path, number, line, COLUMNS[2])
     if not airtimes:
         _refuse(path, 2, "is the first of the table, and there is none")
-    return AirtimeTable(tuple(airtimes), _filled(delays))
+    return AirtimeTable(_each(most, airtimes), _each(most, delays or {1: 0.0}))
+
+
+def _each(most: int, measured: dict[int, float]) -> tuple[float, ...]:
+    """Return values for 1, 2, ... `most` bytes, of those that were measured for some of them."""
+    sizes = np.arange(1, most + 1)
+    return tuple(np.interp(sizes, [*measured], [*measured.values()]).tolist())
+
+
+def _number(text: str) -> float:
+    """Return the number that a text is, -1 where it is none that counts."""
+    try:
+        value = float(text)
+    except ValueError:
+        return -1.0
+    return value if isfinite(value) else -1.0
 
 
 def _seconds(path: Path, number: int, line: dict[str, str], column: str) -> float:
-    try:
-        value = float(line[column])
-    except ValueError:
-        value = inf
-    if not (isfinite(value) and 0.0 <= value <= 1e4):
+    value = _number(line[column])
+    if not 0.0 <= value <= 1e4:
         _refuse(path, number, f"has the {column} {line[column]!r}, which is no time in s")
     return value
-
-
-def _filled(delays: list[float]) -> tuple[float, ...]:
-    """Fill gaps with the delay of the next larger payload, behind the last with that one."""
-    known = [delay for delay in delays if delay == delay]
-    after = known[-1] if known else 0.0
-    filled: list[float] = []
-    for delay in reversed(delays):
-        after = delay if delay == delay else after
-        filled.append(after)
-    return tuple(reversed(filled))
 
 
 def _refuse(path: Path, number: int, what: str) -> NoReturn:

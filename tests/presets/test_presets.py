@@ -87,7 +87,7 @@ def test_all_airtimes_of_the_s2c_come_out_to_the_last_digit() -> None:
     assert table.most_bytes == 64
 
 
-def test_a_delay_that_was_not_measured_is_that_of_the_next_payload_which_was() -> None:
+def test_a_delay_below_the_first_that_was_measured_is_that_one() -> None:
     table = airtime_table(S2C)
     assert {table.delay(size) for size in range(1, 21)} == {0.088179}
     assert table.delay(21) == 0.088342
@@ -103,11 +103,35 @@ def test_a_table_of_ones_own(tmp_path: Path) -> None:
     assert airtime_table(str(own)).delays_s == (0.0,)
 
 
+def test_between_payloads_that_were_measured_times_go_straight(tmp_path: Path) -> None:
+    """Below the smallest they are that one's; delays have gaps of their own."""
+    own = tmp_path / "mine.csv"
+    own.write_text(
+        "payload_bytes,airtime_s,processing_delay_mean_s\n"
+        "4,0.4,\n8,0.5,0.1\n9.0,0.5,\n13,0.9,\n16,1.5,0.18\n"
+    )
+    table = airtime_table(str(own))
+    assert table.most_bytes == 16
+    times = [table.airtime(size) for size in (1, 4, 6, 8, 9, 10, 13, 14, 16)]
+    assert times == pytest.approx([0.4, 0.4, 0.45, 0.5, 0.5, 0.6, 0.9, 1.1, 1.5], abs=1e-12)
+    delays = [table.delay(size) for size in (1, 8, 9, 12, 16)]
+    assert delays == pytest.approx([0.1, 0.1, 0.11, 0.14, 0.18], abs=1e-12)
+    own.write_text("payload_bytes,airtime_s,processing_delay_mean_s\n2,1,0.3\n65535,2,\n")
+    wide = airtime_table(str(own))
+    assert (wide.most_bytes, wide.delay(1), wide.delay(65_535)) == (65_535, 0.3, 0.3)
+    assert wide.airtime(65_535) == 2.0
+
+
 @pytest.mark.parametrize(
     ("text", "told"),
     [
         ("bytes,airtime_s\n1,0.5\n", "1: a line of a table of airtimes that has no columns"),
-        ("payload_bytes,airtime_s\n1,0.5\n3,0.6\n", "3: .* is for '3' bytes; 2 is next"),
+        ("payload_bytes,airtime_s\n3,0.5\n3,0.6\n", "3: .* is for '3' bytes; .* from 4 to at most"),
+        ("payload_bytes,airtime_s\n8,0.5\n2,0.6\n", "3: .* is for '2' bytes; .* from 9 to at most"),
+        ("payload_bytes,airtime_s\n0,0.5\n", "2: .* is for '0' bytes; .* from 1 to at most 65535"),
+        ("payload_bytes,airtime_s\n1.5,0.5\n", "2: .* is for '1.5' bytes; these are whole"),
+        ("payload_bytes,airtime_s\n1e9,0.5\n", "2: .* is for '1e9' bytes; these are whole"),
+        ("payload_bytes,airtime_s\nfew,0.5\n", "2: .* is for 'few' bytes; these are whole"),
         ("payload_bytes,airtime_s\n1,soon\n", "2: .* has the airtime_s 'soon', which is no time"),
         ("payload_bytes,airtime_s\n1,-1\n", "2: .* '-1', which is no time"),
         (f"payload_bytes,airtime_s\n1,{'9' * 200_000}\n", "mine.csv: cannot be read as a CSV file"),

@@ -137,6 +137,16 @@ def test_a_table_of_ones_own_goes_with_the_results(tmp_path: Path) -> None:
         load_scenario(tmp_path / "m.yaml")
 
 
+def test_frames_of_sizes_that_were_not_measured_take_times_in_between(tmp_path: Path) -> None:
+    """8 B and a fix of 16 B lie in the middle of 20 and 28 B, 0.3 s of 0.25 and 0.35 s."""
+    (tmp_path / "mine.csv").write_text("payload_bytes,airtime_s\n10,0.1\n20,0.25\n28,0.35\n")
+    mf = {"airtimes": str(tmp_path / "mine.csv")}
+    few = {"duration_s": 20, "auvs": {"count": 1}, "asvs": {"count": 1}}
+    result = simulate(Scenario.model_validate({"name": "m", **few, "acoustics": {"mf": mf}}))
+    frames = result.tables["broadcasts"].groupby("fixes").airtime_s.unique()
+    assert {size: times.tolist() for size, times in frames.items()} == {1: pytest.approx([0.3])}
+
+
 def test_results_of_a_preset_mean_the_same_anywhere(tmp_path: Path) -> None:
     """The table that ships is copied as well; scenario and hash are those of the run."""
     scenario = load_scenario(S2C_FILE, overrides=["duration_s=5"])

@@ -100,8 +100,8 @@ class Downlink(Band):
     airtimes: Text | None = key(
         None,
         "",
-        "CSV file of measured airtimes, columns payload_bytes (1, 2, ...), airtime_s and "
-        "processing_delay_mean_s; null = by bit rate and overhead",
+        "CSV file of measured airtimes, columns payload_bytes (rising; between them times go "
+        "straight), airtime_s and processing_delay_mean_s; null = by bit rate and overhead",
     )
     processing_s: Real | None = key(
         None,
