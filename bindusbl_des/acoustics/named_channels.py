@@ -52,7 +52,7 @@ def curve_channel(settings: Curve) -> CurveChannel:
     Raises:
         ValueError: naming file, line and remedy, when it is no such curve.
     """
-    ranges, ratios = read_curve(settings.file)
+    ranges, ratios, _ = read_curve(settings.file)
     farthest = max(settings.interference_m or 0.0, ranges[-1])
     return CurveChannel(np.array(ranges), np.array(ratios), farthest)
 

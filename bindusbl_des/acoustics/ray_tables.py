@@ -8,20 +8,21 @@ are the first: values of two ways are never mixed.  Tables are one's own (CSV or
 ray tracer) or traced (:mod:`.table_channel`).
 """
 
-import os
-from functools import lru_cache
+from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.csv as arrow_csv
 import pyarrow.parquet as parquet
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.arrays import Floats
 from ..core.files import regular
+from ..core.tables import of_file
+from ..core.tables import read_table as table_of_text
+from ..core.wording import described
 from ..sea.water_column import Profile, cumulated_slowness
 
 # The shortest way (m) that counts: levels of sources are those at 1 m.
@@ -204,29 +205,13 @@ def read_table(path: str | Path, profile: Profile) -> SoundTable:
     return SoundTable(profile, grid, taken - straight, loss - spherical, one_way)
 
 
-def _columns(path: str | Path) -> dict[str, Floats]:
-    try:
-        found = os.stat(path)
-    except OSError as error:
-        raise ValueError(f"{path}: cannot be read: {error}") from None
-    return _read(str(path), found.st_mtime_ns, found.st_size)
-
-
-@lru_cache(maxsize=4)
-def _read(path: str, _changed_at: int, _size: int) -> dict[str, Floats]:
-    """Return the columns of a file; one that has not changed since is not read again."""
-    try:
-        read = parquet.read_table if path.endswith(".parquet") else arrow_csv.read_csv
-        rows = read(regular(path))
-    except (OSError, pa.ArrowInvalid) as error:
-        raise ValueError(f"{path}: cannot be read as a table: {error}") from None
-    names = [name.strip() for name in rows.column_names]
-    missing = [name for name in (*AXES, *VALUES) if name not in names]
+@of_file(4)
+def _columns(path: str) -> dict[str, Floats]:
+    found = _of_parquet(path) if path.endswith(".parquet") else _of_text(path)
+    missing = [name for name in (*AXES, *VALUES) if name not in found]
     if missing:
         raise ValueError(f"{path}: column {', '.join(missing)} missing; it needs {COLUMNS}")
-    columns = {
-        name: _numbers(path, name, rows.column(names.index(name))) for name in (*AXES, *VALUES)
-    }
+    columns = {name: _numbers(path, name, found[name]) for name in (*AXES, *VALUES)}
     for name in (*AXES, "travel_time_s"):
         if columns[name].min() < 0.0:
             raise ValueError(f"{path}: {name} must not be negative; met {columns[name].min():g}")
@@ -243,16 +228,38 @@ def _read(path: str, _changed_at: int, _size: int) -> dict[str, Floats]:
     return columns
 
 
-def _numbers(path: str, name: str, column: pa.ChunkedArray) -> Floats:
+def _of_text(path: str) -> dict[str, Sequence[object]]:
+    table = table_of_text(path)
+    rows = list(table.rows())
+    return {name: [row.cells[name] for row in rows] for name in table.names}
+
+
+def _of_parquet(path: str) -> dict[str, Sequence[object]]:
     try:
-        values = np.asarray(column.cast(pa.float64()).to_numpy(), dtype=float)
-    except pa.ArrowInvalid as error:
-        raise ValueError(f"{path}: {name} must hold numbers: {error}") from None
+        rows = parquet.read_table(regular(path))
+    except (OSError, pa.ArrowInvalid) as error:
+        raise ValueError(f"{path}: cannot be read as a table: {error}") from None
+    return {name.strip(): rows.column(name).to_pylist() for name in rows.column_names}
+
+
+def _numbers(path: str, name: str, column: Sequence[object]) -> Floats:
+    """Return a column of finite numbers."""
+    values = np.array([_number(cell) for cell in column])
     wrong = np.flatnonzero(~np.isfinite(values))
     if len(wrong) or not len(values):
-        row = f"row {wrong[0] + 1} has none" if len(wrong) else "there are no rows"
-        raise ValueError(f"{path}: {name} must hold numbers; {row}")
+        if not len(values):
+            raise ValueError(f"{path}: {name} must hold numbers; there are no rows")
+        cell = column[wrong[0]]
+        has = "none" if cell in (None, "") else described(cell)
+        raise ValueError(f"{path}: {name} must hold numbers; row {wrong[0] + 1} has {has}")
     return values
+
+
+def _number(cell: object) -> float:
+    try:
+        return float(cell)  # type: ignore[arg-type]  # whatever it is, float says
+    except (TypeError, ValueError, OverflowError):
+        return np.nan
 
 
 def _check_times(path: str | Path, taken: Floats, straight: Floats) -> None:

@@ -1,14 +1,14 @@
 """Areas of a survey from charts: GeoJSON, KML and GPX."""
 
-import os
 from collections.abc import Callable, Iterator, Mapping
-from functools import lru_cache
+from math import remainder
 from pathlib import Path
 from typing import Any
 
 from ..core.files import read_json
+from ..core.tables import of_file
 from ..core.wording import counted, described, shortened
-from .shapes import BadChart, Degrees, Shape, checked, position, ring
+from .shapes import BadChart, Degrees, Shape, around, checked, position, ring
 from .xml_charts import read_gpx_shapes, read_kml
 
 # GeoJSON (RFC 7946): points, lines and polygons, each position [longitude, latitude].
@@ -92,7 +92,8 @@ def _shapes(geometry: dict[str, Any], place: str) -> Iterator[Shape]:
     kind, given = geometry["type"], _listed(geometry, "coordinates", place)
     single = SINGLE[kind.removeprefix("Multi")]
     for part in given if kind.startswith("Multi") else [given]:
-        yield checked(_shape(single, part, place), place)
+        if part != []:  # which is no geometry (RFC 7946, 3.1)
+            yield checked(_shape(single, part, place), place)
 
 
 def _shape(kind: str, given: Any, place: str) -> Shape:
@@ -103,11 +104,10 @@ def _shape(kind: str, given: Any, place: str) -> Shape:
         if len(corners) < 2:
             raise BadChart(f"{place}: a LineString needs two positions; it has {len(corners)}")
         return Shape(kind, place, tuple(corners))
-    rings = given if isinstance(given, list) else []
-    if not rings:
+    if not isinstance(given, list):
         raise BadChart(f"{place}: a Polygon needs a list of rings; got {described(given)}")
-    outer = ring(_positions(rings[0], place), place)
-    return Shape(kind, place, outer, len(rings) - 1)
+    outer = ring(_positions(given[0], place), place)
+    return Shape(kind, place, outer, len(given) - 1)
 
 
 def _positions(given: Any, place: str) -> list[Degrees]:
@@ -142,29 +142,22 @@ MOST_NAMED = 4
 ON_THE_CUT_DEG = 1e-9
 
 
-def read_area(path: str | Path) -> tuple[Degrees, ...]:
+@of_file(64)
+def read_area(path: str) -> tuple[Degrees, ...]:
     """Return the corners, latitude and longitude (deg), of the only polygon in a chart.
 
-    Points and lines beside it are no area and do not count.
+    Where there is none it is the only line that ends where it begins.  Points and other lines are
+    no area and do not count.
 
     Raises:
         BadChart: naming file, place in it and remedy.
     """
-    try:
-        found = os.stat(path)
-    except OSError as error:
-        raise BadChart(f"{path}: cannot be read ({error.strerror})") from None
-    return _read(str(path), found.st_mtime_ns, found.st_size)
-
-
-@lru_cache(maxsize=64)
-def _read(path: str, _changed_at: int, _size: int) -> tuple[Degrees, ...]:
-    """Return the polygon of a file; one that has not changed since is not read again."""
     read = READERS.get(Path(path).suffix.lower())
     if read is None:
         raise BadChart(f"{path}: is no chart by its name; use {', '.join(READERS)}")
     shapes = read(path)
     areas = _joined([shape for shape in shapes if shape.kind == "polygon"])
+    areas = areas or [area for shape in shapes if shape.kind == "line" and (area := around(shape))]
     if not areas:
         kinds = [shape.kind for shape in shapes]
         there = [counted(kinds.count(kind), kind) for kind in dict.fromkeys(kinds)]
@@ -204,8 +197,6 @@ def _joined(areas: list[Shape]) -> list[Shape]:
     if whole.geom_type != "Polygon":
         return areas
     corners = whole.exterior.coords[:-1]
-    return [Shape("polygon", cut[0].where, tuple((lat, _wrapped(lon)) for lon, lat in corners))]
-
-
-def _wrapped(lon: float) -> float:
-    return lon - 360.0 if lon > 180.0 else lon
+    return [
+        Shape("polygon", cut[0].where, tuple((lat, remainder(lon, 360.0)) for lon, lat in corners))
+    ]

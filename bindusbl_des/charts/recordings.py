@@ -1,11 +1,10 @@
 """Recorded tracks of vehicles: CSV, MCAP and GPX."""
 
-import csv
 import json
 import math
-import os
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import lru_cache
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,8 +12,9 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..core.files import regular
+from ..core.tables import TableRow, left_out, of_file, ordered, read_table, sifted
 from ..core.wording import shortened
-from .shapes import BadChart, Sample, in_sea, position
+from .shapes import BadChart, Sample, check_seconds, in_sea, position
 from .xml_charts import read_gpx
 
 # Tracks in CSV files: time_s, then x_m and y_m or lat_deg and lon_deg, and depth_m or z_m.
@@ -25,28 +25,23 @@ METRES, DEGREES, DEPTHS = ("x_m", "y_m"), ("lat_deg", "lon_deg"), ("depth_m", "z
 COLUMNS = "time_s, x_m, y_m, depth_m, or time_s, lat_deg, lon_deg, depth_m"
 
 
-def read_csv(path: str) -> Iterator[tuple[str, Sample]]:
-    """Yield the samples of a CSV file, each with the vehicle that a column `vehicle` names.
+Reading = Callable[[], Sample]
+
+
+def read_csv(path: str) -> Iterator[tuple[str, Reading]]:
+    """Yield how to read the samples of a CSV file, each with the vehicle that a column `vehicle`
+    names.
 
     Columns may stand in any order, and others beside them; where there are metres, degrees do not
     count.  The table `tracks` of an export is such a file.
 
     Raises:
-        BadChart: naming file, line and remedy.
+        BadChart: naming file, line and remedy; so does each that is read.
     """
-    try:
-        with open(regular(path), newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.reader(file))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise BadChart(f"{path}: cannot be read as a CSV file: {error}") from None
-    header = [name.strip() for name in rows[0]] if rows else []
-    columns, in_degrees = _columns(path, header)
-    places = [header.index(name) for name in columns]
-    named = header.index(NAME) if NAME in header else None
-    for number, row in enumerate(rows[1:], 2):
-        if row:
-            sample = _sample(f"{path}:{number}", row, places, columns, in_degrees)
-            yield row[named].strip() if named is not None else "", sample
+    table = read_table(path, BadChart)
+    columns, in_degrees = _columns(path, table.names)
+    for row in table.rows():
+        yield row.cells.get(NAME, "").strip(), partial(_sample, row, columns, in_degrees)
 
 
 def _columns(path: str, header: Sequence[str]) -> tuple[list[str], bool]:
@@ -63,20 +58,19 @@ def _columns(path: str, header: Sequence[str]) -> tuple[list[str], bool]:
     return columns, in_degrees
 
 
-def _sample(
-    where: str, row: Sequence[str], places: Sequence[int], columns: Sequence[str], in_degrees: bool
-) -> Sample:
+def _sample(row: TableRow, columns: Sequence[str], in_degrees: bool) -> Sample:
     try:
-        time, first, second, depth = (float(row[place]) for place in places)
-    except (ValueError, IndexError):
-        raise BadChart(f"{where}: needs a number in each of {', '.join(columns)}") from None
+        time, first, second, depth = (float(row.cells[name]) for name in columns)
+    except ValueError:
+        raise BadChart(f"{row.where}: needs a number in each of {', '.join(columns)}") from None
     if not all(math.isfinite(value) for value in (time, first, second, depth)):
         values = [time, first, second, depth]
-        raise BadChart(f"{where}: holds a value that is not finite: {values}")
-    depth = in_sea(where, depth)
+        raise BadChart(f"{row.where}: holds a value that is not finite: {values}")
+    depth = in_sea(row.where, depth)
     if in_degrees:
-        return Sample(where, time, position(first, second, where, "lat_deg, lon_deg"), depth, True)
-    return Sample(where, time, (first, second), depth, False)
+        place = position(first, second, row.where, "lat_deg, lon_deg")
+        return Sample(row.where, time, place, depth, True)
+    return Sample(row.where, time, (first, second), depth, False)
 
 
 # Tracks in MCAP files: positions on Earth (foxglove.LocationFix), or rows of our own `tracks`.
@@ -90,8 +84,8 @@ REMEDY = (
 ROW = ("time_s", "x_m", "y_m", "z_m")
 
 
-def read_mcap(path: str) -> Iterator[tuple[str, Sample]]:
-    """Yield the samples of an MCAP file, each with the topic that it is on.
+def read_mcap(path: str) -> Iterator[tuple[str, Reading]]:
+    """Yield how to read the samples of an MCAP file, each with the topic that it is on.
 
     Read are topics of the schema foxglove.LocationFix (as protobuf or JSON; their heights are above
     the ellipsoid), and JSON messages with time_s, x_m, y_m and z_m, such as the topics
@@ -100,43 +94,69 @@ def read_mcap(path: str) -> Iterator[tuple[str, Sample]]:
     Raises:
         BadChart: naming file, message and remedy, or the packages that are missing.
     """
-    counts: dict[str, int] = {}
-    for topic, kind, at, message in _messages(path):
-        counts[topic] = counts.get(topic, 0) + 1
-        where = f"{path}: message {counts[topic]} on {topic}"
-        if kind == LOCATION:
-            yield topic, _location(where, message, at)
-        elif isinstance(message, Mapping) and all(name in message for name in ROW):
-            yield topic, _row(where, message)
+    for told in mcap_messages(path):
+        if told.schema == LOCATION:
+            yield told.topic, partial(_location, told)
+        elif isinstance(told.content, Mapping) and all(name in told.content for name in ROW):
+            yield told.topic, partial(_row, told.where, told.content)
 
 
-def _messages(path: str) -> Iterator[tuple[str, str, float, Any]]:
-    """Yield topic, name of the schema, log time (s) and content of what can be a position."""
+class McapMessage(NamedTuple):
+    """A message: which it is (file and number on its topic), its topic, the name of its schema, its
+    log time (s), and its content, or what is wrong with that.
+    """
+
+    where: str
+    topic: str
+    schema: str
+    at: float
+    content: Any
+
+
+def mcap_messages(path: str) -> Iterator[McapMessage]:
+    """Yield the JSON messages of an MCAP file, and those in protobuf that are positions on Earth.
+
+    Raises:
+        BadChart: naming file and remedy, or the packages that are missing.
+    """
     try:
         from mcap.reader import make_reader
         from mcap_protobuf.decoder import DecoderFactory
     except ModuleNotFoundError:
         raise BadChart(f"{path}: {REMEDY}") from None
-    protobuf = DecoderFactory()
+    protobuf, counts = DecoderFactory(), Counter[str]()
     try:
         with open(regular(path), "rb") as file:
             for schema, channel, message in make_reader(file).iter_messages():
-                kind = schema.name if schema else ""
-                at = message.log_time / 1e9
+                kind, topic, content = schema.name if schema else "", channel.topic, None
                 if channel.message_encoding == "json":
-                    yield channel.topic, kind, at, json.loads(message.data)
+                    content = _json(message.data)
                 elif kind == LOCATION and channel.message_encoding == "protobuf":
                     decode = protobuf.decoder_for("protobuf", schema)
-                    if decode is not None:
-                        yield channel.topic, kind, at, decode(message.data)
+                    content = decode(message.data) if decode else None
+                if content is None:
+                    continue
+                counts[topic] += 1
+                where = f"{path}: message {counts[topic]} on {topic}"
+                yield McapMessage(where, topic, kind, message.log_time / 1e9, content)
     except Exception as error:  # of a damaged file the packages raise whatever they come upon
         raise BadChart(
             f"{path}: cannot be read as an MCAP file: {error or type(error).__name__}"
         ) from None
 
 
-def _location(where: str, message: Any, at: float) -> Sample:
+def _json(data: bytes) -> Any:
+    try:
+        return json.loads(data)
+    except ValueError as error:
+        return error
+
+
+def _location(told: McapMessage) -> Sample:
     """Return a position on Earth at its own time, or else that of the log."""
+    where, message, at = told.where, told.content, told.at
+    if isinstance(message, ValueError):
+        raise BadChart(f"{where}: is no JSON: {message}")
     is_json = not hasattr(message, "HasField")
     parts = _of_json(message) if is_json else _of_protobuf(message)
     lat, lon, height, seconds, nanoseconds = map(_number, parts)
@@ -190,7 +210,7 @@ def _number(value: object) -> float | None:
 # Recorded tracks of vehicles: CSV, GPX and MCAP files, in metres or in degrees.
 
 
-READERS: Mapping[str, Callable[[str], Iterator[tuple[str, Sample]]]] = {
+READERS: Mapping[str, Callable[[str], Iterator[tuple[str, Reading]]]] = {
     ".csv": read_csv,
     ".gpx": read_gpx,
     ".mcap": read_mcap,
@@ -205,7 +225,7 @@ class RecordedTrack(NamedTuple):
     `times` (n,), s, by whatever clock, rise strictly; `places` (n, 2) are x and y (m) or, if
     `in_degrees`, latitude and longitude; `depths` (n,), m, are nan where the file says none, and
     below the ellipsoid, not the sea, if `below_ellipsoid`.  `where` (n,) names the place of each
-    sample in the file.
+    sample in the file; `left_out` is what is to be said of samples that do not count.
     """
 
     times: Floats
@@ -214,6 +234,7 @@ class RecordedTrack(NamedTuple):
     in_degrees: bool
     where: tuple[str, ...]
     below_ellipsoid: bool = False
+    left_out: tuple[str, ...] = ()
 
     @property
     def lacks_depths(self) -> bool:
@@ -221,7 +242,8 @@ class RecordedTrack(NamedTuple):
         return bool(np.isnan(self.depths).any())
 
 
-def read_recording(path: str | Path, which: str = "") -> RecordedTrack:
+@of_file(64)
+def read_recording(path: str, which: str = "") -> RecordedTrack:
     """Return a recorded track; `which` names one of several in the file.
 
     A track is named by the column `vehicle` of a CSV, the name of a track of a GPX, the topic of
@@ -230,16 +252,6 @@ def read_recording(path: str | Path, which: str = "") -> RecordedTrack:
     Raises:
         BadChart: naming file, place in it and remedy.
     """
-    try:
-        found = os.stat(path)
-    except OSError as error:
-        raise BadChart(f"{path}: cannot be read as a track: {error}") from None
-    return _read(str(path), which, found.st_mtime_ns, found.st_size)
-
-
-@lru_cache(maxsize=64)
-def _read(path: str, which: str, _changed_at: int, _size: int) -> RecordedTrack:
-    """Return what is in a file; one that has not changed since is not read again."""
     return _recording(path, _chosen(path, _tracks(path), which))
 
 
@@ -254,17 +266,36 @@ def check_tracks(path: str) -> None:
         _recording(path, _chosen(path, tracks, ""))
 
 
-def _tracks(path: str) -> dict[str, list[Sample]]:
+class _Samples(NamedTuple):
+    samples: list[Sample]
+    left_out: tuple[str, ...] = ()
+
+
+def _tracks(path: str) -> dict[str, _Samples]:
+    """Return the tracks of a file by name, those of which nothing can be read left out.
+
+    Raises:
+        BadChart: when none can be read.
+    """
     read = READERS.get(Path(path).suffix.lower(), read_csv)
-    tracks: dict[str, list[Sample]] = {}
+    tracks: dict[str, list[Reading]] = {}
     for name, sample in read(path):
         tracks.setdefault(name, []).append(sample)
-    return tracks
+    found: dict[str, _Samples] = {}
+    first: ValueError | None = None
+    for name, readings in tracks.items():
+        try:
+            found[name] = _Samples(*sifted(readings, lambda reading: reading()))
+        except ValueError as error:
+            first = first or error
+    if first is not None and not found:
+        raise first
+    return found
 
 
-def _chosen(path: str, tracks: dict[str, list[Sample]], which: str) -> list[Sample]:
+def _chosen(path: str, tracks: dict[str, _Samples], which: str) -> _Samples:
     if not which and len(tracks) < 2:
-        return next(iter(tracks.values()), [])
+        return next(iter(tracks.values()), _Samples([]))
     if which in tracks:
         return tracks[which]
     named = ", ".join(map(repr, list(tracks)[:MOST_NAMED]))
@@ -276,25 +307,37 @@ def _chosen(path: str, tracks: dict[str, list[Sample]], which: str) -> list[Samp
     )
 
 
-def _recording(path: str, samples: list[Sample]) -> RecordedTrack:
+def _recording(path: str, track: _Samples) -> RecordedTrack:
+    samples, unread = track
+    samples, unfixed = _fixed(samples)
     if len(samples) < 2:
         raise BadChart(f"{path}: has {len(samples)} samples; a track needs at least two")
-    numbers = np.array([(sample.time, *sample.place, sample.depth) for sample in samples])
-    stuck = np.flatnonzero(np.diff(numbers[:, 0]) <= 0.0)
-    if len(stuck):
-        first = int(stuck[0])
-        raise BadChart(
-            f"{samples[first + 1].where}: time_s must increase, but this sample "
-            f"({numbers[first + 1, 0]:.15g} s) does not follow {numbers[first, 0]:.15g} s"
-        )
+    where, times = [sample.where for sample in samples], [sample.time for sample in samples]
+    rising, others = ordered(where, times, TIME, "s", fault=BadChart)
+    numbers = np.array([(sample.time, *sample.place, sample.depth) for sample in samples])[rising]
+    if len(rising) < 2:
+        raise BadChart(f"{path}: all its samples are of one instant; a track needs two")
+    check_seconds(samples[0].where, TIME, float(numbers[0, 0]))
     numbers.setflags(write=False)
-    where = tuple(sample.where for sample in samples)
     kind = samples[0]
     return RecordedTrack(
         times=numbers[:, 0],
         places=numbers[:, 1:3],
         depths=numbers[:, 3],
         in_degrees=kind.in_degrees,
-        where=where,
+        where=tuple(where[n] for n in rising),
         below_ellipsoid=kind.below_ellipsoid,
+        left_out=unread + unfixed + others,
     )
+
+
+def _fixed(samples: list[Sample]) -> tuple[list[Sample], tuple[str, ...]]:
+    """Return samples of receivers that had a fix: without one they say latitude 0, longitude 0."""
+    if not samples or not samples[0].in_degrees:
+        return samples, ()
+    away = sum(max(map(abs, sample.place)) > 1.0 for sample in samples)
+    if 2 * away < len(samples):
+        return samples, ()
+    fixed = [sample for sample in samples if sample.place != (0.0, 0.0)]
+    lost = [f"{sample.where} is at 0, 0" for sample in samples if sample.place == (0.0, 0.0)]
+    return fixed, left_out(lost, len(samples))

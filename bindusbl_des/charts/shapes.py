@@ -1,6 +1,7 @@
 """What is read from charts: shapes on Earth, and samples of tracks."""
 
 import math
+from itertools import pairwise
 from typing import NamedTuple
 
 # What is drawn on a chart: points, lines and polygons in latitude and longitude (WGS-84).
@@ -32,7 +33,8 @@ class Shape(NamedTuple):
 def position(lat: float, lon: float, place: str, order: str) -> Degrees:
     """Return latitude and longitude (deg) as they were read at a place of a file.
 
-    `order` says how the format writes them, such as "[longitude, latitude]".
+    `order` says how the format writes them, such as "[longitude, latitude]".  Longitudes that count
+    to 360, or go on beyond 180, are brought into -180 to 180.
 
     Raises:
         BadChart: when they are none; it says what they seem to be instead.
@@ -41,13 +43,15 @@ def position(lat: float, lon: float, place: str, order: str) -> Degrees:
         raise BadChart(f"{place}: {lat:g}, {lon:g} is no position; give finite numbers")
     if abs(lat) <= 90.0 and abs(lon) <= 180.0:
         return lat, lon
-    if abs(lat) <= 180.0 and abs(lon) <= 90.0:
+    if abs(lat) <= 90.0 and abs(lon) <= 360.0:
+        return lat, math.remainder(lon, 360.0)
+    if abs(lat) <= 360.0 and abs(lon) <= 90.0:
         raise BadChart(
             f"{place}: latitude {lat:.9g} is beyond 90 deg: latitude and longitude are swapped; "
             f"write {order}"
         )
     raise BadChart(
-        f"{place}: latitude {lat:.9g}, longitude {lon:.9g} are no degrees (beyond 90 and 180); "
+        f"{place}: latitude {lat:.9g}, longitude {lon:.9g} are no degrees (beyond 90 and 360); "
         f"metres, or a projected grid such as UTM? write {order} of WGS-84 in degrees"
     )
 
@@ -58,13 +62,38 @@ def checked(shape: Shape, place: str) -> Shape:
     Raises:
         BadChart: as :func:`position`.
     """
+    first, *_ = shape.corners
     lats = [lat for lat, _ in shape.corners]
-    if max(lats) - min(lats) > LONGEST_DEG:
-        raise BadChart(
-            f"{place}: reaches over {max(lats) - min(lats):.3g} deg of latitude, more than "
-            f"{111 * LONGEST_DEG:.0f} km; are these metres? They must be degrees of WGS-84"
-        )
+    across = math.cos(math.radians(min(map(abs, lats))))
+    wide = [abs(math.remainder(lon - first[1], 360.0)) * across for _, lon in shape.corners]
+    for reach, what in ((max(lats) - min(lats), "latitude"), (max(wide), "longitude")):
+        if reach > LONGEST_DEG:
+            raise BadChart(
+                f"{place}: reaches over {reach:.3g} deg of {what}, more than "
+                f"{111 * LONGEST_DEG:.0f} km; are these metres? They must be degrees of WGS-84"
+            )
     return shape
+
+
+# A line whose ends are this near each other, as a share of its length, goes around an area: drawn
+# or driven by hand, its last point is seldom the first.
+CLOSED = 0.02
+
+
+def around(line: Shape) -> Shape | None:
+    """Return the area that a line goes around; None of a line whose ends do not meet."""
+    corners = line.corners
+    length = sum(_apart(one, following) for one, following in pairwise(corners))
+    gap = _apart(corners[0], corners[-1])
+    if len(corners) < 4 or gap > CLOSED * length:
+        return None
+    return line._replace(kind="polygon", corners=corners[: -1 if gap == 0.0 else None])
+
+
+def _apart(one: Degrees, other: Degrees) -> float:
+    """Return how far apart two places are (deg of latitude), for comparing."""
+    east = math.remainder(other[1] - one[1], 360.0)  # the shorter way, across 180 deg as well
+    return math.hypot(other[0] - one[0], east * math.cos(math.radians(one[0])))
 
 
 def ring(corners: list[Degrees], place: str) -> tuple[Degrees, ...]:
@@ -99,6 +128,25 @@ class Sample(NamedTuple):
     depth: float
     in_degrees: bool
     below_ellipsoid: bool = False
+
+
+# No mission is as late (s of Unix time) as the year 5000; parts of a second are soon beyond it.
+LATEST_S = 1e11
+PARTS = ("milliseconds", "microseconds", "nanoseconds")
+
+
+def check_seconds(where: str, name: str, time: float) -> None:
+    """Refuse an instant that seems to be in parts of a second.
+
+    Raises:
+        BadChart: naming them.
+    """
+    if abs(time) > LATEST_S:
+        unit = min(int(math.log10(abs(time) / LATEST_S) // 3), len(PARTS) - 1)
+        raise BadChart(
+            f"{where}: {name} is {time:.15g}, later than any mission; times look like "
+            f"{PARTS[unit]}: divide them by {10 ** (3 * unit + 3):,}"
+        )
 
 
 def above_sea(where: str, height: float) -> float:

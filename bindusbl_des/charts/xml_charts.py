@@ -1,17 +1,18 @@
 """Charts in XML: areas in KML, tracks and areas in GPX."""
 
 import math
-from collections.abc import Iterator
+import re
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from itertools import pairwise
+from functools import partial
 from pathlib import Path
 from typing import Any
 from xml.parsers import expat
 
-from ..core.files import regular
+from ..core.files import regular, text_of
 from ..core.wording import shortened
-from .shapes import BadChart, Degrees, Sample, Shape, above_sea, checked, position, ring
+from .shapes import BadChart, Degrees, Sample, Shape, above_sea, around, checked, position, ring
 
 # XML read as a tree of plain elements, each with its line; what could be an attack is refused.
 #
@@ -23,6 +24,9 @@ LARGEST_FILE = 32_000_000
 
 # A file of a few megabytes can have millions of empty ones, each with its line and its lists.
 MOST_ELEMENTS = 400_000
+
+# What says that it is not in UTF-8, which many files say or leave out that are in Windows-1252.
+OTHER_ENCODING = re.compile(rb"<\?xml[^>]*encoding=.(?!utf-8)", re.IGNORECASE)
 
 # KML nests folders, but not like this; a limit keeps walks over the tree short.
 DEEPEST = 60
@@ -39,11 +43,14 @@ class Element:
     children: list["Element"] = field(default_factory=list)
 
     def within(self, *names: str) -> Iterator["Element"]:
-        """Yield the elements of some name in it, at any depth, in the order of the file."""
+        """Yield the elements of some name in it, at any depth, in the order of the file; not those
+        that are in one another.
+        """
         for child in self.children:
             if child.name in names:
                 yield child
-            yield from child.within(*names)
+            else:
+                yield from child.within(*names)
 
     def child(self, name: str) -> "Element | None":
         """Return its first child of a name."""
@@ -80,7 +87,8 @@ class _Tree:
     def __init__(self, path: str) -> None:
         self.path, self.top, self.open = path, Element("", 0, {}), list[Element]()
         self.count = 0
-        self.parser: Any = expat.ParserCreate(namespace_separator=" ")
+        # Prefixes are left as they are: many programs use some (xsi, gx) that they do not declare
+        self.parser: Any = expat.ParserCreate()
         self.parser.buffer_text = True
         self.parser.StartDoctypeDeclHandler = self._refuse
         self.parser.StartElementHandler = self._begin
@@ -90,7 +98,7 @@ class _Tree:
     def read(self, raw: bytes) -> Element:
         self.open = [self.top]
         try:
-            self.parser.Parse(raw, True)
+            self.parser.Parse(raw if OTHER_ENCODING.match(raw) else text_of(raw), True)
         except (expat.ExpatError, LookupError, ValueError) as error:  # BadChart is a ValueError
             if isinstance(error, BadChart):
                 raise
@@ -106,13 +114,13 @@ class _Tree:
     def _begin(self, name: str, attributes: dict[str, str]) -> None:
         if len(self.open) > DEEPEST:
             raise BadChart(f"{self.path}: is nested deeper than {DEEPEST} levels")
-        plain = {key.rpartition(" ")[2]: value for key, value in attributes.items()}
+        plain = {key.rpartition(":")[2]: value for key, value in attributes.items()}
         self.count += 1
         if self.count > MOST_ELEMENTS:
             raise BadChart(
                 f"{self.path}: has more than {MOST_ELEMENTS:,} elements; leave in it what is needed"
             )
-        element = Element(name.rpartition(" ")[2], self.parser.CurrentLineNumber, plain)
+        element = Element(name.rpartition(":")[2], self.parser.CurrentLineNumber, plain)
         self.open[-1].children.append(element)
         self.open.append(element)
 
@@ -127,7 +135,7 @@ class _Tree:
 
 
 ORDER = "longitude,latitude"
-KINDS = {"Point": "point", "LineString": "line", "Polygon": "polygon"}
+KINDS = {"Point": "point", "LineString": "line", "LinearRing": "line", "Polygon": "polygon"}
 
 
 def read_kml(path: str | Path) -> list[Shape]:
@@ -184,13 +192,8 @@ def _position(text: str, place: str) -> Degrees:
 # GPX files (topografix 1.1): tracks of latitude, longitude, UTC time and elevation; outlines.
 
 
-# A line whose ends are this near each other, as a share of its length, goes around an area: drawn
-# or driven by hand, its last point is seldom the first.
-CLOSED = 0.02
-
-
-def read_gpx(path: str) -> Iterator[tuple[str, Sample]]:
-    """Yield the samples of a GPX file in Unix time, each with the name of its track.
+def read_gpx(path: str) -> Iterator[tuple[str, Callable[[], Sample]]]:
+    """Yield how to read the samples of a GPX file in Unix time, each with the name of its track.
 
     Elevations are heights above the sea, so that depths are negative; a track without a name has
     its number from 0 for one.  The segments of a track follow one another.
@@ -201,7 +204,7 @@ def read_gpx(path: str) -> Iterator[tuple[str, Sample]]:
     for number, track in enumerate(read_xml(path, "gpx").within("trk")):
         name = track.said("name") or str(number)
         for point in track.within("trkpt"):
-            yield name, _sample(f"{path}:{point.line}", point)
+            yield name, partial(_sample, f"{path}:{point.line}", point)
 
 
 def read_gpx_shapes(path: str | Path) -> list[Shape]:
@@ -223,17 +226,8 @@ def _outline(path: str | Path, line: Element, name: str) -> Shape:
     corners = tuple(_place(f"{path}:{point.line}", point) for point in line.within(name))
     if len(corners) < 2:
         raise BadChart(f"{where}: needs two positions; it has {len(corners)}")
-    around = sum(_apart(one, next_) for one, next_ in pairwise(corners))
-    gap = _apart(corners[0], corners[-1])
-    if len(corners) < 4 or gap > CLOSED * around:
-        return checked(Shape("line", where, corners), where)
-    return checked(Shape("polygon", where, corners[: -1 if gap == 0.0 else None]), where)
-
-
-def _apart(one: Degrees, other: Degrees) -> float:
-    """Return how far apart two places are (deg of latitude), for comparing."""
-    east = math.remainder(other[1] - one[1], 360.0)  # the shorter way, across 180 deg as well
-    return math.hypot(other[0] - one[0], east * math.cos(math.radians(one[0])))
+    line_shape = Shape("line", where, corners)
+    return checked(around(line_shape) or line_shape, where)
 
 
 def _place(where: str, point: Element) -> Degrees:

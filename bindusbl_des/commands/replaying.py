@@ -1,5 +1,6 @@
 """The commands `replay` and `fit`: recorded missions through our navigators."""
 
+import warnings
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
@@ -15,6 +16,7 @@ from .console import (
     refuse,
     say,
     talk,
+    warn,
     write_new,
     writing,
 )
@@ -140,9 +142,13 @@ def _read(name: str, vehicle: str | None, speed: float) -> "Log":
     from ..recorded.reading import read_log
 
     try:
-        return read_log(name, vehicle, speed)
+        with warnings.catch_warnings(action="ignore"):  # which are told as all commands tell them
+            log = read_log(name, vehicle, speed)
     except BadLog as error:
         refuse(str(error))
+    for told in log.left_out:
+        warn(told)
+    return log
 
 
 def _navigator_of(scenario: "Scenario") -> Any:

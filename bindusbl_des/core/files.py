@@ -1,6 +1,6 @@
 """Files: those of strangers read with distrust, ours written whole or not at all."""
 
-import csv
+import codecs
 import errno
 import hashlib
 import json
@@ -12,7 +12,6 @@ import stat
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from functools import lru_cache
 from itertools import count
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
@@ -66,14 +65,15 @@ def read_json(path: Path, most: int = LARGEST_FILE) -> Any:
 
     Raises:
         OSError: when it cannot be read.
-        ValueError: when it is no JSON in UTF-8, too large (`most` bytes) or nested too deeply.
+        ValueError: when it is no JSON in UTF-8 or UTF-16, too large (`most` bytes), or nested too
+            deeply.
     """
     with open(regular(path, None), "rb") as file:
         raw = file.read(most + 1)
     if len(raw) > most:
         raise ValueError(f"it is larger than {most:,} bytes")
     try:
-        data = json.loads(raw.decode("utf-8"), parse_constant=_refused)
+        data = json.loads(raw, parse_constant=_refused)  # with a mark of the byte order or without
         json.dumps(data, ensure_ascii=False).encode("utf-8")  # half a letter cannot be written
     except RecursionError:
         raise ValueError("it is nested too deeply") from None
@@ -102,26 +102,21 @@ def check_seal(data: Mapping[str, Any]) -> None:
         raise ValueError("its own SHA-256 is another")
 
 
-# CSV files as lines of cells, read again only when they have changed.
+# Text, in whichever of the encodings that programs save it in.
 
 
-def cells_of(path: str | Path) -> tuple[tuple[str, ...], ...]:
-    """Return the cells of each line of a CSV file, in UTF-8 with or without a mark.
+def text_of(raw: bytes) -> str:
+    """Return the text of a file: UTF-8 or UTF-16 with a mark, UTF-8 without, or else Windows-1252.
 
     Raises:
-        ValueError: naming the file, when it cannot be read as one.
+        UnicodeDecodeError: when it is none of these.
     """
+    if raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return raw.decode("utf-16")
     try:
-        found = os.stat(path)
-        return _read(str(path), found.st_mtime_ns, found.st_size)
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f"{path}: cannot be read as a CSV file: {error}") from None
-
-
-@lru_cache(maxsize=16)
-def _read(path: str, _changed_at: int, _size: int) -> tuple[tuple[str, ...], ...]:
-    with open(regular(path), newline="", encoding="utf-8-sig") as file:
-        return tuple(map(tuple, csv.reader(file)))
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return raw.decode("cp1252")
 
 
 # Files that are there whole or not at all, and that follow no link of a stranger's folder.

@@ -74,7 +74,7 @@ def overheads(scenario: Scenario) -> Iterator[Problem]:
 def _same(key: str, given: Any, value: Any) -> bool:
     """Tell whether a key has the value of a sheet; of tables and curves what is in them counts."""
     if key == "channel" and str(given) == str(value) and "file" in given.settings:
-        return read_curve(given.settings["file"]) == read_curve(value.settings["file"])
+        return read_curve(given.settings["file"])[:2] == read_curve(value.settings["file"])[:2]
     if key == "airtimes" and given is not None:
         return airtime_table(given) == airtime_table(value)
     return bool(given == value)

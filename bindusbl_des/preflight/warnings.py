@@ -6,11 +6,14 @@ Nothing here is wrong: the mission runs as it is described, but perhaps not as i
 
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from ..core.plugins import refusal
-from ..scenario.channel_settings import Sound
+from ..presets.modems import airtime_table
+from ..scenario.channel_settings import Sound, read_curve
 from ..scenario.declared import channel_named, instrument_named
 from ..scenario.destinations import alive
 from ..scenario.families import CHANNEL, plugins_of, schedule_of
@@ -23,7 +26,7 @@ from ..scenario.part_choice import settings_of
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
 from ..scenario.sections.usbl import spacing_m
-from ..scenario.site import profile_of
+from ..scenario.site import profile_of, recordings
 from .band_warnings import (
     answers,
     backlog,
@@ -115,12 +118,41 @@ def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
             routes,
             bays,
             tracks,
+            _left_out,
             _frames,
             _ticks,
             _samples,
         )
         for found in look(scenario)
     ] + [ScenarioWarning(*found) for found in idle_keys(scenario)]
+
+
+def _left_out(scenario: Scenario) -> Iterator[Problem]:
+    """Yield which rows of files do not count."""
+    for key, read, *source in _readings(scenario):
+        with suppress(ValueError):  # which is told as a mistake
+            for told in read(*source).left_out:
+                yield Problem(key, told)
+
+
+def _readings(scenario: Scenario) -> Iterator[tuple[Any, ...]]:
+    """Yield the key of each file with rows, what reads it, and what that is to be given."""
+    route, placement = scenario.auvs.route.recording, scenario.asvs.formation.recording
+    for section, asked in (("auvs.route", route), ("asvs.formation", placement)):
+        for number, source in enumerate(recordings(asked) if asked else ()):
+            from ..charts.recordings import read_recording  # brings numpy, as tracks do
+
+            yield f"{section}.files.{number}", read_recording, *source
+    if scenario.environment.ctd is not None:
+        from ..sea.water_column import read_cast
+
+        yield "environment.ctd", read_cast, scenario.environment.ctd
+    acoustics = scenario.acoustics
+    for name, channel in (("hf", acoustics.hf.channel), ("mf", acoustics.mf.channel)):
+        if str(channel) == "curve":
+            yield f"acoustics.{name}.channel.file", read_curve, channel.settings["file"]
+    if acoustics.mf.airtimes is not None:
+        yield "acoustics.mf.airtimes", airtime_table, acoustics.mf.airtimes
 
 
 def _former_words(scenario: Scenario) -> Iterator[Problem]:

@@ -6,16 +6,15 @@ the user's (1), or the line's, and how that is known.  Where a sheet states a ba
 is its middle and `bandwidth_khz` its width.  Measured airtimes have a row for each payload.
 """
 
-import csv
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, field
+from itertools import pairwise
 from math import isfinite
 from pathlib import Path
 from typing import NoReturn
 
 import numpy as np
 
-from ..core.files import regular
+from ..core.tables import TableRow, of_file, read_table, sifted
 from .preset import Figure, Preset
 
 COLUMNS = ("payload_bytes", "airtime_s", "processing_delay_mean_s")
@@ -41,6 +40,8 @@ class AirtimeTable:
 
     airtimes_s: tuple[float, ...]
     delays_s: tuple[float, ...]
+    #: What is to be said of rows that do not count.
+    left_out: tuple[str, ...] = field(default=(), compare=False)
 
     @property
     def most_bytes(self) -> int:
@@ -65,6 +66,7 @@ class AirtimeTable:
         return self.delays_s[payload_bytes - 1]
 
 
+@of_file(16)
 def airtime_table(file: str) -> AirtimeTable:
     """Return the table in a CSV file.
 
@@ -74,37 +76,30 @@ def airtime_table(file: str) -> AirtimeTable:
     Raises:
         ValueError: when there is no such file, or a line of it is wrong.
     """
-    path = Path(file)
-    try:
-        return _read(path, path.stat().st_mtime_ns)
-    except OSError as error:
-        raise ValueError(f"{file}: {error.strerror or error}") from None
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f"{file}: cannot be read as a CSV file: {error}") from None
+    table = read_table(file)
+    if not {*COLUMNS[:2]} <= {*table.names}:
+        _refuse(f"{file}:1", f"has no columns {' and '.join(COLUMNS[:2])}")
+    rows, unread = sifted(table.rows(), _measured)
+    if not rows:
+        _refuse(f"{file}:2", "is the first of the table, and there is none")
+    for (_, before, _, _), (where, size, _, _) in pairwise(rows):
+        if size <= before:
+            _refuse_size(where, str(size), before + 1)
+    airtimes = {size: airtime for _, size, airtime, _ in rows}
+    delays = {size: delay for _, size, _, delay in rows if delay is not None}
+    most = max(airtimes)
+    told = (*table.left_out, *unread)
+    return AirtimeTable(_each(most, airtimes), _each(most, delays or {1: 0.0}), told)
 
 
-@lru_cache(maxsize=16)
-def _read(path: Path, _changed: int) -> AirtimeTable:
-    """Read a table; one that has changed since is read again."""
-    with regular(path).open(newline="", encoding="utf-8-sig") as stream:
-        lines = csv.DictReader(stream, restval="")
-        if not {*COLUMNS[:2]} <= {*(lines.fieldnames or ())}:
-            _refuse(path, 1, f"has no columns {' and '.join(COLUMNS[:2])}")
-        airtimes: dict[int, float] = {}
-        delays: dict[int, float] = {}
-        most = 0
-        for number, line in enumerate(lines, 2):
-            size = _number(line[COLUMNS[0]])
-            if not (size == int(size) and most < size <= MOST_BYTES):
-                told = f"is for {line[COLUMNS[0]]!r} bytes; these are whole numbers that rise"
-                _refuse(path, number, f"{told}, here from {most + 1} to at most {MOST_BYTES}")
-            most = int(size)
-            airtimes[most] = _seconds(path, number, line, COLUMNS[1])
-            if (line.get(COLUMNS[2]) or "").strip():
-                delays[most] = _seconds(path, number, line, COLUMNS[2])
-    if not airtimes:
-        _refuse(path, 2, "is the first of the table, and there is none")
-    return AirtimeTable(_each(most, airtimes), _each(most, delays or {1: 0.0}))
+def _measured(row: TableRow) -> tuple[str, int, float, float | None]:
+    """Return where a row stands, its payload (B), airtime (s) and delay (s), if it has one."""
+    size = _number(row.cells[COLUMNS[0]])
+    if not (size == int(size) and 0 < size <= MOST_BYTES):
+        _refuse_size(row.where, row.cells[COLUMNS[0]], 1)
+    has_delay = row.cells.get(COLUMNS[2], "").strip()
+    delay = _seconds(row, COLUMNS[2]) if has_delay else None
+    return row.where, int(size), _seconds(row, COLUMNS[1]), delay
 
 
 def _each(most: int, measured: dict[int, float]) -> tuple[float, ...]:
@@ -122,15 +117,20 @@ def _number(text: str) -> float:
     return value if isfinite(value) else -1.0
 
 
-def _seconds(path: Path, number: int, line: dict[str, str], column: str) -> float:
-    value = _number(line[column])
+def _seconds(row: TableRow, column: str) -> float:
+    value = _number(row.cells[column])
     if not 0.0 <= value <= 1e4:
-        _refuse(path, number, f"has the {column} {line[column]!r}, which is no time in s")
+        _refuse(row.where, f"has the {column} {row.cells[column]!r}, which is no time in s")
     return value
 
 
-def _refuse(path: Path, number: int, what: str) -> NoReturn:
-    raise ValueError(f"{path}:{number}: a line of a table of airtimes that {what}")
+def _refuse_size(where: str, size: str, least: int) -> NoReturn:
+    told = f"is for {size!r} bytes; these are whole numbers that rise"
+    _refuse(where, f"{told}, here from {least} to at most {MOST_BYTES}")
+
+
+def _refuse(where: str, what: str) -> NoReturn:
+    raise ValueError(f"{where}: a line of a table of airtimes that {what}")
 
 
 DESERT = (

@@ -1,18 +1,19 @@
 """Formats of logs: PyFG, CSV and MCAP."""
 
-import csv
-import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from importlib.util import find_spec
-from math import sqrt
+from math import pi, sqrt
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from ..charts.recordings import mcap_messages
+from ..charts.shapes import BadChart
 from ..core.arrays import Floats
-from ..core.files import regular
-from ..core.wording import described
+from ..core.files import regular, text_of
+from ..core.tables import read_table, sifted
 from .log import BadLog, Log, LoggedFixes, Ranges, Stated, SurveyedBeacons, recorded
 
 # Factor graphs as text (PyFG): the odometry and ranges of one vehicle in the plan.
@@ -36,11 +37,18 @@ NAMES = {"VERTEX_SE2": (2,), "VERTEX_XY": (1,), "EDGE_SE2": (2, 3), "EDGE_RANGE"
 NOMINAL_SPEED = 1.0
 
 
-class Line(NamedTuple):
-    """A line: where it stands (file:line), of which kind, its names and its numbers."""
+class Written(NamedTuple):
+    """A line as it is written: where it stands (file:line), of which kind, and its words."""
 
     place: str
     kind: str
+    words: list[str]
+
+
+class Line(NamedTuple):
+    """A line: where it stands (file:line), its names and its numbers."""
+
+    place: str
     names: tuple[str, ...]
     numbers: tuple[float, ...]
 
@@ -62,17 +70,25 @@ def read_pyfg(path: Path, speed: float = NOMINAL_SPEED) -> Log:
     Raises:
         BadLog: naming file, line and remedy.
     """
-    lines: dict[str, list[Line]] = {kind: [] for kind in WORDS}
-    for line in _lines(path):
-        lines[line.kind].append(line)
-    steps = lines["EDGE_SE2"]
+    lines: dict[str, list[Written]] = {kind: [] for kind in WORDS}
+    for written in _lines(path):
+        lines[written.kind].append(written)
+    steps = list(map(_line, lines["EDGE_SE2"]))
     if not steps:
         raise BadLog(f"{path}: has no EDGE_SE2, so no odometry to replay")
+    for step in steps:
+        if abs(step.numbers[3]) > 2.0 * pi + 0.01:
+            raise BadLog(
+                f"{step.place}: turns by {step.numbers[3]:g} rad, beyond 2 pi; are these degrees?"
+            )
     numbers = _numbered(steps)
+    vertices = list(map(_line, lines["VERTEX_XY"]))
     beacons = SurveyedBeacons(
-        tuple(line.names[0] for line in lines["VERTEX_XY"]),
-        np.array([(*line.numbers, 0.0) for line in lines["VERTEX_XY"]]).reshape(-1, 3),
+        tuple(line.names[0] for line in vertices),
+        np.array([(*line.numbers, 0.0) for line in vertices]).reshape(-1, 3),
     )
+    read = partial(_range_line, numbers, beacons.names)
+    ranges, left_out = sifted(lines["EDGE_RANGE"], read)
     moves = np.array([line.numbers[1:4] for line in steps])
     poses = _poses(moves)
     times, has_clock = _times(steps, poses, speed)
@@ -83,32 +99,51 @@ def read_pyfg(path: Path, speed: float = NOMINAL_SPEED) -> Log:
         poses[:, 2] + _ahead(moves),
         np.zeros(len(times)),
         beacons,
-        _ranges(lines["EDGE_RANGE"], numbers, beacons, times),
+        _ranges(ranges, numbers, beacons, times),
         LoggedFixes(np.zeros(0), np.zeros((0, 2)), np.zeros((0, 3))),
         placed=False,
         has_clock=has_clock,
-        stated=_stated(steps, lines["EDGE_RANGE"]),
+        stated=_stated(steps, ranges),
+        left_out=left_out,
     )
 
 
-def _lines(path: Path) -> Iterator[Line]:
+def _lines(path: Path) -> Iterator[Written]:
     try:
-        text = regular(path).read_text(encoding="utf-8")
+        text = text_of(regular(path).read_bytes())
     except (OSError, UnicodeDecodeError) as error:
         raise BadLog(f"{path}: cannot be read as text: {error}") from None
     for number, row in enumerate(text.splitlines(), 1):
         words, place = row.split(), f"{path}:{number}"
-        if not words:
+        if not words or words[0].startswith("#"):
             continue
         kind = words[0]
         if kind not in WORDS:
             known = ", ".join(WORDS)
             raise BadLog(f"{place}: {kind} is not known; a run in the plan has {known}")
-        if len(words) != WORDS[kind]:
-            raise BadLog(f"{place}: {kind} has {len(words) - 1} words, not {WORDS[kind] - 1}")
-        names = tuple(words[k] for k in NAMES[kind])
-        rest = [word for k, word in enumerate(words) if k and k not in NAMES[kind]]
-        yield Line(place, kind, names, tuple(recorded(place, kind, word) for word in rest))
+        yield Written(place, kind, words)
+
+
+def _line(written: Written) -> Line:
+    place, kind, words = written
+    if len(words) != WORDS[kind]:
+        raise BadLog(f"{place}: {kind} has {len(words) - 1} words, not {WORDS[kind] - 1}")
+    names = tuple(words[k] for k in NAMES[kind])
+    rest = [word for k, word in enumerate(words) if k and k not in NAMES[kind]]
+    return Line(place, names, tuple(recorded(place, kind, word) for word in rest))
+
+
+def _range_line(poses: Mapping[str, int], beacons: Sequence[str], written: Written) -> Line:
+    """Return a line of a range, from a pose that there is to a beacon that there is."""
+    line = _line(written)
+    pose, beacon = line.names
+    if pose not in poses:
+        raise BadLog(f"{line.place}: no step leads to the pose {pose}")
+    if beacon not in beacons:
+        raise BadLog(f"{line.place}: the beacon {beacon} has no VERTEX_XY")
+    if line.numbers[1] < 0.0 or line.numbers[2] <= 0.0:
+        raise BadLog(f"{line.place}: needs a range from 0 m on and a variance above 0 m2")
+    return line
 
 
 def _numbered(steps: list[Line]) -> dict[str, int]:
@@ -156,14 +191,6 @@ def _times(steps: list[Line], poses: Floats, speed: float) -> tuple[Floats, bool
 def _ranges(
     lines: list[Line], poses: dict[str, int], beacons: SurveyedBeacons, times: Floats
 ) -> Ranges:
-    for line in lines:
-        pose, beacon = line.names
-        if pose not in poses:
-            raise BadLog(f"{line.place}: no step leads to the pose {pose}")
-        if beacon not in beacons.names:
-            raise BadLog(f"{line.place}: the beacon {beacon} has no VERTEX_XY")
-        if line.numbers[1] < 0.0 or line.numbers[2] <= 0.0:
-            raise BadLog(f"{line.place}: needs a range from 0 m on and a variance above 0 m2")
     at = times[[poses[line.names[0]] for line in lines]] if lines else np.zeros(0)
     order = np.argsort(at, kind="stable")
     whom = np.array([beacons.names.index(line.names[1]) for line in lines], dtype=np.int64)
@@ -190,16 +217,30 @@ def _stated(steps: list[Line], ranges: list[Line]) -> Stated | None:
 
 
 Row = Mapping[str, Any]
+Read = TypeVar("Read")
 
 
 class LogTable:
-    """Rows, each with the place that a message names: `file:line`, or the number of a message."""
+    """Rows, each with the place that a message names: `file:line`, or the number of a message.
 
-    def __init__(self, source: str, rows: Iterable[tuple[str, Row]] = ()) -> None:
+    What is to be said of rows that cannot be is in `left_out`, also that of the tables made of it.
+    """
+
+    def __init__(
+        self,
+        source: str,
+        rows: Iterable[tuple[str, Row]] = (),
+        left_out: list[str] | None = None,
+    ) -> None:
         self.source, self.rows = source, list(rows)
+        self.left_out: list[str] = [] if left_out is None else left_out
 
     def __len__(self) -> int:
         return len(self.rows)
+
+    def of(self, rows: Iterable[tuple[str, Row]]) -> "LogTable":
+        """Return some of its rows, as they are or with more columns, as a table."""
+        return LogTable(self.source, rows, self.left_out)
 
     def where(self, column: str, value: str) -> "LogTable":
         """Return the rows that have a value in a column, however it is capitalised; all if there is
@@ -207,45 +248,51 @@ class LogTable:
         """
         if not value:
             return self
-        kept = [
+        return self.of(
             (place, row)
             for place, row in self.rows
             if str(row.get(column, value)).strip().casefold() == value.casefold()
-        ]
-        return LogTable(self.source, kept)
+        )
 
     def has(self, column: str) -> bool:
         """Tell whether the table has a column."""
         return any(column in row for _, row in self.rows)
 
-    def words(self, column: str) -> list[str]:
-        """Return a column of names.
+    def sifted(self, read: Callable[[str, Row], Read]) -> list[Read]:
+        """Return what is read of each row; those that cannot be are left out.
 
         Raises:
-            BadLog: naming the place that has none.
+            BadLog: what is wrong with the first of them, where they are not the fewer.
         """
-        for place, row in self.rows:
-            if not row.get(column):
-                raise BadLog(f"{place}: needs a name in the column {column}")
-        return [str(row[column]) for _, row in self.rows]
+        found, told = sifted(self.rows, lambda line: read(*line))
+        self.left_out += told
+        return found
 
-    def numbers(self, *columns: str) -> Floats:
-        """Return columns of numbers (n, columns).
 
-        Raises:
-            BadLog: naming the place, and all columns that are needed and lacking.
-        """
-        for place, row in self.rows:
-            lacking = [column for column in columns if row.get(column) in (None, "")]
-            if lacking:
-                raise BadLog(
-                    f"{place}: needs numbers in {', '.join(columns)}; it lacks "
-                    f"{', '.join(lacking)} and has {', '.join(filter(None, row))}"
-                )
-        found = [
-            [recorded(place, column, row[column]) for column in columns] for place, row in self.rows
-        ]
-        return np.array(found, dtype=np.float64).reshape(-1, len(columns))
+def name_in(place: str, row: Row, column: str) -> str:
+    """Return a name in a row.
+
+    Raises:
+        BadLog: naming the place that has none.
+    """
+    if not row.get(column):
+        raise BadLog(f"{place}: needs a name in the column {column}")
+    return str(row[column])
+
+
+def numbers_in(place: str, row: Row, *columns: str) -> list[float]:
+    """Return numbers in a row.
+
+    Raises:
+        BadLog: naming the place, and all columns that are needed and lacking.
+    """
+    lacking = [column for column in columns if row.get(column) in (None, "")]
+    if lacking:
+        raise BadLog(
+            f"{place}: needs numbers in {', '.join(columns)}; it lacks {', '.join(lacking)} and "
+            f"has {', '.join(filter(None, row))}"
+        )
+    return [recorded(place, column, row[column]) for column in columns]
 
 
 def csv_tables(folder: Path) -> dict[str, LogTable]:
@@ -254,17 +301,10 @@ def csv_tables(folder: Path) -> dict[str, LogTable]:
     Raises:
         BadLog: when a file cannot be read as CSV.
     """
-    return {path.stem: _csv_table(path) for path in sorted(folder.glob("*.csv"))}
-
-
-def _csv_table(path: Path) -> LogTable:
-    try:
-        with open(regular(path), newline="", encoding="utf-8-sig") as file:
-            reader = csv.DictReader(file, skipinitialspace=True, restkey="", restval=None)
-            rows = [(f"{path}:{reader.line_num}", row) for row in reader]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise BadLog(f"{path}: cannot be read as a CSV file: {error}") from None
-    return LogTable(str(path), rows)
+    found = {path.stem: read_table(path, BadLog) for path in sorted(folder.glob("*.csv"))}
+    return {
+        name: LogTable(table.path, table.rows(), [*table.left_out]) for name, table in found.items()
+    }
 
 
 def mcap_tables(path: Path) -> dict[str, LogTable]:
@@ -274,39 +314,11 @@ def mcap_tables(path: Path) -> dict[str, LogTable]:
         BadLog: when it cannot be read, or the package mcap is missing.
     """
     tables: dict[str, LogTable] = {}
-    for topic, number, row in _messages(path):
-        name = topic.rpartition("/")[2]
-        table = tables.setdefault(name, LogTable(str(path)))
-        table.rows.append((f"{path}: message {number} on {topic}", row))
+    try:
+        for told in mcap_messages(str(path)):
+            table = tables.setdefault(told.topic.rpartition("/")[2], LogTable(str(path)))
+            row = told.content if isinstance(told.content, dict) else {}  # it lacks all columns
+            table.rows.append((told.where, row))
+    except BadChart as error:
+        raise BadLog(str(error)) from None
     return tables
-
-
-def _messages(path: Path) -> Iterator[tuple[str, int, Row]]:
-    """Yield topic, number on it from 1, and content of each JSON message, in the order of time."""
-    try:
-        from mcap.reader import make_reader
-    except ModuleNotFoundError:
-        raise BadLog(
-            f"{path}: MCAP files are read by the package mcap, which is not installed here; "
-            "install it with: python -m pip install 'bindusbl-des[replay]'"
-        ) from None
-    counts: dict[str, int] = {}
-    try:
-        with open(regular(path), "rb") as file:
-            for _, channel, message in make_reader(file).iter_messages():
-                if channel.message_encoding != "json":
-                    continue
-                topic = channel.topic
-                counts[topic] = counts.get(topic, 0) + 1
-                row = json.loads(message.data)
-                if not isinstance(row, dict):
-                    raise BadLog(
-                        f"{path}: message {counts[topic]} on {topic} is {described(row)}, no row"
-                    )
-                yield topic, counts[topic], row
-    except BadLog:
-        raise
-    except Exception as error:  # of a damaged file the package raises whatever it comes upon
-        raise BadLog(
-            f"{path}: cannot be read as an MCAP file: {error or type(error).__name__}"
-        ) from None

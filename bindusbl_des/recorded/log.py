@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..charts.shapes import BadChart, check_seconds
 from ..core.arrays import Flags, Floats, Ints
 from ..core.wording import described
 from ..navigation.dead_reckoning import Odometry
@@ -34,6 +35,11 @@ def recorded(place: str, column: str, value: object) -> float:
         ) from None
     if not isfinite(found):
         raise BadLog(f"{place}: {column} is {found}; leave the row out if nothing was measured")
+    if column.endswith("_s"):
+        try:
+            check_seconds(place, column, found)
+        except BadChart as error:
+            raise BadLog(str(error)) from None
     if abs(found) > MOST:
         raise BadLog(f"{place}: {column} is {found:g}; no log holds more than {MOST:g}")
     return found
@@ -100,7 +106,8 @@ class Log:
     `places` (n, 2), m, and `yaws` (n,), rad, are what its odometry has summed up to, `depths` (n,),
     m.  A log that is not `placed` has its odometry in a frame of its own, which begins anywhere and
     is turned by anything, until its start is found.  `has_clock` is False where nothing but the
-    order was recorded: an instant is then the distance gone so far at a nominal speed.
+    order was recorded: an instant is then the distance gone so far at a nominal speed.  What is to
+    be said of rows that do not count is in `left_out`.
     """
 
     name: str
@@ -116,6 +123,7 @@ class Log:
     has_clock: bool = True
     stated: Stated | None = None
     receptions: Receptions | None = None
+    left_out: tuple[str, ...] = ()
 
     def begun_at(self, start: LoggedPose) -> "Log":
         """Return the log with its odometry beginning at a pose in the frame of its beacons."""

@@ -1,13 +1,12 @@
 """The settings of the channels that ship, and the curves of delivery over range that files have."""
 
 import math
-from functools import lru_cache
-from pathlib import Path
-from typing import Literal
+from itertools import pairwise
+from typing import Literal, NamedTuple
 
 from pydantic import model_validator
 
-from ..core.files import cells_of
+from ..core.tables import TableRow, of_file, read_table, sifted
 from .key_types import Real, Text, key
 from .part_choice import PartChoice, Settings
 
@@ -205,11 +204,20 @@ def burst_s(channel: PartChoice) -> float | None:
 COLUMNS = ("range_m", "delivery_ratio")
 EXAMPLE = "such as `50,0.95`"
 
-Points = tuple[tuple[float, ...], tuple[float, ...]]
+
+class DeliveryCurve(NamedTuple):
+    """Ranges (n,), m, which increase, delivery ratios (n,), and what is to be said of rows that do
+    not count.
+    """
+
+    ranges_m: tuple[float, ...]
+    ratios: tuple[float, ...]
+    left_out: tuple[str, ...] = ()
 
 
-def read_curve(path: str | Path) -> Points:
-    """Return the ranges (n,), m, and delivery ratios (n,) of a CSV file.
+@of_file(16)
+def read_curve(path: str) -> DeliveryCurve:
+    """Return the curve in a CSV file.
 
     Its header line has the columns range_m and delivery_ratio, in any order and among others; the
     ranges increase, and the ratios lie in [0, 1].
@@ -217,49 +225,39 @@ def read_curve(path: str | Path) -> Points:
     Raises:
         ValueError: naming file, line, value and remedy, when the file is not such a curve.
     """
-    return _read_rows(str(path), cells_of(path))
-
-
-@lru_cache(maxsize=16)
-def _read_rows(path: str, rows: tuple[tuple[str, ...], ...]) -> Points:
-    header = [name.strip() for name in rows[0]] if rows else []
-    missing = [name for name in COLUMNS if name not in header]
+    table = read_table(path)
+    missing = [name for name in COLUMNS if name not in table.names]
     if missing:
         raise ValueError(
             f"{path}:1: column {', '.join(missing)} missing; the header needs {', '.join(COLUMNS)}"
         )
-    places = [header.index(name) for name in COLUMNS]
-    points: list[tuple[float, float]] = []
-    for line, row in enumerate(rows[1:], 2):
-        if row:
-            points.append(_point(f"{path}:{line}", row, places, points))
+    points, unread = sifted(table.rows(), _point)
     if not points:
         raise ValueError(f"{path}: has no points; a curve needs at least one line {EXAMPLE}")
-    ranges, ratios = zip(*points, strict=True)
-    return ranges, ratios
+    for (_, before, _), (where, away, _) in pairwise(points):
+        if away <= before:
+            raise ValueError(
+                f"{where}: range_m is {away:g} after {before:g}; sort the lines by range, each "
+                "range once (is there a curve of another modem in the file?)"
+            )
+    _, ranges, ratios = zip(*points, strict=True)
+    return DeliveryCurve(ranges, ratios, (*table.left_out, *unread))
 
 
-def _point(
-    where: str, row: tuple[str, ...], places: list[int], before: list[tuple[float, float]]
-) -> tuple[float, float]:
-    """Return the range (m) and the delivery ratio of a line, which comes after those `before`."""
-    if len(row) <= max(places):
-        raise ValueError(f"{where}: has {len(row)} columns; give {', '.join(COLUMNS)} {EXAMPLE}")
+def _point(row: TableRow) -> tuple[str, float, float]:
+    """Return where a row stands, its range (m) and its delivery ratio."""
     values = []
-    for name, place in zip(COLUMNS, places, strict=True):
+    for name in COLUMNS:
         try:
-            values.append(float(row[place]))
+            values.append(float(row.cells[name]))
         except ValueError:
-            raise ValueError(f"{where}: {name} is {row[place]!r}; give a number") from None
+            raise ValueError(
+                f"{row.where}: {name} is {row.cells[name]!r}; give a number, {EXAMPLE}"
+            ) from None
     away, ratio = values
     if not 0.0 <= away < math.inf:
-        raise ValueError(f"{where}: range_m is {away:g}; give metres from 0 on")
+        raise ValueError(f"{row.where}: range_m is {away:g}; give metres from 0 on")
     if not 0.0 <= ratio <= 1.0:
         remedy = "divide per cent by 100" if 1.0 < ratio <= 100.0 else "give a share of 1"
-        raise ValueError(f"{where}: delivery_ratio is {ratio:g}, not within 0 and 1; {remedy}")
-    if before and away <= before[-1][0]:
-        raise ValueError(
-            f"{where}: range_m is {away:g} after {before[-1][0]:g}; sort the lines by range, each "
-            "range once (is there a curve of another modem in the file?)"
-        )
-    return away, ratio
+        raise ValueError(f"{row.where}: delivery_ratio is {ratio:g}, not within 0 and 1; {remedy}")
+    return row.where, away, ratio

@@ -83,7 +83,7 @@ def recorded_track(scenario: ScenarioKeys, route: Track, auv: int) -> "RecordedT
     """
     from ..vehicles.tracks import read_track  # brings numpy, which other routes do not need
 
-    file, which = _recordings(route)[auv]
+    file, which = recordings(route)[auv]
     return read_track(
         file,
         route.time_offset_s,
@@ -116,7 +116,7 @@ def vessel_track(scenario: ScenarioKeys, placement: AsvTrack, asv: int) -> "Reco
     """
     from ..vehicles.tracks import read_track
 
-    file, which = _recordings(placement)[asv]
+    file, which = recordings(placement)[asv]
     origin, offset_s = origin_of(scenario), placement.time_offset_s
     return read_track(file, offset_s, which=which, origin=origin, depth_m=0.0, afloat=True)
 
@@ -144,13 +144,13 @@ def lacks_depths(scenario: ScenarioKeys) -> bool:
     from ..charts.recordings import read_recording
 
     try:
-        found = [read_recording(*source) for source in _recordings(route)]
+        found = [read_recording(*source) for source in recordings(route)]
     except ValueError:
         return False  # which is told where they are read
     return any(recording.lacks_depths for recording in found)
 
 
-def _recordings(route: Track | AsvTrack) -> list[tuple[str, str]]:
+def recordings(route: Track | AsvTrack) -> list[tuple[str, str]]:
     """Return the files of tracks, and which of the tracks in each is meant."""
     return list(zip(route.files, route.tracks or ("",) * len(route.files), strict=False))
 

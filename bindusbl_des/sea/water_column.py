@@ -4,16 +4,17 @@ A profile has conductivity, temperature and depth, or the speed of sound, read f
 """
 
 import math
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from pathlib import Path
+from functools import partial
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Floats
-from ..core.files import cells_of
+from ..core.tables import TableRow, left_out, of_file, ordered, read_table, sifted
 from ..core.wording import refuse
 from .water import USUAL_WATER, Water, sound_speed, sound_speed_medwin, sound_speed_teos10
 
@@ -29,70 +30,91 @@ LIMITS = {
     SPEED: (1300.0, 1700.0),
 }
 
+# What instruments call these: Sea-Bird in a .cnv, SonTek's CastAway and others in headers.
+ALSO = {
+    "depth_m": r"dep[SF]M|depth\s*[\[(]\s*m(et(er|re)s?)?\s*[\])]",
+    "temperature_c": r"t[nv]?\d*C|temp(erature)?\s*[\[(]\s*(deg\s*|°)?c(elsius)?\s*[\])]",
+    "salinity_psu": r"sal\d\d|salinity(\s*[\[(].*[\])])?",
+    SPEED: r"sv[CDW]M|sound\s*(velocity|speed)\s*[\[(]\s*(m/s|meters per second)\s*[\])]",
+}
+
+# So far (m) above the water a sample may be that was taken before the instrument went in.
+ABOVE_M = 1.0
+
 
 class Cast(NamedTuple):
     """Samples of a cast, by increasing depth (n,), m: temperature (n,), degC, salinity (n,), psu,
-    speed of sound (n,), m/s; what was not measured is None.
+    speed of sound (n,), m/s; what was not measured is None.  What is to be said of rows that do not
+    count is in `left_out`.
     """
 
     depths_m: Floats
     temperatures_c: Floats | None
     salinities_psu: Floats | None
     speeds_m_per_s: Floats | None
+    left_out: tuple[str, ...] = ()
 
 
-def read_cast(path: str | Path) -> Cast:
+@of_file(16)
+def read_cast(path: str) -> Cast:
     """Return the samples of a cast.
 
     The file has a header line with the columns depth_m and sound_speed_m_per_s, or depth_m,
-    temperature_c and salinity_psu, or all of them, in any order; further columns are ignored.
+    temperature_c and salinity_psu, or all of them, in any order; further columns are ignored.  It
+    may be a .cnv of Sea-Bird, or a CSV of a CastAway.  Of samples above the water, and of those not
+    deeper than others before them, none counts.
 
     Raises:
         ValueError: naming file, line and remedy, when the file is not such a cast.
     """
-    return _read_cast(str(path), cells_of(path))
-
-
-@lru_cache(maxsize=16)
-def _read_cast(path: str, rows: tuple[tuple[str, ...], ...]) -> Cast:
-    header = [name.strip() for name in rows[0]] if rows else []
-    names = [name for name in LIMITS if name in header]
-    has_water = all(name in names for name in WATER)
-    if "depth_m" not in names or not (has_water or SPEED in names):
-        raise ValueError(f"{path}:1: has the columns {', '.join(header)}; it needs {COLUMNS}")
-    names = [name for name in names if has_water or name not in WATER]
-    places = {name: header.index(name) for name in names}
-    lines = [number for number, row in enumerate(rows[1:], 2) if row]
-    if len(lines) < 2:
-        raise ValueError(f"{path}: has {len(lines)} samples; a CTD profile needs at least two")
-    samples = np.array([_sample(path, line, rows[line - 1], places) for line in lines])
-    stuck = np.flatnonzero(np.diff(samples[:, 0]) <= 0.0)
-    if len(stuck):
-        above, below = samples[stuck[0], 0], samples[stuck[0] + 1, 0]
+    table = read_table(path)
+    columns = {name: there for name in LIMITS if (there := _called(name, table.names))}
+    has_water = all(name in columns for name in WATER)
+    if "depth_m" not in columns or not (has_water or SPEED in columns):
+        pressure = any(name.lower().startswith("pr") for name in table.names)
+        remedy = " (with SBE Data Processing, Derive, depths from pressures)" if pressure else ""
         raise ValueError(
-            f"{path}:{lines[stuck[0] + 1]}: depth_m must increase, but {below:g} m follows "
-            f"{above:g} m; keep the way down, or the way up turned around"
+            f"{path}:1: has the columns {', '.join(table.names)}; it needs {COLUMNS}{remedy}"
         )
+    columns = {name: there for name, there in columns.items() if has_water or name not in WATER}
+    read, unread = sifted(table.rows(), partial(_sample, columns))
+    under = [(place, sample) for place, sample in read if sample[0] >= 0.0]
+    dry = left_out([f"{where} is above the water" for where, (z, *_) in read if z < 0.0], len(read))
+    if len(under) < 2:
+        raise ValueError(f"{path}: has {len(under)} samples; a CTD profile needs at least two")
+    places, depths = [where for where, _ in under], [sample[0] for _, sample in under]
+    remedy = "; keep the way down, or the way up turned around"
+    deeper, others = ordered(places, depths, "depth_m", "m", remedy)
+    samples = np.array([under[n][1] for n in deeper])
     samples.setflags(write=False)
-    columns = dict(zip(names, samples.T, strict=True))
-    return Cast(columns["depth_m"], *(columns.get(name) for name in (*WATER, SPEED)))
+    known = dict(zip(columns, samples.T, strict=True))
+    warm, salt, speed = (known.get(name) for name in (*WATER, SPEED))
+    told = (*table.left_out, *unread, *dry, *others)
+    return Cast(known["depth_m"], warm, salt, speed, told)
 
 
-def _sample(path: str, line: int, row: tuple[str, ...], places: dict[str, int]) -> list[float]:
+def _called(name: str, there: Sequence[str]) -> str:
+    """Return by which name a column is there, "" if it is not."""
+    if name in there:
+        return name
+    return next((also for also in there if re.fullmatch(ALSO[name], also, re.IGNORECASE)), "")
+
+
+def _sample(columns: Mapping[str, str], row: TableRow) -> tuple[str, list[float]]:
     sample = []
-    for name, place in places.items():
-        text = row[place].strip() if place < len(row) else ""
+    for name, there in columns.items():
+        text = row.cells[there].strip()
         try:
             value = float(text)
         except ValueError:
             value = math.nan
         least, most = LIMITS[name]
-        if not least <= value <= most:
+        if not (least <= value <= most or (name == "depth_m" and -ABOVE_M <= value < 0.0)):
             raise ValueError(
-                f"{path}:{line}: {name} must be a number from {least:g} to {most:g}; got {text!r}"
+                f"{row.where}: {name} must be a number from {least:g} to {most:g}; got {text!r}"
             )
         sample.append(value)
-    return sample
+    return row.where, sample
 
 
 # Less deep (m) it is the surface: means over so little are lost in rounding.

@@ -24,19 +24,59 @@ ERRING, LIFTED = 0.5, 1.0
 FARTHEST = 1e6
 
 
+# Between two samples lies a gap, and no way, if they are so many times as far apart as others are,
+# and longer (s), and farther (m); and if the vehicle would have gone that far so much more slowly
+# or faster than elsewhere.
+GAP_STEPS, GAP_S, GAP_M, GAP_PACE = 10.0, 60.0, 10.0, 2.0
+
+
 def misplaced(
     tracks: Sequence[Track], offset_s: float, duration_s: float, section: str = "auvs.route"
 ) -> list[tuple[int, str]]:
-    """Return which tracks are nowhere in a mission of `duration_s` (s), and what to do about it.
+    """Return which tracks are nowhere in a mission of `duration_s` (s), or have a gap in it, and
+    what to do about it.
 
-    Their vehicles would stand still from its start to its end.  `section` is that of their keys.
+    Their vehicles would stand still from its start to its end, or crawl through the gap.  `section`
+    is that of their keys.
     """
     away = [n for n, (times, _) in enumerate(tracks) if times[0] >= duration_s or times[-1] <= 0.0]
-    if not away:
-        return []
-    first = min(float(tracks[number][0][0]) for number in away)
+    first = min((float(tracks[number][0][0]) for number in away), default=0.0)
     remedy = f"set {section}.time_offset_s: {plain(first + offset_s)} to begin the mission with it"
-    return [(number, f"{_span(tracks[number][0], duration_s)}; {remedy}") for number in away]
+    found = [(number, f"{_span(tracks[number][0], duration_s)}; {remedy}") for number in away]
+    for number, track in enumerate(tracks):
+        for begin, end, metres in gaps(track):
+            if begin < duration_s and end > 0.0:
+                found.append((number, _gap(begin, end, metres, offset_s, section)))
+                break
+    return found
+
+
+def gaps(track: Track) -> list[tuple[float, float, float]]:
+    """Return between which instants (s) nobody knows the way of a track, and how far it is (m).
+
+    >>> times, x = np.array([0.0, 40.0, 80.0, 3600.0, 3640.0]), np.array([0.0, 40, 80, 210, 250])
+    >>> gaps((times, np.column_stack((x, 0 * x, 0 * x))))
+    [(80.0, 3600.0, 130.0)]
+    """
+    times, positions = track
+    steps, ways = np.diff(times), np.hypot(*np.diff(positions[:, :2], axis=0).T)
+    is_long = steps > GAP_STEPS * np.percentile(steps, 50, method="lower")
+    paces = ways / steps
+    others = paces[~is_long & (paces > 0.0)]
+    usual = float(np.median(others)) if len(others) else 0.0
+    is_odd = (paces * GAP_PACE < usual) | (paces > usual * GAP_PACE)
+    found = np.flatnonzero(is_long & is_odd & (steps > GAP_S) & (ways > GAP_M))
+    return [(float(times[n]), float(times[n + 1]), float(ways[n])) for n in found]
+
+
+def _gap(begin: float, end: float, metres: float, offset_s: float, section: str) -> str:
+    """Tell of a gap, and how to fly what is before it, or after it."""
+    before = f"end the mission before it (duration_s: {plain(begin)}), " if begin > 0.0 else ""
+    return (
+        f"it has a gap from {plain(begin)} to {plain(end)} s of the mission, in which nobody knows "
+        f"its way ({metres:.3g} m); {before}begin it after it ({section}.time_offset_s: "
+        f"{plain(end + offset_s)}), or add samples of the way to the file"
+    )
 
 
 def _span(times: Floats, duration_s: float) -> str:

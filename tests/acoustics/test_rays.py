@@ -210,7 +210,7 @@ HEAD = "range_m,source_depth_m,receiver_depth_m,travel_time_s,loss_db\n"
             "range_m,loss_db\n1,2\n",
             "source_depth_m, receiver_depth_m, travel_time_s missing",
         ),
-        ("", "cannot be read as a table"),
+        ("", "column range_m, .* missing; it needs"),
         (HEAD + "10,1,5,0.007,20\n", "needs at least two values of range_m"),
         (HEAD + "10,1,5,0.007,20\n20,1,6,0.014,26\n", "has 2 rows; a full grid of its 2 ranges"),
         (HEAD + "10,1,5,0.007,20\n20,1,5,,26\n", "travel_time_s must hold numbers; row 2 has none"),

@@ -128,7 +128,10 @@ def test_a_file_that_is_missing_is_told(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("row", "said"),
-    [("1,1,1,0.001,0", "needs at least two values of range_m"), ("1,1", "Expected 5 columns")],
+    [
+        ("1,1,1,0.001,0", "needs at least two values of range_m"),
+        ("1,1", "receiver_depth_m must hold numbers; row 1 has none"),
+    ],
 )
 def test_a_file_that_is_no_table_is_told_before_the_mission(
     tmp_path: Path, row: str, said: str

@@ -176,7 +176,7 @@ SMALL_METRES = [[-70, -50], [70, -50], [70, 50], [-70, 50], [-70, -50]]
             {"type": "Polygon", "coordinates": [RING[:3]]},
             r"its ring has 3 positions; a polygon needs",
         ),
-        ({"type": "Polygon", "coordinates": []}, r"a Polygon needs a list of rings; got a list"),
+        ({"type": "Polygon", "coordinates": []}, r"holds no polygon \(nothing\)"),
         ({"type": "Polygon", "coordinates": [7]}, r"needs a list of positions; got 7"),
         ({"type": "Polygon"}, r"needs a list of coordinates; got nothing"),
         (

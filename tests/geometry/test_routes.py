@@ -160,10 +160,10 @@ def test_a_recorded_track_is_read(tmp_path: FilePath) -> None:
     [
         ("", "column time_s, x_m, y_m, depth_m missing"),
         ("time_s,x_m,y_m\n0,0,0\n", "column depth_m missing"),
-        (GOOD + "3,a,0,1\n", ":4: needs a number"),
-        (GOOD + "3,nan,0,1\n", ":4: holds a value that is not finite"),
-        (GOOD + "3,1\n", ":4: needs a number"),
-        (GOOD + "2,5,0,1\n", "time_s must increase"),
+        (GOOD.replace("4,0", "a,0"), ":3: needs a number"),
+        (GOOD.replace("4,0", "nan,0"), ":3: holds a value that is not finite"),
+        (GOOD.replace("4,0,1", "4"), ":3: needs a number"),
+        (GOOD.replace("2,4", "-2,4"), ":3: time_s must increase, but -2 s follows 0 s"),
         ("time_s,x_m,y_m,depth_m\n0,0,0,1\n", "needs at least two"),
     ],
 )

@@ -146,7 +146,7 @@ def test_wrong_tables_are_told_with_their_line(tmp_path: Path, text: str, told: 
 
 
 def test_a_table_that_is_not_there() -> None:
-    with pytest.raises(ValueError, match=r"none\.csv: No such file"):
+    with pytest.raises(ValueError, match=r"none\.csv: .* No such file"):
         airtime_table("none.csv")
 
 

@@ -54,14 +54,12 @@ def test_without_instants_the_way_stands_in(tmp_path: Path) -> None:
     [
         (("A1 A2", "A2 A1"), ":5: the step from A2 to A1 does not go on"),
         (("A1 A2", "A0 A2"), ":5: the step from A0 to A2 does not go on"),
-        (("A3 L0", "A9 L0"), ":9: no step leads to the pose A9"),
-        (("A2 L1", "A2 L7"), ":8: the beacon L7 has no VERTEX_XY"),
-        (
-            ("48 0.5", "many 0.5"),
-            ":7: needs a number in the column EDGE_RANGE; met the text 'many'",
-        ),
-        (("48 0.5", "inf 0.5"), ":7: EDGE_RANGE is inf"),
-        (("48 0.5", "-48 0.5"), ":7: needs a range from 0 m"),
+        ((" L0 4", " L7 4"), ":7: the beacon L7 has no VERTEX_XY"),
+        ((".5625", ".5625 7"), ":7: EDGE_RANGE has 6 words, not 5"),
+        (("0.5625", "inf"), ":7: EDGE_RANGE is inf"),
+        (("0 40", "0 far"), ":2: needs a number in the column VERTEX_XY; met the text 'far'"),
+        (("0.5625", "-0.5625"), ":7: needs a range from 0 m"),
+        (("2 0 1.57", "2 0 90.57"), ":5: turns by 90.5.* rad, beyond 2 pi; are these degrees"),
         (("2 0 0 0.0004 0 0 0.0004", "2 0 0 0.0004 0 0 -0.0004"), ":4: needs variances of a step"),
         (("EDGE_SE2 4", "EDGE_SE2 1.5"), ":6: its instant 1.5 s is before"),
         (("VERTEX_XY L1 0 40", "VERTEX_XYZ L1 0 40 3"), ":2: VERTEX_XYZ is not known"),
@@ -99,8 +97,15 @@ def test_a_folder_of_csv_is_a_log(tmp_path: Path) -> None:
     [
         ({"odometry": ODOMETRY}, "neither ranges nor fixes"),
         ({"beacons": BEACONS}, "has no odometry"),
-        ({"odometry": ODOMETRY.replace("\n11,1", "\n9,1")}, "odometry.csv:3: time_s must rise"),
-        ({"odometry": ODOMETRY.replace("13,3", "13,x")}, "csv:4: needs a number in .* x_m"),
+        (
+            {"odometry": ODOMETRY.replace("\n11,1", "\n9,1").replace("\n13", "\n8")},
+            "odometry.csv:3: time_s must increase, but 9 s follows 10 s",
+        ),
+        (
+            {"odometry": ODOMETRY.replace(",0,0,0\n11,", ",0,x,0\n11,x")},
+            "csv:2: needs a number in .* y_m",
+        ),
+        ({"odometry": ODOMETRY.replace("\n1", "\n17803008000")}, "times look like milliseconds"),
         (
             {"odometry": ODOMETRY.replace("yaw_rad", "yaw").replace("y_m", "north_m")},
             "csv:2: needs numbers in time_s, x_m, y_m, yaw_rad; it lacks y_m, yaw_rad and has "
@@ -119,19 +124,18 @@ def test_a_folder_of_csv_is_a_log(tmp_path: Path) -> None:
         ({"ranges": RANGES.replace("49", "-49")}, "ranges.csv:3: range_m is -49"),
         ({"ranges": RANGES.replace("49", "9" * 400)}, "ranges.csv:3: range_m is inf"),
         (
-            {"odometry": ODOMETRY.replace("13,3", "13,1e308")},
-            "odometry.csv:4: x_m is 1e.308; no log",
+            {"odometry": ODOMETRY.replace("11,1", "11,1e308").replace("13,3", "13,1e308")},
+            "odometry.csv:3: x_m is 1e.308; no log",
         ),
         (
-            {"beacons": BEACONS + BEACONS.splitlines()[1] + "\n"},
+            {"beacons": BEACONS + "N,0,51\n"},
             "beacons.csv:4: .* is listed twice",
         ),
-        ({"ranges": RANGES.replace("12,", "99,")}, "1 of 2 ranges lie outside the time"),
-        ({"fixes": "time_s,x_m,y_m,sd_x_m,sd_y_m\n11,0,0,0,1\n"}, "fixes.csv:2: sd_x_m"),
         (
-            {"fixes": "time_s,x_m,y_m,sd_x_m,sd_y_m\n" + 2 * "11,0,0,1,1\n"},
-            "fixes.csv:3: the same fix is listed before",
+            {"ranges": RANGES.replace("12,", "99,")},
+            "ranges.csv:2: time_s is 99, outside the time of the odometry, 10 to 13 s; are both by",
         ),
+        ({"fixes": "time_s,x_m,y_m,sd_x_m,sd_y_m\n11,0,0,0,1\n"}, "fixes.csv:2: sd_x_m"),
         (
             {"fixes": "time_s,auv,x_m,y_m,sd_x_m,sd_y_m\n11,A,0,0,1,1\n11,B,0,0,2,1\n"},
             "fixes.csv: is of A, B; name one with --vehicle",

@@ -1,0 +1,297 @@
+"""Tables that somebody has written as text, and rows in them that cannot be.
+
+Whatever parts the fields (commas, semicolons, tabs, blanks), whichever mark is the decimal one and
+however it is encoded: logs, tracks, casts, curves, airtimes and tables of sound are opened here.
+"""
+
+import csv
+import io
+import os
+import re
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import lru_cache, partial, update_wrapper
+from pathlib import Path
+from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
+
+from .files import regular, text_of
+
+Given = TypeVar("Given")
+Found = TypeVar("Found")
+More = ParamSpec("More")
+
+# Marks that part fields, and how lines begin that hold none ("sep=;" is Excel's).
+PARTING = (",", ";", "\t")
+REMARK = re.compile(r"\s*(#|%|sep=)")
+DECIMAL_COMMA = re.compile(r"\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*")
+POINT = re.compile(r"\s*[-+]?\d*\.\d+([eE][-+]?\d+)?\s*")
+
+# Sea-Bird's .cnv begins so; its columns, and what it writes where nothing was measured, are told
+# in lines before this one.
+SEA_BIRD, SEA_BIRD_DATA = "* Sea-Bird", "*END*"
+
+# How files begin that hold tables which are no text.
+OTHERS = {
+    b"PK": "a zip archive, such as a workbook of Excel; save the sheet as CSV",
+    b"PAR1": "a Parquet file; save it as CSV",
+    b"\xd0\xcf\x11\xe0": "a workbook of Excel; save the sheet as CSV",
+}
+
+# Of rows that are left out so many are named.
+MOST_NAMED = 2
+
+
+class TableRow(NamedTuple):
+    """A row: where it stands (file:line), and its cells by the names of their columns."""
+
+    where: str
+    cells: dict[str, str]
+
+
+class Table(NamedTuple):
+    """A table: its file, its columns' names, its lines with their numbers and their cells, and what
+    is to be said of lines that are none.
+    """
+
+    path: str
+    names: list[str]
+    lines: list[tuple[int, list[str]]]
+    left_out: tuple[str, ...] = ()
+
+    def rows(self) -> Iterator[TableRow]:
+        """Yield the rows; where one ends early its further cells are empty."""
+        nothing = dict.fromkeys(self.names, "")
+        for number, cells in self.lines:
+            known = nothing | dict(zip(self.names, cells, strict=False))
+            yield TableRow(f"{self.path}:{number}", known)
+
+
+def read_table(path: str | Path, fault: type[ValueError] = ValueError) -> Table:
+    """Return the table in a file of text, whose first line of cells names the columns.
+
+    Lines that begin with `#` or `%` are remarks, empty ones and repeated headers are passed; a last
+    remark before a table of numbers alone is its header.  Numbers have decimal commas where commas
+    do not part the fields and no number has a point.
+
+    Raises:
+        ValueError: as its kind `fault`, naming the file, when it cannot be read as one.
+    """
+    try:
+        raw = Path(regular(path)).read_bytes()
+        for begin, kind in OTHERS.items():
+            if raw.startswith(begin):
+                raise fault(f"{path}: is {kind}")
+        return _table(str(path), text_of(raw), fault)
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        why = getattr(error, "strerror", None) or error
+        raise fault(f"{path}: cannot be read as a CSV file: {why}") from None
+
+
+def _table(path: str, text: str, fault: type[ValueError]) -> Table:
+    lines = io.StringIO(text, newline=None)
+    if text.startswith(SEA_BIRD):
+        return _of_sea_bird(path, text)
+    remark, header, number = "", "", 0
+    for line in lines:
+        number += 1
+        if line.strip() and not REMARK.match(line):
+            header = line
+            break
+        remark = line
+    parting = max(PARTING, key=header.count)
+    if parting not in header and len(header.split()) > 1:
+        parting = ""
+    names, told = _names(header, parting), _names(remark.lstrip(" #%"), parting)
+    if all(map(_is_number, names)) and len(told) == len(names):  # as numpy's savetxt writes them
+        names, lines, number = told, io.StringIO(header + lines.read()), number - 1
+    rows = [
+        (at, cells)
+        for at, cells in _parted(lines, parting, number)
+        if any(map(str.strip, cells)) and list(map(str.strip, cells)) != names
+    ]
+    if parting != ",":
+        _write_points([cells for _, cells in rows])
+    rows, left_out = sifted(rows, partial(_whole, path, names, fault))
+    return Table(path, names, rows, left_out)
+
+
+def _of_sea_bird(path: str, text: str) -> Table:
+    """Return the table of a .cnv, in which what was not measured is empty."""
+    told, _, data = text.partition(SEA_BIRD_DATA)
+    flag = re.search(r"(?m)^# bad_flag = (\S+)", told)
+    missing = flag.group(1) if flag else ""
+    names = re.findall(r"(?m)^# name \d+ = ([^:\n]*[^:\s])", told)
+    lines = [
+        (number, ["" if cell == missing else cell for cell in row.split()])
+        for number, row in enumerate(data.splitlines(), told.count("\n") + 1)
+        if row.strip()
+    ]
+    return Table(path, names, lines)
+
+
+def _names(header: str, parting: str) -> list[str]:
+    return [name.strip() for _, names in _parted([header], parting, 0) for name in names]
+
+
+def _parted(lines: Iterable[str], parting: str, before: int) -> Iterator[tuple[int, list[str]]]:
+    """Yield the cells of each line, with its number, after so many lines `before`."""
+    told = (line if REMARK.match(line) is None else "\n" for line in lines)
+    if not parting:
+        yield from enumerate(map(str.split, told), before + 1)
+        return
+    reader = csv.reader(told, delimiter=parting, skipinitialspace=True)
+    yield from ((before + reader.line_num, cells) for cells in reader)
+
+
+def _is_number(cell: str) -> bool:
+    return bool(re.fullmatch(r"[-+]?[\d.,]*\d[\d.,]*([eE][-+]?\d+)?", cell.strip()))
+
+
+def _write_points(lines: list[list[str]]) -> None:
+    """Give numbers decimal points, unless some have them: commas then part thousands."""
+    if any(POINT.fullmatch(cell) for cells in lines for cell in cells):
+        return
+    for cells in lines:
+        for n, cell in enumerate(cells):
+            if DECIMAL_COMMA.fullmatch(cell):
+                cells[n] = cell.replace(",", ".")
+
+
+def _whole(
+    path: str, names: Sequence[str], fault: type[ValueError], line: tuple[int, list[str]]
+) -> tuple[int, list[str]]:
+    """Return a line as it is, unless there are numbers in it beyond the last column."""
+    number, cells = line
+    if any(map(_is_number, cells[len(names) :])):
+        raise fault(
+            f"{path}:{number}: has {len(cells)} values under {len(names)} names of columns; are "
+            "these decimal commas? Part the fields by semicolons, or write decimal points"
+        )
+    return line
+
+
+Reader = Callable[Concatenate[str, More], Found]
+FileReader = Callable[Concatenate[str | Path, More], Found]
+
+
+def of_file(most: int) -> Callable[[Reader[More, Found]], FileReader[More, Found]]:
+    """Have a function keep what it reads of so many files, each until the file changes."""
+
+    def made(read: Reader[More, Found]) -> FileReader[More, Found]:
+        @lru_cache(maxsize=most)
+        def kept(path: str, _: tuple[int, int], *more: Any, **named: Any) -> Found:
+            return read(path, *more, **named)
+
+        def asked(path: str | Path, /, *more: More.args, **named: More.kwargs) -> Found:
+            try:
+                found = os.stat(path)
+            except (OSError, ValueError):
+                return read(str(path), *more, **named)  # which tells what is wrong
+            changed: Any = found.st_mtime_ns, found.st_size
+            again: dict[str, Any] = named
+            return kept(str(path), changed, *more, **again)
+
+        update_wrapper(asked, read)
+        return asked
+
+    return made
+
+
+# Rows that cannot be do not cost the others.
+
+
+def sifted(
+    rows: Iterable[Given], read: Callable[[Given], Found]
+) -> tuple[list[Found], tuple[str, ...]]:
+    """Return what is read of the rows that can be, and what is to be said of those that cannot.
+
+    >>> sifted("12x", int)
+    ([1, 2], ("1 of 3 rows is left out: invalid literal for int() with base 10: 'x'",))
+
+    Raises:
+        ValueError: what is wrong with the first of them, where they are not the fewer.
+    """
+    kept: list[Found] = []
+    why: list[str] = []
+    first: ValueError | None = None
+    for row in rows:
+        try:
+            kept.append(read(row))
+        except ValueError as error:
+            first = first or error
+            why.append(str(error))
+    if first is not None and len(why) >= len(kept):
+        raise first
+    return kept, left_out(why, len(kept) + len(why))
+
+
+def left_out(why: Sequence[str], count: int) -> tuple[str, ...]:
+    """Return what is to be said of rows that are left out of a `count`: why, of the first ones."""
+    if not why:
+        return ()
+    more = f"; and {len(why) - MOST_NAMED} more" if len(why) > MOST_NAMED else ""
+    is_ = "is" if len(why) == 1 else "are"
+    return (f"{len(why)} of {count} rows {is_} left out: {'; '.join(why[:MOST_NAMED])}{more}",)
+
+
+def ordered(
+    places: Sequence[str],
+    values: Sequence[float],
+    what: str,
+    unit: str,
+    remedy: str = "",
+    fault: type[ValueError] = ValueError,
+) -> tuple[list[int], tuple[str, ...]]:
+    """Return the numbers of the rows whose values rise, as many as can be, the first of equal ones;
+    and what is to be said of the others.
+
+    `places` (n,) is where they stand, `what` and `unit` are of their values (n,).
+
+    Raises:
+        ValueError: as its kind `fault`, with the remedy, where rows that are not in order are not
+            the fewer.
+    """
+    once = [n for n in range(len(values)) if not n or values[n] != values[n - 1]]
+    told: tuple[str, ...] = ()
+    if len(again := sorted(set(range(len(values))) - set(once))):
+        told = (
+            f"{len(again)} of {len(values)} rows have the {what} of the row before, first "
+            f"{places[again[0]]}: the first of each counts",
+        )
+    kept = [once[k] for k in _rising([values[n] for n in once])]
+
+    def fitting(n: int) -> int:
+        after = bisect_left(kept, n)
+        if after < len(kept) and kept[after] == n:
+            return n
+        is_less = after > 0 and values[kept[after - 1]] >= values[n]
+        pair = (kept[after - 1], n) if is_less else (n, kept[after])
+        first, second = (f"{values[row]:.15g} {unit}" for row in pair)
+        raise fault(f"{places[n]}: {what} must increase, but {second} follows {first}{remedy}")
+
+    found, others = sifted(once, fitting)
+    return found, told + others
+
+
+def _rising(values: Sequence[float]) -> list[int]:
+    """Return the numbers of values that rise, as many as there can be; of two that do not the
+    greater one, as the deepest sample of a cast.
+
+    Source: C. Schensted, Longest increasing and decreasing subsequences, Canadian Journal of
+    Mathematics 13, 1961.
+
+    >>> _rising([0.0, 1.0, 9.0, 2.0, 3.0, 2.5])
+    [0, 1, 3, 4]
+    """
+    ends: list[float] = []  # from the end, negated: the least in which so many can end, and whose
+    tails: list[int] = []
+    behind = [-1] * len(values)
+    for n in range(len(values) - 1, -1, -1):
+        place = bisect_left(ends, -values[n])
+        behind[n] = tails[place - 1] if place else -1
+        ends[place : place + 1], tails[place : place + 1] = [-values[n]], [n]
+    found, last = [], tails[-1] if tails else -1
+    while last >= 0:
+        found.append(last)
+        last = behind[last]
+    return found
