@@ -8,6 +8,7 @@ mavlink.io/en/guide/serialization.html; common.xml; MAVProxy's module GPSInput (
 import json
 import math
 import struct
+from bisect import bisect_right
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime, timedelta
@@ -27,8 +28,17 @@ MAGIC, MAGIC_1 = 0xFD, 0xFE  # MAVLink 2, and 1
 HEADS = {MAGIC: 10, MAGIC_1: 6}  # bytes before the payload
 COMPONENT = 220  # MAV_COMP_ID_GPS
 
-# GPS time began, and is ahead of UTC by leap seconds (since 2017).
-GPS_BEGAN, LEAP_S, WEEK_S = datetime(1980, 1, 6, tzinfo=UTC), 18, 604_800
+# GPS time began, and is ahead of UTC by a second more from each of these days (year, month) on.
+# Source: IERS Bulletin C; 72 (2026-07) tells of no other.
+GPS_BEGAN, WEEK_S = datetime(1980, 1, 6, tzinfo=UTC), 604_800
+LEAPS = [
+    datetime(year, month, 1, tzinfo=UTC)
+    for year, month in (
+        *((1981, 7), (1982, 7), (1983, 7), (1985, 7), (1988, 1), (1990, 1), (1991, 1), (1992, 7)),
+        *((1993, 7), (1994, 7), (1996, 1), (1997, 7), (1999, 1), (2006, 1), (2009, 1), (2012, 7)),
+        *((2015, 7), (2017, 1)),
+    )
+]
 
 # Velocities and their accuracy are not known.
 IGNORED, VERTICAL_ACCURACY = 8 | 16 | 32, 128
@@ -134,7 +144,8 @@ def _gps_time(when: datetime) -> tuple[int, int]:
     >>> _gps_time(datetime(2026, 6, 1, 8, 0, tzinfo=UTC))
     (2421, 115218000)
     """
-    milliseconds = round((when - GPS_BEGAN + timedelta(seconds=LEAP_S)) / timedelta(milliseconds=1))
+    ahead = timedelta(seconds=bisect_right(LEAPS, when))
+    milliseconds = round((when - GPS_BEGAN + ahead) / timedelta(milliseconds=1))
     return divmod(milliseconds, WEEK_S * 1000)
 
 
