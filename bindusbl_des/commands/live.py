@@ -207,7 +207,7 @@ def live(
         sinks = _opened(outputs, heard, opening, stack)
         mouth = Mouth(sinks, heard, earth, truth, speed, start is None)
         ear = None if poses is None else _listening(poses, bind, mission, stack)
-        result = _flown(mission, seed, mouth, selector, ear)
+        result = _flown(mission, seed, mouth, selector, ear, stack)
         result.overrides = overrides
         result.fill(draft, text)
     if as_json:
@@ -258,8 +258,9 @@ def _flown(
     mouth: "Mouth",
     selector: selectors.BaseSelector,
     ear: "Received | None",
+    sinks: ExitStack,
 ) -> "Result":
-    """Fly a mission against the clock, then to its end; return its result."""
+    """Fly a mission against the clock, then, its sinks closed, to its end; return its result."""
     from ..live.readings import Instruments
     from ..live.session import Session
     from ..mission.mission import Mission
@@ -282,6 +283,7 @@ def _flown(
         talk(_summary(session))
         if ear is not None:
             talk(ear.words())
+        sinks.close()
         return mission.result()
     except (ValueError, ArithmeticError, RuntimeError, MemoryError) as error:
         raise RunFailed(f"{scenario.name}: the run failed: {error}") from error

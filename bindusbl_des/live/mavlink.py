@@ -9,6 +9,7 @@ import json
 import math
 import struct
 from bisect import bisect_right
+from binascii import crc_hqx
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime, timedelta
@@ -39,6 +40,11 @@ LEAPS = [
         *((2015, 7), (2017, 1)),
     )
 ]
+# Each byte with its bits in the other order.
+MIRRORED = bytes(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
+
+# GPS time began, and is ahead of UTC by leap seconds (since 2017).
+GPS_BEGAN, LEAP_S, WEEK_S = datetime(1980, 1, 6, tzinfo=UTC), 18, 604_800
 
 # Velocities and their accuracy are not known.
 IGNORED, VERTICAL_ACCURACY = 8 | 16 | 32, 128
@@ -193,13 +199,8 @@ def _checksum(data: bytes) -> bytes:
     >>> _checksum(b"123456789").hex()
     '916f'
     """
-    total = 0xFFFF
-    for byte in data:
-        byte ^= total & 0xFF
-        byte ^= (byte << 4) & 0xFF
-        total = (total >> 8) ^ (byte << 8) ^ (byte << 3) ^ (byte >> 4)
-        total &= 0xFFFF
-    return total.to_bytes(2, "little")
+    # Python's takes the bits of each byte in the other order
+    return crc_hqx(data.translate(MIRRORED), 0xFFFF).to_bytes(2, "big").translate(MIRRORED)
 
 
 class MavlinkMessage(NamedTuple):

@@ -26,7 +26,7 @@ from .readings import (
     UsblReading,
 )
 from .session import Encoder, Output
-from .sinks import LOOPBACK, Datagrams, File, Port, Say, Sink, Terminal
+from .sinks import LOOPBACK, Datagrams, File, Port, Say, Sink, Terminal, check_room
 from .ugps import Topside
 
 # What of a fix nobody at sea knows.
@@ -266,6 +266,7 @@ def opened(wanted: AskedOutput, only: Sequence[str], by: Opening) -> Output:
         ValueError: when the sink is not written as it must be.
         OSError: when it cannot be opened.
     """
+    check_room()
     if wanted.format in WHOLE:
         return WHOLE[wanted.format](wanted, by)
     return Output(encoder(wanted, only), OPENERS[wanted.sink](wanted, by), wanted.only)

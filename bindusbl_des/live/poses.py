@@ -32,8 +32,14 @@ SILENCE_S = 2.0
 # How a datagram of MAVLink begins.
 MAGIC = tuple(bytes([byte]) for byte in (_MAGIC, _MAGIC_1))
 
-# Datagrams are at most so long (bytes).
-LONGEST = 1 << 16
+# Datagrams are at most so long (bytes): some 30 lines of JSON.
+LONGEST = 4096
+
+# At each look so many lines are read, and more for each AUV; what else has come waits.
+LINES, LINES_EACH = 64, 32
+
+# A message of MAVLink has so many bytes at least.
+SHORTEST = 32
 
 # What is said of a vehicle: some of x, y, z (m), latitude, longitude (deg), yaw (rad).
 Said = dict[str, float]
@@ -107,24 +113,30 @@ class Received:
         return {"auvs": self._given.copy()}
 
     def listen(self) -> None:
-        """Take in all datagrams that have come."""
-        while True:
+        """Take in datagrams that have come, as many as a look has time for."""
+        left = LINES + LINES_EACH * len(self._said)
+        while left > 0:
             try:
-                text = self._socket.recv(LONGEST)
+                text = self._socket.recv(LONGEST + 1)
             except BlockingIOError:
                 return
             except OSError:
-                continue
-            self.take(text)
+                text = b""
+            left -= self.take(text)
 
-    def take(self, text: bytes) -> None:
-        """Take in a datagram."""
+    def take(self, text: bytes) -> int:
+        """Take in a datagram; return how many lines that is, or messages that may be in it."""
+        if len(text) > LONGEST:
+            self.counts[f"longer than {LONGEST} bytes"] += 1
+            return 1
         # In MAVLink a byte may look like a space
-        for part in [text] if _is_mavlink(text) else map(bytes.strip, text.splitlines()):
+        parts = [text] if _is_mavlink(text) else list(map(bytes.strip, text.splitlines()))
+        for part in parts:
             with self._counting():
                 for auv, said in _read(part):
                     with self._counting():  # what else a datagram says holds
                         self._note(auv, said)
+        return max(len(parts), len(text) // SHORTEST, 1)
 
     @contextmanager
     def _counting(self) -> Iterator[None]:

@@ -6,6 +6,7 @@ sink that cannot go on is said so once, and the mission goes on without it.
 
 import errno
 import os
+import resource
 import selectors
 import socket
 import stat
@@ -13,6 +14,7 @@ import tty
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from time import monotonic
 from typing import Protocol
 
 LOOPBACK = "127.0.0.1"
@@ -23,7 +25,28 @@ BACKLOG = 1 << 20
 # Who may ask to be connected at once, and how much of what clients say is read at once (bytes).
 WAITING, DISCARDED = 128, 1 << 16
 
+# So many clients a port serves at once, and so many descriptors are left to the mission and its
+# results; where none is left, a port listens again after so long (s).
+MOST_CLIENTS, KEPT_BACK, RECOVERY_S = 64, 64, 1.0
+
 Say = Callable[[str], None]
+
+
+def leaves_room(descriptor: int) -> bool:
+    """Tell whether enough descriptors are left beside a new one: the lowest are given first."""
+    limit, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return limit == resource.RLIM_INFINITY or descriptor + KEPT_BACK < limit
+
+
+def check_room() -> None:
+    """Refuse to open one more sink where it would take what the mission needs.
+
+    Raises:
+        OSError: when too few descriptors are left.
+    """
+    with open(os.devnull, "rb") as probe:
+        if not leaves_room(probe.fileno()):
+            raise OSError(errno.EMFILE, "too few files may be open; raise `ulimit -n`")
 
 
 class Sink(Protocol):
@@ -80,11 +103,16 @@ class Port:
     ) -> None:
         self.name, self._selector, self._say = name, selector, say
         self._clients: dict[socket.socket, bytearray] = {}
+        self._is_told, self._deaf_until = False, 0.0
         self._server = socket.create_server((host, port), backlog=WAITING)
         self._server.setblocking(False)
         #: The port that it listens on; of port 0 the one that was free.
         self.port = self._server.getsockname()[1]
-        selector.register(self._server, selectors.EVENT_READ, self._accept)
+        self._listen()
+
+    def _listen(self) -> None:
+        self._selector.register(self._server, selectors.EVENT_READ, self._accept)
+        self._deaf_until = 0.0
 
     @property
     def clients(self) -> int:
@@ -93,7 +121,17 @@ class Port:
     def _accept(self, _: int) -> None:
         try:
             client, _address = self._server.accept()
-        except OSError:  # gone again, or too many files are open
+        except (BlockingIOError, ConnectionError):  # gone again
+            return
+        except OSError:  # it goes on asking as long as too many files are open
+            self._selector.unregister(self._server)
+            self._deaf_until = monotonic() + RECOVERY_S
+            return
+        if self.clients >= MOST_CLIENTS or not leaves_room(client.fileno()):
+            client.close()
+            if not self._is_told:
+                self._say(f"{self.name}: {self.clients} clients are served, more are turned away")
+            self._is_told = True
             return
         client.setblocking(False)
         client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -114,6 +152,8 @@ class Port:
         self._flush(client)
 
     def send(self, telegram: bytes) -> None:
+        if self._deaf_until and monotonic() > self._deaf_until:
+            self._listen()
         for client, waiting in list(self._clients.items()):
             waiting += telegram
             self._flush(client)
@@ -144,7 +184,8 @@ class Port:
     def close(self) -> None:
         for client in list(self._clients):
             self._drop(client)
-        self._selector.unregister(self._server)
+        if not self._deaf_until:
+            self._selector.unregister(self._server)
         self._server.close()
 
 
@@ -189,15 +230,15 @@ class File:
         if not path.is_char_device():
             flags |= os.O_TRUNC if replace else os.O_EXCL
         descriptor = os.open(path, flags | os.O_NONBLOCK, 0o666)
-        if not stat.S_ISCHR(os.fstat(descriptor).st_mode):
-            os.set_blocking(descriptor, True)
+        # Who reads a pipe, as a serial port, may be slow
+        os.set_blocking(descriptor, stat.S_ISREG(os.fstat(descriptor).st_mode))
         self._file = os.fdopen(descriptor, "wb", buffering=0)
 
     def send(self, telegram: bytes) -> None:
         rest = memoryview(telegram)
         while rest:
             written = self._file.write(rest)
-            if written is None:  # a serial port that is full
+            if written is None:  # a serial port or a pipe that is full
                 return
             rest = rest[written:]
 

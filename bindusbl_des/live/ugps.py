@@ -5,14 +5,18 @@ Source: the API's OpenAPI description, waterlinked.com 1.0.0.  What is not known
 
 import json
 import math
+import socket
 import threading
+import time
 from collections.abc import Sequence
+from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.metadata import version
 from typing import Any
 
 from .nmea import head_up
 from .readings import Compass, Earth, Gnss, Reading, UsblReading
+from .sinks import MOST_CLIENTS, WAITING, leaves_room
 
 # Receivers of a topside; the array is one, whose range stands for each.
 RECEIVERS = 4
@@ -20,8 +24,11 @@ RECEIVERS = 4
 # A position that is older (s) is none.
 STALE_S = 5.0
 
-# A client that says nothing for so long (s) is let go.
+# A client that has not asked anything to its end for so long (s) is let go.
 SILENCE_S = 10.0
+
+# After each answer and each new client others rest so long (s), so that the mission is not starved.
+PAUSE_S = 1e-3
 
 KM_PER_H = 3.6
 
@@ -94,6 +101,7 @@ class Topside:
         self._server.shutdown()
         self._server.server_close()
         self._thread.join()
+        self._server.let_go(SILENCE_S)
 
 
 def _satellites(reading: Gnss, earth: Earth) -> dict[str, float]:
@@ -143,11 +151,37 @@ def _about() -> dict[str, Any]:
 class _Server(ThreadingHTTPServer):
     daemon_threads = True
     block_on_close = False
-    request_queue_size = 128
+    request_queue_size = WAITING
 
     def __init__(self, address: tuple[str, int], topside: Topside) -> None:
         self.topside = topside
+        #: When each client was answered last (s, of the clock `monotonic`), or came.
+        self.answered: dict[Any, float] = {}
+        self.turn = threading.Lock()
         super().__init__(address, _Handler)
+
+    def get_request(self) -> tuple[Any, Any]:
+        time.sleep(PAUSE_S)  # also where none can be taken, since too many files are open
+        return super().get_request()
+
+    def verify_request(self, request: Any, client_address: Any) -> bool:
+        """Tell whether there is room for one more client."""
+        self.answered[request] = time.monotonic()
+        return len(self.answered) <= MOST_CLIENTS and leaves_room(request.fileno())
+
+    def shutdown_request(self, request: Any) -> None:
+        self.answered.pop(request, None)
+        super().shutdown_request(request)
+
+    def service_actions(self) -> None:
+        self.let_go(0.0)
+
+    def let_go(self, early: float) -> None:
+        """End the connections of clients that are silent, or will be in so long (s)."""
+        for request, at_s in self.answered.copy().items():
+            if time.monotonic() + early - at_s >= SILENCE_S:
+                with suppress(OSError):  # its thread then closes it
+                    request.shutdown(socket.SHUT_RDWR)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Say nothing of clients that go in the midst of an answer."""
@@ -155,7 +189,6 @@ class _Server(ThreadingHTTPServer):
 
 class _Handler(BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
-    timeout = SILENCE_S
     server: _Server
 
     def do_GET(self) -> None:
@@ -167,6 +200,9 @@ class _Handler(BaseHTTPRequestHandler):
         self.send_header("Content-Length", str(len(text)))
         self.end_headers()
         self.wfile.write(text)
+        self.server.answered[self.connection] = time.monotonic()
+        with self.server.turn:
+            time.sleep(PAUSE_S)
 
     def log_message(self, format: str, *args: Any) -> None:
         """Say nothing of what is asked."""

@@ -69,7 +69,8 @@ NONSENSE = [
     (b"hello", "not understood"),
     (b"\xff\xfe", "not understood"),
     (b"{}", "not understood"),
-    (b"[" * 100_000, "not understood"),
+    (b"[" * 4000, "not understood"),
+    (b'{"vehicle": "AUV0", "x_m": 0, "y_m": 0, "z_m": 0}\n' * 100, "longer than 4096 bytes"),
     (b'{"vehicle": 7}', "not understood"),
     (b'{"vehicle": "AUV9", "x_m": 0, "y_m": 0, "z_m": 0}', "of no AUV that there is"),
     (b'{"vehicle": "ASV0", "x_m": 0, "y_m": 0, "z_m": 0}', "of no AUV that there is"),
@@ -156,6 +157,25 @@ def test_a_heading_does_not_hide_that_a_place_is_missing(
     assert "an AUV was silent for 4.0 s" in ear.words()
     ear.take(place(0, 240.0))
     assert ear.advance_to(now + 60.0)["auvs"][0, 0] == 240.0
+
+
+def test_a_flood_of_datagrams_waits_for_further_looks() -> None:
+    """However much has come, a look reads some lines: of small datagrams, and of full ones."""
+    ear = Received("127.0.0.1", 0, 10, ORIGIN)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sea:
+        for text, parts in ((b"garbage", 1), (b"1\n" * 2048, 2048), (b"\n" * 4096, 4096)):
+            for _ in range(150):
+                sea.sendto(text, ("127.0.0.1", ear.port))
+            before = sum(ear.counts.values())
+            ear.listen()
+            assert 0 <= sum(ear.counts.values()) - before <= 384 + parts
+            for _ in range(150):  # nothing is left of it
+                ear.listen()
+        good = b'{"vehicle": "AUV%d", "x_m": 0, "y_m": 0, "z_m": 5}'
+        sea.sendto(b"\n".join(good % auv for auv in range(10)), ("127.0.0.1", ear.port))
+        ear.listen()
+    assert not ear.missing
+    ear.close()
 
 
 def test_a_mission_flies_where_it_is_told() -> None:

@@ -1,7 +1,9 @@
 """Sessions against the clock: sinks, what befalls them, and a result as that of `run`."""
 
 import json
+import math
 import os
+import resource
 import selectors
 import signal
 import socket
@@ -9,6 +11,9 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from http.client import HTTPConnection, HTTPException
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +25,8 @@ from bindusbl_des import Mission, load_result, simulate
 from bindusbl_des.live.outputs import Opening, asked, opened
 from bindusbl_des.live.readings import Instruments, earth_of
 from bindusbl_des.live.session import Lateness, Output, Session
-from bindusbl_des.live.sinks import BACKLOG, Datagrams, File, Port, Terminal
+from bindusbl_des.live.sinks import BACKLOG, MOST_CLIENTS, Datagrams, File, Port, Terminal
+from bindusbl_des.live.ugps import Topside
 
 from live_for_tests import START  # isort: skip
 
@@ -193,6 +199,185 @@ def test_a_client_that_does_not_read_is_dropped() -> None:
             assert port.clients == 1
             assert slow.fileno() >= 0
         port.close()
+
+
+@contextmanager
+def few_files(left: int) -> Iterator[None]:
+    """Let this process open so many more files meanwhile."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    with open(os.devnull) as probe:
+        first = probe.fileno()
+    resource.setrlimit(resource.RLIMIT_NOFILE, (first + left, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+def test_clients_beyond_the_most_are_turned_away_and_told_of_once() -> None:
+    said: list[str] = []
+    with selectors.DefaultSelector() as selector, ExitStack() as stack:
+        port = Port("tcp", "127.0.0.1", 0, selector, said.append)
+        idle = [
+            stack.enter_context(socket.create_connection(("127.0.0.1", port.port)))
+            for _ in range(MOST_CLIENTS + 10)
+        ]
+        for _ in idle:
+            served(selector)
+        assert port.clients == MOST_CLIENTS
+        assert said == ["tcp: 64 clients are served, more are turned away"]
+        assert idle[-1].recv(1) == b""
+        idle[0].close()
+        served(selector)
+        with socket.create_connection(("127.0.0.1", port.port)) as late:
+            served(selector)
+            port.send(b"hello\n")
+            assert late.recv(6) == b"hello\n"
+        port.close()
+
+
+def test_a_port_does_not_ask_again_and_again_where_no_file_can_be_opened(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Too many are open as a client comes: nobody waits for it, until there is room."""
+    with selectors.DefaultSelector() as selector:
+        port = Port("tcp", "127.0.0.1", 0, selector, pytest.fail)
+        with socket.create_connection(("127.0.0.1", port.port)) as client:
+            with few_files(0):
+                served(selector)
+                assert not selector.select(0.05)
+                port.send(b"lost\n")
+                assert not selector.select(0.05)
+            monkeypatch.setattr("bindusbl_des.live.sinks.monotonic", lambda: math.inf)
+            port.send(b"lost\n")
+            served(selector)
+            port.send(b"hello\n")
+            assert client.recv(6) == b"hello\n"
+        port.close()
+        assert not selector.get_map()
+
+
+def test_outputs_leave_descriptors_to_the_result(tmp_path: Path) -> None:
+    """Of a hundred terminals the first few are opened, and the result is written."""
+    with few_files(100):
+        done = call(
+            "live",
+            written(tmp_path),
+            *["--to", "json:pty"] * 100,
+            "--speed",
+            "max",
+            "--out",
+            "flown",
+        )
+    assert done.exit_code == 0, done.output
+    assert (
+        "json:pty: cannot be opened (too few files may be open; raise `ulimit -n`)" in done.output
+    )
+    assert load_result(tmp_path / "flown").seed == 0
+
+
+def test_idle_clients_cost_no_result(tmp_path: Path) -> None:
+    """Of 128 files that may be open, clients and halves of HTTP requests ask for 200."""
+    written(tmp_path, YAML.replace("duration_s: 20", "duration_s: 4"))
+    command = (
+        f"ulimit -n 128; exec {sys.executable} -m bindusbl_des.cli live sea.yaml "
+        "--to json:tcp:0 --to ugps/ASV0,AUV0:http:0 --out flown"
+    )
+    with (
+        subprocess.Popen(
+            ["sh", "-c", command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        ) as process,
+        ExitStack() as stack,
+    ):
+        assert process.stdout is not None
+        for half in ("", "GET /api/v1/about HTTP/1.1\r\nHost: "):
+            port = int(process.stdout.readline().split(":")[-1].partition("/")[0])
+            for _ in range(100):
+                client = stack.enter_context(socket.create_connection(("127.0.0.1", port)))
+                with suppress(ConnectionError):  # turned away
+                    client.sendall(half.encode())
+        out, err = process.communicate(timeout=120.0)
+    assert process.returncode == 0, err
+    assert "Results: flown" in out
+    assert "clients are served, more are turned away" in err
+    assert "cannot be written to" not in err
+    assert same_tables(load_result(tmp_path / "flown"), simulate(tmp_path / "sea.yaml", 0))
+
+
+def test_sinks_are_closed_before_the_result_is_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    refused = []
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    result = Mission.result
+
+    def asked_for(mission: Mission) -> Any:
+        with pytest.raises(ConnectionRefusedError):
+            socket.create_connection(("127.0.0.1", port))
+        refused.append(port)
+        return result(mission)
+
+    monkeypatch.setattr(Mission, "result", asked_for)
+    to = f"json:tcp:{port}"
+    done = call("live", written(tmp_path), "--to", to, "--speed", "max", "--out", "flown")
+    assert done.exit_code == 0, done.output
+    assert refused == [port]
+
+
+def test_clients_of_http_beyond_the_most_are_turned_away() -> None:
+    topside = Topside("ugps", "127.0.0.1", 0, "ASV0", "AUV0")
+    with ExitStack() as stack:
+        for _ in range(MOST_CLIENTS + 1):
+            client = stack.enter_context(socket.create_connection(("127.0.0.1", topside.port)))
+        client.settimeout(5.0)  # half as long as one that is served may be silent
+        assert client.recv(1) == b""
+        topside.close()
+
+
+def test_a_client_of_http_that_asks_nothing_is_let_go(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A byte now and then is no request: who comes to no end makes room; who asks is answered."""
+    monkeypatch.setattr("bindusbl_des.live.ugps.SILENCE_S", 0.3)
+    threads = threading.active_count()
+    topside = Topside("ugps", "127.0.0.1", 0, "ASV0", "AUV0")
+    with ExitStack() as stack:
+        slow = [
+            stack.enter_context(socket.create_connection(("127.0.0.1", topside.port)))
+            for _ in range(MOST_CLIENTS)
+        ]
+        began, answered = time.monotonic(), 0
+        while time.monotonic() - began < 10.0 and not answered:
+            for client in slow:
+                with suppress(ConnectionError):
+                    client.sendall(b"G")
+            with suppress(OSError, HTTPException):
+                asker = HTTPConnection("127.0.0.1", topside.port, timeout=1.0)
+                asker.request("GET", "/api/v1/about")
+                answered = asker.getresponse().status
+                asker.close()
+            time.sleep(0.05)
+        assert answered == 200
+        topside.close()
+        while threading.active_count() > threads:  # of those that are connected still
+            assert time.monotonic() - began < 20.0
+            time.sleep(0.01)
+
+
+def test_a_pipe_whose_reader_is_slow_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    reader = os.open(tmp_path / "pipe", os.O_RDONLY | os.O_NONBLOCK)
+    sink = File("json:file:pipe", tmp_path / "pipe", replace=True)
+
+    def fill() -> None:
+        for _ in range(100):
+            sink.send(b"x" * 10_000)
+
+    sending = threading.Thread(target=fill, daemon=True)
+    sending.start()
+    sending.join(10.0)
+    assert not sending.is_alive()
+    sink.close()
+    os.close(reader)
 
 
 def test_two_outputs_to_one_file_do_not_write_over_each_other(tmp_path: Path) -> None:
