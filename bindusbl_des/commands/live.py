@@ -298,14 +298,19 @@ def _listening(poses: str, bind: str, scenario: "Scenario", stack: ExitStack) ->
     if sink != "udp" or not re.fullmatch("[0-9]{1,5}", port) or int(port) > 65535:
         refuse(f"--poses {poses}: write udp:PORT")
     try:
-        ear = Received(bind, int(port), scenario.auvs.count, origin_of(scenario))
+        depths = [scenario.survey.depth(auv) for auv in range(scenario.auvs.count)]
+        ear = Received(bind, int(port), len(depths), origin_of(scenario), depths)
     except OSError as error:
         refuse(f"--poses {poses}: cannot be opened ({error.strerror or error})")
     stack.callback(ear.close)
     talk(missing_text(ear.missing, ear.port))
+    told = {"taken"}
     while ear.missing:
         time.sleep(WAIT_S)
         ear.listen()
+        for why in ear.counts.keys() - told:
+            warn(f"poses are refused: {why}")
+        told |= ear.counts.keys()
     return ear
 
 

@@ -8,13 +8,14 @@ mavlink.io/en/guide/serialization.html; common.xml; MAVProxy's module GPSInput (
 import json
 import math
 import struct
-from bisect import bisect_right
 from binascii import crc_hqx
+from bisect import bisect_right
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime, timedelta
 from typing import Any, NamedTuple
 
+from .nmea import HDOP, SATELLITES
 from .readings import Earth, EstimateReading, FixReading, Gnss, Reading
 
 # Number, extra byte of the checksum and layout of each message that is spoken or understood.
@@ -30,7 +31,7 @@ HEADS = {MAGIC: 10, MAGIC_1: 6}  # bytes before the payload
 COMPONENT = 220  # MAV_COMP_ID_GPS
 
 # GPS time began, and is ahead of UTC by a second more from each of these days (year, month) on.
-# Source: IERS Bulletin C; 72 (2026-07) tells of no other.
+# Source: IERS Bulletin C, which up to June 2026 tells of no other.
 GPS_BEGAN, WEEK_S = datetime(1980, 1, 6, tzinfo=UTC), 604_800
 LEAPS = [
     datetime(year, month, 1, tzinfo=UTC)
@@ -40,19 +41,14 @@ LEAPS = [
         *((2015, 7), (2017, 1)),
     )
 ]
+
 # Each byte with its bits in the other order.
 MIRRORED = bytes(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
-
-# GPS time began, and is ahead of UTC by leap seconds (since 2017).
-GPS_BEGAN, LEAP_S, WEEK_S = datetime(1980, 1, 6, tzinfo=UTC), 18, 604_800
 
 # Velocities and their accuracy are not known.
 IGNORED, VERTICAL_ACCURACY = 8 | 16 | 32, 128
 
 NO_FIX, FIX_3D = 0, 3
-
-# Satellites and dilution of precision, which no scenario knows of.
-SATELLITES, DILUTION = 12, 0.9
 
 # An autopilot gives up GPS when nothing has come for so long (s): ArduPilot's GPS_TIMEOUT_MS.
 STALE_S = 4.0
@@ -117,7 +113,7 @@ def _given(reading: FixReading, earth: Earth) -> GpsInput:
     across = math.hypot(fix.sd_x_m, fix.sd_y_m)
     return GpsInput(
         _microseconds(now), week_ms, round(lat * 1e7), round(lon * 1e7), -fix.z_m,
-        DILUTION, DILUTION, 0.0, 0.0, 0.0, 0.0, across, fix.sd_z_m,
+        HDOP, HDOP, 0.0, 0.0, 0.0, 0.0, across, fix.sd_z_m,
         IGNORED, week, 0, FIX_3D, SATELLITES, 0,
     )  # fmt: skip
 
@@ -131,8 +127,8 @@ def _at_surface(reading: Gnss, earth: Earth) -> GpsInput:
         time_week_ms=week_ms,
         lat=round(lat * 1e7),
         lon=round(lon * 1e7),
-        hdop=DILUTION,
-        vdop=DILUTION,
+        hdop=HDOP,
+        vdop=HDOP,
         horiz_accuracy=math.sqrt(2.0) * reading.sd_m,
         ignore_flags=IGNORED | VERTICAL_ACCURACY,
         fix_type=FIX_3D,

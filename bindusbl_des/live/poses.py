@@ -1,12 +1,16 @@
 """Poses of AUVs that another simulator or an autopilot moves, as datagrams of whoever sends them.
 
 Each is NMEA (GGA and HDT: of AUV0), MAVLink (GLOBAL_POSITION_INT and ATTITUDE: system 1 is AUV0),
-or lines of JSON.  What cannot be is counted and told, and the AUV stays where it was last.
+or lines of JSON.  What cannot be is counted and told, and the AUV stays where it was last.  Depths
+of MAVLink are below home, where an autopilot takes the surface to be: its `alt` counts from the
+sea, above which a lake may be.
 """
 
 import json
 import math
+import re
 import socket
+from codecs import BOM_UTF8
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from ..charts.shapes import HIGHEST
+from ..charts.shapes import HIGHEST, BadChart, position
 from ..core.arrays import Floats
 from ..geometry.geodesy import ned_at_depth
 from ..vehicles.tracks import FARTHEST
@@ -41,6 +45,9 @@ LINES, LINES_EACH = 64, 32
 # A message of MAVLink has so many bytes at least.
 SHORTEST = 32
 
+# What a sentence of NMEA begins with: who talks, and of what.
+ADDRESS = re.compile(r"[A-Z0-9]{4,}")
+
 # What is said of a vehicle: some of x, y, z (m), latitude, longitude (deg), yaw (rad).
 Said = dict[str, float]
 
@@ -61,8 +68,16 @@ class Received:
     Until each AUV has been heard of, a mission cannot begin (:attr:`missing`).
     """
 
-    def __init__(self, host: str, port: int, auvs: int, origin: tuple[float, float] | None) -> None:
-        """Listen to datagrams on a port.
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        auvs: int,
+        origin: tuple[float, float] | None,
+        depths_m: Sequence[float] = (),
+    ) -> None:
+        """Listen to datagrams on a port; AUVs of which no depth is said are at `depths_m` (at the
+        surface without), or as deep as before.
 
         Raises:
             OSError: when it is taken.
@@ -79,7 +94,7 @@ class Received:
         #: The port that it listens on; of port 0 the one that was free.
         self.port = self._socket.getsockname()[1]
         self._origin = origin
-        self._said: list[Said] = [{} for _ in range(auvs)]
+        self._said: list[Said] = [{"z": depth} for depth in depths_m or [0.0] * auvs]
         self._goals, self._given = np.full((auvs, 4), np.nan), np.full((auvs, 4), np.nan)
         self._placed_at = [math.nan] * auvs  # a heading alone says nothing of a place
         self._given_at: float | None = None
@@ -151,7 +166,8 @@ class Received:
         if not all(math.isfinite(number) for number in said.values()):
             raise Nonsense("not finite")
         if {"lat", "x"} & set(said):  # a place of one frame takes the place of the other's
-            known = {"yaw": self._said[auv].get("yaw", 0.0)} | said
+            before = self._said[auv]
+            known = {"yaw": before.get("yaw", 0.0), "z": before["z"]} | said
         else:
             known = self._said[auv] | said
         place = self._place(known)
@@ -160,8 +176,10 @@ class Received:
             return
         pose, now = np.array([*place, known.get("yaw", 0.0)]), monotonic()
         was, since = self._goals[auv], now - self._placed_at[auv]
-        if not np.abs(pose).max() <= FARTHEST or pose[2] < -HIGHEST:
-            raise Nonsense("far from the survey, or out of the water")
+        if not np.abs(pose).max() <= FARTHEST:
+            raise Nonsense("far from the survey")
+        if pose[2] < -HIGHEST:
+            raise Nonsense("out of the water: depths are positive, heights (GGA) negative below it")
         if not np.isnan(was).any() and math.dist(pose[:3], was[:3]) > FASTEST * (since + 1.0):
             raise Nonsense("farther than anybody goes")
         self._said[auv], self._goals[auv] = known, pose
@@ -177,9 +195,11 @@ class Received:
             return None
         if self._origin is None:
             raise Nonsense("in degrees, and the scenario has no environment.origin")
-        if abs(known["lat"]) > 90.0 or abs(known["lon"]) > 180.0:
-            raise Nonsense("nowhere on Earth")
-        found = ned_at_depth([known["lat"]], [known["lon"]], [known["z"]], self._origin)[0]
+        try:
+            lat, lon = position(known["lat"], known["lon"], "", "")
+        except BadChart:
+            raise Nonsense("nowhere on Earth") from None
+        found = ned_at_depth([lat], [lon], [known["z"]], self._origin)[0]
         return float(found[0]), float(found[1]), float(found[2])
 
     def words(self) -> str:
@@ -199,11 +219,10 @@ def _read(text: bytes) -> Iterator[tuple[int, Said]]:
     if _is_mavlink(text):
         yield from _of_mavlink(text)
     elif text:
-        try:
-            line = text.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            raise Nonsense("not understood") from None
-        found = _of_sentence(line) if line.startswith("$") else _of_json(line)
+        _, mark, sentence = text.partition(b"$")
+        text = text.removeprefix(BOM_UTF8)
+        is_json = not mark or text.startswith((b"{", b"["))
+        found = _of_json(text) if is_json else _of_sentence(sentence)
         if found is not None:
             yield found
 
@@ -221,8 +240,8 @@ def _of_mavlink(text: bytes) -> Iterator[tuple[int, Said]]:
         elif message.number == ATTITUDE:
             yield message.system - 1, {"yaw": message.fields[3]}
         else:
-            _, lat, lon, altitude, *_, heading = message.fields
-            said = {"lat": lat / 1e7, "lon": lon / 1e7, "z": -altitude / 1e3}
+            _, lat, lon, _, above_home, *_, heading = message.fields
+            said = {"lat": lat / 1e7, "lon": lon / 1e7, "z": -above_home / 1e3}
             if heading != 65535:
                 said["yaw"] = math.radians(heading / 100.0)
             yield message.system - 1, said
@@ -230,40 +249,57 @@ def _of_mavlink(text: bytes) -> Iterator[tuple[int, Said]]:
         raise Nonsense("damaged")
 
 
-def _of_sentence(line: str) -> tuple[int, Said] | None:
-    """Return what a sentence says; None of one that says no pose."""
-    body, _, total = line[1:].partition("*")
+def _of_sentence(text: bytes) -> tuple[int, Said] | None:
+    """Return what a sentence says, behind its `$`; None of one that says no pose.
+
+    What is before that is a TAG block (NMEA 0183, 4.10), or the end of something else.
+    """
+    body, _, total = text.decode("latin-1").partition("*")
     found = 0
-    for byte in body.encode():
+    for byte in body.encode("latin-1"):
         found ^= byte
     try:
         if total and int(total, 16) != found:
             raise Nonsense("damaged")
         kind, *fields = body.split(",")
-        if kind.endswith("HDT"):
+        if not ADDRESS.fullmatch(kind):
+            raise Nonsense("not understood")
+        if kind.endswith(("HDT", "THS")):
+            if fields[1:2] == ["V"]:
+                raise Nonsense("of a compass without a heading")
             return 0, {"yaw": math.radians(float(fields[0]))}
         if not kind.endswith("GGA"):
             return None
-        if fields[5] == "0":
+        if fields[5] in ("", "0"):
             raise Nonsense("of a receiver without a fix")
-        lat, lon = _angle(fields[1], fields[2]), _angle(fields[3], fields[4])
-        return 0, {"lat": lat, "lon": lon, "z": -float(fields[8])}
+        lat, lon = _angle(fields[1], fields[2], "NS"), _angle(fields[3], fields[4], "EW")
+        said = {"lat": lat, "lon": lon}
+        if len(fields) > 8 and fields[8]:  # without it nothing is said of the depth
+            if fields[9] != "M":
+                raise Nonsense("of a height that is not in metres")
+            said["z"] = -float(fields[8])
+        return 0, said
     except (ValueError, IndexError) as error:
         raise Nonsense(str(error) if isinstance(error, Nonsense) else "not understood") from None
 
 
-def _angle(text: str, side: str) -> float:
+def _angle(text: str, side: str, sides: str) -> float:
+    """Return an angle (deg) of degrees and minutes, on one of two sides."""
     degrees, minutes = divmod(float(text), 100.0)
-    return (degrees + minutes / 60.0) * (-1.0 if side in "SW" else 1.0)
+    if side not in tuple(sides) or not 0.0 <= minutes < 60.0 or degrees < 0.0:
+        raise Nonsense("of no latitude and longitude")
+    return (degrees + minutes / 60.0) * (-1.0 if side == sides[1] else 1.0)
 
 
-def _of_json(line: str) -> tuple[int, Said]:
+def _of_json(line: bytes) -> tuple[int, Said]:
     try:
         telegram: Any = json.loads(line)
         name = telegram["vehicle"]
         number = int(name.removeprefix("AUV")) if name.startswith("AUV") else -1
         said = {
-            KEYS[key][0]: KEYS[key][1] * float(telegram[key]) for key in KEYS if key in telegram
+            KEYS[key][0]: KEYS[key][1] * float(telegram[key])
+            for key in KEYS
+            if telegram.get(key) is not None
         }
     except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
         raise Nonsense("not understood") from None

@@ -1,6 +1,10 @@
 """The HTTP API of Water Linked's Underwater GPS: one vessel's topside, which locates one AUV.
 
 Source: the API's OpenAPI description, waterlinked.com 1.0.0.  What is not known is -1, as it says.
+It is what the maker's extension for BlueOS takes as a fix, in its versions up to 1.0.7: quality,
+dilution and satellites are those of a good receiver, since they reach the autopilot as they are,
+and the configuration says that the topside's place is given (`static`).  What clients tell (depth,
+heading, the master's place) is answered, and of it the heading alone is told again.
 """
 
 import json
@@ -14,9 +18,19 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.metadata import version
 from typing import Any
 
-from .nmea import head_up
+from .nmea import HDOP, SATELLITES, head_up
 from .readings import Compass, Earth, Gnss, Reading, UsblReading
 from .sinks import MOST_CLIENTS, WAITING, leaves_room
+
+# What clients may tell, in so many bytes at most.
+TOLD = tuple(
+    f"/api/v1/{name}"
+    for name in (
+        *("external/depth", "external/imu", "external/master", "external/orientation"),
+        *("config/antenna", "config/generic"),
+    )
+)
+LONGEST = 4096
 
 # Receivers of a topside; the array is one, whose range stands for each.
 RECEIVERS = 4
@@ -32,10 +46,15 @@ PAUSE_S = 1e-3
 
 KM_PER_H = 3.6
 
+# The last heading that the API has.
+HIGHEST_DEG = 359.999
+
 UNKNOWN: dict[str, float] = {
     "lat": 0.0, "lon": 0.0, "orientation": -1, "cog": -1, "sog": -1, "hdop": -1, "numsats": -1,
     "fix_quality": 0,
 }  # fmt: skip
+# What receivers say that have a fix; an autopilot is told the quality as the type of its fix, 3D.
+GOOD = {"hdop": HDOP, "numsats": SATELLITES, "fix_quality": 3}
 NOWHERE: dict[str, Any] = {
     "x": 0.0, "y": 0.0, "z": 0.0, "std": 0.0, "position_valid": False,
     "receiver_distance": [0.0] * RECEIVERS, "receiver_rssi": [0.0] * RECEIVERS,
@@ -54,6 +73,7 @@ class Topside:
         """
         self.name, self._vessel, self._auv = name, vessel, auv
         self._master, self._global, self._acoustic = dict(UNKNOWN), dict(UNKNOWN), dict(NOWHERE)
+        self._heading = -1.0
         self._seen_at, self._server = -math.inf, _Server((host, port), self)
         #: The port that it listens on; of port 0 the one that was free.
         self.port = self._server.server_address[1]
@@ -79,7 +99,7 @@ class Topside:
         elif isinstance(reading, UsblReading) and reading.auv == self._auv:
             self._seen_at, self._acoustic = reading.at_s, _acoustic(reading)
             lat, lon, _ = earth.geodetic(reading.sight.place.tolist())
-            self._global = UNKNOWN | {"lat": lat, "lon": lon, "fix_quality": 1}
+            self._global = UNKNOWN | GOOD | {"lat": lat, "lon": lon}
         return ()
 
     def send(self, telegram: bytes) -> None:
@@ -90,12 +110,45 @@ class Topside:
         found = {
             "/api": {"versions": ["v1"]},
             "/api/v1/about": _about(),
+            "/api/v1/about/status": {"imu": 3, "gps": 3, "battery": -1},
+            "/api/v1/config/antenna": {"x": 0.0, "y": 0.0, "depth": 0.1, "antenna_rotation": 0},
+            "/api/v1/config/generic": self._configured(),
+            "/api/v1/external/orientation": {"orientation": self._heading},
             "/api/v1/position/acoustic/filtered": self._acoustic,
             "/api/v1/position/acoustic/raw": self._acoustic,
-            "/api/v1/position/global": self._global,
+            "/api/v1/position/global": self._global | {"orientation": self._heading},
             "/api/v1/position/master": self._master,
         }
-        return found.get(path.partition("?")[0].rstrip("/"))
+        return found.get(_plain(path))
+
+    def _configured(self) -> dict[str, Any]:
+        master = self._master
+        return {
+            "channel": 0,
+            "locator_type": "u1",
+            "gps": "static",
+            "compass": "onboard",
+            "static_lat": master["lat"],
+            "static_lon": master["lon"],
+            "static_orientation": max(math.floor(master["orientation"]), 0),
+        }
+
+    def told(self, path: str, text: bytes) -> dict[str, Any] | None:
+        """Take in what a client tells at a path; return what is answered, None if there is none
+        such path.
+        """
+        if _plain(path) not in TOLD:
+            return None
+        try:
+            said = json.loads(text)
+            if _plain(path).endswith("orientation"):
+                heading = float(said["orientation"])
+                if not -1.0 <= heading < 360.0:
+                    raise ValueError("orientation is beyond 360")
+                self._heading = min(heading, HIGHEST_DEG) if heading >= 0.0 else -1.0
+            return {"success": True}
+        except (ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
+            return {"success": False, "error": f"not understood: {error}"}
 
     def close(self) -> None:
         self._server.shutdown()
@@ -104,9 +157,13 @@ class Topside:
         self._server.let_go(SILENCE_S)
 
 
+def _plain(path: str) -> str:
+    return path.partition("?")[0].rstrip("/")
+
+
 def _satellites(reading: Gnss, earth: Earth) -> dict[str, float]:
     lat, lon, _ = earth.geodetic(reading.place)
-    found: dict[str, float] = {"lat": lat, "lon": lon, "fix_quality": 1}
+    found: dict[str, float] = GOOD | {"lat": lat, "lon": lon}
     if reading.velocity is not None:
         speed = math.hypot(*reading.velocity) * KM_PER_H
         course = _degrees(math.atan2(reading.velocity[1], reading.velocity[0]))
@@ -131,8 +188,8 @@ def _acoustic(reading: UsblReading) -> dict[str, Any]:
 
 
 def _degrees(yaw: float) -> float:
-    """Return a heading (rad) in degrees from 0 to 359.999, the last that the API has."""
-    return min(math.degrees(yaw) % 360.0, 359.999)
+    """Return a heading (rad) in degrees from 0 on, below 360."""
+    return min(math.degrees(yaw) % 360.0, HIGHEST_DEG)
 
 
 def _about() -> dict[str, Any]:
@@ -192,9 +249,19 @@ class _Handler(BaseHTTPRequestHandler):
     server: _Server
 
     def do_GET(self) -> None:
-        found = self.server.topside.answer(self.path)
+        self._answer(self.server.topside.answer(self.path))
+
+    def do_PUT(self) -> None:
+        length = self.headers.get("Content-Length", "")
+        if not length.isdecimal() or int(length) > LONGEST:
+            self.send_error(413 if length else 411)  # which ends the connection
+            return
+        self._answer(self.server.topside.told(self.path, self.rfile.read(int(length))))
+
+    def _answer(self, found: Any) -> None:
         text = json.dumps({"error": "not found"} if found is None else found).encode()
-        self.send_response(404 if found is None else 200)
+        is_wrong = isinstance(found, dict) and found.get("success") is False
+        self.send_response(404 if found is None else 400 if is_wrong else 200)
         self.send_header("Content-Type", "application/json")
         self.send_header("Access-Control-Allow-Origin", "*")
         self.send_header("Content-Length", str(len(text)))

@@ -4,10 +4,11 @@ import json
 import math
 import socket
 from collections import Counter
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.error import HTTPError
-from urllib.request import urlopen
+from urllib.request import Request, urlopen
 
 import pytest
 from commands_for_tests import call
@@ -20,12 +21,22 @@ from bindusbl_des.live.mavlink import (
     GLOBAL_POSITION_INT,
     GpsInputs,
     Mavlink,
+    _gps_time,
     mavproxy,
     messages,
 )
 from bindusbl_des.live.outputs import asked, encoder
 from bindusbl_des.live.readings import FixReading, Gnss, UsblReading
 from bindusbl_des.live.ugps import Topside
+
+# By so many seconds TAI is ahead of UTC from some instant on (NTP seconds): leap-seconds.list of
+# IERS, which expires on 2026-06-28.  GPS time is 19 s behind TAI.
+TAI_UTC = {
+    2524521600: 19, 2571782400: 20, 2603318400: 21, 2634854400: 22, 2698012800: 23, 2776982400: 24,
+    2840140800: 25, 2871676800: 26, 2918937600: 27, 2950473600: 28, 2982009600: 29, 3029443200: 30,
+    3076704000: 31, 3124137600: 32, 3345062400: 33, 3439756800: 34, 3550089600: 35, 3644697600: 36,
+    3692217600: 37,
+}  # fmt: skip
 
 API = json.loads((Path(__file__).parents[1] / "reference" / "ugps_api.json").read_text())
 
@@ -105,13 +116,27 @@ def test_messages_of_an_autopilot_are_read() -> None:
             assert [it.number for it in found] == [GLOBAL_POSITION_INT, ATTITUDE]
 
 
+def test_gps_time_has_the_leap_seconds_of_its_day() -> None:
+    """A second before each of them, at it, and a day later."""
+    began = datetime(1980, 1, 6, tzinfo=UTC)
+    for seconds, ahead in TAI_UTC.items():
+        leap = datetime(1900, 1, 1, tzinfo=UTC) + timedelta(seconds=seconds)
+        for off, less in ((-1, 1), (0, 0), (86_400, 0)):
+            when = leap + timedelta(seconds=off)
+            if when < began:
+                continue
+            week, milliseconds = _gps_time(when)
+            passed = (when - began).total_seconds() + ahead - less - 19
+            assert week * 604_800 + milliseconds / 1e3 == passed, when
+
+
 def check(value: Any, schema: dict[str, Any]) -> None:
     """Refuse a value that is not as the description has it."""
     types = {"number": (int, float), "integer": int, "string": str, "boolean": bool}
     if schema["type"] == "object":
         assert set(schema["required"]) <= set(value)
-        for name, inner in schema["properties"].items():
-            check(value[name], inner)
+        for name in set(value) & set(schema["properties"]):
+            check(value[name], schema["properties"][name])
     elif schema["type"] == "array":
         for it in value:
             check(it, schema["items"])
@@ -120,6 +145,7 @@ def check(value: Any, schema: dict[str, Any]) -> None:
         assert isinstance(value, bool) == (schema["type"] == "boolean")
         assert schema.get("minimum", -math.inf) <= value if schema["type"] == "number" else True
         assert schema["type"] != "number" or value <= schema.get("maximum", math.inf)
+        assert value in schema.get("enum", [value])
 
 
 def test_every_answer_of_the_topside_is_as_its_api_says() -> None:
@@ -151,6 +177,94 @@ def test_every_answer_of_the_topside_is_as_its_api_says() -> None:
         topside.close()
 
 
+class GpsInputOf(NamedTuple):
+    """What an autopilot is sent: type of fix, dilution of precision, satellites."""
+
+    fix_type: int
+    hdop: float
+    satellites: int
+
+    @property
+    def is_used(self) -> bool:
+        """Whether ArduPilot's filter takes it by default: EK3_GPS_CHECK (HDOP, satellites)."""
+        return self.fix_type >= 3 and self.hdop <= 2.5 and self.satellites >= 6
+
+
+def forwarded(base: str, version: str) -> GpsInputOf:
+    """Return what the maker's extension for BlueOS makes of a topside's answers, by its conditions
+    (github.com/waterlinked/blueos-ugps-extension): 1.0.4 looks at the quality of the global
+    position, 1.0.6 at its dilution and at the acoustic position, 1.0.7 at the configuration first.
+    """
+
+    def got(path: str) -> Any:
+        with urlopen(base + path, timeout=5.0) as answer:
+            return json.load(answer)
+
+    place = got("/api/v1/position/global")
+    assert {"lat", "lon", "orientation"} <= set(place)
+    is_heard = got("/api/v1/position/acoustic/filtered")["position_valid"]
+    satellites = max(place["numsats"], 0)
+    if version == "1.0.4":
+        unknown = 65535.0 if place["hdop"] == -1 else place["hdop"]
+        return GpsInputOf(3 if place["fix_quality"] else 0, unknown, satellites)
+    if version == "1.0.6":
+        is_valid = place["hdop"] < 20 and is_heard
+        return GpsInputOf(3 if is_valid else 0, place["hdop"], satellites)
+    configured = got("/api/v1/config/generic")
+    assert {"gps", "compass"} <= set(configured)  # or it waits for ever
+    if configured["gps"] == "static" and "onboard" not in version:
+        return GpsInputOf(3 if is_heard else 0, 1.0, max(satellites, 6))
+    hdop = place["hdop"] if place["hdop"] > 0 else 65535.0
+    return GpsInputOf(place["fix_quality"] if is_heard else 0, hdop, satellites)
+
+
+def put(url: str, content: bytes) -> tuple[int, Any]:
+    request = Request(url, data=content, method="PUT")
+    try:
+        with urlopen(request, timeout=5.0) as answer:
+            return answer.status, json.load(answer)
+    except HTTPError as error:
+        return error.code, None
+
+
+def test_the_maker_s_own_client_passes_fixes_on() -> None:
+    """In each of its versions: a fix that ArduPilot uses, none once it is stale; what it tells is
+    answered with 200, and the heading of the vehicle comes back.
+    """
+    readings, _, earth = heard(at_sea(duration_s=20.0))
+    first = next(it for it in readings if isinstance(it, UsblReading))
+    topside = Topside("ugps", "127.0.0.1", 0, first.vehicle, first.auv)
+    base = f"http://127.0.0.1:{topside.port}"
+    versions = ("1.0.4", "1.0.6", "1.0.7", "1.0.7, its GPS onboard")
+    try:
+        assert not any(forwarded(base, version).is_used for version in versions)
+        for it in readings:
+            if not isinstance(it, UsblReading) or it is first:
+                topside(it, earth)
+            if it is first:
+                assert all(forwarded(base, version).is_used for version in versions)
+                with urlopen(f"{base}/api/v1/config/generic", timeout=5.0) as answer:
+                    configured = json.load(answer)
+                master = topside.answer("/api/v1/position/master")
+                assert [configured["static_lat"], configured["static_lon"]] == [
+                    master["lat"],
+                    master["lon"],
+                ]
+        assert not any(forwarded(base, version).is_used for version in versions)
+        ok = (200, {"success": True})
+        assert put(f"{base}/api/v1/external/depth", b'{"depth": 3.2, "temp": 10.0}') == ok
+        assert put(f"{base}/api/v1/external/orientation", b'{"orientation": 271}') == ok
+        assert topside.answer("/api/v1/position/global")["orientation"] == 271.0
+        assert put(f"{base}/api/v1/external/orientation", b'{"orientation": -1}') == ok
+        assert topside.answer("/api/v1/position/global")["orientation"] == -1.0
+        for wrong in (b"{", b'{"orientation": "north"}', b'{"orientation": NaN}', b"[]"):
+            assert put(f"{base}/api/v1/external/orientation", wrong)[0] == 400
+        assert put(f"{base}/api/v1/position/global", b"{}")[0] == 404
+        assert put(f"{base}/api/v1/external/depth", b" " * 100_000)[0] == 413
+    finally:
+        topside.close()
+
+
 def test_a_position_grows_stale() -> None:
     readings, _, earth = heard(at_sea(duration_s=20.0))
     first = next(it for it in readings if isinstance(it, UsblReading))
@@ -163,7 +277,7 @@ def test_a_position_grows_stale() -> None:
                 assert topside.answer("/api/v1/position/acoustic/raw")["position_valid"]
         assert not topside.answer("/api/v1/position/acoustic/filtered")["position_valid"]
         assert topside.answer("/api/v1/position/global")["fix_quality"] == 0
-        assert topside.answer("/api/v1/position/master")["fix_quality"] == 1
+        assert topside.answer("/api/v1/position/master")["fix_quality"] == 3
     finally:
         topside.close()
 

@@ -2,6 +2,8 @@
 
 import json
 import math
+import os
+import select
 import selectors
 import socket
 import subprocess
@@ -77,13 +79,26 @@ NONSENSE = [
     (b'{"vehicle": "AUV0", "x_m": NaN, "y_m": 0, "z_m": 0}', "not finite"),
     (b'{"vehicle": "AUV0", "x_m": 1e400, "y_m": 0, "z_m": 0}', "not finite"),
     (b'{"vehicle": "AUV0", "x_m": 1e9, "y_m": 0, "z_m": 0}', "far from the survey"),
-    (b'{"vehicle": "AUV0", "x_m": 0, "y_m": 0, "z_m": -90}', "far from the survey"),
+    (
+        b'{"vehicle": "AUV0", "x_m": 0, "y_m": 0, "z_m": -90}',
+        "out of the water: depths are",
+    ),
     (b'{"vehicle": "AUV0", "x_m": 9999, "y_m": 0, "z_m": 5}', "farther than anybody goes"),
     (b'{"vehicle": "AUV0", "lat_deg": 91, "lon_deg": 0, "depth_m": 5}', "nowhere on Earth"),
     (b"$GPHDT,12.0,T*00", "damaged"),
     (b"$GPGGA,080000.00,5419.8,N,01010.8,E,0,0,,,M,,M,,", "of a receiver without a fix"),
     (b"\xfd" + bytes(6) + b"\x21" + bytes(20), "damaged"),
     (b"$GPGGA,,,,,1", "not understood"),
+    (b"$GPGGA,080000.00,5475.8,N,01010.8,E,1,9,1,-3,M,,M,,", "of no latitude and longitude"),
+    (b"$GPGGA,080000.00,5419.8,n,01010.8,E,1,9,1,-3,M,,M,,", "of no latitude and longitude"),
+    (b"$GPGGA,080000.00,5419.8,N,01010.8,,1,9,1,-3,M,,M,,", "of no latitude and longitude"),
+    (b"$GPGGA,080000.00,5419.8,N,-1010.8,E,1,9,1,-3,M,,M,,", "of no latitude and longitude"),
+    (b"$GPGGA,080000.00,9119.8,N,01010.8,E,1,9,1,-3,M,,M,,", "nowhere on Earth"),
+    (b"$GPGGA,080000.00,5419.8,N,01010.8,E,1,9,1,-10,F,,M,,", "of a height that is not in met"),
+    (b"$GPGGA,080000.00,5419.8,N,01010.8,E,,9,1,-3,M,,M,,", "of a receiver without a fix"),
+    (b"$gpgga,080000.00,5419.8,N,01010.8,E,1,9,1,-3,M,,M,,", "not understood"),
+    (b"$GPTHS,12.0,V", "of a compass without a heading"),
+    (b'{"vehicle": "AUV0", "lat_deg": 54, "lon_deg": 370, "depth_m": 5}', "nowhere on Earth"),
 ]
 
 
@@ -100,6 +115,56 @@ def test_nonsense_is_counted_and_the_last_good_pose_holds(
     assert sum(ear.counts.values()) == 3
     assert any(it.startswith(why) for it in ear.counts)
     assert why in ear.words()
+
+
+HERE = "5419.8,N,01010.8,E"
+
+
+@pytest.mark.parametrize(
+    ("text", "depth"),
+    [
+        (sentence("GPGGA", "080000.00", HERE, "1,9,0.9,-7.5,M,,M,,").encode(), 7.5),
+        (sentence("GNGGA", "080000.00", HERE, "4,9,0.9,-7.5,M,40.0,M,,").encode(), 7.5),
+        (sentence("IIGGA", "", HERE, "6,,,-7.5,M,,,,").encode(), 7.5),
+        (sentence("GPGGA", "080000.00", HERE, "1,9,0.9,,M,,M,,").encode(), 20.0),
+        (sentence("GPGGA", "080000.00", HERE, "1").encode(), 20.0),
+        (
+            b"\\s:AUV,c:1717228800*5A\\"
+            + sentence("GPGGA", "080000.00", HERE, "1,9,0.9,-7.5,M,,M,,").encode(),
+            7.5,
+        ),
+        (b"\x00\xff" + sentence("GPGGA", "", HERE, "1,9,0.9,-7.5,M,,M,,").encode(), 7.5),
+        (b"\xef\xbb\xbf" + sentence("GPGGA", "", HERE, "1,9,0.9,-7.5,M,,M,,").encode(), 7.5),
+        (b'{"vehicle": "AUV0", "lat_deg": 54.33, "lon_deg": -349.82, "heading_deg": null}', 20.0),
+    ],
+)
+def test_places_are_understood_as_programs_send_them(text: bytes, depth: float) -> None:
+    """Any talker, behind a TAG block or bytes of something else; who says no depth is as deep as
+    the survey, or as before.
+    """
+    ear = Received("127.0.0.1", 0, 1, ORIGIN, [20.0])
+    try:
+        for heading in (b"$GPHDT,90.0,T\r\n", b"$GPTHS,180.0,A\r\n"):
+            ear.take(text.strip() + b"\r\n" + heading)
+        pose = ear.advance_to(0.0)["auvs"][0]
+        assert pose.tolist() == pytest.approx([0.0, 0.0, depth, math.pi], abs=0.02)
+        ear.take(b'{"vehicle": "AUV0", "lat_deg": 54.33, "lon_deg": 10.18, "depth_m": 9}')
+        ear.take(b"$GPGGA,080000.00,5419.8,N,01010.8,E,1,9,0.9,,M,,M,,")
+        assert ear.advance_to(60.0)["auvs"][0, 2] == pytest.approx(9.0, abs=1e-6)
+    finally:
+        ear.close()
+
+
+@pytest.mark.parametrize("surface_m", [0.0, 6.0, 372.0, -430.0])
+def test_an_autopilot_on_a_lake_is_as_deep_as_below_its_surface(surface_m: float) -> None:
+    """The height of the lake above the sea is in `alt`, not in `relative_alt`."""
+    ear = Received("127.0.0.1", 0, 1, ORIGIN)
+    writer = mavlink.MAVLink(None, srcSystem=1)
+    above = round(1e3 * (surface_m - 10.0))
+    said = writer.global_position_int_encode(0, 543300000, 101800000, above, -10_000, 0, 0, 0, 0)
+    ear.take(said.pack(writer))
+    assert ear.advance_to(0.0)["auvs"][0, 2] == pytest.approx(10.0, abs=1e-6)
+    ear.close()
 
 
 def test_what_cannot_be_leaves_the_rest_of_its_datagram(ear: Received) -> None:
@@ -247,16 +312,20 @@ def test_the_command_waits_for_poses_and_tells_of_them(tmp_path: Path) -> None:
         subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process,
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sea,
     ):
-        began = time.monotonic()
-        while process.poll() is None and time.monotonic() - began < 120.0:
-            said = b'{"vehicle": "AUV0", "x_m": 3, "y_m": 4, "z_m": 5}'
-            sea.sendto(said, ("127.0.0.1", port))
-            time.sleep(0.05)
+        began, said = time.monotonic(), b""
         assert process.stderr is not None
-        err = process.stderr.read()
+        while b"poses are refused" not in said and time.monotonic() - began < 120.0:
+            sea.sendto(b'{"vehicle": "AUV0", "x_m": 3, "y_m": 4, "z_m": -60}', ("127.0.0.1", port))
+            if select.select([process.stderr], [], [], 0.05)[0]:
+                said += os.read(process.stderr.fileno(), 1 << 16)
+        while process.poll() is None and time.monotonic() - began < 120.0:
+            sea.sendto(b'{"vehicle": "AUV0", "x_m": 3, "y_m": 4, "z_m": 5}', ("127.0.0.1", port))
+            time.sleep(0.05)
+        err = said.decode() + process.stderr.read()
     assert process.returncode == 0, err
+    assert "poses are refused: out of the water" in err.partition("telegrams sent")[0]
     assert f"waiting for poses of AUV0 on UDP port {port}" in err
-    assert "taken; refused: 0" in err
+    assert "taken; refused: " in err
     tracks = load_result(tmp_path / "flown").tables["tracks"]
     of_it = tracks[tracks.vehicle == "AUV0"]
     assert of_it[["x_m", "y_m", "z_m"]].to_numpy() == pytest.approx(
