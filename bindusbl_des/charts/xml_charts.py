@@ -6,11 +6,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 from xml.parsers import expat
 
 from ..core.files import regular, text_of
+from ..core.tables import of_file
 from ..core.wording import shortened
 from .shapes import BadChart, Degrees, Sample, Shape, above_sea, around, checked, position, ring
 
@@ -201,7 +203,13 @@ def read_gpx(path: str) -> Iterator[tuple[str, Callable[[], Sample]]]:
     Raises:
         BadChart: naming file, line and remedy.
     """
-    for number, track in enumerate(read_xml(path, "gpx").within("trk")):
+    root = read_xml(path, "gpx")
+    if any(root.within("rte")) and not any(root.within("trk")):
+        raise BadChart(
+            f"{path}: holds routes, whose points have no times, and no track; routes are flown by "
+            "auvs.route.kind: waypoints"
+        )
+    for number, track in enumerate(root.within("trk")):
         name = track.said("name") or str(number)
         for point in track.within("trkpt"):
             yield name, partial(_sample, f"{path}:{point.line}", point)
@@ -221,9 +229,29 @@ def read_gpx_shapes(path: str | Path) -> list[Shape]:
     return [*lines, *(Shape("point", where, (_place(where, point),)) for where, point in points)]
 
 
+@of_file(16)
+def read_routes(path: str) -> tuple[tuple[Degrees, ...], ...]:
+    """Return the points of each route (rte) in a GPX file, latitude and longitude (deg), in the
+    order of the file; points that follow one another at one place are one.
+
+    Raises:
+        BadChart: naming file, line and remedy.
+    """
+    routes = [_points(path, route, "rtept") for route in read_xml(path, "gpx").within("rte")]
+    if not routes:
+        raise BadChart(
+            f"{path}: holds no route (rte); tracks with times are flown by auvs.route.kind: track"
+        )
+    return tuple(tuple(place for place, _ in groupby(route)) for route in routes)
+
+
+def _points(path: str | Path, line: Element, name: str) -> tuple[Degrees, ...]:
+    return tuple(_place(f"{path}:{point.line}", point) for point in line.within(name))
+
+
 def _outline(path: str | Path, line: Element, name: str) -> Shape:
     where = f"{path}:{line.line}: {line.name}"
-    corners = tuple(_place(f"{path}:{point.line}", point) for point in line.within(name))
+    corners = _points(path, line, name)
     if len(corners) < 2:
         raise BadChart(f"{where}: needs two positions; it has {len(corners)}")
     line_shape = Shape("line", where, corners)
@@ -246,7 +274,10 @@ def _sample(where: str, point: Element) -> Sample:
 def _unix(where: str, text: str) -> float:
     """Return an instant of ISO 8601 as Unix time (s); it is UTC unless it says otherwise."""
     if not text:
-        raise BadChart(f"{where}: has no <time>; a track needs one at each point, a route has none")
+        raise BadChart(
+            f"{where}: has no <time>; a track needs one at each point, a route has none: a route "
+            "(rte) is flown by auvs.route.kind: waypoints"
+        )
     try:
         instant = datetime.fromisoformat(text)
         return (instant if instant.tzinfo else instant.replace(tzinfo=UTC)).timestamp()

@@ -128,6 +128,12 @@ def _entered(
     return whole, tuple((max(start, joined) + later, end + later) for start, end in lanes)
 
 
+def begun(path: Path, place: Point, radius: float) -> Path:
+    """Return a path with the way to its start from a place (m), where it begins."""
+    start = Pose(*place, math.atan2(path.start.y - place[1], path.start.x - place[0]))
+    return Path(start, (*dubins_segments(start, path.start, radius), *path.segments))
+
+
 def ended(path: Path, place: Point, radius: float) -> Path:
     """Return a path with the way from its end to a place (m), where it ends."""
     bearing = math.atan2(place[1] - path.end.y, place[0] - path.end.x)

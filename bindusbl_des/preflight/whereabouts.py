@@ -276,7 +276,7 @@ def routes(scenario: Scenario) -> Iterator[Problem]:
     outside = {auv: excess for auv, excess in beyond.items() if excess > ON_THE_EDGE_M}
     if outside:
         yield Problem(
-            f"auvs.route.{route.PLACES}_{'deg' if route.positions else 'm'}",
+            f"auvs.route.{route.places_key}",
             f"{_named('AUV', list(outside))} outside the survey of {area.words}, up to "
             f"{max(outside.values()):.3g} m beyond its edge; slots are made for sound that crosses "
             "the survey",

@@ -1,18 +1,20 @@
 """What each AUV of a scenario is to fly: its path, and where along it its lanes are."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
 from math import dist
 
-from ..geometry.area import Point, turned
+from ..geometry.area import turned
+from ..geometry.drawn_routes import along_route
 from ..geometry.lanes import Ruling, Share, equal_lengths, strips
 from ..geometry.paths import Path, through
 from ..geometry.routes import (
     FlightPlan,
     Turning,
+    begun,
+    ended,
     lawnmower,
     surfaced,
     there_and_back,
@@ -83,7 +85,7 @@ def _plans(asked: _Asked) -> tuple[FlightPlan, ...]:
         shares = shares_of(scenario, lanes)
         plans = [_over_lanes(scenario, lanes, shares[auv], auv) for auv in auvs]
     else:
-        plans = [_along_points(scenario, route.places[auv], auv) for auv in auvs]
+        plans = [_along_points(scenario, route, auv) for auv in auvs]
     return tuple(_surfaced(scenario, plan, auv) for auv, plan in enumerate(plans))
 
 
@@ -145,15 +147,22 @@ def _over_lanes(scenario: ScenarioKeys, route: Lawnmower, share: Share, auv: int
     return FlightPlan(path.turned(heading), lanes, tour.turned(heading))
 
 
-def _along_points(scenario: ScenarioKeys, points: Sequence[Point], auv: int) -> FlightPlan:
+def _along_points(scenario: ScenarioKeys, route: RouteTraits, auv: int) -> FlightPlan:
     """Return the plan of an AUV along way points, which from first to last count as one lane."""
     launch, recovery = scenario.auvs.launch(auv), scenario.auvs.recovery(auv)
-    places = [*([launch] if launch else []), *points, *([recovery] if recovery else [])]
-    apart = [place for before, place in pairwise(places) if dist(before, place) >= SHORTEST_WAY]
-    radius = turning_radius(scenario, auv)
-    path, passed = through(waypoint_poses([places[0], *apart]), radius)
-    first = passed[int(launch is not None and dist(launch, points[0]) >= SHORTEST_WAY)]
-    last = passed[-1 - int(recovery is not None and dist(recovery, points[-1]) >= SHORTEST_WAY)]
+    points, radius = route.places[auv], turning_radius(scenario, auv)
+    before = launch is not None and dist(launch, points[0]) >= SHORTEST_WAY
+    behind = recovery is not None and dist(recovery, points[-1]) >= SHORTEST_WAY
+    if route.is_rounded:
+        along = along_route(points, radius)
+        path = begun(along, launch, radius) if launch and before else along
+        first, last = path.length - along.length, path.length
+        path = ended(path, recovery, radius) if recovery and behind else path
+    else:
+        places = [*([launch] if launch else []), *points, *([recovery] if recovery else [])]
+        apart = [place for one, place in pairwise(places) if dist(one, place) >= SHORTEST_WAY]
+        path, passed = through(waypoint_poses([places[0], *apart]), radius)
+        first, last = passed[int(before)], passed[-1 - int(behind)]
     tour = path
     if recovery is None:
         box, join = area_of(scenario).box, math.radians(scenario.auvs.join_angle_deg)

@@ -171,7 +171,7 @@ def _in_degrees(
     """
     route, formation = scenario.auvs.route, scenario.asvs.formation
     if route.positions:
-        key, listed = f"auvs.route.{route.PLACES}_deg", []
+        key, listed = f"auvs.route.{route.places_key}", []
         for auv, given in enumerate(route.positions):
             own = f"{key}.{auv}"
             listed += [(own, given[0])] if route.is_held else _keyed(own, given)
@@ -220,11 +220,10 @@ def route_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
         )
     if not route.is_flown or (route.positions and origin_of(scenario) is None):
         return  # which has been told
-    name = f"{route.PLACES}_{'deg' if route.positions else 'm'}"
     for number, points in enumerate(positioned(scenario, route).places):
         if len(points) < 2 or any(dist(a, b) < SHORTEST_WAY for a, b in pairwise(points)):
             yield Problem(
-                f"auvs.route.{name}.{number}",
+                f"auvs.route.{route.places_key}.{number}",
                 f"needs at least two points, those in a row {SHORTEST_WAY:g} m apart or more",
             )
 

@@ -21,7 +21,7 @@ from ..families import load_plugins
 from ..scenario import Scenario
 from ..scenario_keys import Problem
 from ..sections.placements import AsvTrack
-from ..sections.routes import Track
+from ..sections.routes import ROUTES, Track
 from ..site import recorded_track, sound_speed_of, vessel_track
 from .explanations import ROUTE, Finding, guessed_kind
 from .former_keys import as_now, is_former, is_of_old, move_keys
@@ -320,7 +320,7 @@ def place_files(data: Any, folder: FilePath) -> Iterator[tuple[Path, str]]:
         for number, name in enumerate(names):
             if isinstance(name, str) and "\0" not in name:
                 names[number] = str((folder / name).resolve())
-                problem = _problem(names[number], way)
+                problem = _problem(names[number], way, section)
                 if problem:
                     yield ((*way, number) if listed else way), problem
         section[way[-1]] = names if listed else names[0]
@@ -333,12 +333,13 @@ def _section(data: Any, way: Way) -> dict[str, Any] | None:
     return data if isinstance(data, dict) and not is_own(data) else None
 
 
-def _problem(file: str, way: Way) -> str:
+def _problem(file: str, way: Way, section: Mapping[str, Any]) -> str:
     if not FilePath(file).is_file():
         if FilePath(file).exists():
             return f"is no regular file: {file}; save it to one"
         return f"no such file: {file}; files are sought beside the scenario file"
-    read = READERS.get(way)
+    kind = ROUTES.get(str(section.get("kind")))
+    read = READERS.get(way) if kind is None or kind.is_recorded else None
     try:
         if read is not None:
             read(file)

@@ -5,7 +5,16 @@ routes of somebody's own: sections whose other keys are the part's settings.
 from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Tag, model_serializer, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Tag,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
 
 from ...core.plugins import is_plugin
 from ..key_types import OURS, PAPER, Part, Point, Position, Real, Text, key
@@ -77,6 +86,16 @@ class RouteTraits:
     def surfacing(self) -> "Flown | None":
         """How AUVs break off to come up to the surface; None if they do not."""
         return None
+
+    @property
+    def is_rounded(self) -> bool:
+        """Whether AUVs turn inside the corners of their ways, and not over each place."""
+        return False
+
+    @property
+    def places_key(self) -> str:
+        """The key that gives places."""
+        return f"{self.PLACES}_{'deg' if self.positions else 'm'}"
 
     @property
     def places(self) -> tuple[tuple[Point, ...], ...]:
@@ -217,7 +236,9 @@ class Hold(Planned):
 
 
 class Waypoints(Flown):
-    """Each AUV follows its own list of waypoints along Dubins curves, there and back."""
+    """Each AUV follows its own list of waypoints along Dubins curves, there and back; or a route of
+    a GPX file, which it follows inside its corners, as autopilots do.
+    """
 
     PLACES: ClassVar[str] = "points"
     is_flown: ClassVar[bool] = True
@@ -227,6 +248,38 @@ class Waypoints(Flown):
     points_deg: tuple[tuple[Position, ...], ...] = key(
         (), "deg", "per AUV a list of [lat, lon] instead, with environment.origin (WGS-84)"
     )
+    files: tuple[Text, ...] = key(
+        (),
+        "",
+        "GPX files instead, which together hold a route (rte) for each AUV, AUV0's first, such as "
+        "the plan.gpx of a plan; relative to the scenario file",
+    )
+
+    @field_validator("files")
+    @classmethod
+    def _readable(cls, files: tuple[str, ...]) -> tuple[str, ...]:
+        _routes(files)
+        return files
+
+    # The points, latitude and longitude (deg), of the files' routes.
+    _routes_deg: tuple[tuple[Position, ...], ...] = ()
+
+    @model_validator(mode="after")
+    def _read(self) -> Self:
+        if self.files and (self.points_m or self.points_deg):
+            raise PydanticCustomError("twice", "gives points beside files; keep one of them")
+        self._routes_deg = _routes(self.files)
+        return self
+
+    @property
+    def is_rounded(self) -> bool:
+        """Whether AUVs turn inside the corners of their ways, and not over each place."""
+        return bool(self.files)
+
+    @property
+    def places_key(self) -> str:
+        """The key that gives places."""
+        return "files" if self.files else super().places_key
 
     @property
     def places(self) -> tuple[tuple[Point, ...], ...]:
@@ -236,19 +289,30 @@ class Waypoints(Flown):
     @property
     def positions(self) -> tuple[tuple[Position, ...], ...]:
         """Per AUV the same as [lat, lon] in deg, where they are given so."""
-        return self.points_deg
+        return self._routes_deg or self.points_deg
 
     def in_metres(self, metres: InMetres) -> Self:
         """Return the route with its places in metres."""
-        given = {"points_m": tuple(map(metres, self.points_deg)), "points_deg": ()}
-        return self.model_copy(update=given)
+        given = {"points_m": tuple(map(metres, self.positions)), "points_deg": ()}
+        found = self.model_copy(update=given)
+        found._routes_deg = ()
+        return found
 
     def miscounted(self, auvs: int) -> Iterator[tuple[str, str, int]]:
         """Yield the lists of points, if they are not one for each AUV."""
-        name = "points_deg" if self.points_deg else "points_m"
-        given = len(self.points_deg or self.points_m)
+        given = len(self.positions or self.points_m)
         if given != auvs:
-            yield name, "list of points", given
+            yield self.places_key, "route (rte)" if self.files else "list of points", given
+
+
+def _routes(files: tuple[str, ...]) -> tuple[tuple[Position, ...], ...]:
+    """Return the routes in GPX files, one after the other."""
+    from ...charts.xml_charts import read_routes  # which other routes do not need
+
+    try:
+        return tuple(route for file in files for route in read_routes(file))
+    except ValueError as error:
+        raise PydanticCustomError("file", "{message}", {"message": str(error)}) from None
 
 
 class Track(Planned):
