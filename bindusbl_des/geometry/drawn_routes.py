@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
+import shapely
 
 from ..core.arrays import Floats
 from .area import Point
@@ -18,7 +19,7 @@ from .paths import Path, Pose, dubins_segments
 
 # Shares of the turning radius: how far a path may be from a point of its route, how far points may
 # lie off a leg on which they do not count, and the steps in which both are looked at.
-NEAR, STRAIGHT, STEP = 0.1, 0.02, 0.05
+NEAR, STRAIGHT, STEP = 0.1, 0.02, 0.2
 
 # So many points in a row may be passed beside.
 BESIDE = 30
@@ -53,8 +54,6 @@ def along_route(points: Sequence[Point], radius: float) -> Path:
 
 def _thinned(points: Sequence[Point], off: float) -> list[Point]:
     """Return points without those that lie within a distance (m) of the line through others."""
-    import shapely  # which other routes do not need
-
     line = shapely.LineString(points).simplify(off, preserve_topology=False)
     return [(float(x), float(y)) for x, y in line.coords]
 
@@ -86,5 +85,4 @@ def _off(way: Path, places: Floats, radius: float) -> float:
         return 0.0
     steps = max(math.ceil(way.length / (STEP * radius)), 1)
     looks = way.sample(np.linspace(0.0, way.length, steps + 1))[:, :2]
-    apart = np.linalg.norm(places[:, None] - looks, axis=2)
-    return float(apart.min(axis=1).max())
+    return float(shapely.distance(shapely.LineString(looks), shapely.points(places)).max())

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..core.plugins import refusal
+from ..core.plugins import is_plugin, refusal
 from ..presets.modems import airtime_table
 from ..scenario.channel_settings import Sound, read_curve
 from ..scenario.declared import channel_named, instrument_named
@@ -149,7 +149,7 @@ def _readings(scenario: Scenario) -> Iterator[tuple[Any, ...]]:
         yield "environment.ctd", read_cast, scenario.environment.ctd
     acoustics = scenario.acoustics
     for name, channel in (("hf", acoustics.hf.channel), ("mf", acoustics.mf.channel)):
-        if str(channel) == "curve":
+        if "file" in channel.settings and not is_plugin(str(channel)):
             yield f"acoustics.{name}.channel.file", read_curve, channel.settings["file"]
     if acoustics.mf.airtimes is not None:
         yield "acoustics.mf.airtimes", airtime_table, acoustics.mf.airtimes

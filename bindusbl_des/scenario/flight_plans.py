@@ -7,7 +7,6 @@ from itertools import pairwise
 from math import dist
 
 from ..geometry.area import turned
-from ..geometry.drawn_routes import along_route
 from ..geometry.lanes import Ruling, Share, equal_lengths, strips
 from ..geometry.paths import Path, through
 from ..geometry.routes import (
@@ -154,6 +153,8 @@ def _along_points(scenario: ScenarioKeys, route: RouteTraits, auv: int) -> Fligh
     before = launch is not None and dist(launch, points[0]) >= SHORTEST_WAY
     behind = recovery is not None and dist(recovery, points[-1]) >= SHORTEST_WAY
     if route.is_rounded:
+        from ..geometry.drawn_routes import along_route  # brings shapely
+
         along = along_route(points, radius)
         path = begun(along, launch, radius) if launch and before else along
         first, last = path.length - along.length, path.length
