@@ -12,8 +12,6 @@ from math import isfinite
 from pathlib import Path
 from typing import NoReturn
 
-import numpy as np
-
 from ..core.tables import TableRow, of_file, read_table, sifted
 from .preset import Figure, Preset
 
@@ -104,6 +102,8 @@ def _measured(row: TableRow) -> tuple[str, int, float, float | None]:
 
 def _each(most: int, measured: dict[int, float]) -> tuple[float, ...]:
     """Return values for 1, 2, ... `most` bytes, of those that were measured for some of them."""
+    import numpy as np  # which scenarios without such tables do not wait for
+
     sizes = np.arange(1, most + 1)
     return tuple(np.interp(sizes, [*measured], [*measured.values()]).tolist())
 

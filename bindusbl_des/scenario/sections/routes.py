@@ -235,6 +235,14 @@ class Hold(Planned):
             yield name, each, given
 
 
+# What `files` are: one key of two kinds of routes.
+RECORDED_OR_DRAWN = (
+    "tracks, one per AUV: CSV with columns time_s, x_m, y_m (or lat_deg, lon_deg), depth_m, GPX or "
+    "MCAP; of waypoints, instead of points, GPX files that together hold a route (rte) for each "
+    "AUV, such as the plan.gpx of a plan; relative to the scenario file"
+)
+
+
 class Waypoints(Flown):
     """Each AUV follows its own list of waypoints along Dubins curves, there and back; or a route of
     a GPX file, which it follows inside its corners, as autopilots do.
@@ -248,12 +256,7 @@ class Waypoints(Flown):
     points_deg: tuple[tuple[Position, ...], ...] = key(
         (), "deg", "per AUV a list of [lat, lon] instead, with environment.origin (WGS-84)"
     )
-    files: tuple[Text, ...] = key(
-        (),
-        "",
-        "GPX files instead, which together hold a route (rte) for each AUV, AUV0's first, such as "
-        "the plan.gpx of a plan; relative to the scenario file",
-    )
+    files: tuple[Text, ...] = key((), "", RECORDED_OR_DRAWN)
 
     @field_validator("files")
     @classmethod
@@ -321,12 +324,7 @@ class Track(Planned):
     is_recorded: ClassVar[bool] = True
 
     kind: Literal["track"] = key("track", "", "route family")
-    files: tuple[Text, ...] = key(
-        (),
-        "",
-        "per AUV a CSV with columns time_s, x_m, y_m (or lat_deg, lon_deg), depth_m, a GPX or an "
-        "MCAP file; relative to the scenario file",
-    )
+    files: tuple[Text, ...] = key((), "", RECORDED_OR_DRAWN)
     tracks: tuple[Text, ...] = key(
         (),
         "",
