@@ -43,7 +43,7 @@ HOMES = {
     "foxglove": "export live.ros2",
     "gsw": "sea.water",
     "gtsam": "recorded.replaying",
-    "mcap": "recorded.formats charts.recordings",
+    "mcap": "charts.recordings",
     "mcap_protobuf": "charts.recordings",
 }
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..core.files import regular
-from ..core.tables import TableRow, left_out, of_file, ordered, read_table, sifted
+from ..core.tables import TableRow, because, left_out, of_file, ordered, read_table, sifted
 from ..core.wording import shortened
-from .shapes import BadChart, Sample, check_seconds, in_sea, position
+from .shapes import BadChart, NoPlace, Sample, check_seconds, in_sea, position, unix_time
 from .xml_charts import read_gpx
 
 # Tracks in CSV files: time_s, then x_m and y_m or lat_deg and lon_deg, and depth_m or z_m.
@@ -59,13 +59,18 @@ def _columns(path: str, header: Sequence[str]) -> tuple[list[str], bool]:
 
 
 def _sample(row: TableRow, columns: Sequence[str], in_degrees: bool) -> Sample:
+    written = [row.cells[name] for name in columns]
+    if "-" in written[0][1:-1] and ":" in written[0]:  # a date and a time of day
+        written[0] = repr(unix_time(row.where, written[0].strip()))
     try:
-        time, first, second, depth = (float(row.cells[name]) for name in columns)
+        time, first, second, depth = map(float, written)
     except ValueError:
-        raise BadChart(f"{row.where}: needs a number in each of {', '.join(columns)}") from None
-    if not all(math.isfinite(value) for value in (time, first, second, depth)):
-        values = [time, first, second, depth]
-        raise BadChart(f"{row.where}: holds a value that is not finite: {values}")
+        fault = BadChart if all(map(str.strip, written)) else NoPlace
+        raise fault(f"{row.where}: needs a number in each of {', '.join(columns)}") from None
+    values = [time, first, second, depth]
+    if not all(map(math.isfinite, values)):
+        fault = NoPlace if any(map(math.isnan, values)) else BadChart
+        raise fault(f"{row.where}: holds a value that is not finite: {values}")
     depth = in_sea(row.where, depth)
     if in_degrees:
         place = position(first, second, row.where, "lat_deg, lon_deg")
@@ -311,7 +316,8 @@ def _recording(path: str, track: _Samples) -> RecordedTrack:
     samples, unread = track
     samples, unfixed = _fixed(samples)
     if len(samples) < 2:
-        raise BadChart(f"{path}: has {len(samples)} samples; a track needs at least two")
+        few = f"{path}: has {len(samples)} samples; a track needs at least two"
+        raise BadChart(few + because(unread + unfixed))
     where, times = [sample.where for sample in samples], [sample.time for sample in samples]
     rising, others = ordered(where, times, TIME, "s", fault=BadChart)
     numbers = np.array([(sample.time, *sample.place, sample.depth) for sample in samples])[rising]

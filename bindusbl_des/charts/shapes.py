@@ -1,8 +1,11 @@
 """What is read from charts: shapes on Earth, and samples of tracks."""
 
 import math
+from datetime import UTC, datetime
 from itertools import pairwise
 from typing import NamedTuple
+
+from ..core.tables import Unmeasured
 
 # What is drawn on a chart: points, lines and polygons in latitude and longitude (WGS-84).
 
@@ -15,6 +18,10 @@ LONGEST_DEG = 9.0
 
 class BadChart(ValueError):
     """A file of places cannot be used; the message names file, place in it and remedy."""
+
+
+class NoPlace(BadChart, Unmeasured):
+    """A row of a file of places that tells none."""
 
 
 class Shape(NamedTuple):
@@ -147,6 +154,21 @@ def check_seconds(where: str, name: str, time: float) -> None:
             f"{where}: {name} is {time:.15g}, later than any mission; times look like "
             f"{PARTS[unit]}: divide them by {10 ** (3 * unit + 3):,}"
         )
+
+
+def unix_time(where: str, text: str) -> float:
+    """Return an instant of ISO 8601 as Unix time (s); it is UTC unless it says otherwise.
+
+    Raises:
+        BadChart: when it is none.
+    """
+    try:
+        instant = datetime.fromisoformat(text)
+        return (instant if instant.tzinfo else instant.replace(tzinfo=UTC)).timestamp()
+    except (ValueError, OverflowError):
+        raise BadChart(
+            f"{where}: {text[:40]!r} is no time; write it as 2026-11-22T14:55:00.250Z"
+        ) from None
 
 
 def above_sea(where: str, height: float) -> float:

@@ -4,7 +4,6 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from functools import partial
 from itertools import groupby
 from pathlib import Path
@@ -14,7 +13,18 @@ from xml.parsers import expat
 from ..core.files import regular, text_of
 from ..core.tables import of_file
 from ..core.wording import shortened
-from .shapes import BadChart, Degrees, Sample, Shape, above_sea, around, checked, position, ring
+from .shapes import (
+    BadChart,
+    Degrees,
+    Sample,
+    Shape,
+    above_sea,
+    around,
+    checked,
+    position,
+    ring,
+    unix_time,
+)
 
 # XML read as a tree of plain elements, each with its line; what could be an attack is refused.
 #
@@ -272,19 +282,12 @@ def _sample(where: str, point: Element) -> Sample:
 
 
 def _unix(where: str, text: str) -> float:
-    """Return an instant of ISO 8601 as Unix time (s); it is UTC unless it says otherwise."""
     if not text:
         raise BadChart(
             f"{where}: has no <time>; a track needs one at each point, a route has none: a route "
             "(rte) is flown by auvs.route.kind: waypoints"
         )
-    try:
-        instant = datetime.fromisoformat(text)
-        return (instant if instant.tzinfo else instant.replace(tzinfo=UTC)).timestamp()
-    except (ValueError, OverflowError):
-        raise BadChart(
-            f"{where}: {text[:40]!r} is no time; write it as 2026-11-22T14:55:00.250Z"
-        ) from None
+    return unix_time(where, text)
 
 
 def _depth(where: str, point: Element) -> float:

@@ -200,6 +200,10 @@ def of_file(most: int) -> Callable[[Reader[More, Found]], FileReader[More, Found
 # Rows that cannot be do not cost the others.
 
 
+class Unmeasured(ValueError):
+    """A row in which nothing was measured, as most are of what is logged faster than that is."""
+
+
 def sifted(
     rows: Iterable[Given], read: Callable[[Given], Found]
 ) -> tuple[list[Found], tuple[str, ...]]:
@@ -209,18 +213,21 @@ def sifted(
     ([1, 2], ("1 of 3 rows is left out: invalid literal for int() with base 10: 'x'",))
 
     Raises:
-        ValueError: what is wrong with the first of them, where they are not the fewer.
+        ValueError: what is wrong with the first of them, where they are not the fewer; rows in
+            which nothing was measured may be more.
     """
     kept: list[Found] = []
     why: list[str] = []
     first: ValueError | None = None
+    wrong = 0
     for row in rows:
         try:
             kept.append(read(row))
         except ValueError as error:
             first = first or error
+            wrong += not isinstance(error, Unmeasured)
             why.append(str(error))
-    if first is not None and len(why) >= len(kept):
+    if first is not None and (not kept or (wrong and wrong >= len(kept))):
         raise first
     return kept, left_out(why, len(kept) + len(why))
 
@@ -232,6 +239,11 @@ def left_out(why: Sequence[str], count: int) -> tuple[str, ...]:
     more = f"; and {len(why) - MOST_NAMED} more" if len(why) > MOST_NAMED else ""
     is_ = "is" if len(why) == 1 else "are"
     return (f"{len(why)} of {count} rows {is_} left out: {'; '.join(why[:MOST_NAMED])}{more}",)
+
+
+def because(told: Sequence[str]) -> str:
+    """Return, in brackets, which rows are left out, to be said of what has too few of them."""
+    return f" ({'; '.join(told)})" if told else ""
 
 
 def ordered(

@@ -14,7 +14,16 @@ from ..charts.shapes import BadChart
 from ..core.arrays import Floats
 from ..core.files import regular, text_of
 from ..core.tables import read_table, sifted
-from .log import BadLog, Log, LoggedFixes, Ranges, Stated, SurveyedBeacons, recorded
+from .log import (
+    BadLog,
+    Log,
+    LoggedFixes,
+    NothingLogged,
+    Ranges,
+    Stated,
+    SurveyedBeacons,
+    recorded,
+)
 
 # Factor graphs as text (PyFG): the odometry and ranges of one vehicle in the plan.
 #
@@ -288,7 +297,8 @@ def numbers_in(place: str, row: Row, *columns: str) -> list[float]:
     """
     lacking = [column for column in columns if row.get(column) in (None, "")]
     if lacking:
-        raise BadLog(
+        fault = NothingLogged if all(row.get(column) == "" for column in lacking) else BadLog
+        raise fault(
             f"{place}: needs numbers in {', '.join(columns)}; it lacks {', '.join(lacking)} and "
             f"has {', '.join(filter(None, row))}"
         )

@@ -1,19 +1,24 @@
 """A recorded mission: odometry of one vehicle, and what acoustics told of its position."""
 
 from dataclasses import dataclass, replace
-from math import cos, isfinite, sin
+from math import cos, isfinite, isnan, sin
 from typing import NamedTuple
 
 import numpy as np
 
-from ..charts.shapes import BadChart, check_seconds
+from ..charts.shapes import BadChart, check_seconds, unix_time
 from ..core.arrays import Flags, Floats, Ints
+from ..core.tables import Unmeasured
 from ..core.wording import described
 from ..navigation.dead_reckoning import Odometry
 
 
 class BadLog(ValueError):
     """A log cannot be read; the message names file, place and remedy."""
+
+
+class NothingLogged(BadLog, Unmeasured):
+    """A row of a log in which nothing was measured."""
 
 
 # Beyond this (m, s, rad, or their squares) nothing has been measured: it is a mistake, and squares
@@ -28,13 +33,18 @@ def recorded(place: str, column: str, value: object) -> float:
         BadLog: naming the place of what is none, or none that can be computed with.
     """
     try:
+        if column.endswith("_s") and isinstance(value, str) and ":" in value:  # a time of day
+            return unix_time(place, value.strip())
         found = float(value)  # type: ignore[arg-type]  # whatever it is, float says
+    except BadChart as error:
+        raise BadLog(str(error)) from None
     except (TypeError, ValueError, OverflowError):
         raise BadLog(
             f"{place}: needs a number in the column {column}; met {described(value)}"
         ) from None
     if not isfinite(found):
-        raise BadLog(f"{place}: {column} is {found}; leave the row out if nothing was measured")
+        fault = NothingLogged if isnan(found) else BadLog
+        raise fault(f"{place}: {column} is {found}; leave the row out if nothing was measured")
     if column.endswith("_s"):
         try:
             check_seconds(place, column, found)

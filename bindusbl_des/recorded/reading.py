@@ -10,7 +10,7 @@ import numpy as np
 
 from ..charts.shapes import BadChart, Degrees, position
 from ..core.arrays import Floats
-from ..core.tables import ordered
+from ..core.tables import because, ordered
 from ..geometry.geodesy import ned_at_depth
 from .formats import (
     NOMINAL_SPEED,
@@ -114,12 +114,11 @@ def _log_of(path: Path, tables: dict[str, LogTable], vehicle: str | None) -> Log
     ranges = _ranges(_of(heard[0], whose), beacons, span, log)
     fixes = _fixes(_of(heard[1], whose).where("outcome", "delivered"), span, log)
     receptions = _receptions(_of(heard[2], whose), span, log)
+    told = list(dict.fromkeys(text for table in tables.values() for text in table.left_out))
     if not len(ranges.times) and not len(fixes.times):
-        raise BadLog(f"{path}: has neither ranges nor fixes, so nothing corrects its odometry")
-    told = (text for table in tables.values() for text in table.left_out)
-    return replace(
-        log, ranges=ranges, fixes=fixes, receptions=receptions, left_out=tuple(dict.fromkeys(told))
-    )
+        nothing = f"{path}: has neither ranges nor fixes, so nothing corrects its odometry"
+        raise BadLog(nothing + because(told))
+    return replace(log, ranges=ranges, fixes=fixes, receptions=receptions, left_out=tuple(told))
 
 
 def _odometry(table: LogTable, columns: tuple[str, str]) -> tuple[Floats, Floats, Floats, Floats]:
@@ -129,7 +128,8 @@ def _odometry(table: LogTable, columns: tuple[str, str]) -> tuple[Floats, Floats
     names = ("time_s", *columns, "yaw_rad", *("z_m",) * table.has("z_m"))
     read = table.sifted(lambda place, row: (place, numbers_in(place, row, *names)))
     if len(read) < 2:
-        raise BadLog(f"{table.source}: has {len(read)} rows of odometry; a log needs two or more")
+        few = f"{table.source}: has {len(read)} rows of odometry; a log needs two or more"
+        raise BadLog(few + because(table.left_out))
     where, numbers = [place for place, _ in read], np.array([found for _, found in read])
     kept, told = ordered(where, numbers[:, 0].tolist(), "time_s", "s", fault=BadLog)
     if len(kept) < 2:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Floats
-from ..core.tables import TableRow, left_out, of_file, ordered, read_table, sifted
+from ..core.tables import TableRow, because, left_out, of_file, ordered, read_table, sifted
 from ..core.wording import refuse
 from .water import USUAL_WATER, Water, sound_speed, sound_speed_medwin, sound_speed_teos10
 
@@ -81,7 +81,8 @@ def read_cast(path: str) -> Cast:
     under = [(place, sample) for place, sample in read if sample[0] >= 0.0]
     dry = left_out([f"{where} is above the water" for where, (z, *_) in read if z < 0.0], len(read))
     if len(under) < 2:
-        raise ValueError(f"{path}: has {len(under)} samples; a CTD profile needs at least two")
+        few = f"{path}: has {len(under)} samples; a CTD profile needs at least two"
+        raise ValueError(few + because(unread + dry))
     places, depths = [where for where, _ in under], [sample[0] for _, sample in under]
     remedy = "; keep the way down, or the way up turned around"
     deeper, others = ordered(places, depths, "depth_m", "m", remedy)

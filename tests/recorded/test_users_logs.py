@@ -5,6 +5,7 @@ import json
 import math
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -264,3 +265,80 @@ def test_a_range_of_a_factor_graph_that_cannot_be_is_left_out(tmp_path: Path) ->
         UserWarning, match=r"1 of 3 rows is left out: .*pyfg:8: needs a range from 0"
     ):
         assert len(read_log(str(path)).ranges.times) == 2
+
+
+TIMES = [(t, f"{t + 0.3 * (t % 3):.1f}", f"0.{t}") for t in range(1, 19, 2)]
+PLAIN = {
+    "odometry": "time_s,x_m,y_m,yaw_rad\n" + "".join(f"{t},{t},0,0\n" for t in range(20)),
+    "fixes": "time_s,x_m,y_m,sd_x_m,sd_y_m\n" + "".join(f"{t},{x},{y},1,1\n" for t, x, y in TIMES),
+}
+
+
+def clocked(text: str, zone: str) -> str:
+    """Return a table whose seconds are times of a day."""
+    head, *rows = text.splitlines()
+    lines = [
+        f"2026-06-01T{zone[:2]}:00:{int(row.partition(',')[0]):02d}{zone[2:]},{row.partition(',')[2]}"
+        for row in rows
+    ]
+    return "\n".join([head, *lines]) + "\n"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda tables: {name: clocked(text, "08Z") for name, text in tables.items()},
+        lambda tables: {
+            "odometry": clocked(tables["odometry"], "08Z"),
+            "fixes": clocked(tables["fixes"], "10+02:00"),
+        },
+        lambda tables: {name: text.replace(",", "\t") for name, text in tables.items()},
+        lambda tables: {
+            name: text.replace("\n", f"\n{text.splitlines()[0]}\n", 1)
+            for name, text in tables.items()
+        },
+    ],
+)
+def test_the_same_log_however_it_is_written(change: Any, tmp_path: Path) -> None:
+    """Times with zones, tabs, a header that is there twice."""
+    for name, tables in (("plain", PLAIN), ("other", change(PLAIN))):
+        (tmp_path / name).mkdir()
+        for table, text in tables.items():
+            (tmp_path / name / f"{table}.csv").write_text(text)
+    plain, other = (read_log(str(tmp_path / name)) for name in ("plain", "other"))
+    assert np.array_equal(plain.times, other.times)
+    assert np.array_equal(plain.fixes.times, other.fixes.times)
+    assert np.array_equal(plain.fixes.places, other.fixes.places)
+
+
+def test_rows_without_a_measurement_may_be_the_most(tmp_path: Path) -> None:
+    """A log at 4 Hz of fixes at 1 Hz: empty, or nan; a log without any fix is refused."""
+    head, *rows = PLAIN["fixes"].splitlines()
+    late = [
+        row + "".join(f"\n{row.partition(',')[0]}.{n},,nan,," for n in (2, 4, 6)) for row in rows
+    ]
+    (tmp_path / "odometry.csv").write_text(PLAIN["odometry"])
+    (tmp_path / "fixes.csv").write_text("\n".join([head, *late]) + "\n")
+    with pytest.warns(
+        UserWarning, match="27 of 36 rows are left out: .*fixes.csv:3: needs numbers"
+    ):
+        assert len(read_log(str(tmp_path)).fixes.times) == 9
+    (tmp_path / "fixes.csv").write_text(f"{head}\n1,,,,\n2,,,,\n")
+    with pytest.raises(
+        BadLog, match=r"fixes.csv:2: needs numbers in .*; it lacks x_m, y_m, sd_x_m"
+    ):
+        read_log(str(tmp_path))
+
+
+def test_odometry_begins_where_its_receiver_has_a_fix(tmp_path: Path) -> None:
+    """Not at 0, 0; and goes on beyond 180 degrees east."""
+    rows = "".join(f"{t},{54 + t * 1e-5:.6f},{179.9999 + t * 1e-5:.6f},0\n" for t in range(1, 20))
+    (tmp_path / "odometry.csv").write_text(f"time_s,lat_deg,lon_deg,yaw_rad\n0,0,0,0\n{rows}")
+    fixes = "".join(
+        f"{t},{54 + t * 1e-5:.6f},{-180.0001 + t * 1e-5:.7f},1,1\n" for t in range(2, 19, 3)
+    )
+    (tmp_path / "fixes.csv").write_text(f"time_s,lat_deg,lon_deg,sd_x_m,sd_y_m\n{fixes}")
+    with pytest.warns(UserWarning, match="1 of 20 rows is left out: .*odometry.csv:2: is at 0, 0"):
+        log = read_log(str(tmp_path))
+    assert log.places[0] == pytest.approx([0.0, 0.0], abs=1e-6)
+    assert log.fixes.places == pytest.approx(log.at(log.places, log.fixes.times), abs=0.02)

@@ -1,5 +1,6 @@
 """Areas, tracks, casts, curves and airtimes as programs of users save them (`reference/cases`)."""
 
+import json
 import re
 import shutil
 from collections.abc import Callable
@@ -42,6 +43,44 @@ def test_an_area_is_read_as_programs_save_it(
     assert read_area(name) == read_area("poly.geojson")
     done = call("validate", files("base.yaml", "AREA", name))
     assert (done.exit_code, done.output) == (0, "m.yaml: ok\n")
+
+
+KML = """<?xml version="1.0" encoding="{}"?><kml xmlns="http://www.opengis.net/kml/2.2">
+<Document><Placemark><name>F\xf6rde</name><gx:balloonVisibility>1</gx:balloonVisibility>
+<MultiGeometry><Point><coordinates>10.1,54.3</coordinates></Point><Polygon><outerBoundaryIs>
+<LinearRing><coordinates>10.16,54.33 10.163,54.33 10.163,54.3318 10.16,54.3318 10.16,54.33
+</coordinates></LinearRing></outerBoundaryIs></Polygon></MultiGeometry></Placemark></Document></kml>
+"""
+
+
+@pytest.mark.parametrize(
+    ("said", "saved"),
+    [("UTF-8", "utf-8"), ("UTF-8", "utf-8-sig"), ("UTF-8", "cp1252"), ("UTF-16", "utf-16"),
+     ("ISO-8859-1", "latin-1"), ("windows-1252", "cp1252")],
+)  # fmt: skip
+def test_a_kml_with_names_in_any_encoding(said: str, saved: str, tmp_path: Path) -> None:
+    (tmp_path / "a.kml").write_bytes(KML.format(said).encode(saved))
+    assert read_area(tmp_path / "a.kml") == read_area(CASES / "poly.geojson")
+
+
+def test_parts_without_coordinates_and_lines_beside_a_polygon_do_not_count(tmp_path: Path) -> None:
+    """Also a line that goes around: a polygon is what is meant, where there is one; of two lines
+    that go around nobody knows which.
+    """
+    ring = json.loads((CASES / "poly.geojson").read_text())["features"][0]["geometry"][
+        "coordinates"
+    ]
+    line = {"type": "LineString", "coordinates": ring[0]}
+    polygon = {"type": "MultiPolygon", "coordinates": [[], ring]}
+    empty = [{"type": kind, "coordinates": []} for kind in ("Point", "LineString", "MultiPoint")]
+    for parts in ([polygon, line, *empty], [line, *empty]):
+        data = {"type": "GeometryCollection", "geometries": parts}
+        (tmp_path / "a.geojson").write_text(json.dumps(data))
+        assert read_area(tmp_path / "a.geojson") == read_area(CASES / "poly.geojson")
+    data = {"type": "GeometryCollection", "geometries": [line, line]}
+    (tmp_path / "a.geojson").write_text(json.dumps(data))
+    with pytest.raises(ValueError, match=r"holds 2 polygons .*; leave the one to be surveyed"):
+        read_area(tmp_path / "a.geojson")
 
 
 @pytest.mark.parametrize(
@@ -160,6 +199,39 @@ def test_a_track_with_semicolons_is_that_with_commas(tmp_path: Path) -> None:
     assert found.places.tolist() == [[54.33, 10.16], [54.33036, 10.16], [54.3306, 10.16]]
 
 
+@pytest.mark.parametrize(
+    ("change", "left"),
+    [
+        (lambda text: text.replace("\n", "\ns,deg,deg,m\n", 1), 1),
+        (lambda text: text + text.splitlines()[0] + "\n", 0),
+        (lambda text: text + "0,54.33,10.16,8\n", 1),
+        (lambda text: text.replace("\n40", "\n1e9,54.33,10.16,8\n40"), 1),
+        (lambda text: text.replace("\n40", "\n1,,,\n2,,,\n3,nan,nan,8\n4,,,8\n40"), 4),
+        (lambda text: text.replace(",8\n", ",8,\n"), 0),
+        (lambda text: "# " + text.replace(",", " "), 0),
+    ],
+)
+def test_a_track_with_rows_that_tell_nothing_is_the_track(
+    change: Callable[[str], str], left: int, tmp_path: Path
+) -> None:
+    """Units, a header again, the begin of another track, a leap of the clock, no fix."""
+    text = (
+        "time_s,lat_deg,lon_deg,depth_m\n0,54.33,10.16,8\n40,54.33036,10.16,8\n70,54.3306,10.16,8\n"
+    )
+    (tmp_path / "t.csv").write_text(change(text))
+    found = read_recording(tmp_path / "t.csv")
+    assert found.times.tolist() == [0.0, 40.0, 70.0]
+    assert found.places[:, 0].tolist() == [54.33, 54.33036, 54.3306]
+    assert [told.partition(" ")[0] for told in found.left_out] == [str(left)] * (left > 0)
+
+
+def test_times_of_a_csv_may_have_zones(tmp_path: Path) -> None:
+    rows = "2026-06-01T10:00:00+02:00,1,2,8\n2026-06-01 08:00:40.5,2,2,8\n2026-06-01T08:01Z,3,2,8\n"
+    (tmp_path / "t.csv").write_text(f"time_s,x_m,y_m,depth_m\n{rows}")
+    found = read_recording(tmp_path / "t.csv")
+    assert found.times.tolist() == [1780300800.0, 1780300840.5, 1780300860.0]
+
+
 def test_times_in_milliseconds_are_told(files: Callable[[str, str, str], str]) -> None:
     done = call("validate", files("t_base.yaml", "FILE", "tms.csv"))
     assert done.exit_code == 2
@@ -203,13 +275,31 @@ def in_csv(text: str) -> str:
     return "\n".join(["time_s,lat_deg,lon_deg,depth_m", *rows]) + "\n"
 
 
-@pytest.mark.parametrize("name", ["twoseg_gap.gpx", "gap.csv"])
+def in_mcap(text: str, path: Path) -> None:
+    """Write samples in CSV as positions in an MCAP file."""
+    from mcap.writer import Writer
+
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schema = writer.register_schema("foxglove.LocationFix", "jsonschema", b"{}")
+        channel = writer.register_channel("/auv", "json", schema)
+        for row in text.splitlines()[1:]:
+            time, lat, lon, _ = map(float, row.split(","))
+            said = {"latitude": lat, "longitude": lon, "altitude": -8.0}
+            at = round(time * 1e9)
+            writer.add_message(channel, at, json.dumps(said).encode(), at)
+        writer.finish()
+
+
+@pytest.mark.parametrize("name", ["twoseg_gap.gpx", "gap.csv", "gap.mcap"])
 def test_a_gap_of_a_track_is_no_way(name: str, files: Callable[[str, str, str], str]) -> None:
     """Between its dives nobody knows where the AUV was: refused with the instants and the remedies,
     each of which can be typed.
     """
     Path("gap.csv").write_text(in_csv(Path("twoseg_gap.gpx").read_text()))
     assert Path("gap.csv").read_text().count("\n") == 5
+    in_mcap(Path("gap.csv").read_text(), Path("gap.mcap"))
     path = files("t_twoseg.yaml", "twoseg_gap.gpx", name)
     done = call("validate", path)
     assert done.exit_code == 2
