@@ -71,7 +71,7 @@ def _repeated(
         equal = (off == 0.0).all(axis=1)
         moved = np.hypot(*(places[lag:] - places[:-lag]).T) if is_moving else np.inf
         is_equal[lag:] |= equal & (moved > 0.0)
-        is_sure[lag:] |= equal & (moved > digit * unit_m)
+        is_sure[lag:] |= equal
         is_same[lag:] |= equal & (times[lag:] == times[:-lag])
         near += np.count_nonzero((off < 1.5 * digit).all(axis=1) & ~equal)
         known = off[~equal & np.isfinite(off).all(axis=1)]

@@ -318,9 +318,11 @@ def test_the_command_waits_for_poses_and_tells_of_them(tmp_path: Path) -> None:
             sea.sendto(b'{"vehicle": "AUV0", "x_m": 3, "y_m": 4, "z_m": -60}', ("127.0.0.1", port))
             if select.select([process.stderr], [], [], 0.05)[0]:
                 said += os.read(process.stderr.fileno(), 1 << 16)
+        began = time.monotonic()
         while process.poll() is None and time.monotonic() - began < 120.0:
             sea.sendto(b'{"vehicle": "AUV0", "x_m": 3, "y_m": 4, "z_m": 5}', ("127.0.0.1", port))
             time.sleep(0.05)
+        process.kill()  # if it still waits
         err = said.decode() + process.stderr.read()
     assert process.returncode == 0, err
     assert "poses are refused: out of the water" in err.partition("telegrams sent")[0]

@@ -126,6 +126,16 @@ def test_ranges_and_receptions_that_repeat_count_once(tmp_path: Path) -> None:
     assert len(log.receptions.times) == len(log.ranges.times)
 
 
+def test_what_moves_by_less_than_a_digit_repeats_nothing(tmp_path: Path) -> None:
+    """Ranges in whole metres at 1 Hz of a vehicle at 0.2 m/s: five in a row are alike."""
+    odometry = "".join(f"{t},{0.2 * t:.1f},0,0\n" for t in range(100))
+    (tmp_path / "odometry.csv").write_text(f"time_s,x_m,y_m,yaw_rad\n{odometry}")
+    (tmp_path / "beacons.csv").write_text("beacon,x_m,y_m\na,-9,0\n")
+    ranges = "".join(f"{t},a,{9 + 0.2 * t:.0f}\n" for t in range(100))
+    (tmp_path / "ranges.csv").write_text(f"time_s,beacon,range_m\n{ranges}")
+    assert len(read_log(str(tmp_path)).ranges.times) == 100
+
+
 def test_a_fix_that_is_listed_twice_counts_once(tmp_path: Path) -> None:
     """Under one instant it is the same, whatever the vehicle did."""
     (tmp_path / "odometry.csv").write_text("time_s,x_m,y_m,yaw_rad\n0,0,0,0\n9,0,0,0\n")

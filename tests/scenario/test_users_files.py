@@ -162,6 +162,19 @@ def test_what_a_sea_bird_did_not_measure_is_no_sample(tmp_path: Path) -> None:
         read_cast(tmp_path / "b.cnv")
 
 
+def test_samples_on_deck_may_be_the_most(tmp_path: Path) -> None:
+    """The instrument was logging before it went in; a column of heights is refused."""
+    head = "depth_m,sound_speed_m_per_s\n"
+    deck = "".join(f"-0.{n},1500\n" for n in range(1, 8))
+    (tmp_path / "c.csv").write_text(f"{head}{deck}0.5,1500\n3,1490\n")
+    found = read_cast(tmp_path / "c.csv")
+    assert found.depths_m.tolist() == [0.5, 3.0]
+    assert found.left_out[0].startswith("7 of 9 rows are left out: ")
+    (tmp_path / "c.csv").write_text(f"{head}-0.5,1500\n-3,1490\n-9,1480\n")
+    with pytest.raises(ValueError, match=r"c.csv:3: depth_m must be a number from 0 to"):
+        read_cast(tmp_path / "c.csv")
+
+
 def test_a_cast_that_heaves_keeps_what_goes_deeper(tmp_path: Path) -> None:
     """One that is as long on its way up is refused with the remedy."""
     head = "depth_m,sound_speed_m_per_s\n"
