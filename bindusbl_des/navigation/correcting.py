@@ -25,6 +25,7 @@ from .belief import (
     next_stop,
     one,
     step_on,
+    turn_about,
     turn_with,
     write,
 )
@@ -188,32 +189,62 @@ def _take_in(
         off, weight, is_taken = take(
             latest, said, by.scratch.common, dr, by.rule, by.scratch.shares
         )
-        whose = _turned_by(fix, by.receptions, growth)
-        if whose > 0:
-            turn_with(latest.covariance, whose, x - latest.state[0], y - latest.state[1])
+        if by.rule.gain == WEIGHED:
+            now = latest.state[0], latest.state[1]
+            _turn(fix, latest.covariance, dr, (x, y), now, packed)
         if number == row:
             fix.innovation_m, fix.nis, taken = off, weight, is_taken
     return taken
 
 
 @compiled
-def note_turned(packed: int, fixes: Rows, found: Ints) -> None:
-    """Write which state turns the place with each fix (n,) to those found (n,)."""
-    by = unpacked(packed, Known)
-    for k in range(fixes.size):
-        found[k] = _turned_by(fixes[k], by.receptions, by.growth)
+def turn_on(packed: int, fixes: Rows, belief: Belief, was: Floats, now: Floats) -> None:
+    """Turn what is believed at the instant of a fix (1,), if its error (2,), m, `was` another than
+    it is `now`.
+    """
+    by, fix = unpacked(packed, Known), fixes[0]
+    dr = reckoned(fix.auv, fix.valid_at_s, by.reckoning)
+    _turn(fix, belief.covariance, dr, (was[0], was[1]), (now[0], now[1]), packed)
 
 
 @compiled
-def _turned_by(fix: Row, receptions: Rows, growth: Growth) -> int:
-    """Return the state that is the misalignment of the one array that a fix is made by; 0: none."""
-    if growth.aligned > 0 or growth.misaligned == 0 or fix.first == NONE:
-        return int(growth.aligned)
-    hearers, only = 0, 0
-    for row in range(fix.first, fix.end):
-        if receptions[row].outcome == HEARD:
-            hearers, only = hearers + 1, receptions[row].asv
-    return int(growth.misaligned + only) if hearers == 1 else 0
+def _turn(
+    fix: Row, spread: Floats, dr: DeadReckoned, was: tuple[float, float],
+    now: tuple[float, float], packed: int,
+) -> None:  # fmt: skip
+    """Turn what is believed at the instant of a fix, the covariance `spread` of all states, with
+    the place: its error (m) `was` another than it is `now`.
+    """
+    by = unpacked(packed, Known)
+    growth, angle, whose = by.growth, 0.0, by.growth.aligned
+    x, y = was[0] - now[0], was[1] - now[1]
+    only = _only_hearer(fix, by.receptions)
+    if only != NONE:
+        reception = by.receptions[only]
+        ahead, aside = dr.x - was[0] - reception.from_x_m, dr.y - was[1] - reception.from_y_m
+        below = where(by.reckoning.motion, fix.auv, dr.time)[2] - reception.from_z_m
+        angle = (ahead * y - aside * x) / (ahead * ahead + aside * aside + below * below + EXACT)
+        x, y = x + angle * aside, y - angle * ahead
+        if whose == 0 and growth.misaligned > 0:
+            whose = growth.misaligned + reception.asv
+    turn_about(spread, angle)
+    if whose > 0:
+        turn_with(spread, whose, x, y)
+
+
+@compiled
+def _only_hearer(fix: Row, receptions: Rows) -> int:
+    """Return the reception of which alone a fix is made; NONE: there are several, or it is none, or
+    nobody knows where it was.
+    """
+    only = NONE
+    if fix.first != NONE:
+        for row in range(fix.first, fix.end):
+            if receptions[row].outcome == HEARD:
+                if only != NONE:
+                    return NONE
+                only = row
+    return NONE if only != NONE and isnan(receptions[only].from_x_m) else only
 
 
 @compiled

@@ -41,8 +41,8 @@ from .correcting import (
     correct,
     expand,
     memory_of,
-    note_turned,
     scratch_for,
+    turn_on,
 )
 from .dead_reckoning import DeadReckoning, Odometry, dr_at
 from .fix_update import Rule
@@ -221,11 +221,11 @@ class LinearNavigator:
         expand(self._known.address, fixes, noise, jacobians, states, spreads, said, common)
         return said, common
 
-    def turned(self, fixes: Rows) -> Ints:
-        """Return which states (n,) turn the place with fixes: :func:`.correcting.note_turned`."""
-        found = np.zeros(len(fixes), dtype=np.int64)
-        note_turned(self._known.address, fixes, found)
-        return found
+    def turn(self, fix: Rows, belief: Belief, was: Floats, now: Floats) -> None:
+        """Turn a belief of the instant of a fix, whose error (2,), m, `was` another than it is
+        `now`; :func:`.correcting.turn_on`.
+        """
+        turn_on(self._known.address, np.array([fix]).view(np.recarray), belief, was, now)
 
     def latest(self, auv: int) -> tuple[Floats, Floats]:
         """Return the states (k,) that an AUV believes in after its last fix, and their covariance

@@ -4,7 +4,7 @@ What an AUV does while it is under way, it does by the filter; what is told of i
 """
 
 from collections.abc import Iterator
-from math import inf
+from math import inf, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +20,13 @@ from .smoothing import Sights, filtered, smooth
 
 # So many instants are smoothed at once: each has two matrices of all states.
 MOST_INSTANTS = 20_000
+
+# All fixes are expanded about what is smoothed until no place moves by more than this share of what
+# it is unsure of, but not more often than that.
+NEAR, MOST_PASSES = 0.1, 4
+
+# No fixes, by their numbers
+NOTHING = np.zeros(0, dtype=np.int64)
 
 
 class SmoothedTrack(NamedTuple):
@@ -106,23 +113,31 @@ class Smoother:
         found = SmoothedTrack(np.empty((count, 2)), np.empty((count, 3)))
         begin = begun_at(self._first, self._reckoning.at(auv, 0.0))
         is_open, growth = np.ones(len(valid), dtype=bool), self._growth
+        errors, last = np.full((len(valid), 2), nan), NOTHING
         for first, end in self._groups(times, delivered):
             is_delivered = delivered <= times[first] + self._lag
             # nothing that comes later is about an earlier instant than this
             settled = min(float(times[first]), float(np.min(valid[~is_delivered], initial=inf)))
-            sure = is_open & is_delivered & (valid <= settled)
+            sure = is_open & ~np.isnan(errors[:, 0]) & (valid <= settled)
             if sure.any():
                 begin = filtered(begin, *self._between(auv, begin, valid, sights, sure), growth)
                 is_open &= ~sure
+                last = np.flatnonzero(sure)[-1:]
             taken = is_open & is_delivered
             nodes, own = self._between(auv, begin, valid, sights, taken, times[first:end])
             states, spreads = smooth(begin, nodes, own, growth)
             which = np.flatnonzero(taken)
-            if self._first.covariance[0, 0] > 0.0 and which.size:
-                sights.turned[:] = 0  # all J are of the same places: nothing turns
+            for _ in range(MOST_PASSES if which.size else 0):
+                told = np.concatenate((last, which))
+                at, was = np.searchsorted(nodes.times, valid[told]), errors[told]
+                errors[told] = states[at, :2]
+                for fix in last:
+                    self._filter.turn(known.rows[fix], begin, was[0], errors[fix])
                 self._expand_anew(known.of(which), nodes, states, spreads, sights, which)
                 nodes, own = self._between(auv, begin, valid, sights, taken, times[first:end])
                 states, spreads = smooth(begin, nodes, own, growth)
+                if _are_near(states[at, :2] - errors[told], spreads[at]):
+                    break
             at = np.searchsorted(nodes.times, times[first:end])
             found.places[first:end] = odometry.position[first:end] - states[at, :2]
             found.covariances[first:end] = [
@@ -158,15 +173,14 @@ class Smoother:
         which: NDArray[np.bool_],
         times: Floats = NONE,
     ) -> tuple[Odometry, Sights]:
-        """Return the odometry at some instants, at those of some fixes, and at the steps on the way
-        to them from a belief; and the sights of these fixes.
+        """Return the odometry at some instants, at those of a belief and of some fixes, and at the
+        steps on the way to them; and the sights of these fixes.
         """
-        instants = np.unique(np.concatenate((times, valid[which])))
+        instants = np.unique(np.concatenate((begin.moment["at_s"], times, valid[which])))
         nodes = self._reckoning.sample(auv, self._stepped(begin, instants))[1]
         own = np.repeat(which, 2)
         at = np.repeat(np.searchsorted(nodes.times, valid[which]), 2)
-        told = sights.rows[own], sights.values[own], sights.variances[own], sights.turned[own]
-        return nodes, Sights(at, *told)
+        return nodes, Sights(at, sights.rows[own], sights.values[own], sights.variances[own])
 
     def _as_sights(self, auv: int, known: FixHistory) -> Sights:
         """Return fixes as two sights each, by the fixes' numbers: what they say along x, and what
@@ -192,8 +206,7 @@ class Smoother:
                 np.diag(spread)[-count:].copy(),
             )
             xx, yy, xy = noise.T
-        sights = _sights_of(then.position - places, common, states, xx, yy, xy)
-        return sights._replace(turned=np.repeat(self._filter.turned(rows), 2))
+        return _sights_of(then.position - places, common, states, xx, yy, xy)
 
     def _expand_anew(
         self, known: FixHistory, nodes: Odometry, states: Floats, spreads: Floats,
@@ -201,8 +214,8 @@ class Smoother:
     ) -> None:  # fmt: skip
         """Expand fixes, which these are of all, about what has been smoothed; write their sights.
 
-        A filter that did not know where it was has expanded them about a place far off, and holds
-        what the second order adds for noise of each, which it is not.  Source: A. F.
+        The filter has expanded each about another place, the first about one that may be far off,
+        and holds what the second order adds for noise of each, which it is not.  Source: A. F.
         Garcia-Fernandez, L. Svensson, S. Sarkka, Iterated Posterior Linearization Smoother, IEEE
         Trans. Automatic Control 62(4), 2017.
         """
@@ -223,6 +236,12 @@ class Smoother:
         first, last = float(begin.moment["at_s"][0]), float(instants[-1])
         numbers = np.arange(np.floor(first / self._growth.step) + 1, last / self._growth.step)
         return np.unique(np.concatenate((instants, numbers * self._growth.step)))
+
+
+def _are_near(moved: Floats, spreads: Floats) -> bool:
+    """Tell whether places have moved (n, 2), m, by little of what they are unsure of (n, k, k)."""
+    unsure = spreads[:, 0, 0] + spreads[:, 1, 1]
+    return bool((moved[:, 0] ** 2 + moved[:, 1] ** 2 <= NEAR**2 * unsure).all())
 
 
 def _sights_of(

@@ -15,26 +15,21 @@ import numpy as np
 from ..core.arrays import Floats, Ints
 from ..core.compiled import compiled, inlined
 from ..vehicles.reckoning import DeadReckoned, way_since
-from .belief import STATES, Belief, Growth, carry, expected, turn_with
+from .belief import STATES, Belief, Growth, carry, expected
 from .dead_reckoning import Odometry, dr_at
-
-# Sights by which nothing is turned
-NO_STATES = np.zeros(0, dtype=np.int64)
 
 
 class Sights(NamedTuple):
     """m sights, single numbers that tell of k states, in the order in which they hold.
 
     Sight i holds at the instant `nodes[i]`, a number; it is `values[i]`, `rows[i]` (k,) times the
-    states and noise with `variances[i]`.  The state `turned[i]` is a misalignment that turns the
-    place with what it corrects (:func:`.belief.turn_with`), 0 or none at all: nothing turns.
+    states and noise with `variances[i]`.
     """
 
     nodes: Ints
     rows: Floats
     values: Floats
     variances: Floats
-    turned: Ints = NO_STATES
 
 
 class Smoothed(NamedTuple):
@@ -139,24 +134,16 @@ def _seen(belief: Belief, row: Floats, value: float) -> float:
     return value
 
 
-@inlined
-def _turned(sights: Sights, sight: int) -> int:
-    return sights.turned[sight] if sights.turned.size > 0 else 0
-
-
 @compiled
 def _filter(own: Belief, odometry: Odometry, sights: Sights, growth: Growth) -> None:
     """Take sights into a belief, in its place, and carry it to the last instant."""
     gain, sight = np.empty(own.state.size), 0
     for n in range(odometry.times.size):
         carry(own, dr_at(odometry, n), growth)
-        x, y, whose = own.state[0], own.state[1], 0
         while sight < sights.nodes.size and sights.nodes[sight] == n:
-            row, whose = sights.rows[sight], _turned(sights, sight)
+            row = sights.rows[sight]
             absorb(own, row, _seen(own, row, sights.values[sight]), sights.variances[sight], gain)
             sight += 1
-        if whose > 0:
-            turn_with(own.covariance, whose, x - own.state[0], y - own.state[1])
 
 
 @compiled
@@ -166,31 +153,23 @@ def _smooth(
     """Return states (n, k) and covariances (n, k, k) at n instants from m sights."""
     count, known, rows = odometry.times.size, first.state.size, sights.rows
     states, spreads = np.empty((count, known)), np.empty((count, known, known))
-    moves, turns = np.empty((count, known, known)), np.empty((count, 2))
-    turned = np.zeros(count, dtype=np.int64)
+    moves = np.empty((count, known, known))
     gains, offs, totals = np.empty_like(rows), np.empty(len(rows)), np.empty(len(rows))
     own, sight = Belief(first.moment.copy(), first.state.copy(), first.covariance.copy()), 0
     for n in range(count):
         dr = dr_at(odometry, n)
         transition(own, dr, growth, moves[n])
         carry(own, dr, growth)
-        x, y = own.state[0], own.state[1]
         while sight < len(rows) and sights.nodes[sight] == n:
             offs[sight] = _seen(own, rows[sight], sights.values[sight])
             totals[sight] = absorb(
                 own, rows[sight], offs[sight], sights.variances[sight], gains[sight]
             )
-            turned[n] = _turned(sights, sight)
             sight += 1
-        if turned[n] > 0:
-            turns[n, 0], turns[n, 1] = x - own.state[0], y - own.state[1]
-            turn_with(own.covariance, turned[n], turns[n, 0], turns[n, 1])
         states[n], spreads[n] = own.state, own.covariance
     later, sure = np.zeros(known), np.zeros((known, known))
     for n in range(count - 1, -1, -1):
         _tell(states[n], spreads[n], later, sure)
-        if turned[n] > 0:
-            _turn_back(later, sure, turned[n], turns[n, 0], turns[n, 1])
         while sight > 0 and sights.nodes[sight - 1] == n:
             sight -= 1
             if totals[sight] > 0.0:
@@ -229,18 +208,6 @@ def _unsee(
         later[i] -= row[i] * (weighed + off / total)
         for j in range(row.size):
             sure[i, j] += row[i] * row[j] / total
-
-
-@compiled
-def _turn_back(later: Floats, sure: Floats, k: int, x: float, y: float) -> None:
-    """Have what is said about a state that :func:`.belief.turn_with` has turned, said about that
-    before it.
-    """
-    later[k] += x * later[1] - y * later[0]
-    for i in range(later.size):
-        sure[k, i] += x * sure[1, i] - y * sure[0, i]
-    for i in range(later.size):
-        sure[i, k] += x * sure[i, 1] - y * sure[i, 0]
 
 
 @compiled

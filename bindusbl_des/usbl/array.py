@@ -176,13 +176,14 @@ def rotation(roll: float, pitch: float, yaw: float) -> Floats:
 
 @compiled
 def arrival_differences(
-    array: Floats, source: Vector, sound_speed: float, noise: Floats, sd: float, quantum: float
+    array: Floats, source: Vector, sound_speed: float, noise: Floats, sd: float
 ) -> Floats:
     """Return the arrival time differences (s) of all pairs of hydrophones, (i, j) with i < j.
 
     `source` is in the array frame (m); the wave is spherical; `noise` are standard normal numbers,
-    one for each element, `sd` (s) what one of them is worth; differences are rounded to the
-    `quantum` (s) of the sampling unless it is zero.
+    one for each element, `sd` (s) what one of them is worth.  Nothing is rounded: instruments find
+    differences by phases or between the samples of a correlation (EvoLogics' telegram USBLPHYD has
+    them in ns), for what is rounded errs by as much from ping to ping where nobody moves.
     """
     count = array.shape[0]
     pairs = count * (count - 1) // 2
@@ -197,8 +198,6 @@ def arrival_differences(
     for i in range(count):
         for j in range(i + 1, count):
             differences[pair] = arrivals[i] - arrivals[j]
-            if quantum > 0.0:
-                differences[pair] = round(differences[pair] / quantum) * quantum
             pair += 1
     return differences
 

@@ -55,7 +55,7 @@ def farthest_off(usbl: Usbl, nearest: float, reach: float, beside: Beside, z: fl
     path = reach * speed / (speed - beside.sound_speed_error)
     noise = math.hypot(speed * levels["travel_time_sd_s"], levels["path_share"] * path)
     ranged = path - reach + z * noise
-    ranged += speed * (levels["quantum_s"] / 2 + beside.clock_s) + beside.moved_m
+    ranged += speed * beside.clock_s + beside.moved_m
     turned, variance = _turned(usbl, beside, z)
     longest = reach + ranged
     shortened = min(variance / 2, 1.0) * longest  # of directions that are not sure (`debias`)
@@ -83,12 +83,10 @@ def _turned(usbl: Usbl, beside: Beside, z: float) -> tuple[float, float]:
     # The direction that comes nearest to what was measured is no farther from that than the truth
     # is, in the metric of the array: it is off by twice the error of the arrivals at most.
     weakest, levels = _weakest(usbl), usbl.levels[0]
-    ways = np.linalg.norm(usbl.array[:, None] - usbl.array, axis=2).sum() / 2
-    stepped = levels["quantum_s"] / 2 * ways / (len(usbl.array) * math.sqrt(weakest))
-    off = usbl.sound_speed * (_norm(z, 3) * levels["element_sd_s"] + stepped)
+    off = usbl.sound_speed * _norm(z, 3) * levels["element_sd_s"]
     scaled = beside.sound_speed_error / (usbl.sound_speed - beside.sound_speed_error)
     off += scaled * math.sqrt(float(np.linalg.eigvalsh(usbl.metric)[-1]))
-    angle_sd = usbl.sound_speed * levels["stepped_element_sd_s"] / math.sqrt(weakest)
+    angle_sd = usbl.sound_speed * levels["element_sd_s"] / math.sqrt(weakest)
     return aside + 2 * off / math.sqrt(weakest), 2 * angle_sd**2 + attitude**2
 
 

@@ -102,10 +102,7 @@ class Usbl:
             self.sound_speed,
             self.sound_speed if self.true_sound_speed is None else self.true_sound_speed,
             element_sd(self.tdoa_sd),
-            element_sd(self.tdoa_sd, self.quantum, len(self.array)),
-            self.travel_time_sd,
-            self.quantum,
-            range_sd(self.travel_time_sd, self.quantum, self.sound_speed, ways=1),
+            stepped_sd(self.travel_time_sd, self.quantum),
             self.gnss_sd,
             self.attitude_sd,
             self.timing_sd,
@@ -114,10 +111,7 @@ class Usbl:
         )
         metric = scatter(self.array)
         if self.sheet is not None:
-            timing_sd = self.sheet.path_sd / self.sound_speed
-            known = {"travel_time_sd_s": timing_sd, "range_sd_m": self.sheet.path_sd}
-            for name, value in {"quantum_s": 0.0, **known}.items():
-                levels[name] = value
+            levels["travel_time_sd_s"] = self.sheet.path_sd / self.sound_speed
             metric = np.eye(3)  # a sound speed taken for another turns no direction
         object.__setattr__(self, "levels", levels)  # derived once, then frozen
         object.__setattr__(self, "metric", metric)
@@ -154,7 +148,7 @@ def level_sds(usbl: Usbl) -> tuple[float, float]:
     levels = usbl.levels[0]
     if usbl.sheet is not None:
         return float(levels["bearing_sd_rad"]), float(levels["elevation_sd_rad"])
-    sd, worst = usbl.sound_speed * levels["stepped_element_sd_s"], np.zeros(2)
+    sd, worst = usbl.sound_speed * levels["element_sd_s"], np.zeros(2)
     for azimuth in np.radians(range(0, 360, 5)):
         source = math.cos(azimuth), math.sin(azimuth), 0.0
         across = across_by_array(source, np.eye(3), usbl.metric, sd)
@@ -162,16 +156,24 @@ def level_sds(usbl: Usbl) -> tuple[float, float]:
     return sqrt(worst[0]), sqrt(worst[1])
 
 
-def element_sd(tdoa_sd: float, quantum: float = 0.0, elements: int = 5) -> float:
-    """Return the noise (s) of one element that has the effect of TDOA pair noise and quantisation.
-
-    Independent element noise sigma_t gives pairs sqrt(2) sigma_t; the rounding errors of the
-    n (n - 1) / 2 pairs average out over n pairs per element (physics: T^T T = n M).
+def element_sd(tdoa_sd: float) -> float:
+    """Return the noise (s) of one element that has the effect of TDOA pair noise: of two elements,
+    each by itself, it makes a pair.
 
     >>> round(element_sd(2.60296781e-7) * 1e6, 6)
     0.184058
     """
-    return math.sqrt(tdoa_sd**2 / 2 + quantum**2 / 12 / elements)
+    return tdoa_sd / sqrt(2.0)
+
+
+def stepped_sd(travel_time_sd: float, quantum: float) -> float:
+    """Return the noise (s) of a travel time by a clock that goes on by a `quantum` (s) at a time.
+
+    Where between two of its steps a ping arrives is anybody's guess, and another one each time, for
+    nobody has set it by the pings: a step adds quantum^2 / 12 of variance, and no bias.  Source: B.
+    Widrow, I. Kollar, Quantization Noise, 2008, sec. 4.
+    """
+    return hypot(travel_time_sd, quantum / sqrt(12.0))
 
 
 def range_sd(travel_time_sd: float, quantum: float, sound_speed: float, ways: int) -> float:
@@ -180,7 +182,7 @@ def range_sd(travel_time_sd: float, quantum: float, sound_speed: float, ways: in
     >>> round(range_sd(6.66667e-6, 0.0, 1500.0, ways=2), 6)
     0.005
     """
-    return sound_speed / ways * math.sqrt(travel_time_sd**2 + quantum**2 / 12)
+    return sound_speed / ways * stepped_sd(travel_time_sd, quantum)
 
 
 @compiled

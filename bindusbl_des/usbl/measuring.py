@@ -124,17 +124,18 @@ def path_sd(path: float, levels: Row) -> float:
     """Return the noise (m) of the length of a path (m): one way, or a call's and its answer's; of
     what is known to change slowly without that.
     """
-    sd = hypot(levels.range_sd_m, levels.path_share * path)
-    if levels.slow_share > 0.0:
-        sd = math.sqrt(sd**2 - slow_path_sd(path, levels) ** 2)
-    return sd
+    return math.sqrt(1.0 - levels.slow_share) * _whole_path_sd(path, levels)
 
 
 @compiled
 def slow_path_sd(path: float, levels: Row) -> float:
     """Return the standard deviation (m) of what is known to be slow in the length of a path (m)."""
-    timing_sd = levels.sound_speed_m_per_s * levels.travel_time_sd_s
-    return float(math.sqrt(levels.slow_share) * hypot(timing_sd, levels.path_share * path))
+    return math.sqrt(levels.slow_share) * _whole_path_sd(path, levels)
+
+
+@compiled
+def _whole_path_sd(path: float, levels: Row) -> float:
+    return hypot(levels.sound_speed_m_per_s * levels.travel_time_sd_s, levels.path_share * path)
 
 
 @compiled
@@ -149,20 +150,16 @@ def spread_sd(reach: float, levels: Row) -> float:
 TIME_NOISE, ATTITUDE_NOISE, HEADING_NOISE, GNSS_NOISE, NOISE_WIDTH = 5, 6, 8, 9, 12
 
 # What all measurements of an instrument share: the sound speed that it computes with and the true
-# one (m/s), the noise of one element by itself and with what its clock's steps add (s), that of a
-# travel time (s), the step (s), the noise of a range by one way (m), of GNSS along each axis (m),
-# and of roll, pitch and heading (rad); what an SNR of 0 dB adds to the noise of an element (s);
-# the share of acoustic variances that
-# is known to change slowly; what a sheet says in the place of the array.
+# one (m/s), the noise of one element (s), that of a travel time (s), of GNSS along each axis (m),
+# and of roll, pitch and heading (rad); what an SNR of 0 dB adds to the noise of an element (s); the
+# share of acoustic variances that is known to change slowly; what a sheet says in the place of the
+# array.
 LEVELS = np.dtype(
     [
         ("sound_speed_m_per_s", "f8"),
         ("true_sound_speed_m_per_s", "f8"),
         ("element_sd_s", "f8"),
-        ("stepped_element_sd_s", "f8"),
         ("travel_time_sd_s", "f8"),
-        ("quantum_s", "f8"),
-        ("range_sd_m", "f8"),
         ("gnss_sd_m", "f8"),
         ("attitude_sd_rad", "f8", (3,)),
         ("timing_sd_s", "f8"),
@@ -259,7 +256,7 @@ def _made_out(seen: Vector, snr_db: float, noise: Floats, instrument: Instrument
         return stated_direction(seen, angle_sds(snr_db, levels), noise)
     differences = arrival_differences(
         instrument.array, seen, levels.true_sound_speed_m_per_s, noise,
-        timed_sd(levels.element_sd_s, snr_db, levels), levels.quantum_s,
+        timed_sd(levels.element_sd_s, snr_db, levels),
     )  # fmt: skip
     return direction(instrument.array, differences, levels.sound_speed_m_per_s, instrument.metric)
 
@@ -270,10 +267,7 @@ def _across(offset: Vector, believed: Floats, snr_db: float, instrument: Instrum
     levels = instrument.levels
     if levels.has_sheet:
         return across_by_sheet(offset, angle_sds(snr_db, levels), 1.0 - levels.slow_share)
-    timing_sd = timed_sd(levels.stepped_element_sd_s, snr_db, levels)
-    if levels.slow_share > 0.0:
-        slow = levels.slow_share * timed_sd(levels.element_sd_s, snr_db, levels) ** 2
-        timing_sd = math.sqrt(timing_sd**2 - slow)
+    timing_sd = math.sqrt(1.0 - levels.slow_share) * timed_sd(levels.element_sd_s, snr_db, levels)
     direction_sd = levels.sound_speed_m_per_s * timing_sd
     return across_by_array(offset, believed, instrument.metric, direction_sd)
 
@@ -293,12 +287,9 @@ def clocked(travel_time: float, noise: Floats, instrument: Instrument) -> float:
     """Return a travel time (s) as it is measured: below 0 where noise or a clock makes it so, for
     what is cut off there would err by something that no covariance tells.
     """
-    levels, quantum = instrument.levels, instrument.levels.quantum_s
+    levels = instrument.levels
     sd = math.hypot(levels.travel_time_sd_s, levels.path_share * travel_time)
-    measured = travel_time + sd * noise[TIME_NOISE]
-    if quantum > 0.0:
-        measured = round(measured / quantum) * quantum
-    return float(measured)
+    return float(travel_time + sd * noise[TIME_NOISE])
 
 
 @compiled

@@ -115,7 +115,7 @@ def _of_round_wave(unit: Vector, believed: Floats, reach: float, instrument: Ins
         return unit
     array, speed = instrument.array, instrument.levels.sound_speed_m_per_s
     within, unused = turned_back(believed, unit), array.reshape(-1)  # as noise of 0 s
-    plane = arrival_differences(array, scaled(within, reach), speed, unused, 0.0, 0.0)
+    plane = arrival_differences(array, scaled(within, reach), speed, unused, 0.0)
     made_out = direction(array, plane, speed, instrument.metric)
     within = minus(scaled(within, 2.0), made_out)
     return turned(believed, divided(within, length(within)))
@@ -148,6 +148,14 @@ def unknown_sights(receptions: Rows) -> None:
     for row in range(len(receptions)):
         reception = receptions[row]
         reception.range_m2 = reception.caller_x_m = reception.called_before_s = nan
+
+
+@compiled
+def no_sights(receptions: Rows) -> None:
+    """Note that of what was measured nothing is known, not even from where."""
+    unknown_sights(receptions)
+    for row in range(len(receptions)):
+        receptions[row].from_x_m = nan
 
 
 @compiled

@@ -13,7 +13,7 @@ from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import measured, note
 from ...usbl.measuring import NOISE_WIDTH, PackedInstrument, instrument_of
-from ...usbl.sights import copy_direction, unknown_sights
+from ...usbl.sights import copy_direction, no_sights
 from ...usbl.slow_errors import SLOW, advance, blend
 from ...usbl.systematic_fixes import PackedErrors, measured_astray, systematic_of
 from ...usbl.two_way import Heard
@@ -171,7 +171,7 @@ def _make(fix: int, ping: Row, only: int, packed: int, errors: int | None) -> No
     row.fix = fix
     begin_fix(row, ping, only)
     if by.instrument.array.size == 0:  # one of somebody's own measures later
-        unknown_sights(by.receptions[row.first : row.end])
+        no_sights(by.receptions[row.first : row.end])
         copy_direction(row, by.receptions[row.first : row.end])
         return
     instrument = instrument_of(by.instrument)

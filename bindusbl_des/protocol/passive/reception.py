@@ -25,7 +25,7 @@ from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import note
 from ...usbl.inverted import HeardBeacon, located_astray, located_itself
 from ...usbl.measuring import GNSS_NOISE, NOISE_WIDTH, PackedInstrument, instrument_of
-from ...usbl.sights import copy_direction, unknown_sights
+from ...usbl.sights import copy_direction, no_sights
 from ...usbl.systematic_fixes import PackedErrors, systematic_of
 from ...vehicles.motion import Motion, where
 from ..hf.reception import PairNoise, begin_fix, by_luck, take_noise
@@ -170,7 +170,7 @@ def _make(fix: int, row: int, drawn: Floats, packed: int, errors: int | None) ->
     line.fix = fix
     _begin_own(line, ping, reception, row, by.duration)
     if by.instrument.array.size == 0:  # one of somebody's own measures later
-        unknown_sights(by.receptions[row : row + 1])
+        no_sights(by.receptions[row : row + 1])
         copy_direction(line, by.receptions[row : row + 1])
         return
     instrument = instrument_of(by.instrument)

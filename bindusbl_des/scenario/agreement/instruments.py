@@ -107,16 +107,15 @@ def _usbl(scenario: ScenarioKeys) -> Iterator[Problem]:
     own = not isinstance(scenario.usbl.array, str)
     named = "that is given" if own else scenario.usbl.array
     size, speed = size_m(scenario.usbl.array), scenario.environment.sound_speed_m_per_s
-    for name, meant in (("tdoa_sd_s", "noise"), ("quantum_s", "a quantum")):
-        time = getattr(scenario.usbl, name)
-        if time * speed > size:
-            yield Problem(
-                f"usbl.{name}",
-                f"{meant} of {time:g} s is {time * speed:.3g} m of sound, more than the "
-                f"{1e3 * size:.0f} mm of the array {named}: no direction could be "
-                f"told; use {0.9 * size / speed:.1e} at most",
-                ("usbl.array", "environment.sound_speed_m_per_s"),
-            )
+    time = scenario.usbl.tdoa_sd_s
+    if time * speed > size:
+        yield Problem(
+            "usbl.tdoa_sd_s",
+            f"noise of {time:g} s is {time * speed:.3g} m of sound, more than the "
+            f"{1e3 * size:.0f} mm of the array {named}: no direction could be "
+            f"told; use {0.9 * size / speed:.1e} at most",
+            ("usbl.array", "environment.sound_speed_m_per_s"),
+        )
 
 
 def _drift(scenario: ScenarioKeys) -> Iterator[Problem]:

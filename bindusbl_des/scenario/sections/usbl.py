@@ -183,7 +183,14 @@ class UsblSection(Part):
     )
     tdoa_sd_s: Real = key(2.60296781e-7, "s", "noise of one TDOA pair", THESIS, ge=0, le=1)
     travel_time_sd_s: Real = key(6.66667e-6, "s", "noise of a travel time", THESIS, ge=0, le=1)
-    quantum_s: Real = key(1.0e-6, "s", "quantum of travel times and TDOAs", THESIS, ge=0, le=1)
+    quantum_s: Real = key(
+        1.0e-6,
+        "s",
+        "step of the clock that measures travel times, which adds a step / sqrt(12) of noise",
+        THESIS,
+        ge=0,
+        le=1,
+    )
     roll_sd_deg: Real = key(0.2, "deg", f"AHRS roll noise{NONE_BY_SHEET}", THESIS, ge=0, le=45)
     pitch_sd_deg: Real = key(0.2, "deg", f"AHRS pitch noise{NONE_BY_SHEET}", THESIS, ge=0, le=45)
     heading_sd_deg: Real = key(
