@@ -80,7 +80,7 @@ def build_world(
     auvs, asvs = moved.get("auvs"), moved.get("asvs")
     if auvs is None:
         auvs = launch_auvs(scenario, water, wrong)
-    anchors = launch_anchors(scenario, auvs) if asvs is None else None
+    anchors = launch_anchors(scenario, auvs, record) if asvs is None else None
     if anchors is not None:
         asvs = anchors.fleet
     if asvs is None:

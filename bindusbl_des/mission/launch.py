@@ -11,6 +11,8 @@ from ..core.plugins import load
 from ..core.streams import Streams
 from ..protocol.anchors.placing import Anchors, anchors_of
 from ..protocol.predicted_positions import CarriedForward, courses, planned_vehicles
+from ..protocol.schedules.view import known_of
+from ..records.rows import Recorder
 from ..scenario.destinations import are_steered, asv_stations, route_of
 from ..scenario.families import ASV, AUV
 from ..scenario.flight_plans import planned_tours
@@ -129,15 +131,16 @@ def _kinematic(scenario: Scenario) -> VehicleFleet:
     return _segmented(planned_vehicles(scenario, scenario.duration_s + afterwards_s(scenario)))
 
 
-def launch_anchors(scenario: Scenario, auvs: VehicleFleet) -> Anchors | None:
+def launch_anchors(scenario: Scenario, auvs: VehicleFleet, record: Recorder) -> Anchors | None:
     """Return the ASVs of a scenario that are told where to go; None where there are none such.
 
-    They know where the AUVs were launched, and what is planned for them.
+    They know where the AUVs were launched, what is planned for them, and the fixes on record.
     """
     if not are_steered(scenario):
         return None
     launched = places(auvs.motion, 0.0)[:, :3]
-    return anchors_of(scenario, CarriedForward(launched, courses(scenario)), room_of(scenario))
+    prediction = CarriedForward(launched, courses(scenario))
+    return anchors_of(scenario, prediction, known_of(scenario, auvs, record), room_of(scenario))
 
 
 def launch_asvs(scenario: Scenario, streams: Streams, water: MissionCurrent) -> VehicleFleet:

@@ -257,6 +257,52 @@ class Shadow:
         return np.add(targets, (self.aside_m, 0.0))
 
 
+class Attentive(Shadow):
+    """A placement that notes what it is told of AUVs' estimates."""
+
+    seen: ClassVar[list[tuple[float, list[float], list[float]]]] = []
+
+    def targets(self, view: AnchorView) -> Any:
+        self.seen.append((view.time, list(view.since_s), list(view.expected_error_m)))
+        return super().targets(view)
+
+
+@pytest.mark.parametrize("ranging", ["owtt_sync", "passive"])
+def test_a_placement_knows_how_old_and_how_wrong_estimates_are(ranging: str) -> None:
+    """By the fixes that were broadcast, of which there are none where AUVs fix themselves.
+
+    Without a bias and with a start known to 0.3 m, variances of 2 x 0.04 m2/s are added to those of
+    each fix, weighed with what they were by then.
+    """
+    own = Scenario.model_validate(
+        moving(
+            "follow", protocol={"ranging": ranging},
+            navigation={
+                "velocity_bias_m_per_s": [0, 0], "random_walk_m_per_sqrt_s": 0.2,
+                "initial_position_sd_m": 0.3,
+            },
+        ).model_dump(mode="json")
+        | {"asvs": {"count": 2, "formation": {"model": Attentive}}}
+    )  # fmt: skip
+    Attentive.seen.clear()
+    fixes = simulate(own, 1).tables["fixes"]
+    assert [time for time, _, _ in Attentive.seen] == [10.0 * k for k in range(6)]
+    weighed = 0
+    for time, since, errors in Attentive.seen:
+        for auv in range(4):
+            pinged_at, variance = 0.0, 2 * 0.3**2
+            mine = fixes[(fixes.auv == f"AUV{auv}") & (fixes.broadcast_at_s < time)]
+            for fix in mine.sort_values("ping").itertuples():
+                drifted = variance + 2 * 0.04 * (fix.pinged_at_s - pinged_at)
+                variance = 1 / (1 / drifted + 1 / (fix.sd_x_m**2 + fix.sd_y_m**2))
+                pinged_at, weighed = fix.pinged_at_s, weighed + 1
+            assert since[auv] == pytest.approx(time - pinged_at, abs=1e-9)
+            expected = np.sqrt(variance + 2 * 0.04 * (time - pinged_at))
+            assert errors[auv] == pytest.approx(expected, rel=1e-9)
+    assert (weighed > 100) == (ranging == "owtt_sync")
+    assert len(fixes) > 50
+
+
 class Wrong:
     """A placement whose answer is what its setting says."""
 

@@ -19,6 +19,7 @@ from ...scenario.sections.placements import REPLAN_S, SPEED_M_PER_S, Assign, Fol
 from ...vehicles.fleet import VehicleFleet
 from ...vehicles.vehicle import Steered
 from ..predicted_positions import CarriedForward
+from ..schedules.view import KnownFixes
 from ..steps import moment
 from . import assign, follow, zigzag
 from .view import AnchorView, Mover, OwnMover
@@ -53,13 +54,16 @@ class Anchors:
         mover: Mover,
         pace: Pace,
         prediction: CarriedForward,
+        known: KnownFixes,
         lead_s: float,
     ) -> None:
         """Launch the vessels where the scenario says, or else where they are to be at first.
 
-        The `prediction` knows where AUVs were launched, and is told of the fixes of vessels alone.
+        The `prediction` knows where AUVs were launched, and is told of the fixes of vessels alone;
+        what is `known` of AUVs' estimates goes by those that were broadcast.
         """
         self._mover, self._pace, self._prediction, self._lead = mover, pace, prediction, lead_s
+        self._known = known
         self._reach, number = horizontal_reach(scenario), scenario.asvs.count
         self._failures, self._all = failures_of(scenario), np.ones(number, dtype=np.bool_)
         given = getattr(scenario.asvs.formation, "start_m", None)
@@ -75,7 +79,7 @@ class Anchors:
     def _view(self, time: float, begins: float, vessels: Floats, bound_for: Floats) -> AnchorView:
         return AnchorView(
             time, begins, vessels, bound_for, self._working(begins), self._pace.speed_m_per_s,
-            self._reach, self._prediction,
+            self._reach, self._prediction, self._known,
         )  # fmt: skip
 
     def _working(self, time: float) -> NDArray[np.bool_]:
@@ -109,7 +113,9 @@ class Anchors:
         self._prediction.note(made[sorted(last.values())])
 
 
-def anchors_of(scenario: Scenario, prediction: CarriedForward, room: Room) -> Anchors | None:
+def anchors_of(
+    scenario: Scenario, prediction: CarriedForward, known: KnownFixes, room: Room
+) -> Anchors | None:
     """Return the vessels of a scenario that are told where to go; None where there are none such.
 
     Raises:
@@ -132,7 +138,7 @@ def anchors_of(scenario: Scenario, prediction: CarriedForward, room: Room) -> An
         mover = OwnMover(name, own, room.farthest_m)
         words = ("speed_m_per_s", SPEED_M_PER_S), ("replan_s", REPLAN_S)
         pace = Pace(*(_number(name, own, word, usual) for word, usual in words))
-    return Anchors(scenario, mover, pace, prediction, room.lead_s)
+    return Anchors(scenario, mover, pace, prediction, known, room.lead_s)
 
 
 def _shipped(scenario: Scenario, placement: Placed) -> Mover:

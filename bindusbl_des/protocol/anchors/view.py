@@ -10,6 +10,7 @@ from ...core.arrays import Floats, real_numbers
 from ...core.plugins import PluginError, asked, shown
 from ...scenario.families import PLACEMENT
 from ..predicted_positions import Prediction
+from ..schedules.view import KnownFixes
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,7 @@ class AnchorView:
     at `vessels` (m, 2) by then, on their way to `bound_for` (m, 2).  At first nobody has placed
     them: both are NaN, and they are launched where they are told to go.  `working` (m,) tells who
     has not failed.  They go at `speed` (m/s) and hear AUVs within `reach` (m), seen from above.
+    How old and how wrong AUVs' estimates are is worked out when it is asked for.
     """
 
     time: float
@@ -30,11 +32,26 @@ class AnchorView:
     speed: float
     reach: float
     _prediction: Prediction
+    _known: KnownFixes
 
     @property
     def is_first(self) -> bool:
         """Whether vessels are yet to be placed."""
         return bool(np.isnan(self.vessels).any())
+
+    @property
+    def since_s(self) -> Floats:
+        """How long (s) before `time` each AUV sent the ping of the last fix that was broadcast for
+        it; since the start of the mission where there was none, shape (n,).
+        """
+        return self._known.since_s(self.time)
+
+    @property
+    def expected_error_m(self) -> Floats:
+        """How wrong (m, RMS) each AUV's estimate is expected to be at `time`: as its last fix was,
+        and what dead reckoning has drifted by on a straight way since, shape (n,).
+        """
+        return self._known.expected_error_m(self.time)
 
     def auvs(self, time: float) -> Floats:
         """Return where the fleet believes AUVs to be at an instant (s) from `time` on, (n, 3), m.
