@@ -66,8 +66,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 # Parts of the tests' own, named by scenarios in Python; files need leave as everywhere.
 SCHEDULES = ("all_at_once", "no_groups", "twice", "stranger", "broken", "nothing", "absent")
 allow(f"schedules_for_tests:{name}" for name in SCHEDULES)
-allow(f"test_navigators:{name}" for name in ("Still", "Silent", "Nobody"))
-allow(f"test_warnings:{name}" for name in ("fading", "compass"))
+allow(f"test_navigators:{name}" for name in ("Still", "Silent", "Nobody", "Noting"))
+allow(f"test_warnings:{name}" for name in ("fading", "compass", "Adrift"))
 allow(["math:sqrt", "test_report_sweep:raising", "test_explain:Trusting"])
 
 

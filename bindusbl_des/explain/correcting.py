@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.arrays import Floats, Ints
+from ..core.plugins import is_plugin
 from ..navigation.fix_update import MOST_REFUSED
 from ..scenario.families import navigator_of
 from .chain import Step, rows_where
@@ -33,7 +34,7 @@ def arriving(result: "Result", fix: Any) -> Step:
         why.append(f"half the length of its 95 % ellipse {_changed(was, became)}")
     if (by_gnss := _by_gnss(result, fix)) is not None:
         why.append(_at_surface(by_gnss[by_gnss.fixed_at_s <= fix.delivered_at_s], fix))
-    moved, gate = _known(fix.correction_m), result.scenario.navigation.nis_gate
+    moved = _known(fix.correction_m)
     return Step(
         fix.delivered_at_s,
         fix.auv,
@@ -41,7 +42,7 @@ def arriving(result: "Result", fix: Any) -> Step:
         "; ".join(filter(None, why)),
         {
             "latency_s": fix.latency_s, "innovation_m": _known(fix.innovation_m),
-            "nis": _known(fix.nis), "gate": gate if result.scenario.navigation.weighs else None,
+            "nis": _known(fix.nis), "gate": _gate(result),
             "gain": _share(fix), "moved_m": moved,
             "error_before_m": before, "error_after_m": after,
             "ellipse_before_m": was, "ellipse_after_m": became,
@@ -108,17 +109,26 @@ def _compared(result: "Result", fix: Any) -> str:
     return f"innovation {innovation:.2f} m against its estimate {when}"
 
 
+def _gate(result: "Result") -> float | None:
+    """Return the NIS above which the filter refuses fixes; None where it is not by nis_gate."""
+    navigation = result.scenario.navigation
+    return navigation.nis_gate if navigation.weighs and not is_plugin(navigation.filter) else None
+
+
 def _gated(result: "Result", fix: Any) -> str:
     """Return in words whether the gate let a fix pass, empty where it did not come to that."""
-    navigation, square = result.scenario.navigation, _known(fix.nis)
+    navigation, square, gate = result.scenario.navigation, _known(fix.nis), _gate(result)
     if navigator_of(result.scenario).has_gain and _known(fix.innovation_m) is not None:
         return f"no gate: {navigation.filter} takes every fix in"
-    if not result.scenario.navigation.weighs or square is None:
+    if navigator_of(result.scenario).ignores_fixes or square is None:
         return ""
-    if navigation.nis_gate is None:
-        return f"normalised, its square is {square:.2f}; no gate (nis_gate null)"
-    words, limit = f"gate: normalised, its square is {square:.2f}", f"{navigation.nis_gate:.3g}"
-    if square <= navigation.nis_gate:
+    words = f"normalised, its square is {square:.2f}"
+    if is_plugin(navigation.filter):
+        return words
+    if gate is None:
+        return f"{words}; no gate (nis_gate null)"
+    words, limit = f"gate: {words}", f"{gate:.3g}"
+    if square <= gate:
         return f"{words} <= {limit} (nis_gate)"
     if _known(fix.correction_m) is None:
         return f"{words} > {limit} (nis_gate)"

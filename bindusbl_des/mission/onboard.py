@@ -172,8 +172,8 @@ def equip_auvs(
         steering = fleet.guided.corrections, fleet.guided.learnt
     if is_plugin(navigation.filter):
         make = own_part(NAVIGATOR, navigation.filter)
-        gnss = record.gnss_fixes
-        return reckoning, OwnNavigator(navigation.filter, make, reckoning, steering[0], gnss)
+        made = navigation.filter, make, reckoning, steering[0]
+        return reckoning, OwnNavigator(*made, record.receptions, record.gnss_fixes)
     first, growth = assumed_by(scenario)
     navigator = LinearNavigator(
         reckoning,

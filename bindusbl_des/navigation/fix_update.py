@@ -217,6 +217,20 @@ def doubt(belief: Belief, excess: float, believed: float, offset: float) -> None
 
 
 @compiled
+def normalised_square(x: float, y: float, xx: float, yy: float, xy: float) -> float:
+    """Return the square of an innovation (m) normalised by its covariance (m2): chi-squared with 2
+    degrees of freedom where both are right.  NaN where nothing is unsure.
+
+    >>> normalised_square(0.6, 0.8, 0.25, 0.25, 0.0), normalised_square(1.0, 1.0, 0.0, 0.0, 0.0)
+    (4.0, nan)
+    """
+    determinant = xx * yy - xy * xy
+    if not determinant > SURE * (xx + yy) ** 2:
+        return nan
+    return (yy * x * x - 2.0 * xy * x * y + xx * y * y) / determinant
+
+
+@compiled
 def take(
     belief: Belief, said: Said, common: Floats, dr: DeadReckoned, rule: Rule, gain: Floats
 ) -> tuple[float, float, bool]:
@@ -240,14 +254,7 @@ def take(
         xy -= common[0, c] * gain[begin + c, 1]
     xx, yy, xy = xx + noise[0], yy + noise[1], xy + noise[2]
     determinant = xx * yy - xy * xy
-    unsure = determinant > SURE * (xx + yy) ** 2
-    nis = nan
-    if unsure:
-        nis = (
-            yy * innovation_x * innovation_x
-            - 2.0 * xy * innovation_x * innovation_y
-            + xx * innovation_y * innovation_y
-        ) / determinant
+    nis = normalised_square(innovation_x, innovation_y, xx, yy, xy)
     if rule.gate > 0.0 and nis > rule.gate and moment.refused < MOST_REFUSED:
         moment.refused += 1
         if moment.refused == MOST_REFUSED:
@@ -260,7 +267,7 @@ def take(
         if rule.gain != WEIGHED:
             if k < 2:
                 gain[k, k] = rule.gain
-        elif unsure:
+        elif nis == nis:
             gain[k, 0] = (first * yy - second * xy) / determinant
             gain[k, 1] = (second * xx - first * xy) / determinant
     # a fix ahead of the estimate says that dead reckoning is less far ahead than believed

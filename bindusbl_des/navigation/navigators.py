@@ -17,7 +17,7 @@ from ..core.arrays import Floats, Ints, lengthened, real_numbers
 from ..core.compiled import compiled
 from ..core.packed import Packed, unpacked
 from ..core.plugins import PluginError, asked
-from ..records.rows import FIX, RECEPTION, EventBuffer, Jacobians, Rows
+from ..records.rows import FIX, RECEPTION, EventBuffer, Jacobians, Rows, in_words
 from ..scenario.families import NAVIGATOR
 from ..vehicles.reckoning import ExpectedDrift, expected_error, way_since
 from .belief import (
@@ -45,7 +45,7 @@ from .correcting import (
     turn_on,
 )
 from .dead_reckoning import DeadReckoning, Odometry, dr_at
-from .fix_update import Rule
+from .fix_update import Rule, normalised_square
 
 
 class Held:
@@ -150,9 +150,10 @@ class Navigator(Protocol):
     """What the AUVs make of the fixes that reach them."""
 
     def correct(self, fixes: Rows, due: Ints) -> None:
-        """Take in the fixes (:data:`FIX`) whose rows are due, in the order of delivery.
+        """Take in the fixes in rows `due` (k,), in the order of delivery.
 
-        To those that ship -1 - k is row k of the mission's fixes by GNSS.
+        Those of somebody's own are given record arrays with the columns of table `fixes`, those
+        that ship the buffer (:data:`FIX`), in which -1 - k is row k of the fixes by GNSS.
         """
 
     def estimate(self, auv: int, odometry: Odometry) -> Floats:
@@ -282,16 +283,19 @@ class OwnNavigator:
         make: Any,
         reckoning: DeadReckoning,
         corrections: Floats,
+        receptions: EventBuffer | None = None,
         gnss: EventBuffer | None = None,
     ) -> None:
         """Make the navigator; `corrections` (n, 2), m, is where autopilots read what it adds.
 
-        It is given each fix by `gnss` as one of which no ping is known: `ping` is -1.
+        Fixes are made of some of the `receptions`; it is given each fix by `gnss` as one of which
+        no ping is known: `ping` is -1.
 
         Raises:
             PluginError: when it cannot be made, or lacks a verb.
         """
         self._name, self._reckoning, self._corrections = name, reckoning, corrections
+        self._receptions = EventBuffer(RECEPTION) if receptions is None else receptions
         self._gnss = EventBuffer(FIX) if gnss is None else gnss
         self._navigator: Navigator = self._asked(make, Reckoning(reckoning), len(corrections))
         missing = [
@@ -303,21 +307,25 @@ class OwnNavigator:
             raise PluginError(NAVIGATOR.key, f"{name!r} lacks {', '.join(missing)}")
 
     def correct(self, fixes: Rows, due: Ints) -> None:
-        """Hand the fixes whose rows are due on; note how far each moved its AUV's estimate (m).
+        """Hand the fixes whose rows are due on, each in the words of table `fixes`; note how far it
+        moved its AUV's estimate (m).
 
-        The innovation is noted before: against the estimate of the instant at which the fix holds.
+        The innovation and its normalised square are noted before: against what was believed of the
+        instant at which the fix holds.
         """
         for row in due:
             fix = fixes[row] if row >= 0 else self._gnss.array[-1 - row]
             auv = int(fix["auv"])
             odometry = self._reckoning.sample(auv, np.array([fix["delivered_at_s"]]))[1]
             then = self._reckoning.sample(auv, np.array([fix["valid_at_s"]]))[1]
-            x, y = self.estimate(auv, then)[0]
-            fix["innovation_m"] = np.hypot(fix["x_m"] - x, fix["y_m"] - y)
+            x, y = (fix["x_m"], fix["y_m"]) - self.estimate(auv, then)[0]
+            xx, yy, xy = self.covariance(auv, then)[0]
+            spread = xx + fix["sd_x_m"] ** 2, yy + fix["sd_y_m"] ** 2, xy + fix["cov_xy_m2"]
+            fix["innovation_m"], fix["nis"] = np.hypot(x, y), normalised_square(x, y, *spread)
             was = self.estimate(auv, odometry)
-            one_fix = np.array([fix])
-            one_fix["error_m"] = np.nan  # nobody on board knows it
-            self._asked(self._navigator.correct, one_fix.view(np.recarray), np.array([0]))
+            told = in_words(fix, self._receptions.array)
+            told["error_m"] = np.nan  # nobody on board knows it
+            self._asked(self._navigator.correct, told, np.array([0]))
             moved = self.estimate(auv, odometry)
             fix["correction_m"] = np.hypot(*(moved - was)[0])
             self._corrections[auv] = (moved - odometry.position)[0]

@@ -293,6 +293,11 @@ MEASURING = (
         "only a filter that weighs refuses fixes",
     ),
     Idle(
+        {"navigation.filter": OWN},
+        ("navigation.nis_gate",),
+        "the plug-in is given every fix, and refuses which it likes",
+    ),
+    Idle(
         {
             "navigation.velocity_bias_m_per_s": ((0.0, 0.0),),
             "navigation.velocity_bias_sd_m_per_s": (0.0,),

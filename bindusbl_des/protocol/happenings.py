@@ -19,7 +19,7 @@ import simpy
 from ..core.arrays import Ints
 from ..core.wording import did_you_mean
 from ..records.events import HEARD, IN_FLIGHT, OUTCOMES, Broadcast, Fix, Ping, Reception
-from ..records.rows import NONE, Recorder, Row
+from ..records.rows import NONE, Recorder, Row, fused
 from .hf.outcomes import Outcomes
 from .hf.uplink import Uplink
 from .mf.downlink import Deliveries
@@ -299,9 +299,7 @@ class Happenings:
     def _delivered(self, rows: Ints) -> None:
         """Tell of fixes that are delivered now."""
         for fix in self._record.fixes.array[rows]:
-            fused = self._record.receptions.array[fix["first"] : fix["end"]]
-            hearers = fused["asv"][fused["outcome"] == HEARD]
-            row = _row_of(Fix, fix, asvs=" ".join(f"ASV{asv}" for asv in hearers))
+            row = _row_of(Fix, fix, asvs=fused(fix, self._record.receptions.array))
             self._tell("delivery", float(fix["delivered_at_s"]), row)
 
 

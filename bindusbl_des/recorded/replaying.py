@@ -21,6 +21,7 @@ import numpy as np
 from ..core.arrays import Floats
 from ..navigation.dead_reckoning import Odometry
 from ..navigation.navigators import Navigator, OwnNavigator
+from ..records.events import DELIVERED
 from ..records.rows import FIX, NONE
 from ..scenario.scenario import Scenario
 from .fitting import fit
@@ -295,13 +296,8 @@ def _navigated(
     fixes = _fixes(log)
     seen = np.zeros(len(fixes), dtype=SEEN).view(np.recarray)
     seen["inlier"], seen["density"], seen["taken"] = 1.0, np.nan, True
-    for row, fix in enumerate(fixes):
-        then = log.odometry(np.array((fix["valid_at_s"],)))
-        off = own.estimate(0, then)[0] - (fix["x_m"], fix["y_m"])
-        xx, yy, xy = own.covariance(0, then)[0] + log.fixes.covariances[row]
-        seen[row].off_m = np.hypot(*off)
-        seen[row].nis = off @ np.linalg.solve([[xx, xy], [xy, yy]], off)
-        own.correct(fixes, np.array((row,)))
+    own.correct(fixes, np.arange(len(fixes)))
+    seen["off_m"], seen["nis"] = fixes["innovation_m"], fixes["nis"]
     odometry = log.odometry(times)
     return NavigatedTrack(times, own.estimate(0, odometry), own.covariance(0, odometry), seen)
 
@@ -311,7 +307,7 @@ def _fixes(log: Log) -> Any:
     fixes = np.zeros(len(log.fixes.times), dtype=FIX)
     for name, kind in FIX.fields.items():  # type: ignore[union-attr]  # a record has fields
         fixes[name] = np.nan if kind[0].kind == "f" else NONE
-    fixes["fix"], fixes["auv"] = np.arange(len(fixes)), 0
+    fixes["fix"], fixes["auv"], fixes["outcome"] = np.arange(len(fixes)), 0, DELIVERED
     for name in ("pinged_at_s", "valid_at_s", "broadcast_at_s", "delivered_at_s"):
         fixes[name] = log.fixes.times
     fixes["latency_s"] = 0.0

@@ -15,8 +15,18 @@ from numpy.typing import NDArray
 from ..core.arrays import lengthened
 from ..core.compiled import compiled
 from ..core.packed import Packed
+from .events import (
+    HEARD,
+    OUTCOMES,
+    Assignment,
+    Broadcast,
+    Fix,
+    FrameReception,
+    Ping,
+    Reception,
+    Round,
+)
 from .events import NONE as NONE
-from .events import Assignment, Broadcast, Fix, FrameReception, Ping, Reception, Round
 
 Rows = NDArray[np.void]
 Row = Any  # one of them: the type checker knows no fields
@@ -117,6 +127,28 @@ FIX = row_type(
     },
     without=("asvs",),
 )
+
+# A fix as a user-defined navigator is given it: the columns of table `fixes`, and no others.  Texts
+# are texts, vehicles their numbers; what has not happened is NaN, or NONE.
+FIX_IN_WORDS = np.dtype(
+    [(name, "O" if hint is str else _kind(hint)) for name, hint in get_type_hints(Fix).items()]
+)
+
+
+def in_words(fix: Row, receptions: Rows) -> Any:
+    """Return a row of the buffer of fixes as a record array (1,), :data:`FIX_IN_WORDS`."""
+    told = np.recarray(1, FIX_IN_WORDS)
+    for name in {*(FIX_IN_WORDS.names or ())} - {"outcome", "asvs"}:
+        told[name] = fix[name]
+    told["outcome"], told["asvs"] = OUTCOMES[fix["outcome"]], fused(fix, receptions)
+    return told
+
+
+def fused(fix: Row, receptions: Rows) -> str:
+    """Return the ASVs of whose measurements a fix is made, of those that may be its receptions."""
+    own = receptions[fix["first"] : fix["end"]]
+    return " ".join(f"ASV{asv}" for asv in own["asv"][own["outcome"] == HEARD])
+
 
 # What an AUV's navigator has learnt, for its autopilot: the instant of its last correction, the
 # integrals of the heading (s) and dead reckoning (m) up to there, the velocity bias and the current

@@ -1,6 +1,8 @@
 """What AUVs believe of their dead reckoning, and how fixes change it, against worked examples."""
 
+import itertools
 import math
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from hypothesis import strategies as st
 from worlds import QUIET_NAVIGATION, QUIET_USBL, blank, paper_case, scenario
 
 from bindusbl_des import Scenario, simulate
+from bindusbl_des.explain import chain_of_fix
 from bindusbl_des.navigation.belief import Belief, Growth, carry, first_belief
 from bindusbl_des.navigation.correcting import REMEMBERED
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry
@@ -262,6 +265,17 @@ class Still:
         return np.tile((4.0, 4.0, 0.0), (len(odometry.times), 1))
 
 
+class Noting(Still):
+    """The same, with what it is given in `fixes`."""
+
+    given: ClassVar[list[np.recarray]] = []
+    weighs = True
+
+    def correct(self, fixes: np.ndarray, due: np.ndarray) -> None:
+        super().correct(fixes, due)
+        self.given.append(fixes[due])
+
+
 class Silent(Still):
     """Answers nothing that could be used."""
 
@@ -288,6 +302,70 @@ def test_a_navigator_of_ones_own_is_asked(vehicle: str) -> None:
     assert tracks.estimate_x_m.iloc[-1] == pytest.approx(last.x_m)
     assert (tracks.estimate_sd_x_m == 2.0).all()
     assert (fixes.correction_m > 0).all()
+
+
+@pytest.mark.parametrize("ranging", ["owtt_sync", "passive"])
+def test_a_navigator_of_ones_own_is_given_the_columns_of_table_fixes(ranging: str) -> None:
+    """All of them and no others, texts as in the table, vehicles as numbers; but no truth, and
+    nothing that comes of the correction.
+    """
+    Noting.given.clear()
+    result = simulate(
+        scenario(
+            duration_s=30.0,
+            survey={"side_m": 60.0},
+            auvs={"count": 2},
+            asvs={"count": 2, "formation": {"radius_m": 35.0}},
+            protocol={"ranging": ranging},
+            navigation={"filter": "test_navigators:Noting"},
+        )
+    )
+    table = result.tables["fixes"].query("outcome == 'delivered'").set_index("fix")
+    given = np.concatenate(Noting.given).view(np.recarray)
+    assert list(given.dtype.names) == list(result.tables["fixes"].columns)
+    assert sorted(given.fix) == list(table.index)
+    assert len({*given.asvs}) > 1
+    for fix in given:
+        row = table.loc[fix.fix]
+        assert f"AUV{fix.auv}" == row.auv
+        assert (fix.asvs, fix.outcome) == (row.asvs, "delivered")
+        assert f"ASV{fix.broadcast_by}" == row.broadcast_by or ranging == "passive"
+        assert math.isnan(fix.error_m)
+        assert math.isnan(fix.correction_m)
+        for name in {*table.columns} - {"auv", "asvs", "outcome", "error_m", "correction_m"}:
+            if given.dtype[name] == np.float64:
+                assert fix[name] == pytest.approx(row[name], nan_ok=True), name
+    assert [fix.fix for fix in given] == sorted(
+        given.fix, key=lambda fix: table.delivered_at_s[fix]
+    )
+
+
+def test_nis_of_a_navigator_of_ones_own_is_counted() -> None:
+    """Against what it believed of the instant at which the fix holds: here its last fix, which it
+    took to be known to 2 m; dof 2, and what explain says of it names no gate, since it has none.
+    """
+    result = simulate(
+        scenario(
+            duration_s=40.0,
+            survey={"side_m": 60.0},
+            auvs={"count": 1, "speed_m_per_s": 0.3},
+            asvs={"count": 1, "formation": {"radius_m": 0.0}},
+            navigation={"filter": "test_navigators:Noting"},
+        )
+    )
+    fixes = result.tables["fixes"].query("outcome == 'delivered'")
+    assert fixes.nis.notna().all()
+    for before, fix in itertools.pairwise(fixes.itertuples()):
+        if before.delivered_at_s > fix.valid_at_s:
+            continue  # it believed something else then
+        off = np.array((fix.x_m - before.x_m, fix.y_m - before.y_m))
+        spread = [[4 + fix.sd_x_m**2, fix.cov_xy_m2], [fix.cov_xy_m2, 4 + fix.sd_y_m**2]]
+        assert fix.nis == pytest.approx(off @ np.linalg.inv(spread) @ off)
+    assert result.auvs.nis[0] == pytest.approx(fixes.nis.mean())
+    assert result.mission.nis[0] == pytest.approx(fixes.nis.mean())
+    told = " ".join(chain_of_fix(result, int(fixes.fix.iloc[5])).text().split())
+    assert f"normalised, its square is {fixes.nis.iloc[5]:.2f}" in told
+    assert "gate" not in told
 
 
 def test_what_a_navigator_of_ones_own_gets_wrong_is_told() -> None:

@@ -11,6 +11,8 @@ from click.testing import CliRunner
 from toggles import BASES, alternatives, columns_that_differ, modes, owners, put, toggled, value_of
 
 from bindusbl_des import (
+    Navigator,
+    Odometry,
     Scenario,
     Signals,
     Sounding,
@@ -81,6 +83,24 @@ def compass(sounding: Sounding) -> tuple[np.ndarray, np.ndarray]:
     return sounding.source + off, np.tile(0.09 * np.eye(3), (len(off), 1, 1))
 
 
+class Adrift(Navigator):
+    """A filter that has heard of no fix."""
+
+    weighs = True
+
+    def __init__(self, reckoning: Any, auvs: int) -> None:
+        pass
+
+    def correct(self, fixes: Any, due: Any) -> None:
+        pass
+
+    def estimate(self, auv: int, odometry: Odometry) -> np.ndarray:
+        return odometry.position
+
+    def covariance(self, auv: int, odometry: Odometry) -> np.ndarray:
+        return np.zeros((len(odometry.times), 3))
+
+
 # Rules that hold for any part of somebody's own, or whatever is given, are tried with these.
 OWN: dict[str, Any] = {
     "survey.depths_m": [4.0, 6.0, 9.0],
@@ -88,6 +108,7 @@ OWN: dict[str, Any] = {
     "auvs.launch_m": [[3.0, -4.0]],
     "acoustics.hf.channel": "test_warnings:fading",
     "usbl.model": "test_warnings:compass",
+    "navigation.filter": "test_warnings:Adrift",
     "acoustics.mf.airtimes": table_file("s2c_airtimes.csv"),
 }
 
