@@ -19,6 +19,7 @@ from .statistics.differences import (
     left_out,
     pairs_between,
     pairs_within,
+    unpaired,
 )
 from .statistics.findings import NEEDED, harm_said, harmed, starved_said
 from .statistics.outcomes import (
@@ -53,10 +54,12 @@ class Comparison:
         return [_record(row) for row in self.differences]
 
     def frame(self) -> "pd.DataFrame":
-        """Return a row per pair and metric."""
+        """Return a row per pair and metric; its `attrs` have the notes."""
         import pandas as pd
 
-        return pd.DataFrame(self.records())
+        frame = pd.DataFrame(self.records())
+        frame.attrs["notes"] = list(self.notes)
+        return frame
 
 
 def compare(
@@ -72,6 +75,7 @@ def compare(
     seeds that both have, the mean difference, its 95 % interval (Student's t over paired
     differences), and what that shows.  In words the baseline is A, and what is compared with it has
     the letter of `label`.  Each mission counts by its worst AUV unless other metrics are asked for.
+    `attrs["notes"]` is a list of what must be said besides, such as points that have no pair.
 
     Raises:
         CampaignError: when a folder is no campaign's, or nothing in them can be compared.
@@ -96,18 +100,18 @@ def compared(
         raise CampaignError(f"{folders[-1]}: the same campaign is named twice")
     campaigns = [_campaign(Path(folder)) for folder in folders]
     if len(campaigns) == 1:
-        pairs = list(pairs_within(campaigns[0], by, baseline))
+        matched = [(campaigns[0], list(pairs_within(campaigns[0], by, baseline)))]
     elif by is not None or baseline is not None:
         raise CampaignError(
             "--by and --baseline compare points within one campaign; name one folder, or leave "
             "them out: the first campaign is the baseline of the others"
         )
     else:
-        pairs = [
-            pair
+        matched = [
+            (other, list(pairs_between(campaigns[0], other, lettered(number))))
             for number, other in enumerate(campaigns[1:], 1)
-            for pair in pairs_between(campaigns[0], other, lettered(number))
         ]
+    pairs = [pair for _, them in matched for pair in them]
     found = {campaign.folder: outcomes(campaign.folder, metrics) for campaign in campaigns}
     served = {folder: _unserved(folder, missions) for folder, missions in found.items()}
     differences = tuple(
@@ -116,6 +120,7 @@ def compared(
     if not any(row.missions for row in differences):
         raise CampaignError("nothing to compare: no seed has a result at both points of a pair")
     notes = (
+        *(text for other, them in matched for text in unpaired(campaigns[0], other, them)),
         *left_out(pairs, found), *_versions(campaigns), *_waits(metrics),
         *_harms(campaigns, pairs, _unserved_said(differences)),
         *_contents(campaigns, pairs),

@@ -167,6 +167,37 @@ def test_points_of_a_grid_are_compared_where_all_else_is_equal() -> None:
     assert "g.csv: exists" in call("compare", "grid", "--by", "count", "--out", "g.csv").stderr
 
 
+def test_points_that_have_no_pair_are_told() -> None:
+    """Those that differ in another key too, from the baseline or from all, and in campaigns those
+    that the other has not; on the terminal, as JSON and in Python.
+    """
+    reach = "acoustics.hf.range_m"
+    points = [(2, 50), (3, 50), (4, 60), (3, 70), (4, 70)]
+    listed = "".join(f"  - {{asvs.count: {n}, {reach}: {r}}}\n" for n, r in points)
+    Path("e.yaml").write_text(f"scenario: short.yaml\nseeds: 2\npoints:\n{listed}")
+    assert call("sweep", "e.yaml", "--out", "some").exit_code == 0
+    said = (
+        "points 2, 3 and 4 are left out: no other point differs in asvs.count alone, with "
+        "asvs.count=2 as the baseline"
+    )
+    told = call("compare", "some", "--by", "count")
+    assert said in " ".join(told.stdout.split())
+    assert said in json.loads(call("compare", "some", "--by", "count", "--json").stdout)["notes"]
+    assert said in compare("some", by="asvs.count").attrs["notes"]
+    other = compare("some", by="count", baseline="3")
+    assert (
+        "point 2 (asvs.count=4, range_m=60) is left out: no other point differs in asvs.count "
+        "alone, with asvs.count=3 as the baseline"
+    ) in other.attrs["notes"]
+    assert other.missions.unique().tolist() == [2]
+    vary = ("--vary", "asvs.count=2,3,4", "--vary", f"{reach}=50,70")
+    assert call("sweep", "short.yaml", *vary, "--seeds", 2, "--out", "all").exit_code == 0
+    notes = compare("some", "all", metrics=["rounds"]).attrs["notes"]
+    assert "some: point 2 (asvs.count=4, range_m=60) is left out: all has no equal point" in notes
+    assert "all: points 1 and 4 are left out: some has no equal point" in notes
+    assert not [note for note in compare("all", by="count").attrs["notes"] if "left out" in note]
+
+
 def test_campaigns_are_compared_point_by_point(monkeypatch: pytest.MonkeyPatch) -> None:
     """Equal points pair; failures and seeds of one campaign alone are left out, and told."""
     Path("mishaps.py").write_text(

@@ -16,7 +16,15 @@ from ..campaign import Campaign
 from ..experiments.experiment import ExperimentPlan
 from ..storage.folder import CampaignError
 from .findings import ERROR
-from .intervals import ROUND_OFF, Interval, interval, intervals, written
+from .intervals import (
+    ROUND_OFF,
+    Interval,
+    interval,
+    intervals,
+    point_name,
+    points_named,
+    written,
+)
 from .outcomes import Fleets, MissionOutcomes
 
 
@@ -272,6 +280,28 @@ def _lack(side: Side, metric: str, seeds: Ints, rows: Ints, found: Found, served
 def _end(values: Floats, known: Flags, lack: _Lack, who: Mapping[str, int]) -> End:
     mean = float(values[known].mean()) if known.any() else nan
     return End(mean, len(values), int((known & ~lack.missions).sum()), lack.auvs, who)
+
+
+def unpaired(one: Campaign, other: Campaign, pairs: Sequence[Pair]) -> Iterator[str]:
+    """Yield which points of two campaigns, or of one and the same, no pair of both has."""
+    for campaign, beside in {one.folder: (one, other), other.folder: (other, one)}.values():
+        sides = [_sides(pair) for pair in pairs]
+        met = {s.point for both in sides for s in both if s.campaign is campaign}
+        points = [point for point in range(len(campaign.plan.points)) if point not in met]
+        if not points:
+            continue
+        named = points_named(points)
+        if len(points) == 1:
+            named = point_name(points[0], campaign.plan.points[points[0]].varied)
+        are = "is" if len(points) == 1 else "are"
+        if one is not other:
+            yield f"{campaign.folder}: {named} {are} left out: {beside.folder} has no equal point"
+            continue
+        key, first = pairs[0].key, pairs[0].baseline.name
+        yield (
+            f"{named} {are} left out: no other point differs in {key} alone, with {key}={first} as "
+            "the baseline"
+        )
 
 
 def left_out(pairs: Sequence[Pair], found: Found) -> Iterator[str]:
