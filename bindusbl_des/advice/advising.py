@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..campaigns.statistics.intervals import CONFIDENCE, student
+from ..campaigns.statistics.intervals import intervals
 from ..core.arrays import Floats
 from ..core.wording import counted
 from ..results.effects import (
@@ -101,14 +101,13 @@ def effect(change: Change, differences: Floats, error: float, together: int) -> 
 
     The interval is one of so many that hold `together` with 95 %.
     """
-    mean, low, high = interval(differences, together)
-    if high < 0:
-        verdict = HELPS if -mean >= WORTHWHILE * error else NEGLIGIBLE
+    found = intervals(differences[None], together).at(0)
+    if found.high < 0:
+        verdict = HELPS if -found.mean >= WORTHWHILE * error else NEGLIGIBLE
     else:
-        verdict = HARMS if low > 0 else NO_EFFECT
-    return Effect(
-        change.kind, change.words, change.lines, mean, low, high, len(differences), verdict
-    )
+        verdict = HARMS if found.low > 0 else NO_EFFECT
+    known = found.mean, found.low, found.high, found.count
+    return Effect(change.kind, change.words, change.lines, *known, verdict)
 
 
 def may_harm(missions: Sequence[Trial]) -> bool:
@@ -128,19 +127,12 @@ def harms(missions: Sequence[Trial], together: int = 1) -> list[Harm]:
     found = []
     for auv in range(own.shape[1]):
         with_fixes, without = own[:, auv].T
-        mean, low, high = interval(with_fixes - without, own.shape[1] * together)
+        worse = intervals((with_fixes - without)[None], own.shape[1] * together).at(0)
         means = float(with_fixes.mean()), float(without.mean())
-        if low > 0 and mean > WORTHWHILE * means[1]:
-            found.append(Harm(f"AUV{auv}", *means, mean, low, high, len(own)))
+        if worse.low > 0 and worse.mean > WORTHWHILE * means[1]:
+            known = worse.mean, worse.low, worse.high
+            found.append(Harm(f"AUV{auv}", *means, *known, worse.count))
     return sorted(found, key=lambda harm: -harm.mean_m)
-
-
-def interval(differences: Floats, together: int) -> tuple[float, float, float]:
-    """Return the mean of differences and its interval, one of so many that hold `together`."""
-    count, mean = len(differences), float(differences.mean())
-    width = student(count - 1, 1 - (1 - CONFIDENCE) / together)
-    half = width * float(differences.std(ddof=1)) / count**0.5
-    return mean, mean - half, mean + half
 
 
 # Reads the user's scenario again with further `--set` options laid over it.

@@ -118,7 +118,9 @@ def compared(
         difference(pair, metric, found, served) for pair in pairs for metric in metrics
     )
     if not any(row.missions for row in differences):
-        raise CampaignError("nothing to compare: no seed has a result at both points of a pair")
+        left = "; ".join(left_out(pairs, found))
+        why = f"; {left}" if left else ""
+        raise CampaignError(f"nothing to compare: no seed has a result at both points{why}")
     notes = (
         *(text for other, them in matched for text in unpaired(campaigns[0], other, them)),
         *left_out(pairs, found), *_versions(campaigns), *_waits(metrics),

@@ -14,7 +14,7 @@ from ..records.metrics import METRICS_ARE
 from ..results.schemas import mission_numbers, schema
 from ..scenario.keys import settable
 from .statistics.intervals import interval
-from .statistics.outcomes import JUDGED, outcomes
+from .statistics.outcomes import JUDGED, failed_because, outcomes
 
 if TYPE_CHECKING:
     from .campaign import Campaign
@@ -47,7 +47,9 @@ def means_of(
     lines = _levels(campaign, other) if other and other != across.key else None
     cells, gaps = _cells(campaign, metric, across, lines)
     if not cells:
-        raise LookupError(f"{campaign.folder} holds no mission with a {metric} yet")
+        failed = campaign.state().failed
+        why = f": {failed} failed{failed_because(campaign.folder)}" if failed else ""
+        raise LookupError(f"{campaign.folder} holds no mission with a {metric} yet{why}")
     title = _title(campaign, varied, across, lines)
     return Means(metric, unit, across, lines, cells, title, gaps)
 

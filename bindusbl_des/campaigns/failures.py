@@ -33,16 +33,6 @@ def failures_in(folder: Path) -> list[dict[str, Any]]:
     return sorted(found, key=lambda failure: int(failure["mission"]))
 
 
-def an_error(folder: Path) -> str:
-    """Return the error of one of the missions that failed; "" where nothing is kept of any.
-
-    Raises:
-        ValueError: when its file is damaged.
-    """
-    first = min((folder / "failures").glob("*.json"), default=None)
-    return "" if first is None else str(_failure(first)["error"])
-
-
 def _failure(path: Path) -> dict[str, Any]:
     try:
         found: dict[str, Any] = read_json(path)

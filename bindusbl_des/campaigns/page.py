@@ -207,7 +207,7 @@ def _story(campaign: "Campaign", found: MissionOutcomes, said: Findings) -> str:
     first, _, rest = said.best.partition(". ")
     story = f'<p class="verdict">{_text(first.removesuffix("."))}.</p>'
     story += f"<p>{_text(rest)} {_text(said.sure)}</p>" if rest or said.sure else ""
-    alarms = [*said.harm, *said.starved, said.collided]
+    alarms = [said.failed, *said.harm, *said.starved, said.collided]
     story += _items("alarms", [text for text in alarms if text])
     effects = key_effects(campaign.plan, found)
     if effects:
@@ -275,8 +275,8 @@ def _failure_section(failures: list[dict[str, Any]]) -> str:
     rest = f"<p>{more} more are in the folder failures/.</p>" if more else ""
     shown = table(headings, rows, "Missions that failed")
     return (
-        f'<section id="failures" class="texts"><h2>Failures</h2><p>{len(failures)} missions failed.'
-        f"</p>{shown}{rest}</section>"
+        '<section id="failures" class="texts"><h2>Failures</h2>'
+        f"<p>{counted(len(failures), 'mission')} failed.</p>{shown}{rest}</section>"
     )
 
 

@@ -4,11 +4,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core.wording import significant
+from ..core.wording import plus_minus, with_half
 from ..records.metrics import lower_is_better
 from ..report.page import table
 from .statistics.findings import SUB_METRE
-from .statistics.intervals import intervals, plus_minus, short_names, written
+from .statistics.intervals import intervals, short_names, written
 from .statistics.outcomes import MissionOutcomes
 
 if TYPE_CHECKING:
@@ -64,8 +64,9 @@ def heat_table(
             looks[place, column] = f"shade{round(10 * (1 - bad))}"
             half = known.half_width[at]
             gap = f"\n{whole[at]}/{well[at]}" if whole[at] < well[at] else ""
-            spread = f"± {significant(half, 2)}" if np.isfinite(half) else "one seed"
-            line.append(f"{significant(known.mean[at])}\n{spread}{gap}")
+            mean, spread = with_half(known.mean[at], half)
+            spread = f"± {spread}" if np.isfinite(half) else "one seed"
+            line.append(f"{mean}\n{spread}{gap}")
         cells.append(line)
     short, name = _others(campaign, along), short_names(names)[along]
     corner = f"{short} ↓ {name} →" if short else f"{name} →"

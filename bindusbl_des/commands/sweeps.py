@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..core.process import INTERRUPTED, duration
-from ..core.wording import counted, file_name, printable
+from ..core.wording import counted, file_name
 from .console import (
     compiling_shown,
     is_quiet,
@@ -182,6 +182,7 @@ def status(folder: str, as_json: bool) -> None:
     """Tell how far a campaign or a plan is."""
     with mistakes_text():
         from ..campaigns.campaign import load_campaign
+        from ..campaigns.statistics.outcomes import failed_because
         from ..planning.folder import MISSIONS, is_plan_folder
 
         path = Path(folder)
@@ -197,6 +198,9 @@ def status(folder: str, as_json: bool) -> None:
     if is_plan:  # which flies no more of its missions than it takes
         rows = {"plan": campaign.record["name"], "status": state.status}
         rows |= {"flown": state.done, "failed": state.failed}
+    if state.failed:
+        with mistakes_text():
+            rows["failed"] = f"{state.failed}{failed_because(campaign.folder)}"
     if state.missions_per_s:
         rows["rate"] = f"{state.missions_per_s:.1f} missions/s"
     if state.seconds_left is not None and state.status == "running":
@@ -254,8 +258,8 @@ def _summary(campaign: "Campaign", state: "CampaignState") -> dict[str, Any]:
 
 def _report(campaign: "Campaign", as_json: bool, *, merged: bool = False) -> None:
     """Print what a campaign found; end with 3 or 130 where that is how it went."""
-    from ..campaigns.failures import an_error
     from ..campaigns.statistics.findings import findings
+    from ..campaigns.statistics.outcomes import failed_because
     from ..campaigns.statistics.points_table import points_table
 
     with mistakes_text():  # what an older version ran may lack a metric
@@ -271,9 +275,7 @@ def _report(campaign: "Campaign", as_json: bool, *, merged: bool = False) -> Non
     context = click.get_current_context()
     if state.failed:
         with mistakes_text():
-            error = an_error(campaign.folder)
-        one = ": " if state.failed == 1 else ", one of them: "
-        why = f"{one}{printable(error)}" if error else ""
+            why = failed_because(campaign.folder)
         failed = counted(state.failed, "mission")
         talk(f"{failed} failed{why}; see {campaign.folder / 'failures'}")
     if state.status == "interrupted" and not merged:

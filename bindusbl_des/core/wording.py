@@ -17,6 +17,10 @@ WIDEST = 80
 
 # Nothing that is measured here is told more finely: what is left of rounding is not.
 MOST_DECIMALS = 6
+FINEST = 0.5 * 10**-MOST_DECIMALS
+
+# Numbers that differ by less than this share of their size differ by how they were rounded.
+ROUND_OFF = 1e-9
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
@@ -165,21 +169,70 @@ def significant(value: float, digits: int = 3) -> str:
     """
     if not isfinite(value):
         return "-"
-    if abs(value) < 0.5 * 10**-MOST_DECIMALS:
+    if abs(value) < FINEST:
         return "0"
     whole = floor(log10(abs(value))) + 1
     return f"{value:.{min(max(digits - whole, 0), MOST_DECIMALS)}f}"
 
 
 def number(value: float | None, digits: int = 2, factor: float = 1.0) -> str:
-    """Return a number for the eye; what is not known is a dash.
+    """Return a number for the eye; what is not known is a dash, and only nothing is zero.
 
-    >>> number(0.8342, 1, 100), number(None), number(float("nan"))
-    ('83.4', '-', '-')
+    >>> number(0.8342, 1, 100), number(None), number(float("nan")), number(0.0042), number(0.0)
+    ('83.4', '-', '-', '0.0042', '0.00')
     """
     if value is None or value != value:
         return "-"
-    return f"{value * factor:.{digits}f}"
+    text = f"{value * factor:.{digits}f}"
+    return text if float(text) or abs(value * factor) < FINEST else significant(value * factor, 2)
+
+
+def decimals(*scales: float, digits: int = 2) -> int:
+    """Return the decimals that show so many digits of the first scale that is known and not zero.
+
+    >>> decimals(0.035), decimals(float("nan"), 12.0), decimals(0.0), decimals(0.035, digits=1)
+    (3, 0, 3, 2)
+    """
+    known = [value for value in scales if isfinite(value) and value > 0]
+    return min(max(digits - 1 - floor(log10(known[0])), 0), MOST_DECIMALS) if known else 3
+
+
+def with_half(mean: float, half: float) -> tuple[str, str]:
+    """Return a mean and half its interval: two digits of that, and the mean as finely; "-" for what
+    is not known.
+
+    >>> with_half(0.9224, 0.0351), with_half(264.43, 0.013), with_half(5.0, 0.0)
+    (('0.922', '0.035'), ('264.430', '0.013'), ('5.00', '0'))
+    >>> with_half(0.5, 2e-8), with_half(0.5, float("nan"))
+    (('0.500000', '<0.000001'), ('0.500', '-'))
+    """
+    if not isfinite(half) or half <= ROUND_OFF * abs(mean):
+        return significant(mean), "0" if isfinite(half) else "-"
+    places = decimals(half)
+    known = f"{half:.{places}f}" if half >= FINEST else f"<{10**-MOST_DECIMALS:.{MOST_DECIMALS}f}"
+    return f"{mean:.{places}f}", known
+
+
+def plus_minus(mean: float, half: float) -> str:
+    """Return the same in one text, the mean alone where half its interval is not known.
+
+    >>> plus_minus(0.9224, 0.0351), plus_minus(0.5, float("nan"))
+    ('0.922 +- 0.035', '0.500')
+    """
+    return " +- ".join(with_half(mean, half)) if isfinite(half) else significant(mean)
+
+
+def with_ends(mean: float, low: float, high: float) -> tuple[str, str, str]:
+    """Return a mean and the ends of its interval: three digits that count, or as many more as tell
+    the ends apart.
+
+    >>> with_ends(0.785, 0.764, 0.806), with_ends(0.785, 0.78462, 0.78538)
+    (('0.785', '0.764', '0.806'), ('0.7850', '0.7846', '0.7854'))
+    """
+    half, digits = (high - low) / 2, 3
+    if isfinite(half) and half > 0 and isfinite(mean) and mean:
+        digits = max(3, floor(log10(abs(mean))) - floor(log10(half)) + 1)
+    return significant(mean, digits), significant(low, digits), significant(high, digits)
 
 
 def filled(text: str, indent: str = "") -> str:

@@ -13,7 +13,7 @@ from ..scenario.declared import channel_named
 from ..scenario.families import broadcaster_of, downlink_of
 from ..scenario.site import sound_speed_of
 from .chain import LatencyPart, Step, apart, compared, frame_of, place, rows_where
-from .losing import frame_burst_words, why_broadcast, wrong
+from .losing import frame_burst_words, located, why_broadcast, wrong
 from .overlapping import failed, frame_cut, overlapped
 
 if TYPE_CHECKING:
@@ -41,8 +41,7 @@ def fixing(result: "Result", fix: Any) -> Step:
     return Step(
         known_at(result, fix),
         f"Fix {fix.fix}",
-        f"is made by {', '.join(asvs)}: x {fix.x_m:.2f} +- {fix.sd_x_m:.2f}, y {fix.y_m:.2f} +- "
-        f"{fix.sd_y_m:.2f} m",
+        f"is made by {', '.join(asvs)}: {located(fix)}",
         "; ".join([f"{why}, {fix.error_m:.2f} m off the truth", *words]),
         {
             "fix": fix.fix, "asvs": asvs, "x_m": fix.x_m, "y_m": fix.y_m, "error_m": fix.error_m,

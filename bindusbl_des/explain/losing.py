@@ -18,7 +18,7 @@ from ..acoustics.fix_chance import below
 from ..acoustics.named_channels import echoing, hf_channel, mf_channel
 from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams, pair_keys
-from ..core.wording import counted, plain
+from ..core.wording import counted, plain, plus_minus
 from ..mission.build import slow_errors, usbl_of
 from ..mission.closed_loop import slow_gnss
 from ..mission.sensor_errors import clocks, misalignments
@@ -36,6 +36,12 @@ from .chain import Step, place, row_of, rows_where
 
 if TYPE_CHECKING:
     from ..results.result import Result
+
+
+def located(fix: Any) -> str:
+    """Return in words where a fix is, and how surely."""
+    x, y = plus_minus(fix.x_m, fix.sd_x_m), plus_minus(fix.y_m, fix.sd_y_m)
+    return f"x {x}, y {y} m"
 
 
 def wrong(result: "Result", fix: Any) -> tuple[list[str], dict[str, float]]:

@@ -12,7 +12,7 @@ from .chain import Chain, LatencyPart, Step, out_of_range, row_of, rows_where
 from .correcting import arriving
 from .delivering import broadcasting, fixing, latency, undecoded
 from .hearing import is_sent, receptions, sending, why_unanswered
-from .losing import wrong
+from .losing import located, wrong
 from .overlapping import failed, failed_while, frame_cut, overlapped
 
 if TYPE_CHECKING:
@@ -166,8 +166,7 @@ def _fixing(result: "Result", fix: Any) -> Step:
     return Step(
         fix.delivered_at_s,
         f"Fix {fix.fix}",
-        f"is made by {fix.auv} itself, of where it was as the ping arrived: x {fix.x_m:.2f} +- "
-        f"{fix.sd_x_m:.2f}, y {fix.y_m:.2f} +- {fix.sd_y_m:.2f} m",
+        f"is made by {fix.auv} itself, of where it was as the ping arrived: {located(fix)}",
         f"the offset by its own array, AHRS and clock, taken from where {fix.asvs} was; "
         + "; ".join([f"{fix.error_m:.2f} m off the truth", *words]),
         {"fix": fix.fix, "asvs": [fix.asvs], "x_m": fix.x_m, "y_m": fix.y_m,

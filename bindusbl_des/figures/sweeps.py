@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from ..core.palette import COLOURS
-from ..core.wording import significant
+from ..core.wording import with_half
 from ..records.metrics import lower_is_better, quantity
 from .style import LARGEST_LEGEND, legend_below, new_figure, shortened
 
@@ -185,7 +185,8 @@ def _write_cells(axes: Axes, means: Means, image: AxesImage) -> None:
     size = 7 if max(image.get_size()) <= 6 else 4.5
     for cell in dict.fromkeys((*means.cells, *means.gaps)):
         mean, half, _ = means.cells.get(cell, NOTHING)
-        text = significant(mean) + ("" if np.isnan(half) else f"\n±{significant(half, 2)}")
+        told, spread = with_half(mean, half)
+        text = told + ("" if np.isnan(half) else f"\n±{spread}")
         if cell in means.gaps:
             text += "\n{}/{}".format(*means.gaps[cell])
         light = np.dot(np.power(image.to_rgba(np.array([mean]))[0, :3], 2.2), LUMINANCE)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..core.kept_files import portable
-from ..core.wording import counted, filled, significant
+from ..core.wording import counted, filled, significant, with_ends
 from ..results.result import scenario_sha256, versions
 from ..scenario.scenario import Scenario
 from .candidates import Candidate, LeftOut, Predictor, band, excess, team_text
@@ -20,7 +20,7 @@ from .proposals import is_instant
 from .question import Question
 from .relief import Relief
 from .selection.evidence import Estimate, Selection
-from .selection.goals import Goal, limits_text, value_text
+from .selection.goals import Goal, limits_text, unit_of_goal, value_text
 
 # So many candidates beside the answer `plan.json` names.
 MOST_RUNNERS_UP = 3
@@ -82,10 +82,15 @@ def reached(goals: Sequence[Goal], estimates: Sequence[Estimate]) -> str:
     'position_error_m 0.390 m (95 % interval 0.280 to 0.510)'
     """
     return ", ".join(
-        f"{goal.metric} {value_text(goal, estimate.mean)} (95 % interval "
-        f"{significant(estimate.low)} to {significant(estimate.high)})"
+        "{} {} (95 % interval {})".format(goal.metric, *_with_ends(goal, estimate))
         for goal, estimate in zip(goals, estimates, strict=True)
     )
+
+
+def _with_ends(goal: Goal, estimate: Estimate) -> tuple[str, str]:
+    """Return a mean with its unit, and from where to where its interval goes."""
+    mean, low, high = with_ends(estimate.mean, estimate.low, estimate.high)
+    return f"{mean} {unit_of_goal(goal)}".strip(), f"{low} to {high}"
 
 
 def best_text(goals: Sequence[Goal], candidates: Sequence[Candidate], found: Selection) -> str:
@@ -95,13 +100,10 @@ def best_text(goals: Sequence[Goal], candidates: Sequence[Candidate], found: Sel
         return ""
     number = flown[0]
     means = ", ".join(
-        f"{f'{goal.metric} ' if len(goals) > 1 else ''}{value_text(goal, estimate.mean)}"
-        + (
-            f" ({significant(estimate.low)} to {significant(estimate.high)})"
-            if estimate.low == estimate.low
-            else ""
-        )
+        f"{f'{goal.metric} ' if len(goals) > 1 else ''}{mean}"
+        + (f" ({ends})" if estimate.low == estimate.low else "")
         for goal, estimate in zip(goals, found.estimates[number], strict=True)
+        for mean, ends in [_with_ends(goal, estimate)]
     )
     after = counted(found.missions[number], "mission")
     return f"{counted(candidates[number].asvs, 'ASV')}, {means} after {after}"

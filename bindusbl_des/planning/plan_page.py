@@ -9,7 +9,7 @@ from string import Template
 from typing import Any
 
 from ..campaigns.statistics.intervals import short_key, written
-from ..core.wording import number, significant
+from ..core.wording import number, significant, with_ends
 from ..records.metrics import SHARES, name_of, unit_of
 from ..report.page import THEME, assembled, asset, filled, table
 from ..report.run_data import survey_data
@@ -98,9 +98,8 @@ def parted(candidate: Record, goal: int, factor: float = 1.0) -> tuple[str, str]
         return "-", ""
     if low is None or high is None:
         return significant(mean * factor), ""
-    return significant(
-        mean * factor
-    ), f"({significant(low * factor)} to {significant(high * factor)})"
+    told, begin, end = with_ends(mean * factor, low * factor, high * factor)
+    return told, f"({begin} to {end})"
 
 
 def interval(candidate: Record, goal: int, factor: float = 1.0) -> str:

@@ -112,14 +112,14 @@ def _answer(names: Sequence[str], runs: Sequence[Named]) -> str:
         return filled(
             '<p class="verdict">The worst AUV navigated alike in all runs: its mean error was '
             "{best} m.</p>",
-            best=f"{best:.2f}",
+            best=number(best),
         )
-    rest = ", ".join(f"{error:.2f} m in {name}" for error, name in others)
+    rest = ", ".join(f"{number(error)} m in {name}" for error, name in others)
     return filled(
         '<p class="verdict">In {first} the worst AUV navigated best: its mean error was {best} m, '
         "{rest}. One mission each: it may be chance.</p>",
         first=first,
-        best=f"{best:.2f}",
+        best=number(best),
         rest=rest,
     )
 

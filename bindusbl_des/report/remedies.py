@@ -11,7 +11,7 @@ from math import ceil
 
 import numpy as np
 
-from ..core.wording import counted
+from ..core.wording import counted, number
 from ..explain.chain import out_of_range
 from ..results.effects import (
     HARMS,
@@ -136,7 +136,9 @@ def _known(setting: str, advice: Advice | None) -> str:
     for change in advice.foreseen:
         if own := first(change.settings):
             what = "" if own == setting else f" with {own.partition('=')[2]}"
-            return f"predicted{what}: {change.now_m:.2f} to {change.then_m:.2f} m, not flown"
+            return (
+                f"predicted{what}: {number(change.now_m)} to {number(change.then_m)} m, not flown"
+            )
     name = setting.partition("=")[2]
     if any(name in words.split() for words in advice.dropped):
         return "tried, and promised less than what is below"
@@ -157,7 +159,7 @@ def _foreseen(found: Sequence[Foreseen]) -> Iterator[str]:
     if not found:
         return
     items = "".join(
-        f"<li><b>{change.now_m:.2f} to {change.then_m:.2f} m</b> {escape(change.words)}<br>"
+        f"<li><b>{number(change.now_m)} to {number(change.then_m)} m</b> {escape(change.words)}<br>"
         f"<code>{escape(' '.join(change.options))}</code></li>"
         for change in found
     )
@@ -175,7 +177,7 @@ def _measured(advice: Advice) -> Iterator[str]:
     if helps:
         items = "".join(_item(effect) for effect in helps)
         yield (
-            f"<b>Measured:</b> the worst AUV's mean error, {advice.error_m:.2f} m over "
+            f"<b>Measured:</b> the worst AUV's mean error, {number(advice.error_m)} m over "
             f"{max(effect.seeds for effect in helps)} other seeds, would change by "
             f"<ul>{items}</ul> Options to be added to <code>run</code>."
         )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from html import escape
 from math import isnan
 
-from ..core.wording import counted
+from ..core.wording import counted, number
 from ..explain.chain import out_of_range
 from ..results.effects import harm_text
 from ..scenario.declared import channel_named
@@ -89,10 +89,12 @@ def _worst(metrics: Metrics) -> str:
     if error is None or largest is None:  # a mission of an older version
         return ""
     whose = "it" if auv == other else f"{other}'s, the largest there,"
-    fleet = f" (mean of the fleet {mission['position_error_m']:.2f} m)" * (len(metrics.auvs) > 1)
+    fleet = f" (mean of the fleet {number(mission['position_error_m'])} m)" * (
+        len(metrics.auvs) > 1
+    )
     return (
-        f"{auv} navigated worst: its error was {error:.2f} m on average{fleet}; for 95 % of the "
-        f"time {whose} stayed below {largest:.2f} m."
+        f"{auv} navigated worst: its error was {number(error)} m on average{fleet}; for 95 % of "
+        f"the time {whose} stayed below {number(largest)} m."
     )
 
 
@@ -151,9 +153,9 @@ def _starvation(mission: Recording, auv: Service) -> tuple[str, ...]:
         f"<b>When:</b> no fix for {auv.starved:.0f} s in {counted(len(auv.gaps), 'gap')}: "
         f"{listed}{more}."
     )
-    effect = f"Its error was {auv.error_in_gaps:.2f} m then"
+    effect = f"Its error was {number(auv.error_in_gaps)} m then"
     if not isnan(auv.error_otherwise):
-        effect += f", {auv.error_otherwise:.2f} m the rest of the time"
+        effect += f", {number(auv.error_otherwise)} m the rest of the time"
     return f"{when} {effect} (time means).", _why(mission, auv)
 
 

@@ -10,6 +10,8 @@ from shlex import quote
 from types import UnionType
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
+from ..core.wording import decimals, number
+
 HELPS, NEGLIGIBLE, NO_EFFECT, HARMS = "helps", "negligible", "no measurable effect", "harms"
 
 # Of a large fleet only so many AUVs are named.
@@ -120,7 +122,7 @@ class Advice:
 Row = TypeVar("Row", Effect, Harm, Foreseen, Advice)
 
 
-# An interval narrower than this (m) has a third digit, or both its ends may look the same.
+# An interval narrower than this (m) has a third decimal or more, or its ends may look the same.
 NARROW_M = 0.1
 
 
@@ -132,7 +134,8 @@ def interval(effect: Effect | Harm) -> str:
     >>> interval(Effect("gain", "", (), -0.015, -0.018, -0.012, 8, HELPS))
     '-0.015 m [-0.018, -0.012]'
     """
-    digits = 2 if effect.high_m - effect.low_m >= NARROW_M else 3
+    width = effect.high_m - effect.low_m
+    digits = max(2 if width >= NARROW_M else 3, decimals(width / 2, digits=1))
     mean, low, high = (
         f"{metres:+.{digits}f}" for metres in (effect.mean_m, effect.low_m, effect.high_m)
     )
@@ -157,8 +160,8 @@ def harm_text(auvs: Sequence[Mapping[str, Any]], advice: Advice | None) -> list[
         more = len(others) - MOST_NAMED
         text.append(f"They also make {named}" + (f"; and {more} more AUVs." if more > 0 else "."))
     text.append(
-        f"Over {first.seeds} missions with other seeds {first.auv} had {first.with_m:.2f} m with "
-        f"fixes and {first.without_m:.2f} m without: {interval(first)}."
+        f"Over {first.seeds} missions with other seeds {first.auv} had {number(first.with_m)} m "
+        f"with fixes and {number(first.without_m)} m without: {interval(first)}."
     )
     return [*text, REAL_REMEDY] if advice.fixed_gain else text
 
@@ -169,11 +172,11 @@ def _worse(harm: Harm, here: Mapping[str, tuple[float, float]]) -> str:
     if errors[0] > errors[1]:
         return _with_and_without(harm.auv, errors)
     text = _with_and_without(harm.auv, (harm.with_m, harm.without_m))
-    return f"{text}, on average (in this mission {errors[0]:.2f} and {errors[1]:.2f} m)"
+    return f"{text}, on average (in this mission {number(errors[0])} and {number(errors[1])} m)"
 
 
 def _with_and_without(auv: str, errors: tuple[float, float]) -> str:
-    return f"{auv} worse: {errors[0]:.2f} m with, {errors[1]:.2f} m without"
+    return f"{auv} worse: {number(errors[0])} m with, {number(errors[1])} m without"
 
 
 def _tried(advice: Advice) -> str:

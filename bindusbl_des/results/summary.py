@@ -113,8 +113,8 @@ def _advice(advice: Advice | None) -> Iterator[str]:
     helps = advice.of(HELPS)
     if helps:
         yield from wrap(
-            f"What would help: the worst AUV's mean error, {advice.error_m:.2f} m as it is, would "
-            "change by",
+            f"What would help: the worst AUV's mean error, {number(advice.error_m)} m as it is, "
+            "would change by",
             WIDTH,
         )
     for effect in helps[:MOST_ADVICE]:

@@ -8,7 +8,9 @@ from bindusbl_des.campaigns.campaign import Campaign, unfinished_campaign
 from bindusbl_des.campaigns.experiments.experiment import Experiment, ExperimentPlan, Point
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.running import resume, sweep
+from bindusbl_des.campaigns.statistics.outcomes import failed_because
 from bindusbl_des.campaigns.storage.folder import RECORD, CampaignError
+from bindusbl_des.core.wording import counted
 from bindusbl_des.scenario.files.shipped import shipped
 
 from .numbers import published
@@ -124,7 +126,9 @@ def run_all(
         state = campaign.state()
         if state.failed:
             failures = campaign.folder / "failures"
-            raise SomeFailed(f"{experiment.name}: {state.failed} missions failed; see {failures}")
+            failed = counted(state.failed, "mission")
+            why = failed_because(campaign.folder)
+            raise SomeFailed(f"{experiment.name}: {failed} failed{why}; see {failures}")
         runs[experiment.name] = campaign
     return runs
 

@@ -21,12 +21,12 @@ from bindusbl_des.advice.advising import (
     MEASURING,
     MOST_CHANGES,
     effect,
-    interval,
     measured,
 )
 from bindusbl_des.advice.changes import PAIR, Change, both, changed, may_be_paired, proposals
 from bindusbl_des.advice.choosing import Race, Trial, Trials, missions_for
 from bindusbl_des.advice.stations import Ways
+from bindusbl_des.campaigns.statistics.intervals import intervals
 from bindusbl_des.geometry.formation import formation
 from bindusbl_des.report.run_page import run_page
 from bindusbl_des.results.effects import GAIN, HARMS, HELPS, NEGLIGIBLE, NO_EFFECT, Advice
@@ -178,7 +178,9 @@ def test_the_winner_has_no_curse() -> None:
         boasts += any(it.verdict == HELPS for it in effects)
         if effects:
             winners += 1
-            seeming += interval(dice.differences(race.promising()[0], race.seeds), 1)[2] < 0
+            seeming += (
+                intervals(dice.differences(race.promising()[0], race.seeds)[None]).at(0).high < 0
+            )
     assert hold >= 300 * 0.91
     assert boasts <= 15
     assert seeming > winners / 6 > 40

@@ -222,7 +222,7 @@ def test_a_part_that_leaves_is_a_failed_mission(own: Path) -> None:
     Path("own.yaml").write_text(own.with_name("own.yaml").read_text().replace("slots", "leaves"))
     ran = call("sweep", "own.yaml", "--seeds", 2, "--out", "c")
     assert ran.exit_code == 3
-    assert "\n2 missions failed, one of them: PluginError: protocol.schedule: 'mine" in ran.stderr
+    assert "\n2 missions failed: PluginError: protocol.schedule: 'mine" in ran.stderr
     alone = call("run", "own.yaml", "--out", "r", "--no-advice")
     assert (alone.exit_code, "raised SystemExit" in alone.stderr) == (1, True)
 

@@ -342,12 +342,65 @@ def test_nothing_is_found_where_all_fails(made: Make) -> None:
         raise RuntimeError("no water")
 
     campaign = made(fleet, count=[2, 3])
-    assert said(campaign).sentences() == ["No mission has gone well: all 8 failed."]
+    why = "No mission has gone well: all 8 failed: RuntimeError: no water."
+    assert said(campaign).sentences() == [why]
     assert "0/4      -" in campaign.summary()
-    assert "No mission has gone well: all 8 failed." in sweep_page(campaign)
-    assert call("compare", "c").stderr == (
-        "nothing to compare: no seed has a result at both points of a pair\n"
+    assert why in campaign.summary()
+    assert why in sweep_page(campaign)
+    assert " ".join(call("compare", "c").stderr.split()) == (
+        "nothing to compare: no seed has a result at both points; 8 failed missions and those they "
+        "would be paired with are left out: RuntimeError: no water"
     )
+    with pytest.raises(ValueError, match=r"no mission with a .* 8 failed: RuntimeError: no"):
+        campaign.plot()
+    assert "failed    8: RuntimeError: no water\n" in call("status", "c").stdout
+
+
+def test_why_missions_failed_is_told_wherever_they_are_counted(made: Make) -> None:
+    """Of several reasons that of most; long ones are cut."""
+
+    def fleet(scenario: Scenario, seed: int) -> Fleet:
+        if scenario.asvs.count == 3 and seed:
+            raise RuntimeError("no water" if seed > 1 else "no power")
+        return [auv(0.5 + noise(seed))]
+
+    campaign = made(fleet, count=[2, 3])
+    why = "3 of 8 missions failed, 2 of them: RuntimeError: no water."
+    assert why in said(campaign).sentences()
+    assert why in " ".join(campaign.summary().split())
+    assert why in sweep_page(campaign)
+    told = " ".join(call("compare", "c", "--by", "count").stdout.split())
+    assert (
+        "3 failed missions and those they would be paired with are left out, 2 of them: "
+        "RuntimeError: no water" in told
+    )
+    assert "failed    3, 2 of them: RuntimeError: no water\n" in call("status", "c").stdout
+
+
+def test_intervals_of_many_seeds_do_not_look_like_nothing(made: Make) -> None:
+    """Nor do the ends of what is compared, or the errors of good navigation."""
+
+    def fleet(scenario: Scenario, seed: int) -> Fleet:
+        less = 1e-3 * (scenario.asvs.count == 3)
+        return [auv((0.1234 + 3e-4 * (-1) ** seed) * (1 - less), imu_error_m=0.0011)]
+
+    campaign = made(fleet, seeds=1000, count=[2, 3])
+    told = campaign.summary()
+    assert "0.123400 +- 0.000019  0.246800 +- 0.000037    1.0" in told
+    assert "0.12 m with, 0.0011 m without, +0.122300 m [+0.122281, +0.122319]" in flat(told)
+    assert "0.123277 ± 0.000019" in sweep_page(campaign)
+    rows = call("compare", "c", "--by", "count").stdout
+    assert "0.123400  0.123277  -0.000123 [-0.000123, -0.000123]" in rows
+
+
+def test_a_reason_is_a_line_of_some_length(made: Make) -> None:
+    def fleet(scenario: Scenario, seed: int) -> Fleet:
+        raise RuntimeError("no\n" + "w" * 1000)
+
+    (told,) = said(made(fleet, count=[2])).sentences()
+    assert told.startswith("No mission has gone well: all 4 failed: RuntimeError: no\\nwww")
+    assert told.endswith("www...")
+    assert len(told) < 360
 
 
 def test_values_that_are_missing_are_counted(made: Make) -> None:

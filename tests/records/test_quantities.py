@@ -4,7 +4,7 @@ from dataclasses import fields
 
 import pytest
 
-from bindusbl_des.core.wording import significant
+from bindusbl_des.core.wording import number, plus_minus, significant
 from bindusbl_des.records.metrics import AuvMetrics, Utilisation, name_of, quantity, unit_of
 from bindusbl_des.results.schemas import mission_numbers
 
@@ -38,3 +38,29 @@ def test_the_worst_auv_is_named() -> None:
 def test_numbers_have_no_exponents(value: float, digits: int, told: str) -> None:
     """Few digits, no powers of ten, and what is left of rounding is nothing."""
     assert significant(value, digits) == told
+
+
+@pytest.mark.parametrize(
+    ("mean", "half", "told"),
+    [
+        (0.12345, 0.00213, "0.1235 +- 0.0021"), (0.12345, 2.13e-5, "0.123450 +- 0.000021"),
+        (264.43, 0.0132, "264.430 +- 0.013"), (3.61, 3.07, "3.6 +- 3.1"), (0.35, 14.2, "0 +- 14"),
+        (-0.5, 0.0996, "-0.500 +- 0.100"), (1234.5, 5.3e-15, "1234 +- 0"), (5.0, 0.0, "5.00 +- 0"),
+        (0.5, 3e-8, "0.500000 +- <0.000001"), (0.5, float("nan"), "0.500"),
+        (0.0, 0.25, "0.00 +- 0.25"),
+    ],
+)  # fmt: skip
+def test_half_an_interval_has_two_digits(mean: float, half: float, told: str) -> None:
+    """However narrow it is, and the mean is told as finely; none looks like zero that is not."""
+    assert plus_minus(mean, half) == told
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "told"),
+    [
+        (0.0042, 2, "0.0042"), (-3e-5, 1, "-0.000030"), (0.004, 0, "0.0040"), (0.0, 2, "0.00"),
+        (-1e-9, 2, "-0.00"), (0.005, 2, "0.01"), (12.0, 0, "12"),
+    ],
+)  # fmt: skip
+def test_what_is_not_zero_does_not_look_so(value: float, digits: int, told: str) -> None:
+    assert number(value, digits) == told

@@ -14,7 +14,7 @@ from test_report_sweep import BASE, EXPERIMENT
 from bindusbl_des import Result, Scenario, load_scenario, simulate, sweep
 from bindusbl_des.campaigns.page import sweep_page
 from bindusbl_des.core.palette import COLOURS
-from bindusbl_des.core.wording import significant
+from bindusbl_des.core.wording import significant, with_ends, with_half
 from bindusbl_des.report.comparison import comparison_page
 from bindusbl_des.report.gaps import shown_until
 from bindusbl_des.report.run_page import run_page
@@ -425,6 +425,10 @@ def test_numbers_of_pages_have_no_exponents(opened: Open, recovery: Path) -> Non
     it = opened(recovery)
     for value in (231.4, 5.3e-15, 0.05349, 12345.6, 2.6e-6, -1.26, 0.0):
         assert it.ask(f"significant({value}, 2)") == significant(value, 2)
+    for mean, half in ((0.9224, 0.0351), (264.43, 0.013), (5.0, 0.0), (0.5, 2e-8), (0.35, 14.2)):
+        assert it.ask(f"withHalf({mean}, {half})") == list(with_half(mean, half))
+    for ends in ((0.785, 0.764, 0.806), (0.785, 0.78462, 0.78538), (1.0, 1.0, 1.0), (0.0, -1, 1)):
+        assert it.ask(f"withEnds({', '.join(map(str, ends))})") == list(with_ends(*ends))
     options = it.ask(
         """(() => { byId("window").replaceChildren(); Timeline.prototype.choices.call({
             mission: { duration: 4000, round: 29 }, sheet: { paint() {} } });

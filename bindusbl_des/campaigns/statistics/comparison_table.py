@@ -5,11 +5,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import isfinite
 from typing import get_args
 
-from ...core.wording import WIDEST, aligned, counted, filled, plain, significant
+from ...core.wording import WIDEST, aligned, counted, decimals, filled, plain, significant
 from ...records.metrics import WORST, of_an_auv
 from .differences import Difference, End, Verdict
 from .findings import who_is_worst, who_lacks
-from .intervals import CONFIDENCE, decimals, short_key
+from .intervals import CONFIDENCE, short_key
 from .outcomes import lacking, unit
 
 # More points than this are left to `--json` and `--out`.

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ...core.arrays import Flags, Floats, Ints
-from ...core.wording import did_you_mean, lettered, plain
+from ...core.wording import counted, decimals, did_you_mean, lettered, number, plain
 from ...records.metrics import lower_is_better, of_an_auv
 from ...scenario.files.plain_yaml import read_yaml
 from ..campaign import Campaign
@@ -25,7 +25,7 @@ from .intervals import (
     points_named,
     written,
 )
-from .outcomes import Fleets, MissionOutcomes
+from .outcomes import Fleets, MissionOutcomes, failed_because
 
 
 @dataclass(frozen=True)
@@ -59,22 +59,22 @@ def pairs_within(campaign: Campaign, by: str | None, baseline: str | None) -> It
     """
     key = _key(campaign, by)
     groups: dict[str, dict[str, int]] = {}
-    for number, point in enumerate(campaign.plan.points):
+    for place, point in enumerate(campaign.plan.points):
         held = {name: value for name, value in point.varied.items() if name != key}
-        groups.setdefault(plain(list(held.items())), {})[plain(point.varied[key])] = number
+        groups.setdefault(plain(list(held.items())), {})[plain(point.varied[key])] = place
     first = _baseline(campaign, key, baseline)
     values = dict.fromkeys(plain(point.varied[key]) for point in campaign.plan.points)
     labels = {name: lettered(n) for n, name in enumerate(dict.fromkeys((first, *values)))}
     pairs = 0
     for points in groups.values():
         start = points.get(first)
-        for value, number in points.items() if start is not None else ():
-            if start is not None and number != start:
+        for value, place in points.items() if start is not None else ():
+            if start is not None and place != start:
                 pairs += 1
                 held = campaign.plan.points[start].varied
                 yield Pair(
                     Side(campaign, start, first, labels[first]),
-                    Side(campaign, number, value, labels[value]),
+                    Side(campaign, place, value, labels[value]),
                     {name: setting for name, setting in held.items() if name != key},
                     key,
                 )
@@ -140,13 +140,13 @@ def pairs_between(one: Campaign, other: Campaign, label: str = "B") -> Iterator[
             "are compared when they vary the same keys, or when one has a single point"
         )
     pairs = 0
-    for number, point in enumerate(points):
+    for place, point in enumerate(points):
         for match, twin in enumerate(others):
             if alone or point.varied == twin.varied:
                 pairs += 1
                 held = dict((point if len(others) == 1 else twin).varied)
                 yield Pair(
-                    Side(one, number, str(one.folder), lettered(0)),
+                    Side(one, place, str(one.folder), lettered(0)),
                     Side(other, match, str(other.folder), label),
                     held,
                 )
@@ -309,7 +309,9 @@ def left_out(pairs: Sequence[Pair], found: Found) -> Iterator[str]:
     sides = {(s.campaign.folder, s.point): s for p in pairs for s in (p.baseline, p.other)}
     failed = sum(found[folder].failed(point) for folder, point in sides)
     if failed:
-        yield f"failed missions are left out ({failed}), and those they would be paired with"
+        why = next(filter(None, (failed_because(folder) for folder, _ in sides)), "")
+        missions = counted(failed, "failed mission")
+        yield f"{missions} and those they would be paired with are left out{why}"
     for campaign in {side.campaign.folder: side.campaign for side in sides.values()}.values():
         missing = campaign.state().missing
         if missing:
@@ -358,8 +360,7 @@ def _effect(plan: ExperimentPlan, key: str, error: np.ndarray) -> tuple[float, s
     names = [value for value, is_seen in zip(values, seen, strict=True) if is_seen]
     means = table[whole].mean(axis=0)
     low, high = int(np.argmin(means)), int(np.argmax(means))
-    left = int((~whole).sum())
+    left, places = int((~whole).sum()), max(2, decimals(means[high] - means[low], digits=1))
     rest = f" (without {left} of {len(table)} combinations that lack a value)" * bool(left)
-    return float(means[high] - means[low]), (
-        f"{key}: {means[low]:.2f} m at {names[low]}, {means[high]:.2f} m at {names[high]}{rest}"
-    )
+    ends = [f"{number(means[end], places)} m at {names[end]}" for end in (low, high)]
+    return float(means[high] - means[low]), f"{key}: {', '.join(ends)}{rest}"

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ...core.arrays import Floats
-from ...core.wording import counted, significant
+from ...core.wording import counted, decimals, number, plus_minus, significant
 from ...scenario.declared import navigator_named
 from ...scenario.part_choice import PartChoice
 from ...scenario.scenario import Scenario
@@ -31,16 +31,22 @@ from .intervals import (
     Interval,
     Intervals,
     chance,
-    decimals,
     discoveries,
     interval,
     intervals,
     listed,
-    plus_minus,
     point_name,
     points_named,
 )
-from .outcomes import Fleets, MissionOutcomes, Starved, fleets, outcomes, starved
+from .outcomes import (
+    Fleets,
+    MissionOutcomes,
+    Starved,
+    failed_because,
+    fleets,
+    outcomes,
+    starved,
+)
 
 NEEDED = ("position_error_m", "imu_error_m", "fixes_delivered")
 NAVIGATION = "navigation."
@@ -124,9 +130,9 @@ def _worst_first(harm: HarmfulFixes) -> float:
 def _of_other_navigation(plan: ExperimentPlan) -> dict[int, list[int]]:
     """Return of each point those that differ from it in keys of the navigation alone."""
     groups: dict[str, list[int]] = {}
-    for number, point in enumerate(plan.points):
+    for place, point in enumerate(plan.points):
         held = [item for item in point.varied.items() if not item[0].startswith(NAVIGATION)]
-        groups.setdefault(repr(held), []).append(number)
+        groups.setdefault(repr(held), []).append(place)
     return {
         point: [other for other in them if other != point]
         for them in groups.values()
@@ -160,19 +166,20 @@ MOST_SAID = 3
 
 @dataclass(frozen=True)
 class Findings:
-    """Sentences: the best point, points surely accurate, harm by fixes, AUVs without fixes, and
-    schedules that did not keep signals apart.
+    """Sentences: the best point, points surely accurate, missions that failed, harm by fixes, AUVs
+    without fixes, and schedules that did not keep signals apart.
     """
 
     best: str
     sure: str = ""
+    failed: str = ""
     harm: tuple[str, ...] = ()
     starved: tuple[str, ...] = ()
     collided: str = ""
 
     def sentences(self) -> list[str]:
         """Return all of them, what matters most first."""
-        said = (self.best, self.sure, *self.harm, *self.starved, self.collided)
+        said = (self.best, self.sure, self.failed, *self.harm, *self.starved, self.collided)
         return [text for text in said if text]
 
 
@@ -180,8 +187,9 @@ def findings(folder: Path, plan: ExperimentPlan) -> Findings:
     """Return what the missions of a campaign that have a row show."""
     found = outcomes(folder, (ERROR, ERROR_P95, *COLLISIONS))
     if not found.ok.any():
-        why = f": all {len(found.ok)} failed" if len(found.ok) else ""
-        return Findings(f"No mission has gone well{why or ' yet'}.")
+        count = len(found.ok)
+        failed = f": all {count} failed{failed_because(folder)}"
+        return Findings(f"No mission has gone well{failed if count else ' yet'}.")
     if np.isnan(found.metrics[ERROR][found.ok]).all():
         return Findings(f"No mission that went well has a {ERROR}.")
     served = fleets(folder, NEEDED)
@@ -189,10 +197,17 @@ def findings(folder: Path, plan: ExperimentPlan) -> Findings:
     return Findings(
         _best(found, plan),
         _sure(found, len(plan.points)),
+        _failed(folder, found),
         tuple(harm_said(harmed(served, plan), plan, everywhere)),
         tuple(starved_said(starved(served), plan, everywhere)),
         _collided(found, plan),
     )
+
+
+def _failed(folder: Path, found: MissionOutcomes) -> str:
+    """Return how many missions failed, and why; empty where none did."""
+    failed, ran = int((~found.ok).sum()), counted(len(found.ok), "mission")
+    return f"{failed} of {ran} failed{failed_because(folder)}." if failed else ""
 
 
 def _best(found: MissionOutcomes, plan: ExperimentPlan) -> str:
@@ -343,8 +358,8 @@ def _once(them: list[HarmfulFixes], missions: int, plan: ExperimentPlan) -> str:
     place = point_name(worst.point, plan.points[worst.point].varied)
     return (
         f"In {count} of {missions} missions of points with one seed an AUV was worse with fixes "
-        f"than without, most {worst.auv} at {place}: {worst.with_fixes:.2f} m with, "
-        f"{worst.without:.2f} m without. One mission may be chance; run more seeds."
+        f"than without, most {worst.auv} at {place}: {number(worst.with_fixes)} m with, "
+        f"{number(worst.without)} m without. One mission may be chance; run more seeds."
     )
 
 
@@ -371,7 +386,7 @@ def _harm(them: list[HarmfulFixes], plan: ExperimentPlan) -> str:
     most = f", {worst.auv} most" if len(them) > 1 else ""
     said = (
         f"Fixes make {_auvs([harm.auv for harm in them])} worse at {place}{most}: "
-        f"{worst.with_fixes:.2f} m with, {worst.without:.2f} m without"
+        f"{number(worst.with_fixes)} m with, {number(worst.without)} m without"
     )
     said += (
         f", +{change.mean:.{digits}f} m [{change.low:+.{digits}f}, {change.high:+.{digits}f}] "
@@ -379,7 +394,7 @@ def _harm(them: list[HarmfulFixes], plan: ExperimentPlan) -> str:
     )
     if worst.tried:
         tried = point_name(worst.tried.point, plan.points[worst.tried.point].varied)
-        said += f" At {tried} it has {worst.tried.error:.2f} m."
+        said += f" At {tried} it has {number(worst.tried.error)} m."
     return said
 
 

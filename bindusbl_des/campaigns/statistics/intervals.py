@@ -1,18 +1,18 @@
-"""Means with confidence intervals, without scipy; and how they and their points are written."""
+"""Means with confidence intervals, without scipy; and how their points are named."""
 
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from math import atan, cos, floor, inf, isfinite, log10, nan, pi, sin, sqrt, tan
-from statistics import NormalDist, fmean
+from math import atan, cos, inf, nan, pi, sin, sqrt, tan
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.arrays import Floats
-from ...core.wording import significant
+from ...core.wording import ROUND_OFF as ROUND_OFF
 
 # Student's t for 95 % confidence (two-sided) by degrees of freedom 1, 2, ...; standard tables.
 STUDENT_95 = (
@@ -23,11 +23,6 @@ STUDENT_95 = (
 CONFIDENCE = 0.95
 NORMAL_95 = NormalDist().inv_cdf((1 + CONFIDENCE) / 2)
 
-# Numbers that differ by less than this share of their size differ by how they were rounded.
-ROUND_OFF = 1e-9
-
-# More decimals of a number, or digits of a mean, nobody reads.
-MOST_DECIMALS = MOST_DIGITS = 4
 # More values than this are named in a sentence by the first few.
 MOST_NAMED = 6
 
@@ -88,15 +83,7 @@ def interval(values: Sequence[float | None]) -> Interval:
     >>> interval([0.1 + 0.2, 0.3]).half_width
     0.0
     """
-    known = np.array(values, dtype=float)  # None becomes nan
-    known = known[~np.isnan(known)]
-    count = len(known)
-    if count < 2:
-        return Interval(float(known[0]) if count else nan, nan, count)
-    mean = fmean(known.tolist())
-    half = student_95(count - 1) * float(np.std(known, ddof=1)) / sqrt(count)
-    is_round_off = half <= ROUND_OFF * float(np.abs(known).max())
-    return Interval(mean, 0.0 if is_round_off else half, count)
+    return intervals(np.array([values], dtype=float)).at(0)  # None becomes nan
 
 
 def intervals(values: Floats, together: int = 1) -> Intervals:
@@ -255,28 +242,3 @@ def listed(words: Sequence[str]) -> str:
     ('AUV0', 'AUV0, AUV1 and AUV2')
     """
     return " and ".join(part for part in (", ".join(words[:-1]), words[-1]) if part)
-
-
-def decimals(*scales: float) -> int:
-    """Return the decimals that show two digits of the first scale that is known and not zero.
-
-    >>> decimals(0.035), decimals(float("nan"), 12.0), decimals(0.0)
-    (3, 0, 3)
-    """
-    known = [value for value in scales if isfinite(value) and value > 0]
-    return min(max(1 - floor(log10(known[0])), 0), MOST_DECIMALS) if known else 3
-
-
-def plus_minus(mean: float, half: float) -> str:
-    """Return a mean with half its interval, as many digits as that bears, of the mean four.
-
-    >>> plus_minus(0.9224, 0.0351), plus_minus(5.0, 0.0), plus_minus(264.43, 0.013)
-    ('0.922 +- 0.035', '5.00 +- 0', '264.4 +- 0.0')
-    """
-    if not isfinite(half):
-        return significant(mean)
-    if half == 0:
-        return f"{significant(mean)} +- 0"
-    whole = max(floor(log10(abs(mean) or 1.0)) + 1, 1)
-    places = max(min(decimals(half), MOST_DIGITS - whole), 0)
-    return f"{mean:.{places}f} +- {half:.{places}f}"

@@ -13,7 +13,7 @@ import numpy as np
 import pyarrow as pa
 
 from ...core.arrays import Flags, Floats, Ints
-from ...core.wording import did_you_mean
+from ...core.wording import did_you_mean, printable
 from ...records.events import NONE
 from ...records.metrics import METRICS_ARE, WORST, WORST_IS_LARGEST, AuvMetrics, of_an_auv
 from ...results.columns import numpy_array, numpy_columns
@@ -42,6 +42,10 @@ LACKING = {
     "fix_error": "was never located",
     "hf_coverage": "sent no ping that landed",
 }
+
+
+# So much of an error a sentence has.
+MOST_LETTERS = 300
 
 
 @cache
@@ -191,6 +195,24 @@ def auv_numbers(names: pa.ChunkedArray) -> Ints:
     places = np.nan_to_num(numpy_array(each.indices), nan=len(numbers)).astype(np.int64)
     found: Ints = np.array([*numbers, NONE], np.int64)[places]
     return found
+
+
+def failed_because(folder: Path) -> str:
+    """Return why missions of a campaign failed, to stand behind how many; "" where none did.
+
+    Of several errors it is that of most missions, and of how many.
+    """
+    rows = read_table(folder, MISSIONS, ("error",))
+    if rows is None or rows["error"].null_count == len(rows):
+        return ""
+    errors = rows["error"].combine_chunks().dictionary_encode()
+    places = numpy_array(errors.indices)
+    times = np.bincount(places[~np.isnan(places)].astype(np.int64))
+    most = int(np.argmax(times))
+    said = printable(errors.dictionary[most].as_py())
+    said = said if len(said) <= MOST_LETTERS else f"{said[:MOST_LETTERS]}..."
+    which = f", {times[most]} of them" if times[most] < times.sum() else ""
+    return f"{which}: {said.removesuffix('.')}"
 
 
 def check_recorded(folder: Path, rows: pa.Table, names: Sequence[str]) -> None:

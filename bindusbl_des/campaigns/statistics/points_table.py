@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ...core.wording import WIDEST, filled, lettered
+from ...core.wording import WIDEST, filled, lettered, number, plus_minus
 from ..experiments.experiment import ExperimentPlan, checkpoints
 from ..storage.parts import MISSIONS
 from .findings import Findings
-from .intervals import Interval, interval, short_key, written
+from .intervals import interval, short_key, written
 from .outcomes import JUDGED, MissionOutcomes, outcomes
 
 SD = "navigation.velocity_bias_sd_m_per_s"
@@ -116,12 +116,12 @@ def wide_points(plan: ExperimentPlan, found: MissionOutcomes) -> list[int]:
     ]
 
 
-# metric, heading, digits of mean and interval (0: without one), what it is
+# metric, heading, decimals at least (none: as its interval has, which is shown), what it is
 METRICS = (
-    ("worst_position_error_m", "error m", 2, 2, "error: the mean over time"),
-    ("worst_position_error_p95_m", "95 % m", 2, 2, "95 %: it is below that 95 % of the time"),
-    ("worst_fix_age_p95_s", "age s", 1, 0, "age: the last fix is younger 95 % of the time"),
-    ("position_error_m", "fleet m", 2, 0, "fleet: the mean error of all AUVs"),
+    ("worst_position_error_m", "error m", None, "error: the mean over time"),
+    ("worst_position_error_p95_m", "95 % m", None, "95 %: it is below that 95 % of the time"),
+    ("worst_fix_age_p95_s", "age s", 1, "age: the last fix is younger 95 % of the time"),
+    ("position_error_m", "fleet m", 2, "fleet: the mean error of all AUVs"),
 )
 SHORTEST_KEY = 4
 
@@ -142,12 +142,12 @@ def points_table(folder: Path, plan: ExperimentPlan, said: Findings) -> str:
     rows = [["point", *keys, "ok", "worst", *(metric[1] for metric in METRICS)]]
     for point in range(min(len(plan.points), MOST_ROWS)):
         labels = [written(value) for value in plan.points[point].varied.values()]
-        cells = [_cell(found, point, *metric[:4]) for metric in METRICS]
+        cells = [_cell(found, point, metric[0], metric[2]) for metric in METRICS]
         rows.append([str(point), *labels, _well(found, point), _who(found, point), *cells])
     lines, shown = _lines(rows)
     if len(plan.points) > MOST_ROWS:
         lines.append(f"... {len(plan.points) - MOST_ROWS} more points in {MISSIONS}/")
-    columns = [metric[4] for metric in METRICS[:shown]]
+    columns = [metric[3] for metric in METRICS[:shown]]
     return "\n".join([*lines, *_told(plan, said, columns), *_reached(plan, found)])
 
 
@@ -193,21 +193,12 @@ def _who(found: MissionOutcomes, point: int) -> str:
     return name if count == who.total() else f"{name} {count}/{who.total()}"
 
 
-def _cell(
-    found: MissionOutcomes, point: int, metric: str, _: str, digits: int, interval_digits: int
-) -> str:
+def _cell(found: MissionOutcomes, point: int, metric: str, digits: int | None) -> str:
     values = found.at(point, metric)[1].tolist()
-    estimate = interval(values)
-    shown = _number(estimate, digits, interval_digits)
-    return shown if estimate.count == len(values) else f"{shown} ({estimate.count}/{len(values)})"
-
-
-def _number(found: Interval, digits: int, interval_digits: int) -> str:
-    if found.count == 0:
-        return "-"
-    if found.count == 1 or not interval_digits:
-        return f"{found.mean:.{digits}f}"
-    return f"{found.mean:.{digits}f} +- {found.half_width:.{interval_digits}f}"
+    known = interval(values)
+    half = known.half_width
+    shown = plus_minus(known.mean, half) if digits is None else number(known.mean, digits)
+    return shown if known.count == len(values) else f"{shown} ({known.count}/{len(values)})"
 
 
 def _lines(rows: list[list[str]]) -> tuple[list[str], int]:

@@ -209,3 +209,14 @@ function significant(value, digits = 3) {
   const whole = Math.floor(Math.log10(Math.abs(value))) + 1;
   return value.toFixed(Math.min(Math.max(digits - whole, 0), 6));
 }
+
+// A mean and half its interval, two digits of that; and a mean with the ends of its interval, as many digits as tell these apart.
+function withHalf(mean, half) {
+  if (!(half > 1e-9 * Math.abs(mean))) return [significant(mean), Number.isFinite(half) ? "0" : "–"];
+  const places = Math.min(Math.max(1 - Math.floor(Math.log10(half)), 0), 6);
+  return [mean.toFixed(places), half < 0.5e-6 ? "<0.000001" : half.toFixed(places)];
+}
+function withEnds(mean, low, high) {
+  const half = (high - low) / 2, apart = Math.floor(Math.log10(Math.abs(mean))) - Math.floor(Math.log10(half)) + 1;
+  return [mean, low, high].map((value) => significant(value, Number.isFinite(apart) ? Math.max(3, apart) : 3));
+}

@@ -13,8 +13,9 @@ function heatmap(host, scale, { rows, columns, rowName, columnName, cells, unit,
     const gap = cell ? gapText(cell) : "";
     if (!cell || !Number.isFinite(cell.mean)) return make("td", { class: gap ? "gap none" : "none" }, "–", ...(gap ? [make("small", {}, gap)] : []));
     const share = high > low ? (cell.mean - low) / (high - low) : 0.5;
-    const text = make("td", { class: `shade${Math.round(10 * (more ? 1 - share : share))}`, title: `${cell.point}; ${cell.count} missions` }, significant(cell.mean));
-    text.append(make("small", {}, Number.isFinite(cell.half) ? `± ${significant(cell.half, 2)}` : "one seed"));
+    const [told, half] = withHalf(cell.mean, cell.half);
+    const text = make("td", { class: `shade${Math.round(10 * (more ? 1 - share : share))}`, title: `${cell.point}; ${cell.count} missions` }, told);
+    text.append(make("small", {}, Number.isFinite(cell.half) ? `± ${half}` : "one seed"));
     if (gap) text.append(make("small", {}, gap));
     return text;
   })));

@@ -78,7 +78,7 @@ class Inspector {
     });
     for (const fix of this.fixesOf(row)) {
       const made = Math.min(Number.isFinite(fixes.broadcast[fix]) ? fixes.broadcast[fix] : Infinity, Math.max(...steps.map(([at]) => at)));
-      steps.push([made, `Fix ${fix} is made: x ${fixes.x[fix].toFixed(2)} ± ${fixes.sd_x[fix].toFixed(2)}, y ${fixes.y[fix].toFixed(2)} ± ${fixes.sd_y[fix].toFixed(2)} m`]);
+      steps.push([made, `Fix ${fix} is made: x ${withHalf(fixes.x[fix], fixes.sd_x[fix]).join(" ± ")}, y ${withHalf(fixes.y[fix], fixes.sd_y[fix]).join(" ± ")} m`]);
       const frame = broadcasts.at.findIndex((at, i) => Math.abs(at - fixes.broadcast[fix]) < 1e-6 && broadcasts.asv[i] === fixes.by[fix]);
       if (Number.isFinite(fixes.broadcast[fix]) && fixes.by[fix] >= 0 && !mission.asvsPing) {
         const told = frame < 0 ? "answers it" : `broadcasts ${broadcasts.fixes[frame] === 1 ? "the fix alone" : `it among ${broadcasts.fixes[frame]} fixes`}, ${broadcasts.airtime[frame].toFixed(4)} s on the air`;

@@ -110,8 +110,8 @@ class Pareto {
   }
   words({ number, y, low, high, simulated }) {
     const it = this.candidates[number], goal = this.goal[+byId("goal").value || 0];
-    const bars = Number.isFinite(low) && Number.isFinite(high) ? ` (${significant(low)} to ${significant(high)})` : "";
-    return `Candidate ${number + 1}, ${it.asvs} vessels: ${significant(y)}${bars} ${goal?.unit ?? ""} ${simulated ? `simulated in ${it.simulated.missions} missions` : "predicted, not simulated"}${it.verdict ? `; ${it.verdict}` : ""}`;
+    const [mean, from, to] = withEnds(y, low, high), bars = Number.isFinite(low) && Number.isFinite(high) ? ` (${from} to ${to})` : "";
+    return `Candidate ${number + 1}, ${it.asvs} vessels: ${mean}${bars} ${goal?.unit ?? ""} ${simulated ? `simulated in ${it.simulated.missions} missions` : "predicted, not simulated"}${it.verdict ? `; ${it.verdict}` : ""}`;
   }
   // Arrow keys go from one simulated candidate to the next; the plot is one stop of tab.
   press(event, number) {

@@ -175,7 +175,7 @@ class Chart {
     const it = this.candidates[this.shown]?.simulated;
     const which = this.goals.indexOf(this.goal), [mean, low, high] = ["mean", "low", "high"].map((name) => it?.[name]?.[which]);
     if (!Number.isFinite(mean)) return "Not simulated as it lies here.";
-    const { factor, unit } = this.goal, [told, from, to] = [mean, low, high].map((value) => significant(value * factor));
+    const { factor, unit } = this.goal, [told, from, to] = withEnds(mean * factor, low * factor, high * factor);
     return `Simulated in ${it.missions} missions: ${told} ${unit}${Number.isFinite(low) && Number.isFinite(high) ? `, the mean lying from ${from} to ${to} ${unit}` : ""}.`;
   }
   met() {
