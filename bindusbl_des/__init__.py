@@ -16,7 +16,12 @@ if TYPE_CHECKING:
     from .acoustics.messages import airtime
     from .acoustics.travel_time import travel_time
     from .advice.advising import advise
-    from .campaigns.campaign import Campaign, CampaignInterrupted, load_campaign
+    from .campaigns.campaign import (
+        Campaign,
+        CampaignInterrupted,
+        CampaignState,
+        load_campaign,
+    )
     from .campaigns.compare import compare
     from .campaigns.running import resume, sweep
     from .geometry.coverage import covered_area, covering_radius
@@ -67,6 +72,7 @@ _HOMES = {
     "BroadcastView": "protocol.broadcasters",
     "Campaign": "campaigns.campaign",
     "CampaignInterrupted": "campaigns.campaign",
+    "CampaignState": "campaigns.campaign",
     "advise": "advice.advising",
     "compare": "campaigns.compare",
     "load_campaign": "campaigns.campaign",
@@ -119,6 +125,7 @@ __all__ = [
     "BroadcastView",
     "Campaign",
     "CampaignInterrupted",
+    "CampaignState",
     "DeadReckoning",
     "Instruments",
     "Mission",

@@ -100,7 +100,9 @@ result.report("report.html")                                 # the page of `run`
 
 campaign = sweep("scenarios/quickstart.yaml", vary={"asvs.count": [1, 2, 3]}, seeds=4)
 print(campaign.summary())                                    # the table of `sweep`
-print(campaign.missions.groupby("asvs.count").worst_position_error_m.mean())
+points = campaign.points                                     # mean, low, high, n of all metrics
+print(points[points.metric == "worst_position_error_m"])
+print(campaign.to_latex())                                   # the same for a paper
 ```
 
 Notebooks display scenarios, results, campaigns and figures: [examples](index.md#notebooks).
@@ -122,8 +124,8 @@ RUNNING = Section(
 )  # fmt: skip
 HELD = Section(
     "What one holds", "",
-    ("Scenario", "ScenarioError", "Result", "Campaign", "CampaignInterrupted", "Plan", "Verdict",
-     "Mission"),
+    ("Scenario", "ScenarioError", "Result", "Campaign", "CampaignState", "CampaignInterrupted",
+     "Plan", "Verdict", "Mission"),
 )  # fmt: skip
 
 MEASURED = Section(

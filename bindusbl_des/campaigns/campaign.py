@@ -1,6 +1,7 @@
 """A campaign as it lies on the disk: how far it is and what it found."""
 
-from collections.abc import Iterator, Mapping
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,16 +14,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.files import folder_draft, write_text
-from ..core.wording import counted
-from ..results.result import face
+from ..core.kept_files import placed
+from ..core.wording import counted, did_you_mean, plain, shortened
+from ..results.result import Result, face
+from ..scenario.scenario import Scenario
 from .experiments.experiment import Experiment, ExperimentPlan, fingerprint
 from .statistics.findings import findings
-from .statistics.outcomes import outcomes
-from .statistics.points_table import points_table, seeds_wanted
-from .storage.done import Done
+from .statistics.outcomes import JUDGED, outcomes
+from .statistics.points_table import (
+    latex_table,
+    points_rows,
+    points_table,
+    seeds_wanted,
+)
+from .storage.done import OK, Done
 from .storage.folder import LOCK, CampaignError, damaged_record, is_locked, read_record
-from .storage.part_rows import done, read_part, read_table
-from .storage.parts import MISSIONS, committed, listed
+from .storage.part_rows import (
+    done,
+    of_mission,
+    of_schema,
+    read_part,
+    read_table,
+    varied_columns,
+)
+from .storage.parts import MISSIONS, TABLES, committed, listed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,13 +46,19 @@ if TYPE_CHECKING:
 PAGE = "campaigns.page:sweep_page"  # a page (HTML)
 FIGURE = "campaigns.drawing:drawn"  # a figure (matplotlib), given its kind and width (in)
 
+# Columns of a table that say of which mission a row is, before its point and varied keys: number,
+# fingerprint, seed
+LABELS = 3
+
 # What a plan that somebody made up may raise.
 WRONG = (AttributeError, LookupError, TypeError, ValueError, ArithmeticError, RecursionError)
 
 
 @dataclass(frozen=True)
 class CampaignState:
-    """How far a campaign is."""
+    """How far a campaign is: of all its `missions`, how many are `done` and how many `failed`; its
+    `status` (complete, running, interrupted, killed); missions per second, None where not known.
+    """
 
     missions: int
     done: int
@@ -177,6 +198,85 @@ class Campaign:
     def auvs(self) -> "pd.DataFrame":
         """One row per AUV of each mission, in the order of the plan."""
         return self._frame("auvs")
+
+    @cached_property
+    def points(self) -> "pd.DataFrame":
+        """A row per metric and point: its number, varied keys, metric and unit, mean, `low` and
+        `high` of its 95 % interval (Student's t), and the number `n` of missions that have a value,
+        of so many `missions` that went well.
+        """
+        found: pd.DataFrame = points_rows(self.folder, self.plan).to_pandas()
+        return found
+
+    def to_latex(
+        self, path: str | Path | None = None, *, metrics: Sequence[str] = JUDGED[:3]
+    ) -> str:
+        """Return a LaTeX table, a row per point: varied keys, number of missions, and mean +- half
+        the 95 % interval of some metrics; also write it to `path`, if given.
+
+        It needs no package of LaTeX's.
+
+        Raises:
+            ValueError: when there is no such metric.
+            OSError: when it cannot be written.
+        """
+        text = latex_table(self.folder, self.plan, self.record["name"], metrics)
+        if path is not None:
+            write_text(Path(path), text)
+        return text
+
+    def table(self, name: str) -> "pd.DataFrame":
+        """Return a table of all missions: `missions`, `auvs`, or with `detail: full` of events,
+        such as `fixes`; each row with its mission, seed, point and varied keys.
+
+        Raises:
+            ValueError: when there is no such table, or the campaign has kept none.
+        """
+        if name in (MISSIONS, "auvs"):
+            return self.missions if name == MISSIONS else self.auvs
+        if name not in TABLES:
+            hint = did_you_mean(name, TABLES) or f"; there are {', '.join(TABLES)}"
+            raise ValueError(f"no table {name!r}{hint}")
+        if self.experiment.detail != "full":
+            raise ValueError(
+                f"{self.folder} has no table {name!r}, since it keeps metrics alone; sweep with "
+                "detail full into another folder, or fly one of its missions by `simulate`"
+            )
+        frame = self._frame(name)
+        if len(frame):
+            point = frame["mission"].to_numpy() // len(self.experiment.seeds)
+            frame.insert(LABELS, "point", point)
+            varied = [planned.varied for planned in self.plan.points]
+            keys = varied_columns(self.plan.columns, varied).items()
+            for place, (key, values) in enumerate(keys, LABELS + 1):
+                frame.insert(place, key, values.to_pandas().to_numpy()[point])
+        return frame
+
+    def result(self, point: int, seed: int) -> Result:
+        """Return a mission by its point's number and its seed, as the folder has it: its metrics,
+        and with `detail: full` its tables of events.
+
+        Raises:
+            ValueError: when there is no such mission, or it has not been flown, or failed.
+            CampaignError: when a part is damaged.
+        """
+        seeds, points = self.experiment.seeds, len(self.experiment.points)
+        if point not in range(points):
+            raise ValueError(f"no point {point!r}; there are 0 to {points - 1}")
+        if seed not in seeds:
+            raise ValueError(f"no seed {seed!r}; there are {shortened(plain(list(seeds)))}")
+        rows = of_mission(self.folder, point * len(seeds) + seeds.index(seed))
+        what = f"{self.folder}: the mission of point {point} with seed {seed}"
+        if rows is None:
+            raise ValueError(f"{what} has not been flown; `resume` flies what is missing")
+        rows["mission"] = rows.pop(MISSIONS)
+        (mission,) = rows["mission"].to_pylist()
+        if mission["status"] != OK:
+            raise ValueError(f"{what} failed: {mission['error']}")
+        data = placed(json.loads(self.plan.points[point].scenario), self.folder)
+        tables = {name: of_schema(table, name) for name, table in rows.items()}
+        scenario = Scenario.model_validate(data)
+        return Result(scenario, int(seed), tables, mission["wall_time_s"])
 
     def _frame(self, table: str) -> "pd.DataFrame":
         import pandas as pd

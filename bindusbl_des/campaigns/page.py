@@ -5,7 +5,7 @@ A campaign as data of a page: its varied keys, and each point's metrics with the
 
 import html
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from string import Template
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,7 @@ from .failures import failures_in
 from .statistics.differences import key_effects
 from .statistics.findings import Findings, findings
 from .statistics.intervals import intervals, short_names, written
-from .statistics.outcomes import JUDGED, MEANS, MissionOutcomes, outcomes
+from .statistics.outcomes import JUDGED, MEANS, MissionOutcomes, metric_by_metric, outcomes
 from .statistics.points_table import in_intervals
 from .sweep_tables import fewest_points, fewest_tables, heat_table, means, worst_auv
 
@@ -135,8 +135,6 @@ FIRST = (*JUDGED, "worst_fix_benefit_m", *MEANS)
 TABLED = (*JUDGED[:3], "worst_fix_benefit_m", MEANS[0])
 # A larger campaign shows its first points; its tables hold them all.
 MOST_POINTS = 500
-# Values of metrics that are in memory at a time: few metrics of many missions, or all of few
-MOST_VALUES = 4_000_000
 # More failures than this are counted, and found in the folder.
 MOST_FAILURES = 200
 
@@ -156,7 +154,10 @@ def sweep_page(campaign: "Campaign", said: Findings | None = None) -> str:
         "metrics": described(metrics),
         "points": [packer.add(column) for column in value_numbers(campaign)],
         "seeds": len(campaign.plan.experiment.seeds),
-        "statistics": dict(_statistics(campaign, metrics, found, packer)),
+        "statistics": {
+            name: packed_statistics(those, name, points, packer)
+            for name, those in metric_by_metric(campaign.folder, metrics, len(campaign.plan))
+        },
         "count": packer.add(well),
         "failed": packer.add(ran - well),
     }
@@ -177,19 +178,6 @@ def sweep_page(campaign: "Campaign", said: Findings | None = None) -> str:
         + _origin(campaign)
     )
     return assembled(f"{campaign.record['name']}: sweep", body, SCRIPTS, data, packer.text())
-
-
-def _statistics(
-    campaign: "Campaign", metrics: Sequence[str], found: MissionOutcomes, packer: Packer
-) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield each metric with its statistics at all points, some metrics in memory at a time: first
-    those that are `found`.
-    """
-    points, at_a_time = len(campaign.plan.points), max(1, MOST_VALUES // max(len(found.mission), 1))
-    for number, name in enumerate(metrics):
-        if name not in found.metrics:
-            found = outcomes(campaign.folder, metrics[number : number + at_a_time])
-        yield name, packed_statistics(found, name, points, packer)
 
 
 def _head(campaign: "Campaign") -> str:

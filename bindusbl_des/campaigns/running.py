@@ -5,7 +5,7 @@ import math
 import os
 import time
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from inspect import signature
@@ -21,13 +21,13 @@ from numpy.typing import NDArray
 from ..core.files import sync
 from ..core.kept_files import keep, portable
 from ..core.plugins import allow
-from ..core.process import answered, end_now, say
+from ..core.process import answered, end_now, in_notebook, say
 from ..core.wording import described, did_you_mean
 from ..results.result import scenario_sha256, versions
 from ..scenario.files.shipped import located
 from ..scenario.part_choice import own_part
 from ..scenario.scenario import Scenario
-from .campaign import Campaign, CampaignInterrupted, unfinished_campaign
+from .campaign import Campaign, CampaignInterrupted, CampaignState, unfinished_campaign
 from .experiments.experiment import Detail, Experiment, ExperimentPlan
 from .experiments.experiment_file import load_experiment
 from .experiments.options import PythonArguments
@@ -49,7 +49,7 @@ from .storage.folder import (
 from .storage.joining import compact
 from .storage.part_rows import done
 from .storage.parts import clean_parts, plans_of_parts, set_aside
-from .workers.batches import NotWritten, as_not_written, compile_kernels
+from .workers.batches import NotWritten, Row, as_not_written, compile_kernels
 from .workers.pools import Progress, at_work, pool_for
 from .workers.supervisor import Supervisor, interruptible
 
@@ -62,18 +62,25 @@ class RunSettings:
     """How a campaign is run, which changes nothing of what it finds.
 
     Raises:
+        TypeError: when `progress` cannot be called.
         ValueError: when the time that a mission may take is no time, or nobody is to work.
     """
 
     workers: int | None = None
     backend: str = "local"
-    quiet: bool = True
+    quiet: bool | None = None
     mission_timeout_s: float | None = None
+    progress: Callable[[CampaignState], object] | None = None
 
     def __post_init__(self) -> None:
         workers = self.workers
         if workers is not None and (not isinstance(workers, int) or workers < 1):
             raise ValueError(f"workers needs a whole number >= 1; got {described(workers)}")
+        if self.progress is not None and not callable(self.progress):
+            raise TypeError(
+                "progress needs a function, which is called with how far the campaign is; got "
+                + described(self.progress)
+            )
         limit = self.mission_timeout_s
         if limit is None or limit == math.inf:  # which means none
             object.__setattr__(self, "mission_timeout_s", None)
@@ -89,8 +96,9 @@ class HowToRun(TypedDict, total=False):
 
     workers: int | None
     backend: str
-    quiet: bool
+    quiet: bool | None
     mission_timeout_s: float | None
+    progress: Callable[[CampaignState], object] | None
 
 
 def settings_of(given: Mapping[str, Any], function: Callable[..., Any]) -> RunSettings:
@@ -119,6 +127,7 @@ def sweep(
     out: str | Path | None = None,
     *,
     vary: Mapping[str, Iterable[Any]] | None = None,
+    points: Iterable[Mapping[str, Any]] | None = None,
     seeds: int | Iterable[int] | None = None,
     detail: Detail | None = None,
     until_ci: Mapping[str, float | str] | None = None,
@@ -130,19 +139,21 @@ def sweep(
 
     `experiment` is a scenario, or the path of a scenario or an experiment file, or the name of one
     that ships.  Over it are laid `vary` (dotted keys, each with its values, or with a range such as
-    ``"2:5"``: every combination is a point), `seeds` (N for 0 to
-    N - 1, or those to take; 1 unless the file says), `detail` ("summary" or "full", which keeps the
-    event tables) and `until_ci` (metrics with the half width of their 95 % confidence interval at
-    which a point stops, such as ``"5%"``).  `shard` (i, N) runs the i-th of N shares.
+    ``"2:5"``: every combination is a point) or `points` (a mapping of dotted keys to values for
+    each, or a frame with a row for each), `seeds` (N for 0 to N - 1, or those to take; 1 unless the
+    file says), `detail` ("summary" or "full", which keeps the event tables) and `until_ci` (metrics
+    with the half width of their 95 % confidence interval at which a point stops, such as ``"5%"``).
+    `shard` (i, N) runs the i-th of N shares.
 
     Without `out` the campaign lies in a temporary folder that goes with the campaign; its `write`
     keeps it.  Interrupted or killed, a campaign in a folder is continued by `resume`, or by the
     same call again.
 
     Settings: `workers` (processes at once, one per CPU), `backend` ("local" or "dask:ADDRESS"),
-    `quiet` (True: no progress is shown) and `mission_timeout_s` (s; a mission that takes longer is
-    ended and counts as failed).  Plug-ins (``module:object``) are loaded with `allow_plugins` only,
-    or where they were admitted before.
+    `quiet` (False: progress is shown, True: it is not; None: in notebooks it is), `progress` (a
+    function that is called with the :class:`CampaignState` after each batch of missions) and
+    `mission_timeout_s` (s; a mission that takes longer is ended and counts as failed).  Plug-ins
+    (``module:object``) are loaded with `allow_plugins` only, or where they were admitted before.
 
     Raises:
         ScenarioError: when a file, a key or a value is wrong, listing every mistake.
@@ -158,7 +169,7 @@ def sweep(
         raise TypeError(f"out needs a folder; got {described(out)}{remedy}")
     if shard is not None and not (len(shard) == 2 and 1 <= shard[0] <= shard[1]):
         raise ValueError(f"shard needs (i, N) with 1 <= i <= N, such as (1, 4); got {shard!r}")
-    asked = PythonArguments(vary, until_ci, seeds, detail)
+    asked = PythonArguments(vary, until_ci, seeds, detail, points)
     if isinstance(experiment, Experiment):
         if asked:
             raise TypeError("an Experiment has its points and seeds; nothing is laid over it")
@@ -196,7 +207,7 @@ def _swept(
     check_name(folder)
     check_backend(settings)
     if restore_record(folder, plan, shard) or is_unfinished(folder, plan, shard):
-        if not settings.quiet:
+        if settings.quiet is False:
             say(f"{folder}: goes on with this campaign")
         return _resumed(folder, settings, _warn)
     check_new(folder, plan)
@@ -387,14 +398,24 @@ def _run_missing(
 ) -> NDArray[np.int64]:
     """Run missions, and those that turn out to be wanted; return what an interrupt left."""
     workers = min(settings.workers or os.cpu_count() or 1, len(missing))
-    progress = Progress(quiet=settings.quiet)
+    is_quiet = not in_notebook() if settings.quiet is None else settings.quiet
+    progress, before = Progress(quiet=is_quiet), campaign.done()
     pool = pool_for(settings.backend, workers)
     limit = settings.mission_timeout_s
-    supervisor = Supervisor(campaign.plan, campaign.folder, pool, progress.note, limit)
+
+    def note(rows: Sequence[Row]) -> None:
+        progress.note(rows)
+        if settings.progress is not None:
+            failed = int(before.failed.sum()) + progress.failed
+            well = len(before) + progress.ran - failed
+            missions = len(before) + progress.total
+            settings.progress(CampaignState(missions, well, failed, "running", progress.rate))
+
+    supervisor = Supervisor(campaign.plan, campaign.folder, pool, note, limit)
 
     def stop() -> None:
         supervisor.stop()
-        if not settings.quiet:
+        if settings.quiet is False:
             say("stopping: the missions under way are finished; Ctrl-C again ends at once")
 
     try:

@@ -157,14 +157,17 @@ def _is_campaign(source: Path) -> bool:
 
 
 def _campaign_tables(source: Path) -> Mapping[str, Any]:
-    """Return the tables of a campaign, finished or not, in the order of its plan."""
-    from ..campaigns.storage.folder import read_record
+    """Return the tables of a campaign, finished or not, and its points, in the plan's order."""
+    from ..campaigns.campaign import unfinished_campaign
+    from ..campaigns.statistics.points_table import points_rows
     from ..campaigns.storage.part_rows import read_table
     from ..campaigns.storage.parts import MISSIONS, TABLES
 
     try:
-        read_record(source)
+        campaign = unfinished_campaign(source)
         found = {name: read_table(source, name) for name in (MISSIONS, *TABLES)}
+        if found[MISSIONS] is not None:
+            found["points"] = points_rows(source, campaign.plan)
     except (OSError, ValueError) as error:
         refuse(str(error))
     tables = {name: table for name, table in found.items() if table is not None}

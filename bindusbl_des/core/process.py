@@ -111,8 +111,13 @@ REDRAWN_EVERY_S = 0.2
 PATIENCE_S = 2.0
 
 
+def in_notebook() -> bool:
+    """Tell whether what is printed stands in a notebook."""
+    return type(sys.stdout).__module__.partition(".")[0] == "ipykernel"
+
+
 class ProgressLine:
-    """A line that is redrawn on a terminal, and written anew now and then elsewhere.
+    """A line that is redrawn on a terminal or in a notebook, and written now and then elsewhere.
 
     One that is only `on_terminals` is not written elsewhere.
     """
@@ -120,8 +125,9 @@ class ProgressLine:
     def __init__(
         self, *, quiet: bool, stream: TextIO | None = None, on_terminals: bool = False
     ) -> None:
-        self._stream = stream or sys.stderr
-        self._redrawn = self._stream.isatty()
+        is_noted = stream is None and in_notebook()  # where stderr stands for trouble
+        self._stream = stream or (sys.stdout if is_noted else sys.stderr)
+        self._redrawn = is_noted or self._stream.isatty()
         self._quiet = quiet or (on_terminals and not self._redrawn)
         self._every = REDRAWN_EVERY_S if self._redrawn else LINE_EVERY_S
         self._drawn = False

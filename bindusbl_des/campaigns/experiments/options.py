@@ -32,33 +32,41 @@ class PythonArguments:
     """The same as arguments of Python's, checked to be of the right kind; None asks for nothing.
 
     Raises:
-        TypeError: when `vary` or `until_ci` is no mapping of texts.
+        TypeError: when `vary`, `until_ci` or one of the `points` is no mapping of texts.
     """
 
     vary: Mapping[str, Iterable[Any]] | None = None
     until_ci: Mapping[str, float | str] | None = None
     seeds: Any = None
     detail: Any = None
+    points: Iterable[Mapping[str, Any]] | None = None
     overrides: tuple[()] = ()
 
     def __post_init__(self) -> None:
-        for name, form in (
-            ("vary", '{"asvs.count": [1, 2, 3]}'),
-            ("until_ci", '{"worst_position_error_m": "5%"}'),
-        ):
-            value = getattr(self, name)
-            if value is not None and not isinstance(value, Mapping):
-                raise TypeError(f"{name} needs a mapping such as {form}; got {described(value)}")
-            for key in value or ():
-                if not isinstance(key, str):
-                    raise TypeError(
-                        f"{name} needs text as keys, as in {form}; got {described(key)}"
-                    )
+        _check_mapping("vary", self.vary, '{"asvs.count": [1, 2, 3]}')
+        _check_mapping("until_ci", self.until_ci, '{"worst_position_error_m": "5%"}')
+        if self.points is None:
+            return
+        form = '[{"asvs.count": 2}, {"asvs.count": 3}]'
+        if hasattr(self.points, "to_dict"):  # a frame, a point in each row
+            object.__setattr__(self, "points", self.points.to_dict("records"))
+        if isinstance(self.points, str | Mapping) or not isinstance(self.points, Iterable):
+            raise TypeError(f"points needs a list such as {form}; got {described(self.points)}")
+        object.__setattr__(self, "points", list(self.points))
+        for number, point in enumerate(self.points):
+            _check_mapping(f"points[{number}]", point or {}, form)
 
     def __bool__(self) -> bool:
-        return any(
-            option is not None for option in (self.vary, self.until_ci, self.seeds, self.detail)
-        )
+        asked = self.vary, self.until_ci, self.seeds, self.detail, self.points
+        return any(option is not None for option in asked)
+
+
+def _check_mapping(name: str, value: Any, form: str) -> None:
+    if value is not None and not isinstance(value, Mapping):
+        raise TypeError(f"{name} needs a mapping such as {form}; got {described(value)}")
+    for key in value or ():
+        if not isinstance(key, str):
+            raise TypeError(f"{name} needs text as keys, as in {form}; got {described(key)}")
 
 
 def lay_over(document: Document, options: Options | PythonArguments) -> None:
@@ -78,6 +86,13 @@ def _lay_asked(document: Document, asked: PythonArguments) -> None:
         place = _said("vary", {key: plain})
         _put(document, "vary", key, plain, place)
         _stand_each(document, ("vary", key), plain, place)
+    if asked.points is not None:
+        points = document.data["points"] = [_plain(point) for point in asked.points]
+        _stand(document, ("points",), _said("points", points[:1]))
+        for number, point in enumerate(points):
+            place = _said(f"points[{number}]", point)
+            for path in (("points", number), *(("points", number, key) for key in point)):
+                document.keys[path] = document.values[path] = place
     for metric, width in (asked.until_ci or {}).items():
         _put(document, "until_ci", metric, _plain(width), _said("until_ci", {metric: width}))
     for name in ("seeds", "detail"):

@@ -3,7 +3,7 @@ which an AUV may lack.
 """
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
@@ -43,6 +43,9 @@ LACKING = {
     "hf_coverage": "sent no ping that landed",
 }
 
+
+# Values of metrics that are in memory at a time: few metrics of many missions, or all of few
+MOST_VALUES = 4_000_000
 
 # So much of an error a sentence has.
 MOST_LETTERS = 300
@@ -195,6 +198,22 @@ def auv_numbers(names: pa.ChunkedArray) -> Ints:
     places = np.nan_to_num(numpy_array(each.indices), nan=len(numbers)).astype(np.int64)
     found: Ints = np.array([*numbers, NONE], np.int64)[places]
     return found
+
+
+def metric_by_metric(
+    folder: Path, metrics: Sequence[str], missions: int
+) -> Iterator[tuple[str, MissionOutcomes]]:
+    """Yield each of many metrics of a campaign of so many missions with what has its values; some
+    metrics are in memory at a time.
+
+    Raises:
+        CampaignError: as :func:`outcomes`.
+    """
+    at_a_time = max(1, MOST_VALUES // max(missions, 1))
+    for begin in range(0, len(metrics), at_a_time):
+        names = metrics[begin : begin + at_a_time]
+        found = outcomes(folder, names)
+        yield from ((name, found) for name in names)
 
 
 def failed_because(folder: Path) -> str:

@@ -1,19 +1,40 @@
-"""The points of a campaign in a table for the terminal, each with its means, and what their
-intervals contain: what differs between seeds, and what does not.
+"""The points of a campaign in a table, for the terminal, as a frame and for LaTeX, each with its
+means, and what their intervals contain: what differs between seeds, and what does not.
 """
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
+from math import isfinite
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 
-from ...core.wording import WIDEST, filled, lettered, number, plus_minus
+from ...core.wording import (
+    WIDEST,
+    filled,
+    lettered,
+    number,
+    plus_minus,
+    printable,
+    with_half,
+)
+from ...records.metrics import quantity
+from ...results.columns import arrow
+from ...results.schemas import mission_numbers
 from ..experiments.experiment import ExperimentPlan, checkpoints
+from ..storage.part_rows import varied_columns
 from ..storage.parts import MISSIONS
 from .findings import Findings
-from .intervals import interval, short_key, written
-from .outcomes import JUDGED, MissionOutcomes, outcomes
+from .intervals import Interval, interval, intervals, short_key, written
+from .outcomes import (
+    JUDGED,
+    MissionOutcomes,
+    check_metrics,
+    metric_by_metric,
+    outcomes,
+    unit,
+)
 
 SD = "navigation.velocity_bias_sd_m_per_s"
 DRIFTS = ("percent_of_distance", "m_per_hour")
@@ -62,6 +83,98 @@ def in_intervals(plan: ExperimentPlan, points: Iterable[int]) -> str:
             f"({SD} is {span})."
         )
     return f"{said}. There is no velocity bias, neither a constant one nor one that is drawn."
+
+
+# What the columns of a table of points are, besides the varied keys
+COLUMNS = {
+    "point": "number of the point",
+    "metric": "metric of the mission",
+    "unit": "unit of the metric",
+    "mean": "mean over the missions that have a value",
+    "low": "lower end of its 95 % interval over seeds (Student's t); empty for one value",
+    "high": "upper end of that interval",
+    "n": "missions that have a value",
+    "missions": "missions that went well",
+}
+
+
+def points_rows(folder: Path, plan: ExperimentPlan) -> pa.Table:
+    """Return a row per metric and point: mean, 95 % interval, and of how many missions.
+
+    Raises:
+        CampaignError: when an older version ran it, which did not record a metric.
+    """
+    names, points = mission_numbers(), len(plan.points)
+    missions = metric_by_metric(folder, names, len(plan))
+    found = [(intervals(all_.by_seed(name, points)), all_.well(points)) for name, all_ in missions]
+    known, number = [it for it, _ in found], pa.float64()
+    keys = varied_columns(plan.columns, [point.varied for point in plan.points])
+    columns = {
+        "point": arrow(np.tile(np.arange(points), len(names)), pa.int64()),
+        **{key: pa.concat_arrays([values] * len(names)) for key, values in keys.items()},
+        "metric": arrow(np.repeat(names, points).tolist(), pa.string()),
+        "unit": arrow(np.repeat(list(map(unit, names)), points).tolist(), pa.string()),
+        "mean": arrow(np.concatenate([it.mean for it in known]), number),
+        "low": arrow(np.concatenate([it.mean - it.half_width for it in known]), number),
+        "high": arrow(np.concatenate([it.mean + it.half_width for it in known]), number),
+        "n": arrow(np.concatenate([it.count for it in known]), pa.int64()),
+        "missions": arrow(np.concatenate([well for _, well in found]), pa.int64()),
+    }
+    fields = [
+        pa.field(name, array.type, metadata={"meaning": COLUMNS.get(name, "")})
+        for name, array in columns.items()
+    ]
+    return pa.table(list(columns.values()), schema=pa.schema(fields))
+
+
+# What LaTeX takes for something else, and how it is written
+IN_LATEX = {
+    **{sign: f"\\{sign}" for sign in "&%$#_{}"},
+    "\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
+}  # fmt: skip
+
+
+def in_latex(text: str) -> str:
+    """Return a text as LaTeX prints it.
+
+    >>> in_latex("range_m 5 %")
+    'range\\\\_m 5 \\\\%'
+    """
+    return "".join(IN_LATEX.get(sign, sign) for sign in text)
+
+
+def latex_table(folder: Path, plan: ExperimentPlan, name: str, metrics: Sequence[str]) -> str:
+    """Return a row per point for LaTeX: varied keys, missions, means with half their 95 % interval.
+
+    Raises:
+        ValueError: when there is no such metric.
+    """
+    check_metrics(metrics)
+    found, points = outcomes(folder, metrics), range(len(plan.points))
+    keys, well = list(plan.columns), found.well(len(plan.points))
+    means = [intervals(found.by_seed(metric, len(plan.points))) for metric in metrics]
+    rows = [[*(in_latex(key) for key in keys), "$n$", *(in_latex(quantity(m)) for m in metrics)]]
+    for point in points:
+        values = [in_latex(written(value)) for value in plan.points[point].varied.values()]
+        cells = [_in_latex(known.at(point), int(well[point])) for known in means]
+        rows.append([*values, str(well[point]), *cells])
+    head, *body = (f"{' & '.join(row)} \\\\" for row in rows)
+    kinds = "".join("l" if plan.columns[key] in ("text", "json") else "r" for key in keys)
+    lines = [
+        f"% {printable(name)}: means over n missions with half of the 95 % confidence interval",
+        "% (Student's t); (k): k of them have a value",
+        f"\\begin{{tabular}}{{{kinds}r{'r' * len(metrics)}}}", r"\hline", head, r"\hline",
+        *body, r"\hline", r"\end{tabular}",
+    ]  # fmt: skip
+    return "\n".join([*lines, ""])
+
+
+def _in_latex(known: Interval, missions: int) -> str:
+    if not known.count:
+        return "--"
+    mean, half = with_half(known.mean, known.half_width)
+    text = f"${mean} \\pm {half}$" if isfinite(known.half_width) else f"${mean}$"
+    return text if known.count == missions else f"{text} ({known.count})"
 
 
 # When a point needs no further seeds: its confidence intervals are narrow enough.

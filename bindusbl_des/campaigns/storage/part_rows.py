@@ -1,9 +1,10 @@
 """Rows of a campaign's tables, of one part or of all that count: none is read unchecked."""
 
+import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import pyarrow as pa
@@ -11,11 +12,13 @@ import pyarrow as pa
 from ...core.arrays import Ints
 from ...results.columns import arrow
 from ...results.result_folder import read_parquet, read_pieces, read_schema
+from ...results.schemas import schema
 from .done import Done, done_in, mission_numbers, united
 from .folder import CampaignError
 from .parts import (
     MISSIONS,
     MOST_REMEMBERED,
+    TABLES,
     Stamp,
     check_part,
     check_table,
@@ -106,6 +109,44 @@ def read_table(folder: Path, table: str, columns: Sequence[str] | None = None) -
         return _each_once(_together(folder, [*joined, *parts]), lengths) if lengths else None
 
     return _in_peace(folder, read)
+
+
+def of_mission(folder: Path, mission: int) -> dict[str, pa.Table] | None:
+    """Return the rows of a mission by its number, of each table that was kept; None where it has
+    none.
+
+    Raises:
+        CampaignError: when its part is damaged.
+    """
+
+    def read(parts: Sequence[str]) -> dict[str, pa.Table] | None:
+        files = listed(folder)
+        for part in parts:
+            if mission not in done_of(folder, part).numbers:
+                continue
+            with told_by(folder):
+                check_part(folder, files, part)
+            found = {table: read_part(folder, table, part) for table in TABLES}
+            return {
+                name: _rows_of(rows, mission) for name, rows in found.items() if rows is not None
+            }
+        return None
+
+    return _in_peace(folder, read)
+
+
+def _rows_of(rows: pa.Table, mission: int) -> pa.Table:
+    ordered = in_order(rows)
+    begin, end = np.searchsorted(mission_numbers(ordered), (mission, mission + 1)).tolist()
+    return ordered.slice(begin, end - begin)
+
+
+def of_schema(rows: pa.Table, table: str) -> pa.Table:
+    """Return rows of a campaign's table as the mission had them."""
+    known = schema(table)
+    columns = [(rows[field.name], field.type) for field in known]  # varied, it may be another type
+    whole = [own if own.type == kind else own.cast(kind) for own, kind in columns]
+    return pa.Table.from_arrays(whole, schema=known)
 
 
 def _each_once(rows: pa.Table, lengths: Sequence[int]) -> pa.Table:
@@ -200,3 +241,27 @@ def labelled(table: pa.Table, labels: Mapping[str, pa.Array]) -> pa.Table:
     fields = [pa.field(name, array.type) for name, array in labels.items()]
     columns = [*labels.values(), *(column for _, column in own)]
     return pa.table(columns, schema=pa.schema([*fields, *(field for field, _ in own)]))
+
+
+ARROW_TYPES = {
+    "bool": pa.bool_(),
+    "int": pa.int64(),
+    "float": pa.float64(),
+    "text": pa.string(),
+    "json": pa.string(),
+}
+
+
+def varied_columns(
+    kinds: Mapping[str, str], varied: Sequence[Mapping[str, Any]]
+) -> dict[str, pa.Array]:
+    """Return varied keys, by their kinds, as columns with a value for each of some points or
+    missions; what is no number or text is written as JSON.
+    """
+    columns = {}
+    for key, kind in kinds.items():
+        values = [values[key] for values in varied]
+        if kind == "json":
+            values = [None if value is None else json.dumps(value) for value in values]
+        columns[key] = arrow(values, ARROW_TYPES[kind])
+    return columns

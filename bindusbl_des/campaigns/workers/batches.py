@@ -37,16 +37,8 @@ from ..experiments.experiment import (
 )
 from ..storage.done import FAILED, OK
 from ..storage.folder import STOP, write_json
-from ..storage.part_rows import labelled, read_part
+from ..storage.part_rows import labelled, read_part, varied_columns
 from ..storage.parts import MISSIONS, commit, part_path
-
-ARROW_TYPES = {
-    "bool": pa.bool_(),
-    "int": pa.int64(),
-    "float": pa.float64(),
-    "text": pa.string(),
-    "json": pa.string(),
-}
 
 # Long enough for a ping to be heard and its fix to be computed.
 WARMING_S = 3.0
@@ -253,11 +245,7 @@ class Gathered:
         }
         if with_point:
             labels["point"] = arrow([run.mission.point for run in ran], pa.int64())
-            for key, kind in self._columns.items():
-                values = [point.varied[key] for point in points]
-                if kind == "json":
-                    values = [None if value is None else json.dumps(value) for value in values]
-                labels[key] = arrow(values, ARROW_TYPES[kind])
+            labels |= varied_columns(self._columns, [point.varied for point in points])
         return labels
 
 

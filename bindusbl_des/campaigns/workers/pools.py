@@ -147,10 +147,15 @@ class Progress:
         """End the line that was redrawn."""
         self._line.end(self.line)
 
+    @property
+    def rate(self) -> float:
+        """Missions per second so far."""
+        spent = monotonic() - self._began
+        return self.ran / spent if spent > 0 else 0.0
+
     def line(self) -> str:
         """Return what there is to say."""
-        spent = monotonic() - self._began
-        rate = self.ran / spent if spent > 0 else 0.0
+        rate = self.rate
         left = f", {duration((self.total - self.ran) / rate)} left" if rate else ""
         failed = f", {self.failed} failed" if self.failed else ""
         return f"{self.ran}/{self.total} missions{failed}, {rate:.1f}/s{left}"
