@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ..core.files import sync
 from ..core.kept_files import keep, portable
-from ..core.plugins import allow
+from ..core.plugins import allow, refuse_here
 from ..core.process import answered, end_now, in_notebook, say
 from ..core.wording import described, did_you_mean
 from ..results.result import scenario_sha256, versions
@@ -246,10 +246,13 @@ def check_backend(settings: RunSettings) -> None:
 
 
 def check_plugins(plan: ExperimentPlan, allowed: bool) -> None:
-    """Load the plug-ins of a plan, before any worker does; refuse one that is not allowed."""
+    """Load the plug-ins of a plan, before any worker does; refuse one that is not allowed, or that
+    no worker would find.
+    """
     if allowed:
         allow(name for _, name in plan.plugins.values())
     for family, name in plan.plugins.values():
+        refuse_here(family.key, name)
         own_part(family, name)
 
 

@@ -10,6 +10,7 @@ never kept in a file.
 import ast
 import hashlib
 import os
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -17,6 +18,7 @@ from importlib import import_module
 from importlib.machinery import ModuleSpec, PathFinder
 from importlib.util import resolve_name
 from inspect import Parameter, signature
+from itertools import count
 from numbers import Integral
 from operator import attrgetter
 from pathlib import Path
@@ -34,9 +36,12 @@ LEAVE = (
     "load_scenario(..., allow_plugins=True), or give the object itself)"
 )
 
-# Names that may be loaded, and the parts that this process has by them.
+# Names that may be loaded, and the parts that this process has by them; among them those that no
+# other process could find.
 _admitted: set[str] = set()
 _loaded: dict[str, Any] = {}
+_here: dict[str, Any] = {}
+HERE = "__main__"
 
 Answer = TypeVar("Answer")
 
@@ -119,25 +124,45 @@ def refusal(name: str) -> str:
 def name_of(part: Any) -> str:
     """Return the ``module:object`` of a part that was given as an object, and admit it.
 
-    Raises:
-        ValueError: when that name would not find it again, so that no scenario could be written.
+    A part of which no other process could find that, of a notebook's cell or within a function, has
+    a name that holds in this process alone: each object another one.
     """
     module, path = (getattr(part, word, None) for word in ("__module__", "__qualname__"))
     name = f"{module}:{path}"
     try:
-        known = module != "__main__" and is_plugin(name)
+        known = module != HERE and is_plugin(name)
         found = known and attrgetter(str(path))(import_module(str(module)))
     except Exception:  # a module's own `__getattr__` may raise anything
         found = None
     if found is not part:
-        raise ValueError(
-            f"{part!r} has no importable module:object by which a scenario could name it; put the "
-            "function or class at the top of a module of its own (an object there is named as a "
-            "text, 'module:object'), and settings beside it: {\"model\": part, setting: value}"
-        )
+        name = _name_here(part)
     allow([name])
     _loaded[name] = part
     return name
+
+
+def _name_here(part: Any) -> str:
+    word = re.sub(r"\W", "_", str(getattr(part, "__name__", type(part).__name__)))
+    for number in count(1):
+        name = f"{HERE}:{word}" + f"_{number}" * (number > 1)
+        if _here.setdefault(name, part) is part:
+            return name
+    raise AssertionError(part)
+
+
+def refuse_here(key: str, name: str) -> None:
+    """Refuse a part that this process alone knows, where others are to have it.
+
+    Raises:
+        PluginError: saying what to do.
+    """
+    if name in _here:
+        raise PluginError(
+            key,
+            f"{name!r} is known to this process alone, and workers would not find it; put it at "
+            "the top of a module of its own and import it from there, or fly missions one by one "
+            "(`simulate`)",
+        )
 
 
 def load(family: Family, name: str) -> Any:
@@ -151,7 +176,7 @@ def load(family: Family, name: str) -> Any:
         raise PluginError(family.key, refusal(name))
     module, _, path = name.partition(":")
     try:
-        found = attrgetter(path)(import_module(module))
+        found = _here[name] if name in _here else attrgetter(path)(import_module(module))
     except (KeyboardInterrupt, Ended):
         raise
     except BaseException as error:  # a module may raise anything, and call sys.exit
@@ -242,6 +267,8 @@ def _whose(found: Any) -> str:
 
 def _remedy(family: Family, module: str, path: str) -> str:
     """Return what to write in the place of an object that cannot be loaded."""
+    if module == HERE:
+        return "; it was of a notebook or script that has ended: put it into a module of its own"
     if module.endswith(".py"):
         return f"; write {module.removesuffix('.py')}:{path}, the module without its file's ending"
     known = getattr(sys.modules.get(module), "__dict__", ())

@@ -46,6 +46,7 @@ from ..campaigns.experiments.options import PythonArguments
 from ..campaigns.running import check_plugins, remove_own
 from ..core.arrays import Floats
 from ..core.files import write_text
+from ..core.process import in_notebook
 from ..core.wording import counted, did_you_mean
 from ..scenario.destinations import stations_kept
 from ..scenario.families import leave_of
@@ -140,7 +141,8 @@ def plan(
     and `budget_s` (seconds of flying) cut it off before, which the record says (`settled`).
 
     Settings: `confidence` (0.95), `budget_missions` and `budget_s` (None), `seed` (0), `workers`
-    (processes at once, one for each CPU), `force` (False) and `quiet` (True).
+    (processes at once, one for each CPU), `force` (False) and `quiet` (True but
+    in notebooks).
 
     Raises:
         ScenarioError: when a file, a key, a value or a goal is wrong, listing every mistake.
@@ -165,7 +167,7 @@ def plan(
     )
     question = read_plan(located(scenario) if isinstance(scenario, str) else scenario, asking)
     admitted(question, allow_plugins)
-    budget = Budget(question, quiet=how.get("quiet", True))
+    budget = Budget(question, quiet=how.get("quiet", not in_notebook()))
     if out is not None:
         begun = begin(question, Path(out), force=how.get("force", False))
         return planned(begun, Path(out), budget, how.get("workers"))

@@ -1,10 +1,12 @@
 """A scenario file runs no code: plug-ins need leave, and answer for what they do."""
 
 import json
+import re
 import sys
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,6 +20,7 @@ from bindusbl_des import (
     ScenarioError,
     load_result,
     load_scenario,
+    plan,
     simulate,
     sweep,
 )
@@ -405,15 +408,52 @@ def test_an_object_given_in_python_is_its_own_leave(
     assert campaign.state().done == 2
 
 
-def test_an_object_without_a_name_cannot_be_written_down() -> None:
-    """A function within a function, or of the script itself, would be found by nobody else."""
+def test_an_object_without_a_module_works_in_this_process(
+    home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A function within a function, or of a notebook's cell: nobody else would find it, so that no
+    worker is given it; each has a name of its own, and one that was made anew another one.
+    """
 
-    def within(view: View) -> list[list[int]]:
-        return [[0]]
+    def within(view: View, *, first: int = 0) -> list[list[int]]:
+        return [[first]]
 
-    for part in (within, lambda view: [[0]], partial(within)):
-        with pytest.raises(ValueError, match="has no importable module:object"):
-            Scenario(name="m", protocol={"schedule": part})
+    def anew() -> Any:
+        def within(view: View) -> list[list[int]]:
+            return [[1], [2]]
+
+        return within
+
+    cell: dict[str, Any] = {"__name__": "__main__"}
+    exec("class Cell:\n    def __call__(self, view): return [[2, 1]]", cell)
+    found = []
+    for part, pinged in (
+        (within, {"AUV0"}), (anew(), {"AUV1", "AUV2"}), (lambda view: [[0, 1]], {"AUV0", "AUV1"}),
+        (partial(within, first=2), {"AUV2"}), (cell["Cell"](), {"AUV1", "AUV2"}),
+        ({"model": within, "first": 1}, {"AUV1"}),
+    ):  # fmt: skip
+        scenario = Scenario(name="m", duration_s=2.0, protocol={"schedule": part})
+        result = simulate(scenario)
+        assert set(result.tables["pings"].auv) == pinged
+        again = Scenario.model_validate(scenario.model_dump(mode="json"))
+        assert simulate(again).arrow["fixes"].equals(result.arrow["fixes"])
+        found.append(str(scenario.protocol.schedule))
+        with pytest.raises(PluginError, match="is known to this process alone, and workers"):
+            sweep(scenario)
+        with pytest.raises(PluginError, match="is known to this process alone, and workers"):
+            plan(scenario, below={"position_error_m": 1.0})
+    names = ["within", "within_2", "_lambda_", "partial", "Cell", "within"]
+    assert [re.sub(r"(?<=Cell|tial|bda_)_\d+", "", name) for name in found] == [
+        f"__main__:{name}" for name in names
+    ]
+    with pytest.raises(PluginError, match="is known to this process alone"):
+        sweep(Scenario(name="m"), vary={"protocol.schedule": [within, "dsatur"]})
+    simulate(Scenario(name="m", duration_s=2.0, protocol={"schedule": within})).write(home / "r")
+    assert load_result(home / "r").scenario.protocol.schedule == "__main__:within"
+    monkeypatch.setattr(plugins, "_here", {})  # as in another process
+    told = call("run", home / "r" / "scenario.yaml", "--allow-plugins")
+    assert told.exit_code == 2
+    assert "it was of a notebook or script that has ended: put it into a modu" in told.stderr
 
 
 def test_what_is_a_plug_in_by_its_form() -> None:
