@@ -6,21 +6,14 @@
 # hears both; who is out of range waits. ALOHA needs none of that knowledge: each AUV pings when
 # it likes.
 #
-# A part of one's own lives in a module, so that a mission's record can name it.
+# A part of one's own may stand in a cell; where workers need it (`sweep`, `plan`), in a module.
 
 # %%
-import sys
-from pathlib import Path
-
 import matplotlib.pyplot as plt
+import numpy as np
 import pandas as pd
 
-from bindusbl_des import Scenario, simulate, verify
-
-Path("most_lost.py").write_text('''
-import numpy as np
-
-from bindusbl_des import View
+from bindusbl_des import Scenario, View, simulate, verify
 
 
 def most_lost_first(view: View) -> list[list[int]]:
@@ -36,13 +29,12 @@ def most_lost_first(view: View) -> list[list[int]]:
         else:
             groups.append([auv])
     return groups or [[0]]
-''')
-sys.path.insert(0, str(Path.cwd()))
+
 
 # %%
 rows = []
 for count in (4, 24):
-    for schedule in ("aloha", "most_lost:most_lost_first"):
+    for name, schedule in (("aloha", "aloha"), ("most_lost", most_lost_first)):
         scenario = Scenario.model_validate(
             {
                 "name": "fleet",
@@ -55,8 +47,8 @@ for count in (4, 24):
             }
         )
         for seed in range(2):
-            mission = simulate(scenario, seed=seed, allow_plugins=True).mission.iloc[0]
-            rows.append({"auvs": count, "schedule": schedule.split(":")[0], **mission})
+            mission = simulate(scenario, seed=seed).mission.iloc[0]
+            rows.append({"auvs": count, "schedule": name, **mission})
 COLUMNS = ["collisions", "fixes_delivered", "fix_age_p95_s", "worst_position_error_m"]
 means = pd.DataFrame(rows).groupby(["auvs", "schedule"])[COLUMNS].mean()
 print(means.round(2).to_string())
