@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from ..core.palette import ALARM, HF, INK, MF
 from ..protocol.slots import slots_of
 from ..results.round_timeline import Span, broadcasts_of, downlink_slots, pings_sent, uplink_slots
-from .style import colour_of, fits, legend_below, names, new_figure, shortened
+from .style import colour_of, fits, legend_below, names, new_figure
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -57,7 +57,7 @@ def anatomy(result: "Result", width: float, number: int | None = None) -> Figure
     whole.set(xlabel="time (s)", ylim=(len(rows) - 0.5, -3.4))
     first = "first ping" if scenario.protocol.random_access else "first slot"
     slot.set(xlabel=f"time since the {first} began (ms)", ylim=(len(rows) - 0.5, -2.1))
-    whole.set_title(shortened(f"{scenario.name}, seed {result.seed}: round {number}", figure, 0.9))
+    whole.set_title(f"{scenario.name}, seed {result.seed}: round {number}")
     legend_below(figure, _handles(scenario.protocol.calls))
     return figure
 

@@ -20,7 +20,7 @@ from ..geometry.geodesy import east_north
 from ..scenario.declared import channel_named
 from ..scenario.destinations import NoStations, asv_stations, horizontal_reach
 from ..scenario.site import area_of
-from .style import LARGEST_LEGEND, legend_below, new_figure, shortened
+from .style import LARGEST_LEGEND, legend_below, new_figure
 from .trajectory import frame
 
 if TYPE_CHECKING:
@@ -104,8 +104,8 @@ def coverage_figure(
             *east_north(unheard).T, label=label, marker=".", ls="", ms=3.0, color=ALARM
         )
     frame(axes, scenario, np.array(stations), 1.2)
-    axes.set_title(shortened(f"{scenario.name}: HF range {scenario.acoustics.hf.range_m:g} m "
-                             f"({scenario.acoustics.hf.range_metric})", figure, 0.9))  # fmt: skip
+    axes.set_title(f"{scenario.name}: HF range {scenario.acoustics.hf.range_m:g} m "
+                             f"({scenario.acoustics.hf.range_metric})")  # fmt: skip
     legend_below(figure, handles)
     return figure
 

@@ -24,7 +24,6 @@ from .style import (
     legend_below,
     names,
     new_figure,
-    shortened,
 )
 
 if TYPE_CHECKING:
@@ -54,7 +53,7 @@ def error(result: "Result", width: float) -> Figure:
     panels[0].set_yscale("log")
     panels[0].yaxis.set_major_formatter(lambda metres, _: f"{metres:g}")
     panels[0].yaxis.set_minor_formatter(NullFormatter())
-    panels[0].set_title(shortened(f"{result.scenario.name}, seed {result.seed}", figure, 0.9))
+    panels[0].set_title(f"{result.scenario.name}, seed {result.seed}")
     figure.supylabel("horizontal position error (m)", fontsize=8)
     legend_below(
         figure,
@@ -144,7 +143,7 @@ def _fleet(result: "Result", width: float) -> Figure:
     axes.set(xlabel="time (s)", ylabel="horizontal position error (m)")
     axes.set(xlim=(0, result.scenario.duration_s))
     axes.set_ylim(bottom=0)
-    axes.set_title(shortened(f"{result.scenario.name}: {len(auvs)} AUVs", figure, 0.9))
+    axes.set_title(f"{result.scenario.name}: {len(auvs)} AUVs")
     handles.append(Patch(color=INK, alpha=0.15, lw=0, label="5 to 95 % of the AUVs"))
     legend_below(figure, handles)
     return figure

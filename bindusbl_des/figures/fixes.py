@@ -21,7 +21,6 @@ from .style import (
     legend_below,
     names,
     new_figure,
-    shortened,
     vehicle_handles,
 )
 
@@ -34,7 +33,7 @@ def fixes(result: "Result", width: float) -> Figure:
     figure = new_figure(width, 0.62 * width)
     axes = figure.add_subplot()
     draw_fixes(axes, result)
-    axes.set_title(shortened(f"{result.scenario.name}, seed {result.seed}", figure, 0.8))
+    axes.set_title(f"{result.scenario.name}, seed {result.seed}")
     handles: list[Artist] = []
     pings = result.tables["pings"]
     sent = pings.groupby("auv").size()
@@ -89,7 +88,7 @@ def latency(result: "Result", width: float) -> Figure:
     left, right = figure.subplots(1, 2) if side_by_side else figure.subplots(2, 1)
     _draw_histogram(left, ages, "latency, ping to delivery (s)", "fixes (count)")
     _draw_histogram(right, waits, "interval between deliveries (s)", "intervals (count)")
-    figure.suptitle(shortened(f"{result.scenario.name}, seed {result.seed}", figure, 0.9))
+    figure.suptitle(f"{result.scenario.name}, seed {result.seed}")
     legend_below(figure, vehicle_handles(auvs))
     return figure
 

@@ -1,5 +1,6 @@
 """One style for all figures: colours, sizes and type that suit a paper of one or two columns."""
 
+import re
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
 from io import BytesIO
@@ -12,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 
 from ..core.files import draft_of
@@ -98,6 +100,7 @@ def finished(draw: Callable[[float], Figure], width: float, path: str | Path | N
         raise ValueError(f"{path}: a figure is a file that ends in .{', .'.join(FORMATS)}")
     with styled():
         figure = draw(width)
+        fit_labels(figure)
         if path is not None:
             save(figure, Path(path))
     return figure
@@ -173,16 +176,103 @@ def vehicle_handles(vehicles: Iterable[str]) -> list[Artist]:
     return [Line2D([], [], color=colour_of(name), lw=2, label=name) for name in shown]
 
 
-def legend_below(figure: Figure, handles: Sequence[Artist]) -> None:
-    """Put a legend under the axes, in as many columns as the width holds."""
-    longest = max((len(str(handle.get_label())) for handle in handles), default=1)
+def legend_below(figure: Figure, handles: Sequence[Artist]) -> int:
+    """Put a legend under the axes, in as many columns as the width holds; return its lines."""
+    room = int((figure.get_figwidth() * 72 - 40) / 4)
+    for handle in handles:
+        handle.set_label(broken(str(handle.get_label()), room, ENTRY_LINES))
+    labels = [str(handle.get_label()).split("\n") for handle in handles]
+    longest = max((len(line) for lines in labels for line in lines), default=1)
     widest = max(1, int(figure.get_figwidth() * 72 / (3.7 * longest + 30)))
     columns = min(len(handles), widest)
-    if columns:
-        figure.legend(handles=list(handles), loc="outside lower center", ncols=columns)
+    if not columns:
+        return 0
+    figure.legend(handles=list(handles), loc="outside lower center", ncols=columns)
+    return -(-len(handles) // columns) * max(map(len, labels))
 
 
-def shortened(text: str, figure: Figure, share: float = 1.0) -> str:
-    """Return a title cut to what the width of the figure holds."""
-    room = int(figure.get_figwidth() * share * 72 / 4.6)
-    return text if len(text) <= room else f"{text[: room - 1]}…"
+# Width of a letter, on average, as a share of its size (pt); and where names may be parted
+LETTER, PARTS = 0.6, re.compile(r"(?<=[\s_:/,;=-])")
+
+# Lines that an entry of a legend, a title, and each line of an axis' label, may become
+ENTRY_LINES, MOST_LINES = 2, 3
+
+# So much of the figure's length a text may take, and of its height axes have at least
+FILLED, LEAST_SPAN, MOST_FITTINGS = 0.98, 0.4, 3
+
+
+def letters_in(length: float, size: float) -> int:
+    """Return how many letters of some size (pt) have room on a length (in)."""
+    return max(int(72 * length / (LETTER * size)), 1)
+
+
+def in_lines(text: str, longest: int) -> list[str]:
+    """Return a text in lines no longer than that, parted where words or names are; what has no such
+    place is parted anywhere.
+
+    >>> in_lines("my_parts:WeighingOfAll", 12), in_lines("abcdef", 4)
+    (['my_parts:', 'WeighingOfAl', 'l'], ['abcd', 'ef'])
+    """
+    lines = [""]
+    for part in PARTS.split(text):
+        if len(lines[-1]) + len(part.rstrip()) > longest and lines[-1]:
+            lines.append("")
+        lines[-1] += part
+        while len(lines[-1].rstrip()) > longest:
+            lines[-1:] = lines[-1][:longest], lines[-1][longest:]
+    return [line.rstrip() for line in lines]
+
+
+def has_room(text: str, longest: int, most: int) -> bool:
+    """Tell whether a text has room in so many lines, parted where words or names are."""
+    words = PARTS.split(text)
+    return len(in_lines(text, longest)) <= most and max(map(len, map(str.rstrip, words))) <= longest
+
+
+def broken(text: str, longest: int, most: int) -> str:
+    """Return a text in at most so many lines; one that is longer loses its middle.
+
+    >>> broken("mean position error (m)", 14, 2), broken("recovery_of_three_vehicles", 8, 2)
+    ('mean position\\nerror (m)', 'recover…\\nvehicles')
+    """
+    lines = in_lines(text, longest)
+    if len(lines) > most:  # the end says what is shown of whatever has the name
+        head, tail = lines[: most // 2], lines[-(most - most // 2) :]
+        head[-1] = f"{head[-1][: longest - 1]}…"
+        lines = [*head, *tail]
+    return "\n".join(lines)
+
+
+def fit_labels(figure: Figure) -> None:
+    """Break titles and labels of axes that are longer than the figure into lines; make it higher
+    where these leave axes too little of it.
+    """
+    of_axes = [
+        it for axes in figure.axes for it in (axes.title, axes.xaxis.label, axes.yaxis.label)
+    ]
+    whole = {text: text.get_text().split("\n") for text in of_axes + figure.texts}
+    figure.draw_without_rendering()
+    for _ in range(MOST_FITTINGS):  # what has more lines moves the others
+        longest = {text: _longest(text, figure) for text in whole}
+        if not any(longest.values()):
+            break
+        for text, room in longest.items():
+            if room:
+                text.set_text("\n".join(broken(line, room, MOST_LINES) for line in whole[text]))
+        figure.draw_without_rendering()
+    boxes = [axes.get_position() for axes in figure.axes]
+    span = max(box.y1 for box in boxes) - min(box.y0 for box in boxes)
+    if span < LEAST_SPAN:
+        figure.set_figheight(figure.get_figheight() * (1 + LEAST_SPAN - span))
+
+
+def _longest(text: Text, figure: Figure) -> int:
+    """Return how many letters lines of a text may have where it was drawn; 0: as many as it has."""
+    box, is_upright = text.get_window_extent(), text.get_rotation() == 90
+    begin, end = (box.y0, box.y1) if is_upright else (box.x0, box.x1)
+    whole = figure.bbox.height if is_upright else figure.bbox.width
+    room = FILLED * min(begin + end, 2 * whole - begin - end)
+    if end - begin <= room:
+        return 0
+    letters = max(map(len, text.get_text().split("\n")))
+    return max(int(letters * room / (end - begin)), 1)

@@ -1,24 +1,31 @@
 """Figures of campaigns: a metric over one varied key, or over two."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from math import ceil
 from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from ..core.palette import COLOURS
-from ..core.wording import with_half
+from ..core.plugins import is_plugin
+from ..core.wording import lettered, plain, with_half
 from ..records.metrics import lower_is_better, quantity
-from .style import LARGEST_LEGEND, legend_below, new_figure, shortened
+from .style import LARGEST_LEGEND, LETTER, broken, has_room, legend_below, letters_in, new_figure
 
 # More columns or rows than this leave no room for numbers in the cells of a heatmap.
 MOST_WRITTEN = 12
+
+# Of a figure's width what its axes have, about; the size (pt) of letters at ticks; the height (in)
+# of a line; so many letters of a name have room beside a heatmap, so many lines of a legend below
+PLOTTED, TICK, LINE, MOST_BESIDE, LEGEND_LINES = 0.8, 7, 0.13, 18, 3
 
 # Distance between series at a value that is no number, in distances between such values
 BESIDE = 0.06
@@ -54,9 +61,36 @@ class Levels:
         return len(numbers) == len(self.values)
 
     def written(self) -> list[str]:
-        """Return the values as one reads them."""
-        return ["null" if v is None else f"{v:g}" if self.is_numeric else str(v)
-                for v in self.values]  # fmt: skip
+        """Return the values as one reads them, parts of one's own without their modules."""
+        if self.is_numeric:
+            return [f"{value:g}" for value in self.values]
+        names = [_worded(value) for value in self.values]
+        bare = list(map(_without_module, names))
+        return bare if len(set(bare)) == len(names) else names
+
+
+def _worded(value: Any) -> str:
+    """Return a value in words: a part with its settings, but for those that are null.
+
+    >>> _worded({"model": "fixed_gain", "gain": 0.5}), _worded(None), _worded([1, 2.0])
+    ('fixed_gain (gain 0.5)', 'null', '[1, 2]')
+    """
+    if not isinstance(value, Mapping) or "model" not in value:
+        return plain(value)
+    settings = {name: set_to for name, set_to in value.items() if set_to is not None}
+    name = settings.pop("model")
+    said = ", ".join(f"{setting} {plain(set_to)}" for setting, set_to in settings.items())
+    return f"{name} ({said})" if said else str(name)
+
+
+def _without_module(name: str) -> str:
+    """Return a part's name, with its settings, as it is called in its module.
+
+    >>> _without_module("my_parts:Fast (depth 2)"), _without_module("kalman")
+    ('Fast (depth 2)', 'kalman')
+    """
+    part, space, settings = name.partition(" ")
+    return f"{part.rpartition(':')[2]}{space}{settings}" if is_plugin(part) else name
 
 
 @dataclass(frozen=True)
@@ -110,16 +144,46 @@ def curves(means: Means, width: float) -> Figure:
                               label=GAPS))  # fmt: skip
     if not x.is_numeric:
         axes.set(xlim=(-0.5, len(places) - 0.5))
-    if len(places) <= MOST_WRITTEN:
-        axes.set_xticks(places, x.written())
-    axes.set(xlabel=x.label, ylabel=means.label)
-    axes.set_title(shortened(means.title, figure, 0.9))
+    key = _name_ticks(axes.xaxis, x, places, width)
+    axes.set(xlabel="\n".join([x.label, *key]), ylabel=means.label, title=means.title)
+    axes.xaxis.label.set_multialignment("left" if key else "center")
+    lines = len(key)
     if means.series or means.gaps:
-        lines = handles[: len(names)] if means.series else []
-        legend_below(figure, [*lines[: 2 * LARGEST_LEGEND], *handles[len(names) :]])
+        named = handles[: len(names)] if means.series else []
+        shown = [*named[: 2 * LARGEST_LEGEND], *handles[len(names) :]]
+        lines += max(legend_below(figure, shown) - LEGEND_LINES, 0)
     if means.series:
         figure.legends[0].set_title(means.series.label)
+    figure.set_figheight(figure.get_figheight() + LINE * lines)
     return figure
+
+
+def _name_ticks(
+    axis: Axis, levels: Levels, places: Sequence[float], length: float, is_upright: bool = False
+) -> list[str]:
+    """Write the values of a key at their places along an axis of a length (in); return lines of
+    names that have no room there, and letters instead, for below the figure.
+    """
+    names = levels.written()
+    each = PLOTTED * length / len(names)
+    if levels.is_numeric:
+        if not isinstance(places, range):  # as far apart as the values are
+            gaps = np.diff(np.sort(places)) / max(float(np.ptp(places)), 1e-300)
+            each = PLOTTED * length * float(gaps.min(initial=1.0))
+        step = max(ceil(LINE / each), 1)
+        if step > 1 and not isinstance(places, range):
+            return []  # round numbers say where they are
+        axis.set_ticks(list(places)[::step], names[::step])
+        if not is_upright and letters_in(each * step, TICK) <= max(map(len, names)):
+            axis.set_tick_params(rotation=90)
+        return []
+    room = MOST_BESIDE if is_upright else max(letters_in(each, TICK) - 1, 1)
+    if all(has_room(name, room, 2) for name in names):
+        axis.set_ticks(list(places), [broken(name, room, 2) for name in names])
+        return []
+    letters = [lettered(number) for number in range(len(names))]
+    axis.set_ticks(list(places), letters)
+    return [f"{letter}: {name}" for letter, name in zip(letters, names, strict=True)]
 
 
 def _mark_gaps(axes: Axes, means: Means, number: int, places: list[float]) -> None:
@@ -164,10 +228,12 @@ def heatmap(means: Means, width: float) -> Figure:
     shades = "cividis_r" if lower_is_better(means.metric) else "cividis"  # dark is bad
     image = axes.imshow(grid, cmap=shades, origin="lower", aspect="auto")
     axes.grid(visible=False)
-    axes.set_xticks(range(shape[1]), means.x.written())
-    axes.set_yticks(range(shape[0]), means.series.written())
-    axes.set(xlabel=means.x.label, ylabel=means.series.label)
-    axes.set_title(shortened(means.title, figure, 0.9))
+    across = _name_ticks(axes.xaxis, means.x, range(shape[1]), 0.8 * width)
+    upright = _name_ticks(axes.yaxis, means.series, range(shape[0]), 0.8 * width, is_upright=True)
+    below = [means.x.label, *across, *([f"{means.series.label}:"] if upright else []), *upright]
+    axes.set(xlabel="\n".join(below), ylabel=means.series.label, title=means.title)
+    axes.xaxis.label.set_multialignment("left" if len(below) > 1 else "center")
+    figure.set_figheight(figure.get_figheight() + LINE * (len(below) - 1))
     figure.colorbar(image, label=means.label)
     if means.gaps:
         figure.supxlabel(f"hatched, {GAPS}", fontsize=6)
@@ -182,13 +248,19 @@ def heatmap(means: Means, width: float) -> Figure:
 
 def _write_cells(axes: Axes, means: Means, image: AxesImage) -> None:
     """Write means and intervals in black or white, whichever differs more from the ground."""
-    size = 7 if max(image.get_size()) <= 6 else 4.5
-    for cell in dict.fromkeys((*means.cells, *means.gaps)):
-        mean, half, _ = means.cells.get(cell, NOTHING)
-        told, spread = with_half(mean, half)
-        text = told + ("" if np.isnan(half) else f"\n±{spread}")
-        if cell in means.gaps:
-            text += "\n{}/{}".format(*means.gaps[cell])
+    texts = {cell: _cell(means, cell) for cell in dict.fromkeys((*means.cells, *means.gaps))}
+    longest = max(len(line) for text in texts.values() for line in text.split("\n"))
+    each = 0.8 * PLOTTED * axes.figure.get_figwidth() / image.get_size()[1]  # type: ignore[union-attr]
+    size = min(7 if max(image.get_size()) <= 6 else 4.5, 72 * each / (LETTER * longest))
+    for cell, text in texts.items():
+        mean, *_ = means.cells.get(cell, NOTHING)
         light = np.dot(np.power(image.to_rgba(np.array([mean]))[0, :3], 2.2), LUMINANCE)
         colour = "black" if np.isnan(mean) or light > HALF_LIGHT else "white"
         axes.text(*cell, text, ha="center", va="center", color=colour, fontsize=size)
+
+
+def _cell(means: Means, cell: tuple[int, int]) -> str:
+    mean, half, _ = means.cells.get(cell, NOTHING)
+    told, spread = with_half(mean, half)
+    gap = "{}/{}".format(*means.gaps[cell]) if cell in means.gaps else ""
+    return "\n".join(filter(None, [told, "" if np.isnan(half) else f"±{spread}", gap]))

@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 
 from ..core.palette import ALARM, HF, INK, MF
 from ..results.round_timeline import Span, broadcasts_of, downlink_slots, pings_sent, uplink_slots
-from .style import colour_of, fits, legend_below, names, new_figure, shortened
+from .style import colour_of, fits, legend_below, names, new_figure
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -54,9 +54,7 @@ def timeline(
     step = -(-len(rows) // 40)
     axes.set_yticks(range(0, len(rows), step), rows[::step])
     axes.grid(visible=False, axis="y")
-    axes.set_title(
-        shortened(f"{scenario.name}, seed {result.seed}: rounds {first} to {last}", figure, 0.9)
-    )
+    axes.set_title(f"{scenario.name}, seed {result.seed}: rounds {first} to {last}")
     legend_below(figure, _handles())
     return figure
 

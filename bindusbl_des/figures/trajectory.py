@@ -23,7 +23,6 @@ from .style import (
     colour_of,
     legend_below,
     new_figure,
-    shortened,
     vehicle_handles,
 )
 
@@ -43,7 +42,7 @@ def trajectory(result: "Result", width: float) -> Figure:
     figure = new_figure(width, width + 0.25 + 0.16 * rows)
     axes = figure.add_subplot()
     draw_map(axes, result)
-    axes.set_title(shortened(f"{result.scenario.name}, seed {result.seed}", figure, 0.9))
+    axes.set_title(f"{result.scenario.name}, seed {result.seed}")
     legend_below(figure, handles)
     return figure
 

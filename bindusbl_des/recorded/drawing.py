@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..core.palette import ALARM, COLOURS, INK, PLANNED
-from ..figures.style import TWO_COLUMNS, new_figure
+from ..figures.style import TWO_COLUMNS, fit_labels, new_figure
 from ..figures.trajectory import chart_axes
 from ..geometry.geodesy import east_north
 from .replaying import Replay
@@ -26,6 +26,7 @@ def drawn(replay: Replay) -> Figure:
     _draw_plan(plan, replay)
     _draw_residuals(over_time, replay)
     figure.suptitle(replay.log.name)
+    fit_labels(figure)
     return figure
 
 

@@ -1,8 +1,9 @@
 """Figures: drawn from the tables, with units on their axes, the same bytes for the same tables."""
 
+import itertools
 import re
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -15,6 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
 from bindusbl_des import Result, Scenario, load_campaign, simulate, sweep
@@ -25,7 +27,7 @@ from bindusbl_des.core.palette import ALARM
 from bindusbl_des.figures.anatomy import anatomy, busiest
 from bindusbl_des.figures.fixes import BINS, latency
 from bindusbl_des.figures.kinds import KINDS, TABLES
-from bindusbl_des.figures.style import save, styled
+from bindusbl_des.figures.style import finished, save, styled
 from bindusbl_des.figures.sweeps import Levels, Means, curves, heatmap
 from bindusbl_des.report.envelope import error_envelope
 from bindusbl_des.report.gaps import shown_until
@@ -542,3 +544,104 @@ def test_messages_of_one_broadcast_share_a_slot() -> None:
     assert slot.length == pytest.approx(rounds.downlink_s[0])
     for kind in ("round", "timeline"):
         assert KINDS[kind](run, 7.0).axes
+
+
+LONG = "recovery_of_three_vehicles_in_the_outer_harbour_with_current_and_all"
+
+
+def misplaced(figure: Figure) -> list[str]:
+    """Return the texts of a figure that are not within it, and names at ticks that overlap."""
+    with styled():
+        figure.draw_without_rendering()
+    width, height = figure.bbox.size
+    axises = [axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)]
+    beyond = set()  # labels of ticks that are not drawn
+    for axis in axises:
+        low, high = sorted(axis.get_view_interval())
+        ticks = [it for it in axis.get_major_ticks() if not low <= it.get_loc() <= high]
+        beyond |= {label for tick in ticks for label in (tick.label1, tick.label2)}
+    texts = [it for it in figure.findobj(Text) if it.get_visible() and it.get_text()]
+    boxes = {it: it.get_window_extent() for it in texts if it not in beyond}
+    found = [
+        text.get_text() for text, box in boxes.items()
+        if box.x0 < -1 or box.y0 < -1 or box.x1 > width + 1 or box.y1 > height + 1
+    ]  # fmt: skip
+    for axis in axises:
+        shown = [it for it in axis.get_ticklabels() if it in boxes]
+        for one, other in itertools.combinations(shown, 2):
+            if boxes[one].overlaps(boxes[other]):
+                found.append(f"{one.get_text()} | {other.get_text()}")
+    return found
+
+
+PARTS = [
+    "kalman", "fixed_gain", "my_very_long_module_of_navigators:WeighingByRandomWalkOfDeadReckoning",
+    "my_very_long_module_of_navigators:WeighingByRandomWalkWithGate",
+    {"model": "other_navigators:Weighing", "drift_m_per_sqrt_s": 0.3, "gate": None},
+]  # fmt: skip
+KEYS = {
+    "parts": Levels("navigation.filter", "", tuple(PARTS)),
+    "places": Levels(
+        "asvs.formation.positions_m", "m", tuple([[k + 0.5, 20.25]] * 3 for k in range(4))
+    ),
+    "numbers": Levels("acoustics.hf.range_m", "m", tuple(40 + 1.25 * k for k in range(11))),
+    "many": Levels("asvs.formation.clearance_m", "m", tuple(k / 8 for k in range(40))),
+    "uneven": Levels("navigation.random_walk_m_per_sqrt_s", "m/sqrt(s)", (1e-4, 1.1e-4, 0.05)),
+}
+
+
+def grid(x: Levels, series: Levels | None, metric: str) -> Means:
+    """Return some mean wherever both keys have some values."""
+    rows = range(len(series.values) if series else 1)
+    cells = {(i, j): (0.1234 * (i + 1), 1.9e-5, 9) for i in range(len(x.values)) for j in rows}
+    gaps = {(0, 0): (3, 9)}
+    return Means(metric, "m", x, series, cells, f"{LONG}: 1000 seeds, 95 % intervals", gaps)
+
+
+def fits(across: str, upright: str | None, width: float) -> None:
+    """Check that all texts of figures over one or two keys have room, and name what they should."""
+    series = KEYS[upright] if upright else None
+    means = grid(KEYS[across], series, "worst_latency_from_broadcast_s")
+    for draw in (curves, heatmap) if series else (curves,):
+        figure = finished(partial(draw, means), width, None)
+        assert misplaced(figure) == [], draw.__name__
+        axes = figure.axes[0]
+        assert "latency" in (axes if draw is curves else figure.axes[1]).get_ylabel()
+        assert axes.get_position().height * figure.get_figheight() > 0.2 * width
+        if across == "parts":
+            names = [it.get_text() for it in axes.get_xticklabels()]
+            assert len(set(names)) == len(PARTS)
+            told = re.sub(r"\n", "", f"{axes.get_xlabel()}{''.join(names)}")
+            assert "WeighingByRandomWalkOfDeadReckoning" in told
+            assert "Weighing(drift_m_per_sqrt_s 0.3)" in told.replace("Weighing (", "Weighing(")
+
+
+TWO_KEYS = list(zip(KEYS, [*list(KEYS)[1:], "parts"], strict=True))
+
+
+@pytest.mark.parametrize(("across", "upright"), [("parts", None), *TWO_KEYS])
+def test_long_names_have_room_in_one_column(across: str, upright: str | None) -> None:
+    """Titles and labels are broken into lines; names without room at ticks have letters, told
+    below, and no two names become one.
+    """
+    fits(across, upright, 3.5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [3.0, 3.5, 4.5, 7.16, 12.0])
+@pytest.mark.parametrize("across", KEYS)
+def test_long_names_have_room_at_any_width(across: str, width: float) -> None:
+    for upright in (None, *KEYS):
+        fits(across, upright, width)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_long_names_have_room_in_figures_of_runs(kind: str, result: Result) -> None:
+    """A title that is too long has several lines, and its end is there: it says what is shown."""
+    named = Scenario.model_validate({**result.scenario.model_dump(mode="json"), "name": LONG})
+    figure = Result(named, 2, result.arrow, 1.0).plot(kind, width=3.5)
+    titles = [text for text in figure.findobj(Text) if text.get_text().startswith("recovery_of")]
+    (title,) = titles
+    assert title.get_text() not in misplaced(figure)
+    assert title.get_text().replace("\n", "").startswith(LONG[:30])
+    assert re.search("seed 2|HF range 45 m", title.get_text().replace("\n", " "))

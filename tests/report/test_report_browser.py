@@ -648,6 +648,27 @@ def test_what_curves_are_is_said_whole_or_by_both_its_ends(opened: Open, swept: 
     assert opened(swept, width=1000).ask(fits) == "pipelined_round"
 
 
+def test_names_without_room_along_an_axis_have_letters(opened: Open, swept: Path) -> None:
+    """Told in the caption; those that have room stand there themselves."""
+    said = """(() => {
+        const names = %s, asked = [{ key: "k", short: "k", values: null }];
+        byId("curves").replaceChildren();
+        const cells = [names.map((_, i) => [i, { mean: i, half: 1, count: 2, whole: 2 }])];
+        Object.assign(bindusbl.view, { plot: null, along: 0, by: -1 });
+        Object.assign(bindusbl.sweep, { keys: asked });
+        bindusbl.view.curves("worst_position_error_m", cells, ["all"], names);
+        const [shown] = bindusbl.view.plot.options().axes;
+        return [shown.values(), byId("curves-caption").textContent]; })()"""
+    long = ["kalman", *(f"my_very_long_module_of_navigators:Weighing{k}" for k in range(3))]
+    values, caption = opened(swept, width=1000).ask(said.replace("%s", str(long)))
+    assert values == ["A", "B", "C", "D"]
+    assert caption.endswith(f"A: {long[0]}, B: {long[1]}, C: {long[2]}, D: {long[3]}")
+    short = ["kalman", "fixed_gain"]
+    values, caption = opened(swept, width=1000).ask(said.replace("%s", str(short)))
+    assert values == short
+    assert "A:" not in caption
+
+
 def test_curves_and_maps_of_a_sweep_are_saved(opened: Open, swept: Path) -> None:
     """An SVG of the curves has a line for each row, and names it; a CSV of the map its means."""
     it = opened(swept)

@@ -120,8 +120,10 @@ class View {
   curves(metric, all, names, columns) {
     const few = Math.min(names.length, MOST_LINES), chosen = Array.from({ length: few }, (_, i) => Math.round(i * (names.length - 1) / Math.max(few - 1, 1)));
     const dots = chosen.map((row) => all[row]), rows = chosen.map((row) => names[row]);
-    byId("curves-caption").textContent = `${few < names.length ? `${few} of ${names.length} rows as curves, the map has all` : "The same as curves"}; bars are 95 % confidence intervals (Student's t)`;
-    const key = this.sweep.keys[this.along], xs = key?.values ?? columns.map((_, i) => i), sampled = columns.length > MOST_STEPS;
+    const key = this.sweep.keys[this.along], letters = key && key.values === null ? lettersFor(columns, byId("curves").clientWidth) : null;
+    const named = letters ? `; ${columns.map((name, i) => `${letters[i]}: ${name}`).join(", ")}` : "";
+    byId("curves-caption").textContent = `${few < names.length ? `${few} of ${names.length} rows as curves, the map has all` : "The same as curves"}; bars are 95 % confidence intervals (Student's t)${named}`;
+    const xs = key?.values ?? columns.map((_, i) => i), sampled = columns.length > MOST_STEPS;
     const data = [xs, ...dots.map((line) => {
       const means = xs.map(() => null);
       for (const [column, { mean }] of line) if (Number.isFinite(mean)) means[column] = mean;
@@ -136,7 +138,7 @@ class View {
     const options = () => ({
       height: onPaper() ? 260 : 340, cursor: { drag: { x: false } }, legend: { show: true, live: true, markers: { width: 2, stroke: (u, i) => seriesColour(i - 1), dash: (u, i) => ["solid", "dashed", "dotted", "double"][(i - 1 + Math.floor((i - 1) / 8)) % 4] } },
       scales: { x: { time: false, range: [xs[0] - 0.05 * spread, xs[xs.length - 1] + 0.05 * spread] }, y: { range: () => [lowest * 1.05, highest > lowest ? highest * 1.05 : 1] } },
-      axes: [axis(key?.key ?? "", key && key.values === null ? { splits: () => xs, values: () => columns } : { splits: sampled ? undefined : () => xs }), axis(this.sweep.title(metric), { size: 56 })],
+      axes: [axis(key?.key ?? "", key && key.values === null ? { splits: () => xs, values: () => letters ?? columns } : { splits: sampled ? undefined : () => xs }), axis(this.sweep.title(metric), { size: 56 })],
       series: [{ label: key?.short ?? "", value: (u, v) => (v === null ? "–" : key?.values ? `${v}` : columns[v]) }, ...rows.map((label, i) => ({
         label: this.by >= 0 ? `${this.sweep.keys[this.by].short} ${label}` : metric, stroke: seriesColour(i), dash: seriesDash(i), width: 2, spanGaps: !gaps[i].length,
         paths: sampled || key?.values === null ? () => null : undefined, points: { show: true, size: 7, fill: seriesColour(i) }, value: (u, v) => (v === null || v === undefined ? "–" : `${significant(v)} ${unit}`),
@@ -168,6 +170,12 @@ function errorBars(u, halves) {
     ctx.stroke();
   });
   ctx.restore();
+}
+
+// Letters in the place of names that have no room along an axis of a plot so wide (px); nothing where they have.
+function lettersFor(names, width) {
+  const longest = Math.max(...names.map(({ length }) => length));
+  return 7 * longest < 0.8 * width / names.length ? null : names.map((_, i) => `${String.fromCharCode(65 + i % 26)}${i < 26 ? "" : Math.floor(i / 26)}`);
 }
 
 // Room (px) beside a plot so wide for what its lines are: a quarter of it at most.
