@@ -26,6 +26,7 @@ MOST_WRITTEN = 12
 # Of a figure's width what its axes have, about; the size (pt) of letters at ticks; the height (in)
 # of a line; so many letters of a name have room beside a heatmap, so many lines of a legend below
 PLOTTED, TICK, LINE, MOST_BESIDE, LEGEND_LINES = 0.8, 7, 0.13, 18, 3
+BESIDE_BAR = 0.65  # of that, beside the bar of colours
 
 # Distance between series at a value that is no number, in distances between such values
 BESIDE = 0.06
@@ -228,8 +229,8 @@ def heatmap(means: Means, width: float) -> Figure:
     shades = "cividis_r" if lower_is_better(means.metric) else "cividis"  # dark is bad
     image = axes.imshow(grid, cmap=shades, origin="lower", aspect="auto")
     axes.grid(visible=False)
-    across = _name_ticks(axes.xaxis, means.x, range(shape[1]), 0.8 * width)
-    upright = _name_ticks(axes.yaxis, means.series, range(shape[0]), 0.8 * width, is_upright=True)
+    across = _name_ticks(axes.xaxis, means.x, range(shape[1]), BESIDE_BAR * width)
+    upright = _name_ticks(axes.yaxis, means.series, range(shape[0]), BESIDE_BAR * width, is_upright=True)
     below = [means.x.label, *across, *([f"{means.series.label}:"] if upright else []), *upright]
     axes.set(xlabel="\n".join(below), ylabel=means.series.label, title=means.title)
     axes.xaxis.label.set_multialignment("left" if len(below) > 1 else "center")
@@ -250,7 +251,7 @@ def _write_cells(axes: Axes, means: Means, image: AxesImage) -> None:
     """Write means and intervals in black or white, whichever differs more from the ground."""
     texts = {cell: _cell(means, cell) for cell in dict.fromkeys((*means.cells, *means.gaps))}
     longest = max(len(line) for text in texts.values() for line in text.split("\n"))
-    each = 0.8 * PLOTTED * axes.figure.get_figwidth() / image.get_size()[1]  # type: ignore[union-attr]
+    each = BESIDE_BAR * PLOTTED * axes.figure.get_figwidth() / image.get_size()[1]  # type: ignore[union-attr]
     size = min(7 if max(image.get_size()) <= 6 else 4.5, 72 * each / (LETTER * longest))
     for cell, text in texts.items():
         mean, *_ = means.cells.get(cell, NOTHING)

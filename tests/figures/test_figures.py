@@ -611,9 +611,9 @@ def fits(across: str, upright: str | None, width: float) -> None:
         if across == "parts":
             names = [it.get_text() for it in axes.get_xticklabels()]
             assert len(set(names)) == len(PARTS)
-            told = re.sub(r"\n", "", f"{axes.get_xlabel()}{''.join(names)}")
+            told = re.sub(r"\s", "", f"{axes.get_xlabel()}{''.join(names)}")
             assert "WeighingByRandomWalkOfDeadReckoning" in told
-            assert "Weighing(drift_m_per_sqrt_s 0.3)" in told.replace("Weighing (", "Weighing(")
+            assert "Weighing(drift_m_per_sqrt_s0.3)" in told
 
 
 TWO_KEYS = list(zip(KEYS, [*list(KEYS)[1:], "parts"], strict=True))
