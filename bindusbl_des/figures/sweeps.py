@@ -229,8 +229,9 @@ def heatmap(means: Means, width: float) -> Figure:
     shades = "cividis_r" if lower_is_better(means.metric) else "cividis"  # dark is bad
     image = axes.imshow(grid, cmap=shades, origin="lower", aspect="auto")
     axes.grid(visible=False)
-    across = _name_ticks(axes.xaxis, means.x, range(shape[1]), BESIDE_BAR * width)
-    upright = _name_ticks(axes.yaxis, means.series, range(shape[0]), BESIDE_BAR * width, is_upright=True)
+    length = BESIDE_BAR * width
+    across = _name_ticks(axes.xaxis, means.x, range(shape[1]), length)
+    upright = _name_ticks(axes.yaxis, means.series, range(shape[0]), length, is_upright=True)
     below = [means.x.label, *across, *([f"{means.series.label}:"] if upright else []), *upright]
     axes.set(xlabel="\n".join(below), ylabel=means.series.label, title=means.title)
     axes.xaxis.label.set_multialignment("left" if len(below) > 1 else "center")

@@ -31,7 +31,7 @@ class Found:
     """All that was found out for a plan.
 
     `missions` is how many were flown, those of doubts included; `cut` is the option that cut the
-    plan off, empty if none did.
+    plan off, empty if none did; `failed` how many missions failed, and why, empty if none did.
     """
 
     question: Question
@@ -44,6 +44,7 @@ class Found:
     doubted: Sequence[Doubted]
     missions: int
     cut: str
+    failed: str
 
     @property
     def team(self) -> Candidate | None:
@@ -156,6 +157,8 @@ def caveats(found: Found) -> Iterator[str]:
     _, _, doubts = found.selection.why.partition(". ")  # its first sentence is the answer
     if doubts and not found.selection.is_settled and found.team is not None:
         yield doubts
+    if found.failed:
+        yield f"{found.failed}. Failed missions meet no goal."
     if found.cut:
         yield f"Cut off by {found.cut}; the same command goes on from here."
     if any(is_instant(found.question, point) for point in found.question.experiment.points):

@@ -19,6 +19,7 @@ from ..campaigns.campaign import Campaign, unfinished_campaign
 from ..campaigns.experiments.experiment import Experiment, ExperimentPlan
 from ..campaigns.failures import check_files
 from ..campaigns.running import first_record, restore_record
+from ..campaigns.statistics.outcomes import failed_because
 from ..campaigns.storage.done import OK
 from ..campaigns.storage.folder import (
     RECORD,
@@ -38,6 +39,7 @@ from ..core.arrays import Floats
 from ..core.files import sync
 from ..core.kept_files import keep, portable
 from ..core.process import ProgressLine, answered, duration, end_now
+from ..core.wording import counted
 from .question import Question
 from .selection.goals import Goal
 
@@ -104,6 +106,13 @@ class Flights:
 
     def __len__(self) -> int:
         return len(self._rows)
+
+    @property
+    def failed(self) -> str:
+        """How many missions failed, and why; empty where none did."""
+        failed = counted(sum(not row for row in self._rows.values()), "mission")
+        why = failed_because(self.campaign.folder)
+        return f"{failed} failed{why}" if why else ""
 
     def lacking(self, pairs: Sequence[Pair]) -> int:
         """Return how many missions have not been flown."""

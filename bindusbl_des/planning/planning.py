@@ -221,14 +221,14 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
                     return sample([(number, seed) for seed in seeds])
 
                 conditions = doubts(question, looked_at, predictor) if is_found else []
-                doubts_flown, flown_in_doubt = list[Doubted](), 0
+                doubts_flown, flown_in_doubt, failed_in_doubt = list[Doubted](), 0, ""
                 if conditions:
                     budget.begin("doubting the answer")
                     worse = _experiment(question, teams_of(conditions), question.seeds()[:SEEDS])
                     with fly(worse, folder / DOUBTS) as doubtful:
                         sampled = partial(budget.sample, doubtful)
                         doubts_flown = doubted(conditions, goals, sampled, as_planned)
-                        flown_in_doubt = len(doubtful)
+                        flown_in_doubt, failed_in_doubt = len(doubtful), doubtful.failed
     finally:
         budget.end()
     found = Found(
@@ -242,6 +242,7 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
         doubted=doubts_flown,
         missions=len(missions) + flown_in_doubt,
         cut=budget.cut_by,
+        failed=missions.failed or failed_in_doubt,
     )
     return _written(found, folder)
 

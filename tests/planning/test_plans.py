@@ -308,6 +308,28 @@ def test_what_will_do_is_named_where_it_is_not_settled_whether_less_does(
     assert "whether less does: " in told
 
 
+def test_missions_that_failed_are_told_with_their_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Be it all of them, or those of some teams."""
+
+    def leaky(scenario: Scenario, seed: int) -> list[dict[str, float | None]]:
+        if scenario.asvs.count < 3:
+            raise RuntimeError("no water")
+        return fleet(scenario, seed)
+
+    hand_made(monkeypatch, leaky)
+    vary = {**TEAMS, "asvs.count": [1, 2], "asvs.formation.angle_deg": [0]}
+    none = plan(BASE, "none", below=GOAL, vary=vary).record
+    said = f"{none['missions']} missions failed: RuntimeError: no water. Failed missions meet no"
+    assert any(text.startswith(said) for text in none["told"])
+    some = plan(BASE, "some", below=GOAL, vary=TEAMS).record
+    assert some["answer"]["asvs.count"] == 3
+    failed = [text for text in some["told"] if "failed: RuntimeError: no water" in text]
+    assert len(failed) == 1
+    assert 0 < int(failed[0].split()[0]) < some["missions"]
+    hand_made(monkeypatch, fleet)
+    assert not [text for text in made("well").record["told"] if "failed" in text]
+
+
 def test_time_that_is_up_is_no_failure() -> None:
     """A net of one second stops at a whole mission; no exception, no red."""
     record = plan(BASE, "out", below=GOAL, vary=TEAMS, budget_s=1.0).record
