@@ -36,6 +36,7 @@ from ..protocol.slots import slots_of
 from ..protocol.steps import moment
 from ..protocol.tdma import serve
 from ..records.rows import Jacobians, Recorder, Rows
+from ..scenario.agreement.instruments import taken_for
 from ..scenario.channel_settings import burst_s
 from ..scenario.destinations import failures_of
 from ..scenario.families import downlink_of, ready_plugins, schedule_of, tells_slots
@@ -341,5 +342,7 @@ def usbl_of(scenario: Scenario) -> Usbl:
         sound_speed_of(scenario),
         sheet_of(scenario),
         timing_sd_of(scenario),
-        usbl.slow_share if any(kind.name == "slow" for kind in estimated_kinds(scenario)) else 0.0,
+        taken_for(scenario).usbl.slow_share
+        if any(kind.name == "slow" for kind in estimated_kinds(scenario))
+        else 0.0,
     )

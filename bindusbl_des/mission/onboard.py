@@ -16,6 +16,7 @@ from ..navigation.fix_update import WEIGHED, Rule
 from ..navigation.navigators import LinearNavigator, Navigator, OwnNavigator
 from ..navigation.smoother import Smoother
 from ..records.rows import LEARNT, Recorder
+from ..scenario.agreement.instruments import taken_for
 from ..scenario.families import NAVIGATOR, navigator_of
 from ..scenario.own_sensors import estimated_kinds, own_sensors
 from ..scenario.part_choice import own_part, shipped_part
@@ -41,6 +42,7 @@ NONE = Further((), ())
 @kept
 def assumed_by(scenario: Scenario) -> tuple[Belief, Growth]:
     """Return what the navigators of a scenario believe at first, and how they become less sure."""
+    scenario = taken_for(scenario)
     navigation, settings = scenario.navigation, settings_of(scenario)
     skew, wandering, common = _skew(scenario), _wandering(scenario), _common(scenario)
     parts = skew, wandering, common

@@ -10,6 +10,7 @@ from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams, normals
 from ..navigation.dead_reckoning import random_walk
 from ..records.rows import NONE, Rows
+from ..scenario.agreement.instruments import taken_for
 from ..scenario.own_sensors import estimated_kinds, kinds, own_sensors
 from ..scenario.scenario import Scenario
 from ..usbl.systematic_fixes import SYSTEMATIC, Systematic
@@ -140,11 +141,11 @@ def clocks(scenario: Scenario, streams: Streams) -> Floats:
 def systematic_errors_of(scenario: Scenario, streams: Streams) -> Systematic | None:
     """Return the errors that last, None if there are none of them.
 
-    Fixes say how they depend on those that navigators are told of.
+    Fixes say how they depend on those that navigators are told of, and are as sure as these are.
     """
-    usbl, found = scenario.usbl, {kind.name: kind for kind in kinds(scenario)}
-    has_outliers = usbl.outlier_share > 0.0
-    if is_plugin(usbl.model) or not (found or has_outliers):
+    usbl, has_outliers = scenario.usbl, scenario.usbl.outlier_share > 0.0
+    found = {kind.name: kind for kind in kinds(taken_for(scenario))}
+    if is_plugin(usbl.model) or not (kinds(scenario) or found or has_outliers):
         return None
     levels, variances = np.zeros(1, dtype=SYSTEMATIC), list[float]()
     known = levels[0]

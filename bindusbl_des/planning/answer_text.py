@@ -22,6 +22,9 @@ from .relief import Relief
 from .selection.evidence import Estimate, Selection
 from .selection.goals import Goal, limits_text, unit_of_goal, value_text
 
+# Said of the conditions that are worse
+UNTOLD = "(each flown with the filter as planned: nobody tells it)"
+
 # So many candidates beside the answer `plan.json` names.
 MOST_RUNNERS_UP = 3
 
@@ -239,7 +242,8 @@ def summary(record: Mapping[str, Any], folder: str) -> str:
     next_best = [record["candidates"][number] for number in record["runners_up"]]
     lines += _section("runners-up", [f"{team['team']}: {team['told']}" for team in next_best])
     lines += _section("what binds", [relief["told"] for relief in record["binding"]][:2])
-    lines += _section("and if", [_doubt_text(doubt) for doubt in record["sensitivity"]])
+    doubts = [_doubt_text(doubt) for doubt in record["sensitivity"]]
+    lines += _section("and if", [*doubts, UNTOLD] if doubts else [])
     lines += map(filled, record["told"][1:])
     lines += ["", f"Results: {folder}"]
     if record["answer"] is not None:

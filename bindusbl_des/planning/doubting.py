@@ -1,9 +1,12 @@
 """How a team fares where the world is worse than the scenario has it, on the answer's own seeds;
 and what more vessels would bring: teams that cost more than the answer, flown a few times.
+
+Nobody tells a crew of a surprise: filters stay as planned, and model the errors of the scenario.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Any
@@ -14,8 +17,10 @@ from ..acoustics.fix_chance import loses_pings
 from ..campaigns.statistics.intervals import intervals
 from ..core.arrays import Floats
 from ..geometry.formation import ring_radius
+from ..scenario.agreement.instruments import ASSUMED, taken_for
 from ..scenario.channel_settings import burst_s
 from ..scenario.declared import channel_named
+from ..scenario.files.overrides import put, value_at
 from ..scenario.own_sensors import wanders_over_m
 from ..scenario.sections.navigation import Drift
 from ..scenario.site import assumed_sound_speed_of
@@ -140,6 +145,7 @@ class Doubted:
         return {
             "told": self.doubt.words,
             "keys": dict(self.doubt.keys),
+            "known": False,
             "missions": self.missions,
             **plainly(self.estimates),
             "met": self.met,
@@ -158,9 +164,28 @@ def became_of(case: Mapping[str, Any]) -> str:
 def doubts(question: Question, team: Candidate, predictor: Predictor) -> list[Doubt]:
     """Return the conditions in which a team is to be flown; without those that make no scenario."""
     changes = [*_ranges(team), *_bursts(team), *_sound(team), *_drift(team)]
-    worse = [(words, keys, candidate(question, {**team.keys, **keys})) for words, keys in changes]
-    found = [Doubt(words, keys, changed) for words, keys, changed in worse if changed is not None]
+    keys_of = {words: {**keys, **_as_planned(team, keys)} for words, keys in changes}
+    worse = {words: candidate(question, {**team.keys, **keys}) for words, keys in keys_of.items()}
+    found = [
+        Doubt(words, keys_of[words], changed)
+        for words, changed in worse.items()
+        if changed is not None
+    ]
     return [*found[:1], *_lost(question, team, predictor), *found[1:]]
+
+
+def _as_planned(team: Candidate, changed: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the key that leaves a team's filter as it is planned where other keys are changed."""
+    chosen = team.scenario.navigation.filter
+    if not team.scenario.navigation.weighs:
+        return {}
+    planned = taken_for(team.scenario).model_dump(mode="json")
+    assumes = deepcopy(dict(chosen.settings.get("assumes", {})))
+    for key in changed:
+        section, name, *_ = key.split(".")
+        if name in ASSUMED.get(section, ()):
+            put(assumes, key, value_at(planned, key.split(".")))
+    return {f"{NAVIGATION}.filter.assumes": assumes} if assumes else {}
 
 
 def _ranges(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -20,9 +20,9 @@ What is found lies in a folder: `plan.json`, `best.yaml` (a scenario that meets 
 * ``binding``: ``[{what, told, value}]``, what holds the team back, the most first: ``coverage``,
   ``uplink``, ``downlink``, ``fix_noise`` or ``drift``; `value` is what the first goal's metric is
   predicted to be were that twice as good,
-* ``sensitivity``: ``[{told, keys, missions, mean, low, high, met, as_planned}]``, the team in worse
-  conditions, and `as_planned`, ``{mean, low, high, met}``, in the same missions without
-  them, `met` where they are met then,
+* ``sensitivity``: ``[{told, keys, known, missions, mean, low, high, met, as_planned}]``, the team
+  in worse conditions, `known` to its filter or not, and `as_planned`, ``{mean, low, high, met}``,
+  in the same missions without them, `met` where they are met then,
 * ``prediction_error``: ``{metric: {median, p90}}``, relative, of the prediction beside simulation.
 
 Any number that is not known is null.

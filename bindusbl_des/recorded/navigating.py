@@ -13,6 +13,7 @@ from ..navigation.belief import STATES, Belief, Growth, begun_at, first_belief
 from ..navigation.dead_reckoning import Odometry
 from ..navigation.smoothing import Sights, Smoothed, smooth
 from ..records.rows import Rows
+from ..scenario.agreement.instruments import taken_for
 from ..scenario.own_sensors import own_sensors
 from ..scenario.scenario import Scenario
 from ..scenario.site import assumed_sound_speed_of
@@ -94,6 +95,7 @@ class Noise:
 
 def noise_of(scenario: Scenario) -> Noise:
     """Return the noise that a scenario tells AUVs of, as far as a log has any use for it."""
+    scenario = taken_for(scenario)
     navigation, usbl, sensors = scenario.navigation, scenario.usbl, own_sensors(scenario)
     speed, sheet = assumed_sound_speed_of(scenario), sheet_of(scenario)
     return Noise(

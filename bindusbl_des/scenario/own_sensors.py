@@ -22,6 +22,7 @@ from typing import NamedTuple
 
 from ..core.plugins import is_plugin
 from ..core.spreads import drift_rms, per_axis_sd, wandering_rms
+from .agreement.instruments import taken_for
 from .families import ranging_of
 from .scenario import Scenario, kept
 from .scenario_keys import ScenarioKeys
@@ -187,7 +188,11 @@ def estimated_kinds(scenario: Scenario) -> list[Kind]:
     if not scenario.navigation.weighs or is_plugin(scenario.usbl.model):
         return []
     untold = chosen.settings.get("untold", ())
-    return [kind for kind in kinds(scenario) if kind.name not in untold and kind.times <= MOST_TOLD]
+    return [
+        kind
+        for kind in kinds(taken_for(scenario))
+        if kind.name not in untold and kind.times <= MOST_TOLD
+    ]
 
 
 def sound_speed_error(scenario: Scenario) -> float:

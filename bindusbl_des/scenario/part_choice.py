@@ -162,6 +162,8 @@ _NEEDED = {
     "string_type": "needs a text",
     "tuple_type": "needs a list",
     "list_type": "needs a list",
+    "dict_type": "needs keys and values",
+    "extra_forbidden": "is no such key",
     "finite_number": "must be a finite number",
 }
 SIGNS = {

@@ -1,6 +1,7 @@
 """The settings of the parts that ship, but for those of channels."""
 
-from typing import Literal
+from collections.abc import Mapping
+from typing import Any, Literal
 
 from pydantic import model_validator
 
@@ -34,6 +35,12 @@ class Kalman(Settings):
     )
     initial_position_sd_m: Real | None = key(
         None, "m", "prior of the start along each axis; null = the scenario's", ge=0, le=1e5
+    )
+    assumes: Mapping[str, Mapping[str, Any]] = key(
+        {},
+        "",
+        "keys of errors (`navigation: {scale_factor_sd: 0}`) that the filter takes for something "
+        "else than they are; what is not named here it is told of as it is",
     )
 
 

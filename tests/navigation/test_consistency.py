@@ -218,3 +218,98 @@ def test_fixes_harm_nobody_at_random(numbers: range) -> None:
     """A filter that is told of what is wrong is never better off without fixes."""
     found = {number: worse for number in numbers if (worse := harm(anything(number), 8))}
     assert found == {}
+
+
+# Errors that last, and of which a filter may be told something else
+LASTING: dict[str, tuple[str, dict[str, Any]]] = {
+    "bias": ("navigation", {"velocity_bias_sd_m_per_s": 0.1}),
+    "walk": ("navigation", {"random_walk_m_per_sqrt_s": 0.1}),
+    "wandering": (
+        "navigation", {"velocity_bias_sd_m_per_s": 0.1, "velocity_bias_time_constant_s": 20.0},
+    ),
+    "scale_factor": ("navigation", {"scale_factor_sd": 0.2}),
+    "heading": ("navigation", {"heading_sd_deg": 15.0}),
+    "start": ("navigation", {"initial_position_sd_m": 3.0}),
+    "clock": ("navigation", {"clock_offset_sd_s": 5e-4}),
+    "misalignment": ("usbl", {"misalignment_sd_deg": 5.0}),
+    "gnss": ("usbl", {"gnss_correlated_sd_m": 1.0}),
+    "slow": ("usbl", {"slow_share": 0.9, "correlation_s": 60.0}),
+    "sound_speed": ("environment", {"assumed_sound_speed_m_per_s": 1530.0}),
+}  # fmt: skip
+FREE: dict[str, Any] = {
+    "acoustics": {"loss": {"combine": "off"}}, "record": {"detail": "full"},
+    "navigation": {"velocity_bias_m_per_s": [0.0, 0.0], "random_walk_m_per_sqrt_s": 0.01,
+                       "initial_position_sd_m": 0.5, "nis_gate": None},
+}  # fmt: skip
+
+
+def told_of(world: dict[str, Any], **filter_: Any) -> tuple[np.ndarray, bytes]:
+    """Return how sure AUVs are of themselves (m), and all that is recorded of them."""
+    options = {"navigation": {"filter": {"model": "kalman", **filter_}}}
+    tested = paper_case(2, **merged(merged({"duration_s": 30.0, **FREE}, world), options))
+    rows = simulate(tested, 3).tables["tracks"]
+    rows = rows[rows.vehicle.str.startswith("AUV")]
+    spreads = rows[["estimate_sd_x_m", "estimate_sd_y_m"]].to_numpy()
+    return spreads, rows.to_csv().encode()
+
+
+@pytest.mark.parametrize("error", LASTING)
+def test_a_filter_may_assume_something_else_than_is_true(error: str) -> None:
+    """It is as sure of itself as where that were true, whatever is; what it assumes of the rest is
+    the scenario's.
+    """
+    section, wrong = LASTING[error]
+    usual = Scenario(name="m").model_dump()[section]
+    right = {name: FREE.get(section, {}).get(name, usual[name]) for name in wrong}
+    planned, known = told_of({}), told_of({section: wrong})
+    unknown = told_of({section: wrong}, assumes={section: right})
+    assert (unknown[0] / planned[0]).mean() == pytest.approx(1.0, abs=0.02)
+    assert (known[0] / planned[0]).mean() > 1.04
+    assert unknown[1] not in (planned[1], known[1])
+    assert told_of({section: wrong}, assumes={section: wrong})[1] == known[1]
+
+
+def test_a_sheet_of_an_inertial_system_may_be_taken_for_another() -> None:
+    """Both statements of it, wandering or not: as of the other sheet where no fix comes."""
+    deaf = {"hf": {"range_m": 0.1}, "mf": {"range_m": 0.1}}
+    for one, other in (
+        ({"percent_of_distance": 1.0}, {"percent_of_distance": 0.5}),
+        ({"percent_of_distance": 1.0, "line_m": 50.0}, {"line_m": 300.0}),
+        ({"percent_of_distance": 1.0}, {"line_m": None}),
+        ({"m_per_hour": 50.0}, {"m_per_hour": 5.0}),
+    ):
+        base = {"acoustics": deaf, "navigation": FREE["navigation"] | {"drift": one}}
+        base["navigation"].pop("velocity_bias_m_per_s")
+        base["navigation"].pop("random_walk_m_per_sqrt_s")
+        sure = []
+        for drift, assumes in ((one, other), ({**one, **other}, {})):
+            filter_ = {"model": "kalman", "assumes": {"navigation": {"drift": assumes}}}
+            tested = scenario(**merged(base, {"navigation": {"drift": drift, "filter": filter_}}))
+            tracks = simulate(tested, 0).tables["tracks"]
+            sure.append(tracks[["estimate_sd_x_m", "estimate_sd_y_m"]].to_numpy())
+        assert sure[0] == pytest.approx(sure[1], rel=0.02, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("assumes", "said"),
+    [
+        ({"navigation": {"scale_factr_sd": 0.1}}, "assumes.navigation.scale_factr_sd.*scale_"),
+        ({"navigation": {"filter": "kalman"}}, "assumes.navigation.filter: is nothing"),
+        ({"usbl": {"slow_share": 3}}, "assumes.usbl.slow_share: must be <= 1; got 3"),
+        ({"usbl": {"gnss_sd_m": 3}}, "assumes.usbl.gnss_sd_m: is nothing"),
+        ({"navigation": {"drift": {"line": 3}}}, "assumes.navigation.drift.line: is no such key"),
+        ({"usbl": 3}, "assumes.usbl: needs keys and values"),
+        (3, "assumes: needs keys and values"),
+        (
+            {"navigation": {"drift": {"m_per_hour": 3}, "scale_factor_sd": 0.1,
+                            "random_walk_m_per_sqrt_s": 0.1}},
+            "assumes.navigation.random_walk_m_per_sqrt_s: is replaced by navigation.drift",
+        ),
+    ],
+)  # fmt: skip
+def test_what_a_filter_cannot_assume_is_refused(assumes: Any, said: str) -> None:
+    """With the key, the rule and the remedy."""
+    with pytest.raises(ValueError, match=rf"navigation.filter.{said}"):
+        scenario(navigation={"filter": {"model": "kalman", "assumes": assumes}})
+    with pytest.raises(ValueError, match=r"assumes: unknown setting"):
+        scenario(navigation={"filter": {"model": "fixed_gain", "assumes": assumes}})

@@ -171,6 +171,42 @@ def test_a_loss_is_judged_after_it_and_beside_the_same_missions_without_it(
     assert {it["mean"][0] for it in same if it is not lost["as_planned"]} == {chosen["mean"][0]}
 
 
+def test_filters_stay_as_planned_in_doubts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Twice the drift, and sound that is taken for 1 % too fast: nobody tells the filter.  With the
+    process noise and the prior of the plan set by hand, and with no error of its clock or speed
+    believed in, missions err as much; a filter that is told errs less.
+    """
+    vary = {"asvs.count": [2], "asvs.formation.radius_m": [35], "asvs.formation.angle_deg": [80],
+            "protocol.schedule": ["spatial_reuse"],
+            "protocol.downlink": ["sequential"]}  # fmt: skip
+    options = ["navigation.filter=kalman", "duration_s=120", "record.metrics_hz=2"]
+    scenario = load_scenario("recovery_140m", overrides=options)
+    monkeypatch.setattr(flying, "pool_for", OneThread)
+    goal = {"position_error_m": 30.0}
+    found = plan(scenario, tmp_path / "out", below=goal, vary=vary, workers=1)
+    cases = {it["told"]: it for it in found.record["sensitivity"]}
+    assert {it["known"] for it in cases.values()} == {False}
+    assert "filter as planned" in found.summary()
+    assert found.scenario is not None
+    answer = found.scenario.model_dump(mode="json")
+
+    def flown(case: dict[str, Any], filter_: Any) -> float:
+        keys = {key: it for key, it in case["keys"].items() if "assumes" not in key}
+        world = laid_over(answer, {**keys, "navigation.filter": filter_})
+        seeds = range(case["missions"])
+        return float(np.mean([simulate(world, it).auvs.position_error_m.max() for it in seeds]))
+
+    drift = cases["drift x 2"]
+    prior = {"random_walk_m_per_sqrt_s": 0.027, "velocity_bias_sd_m_per_s": 0.06}
+    assert drift["mean"] == [pytest.approx(flown(drift, {"model": "kalman", **prior}), rel=1e-9)]
+    assert drift["mean"][0] > 1.02 * flown(drift, "kalman")
+    sound = cases["speed of sound taken 1 % too high"]
+    assert sound["mean"][0] > 1.02 * flown(sound, "kalman")
+    assert sound["keys"]["navigation.filter.assumes"] == {
+        "environment": {"assumed_sound_speed_m_per_s": None}
+    }
+
+
 @pytest.mark.parametrize(("line", "tried"), [(1000.0, 333.0), (2.0, 1.0), (None, 1000.0)])
 def test_how_the_drift_of_a_sheet_is_drawn_is_doubted(line: float | None, tried: float) -> None:
     """Errors wander over a third of the way, or at all where they were constant."""

@@ -29,6 +29,7 @@ from ...protocol.replies import reply_delay_of
 from ...protocol.slots import SHORTEST_UPLINK, UPLINK_GUARD, Slots
 from ...protocol.slots import slots_of as protocol_slots
 from ...records.rows import Rows
+from ...scenario.agreement.instruments import taken_for
 from ...scenario.channel_settings import burst_s
 from ...scenario.declared import (
     NAVIGATORS,
@@ -153,6 +154,8 @@ def approximations(scenario: Scenario) -> Iterator[str]:
         yield ALWAYS_HEARING
     if (lag := scenario.navigation.filter.settings.get("lag_s")) is not None:
         yield f"A smoother that waits for {plain(lag)} s is taken to know all later fixes."
+    if taken_for(scenario) is not scenario:
+        yield "Errors that last are taken to be as slow as they are, whatever the filter assumes."
     if scenario.navigation.gnss_fix is not None:
         yield (
             "GNSS fixes at the surface are left out: where AUVs have them, errors and ages are "
@@ -242,7 +245,7 @@ def navigator_of(scenario: Scenario) -> PredictedNavigator:
     sources = [
         *_bias(scenario, sensors, (assumed[2], assumed[3])),
         *_current(scenario, assumed[4], growth.wander),
-        *_wandering(scenario, sensors, growth.wandering > 0),
+        *_wandering(scenario, sensors, assumed[growth.wandering] if growth.wandering else 0.0),
         *_skew(sensors, (assumed[6], assumed[7]) if growth.stretched > 0 else (0.0, 0.0)),
     ]
     return PredictedNavigator(
@@ -271,7 +274,8 @@ def _bias(
 def _current(scenario: Scenario, assumed: float, wander: float) -> list[DriftSource]:
     """Return the current as one more velocity that dead reckoning through the water misses."""
     water = scenario.environment
-    if scenario.navigation.velocity == "over_ground" or not assumed:
+    moves = assumed or water.current_m_per_s or water.current_variation_m_per_s
+    if scenario.navigation.velocity == "over_ground" or not moves:
         return []
     heading, speed = radians(water.current_direction_deg), water.current_m_per_s
     mean, varies = (-speed * cos(heading), -speed * sin(heading)), water.current_variation_m_per_s
@@ -279,11 +283,13 @@ def _current(scenario: Scenario, assumed: float, wander: float) -> list[DriftSou
     return [DriftSource("world", mean, (varies, varies), (assumed, assumed), lasts, wander)]
 
 
-def _wandering(scenario: Scenario, sensors: OwnSensors, is_estimated: bool) -> list[DriftSource]:
-    sd, lasts = sensors.bias_sd_m_per_s, sensors.bias_time_constant_s
-    if not sd or lasts is None:
+def _wandering(scenario: Scenario, sensors: OwnSensors, assumed: float) -> list[DriftSource]:
+    lasts = sensors.bias_time_constant_s
+    sd = 0.0 if lasts is None else sensors.bias_sd_m_per_s
+    if not sd:
+        lasts = own_sensors(taken_for(scenario)).bias_time_constant_s
+    if not (sd or assumed):
         return []
-    assumed = sd if is_estimated else 0.0
     return [
         DriftSource(scenario.navigation.bias_frame, (0.0, 0.0), (sd, sd), (assumed, assumed), lasts)
     ]
@@ -291,7 +297,7 @@ def _wandering(scenario: Scenario, sensors: OwnSensors, is_estimated: bool) -> l
 
 def _skew(sensors: OwnSensors, assumed: tuple[float, float]) -> list[DriftSource]:
     turned = radians(sensors.heading_sd_deg)
-    if not sensors.scale_factor_sd and not turned:
+    if not (sensors.scale_factor_sd or turned or any(assumed)):
         return []
     return [DriftSource("way", (0.0, 0.0), (sensors.scale_factor_sd, turned), assumed)]
 

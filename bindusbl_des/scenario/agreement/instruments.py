@@ -2,14 +2,17 @@
 and how large a mission may be.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
+from typing import Any, TypeVar
 
-from ...core.wording import plain
-from ..part_choice import PartChoice
+from ...core.wording import did_you_mean, plain
+from ..part_choice import PartChoice, mistakes
 from ..scenario_keys import Environment, Problem, ScenarioKeys
 from ..sections.usbl import size_m, usbl_values
 from ..site import origin_of
+
+AnyScenario = TypeVar("AnyScenario", bound=ScenarioKeys)
 
 # The speed of sound (m/s) that is not given
 USUAL_SPEED = Environment.model_fields["sound_speed_m_per_s"].default
@@ -93,6 +96,7 @@ def instruments_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield what instruments' keys contradict each other in."""
     yield from _usbl(scenario)
     yield from _drift(scenario)
+    yield from _assumed(scenario)
 
 
 def _usbl(scenario: ScenarioKeys) -> Iterator[Problem]:
@@ -137,6 +141,90 @@ def _drift(scenario: ScenarioKeys) -> Iterator[Problem]:
                 f"in all; remove it or set it to {plain(none)}; got {plain(value)}",
                 (f"navigation.drift.{stated}",),
             )
+
+
+# Keys of what lasts in the errors of dead reckoning and of fixes, or in the water: a filter models
+# these, and may take them for something else than they are.
+ASSUMED = {
+    "environment": (
+        *("sound_speed_m_per_s", "assumed_sound_speed_m_per_s", "current_m_per_s"),
+        *("current_variation_m_per_s", "current_variation_time_s"),
+    ),
+    "usbl": (
+        *("misalignment_sd_deg", "gnss_correlated_sd_m", "gnss_time_constant_s"),
+        *("slow_share", "correlation_s"),
+    ),
+    "navigation": (
+        *(*REPLACED_BY_DRIFT, "drift", "scale_factor_sd", "heading_sd_deg"),
+        *("initial_position_sd_m", "clock_offset_sd_s", "clock_drift_sd"),
+    ),
+}
+
+
+def assumed_sections(scenario: ScenarioKeys) -> dict[str, Any]:
+    """Return the data of the sections that a filter takes for something else, as it does."""
+    assumes: Mapping[str, Any] = scenario.navigation.filter.settings.get("assumes", {})
+    return {
+        name: _laid_over(getattr(scenario, name).model_dump(mode="json", exclude_unset=True), keys)
+        for name, keys in assumes.items()
+    }
+
+
+def _laid_over(data: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Return data with other values of some keys, those of sections within it by themselves."""
+    return {
+        **data,
+        **{
+            name: _laid_over(data.get(name, {}), value) if isinstance(value, Mapping) else value
+            for name, value in keys.items()
+        },
+    }
+
+
+def _assumed(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield what a filter cannot assume: what it knows nothing of, and values out of range."""
+    where, assumes = "navigation.filter.assumes", scenario.navigation.filter.settings.get("assumes")
+    if not (isinstance(assumes, Mapping) and scenario.navigation.weighs):
+        return
+    if not all(isinstance(keys, Mapping) for keys in assumes.values()):
+        return  # told as of any setting
+    known = [f"{section}.{name}" for section, names in ASSUMED.items() for name in names]
+    wrong = [
+        f"{section}.{name}"
+        for section, keys in assumes.items()
+        for name in keys
+        if f"{section}.{name}" not in known
+    ]
+    for asked in wrong:
+        hint = did_you_mean(asked, known) or f"; it assumes {', '.join(known)}"
+        yield Problem(f"{where}.{asked}", f"is nothing that a filter assumes{hint}")
+    if wrong:
+        return
+    found = [
+        Problem(f"{where}.{section}.{name}", message)
+        for section, data in assumed_sections(scenario).items()
+        for name, message in mistakes(type(getattr(scenario, section)), data, section)
+    ]
+    yield from found or (
+        problem._replace(key=f"{where}.{problem.key}") for problem in _drift(taken_for(scenario))
+    )
+
+
+def taken_for(scenario: AnyScenario) -> AnyScenario:
+    """Return the scenario that a filter takes its own for: what the setting `assumes` says in the
+    place of its keys.
+    """
+    chosen = scenario.navigation.filter
+    if not chosen.settings.get("assumes"):
+        return scenario
+    taken = {
+        name: type(getattr(scenario, name)).model_validate(data)
+        for name, data in assumed_sections(scenario).items()
+    }
+    navigation = taken.get("navigation", scenario.navigation)
+    rest = {name: value for name, value in chosen.settings.items() if name != "assumes"}
+    told = navigation.model_copy(update={"filter": PartChoice(str(chosen), rest)})
+    return scenario.model_copy(update={**taken, "navigation": told})
 
 
 # A mission larger than this would exhaust the memory of any workstation.
