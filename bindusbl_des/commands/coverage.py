@@ -286,6 +286,7 @@ def _directions(scenario: "Scenario") -> dict[str, Any]:
 
 def _told(found: dict[str, Any]) -> Iterator[str]:
     from ..geometry.coverage import is_within
+    from ..geometry.geodesy import degrees_text, minutes_text
 
     stations, reach = found["asvs"], found["reach_m"]
     for row in stations[:MOST_ROWS]:
@@ -296,9 +297,8 @@ def _told(found: dict[str, Any]) -> Iterator[str]:
     if not found["side_m"]:
         yield f"{'survey':<{WIDTH}} {found['survey']}"
     if found["origin_deg"]:
-        lat, lon = found["origin_deg"]
-        north, east = "N" if lat >= 0 else "S", "E" if lon >= 0 else "W"
-        yield f"{'x = y = 0':<{WIDTH}} {abs(lat):.5f} deg {north}, {abs(lon):.5f} deg {east}"
+        yield f"{'x = y = 0':<{WIDTH}} {degrees_text(*found['origin_deg'])}"
+        yield f"{'':<{WIDTH}} {minutes_text(*found['origin_deg'])}"
     yield f"{'HF range':<26}{found['hf_range_m']:>9.2f} m {metric}, {reach:.2f} m seen from above"
     if (by_slant := found["slant_reach_m"]) is not None:
         area = 100 * found["slant_covered_area"]

@@ -62,6 +62,7 @@ def _plan_to_chart(
     """Write the team of a plan as a chart; return its name and how much of everything is in it."""
     from ..export.chart_files import WRITERS, write_plan
     from ..planning.folder import PlanError, drawn_team
+    from ..planning.plan_page import worded
 
     if kind not in WRITERS:
         refuse(
@@ -70,18 +71,21 @@ def _plan_to_chart(
             f"{source / 'missions'} to csv"
         )
     try:
-        scenario, whose = drawn_team(source)
+        team = drawn_team(source)
     except (PlanError, OSError, ValueError) as error:
         refuse(str(error))
     path = Path(out) if out else source / f"plan.{kind}"
     check_file(path, force)
     try:
         with writing(path):
-            counts = write_plan(scenario, path, kind, replace=force)
+            about = worded(team.told, team.goals)
+            counts = write_plan(
+                team.scenario, path, kind, about=about, ways=team.ways, replace=force
+            )
     except ValueError as error:
         refuse(f"{path}: {error}; set environment.origin.lat_deg and lon_deg, and plan anew")
     shapes = ", ".join(f"{count} {shape}" for shape, count in counts.items())
-    talk(f"{whose}: {shapes}, {_size(path)}")
+    talk(f"{team.whose}: {shapes}, {_size(path)}")
     return path, counts
 
 

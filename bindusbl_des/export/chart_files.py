@@ -18,8 +18,9 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..core.files import write_text
+from ..core.palette import COLOURS_ON_DARK, HF_ON_DARK, MF_ON_DARK
 from ..geometry.formation import keep_station
-from ..geometry.geodesy import geodetic_from_ned
+from ..geometry.geodesy import degrees_text, geodetic_from_ned, minutes_text
 from ..scenario.destinations import horizontal_reach, stations_kept
 from ..scenario.flight_plans import planned_paths
 from ..scenario.site import area_of, origin_of
@@ -36,6 +37,7 @@ CORNERS, STEP_M, SHOWN_M = 72, 1.0, 0.25
 
 Position = tuple[float, float]
 Positions = list[Position]
+Places = Sequence[Sequence[float]]  # x, y (m)
 
 
 def counter_clockwise(ring: Positions) -> Positions:
@@ -109,7 +111,7 @@ WAYS = {"": ("x_m", "y_m"), " (estimate)": ("estimate_x_m", "estimate_y_m")}
 
 KML = """<?xml version="1.0" encoding="UTF-8"?>
 <kml xmlns="http://www.opengis.net/kml/2.2">
-<Document><name>{}</name>
+<Document><name>{}</name>{}
 {}
 </Document>
 </kml>
@@ -122,14 +124,45 @@ KML_SHAPES = {
 }
 
 
+# How KML draws what is on a chart, over the dark sea of a satellite's picture: colour, opacity and
+# width (pixels) of its lines, and the folder that it is in.  Areas are outlines, and cover nothing.
+AREA, VESSEL, HF, MF = "area", "vessel", "hf", "mf"
+
+
+class Look(NamedTuple):
+    """How a kind of shape is drawn, and in which folder it is."""
+
+    folder: str
+    colour: str
+    width: float = 2.0
+    opacity: float = 1.0
+
+
+LOOKS = {
+    AREA: Look("survey", "#ffffff", 2.5),
+    VESSEL: Look("vessels", "#fee838"),
+    HF: Look("HF ranges", HF_ON_DARK),
+    MF: Look("MF ranges", MF_ON_DARK, 1.5),
+    **{f"auv{n}": Look("AUVs", code, 2.5) for n, code in enumerate(COLOURS_ON_DARK)},
+    **{f"estimate{n}": Look("estimates", code, 1.5, 0.7) for n, code in enumerate(COLOURS_ON_DARK)},
+}
+
+
 class Drawn(NamedTuple):
     """A shape of a chart: its kind as GeoJSON and KML call it, its name, and its positions,
-    longitude and latitude (deg), of a polygon closed and counter-clockwise.
+    longitude and latitude (deg), of a polygon closed and counter-clockwise; which of LOOKS it has,
+    and what there is to say about it.
     """
 
     kind: str
     name: str
     positions: Positions
+    look: str = AREA
+    about: str = ""
+
+
+def _of_auv(kind: str, number: int) -> str:
+    return f"{kind}{number % len(COLOURS_ON_DARK)}"
 
 
 def write_chart(
@@ -142,22 +175,33 @@ def write_chart(
         FileExistsError: when the file is there, and not to be replaced.
         OSError: when it cannot be written.
     """
-    return _written(result.scenario.name, list(drawn(result)), path, kind, replace)
+    about = f"Mission of seed {result.seed}."
+    return _written(result.scenario.name, about, list(drawn(result)), path, kind, replace)
 
 
 def write_plan(
-    scenario: "Scenario", path: Path, kind: str, *, replace: bool = True
+    scenario: "Scenario",
+    path: Path,
+    kind: str,
+    *,
+    about: str = "",
+    ways: Sequence[Places] = (),
+    replace: bool = True,
 ) -> Mapping[str, int]:
     """Write vessels, their ranges and the AUVs' lanes as a chart, "geojson", "kml" or "gpx"; errors
     as :func:`write_chart`.
+
+    `about` is what the plan says, which vessels are told with; `ways` (n, 2), m, are those of
+    vessels that move.
     """
-    return _written(scenario.name, list(planned(scenario)), path, kind, replace)
+    shapes = list(planned(scenario, about, ways))
+    return _written(scenario.name, about, shapes, path, kind, replace)
 
 
 def _written(
-    name: str, shapes: list[Drawn], path: Path, kind: str, replace: bool
+    name: str, about: str, shapes: list[Drawn], path: Path, kind: str, replace: bool
 ) -> Mapping[str, int]:
-    write_text(path, WRITERS[kind](name, shapes), replace=replace)
+    write_text(path, WRITERS[kind](name, about, shapes), replace=replace)
     kinds = [shape.kind for shape in shapes]
     return {kind: kinds.count(kind) for kind in dict.fromkeys(kinds)}
 
@@ -171,37 +215,51 @@ def drawn(result: "Result") -> Iterator[Drawn]:
     for name, track in result.tables["tracks"].groupby("vehicle", sort=False):
         places = {told: track[list(columns)].to_numpy() for told, columns in WAYS.items()}
         if str(name).startswith("ASV"):
-            yield Drawn("Point", str(name), on_earth(places[""][:1].tolist()))
+            yield _vessel(str(name), on_earth(places[""][:1].tolist()))
             if not keep_station([places[""]], result.scenario.acoustics.hf.range_m):
-                yield Drawn("LineString", f"{name} (way)", on_earth(places[""].tolist()))
+                gone = on_earth(places[""].tolist())
+                yield Drawn("LineString", f"{name} (way)", gone, VESSEL)
             continue
-        kind = "LineString" if len(track) > 1 else "Point"
+        kind, number = "LineString" if len(track) > 1 else "Point", int(str(name)[3:])
         for told, way in places.items():
-            yield Drawn(kind, f"{name}{told}", on_earth(way.tolist()))
+            look = _of_auv("estimate" if told else "auv", number)
+            yield Drawn(kind, f"{name}{told}", on_earth(way.tolist()), look)
 
 
-def planned(scenario: "Scenario") -> Iterator[Drawn]:
+def _vessel(name: str, positions: Positions, about: str = "") -> Drawn:
+    """Return the pin of a vessel, which says where it is."""
+    [(lon, lat)] = positions
+    said = (degrees_text(lat, lon), minutes_text(lat, lon), about)
+    return Drawn("Point", name, positions, VESSEL, "\n".join(filter(None, said)))
+
+
+def planned(scenario: "Scenario", about: str = "", ways: Sequence[Places] = ()) -> Iterator[Drawn]:
     """Yield the survey area, a point for each ASV that keeps station, rings of its HF and MF range,
-    and the lanes that AUVs are to go, thinned to what a chart shows.
+    and the lanes that AUVs are to go, thinned to what a chart shows; of ASVs that move where they
+    begin, and their `ways` (n, 2), m.
     """
     on_earth = _earthly(scenario)
     yield _survey(scenario)
-    bands = [("HF", horizontal_reach(scenario))]
+    for number, way in enumerate(ways):
+        yield _vessel(f"ASV{number}", on_earth(way[:1]), f"It moves; here it begins.\n{about}")
+        yield Drawn("LineString", f"ASV{number} (way)", on_earth(way), VESSEL)
+    bands = [("HF", HF, horizontal_reach(scenario))]
     if scenario.protocol.sends_frames:
-        bands.append(("MF", horizontal_reach(scenario, "mf")))
+        bands.append(("MF", MF, horizontal_reach(scenario, "mf")))
     around = np.append(np.linspace(0.0, 2.0 * np.pi, CORNERS, endpoint=False), 0.0)  # is closed
     for number, (x, y) in enumerate(stations_kept(scenario)):
-        yield Drawn("Point", f"ASV{number}", on_earth([(x, y)]))
-        for band, reach in bands:
+        yield _vessel(f"ASV{number}", on_earth([(x, y)]), about)
+        for band, look, reach in bands:
             corners = np.column_stack((x + reach * np.cos(around), y + reach * np.sin(around)))
             circle = counter_clockwise(on_earth(corners.tolist()))
-            yield Drawn("Polygon", f"ASV{number} {band} range", circle)
+            yield Drawn("Polygon", f"ASV{number} {band} range", circle, look)
     if not scenario.auvs.route.is_flown:
         return
     for number, path in enumerate(planned_paths(scenario)):
         steps = max(int(np.ceil(path.length / STEP_M)), 2)
         lane = thinned(path.sample(np.linspace(0.0, path.length, steps + 1))[:, :2])
-        yield Drawn("LineString", f"AUV{number} (plan)", on_earth(lane.tolist()))
+        look = _of_auv("auv", number)
+        yield Drawn("LineString", f"AUV{number} (plan)", on_earth(lane.tolist()), look)
 
 
 def thinned(places: Floats) -> Floats:
@@ -251,12 +309,17 @@ def _survey(scenario: "Scenario") -> Drawn:
     return Drawn("Polygon", "survey area", counter_clockwise(ring))
 
 
-def _geojson(name: str, shapes: list[Drawn]) -> str:
+def _geojson(name: str, about: str, shapes: list[Drawn]) -> str:
     features = [
-        {"type": "Feature", "properties": {"name": shape.name}, "geometry": _geometry(shape)}
+        {"type": "Feature", "properties": _properties(shape), "geometry": _geometry(shape)}
         for shape in shapes
     ]
-    return json.dumps({"type": "FeatureCollection", "name": name, "features": features}) + "\n"
+    whole = {"type": "FeatureCollection", "name": name, "description": about, "features": features}
+    return json.dumps({key: value for key, value in whole.items() if value != ""}) + "\n"
+
+
+def _properties(shape: Drawn) -> dict[str, str]:
+    return {"name": shape.name, **({"description": shape.about} if shape.about else {})}
 
 
 def _geometry(shape: Drawn) -> dict[str, object]:
@@ -273,17 +336,45 @@ def _geometry(shape: Drawn) -> dict[str, object]:
     return {"type": f"Multi{shape.kind}", "coordinates": parts}
 
 
-def _kml(name: str, shapes: list[Drawn]) -> str:
-    marks = []
-    for feature in shapes:
-        shape = KML_SHAPES[feature.kind].format(
-            " ".join(f"{lon!r},{lat!r}" for lon, lat in feature.positions)
-        )
-        marks.append(f"<Placemark><name>{escape(feature.name)}</name>{shape}</Placemark>")
-    return KML.format(escape(name), "\n".join(marks))
+def _kml(name: str, about: str, shapes: list[Drawn]) -> str:
+    """Return KML 2.2: areas as outlines, lanes in the colours of their AUVs, vessels as pins."""
+    looks = dict.fromkeys(shape.look for shape in shapes)
+    folders: dict[str, list[str]] = {}
+    for shape in shapes:
+        folders.setdefault(LOOKS[shape.look].folder, []).append(_placemark(shape))
+    marks = [*map(_style, looks)]
+    for folder, inside in folders.items():
+        marks += [f"<Folder><name>{folder}</name>", *inside, "</Folder>"]
+    return KML.format(escape(name), _said("description", about), "\n".join(marks))
 
 
-def _gpx(name: str, shapes: list[Drawn]) -> str:
+def _said(tag: str, text: str) -> str:
+    return f"<{tag}>{escape(text)}</{tag}>" if text else ""
+
+
+def _placemark(shape: Drawn) -> str:
+    drawn_so = KML_SHAPES[shape.kind].format(
+        " ".join(f"{lon!r},{lat!r}" for lon, lat in shape.positions)
+    )
+    told = _said("name", shape.name) + _said("description", shape.about)
+    return f"<Placemark>{told}<styleUrl>#{shape.look}</styleUrl>{drawn_so}</Placemark>"
+
+
+def _style(name: str) -> str:
+    """Return how KML draws a look: its colours are opacity, blue, green and red, and without a
+    style polygons are filled with opaque white.
+    """
+    look = LOOKS[name]
+    red, green, blue = (look.colour[at : at + 2] for at in (1, 3, 5))
+    code = f"<color>{round(255 * look.opacity):02x}{blue}{green}{red}</color>"
+    return (
+        f'<Style id="{name}"><IconStyle>{code}</IconStyle>'
+        f"<LineStyle>{code}<width>{look.width:g}</width></LineStyle>"
+        f"<PolyStyle><fill>0</fill></PolyStyle></Style>"
+    )
+
+
+def _gpx(name: str, about: str, shapes: list[Drawn]) -> str:
     """Return GPX 1.1: way points, of lines routes, of areas tracks, as it knows no polygon."""
     order = {"Point": 0, "LineString": 1, "Polygon": 2}  # as its schema asks
     marks = []
@@ -293,16 +384,17 @@ def _gpx(name: str, shapes: list[Drawn]) -> str:
             f'<{at} lat="{lat!r}" lon="{lon!r}"' + "/>" for lon, lat in feature.positions
         )
         if feature.kind == "Point":
-            marks.append(marked.replace("/>", f"><name>{escape(feature.name)}</name></{at}>"))
+            told = _said("name", feature.name) + _said("desc", feature.about)
+            marks.append(marked.replace("/>", f">{told}</{at}>"))
             continue
         inner = f"<{part}>{marked}</{part}>" if part else marked
         marks.append(f"<{whole}><name>{escape(feature.name)}</name>{inner}</{whole}>")
-    return GPX.format(escape(name), "\n".join(marks))
+    return GPX.format(escape(name), _said("desc", about), "\n".join(marks))
 
 
 GPX = """<?xml version="1.0" encoding="UTF-8"?>
 <gpx version="1.1" creator="bindusbl-des" xmlns="http://www.topografix.com/GPX/1/1">
-<metadata><name>{}</name></metadata>
+<metadata><name>{}</name>{}</metadata>
 {}
 </gpx>
 """
@@ -312,7 +404,7 @@ GPX_SHAPES = {
     "Polygon": ("trk", "trkseg", "trkpt"),
 }
 
-WRITERS: Mapping[str, Callable[[str, list[Drawn]], str]] = {
+WRITERS: Mapping[str, Callable[[str, str, list[Drawn]], str]] = {
     "geojson": _geojson,
     "kml": _kml,
     "gpx": _gpx,

@@ -191,6 +191,29 @@ def far_apart_m(lat_deg: ArrayLike, lon_deg: ArrayLike, origin: tuple[float, flo
     return found
 
 
+def degrees_text(lat_deg: float, lon_deg: float) -> str:
+    """Return a place on Earth in degrees, to 0.1 m.
+
+    >>> degrees_text(54.33, -10.1800004)
+    '54.330000 N, 10.180000 W'
+    """
+    north, east = "NS"[lat_deg < 0], "EW"[lon_deg < 0]
+    return f"{abs(lat_deg):.6f} {north}, {abs(lon_deg):.6f} {east}"
+
+
+def minutes_text(lat_deg: float, lon_deg: float) -> str:
+    """Return a place on Earth in degrees and minutes, as charts and plotters have it, to 0.2 m.
+
+    >>> minutes_text(54.33, -10.18), minutes_text(-0.99999999, 179.99999999)
+    ("54 19.8000' N, 010 10.8000' W", "01 00.0000' S, 180 00.0000' E")
+    """
+    north, east = "NS"[lat_deg < 0], "EW"[lon_deg < 0]
+    (lat, of_lat), (lon, of_lon) = (
+        divmod(round(600_000 * abs(angle)), 600_000) for angle in (lat_deg, lon_deg)
+    )
+    return f"{lat:02d} {of_lat / 1e4:07.4f}' {north}, {lon:03d} {of_lon / 1e4:07.4f}' {east}"
+
+
 def _on_ellipsoid(lat_deg: ArrayLike, lon_deg: ArrayLike) -> tuple[Floats, Floats]:
     """Return positions (...) on the ellipsoid, Earth-centred (..., 3), m, and unit vectors up."""
     lat, lon = np.radians(np.asarray(lat_deg)), np.radians(np.asarray(lon_deg))

@@ -4,17 +4,19 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..core.kept_files import portable
 from ..core.wording import counted, filled, significant, with_ends
+from ..geometry.geodesy import degrees_text, geodetic_from_ned, minutes_text
 from ..results.result import scenario_sha256, versions
 from ..scenario.scenario import Scenario
+from ..scenario.site import origin_of
 from .candidates import Candidate, LeftOut, Predictor, band, excess, team_text
 from .doubting import Doubted, became_of, plainly
-from .folder import COMPLETE, CUT
+from .folder import COMPLETE, CUT, shown_first
 from .prediction.inputs import STATED_ERROR
 from .proposals import is_instant
 from .question import Question
@@ -27,6 +29,18 @@ UNTOLD = "(each flown with the filter as planned: nobody tells it)"
 
 # So many candidates beside the answer `plan.json` names.
 MOST_RUNNERS_UP = 3
+
+
+class Ways(NamedTuple):
+    """The ways (n, 2), m, of vessels that move, in a mission of some seed."""
+
+    seed: int
+    places_m: list[list[list[float]]]
+
+    def record(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        asvs = [{"asv": f"ASV{n}", "places_m": way} for n, way in enumerate(self.places_m)]
+        return {"seed": self.seed, "asvs": asvs}
 
 
 @dataclass(frozen=True)
@@ -54,6 +68,12 @@ class Found:
         """The least team that is shown to meet the goals."""
         answer = self.selection.answer
         return None if answer is None else self.candidates[answer]
+
+    @property
+    def shown(self) -> int | None:
+        """The candidate that is drawn: the answer, or else the nearest; None if none was flown."""
+        ranked = self.ranked[:1] if self.selection.answer is None else [self.selection.answer]
+        return next(iter(ranked), None)
 
     @property
     def ranked(self) -> list[int]:
@@ -239,6 +259,14 @@ def summary(record: Mapping[str, Any], folder: str) -> str:
     lines = [filled(record["told"][0])]
     if record["would"]:
         lines.append(filled(record["would"]))
+    shown = shown_first(record)
+    places = [] if shown is None else record["candidates"][shown]["places"]
+    on_earth = [
+        f"{place['asv']} {degrees_text(*where)} ({minutes_text(*where)})"
+        for place in places
+        if None not in (where := (place["lat_deg"], place["lon_deg"]))
+    ]
+    lines += _section("begin at" if record["ways"] else "places", on_earth)
     next_best = [record["candidates"][number] for number in record["runners_up"]]
     lines += _section("runners-up", [f"{team['team']}: {team['told']}" for team in next_best])
     lines += _section("what binds", [relief["told"] for relief in record["binding"]][:2])
@@ -256,8 +284,10 @@ def _section(name: str, items: Sequence[str]) -> Iterator[str]:
         yield filled(f"{name if number == 0 else '':<12}{item}", " " * 12)
 
 
-def record(found: Found, run: str) -> dict[str, Any]:
-    """Return what `plan.json` holds; `run` is the command that flies the answer."""
+def record(found: Found, run: str, ways: Ways | None) -> dict[str, Any]:
+    """Return what `plan.json` holds; `run` is the command that flies the answer, and `ways` are
+    those of the vessels that are drawn, where they move.
+    """
     question, answer = found.question, found.selection.answer
     others = [n for n in found.ranked if n != answer][:MOST_RUNNERS_UP]
     goals = question.goals
@@ -280,13 +310,17 @@ def record(found: Found, run: str) -> dict[str, Any]:
         "would": remedy_text(found),
         "told": sentences,
         "run": run,
-        "candidates": [_candidate(found, n) for n in range(len(found.candidates))],
+        "candidates": [
+            _candidate(found, n, ways if n == found.shown else None)
+            for n in range(len(found.candidates))
+        ],
         "excluded": [
             {"told": group.words, "count": len(group.candidates)} for group in found.left_out
         ],
         "runners_up": others,
         "binding": [relief.record() for relief in found.reliefs],
         "sensitivity": [doubt.record() for doubt in found.doubted],
+        "ways": None if ways is None else ways.record(),
         "prediction_error": {
             goal.metric: STATED_ERROR[goal.metric]._asdict()
             for goal in goals
@@ -296,7 +330,7 @@ def record(found: Found, run: str) -> dict[str, Any]:
     }
 
 
-def _candidate(found: Found, number: int) -> dict[str, Any]:
+def _candidate(found: Found, number: int, ways: Ways | None) -> dict[str, Any]:
     candidate, selection = found.candidates[number], found.selection
     estimates, missions = selection.estimates[number], selection.missions[number]
     values = found.predictor.values(candidate).tolist()
@@ -312,12 +346,25 @@ def _candidate(found: Found, number: int) -> dict[str, Any]:
         "cost": candidate.cost,
         "asvs": candidate.asvs,
         "stations": candidate.stations.round(3).tolist(),
+        "places": _places(candidate, ways),
         "predicted": predicted,
         "simulated": simulated if missions else None,
         "verdict": selection.verdicts[number],
         "team": team_text(candidate),
         "told": reached(found.question.goals, estimates) if missions else "",
     }
+
+
+def _places(candidate: Candidate, ways: Ways | None) -> list[dict[str, Any]]:
+    """Return where each ASV of a team lies, or begins, also on Earth."""
+    origin = origin_of(candidate.scenario)
+    places = candidate.stations.tolist() if ways is None else [way[0] for way in ways.places_m]
+    found = []
+    for number, (x, y) in enumerate(places):
+        lat, lon = (None, None) if origin is None else geodetic_from_ned((x, y, 0.0), *origin)[:2]
+        metres = {"x_m": round(x, 3) + 0.0, "y_m": round(y, 3) + 0.0}
+        found.append({"asv": f"ASV{number}", **metres, "lat_deg": lat, "lon_deg": lon})
+    return found
 
 
 def _known(value: float) -> float | None:

@@ -2,9 +2,10 @@
 
 import json
 import shutil
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..campaigns.experiments.experiment import Experiment, laid_over
 from ..campaigns.failures import check_name
@@ -70,26 +71,49 @@ def is_plan_folder(folder: Path) -> bool:
     return (folder / QUESTION).is_file()
 
 
-def drawn_team(folder: Path) -> tuple[Scenario, str]:
-    """Return the scenario with the team that a plan's page draws, and which it is in words.
+def shown_first(record: Mapping[str, Any]) -> int | None:
+    """Return the candidate that a plan speaks of and draws: the answer, or else the nearest."""
+    runners = record.get("runners_up") or []
+    if record.get("chosen") is not None:
+        return int(record["chosen"])
+    return int(runners[0]) if runners else None
+
+
+class DrawnTeam(NamedTuple):
+    """The team that a plan's page draws: which it is in words, what the plan says of it, its goals
+    as they are recorded, and the ways (n, 2), m, of ASVs that move.
+    """
+
+    scenario: Scenario
+    whose: str
+    told: str
+    goals: Sequence[Mapping[str, Any]]
+    ways: tuple[list[list[float]], ...]
+
+
+def drawn_team(folder: Path) -> DrawnTeam:
+    """Return the team that a plan's page draws.
 
     Raises:
         PlanError: when nothing was flown yet, or a file cannot be used.
     """
-    if (folder / BEST).is_file():
-        return load_scenario(folder / BEST), "the answer"
     try:
         record = read_json(folder / PLAN)
-        runners = record["runners_up"]
-        keys = record["candidates"][runners[0]]["keys"] if runners else None
+        shown = shown_first(record)
+        keys = None if shown is None else record["candidates"][shown]["keys"]
+        moving = record.get("ways") or {"asvs": []}
+        ways = tuple([list(place) for place in way["places_m"]] for way in moving["asvs"])
+        about = record["told"][0], record["goal"], ways
     except FileNotFoundError:
         raise PlanError(f"{folder}: no team was flown yet; `bindusbl-des resume` goes on") from None
     except (OSError, ValueError, LookupError, TypeError) as error:
         raise _damaged(folder, _said(error)) from None
-    if keys is None:
+    if shown is None or keys is None:
         raise PlanError(f"{folder}: no team was flown yet; `bindusbl-des resume` goes on")
-    scenario = laid_over(resumed(folder).experiment.given, keys)
-    return scenario, f"candidate {runners[0] + 1}, the nearest so far"
+    if record["answer"] is not None and (folder / BEST).is_file():
+        return DrawnTeam(load_scenario(folder / BEST), "the answer", *about)
+    whose = "the answer" if record["answer"] else f"candidate {shown + 1}, the nearest so far"
+    return DrawnTeam(laid_over(resumed(folder).experiment.given, keys), whose, *about)
 
 
 def resumed(folder: Path) -> Question:

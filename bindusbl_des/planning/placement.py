@@ -222,7 +222,7 @@ def free_places(
         return value(numbers.reshape(-1, 2))
 
     places, _ = descended(flat, start.ravel(), step, FINELY_M, TRIALS * start.size)
-    return np.round(places.reshape(-1, 2), 1)
+    return np.round(places.reshape(-1, 2), 1) + 0.0
 
 
 def _value(scenario: Scenario, objective: Objective | Value, inputs: Inputs | None) -> Value:

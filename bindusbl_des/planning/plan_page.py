@@ -6,19 +6,22 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from html import escape
 from string import Template
+from types import MappingProxyType
 from typing import Any
 
 from ..campaigns.statistics.intervals import short_key, written
 from ..core.wording import number, significant, with_ends
+from ..geometry.geodesy import degrees_text, minutes_text
 from ..records.metrics import SHARES, name_of, unit_of
 from ..report.page import THEME, assembled, asset, filled, table
 from ..report.run_data import survey_data
 from ..report.run_page import footer
 from ..scenario.declared import NAVIGATORS
-from ..scenario.destinations import asv_stations
+from ..scenario.destinations import stations_kept
 from ..scenario.scenario import Scenario
 from ..scenario.site import area_of
 from .doubting import became_of
+from .folder import shown_first
 from .prediction.gathering import inputs_of
 from .prediction.inputs import Inputs
 
@@ -131,14 +134,18 @@ def named(keys: Record) -> str:
 
 
 def chart_of(
-    scenario: Scenario, inputs: Inputs, candidates: Sequence[Inputs | None] = ()
+    scenario: Scenario,
+    inputs: Inputs,
+    candidates: Sequence[Inputs | None] = (),
+    moving: Mapping[int, Record] = MappingProxyType({}),
 ) -> dict[str, Any]:
     """Return what a page needs to move the vessels of a scenario about, as plain data.
 
     `inputs` are those of the scenario, `candidates` those of each candidate of the plan, in its
     order.  Most candidates differ in their stations alone: `variants` holds each way in which
     some differ in more, as the parts that are not the scenario's, and `variant_of` the number of
-    each candidate's (-1: none).  `filters` holds the same of each filter that AUVs could have.
+    each candidate's (-1: none).  `filters` holds the same of each filter that AUVs could have, and
+    `moving` the ways of a candidate's vessels that move, as its record has them.
     """
     own = inputs.plain()
     variants: list[dict[str, Any]] = []
@@ -151,12 +158,18 @@ def chart_of(
     return {
         **survey_data(scenario),
         "centre": list(area_of(scenario).centroid),
-        "stations": [list(place) for place in asv_stations(scenario)],
+        "stations": [list(place) for place in stations_kept(scenario)],
+        "moving": {number: _ways(ways) for number, ways in moving.items()},
         "inputs": own,
         "variants": variants,
         "variant_of": numbers,
         "filters": dict(_filters(scenario, own)),
     }
+
+
+def _ways(ways: Record) -> dict[str, Any]:
+    asvs = [zip(*way["places_m"], strict=True) for way in ways["asvs"]]
+    return {"seed": ways["seed"], "asvs": [dict(zip("xy", way, strict=True)) for way in asvs]}
 
 
 def _differing(plain: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
@@ -237,15 +250,33 @@ def _answer(record: Record) -> str:
     if record.get("run") and record.get("answer"):
         fly = '<p class="copied">To fly it: <code id="answer-run">{run}</code></p>'
         parts.append(filled(fly, run=record["run"]))
+    parts.append(_places(record))
     return f'<section id="answer"><h2>The answer</h2>{"".join(parts)}</section>'
 
 
-def shown_first(record: Record) -> int | None:
-    """Return the candidate that the page speaks of and draws: the answer, or else the nearest."""
-    runners = record.get("runners_up") or []
-    if record.get("chosen") is not None:
-        return int(record["chosen"])
-    return int(runners[0]) if runners else None
+def _places(record: Record) -> str:
+    """Return where the vessels of the team that is drawn lie, "" where that is nowhere on Earth."""
+    if (shown := shown_first(record)) is None:
+        return ""
+    candidates = record.get("candidates") or []
+    places = (candidates[shown].get("places") if shown < len(candidates) else None) or []
+    rows = [
+        (
+            str(place.get("asv")),
+            *(number(place.get(axis), 1) for axis in ("x_m", "y_m")),
+            degrees_text(*where),
+            minutes_text(*where),
+        )
+        for place in places
+        if None not in (where := (place.get("lat_deg"), place.get("lon_deg")))
+    ]
+    if not rows:
+        return ""
+    whose = "" if record.get("chosen") is not None else f" of candidate {shown + 1}"
+    headings = [("vessel", ""), ("north", "m"), ("east", "m"), ("in degrees (WGS-84)", ""),
+                ("in degrees and minutes", "")]  # fmt: skip
+    title = f"Where the vessels{whose} {'begin' if record.get('ways') else 'lie'}"
+    return f'<h3>{title}</h3><div class="places">{table(headings, rows, title)}</div>'
 
 
 def _binding(record: Record) -> str:
@@ -347,7 +378,7 @@ def _chart(record: Record, inputs: Mapping[str, Any] | None) -> str:
     precision = f"Beside simulations they are off ({'; '.join(said)})." if said else ""
     left_out = " ".join(inputs["inputs"].get("approximations") or ())
     if any(candidate.get("stations") == [] for candidate in record.get("candidates") or []):
-        precision += " Vessels that move are neither drawn nor predicted: they were simulated."
+        precision += " Vessels that move are not predicted: they were simulated."
     return Template(asset("plan.html")).substitute(
         stated=escape(precision), left_out=escape(left_out)
     )

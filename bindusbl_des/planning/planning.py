@@ -12,9 +12,11 @@ What is found lies in a folder: `plan.json`, `best.yaml` (a scenario that meets 
   ``chosen``: its number among the candidates, or null; ``would``: where none does, what would,
 * ``told``: sentences, the first of which is the answer; ``run``: the command that flies it,
 * ``candidates``: all that could plausibly be the answer, each ``{keys, cost, asvs, stations,
-  predicted, simulated, verdict, team, told}``.  `predicted` is ``{value, low, high}``, nine of ten
-  predictions being as near to what is flown, `simulated` null or ``{missions, mean, low, high}``,
-  all but the number of missions with one for each goal,
+  places, predicted, simulated, verdict, team, told}``.  `places` are the stations, each ``{asv,
+  x_m, y_m, lat_deg, lon_deg}``, of vessels that move where those begin that are drawn.
+  `predicted` is ``{value, low,
+  high}``, nine of ten predictions being as near to what is flown, `simulated` null or
+  ``{missions, mean, low, high}``, all but the number of missions with one for each goal,
 * ``excluded``: ``[{told, count}]``, what was not flown and why,
 * ``runners_up``: numbers of candidates, the best first,
 * ``binding``: ``[{what, told, value}]``, what holds the team back, the most first: ``coverage``,
@@ -23,6 +25,8 @@ What is found lies in a folder: `plan.json`, `best.yaml` (a scenario that meets 
 * ``sensitivity``: ``[{told, keys, known, missions, mean, low, high, met, as_planned}]``, the team
   in worse conditions, `known` to its filter or not, and `as_planned`, ``{mean, low, high, met}``,
   in the same missions without them, `met` where they are met then,
+* ``ways``: null, or where the vessels of the team that is drawn go in one mission, if they move:
+  ``{seed, asvs: [{asv, places_m}]}``,
 * ``prediction_error``: ``{metric: {median, p90}}``, relative, of the prediction beside simulation.
 
 Any number that is not known is null.
@@ -48,11 +52,14 @@ from ..core.arrays import Floats
 from ..core.files import write_text
 from ..core.process import in_notebook
 from ..core.wording import counted, did_you_mean
+from ..export.chart_files import thinned
+from ..mission.simulation import simulate
 from ..scenario.destinations import stations_kept
 from ..scenario.families import leave_of
 from ..scenario.files.shipped import located
 from ..scenario.scenario import Scenario
-from .answer_text import Found, best_text, best_yaml, ranked, record, summary
+from ..scenario.scenario_keys import Record
+from .answer_text import Found, Ways, best_text, best_yaml, ranked, record, summary
 from .candidates import Candidate, Predictor, further, narrowed
 from .doubting import SEEDS, Doubted, doubted, doubts, teams_of, with_costlier
 from .flying import Budget, flights, local_workers, wanted
@@ -300,7 +307,7 @@ def _written(found: Found, folder: Path) -> Plan:
     team = found.team
     file, keys = (str(folder / BEST), team.scenario) if team else (scenario, found.question.base)
     run = f"bindusbl-des run {quote(file)}{leave_of(keys)}"
-    plan_record = {**record(found, run), "scenario": scenario}
+    plan_record = {**record(found, run, _ways(found)), "scenario": scenario}
     if found.team is None:
         (folder / BEST).unlink(missing_ok=True)
     else:
@@ -311,12 +318,29 @@ def _written(found: Found, folder: Path) -> Plan:
     return Plan(folder, plan_record)
 
 
+def _ways(found: Found) -> Ways | None:
+    """Return where the vessels of the team that is drawn go in the plan's first mission, if they
+    move; None if they keep their stations.
+    """
+    shown = found.shown
+    if shown is None or not found.candidates[shown].moves:
+        return None
+    team, seed = found.candidates[shown].scenario, found.question.seeds()[0]
+    full = Record(detail="full", metrics_from_s=team.record.metrics_from_s)
+    tracks = simulate(team.model_copy(update={"record": full}), seed).tables["tracks"]
+    vessels = [tracks[tracks.vehicle == f"ASV{asv}"] for asv in range(team.asvs.count)]
+    ways = [thinned(rows[["x_m", "y_m"]].to_numpy()).round(2).tolist() for rows in vessels]
+    return Ways(seed, ways)
+
+
 def _page(found: Found, plan_record: dict[str, Any]) -> str:
     base = found.question.base
     inputs = found.predictor.inputs(base)
-    if inputs is None or not stations_kept(base):
+    if inputs is None:
         return plan_page(plan_record)
     each: list[Inputs | None] = [
         found.predictor.inputs(candidate.scenario) for candidate in found.candidates
     ]
-    return plan_page(plan_record, chart_of(base, inputs, each))
+    ways = plan_record["ways"]
+    moving = {} if ways is None or found.shown is None else {found.shown: ways}
+    return plan_page(plan_record, chart_of(base, inputs, each, moving))

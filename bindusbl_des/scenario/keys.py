@@ -286,6 +286,8 @@ def _type(annotation: Any) -> str:
         return "[lat, lon]" if annotation == Position else f"[{', '.join('xyz'[: len(arms)])}]"
     if parts := _parts(annotation):
         return f"{{{', '.join(parts[0].model_fields)}}}"
+    if origin is Mapping:
+        return "keys and values"
     return {bool: "true or false", int: "whole number", float: "number", str: "text"}[annotation]
 
 

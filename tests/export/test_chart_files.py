@@ -16,7 +16,8 @@ from bindusbl_des import load_result, load_scenario, simulate
 from bindusbl_des.charts.areas import read_area, read_geojson
 from bindusbl_des.charts.xml_charts import read_kml
 from bindusbl_des.cli import main
-from bindusbl_des.export.chart_files import planned, write_chart, write_plan
+from bindusbl_des.core.palette import COLOURS_ON_DARK
+from bindusbl_des.export.chart_files import WRITERS, planned, write_chart, write_plan
 from bindusbl_des.geometry.geodesy import ned_at_depth
 from bindusbl_des.scenario.destinations import asv_stations, horizontal_reach, tracks_of
 from bindusbl_des.scenario.flight_plans import planned_paths
@@ -239,3 +240,64 @@ def test_rings_are_closed_on_the_meridian_of_greenwich() -> None:
     rings = [it.positions for it in planned(world) if it.kind == "Polygon"]
     assert len(rings) == 3
     assert all(tuple(ring[0]) == tuple(ring[-1]) for ring in rings)
+
+
+KML = "{http://www.opengis.net/kml/2.2}"
+GPX = "{http://www.topografix.com/GPX/1/1}"
+
+
+def look_of(document: ElementTree.Element, mark: ElementTree.Element) -> ElementTree.Element:
+    """Return the style that a placemark names, which has to be there."""
+    [style] = [it for it in document if f"#{it.get('id')}" == mark.findtext(f"{KML}styleUrl")]
+    return style
+
+
+def test_kml_covers_nothing_and_tells_auvs_apart() -> None:
+    """Areas and ranges are outlines, since KML's own default fills them with opaque white; lanes
+    have the colours of their AUVs; vessels are pins with place and goal.
+    """
+    place = {"lat_deg": -16.8, "lon_deg": -178.25}
+    asked = scenario(environment={"origin": place}, asvs={"count": 2}, auvs={"count": 3})
+    shapes = list(planned(asked, "below 1 m: met"))
+    kml, gpx, geojson = (WRITERS[kind]("b", "why", shapes) for kind in ("kml", "gpx", "geojson"))
+    [document] = ElementTree.fromstring(kml)
+    marks = list(document.iter(f"{KML}Placemark"))
+    assert len(marks) == len(shapes)
+    assert document.findtext(f"{KML}description") == "why"
+    lines = {}
+    for mark in marks:
+        style, name = look_of(document, mark), mark.findtext(f"{KML}name") or ""
+        if mark.find(f"{KML}Polygon") is not None:
+            assert style.findtext(f"{KML}PolyStyle/{KML}fill") == "0"
+        lines[name] = style.findtext(f"{KML}LineStyle/{KML}color") or ""
+    of_auvs = [lines[f"AUV{number} (plan)"] for number in range(3)]
+    assert of_auvs == [f"ff{code[5:]}{code[3:5]}{code[1:3]}" for code in COLOURS_ON_DARK[:3]]
+    assert len({lines["survey area"], lines["ASV0 HF range"], lines["ASV0 MF range"]}) == 3
+    folders = [it.findtext(f"{KML}name") for it in document.iter(f"{KML}Folder")]
+    assert folders == ["survey", "vessels", "HF ranges", "MF ranges", "AUVs"]
+    [pin] = [mark for mark in marks if mark.findtext(f"{KML}name") == "ASV1"]
+    told = (pin.findtext(f"{KML}description") or "").splitlines()
+    lon, lat = map(float, (pin.findtext(f"{KML}Point/{KML}coordinates") or "").split(","))
+    assert told[0] == f"{-lat:.6f} S, {-lon:.6f} W"
+    degrees, minutes = told[1].split(" S, ")[0].rstrip("'").split(" ")
+    assert int(degrees) + float(minutes) / 60.0 == pytest.approx(-lat, abs=1e-6)
+    assert told[2] == "below 1 m: met"
+    [waypoint] = [it for it in ElementTree.fromstring(gpx) if it.findtext(f"{GPX}name") == "ASV1"]
+    assert (waypoint.findtext(f"{GPX}desc") or "").splitlines() == told
+    [feature] = [it for it in json.loads(geojson)["features"] if it["properties"]["name"] == "ASV1"]
+    assert feature["properties"]["description"].splitlines() == told
+
+
+def test_what_was_believed_has_the_colour_of_its_auv(run: Path, tmp_path: Path) -> None:
+    """Paler than the way that was gone, on charts of missions as well."""
+    write_chart(load_result(run), tmp_path / "run.kml", "kml")
+    [document] = ElementTree.parse(tmp_path / "run.kml").getroot()
+    colours = {
+        mark.findtext(f"{KML}name"): look_of(document, mark).findtext(f"{KML}LineStyle/{KML}color")
+        for mark in document.iter(f"{KML}Placemark")
+    }
+    true, believed = colours["AUV1"], colours["AUV1 (estimate)"]
+    assert true is not None
+    assert believed is not None
+    assert true[2:] == believed[2:] != (colours["AUV0"] or "")[2:]
+    assert int(believed[:2], 16) < int(true[:2], 16)

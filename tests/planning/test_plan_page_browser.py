@@ -1,5 +1,6 @@
 """The page of a plan in a real browser: vessels are moved, and predicted as Python predicts."""
 
+import copy
 import re
 import shlex
 from pathlib import Path
@@ -10,12 +11,14 @@ import numpy as np
 import pytest
 from browser_for_tests import Open, Opened, without_browser
 from plans_for_tests import attacked, base, record
+from shapely import LineString, Point, Polygon, box
 
 from bindusbl_des import load_scenario
 from bindusbl_des.planning.plan_page import chart_of, plan_page
 from bindusbl_des.planning.prediction.gathering import inputs_of
+from bindusbl_des.planning.prediction.inputs import Inputs
 from bindusbl_des.planning.prediction.mapping import error_map
-from bindusbl_des.planning.prediction.predicting import predict
+from bindusbl_des.planning.prediction.predicting import Prediction, predict
 from bindusbl_des.scenario.scenario import Scenario
 
 pytestmark = without_browser
@@ -57,7 +60,26 @@ def agrees(it: Opened, scenario: Scenario) -> None:
     assert worst == pytest.approx(found.worst("position_error_p95_m"), rel=1e-6)
     places = it.ask("bindusbl.chart.grids.fine.places")[::97]
     field = it.ask("Array.from(bindusbl.chart.field)")[::97]
+    passing = [as_it_passes(place, inputs, found) for place in places]
+    assert field == pytest.approx(passing, rel=1e-6)
+    it.page.select_option("#shade", "dwells")
+    field = it.ask("Array.from(bindusbl.chart.field)")[::97]
     assert field == pytest.approx(error_map(inputs, stations, places).error_m.tolist(), rel=1e-6)
+    assert "an AUV that dwells at a place" in it.page.inner_text("#field-scale")
+    it.page.select_option("#shade", "lanes")
+    assert "the AUV that passes nearest" in it.page.inner_text("#field-scale")
+
+
+def as_it_passes(place: list[float], inputs: Inputs, found: Prediction) -> float:
+    """Return the predicted error of the AUV whose way comes nearest to a place, as it does."""
+    least, error = np.inf, np.nan
+    for way, own in zip(inputs.ways.places_m, found.error_over_time, strict=True):
+        line = LineString(way)
+        if (away := line.distance(Point(place))) < least:
+            least, along = away, line.project(Point(place))
+            gone = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))))
+            error = float(np.interp(along, gone, own))
+    return error
 
 
 def drag(it: Opened, right: float, down: float) -> None:
@@ -178,6 +200,7 @@ def test_the_chart_of_a_plan_is_one(opened: Open, tmp_path: Path) -> None:
     path.write_text(plan_page(record(), chart_of(asked, inputs_of(asked))), encoding="utf-8")
     it = opened(path)
     it.page.select_option("#team", "")
+    it.page.select_option("#shade", "dwells")
     settled(it)
     width, height, red = it.ask("""(() => {
         const { width, height } = bindusbl.chart.map.shades, each = { length: width * height };
@@ -187,7 +210,6 @@ def test_the_chart_of_a_plan_is_one(opened: Open, tmp_path: Path) -> None:
     })()""")
     shades = np.array(red, dtype=float).reshape(height, width)
     assert width / height == pytest.approx(120.0 / 80.0, rel=0.05)
-    assert np.isnan(shades[: height // 2, width // 4 : width // 2]).all()
     row, column = np.unravel_index(np.nanargmax(shades), shades.shape)  # dark is bad
     assert (row < height / 3, column < width / 4) == (True, True)
     (x, y), *corners = it.ask(
@@ -197,6 +219,70 @@ def test_the_chart_of_a_plan_is_one(opened: Open, tmp_path: Path) -> None:
     assert (north < y < south, west < x < east) == (True, True)
     told = it.ask("document.querySelector('.vessel').getAttribute('aria-label')")
     assert told == "ASV0, at north 70.0 m, east -50.0 m"
+
+
+@pytest.mark.parametrize("kind", ["lanes", "dwells"])
+def test_cells_at_a_slanting_or_concave_edge_are_shaded(
+    opened: Open, tmp_path: Path, kind: str
+) -> None:
+    """Each cell of which some part is in the survey."""
+    bay = [(0.0, -60.0), (80.0, -50.0), (30.0, -20.0), (15.0, 20.0), (50.0, 45.0), (10.0, 60.0)]
+    corners = [list(corner) for corner in bay]
+    asked = base(1, changes=["survey.side_m=null", f"survey.polygon_m={corners}", "asvs.count=1"])
+    path = tmp_path / "plan.html"
+    path.write_text(plan_page(record(), chart_of(asked, inputs_of(asked))), encoding="utf-8")
+    it = opened(path)
+    it.page.select_option("#shade", kind)
+    settled(it)
+    down, across, seen = it.ask("""(() => {
+        const { shades } = bindusbl.chart.map, { width, height } = shades;
+        const { data } = shades.getContext("2d").getImageData(0, 0, width, height);
+        return [width, height, Array.from(data).filter((_, i) => i % 4 === 3)];
+    })()""")
+    south, west, north, east = it.ask("bindusbl.chart.grids.fine.box")
+    hatched = {tuple(cell) for cell in it.ask("bindusbl.chart.map.unknown")}
+    tall, wide = (north - south) / across, (east - west) / down
+    for row, column in np.ndindex(across, down):
+        x, y = south + (across - 1 - row) * tall, west + column * wide
+        if Polygon(bay).intersection(box(x, y, x + tall, y + wide)).area > 0.0:
+            assert seen[row * down + column] or (row, column) in hatched
+
+
+def test_an_answer_that_moves_is_drawn_as_it_went(opened: Open, tmp_path: Path) -> None:
+    """Its way, what missions came to, and the verdict on it: nothing is predicted, and no vessel of
+    the scenario's stands in its place.  Of a team whose ways are not there the page says so.
+    """
+    given, chart = copy.deepcopy(record()), chart_of(base(), inputs_of(base()))
+    chosen, other = given["chosen"], given["runners_up"][0]
+    for number in (chosen, other):
+        given["candidates"][number] |= {"stations": [], "keys": {"asvs.formation.model": "follow"}}
+    given["candidates"][chosen]["verdict"] = "met"
+    ways = {
+        "seed": 4,
+        "asvs": [{"asv": "ASV0", "places_m": [[0.0, 0.0], [30.0, 10.0], [5.0, 40.0]]}],
+    }
+    for own in (base(), base(changes=["asvs.formation={model: follow}"])):
+        chart = chart_of(own, inputs_of(own), (), {chosen: ways})
+        path = tmp_path / "plan.html"
+        path.write_text(plan_page(given, chart), encoding="utf-8")
+        it = opened(path)
+        told = it.page.inner_text("#worst")
+        assert "Simulated in 3 missions" in told
+        assert "below 1.00 m: ✓ met" in told
+        assert "warning" not in (it.page.get_attribute("#worst", "class") or "")
+        assert "mission of seed 4" in it.page.inner_text("#simulated")
+        assert it.ask("bindusbl.chart.map.mission.asvs") == [{"x": [0, 30, 5], "y": [0, 10, 40]}]
+        assert it.ask("document.querySelectorAll('.vessel').length") == 0
+        assert it.painted("#map") > 30
+        for hidden in ("#auvs", "#sliders", "#emitted"):
+            assert not it.page.locator(hidden).is_visible()
+        it.page.click(f".candidates button:has-text('candidate {other + 1}')")
+        assert "those of this team are not drawn" in it.page.inner_text("#simulated")
+        at_rest = next(n for n, it in enumerate(given["candidates"]) if it["stations"])
+        it.ask(f"bindusbl.chart.show({at_rest})")
+        assert "predicted" in it.page.inner_text("#worst")
+        assert it.page.locator("#sliders").is_visible()
+        assert it.ask("document.querySelectorAll('.vessel').length") > 0
 
 
 def slide(it: Opened, name: str, value: float) -> None:

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 from campaigns_for_tests import OneThread, auv, hand_made
+from shapely import LineString, distance, points
 
 import bindusbl_des
-from bindusbl_des import Scenario, load_scenario, plan
+from bindusbl_des import Scenario, load_scenario, plan, simulate
 from bindusbl_des.campaigns.storage.folder import CampaignError
 from bindusbl_des.export.chart_files import planned
 from bindusbl_des.planning import flying
@@ -381,14 +382,17 @@ def test_the_team_of_a_plan_can_be_drawn(
     """The answer; without one the nearest, laid over the scenario that was asked about."""
     assert found.folder is not None
     assert found.answer is not None
-    scenario, whose = drawn_team(home / found.folder)
-    assert (scenario.asvs.count, whose) == (found.answer["asvs.count"], "the answer")
+    team = drawn_team(home / found.folder)
+    assert (team.scenario.asvs.count, team.whose) == (found.answer["asvs.count"], "the answer")
+    assert team.told == found.record["told"][0]
     folder = shutil.copytree(home / found.folder, tmp_path / "open")
     (folder / "best.yaml").unlink()
-    nearest = found.record["runners_up"][0]
-    scenario, whose = drawn_team(folder)
-    assert scenario.asvs.count == found.record["candidates"][nearest]["asvs"]
-    assert whose == f"candidate {nearest + 1}, the nearest so far"
+    assert drawn_team(folder).scenario.asvs == team.scenario.asvs
+    record = json.loads((folder / "plan.json").read_text()) | {"answer": None, "chosen": None}
+    (folder / "plan.json").write_text(json.dumps(record))
+    nearest, team = found.record["runners_up"][0], drawn_team(folder)
+    assert team.scenario.asvs.count == found.record["candidates"][nearest]["asvs"]
+    assert team.whose == f"candidate {nearest + 1}, the nearest so far"
     (folder / "plan.json").unlink()
     with pytest.raises(CampaignError, match="no team was flown yet"):
         drawn_team(folder)
@@ -442,7 +446,19 @@ def test_vessels_that_follow_are_candidates(
     assert load_scenario("team/best.yaml").asvs.formation.moves
     lost = [it["told"] for it in found.record["sensitivity"] if "lost" in it["told"]]
     assert lost == ["ASV0 lost halfway, from then on"]
-    assert "neither drawn nor predicted" in Path("team/plan.html").read_text()
+    assert "Vessels that move are not predicted" in Path("team/plan.html").read_text()
     on_earth = ("environment.origin={lat_deg: 43.9, lon_deg: 15.4}",)
-    drawn = {it.name for it in planned(load_scenario("team/best.yaml", overrides=on_earth))}
-    assert not any(name.startswith("ASV") for name in drawn)
+    moving = load_scenario("team/best.yaml", overrides=on_earth)
+    assert not any(it.name.startswith("ASV") for it in planned(moving))
+    tracks = simulate(load_scenario("team/best.yaml"), found.record["ways"]["seed"]).tables[
+        "tracks"
+    ]
+    [way] = drawn_team(Path("team")).ways
+    gone = tracks.loc[tracks.vehicle == "ASV0", ["x_m", "y_m"]].to_numpy()
+    assert distance(LineString(way), points(gone)).max() < 0.3
+    assert np.hypot(*np.diff(way, axis=0).T).sum() > 10.0
+    [begin] = found.record["candidates"][found.record["chosen"]]["places"]
+    assert [begin["x_m"], begin["y_m"]] == way[0]
+    drawn = {it.name: it for it in planned(moving, ways=[way])}
+    assert (drawn["ASV0"].kind, drawn["ASV0 (way)"].kind) == ("Point", "LineString")
+    assert "It moves; here it begins" in drawn["ASV0"].about

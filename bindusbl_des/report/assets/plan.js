@@ -45,16 +45,18 @@ class Chart {
     byId("remove").addEventListener("click", () => this.drop(Math.min(this.last, this.team.stations.length - 1)));
     byId("all").addEventListener("click", () => this.map.seeAll());
     byId("team").addEventListener("change", () => this.show(byId("team").value === "" ? null : +byId("team").value));
+    byId("shade").addEventListener("change", () => this.refine());
     for (const button of document.querySelectorAll(".copy")) button.addEventListener("click", () => copy(byId(button.dataset.copies), button));
   }
   offerTeams() {
-    const offered = this.candidates.map((it, i) => [it, i]).filter(([it]) => it.simulated && it.stations.length);
-    byId("team").append(make("option", { value: "own", disabled: "" }, "moved by hand"), make("option", { value: "" }, "as in the scenario"), ...offered.map(([{ asvs }, i]) => make("option", { value: i }, this.named(i, asvs))));
+    const { moving, stations } = this.team.chart, own = stations.length ? [make("option", { value: "" }, "as in the scenario")] : [];
+    const offered = this.candidates.map((it, i) => [it, i]).filter(([it, i]) => it.simulated && (it.stations.length || moving[i]));
+    byId("team").append(make("option", { value: "own", disabled: "" }, "moved by hand"), ...own, ...offered.map(([{ asvs }, i]) => make("option", { value: i }, this.named(i, asvs))));
   }
   named(number, asvs) { return `${number === this.chosen ? "the answer, " : ""}candidate ${number + 1}: ${asvs} vessel${asvs === 1 ? "" : "s"}`; }
-  // Puts a candidate on the chart, or the scenario's own team, also for one whose vessels move.
+  // Puts a candidate on the chart, or the scenario's own team.
   show(number) {
-    const known = Number.isInteger(number) && this.candidates[number]?.stations.length && this.candidates[number];
+    const known = Number.isInteger(number) && this.candidates[number];
     this.team.take(known ? number : null, known || null);
     if (known && !this.candidates[number].simulated && !byId("team").querySelector(`[value="${number}"]`)) {
       byId("team").append(make("option", { value: number }, this.named(number, known.asvs)));
@@ -90,7 +92,9 @@ class Chart {
   update() {
     const began = performance.now();
     this.inputs = this.team.inputs;
-    this.predicted = predict(this.inputs, this.team.stations);
+    this.predicted = this.team.moving ? null : predict(this.inputs, this.team.stations);
+    for (const id of ["add", "shade"]) byId(id).disabled = Boolean(this.team.moving);
+    for (const id of ["auvs", "sliders", "emitted"]) byId(id).hidden = Boolean(this.team.moving);
     this.shade("coarse");
     this.tell();
     this.sliders.tell();
@@ -105,16 +109,24 @@ class Chart {
     this.pareto?.show(this.shown);
   }
   shade(kind) {
-    const grid = this.grids[kind], values = errorMap(this.inputs, this.team.stations, grid.places);
-    this.top ??= this.goalOfErrors() ?? roundStep(quantile(values, 0.9) || 1);
-    const lost = drifted(this.inputs); // as far as an AUV drifts without any fix
+    const grid = this.grids[kind], dwells = byId("shade").value === "dwells", { ways } = this.inputs;
+    if (!this.predicted) {
+      this.map.shade(grid, [], 1);
+      byId("field-scale").replaceChildren();
+      return;
+    }
+    if (grid.ways !== ways) Object.assign(grid, { ways, nearest: nearestOnWays(ways, grid.places) });
+    const values = dwells ? errorMap(this.inputs, this.team.stations, grid.places) : laneMap(grid.nearest, this.predicted);
+    this.top ??= this.goalOfErrors() ?? roundStep(quantile(values.filter((it, i) => grid.inside[i]), 0.9) || 1);
+    const lost = dwells ? drifted(this.inputs) : Infinity; // as far as an AUV drifts without any fix
     this.map.shade(grid, values.map((value) => (value < lost ? value : NaN)), this.top);
-    if (kind === "fine") { this.field = values; this.tellShades(); }
+    if (kind === "fine") { this.field = values; this.tellShades(dwells); }
   }
   goalOfErrors() { return this.goal?.metric.startsWith("position_error") ? this.goal.below : null; }
-  tellShades() {
+  tellShades(dwells) {
+    const words = dwells ? "mean error of an AUV that dwells at a place, predicted; dark is bad, hatched where no fix is to be expected" : "mean error of the AUV that passes nearest on its lanes, as it passes, predicted; dark is bad";
     const top = `${significant(this.top)} m${this.goalOfErrors() ? ", the goal," : ""} or more`;
-    byId("field-scale").replaceChildren(make("p", { class: "note" }, "Shades: mean error of an AUV that dwells at a place, predicted; dark is bad, hatched where no fix is to be expected"), ramp("0 m", top, true));
+    byId("field-scale").replaceChildren(make("p", { class: "note" }, `Shades: ${words}`), ramp("0 m", top, true));
   }
   // Where the predicted error is largest; of places equally bad that furthest from all vessels.
   neediest() {
@@ -126,7 +138,7 @@ class Chart {
     found.sort((a, b) => (a.bad === b.bad ? b.away - a.away : b.bad - a.bad));
     return found[0]?.place ?? this.centre;
   }
-  nameLast() { byId("remove-name").textContent = `ASV${Math.min(this.last, this.team.stations.length - 1)}`; }
+  nameLast() { byId("remove-name").textContent = this.team.moving ? "a vessel" : `ASV${Math.min(this.last, this.team.stations.length - 1)}`; }
   layTable(auvs) {
     const head = this.columns.map(([, words, unit]) => make("th", { scope: "col" }, words, make("span", { class: "unit" }, unit)));
     const body = make("tbody");
@@ -147,23 +159,24 @@ class Chart {
   // Everything that follows the vessels: the worst AUV, the table, the text to copy.
   tell() {
     this.columns.forEach(([name, , , factor], i) => this.rows.forEach((row, auv) => {
-      const value = this.predicted[name][auv];
+      const value = this.predicted?.[name][auv];
       row[i].text.textContent = Number.isFinite(value) ? significant(value * factor) : "–";
       row[i].bar?.show(value);
     }));
     this.columns.forEach(([name, , , factor], i) => {
-      const value = worstOf(name, this.predicted);
+      const value = this.predicted ? worstOf(name, this.predicted) : NaN;
       this.worst[i].textContent = Number.isFinite(value) ? significant(value * factor) : "–";
     });
     const line = byId("worst");
     line.textContent = this.worstTold();
     line.classList.toggle("warning", this.met() === false);
-    byId("simulated").textContent = this.simulatedTold();
+    byId("simulated").textContent = this.predicted ? this.simulatedTold() : this.movingTold();
+    byId("remove").disabled = this.team.stations.length < 2;
+    byId("add").disabled ||= this.team.stations.length >= MOST_VESSELS;
+    this.nameLast();
+    if (this.team.moving) return;
     byId("positions").textContent = `asvs.formation.positions_m: ${this.team.positions()}`;
     byId("run").textContent = this.team.command(this.scenario);
-    byId("remove").disabled = this.team.stations.length < 2;
-    byId("add").disabled = this.team.stations.length >= MOST_VESSELS;
-    this.nameLast();
   }
   judged() { return this.goal?.metric ?? ERROR; }
   // What the goal asks of: the worst AUV or the mean of all, as missions would have them.
@@ -171,19 +184,29 @@ class Chart {
     return this.goal?.of === "mean" ? mean(this.predicted[this.judged()]) : worstOf(this.judged(), this.predicted);
   }
   // What missions made of the candidate on the chart, while it is as it was flown.
-  simulatedTold() {
+  simulatedTold(goal = this.goal) {
     const it = this.candidates[this.shown]?.simulated;
-    const which = this.goals.indexOf(this.goal), [mean, low, high] = ["mean", "low", "high"].map((name) => it?.[name]?.[which]);
+    const which = this.goals.indexOf(goal), [mean, low, high] = ["mean", "low", "high"].map((name) => it?.[name]?.[which]);
     if (!Number.isFinite(mean)) return "Not simulated as it lies here.";
-    const { factor, unit } = this.goal, [told, from, to] = withEnds(mean * factor, low * factor, high * factor);
+    const { factor, unit } = goal, [told, from, to] = withEnds(mean * factor, low * factor, high * factor);
     return `Simulated in ${it.missions} missions: ${told} ${unit}${Number.isFinite(low) && Number.isFinite(high) ? `, the mean lying from ${from} to ${to} ${unit}` : ""}.`;
   }
+  movingTold() {
+    const { asvs, seed } = this.team.moving;
+    return `Vessels that move are not predicted${asvs.length ? `; drawn are their ways in the mission of seed ${seed}` : ", and those of this team are not drawn"}.`;
+  }
   met() {
+    if (!this.predicted) return this.candidates[this.shown]?.verdict !== "not met";
     const value = this.value();
     if (!this.goal || !Number.isFinite(value)) return this.goal ? false : null;
     return Number.isFinite(this.goal.below) ? value < this.goal.below : value > this.goal.above;
   }
   worstTold() {
+    if (!this.predicted) {
+      const it = this.candidates[this.shown], goal = this.goal ?? this.goals[0], mark = { met: "✓ ", "not met": "✗ " }[it?.verdict] ?? "";
+      const bound = goal ? `; ${goal.words} ${Number.isFinite(goal.below) ? "below" : "above"} ${significant((goal.below ?? goal.above) * goal.factor)} ${goal.unit}: ${mark}${it?.verdict}` : "";
+      return `${this.simulatedTold(goal).replace(/\.$/, "")}${bound}, with ${it?.asvs} vessel${it?.asvs === 1 ? "" : "s"} that move.`;
+    }
     const [, , unit, factor] = COLUMNS.find(([name]) => name === this.judged()), value = this.value() * factor;
     const words = this.goal?.words ?? "position error, 95 % of the time", whose = this.goal?.of === "mean" ? "Mean of the AUVs" : "Worst AUV of a mission";
     const told = Number.isFinite(value) ? `${significant(value)} ${unit}` : "no fix to be expected";

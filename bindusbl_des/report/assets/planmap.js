@@ -18,7 +18,7 @@ class PlanMap extends SeaMap {
         known = team.base.ways;
         return auvs;
       },
-      get asvs() { return team.stations.map(([x, y]) => ({ x: [x], y: [y] })); },
+      get asvs() { return team.moving ? team.moving.asvs : team.stations.map(([x, y]) => ({ x: [x], y: [y] })); },
       get hf() { return { reach: team.reach() }; },
     });
     Object.assign(this, { team, moved, removed, chosen, host: canvas.parentElement, buttons: [] });
@@ -42,14 +42,13 @@ class PlanMap extends SeaMap {
     const image = context.createImageData(down, across);
     this.unknown = [];
     this.cells = [across, down];
-    values.forEach((value, i) => {
-      if (!grid.inside[i]) return;
+    values.forEach((value, i) => { // cells at the edge are cut where they are drawn
       const row = across - 1 - i % across, column = Math.floor(i / across);
       if (!Number.isFinite(value)) { this.unknown.push([row, column]); return; }
       image.data.set([...shadeOf(value / top, true), 150], 4 * (row * down + column));
     });
     context.putImageData(image, 0, 0);
-    this.box = grid.box;
+    this.box = values.length ? grid.box : null;
     this.sheet.paint();
   }
   draw(context, width, height) {
@@ -58,6 +57,7 @@ class PlanMap extends SeaMap {
     this.drawShades(context);
     this.drawPaths();
     context.drawImage(this.paths, 0, 0, width, height);
+    this.team.moving?.asvs.forEach((way, number) => this.drawMoving(context, way, number));
     this.team.stations.forEach((place, number) => this.drawVessel(context, place, number));
     this.drawCursor(context);
     this.layButtons();
@@ -110,6 +110,15 @@ class PlanMap extends SeaMap {
     context.stroke();
     this.star(context, px, py);
     this.label(context, `ASV${number}`, px + 16, py - 10, colours.ink);
+  }
+  // A vessel that moves: its way in one mission, and its range where it begins.
+  drawMoving(context, { x, y }, number) {
+    this.line(context, x, y, { colour: colours.sea, width: 4, alpha: 0.7 });
+    this.line(context, x, y, { colour: colours.ink, width: 1.6, dash: PATH_DASHES[number % PATH_DASHES.length] });
+    this.ring(context, x[0], y[0], this.team.reach(), colours.ink, { dash: [7, 4], width: 1.3, alpha: 0.7 });
+    const [px, py] = this.at(x[0], y[0]);
+    this.star(context, px, py);
+    this.label(context, `ASV${number}`, px + 9, py - 8, colours.ink);
   }
   // A vessel is a button over the chart: it can be dragged, reached with tab and moved by keys.
   layButtons() {

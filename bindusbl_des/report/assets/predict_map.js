@@ -1,6 +1,27 @@
 "use strict";
 // What error an AUV settles at where it dwells: planning/prediction/mapping.py, number for number.
 
+// Where on the AUVs' ways each place [x, y] is nearest: [AUV, instant, share of the way to the next].
+function nearestOnWays({ places_m }, places) {
+  return places.map(([x, y]) => {
+    let [least, found] = [Infinity, [0, 0, 0]];
+    places_m.forEach((way, auv) => {
+      for (let k = 0; k + 1 < way.length; k++) {
+        const [ax, ay] = way[k], dx = way[k + 1][0] - ax, dy = way[k + 1][1] - ay, square = dx * dx + dy * dy;
+        const share = square > 0 ? Math.min(Math.max(((x - ax) * dx + (y - ay) * dy) / square, 0), 1) : 0;
+        const away = (ax + share * dx - x) ** 2 + (ay + share * dy - y) ** 2;
+        if (away < least) [least, found] = [away, [auv, k, share]];
+      }
+    });
+    return found;
+  });
+}
+
+// The mean error (m) of the AUV that passes nearest to each of these places, as it passes.
+function laneMap(nearest, { error_over_time }) {
+  return Float64Array.from(nearest, ([auv, k, share]) => (1 - share) * error_over_time[auv][k] + share * error_over_time[auv][k + 1]);
+}
+
 // Fixes that come more seldom than one in so many rounds are none.
 const HARDLY_ANY = 1e-3;
 

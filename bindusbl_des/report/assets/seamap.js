@@ -22,7 +22,7 @@ function layersOf({ discs, broadcasting, asvsPing }) {
 const FIELDS = {
   chance: ["chance of a fix", "chance that a ping makes a fix which is delivered, if no other sound overlaps it", (value) => `${+(100 * value).toFixed(value > 0.1 && value < 0.999 ? 0 : 1)} %`],
   age: ["age of a fix", "time since the last fix was made, to be expected (mean)", (value) => `${significant(value)} s`],
-  error: ["error", "horizontal position error to be expected (RMS)", (value) => `${significant(value)} m`],
+  error: ["error", "horizontal position error to be expected of an AUV that dwells there (RMS)", (value) => `${significant(value)} m`],
 };
 
 // Where fewer pings than this share make a fix, none is to be expected: report/possible.py.

@@ -27,7 +27,9 @@ class Team {
     this.gain = this.base.navigator.gain;
     this.filter = this.base.navigator.filter;
     this.stations = (candidate?.stations ?? this.chart.stations).map((place) => place.map(toCentimetre));
-    this.ring = this.ringOf(this.stations);
+    // vessels that move are not predicted; those of the answer are drawn as they went
+    this.moving = this.stations.length ? null : this.chart.moving[number] ?? { asvs: [] };
+    this.ring = this.moving ? { radius: 0, angle: 0 } : this.ringOf(this.stations);
   }
   get inputs() {
     const own = this.filter === this.base.navigator.filter ? this.base : { ...this.base, ...this.chart.filters[this.filter] };
