@@ -106,6 +106,8 @@ def _value(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -
             name for name in ("kind", "model") if "const" in schema["properties"].get(name, {})
         ]
         return out | {name: schema["properties"][name]["const"] for name in named}
+    if path[-1] == "assumes":  # keys of other sections, which a filter takes for something else
+        return {"navigation": {"scale_factor_sd": draw.choice((0.0, 0.01, 0.6))}}
     if kind == "object":  # a vehicle with coefficients
         return _vehicle(schema, draw)
     if kind == "boolean":

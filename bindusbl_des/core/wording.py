@@ -265,6 +265,35 @@ def refuse(name: str, value: object, rule: str, remedy: str) -> NoReturn:
     raise ValueError(f"{name} must {rule}; met {value}; {remedy}")
 
 
+# From so many seconds on times are told in hours and minutes.
+LONG_S = 600.0
+
+
+def timed(seconds: float | None, digits: int = 0) -> str:
+    """Return a time with its unit: in seconds, from ten minutes on in hours and minutes.
+
+    >>> timed(231.42, 1), timed(13_529.0, 1), timed(None)
+    ('231.4 s', '3:45 h', '-')
+    """
+    if seconds is None or not abs(seconds) >= LONG_S:
+        return "-" if number(seconds, digits) == "-" else f"{number(seconds, digits)} s"
+    hours, minutes = divmod(round(seconds / 60.0), 60)
+    return f"{hours}:{minutes:02d} h"
+
+
+def instant(seconds: float, duration_s: float) -> str:
+    """Return when something is in a mission of some length: in seconds, or as h:mm:ss of those that
+    take ten minutes and more.
+
+    >>> instant(231.42, 300.0), instant(7_009.4, 14_222.0)
+    ('231 s', '1:56:49')
+    """
+    if duration_s < LONG_S:
+        return f"{seconds:.0f} s"
+    whole = round(seconds)
+    return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d}"
+
+
 def spoken(seconds: float) -> str:
     """Return a time as one says it.
 

@@ -11,6 +11,7 @@ import numpy as np
 from ..core.kept_files import portable
 from ..core.wording import counted, filled, significant, with_ends
 from ..geometry.geodesy import degrees_text, geodetic_from_ned, minutes_text
+from ..preflight.whereabouts import idle
 from ..results.result import scenario_sha256, versions
 from ..scenario.scenario import Scenario
 from ..scenario.site import origin_of
@@ -189,6 +190,9 @@ def caveats(found: Found) -> Iterator[str]:
             "protocol.downlink.reply: instant costs no time on the air, which no modem can do; all "
             "teams were flown with protocol.downlink.reply: frame."
         )
+    shown = found.question.base if found.shown is None else found.candidates[found.shown].scenario
+    for longer in idle(shown):
+        yield f"{longer.key} {longer.message}."
     yield from _unvaried(found)
     yield from _predicted(found)
 
@@ -299,6 +303,7 @@ def record(found: Found, run: str, ways: Ways | None) -> dict[str, Any]:
         "versions": versions(),
         "seed": question.seed,
         "goal": [goal.record() for goal in goals],
+        "duration_s": float(question.base.duration_s),
         "confidence": question.confidence,
         "budget_s": question.budget_s,
         "budget_missions": question.budget_missions,

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from ..campaigns.statistics.intervals import short_key, written
-from ..core.wording import number, significant, with_ends
+from ..core.wording import number, significant, timed, with_ends
 from ..geometry.geodesy import degrees_text, minutes_text
 from ..records.metrics import SHARES, name_of, unit_of
 from ..report.page import THEME, assembled, asset, filled, table
@@ -226,6 +226,8 @@ def plan_page(record: Record, inputs: Mapping[str, Any] | None = None) -> str:
 
 def _head(record: Record) -> str:
     goals = "; ".join(map(goal_text, record.get("goal") or []))
+    if record.get("duration_s"):
+        goals += f"; missions of {timed(record['duration_s'])}"
     head = filled("<h1>{name}</h1><p>{goals}</p>", name=record.get("name", "plan"), goals=goals)
     return f"<header><div>{head}</div>{THEME}</header>"
 

@@ -5,7 +5,8 @@ What is found lies in a folder: `plan.json`, `best.yaml` (a scenario that meets 
 
 * ``name``, ``scenario`` (as it was named), ``scenario_sha256``, ``versions``, ``seed``,
 * ``goal``: a list of ``{metric, below or above, of}``, where `of` is ``"worst"`` (of each mission's
-  AUVs), ``"mean"``, or a share of them; ``confidence``; ``budget_s``, ``budget_missions``,
+  AUVs), ``"mean"``, or a share of them; ``duration_s`` of a mission; ``confidence``;
+  ``budget_s``, ``budget_missions``,
 * ``missions``: how many were flown; ``settled``: whether the answer has that confidence;
   ``status``: ``complete``, or ``cut`` where a budget was used up before all was flown,
 * ``answer``: null, or the keys and values of the least team that is shown to meet the goals;
@@ -14,9 +15,9 @@ What is found lies in a folder: `plan.json`, `best.yaml` (a scenario that meets 
 * ``candidates``: all that could plausibly be the answer, each ``{keys, cost, asvs, stations,
   places, predicted, simulated, verdict, team, told}``.  `places` are the stations, each ``{asv,
   x_m, y_m, lat_deg, lon_deg}``, of vessels that move where those begin that are drawn.
-  `predicted` is ``{value, low,
-  high}``, nine of ten predictions being as near to what is flown, `simulated` null or
-  ``{missions, mean, low, high}``, all but the number of missions with one for each goal,
+  `predicted` is ``{value, low, high}``, nine of ten predictions being as near to what is flown,
+  `simulated` null or ``{missions, mean, low, high}``, all but the number of missions with one
+  for each goal,
 * ``excluded``: ``[{told, count}]``, what was not flown and why,
 * ``runners_up``: numbers of candidates, the best first,
 * ``binding``: ``[{what, told, value}]``, what holds the team back, the most first: ``coverage``,

@@ -42,7 +42,7 @@ from .band_warnings import (
     tables,
 )
 from .idle_keys import bursts, cast, idle_keys, levels, receivers, sheet, sonar
-from .whereabouts import anchors, bays, deep, formation, frames, routes, shapes, tracks
+from .whereabouts import anchors, bays, deep, formation, frames, idle, routes, shapes, tracks
 
 
 def failing(scenario: Scenario) -> Iterator[Problem]:
@@ -116,6 +116,7 @@ def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
             bursts,
             cast,
             routes,
+            idle,
             bays,
             tracks,
             _left_out,

@@ -6,12 +6,14 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from ..core.plugins import PluginError
+from ..core.wording import timed
 from ..scenario.declared import BROADCASTERS, channel_named
 from ..scenario.destinations import known_stations
 from ..scenario.families import broadcaster_of, downlink_of, schedule_of, tells_slots
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
 from ..scenario.sections.placements import Formation
+from ..scenario.sections.survey import SURVEY, SurveyEnd
 from ..scenario.site import (
     area_of,
     assumed_sound_speed_of,
@@ -281,6 +283,39 @@ def routes(scenario: Scenario) -> Iterator[Problem]:
             f"{max(outside.values()):.3g} m beyond its edge; slots are made for sound that crosses "
             "the survey",
             tuple(shapes(scenario)),
+        )
+
+
+# Who waits for a shorter share of a mission than this hardly changes its means.
+IDLE_SHARE = 0.05
+# Lanes that are longer than a mission by this factor are not flown in it, however they are divided.
+FAR_TOO_LONG = 1.5
+
+
+def idle(scenario: Scenario) -> Iterator[Problem]:
+    """Yield by how much a mission is longer than its survey: that time counts in its means."""
+    end, lanes = float(scenario.duration_s), scenario.auvs.route.lanes
+    if isinstance(scenario.duration_s, SurveyEnd) or lanes is None:
+        return
+    area, spacing, margin = area_of(scenario), lanes.lane_spacing_m, lanes.end_margin_m
+    inside = area.square_m - (spacing if margin is None else 2 * margin) * area.across
+    if inside / spacing / sum(scenario.auvs.speeds) > FAR_TOO_LONG * end:
+        return  # it takes no plan to see, and so no time
+    from ..scenario.flight_plans import survey_end
+
+    try:
+        flown = float(survey_end(scenario))
+    except ValueError:
+        return  # it has no end that is known, or none in time
+    if end - flown > IDLE_SHARE * end:
+        rests = scenario.auvs.recovery(0) is not None
+        does = "wait where they are recovered" if rests else "go there and back once more"
+        yield Problem(
+            "duration_s",
+            f"is {timed(end)}, and the survey is flown after {timed(flown)}: in the other "
+            f"{timed(end - flown)} AUVs {does}, and all means have that time in them; write "
+            f"`duration_s: {SURVEY}` to end with it",
+            ("auvs.route",),
         )
 
 

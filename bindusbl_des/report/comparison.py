@@ -4,12 +4,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
-from ..core.wording import lettered, number, plain
+from ..core.wording import lettered, plain
 from ..scenario.keys import leaves
 from .page import THEME, Packer, assembled, asset, filled, table
 from .recording import recording
 from .run_data import run_data
-from .run_page import AUV_COLUMNS, MAP, OF_MISSION, described, footer, mission_row
+from .run_page import AUV_COLUMNS, MAP, OF_MISSION, cell, described, footer, mission_row
 from .story import story
 
 if TYPE_CHECKING:
@@ -152,11 +152,11 @@ def _missions(names: Sequence[str], runs: Sequence[Named]) -> str:
     missions = [mission_row(result) for _, result in runs]
     headings = [("", ""), *((name, "") for name in names)]
     worst = [
-        [_labelled(words, unit), *_worst_beside(metric, missions, digits, factor)]
+        [_labelled(words, unit), *_worst_beside(metric, missions, unit, digits, factor)]
         for words, unit, metric, digits, factor in WORST
     ]
     means = [
-        [_labelled(words, unit), *_means_beside(metric, missions, digits, factor)]
+        [_labelled(words, unit), *_means_beside(metric, missions, unit, digits, factor)]
         for words, unit, metric, digits, factor in MEANS
     ]
     return (
@@ -174,18 +174,22 @@ def _labelled(words: str, unit: str) -> str:
     return f"{words} ({unit})" if unit else words
 
 
-def _worst_beside(metric: str, missions: Sequence[Row], digits: int, factor: float) -> list[str]:
+def _worst_beside(
+    metric: str, missions: Sequence[Row], unit: str, digits: int, factor: float
+) -> list[str]:
     """Return the worst AUV's values of a metric, each with the AUV and its difference."""
     values = [row[f"worst_{metric}"] for row in missions]
     auvs = [row[f"worst_{metric}_auv"] for row in missions]
     tale = (
         "none" if difference == "-" else difference
-        for difference in _with_differences(values, digits, factor)
+        for difference in _with_differences(values, unit, digits, factor)
     )
     return [f"{text}, {auv}" if auv else "-" for text, auv in zip(tale, auvs, strict=True)]
 
 
-def _means_beside(metric: str, missions: Sequence[Row], digits: int, factor: float) -> list[str]:
+def _means_beside(
+    metric: str, missions: Sequence[Row], unit: str, digits: int, factor: float
+) -> list[str]:
     """Return the fleet's means of a metric with their differences, and whom they leave out."""
     values = [row[metric] for row in missions]
     lost = [
@@ -193,20 +197,23 @@ def _means_beside(metric: str, missions: Sequence[Row], digits: int, factor: flo
         for row in missions
     ]
     if any(lost):
-        shown = [number(value, digits, factor) for value in values]
+        shown = [cell(value, unit, digits, factor) for value in values]
         return [
             f"{text}, without {auv}" if auv else text for text, auv in zip(shown, lost, strict=True)
         ]
-    return list(_with_differences(values, digits, factor))
+    return list(_with_differences(values, unit, digits, factor))
 
 
-def _with_differences(values: Sequence[float | None], digits: int, factor: float) -> Iterator[str]:
+def _with_differences(
+    values: Sequence[float | None], unit: str, digits: int, factor: float
+) -> Iterator[str]:
     """Yield values of one metric as text, those after the first with their difference from it."""
     first = values[0]
     for place, value in enumerate(values):
-        shown = number(value, digits, factor)
+        shown = cell(value, unit, digits, factor)
         if place and value is not None and first is not None:
-            shown += f" ({(value - first) * factor:+.{digits}f})"
+            sign = "-" if value < first else "+"
+            shown += f" ({sign}{cell(abs(value - first), unit, digits, factor)})"
         yield shown
 
 
@@ -220,7 +227,7 @@ def _auvs(names: Sequence[str], runs: Sequence[Named]) -> str:
     for auv in dict.fromkeys(auv for fleet in fleets for auv in fleet):
         for name, fleet in zip(names, fleets, strict=True):
             if auv in fleet:
-                cells = (number(fleet[auv][metric], d, f) for _, _, metric, d, f in columns)
+                cells = (cell(fleet[auv][metric], unit, d, f) for _, unit, metric, d, f in columns)
                 rows.append([auv, name, *cells])
     headings = [("AUV", ""), ("run", ""), *((words, unit) for words, unit, *_ in columns)]
     return (

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core.arrays import Floats, Ints
 from ..core.spreads import wandering_rms
-from ..core.wording import significant
+from ..core.wording import LONG_S, significant, timed
 from ..preflight.round_lengths import rounds_of
 from ..scenario.own_sensors import straight_drift_rms
 from .recording import FATES, Recording
@@ -40,8 +40,8 @@ class Patience:
     @property
     def rule(self) -> str:
         """Who counts as starved, in a sentence."""
-        early = f" ({self.first:.1f} s before its first one)" if self.first < self.later else ""
-        wait = f"{self.later:.1f} s without a fix{early}"
+        early = f" ({timed(self.first, 1)} before its first one)" if self.first < self.later else ""
+        wait = f"{timed(self.later, 1)} without a fix{early}"
         return f"An AUV counts as starved after {wait}: {self.reason}."
 
 
@@ -164,11 +164,11 @@ def spread_text(values: Floats) -> str:
         return "none"
     beyond = int(np.sum(values > shown_until(values)))
     more = f" (the last bar holds the {beyond} beyond)" if beyond else ""
-    return (
-        f"mean of all {significant(float(values.mean()))} s, 95 % below "
-        f"{significant(float(np.quantile(values, 0.95)))} s, largest "
-        f"{significant(float(values.max()))} s{more}"
+    mean, most, largest = (
+        f"{significant(value)} s" if value < LONG_S else timed(value)
+        for value in map(float, (values.mean(), np.quantile(values, 0.95), values.max()))
     )
+    return f"mean of all {mean}, 95 % below {most}, largest {largest}{more}"
 
 
 def service(mission: Recording, auv: int, wait: Patience) -> Service:

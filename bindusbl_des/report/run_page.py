@@ -8,7 +8,8 @@ from string import Template
 from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
-from ..core.wording import counted, number, plain
+from ..core.wording import LONG_S, counted, number, plain, timed
+from ..records.metrics import WORST
 from ..results.summary import rounds_text
 from ..scenario.families import leave_of
 from ..scenario.keys import leaves
@@ -66,7 +67,7 @@ AUV_TABLES: tuple[tuple[str, tuple[Column, ...]], ...] = (
     )),
 )  # fmt: skip
 AUV_COLUMNS: tuple[Column, ...] = tuple(column for _, columns in AUV_TABLES for column in columns)
-# Of the worst AUV: what a reader asks for first.
+# What a reader asks for first, each of the AUV that it is worst of.
 TILES: tuple[tuple[str, str, str, int], ...] = (
     ("mean error", "m", "position_error_m", 2),
     ("95 % of the time below", "m", "position_error_p95_m", 2),
@@ -160,7 +161,7 @@ def described(result: "Result") -> str:
     return (
         f"{counted(auvs.count, 'AUV')} ({auvs.vehicle}) and "
         f"{counted(asvs.count, 'ASV')} ({asvs.words}) over {over} for "
-        f"{scenario.duration_s:g} s; {parts}, {scenario.navigation.filter} navigation; "
+        f"{timed(scenario.duration_s)}; {parts}, {scenario.navigation.filter} navigation; "
         f"seed {result.seed}"
     )
 
@@ -200,19 +201,38 @@ def worst_first(auvs: Sequence[Row]) -> list[Row]:
 
 
 def _tiles(result: "Result") -> str:
-    """Return the AUV that navigated worst in numbers, beside them the mean of the fleet."""
-    row, auvs = mission_row(result), result.arrow["auvs"].to_pylist()
-    worst, tiles = worst_first(auvs)[0], []
+    """Return what was worst in numbers, each with its AUV and the mean of the fleet."""
+    row, several = mission_row(result), result.arrow["auvs"].num_rows > 1
+    tiles = ""
     for name, unit, metric, digits in TILES:
-        fleet = ""
-        if len(auvs) > 1:
-            fleet = f"<dd><small>fleet {number(row.get(metric), digits)}</small></dd>"
-        value = number(worst.get(metric), digits)  # older folders lack some
-        tiles.append(
-            f'<div><dt>{name}</dt><dd>{value}<span class="unit">{unit}</span></dd>{fleet}</div>'
+        worst = row.get(f"{WORST}{metric}")  # older folders lack some
+        value, _, told_in = told(worst, unit, digits).partition(" ")
+        whose = f"{row.get(f'{WORST}{metric}_auv')}; fleet {told(row.get(metric), unit, digits)}"
+        beside = filled("<dd><small>{whose}</small></dd>", whose=whose) if several else ""
+        tiles += (
+            f'<div><dt>{name}</dt><dd>{value}<span class="unit">{told_in or unit}</span></dd>'
+            f"{beside}</div>"
         )
-    label = f"{worst['auv']}, which navigated worst, in numbers"
-    return f'<dl class="tiles" aria-label="{html.escape(label)}">{"".join(tiles)}</dl>'
+    return f'<dl class="tiles" aria-label="The worst of the AUVs in numbers">{tiles}</dl>'
+
+
+def told(value: float | None, unit: str, digits: int) -> str:
+    """Return a value with its unit, "-" if there is none; times as :func:`..core.wording.timed`.
+
+    >>> told(0.834, "m", 2), told(13_529.0, "s", 1), told(None, "m", 2)
+    ('0.83 m', '3:45 h', '-')
+    """
+    if unit == "s":
+        return timed(value, digits)
+    return number(value, digits) if value is None else f"{number(value, digits)} {unit}".strip()
+
+
+def cell(value: float | None, unit: str, digits: int, factor: float = 1.0) -> str:
+    """Return a value below the unit of its column, which times from ten minutes on have beside
+    them.
+    """
+    is_long = unit == "s" and value is not None and value >= LONG_S
+    return timed(value) if is_long else number(value, digits, factor)
 
 
 def _differ(auvs: Sequence[Row], metric: str) -> bool:
@@ -232,7 +252,7 @@ def auv_tables(result: "Result") -> str:
     """
     auvs, mission = worst_first(result.arrow["auvs"].to_pylist()), mission_row(result)
     whole = "; ".join(
-        f"{name} {number(mission[metric], digits, factor)} {unit}"
+        f"{name} {told(factor * mission[metric], unit, digits)}"
         for name, unit, metric, digits, factor in OF_MISSION
         if mission.get(metric) is not None
     )
@@ -258,7 +278,7 @@ def _auv_table(title: str, columns: Sequence[Column], auvs: Sequence[Row], missi
     # The mission counts collisions of the whole fleet; a mean beside its AUVs would be another.
     rows = [(str(row["auv"]), row) for row in auvs]
     rows.append(("mean", {**mission, "collisions": None, "frame_collisions": None}))
-    cells = [[name, *(number(row[c[2]], c[3], c[4]) for c in columns)] for name, row in rows]
+    cells = [[name, *(cell(row[c[2]], c[1], c[3], c[4]) for c in columns)] for name, row in rows]
     worst = {
         (place, column): "worst"
         for column, (_, _, metric, *_) in enumerate(columns, 1)
@@ -287,7 +307,7 @@ def origin(result: "Result") -> str:
             "<dt>Scenario</dt><dd>{name}, sha256 <code>{sha256}</code></dd>"
             "<dt>Seed</dt><dd>{seed}</dd><dt>Versions</dt><dd>{versions}</dd>"
             "<dt>Not as the package's defaults</dt><dd>{changed}</dd>"
-            "<dt>Computed</dt><dd>{computed} s of computing for {duration} s of mission</dd>"
+            "<dt>Computed</dt><dd>{computed} s of computing for {duration} of mission</dd>"
             "<dt>Again</dt><dd><code>{command}</code> with the scenario.yaml of this folder</dd>"
             "</dl><details><summary>The scenario in full, as JSON (JSON is YAML)</summary>"
             "<pre>{text}</pre></details></section>",
@@ -297,7 +317,7 @@ def origin(result: "Result") -> str:
             versions=versions,
             changed=changed or "nothing",
             computed=f"{run['wall_time_s']:.2f}",
-            duration=f"{result.scenario.duration_s:g}",
+            duration=timed(result.scenario.duration_s),
             command=command,
             text=text,
         )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from html import escape
 from math import isnan
 
-from ..core.wording import counted, number
+from ..core.wording import counted, instant, number, timed
 from ..explain.chain import out_of_range
 from ..results.effects import harm_text
 from ..scenario.declared import channel_named
@@ -76,7 +76,7 @@ def short_story(metrics: Metrics) -> Story:
 
 
 def _others(starving: list[Service]) -> str:
-    named = ", ".join(f"AUV{auv.auv} ({auv.starved:.0f} s)" for auv in starving[:MOST_OTHERS])
+    named = ", ".join(f"AUV{auv.auv} ({timed(auv.starved)})" for auv in starving[:MOST_OTHERS])
     more = len(starving) - MOST_OTHERS
     return f"Also without fixes for a while: {named}" + (f" and {more} more." if more > 0 else ".")
 
@@ -108,7 +108,7 @@ def _reason(mission: Recording, starving: list[Service], wait: Patience, *, harm
     oldest, auv = (
         mission.metrics.mission[f"worst_fix_age_max_s{ending}"] for ending in ("", "_auv")
     )
-    text += f" No AUV starved; the last fix was never older than {oldest:.1f} s ({auv})."
+    text += f" No AUV starved; the last fix was never older than {timed(oldest, 1)} ({auv})."
     return f"{text} {wait.rule}".lstrip()
 
 
@@ -116,10 +116,10 @@ def _failed(mission: Recording) -> str:
     """Return which ASVs failed when."""
     end = mission.scenario.duration_s
     text = [
-        f"ASV{failure.asv} failed at {failure.at_s:g} s"
+        f"ASV{failure.asv} failed at {instant(failure.at_s, end)}"
         + (
-            f" and worked again from {failure.until_s:g} s"
-            if (failure.until_s or end) < end
+            f" and worked again from {instant(failure.until_s, end)}"
+            if failure.until_s is not None and failure.until_s < end
             else ""
         )
         for failure in sorted(mission.scenario.asvs.failures, key=lambda failure: failure.at_s)
@@ -135,9 +135,9 @@ def _starved(mission: Recording, starving: list[Service]) -> str:
     share = 100 * worst.starved / duration
     verb = "starved" if len(starving) == 1 else "starved most"
     return (
-        f"AUV{worst.auv} {verb}: {worst.starved:.0f} of {duration:g} s ({share:.0f} %) passed in "
-        f"gaps without fixes, the longest {longest.length:.0f} s, from {longest.start:.0f} to "
-        f"{longest.end:.0f} s."
+        f"AUV{worst.auv} {verb}: {_both(timed(worst.starved), ' of ', timed(duration))} "
+        f"({share:.0f} %) passed in gaps without fixes, the longest {timed(longest.length)}, from "
+        f"{_span(longest, ' to ', duration)}."
     )
 
 
@@ -145,18 +145,28 @@ def _starvation(mission: Recording, auv: Service) -> tuple[str, ...]:
     longest = sorted(auv.gaps, key=lambda gap: -gap.length)[:MOST_GAPS]
     listed = ", ".join(
         f'<a href="#playback" data-seek="{gap.start:.2f}" data-auv="{auv.auv}">'
-        f"{gap.start:.0f}&ndash;{gap.end:.0f} s</a>"
+        f"{_span(gap, '&ndash;', mission.scenario.duration_s)}</a>"
         for gap in sorted(longest, key=lambda gap: gap.start)
     )
     more = f" and {len(auv.gaps) - len(longest)} shorter" if len(auv.gaps) > len(longest) else ""
     when = (
-        f"<b>When:</b> no fix for {auv.starved:.0f} s in {counted(len(auv.gaps), 'gap')}: "
+        f"<b>When:</b> no fix for {timed(auv.starved)} in {counted(len(auv.gaps), 'gap')}: "
         f"{listed}{more}."
     )
     effect = f"Its error was {number(auv.error_in_gaps)} m then"
     if not isnan(auv.error_otherwise):
         effect += f", {number(auv.error_otherwise)} m the rest of the time"
     return f"{when} {effect} (time means).", _why(mission, auv)
+
+
+def _span(gap: Gap, between: str, duration_s: float) -> str:
+    return _both(instant(gap.start, duration_s), between, instant(gap.end, duration_s))
+
+
+def _both(first: str, between: str, second: str) -> str:
+    """Return two times, their unit once if it is that of both."""
+    unit = second[second.find(" ") :] if " " in second else ""
+    return f"{first.removesuffix(unit)}{between}{second}"
 
 
 def _why(mission: Recording, auv: Service) -> str:

@@ -462,3 +462,15 @@ def test_vessels_that_follow_are_candidates(
     drawn = {it.name: it for it in planned(moving, ways=[way])}
     assert (drawn["ASV0"].kind, drawn["ASV0 (way)"].kind) == ("Point", "LineString")
     assert "It moves; here it begins" in drawn["ASV0"].about
+
+
+def test_missions_that_are_longer_than_their_survey_are_told() -> None:
+    """With the answer, and on its page, which says how long missions take."""
+    long = BASE.model_copy(update={"duration_s": 3000.0})
+    found = plan(long, "long", below=GOAL, vary=TEAMS)
+    [said] = [it for it in found.record["told"] if it.startswith("duration_s is 0:50 h, and")]
+    assert "all means have that time in them" in said
+    assert found.record["duration_s"] == 3000.0
+    page = Path("long/plan.html").read_text()
+    assert "missions of 0:50 h" in page
+    assert said[:60] in page.replace("Duration_s", "duration_s")

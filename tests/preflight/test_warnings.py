@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from toggles import BASES, alternatives, columns_that_differ, modes, owners, put, toggled, value_of
+from worlds import merged, scenario
 
 from bindusbl_des import (
     Navigator,
@@ -22,12 +23,14 @@ from bindusbl_des import (
     warnings_of,
 )
 from bindusbl_des.cli import main
+from bindusbl_des.core.wording import timed
 from bindusbl_des.preflight.idle_keys import RULES, idle_keys
 from bindusbl_des.preflight.warnings import read_scenario
 from bindusbl_des.presets.modems import table_file
 from bindusbl_des.results.result import scenario_sha256
 from bindusbl_des.scenario.files.scenario_file import ScenarioError
 from bindusbl_des.scenario.files.shipped import TEMPLATES, template
+from bindusbl_des.scenario.flight_plans import survey_end
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
@@ -284,11 +287,34 @@ def test_the_default_formation_may_lie_outside_the_survey() -> None:
     """R_f = 50 m around a survey of 60 m: three ASVs outside, 20 m beyond the edge."""
     found = told(survey={"side_m": 60.0})["asvs.formation.radius_m"]
     assert "= 50 m, which puts 3 of 3 ASVs outside the survey, up to 20 m beyond its edge" in found
-    assert told(survey={"side_m": 60.0}, asvs={"formation": {"radius_m": 50.0}}) == {}
-    assert told(survey={"side_m": 60.0}, asvs={"count": 1}) == {}
+    short = {"survey": {"side_m": 60.0}, "duration_s": 240.0}
+    assert told(**short, asvs={"formation": {"radius_m": 50.0}}) == {}
+    assert told(**short, asvs={"count": 1}) == {}
     turned = {"count": 2, "formation": {"angle_deg": 60.0, "clearance_m": 10.0}}
     found = told(survey={"side_m": 60.0}, asvs=turned)["asvs.formation.radius_m"]
     assert "= 60 m, which puts 2 of 2 ASVs outside the survey, up to 22 m beyond its edge" in found
+
+
+@pytest.mark.parametrize("vehicle", ["kinematic", "bluerov2"])
+def test_a_mission_that_is_longer_than_its_survey_says_so(vehicle: str) -> None:
+    """By how much, and what ends with it; not where lanes fill it, or it ends with them."""
+    keys: dict[str, Any] = {"survey": {"side_m": 60.0}, "auvs": {"vehicle": vehicle}}
+    ended = survey_end(scenario(**keys))
+
+    def said(duration: Any, **more: Any) -> str:
+        return told(**merged(merged(keys, {"duration_s": duration}), more)).get("duration_s", "")
+
+    found = said(5000.0)
+    assert found.startswith(f"is 1:23 h, and the survey is flown after {ended:.0f} s: in the other")
+    assert f"other {timed(5000.0 - ended)} AUVs go there and back once more" in found
+    assert found.endswith("write `duration_s: survey` to end with it")
+    assert "wait where they are recovered" in said(5000.0, auvs={"recovery_m": [[0.0, 0.0]] * 3})
+    assert said(1.07 * ended)
+    assert not said(1.04 * ended)
+    assert not said("survey")
+    assert not said(0.5 * ended)
+    there = [[[0.0, -20.0], [0.0, 20.0]]] * 3
+    assert not said(5000.0, auvs={"route": {"kind": "waypoints", "points_m": there}})
 
 
 def test_vessels_too_far_away_to_hear_anybody_are_told() -> None:

@@ -6,6 +6,7 @@ import math
 import re
 import zlib
 from dataclasses import replace
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -19,13 +20,15 @@ from worlds import paper_case, scenario, still
 from bindusbl_des import Result, load_result, load_scenario, simulate
 from bindusbl_des.acoustics.channel import Signals
 from bindusbl_des.cli import main
+from bindusbl_des.core.wording import timed
 from bindusbl_des.report import run_data
+from bindusbl_des.report.comparison import comparison_page
 from bindusbl_des.report.envelope import error_envelope
 from bindusbl_des.report.gaps import patience, service
 from bindusbl_des.report.page import Packer, as_script
 from bindusbl_des.report.recording import FATES, recording
 from bindusbl_des.report.remedies import causes, remedies
-from bindusbl_des.report.run_page import AUV_COLUMNS, run_page
+from bindusbl_des.report.run_page import AUV_COLUMNS, TILES, run_page
 from bindusbl_des.report.story import story
 from bindusbl_des.results.effects import HELPS, Advice, Effect, Foreseen
 
@@ -126,7 +129,9 @@ def test_the_table_of_a_page_is_the_table_of_the_run(recovery: Result) -> None:
 
 
 def test_the_worst_auv_stands_out(recovery: Result) -> None:
-    """In a column whose AUVs differ the worst one's cell is marked; at most four tiles are its."""
+    """In a column whose AUVs differ the worst one's cell is marked; each of at most four tiles is
+    of the AUV that it is worst of, and names it.
+    """
     page, mission = run_page(recovery), recovery.arrow["mission"].to_pylist()[0]
     marked = re.findall(r'<td class="worst">([^<]*)</td>', page)
     expected = [
@@ -135,10 +140,12 @@ def test_the_worst_auv_stands_out(recovery: Result) -> None:
         if f"worst_{metric}" in mission and recovery.auvs[metric].nunique() > 1
     ]
     assert marked == expected
-    tiles = re.findall(r'<dl class="tiles" aria-label="(\w+),.*?>(.*?)</dl>', page)
-    assert [auv for auv, _ in tiles] == [mission["worst_position_error_m_auv"]]
-    assert tiles[0][1].count("<dt>") <= 4
-    assert f"<dd>{mission['worst_position_error_m']:.2f}<" in tiles[0][1]
+    [tiles] = re.findall(r'<dl class="tiles".*?>(.*?)</dl>', page)
+    assert tiles.count("<dt>") == len(TILES) <= 4
+    for name, _, metric, digits in TILES:
+        [(value, whose)] = re.findall(rf"<dt>{name}</dt><dd>([\d.]+)<.*?<small>(\w+); ", tiles)
+        assert value == f"{mission['worst_' + metric]:.{digits}f}"
+        assert whose == mission[f"worst_{metric}_auv"]
     assert page.index("navigated worst") < page.index("<dl") < page.index('id="story"')
 
 
@@ -562,3 +569,53 @@ def test_an_auv_that_pings_seldom_starves_without_any_loss() -> None:
     text = told(simulate(still(1, **seldom), seed=0))
     assert "in those gaps, and all led to fixes: there were too few." in text
     assert "after 15.0 s without a fix: 3 times the mean interval of its pings" in text
+
+
+@pytest.fixture(scope="module")
+def hours() -> Result:
+    """Two hours: AUV1 is hardly ever fixed and errs most, AUV0 waits longest, until the end."""
+    places = [[0.0, 0.0], [30.0, 0.0]]
+    failures = [
+        {"asv": 0, "at_s": 3400.0},
+        {"asv": 1, "at_s": 130.0, "until_s": 3500.0},
+        {"asv": 1, "at_s": 3630.0},
+    ]
+    return simulate(
+        scenario(
+            duration_s=7200.0,
+            auvs={"count": 2, "route": {"kind": "hold", "positions_m": [[-30, 0.0], [60.0, 0.0]]}},
+            asvs={"count": 2, "formation": {"positions_m": places}, "failures": failures},
+            navigation={"velocity_bias_m_per_s": [0.0, 0.0], "random_walk_m_per_sqrt_s": 0.05},
+            protocol={"schedule": "round_robin", "frame_s": 60.0},
+            record={"detail": "full", "tracks_hz": 0.1, "metrics_hz": 0.1},
+        ),
+        3,
+    )  # fmt: skip
+
+
+def test_tiles_are_of_the_auvs_that_they_are_worst_of(hours: Result) -> None:
+    """Who waits longest need not be who errs most; times from ten minutes on are h:mm."""
+    page, row = run_page(hours), hours.arrow["mission"].to_pylist()[0]
+    tiles = dict(re.findall(r"<div><dt>([^<]*)</dt>(.*?)</div>", page))
+    whose, age = row["worst_fix_age_max_s_auv"], row["worst_fix_age_max_s"]
+    assert age > 3600.0
+    assert whose != row["worst_position_error_m_auv"]
+    assert f"<dd>{timed(age).split()[0]}<" in tiles["longest without a fix"]
+    assert f"<small>{whose}; fleet " in tiles["longest without a fix"]
+    error = row["worst_position_error_m"]
+    assert f"<dd>{error:.2f}<" in tiles["mean error"]
+    assert f"<small>{row['worst_position_error_m_auv']}; fleet " in tiles["mean error"]
+
+
+def test_long_times_of_pages_are_hours_and_minutes(hours: Result) -> None:
+    """How long, since when, from when to when; no number of seconds above ten minutes is left."""
+    page = run_page(hours)
+    page = re.sub(r'<section id="knowing">.*?</section>', "", page)  # of keys, in their seconds
+    text = " ".join(unescape(re.sub(r"<[^>]+>", " ", page[: page.index("What made this")])).split())
+    text = text[text.index("navigated worst") :]
+    assert "for 2:00 h;" in text
+    assert "ASV1 failed at 0:02:10 and worked again from 0:58:20; ASV0 failed at 0:56:40" in text
+    assert re.search(r"the longest 1:\d\d h, from \d:\d\d:\d\d to 2:00:00\.", text)
+    assert not re.search(r"\b(6\d\d|[7-9]\d\d|[1-9]\d{3,})(\.\d+)? s\b", text)
+    beside = comparison_page([("a", hours), ("b", hours)])
+    assert re.search(r"largest age of the last fix.*?<td>1:\d\d h, AUV\d", beside)

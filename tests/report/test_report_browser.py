@@ -14,7 +14,7 @@ from test_report_sweep import BASE, EXPERIMENT
 from bindusbl_des import Result, Scenario, load_scenario, simulate, sweep
 from bindusbl_des.campaigns.page import sweep_page
 from bindusbl_des.core.palette import COLOURS
-from bindusbl_des.core.wording import significant, with_ends, with_half
+from bindusbl_des.core.wording import instant, significant, timed, with_ends, with_half
 from bindusbl_des.report.comparison import comparison_page
 from bindusbl_des.report.gaps import shown_until
 from bindusbl_des.report.run_page import run_page
@@ -429,12 +429,20 @@ def test_numbers_of_pages_have_no_exponents(opened: Open, recovery: Path) -> Non
         assert it.ask(f"withHalf({mean}, {half})") == list(with_half(mean, half))
     for ends in ((0.785, 0.764, 0.806), (0.785, 0.78462, 0.78538), (1.0, 1.0, 1.0), (0.0, -1, 1)):
         assert it.ask(f"withEnds({', '.join(map(str, ends))})") == list(with_ends(*ends))
+    for value in (231.42, 599.9, 600.0, 13529.0, 86399.0, 1.5e5):
+        assert it.ask(f"timed({value}, 1)") == timed(value, 1)
+        for end, rest in ((300.0, ""), (7200.0, "bindusbl.long = true, ")):
+            assert it.ask(f"({rest}instant({value}, 0))") == instant(value, end)
+        assert it.ask("(bindusbl.long = false, instant(3.25, 1))") in ("3.3 s", "3.2 s")
+    assert it.ask("(bindusbl.long = true, instant(4000.26, 1))") == "1:06:40.3"
+    assert it.ask("instants(null, [0, 600, 1200])") == ["0:00", "0:10", "0:20"]
+    assert it.ask("instants(null, [60, 90])") == ["0:01:00", "0:01:30"]
     options = it.ask(
         """(() => { byId("window").replaceChildren(); Timeline.prototype.choices.call({
             mission: { duration: 4000, round: 29 }, sheet: { paint() {} } });
             return [...byId("window").options].map((it) => it.text); })()"""
     )
-    assert options == ["58 s", "232 s", "870 s", "whole mission"]
+    assert options == ["58 s", "232 s", "0:15 h", "whole mission"]
 
 
 def test_fixes_in_frames_that_collided_are_not_delivered(opened: Open, tmp_path: Path) -> None:

@@ -189,6 +189,29 @@ function above(sorted, value) {
   return low;
 }
 
+// A time: in seconds, from ten minutes on in hours and minutes; wording.py has the same.
+const LONG = 600;
+const sixty = (value) => `${value}`.padStart(2, "0");
+function timed(seconds, digits = 1) {
+  if (!(Math.abs(seconds) >= LONG)) return Number.isFinite(seconds) ? `${seconds.toFixed(digits)} s` : "–";
+  const minutes = Math.round(seconds / 60);
+  return `${Math.trunc(minutes / 60)}:${sixty(minutes % 60)} h`;
+}
+
+// An instant: in seconds, of missions that take ten minutes and more as h:mm:ss.
+function instant(seconds, digits = 1) {
+  if (!bindusbl.long) return `${seconds.toFixed(digits)} s`;
+  const at = +seconds.toFixed(digits), whole = Math.floor(at), part = digits ? (at - whole).toFixed(digits).slice(1) : "";
+  return `${Math.floor(whole / 3600)}:${sixty(Math.floor(whole / 60) % 60)}:${sixty(whole % 60)}${part}`;
+}
+const aloud = (seconds) => instant(seconds).replace(/ s$/, " seconds");
+// What stands at its axis, whole minutes where it is long, and in a legend.
+const MINUTES = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 10800, 21600, 43200, 86400, 172800, 432000, 864000];
+const instants = (u, ticks) => ticks.map((it) => (bindusbl.long ? instant(it, it % 1 ? 1 : 0).replace(ticks.every((other) => other % 60 === 0) ? /:00$/ : "", "") : `${it} s`));
+const timeWords = () => (bindusbl.long ? "time (h:mm)" : "time (s)");
+const timeAxis = () => (bindusbl.long ? { values: instants, incrs: MINUTES } : {});
+const timeSeries = () => ({ label: "time", value: (u, v) => (v === null ? "–" : instant(v)) });
+
 // A step of 1, 2 or 5 times a power of ten, not below `least`.
 function roundStep(least) {
   const power = 10 ** Math.floor(Math.log10(least));

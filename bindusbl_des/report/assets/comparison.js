@@ -61,14 +61,12 @@ function errorOf(mission, number) {
 // Runs are told apart by greys and dashes: hues belong to AUVs.
 const runLook = (i) => ({ stroke: i % 2 ? colours.hf : colours.ink, dash: DASHES[Math.floor(i / 2) % DASHES.length], width: i % 2 ? 2.5 : 1.8 });
 
-function seconds(u, v) { return v === null ? "–" : `${v.toFixed(1)} s`; }
-
 function overTime(name, host, missions, table, unit, playback, stepped) {
   const digits = unit ? 2 : 0;
   const options = () => ({
     height: 280, legend: { markers: { width: 2, dash: (u, i) => ["solid", "dashed", "dotted"][Math.floor((i - 1) / 2)] ?? "double" } }, cursor: { y: false, sync: { key: "time" } }, scales: { x: { time: false } },
-    axes: [axis("time (s)"), axis(unit ? `error (${unit})` : "fixes, all AUVs", { size: 52 })],
-    series: [{ label: "time", value: seconds }, ...missions.map((mission, i) => ({
+    axes: [axis(timeWords(), timeAxis()), axis(unit ? `error (${unit})` : "fixes, all AUVs", { size: 52 })],
+    series: [timeSeries(), ...missions.map((mission, i) => ({
       label: mission.name, ...runLook(i), spanGaps: true, points: { show: false },
       paths: stepped ? uPlot.paths.stepped({ align: 1 }) : undefined, value: (u, v) => (v === null || v === undefined ? "–" : `${v.toFixed(digits)} ${unit}`),
     }))],
@@ -96,8 +94,8 @@ function differenceOf(missions, whose, playback) {
   byId("difference-title").hidden = false;
   const options = () => ({
     height: 200, cursor: { y: false, sync: { key: "time" } }, scales: { x: { time: false }, y: { range: (u, low, high) => (low === 0 && high === 0 ? [-1, 1] : uPlot.rangeNum(low, high, 0.1, true)) } },
-    axes: [axis("time (s)"), axis("B − A (m)", { size: 52 })],
-    series: [{ label: "time", value: seconds }, { label: "error of B − error of A", stroke: colours.ink, fill: colours.ink + "22", width: 1.5, points: { show: false }, value: (u, v) => (v === null ? "–" : `${v.toFixed(2)} m`) }],
+    axes: [axis(timeWords(), timeAxis()), axis("B − A (m)", { size: 52 })],
+    series: [timeSeries(), { label: "error of B − error of A", stroke: colours.ink, fill: colours.ink + "22", width: 1.5, points: { show: false }, value: (u, v) => (v === null ? "–" : `${v.toFixed(2)} m`) }],
     hooks: { ready: [(u) => clickToSeek(u, playback.seek)], setScale: [selects(playback)] },
   });
   const host = byId("difference-plot");
@@ -126,7 +124,7 @@ async function start() {
     const firsts = Array.from(times).filter((time, i) => time !== times[i + 1]); // a time stands once
     return [[0, ...firsts, mission.duration], [0, ...firsts.map((time) => above(times, time)), times.length]];
   }), "", playback, true);
-  playback.onSelect((span) => announce(span ? `Selected ${span[0].toFixed(1)} to ${span[1].toFixed(1)} seconds` : "All of the missions"));
+  playback.onSelect((span) => announce(span ? `Selected ${instant(span[0]).replace(/ s$/, "")} to ${aloud(span[1])}` : "All of the missions"));
   playback.seek(0);
   Object.assign(bindusbl, { ready: true, missions, playback, maps: shown });
 }

@@ -104,7 +104,7 @@ class Inspector {
     this.host.hidden = false;
     this.host.replaceChildren(
       make("div", { class: "controls" }, make("strong", {}, this.head(row)), button("◀︎", own[at - 1], "Its ping before"), button("▶︎", own[at + 1], "Its next ping"), shut),
-      make("ol", {}, ...this.steps(row).map(([time, words]) => make("li", {}, `${time.toFixed(4)} s  ${words}`))),
+      make("ol", {}, ...this.steps(row).map(([time, words]) => make("li", {}, `${instant(time, 4)}  ${words}`))),
       make("p", { class: "note" }, "Every rule that decided it: ", make("code", {}, `bindusbl-des explain . --ping ${pings.id[row]}`), " in this folder."),
     );
     announce(this.head(row));

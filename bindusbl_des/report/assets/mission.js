@@ -4,6 +4,7 @@
 class Mission {
   constructor(run) {
     Object.assign(this, run);
+    bindusbl.long ||= this.duration >= LONG;
     this.rate = this.time.length > 1 ? 1 / (this.time[1] - this.time[0]) : 1;
     this.delivered = this.auvs.map((_, auv) => this.rowsOf(auv));
     this.landed = this.delivered.map((rows) => Float64Array.from(rows, (row) => this.fixes.delivered[row]));

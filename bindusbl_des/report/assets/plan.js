@@ -158,14 +158,15 @@ class Chart {
   }
   // Everything that follows the vessels: the worst AUV, the table, the text to copy.
   tell() {
-    this.columns.forEach(([name, , , factor], i) => this.rows.forEach((row, auv) => {
+    const text = (value, unit, factor) => (unit === "s" && value >= LONG ? timed(value) : significant(value * factor));
+    this.columns.forEach(([name, , unit, factor], i) => this.rows.forEach((row, auv) => {
       const value = this.predicted?.[name][auv];
-      row[i].text.textContent = Number.isFinite(value) ? significant(value * factor) : "–";
+      row[i].text.textContent = Number.isFinite(value) ? text(value, unit, factor) : "–";
       row[i].bar?.show(value);
     }));
-    this.columns.forEach(([name, , , factor], i) => {
+    this.columns.forEach(([name, , unit, factor], i) => {
       const value = this.predicted ? worstOf(name, this.predicted) : NaN;
-      this.worst[i].textContent = Number.isFinite(value) ? significant(value * factor) : "–";
+      this.worst[i].textContent = Number.isFinite(value) ? text(value, unit, factor) : "–";
     });
     const line = byId("worst");
     line.textContent = this.worstTold();

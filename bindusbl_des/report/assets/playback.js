@@ -30,10 +30,10 @@ class Playback {
     this.now = Math.min(Math.max(time, 0), this.mission.duration);
     byId("slider").value = this.now;
     if (!this.playing) this.tell();
-    byId("clock").textContent = `${this.now.toFixed(this.speed < 1 ? 3 : 1)} s`;
+    byId("clock").textContent = instant(this.now, this.speed < 1 ? 3 : 1);
     this.listeners.forEach((listener) => listener(this.now));
   }
-  tell() { byId("slider").setAttribute("aria-valuetext", `${this.now.toFixed(1)} seconds`); }
+  tell() { byId("slider").setAttribute("aria-valuetext", aloud(this.now)); }
   // How long (s of mission time) something that happens in an instant stays on the map.
   linger({ round } = this.mission) { return Math.max(Math.min(0.8 * this.speed, 1.2 * round), 0.05 * this.speed); }
   step() { return this.speed < 1 ? this.speed : Math.max(this.mission.duration / 300, 0.1); }
@@ -42,7 +42,7 @@ class Playback {
     const pauses = this.playing && !on;
     this.playing = on;
     document.documentElement.classList.toggle("playing", on); // plots out of view are not drawn
-    if (pauses) { announce(`Paused at ${this.now.toFixed(1)} seconds`); this.seek(this.now); }
+    if (pauses) { announce(`Paused at ${aloud(this.now)}`); this.seek(this.now); }
     if (!on) { this.tell(); this.paused?.(); }
     byId("play").textContent = on ? "❚❚" : "▶";
     byId("play").setAttribute("aria-label", on ? "Pause" : "Play");
@@ -62,7 +62,7 @@ class Playback {
     this.play(false);
     if (next === times.length) return announce("None after this");
     this.seek(times[next] + 1e-4);
-    announce(`At ${this.now.toFixed(1)} seconds`);
+    announce(`At ${aloud(this.now)}`);
   }
   nextFix() { this.leap(this.mission.deliveredTimes ??= Float64Array.from(this.mission.deliveredOrder, (row) => this.mission.fixes.delivered[row])); }
   // To when a loss is known, and its ring on the map has grown to the ASVs.
@@ -146,7 +146,7 @@ class Log {
     const first = Math.max(from, until - (this.span ? MOST_EVENTS : 6));
     const signs = { delivered: "●", out_of_hf: "×", lost: "○", collided: "✕", out_of_mf: "◌" };
     const lines = this.events.slice(first, until).reverse().map(([at, text, fate, ping]) =>
-      make("li", { class: fate, "data-ping": ping }, `${at.toFixed(2)} s  ${signs[fate]} ${text}`));
+      make("li", { class: fate, "data-ping": ping }, `${instant(at, 2)}  ${signs[fate]} ${text}`));
     this.list.replaceChildren(...(lines.length ? lines : [make("li", {}, "Fixes and lost pings are listed here as time goes on.")]));
   }
 }

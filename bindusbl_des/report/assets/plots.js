@@ -104,9 +104,9 @@ function errorPlot(host, mission, number, playback, highest) {
     return {
       height: 140, cursor: { sync: { key: "time" }, y: false },
       scales: { x: { time: false, range: (u, low, high) => [low ?? 0, high ?? mission.duration] }, y: { range: () => [0, highest] } },
-      axes: [axis("", { size: 26, values: (u, ticks) => ticks.map((it) => `${it} s`) }), axis(`${auv.name} (m)`, { size: 44 })],
+      axes: [axis("", { size: 26, ...timeAxis(), values: instants }), axis(`${auv.name} (m)`, { size: 44 })],
       series: [
-        { label: "time", value: (u, v) => (v === null ? "–" : `${v.toFixed(1)} s`) },
+        timeSeries(),
         { label: `${auv.name} error`, stroke: colour, width: 1.5, value: (u, v) => (v === null ? "–" : `${v.toFixed(2)} m`) },
         { label: "3σ envelope", stroke: colour, width: 0.8, dash: dashed(4, 3), fill: colour + "22", value: (u, v) => (v === null ? "–" : `${v.toFixed(2)} m`) },
       ],
@@ -144,8 +144,8 @@ function coveredPlot(mission, playback) {
   const options = () => ({
     height: 220, cursor: { sync: { key: "time" } },
     scales: { x: { time: false }, y: { range: (u, low, high) => [0, Math.min(Math.max(1.08 * high, 1), 105)] } },
-    axes: [axis("time (s)"), axis("survey covered (%)", { size: 50 })],
-    series: [{ label: "time", value: (u, v) => (v === null ? "–" : `${v.toFixed(1)} s`) },
+    axes: [axis(timeWords(), timeAxis()), axis("survey covered (%)", { size: 50 })],
+    series: [timeSeries(),
       { label: "covered", value: (u, v) => (v === null ? "–" : `${v.toFixed(1)} %`), stroke: colours.accent, fill: colours.accent + "33", width: 2, points: { show: false } }],
     hooks: { ready: [(u) => clickToSeek(u, playback.seek)] },
   });
@@ -162,8 +162,8 @@ function fixesPlot(mission, playback) {
   const options = () => ({
     height: 260, cursor: { sync: { key: "time" } }, legend: { show: mission.auvs.length <= 12 },
     scales: { x: { time: false } },
-    axes: [axis("time (s)"), axis("fixes", { size: 46, incrs: COUNTS })],
-    series: [{ label: "time", value: (u, v) => (v === null ? "–" : `${v.toFixed(1)} s`) }, ...mission.auvs.map((auv, i) => ({
+    axes: [axis(timeWords(), timeAxis()), axis("fixes", { size: 46, incrs: COUNTS })],
+    series: [timeSeries(), ...mission.auvs.map((auv, i) => ({
       label: auv.name, stroke: seriesColour(i), dash: seriesDash(i), width: 2, spanGaps: true, points: { show: false }, paths: uPlot.paths.stepped({ align: 1 }),
       value: (u, v, s, at) => { for (let k = at ?? -1; k >= 0; k--) if (Number.isFinite(u.data[s][k])) return u.data[s][k]; return "–"; },
     }))],

@@ -14,7 +14,7 @@ class StateTable {
       paint();
       return { row: make("tr", {}, make("th", { scope: "row" }, name), ...cells), name, cells };
     });
-    const heads = ["now", "error, m", "last fix, s ago", "fixes"].map((text) => make("th", { scope: "col" }, text));
+    const heads = ["now", "error, m", "last fix, ago", "fixes"].map((text) => make("th", { scope: "col" }, text));
     byId("now").append(make("table", {}, make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...mission.order.map((i) => this.rows[i].row))));
   }
   show(now, playing) {
@@ -22,7 +22,7 @@ class StateTable {
     this.shownAt = performance.now();
     this.rows.forEach(({ cells }, i) => {
       const state = this.mission.auvAt(i, now);
-      [state.error.toFixed(2), state.fixes ? state.sinceFix.toFixed(1) : "none yet", `${state.fixes}`].forEach((text, k) => { cells[k].textContent = text; });
+      [state.error.toFixed(2), state.fixes ? timed(state.sinceFix) : "none yet", `${state.fixes}`].forEach((text, k) => { cells[k].textContent = text; });
     });
   }
   follow(number) {
@@ -144,7 +144,7 @@ async function start() {
   playback.onSelect((span) => {
     map.span = log.span = span;
     log.list.classList.toggle("selected", Boolean(span));
-    announce(span ? `Selected ${span[0].toFixed(1)} to ${span[1].toFixed(1)} seconds` : "All of the mission");
+    announce(span ? `Selected ${instant(span[0]).replace(/ s$/, "")} to ${aloud(span[1])}` : "All of the mission");
   });
   byId("all").addEventListener("click", () => { map.touched = false; map.seeAll(); });
   byId("speed").addEventListener("change", () => slowed(playback));

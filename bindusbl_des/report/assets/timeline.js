@@ -22,7 +22,7 @@ class Timeline {
   choices() {
     const select = byId("window"), { duration, round } = this.mission;
     const lengths = [...new Set([2 * round, 8 * round, 30 * round, duration].map((it) => Math.min(it, duration)))];
-    lengths.forEach((length) => select.append(make("option", { value: length }, length === duration ? "whole mission" : `${significant(length, 2)} s`)));
+    lengths.forEach((length) => select.append(make("option", { value: length }, length === duration ? "whole mission" : length < LONG ? `${significant(length, 2)} s` : timed(length))));
     select.value = lengths[Math.min(1, lengths.length - 1)];
     this.length = +select.value;
     select.addEventListener("change", () => { this.length = +select.value; this.sheet.paint(); });
@@ -74,7 +74,7 @@ class Timeline {
     context.fillRect(this.x(playback.now) - 0.75, 0, 1.5, this.lanes.length * this.height);
     context.restore();
     this.axis(context, start, end, width);
-    byId("timeline-range").textContent = `${start.toFixed(1)} to ${end.toFixed(1)} s`;
+    byId("timeline-range").textContent = `${instant(start).replace(/ s$/, "")} to ${instant(end)}`;
   }
   broadcasts(context, start, end) {
     const { broadcasts, auvs } = this.mission;
@@ -144,12 +144,13 @@ class Timeline {
     context.stroke();
   }
   axis(context, start, end, width) {
-    const bottom = this.lanes.length * this.height, step = roundStep(this.length / Math.max(width / 110, 2));
+    const bottom = this.lanes.length * this.height, least = this.length / Math.max(width / 110, 2);
+    const step = bindusbl.long && least > 1 ? MINUTES.find((it) => it >= least) ?? least : roundStep(least), digits = step < 1 ? 1 : 0;
     context.fillStyle = colours.soft;
     context.font = "11px system-ui, sans-serif";
     for (let time = Math.ceil(start / step) * step; time <= end; time += step) {
       context.fillRect(this.x(time), bottom, 1, 5);
-      context.fillText(`${+time.toPrecision(6)} s`, Math.min(this.x(time) + 3, width - 34), bottom + 17);
+      context.fillText(bindusbl.long ? instant(time, digits) : `${+time.toPrecision(6)} s`, Math.min(this.x(time) + 3, width - (bindusbl.long ? 50 : 34)), bottom + 17);
     }
   }
 }
