@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
@@ -13,6 +14,7 @@ from .campaign import Campaign, load_campaign
 from .experiments.experiment import laid_over
 from .statistics.comparison_table import by_label, is_alone, sentence, unserved
 from .statistics.differences import (
+    Chosen,
     Difference,
     Pair,
     difference,
@@ -93,8 +95,11 @@ def compared(
     by: str | None = None,
     metrics: Sequence[str] = JUDGED,
     baseline: str | None = None,
+    chosen: Mapping[Path, Chosen] = MappingProxyType({}),
 ) -> Comparison:
-    """Return what `compare` tabulates, with notes on what was left out."""
+    """Return what `compare` tabulates, with notes on what was left out; of folders in `chosen` one
+    point is compared.
+    """
     check_metrics(metrics)
     if len({Path(folder).resolve() for folder in folders}) < len(folders):
         raise CampaignError(f"{folders[-1]}: the same campaign is named twice")
@@ -108,7 +113,7 @@ def compared(
         )
     else:
         matched = [
-            (other, list(pairs_between(campaigns[0], other, lettered(number))))
+            (other, list(pairs_between(campaigns[0], other, lettered(number), chosen)))
             for number, other in enumerate(campaigns[1:], 1)
         ]
     pairs = [pair for _, them in matched for pair in them]
@@ -187,6 +192,11 @@ def _campaign(folder: Path) -> Campaign:
             f"{folder}: is one mission, and chance alone makes two missions differ; sweep seeds "
             "(`bindusbl-des sweep SCENARIO.yaml --seeds 20 --out DIR`) and compare the campaigns, "
             "or see missions side by side with `bindusbl-des report A B`"
+        )
+    if (folder / "question.json").is_file():
+        raise CampaignError(
+            f"{folder}: is a plan; compare the campaign of its missions, {folder / 'missions'}, or "
+            "its answer with that of another plan: `bindusbl-des compare PLAN OTHER`"
         )
     return load_campaign(folder)
 

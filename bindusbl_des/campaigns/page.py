@@ -38,15 +38,18 @@ def packed_statistics(
 
     As :func:`.statistics.intervals.interval` says: nan where no mission that went well
     has a value, and no interval of a single one.  Where some AUV has no value, `whole` tells in how
-    many missions all have one.
+    many missions all have one.  Of a single point `each` has the value of each mission.
     """
-    known, whole = intervals(found.by_seed(metric, points)), found.whole(metric, points)
+    table = found.by_seed(metric, points)
+    known, whole = intervals(table), found.whole(metric, points)
     columns = {
         "mean": packer.add(known.mean, quantum=quantum(known.mean)),
         "half": packer.add(known.half_width, quantum=quantum(known.half_width)),
     }
     if (whole < found.well(points)).any():
         columns["whole"] = packer.add(whole)
+    if points == 1 and table.shape[1] <= MOST_POINTS:
+        columns["each"] = packer.add(table[0], quantum=quantum(table[0]))
     return columns
 
 
@@ -153,7 +156,7 @@ def sweep_page(campaign: "Campaign", said: Findings | None = None) -> str:
         "lookup": tried,
         "metrics": described(metrics),
         "points": [packer.add(column) for column in value_numbers(campaign)],
-        "seeds": len(campaign.plan.experiment.seeds),
+        "seeds": [str(seed) for seed in np.unique(found.seed)] if points == 1 else [],
         "statistics": {
             name: packed_statistics(those, name, points, packer)
             for name, those in metric_by_metric(campaign.folder, metrics, len(campaign.plan))
@@ -166,11 +169,12 @@ def sweep_page(campaign: "Campaign", said: Findings | None = None) -> str:
         _head(campaign)
         + f'<section id="story"><h2>What this sweep found</h2>{story}</section>'
         + Template(asset("sweep.html")).substitute(
-            heat=heat_table(campaign, found, FIRST[0], varied),
+            heat=heat_table(campaign, found, FIRST[0], varied) if points > 1 else "",
+            mapped="" if points > 1 else " hidden",
             fewest=fewest_tables(campaign, found, tried) if tried else "",
             unvaried="" if tried else " hidden",
-            over=" over the varied keys" if varied else "",
-            single="" if varied else " hidden",
+            over=" over the varied keys" if points > 1 else "",
+            single="" if points > 1 else " hidden",
             metric=html.escape(described(FIRST[:1])[0]["title"]),
         )
         + _points_section(campaign, found)

@@ -65,7 +65,7 @@ def compare(
     force: bool,
     as_json: bool,
 ) -> None:
-    """Compare campaigns with the first, or points of one campaign.
+    """Compare campaigns with the first, or points of one campaign; of plans their answers.
 
     Missions with equal seeds are paired, so that the noise they share cancels; each is judged by
     its worst AUV.
@@ -77,10 +77,19 @@ def compare(
     with mistakes_text():
         from ..campaigns.compare import compared
         from ..campaigns.statistics.comparison_table import comparison_table
+        from ..campaigns.statistics.differences import Chosen
         from ..campaigns.statistics.outcomes import JUDGED, MEANS
+        from ..planning.folder import MISSIONS, drawn_team, is_plan_folder
 
         judged = metrics or (MEANS if by_mean else JUDGED)
-        found = compared(folders, by=by, metrics=judged, baseline=baseline)
+        chosen: dict[Path, Chosen] = {}
+        named = list(map(Path, folders))
+        for number, folder in enumerate(named if len(named) > 1 else []):
+            if is_plan_folder(folder):
+                team, named[number] = drawn_team(folder), folder / MISSIONS
+                told = f"{folder}, {team.whose}, {team.team}"
+                chosen[folder / MISSIONS] = Chosen(team.number, told)
+        found = compared(named, by=by, metrics=judged, baseline=baseline, chosen=chosen)
         if out:
             _write_table(found, Path(out), force)
     if as_json:

@@ -235,6 +235,15 @@ def with_ends(mean: float, low: float, high: float) -> tuple[str, str, str]:
     return significant(mean, digits), significant(low, digits), significant(high, digits)
 
 
+def amount(value: float) -> str:
+    """Return a sum, with its thousands parted.
+
+    >>> amount(25000.0), amount(1.5)
+    ('25,000', '1.5')
+    """
+    return f"{value:,.2f}".rstrip("0").removesuffix(".")
+
+
 def filled(text: str, indent: str = "") -> str:
     """Return a text in lines that are no wider than tables; all but the first are indented."""
     return fill(

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.kept_files import portable
-from ..core.wording import counted, filled, significant, with_ends
+from ..core.wording import amount, counted, filled, significant, with_ends
 from ..geometry.geodesy import degrees_text, geodetic_from_ned, minutes_text
 from ..preflight.whereabouts import idle
 from ..results.result import scenario_sha256, versions
@@ -20,7 +20,7 @@ from .doubting import Doubted, became_of, plainly
 from .folder import COMPLETE, CUT, shown_first
 from .prediction.inputs import STATED_ERROR
 from .proposals import is_instant
-from .question import Question
+from .question import UNPRICED, Question
 from .relief import Relief
 from .selection.evidence import Estimate, Selection
 from .selection.goals import Goal, limits_text, unit_of_goal, value_text
@@ -143,16 +143,23 @@ def answer_text(found: Found) -> str:
         known = ""
         if answer is not None:
             came_to = reached(question.goals, selection.estimates[answer])
-            known = f"{team_text(found.candidates[answer])} will do, {came_to}; whether less does: "
+            known = f"{_priced(found, answer)} will do, {came_to}; whether less does: "
         return f"Not settled: {known}{_open(found)}; {goals} ({flown})."
     if answer is None:
         return f"No team that was flown is shown to keep {goals} ({flown})."
-    team, estimates = found.candidates[answer], selection.estimates[answer]
+    estimates = selection.estimates[answer]
     came_to = (
         f"{reached(question.goals, estimates)} of {counted(selection.missions[answer], 'mission')}"
     )
     sure = f"{100 * question.confidence:g} % confidence"
-    return f"{team_text(team)}: {came_to}; {goals}, with {sure} ({flown})."
+    return f"{_priced(found, answer)}: {came_to}; {goals}, with {sure} ({flown})."
+
+
+def _priced(found: Found, number: int) -> str:
+    """Return a team in words, with its cost where anything has a price."""
+    team, costs = found.candidates[number], found.question.costs
+    price = "" if costs == UNPRICED else f", cost {amount(team.cost)}"
+    return f"{team_text(team)}{price}"
 
 
 def _open(found: Found) -> str:
@@ -250,7 +257,7 @@ def remedy_text(found: Found) -> str | None:
         excess(goal, estimate.mean) <= 0 for goal, estimate in zip(goals, estimates, strict=True)
     ):
         return None
-    first = f"The nearest is {team_text(found.candidates[nearest])}: {reached(goals, estimates)}."
+    first = f"The nearest is {_priced(found, nearest)}: {reached(goals, estimates)}."
     helping = [relief.text for relief in found.reliefs if relief.meets]
     if helping:
         return f"{first} It is predicted to meet the goal with: {'; '.join(helping)}."
@@ -305,6 +312,7 @@ def record(found: Found, run: str, ways: Ways | None) -> dict[str, Any]:
         "goal": [goal.record() for goal in goals],
         "duration_s": float(question.base.duration_s),
         "confidence": question.confidence,
+        "costs": dict(question.costs),
         "budget_s": question.budget_s,
         "budget_missions": question.budget_missions,
         "settled": found.selection.is_settled,
@@ -355,7 +363,7 @@ def _candidate(found: Found, number: int, ways: Ways | None) -> dict[str, Any]:
         "predicted": predicted,
         "simulated": simulated if missions else None,
         "verdict": selection.verdicts[number],
-        "team": team_text(candidate),
+        "team": _priced(found, number),
         "told": reached(found.question.goals, estimates) if missions else "",
     }
 

@@ -31,6 +31,7 @@ Keys = Mapping[str, Any]
 
 COUNT, FORMATION, PLACEMENT = "asvs.count", "asvs.formation", "asvs.formation.model"
 SCHEDULE, DOWNLINK, REPLY = "protocol.schedule", "protocol.downlink", "protocol.downlink.reply"
+SHORTEST_SLOT = "protocol.shortest_downlink_slot_s"
 
 
 @dataclass(frozen=True, eq=False)

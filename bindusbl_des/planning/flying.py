@@ -22,6 +22,8 @@ from ..campaigns.running import first_record, restore_record
 from ..campaigns.statistics.outcomes import failed_because
 from ..campaigns.storage.done import OK
 from ..campaigns.storage.folder import (
+    AS_ASKED,
+    LIMIT,
     RECORD,
     CampaignError,
     clean,
@@ -197,8 +199,10 @@ def flights(
     asked: Wanted,
     pool: WorkerPool,
     note: Callable[[Sequence[Row]], None] = lambda _: None,
+    limit_m: float | None = None,
 ) -> Iterator[Flights]:
-    """Yield the missions of an experiment in a folder, which may hold some of them already.
+    """Yield the missions of an experiment in a folder, which may hold some of them already; its
+    record says which mean error (m) is asked of every AUV.
 
     Raises:
         CampaignError: when the folder holds other missions, or another process flies them.
@@ -209,13 +213,13 @@ def flights(
     sync(folder.parent)
     restore_record(folder, plan, None)
     with locked(folder):
-        campaign = _campaign(plan, folder)
+        campaign = _campaign(plan, folder, limit_m)
         status = "interrupted"
         try:
             with answered(end_now):
                 compile_kernels(plan, folder)
             yield Flights(campaign, pool, asked, note)
-            status = "flown as far as a plan asked"
+            status = AS_ASKED
         finally:
             _settle(campaign, status)
 
@@ -225,7 +229,13 @@ def local_workers(count: int | None) -> AbstractContextManager[WorkerPool]:
     return at_work(pool_for("local", count or os.cpu_count() or 1))
 
 
-def _campaign(plan: ExperimentPlan, folder: Path) -> Campaign:
+def limit_of(goals: Sequence[Goal]) -> float | None:
+    """Return which mean error (m) goals ask of the worst AUV, if they do."""
+    return next((goal.below for goal in goals if goal.metric == "position_error_m"
+                 and goal.of == "worst"), None)  # fmt: skip
+
+
+def _campaign(plan: ExperimentPlan, folder: Path, limit_m: float | None) -> Campaign:
     """Return the campaign of a plan in a folder that holds it, or nothing yet."""
     if (folder / RECORD).exists():
         before = unfinished_campaign(folder)
@@ -243,7 +253,9 @@ def _campaign(plan: ExperimentPlan, folder: Path) -> Campaign:
         write_scenario(folder, portable(plan.experiment.given))
         rows = 0
     session = {"began_at": time.time(), "rows_before": rows}
-    record = {**first_record(plan, None), "status": "running", "session": session}
+    record = {
+        **first_record(plan, None), "status": "running", "session": session, LIMIT: limit_m
+    }  # fmt: skip
     with as_not_written():
         write_record(folder, record)
     return Campaign(folder, plan, record)

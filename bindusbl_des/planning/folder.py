@@ -80,12 +80,15 @@ def shown_first(record: Mapping[str, Any]) -> int | None:
 
 
 class DrawnTeam(NamedTuple):
-    """The team that a plan's page draws: which it is in words, what the plan says of it, its goals
-    as they are recorded, and the ways (n, 2), m, of ASVs that move.
+    """The team that a plan's page draws: which it is in words, its number among the candidates and
+    what it is in words, what the plan says of it, its goals as they are recorded, and the ways
+    (n, 2), m, of ASVs that move.
     """
 
     scenario: Scenario
     whose: str
+    number: int
+    team: str
     told: str
     goals: Sequence[Mapping[str, Any]]
     ways: tuple[list[list[float]], ...]
@@ -100,20 +103,22 @@ def drawn_team(folder: Path) -> DrawnTeam:
     try:
         record = read_json(folder / PLAN)
         shown = shown_first(record)
-        keys = None if shown is None else record["candidates"][shown]["keys"]
+        candidate = None if shown is None else record["candidates"][shown]
         moving = record.get("ways") or {"asvs": []}
         ways = tuple([list(place) for place in way["places_m"]] for way in moving["asvs"])
-        about = record["told"][0], record["goal"], ways
+        team = "" if candidate is None else candidate["team"]
+        about = shown or 0, team, record["told"][0], record["goal"], ways
     except FileNotFoundError:
         raise PlanError(f"{folder}: no team was flown yet; `bindusbl-des resume` goes on") from None
     except (OSError, ValueError, LookupError, TypeError) as error:
         raise _damaged(folder, _said(error)) from None
-    if shown is None or keys is None:
+    if shown is None or candidate is None:
         raise PlanError(f"{folder}: no team was flown yet; `bindusbl-des resume` goes on")
     if record["answer"] is not None and (folder / BEST).is_file():
         return DrawnTeam(load_scenario(folder / BEST), "the answer", *about)
     whose = "the answer" if record["answer"] else f"candidate {shown + 1}, the nearest so far"
-    return DrawnTeam(laid_over(resumed(folder).experiment.given, keys), whose, *about)
+    scenario = laid_over(resumed(folder).experiment.given, candidate["keys"])
+    return DrawnTeam(scenario, whose, *about)
 
 
 def resumed(folder: Path) -> Question:

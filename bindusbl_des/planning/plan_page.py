@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from ..campaigns.statistics.intervals import short_key, written
-from ..core.wording import number, significant, timed, with_ends
+from ..core.wording import amount, number, significant, timed, with_ends
 from ..geometry.geodesy import degrees_text, minutes_text
 from ..records.metrics import SHARES, name_of, unit_of
 from ..report.page import THEME, assembled, asset, filled, table
@@ -336,6 +336,8 @@ def _tiles(record: Record) -> str:
     chosen = _chosen(record)
     if chosen is not None:
         first = [("vessels", number(chosen.get("asvs"), 0), "", "")]
+        if _is_priced(record):
+            first.append(("cost", amount(chosen["cost"]), "", ""))
         for place, goal in enumerate(record.get("goal") or []):
             shown = units(goal["metric"])
             mean, span = parted(chosen, place, shown["factor"])
@@ -350,6 +352,12 @@ def _tiles(record: Record) -> str:
         tile = "<dt>{words}</dt><dd>{value} <small>{unit}</small></dd>"
         tiles += f"<div>{filled(tile, words=words, value=value, unit=unit)}{more}</div>"
     return f'<dl class="tiles">{tiles}</dl>'
+
+
+def _is_priced(record: Record) -> bool:
+    """Tell whether teams cost anything else than one for each vessel."""
+    teams = record.get("candidates") or []
+    return any(team.get("cost") not in (None, team.get("asvs")) for team in teams)
 
 
 def _missed(candidate: Record, goal: int) -> tuple[float | None, int]:
@@ -418,7 +426,7 @@ def _candidates(record: Record) -> str:
 def _table(record: Record, places: Sequence[int], caption: str) -> str:
     """Return candidates as a table; a script makes of each row's name a button that shows it."""
     goals, candidates = record.get("goal") or [], record["candidates"]
-    priced = any(candidate.get("cost") != candidate.get("asvs") for candidate in candidates)
+    priced = _is_priced(record)
     headings = [("candidate", ""), ("vessels", ""), *([("cost", "")] * priced)]
     for goal in goals:
         shown = units(goal["metric"])
@@ -430,7 +438,7 @@ def _table(record: Record, places: Sequence[int], caption: str) -> str:
         row = [
             f"{place + 1}",
             number(candidate.get("asvs"), 0),
-            *([number(candidate.get("cost"))] * priced),
+            *([amount(candidate["cost"])] * priced),
         ]
         for which, goal in enumerate(goals):
             factor = units(goal["metric"])["factor"]

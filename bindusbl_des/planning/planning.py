@@ -6,7 +6,7 @@ What is found lies in a folder: `plan.json`, `best.yaml` (a scenario that meets 
 * ``name``, ``scenario`` (as it was named), ``scenario_sha256``, ``versions``, ``seed``,
 * ``goal``: a list of ``{metric, below or above, of}``, where `of` is ``"worst"`` (of each mission's
   AUVs), ``"mean"``, or a share of them; ``duration_s`` of a mission; ``confidence``;
-  ``budget_s``, ``budget_missions``,
+  ``costs``, ``budget_s``, ``budget_missions``,
 * ``missions``: how many were flown; ``settled``: whether the answer has that confidence;
   ``status``: ``complete``, or ``cut`` where a budget was used up before all was flown,
 * ``answer``: null, or the keys and values of the least team that is shown to meet the goals;
@@ -63,7 +63,7 @@ from ..scenario.scenario_keys import Record
 from .answer_text import Found, Ways, best_text, best_yaml, ranked, record, summary
 from .candidates import Candidate, Predictor, further, narrowed
 from .doubting import SEEDS, Doubted, doubted, doubts, teams_of, with_costlier
-from .flying import Budget, flights, local_workers, wanted
+from .flying import Budget, flights, limit_of, local_workers, wanted
 from .folder import BEST, DOUBTS, MISSIONS, PAGE, PLAN, begin
 from .plan_page import chart_of, plan_page
 from .prediction.inputs import Inputs
@@ -214,7 +214,13 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
         with local_workers(workers) as pool:
             teams_proposed = proposed(question, predictor, budget.begin)
             candidates, left_out = narrowed(teams_proposed, predictor, goals)
-            fly = partial(flights, asked=wanted(goals), pool=pool, note=budget.note)
+            fly = partial(
+                flights,
+                asked=wanted(goals),
+                pool=pool,
+                note=budget.note,
+                limit_m=limit_of(goals),
+            )
             budget.begin(f"choosing among {counted(len(candidates), 'team')}")
             teams = _experiment(question, candidates, question.seeds())
             with fly(teams, folder / MISSIONS) as missions:

@@ -11,7 +11,9 @@ from typing import Any
 
 from ..advice.stations import Ways
 from ..core.wording import counted
+from ..protocol.slots import slots_of
 from ..scenario import declared
+from ..scenario.declared import downlink_named
 from ..scenario.scenario import Scenario
 from ..scenario.site import area_of
 from .candidates import (
@@ -21,6 +23,7 @@ from .candidates import (
     PLACEMENT,
     REPLY,
     SCHEDULE,
+    SHORTEST_SLOT,
     Candidate,
     Keys,
     Predictor,
@@ -63,16 +66,34 @@ def proposed(
         ValueError: when none of them is a valid scenario.
     """
     points = [_physical(question, point) for point in question.experiment.points]
-    if question.listed:
-        found = [candidate(question, point) for point in points]
-    else:
-        widely = len(points) * len(COUNTS) > MOST_PREDICTED
-        found = []
-        for number, point in enumerate(points, start=1):
-            on_progress(f"proposing teams, {number} of {counted(len(points), 'choice')}")
-            found += _about(question, predictor, point, widely)
+    each = 1 if question.listed else len(COUNTS)
+    widely = len(points) * each > MOST_PREDICTED
+    found: list[Candidate | None] = []
+    for number, point in enumerate(points, start=1):
+        on_progress(f"proposing teams, {number} of {counted(len(points), 'choice')}")
+        about = _as_listed if question.listed else _about
+        found += about(question, predictor, point, widely)
     unlike = {team.scenario.model_dump_json(): team for team in reversed(found) if team is not None}
     return list(unlike.values())[::-1]
+
+
+def _as_listed(
+    question: Question, predictor: Predictor, point: Keys, widely: bool
+) -> Iterator[Candidate | None]:
+    """Yield a whole point as it was listed, and its vessels elsewhere where nobody says where they
+    are to be, neither the point nor the scenario.
+    """
+    team = candidate(question, point)
+    given = question.experiment.given.get("asvs", {})
+    if team is not None and not (_is_placed(point) or given.get("formation")):
+        yield from (team, *_placed(question, predictor, team, widely))
+    else:
+        yield team
+
+
+def _is_placed(point: Keys) -> bool:
+    """Tell whether a point says where vessels are to be, more than by the kind of placement."""
+    return any(key.startswith(FORMATION) and key != PLACEMENT for key in point)
 
 
 def _physical(question: Question, point: Keys) -> Keys:
@@ -101,7 +122,7 @@ def _about(
             continue
         places = [team]
         # Where only the kind of placement varies, each is placed as well as if nobody had named it.
-        if not any(key.startswith(FORMATION) and key != PLACEMENT for key in point):
+        if not _is_placed(point):
             places += _placed(question, predictor, team, widely)
         yield from places
         best = min(places, key=predictor.rank)
@@ -179,7 +200,9 @@ def _rings(team: Candidate) -> Iterator[tuple[float, float]]:
 
 
 def _protocols(scenario: Scenario, point: Keys) -> Iterator[dict[str, Any]]:
-    """Yield the schedules and downlinks to try besides those of the scenario."""
+    """Yield the schedules and downlinks to try besides those of the scenario, and downlink slots
+    that are no longer than their frames and guards; not where the user names both of the first.
+    """
     protocol = scenario.protocol
     if protocol.asvs_ping:  # nobody is scheduled or told
         return
@@ -187,7 +210,20 @@ def _protocols(scenario: Scenario, point: Keys) -> Iterator[dict[str, Any]]:
     is_alone = scenario.auvs.count == 1
     schedules = own[:1] if SCHEDULE in point or is_alone else dict.fromkeys((own[0], *SCHEDULES))
     downlinks = own[1:] if DOWNLINK in point else dict.fromkeys((own[1], *DOWNLINKS))
+    is_named = {SCHEDULE, DOWNLINK} <= point.keys() or SHORTEST_SLOT in point
+    waits = not is_named and _waits(scenario)
     for schedule, downlink in product(schedules, downlinks):
-        if (schedule, downlink) != own:
-            changed = {SCHEDULE: (schedule, own[0]), DOWNLINK: (downlink, own[1])}
-            yield {key: new for key, (new, old) in changed.items() if new != old}
+        changed = {SCHEDULE: (schedule, own[0]), DOWNLINK: (downlink, own[1])}
+        keys = {key: new for key, (new, old) in changed.items() if new != old}
+        yield from [keys] if keys else []
+        if waits and not downlink_named(downlink).replies:
+            yield {**keys, SHORTEST_SLOT: 0.0}
+
+
+def _waits(scenario: Scenario) -> bool:
+    """Tell whether downlink slots last longer than a frame of all fixes and its guard, as nobody
+    has asked for: by default they are ten times what sound takes across the survey.
+    """
+    slots = slots_of(scenario)
+    is_asked = scenario.protocol.shortest_downlink_slot_s is not None
+    return not is_asked and slots.shortest_downlink > slots.frame_slot(scenario.auvs.count)

@@ -31,6 +31,7 @@ from .selection.goals import Goal, Of, goal_of, goals_in
 
 CONFIDENCE = 0.95
 ASV = "asv"  # whose price is that of one vessel
+UNPRICED = {ASV: 1.0}  # where nothing has one, vessels are counted
 
 # Seeds of one plan begin here for each of its own seed, so that those of two plans differ.
 SEEDS_APART = 1000
@@ -43,7 +44,8 @@ class Question:
     """A scenario, what may be changed of it, and the goals.
 
     `experiment` is the scenario with the points that the user varies; `listed` tells that these
-    points are all there is to choose from, and nothing is to be proposed besides.  `costs` are of
+    points are all there is to choose from, and nothing is to be proposed besides but places, where
+    nobody gives any.  `costs` are of
     one ASV (``asv``) and of what a key is set to (``acoustics.mf.range_m=200``).  What is flown in
     one go is cut off after `budget_s` (s) or `budget_missions`; None: not before it is settled.
     """
@@ -55,7 +57,7 @@ class Question:
     confidence: float = CONFIDENCE
     budget_s: float | None = None
     budget_missions: int | None = None
-    costs: Mapping[str, float] = field(default_factory=lambda: {ASV: 1.0})
+    costs: Mapping[str, float] = field(default_factory=lambda: dict(UNPRICED))
     seed: int = 0
 
     @property
@@ -343,7 +345,7 @@ def _costs(document: Document) -> dict[str, float]:
     if not isinstance(given, dict):
         needs = "needs {asv: price, KEY=VALUE: price, ...}"
         _note(document, ("cost",), f"{needs}; got {described(given)}")
-        return {ASV: 1.0}
+        return dict(UNPRICED)
     for key, price in given.items():
         path: Path = ("cost", key)
         if key != ASV and "=" not in key:
@@ -351,4 +353,4 @@ def _costs(document: Document) -> dict[str, float]:
             _note(document, path, f"no such cost; {remedy}", document.keys.get(path))
         if not is_number(price) or price < 0 or (key == ASV and price == 0):
             _note(document, path, f"needs a price > 0; got {described(price)}")
-    return {ASV: 1.0, **{key: float(price) for key, price in given.items() if is_number(price)}}
+    return {**UNPRICED, **{key: float(price) for key, price in given.items() if is_number(price)}}

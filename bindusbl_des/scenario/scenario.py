@@ -151,6 +151,9 @@ def _ended(scenario: Scenario) -> list[Problem]:
     try:
         scenario.__dict__["duration_s"] = survey_end(scenario)
     except ValueError as error:
+        key, _, message = str(error).partition(": ")
+        if key in (known for known, _ in leaves(scenario.model_dump())):  # who cannot fly it
+            return [Problem(key, message, ("auvs.vehicle",))]
         return [Problem("duration_s", str(error), ("auvs.speed_m_per_s", "survey"))]
     return problems(scenario)  # more of which can be told once it is known
 

@@ -263,6 +263,27 @@ def test_chance_is_not_taken_for_harm(made: Make) -> None:
     assert said(campaign).harm == ()
 
 
+def test_what_is_not_below_a_metre_is_below_something(made: Make) -> None:
+    """One point is told with what its AUVs are surely below; of several of which none is below the
+    limit, the best is.
+    """
+
+    def fleet(scenario: Scenario, seed: int) -> Fleet:
+        return [auv(4.0 / scenario.asvs.count + noise(seed), position_error_p95_m=3.0)]
+
+    alone = said(made(fleet, count=[2]))
+    upper = 2.0 + 3.182446 * np.std([noise(seed) for seed in range(4)], ddof=1) / 2.0
+    assert alone.sure == (
+        f"Every AUV is surely below {upper:.2f} m in the mean over time, and below 3.00 m for 95 % "
+        "of the time (upper ends of the 95 % intervals)."
+    )
+    several = said(made(fleet, count=[1, 2], out="d"))
+    assert several.sure == (
+        "None of 2 points keeps every AUV surely below 1 m in the mean over time: point 1 "
+        f"(asvs.count=2) keeps them below {upper:.2f} m (upper ends of the 95 % intervals)."
+    )
+
+
 def test_one_seed_is_not_sure(made: Make) -> None:
     """Of one mission it is said what was, not that it will be."""
     campaign = made(harming, seeds=1, gain=[0.9, 0.05])

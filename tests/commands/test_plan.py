@@ -71,6 +71,30 @@ def test_other_commands_know_the_folder_of_a_plan() -> None:
         assert outcome.stderr.startswith("out holds a plan: open its plan.html")
 
 
+def test_the_answers_of_plans_are_compared() -> None:
+    """`compare` takes plans for their answers, paired by seed; one alone has nothing beside it."""
+    call("plan", "bay.yaml", *GOAL, *FEW, "--out", "out")
+    call("plan", "bay.yaml", *GOAL, *FEW, "--set", "auvs.speed_m_per_s=1", "--out", "other")
+    outcome = call("compare", "out", "other", "--metric", "worst_position_error_p95_m")
+    assert outcome.exit_code == 0, outcome.stderr
+    text = " ".join(outcome.stdout.split())
+    answer = json.loads(Path("out/plan.json").read_text())
+    team = answer["candidates"][answer["chosen"]]
+    assert f"A: out, the answer, {team['team']} (baseline)" in text
+    assert "B: other, the answer, " in text
+    assert "auvs.speed_m_per_s=1 instead of" in text
+    assert "not finished" not in text
+    rows = json.loads(call("compare", "out", "other", "--json").stdout)["differences"]
+    [error] = [it for it in rows if it["metric"] == "worst_position_error_p95_m"]
+    assert error["baseline_mean"] == pytest.approx(team["simulated"]["mean"][0], rel=0.1)
+    assert error["pairs"] >= 4
+    alone = call("compare", "out")
+    assert alone.exit_code == 2
+    assert "is a plan; compare the campaign of its missions, out/missions" in alone.stderr
+    mixed = call("compare", "out/missions", "other")
+    assert mixed.exit_code == 0, mixed.stderr
+
+
 def test_json_is_the_record_and_nothing_else() -> None:
     """With --json, before or after the name, stdout is `plan.json`."""
     outcome = call("--json", "plan", "bay.yaml", *GOAL, *FEW, "--out", "out")
@@ -160,6 +184,27 @@ def test_wrong_words_are_refused(words: tuple[str, ...], said: str) -> None:
     assert said in outcome.stderr
     assert "Traceback" not in outcome.stderr
     assert not Path("out").exists()
+
+
+def test_what_is_set_may_hold_with_what_is_varied_alone() -> None:
+    """A failure of an ASV that only varied numbers have: of a plan and of a sweep; where some of
+    them lack it, these are told.
+    """
+    failure = ("--set", "asvs.failures=[{asv: 2, at_s: 30}]")
+    few = [words for word, words in zip(FEW[::2], FEW[1::2], strict=True) if word == "--vary"]
+    vary = [word for words in few if "asvs.count" not in words for word in ("--vary", words)]
+    outcome = call("plan", "bay.yaml", *GOAL, *vary, "--vary", "asvs.count=3:4", *failure)
+    assert outcome.exit_code == 0, outcome.stderr
+    dry = ("sweep", "bay.yaml", "--dry-run", *failure)
+    assert "4 missions" in call(*dry, "--vary", "asvs.count=3:4", "--seeds", "2").stdout.replace(
+        "missions  4", "4 missions"
+    )
+    outcome = call(*dry, "--vary", "asvs.count=2:4")
+    assert outcome.exit_code == 2
+    assert outcome.stderr.startswith("--vary asvs.count=2:4: asvs.failures.0.asv: there is no ASV2")
+    outcome = call(*dry, "--vary", "asvs.count=1:2")
+    assert "there is no ASV2" in outcome.stderr
+    assert "is varied" not in outcome.stderr
 
 
 def test_resume_goes_on_with_a_plan() -> None:

@@ -14,6 +14,7 @@ from shapely import LineString, distance, points
 import bindusbl_des
 from bindusbl_des import Scenario, load_scenario, plan, simulate
 from bindusbl_des.campaigns.storage.folder import CampaignError
+from bindusbl_des.core.wording import amount
 from bindusbl_des.export.chart_files import planned
 from bindusbl_des.planning import flying
 from bindusbl_des.planning.flying import Budget
@@ -199,7 +200,41 @@ def test_what_a_key_costs_may_be_worth_a_vessel() -> None:
         text = {"scenario": "bay.yaml", "goal": {"metric": "position_error_m", "below": 1},
                 "candidates": teams, "cost": cost}  # fmt: skip
         Path("plan.yaml").write_text(json.dumps(text))
-        assert asvs(plan("plan.yaml", f"out{count}")) == count
+        found = plan("plan.yaml", f"out{count}")
+        assert asvs(found) == count
+        total = amount(count + price * (count == 2))
+        assert f", cost {total}: " in found.record["told"][0]
+        assert f", cost {total}: " in found.summary()
+        runner = found.record["candidates"][found.record["runners_up"][0]]
+        assert f"{runner['team']}: " in found.summary().replace("\n            ", " ")
+        assert runner["team"].endswith(f", cost {amount(runner['cost'])}")
+        page = Path(f"out{count}/plan.html").read_text()
+        assert f"<dt>cost</dt><dd>{total} <" in page
+    assert "cost" not in made("unpriced").record["told"][0]
+
+
+def test_whole_points_are_placed_where_nobody_says_where() -> None:
+    """A team that is listed without places need not keep the default ring; where the point or the
+    scenario gives places it is there, and nowhere else.
+    """
+    given = BASE.model_dump(mode="json", exclude_unset=True)
+    teams = [{"asvs.count": 3}, {"asvs.count": 2, "asvs.formation.radius_m": 20}]
+    goal = {"metric": "position_error_m", "below": 5}
+
+    def places(scenario: dict[str, Any], out: str) -> list[tuple[int, Any]]:
+        Path("bay.yaml").write_text(json.dumps(scenario))
+        text = {"scenario": "bay.yaml", "goal": goal, "candidates": teams}
+        Path("plan.yaml").write_text(json.dumps(text))
+        found = plan("plan.yaml", out).record
+        assert found["excluded"] or len(found["candidates"]) >= 2
+        return [(it["asvs"], it["keys"].get("asvs.formation.positions_m", "ring"))
+                for it in found["candidates"]]  # fmt: skip
+
+    free = places(given, "free")
+    assert len([asvs for asvs, _ in free if asvs == 3]) > 1
+    assert [places for asvs, places in free if asvs == 2] == ["ring"]
+    kept = places({**given, "asvs": {"formation": {"angle_deg": 30}}}, "kept")
+    assert sorted(kept) == [(2, "ring"), (3, "ring")]
 
 
 def killed_after(missions: int) -> Callable[[Budget, Any], None]:
@@ -474,3 +509,11 @@ def test_missions_that_are_longer_than_their_survey_are_told() -> None:
     page = Path("long/plan.html").read_text()
     assert "missions of 0:50 h" in page
     assert said[:60] in page.replace("Duration_s", "duration_s")
+
+
+def test_the_missions_of_a_plan_are_judged_by_its_goal() -> None:
+    """Its campaign says how many teams keep that, and not how many keep a metre."""
+    found = plan(BASE, "two", below={"position_error_m": 2.5}, vary=TEAMS)
+    assert "keep every AUV surely below 2.5 m" in " ".join(found.campaign.summary().split())
+    other = plan(BASE, "age", below={"position_error_p95_m": 2.5}, vary=TEAMS)
+    assert "surely below 1 m" in " ".join(other.campaign.summary().split())

@@ -1,12 +1,13 @@
 """Which schedules and downlinks are proposed for a team."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from bindusbl_des import ScenarioError, load_scenario
 from bindusbl_des.campaigns.experiments.options import PythonArguments
-from bindusbl_des.planning.candidates import DOWNLINK, SCHEDULE, Predictor
+from bindusbl_des.planning.candidates import DOWNLINK, SCHEDULE, SHORTEST_SLOT, Predictor
 from bindusbl_des.planning.proposals import proposed
 from bindusbl_des.planning.question import Asking, goals_of_arguments, read_plan
 
@@ -43,6 +44,35 @@ def test_schedules_that_are_asked_for_are_all_flown() -> None:
     found = pairs(60.0, both)
     assert [found.count((it, "sequential")) for it in both] == [1, 1]
     assert {schedule for schedule, _ in found} == set(both)
+
+
+def slots(side_m: float, *overrides: str, **vary: list[Any]) -> list[tuple[str, float | None]]:
+    """Return downlinks proposed for a team over a square (m), and their shortest slots (s)."""
+    scenario = load_scenario("recovery_140m", overrides=[f"survey.side_m={side_m}", *overrides])
+    goals = goals_of_arguments({"position_error_m": 1.0}, None, None)
+    named = {f"protocol.{key}": values for key, values in vary.items()}
+    question = read_plan(scenario, Asking(goals, options=PythonArguments({**TEAM, **named})))
+    found = proposed(question, Predictor(goals), print)
+    return [(it.keys.get(DOWNLINK, "sequential"), it.keys.get(SHORTEST_SLOT)) for it in found]
+
+
+def test_downlink_slots_that_wait_for_nothing_are_shortened() -> None:
+    """Ten times what sound takes across 1,000 m are 6.7 s, for a frame of half a second and a
+    guard: that is proposed with downlinks that have such slots, unless the user says how long they
+    are, or names the protocol; over 60 m frames and guards are longer.
+    """
+    far = slots(1000.0, downlink=["sequential"])
+    assert ("sequential", 0.0) in far
+    assert far[0] == ("sequential", None)
+    every = slots(1000.0)
+    assert any(shortest == 0.0 for _, shortest in every)
+    assert all(shortest is None for downlink, shortest in every if downlink == "direct_reply")
+    for found in (
+        slots(60.0),
+        slots(1000.0, "protocol.shortest_downlink_slot_s=5"),
+        slots(1000.0, downlink=["sequential"], schedule=["spatial_reuse"]),
+    ):
+        assert {shortest for _, shortest in found} == {None}
 
 
 def test_answers_without_airtime_are_never_proposed() -> None:

@@ -675,6 +675,25 @@ def test_names_without_room_along_an_axis_have_letters(opened: Open, swept: Path
     values, caption = opened(swept, width=1000).ask(said.replace("%s", str(short)))
     assert values == short
     assert "A:" not in caption
+def test_a_sweep_of_one_point_shows_its_missions(opened: Open, tmp_path: Path) -> None:
+    """Each by its seed, with their mean and its interval; there is no map of one cell."""
+    given = load_scenario("quickstart", overrides=["duration_s=5"])
+    campaign = sweep(given, seeds=[3, 4, 8], workers=1, out=tmp_path / "one")
+    path = tmp_path / "one.html"
+    path.write_text(sweep_page(campaign), encoding="utf-8")
+    it = opened(path)
+    assert not it.page.locator("#heat-figure").is_visible()
+    for metric in ("worst_position_error_m", "position_error_p95_m"):
+        it.page.select_option("#metric", metric)
+        errors = campaign.missions[metric].to_numpy()
+        xs, each, mean, low, high = it.ask("bindusbl.view.plot.data")
+        assert len(xs) == 3
+        assert each == pytest.approx(errors.tolist(), rel=1e-5)
+        half = 4.302653 * errors.std(ddof=1) / 3**0.5  # Student's t, two degrees of freedom
+        assert mean[0] == pytest.approx(errors.mean(), rel=1e-5)
+        assert [low[0], high[0]] == pytest.approx([mean[0] - half, mean[0] + half], abs=1e-5)
+    assert it.ask("bindusbl.view.plot.options().series[0].value(null, 2)") == "8"
+    assert it.painted("#curves canvas") > 5
 
 
 def test_curves_and_maps_of_a_sweep_are_saved(opened: Open, swept: Path) -> None:

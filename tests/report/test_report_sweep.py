@@ -236,10 +236,10 @@ def test_points_without_a_mission_yet_are_not_judged(tmp_path: Path) -> None:
 
 
 def test_where_nothing_varies_there_is_nothing_to_choose(tmp_path: Path) -> None:
-    """One point has no curve."""
+    """One point has neither a curve nor a map: it shows its missions."""
     given = load_scenario(SCENARIOS / "quickstart.yaml", overrides=["duration_s=5"])
     page = sweep_page(sweep(given, seeds=2, workers=1, out=tmp_path / "one"))
     assert "1 point with 2 seeds each" in page
     assert "over the varied keys" not in page
-    for control in ("<label hidden>along", "<label hidden>one line", 'id="curves-figure" hidden'):
+    for control in ("<label hidden>along", "<label hidden>one line", 'id="heat-figure" hidden'):
         assert control in page

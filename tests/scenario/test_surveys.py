@@ -263,6 +263,14 @@ def test_the_word_survey_is_kept() -> None:
             "duration_s: survey has no end: at 0.5 m/s AUV0 makes no headway against a current",
         ),
         (
+            {"auvs": {"vehicle": "bluerov2", "speed_m_per_s": 0.734}},
+            r"^(?!.*duration_s:)[^:]*:?\s+auvs.speed_m_per_s: .*0.734 m/s is not .* the 0.733 m/s",
+        ),
+        (
+            {"auvs": {"vehicle": "remus100", "speeds_m_per_s": [1.5, 1.5, 3.0]}},
+            r"^[^:]*:?\s+auvs.speeds_m_per_s: remus100: a speed of 3.0 m/s is not between 0 and",
+        ),
+        (
             {"record": {"metrics_hz": 1000.0}, "auvs": {"speed_m_per_s": 0.001}},
             "metrics_hz: .* exceed",
         ),

@@ -1,7 +1,8 @@
 """Experiments from YAML files: every mistake at once, each with its place and a remedy."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -17,7 +18,7 @@ from ...scenario.key_types import LONGEST_NAME, PRINTABLE
 from ...scenario.keys import DIALECT, settable
 from ...scenario.scenario import Scenario
 from ..storage.folder import LARGEST_SEED, MOST_MISSIONS
-from .experiment import MOST_SEEDS, Detail, Experiment, targets_in
+from .experiment import MOST_SEEDS, Detail, Experiment, as_written, targets_in, turn
 from .experiment_points import (
     KEYS,
     METHODS,
@@ -32,6 +33,9 @@ from .options import Options, PythonArguments, lay_over
 from .point_checks import DETAIL, check_points, plugins_in, without_effect
 
 DETAILS = ("summary", "full")
+
+# Of points, so many are tried to find one that makes a scenario of what is none without them.
+MOST_TRIED = 100
 
 NO_OPTIONS = Options()
 
@@ -98,7 +102,7 @@ def experiment_in(
     points, places = _as_now(document, *points_in(document))
     _check_overrides(document, options.overrides, points)
     source = source or _source(document, FilePath(document.file).parent, options.overrides)
-    reading = _reading(document, source)
+    reading = _reading(document, source, points)
     base = None if reading is None else reading.scenario
     if base is not None and seeds and len(points) * len(seeds) > MOST_MISSIONS:
         count = len(points) * len(seeds)
@@ -319,15 +323,31 @@ def _source(document: Document, folder: FilePath, overrides: tuple[str, ...]) ->
         return None
 
 
-def _reading(document: Document, source: Source | None) -> Reading | None:
-    """Return the scenario of the experiment; its mistakes join the experiment's."""
+def _reading(document: Document, source: Source | None, points: Points) -> Reading | None:
+    """Return the scenario of the experiment; its mistakes join the experiment's.
+
+    What every point sets is not the scenario's to say: where it is none by itself, it has that of
+    the first point with which it is one.
+    """
     if source is None:
         return None
     try:
         return read_scenario(source)
     except ScenarioError as error:
+        if not document.mistakes:
+            for options in _set_by_all(points):
+                with suppress(ScenarioError):
+                    return read_scenario(source._replace(overrides=(*source.overrides, *options)))
         document.mistakes += error.mistakes
         return None
+
+
+def _set_by_all(points: Points) -> Iterator[list[str]]:
+    """Yield, as options, what each of some points sets of the keys that all of them set."""
+    shared = [key for key in points[0] if all(key in point for point in points)] if points else []
+    for point in points[: MOST_TRIED * bool(shared)]:
+        keys = {key: point[key] for key in shared}
+        yield [f"{key}={as_written(value)}" for key, value in sorted(keys.items(), key=turn)]
 
 
 def experiment_schema() -> dict[str, Any]:

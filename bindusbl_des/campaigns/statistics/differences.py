@@ -2,9 +2,11 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 from math import nan
 from pathlib import Path
-from typing import Any, Literal
+from types import MappingProxyType
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -14,7 +16,7 @@ from ...records.metrics import lower_is_better, of_an_auv
 from ...scenario.files.plain_yaml import read_yaml
 from ..campaign import Campaign
 from ..experiments.experiment import ExperimentPlan
-from ..storage.folder import CampaignError
+from ..storage.folder import AS_ASKED, CampaignError
 from .findings import ERROR
 from .intervals import (
     ROUND_OFF,
@@ -123,33 +125,50 @@ def _baseline(campaign: Campaign, key: str, asked: str | None) -> str:
     return wanted
 
 
-def pairs_between(one: Campaign, other: Campaign, label: str = "B") -> Iterator[Pair]:
+class Chosen(NamedTuple):
+    """The one point of a campaign that is compared, and what it is called."""
+
+    point: int
+    name: str
+
+
+def pairs_between(
+    one: Campaign,
+    other: Campaign,
+    label: str = "B",
+    chosen: Mapping[Path, Chosen] = MappingProxyType({}),
+) -> Iterator[Pair]:
     """Yield pairs of points of two campaigns that vary the same keys to the same values; the other
     is called by a letter, the first A.
 
-    A campaign of one point is compared with every point of the other.
+    A campaign of one point, or of which one is `chosen` (by its folder), is compared with every
+    point of the other.
 
     Raises:
         CampaignError: when no points match.
     """
     points, others = one.plan.points, other.plan.points
-    alone = len(points) == 1 or len(others) == 1
+    mine, theirs = chosen.get(one.folder), chosen.get(other.folder)
+    numbers = range(len(points)) if mine is None else [mine.point]
+    matches = range(len(others)) if theirs is None else [theirs.point]
+    alone = len(numbers) == 1 or len(matches) == 1
     if not alone and set(one.plan.columns) != set(other.plan.columns):
         raise CampaignError(
             f"{one.folder} varies {_listed(one)} and {other.folder} {_listed(other)}; campaigns "
             "are compared when they vary the same keys, or when one has a single point"
         )
     pairs = 0
-    for place, point in enumerate(points):
-        for match, twin in enumerate(others):
-            if alone or point.varied == twin.varied:
-                pairs += 1
-                held = dict((point if len(others) == 1 else twin).varied)
-                yield Pair(
-                    Side(one, place, str(one.folder), lettered(0)),
-                    Side(other, match, str(other.folder), label),
-                    held,
-                )
+    for number, match in product(numbers, matches):
+        varied, twin = points[number].varied, others[match].varied
+        if alone or varied == twin:
+            pairs += 1
+            both = mine is not None and theirs is not None
+            held = {} if both else dict(varied if len(matches) == 1 else twin)
+            yield Pair(
+                Side(one, number, mine.name if mine else str(one.folder), lettered(0)),
+                Side(other, match, theirs.name if theirs else str(other.folder), label),
+                held,
+            )
     if not pairs:
         raise CampaignError(f"{one.folder} and {other.folder} have no point in common")
 
@@ -314,7 +333,7 @@ def left_out(pairs: Sequence[Pair], found: Found) -> Iterator[str]:
         yield f"{missions} and those they would be paired with are left out{why}"
     for campaign in {side.campaign.folder: side.campaign for side in sides.values()}.values():
         missing = campaign.state().missing
-        if missing:
+        if missing and campaign.record.get("status") != AS_ASKED:
             yield f"{campaign.folder} is not finished: {missing} missions have no row yet"
     uneven = sum(_seeds(pair.baseline, found) != _seeds(pair.other, found) for pair in pairs)
     if uneven:

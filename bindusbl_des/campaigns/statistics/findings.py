@@ -24,6 +24,7 @@ from ...scenario.part_choice import PartChoice
 from ...scenario.scenario import Scenario
 from ...scenario.shipped_settings import FixedGain
 from ..experiments.experiment import ExperimentPlan
+from ..storage.folder import LIMIT, read_record
 from .intervals import (
     CONFIDENCE,
     MOST_NAMED,
@@ -158,7 +159,8 @@ def _tried(
 
 ERROR, ERROR_P95 = "worst_position_error_m", "worst_position_error_p95_m"
 COLLISIONS = ("collisions", "frame_collisions")
-# A point counts as accurate when every AUV is surely below this (m).
+# A point counts as accurate when every AUV is surely below this (m), unless somebody asks for less
+# or more.
 SUB_METRE = 1.0
 # More sentences of one kind than this are counted.
 MOST_SAID = 3
@@ -184,7 +186,11 @@ class Findings:
 
 
 def findings(folder: Path, plan: ExperimentPlan) -> Findings:
-    """Return what the missions of a campaign that have a row show."""
+    """Return what the missions of a campaign that have a row show.
+
+    Points are accurate that keep to the limit of whoever asked for it, or to a metre.
+    """
+    limit_m = float(read_record(folder).get(LIMIT) or SUB_METRE)
     found = outcomes(folder, (ERROR, ERROR_P95, *COLLISIONS))
     if not found.ok.any():
         count = len(found.ok)
@@ -196,7 +202,7 @@ def findings(folder: Path, plan: ExperimentPlan) -> Findings:
     everywhere = range(len(plan.points))
     return Findings(
         _best(found, plan),
-        _sure(found, len(plan.points)),
+        _sure(found, plan, limit_m),
         _failed(folder, found),
         tuple(harm_said(harmed(served, plan), plan, everywhere)),
         tuple(starved_said(starved(served), plan, everywhere)),
@@ -287,19 +293,23 @@ def who_lacks(auvs: Mapping[str, int], missions: int) -> str:
     return f"{listed(shown)} of {counted(missions, 'seed')}"
 
 
-def _sure(found: MissionOutcomes, points: int) -> str:
-    """Return how many points are surely below a metre for every AUV."""
+def _sure(found: MissionOutcomes, plan: ExperimentPlan, limit_m: float) -> str:
+    """Return how many points are surely below a limit for every AUV; what one alone, or where none
+    is the best of them, is surely below.
+    """
+    points = len(plan.points)
     if max(found.well(points)) < 2:
-        return f"With one seed a point nothing is surely below {SUB_METRE:g} m; run more."
+        return f"With one seed a point nothing is surely below {limit_m:g} m; run more."
     mean, tail = (intervals(found.by_seed(metric, points)) for metric in (ERROR, ERROR_P95))
-    below = [mean.mean + mean.half_width < SUB_METRE, tail.mean + tail.half_width < SUB_METRE]
+    upper = [known.mean + known.half_width for known in (mean, tail)]
+    below = [ends < limit_m for ends in upper]
     count, always = int(below[0].sum()), int((below[0] & below[1]).sum())
     ends = "(upper ends of the 95 % intervals)"
     if points == 1:
-        is_not = "not " * (not count)
-        rest = f", {'and' if always else 'but not'} for 95 % of the time" * count
+        most, mostly = (significant(float(bound[0])) for bound in upper)
         return (
-            f"Every AUV is {is_not}surely below {SUB_METRE:g} m in the mean over time{rest} {ends}."
+            f"Every AUV is surely below {most} m in the mean over time, and below {mostly} m for "
+            f"95 % of the time {ends}."
         )
     rest = f", {always or 'none'} of them for 95 % of the time as well" * bool(count)
     ran = np.bincount(found.point, minlength=points)
@@ -310,9 +320,13 @@ def _sure(found: MissionOutcomes, points: int) -> str:
     lacks = "".join(
         f" {n} {'have' if n > 1 else 'has'} {lack}." for lack, n in without.items() if n
     )
+    if not count and np.isfinite(upper[0]).any():
+        best = int(np.nanargmin(upper[0]))
+        rest = f": {point_name(best, plan.points[best].varied)} keeps them below "
+        rest += f"{significant(float(upper[0][best]))} m"
     return (
         f"{count or 'None'} of {points} points keep{'s' * (count < 2)} every AUV surely below "
-        f"{SUB_METRE:g} m in the mean over time{rest} {ends}.{lacks}"
+        f"{limit_m:g} m in the mean over time{rest} {ends}.{lacks}"
     )
 
 

@@ -92,6 +92,11 @@ RECORD = "campaign.json"
 LOCK = "campaign.lock"
 STOP = "stop"
 
+# The status of a campaign of which somebody asks for missions by number: it need not be finished.
+AS_ASKED = "flown as far as a plan asked"
+# Where its record says which mean error (m) is asked of every AUV.
+LIMIT = "position_error_below_m"
+
 # 2: parts say what belongs to them, and track files lie in the folder.
 FORMAT = 2
 

@@ -106,6 +106,7 @@ class View {
       cells[row][column] = cell;
       dots[row].push([column, cell]);
     }
+    if (sweep.size === 1) { this.missions(metric); return; }
     this.curves(metric, dots, rows, columns);
     const mapped = columns.length <= MOST_STEPS && rows.length <= MOST_STEPS;
     byId("heat-figure").hidden = !mapped;
@@ -115,6 +116,26 @@ class View {
     if (innerWidth < 600 && columns.length > 4 && columns.length > rows.length) { // a phone is higher than wide
       this.map = heatmap(byId("heat"), byId("scale"), { ...shared, rows: columns, columns: rows, cells: columns.map((_, c) => rows.map((_, r) => cells[r][c])), rowName: names[1], columnName: names[0] });
     } else this.map = heatmap(byId("heat"), byId("scale"), { ...shared, rows, columns, cells, rowName: names[0], columnName: names[1] });
+  }
+  // Of a single point: each mission, and between which values their mean lies.
+  missions(metric) {
+    const { mean: [mean], half: [half], each } = this.sweep.statistics[metric], { seeds } = this.sweep, unit = this.sweep.unit(metric);
+    byId("curves-figure").hidden = !each;
+    if (!each) return;
+    const xs = seeds.map((_, i) => i), steady = (value) => xs.map(() => (Number.isFinite(value) ? value : null));
+    const data = [xs, Array.from(each, (value) => (Number.isFinite(value) ? value : null)), steady(mean), steady(mean - half), steady(mean + half)];
+    byId("curves-caption").textContent = "Each mission, by its seed; the line is their mean, the dashes its 95 % confidence interval (Student's t)";
+    const told = (u, v) => (v === null ? "–" : `${significant(v)} ${unit}`), colour = seriesColour(0);
+    const line = (label, dash) => ({ label, stroke: colours.ink, width: 1.5, dash, points: { show: false }, value: told });
+    const options = () => ({
+      height: onPaper() ? 260 : 340, cursor: { drag: { x: false } },
+      scales: { x: { time: false, range: [-0.5, xs.length - 0.5] }, y: { range: (u, low, high) => [Math.min(1.05 * low, 0), 1.05 * high > low ? 1.05 * Math.max(high, 0) : 1] } },
+      axes: [axis("seed", { incrs: COUNTS, values: (u, ticks) => ticks.map((i) => seeds[i] ?? "") }), axis(this.sweep.title(metric), { size: 56 })],
+      series: [{ label: "seed", value: (u, v) => (v === null ? "–" : seeds[v]) }, { label: "mission", stroke: colour, paths: () => null, points: { show: true, size: 7, fill: colour }, value: told }, line("mean"), line("from", dashed(6, 4)), line("to", dashed(6, 4))],
+    });
+    byId("curves").setAttribute("aria-label", `${this.sweep.title(metric)} of each mission`);
+    if (this.plot) Object.assign(this.plot, { options, data }).make();
+    else this.plot = new Plot("curves", byId("curves"), options, data);
   }
   // No more lines than can be told apart, evenly chosen; the map has all.
   curves(metric, all, names, columns) {

@@ -5,7 +5,7 @@ they start.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from math import ceil, isfinite, pi
+from math import ceil, floor, isfinite, pi
 from typing import Any
 
 import numpy as np
@@ -205,8 +205,8 @@ def refuse_impossible(
             raise GuidanceError(
                 vehicle,
                 0.0,
-                f"asked for {asked:g} m/s, but a {model} reaches {fastest:.3f} m/s; ask for a "
-                "speed above zero and not above that",
+                f"asked for {asked:g} m/s, but a {model} reaches {_reached(fastest)} m/s; ask for "
+                "a speed above zero and not above that",
             )
         own = asked if cannot_stop else fastest
         if mean >= own:
@@ -250,10 +250,19 @@ def smallest_turn(model: str, speed: float, overrides: Mapping[str, float] | Non
     fastest = top_speed(model, overrides)
     if not 0.0 < speed <= fastest:
         raise ValueError(
-            f"{model}: a speed of {speed} m/s is not between 0 and the {fastest:.3f} m/s that it "
-            "reaches"
+            f"{model}: a speed of {speed} m/s is not between 0 and the {_reached(fastest)} m/s "
+            "that it reaches"
         )
     return _smallest_turn(model, float(speed), _frozen(overrides))
+
+
+def _reached(speed: float) -> str:
+    """Return a top speed (m/s) as one may ask for it: rounded down.
+
+    >>> _reached(0.73379), _reached(2.554)
+    ('0.733', '2.554')
+    """
+    return f"{floor(1e3 * speed + WHOLE) / 1e3:.3f}"
 
 
 @cache
