@@ -313,7 +313,16 @@ def _fragile(record: Record) -> str:
             planned=planned,
             unit=shown["unit"],
         )
-    return f"<div><h3>If it is not as planned</h3><ul>{items}</ul></div>"
+    untold = f'<p class="note">{escape(UNTOLD)}</p>' if _is_untold(cases) else ""
+    return f"<div><h3>If it is not as planned</h3><ul>{items}</ul>{untold}</div>"
+
+
+UNTOLD = "Each was simulated with the filter as planned: nobody tells it."
+
+
+def _is_untold(cases: Sequence[Record]) -> bool:
+    """Tell whether filters were left as planned, which older plans did not do."""
+    return all(case.get("known") is False for case in cases)
 
 
 def _verdict(case: Record) -> str:
@@ -463,6 +472,7 @@ def _sensitivity(record: Record) -> str:
         shown = units(goal["metric"])
         headings += [(shown["words"], shown["unit"]), ("as planned", shown["unit"])]
     headings += [("missions", ""), ("goal", "")]
+    untold = f" {UNTOLD}" if _is_untold(cases) else ""
     rows = []
     for case in cases:
         row = [case.get("told") or named(case.get("keys") or {})]
@@ -475,7 +485,7 @@ def _sensitivity(record: Record) -> str:
         '<section id="sensitivity"><h2>If it is not as planned, in numbers</h2>'
         '<p class="note">The answer, '
         "simulated again with one thing changed, and beside it as planned with the same seeds; in "
-        "brackets the interval that holds the mean with the stated confidence.</p>"
+        f"brackets the interval that holds the mean with the stated confidence.{untold}</p>"
         f"{table(headings, rows, 'Sensitivity of the answer')}</section>"
     )
 

@@ -41,6 +41,10 @@ def test_the_answer_is_told_first(chart: Record) -> None:
     assert answer.count("<dt>") <= 4
     for key, value in record()["answer"].items():
         assert setting(key, value) in page
+    assert "with the filter as planned" not in page  # of older plans nobody knows
+    cases = [{**case, "known": False} for case in record()["sensitivity"]]
+    untold = plan_page({**record(), "told": told, "sensitivity": cases}, chart)
+    assert untold.count("simulated with the filter as planned: nobody tells it") == 2
 
 
 def test_predicted_and_simulated_are_told_apart(chart: Record) -> None:
