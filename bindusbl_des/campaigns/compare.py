@@ -127,7 +127,7 @@ def compared(
         why = f"; {left}" if left else ""
         raise CampaignError(f"nothing to compare: no seed has a result at both points{why}")
     notes = (
-        *(text for other, them in matched for text in unpaired(campaigns[0], other, them)),
+        *(text for other, them in matched if not chosen for text in unpaired(campaigns[0], other, them)),
         *left_out(pairs, found), *_versions(campaigns), *_waits(metrics),
         *_harms(campaigns, pairs, _unserved_said(differences)),
         *_contents(campaigns, pairs),
