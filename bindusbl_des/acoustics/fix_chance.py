@@ -31,8 +31,8 @@ ROUNDING = 1e-9
 # in four, at most so often: edges are then those of cells a sixteenth as large.
 EVEN, PARTED = 1e-3, 4
 
-# Chances of so many pairs of a place and an ASV are worked out at a time.
-PAIRS = 1_000_000
+# So many pairs of a place and an ASV are looked at at once.
+MOST_PAIRS = 1_000_000
 
 # A chance of a half, but for what a threshold of SNR at the band's range is rounded by.
 HALF = 0.5 - 1e-3
@@ -111,7 +111,7 @@ def mean_chance(scenario: Scenario, stations: ArrayLike, cells: int) -> tuple[fl
     for times in range(PARTED + 1):
         inside = share > 0.0
         corners, middles, share = corners[inside], middles[inside], share[inside]
-        chance = _by_blocks(scenario, stations, middles)
+        chance = fix_chance(scenario, stations, middles)
         if chance is None:
             return None
         least = min(least, chance.min(initial=1.0))
@@ -119,7 +119,7 @@ def mean_chance(scenario: Scenario, stations: ArrayLike, cells: int) -> tuple[fl
         if times < PARTED:
             four = (corners[:, np.newaxis] + size * UNIT).reshape(-1, 2)
             depths = np.full(len(four), scenario.survey.deepest)
-            around = _by_blocks(scenario, stations, np.column_stack((four, depths)))
+            around = fix_chance(scenario, stations, np.column_stack((four, depths)))
             assert around is not None
             uneven = np.abs(around.reshape(-1, 4).mean(axis=1) - chance) > EVEN
         total += float((chance * share)[~uneven].sum()) * size**2
@@ -132,17 +132,6 @@ def mean_chance(scenario: Scenario, stations: ArrayLike, cells: int) -> tuple[fl
 
 # The corners of a square, in its sides
 UNIT = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
-
-
-def _by_blocks(scenario: Scenario, stations: ArrayLike, places: Floats) -> Floats | None:
-    """Return :func:`fix_chance` of any number of places (n, 3)."""
-    block = max(1, PAIRS // len(np.asarray(stations)))
-    found = [
-        fix_chance(scenario, stations, places[begin : begin + block])
-        for begin in range(0, max(len(places), 1), block)
-    ]
-    parts = [part for part in found if part is not None]
-    return np.concatenate(parts) if parts else None
 
 
 def fix_chance(scenario: Scenario, stations: ArrayLike, places: ArrayLike) -> Floats | None:
@@ -158,10 +147,15 @@ def fix_chance(scenario: Scenario, stations: ArrayLike, places: ArrayLike) -> Fl
     acoustics, frames = scenario.acoustics, scenario.protocol.sends_frames
     if is_plugin(acoustics.hf.channel) or (frames and is_plugin(acoustics.mf.channel)):
         return None
-    heard = _heard(scenario, auvs, asvs)
-    delivered = _delivered(scenario, auvs, asvs) if frames else heard
     ahead = told_ahead(scenario, scenario.protocol.downlink)
-    return made_and_delivered(scenario, heard, delivered, _apart(auvs, asvs), ahead=ahead)[1]
+
+    def chance(some: Floats) -> Floats:
+        heard = _heard(scenario, some, asvs)
+        delivered = _delivered(scenario, some, asvs) if frames else heard
+        return made_and_delivered(scenario, heard, delivered, _apart(some, asvs), ahead=ahead)[1]
+
+    parts = max(len(auvs) * len(asvs) // MOST_PAIRS, 1)
+    return np.concatenate([chance(some) for some in np.array_split(auvs, parts)])
 
 
 def told_ahead(scenario: Scenario, downlink: str) -> int:

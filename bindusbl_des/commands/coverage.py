@@ -98,7 +98,7 @@ def _groups(groups: "Groups") -> Iterator[str]:
     low, high = groups.fewest
     fewest = f"{low:.2f}: chromatic number"
     if not groups.is_exact:
-        fewest = f"{low:.2f}; DSATUR needs {high:.2f}, between them lies the chromatic number"
+        fewest = f"{low:.2f}; {high:.2f} are enough, between them lies the chromatic number"
     clique = "" if groups.clique is None else f"clique {groups.clique:.2f}, "
     yield _line(
         "slots for all, at least", f"{fewest} ({clique}one ASV hears {groups.most_heard:.2f})"

@@ -181,6 +181,9 @@ def live(
                 "environment.origin.lat_deg and lon_deg to the scenario, or --set "
                 "environment.origin.lat_deg=54.33 --set environment.origin.lon_deg=10.18"
             )
+    from ..preflight.effort import effort
+
+    weigh(mission.name, effort(mission), anyway)
     if dry:
         found = _dry(mission, seed, outputs, heard, earth, truth)
         if as_json:
@@ -196,10 +199,8 @@ def live(
     talk(models(mission))
     talk_of(reading.warnings)
     from ..live.outputs import Opening
-    from ..preflight.effort import effort
     from ..results.result_folder import result_draft
 
-    weigh(mission.name, effort(mission), anyway)
     text = as_given(scenario, mission, folder)
     with writing(folder), result_draft(folder, force=force) as draft, ExitStack() as stack:
         selector = stack.enter_context(selectors.DefaultSelector())

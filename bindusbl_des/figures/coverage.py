@@ -1,10 +1,11 @@
 """What of the survey is served: the chance of a fix, HF circles, corners, the loneliest point."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
@@ -138,18 +139,17 @@ def _draw_area(axes: Axes, area: Area, stations: Points, reach: float, *, plain:
     ground, outline = UNHEARD if plain else "none", east_north(area.outline)
     axes.add_patch(Polygon(outline, fc=ground, ec=INK, lw=0.8, zorder=0.5, label="survey"))
     east, north = east_north(stations).T
-    for number, place in enumerate(zip(east.tolist(), north.tolist(), strict=True)):
-        if plain:
-            inside = Polygon(outline, transform=axes.transData)
-            under = axes.add_patch(Circle(place, reach, fc="white", lw=0, zorder=1))
-            under.set_clip_path(inside)
-            axes.add_patch(Circle(place, reach, fc=HF, alpha=0.25, lw=0, zorder=2))
-        colour = HF if plain else INK
-        axes.add_patch(
-            Circle(place, reach, fill=False, ec=colour, lw=0.7, ls="--", zorder=2, label="HF range")
-        )
-        if len(stations) <= LARGEST_LEGEND:
-            axes.annotate(f"ASV{number}", place, (4, 4), textcoords="offset points")
+    places = list(zip(east.tolist(), north.tolist(), strict=True))
+    circles = [Circle(place, reach) for place in places]
+    if plain:
+        under = PatchCollection(circles, fc="white", lw=0, zorder=1)
+        axes.add_collection(under)
+        under.set_clip_path(Polygon(outline, transform=axes.transData))
+        axes.add_collection(PatchCollection(circles, fc=HF, alpha=0.25, lw=0, zorder=2))
+    edge: Any = {"fc": "none", "ec": HF if plain else INK, "lw": 0.7, "ls": "--", "label": "HF range"}
+    axes.add_collection(PatchCollection(circles, zorder=2, **edge))
+    for number, place in enumerate(places if len(places) <= LARGEST_LEGEND else ()):
+        axes.annotate(f"ASV{number}", place, (4, 4), textcoords="offset points")
     axes.scatter(east, north, s=60, c="k", marker="*", zorder=5, label="ASV")
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon
@@ -89,15 +90,15 @@ def _draw_asvs(axes: Axes, scenario: "Scenario", asvs: dict[str, Any]) -> None:
     )
     paths = {name: east_north(track[["x_m", "y_m"]]) for name, track in asvs.items()}
     add_lines(axes, list(paths.values()), ["k"] * len(paths), linewidths=0.6, label="ASV track")
-    for name, path in paths.items():
-        place = (float(path[0, 0]), float(path[0, 1]))
-        for reach, colour, style, label in reaches:
-            axes.add_patch(
-                Circle(place, reach, fill=False, color=colour, ls=style, lw=0.7, label=label)
-            )
+    starts = np.array([path[0] for path in paths.values()])
+    for reach, colour, style, label in reaches:
+        circles = [Circle(place, reach) for place in starts.tolist()]
+        axes.add_collection(
+            PatchCollection(circles, fc="none", ec=colour, ls=style, lw=0.7, label=label)
+        )
+    for name, place in zip(paths, starts.tolist(), strict=True):
         if len(paths) <= LARGEST_LEGEND:
             axes.annotate(name, place, (4, 4), textcoords="offset points", clip_on=True)
-    starts = np.array([path[0] for path in paths.values()])
     axes.scatter(starts[:, 0], starts[:, 1], s=60, c="k", marker="*", zorder=5, label="ASV")
 
 

@@ -10,13 +10,14 @@ sqrt(R^2 - z^2).
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.arrays import Flags, Floats
-from .area import Area, rectangle
+from .area import Area, Point, rectangle
 from .formation import stations
 
 # Decimals of metres to which ASVs are told apart: bisectors of nearer ones are only rounding.
@@ -34,7 +35,12 @@ def _cells(area: Area, asvs: ArrayLike) -> list[tuple[shapely.Geometry, Floats]]
 
     It is cut off by the bisectors to the others, each time by the one beyond which most of it lies.
     """
-    given = stations(asvs)
+    return _cells_of(area, tuple(map(tuple, stations(asvs).tolist())))
+
+
+@lru_cache(maxsize=1)  # coverage, the loneliest point and its distance are asked of the same
+def _cells_of(area: Area, asvs: tuple[Point, ...]) -> list[tuple[shapely.Geometry, Floats]]:
+    given = np.array(asvs)
     places = given[np.sort(np.unique(np.round(given, MICROMETRES), axis=0, return_index=True)[1])]
     cells = []
     for number, place in enumerate(places):
@@ -203,7 +209,8 @@ def coverage_map(
     North (x) is up, east (y) to the right.  A cell shows its middle: '.' heard by none, 'o' by one,
     '#' by several, ' ' outside the survey; ASVs within its bounds appear as their number, '*' from
     the eleventh on and where they share a cell.  `columns` characters wide, of a square half as
-    many lines.  Raises ValueError for less than one column and as :func:`covered_area` does.
+    many lines; of a survey that is more than twice as high as wide fewer, and as many lines.
+    Raises ValueError for less than one column and as :func:`covered_area` does.
 
     >>> for line in coverage_map(140.0, [(0.0, 0.0), (50.0, 0.0)], 40.0, columns=20):
     ...     print(f"|{line}|")
@@ -223,7 +230,8 @@ def coverage_map(
         raise ValueError(f"a map must have at least one column; met {columns}; 48 suit a terminal")
     box = area.box
     high, wide = box.x_max - box.x_min, box.y_max - box.y_min
-    rows = max(1, round(columns / CHARACTER_HEIGHT * high / wide))
+    rows = max(1, round(columns / CHARACTER_HEIGHT * min(high / wide, CHARACTER_HEIGHT)))
+    columns = max(1, round(columns * min(CHARACTER_HEIGHT * wide / high, 1.0)))
     x = box.x_max - high * (np.arange(rows) + 0.5) / rows
     y = box.y_min + wide * (np.arange(columns) + 0.5) / columns
     points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)

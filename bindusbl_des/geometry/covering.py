@@ -246,6 +246,11 @@ def _improved(points: Floats, chosen: Numbers) -> Floats:
 
 # Of so many places all pairs are tried, of more a grid of this many cells over a reach.
 MOST_PAIRED, CELLS = 60, 3
+# Of more places than these some are looked at, evenly spread over their order, and a grid is
+# coarser where it would have more pairs of a cell and a place.
+MOST_PLACES, MOST_PAIRS = 2000, 10_000_000
+# So many pairs have their distances worked out at once.
+AT_ONCE = 1_000_000
 # Circles to begin with
 COVER_STARTS = 8
 # A place beyond the reach by no more than this share of it is within it: rounding.
@@ -284,21 +289,29 @@ def max_cover(
     if not 0.0 < reach < np.inf:
         raise ValueError(f"a reach must be positive and finite; met {reach}; give it in metres")
     value = np.ones(len(points)) if weights is None else np.asarray(weights, dtype=np.float64)
-    middles = _middles(points, reach)
-    within = distances(middles, points) <= reach * (1.0 + REACH_ROUNDING)  # (circles, n)
+    some = np.linspace(0, len(points) - 1, min(len(points), MOST_PLACES)).astype(np.intp)
+    middles, value = _middles(points[some], reach), value[some]
+    within = _within(middles, points[some], reach)  # (circles, n)
     firsts = np.argsort(-(within @ value), kind="stable")[:COVER_STARTS]
     tried = [
         _exchanged(_greedy(within, value, count, int(first)), within, value) for first in firsts
     ]
     chosen = max(tried, key=lambda circles: float(value[within[circles].any(axis=0)].sum()))
-    return _settled(points, within[chosen], reach)
+    return _settled(points, _within(middles[chosen], points, reach), reach)
+
+
+def _within(middles: Floats, points: Floats, reach: float) -> Flags:
+    """Tell which points (n, 2) each circle of a reach (m) about middles (c, 2) holds, (c, n)."""
+    parts = np.array_split(middles, len(middles) * len(points) // AT_ONCE + 1)
+    return np.vstack([distances(part, points) <= reach * (1.0 + REACH_ROUNDING) for part in parts])
 
 
 def _middles(points: Floats, reach: float) -> Floats:
     """Return the middles (c, 2), m, of all circles worth trying."""
     if len(points) > MOST_PAIRED:
-        step = reach / CELLS
         low, high = points.min(axis=0), points.max(axis=0)
+        coarse = np.prod(high - low) * len(points) / MOST_PAIRS, np.max(high - low) / MOST_PLACES
+        step = max(reach / CELLS, coarse[0] ** 0.5, coarse[1])
         axes = [np.arange(low[k], high[k] + step, step) for k in (0, 1)]
         grid = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
         return np.vstack((points, grid))

@@ -51,14 +51,15 @@ from ..scenario.scenario import Scenario
 from ..scenario.site import sound_speed_of
 from .round_lengths import Rounds, gap_s, rounds_of
 
-# A mission is looked at so often, less often where there are more pairs of AUV and ASV than this.
-INSTANTS, MOST_PAIRS = 121, 4_000_000
+# A mission is looked at so often, less often where there are more pairs of AUV and ASV, or of AUVs
+# that may share a slot, than these.
+INSTANTS, MOST_PAIRS, MOST_CHOICES = 121, 4_000_000, 121_000_000
 
 # Whose rates stand beside those of the scenario's own rounds.
 COMPARED = tuple(name for name, traits in DOWNLINKS.items() if traits.is_foreseen)
 
 # Rounds with numbers of fixes that are rarer than this are not asked how long they are, nor those
-# of more numbers than so many: others lie between them.
+# of more numbers of fixes, or of groups, than so many: others lie between them.
 HARDLY_EVER, MOST_LENGTHS = 1e-6, 17
 
 # Frames of more records are not tried in search of the one that carries most of them a second.
@@ -124,8 +125,8 @@ def instants(scenario: Scenario, most: int = INSTANTS) -> Floats:
     """Return the instants (s) at which a mission is looked at: midway through equal parts of it,
     `most` of them unless there are many vehicles.
     """
-    pairs = scenario.auvs.count * scenario.asvs.count
-    count = max(min(most, MOST_PAIRS // pairs), 1)
+    auvs, pairs = scenario.auvs.count, scenario.auvs.count * scenario.asvs.count
+    count = max(min(most, MOST_PAIRS // pairs, MOST_CHOICES // auvs**2), 1)
     return np.asarray((np.arange(count) + 0.5) * scenario.duration_s / count)
 
 
@@ -281,12 +282,10 @@ def groups_of(schedule: ScheduleTraits, heard: Flags) -> Groups:
     """Return the ping groups of rounds that begin with so much in HF range, (k, n, m)."""
     made = groups_made(schedule, heard)
     small = heard.shape[1] <= EXACT_UP_TO
+    low, high = each(heard, fewest_groups).mean(axis=0).tolist()
     return Groups(
         None if made is None else float(made.mean()),
-        (
-            float(each(heard, lambda now: fewest_groups(now)[0]).mean()),
-            float(each(heard, lambda now: fewest_groups(now)[1]).mean()),
-        ),
+        (low, high),
         float(each(heard, lambda now: clique_number(now) or 0).mean()) if small else None,
         float(each(heard, most_heard).mean()),
         float(each(heard, reuse_bound).mean()),
@@ -414,17 +413,29 @@ def _lengths(downlink: str, rounds: Rounds, groups: Ints, made: Floats) -> Float
     """
     further, named, slots = rounds.contention, rounds.named, rounds.slots
     numbers = _numbers(made)
-    asked = np.flatnonzero(numbers.max(axis=0) > HARDLY_EVER)
-    if len(asked) > MOST_LENGTHS:
-        asked = np.linspace(asked[0], asked[-1], MOST_LENGTHS).astype(np.int64)
+    asked = _some(np.flatnonzero(numbers.max(axis=0) > HARDLY_EVER))
+    some = _some(np.unique(groups))
+    known = np.array(
+        [
+            [
+                cycle(downlink, slots, int(count) + further, int(fixes), named).length_s
+                for fixes in asked
+            ]
+            for count in some
+        ]
+    )
+    every = np.arange(numbers.shape[1])
+    of_some = np.array([numbers @ np.interp(every, asked, lengths) for lengths in known])
+    return np.array(
+        [np.interp(count, some, column) for count, column in zip(groups, of_some.T, strict=True)]
+    )
 
-    @cache
-    def lengths(count: int) -> Floats:
-        known = [cycle(downlink, slots, count + further, fixes, named).length_s for fixes in asked]
-        return np.interp(np.arange(numbers.shape[1]), asked, known)
 
-    pairs = zip(numbers, groups.tolist(), strict=True)
-    return np.array([likely @ lengths(count) for likely, count in pairs])
+def _some(numbers: Ints) -> Ints:
+    """Return rising whole numbers, of many the first, the last and some between them."""
+    if len(numbers) <= MOST_LENGTHS:
+        return numbers
+    return np.unique(np.linspace(numbers[0], numbers[-1], MOST_LENGTHS).astype(np.int64))
 
 
 def _numbers(made: Floats) -> Floats:

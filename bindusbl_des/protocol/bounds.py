@@ -12,10 +12,13 @@ from collections.abc import Callable
 import numpy as np
 
 from ..core.arrays import Flags
-from .conflicts import dsatur_groups
+from .conflicts import dsatur_groups, greedy_groups
 
 # Graphs of more AUVs that DSATUR does not settle are left with what is known of them.
 EXACT_UP_TO = 20
+
+# DSATUR looks at each pair of AUVs: of larger fleets it takes minutes.
+MOST_BY_DSATUR = 10_000
 
 
 def most_heard(heard: Flags) -> int:
@@ -68,12 +71,14 @@ def _largest_clique(neighbours: list[int], size: int, candidates: int, best: int
 
 def fewest_groups(heard: Flags) -> tuple[int, int]:
     """Return between what the chromatic number of the conflict graph lies, the two equal where it
-    is known: it is of small fleets, and wherever DSATUR needs no more groups than one ASV hears.
+    is known: it is of small fleets, and wherever no more groups are made than one ASV hears, by
+    DSATUR or, of fleets that are too large for that, one AUV after another.
 
     >>> fewest_groups(np.array([[True, True, False], [True, False, True], [False, True, True]]))
     (3, 3)
     """
-    low, high = max(most_heard(heard), 1), len(dsatur_groups(heard))
+    made = dsatur_groups if len(heard) <= MOST_BY_DSATUR else greedy_groups
+    low, high = max(most_heard(heard), 1), len(made(heard))
     if low == high or len(heard) > EXACT_UP_TO:
         return low, high
     neighbours = _neighbours(heard)

@@ -9,6 +9,7 @@ from itertools import islice, pairwise
 from typing import Any
 
 import numpy as np
+import pyarrow.compute as pc
 
 from ..acoustics.propagation import TOUCH
 from ..core.arrays import Floats
@@ -246,13 +247,19 @@ def _pings(result: Result) -> Iterator[tuple[str, Signal, Signal]]:
     pings = {row["ping"]: row for row in result.arrow["pings"].to_pylist()}
     there: dict[str, list[Signal]] = {}
     lasts = result.scenario.acoustics.hf.ping_s
-    for row in result.arrow["receptions"].to_pylist():
-        if row["outcome"] == "collided" and row["arrived_at_s"] is not None:
+    for row in _collided(result, "receptions"):
+        if row["arrived_at_s"] is not None:
             signal = _ping(row, pings[row["ping"]], protocol.pinging, lasts)
             there.setdefault(row[protocol.listening], []).append(signal)
     for receiver, signals in there.items():
         yield from _neighbours(receiver, signals)
     yield from _calls(result, list(pings.values()), there)
+
+
+def _collided(result: Result, table: str) -> list[Row]:
+    """Return the rows of signals that collided: as Python's a table takes ten times the memory."""
+    rows = result.arrow[table]
+    return list(rows.filter(pc.equal(rows["outcome"], "collided")).to_pylist())
 
 
 def _neighbours(receiver: str, signals: list[Signal]) -> Iterator[tuple[str, Signal, Signal]]:
@@ -317,16 +324,15 @@ def _frames(result: Result) -> Iterator[tuple[str, Signal, Signal]]:
     """Yield AUVs at which two frames of fixes met."""
     frames, tracks = result.arrow["broadcasts"].to_pylist(), _tracks(result)
     there: dict[str, list[Signal]] = {}
-    for row in result.arrow["frame_receptions"].to_pylist():
-        if row["outcome"] == "collided":
-            number, arrived = row["broadcast"], row["arrived_at_s"]
-            frame = frames[number]
-            signal = Signal(
-                f"broadcast {number} (round {frame['round']})", frame["asv"],
-                frame["sent_at_s"], _place(tracks[frame["asv"]], frame["sent_at_s"]),
-                arrived, arrived + frame["airtime_s"],
-            )  # fmt: skip
-            there.setdefault(row["auv"], []).append(signal)
+    for row in _collided(result, "frame_receptions"):
+        number, arrived = row["broadcast"], row["arrived_at_s"]
+        frame = frames[number]
+        signal = Signal(
+            f"broadcast {number} (round {frame['round']})", frame["asv"],
+            frame["sent_at_s"], _place(tracks[frame["asv"]], frame["sent_at_s"]),
+            arrived, arrived + frame["airtime_s"],
+        )  # fmt: skip
+        there.setdefault(row["auv"], []).append(signal)
     for auv, signals in there.items():
         yield from _neighbours(auv, signals)
 
@@ -335,8 +341,10 @@ def _tracks(result: Result) -> dict[str, Floats]:
     """Return when (s) and where (m) each vehicle was, rows of (time, x, y, z)."""
     table = result.arrow["tracks"]
     rows = np.column_stack([table[name] for name in ("time_s", "x_m", "y_m", "z_m")])
-    vehicles = np.array(table["vehicle"])
-    return {str(vehicle): rows[vehicles == vehicle] for vehicle in np.unique(vehicles)}
+    vehicles, which = np.unique(np.array(table["vehicle"], dtype=str), return_inverse=True)
+    ends = np.cumsum(np.bincount(which))[:-1]
+    parts = np.split(rows[np.argsort(which, kind="stable")], ends)
+    return dict(zip(vehicles.tolist(), parts, strict=True))
 
 
 def _place(track: Floats, at_s: float) -> Place:

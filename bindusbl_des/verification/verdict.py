@@ -51,6 +51,9 @@ MOST_RANGES = 1.0
 # One change may ask for another: a longer slot lets AUVs go farther.
 MOST_ROUNDS = 4
 
+# Larger fleets have too many pairs to look at all of them.
+LARGEST_FLEET = 1000
+
 
 @dataclass(frozen=True)
 class Guard:
@@ -180,13 +183,19 @@ def verify(
 
     Raises:
         ScenarioError: when the scenario file cannot be read or used.
-        ValueError: for a bound that is no number or impossible.
+        ValueError: for a bound that is no number or impossible, and of a fleet that is too large.
 
     >>> verify("recovery_140m").accepted
     False
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
+    for who, fleet in (("AUVs", scenario.auvs), ("ASVs", scenario.asvs)):
+        if fleet.count > LARGEST_FLEET:
+            raise ValueError(
+                f"{who.lower()}.count: all pairs of up to {LARGEST_FLEET:,} {who} are looked at; "
+                f"got {fleet.count:,}; verify a part of the fleet"
+            )
     case = Case(scenario, bounds_of(scenario, max_speed, clock_error, sound_speed_error))
     found = [witnessed(pair) for pair in pairs_of(case)]
     pairs = tuple(pair for pair, _ in found)

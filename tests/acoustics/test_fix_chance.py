@@ -109,6 +109,17 @@ def half(signals: Signals) -> np.ndarray:
     return np.full(signals.ranges.shape, 0.5)
 
 
+def test_many_asvs_are_looked_at_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No array has a row for each place and a column for each ASV, and no bit changes by that."""
+    of = scenario()
+    stations, grid = asv_stations(of), survey_grid(of, 20)
+    whole = fix_chance(of, stations, grid.middles)
+    monkeypatch.setattr("bindusbl_des.acoustics.fix_chance.MOST_PAIRS", 10)
+    parts = fix_chance(of, stations, grid.middles)
+    assert whole is not None
+    assert np.array_equal(whole, parts)
+
+
 def test_a_channel_of_ones_own_is_not_asked() -> None:
     of = world(acoustics={"hf": {"channel": half}})
     assert fix_chance(of, asv_stations(of), [(0.0, 0.0, 0.0)]) is None

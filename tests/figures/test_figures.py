@@ -103,6 +103,12 @@ def test_kinds_are_those_of_the_command() -> None:
     assert list(RUN_KINDS) == list(KINDS) == list(TABLES)
 
 
+def circles(axes: Axes, label: str) -> list[float]:
+    """Return the diameters (m) of the circles of a label."""
+    drawn = next(it for it in axes.collections if it.get_label() == label)
+    return [round(path.get_extents().width, 9) for path in drawn.get_paths()]
+
+
 def test_the_map_shows_the_tracks(result: Result) -> None:
     """True, fused and dead-reckoned paths are those of the tables, east before north; circles have
     the ranges.
@@ -117,8 +123,8 @@ def test_the_map_shows_the_tracks(result: Result) -> None:
         for index, path in enumerate(lines(axes, label)):
             expected = tracks.loc[tracks.vehicle == f"AUV{index}", columns].to_numpy()
             assert path == pytest.approx(expected)
-    circles = [(p.get_label(), p.get_radius()) for p in axes.patches if hasattr(p, "get_radius")]
-    assert circles == [("HF range", 45.0), ("MF range", 100.0)] * 3
+    assert circles(axes, "HF range") == [90.0] * 3
+    assert circles(axes, "MF range") == [200.0] * 3
 
 
 def test_errors_are_those_of_the_tracks(result: Result) -> None:
@@ -166,8 +172,7 @@ def test_coverage_tells_the_exact_share(result: Result) -> None:
     unheard = result.tables["pings"].query("in_range_of == 0")
     assert f"pings in nobody's range: {len(unheard)}" in texts
     assert any("% of the survey" in text for text in texts)
-    radii = {p.get_radius() for p in figure.axes[0].patches if hasattr(p, "get_radius")}
-    assert radii == {45.0}
+    assert set(circles(figure.axes[0], "HF range")) == {90.0}
 
 
 def test_the_timeline_shows_what_happened_in_its_rounds(result: Result) -> None:

@@ -1,6 +1,7 @@
 """Best formations and best covers, against known constants, first principles and brute force."""
 
 import math
+import tracemalloc
 from itertools import combinations
 
 import numpy as np
@@ -208,6 +209,23 @@ def test_weights_decide_and_a_vessel_with_nothing_to_do_goes_far_out() -> None:
         max_cover(places, 0, 5.0)
     with pytest.raises(ValueError, match="a reach must be positive and finite; met 0"):
         max_cover(places, 1, 0.0)
+
+
+def test_ever_more_places_in_ever_larger_seas_need_no_more_memory() -> None:
+    """Pairs of places are not all compared, nor has a grid so many cells of a part of the reach."""
+    generator = np.random.default_rng(5)
+    crowd = generator.normal(0.0, 10.0, (4000, 2))
+    for sea in (1e4, 1e6):
+        places = np.vstack((crowd, generator.uniform(-sea / 2, sea / 2, (2000, 2))))
+        tracemalloc.start()
+        found = max_cover(places, 1, 50.0)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert peak < 300e6
+        assert found.reached.shape == (6000,)
+        away = np.hypot(*(places[:, None] - found.places).transpose(2, 0, 1)).min(axis=1)
+        assert found.reached.tolist() == (away <= 50.0 * (1 + 1e-9)).tolist()
+        assert found.reached[:4000].mean() > 0.99
 
 
 def test_many_places_are_covered_from_a_grid() -> None:

@@ -12,6 +12,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from bindusbl_des.geometry.area import rectangle
 from bindusbl_des.geometry.coverage import coverage_map, covered_area, covering_radius, is_covered
 from bindusbl_des.geometry.formation import (
     corner_distance,
@@ -442,6 +443,18 @@ def test_map_shows_what_is_heard() -> None:
     heard = 1.0 - text.count(".") / len(text)
     assert heard == pytest.approx(covered_area(140.0, polygon(3, 50.0, 0.0), 50.0), abs=5e-3)
     assert text.count("#") > 0
+
+
+@pytest.mark.parametrize(("high", "wide"), [(1e5, 0.1), (1e5, 1.0), (1e5, 3e4), (0.1, 1e5)])
+def test_a_map_has_no_more_lines_than_columns(high: float, wide: float) -> None:
+    """However long and narrow the survey is; its scale is that of both axes."""
+    lines = coverage_map(rectangle(high, wide), [(0.0, 0.0)], 50.0)
+    assert 1 <= len(lines) <= 48
+    (columns,) = {len(line) for line in lines}
+    assert 1 <= columns <= 48
+    assert max(columns, len(lines)) == 48
+    if min(columns, len(lines)) > 1:
+        assert 2.0 * len(lines) / columns == pytest.approx(high / wide, rel=0.05)
 
 
 def test_map_of_many_asvs() -> None:

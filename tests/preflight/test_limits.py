@@ -15,9 +15,11 @@ from bindusbl_des import Scenario, load_scenario, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.predicting import predict
-from bindusbl_des.preflight.limits import Limits
+from bindusbl_des.preflight.limits import Limits, instants
 from bindusbl_des.preflight.round_lengths import carried_per_s
 from bindusbl_des.preflight.warnings import warnings_of
+from bindusbl_des.protocol.bounds import fewest_groups
+from bindusbl_des.protocol.cycles import cycle
 from bindusbl_des.protocol.slots import slots_of
 from bindusbl_des.scenario.destinations import asv_stations
 
@@ -46,6 +48,51 @@ def rates_flown(asked: Scenario, missions: int) -> NDArray[np.float64]:
 
 def limits(**changes: dict[str, Any]) -> Limits:
     return bindusbl_des.limits(scenario(**changes))
+
+
+def test_rounds_of_many_lengths_are_asked_for_some(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 60 AUVs rounds have 47 numbers of groups: 17 of them are run, the others lie between."""
+    crowd = Scenario.model_validate(
+        {"name": "crowd", "duration_s": 100.0, "auvs": {"count": 60}, "asvs": {"count": 2}}
+    )
+    asked: list[tuple[Any, ...]] = []
+
+    def noted(*round_: Any) -> Any:
+        asked.append(round_)
+        return cycle(*round_)
+
+    monkeypatch.setattr("bindusbl_des.preflight.limits.cycle", noted)
+    some = bindusbl_des.limits(crowd)
+    assert len(asked) == len({*asked}) <= 2 * 17 * 17
+    monkeypatch.setattr("bindusbl_des.preflight.limits.MOST_LENGTHS", 10_000)
+    every = bindusbl_des.limits(crowd)
+    assert len(asked) > 4 * 17 * 17
+    for name, rates in every.rates.items():
+        assert some.rates[name].mean == pytest.approx(rates.mean, rel=2e-3), name
+        assert some.rates[name].lowest == pytest.approx(rates.lowest, rel=2e-3), name
+
+
+def test_large_fleets_are_looked_at_seldom_and_their_groups_bounded_without_pairs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A hundred thousand AUVs are, at one instant; no pairs of AUVs are compared."""
+    looks = [
+        len(
+            instants(
+                Scenario.model_validate(
+                    {"name": "many", "duration_s": 60, "auvs": {"count": count}}
+                )
+            )
+        )
+        for count in (1000, 3000, 100_000)
+    ]
+    assert looks == [121, 13, 1]
+    heard = np.random.default_rng(1).random((200, 3)) < 0.2
+    low, high = fewest_groups(heard)
+    monkeypatch.setattr("bindusbl_des.protocol.bounds.MOST_BY_DSATUR", 100)
+    monkeypatch.setattr("bindusbl_des.protocol.bounds.dsatur_groups", None)
+    assert fewest_groups(heard)[0] == low
+    assert fewest_groups(heard)[1] >= high
 
 
 def test_rounds_of_a_fleet_that_holds() -> None:

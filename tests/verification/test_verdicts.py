@@ -30,6 +30,12 @@ def judged(data: dict[str, Any], **bounds: float) -> Verdict:
     return verify(Scenario.model_validate({"name": "test", "duration_s": 60.0, **data}), **bounds)
 
 
+def test_fleets_are_verified_as_far_as_their_pairs_go() -> None:
+    for fleet, who in (("auvs", "AUVs"), ("asvs", "ASVs")):
+        with pytest.raises(ValueError, match=f"{fleet}.count: all pairs of up to 1,000 {who}"):
+            judged({fleet: {"count": 1001}})
+
+
 def mended(data: dict[str, Any], verdict: Verdict) -> Scenario:
     """Return a scenario with what was proposed."""
     assert verdict.remedy is not None
