@@ -38,6 +38,9 @@ class OneThread:
         self._running += 1
         return self._executor.submit(run_batch, batch)
 
+    def end(self, future: "Future[list[Row]]") -> None:
+        pass
+
     def release(self, future: "Future[list[Row]]") -> int | None:
         self._running -= 1
         return None

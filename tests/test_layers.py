@@ -12,6 +12,8 @@ from pydoc import locate
 import networkx as nx
 import pytest
 
+from bindusbl_des.core import plugins
+
 PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 
 # From the ground to the faces; a room imports only from itself and from those before it.
@@ -86,6 +88,10 @@ def imports(path: Path) -> tuple[set[str], set[str]]:
 
 def test_every_room_is_on_the_plan() -> None:
     assert {name.split(".")[0] for name in NAMES if name} == set(ROOMS)
+
+
+def test_missions_are_known_by_the_code_of_the_rooms_that_they_are_made_of() -> None:
+    assert list(plugins.ROOMS) == ROOMS[: ROOMS.index("mission") + 1]
 
 
 @pytest.mark.parametrize("room", ROOMS)

@@ -129,11 +129,18 @@ def check_files(campaign: Campaign) -> None:
 
 def _changed(folder: Path, record: Mapping[str, Any]) -> str:
     """Return why a campaign's missions and those of today cannot be mixed, "" if they can."""
-    if record["model_version"] != model_version():
+    then, now = record["model_version"], model_version()
+    if then != now:
+        other, _, code = then.partition("+")
+        own = code and other == now.partition("+")[0]
+        remedy = (
+            "put its code back as it was"
+            if own
+            else f"install bindusbl-des {other.partition('/')[0]}"
+        )
         return (
-            f"{folder}: began with model {record['model_version']}, this is model "
-            f"{model_version()}; their missions cannot be mixed. Sweep anew into another folder, "
-            f"or install bindusbl-des {record['model_version'].partition('/')[0]}"
+            f"{folder}: began with model {then}, this is model {now}; their missions cannot be "
+            f"mixed. Sweep anew into another folder, or {remedy}"
         )
     changed = (
         part for part, recorded in record["own_parts"].items() if source_sha256(part) != recorded

@@ -14,6 +14,7 @@ import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from importlib import import_module
 from importlib.machinery import ModuleSpec, PathFinder
 from importlib.util import resolve_name
@@ -25,7 +26,7 @@ from pathlib import Path
 from traceback import walk_tb
 from typing import Any, TypeVar
 
-from .wording import did_you_mean, printable, shortened
+from .wording import LONGEST_ERROR, did_you_mean, printable, shortened
 
 # Set to 1, every plug-in that is named is loaded by whoever runs missions.
 PERMISSION = "BINDUSBL_ALLOW_PLUGINS"
@@ -285,7 +286,8 @@ def _reason(error: BaseException, name: str) -> str:
 
 
 def _told(error: BaseException, name: str, when: str = "") -> str:
-    kind, text = f"{type(error).__name__}{when}", " ".join(str(error).split())
+    kind = f"{type(error).__name__}{when}"
+    text = shortened(" ".join(str(error).split()), LONGEST_ERROR)
     return printable(f"{kind}: {text}" if text else kind) + _line(error, name)
 
 
@@ -310,10 +312,26 @@ def _line(error: BaseException, name: str) -> str:
 # time.
 
 
-# Folders whose packages have nothing to do with each other, and this package, whose version
-# stands for its files.
+# Folders whose packages have nothing to do with each other, and this package, whose files have a
+# fingerprint of their own.
 INSTALLED = ("site-packages", "dist-packages")
 THIS = __name__.partition(".")[0]
+
+
+# The rooms of this package that missions are made of.
+ROOMS = (
+    *("core", "geometry", "sea", "records", "charts", "vehicles", "presets", "scenario"),
+    *("navigation", "acoustics", "usbl", "protocol", "preflight", "results", "mission"),
+)
+
+
+@cache
+def package_sha256() -> str:
+    """Return the fingerprint of the files that missions are made of, as this process found them."""
+    package, total = Path(__file__).parents[1], hashlib.sha256()
+    for file in sorted(file for room in ROOMS for file in (package / room).rglob("*.py")):
+        total.update(f"{file.relative_to(package).as_posix()}\n".encode() + file.read_bytes())
+    return total.hexdigest()
 
 
 def source_sha256(name: str) -> str:

@@ -1,6 +1,7 @@
 """Words and numbers for people: the nearest right spelling, values as written, few digits."""
 
 import re
+from hashlib import sha256
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from json import dumps
@@ -8,9 +9,13 @@ from math import floor, isfinite, log10
 from string import ascii_uppercase
 from textwrap import fill
 from typing import NoReturn
+from unicodedata import category
 
 # Longer values are cut in messages, which stay one readable line.
 LONGEST_VALUE = 60
+
+# So much is kept of what an error says, and of where it came from: it may say anything.
+LONGEST_ERROR, LONGEST_TRACE = 2000, 20_000
 
 # No table and no sentence is wider than a terminal.
 WIDEST = 80
@@ -148,17 +153,28 @@ def printable_json(text: str) -> str:
 
 def file_name(name: str) -> str:
     """Return a name as files and folders have it: of letters of any script, digits, _ . and -, at
-    most 200 bytes of them.
+    most 200 bytes of them.  A hash tells names apart of which other signs, or the end, are lost.
 
     >>> file_name("two AUVs"), file_name("\u043b\u043e\u0434\u043a\u0430/1")
     ('two_AUVs', '\u043b\u043e\u0434\u043a\u0430_1')
+    >>> file_name("\u2693"), file_name("\u26f5")
+    ('_-6856f38f', '_-31c70f82')
     """
-    return re.sub(r"[^\w.-]+", "_", name).encode()[:200].decode(errors="ignore")
+    kept = "".join(sign if sign in "_.-" or category(sign)[0] in "LMN" else " " for sign in name)
+    short = "_".join(re.split(" +", kept)).encode()[:200].decode(errors="ignore")
+    is_whole = len(short.encode()) < 200 and all(
+        sign.isascii() for sign, left in zip(name, kept, strict=True) if left == " "
+    )
+    return short if is_whole else f"{short}-{sha256(name.encode()).hexdigest()[:8]}"
 
 
-def shortened(text: str) -> str:
-    """Return a text cut to a length that a message can carry."""
-    return text if len(text) <= LONGEST_VALUE else f"{text[: LONGEST_VALUE - 4]}...{text[-1]}"
+def shortened(text: str, most: int = LONGEST_VALUE) -> str:
+    """Return a text cut to a length, by default one that a message can carry.
+
+    >>> shortened("ranges are missing", 10)
+    'ranges...g'
+    """
+    return text if len(text) <= most else f"{text[: most - 4]}...{text[-1]}"
 
 
 def significant(value: float, digits: int = 3) -> str:

@@ -146,7 +146,13 @@ def _draw_area(axes: Axes, area: Area, stations: Points, reach: float, *, plain:
         axes.add_collection(under)
         under.set_clip_path(Polygon(outline, transform=axes.transData))
         axes.add_collection(PatchCollection(circles, fc=HF, alpha=0.25, lw=0, zorder=2))
-    edge: Any = {"fc": "none", "ec": HF if plain else INK, "lw": 0.7, "ls": "--", "label": "HF range"}
+    edge: Any = {
+        "fc": "none",
+        "ec": HF if plain else INK,
+        "lw": 0.7,
+        "ls": "--",
+        "label": "HF range",
+    }
     axes.add_collection(PatchCollection(circles, zorder=2, **edge))
     for number, place in enumerate(places if len(places) <= LARGEST_LEGEND else ()):
         axes.annotate(f"ASV{number}", place, (4, 4), textcoords="offset points")

@@ -9,7 +9,6 @@ from itertools import islice, pairwise
 from typing import Any
 
 import numpy as np
-import pyarrow.compute as pc
 
 from ..acoustics.propagation import TOUCH
 from ..core.arrays import Floats
@@ -259,7 +258,8 @@ def _pings(result: Result) -> Iterator[tuple[str, Signal, Signal]]:
 def _collided(result: Result, table: str) -> list[Row]:
     """Return the rows of signals that collided: as Python's a table takes ten times the memory."""
     rows = result.arrow[table]
-    return list(rows.filter(pc.equal(rows["outcome"], "collided")).to_pylist())
+    those = np.flatnonzero(np.array(rows["outcome"]) == "collided")
+    return list(rows.take(those).to_pylist())
 
 
 def _neighbours(receiver: str, signals: list[Signal]) -> Iterator[tuple[str, Signal, Signal]]:

@@ -458,8 +458,8 @@ def origin(runs: Runs, command: str) -> Iterator[str]:
     packages = ", ".join(f"{name} {number}" for name, number in versions().items())
     day = datetime.now(UTC).date().isoformat()
     yield (
-        f"{total} missions, {day}, model {model_version()}, Python {platform.python_version()}, "
-        f"{packages}."
+        f"{total} missions, {day}, model {model_version().partition('+')[0]}, "
+        f"Python {platform.python_version()}, {packages}."
     )
     yield (
         "To make it again (a call that was cut short continues where it stopped):\n\n"

@@ -21,7 +21,7 @@ from commands_for_tests import call
 
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import Campaign, load_campaign
-from bindusbl_des.campaigns.experiments.experiment import ExperimentPlan
+from bindusbl_des.campaigns.experiments.experiment import ExperimentPlan, model_version
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.experiments.experiment_points import KEYS
 from bindusbl_des.campaigns.running import sweep
@@ -34,7 +34,7 @@ from bindusbl_des.campaigns.storage.folder import (
 from bindusbl_des.campaigns.storage.joining import compact
 from bindusbl_des.campaigns.storage.part_rows import done
 from bindusbl_des.campaigns.storage.parts import committed, part_path
-from bindusbl_des.campaigns.workers import pools, supervisor
+from bindusbl_des.campaigns.workers import batches, pools, supervisor
 from bindusbl_des.campaigns.workers.batches import Batch, Heartbeat, Row, run_batch, signal_name
 from bindusbl_des.campaigns.workers.pools import LocalPool, Progress
 from bindusbl_des.campaigns.workers.supervisor import batch_of
@@ -47,7 +47,7 @@ EXPERIMENT = "scenario: base.yaml\nvary: {asvs.count: [2, 3]}\nseeds: 8\n"
 
 # Schedules of one's own that do to their process what accidents do to it.
 ACCIDENTS = """
-import os, time
+import os, signal, time
 
 def _seed(view):
     return view.random.bit_generator.seed_seq.entropy
@@ -75,6 +75,11 @@ def raising(view):
     if _seed(view) == 3:
         raise RuntimeError("seed 3 does not work")
     return [[auv] for auv in range(len(view.auvs))]
+
+def stopped(view):
+    if _seed(view) == 3:
+        os.kill(os.getpid(), signal.SIGSTOP)
+    return [[auv] for auv in range(len(view.auvs))]
 """
 
 
@@ -85,12 +90,12 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     (folder / "accidents.py").write_text(ACCIDENTS)
     (folder / "base.yaml").write_text(BASE)
     (folder / "experiment.yaml").write_text(EXPERIMENT)
-    for name in ("slow", "poison", "raising", "endless"):
+    for name in ("slow", "poison", "raising", "endless", "stopped"):
         text = f"{BASE}protocol: {{schedule: 'accidents:{name}'}}\n"
         (folder / f"{name}_base.yaml").write_text(text)
         text = EXPERIMENT.replace("base", f"{name}_base")
         (folder / f"{name}.yaml").write_text(text)
-    for name in ("poison", "endless"):
+    for name in ("poison", "endless", "stopped"):
         text = (folder / f"{name}.yaml").read_text().replace("[2, 3]", "[2]")
         (folder / f"{name}.yaml").write_text(text)
     (folder / "slow.yaml").write_text(
@@ -298,6 +303,54 @@ def test_a_mission_that_never_ends_is_ended(home: Path, tmp_path: Path) -> None:
     assert not list(folder.glob("**/*.tmp"))
 
 
+def test_a_worker_that_is_stopped_is_ended_by_its_parent(
+    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """SIGSTOP stops its own clock, too: its mission is quarantined, all others are done."""
+    monkeypatch.setattr(supervisor, "GRACE_S", 0.5)
+    folder = tmp_path / "stopped"
+    words = ("--out", folder, "--workers", 2, "--mission-timeout", 1.5)
+    result = call("sweep", home / "stopped.yaml", *words)
+    assert result.exit_code == 3, result.stderr
+    missions = load_campaign(folder).missions
+    failed = missions[missions["status"] == "failed"]
+    assert failed[["seed", "error"]].values.tolist() == [[3, "took longer than 1.5 s; ended"]]
+    assert len(missions) == 8
+    failure = json.loads(next((folder / "failures").iterdir()).read_text())
+    assert failure["traceback"] == supervisor.STOPPED
+    assert not list(folder.glob("**/*.tmp"))
+
+
+@pytest.mark.parametrize("silent", ["before it begins", "as it loads"])
+def test_a_worker_that_never_begins_a_mission_is_ended(
+    silent: str, home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Time to start and to load is none of a mission's, but it is not endless: others take over."""
+    ended: list[Future[list[Row]]] = []
+
+    class Deaf(OneThread):
+        def submit(self, batch: Batch) -> "Future[list[Row]]":
+            if ended:
+                return super().submit(batch)
+            monkeypatch.setattr(supervisor, "LOADING_S", 0.0)
+            if silent == "as it loads":
+                with Heartbeat(Path(batch.folder), batch.part).at(batch.missions[0].number, None):
+                    pass
+            self._running += 1
+            return Future()
+
+        def end(self, future: "Future[list[Row]]") -> None:
+            ended.append(future)
+            monkeypatch.setattr(supervisor, "LOADING_S", 600.0)
+            future.set_exception(BrokenProcessPool("ended"))
+
+    monkeypatch.setattr(running, "pool_for", Deaf)
+    campaign = sweep(home / "experiment.yaml", tmp_path / "deaf", mission_timeout_s=2.0)
+    assert len(ended) == 1
+    assert len(campaign.missions) == 16
+    assert set(campaign.missions["status"]) == {"ok"}
+
+
 @pytest.mark.parametrize("seeds", [4, pytest.param(8, marks=pytest.mark.slow)])
 def test_missions_that_kill_their_workers_are_quarantined(
     home: Path, tmp_path: Path, seeds: int
@@ -417,6 +470,48 @@ def test_a_mission_that_raises_is_a_failed_row(home: Path, tmp_path: Path) -> No
     assert call("resume", folder).exit_code == 3
     assert call("resume", folder, "--retry-failed", "--json").exit_code == 3
     assert len(load_campaign(folder).missions) == 16
+
+
+@pytest.mark.usefixtures("at_home")
+def test_what_an_error_says_is_kept_as_far_as_a_campaign_can_carry_it(
+    experiment: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An error of 20 MB, raised as another was handled, leaves a campaign that can be read."""
+
+    def broken(*_: object) -> None:
+        try:
+            raise RuntimeError("no depth" * 2_500_000)
+        except RuntimeError as error:
+            raise ValueError(f"no mission: {error}") from error
+
+    monkeypatch.setattr(batches, "simulate", broken)
+    assert call("sweep", experiment, "--seeds", 1, "--out", "broken").exit_code == 3
+    campaign = load_campaign("broken")
+    assert campaign.missions["error"].str.startswith("ValueError: no mission: no depthno").all()
+    assert campaign.missions["error"].str.len().max() <= 2000
+    assert sum(path.stat().st_size for path in Path("broken").rglob("*")) < 1e6
+    failure = json.loads(next(Path("broken/failures").iterdir()).read_text())
+    assert failure["traceback"].startswith("Traceback")
+    assert "in broken" in failure["traceback"]
+    assert call("status", "broken").exit_code == 0
+
+
+@pytest.mark.usefixtures("at_home")
+def test_missions_of_other_code_are_not_mixed_in(
+    experiment: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not by who goes on with a campaign, nor by a worker of another installation."""
+    sweep(experiment, "edited", workers=1)
+    record, now = read_record(Path("edited")), model_version()
+    write_record(Path("edited"), {**record, "model_version": f"{now[:-12]}{'0' * 12}"})
+    refused = call("resume", "edited")
+    assert refused.exit_code == 2
+    assert refused.stderr.startswith(f"edited: began with model {now[:-12]}{'0' * 12}, this is ")
+    assert refused.stderr.endswith("into another folder, or put its code back as it was\n")
+    monkeypatch.setattr(batches, "model_version", lambda: "0.2.0/4+abc")
+    mixed = sweep(experiment, "mixed", workers=1)
+    told = f"ValueError: this worker has model 0.2.0/4+abc; the campaign began with {now}"
+    assert set(mixed.missions["error"]) == {told}
 
 
 @pytest.mark.usefixtures("at_home")

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.kept_files import KEPT, copies_of, kept_name, portable, renamed, renamed_point
-from ...core.plugins import Family, is_plugin, name_of, source_sha256
+from ...core.plugins import Family, is_plugin, name_of, package_sha256, source_sha256
 from ...core.wording import described, did_you_mean
 from ...results.schemas import schema
 from ...scenario.families import parts_of
@@ -325,9 +325,12 @@ def fingerprint(
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+@cache
 def model_version() -> str:
-    """Return what the numbers of a mission depend on besides scenario and seed."""
-    return f"{version('bindusbl-des')}/{MODEL_VERSION}"
+    """Return what the numbers of a mission depend on besides scenario and seed: version, model, and
+    the beginning of the fingerprint of their code.
+    """
+    return f"{version('bindusbl-des')}/{MODEL_VERSION}+{package_sha256()[:12]}"
 
 
 def mission_id(scenario: str, seed: int, model: str) -> str:

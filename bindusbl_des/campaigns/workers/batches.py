@@ -22,6 +22,7 @@ import pyarrow as pa
 from ...core.compiled import is_uncompiled, kept_in, warm_marker
 from ...core.kept_files import check_kept, named_files, placed
 from ...core.plugins import allow, source_sha256
+from ...core.wording import LONGEST_ERROR, LONGEST_TRACE, shortened
 from ...mission.simulation import simulate
 from ...results.columns import arrow
 from ...results.schemas import schema
@@ -34,6 +35,7 @@ from ..experiments.experiment import (
     PlannedPoint,
     as_written,
     mission_id,
+    model_version,
 )
 from ..storage.done import FAILED, OK
 from ..storage.folder import STOP, write_json
@@ -91,8 +93,9 @@ def _kind(data: Any) -> Any:
     return data if data is None or isinstance(data, str) else bool(data)
 
 
-# The number of the mission is written over the last one, so it is as long.
-WIDTH = 20
+# The number of the mission is written over the last one, so it is as long; on the left while the
+# worker loads what the mission needs, on the right while its time runs.
+WIDTH, LOADING, AT_MISSION = 20, "<", ">"
 
 
 class Heartbeat:
@@ -121,8 +124,9 @@ class Heartbeat:
         Where it hung is written behind the number, by a thread that needs nothing of Python's.
         There is one limit for a process: with a limit, missions must not run in several threads.
         """
+        side = LOADING if seconds is None else AT_MISSION
         os.lseek(self._file, 0, os.SEEK_SET)
-        os.write(self._file, f"{mission:{WIDTH - 1}}\n".encode())
+        os.write(self._file, f"{mission:{side}{WIDTH - 1}}\n".encode())
         if seconds is None:
             yield
             return
@@ -131,6 +135,15 @@ class Heartbeat:
             yield
         finally:
             faulthandler.cancel_dump_traceback_later()
+
+
+def heartbeat_of(folder: Path, part: str) -> tuple[str, bool]:
+    """Return what a worker has said last ("": nothing), and whether a mission's time runs."""
+    try:
+        text = _path(folder, part).read_text(encoding="utf-8", errors="replace")[:WIDTH]
+    except OSError:  # not yet, or no longer
+        return "", False
+    return text, text.startswith(" ")
 
 
 def take_heartbeat(folder: Path, part: str) -> tuple[int | None, str]:
@@ -357,19 +370,25 @@ def _run(batch: Batch, mission: PlannedMission) -> Ran:
         folder = Path(batch.folder)
         scenario, files = _scenario(batch.points[mission.point].scenario, folder)
         check_kept(files, folder)
-        _check_parts(batch.own_parts)
+        _check_code(batch)
         result = simulate(scenario, mission.seed)
     except Exception as error:  # what goes wrong in one mission is told, and the others go on
         spent = time.perf_counter() - began
-        text = f"{type(error).__name__}: {error}".rstrip(": ")
+        text = shortened(f"{type(error).__name__}: {error}".rstrip(": "), LONGEST_ERROR)
         with as_not_written():
             write_failure(batch, mission, text, traceback.format_exc())
         return Ran(mission, spent, error=text)
     return Ran(mission, time.perf_counter() - began, result.arrow)
 
 
-def _check_parts(own_parts: Mapping[str, str]) -> None:
-    for name, recorded in own_parts.items():
+def _check_code(batch: Batch) -> None:
+    """Refuse to fly what is not of the code that the campaign began with."""
+    if batch.model_version != model_version():
+        raise ValueError(
+            f"this worker has model {model_version()}; the campaign began with "
+            f"{batch.model_version}"
+        )
+    for name, recorded in batch.own_parts.items():
         if _source(name) != recorded:
             raise ValueError(f"{name}: its source has changed since the campaign began")
 
@@ -397,7 +416,7 @@ def write_failure(batch: Batch, mission: PlannedMission, error: str, trace: str)
             "varied": point.varied,
             "seed": mission.seed,
             "error": error,
-            "traceback": trace,
+            "traceback": shortened(trace, LONGEST_TRACE),
             "reproduce": " ".join(
                 ["bindusbl-des run", scenario, *values, f"--seed {mission.seed}{leave}"]
             ),

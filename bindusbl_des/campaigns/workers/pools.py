@@ -188,6 +188,9 @@ class WorkerPool(Protocol):
     def submit(self, batch: Batch) -> "Future[list[Row]]":
         """Give a batch to a worker."""
 
+    def end(self, future: "Future[list[Row]]") -> None:
+        """End the worker of a batch, which does not answer; where a cluster does, leave it."""
+
     def release(self, future: "Future[list[Row]]") -> int | None:
         """Take note that a batch has ended; return the exit code of a worker that died of it."""
 
@@ -252,6 +255,11 @@ class LocalPool:
         pool.shutdown(wait=True, cancel_futures=True)
         self._processes.pop(pool, None)
 
+    def end(self, future: "Future[list[Row]]") -> None:
+        """End the worker of a batch, even one that is stopped."""
+        for process in self._processes.get(self._busy[future], []):
+            process.kill()
+
     def release(self, future: "Future[list[Row]]") -> int | None:
         """Take a worker back; one that died is let go, and its exit code returned."""
         pool = self._busy.pop(future)
@@ -311,6 +319,9 @@ class ClusterPool:
         """Give a batch to the scheduler."""
         self._running += 1
         return self._executor.submit(run_batch, batch)
+
+    def end(self, future: "Future[list[Row]]") -> None:
+        """Leave it: Dask gives batches of workers that do not answer to others."""
 
     def release(self, future: "Future[list[Row]]") -> int | None:
         """Take note that a batch has ended; Dask replaces its workers itself.

@@ -40,6 +40,7 @@ from .batches import (
     Row,
     as_not_written,
     gathered,
+    heartbeat_of,
     rows_of,
     run_batch,
     signal_name,
@@ -105,6 +106,13 @@ MOST_KILLS, MOST_DEATHS_BEFORE = 3, 8
 # Nor is one that took too long this often: once the whole campaign may have been stopped (Ctrl-Z).
 MOST_TIMEOUTS = 2
 
+# A worker that is stopped cannot end itself: its parent does that so much (s) after the limit.  To
+# start and to load what a mission needs, which is none of its time, it has so long (s).
+GRACE_S, LOADING_S = 2.0, 600.0
+# The parent's own clock runs while it looks, at least so often (s), not while all are stopped.
+LOOK_S = 1.0
+STOPPED = "The worker was stopped, or did not answer; its parent ended it.\n"
+
 # Batches end after this share of the time that the campaign has taken so far.
 BATCH_SHARE = 0.1
 
@@ -139,7 +147,9 @@ class Supervisor:
         self._deaths = self._finished = 0
         self._worked_s = 0.0
         self._running: dict[Future[list[Row]], Batch] = {}
-        self._began = monotonic()
+        self._heard: dict[str, tuple[str, float]] = {}  # of each part, and for how long (s)
+        self._ended = set[str]()
+        self._began = self._looked = monotonic()
         self._plan_sha256 = plan.fingerprint()
 
     def stop(self) -> None:
@@ -161,8 +171,27 @@ class Supervisor:
                 batch = self._next()
                 self._running[self.pool.submit(batch)] = batch
             finished, _ = wait(self._running, timeout=0.2, return_when=FIRST_COMPLETED)
+            if self.mission_timeout_s is not None:
+                self._end_silent(self.mission_timeout_s)
             for future in finished:
                 self._take(self._running.pop(future), future)
+
+    def _end_silent(self, limit: float) -> None:
+        """End workers that have been at the same mission for longer than that may take (s)."""
+        now = monotonic()
+        passed, self._looked = min(now - self._looked, LOOK_S), now
+        heard, self._heard = self._heard, {}
+        for future, batch in self._running.items():
+            text, runs = heartbeat_of(self.folder, batch.part)
+            before, silent_s = heard.get(batch.part, ("", 0.0))
+            silent_s = silent_s + passed if text == before else 0.0
+            self._heard[batch.part] = text, silent_s
+            if (
+                silent_s > (limit if runs else max(limit, LOADING_S)) + GRACE_S
+                and not future.done()
+            ):
+                self._ended |= {batch.part} if runs else set()
+                self.pool.end(future)
 
     def _waiting(self) -> bool:
         return bool(self._suspects or self._fresh)
@@ -215,6 +244,7 @@ class Supervisor:
         """
         numbers = tuple(mission.number for mission in batch.missions)
         culprit, trace = take_heartbeat(self.folder, batch.part)
+        trace = trace or STOPPED * (batch.part in self._ended)
         end = signal_name(exit_code) if exit_code is not None else type(error).__name__
         # Once any mission was finished, one that had begun is itself to blame
         if not trace and (culprit is None or not self._finished):
