@@ -117,6 +117,7 @@ def compared(
             for number, other in enumerate(campaigns[1:], 1)
         ]
     pairs = [pair for _, them in matched for pair in them]
+    alike = [] if chosen else matched  # else all points but one are left out
     found = {campaign.folder: outcomes(campaign.folder, metrics) for campaign in campaigns}
     served = {folder: _unserved(folder, missions) for folder, missions in found.items()}
     differences = tuple(
@@ -127,7 +128,7 @@ def compared(
         why = f"; {left}" if left else ""
         raise CampaignError(f"nothing to compare: no seed has a result at both points{why}")
     notes = (
-        *(text for other, them in matched if not chosen for text in unpaired(campaigns[0], other, them)),
+        *(text for other, them in alike for text in unpaired(campaigns[0], other, them)),
         *left_out(pairs, found), *_versions(campaigns), *_waits(metrics),
         *_harms(campaigns, pairs, _unserved_said(differences)),
         *_contents(campaigns, pairs),

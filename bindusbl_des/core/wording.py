@@ -1,9 +1,9 @@
 """Words and numbers for people: the nearest right spelling, values as written, few digits."""
 
 import re
-from hashlib import sha256
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
+from hashlib import sha256
 from json import dumps
 from math import floor, isfinite, log10
 from string import ascii_uppercase

@@ -31,7 +31,7 @@ from .belief import (
 )
 from .dead_reckoning import Reckoned, reckoned
 from .fix_update import WEIGHED, Expected, Rule, Said, at_place, said_of, take
-from .turning import PingBelief, turned
+from .turning import EXACT, PingBelief, turned
 
 # Fixes that a late one may be earlier than, and still be put in its place.
 REMEMBERED = 16

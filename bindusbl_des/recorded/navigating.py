@@ -214,5 +214,5 @@ def _looked_at(log: Prepared, noise: Noise, places: Floats) -> tuple[Sights, Row
     )
     seen = np.zeros(len(log.sights), dtype=SEEN).view(np.recarray)
     count = look(log.sights, places, log.odometry.position, noise.mixture, linear, seen)
-    nodes, rows, values, variances, _ = linear
+    nodes, rows, values, variances = linear
     return Sights(nodes[:count], rows[:count], values[:count], variances[:count]), seen

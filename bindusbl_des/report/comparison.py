@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
-from ..core.wording import lettered, plain
+from ..core.wording import lettered, number, plain
 from ..scenario.keys import leaves
 from .page import THEME, Packer, assembled, asset, filled, table
 from .recording import recording

@@ -675,6 +675,8 @@ def test_names_without_room_along_an_axis_have_letters(opened: Open, swept: Path
     values, caption = opened(swept, width=1000).ask(said.replace("%s", str(short)))
     assert values == short
     assert "A:" not in caption
+
+
 def test_a_sweep_of_one_point_shows_its_missions(opened: Open, tmp_path: Path) -> None:
     """Each by its seed, with their mean and its interval; there is no map of one cell."""
     given = load_scenario("quickstart", overrides=["duration_s=5"])

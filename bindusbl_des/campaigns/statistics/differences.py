@@ -158,14 +158,14 @@ def pairs_between(
             "are compared when they vary the same keys, or when one has a single point"
         )
     pairs = 0
-    for number, match in product(numbers, matches):
-        varied, twin = points[number].varied, others[match].varied
+    for place, match in product(numbers, matches):
+        varied, twin = points[place].varied, others[match].varied
         if alone or varied == twin:
             pairs += 1
             both = mine is not None and theirs is not None
             held = {} if both else dict(varied if len(matches) == 1 else twin)
             yield Pair(
-                Side(one, number, mine.name if mine else str(one.folder), lettered(0)),
+                Side(one, place, mine.name if mine else str(one.folder), lettered(0)),
                 Side(other, match, theirs.name if theirs else str(other.folder), label),
                 held,
             )
