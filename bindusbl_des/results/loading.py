@@ -13,7 +13,15 @@ from ..scenario.files.former_keys import as_now
 from ..scenario.scenario import Scenario
 from .effects import Advice, from_data
 from .result import Result, sha256_as_written
-from .result_folder import ADVICE, SUMS, DamagedFile, compare_sum, read_table
+from .result_folder import (
+    ADVICE,
+    FILE_SUMS,
+    SCENARIO,
+    SUMS,
+    DamagedFile,
+    compare_sum,
+    read_table,
+)
 from .result_folder import RECORD as RUN
 from .schemas import BY_GNSS, EVENT_TABLES, SCHEMA_VERSION
 from .violations import is_violations, violations_in
@@ -54,7 +62,10 @@ def load_result(folder: str | Path) -> Result:
     try:
         arrow = _tables(folder, scenario, run)
     except _Damaged as error:
-        raise ValueError("; ".join([*error.damage, _again(folder, run["seed"])])) from None
+        own = any(text.startswith(f"{folder / SCENARIO} ") for text in error.damage)
+        lost = [f"what was flown stands at scenario in {path}: put that back"] if own else []
+        remedies = *lost, _again(folder, run["seed"])
+        raise ValueError("; ".join([*error.damage, ", then ".join(remedies)])) from None
     warnings = [
         ScenarioWarning(warning["key"], warning["message"]) for warning in run.get("warnings", ())
     ]
@@ -79,7 +90,7 @@ class _Damaged(Exception):
 
 
 def _tables(folder: Path, scenario: Scenario, run: Mapping[str, Any]) -> dict[str, pa.Table]:
-    """Return the tables of a mission; none is parsed before all have their checksums.
+    """Return the tables of a mission; none is parsed before all files have their checksums.
 
     Folders of earlier versions have no checksums.
 
@@ -96,6 +107,8 @@ def _tables(folder: Path, scenario: Scenario, run: Mapping[str, Any]) -> dict[st
     }
     if SUMS in run:
         _each(names, lambda name: compare_sum(paths[name], run[SUMS].get(name), RUN))
+    beside: Mapping[str, str] = run.get(FILE_SUMS, {})
+    _each(tuple(beside), lambda name: compare_sum(folder / name, beside[name], RUN))
     return _each(names, lambda name: read_table(paths[name], name, origin))
 
 
@@ -210,6 +223,7 @@ RECORD: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "violations": (is_violations, "null, or a count and the first"),
     "versions": (_is_words, "a version for each package"),
     SUMS: (_is_words, "a checksum for each table"),
+    FILE_SUMS: (_is_words, "a checksum for each file"),
 }
 ALWAYS = ("scenario", "scenario_sha256", "seed", "wall_time_s")
 
@@ -225,6 +239,6 @@ def _reason(error: Exception) -> str:
 def _again(folder: Path, seed: int | str) -> str:
     """Return the command that makes a damaged folder anew."""
     return (
-        f"run the mission again: bindusbl-des run {folder / 'scenario.yaml'} --seed {seed} "
+        f"run the mission again: bindusbl-des run {folder / SCENARIO} --seed {seed} "
         f"--out {folder} --force"
     )

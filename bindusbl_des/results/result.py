@@ -25,11 +25,15 @@ from ..scenario.scenario import Scenario
 from .effects import Advice
 from .result_folder import (
     ADVICE,
+    DICTIONARY,
+    FILE_SUMS,
     RECORD,
+    SCENARIO,
     SUMS,
     SummedFile,
     advice_text,
     result_draft,
+    sha256_of,
     write_json,
     write_parquet,
 )
@@ -245,8 +249,9 @@ class Result:
             scenario_text = None  # which names them where they were
         # JSON is YAML, but for its escapes of characters beyond U+FFFF.
         text = scenario_text or json.dumps(run["scenario"], indent=2, ensure_ascii=False)
-        (folder / "scenario.yaml").write_text(text, encoding="utf-8")
-        write_json(folder / "data_dictionary.json", data_dictionary())
+        (folder / SCENARIO).write_text(text, encoding="utf-8")
+        write_json(folder / DICTIONARY, data_dictionary())
+        run[FILE_SUMS] = {name: sha256_of(folder / name) for name in (SCENARIO, DICTIONARY)}
         if self.advice is not None:
             (folder / ADVICE).write_text(advice_text(self.advice), encoding="utf-8")
         (folder / "report.html").write_text(page(self), encoding="utf-8")

@@ -216,12 +216,13 @@ def _check_columns(path: Path, found: Sequence[str], needed: Sequence[str]) -> N
 
 
 RECORD = "run.json"
-# The key of the checksums of tables in it.
-SUMS = "tables_sha256"
+# The keys of checksums in it: of the tables, and of the files beside them that say what these are.
+SUMS, FILE_SUMS = "tables_sha256", "files_sha256"
+SCENARIO, DICTIONARY = "scenario.yaml", "data_dictionary.json"
 # The file of what would help, in folders whose mission was advised on.
 ADVICE = "advice.json"
 
-WRITTEN = {RECORD, "scenario.yaml", "data_dictionary.json", "report.html", ADVICE}
+WRITTEN = {RECORD, SCENARIO, DICTIONARY, "report.html", ADVICE}
 WRITTEN |= {f"{name}.parquet" for name in TABLES}
 
 # What `plot` adds to the folder; the kinds stand here as well, since matplotlib is slow to import.

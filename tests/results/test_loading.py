@@ -218,6 +218,31 @@ def test_tables_of_another_mission_are_told(result: Result, folder: Path) -> Non
         load_result(folder)
 
 
+@pytest.mark.parametrize("name", ["scenario.yaml", "data_dictionary.json"])
+@pytest.mark.parametrize("damage", ["edited", "cut", "missing", "a folder"])
+def test_what_says_what_tables_are_has_its_checksum(folder: Path, name: str, damage: str) -> None:
+    """A scenario.yaml that was edited is not that of the tables beside it, and is refused."""
+    path = folder / name
+    whole = path.read_bytes()
+    path.unlink()
+    if damage == "a folder":
+        path.mkdir()
+    elif damage != "missing":
+        path.write_bytes(whole + b"\n" if damage == "edited" else whole[:-9])
+    try:
+        with pytest.raises(ValueError, match="run the mission again: bindusbl-des run") as caught:
+            load_result(folder)
+        told, status = str(caught.value), call(("report",), folder)
+        assert status == (2, f"{printable(told)}\n")
+    finally:
+        if damage == "a folder":
+            path.rmdir()
+        path.write_bytes(whole)
+    assert told.startswith(f"{path} is ")
+    assert ("what was flown stands at scenario in" in told) == (name == "scenario.yaml")
+    load_result(folder)
+
+
 def test_an_edited_scenario_is_told(folder: Path) -> None:
     """The scenario in run.json is that of its fingerprint, or not believed."""
     run = json.loads((folder / "run.json").read_text())
