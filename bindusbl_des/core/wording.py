@@ -161,8 +161,9 @@ def file_name(name: str) -> str:
     ('_-6856f38f', '_-31c70f82')
     """
     kept = "".join(sign if sign in "_.-" or category(sign)[0] in "LMN" else " " for sign in name)
-    short = "_".join(re.split(" +", kept)).encode()[:200].decode(errors="ignore")
-    is_whole = len(short.encode()) < 200 and all(
+    whole = "_".join(re.split(" +", kept)).encode()
+    short = whole[:200].decode(errors="ignore")
+    is_whole = len(whole) <= 200 and all(
         sign.isascii() for sign, left in zip(name, kept, strict=True) if left == " "
     )
     return short if is_whole else f"{short}-{sha256(name.encode()).hexdigest()[:8]}"

@@ -164,6 +164,21 @@ def test_names_of_all_kinds_are_run(
     assert load_scenario("again/scenario.yaml").name == name
 
 
+def test_names_that_differ_have_folders_that_differ(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By signs that no file has, or beyond what one can have; of ASCII alone as one would guess."""
+    monkeypatch.chdir(tmp_path)
+    names = ["⚓", "⛵", "⛵⛵", "bay ⚓", "bay ⛵", *(("日" * 99 + end) for end in "ab")]
+    for name in (*names, "bay 1", "лодка"):
+        (tmp_path / "m.yaml").write_text(json.dumps({**MISSION, "name": name}, ensure_ascii=False))
+        ran = CliRunner().invoke(main, ["run", "m.yaml", "--set", "duration_s=1"])
+        assert ran.exit_code == 0, ran.output
+    folders = {path.name for path in (tmp_path / "results").iterdir()}
+    assert len(folders) == len(names) + 2
+    assert {"bay_1-seed0", "лодка-seed0"} <= folders
+
+
 def test_the_name_of_a_campaign_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The scenario in its folder reads as that which was swept."""
     monkeypatch.chdir(tmp_path)
