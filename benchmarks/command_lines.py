@@ -73,8 +73,7 @@ def commands(quick: bool, whole_sweep: bool = False) -> dict[str, Any]:
             "import_ms": spread(imports),
             "help_ms": _repeated([["--help"]] * times),
             "run_ms": _repeated(
-                [["run", str(folder / "baseline.yaml"), "--no-advice", "--out",
-                  str(folder / f"run{number}")]
+                [["run", str(folder / "baseline.yaml"), "--out", str(folder / f"run{number}")]
                  for number in range(times)]
             ),
             "sweep": _sweep(folder, quick, 1 if whole_sweep else STRIDE),

@@ -93,7 +93,7 @@ TARGETS = (
         lambda it: float(it["commands"]["sweep"]["planned_processor_s"]) / 2,
     ),
     Target(
-        "`run --no-advice` of the baseline, from command to files", "s", 3, 1.2,
+        "`run` of the baseline, from command to files", "s", 3, 1.2,
         lambda it: float(it["commands"]["run_ms"]["processor"]) / 1e3,
     ),
     Target(

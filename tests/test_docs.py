@@ -55,7 +55,7 @@ EACH_PAGE, EACH_NOTEBOOK = (
     for longest, all_of in (("planning.md", MANUAL), ("real_plan", NOTEBOOKS))
 )
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
-# What `run` advises takes seconds, and no page's is compared.
+# Advice takes seconds, and no page's is compared.
 SHORTLY_ADVISED = ("--advice-missions", "8")
 
 
@@ -180,7 +180,7 @@ def typed(line: str) -> str:
     command = shlex.split(line, comments=True)
     if command[:1] != ["bindusbl-des"]:
         return ""
-    if command[1] == "run" and "--no-advice" not in command:
+    if "--advice" in command:
         command += SHORTLY_ADVISED
     with workers_if_asked(line):
         outcome = CliRunner().invoke(main, command[1:])

@@ -1,11 +1,13 @@
 """The commands about one mission, `run` and `explain`; and how commands say what would help one."""
 
+import shlex
 import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import wraps
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -43,13 +45,41 @@ if TYPE_CHECKING:
     from ..scenario.scenario import Scenario
 
 
+class AdviceOptions(NamedTuple):
+    """What a user asks for of changes to be tried: whether (None: not said), and how long."""
+
+    advice: bool | None = None
+    missions: int | None = None
+    seconds: float | None = None
+
+    @property
+    def is_none(self) -> bool:
+        """Whether none are to be tried, and none that were tried shown."""
+        return self.advice is False or 0 in (self.missions, self.seconds)
+
+    @property
+    def tries(self) -> bool:
+        """Whether changes are to be tried: who says how many, or how long, asks for that."""
+        asked = self.advice or self.missions is not None or self.seconds is not None
+        return asked and not self.is_none
+
+
 def advice_options(meaning: str) -> Callable[[Any], Any]:
-    """Give a command the options `--advice-missions`, `--advice-s` and `--no-advice`."""
+    """Give a command the options `--advice`, `--advice-missions` and `--advice-s`."""
 
     def options(command: Any) -> Any:
-        without = click.option("--no-advice", is_flag=True, help="Try no changes.")
+        @wraps(command)
+        def told(
+            advice: bool | None, advice_missions: int | None, advice_s: float | None, **others: Any
+        ) -> Any:
+            return command(asked=AdviceOptions(advice, advice_missions, advice_s), **others)
+
+        tried = click.option("--advice/--no-advice", default=None, help=meaning)
         missions = click.option(
-            "--advice-missions", metavar="N", type=click.IntRange(min=0), help=meaning
+            "--advice-missions",
+            metavar="N",
+            type=click.IntRange(min=0),
+            help="Try them in so many missions (default: 20 to 150, by the scenario's size).",
         )
         within = click.option(
             "--advice-s",
@@ -57,22 +87,21 @@ def advice_options(meaning: str) -> Callable[[Any], Any]:
             type=Range(min=0),
             help="Begin no further one after so long (default: all are flown).",
         )
-        return missions(within(without(command)))
+        return tried(missions(within(told)))
 
     return options
 
 
 def advice_on(
     result: "Result",
-    missions: int | None,
-    seconds: float | None,
+    asked: AdviceOptions,
     again: "Callable[[Sequence[str]], Scenario] | None",
 ) -> "Advice | None":
-    """Return what would help a mission, as tried in so many others; None if these are 0.
+    """Return what would help a mission, as tried in others; None if none are asked for.
 
     Whoever interrupts the trials keeps the mission.
     """
-    if missions == 0 or seconds == 0:
+    if not asked.tries:
         return None
     from ..advice.advising import advise
     from ..scenario.families import parts_of
@@ -87,11 +116,13 @@ def advice_on(
     def on_progress(flown: int, left: int) -> None:
         nonlocal now
         seconds_left = (monotonic() - began) / max(flown, 1) * left
-        now = f"trying changes: {flown} missions, about {duration(seconds_left)} left (--no-advice)"
+        now = f"trying changes: {flown} missions, about {duration(seconds_left)} left"
         line.tell(lambda: now)
 
     try:
-        advice = advise(result, seconds, missions=missions, again=again, progress=on_progress)
+        advice = advise(
+            result, asked.seconds, missions=asked.missions, again=again, progress=on_progress
+        )
     except KeyboardInterrupt:
         talk("Interrupted while changes were tried; the mission is written without advice.")
         return None
@@ -109,11 +140,6 @@ def advice_on(
     return advice
 
 
-if TYPE_CHECKING:
-    from ..results.result import Result
-    from ..scenario.scenario import Scenario
-
-
 @click.command()
 @scenario_argument
 @click.option("--seed", type=click.IntRange(min=0), default=0, help="Random seed (default 0).")
@@ -123,10 +149,7 @@ if TYPE_CHECKING:
 @anyway_option
 @plugins_option
 @json_option("the mission's metrics")
-@advice_options(
-    "Try changes of the plan in so many missions, and say what helps (default: 20 to 150, by the "
-    "scenario's size)."
-)
+@advice_options("Try changes of the plan in other missions, and say what helps.")
 def run(
     scenario: str,
     seed: int,
@@ -136,11 +159,10 @@ def run(
     anyway: bool,
     allow_plugins: bool,
     as_json: bool,
-    advice_missions: int | None,
-    advice_s: float | None,
-    no_advice: bool,
+    asked: AdviceOptions,
 ) -> None:
     """Run one mission; write its result folder and print a summary."""
+    began_s = monotonic()
     reading = reading_from(scenario, overrides, allow_plugins)
     refuse_plugins(reading.unloaded)
     mission = reading.scenario
@@ -161,8 +183,8 @@ def run(
     with writing(folder), result_draft(folder, force=force) as draft:
         result = _simulated(mission, seed, draft)
         result.overrides = tuple(map(option_now, overrides))
-        result.advice = advice_on(result, 0 if no_advice else advice_missions, advice_s, again)
-        result.fill(draft, text)
+        result.advice = advice_on(result, asked, again)
+        result.fill(draft, text, began_s)
     if as_json:
         print_json(result.arrow["mission"].to_pylist()[0])
         talk(f"Results: {folder}")
@@ -170,6 +192,8 @@ def run(
     say(result.summary())
     say(f"Results: {folder}")
     talk(f"Open {folder / 'report.html'} in a browser.")
+    if not asked.tries:
+        talk(f"What would help? bindusbl-des report {shlex.quote(str(folder))} --advice")
 
 
 def default_folder(scenario: "Scenario", seed: int, ending: str = "") -> Path:

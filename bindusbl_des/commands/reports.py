@@ -20,7 +20,7 @@ from .console import (
     talk,
     writing,
 )
-from .missions import advice_on, advice_options
+from .missions import AdviceOptions, advice_on, advice_options
 from .options import bare_keys, json_option, mission_metrics, out_option
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 TABLES = (".csv", ".parquet")
 
 
-@click.command()
+@click.command(short_help="Compare campaigns, plans, or points of one campaign.")
 @click.argument("folders", metavar="DIR...", nargs=-1, required=True)
 @click.option(
     "--by",
@@ -123,17 +123,13 @@ CAMPAIGN = "campaign.json"
 @click.argument("folders", metavar="DIR...", nargs=-1, required=True)
 @out_option("FILE", "Where to write the page.")
 @click.option("--force", is_flag=True, help="Replace that file if it exists.")
-@advice_options(
-    "Try changes of a run's plan in so many missions; else its recorded advice is shown."
-)
+@advice_options("Try changes of a run's plan; else what was tried before is shown, or not.")
 @json_option("the page's name")
 def report(
     folders: tuple[str, ...],
     out: str | None,
     force: bool,
-    advice_missions: int | None,
-    advice_s: float | None,
-    no_advice: bool,
+    asked: AdviceOptions,
     as_json: bool,
 ) -> None:
     """Write the HTML report of a run or a sweep; of several runs, side by side.
@@ -142,16 +138,13 @@ def report(
     for several runs, unless --out names another.
     """
     alone = len(folders) == 1
-    budget = (0, None) if no_advice else (advice_missions, advice_s)
-    tries = budget != (None, None) and 0 not in budget
-    if tries and (not alone or (Path(folders[0]) / CAMPAIGN).is_file()):
-        given = "--advice-s" if advice_missions is None else "--advice-missions"
-        refuse(f"{given}: advice is for one run; name the folder of one")
+    if asked.tries and (not alone or (Path(folders[0]) / CAMPAIGN).is_file()):
+        refuse("--advice is for one run; name the folder of one")
     path = Path(out or COMPARISON) if out or not alone else Path(folders[0]) / PAGE
     again = alone and not out  # the folder's own page gives way unasked
     if not again:
         check_file(path, force)
-    page = _page(folders[0], budget, keep=again) if alone else _comparison(folders)
+    page = _page(folders[0], asked, keep=again) if alone else _comparison(folders)
     _write(path, page, replace=again or force)
     if as_json:
         print_json({"report": str(path)})
@@ -171,7 +164,7 @@ def leave_report(campaign: "Campaign", said: "Findings") -> None:
         talk(f"Open {campaign.folder / PAGE} in a browser.")
 
 
-def _page(folder: str, budget: tuple[int | None, float | None], *, keep: bool) -> str:
+def _page(folder: str, asked: AdviceOptions, *, keep: bool) -> str:
     """Return the page of a folder; new advice on a run is kept in its folder, if so wanted."""
     if (Path(folder) / CAMPAIGN).is_file():
         from ..campaigns.campaign import load_campaign
@@ -185,10 +178,10 @@ def _page(folder: str, budget: tuple[int | None, float | None], *, keep: bool) -
     from ..results.result_folder import ADVICE, advice_text
 
     result = result_in(folder)
-    if budget != (None, None):
-        result.advice = advice_on(result, *budget, _as_written(folder, result.scenario))
-    if budget != (None, None) and result.advice is not None and keep:
-        _write(Path(folder) / ADVICE, advice_text(result.advice))
+    if asked.tries or asked.is_none:
+        result.advice = advice_on(result, asked, _as_written(folder, result.scenario))
+        if result.advice is not None and keep:
+            _write(Path(folder) / ADVICE, advice_text(result.advice))
     return run_page(result)
 
 

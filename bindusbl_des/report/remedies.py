@@ -38,8 +38,8 @@ HOW = (
     "with missions of the plan as it is; the intervals (Student's t) hold together with 95 %."
 )
 NOTHING_TRIED = (
-    "No change was tried. <code>bindusbl-des report DIR --advice-missions 100</code> simulates "
-    "changes and says what was measured."
+    "No change was tried. <code>bindusbl-des report DIR --advice</code> simulates changes and says "
+    "what was measured."
 )
 
 

@@ -291,7 +291,7 @@ def _auv_table(title: str, columns: Sequence[Column], auvs: Sequence[Row], missi
 
 def origin(result: "Result") -> str:
     """Return the section that says which scenario, seed and version made the run."""
-    run = result.run_record()
+    run, whole = result.run_record(), result.whole_time_s
     versions = ", ".join(f"{name} {number}" for name, number in run["versions"].items())
     command = f"bindusbl-des run scenario.yaml --seed {result.seed}{leave_of(result.scenario)}"
     text = json.dumps(run["scenario"], indent=2, ensure_ascii=False)
@@ -307,7 +307,7 @@ def origin(result: "Result") -> str:
             "<dt>Scenario</dt><dd>{name}, sha256 <code>{sha256}</code></dd>"
             "<dt>Seed</dt><dd>{seed}</dd><dt>Versions</dt><dd>{versions}</dd>"
             "<dt>Not as the package's defaults</dt><dd>{changed}</dd>"
-            "<dt>Computed</dt><dd>{computed} s of computing for {duration} of mission</dd>"
+            "<dt>Computed</dt><dd>{computed} s of computing for {duration} of mission{whole}</dd>"
             "<dt>Again</dt><dd><code>{command}</code> with the scenario.yaml of this folder</dd>"
             "</dl><details><summary>The scenario in full, as JSON (JSON is YAML)</summary>"
             "<pre>{text}</pre></details></section>",
@@ -317,6 +317,7 @@ def origin(result: "Result") -> str:
             versions=versions,
             changed=changed or "nothing",
             computed=f"{run['wall_time_s']:.2f}",
+            whole=f"; {whole:.2f} s from reading the scenario to this page" if whole else "",
             duration=timed(result.scenario.duration_s),
             command=command,
             text=text,

@@ -205,7 +205,7 @@ def _harm_of_one_mission(auvs: Sequence[Mapping[str, Any]]) -> list[str]:
     )
     return [
         f"In this mission fixes made {named}. It may be chance: other seeds, which would tell, "
-        "were not tried (--advice-missions 100)."
+        "were not tried (--advice)."
     ]
 
 

@@ -74,7 +74,7 @@ def load_result(folder: str | Path) -> Result:
         scenario, run["seed"], arrow, float(run["wall_time_s"]), warnings, violations=broken,
         overrides=run.get("overrides", ()),
     )  # fmt: skip
-    result.advice = _read_advice(folder, scenario)
+    result.advice, result.whole_time_s = _read_advice(folder, scenario), run.get("whole_time_s")
     return result
 
 
@@ -144,7 +144,7 @@ def _read_advice(folder: Path, scenario: Scenario) -> Advice | None:
     except (OSError, ValueError) as error:
         raise ValueError(
             f"{path} is damaged or of another version ({_reason(error)}); delete it, then make the "
-            f"advice again: bindusbl-des report {folder} --advice-missions 100"
+            f"advice again: bindusbl-des report {folder} --advice"
         ) from None
 
 
@@ -215,6 +215,7 @@ RECORD: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "scenario_sha256": (lambda value: isinstance(value, str), "a fingerprint"),
     "seed": (lambda value: type(value) is int and value >= 0, "a whole number >= 0"),
     "wall_time_s": (_is_number, "a number of seconds above 0"),
+    "whole_time_s": (_is_number, "a number of seconds above 0"),
     "sim_seconds_per_second": (_is_number, "a number above 0"),
     "status": (lambda value: value == "complete", '"complete"'),
     "schema": (lambda value: type(value) is int and value > 0, "a whole number > 0"),

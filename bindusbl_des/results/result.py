@@ -13,6 +13,7 @@ from html import escape
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
@@ -98,7 +99,8 @@ class Result:
 
     `scenario` and `seed` made it; `arrow` has its tables as Arrow tables, by name; `wall_time_s`
     (s) is what it took; `violations` says how often its schedule was broken, and where first;
-    `advice` is what would help, as measured by `advise`, None if nothing was tried.
+    `advice` is what would help, as measured by `advise`, None if nothing was tried; `whole_time_s`
+    (s) what a command took from reading the scenario to its page, None where none did.
     """
 
     def __init__(
@@ -123,6 +125,7 @@ class Result:
         self.wall_time_s, self.violations = wall_time_s, violations
         self.overrides = tuple(overrides)
         self.advice: Advice | None = None
+        self.whole_time_s: float | None = None
         self._given_warnings = warnings
 
     @cached_property
@@ -206,6 +209,7 @@ class Result:
             "violations": None if self.violations is None else self.violations.data(),
             "versions": {"python": platform.python_version(), **versions()},
             "wall_time_s": self.wall_time_s,
+            **({} if self.whole_time_s is None else {"whole_time_s": self.whole_time_s}),
             "sim_seconds_per_second": self.scenario.duration_s / self.wall_time_s,
         }
 
@@ -226,8 +230,10 @@ class Result:
             self.fill(draft, scenario_text)
         return folder
 
-    def fill(self, folder: Path, scenario_text: str | None) -> None:
+    def fill(self, folder: Path, scenario_text: str | None, began_s: float | None = None) -> None:
         """Write all files into a folder; the scenario as its user wrote it, where that is known.
+
+        `began_s` is the instant of :func:`time.monotonic` at which the command began.
 
         Raises:
             OSError: when the folder cannot be written to, or is full.
@@ -254,6 +260,8 @@ class Result:
         run[FILE_SUMS] = {name: sha256_of(folder / name) for name in (SCENARIO, DICTIONARY)}
         if self.advice is not None:
             (folder / ADVICE).write_text(advice_text(self.advice), encoding="utf-8")
+        if began_s is not None:
+            run["whole_time_s"] = self.whole_time_s = monotonic() - began_s
         (folder / "report.html").write_text(page(self), encoding="utf-8")
         write_json(folder / RECORD, sealed(run))
 

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -404,11 +405,12 @@ SHORT = "name: short\nduration_s: 20\nasvs: {formation: {clearance_m: 5}}\n"
 
 
 def test_run_and_report_advise(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """`run` advises on the plan with its options, `report` shows that again, or tries anew."""
+    """Who asks for it has advice, of `run` with its options; `report` shows that, or tries anew."""
     monkeypatch.chdir(tmp_path)
     Path("f.yaml").write_text(SHORT)
     Path("g.yaml").write_text(SHORT.replace("short", "other"))
-    assert call("run", "f.yaml", "--out", "f", "--set", "asvs.count=2").exit_code == 0
+    asked = ("--set", "asvs.count=2", "--advice")
+    assert call("run", "f.yaml", "--out", "f", *asked).exit_code == 0
     kept = json.loads(Path("f/advice.json").read_text())
     assert (kept["budget_missions"], kept["budget_s"], kept["is_cut"]) == (150, None, False)
     page = Path("f/report.html").read_text()
@@ -418,8 +420,13 @@ def test_run_and_report_advise(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     for settings in lines:
         load_scenario("f.yaml", overrides=["asvs.count=2", *settings])
 
-    assert call("run", "g.yaml", "--out", "g", "--no-advice").exit_code == 0
+    flown = call("run", "g.yaml", "--out", "g")
+    assert (flown.exit_code, "report g --advice" in flown.stderr) == (0, True)
+    assert "report DIR --advice" in (page := Path("g/report.html").read_text())
+    assert re.search(r"\d s of computing for 20 s of mission; [\d.]+ s from", page)
     assert not Path("g/advice.json").exists()
+    assert call("run", "g.yaml", "--out", "n", "--no-advice", "--advice-missions", 9).exit_code == 0
+    assert not Path("n/advice.json").exists()
     assert call("report", "g", "--advice-missions", "30").exit_code == 0
     assert json.loads(Path("g/advice.json").read_text())["budget_missions"] == 30
     assert "What else was considered" in Path("g/report.html").read_text()
@@ -435,7 +442,7 @@ def test_mistakes_of_the_options(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         assert call("run", "f.yaml", "--advice-s", time_).exit_code == 2
     assert list(Path().iterdir()) == [Path("f.yaml")]
     refused = call("report", "a", "b", "--advice-s", "3")
-    assert (refused.exit_code, "advice is for one run" in refused.stderr) == (2, True)
+    assert (refused.exit_code, "--advice is for one run" in refused.stderr) == (2, True)
 
 
 def test_an_interruption_keeps_the_mission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -315,5 +315,5 @@ def test_targets_are_met_first_and_then_or_not() -> None:
     verdicts = {target.what: verdict for target, _, verdict in targets.verdicts(found)}
     assert verdicts["memory of a sweep, its largest process"] == "first met"
     assert verdicts["sweep of 5,760 missions on two cores"] == "met"
-    assert verdicts["`run --no-advice` of the baseline, from command to files"] == "**not met**"
+    assert verdicts["`run` of the baseline, from command to files"] == "**not met**"
     assert verdicts["(3,3), slower vehicle"] == "not measured"

@@ -322,9 +322,7 @@ def test_json_that_is_none_is_told(tmp_path: Path, text: str, said: str) -> None
 def test_advice_is_checked(folder: Path, key: str, value: Any, said: str) -> None:
     """Each field has its type; AUVs are those of the mission."""
     with_value("advice.json", key, value)(folder)
-    with pytest.raises(
-        ValueError, match=rf"advice\.json is damaged .*{said}.*--advice-missions 100"
-    ):
+    with pytest.raises(ValueError, match=rf"advice\.json is damaged .*{said}.*--advice$"):
         load_result(folder)
 
 
