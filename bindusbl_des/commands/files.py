@@ -23,7 +23,9 @@ from .options import bare_keys, json_option, out_option, plugins_option, set_opt
 if TYPE_CHECKING:
     from ..presets.preset import Preset
     from ..scenario.files.mistakes import Mistake
+    from ..scenario.files.plain_yaml import Document
     from ..scenario.keys import Key
+    from ..scenario.scenario import Scenario
 
 
 @click.command(short_help="List every mistake in scenario or experiment files.")
@@ -74,6 +76,7 @@ def _findings(
     """Return the mistakes of a file, and warnings about it."""
     from ..campaigns.experiments.experiment_points import is_experiment, is_plan
     from ..preflight.warnings import read_scenario
+    from ..scenario.families import plugins_of
     from ..scenario.files.mistakes import ScenarioError
     from ..scenario.files.plain_yaml import read_yaml
     from ..scenario.files.scenario_file import Source
@@ -97,9 +100,29 @@ def _findings(
             plan = experiment_in(document, options, allow_plugins=allow_plugins)
             return (), (*plan.warnings, *plan.unloaded)
         reading = read_scenario(source, allow_plugins=allow_plugins)
-        return (), (*reading.warnings, *reading.unloaded)
+        refused: tuple[Mistake, ...] = ()
+        if plugins_of(reading.scenario) and not reading.unloaded:
+            refused = tuple(_refused(document, reading.scenario))
+        return refused, (*reading.warnings, *reading.unloaded)
     except ScenarioError as error:
         return error.mistakes, ()
+
+
+def _refused(document: "Document", scenario: "Scenario") -> "Iterator[Mistake]":
+    """Yield why a mission refuses parts of one's own, as it asks them where vehicles go."""
+    from ..core.plugins import PluginError
+    from ..mission.mission import Mission
+    from ..scenario.families import plugins_of
+    from ..scenario.files.mistakes import Mistake
+    from ..scenario.files.scenario_file import place_of
+
+    try:
+        Mission(scenario)
+    except PluginError as error:
+        yield Mistake.at(place_of(document, error.key), error.key, error.message)
+    except (ValueError, ArithmeticError, RuntimeError) as error:  # of hulls on ways of one's own
+        key = next(iter(plugins_of(scenario)))
+        yield Mistake.at(place_of(document, key), key, str(error))
 
 
 @click.command(short_help="Print the JSON Schema of scenario or experiment files.")

@@ -17,16 +17,16 @@ from ..scenario.channel_settings import Sound, read_curve
 from ..scenario.declared import channel_named, instrument_named
 from ..scenario.destinations import alive
 from ..scenario.families import CHANNEL, plugins_of, schedule_of
-from ..scenario.files.mistakes import Mistake, ScenarioError
+from ..scenario.files.mistakes import Mistake
 from ..scenario.files.plain_yaml import Document
-from ..scenario.files.scenario_file import Source, parsed, place_of, place_of_problem
+from ..scenario.files.scenario_file import Source, place_of, place_of_problem
 from ..scenario.key_types import Renamed
 from ..scenario.own_sensors import MOST_TOLD, kinds
 from ..scenario.part_choice import settings_of
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
 from ..scenario.sections.usbl import spacing_m
-from ..scenario.site import profile_of, recordings
+from ..scenario.site import recordings
 from .band_warnings import (
     answers,
     backlog,
@@ -42,6 +42,7 @@ from .band_warnings import (
     tables,
 )
 from .idle_keys import bursts, cast, idle_keys, levels, receivers, sheet, sonar
+from .refusals import perhaps_carried_away, usable
 from .whereabouts import anchors, bays, deep, formation, frames, idle, routes, shapes, tracks
 
 
@@ -119,6 +120,7 @@ def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
             idle,
             bays,
             tracks,
+            perhaps_carried_away,
             _left_out,
             _frames,
             _ticks,
@@ -283,10 +285,7 @@ def read_scenario(
         ScenarioError: listing every mistake, when the file cannot be read or used.
     """
     source = source if isinstance(source, Source) else Source.file(source, overrides)
-    document, scenario = parsed(source, allow_plugins)
-    unusable = tuple(_tables(document, scenario))
-    if unusable:
-        raise ScenarioError(unusable)
+    document, scenario = usable(source, allow_plugins)
     places = {found: place_of_problem(document, found) for found in warnings_of(scenario)}
     found = sorted(
         places, key=lambda problem: (places[problem].file != source.name, places[problem].line)
@@ -301,22 +300,6 @@ def read_scenario(
     )
     unloaded = () if allow_plugins else tuple(_plugins(document, scenario))
     return Reading(scenario, warnings, about, unloaded)
-
-
-def _tables(document: Document, scenario: Scenario) -> Iterator[Mistake]:
-    """Yield what is wrong with tables of sound, which are held to the scenario's water."""
-    for band in ("hf", "mf"):
-        channel = getattr(scenario.acoustics, band).channel
-        file = channel.settings.get("rays") if channel == "table" else None
-        if file is None:
-            continue
-        from ..acoustics.ray_tables import read_table  # brings pyarrow
-
-        key = f"acoustics.{band}.channel.rays"
-        try:
-            read_table(file, profile_of(scenario))
-        except ValueError as error:
-            yield Mistake.at(place_of(document, key), key, str(error))
 
 
 def _plugins(document: Document, scenario: Scenario) -> Iterator[Mistake]:

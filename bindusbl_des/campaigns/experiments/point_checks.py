@@ -6,10 +6,11 @@ from typing import Any
 from ...core.kept_files import names_files, renamed_point
 from ...core.plugins import is_plugin, refusal
 from ...preflight.idle_keys import idle_keys
+from ...preflight.refusals import refusals, usable
 from ...scenario.families import FAMILIES, load_plugins, named
 from ...scenario.files.mistakes import FilePlace, Mistake, ScenarioError
 from ...scenario.files.plain_yaml import Document, Path
-from ...scenario.files.scenario_file import Source, parsed
+from ...scenario.files.scenario_file import Source
 from ...scenario.scenario import Scenario
 from .experiment import as_written, laid_over, turn
 from .experiment_points import Places, Points
@@ -92,6 +93,8 @@ def _valid(
     except ValueError:
         return None
     if any(map(names_files, point)) or (allow_plugins and any(load_plugins(scenario))):
+        return None
+    if any(refusals(scenario)):
         return None
     return scenario
 
@@ -187,7 +190,7 @@ def _mistakes(
     changed = source._replace(overrides=(*source.overrides, *options))
     for loading in (False, True)[: 1 + allow_plugins]:
         try:
-            parsed(changed, loading)
+            usable(changed, loading)
         except ScenarioError as error:
             return [(mistake, loading) for mistake in error.mistakes]
     return []

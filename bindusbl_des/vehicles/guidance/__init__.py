@@ -4,7 +4,14 @@
 `top_speed` tell what may be asked of one. SI units and radians; x North, y East, z down.
 """
 
-from .departure import DeparturePlan, GuidanceError, SteeringIntervals, smallest_turn, top_speed
+from .departure import (
+    DeparturePlan,
+    GuidanceError,
+    SteeringIntervals,
+    smallest_turn,
+    too_strong,
+    top_speed,
+)
 from .guided_fleet import GuidedFleet, GuidedVehicle
 from .sensing import SteeringDrift
 
@@ -16,5 +23,6 @@ __all__ = [
     "SteeringDrift",
     "SteeringIntervals",
     "smallest_turn",
+    "too_strong",
     "top_speed",
 ]

@@ -196,10 +196,7 @@ def refuse_impossible(
     `speed` (n,) m/s, not read for vehicles that keep stations; of `currents` (k, 2) m/s the mean
     counts, since a vehicle makes up for what a gust has cost it.
     """
-    fastest, autopilot = top_speed(model, overrides), AUTOPILOTS[model]
-    follows = isinstance(autopilot, PathFollower)
-    cannot_stop = isinstance(autopilot, PathFollower) and autopilot.cannot_stop
-    mean = float(np.hypot(*currents.mean(axis=0)))
+    fastest, follows = top_speed(model, overrides), isinstance(AUTOPILOTS[model], PathFollower)
     for vehicle, asked in zip(names, speed.tolist(), strict=True):
         if follows and not 0.0 < asked <= fastest:
             raise GuidanceError(
@@ -208,14 +205,30 @@ def refuse_impossible(
                 f"asked for {asked:g} m/s, but a {model} reaches {_reached(fastest)} m/s; ask for "
                 "a speed above zero and not above that",
             )
+    mean = float(np.hypot(*currents.mean(axis=0)))
+    if (found := too_strong(model, overrides, speed.tolist(), mean)) is not None:
+        raise GuidanceError(names[found[0]], 0.0, found[1])
+
+
+def too_strong(
+    model: str, overrides: Mapping[str, float] | None, speeds: Sequence[float], current: float
+) -> tuple[int, str] | None:
+    """Return the first of some vehicles that a current (m/s) would carry away, and why; None if
+    they make headway.
+
+    `speeds` (m/s) is what each is asked for, read of hulls that cannot stop; the others make up for
+    a current by what they can do beyond that.
+    """
+    fastest, autopilot = top_speed(model, overrides), AUTOPILOTS[model]
+    cannot_stop = isinstance(autopilot, PathFollower) and autopilot.cannot_stop
+    for number, asked in enumerate(speeds):
         own = asked if cannot_stop else fastest
-        if mean >= own:
-            raise GuidanceError(
-                vehicle,
-                0.0,
-                f"the current of {mean:.3f} m/s is stronger than the {own:.3f} m/s that it makes "
-                "through the water, and would carry it away",
+        if current >= own:
+            return number, (
+                f"the current of {current:.3f} m/s is stronger than the {own:.3f} m/s that it "
+                "makes through the water, and would carry it away"
             )
+    return None
 
 
 def top_speed(model: str, overrides: Mapping[str, float] | None = None) -> float:
