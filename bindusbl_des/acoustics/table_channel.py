@@ -11,7 +11,6 @@ import sys
 import zipfile
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
 from itertools import pairwise
 from pathlib import Path
@@ -22,6 +21,7 @@ from numpy.typing import NDArray
 
 from ..core.arrays import Floats
 from ..core.files import draft_of
+from ..core.lazy import cached_property
 from ..scenario.channel_settings import Table
 from ..scenario.scenario import Scenario
 from ..scenario.site import profile_of, sound_speed_of, water_of

@@ -4,7 +4,6 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
 from html import escape
 from pathlib import Path
 from shutil import copytree, ignore_patterns
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..core.files import folder_draft, write_text
 from ..core.kept_files import placed
+from ..core.lazy import cached_property
 from ..core.wording import counted, did_you_mean, plain, shortened
 from ..results.result import Result, face
 from ..scenario.scenario import Scenario

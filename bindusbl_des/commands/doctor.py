@@ -7,7 +7,6 @@ import os
 import re
 import sys
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Literal
@@ -46,6 +45,8 @@ def warm(folder: Path) -> Iterator[int]:
 
     What is kept already is loaded only.  The folder then says that it holds all.
     """
+    from concurrent.futures import ProcessPoolExecutor, as_completed
+
     from ..campaigns.workers.pools import Spawn, go_with_parent
     from ..core.compiled import warm_marker
 

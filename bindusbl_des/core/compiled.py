@@ -17,7 +17,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
-from time import monotonic
+from threading import get_ident
+from time import monotonic, sleep
 from typing import Any, TypeVar, cast
 from zlib import crc32
 
@@ -41,7 +42,7 @@ MARKS = re.compile(rb"^@(compiled|inlined|written_out)$", re.MULTILINE)
 
 # Files that hold no equations, from which equations take numbers and rows.
 NUMBERS = (
-    *("core/arrays.py", "core/compiled.py", "core/packed.py", "core/uncompiled.py"),
+    *("core/arrays.py", "core/compiled.py", "core/lazy.py", "core/packed.py", "core/uncompiled.py"),
     "geometry/paths.py",
     "navigation/correcting.py",
     *("planning/prediction/sights.py", "records/events.py"),
@@ -157,6 +158,9 @@ def _locks(folder: Path) -> int | None:
         return None
 
 
+# Who waits for other threads to have compiled looks each so often (s).
+WAIT_S = 0.01
+
 # Hears, as each function is compiled, how many were before it, and how long (s) all took.
 OnCompiling = Callable[[int, float], None]
 
@@ -168,22 +172,22 @@ class _Watch:
     """
 
     def __init__(self) -> None:
-        self.functions = self._depth = 0
-        self._spent = self._began = 0.0
+        self.functions, self._spent, self._began = 0, 0.0, 0.0
+        self._threads: list[int] = []  # which compile, one entry for each function
         self.tell: OnCompiling | None = None
 
     @property
     def seconds(self) -> float:
         """The time (s) that all compiling has taken so far."""
-        return self._spent + (monotonic() - self._began if self._depth else 0.0)
+        return self._spent + (monotonic() - self._began if self._threads else 0.0)
 
     @contextmanager
     def open(self, dispatcher: Any) -> Iterator[None]:
         """Watch what is compiled of a function, unless it is found on the disk."""
         before = len(dispatcher.stats.cache_misses)
-        if not self._depth:
+        if not self._threads:
             self._began = monotonic()
-        self._depth += 1
+        self._threads.append(get_ident())
         try:
             yield
         finally:
@@ -191,12 +195,26 @@ class _Watch:
                 self.functions += 1
                 if self.tell is not None:
                     self.tell(self.functions, self.seconds)
-            self._depth -= 1
-            if not self._depth:
+            self._threads.remove(get_ident())
+            if not self._threads:
                 self._spent += monotonic() - self._began
+
+    def wait_for_others(self) -> None:
+        """Wait until no other thread compiles."""
+        while any(thread != get_ident() for thread in self._threads):
+            sleep(WAIT_S)
+
+    def forget_others(self) -> None:
+        """Forget threads that this process, which was forked, does not have."""
+        self._threads = [thread for thread in self._threads if thread == get_ident()]
 
 
 _WATCH = _Watch()
+
+# numba compiles in one thread at a time: a process that is forked meanwhile, without that thread,
+# would wait for it for ever.
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(before=_WATCH.wait_for_others, after_in_child=_WATCH.forget_others)
 
 
 def watch_compiling(tell: OnCompiling | None) -> None:

@@ -5,7 +5,7 @@ with a dozen of them.  So their addresses and shapes are written to one record, 
 handed over; compiled code makes them again from there (:func:`unpacked`).  Nothing else is copied.
 """
 
-from functools import cache, cached_property
+from functools import cache
 from itertools import takewhile
 from struct import Struct
 from typing import (
@@ -25,6 +25,7 @@ import numpy as np
 from numba.extending import intrinsic, overload
 
 from .compiled import is_uncompiled
+from .lazy import cached_property
 from .uncompiled import as_compiled
 
 Whole = TypeVar("Whole")

@@ -7,8 +7,9 @@ in closed form here; the geometry of other polygons is shapely's, loaded where t
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
+
+from ..core.lazy import cached_property
 
 if TYPE_CHECKING:
     import numpy as np

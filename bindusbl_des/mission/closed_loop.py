@@ -5,12 +5,12 @@ Hulls and controllers are loaded when somebody needs them: most missions are kin
 
 import math
 from collections.abc import Sequence
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..core.arrays import Floats
+from ..core.lazy import cached_property
 from ..core.streams import Purpose, Streams
 from ..geometry.paths import Path
 from ..protocol.anchors.placing import Room

@@ -4,34 +4,29 @@ import time as clock
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import cached_property
 from numbers import Real
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import simpy
 
 from ..core.arrays import Floats, keep_memory
+from ..core.lazy import cached_property
 from ..core.wording import plain
-from ..preflight.warnings import ScenarioWarning, warnings_of
-from ..protocol.happenings import Happening, Watch
-from ..protocol.hf.outcomes import Sight
-from ..protocol.network import Network
-from ..protocol.schedules.named import OwnSchedule, Schedule
-from ..protocol.steps import MissionEnvironment
 from ..records.events import HEARD, Broadcast, GnssFix
-from ..records.rows import NONE
-from ..results.result import Result
-from ..results.tables import from_numbers, from_row
-from ..scenario.files.scenario_file import as_scenario
-from ..scenario.scenario import Scenario
-from ..vehicles.motion import places
-from ..vehicles.poses import PoseSource
-from .build import build_world
-from .metrics import auv_metrics, event_tables, mission_metrics, utilisation
-from .reach import violations_of
-from .trajectories import turned
+
+# What happens in a mission, and tables, are loaded by the first one: numba and Arrow take a second,
+# for which who only names missions does not wait.
+if TYPE_CHECKING:
+    from ..preflight.warnings import ScenarioWarning
+    from ..protocol.happenings import Happening, Watch
+    from ..protocol.hf.outcomes import Sight
+    from ..protocol.schedules.named import Schedule
+    from ..protocol.steps import MissionEnvironment
+    from ..results.result import Result
+    from ..scenario.scenario import Scenario
+    from ..vehicles.poses import PoseSource
 
 # Half of what missions of up to a hundred AUVs leave is kept for the next one (bytes).
 keep_memory(8_000_000)
@@ -72,6 +67,7 @@ class Mission:
     fixes still under way then are recorded as in flight.  The same scenario and seed give the same
     tables, at whatever instants one has stopped and looked.
 
+    >>> from bindusbl_des import Mission, Scenario
     >>> mission = Mission(Scenario(name="example", duration_s=10.0), seed=1)
     >>> mission.advance(4.0)
     >>> mission.time, mission.auvs().estimate.shape, len(mission.result().auvs)
@@ -80,19 +76,19 @@ class Mission:
 
     def __init__(
         self,
-        scenario: Scenario | str | Path,
+        scenario: "Scenario | str | Path",
         seed: int = 0,
         *,
         allow_plugins: bool = False,
-        poses: PoseSource | None = None,
+        poses: "PoseSource | None" = None,
         pose_step_s: float = 0.1,
-        schedule: Schedule | None = None,
+        schedule: "Schedule | None" = None,
     ) -> None:
         """Put a mission together; it is at 0 s.
 
         `scenario` may be the path of a scenario file, or the name of one that ships, read as by
         `load_scenario`.  `poses` is an outside program that moves AUVs, ASVs or both, in the place
-        of what the scenario says (:class:`PoseSource`).  It is asked each
+        of what the scenario says (:class:`..vehicles.poses.PoseSource`).  It is asked each
         `pose_step_s` (s), as the mission goes on; positions between two samples are interpolated.
         `schedule` says who pings when, in the place of that of the scenario
         (:mod:`..protocol.schedules.named`).
@@ -105,6 +101,10 @@ class Mission:
         """
         if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
             raise ValueError(f"the seed must be a whole number >= 0, got {seed!r}")
+        from ..protocol.steps import MissionEnvironment
+        from ..scenario.files.scenario_file import as_scenario
+        from .build import build_world
+
         self.scenario = as_scenario(scenario, allow_plugins=allow_plugins)
         self.seed = int(seed)
         self._time, self._worked_s, self._has_failed = 0.0, 0.0, False
@@ -115,7 +115,10 @@ class Mission:
                 self._schedule_by(schedule)
             self._happen(0.0)
 
-    def _schedule_by(self, schedule: Schedule) -> None:
+    def _schedule_by(self, schedule: "Schedule") -> None:
+        from ..protocol.network import Network
+        from ..protocol.schedules.named import OwnSchedule
+
         network = self._world.network
         if not isinstance(network, Network):
             raise ValueError("with passive ranging ASVs ping in turn: nothing is scheduled")
@@ -136,7 +139,7 @@ class Mission:
         return self._time
 
     @property
-    def env(self) -> MissionEnvironment:
+    def env(self) -> "MissionEnvironment":
         """The environment of the mission's events, for processes of one's own beside it."""
         return self._env
 
@@ -144,7 +147,7 @@ class Mission:
         """Return the event of the next happening of a kind: `ping`, `arrival`, `reception`,
         `broadcast` or `delivery`.
 
-        Its value is a :class:`Happening`: kind, time (s), and the row of that
+        Its value is a :class:`..protocol.happenings.Happening`: kind, time (s), and the row of that
         instant.  `which` are values that columns of the row must have:
         ``happening("delivery", auv=1)``.  Whoever waits, and for what, changes nothing of the
         mission.
@@ -154,7 +157,7 @@ class Mission:
         """
         return self._world.network.watching.next(kind, which, self._last_instant(self._time))
 
-    def happenings(self, *kinds: str, **which: Any) -> Iterator[Happening]:
+    def happenings(self, *kinds: str, **which: Any) -> "Iterator[Happening]":
         """Advance from one happening of some kinds to the next, to the mission's end.
 
         All that happens at the instant of one has happened when it is yielded; `which` as in
@@ -166,7 +169,7 @@ class Mission:
         since = self._last_instant(self._time)
         return self._each(self._world.network.watching.watch(kinds, which, since))
 
-    def watch(self, *kinds: str, **which: Any) -> Watch:
+    def watch(self, *kinds: str, **which: Any) -> "Watch":
         """Return all happenings of some kinds from now on, one after the other by its `next()`:
         for a process beside the mission that needs each; `which` as in :meth:`happening`.
 
@@ -175,15 +178,17 @@ class Mission:
         """
         return self._world.network.watching.watch(kinds, which, self._last_instant(self._time))
 
-    def sight_of(self, ping: int, asv: int) -> Sight | None:
+    def sight_of(self, ping: int, asv: int) -> "Sight | None":
         """Return what an ASV has measured of a ping by itself, at the instant of its `reception`.
 
         None for what no ASV measures: with passive ranging, or by an instrument of one's own.
         """
+        from ..protocol.network import Network
+
         network = self._world.network
         return network.outcomes.sight_of(ping, asv) if isinstance(network, Network) else None
 
-    def _each(self, watch: Watch) -> Iterator[Happening]:
+    def _each(self, watch: "Watch") -> "Iterator[Happening]":
         try:
             while self._time < self.scenario.duration_s:
                 event = watch.next()
@@ -234,6 +239,8 @@ class Mission:
         """Let everything happen up to the instant of an event, and return its value."""
         if event.env is not self._env:
             raise ValueError("the event is of another mission, which is to be advanced to it")
+        from ..protocol.happenings import Happening
+
         self._refuse_failed()
         last = self._last_instant(self.scenario.duration_s)
         if self._time > last:  # it has ended: events of others' own may still be to come
@@ -283,6 +290,8 @@ class Mission:
 
         The estimate includes every fix delivered by now, as that of `tracks` does.
         """
+        from .trajectories import turned
+
         world, now = self._world, np.array([self._time])
         world.network.deliveries.settle(self._last_instant(self._time))
         world.auv_fleet.advance(self._time)
@@ -315,6 +324,8 @@ class Mission:
 
         With passive ranging vessels make none.
         """
+        from ..protocol.network import Network
+
         network, found = self._world.network, np.full((len(self._world.auv_fleet), 3), np.nan)
         if not isinstance(network, Network):
             return found
@@ -327,6 +338,9 @@ class Mission:
 
     def asvs(self) -> Floats:
         """Return where the ASVs are now: x, y, z (m), z down, yaw (rad, in (-pi, pi]), (n, 4)."""
+        from ..vehicles.motion import places
+        from .trajectories import turned
+
         fleet = self._world.asv_fleet
         fleet.advance(self._time)
         found = places(fleet.motion, self._time)
@@ -343,6 +357,8 @@ class Mission:
         A ping is under way while it is being sent, and until its end has passed every ASV in range.
         Calls of `twtt` are none.
         """
+        from ..records.rows import NONE
+
         pings, band = self._world.record.pings.rows, self._world.network.uplink.band
         # an AUV that was called in vain does not ping
         silent = ~np.isin(pings["call"], (NONE, HEARD))
@@ -371,7 +387,7 @@ class Mission:
             if self._time < frame.sent_at_s + frame.airtime_s
         ]
 
-    def result(self) -> Result:
+    def result(self) -> "Result":
         """Run to the end; return what happened, a table for each kind of event.
 
         Raises:
@@ -381,7 +397,12 @@ class Mission:
         return self._result
 
     @cached_property
-    def _result(self) -> Result:
+    def _result(self) -> "Result":
+        from ..results.result import Result
+        from ..results.tables import from_numbers, from_row
+        from .metrics import auv_metrics, event_tables, mission_metrics, utilisation
+        from .reach import violations_of
+
         world = self._world
         with self._at_work():
             tables = event_tables(world)
@@ -393,11 +414,13 @@ class Mission:
             self.scenario, self.seed, tables, self._worked_s, self._warnings(), violations=broken
         )
 
-    def _warnings(self) -> list[ScenarioWarning] | None:
+    def _warnings(self) -> "list[ScenarioWarning] | None":
         """Return warnings; None where they follow from the scenario alone."""
         moved = self._world.auv_fleet.poses or self._world.asv_fleet.poses
         if moved is None:
             return None
+        from ..preflight.warnings import ScenarioWarning, warnings_of
+
         return warnings_of(self.scenario) + [
             ScenarioWarning(f"{kind}.vehicle", moved.described) for kind in moved.kinds
         ]

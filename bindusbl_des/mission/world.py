@@ -1,9 +1,9 @@
 """The world of one mission: its vehicles, what they carry, and the network between them."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 from ..core.arrays import Floats
+from ..core.lazy import cached_property
 from ..core.streams import Streams
 from ..navigation.dead_reckoning import DeadReckoning
 from ..navigation.navigators import Navigator

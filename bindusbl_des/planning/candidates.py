@@ -7,7 +7,6 @@ import math
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +14,7 @@ import numpy as np
 from ..advice.stations import Ways
 from ..campaigns.experiments.experiment import laid_over
 from ..core.arrays import Floats
+from ..core.lazy import cached_property
 from ..core.wording import counted, plain
 from ..scenario.destinations import stations_kept
 from ..scenario.files.former_keys import key_now

@@ -8,7 +8,7 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -21,6 +21,7 @@ from ..campaigns.experiments.experiment_file import (
 )
 from ..campaigns.experiments.experiment_points import is_experiment, is_number, is_plan
 from ..campaigns.experiments.options import Options, PythonArguments
+from ..core.lazy import cached_property
 from ..core.wording import described, did_you_mean
 from ..scenario.files.mistakes import FilePlace, Mistake, ScenarioError
 from ..scenario.files.plain_yaml import Document, Path, read_yaml

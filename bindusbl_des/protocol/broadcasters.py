@@ -7,11 +7,11 @@ scenario can name one of one's own as ``module:object``.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from ..core.arrays import Flags, Floats, Ints
+from ..core.lazy import cached_property
 from ..core.plugins import PluginError, asked, is_whole, shown
 from ..records.events import HEARD
 from ..records.rows import Recorder

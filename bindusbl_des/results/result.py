@@ -8,7 +8,7 @@ import json
 import os
 import platform
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cache, cached_property
+from functools import cache
 from html import escape
 from importlib import import_module
 from importlib.metadata import version
@@ -20,6 +20,7 @@ import pyarrow as pa
 
 from ..core.files import sealed, write_text
 from ..core.kept_files import copies_of, keep, portable
+from ..core.lazy import cached_property
 from ..core.wording import did_you_mean
 from ..preflight.warnings import ScenarioWarning, warnings_of
 from ..scenario.scenario import Scenario

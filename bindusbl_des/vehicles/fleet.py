@@ -6,7 +6,6 @@ of it.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from math import inf
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.arrays import Flags, Floats
+from ..core.lazy import cached_property
 from .motion import PLACE, Motion, lines
 from .vehicle import Vehicle
 

@@ -3,13 +3,13 @@
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..acoustics.propagation import TOUCH
 from ..core.arrays import Floats
+from ..core.lazy import cached_property
 from ..core.plugins import PluginError
 from ..protocol.slots import Slots, slots_of
 from ..scenario.destinations import NoStations, asv_stations, longest_way, route_of, tracks_of

@@ -7,10 +7,10 @@ Every kind of pair of signals that may meet at a receiver is decided by itself.
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from ..core.lazy import cached_property
 from ..core.plugins import is_plugin
 from ..core.wording import plain
 from ..preflight.round_lengths import rounds_of

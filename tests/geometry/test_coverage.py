@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -210,12 +210,16 @@ def test_covering_radius_of_collinear_and_equal_asvs() -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(sides, fleets)
+@example(26.0, [(0.0, 0.0), (0.0, -1.192092896e-07), (0.0, 25.0)])
 def test_covering_radius_against_a_grid(side: float, asvs: Any) -> None:
-    """No cell of a grid is lonelier than the covering radius, and one is nearly as lonely."""
+    """No cell of a grid is lonelier than the covering radius, and one is nearly as lonely.
+
+    Of ASVs a micrometre from each other one counts.
+    """
     cells = 200
     loneliest = grid_distances(side, asvs, cells).max()
     half_diagonal = side / cells / math.sqrt(2.0)
-    assert loneliest - 1e-9 <= covering_radius(side, asvs) <= loneliest + half_diagonal + 1e-9
+    assert loneliest - 1e-6 <= covering_radius(side, asvs) <= loneliest + half_diagonal + 1e-6
 
 
 def test_covering_radius_of_fifty_asvs() -> None:

@@ -5,7 +5,7 @@ which an AUV may lack.
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache
 from pathlib import Path
 from typing import get_args, get_type_hints
 
@@ -13,6 +13,7 @@ import numpy as np
 import pyarrow as pa
 
 from ...core.arrays import Flags, Floats, Ints
+from ...core.lazy import cached_property
 from ...core.wording import did_you_mean, printable
 from ...records.events import NONE
 from ...records.metrics import METRICS_ARE, WORST, WORST_IS_LARGEST, AuvMetrics, of_an_auv

@@ -7,12 +7,12 @@ estimate, no truth, and not whether an AUV has decoded a frame.
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...core.arrays import Flags, Floats, Ints
+from ...core.lazy import cached_property
 from ...records.rows import Recorder, Rows
 from ...scenario.families import positions_of
 from ...scenario.own_sensors import straight_drift_rms
