@@ -67,22 +67,25 @@ def commands(quick: bool, whole_sweep: bool = False) -> dict[str, Any]:
         folder = Path(name)
         (folder / "baseline.yaml").write_text(json.dumps(BASELINE))  # JSON is YAML
         times = 2 if quick else 7
+        advised = ["run", str(folder / "baseline.yaml"), "--advice", "--out", str(folder / "a")]
         run_python(["-c", IMPORTED])
         imports = [clocked(lambda: run_python(["-c", IMPORTED])) for _ in range(times)]
         return {
             "import_ms": spread(imports),
             "help_ms": _repeated([["--help"]] * times),
+            "validate_ms": _repeated([["validate", str(folder / "baseline.yaml")]] * times),
             "run_ms": _repeated(
                 [["run", str(folder / "baseline.yaml"), "--out", str(folder / f"run{number}")]
                  for number in range(times)]
             ),
+            "advice_ms": spread([clocked(partial(call, advised))]),
             "sweep": _sweep(folder, quick, 1 if whole_sweep else STRIDE),
         }  # fmt: skip
 
 
 def _repeated(calls: Sequence[list[str]]) -> dict[str, Any]:
     """Return the times (ms) of some calls; one more before them loads what is cached."""
-    call(calls[0] if len(calls[0]) == 1 else [*calls[0][:-1], calls[0][-1] + "-warm"])
+    call([*calls[0][:-1], calls[0][-1] + "-warm"] if "--out" in calls[0] else calls[0])
     return spread([clocked(partial(call, words)) for words in calls])
 
 

@@ -73,7 +73,9 @@ def _commands(found: Measured) -> str:
         for name, key in (
             ("`from bindusbl_des import Scenario, simulate`", "import_ms"),
             ("`--help`", "help_ms"),
-            ("`run` of the paper's baseline", "run_ms"),
+            ("`validate` of the paper's baseline", "validate_ms"),
+            ("`run` of it, from command to page", "run_ms"),
+            ("`run --advice` of it", "advice_ms"),
         )
         if key in found
     )

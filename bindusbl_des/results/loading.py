@@ -15,6 +15,7 @@ from .effects import Advice, from_data
 from .result import Result, sha256_as_written
 from .result_folder import (
     ADVICE,
+    DICTIONARY,
     FILE_SUMS,
     SCENARIO,
     SUMS,
@@ -107,8 +108,9 @@ def _tables(folder: Path, scenario: Scenario, run: Mapping[str, Any]) -> dict[st
     }
     if SUMS in run:
         _each(names, lambda name: compare_sum(paths[name], run[SUMS].get(name), RUN))
-    beside: Mapping[str, str] = run.get(FILE_SUMS, {})
-    _each(tuple(beside), lambda name: compare_sum(folder / name, beside[name], RUN))
+    if FILE_SUMS in run:
+        beside = (SCENARIO, DICTIONARY)
+        _each(beside, lambda name: compare_sum(folder / name, run[FILE_SUMS].get(name), RUN))
     return _each(names, lambda name: read_table(paths[name], name, origin))
 
 
