@@ -323,7 +323,7 @@ def test_a_mission_leaves_its_memory_as_it_ends(
         left.extend((weakref.ref(world.record), weakref.ref(world.streams)))
         return world
 
-    monkeypatch.setattr("bindusbl_des.mission.mission.build_world", noted)
+    monkeypatch.setattr("bindusbl_des.mission.build.build_world", noted)
     gc.disable()
     try:
         simulate(plan)
