@@ -248,7 +248,7 @@ def fit_labels(figure: Figure) -> None:
     where these leave axes too little of it.
     """
     of_axes = [
-        it for axes in figure.axes for it in (axes.title, axes.xaxis.label, axes.yaxis.label)
+        text for axes in figure.axes for text in (axes.title, axes.xaxis.label, axes.yaxis.label)
     ]
     whole = {text: text.get_text().split("\n") for text in of_axes + figure.texts}
     figure.draw_without_rendering()

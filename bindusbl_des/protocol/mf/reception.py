@@ -5,7 +5,7 @@ ends when the sound of its end has, from where the ASV is by then.
 """
 
 from dataclasses import dataclass
-from math import inf, nan
+from math import inf, isinf, nan
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -106,7 +106,7 @@ def begin_frame(
     frame, last = frames[number], -1.0
     frame.asv, frame.sent_at_s, frame.on_air_s, frame.airtime_s = asv, time, on_air, airtime
     frame.processing_s = processing
-    count = auvs.first.size - 1 if reach == inf else 0  # of a disc nothing is promised
+    count = auvs.first.size - 1 if isinf(reach) else 0  # of a disc nothing is promised
     promised = into.promises[number * count : (number + 1) * count]
     frame.passed_at_s = _passed(frame, foreseen, into, promised)
     if number > 0:
