@@ -225,8 +225,8 @@ def _flat(scenario: Scenario) -> Iterator[Problem]:
         "usbl.array",
         f"is {1e3 * thick:.2g} mm thick, too little for usbl.tdoa_sd_s of "
         f"{scenario.usbl.tdoa_sd_s:.2g} s: AUVs less than {math.degrees(flat):.2g} degrees off "
-        f"its plane (here they are seen down to {math.degrees(down):.2g} degrees below the horizon) "
-        "may be taken for their mirror images, of which covariances of fixes know nothing; make it "
+        f"its plane (they are seen down to {math.degrees(down):.2g} degrees below the horizon) may "
+        "be taken for their mirror images, of which covariances of fixes know nothing; make it "
         f"{1e3 * needed:.2g} mm thick, and trust no z of fixes so near that plane",
         ("usbl.tdoa_sd_s", "survey.depth_m", "acoustics.hf.range_m"),
     )
