@@ -47,6 +47,31 @@ def away(metres: float) -> Changes:
     }
 
 
+def hold(depth_m: float, ranging: str) -> Changes:
+    """Return AUVs that hover so deep about one moored ASV, and hardly drift."""
+    places = [[2.6, 1.0], [5.0, -8.0], [-15.0, 3.0]]
+    return {
+        "duration_s": 600.0,
+        "survey": {"side_m": 100, "depth_m": depth_m},
+        "auvs": {"route": {"kind": "hold", "positions_m": places}},
+        "asvs": {"count": 1},
+        "protocol": {"ranging": ranging},
+        "acoustics": {
+            "hf": {"range_m": max(150.0, 2.0 * depth_m)}, "mf": {"range_m": 600},
+            "loss": {"law": "none"},
+        },
+        "navigation": {
+            "velocity_bias_m_per_s": [0.0, 0.0], "random_walk_m_per_sqrt_s": 0.005,
+            "initial_position_sd_m": 1.0,
+        },
+    }  # fmt: skip
+
+
+def start(sd_m: float) -> Changes:
+    """Return AUVs that know where they start by so much along each axis."""
+    return {"navigation": {"initial_position_sd_m": sd_m}}
+
+
 def drift(**stated: float) -> Changes:
     """Return an inertial system by its sheet."""
     return {"navigation": {"drift": stated}}
@@ -57,9 +82,9 @@ def turnaround(seconds: float) -> Changes:
     return {"protocol": {"ranging": {"model": "twtt", "turnaround_s": seconds}}}
 
 
-def slow(correlation_s: float) -> Changes:
-    """Return acoustic errors of which four fifths of the variance last so long."""
-    return {"usbl": {"slow_share": 0.8, "correlation_s": correlation_s}}
+def slow(correlation_s: float, share: float = 0.8) -> Changes:
+    """Return acoustic errors of which a share of the variance lasts so long."""
+    return {"usbl": {"slow_share": share, "correlation_s": correlation_s}}
 
 
 def surfacing(every_s: float) -> Changes:
@@ -139,6 +164,19 @@ CELLS: dict[str, tuple[Changes, ...]] = {
 }  # fmt: skip
 
 
+CELLS |= {
+    f"hold, {depth} m below one ASV, `{ranging}`": (hold(depth, ranging),)
+    for depth in (10, 80, 200)
+    for ranging in ("owtt_sync", "twtt", "passive")
+}
+CELLS |= {
+    f"500 m, 1 deg, 1 %, 1 h, slow 0.9 of 600 s, start by {metres:g} m": (
+        away(500.0), ONE, sheet(1.0), slow(600.0, 0.9), start(metres),
+    )
+    for metres in (0.0, 2.0, 5.0, 10.0)
+}  # fmt: skip
+
+
 class Found(NamedTuple):
     """Shares of the time inside and their half-width (%), mean NEES, and error (m), of missions."""
 
@@ -150,11 +188,12 @@ class Found(NamedTuple):
 
 
 def merged(base: Changes, *changes: Changes) -> Changes:
-    """Return nested plain data with changes laid over it."""
+    """Return nested plain data with changes laid over it; another kind of route starts anew."""
     out = dict(base)
     for change in changes:
         for name, value in change.items():
             both = isinstance(value, dict) and isinstance(out.get(name), dict)
+            both = both and value.get("kind") in (None, out[name].get("kind"))
             out[name] = merged(out[name], value) if both else value
     return out
 

@@ -65,7 +65,7 @@ def compare(
     force: bool,
     as_json: bool,
 ) -> None:
-    """Compare campaigns with the first, or points of one campaign; of plans their answers.
+    """Compare campaigns, points of one, or answers of plans.
 
     Missions with equal seeds are paired, so that the noise they share cancels; each is judged by
     its worst AUV.

@@ -116,9 +116,10 @@ class Smoother:
         errors, last = np.full((len(valid), 2), nan), NOTHING
         for first, end in self._groups(times, delivered):
             is_delivered = delivered <= times[first] + self._lag
-            # nothing that comes later is about an earlier instant than this
-            settled = min(float(times[first]), float(np.min(valid[~is_delivered], initial=inf)))
-            sure = is_open & ~np.isnan(errors[:, 0]) & (valid <= settled)
+            # no fix that is still to be smoothed for the first time is about an earlier instant
+            is_new = np.isnan(errors[:, 0])
+            settled = min(float(times[first]), float(np.min(valid[is_new], initial=inf)))
+            sure = is_open & ~is_new & (valid <= settled)
             if sure.any():
                 begin = filtered(begin, *self._between(auv, begin, valid, sights, sure), growth)
                 is_open &= ~sure

@@ -15,7 +15,7 @@ from ..core.plugins import is_plugin, refusal
 from ..presets.modems import airtime_table
 from ..scenario.channel_settings import Sound, read_curve
 from ..scenario.declared import channel_named, instrument_named
-from ..scenario.destinations import alive
+from ..scenario.destinations import alive, longest_way
 from ..scenario.families import CHANNEL, plugins_of, schedule_of
 from ..scenario.files.mistakes import Mistake
 from ..scenario.files.plain_yaml import Document
@@ -111,6 +111,7 @@ def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
             _dissemination,
             sheet,
             _lobes,
+            _flat,
             sonar,
             receivers,
             levels,
@@ -188,6 +189,49 @@ def _lobes(scenario: Scenario) -> Iterator[Problem]:
             "as of a wideband ping, and are not ambiguous",
             ("acoustics.hf.channel.frequency_khz",),
         )
+
+
+# A mirror image as unlikely as this many standard deviations is never taken for the truth.
+SURE = 3.0
+
+
+def _flat(scenario: Scenario) -> Iterator[Problem]:
+    """Yield that an array is so thin that AUVs near its plane are taken for their mirror images.
+
+    Of a direction s the thin axis w measures s.w, with an sd of sigma / sqrt(a), sigma the noise
+    of an element (m), a and b the least and greatest eigenvalue of the scatter matrix.  The wide
+    axes tell |s.w|, for s has the length 1: by b (s.w)^2, as much or more than a where
+    |s.w| > sqrt(a / b).  If noise alone leads there, 3 sigma sqrt(b) > a, the covariance is that of
+    |s.w|, and its sign is a guess where |s.w| < 3 sigma / sqrt(a).
+    """
+    array, depths = scenario.usbl.array, scenario.survey
+    if isinstance(array, str) or not instrument_named(scenario.usbl.model).times_arrivals:
+        return
+    import numpy as np
+
+    places = np.array(array) - np.mean(array, axis=0)
+    squares, axes = np.linalg.eigh(places.T @ places)
+    sigma = scenario.environment.sound_speed_m_per_s * scenario.usbl.tdoa_sd_s / math.sqrt(2.0)
+    if SURE * sigma * math.sqrt(squares[2]) <= squares[0]:
+        return
+    flat = math.asin(min(SURE * sigma / math.sqrt(squares[0]), 1.0))
+    depth = min(depths.depth(auv) for auv in range(scenario.auvs.count))
+    hf = scenario.acoustics.hf
+    down = math.asin(min(depth / longest_way(hf.range_m, depth, hf.range_metric), 1.0))
+    tilt = math.acos(min(abs(axes[2, 0]), 1.0))  # of the thin axis from the vertical
+    if down - tilt >= flat:
+        return
+    thick = np.ptp(places @ axes[:, 0])
+    needed = thick * math.sqrt(SURE * sigma * math.sqrt(squares[2]) / squares[0])
+    yield Problem(
+        "usbl.array",
+        f"is {1e3 * thick:.2g} mm thick, too little for usbl.tdoa_sd_s of "
+        f"{scenario.usbl.tdoa_sd_s:.2g} s: AUVs less than {math.degrees(flat):.2g} degrees off "
+        f"its plane (they are seen down to {math.degrees(down):.2g} degrees below the horizon) may "
+        "be taken for their mirror images, of which covariances of fixes know nothing; make it "
+        f"{1e3 * needed:.2g} mm thick, and trust no z of fixes so near that plane",
+        ("usbl.tdoa_sd_s", "survey.depth_m", "acoustics.hf.range_m"),
+    )
 
 
 def _dissemination(scenario: Scenario) -> Iterator[Problem]:

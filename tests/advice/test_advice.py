@@ -275,7 +275,7 @@ def test_a_better_gain_and_delay_compensation_are_named(recovery: Result) -> Non
     assert not any(name.startswith("asvs.count") for name in helps)
     assert advice.error_m == pytest.approx(0.66, abs=0.05)
     assert [it.mean_m for it in advice.effects] == sorted(it.mean_m for it in advice.effects)
-    assert advice.effects[0].kind == "filter"  # pairs with it are worth no more
+    assert "navigation.filter=kalman" in advice.effects[0].settings  # alone or with a schedule
     assert (advice.untried, advice.shortage, advice.harms) == ((), "", ())
 
 

@@ -28,7 +28,7 @@ from bindusbl_des.campaigns.experiments.experiment import ExperimentPlan
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.experiments.options import PythonArguments
 from bindusbl_des.campaigns.running import first_record, resume
-from bindusbl_des.campaigns.statistics import outcomes as statistics
+from bindusbl_des.campaigns.statistics import outcomes
 from bindusbl_des.campaigns.statistics.outcomes import MissionOutcomes
 from bindusbl_des.campaigns.storage import done as runs
 from bindusbl_des.campaigns.storage import part_rows
@@ -163,13 +163,13 @@ def test_a_report_reads_many_metrics_of_a_part_at_a_time(
     campaign, read = load_campaign(in_parts(5)), list[Sequence[str]]()
     whole = page.sweep_page(campaign)
 
-    def outcomes(folder: Path, metrics: Sequence[str]) -> MissionOutcomes:
+    def read_some(folder: Path, metrics: Sequence[str]) -> MissionOutcomes:
         read.append(metrics)
         return plain(folder, metrics)
 
-    plain = statistics.outcomes
-    monkeypatch.setattr(statistics, "outcomes", outcomes)
-    monkeypatch.setattr(statistics, "MOST_VALUES", 40 * 5 * IN_PART)
+    plain = outcomes.outcomes
+    monkeypatch.setattr(outcomes, "outcomes", read_some)
+    monkeypatch.setattr(outcomes, "MOST_VALUES", 40 * 5 * IN_PART)
     monkeypatch.setattr(part_rows, "MOST_APART", 2)
     assert page.sweep_page(campaign) == whole
     assert len(read) == 3

@@ -340,7 +340,7 @@ def test_what_the_filter_is_told_of_the_smoother_is_told_of() -> None:
     ]
     columns = ["estimate_x_m", "estimate_y_m", "estimate_sd_x_m", "estimate_sd_y_m"]
     kalman, at_once, _ = (run.tables["tracks"][columns].to_numpy(float) for run in runs)
-    assert np.nanmax(np.abs(at_once - kalman)) < 0.03
+    assert np.nanmax(np.abs(at_once - kalman)) < 0.12  # of a standard deviation of 0.43 m there
     assert runs[2].auvs.position_error_rms_m.mean() < 0.9 * runs[0].auvs.position_error_rms_m.mean()
 
 

@@ -9,8 +9,8 @@ import pytest
 from browser_for_tests import Open, Opened, without_browser
 from logs_for_tests import Sea, made_up
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
-from matplotlib.patches import Circle, Polygon
+from matplotlib.collections import LineCollection, PatchCollection
+from matplotlib.patches import Polygon
 from worlds import scenario
 
 from bindusbl_des import Result, simulate
@@ -233,8 +233,10 @@ def test_figures_are_charts(result: Result, kind: str) -> None:
     with styled():
         axes = result.plot(kind).axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("east (m)", "north (m)")
-    circles = {patch.center: None for patch in axes.patches if isinstance(patch, Circle)}
-    assert is_charted(*screen(axes, list(circles)))
+    rings = (them for them in axes.collections if isinstance(them, PatchCollection))
+    around = (path.get_extents() for them in rings for path in them.get_paths())
+    middles = {((box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2): None for box in around}
+    assert is_charted(*screen(axes, list(middles)))
     survey = next(patch for patch in axes.patches if isinstance(patch, Polygon))
     assert turning(screen(axes, survey.get_xy())) > 0
     assert {"N", "current\n0.1 m/s"} <= {text.get_text() for text in axes.texts}

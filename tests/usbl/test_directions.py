@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -187,6 +188,40 @@ def test_elements_beyond_half_a_wavelength_are_named() -> None:
         told = warnings_of(scenario_of(usbl={"array": array}, acoustics=sonar))
         assert any("grating lobes" in str(it) for it in told) == named
     assert not any("grating" in str(it) for it in warnings_of(scenario_of(acoustics=sonar)))
+
+
+def thin(height_m: float, turned: bool = False) -> list[list[float]]:
+    """Return four elements around one, 0.1 m wide, and so high; on edge if it is turned."""
+    half = height_m / 2
+    flat = [[0.05, 0, -half], [0, 0.05, half], [-0.05, 0, -half], [0, -0.05, half], [0, 0, half]]
+    return [[z, x, y] for x, y, z in flat] if turned else flat
+
+
+@pytest.mark.parametrize(
+    ("height_m", "depth_m", "turned", "named"),
+    [
+        (0.006, 5.0, False, True),  # 3-D NEES of fixes 4.2 to 4.7, at 0.2 m width 7 to 25
+        (0.006, 40.0, False, False),  # steeper than the mirror image matters: 2.9
+        (0.012, 5.0, False, False),  # 3.1
+        (0.003, 40.0, True, True),  # on edge some AUV is always in its plane: 26
+    ],
+)
+def test_an_array_that_hardly_tells_up_from_down_is_named(
+    height_m: float, depth_m: float, turned: bool, named: bool
+) -> None:
+    array = thin(height_m, turned)
+    tested = scenario_of(
+        usbl={"array": array}, survey={"depth_m": depth_m}, acoustics={"hf": {"range_m": 50.0}}
+    )
+    told = [str(it) for it in warnings_of(tested) if "mirror images" in str(it)]
+    assert len(told) == named
+    if named:
+        [thick] = re.findall(r"make it (\S+) mm", told[0])
+        assert float(thick) > 1e3 * height_m
+        thicker = scenario_of(
+            usbl={"array": thin(1.06e-3 * float(thick), turned)}, survey={"depth_m": depth_m}
+        )
+        assert not any("mirror images" in str(it) for it in warnings_of(thicker))
 
 
 def test_a_scenario_with_an_array_is_written_and_read_again() -> None:

@@ -16,7 +16,7 @@ from bindusbl_des.scenario.sections.usbl import NAMED_SIZES_M
 from bindusbl_des.usbl.array import ARRAYS, arrival_differences, direction, rotation, scatter
 from bindusbl_des.usbl.covariance import across_by_array, fix_covariance
 from bindusbl_des.usbl.fusion import fuse
-from bindusbl_des.usbl.instrument import Usbl, element_sd, range_sd
+from bindusbl_des.usbl.instrument import Usbl, element_sd, range_sd, stepped_sd
 
 CHECKS = json.loads((Path(__file__).parents[1] / "reference" / "physics_checks.json").read_text())
 OEM = ARRAYS["oem5"]
@@ -78,7 +78,7 @@ def lots(draw: st.DrawFn, low: float, high: float) -> float:
 
 @st.composite
 def noisy_instruments(draw: st.DrawFn) -> Usbl:
-    """Draw an instrument whose noises and quantum are nothing, small or absurd."""
+    """Draw an instrument whose noises and steps are nothing, small or absurd."""
     turns = tuple(math.radians(min(lots(draw, -3, 2), 45.0)) for _ in range(3))
     return instrument(
         array=ARRAYS[draw(st.sampled_from(sorted(ARRAYS)))], tdoa_sd=lots(draw, -9, 0),
@@ -115,7 +115,7 @@ def test_no_fix_is_no_number_or_out_of_this_world(
         vessel = np.array([*rng.normal(0.0, 50.0, 2), 0.0]) if fixes else np.zeros(3)
         travel = float(np.linalg.norm(source - vessel)) / usbl.sound_speed
         fix, covariance = usbl.locate(source, vessel, float(rng.uniform(-4, 4)), travel, noise)
-        measured = travel + usbl.travel_time_sd * abs(noise[5]) + usbl.quantum
+        measured = travel + stepped_sd(usbl.travel_time_sd, usbl.quantum) * abs(noise[5])
         reach = usbl.sound_speed * measured + usbl.gnss_sd * float(np.linalg.norm(noise[9:]))
         assert float(np.linalg.norm(fix - vessel)) <= reach * (1 + 1e-9) + 1e-9
         fixes.append(fix)
@@ -151,13 +151,12 @@ def test_noise_larger_than_the_array_is_refused(array: str) -> None:
         float(np.linalg.norm(one - other)) for one in ARRAYS[array] for other in ARRAYS[array]
     )
     assert NAMED_SIZES_M[array] == pytest.approx(size, abs=1e-4)
-    for key in ("tdoa_sd_s", "quantum_s"):
-        with pytest.raises(
-            ValueError, match=rf"usbl.{key}: .* 750 m of sound, .*{array}"
-        ) as refusal:
-            scenario(usbl={"array": array, key: 0.5})
-        [most] = re.findall(r"use (\S+) at most", str(refusal.value))
-        scenario(usbl={"array": array, key: float(most)})
+    with pytest.raises(
+        ValueError, match=rf"usbl.tdoa_sd_s: .* 750 m of sound, .*{array}"
+    ) as refusal:
+        scenario(usbl={"array": array, "tdoa_sd_s": 0.5})
+    [most] = re.findall(r"use (\S+) at most", str(refusal.value))
+    scenario(usbl={"array": array, "tdoa_sd_s": float(most)})
 
 
 def test_the_offset_is_shortened_by_what_the_direction_may_miss() -> None:
@@ -212,7 +211,7 @@ def test_direction_attains_the_cramer_rao_bound(elevation: float) -> None:
     angles = []
     source = (1e5 * unit).tolist()
     for noise in rng.standard_normal((count, 5)):
-        times = arrival_differences(OEM, tuple(source), 1500.0, noise, sigma, 0.0)
+        times = arrival_differences(OEM, tuple(source), 1500.0, noise, sigma)
         found = direction(OEM, times, 1500.0, METRIC)
         angles.append((math.atan2(found[1], found[0]), math.asin(found[2])))
     tangent = np.array(
@@ -246,10 +245,36 @@ def test_fixes_are_as_good_as_they_say(axes: int) -> None:
 
 
 def test_an_overconfident_covariance_is_caught() -> None:
-    """The test above can fail: without rounding in the books, coarse sampling shows."""
-    coarse = instrument(quantum=3e-6, attitude_sd=(0.0, 0.0, 0.0))
-    coarse.levels["stepped_element_sd_s"] = element_sd(THESIS_TDOA)
-    assert sample_nees(coarse, 2000, 3) > 4.0
+    """The test above can fail: with half of the noise of arrivals in the books it shows."""
+    coarse = instrument(attitude_sd=(0.0, 0.0, 0.0), travel_time_sd=0.0, quantum=0.0)
+    stated = instrument(
+        attitude_sd=(0.0, 0.0, 0.0), travel_time_sd=0.0, quantum=0.0, tdoa_sd=THESIS_TDOA / 2
+    )
+    rng, total = np.random.default_rng(2), 0.0
+    for _ in range(2000):
+        source, noise = np.array([*rng.uniform(-35.0, 35.0, 2), 10.0]), rng.standard_normal(12)
+        error = (measure(coarse, source, 0.0, noise)[0] - source)[:2]
+        spread = measure(stated, source, 0.0, noise)[1][:2, :2]
+        total += error @ np.linalg.solve(spread, error)
+    assert total / 2000 > 4.0
+
+
+def test_steps_of_the_clock_are_noise_of_ranges_alone() -> None:
+    """A source that stays where it is: arrival differences are not rounded, so that no mean of many
+    fixes is off by the step, and the covariance has a step / sqrt(12) along the range.
+    """
+    usbl = instrument(
+        tdoa_sd=0.0, travel_time_sd=0.0, quantum=1e-4, attitude_sd=(0.0, 0.0, 0.0), gnss_sd=0.0
+    )
+    source, rng = np.array([0.6, 0.3, 80.0]), np.random.default_rng(0)
+    found = [measure(usbl, source, 0.0, noise) for noise in rng.standard_normal((2000, 12))]
+    errors = np.array([fix - source for fix, _ in found])
+    step = 1500.0 * 1e-4 / math.sqrt(12.0)
+    along = errors @ source / np.linalg.norm(source)
+    assert np.std(along) == pytest.approx(step, rel=0.05)
+    assert abs(np.mean(along)) < 4.0 * step / math.sqrt(2000)
+    assert np.abs(errors[:, :2]).max() < 0.01  # rounded by 1e-6 s: off by 3.6 m, always alike
+    assert np.trace(found[0][1]) == pytest.approx(step**2, rel=0.01)
 
 
 def test_two_way_ranges_are_twice_as_good() -> None:

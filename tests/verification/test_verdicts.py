@@ -203,7 +203,7 @@ ERRORS: dict[str, dict[str, Any]] = {
     "white GNSS": {"usbl": {"gnss_sd_m": 1.0}},
     "outliers": {"usbl": {"outlier_share": 0.1, "outlier_sd_m": 5.0}},
     "the array": {"usbl": {"tdoa_sd_s": 2e-5}},
-    "steps of its clock": {"usbl": {"quantum_s": 2e-5}},
+    "steps of its clock": {"usbl": {"quantum_s": 2e-3}},
     "misalignment": {"usbl": {"misalignment_sd_deg": 5.0}},
     "the AHRS": {"usbl": {"heading_sd_deg": 5.0}},
     "travel times": {"usbl": {"travel_time_sd_s": 2e-3}},

@@ -107,17 +107,17 @@ def points_rows(folder: Path, plan: ExperimentPlan) -> pa.Table:
     names, points = mission_numbers(), len(plan.points)
     missions = metric_by_metric(folder, names, len(plan))
     found = [(intervals(all_.by_seed(name, points)), all_.well(points)) for name, all_ in missions]
-    known, number = [interval for interval, _ in found], pa.float64()
+    known, number = [means for means, _ in found], pa.float64()
     keys = varied_columns(plan.columns, [point.varied for point in plan.points])
     columns = {
         "point": arrow(np.tile(np.arange(points), len(names)), pa.int64()),
         **{key: pa.concat_arrays([values] * len(names)) for key, values in keys.items()},
         "metric": arrow(np.repeat(names, points).tolist(), pa.string()),
         "unit": arrow(np.repeat(list(map(unit, names)), points).tolist(), pa.string()),
-        "mean": arrow(np.concatenate([one.mean for one in known]), number),
-        "low": arrow(np.concatenate([one.mean - one.half_width for one in known]), number),
-        "high": arrow(np.concatenate([one.mean + one.half_width for one in known]), number),
-        "n": arrow(np.concatenate([one.count for one in known]), pa.int64()),
+        "mean": arrow(np.concatenate([means.mean for means in known]), number),
+        "low": arrow(np.concatenate([means.mean - means.half_width for means in known]), number),
+        "high": arrow(np.concatenate([means.mean + means.half_width for means in known]), number),
+        "n": arrow(np.concatenate([means.count for means in known]), pa.int64()),
         "missions": arrow(np.concatenate([well for _, well in found]), pa.int64()),
     }
     fields = [
