@@ -454,7 +454,7 @@ def test_an_interruption_keeps_the_mission(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.chdir(tmp_path)
     Path("f.yaml").write_text(SHORT)
     monkeypatch.setattr("bindusbl_des.advice.advising.advise", interrupt)
-    outcome = call("run", "f.yaml", "--out", "o")
+    outcome = call("run", "f.yaml", "--out", "o", "--advice")
     assert (outcome.exit_code, "Interrupted while changes" in outcome.stderr) == (0, True)
     assert load_result("o").advice is None
 
