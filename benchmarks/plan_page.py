@@ -12,7 +12,7 @@ from shutil import which
 import numpy as np
 from playwright.sync_api import sync_playwright
 
-from bindusbl_des import load_scenario
+from bindusbl_des import Setup, load_scenario
 from bindusbl_des.planning.plan_page import chart_of, plan_page
 from bindusbl_des.planning.prediction.gathering import inputs_of
 
@@ -41,7 +41,7 @@ def main() -> None:
     for duration in (300, 1200):
         changes = [f"auvs.count={auvs}", "survey.side_m=140", "asvs.count=4"]
         scenario = load_scenario("quickstart", overrides=[*changes, f"duration_s={duration}"])
-        page = plan_page({"name": "drag"}, chart_of(scenario, inputs_of(scenario)))
+        page = plan_page({"name": "drag"}, chart_of(Setup(scenario), inputs_of(Setup(scenario))))
         with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
             path = Path(folder, "plan.html")
             path.write_text(page, encoding="utf-8")

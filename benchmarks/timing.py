@@ -85,7 +85,7 @@ PARTS: Mapping[str, str] = {
     "USBL": "usbl",
     "navigation": "navigation",
     "records": "records results",
-    "mission": "mission scenario core preflight",
+    "mission": "mission scenario core preflight setup",
 }
 PART_OF = {room: part for part, rooms in PARTS.items() for room in rooms.split()}
 

@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from .scenario.own_routes import PlanView, WayView
     from .scenario.scenario import Scenario
     from .sea.water import absorption, sound_speed
+    from .setup import Setup
     from .usbl.fusion import fuse
     from .usbl.own_instrument import Sounding
     from .verification.verdict import Verdict, verify
@@ -109,6 +110,7 @@ _HOMES = {
     "until": "protocol.tdma",
     "uplink_slot": "protocol.slots",
     "PlanView": "scenario.own_routes",
+    "Setup": "setup",
     "Signals": "acoustics.channel",
     "Slot": "protocol.ranging",
     "Sounding": "usbl.own_instrument",
@@ -138,6 +140,7 @@ __all__ = [
     "Result",
     "Scenario",
     "ScenarioError",
+    "Setup",
     "Signals",
     "Slot",
     "Sounding",

@@ -21,10 +21,9 @@ from numpy.typing import NDArray
 from .core.arrays import Floats
 from .mission.mission import Mission
 from .protocol.schedules.view import Groups, View
-from .scenario.destinations import asv_stations
 from .scenario.files.scenario_file import as_scenario
 from .scenario.scenario import Scenario
-from .scenario.site import area_of
+from .setup import setup_of
 
 Observation = NDArray[np.float32]
 
@@ -102,7 +101,8 @@ class Placement(gymnasium.Env[Observation, NDArray[np.float32]]):
             )
         self.scenario, self.render_mode = _scenario(scenario), render_mode
         self._step_s, self._speed = step_s, speed_m_per_s
-        area = area_of(self.scenario)
+        self._setup = setup_of(self.scenario)
+        area = self._setup.area
         self._middle, self._scale = np.array(area.centroid), area.across
         self._asvs, self._auvs = self.scenario.asvs.count, self.scenario.auvs.count
         size = 2 * self._asvs + 3 * self._auvs + 1
@@ -115,7 +115,7 @@ class Placement(gymnasium.Env[Observation, NDArray[np.float32]]):
         """Begin a mission; its seed is drawn, and in the `info` that is returned."""
         super().reset(seed=seed)
         drawn = int(self.np_random.integers(2**31))
-        stations = np.array(asv_stations(self.scenario))
+        stations = np.array(self._setup.stations_m)
         self._vessels = GymVessels(stations, self._middle, 2.0 * self._scale)
         self._mission = Mission(self.scenario, drawn, poses=self._vessels, pose_step_s=0.5)
         self._step = 0

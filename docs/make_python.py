@@ -124,8 +124,8 @@ RUNNING = Section(
 )  # fmt: skip
 HELD = Section(
     "What one holds", "",
-    ("Scenario", "ScenarioError", "Result", "Campaign", "CampaignState", "CampaignInterrupted",
-     "Plan", "Verdict", "Mission"),
+    ("Scenario", "Setup", "ScenarioError", "Result", "Campaign", "CampaignState",
+     "CampaignInterrupted", "Plan", "Verdict", "Mission"),
 )  # fmt: skip
 
 MEASURED = Section(

@@ -10,11 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bindusbl_des import Scenario
+from bindusbl_des import Scenario, Setup
 from bindusbl_des.protocol.conflicts import dsatur_groups, greedy_groups
-from bindusbl_des.protocol.slots import slots_of
-from bindusbl_des.scenario.destinations import asv_stations
-from bindusbl_des.scenario.site import assumed_sound_speed_of
 from bindusbl_des.verification.case import Bounds
 
 Array = NDArray[np.float64]
@@ -36,16 +33,16 @@ class Worlds:
 
     def __post_init__(self) -> None:
         scenario, n, draw = self.scenario, self.trials, self.draw
-        self.stations = np.array(asv_stations(scenario))
+        self.stations = np.array(Setup(scenario).stations_m)
         self.auvs, self.asvs = scenario.auvs.count, len(self.stations)
-        self.slots, self.protocol = slots_of(scenario), scenario.protocol
+        self.slots, self.protocol = Setup(scenario).slots, scenario.protocol
         hf = scenario.acoustics.hf
         self.reach, self.lasts, self.slant = hf.range_m, hf.ping_s, hf.range_metric == "slant"
         self.depth = np.array([scenario.survey.depth(k) for k in range(self.auvs)])
         error = self.bounds.sound_speed_error_m_per_s
         worst = draw.choice((-error, error), n)
         off = np.where(draw.random(n) < 0.7, worst, draw.uniform(-error, error, n))
-        self.sound = assumed_sound_speed_of(scenario) + off
+        self.sound = Setup(scenario).assumed_sound_speed_m_per_s + off
         late = 2 * self.bounds.clock_error_s
         some = draw.uniform(0.0, late, (n, self.auvs))
         self.late = np.where(draw.random((n, self.auvs)) < 0.6, some.round() * 0 + late, some)

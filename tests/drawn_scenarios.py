@@ -13,7 +13,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from bindusbl_des import Scenario, simulate, warnings_of
+from bindusbl_des import Scenario, Setup, simulate, warnings_of
 from bindusbl_des.campaigns.statistics.points_table import DRIFTS
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.preflight.round_lengths import rounds_of
@@ -397,11 +397,11 @@ def outcome(seed: int, folder: Path) -> tuple[str, str]:
     """Return how a drawn scenario ends: ok, refused (and why), large, or broken (and how)."""
     try:
         scenario = Scenario.model_validate(drawn(seed, folder))
-        cost = effort(scenario)
+        cost = effort(Setup(scenario))
         if cost.seconds > WORTH_RUNNING_S or cost.bytes > WORTH_RUNNING_BYTES:
             return "large", str(cost)
         list(map(str, warnings_of(scenario)))
-        rounds_of(scenario).period(1, 1)
+        rounds_of(Setup(scenario)).period(1, 1)
         result = simulate(scenario, seed)
         result.summary()
         if seed % 8 == 0:

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from drawn_scenarios import drawn
 
-from bindusbl_des import Result, Scenario, simulate
-from bindusbl_des.scenario.destinations import known_stations
+from bindusbl_des import Result, Scenario, Setup, simulate
 
 Data = dict[str, Any]
 
@@ -126,7 +125,7 @@ def drawn_protocol(seed: int, folder: Path) -> Data:
 def against(scenario: Scenario, data: Data, seed: int) -> Scenario:
     """Return the same mission with other places and ways of its AUVs, within what it plans."""
     draw = np.random.default_rng([seed, 1])
-    stations = known_stations(scenario)
+    stations = Setup(scenario).nominal_stations_m
     where = np.array(stations if stations is not None else [[0.0, 0.0]], dtype=float)
     moves = data["auvs"]["route"]["kind"] == "waypoints"
     speed = data["auvs"]["speed_m_per_s"] if moves else 0.0

@@ -12,11 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bindusbl_des import Scenario, simulate
+from bindusbl_des import Scenario, Setup, simulate
 from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.predicting import Prediction, predict
 from bindusbl_des.records.metrics import WORST_IS_LARGEST
-from bindusbl_des.scenario.destinations import asv_stations
 
 METRICS = (
     *("position_error_m", "position_error_rms_m", "position_error_p95_m"),
@@ -113,7 +112,7 @@ def drawn_plan(number: int) -> dict[str, Any]:
 def compared(keys: dict[str, Any], seeds: int) -> Compared:
     """Return a plan predicted, and simulated with some seeds."""
     scenario = Scenario.model_validate({**keys, "record": {"detail": "summary"}})
-    predicted = predict(inputs_of(scenario), asv_stations(scenario))
+    predicted = predict(inputs_of(Setup(scenario)), Setup(scenario).stations_m)
     tables = [simulate(scenario, seed).auvs for seed in range(seeds)]
     simulated = {
         metric: np.array([list(table[metric]) for table in tables], dtype=np.float64)

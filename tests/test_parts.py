@@ -62,7 +62,7 @@ HOMES = (
     *("scenario/declared.py", "scenario/families.py", "scenario/files/shipped.py"),
     *("protocol/access/", "protocol/schedules/", "protocol/downlinks.py", "protocol/ranging.py"),
     *("protocol/broadcasters.py", "acoustics/named_channels.py", "presets/", "protocol/anchors/"),
-    *("scenario/sections/routes.py", "scenario/sections/placements.py", "scenario/destinations.py"),
+    *("scenario/sections/routes.py", "scenario/sections/placements.py", "scenario/site.py"),
     "vehicles/guidance/autopilots.py",
 )
 

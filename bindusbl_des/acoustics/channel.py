@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from ..core.arrays import Floats
 from ..core.plugins import Family, PluginError, asked, shown
 from ..scenario.part_choice import own_part
-from ..scenario.scenario import Scenario
-from .loss import LossTerms, contention_loss
+from .loss import LossTerms
 from .propagation import DISC, PROSPECT, SignalBand, SignalPath
 
 Prospects = NDArray[np.void]
@@ -147,13 +146,6 @@ def own_channel(family: Family, choice: str) -> OwnChannel:
         PluginError: when it is not allowed, or cannot be loaded or called.
     """
     return OwnChannel(family.key, choice, own_part(family, choice))
-
-
-def contention_of(scenario: Scenario) -> float:
-    """Return what AUVs that share the uplink add to the loss of a ping: none where none pings."""
-    if scenario.protocol.asvs_ping:
-        return 0.0
-    return contention_loss(scenario.auvs.count, scenario.acoustics.loss.contention_per_auv)
 
 
 class Deciding(NamedTuple):

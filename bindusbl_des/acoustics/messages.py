@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from ..presets.modems import AirtimeTable, airtime_table
-from ..scenario.families import tells_slots
-from ..scenario.scenario import Scenario
+from ..scenario.sections.acoustics import Downlink
 
 
 def payload_bytes(fix_count: int, header: int = 8, record: int = 16) -> int:
@@ -139,17 +138,17 @@ class Messages:
         return self.modem.delay(self.payload_bytes(fixes, named))
 
 
-def messages_of(scenario: Scenario) -> Messages:
-    """Return the messages of a scenario's downlink."""
-    mf = scenario.acoustics.mf
+def messages_of(mf: Downlink, assignment_bytes: int = 0, told: int = 0) -> Messages:
+    """Return the messages of a downlink, which tell so many AUVs their slots by records of
+    `assignment_bytes` each.
+    """
     table = None if mf.airtimes is None else airtime_table(mf.airtimes)
     modem = Modem(mf.bit_rate_bps, mf.overhead, table, mf.processing_s)
     size = mf.payload_bytes if table is None else mf.payload_bytes or table.most_bytes
-    splits, each = mf.overfull == "split", scenario.protocol.dissemination.assignment_bytes
-    room = most = None
+    splits, room, most = mf.overfull == "split", None, None
     if size is not None:
         room = size - mf.header_bytes
         # who does not split a broadcast tells all slots in one message
-        reserved = 0 if splits or not tells_slots(scenario) else each * scenario.auvs.count
+        reserved = 0 if splits else assignment_bytes * told
         most = (room - reserved) // mf.fix_bytes
-    return Messages(modem, mf.header_bytes, mf.fix_bytes, most, splits, room, each)
+    return Messages(modem, mf.header_bytes, mf.fix_bytes, most, splits, room, assignment_bytes)

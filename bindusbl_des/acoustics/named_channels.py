@@ -15,10 +15,10 @@ from ..presets.catalogue import preset
 from ..scenario.channel_settings import Curve, PingSonar, Sonar, Sound, Table, read_curve
 from ..scenario.families import CHANNEL, MF_CHANNEL
 from ..scenario.part_choice import settings_of
-from ..scenario.scenario import Scenario
-from ..scenario.site import sound_speed_of, water_of
-from .channel import PLAIN, AskedChannel, Prospects, Receiver, Signals, contention_of, own_channel
-from .loss import COMBINERS, LossTerms, loss_law
+from ..scenario.sections.acoustics import Loss, UplinkSection
+from ..scenario.site import Site
+from .channel import PLAIN, AskedChannel, Prospects, Receiver, Signals, own_channel
+from .loss import COMBINERS, LossTerms, contention_loss, loss_law
 from .propagation import PROSPECT
 from .sonar_channel import echoing_sonar, sonar_channel
 from .sonar_equation import SoundMessage, link_budget, timing_sd_s
@@ -64,20 +64,20 @@ Sounding = TypeVar("Sounding", bound=Sound)
 FrameChannel = Callable[[int, float], AskedChannel]
 
 
-def hf_channel(scenario: Scenario) -> AskedChannel | None:
+def ping_channel(site: Site) -> AskedChannel | None:
     """Return the channel of pings; None for the compiled disc.
 
     Raises:
         PluginError: when one's own is not allowed, or cannot be loaded or called.
         ValueError: when the file of a curve is none.
     """
-    hf = scenario.acoustics.hf
-    return _channel(scenario, CHANNEL, SoundMessage(hf.ping_s), hf.range_m)
+    hf = site.scenario.acoustics.hf
+    return _channel(site, CHANNEL, SoundMessage(hf.ping_s), hf.range_m)
 
 
-def mf_channel(scenario: Scenario) -> FrameChannel | None:
-    """Return the channel of frames; None for the disc.  Errors are those of :func:`hf_channel`."""
-    mf = scenario.acoustics.mf
+def frame_channel(site: Site) -> FrameChannel | None:
+    """Return the channel of frames; None: the disc.  Errors are those of :func:`ping_channel`."""
+    mf = site.scenario.acoustics.mf
     if mf.channel == "disc":
         return None
 
@@ -85,7 +85,7 @@ def mf_channel(scenario: Scenario) -> FrameChannel | None:
     def channel_of(size_bytes: int, airtime_s: float) -> AskedChannel:
         # a frame of neither header nor fix says all the same that it is one
         message = SoundMessage(airtime_s, max(1, 8 * size_bytes))
-        channel = _channel(scenario, MF_CHANNEL, message, mf.range_m)
+        channel = _channel(site, MF_CHANNEL, message, mf.range_m)
         assert channel is not None
         return channel
 
@@ -94,9 +94,9 @@ def mf_channel(scenario: Scenario) -> FrameChannel | None:
 
 
 def _channel(
-    scenario: Scenario, family: Family, message: SoundMessage, range_m: float
+    site: Site, family: Family, message: SoundMessage, range_m: float
 ) -> AskedChannel | None:
-    choice: str = attrgetter(family.key)(scenario)
+    choice: str = attrgetter(family.key)(site.scenario)
     if is_plugin(choice):
         return own_channel(family, choice)
     if choice == "disc":
@@ -104,43 +104,33 @@ def _channel(
     settings = settings_of(family, choice)
     if isinstance(settings, Curve):
         return curve_channel(settings)
-    modem = attrgetter(family.key.rpartition(".")[0])(scenario).modem
+    modem = attrgetter(family.key.rpartition(".")[0])(site.scenario).modem
     if isinstance(settings, Table):
         from .table_channel import table_channel  # brings pyarrow
 
-        return table_channel(scenario, _as_sold(settings, modem), message, range_m)
+        return table_channel(site, _as_sold(settings, modem), message, range_m)
     assert isinstance(settings, Sonar)
     settings = _as_sold(settings, modem)
-    budget = link_budget(settings, water_of(scenario))
-    if isinstance(settings, PingSonar) and echoing(scenario):
-        speed = sound_speed_of(scenario)
-        return echoing_sonar(settings, budget, message, range_m, speed)
+    budget = link_budget(settings, site.water)
+    if isinstance(settings, PingSonar) and site.pings_echo:
+        return echoing_sonar(settings, budget, message, range_m, site.sound_speed_m_per_s)
     return sonar_channel(settings, budget, message, range_m)
 
 
-def echoing(scenario: Scenario) -> bool:
-    """Tell whether pings have echoes: those of AUVs, by a sonar, where a bottom is given."""
-    channel = scenario.acoustics.hf.channel
-    given = channel == "sonar" and channel.settings.get("bottom_m") is not None
-    return given and not scenario.protocol.asvs_ping
-
-
-def loss_of(scenario: Scenario) -> LossTerms:
-    """Return how likely a ping is lost on its way over the disc."""
-    loss = scenario.acoustics.loss
+def loss_of(loss: Loss, range_m: float, auvs: int) -> LossTerms:
+    """Return how likely a ping is lost over a disc of a range (m) that so many AUVs share."""
     return LossTerms(
-        loss_law(loss.law, scenario.acoustics.hf.range_m).coefficients,
+        loss_law(loss.law, range_m).coefficients,
         list(COMBINERS).index(loss.combine),
-        contention_of(scenario),
+        contention_loss(auvs, loss.contention_per_auv) if auvs else 0.0,
         loss.cap,
     )
 
 
-def timing_sd_of(scenario: Scenario) -> float:
+def timing_sd_of(hf: UplinkSection) -> float:
     """Return what a ping of 0 dB adds to the noise (s) of the elements that time it; 0 without a
     sonar that knows of levels.
     """
-    hf = scenario.acoustics.hf
     timing = hf.channel.settings.get("timing", "constant")
     if hf.channel not in ("sonar", "table") or timing == "constant":
         return 0.0

@@ -23,8 +23,7 @@ from ..core.arrays import Floats
 from ..core.files import draft_of
 from ..core.lazy import cached_property
 from ..scenario.channel_settings import Table
-from ..scenario.scenario import Scenario
-from ..scenario.site import profile_of, sound_speed_of, water_of
+from ..scenario.site import Site
 from ..sea.water_column import Profile
 from .channel import Prospects, Receiver, Signals
 from .ray_tables import SoundTable, TableAxes, read_table, slant_range_m, straight_time_s
@@ -274,7 +273,7 @@ def _ends(signals: Signals) -> tuple[Floats, Floats, Floats]:
 
 
 def table_channel(
-    scenario: Scenario, settings: Table, message: SoundMessage, band_range_m: float
+    site: Site, settings: Table, message: SoundMessage, band_range_m: float
 ) -> TableChannel:
     """Return the channel of a band on which messages of one kind are sent.
 
@@ -284,14 +283,14 @@ def table_channel(
         ValueError: when a file is no table, naming it.
         ImportError: without pelagic, where rays are to be traced.
     """
-    budget = link_budget(settings, water_of(scenario))
-    hears, profile = listener(settings, budget, message, band_range_m), profile_of(scenario)
+    budget = link_budget(settings, site.water)
+    hears, profile = listener(settings, budget, message, band_range_m), site.sound_profile
     if settings.rays is None:
         reach = reach_m(budget, hears.faintest_db)
         table = kept_table(profile, grid_to(reach, settings.bottom_m), settings.bottom_m)
     else:
         table = read_table(settings.rays, profile)
-    return TableChannel(hears, budget, table, sound_speed_of(scenario))
+    return TableChannel(hears, budget, table, site.sound_speed_m_per_s)
 
 
 def grid_to(reach: float, bottom_m: float) -> TableAxes:

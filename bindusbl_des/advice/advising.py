@@ -23,7 +23,6 @@ from ..results.effects import (
     Effect,
     Harm,
 )
-from ..scenario.families import navigator_of
 from ..scenario.files.mistakes import ScenarioError
 from ..scenario.files.scenario_file import parse_scenario
 from ..scenario.scenario import Scenario
@@ -171,7 +170,8 @@ def advise(
     if missions is not None and missions < 0:
         raise ValueError(f"advice needs 0 missions or more; met {missions}")
     scenario = result.scenario
-    most = missions_for(scenario) if missions is None else missions
+    setup = result.setup
+    most = missions_for(setup) if missions is None else missions
     trials = Trials(scenario, most, seconds, progress)
     changes, needless = proposals(result)
     race = Race(trials, changes, result.seed + CHOOSING)
@@ -214,7 +214,7 @@ def advise(
         dropped=_words([change for change in race.tried if change not in said]),
         untried=_words(race.untried),
         shortage=_short(trials, most) if unknown and not effects else "",
-        fixed_gain=navigator_of(scenario).has_gain,
+        fixed_gain=setup.navigator.has_gain,
     )
 
 

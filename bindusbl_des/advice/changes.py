@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
-from ..acoustics.fix_chance import HALF, delivery
 from ..core.wording import plain
 from ..geometry.formation import ring_radius
+from ..preflight.fix_chance import HALF, delivery
 from ..results.effects import FILTER, GAIN
 from ..scenario.declared import (
     BROADCASTERS,
@@ -16,11 +16,10 @@ from ..scenario.declared import (
     advised,
     channel_named,
 )
-from ..scenario.destinations import asv_stations
-from ..scenario.families import navigator_of
 from ..scenario.files.overrides import put
 from ..scenario.scenario import Scenario
 from ..scenario.sections.placements import Formation
+from ..setup import Setup
 from .stations import Ways
 
 if TYPE_CHECKING:
@@ -83,14 +82,15 @@ def proposals(result: "Result") -> tuple[list[Change], list[str]]:
     good only trials can tell.
     """
     scenario, auvs = result.scenario, result.arrow["auvs"].to_pylist()
+    setup = result.setup
     needless: list[str] = []
     kinds = [
         _filters(scenario),
-        _delays(scenario),
-        _gains(scenario, min(row["fix_benefit_m"] for row in auvs) < 0, needless),
-        *_formations(scenario, needless),
-        _losses(scenario),
-        *_ranges(scenario, auvs, needless),
+        _delays(setup),
+        _gains(setup, min(row["fix_benefit_m"] for row in auvs) < 0, needless),
+        *_formations(setup, needless),
+        _losses(setup),
+        *_ranges(setup, auvs, needless),
         *_protocols(scenario, needless),
     ]
     mixed = [change for row in zip_longest(*kinds) for change in row if change is not None]
@@ -103,9 +103,9 @@ def _filters(scenario: Scenario) -> Iterator[Change]:
         yield Change(FILTER, f"filter kalman instead of {now}", {"navigation.filter": "kalman"})
 
 
-def _delays(scenario: Scenario) -> Iterator[Change]:
-    navigation = scenario.navigation
-    if navigator_of(scenario).has_gain and navigation.fixed_gain.delay_compensation == "none":
+def _delays(setup: Setup) -> Iterator[Change]:
+    navigation = setup.scenario.navigation
+    if setup.navigator.has_gain and navigation.fixed_gain.delay_compensation == "none":
         yield Change(
             DELAY,
             "compare fixes with the estimate at their ping (delay compensation)",
@@ -113,9 +113,9 @@ def _delays(scenario: Scenario) -> Iterator[Change]:
         )
 
 
-def _gains(scenario: Scenario, harmful: bool, needless: list[str]) -> Iterator[Change]:
-    now = scenario.navigation.fixed_gain.gain
-    if not navigator_of(scenario).has_gain:
+def _gains(setup: Setup, harmful: bool, needless: list[str]) -> Iterator[Change]:
+    now = setup.scenario.navigation.fixed_gain.gain
+    if not setup.navigator.has_gain:
         needless.append("another gain or delay compensation (the filter has none)")
         return
     for gain in SMALL_GAINS if harmful else GAINS:
@@ -172,8 +172,9 @@ def _others(scenario: Scenario, key: str, names: tuple[str, ...]) -> Iterator[Ch
 
 
 def _ranges(
-    scenario: Scenario, auvs: list[dict[str, Any]], needless: list[str]
+    setup: Setup, auvs: list[dict[str, Any]], needless: list[str]
 ) -> list[Iterator[Change]]:
+    scenario = setup.scenario
     hf, mf = scenario.acoustics.hf.range_m, scenario.acoustics.mf.range_m
     heard = all(row["hf_coverage"] in (None, 1.0) for row in auvs)
     reached = all(row["fixes_out_of_range"] == 0 for row in auvs)
@@ -181,22 +182,22 @@ def _ranges(
     if heard and scenario.asvs.count == 1:
         needless.append("a longer HF range (every ping was within it)")
     elif scenario.protocol.asvs_ping:
-        return [_longer(scenario, hf=hf)]
+        return [_longer(setup, hf=hf)]
     else:
-        found += [_longer(scenario, hf=hf), _longer(scenario, hf=hf, mf=mf)]
+        found += [_longer(setup, hf=hf), _longer(setup, hf=hf, mf=mf)]
     if scenario.protocol.asvs_ping:
         return []
     if reached:
         needless.append("a longer MF range alone (no fix was broadcast beyond it)")
     else:
-        found.append(_longer(scenario, mf=mf))
+        found.append(_longer(setup, mf=mf))
     return found if reached else found[::-1]  # who hears more must tell more
 
 
-def _losses(scenario: Scenario) -> Iterator[Change]:
+def _losses(setup: Setup) -> Iterator[Change]:
     """Yield a loss law that is made for the HF range, where most pings over that are lost."""
-    hf, law = scenario.acoustics.hf, scenario.acoustics.loss.law
-    found = delivery(scenario, "hf")
+    hf, law = setup.scenario.acoustics.hf, setup.scenario.acoustics.loss.law
+    found = delivery(setup, "hf")
     if (
         channel_named(hf.channel).ends_at_range
         and law != "scaled"
@@ -207,7 +208,7 @@ def _losses(scenario: Scenario) -> Iterator[Change]:
         yield Change("loss law", words, {"acoustics.loss.law": "scaled"})
 
 
-def _longer(scenario: Scenario, **now: float) -> Iterator[Change]:
+def _longer(setup: Setup, **now: float) -> Iterator[Change]:
     """Yield longer ranges (m) of the bands named; the ASVs stay where they are."""
     for factor in FACTORS:
         ranges = {band: float(f"{factor * length:.3g}") for band, length in now.items()}
@@ -215,16 +216,17 @@ def _longer(scenario: Scenario, **now: float) -> Iterator[Change]:
             f"{band.upper()} range {ranges[band]:g} m instead of {now[band]:g} m" for band in now
         )
         settings = {f"acoustics.{band}.range_m": length for band, length in ranges.items()}
-        kept = _kept(scenario) if "hf" in now else {}
+        kept = _kept(setup) if "hf" in now else {}
         yield Change(RANGES, words, {**settings, **kept})
 
 
-def _kept(scenario: Scenario) -> dict[str, Any]:
+def _kept(setup: Setup) -> dict[str, Any]:
     """Return what keeps a formation where it is, since by default it grows with the HF range."""
+    scenario = setup.scenario
     asked = scenario.asvs.formation.moored
     if asked is None or asked.is_placed or asked.radius_m is not None or scenario.asvs.count == 1:
         return {}
-    return _ring(scenario, ring_radius(asv_stations(scenario)), asked.angle_deg)
+    return _ring(scenario, ring_radius(setup.stations_m), asked.angle_deg)
 
 
 def _ring(scenario: Scenario, radius: float, angle: float) -> dict[str, Any]:
@@ -248,7 +250,8 @@ def _asked(scenario: Scenario) -> Formation:
     return asked
 
 
-def _formations(scenario: Scenario, needless: list[str]) -> list[Iterator[Change]]:
+def _formations(setup: Setup, needless: list[str]) -> list[Iterator[Change]]:
+    scenario = setup.scenario
     asked = scenario.asvs.formation
     if asked.moves:
         needless.append("other places of ASVs (they move)")
@@ -259,8 +262,8 @@ def _formations(scenario: Scenario, needless: list[str]) -> list[Iterator[Change
     ways = Ways(scenario)
     if scenario.asvs.count == 1:
         needless.append("another radius or angle (a single ASV lies in the middle)")
-        return [_more(scenario, ways)]
-    return [_moved(scenario, ways), _more(scenario, ways)]
+        return [_more(setup, ways)]
+    return [_moved(setup, ways), _more(setup, ways)]
 
 
 def _another(scenario: Scenario) -> Iterator[Change]:
@@ -269,11 +272,12 @@ def _another(scenario: Scenario) -> Iterator[Change]:
     yield Change(COUNT, f"{count} ASVs instead of {count - 1}", {"asvs.count": count})
 
 
-def _moved(scenario: Scenario, ways: Ways) -> Iterator[Change]:
+def _moved(setup: Setup, ways: Ways) -> Iterator[Change]:
     """Yield formations of as many ASVs that serve the AUVs' ways best."""
+    scenario = setup.scenario
     asked, count = _asked(scenario), scenario.asvs.count
     if not asked.is_placed:
-        radius, angle = ways.best(count, [ring_radius(asv_stations(scenario))])
+        radius, angle = ways.best(count, [ring_radius(setup.stations_m)])
         yield Change(
             STATIONS,
             f"the formation turned to {angle:g} deg",
@@ -288,12 +292,13 @@ def _moved(scenario: Scenario, ways: Ways) -> Iterator[Change]:
     yield Change(STATIONS, words, _ring(scenario, radius, angle))
 
 
-def _more(scenario: Scenario, ways: Ways) -> Iterator[Change]:
+def _more(setup: Setup, ways: Ways) -> Iterator[Change]:
     """Yield plans with one more ASV."""
+    scenario = setup.scenario
     asked, count = _asked(scenario), scenario.asvs.count + 1
     words = f"{count} ASVs instead of {count - 1}"
     if asked.is_placed:
-        now = asv_stations(scenario)
+        now = setup.stations_m
         x, y = ways.further(now)
         places = [*map(list, now), [x, y]]
         settings = {"asvs.count": count, "asvs.formation.positions_m": places}

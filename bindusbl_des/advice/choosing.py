@@ -16,6 +16,7 @@ from ..mission.simulation import simulate
 from ..preflight.effort import effort
 from ..results.effects import FILTER
 from ..scenario.scenario import Scenario
+from ..setup import Setup
 from .changes import PAIR, Change, both, changed, may_be_paired
 
 Progress = Callable[[int, int], None]
@@ -43,11 +44,11 @@ class Trial:
     own: Floats
 
 
-def missions_for(scenario: Scenario) -> int:
+def missions_for(setup: Setup) -> int:
     """Return how many missions are tried beside one of a scenario, by its size alone; 0 for one
     that takes too long.
     """
-    each = effort(scenario).seconds
+    each = effort(setup).seconds
     return max(FEWEST, min(MOST, int(WORK_S / each))) if FEWEST * each <= LONGEST_S else 0
 
 

@@ -8,11 +8,8 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..geometry.formation import formation
-from ..scenario.destinations import held_places, horizontal_reach, tracks_of
-from ..scenario.families import broadcaster_of
-from ..scenario.flight_plans import planned_tours
 from ..scenario.scenario import Scenario
-from ..scenario.site import area_of
+from ..setup import Setup, setup_of
 
 Score: TypeAlias = tuple[float, float, float]
 
@@ -28,15 +25,16 @@ class Ways:
     """The places where AUVs are going to be, on which stations of ASVs can be tried."""
 
     def __init__(self, scenario: Scenario) -> None:
-        self._area = area_of(scenario)
-        self._hears, self._reaches = horizontal_reach(scenario), horizontal_reach(scenario, "mf")
-        sender = broadcaster_of(scenario)
+        setup = setup_of(scenario)
+        self._area = setup.area
+        self._hears, self._reaches = setup.horizontal_reach_m, setup.horizontal_mf_reach_m
+        sender = setup.broadcaster
         self._choice = sender.serves_nearest and not sender.at_once
         self._choice |= scenario.protocol.replies
         self._instant = not scenario.protocol.sends_frames
         count = scenario.auvs.count
         chosen = range(0, count, -(-count // MOST_AUVS))
-        self.places = np.stack([_way(scenario, auv) for auv in chosen])
+        self.places = np.stack([_way(setup, auv) for auv in chosen])
 
     def score(self, stations: Floats) -> Score:
         """Return how stations (n, 2), m, serve: of the worst AUV, of all, and how near they are.
@@ -87,13 +85,14 @@ class Ways:
         return max(places, key=lambda place: self.score(np.array([*stations, place])))
 
 
-def _way(scenario: Scenario, auv: int) -> Floats:
+def _way(setup: Setup, auv: int) -> Floats:
     """Return places (PLACES, 2), m, at even distances in time on the way that an AUV is to go."""
-    held, times = held_places(scenario), np.linspace(0.0, scenario.duration_s, PLACES)
+    scenario = setup.scenario
+    held, times = setup.held_places_m, np.linspace(0.0, scenario.duration_s, PLACES)
     if held is not None:
         return np.tile(np.array(held[auv]), (PLACES, 1))
-    tracks = tracks_of(scenario)
+    tracks = setup.auv_tracks
     if tracks is not None:
         at, places = tracks[auv]
         return np.column_stack([np.interp(times, at, places[:, axis]) for axis in (0, 1)])
-    return planned_tours(scenario)[auv].sample(scenario.auvs.speed(auv) * times)[:, :2]
+    return [plan.tour for plan in setup.plans][auv].sample(scenario.auvs.speed(auv) * times)[:, :2]

@@ -25,9 +25,10 @@ from .console import (
 from .options import json_option, plugins_option, scenario_argument, set_option
 
 if TYPE_CHECKING:
-    from ..acoustics.fix_chance import Rings
+    from ..preflight.fix_chance import Rings
     from ..preflight.limits import Groups, Limits
     from ..scenario.scenario import Scenario
+    from ..setup import Setup
 
 
 # What stands before the rates of rounds that are not a downlink's of that name.
@@ -49,10 +50,10 @@ def planned_limits(scenario: "Scenario") -> "Limits | None":
         return None
 
 
-def limits_lines(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]:
+def limits_lines(setup: "Setup", limits: "Limits | None") -> Iterator[str]:
     """Yield the lines about limits: of slots, pings, records, latency, and fix rates."""
+    scenario = setup.scenario
     from ..preflight.band_warnings import left_out
-    from ..scenario.families import schedule_of
 
     if limits is None:
         yield "Limits follow from where the AUVs go, which only the plug-in knows."
@@ -76,7 +77,7 @@ def limits_lines(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]
         f"{limits.decodes_hz:.1f} /s; {limits.cleared_hz:.1f} /s if each has 20 ms to die away",
     )
     if limits.capacity_hz is not None:
-        slotted = schedule_of(scenario).access == "slotted"
+        slotted = setup.schedule.access == "slotted"
         least = ", if no two of a slot are heard" * slotted
         yield _line("  of ALOHA, at its best", f"{limits.capacity_hz:.2f} /s on average{least}")
     if limits.records_hz is not None:
@@ -84,7 +85,7 @@ def limits_lines(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]
     if limits.latency_s is not None:
         yield _line("latency", f"{limits.latency_s:.3f} s at least, by the nearest ASV")
     yield "Fixes per AUV and second, if nothing is lost but by range:"
-    for sentence in left_out(scenario):
+    for sentence in left_out(setup):
         yield fill(sentence, WIDEST, initial_indent="  ", subsequent_indent="  ")
     best = max((rates.mean for rates in limits.rates.values()), default=0.0)
     yield f"{'':<{WIDTH}}{'mean':>8}{'worst AUV':>16}{'of the best':>13}"
@@ -131,7 +132,7 @@ def limits_data(limits: "Limits | None") -> dict[str, Any] | None:
     }
 
 
-Stations = list[tuple[float, float]]
+Stations = tuple[tuple[float, float], ...]
 
 # Rows of the stations; of more ASVs the others are counted.
 MOST_ROWS = 12
@@ -158,50 +159,47 @@ def coverage(
     """Print where the ASVs are and how much of the survey they hear."""
     reading = reading_from(scenario, overrides, allow_plugins)
     refuse_plugins(mistake for mistake in reading.unloaded if mistake.key == "asvs.formation")
-    mission = reading.scenario
     if figure:
         check_figure(Path(figure), force)
     from ..core.plugins import PluginError
     from ..geometry.coverage import coverage_map
-    from ..scenario.destinations import NoStations, asv_stations, horizontal_reach
-    from ..scenario.site import area_of
+    from ..scenario.site import NoStations
 
     try:
-        stations, reach = asv_stations(mission), horizontal_reach(mission)
+        stations, reach = reading.setup.stations_m, reading.setup.horizontal_reach_m
     except (NoStations, PluginError) as error:
         refuse(f"{scenario}: {error}")
-    from ..acoustics.fix_chance import heard_rings
+    from ..preflight.fix_chance import heard_rings
 
-    heard = heard_rings(mission)
-    found = _coverage(mission, stations, reach, heard)
+    setup = reading.setup
+    heard = heard_rings(setup)
+    found = _coverage(setup, stations, reach, heard)
     if as_json:
         print_json(found)
     else:
         say("\n".join(_told(found)))
         signs = "none (.), one (o), several ASVs (#)"
         say(f"\nHalf the pings or more heard by {signs}; north is up, east to the right:")
-        say("\n".join(coverage_map(area_of(mission), stations, heard)))
+        say("\n".join(coverage_map(setup.area, stations, heard)))
     if figure:
         from ..figures.coverage import coverage_figure
         from ..figures.style import TWO_COLUMNS, save, styled
 
         with writing(Path(figure)), styled():
-            save(coverage_figure(mission, TWO_COLUMNS), Path(figure), replace=force)
+            save(coverage_figure(setup, TWO_COLUMNS), Path(figure), replace=force)
         talk(f"Figure: {figure}")
 
 
-def _coverage(
-    scenario: "Scenario", stations: Stations, reach: float, heard: "Rings"
-) -> dict[str, Any]:
+def _coverage(setup: "Setup", stations: Stations, reach: float, heard: "Rings") -> dict[str, Any]:
     """Return where the ASVs are and what they hear, distances in m; what has no value is None.
 
     `left_out` names the scenario's keys that change what is heard and are not counted here.
     """
+    scenario = setup.scenario
     from ..geometry.coverage import covered_by_rings, covering_radius
     from ..geometry.formation import corner_distance, formation_radius_bound
-    from ..scenario.site import area_of, origin_of
 
-    area, hf_range = area_of(scenario), scenario.acoustics.hf.range_m
+    area, hf_range = setup.area, scenario.acoustics.hf.range_m
     try:
         bound = formation_radius_bound(area.side, hf_range) if area.side else None
     except ValueError:  # the HF range is below half the side
@@ -209,7 +207,7 @@ def _coverage(
     return {
         "asvs": [{"asv": number, "x_m": x, "y_m": y} for number, (x, y) in enumerate(stations)],
         "survey": area.words,
-        "origin_deg": origin_of(scenario),
+        "origin_deg": setup.origin_deg,
         "side_m": area.side,
         "area_m2": area.square_m,
         "hf_range_m": hf_range,
@@ -222,65 +220,64 @@ def _coverage(
         "formation_radius_bound_m": bound,
         "covering_radius_m": covering_radius(area, stations),
         "covered_area": covered_by_rings(area, stations, heard),
-        **_by_slant(scenario, stations),
-        **_chances(scenario, stations),
-        **_directions(scenario),
+        **_by_slant(setup, stations),
+        **_chances(setup, stations),
+        **_directions(setup),
         "left_out": ["asvs.failures"] if scenario.asvs.failures else [],
     }
 
 
-def _by_slant(scenario: "Scenario", stations: Stations) -> dict[str, Any]:
+def _by_slant(setup: "Setup", stations: Stations) -> dict[str, Any]:
     """Return how far (m), seen from above, the HF range would reach as a slant range, and which
     share of the area; None where it is one, or differs little.
     """
-    from ..acoustics.fix_chance import heard_rings
     from ..geometry.coverage import covered_by_rings
     from ..preflight.band_warnings import steep
-    from ..scenario.destinations import horizontal_reach
-    from ..scenario.site import area_of
+    from ..preflight.fix_chance import heard_rings
+    from ..setup import setup_of
 
-    if all(problem.key != "acoustics.hf.range_metric" for problem in steep(scenario)):
+    if all(problem.key != "acoustics.hf.range_metric" for problem in steep(setup)):
         return {"slant_reach_m": None, "slant_covered_area": None}
-    bands = scenario.acoustics
+    scenario, bands = setup.scenario, setup.scenario.acoustics
     hf = bands.hf.model_copy(update={"range_metric": "slant"})
     other = scenario.model_copy(update={"acoustics": bands.model_copy(update={"hf": hf})})
-    covered = covered_by_rings(area_of(other), stations, heard_rings(other))
-    return {"slant_reach_m": horizontal_reach(other), "slant_covered_area": covered}
+    by_slant = setup_of(other)
+    covered = covered_by_rings(setup.area, stations, heard_rings(by_slant))
+    return {"slant_reach_m": by_slant.horizontal_reach_m, "slant_covered_area": covered}
 
 
-def _chances(scenario: "Scenario", stations: Stations) -> dict[str, Any]:
+def _chances(setup: "Setup", stations: Stations) -> dict[str, Any]:
     """Return how likely pings from the survey make fixes that are delivered: everywhere, and where
     it is least likely; None where somebody's own channel decides it.
     """
+    scenario = setup.scenario
     import numpy as np
 
-    from ..acoustics.fix_chance import fix_chance, mean_chance
     from ..geometry.coverage import EQUAL, loneliest_point
-    from ..scenario.site import area_of
+    from ..preflight.fix_chance import fix_chance, mean_chance
 
-    area, everywhere = area_of(scenario), mean_chance(scenario, stations, CELLS)
+    area, everywhere = setup.area, mean_chance(setup, stations, CELLS)
     ends, asvs = np.array([*area.outline, loneliest_point(area, stations)]), np.array(stations)
     nearest = asvs[np.hypot(*(ends[:, None] - asvs).transpose(2, 0, 1)).argmin(axis=1)]
     ends += (nearest - ends) * EQUAL  # who is heard but for rounding is heard
     farthest = np.column_stack((ends, np.full(len(ends), scenario.survey.deepest)))
-    at_ends = fix_chance(scenario, stations, farthest)
+    at_ends = fix_chance(setup, stations, farthest)
     if everywhere is None or at_ends is None:
         return {"fix_chance_mean": None, "fix_chance_least": None}
     mean, least = everywhere
     return {"fix_chance_mean": mean, "fix_chance_least": min(least, float(at_ends.min()))}
 
 
-def _directions(scenario: "Scenario") -> dict[str, Any]:
+def _directions(setup: "Setup") -> dict[str, Any]:
     """Return the noise of a level target's bearing and elevation by the array or its sheet, without
     that of the AHRS; None where no angles are stated, or somebody's own instrument measures.
     """
-    from ..mission.build import usbl_of
     from ..scenario.families import INSTRUMENT
     from ..usbl.instrument import level_sds
 
-    if scenario.usbl.model not in INSTRUMENT.siblings:
+    if setup.scenario.usbl.model not in INSTRUMENT.siblings:
         return {"bearing_sd_deg": None, "elevation_sd_deg": None}
-    bearing, elevation = (math.degrees(sd) or None for sd in level_sds(usbl_of(scenario)))
+    bearing, elevation = (math.degrees(sd) or None for sd in level_sds(setup.usbl))
     return {"bearing_sd_deg": bearing, "elevation_sd_deg": elevation}
 
 

@@ -63,6 +63,7 @@ def _plan_to_chart(
     from ..export.chart_files import WRITERS, write_plan
     from ..planning.folder import PlanError, drawn_team
     from ..planning.plan_page import worded
+    from ..setup import setup_of
 
     if kind not in WRITERS:
         refuse(
@@ -80,7 +81,7 @@ def _plan_to_chart(
         with writing(path):
             about = worded(team.told, team.goals)
             counts = write_plan(
-                team.scenario, path, kind, about=about, ways=team.ways, replace=force
+                setup_of(team.scenario), path, kind, about=about, ways=team.ways, replace=force
             )
     except ValueError as error:
         refuse(f"{path}: {error}; set environment.origin.lat_deg and lon_deg, and plan anew")
@@ -123,7 +124,6 @@ def _write_chart(result: "Result", path: Path, kind: str, force: bool) -> Mappin
 
 
 def _write_mcap(result: "Result", path: Path, kind: str, force: bool) -> Mapping[str, int]:
-    from ..scenario.site import origin_of
 
     try:
         if kind == "mcap":
@@ -137,7 +137,7 @@ def _write_mcap(result: "Result", path: Path, kind: str, force: bool) -> Mapping
     with writing(path):
         counts = write(result, path, replace=force)
     talk(f"{sum(counts.values())} messages on {len(counts)} topics, {_size(path)}")
-    if origin_of(result.scenario) is None:
+    if result.setup.origin_deg is None:
         talk("No positions on Earth: the scenario has no environment.origin.")
     return counts
 

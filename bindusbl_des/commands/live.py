@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from ..live.session import Output, Session
     from ..results.result import Result
     from ..scenario.scenario import Scenario
+    from ..setup import Setup
 
 
 class Mouth(NamedTuple):
@@ -173,7 +174,7 @@ def live(
         heard = chosen(only, names, "--only")
     except ValueError as error:
         refuse(str(error))
-    earth = earth_of(mission, start or datetime.now(UTC))
+    earth = earth_of(reading.setup, start or datetime.now(UTC))
     for output in outputs:
         if FORMATS[output.format].on_earth and earth.origin is None:
             refuse(
@@ -182,8 +183,10 @@ def live(
                 "environment.origin.lat_deg=54.33 --set environment.origin.lon_deg=10.18"
             )
     from ..preflight.effort import effort
+    from ..setup import setup_of
 
-    weigh(mission.name, effort(mission), anyway)
+    setup = setup_of(mission)
+    weigh(mission.name, effort(setup), anyway)
     if dry:
         found = _dry(mission, seed, outputs, heard, earth, truth)
         if as_json:
@@ -207,7 +210,7 @@ def live(
         opening = Opening(selector, talk if as_json else say, warn, bind, force)
         sinks = _opened(outputs, heard, opening, stack)
         mouth = Mouth(sinks, heard, earth, truth, speed, start is None)
-        ear = None if poses is None else _listening(poses, bind, mission, stack)
+        ear = None if poses is None else _listening(poses, bind, setup, stack)
         result = _flown(mission, seed, mouth, selector, ear, stack)
         result.overrides = overrides
         result.fill(draft, text)
@@ -290,17 +293,17 @@ def _flown(
         raise RunFailed(f"{scenario.name}: the run failed: {error}") from error
 
 
-def _listening(poses: str, bind: str, scenario: "Scenario", stack: ExitStack) -> "Received":
+def _listening(poses: str, bind: str, setup: "Setup", stack: ExitStack) -> "Received":
     """Return the poses that are received, once each AUV has been heard of."""
     from ..live.poses import Received, missing_text
-    from ..scenario.site import origin_of
 
     sink, _, port = poses.partition(":")
     if sink != "udp" or not re.fullmatch("[0-9]{1,5}", port) or int(port) > 65535:
         refuse(f"--poses {poses}: write udp:PORT")
+    scenario = setup.scenario
     try:
         depths = [scenario.survey.depth(auv) for auv in range(scenario.auvs.count)]
-        ear = Received(bind, int(port), len(depths), origin_of(scenario), depths)
+        ear = Received(bind, int(port), len(depths), setup.origin_deg, depths)
     except OSError as error:
         refuse(f"--poses {poses}: cannot be opened ({error.strerror or error})")
     stack.callback(ear.close)

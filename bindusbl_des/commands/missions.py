@@ -174,7 +174,7 @@ def run(
     from ..results.result_folder import result_draft
     from ..scenario.files.former_keys import option_now
 
-    cost = effort(mission)
+    cost = effort(reading.setup)
     weigh(mission.name, cost, anyway)
     written = _text(scenario)
     again = _as_written(written, scenario, overrides)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from ..preflight.round_lengths import OfferedLoad, Rounds
     from ..protocol.slots import Slots
     from ..scenario.scenario import Scenario
+    from ..setup import Setup
 
 
 def assignments(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
@@ -54,19 +55,19 @@ def span(values: list[float]) -> str:
     return " .. ".join(dict.fromkeys(f"{value:.3f}" for value in values))
 
 
-def random_lines(scenario: "Scenario", rounds: "Rounds", fixes: list[int]) -> Iterator[str]:
+def random_lines(setup: "Setup", rounds: "Rounds", fixes: list[int]) -> Iterator[str]:
     """Yield the load that AUVs offer, and how long broadcasts of some numbers of fixes take."""
     from ..preflight.round_lengths import offered
 
-    yield from _load(scenario, offered(scenario, rounds.slots))
+    yield from _load(setup, offered(setup, rounds.slots))
     yield from _cycles(rounds, fixes)
 
 
-def access_data(scenario: "Scenario", slots: "Slots") -> dict[str, Any] | None:
+def access_data(setup: "Setup", slots: "Slots") -> dict[str, Any] | None:
     """Return the load that AUVs offer as data; None where they have slots."""
     from ..preflight.round_lengths import offered
 
-    return asdict(offered(scenario, slots)) if scenario.protocol.random_access else None
+    return asdict(offered(setup, slots)) if setup.scenario.protocol.random_access else None
 
 
 def answered(slots: "Slots") -> str:
@@ -77,16 +78,15 @@ def answered(slots: "Slots") -> str:
     return f"each ping is answered as it is heard, in a frame of {size} B, {airtime:.1f} ms"
 
 
-def _load(scenario: "Scenario", load: "OfferedLoad") -> Iterator[str]:
+def _load(setup: "Setup", load: "OfferedLoad") -> Iterator[str]:
     """Yield how often AUVs ping, and how many of these pings meet no other."""
-    from ..scenario.families import schedule_of
 
-    protocol = scenario.protocol
+    protocol = setup.scenario.protocol
     yield (
         f"{protocol.schedule.words}: each AUV has something to send every {protocol.frame_s:g} s "
         "on average, at Poisson instants."
     )
-    unit = "slots" if schedule_of(scenario).access == "slotted" else "pings"
+    unit = "slots" if setup.schedule.access == "slotted" else "pings"
     yield f"{'offered load G':<22}{load.load:>10.3f} {unit} of {1e3 * load.lasts_s:.3f} ms"
     yield f"{'pings of all AUVs':<22}{load.pings_per_s:>10.3f} per s, about"
     if load.success is not None:
@@ -131,28 +131,29 @@ MOST_ROWS = 12
 @plugins_option
 def timing(scenario: str, overrides: tuple[str, ...], as_json: bool, allow_plugins: bool) -> None:
     """Print slots, rounds and fix rates of a scenario's protocol, and their limits."""
-    mission = reading_from(scenario, overrides, allow_plugins).scenario
+    reading = reading_from(scenario, overrides, allow_plugins)
+    mission, setup = reading.scenario, reading.setup
     from ..preflight.round_lengths import rounds_of
 
-    rounds, limits = rounds_of(mission), planned_limits(mission)
+    rounds, limits = rounds_of(setup), planned_limits(mission)
     if as_json:
-        print_json({**_timing(mission, rounds), "limits": limits_data(limits)})
+        print_json({**_timing(setup, rounds), "limits": limits_data(limits)})
         return
     parts = (
-        _durations(mission, rounds.slots),
-        _downlink(mission, rounds),
-        limits_lines(mission, limits),
+        _durations(setup, rounds.slots),
+        _downlink(setup, rounds),
+        limits_lines(setup, limits),
     )
     say("\n\n".join("\n".join(lines) for lines in parts))
 
 
-def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
-    from ..scenario.site import area_of
+def _durations(setup: "Setup", slots: "Slots") -> Iterator[str]:
+    scenario = setup.scenario
 
     rate = scenario.protocol.tick_rate_hz
     ranging = scenario.protocol.ranging
     two_way = scenario.protocol.calls
-    yield f"{'survey across L':<22}{area_of(scenario).across:>10.2f} m"
+    yield f"{'survey across L':<22}{setup.area.across:>10.2f} m"
     for name, value in (
         ("crossing time t_C", slots.crossing_time),
         ("ping T_P", slots.ping_duration),
@@ -174,30 +175,30 @@ def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
     yield f"{'tick':<22}{1e3 / rate:>10.3f} ms = 1/{rate:g} s"
 
 
-def _downlink(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
+def _downlink(setup: "Setup", rounds: "Rounds") -> Iterator[str]:
     """Yield what a round is under the scenario's downlink and schedule, and a table of rounds."""
-    from ..scenario.families import broadcaster_of, downlink_of, schedule_of
+    scenario = setup.scenario
 
     downlink, schedule = scenario.protocol.downlink, scenario.protocol.schedule
     if scenario.protocol.asvs_ping:
         yield from _passive(rounds)
         return
     if scenario.protocol.random_access:
-        yield from random_lines(scenario, rounds, _shown(1, rounds.auvs))
+        yield from random_lines(setup, rounds, _shown(1, rounds.auvs))
         return
     if not rounds.are_known:
         own = "the plug-in decides when fixes are broadcast and rounds end."
         yield f"{schedule} / {downlink}: {own}"
         return
-    yield f"{schedule} / {downlink}: {downlink_of(scenario).in_words}"
+    yield f"{schedule} / {downlink}: {setup.downlink.in_words}"
     if scenario.protocol.replies:
         yield f"There, {answered(rounds.slots)}."
-    yield from rounds.pace_lines(schedule_of(scenario))
+    yield from rounds.pace_lines(setup.schedule)
     yield from assignments(scenario, rounds)
     if rounds.frame:
-        yield from _frames(scenario, rounds)
+        yield from _frames(setup, rounds)
     else:
-        yield from _groups(rounds, broadcaster_of(scenario).at_once)
+        yield from _groups(rounds, setup.broadcaster.at_once)
 
 
 def _passive(rounds: "Rounds") -> Iterator[str]:
@@ -208,12 +209,11 @@ def _passive(rounds: "Rounds") -> Iterator[str]:
     yield f"{rounds.most:>14}{length:>12.3f}{1 / length:>12.3f}{rounds.most / length:>26.3f}"
 
 
-def _frames(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
+def _frames(setup: "Setup", rounds: "Rounds") -> Iterator[str]:
     """Yield the rounds of a schedule that gives each frame to one AUV."""
-    from ..scenario.families import schedule_of
 
-    count, frame = scenario.auvs.count, rounds.frame
-    by_lot = schedule_of(scenario).turn == "lot"
+    count, frame = setup.scenario.auvs.count, rounds.frame
+    by_lot = setup.schedule.turn == "lot"
     turn, chosen = ("on average ", "drawn at random from") if by_lot else ("", "in turn of")
     yield f"One AUV pings in each frame of {frame:g} s, {chosen} {count}:"
     yield f"{'':<24}{'round s':>10}{'begins every s':>18}{'an AUV pings every s':>24}"
@@ -261,11 +261,10 @@ def _groups(rounds: "Rounds", shares: bool) -> Iterator[str]:
         )
 
 
-def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
+def _timing(setup: "Setup", rounds: "Rounds") -> dict[str, Any]:
     """Return slots and rounds as data: durations in s, rounds as in the table, a row for each."""
-    from ..scenario.site import area_of
 
-    slots, protocol = rounds.slots, scenario.protocol
+    slots, protocol = rounds.slots, setup.scenario.protocol
     answered = not rounds.broadcasts
     most = 1 if rounds.frame else rounds.auvs
     rows = [
@@ -283,7 +282,7 @@ def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
         "downlink": None if protocol.asvs_ping else protocol.downlink,
         "ranging": protocol.ranging,
         "tick_rate_hz": protocol.tick_rate_hz,
-        "across_m": area_of(scenario).across,
+        "across_m": setup.area.across,
         "crossing_time_s": slots.crossing_time,
         "ping_s": slots.ping_duration,
         "longest_travel_time_s": slots.longest_travel_time,
@@ -297,7 +296,7 @@ def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
         "named": rounds.named,
         "assignment_bytes": rounds.named * protocol.dissemination.assignment_bytes,
         "frame_s": rounds.frame or None,
-        "access": access_data(scenario, slots),
+        "access": access_data(setup, slots),
         "rounds": rows if rounds.are_known else None,
     }
 

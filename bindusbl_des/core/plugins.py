@@ -321,7 +321,7 @@ THIS = __name__.partition(".")[0]
 # The rooms of this package that missions are made of.
 ROOMS = (
     *("core", "geometry", "sea", "records", "charts", "vehicles", "presets", "scenario"),
-    *("navigation", "acoustics", "usbl", "protocol", "preflight", "results", "mission"),
+    *("acoustics", "usbl", "navigation", "protocol", "setup", "results", "mission"),
 )
 
 
@@ -329,7 +329,8 @@ ROOMS = (
 def package_sha256() -> str:
     """Return the fingerprint of the files that missions are made of, as this process found them."""
     package, total = Path(__file__).parents[1], hashlib.sha256()
-    for file in sorted(file for room in ROOMS for file in (package / room).rglob("*.py")):
+    files = {file for room in ROOMS for file in (package / room).rglob("*.py")}
+    for file in sorted(files | {package / f"{room}.py" for room in ROOMS} & set(package.iterdir())):
         total.update(f"{file.relative_to(package).as_posix()}\n".encode() + file.read_bytes())
     return total.hexdigest()
 

@@ -8,7 +8,6 @@ import numpy as np
 from ..core.arrays import Floats, Ints
 from ..core.plugins import is_plugin
 from ..navigation.fix_update import MOST_REFUSED
-from ..scenario.families import navigator_of
 from .chain import Step, rows_where
 
 if TYPE_CHECKING:
@@ -82,7 +81,7 @@ def _changed(before: float, after: float) -> str:
 
 
 def _smooths(result: "Result") -> bool:
-    return navigator_of(result.scenario).is_smoother
+    return result.setup.navigator.is_smoother
 
 
 def _share(fix: Any) -> float | None:
@@ -101,10 +100,7 @@ def _compared(result: "Result", fix: Any) -> str:
     if innovation is None:
         return ""
     when = "of the instant at which the fix holds"
-    if (
-        navigator_of(result.scenario).has_gain
-        and navigation.fixed_gain.delay_compensation == "none"
-    ):
+    if result.setup.navigator.has_gain and navigation.fixed_gain.delay_compensation == "none":
         when = "of now, though it has gone on since the ping (delay_compensation none)"
     return f"innovation {innovation:.2f} m against its estimate {when}"
 
@@ -118,9 +114,9 @@ def _gate(result: "Result") -> float | None:
 def _gated(result: "Result", fix: Any) -> str:
     """Return in words whether the gate let a fix pass, empty where it did not come to that."""
     navigation, square, gate = result.scenario.navigation, _known(fix.nis), _gate(result)
-    if navigator_of(result.scenario).has_gain and _known(fix.innovation_m) is not None:
+    if result.setup.navigator.has_gain and _known(fix.innovation_m) is not None:
         return f"no gate: {navigation.filter} takes every fix in"
-    if navigator_of(result.scenario).ignores_fixes or square is None:
+    if result.setup.navigator.ignores_fixes or square is None:
         return ""
     words = f"normalised, its square is {square:.2f}"
     if is_plugin(navigation.filter):
@@ -138,7 +134,7 @@ def _gated(result: "Result", fix: Any) -> str:
 def _moved(result: "Result", fix: Any) -> str:
     """Return in words by which gain a fix moved the estimate, or why it did not."""
     navigation, moved = result.scenario.navigation, _known(fix.correction_m)
-    if navigator_of(result.scenario).ignores_fixes:
+    if result.setup.navigator.ignores_fixes:
         return "dead reckoning alone takes no fix in"
     if _known(fix.innovation_m) is None:
         late = "it comes too late for its place among fixes of later instants, and is left out"
@@ -147,7 +143,7 @@ def _moved(result: "Result", fix: Any) -> str:
         return "refused: the estimate stays"
     whose = "its filter's" if _smooths(result) else "the"
     moves = f"moves {whose} estimate by {moved:.2f} m"
-    if navigator_of(result.scenario).has_gain:
+    if result.setup.navigator.has_gain:
         return f"gain {navigation.fixed_gain.gain:g} x {fix.innovation_m:.2f} m {moves}"
     who = "by the covariances it" if navigation.weighs else navigation.filter.words
     share = _share(fix)
@@ -229,7 +225,7 @@ def _rates(
     Each is the rate (m/s) in the nearest interval between rows in which no fix `came`; None where
     there is no such interval.
     """
-    navigator = navigator_of(result.scenario)
+    navigator = result.setup.navigator
     if navigator.has_gain or navigator.ignores_fixes:  # what is believed of biases stays
         return np.zeros(2), np.zeros(2)
     quiet = np.flatnonzero(came == 0)

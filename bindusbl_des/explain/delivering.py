@@ -7,11 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.plugins import is_plugin
-from ..protocol.slots import slots_of
 from ..results.round_timeline import uplink_slots
 from ..scenario.declared import channel_named
-from ..scenario.families import broadcaster_of, downlink_of
-from ..scenario.site import sound_speed_of
 from .chain import LatencyPart, Step, apart, compared, frame_of, place, rows_where
 from .losing import frame_burst_words, located, why_broadcast, wrong
 from .overlapping import failed, frame_cut, overlapped
@@ -26,7 +23,7 @@ def known_at(result: "Result", fix: Any) -> float:
 
     Who replies directly knows it when the reply sets out.
     """
-    if downlink_of(result.scenario).replies:
+    if result.setup.downlink.replies:
         return float(fix.broadcast_at_s)
     met = rows_where(result.tables["receptions"], ping=fix.ping)
     reached = met[met.outcome != "out_of_range"]
@@ -108,7 +105,7 @@ def undecoded(mf: "Downlink", fix: Any) -> str:
 def _on_air(result: "Result", frame: Any) -> str:
     """Tell how long a frame is on the air, and why."""
     mf = result.scenario.acoustics.mf
-    airtime = slots_of(result.scenario).messages.airtime(int(frame.fixes), int(frame.named))
+    airtime = result.setup.slots.messages.airtime(int(frame.fixes), int(frame.named))
     if mf.airtimes is None:
         size = f"{frame.payload_bytes} B x 8 x {mf.overhead:g} / {mf.bit_rate_bps:g} bit/s"
     else:
@@ -131,13 +128,13 @@ def _why_then(result: "Result", fix: Any, frame: Any) -> str:
         return f"{downlink.words}: the plug-in decided to broadcast now"
     if result.scenario.protocol.random_access:
         return why_broadcast(result, fix, frame, known_at(result, fix))
-    slots, declared = uplink_slots(result, fix["round"]), downlink_of(result.scenario)
+    slots, declared = uplink_slots(result, fix["round"]), result.setup.downlink
     slot = row_slot(result, fix) if declared.by_group else len(slots) - 1
     ends = slots[slot].end
     if int(frame["round"]) != int(fix["round"]) and declared.waits:
         if known_at(result, fix) > ends:
             return f"{downlink}: the last slot of its round had ended before the fix was made"
-        most = slots_of(result.scenario).messages.most
+        most = result.setup.slots.messages.most
         return f"{downlink}: older fixes filled the messages before, of {most} each"
     which = "its slot" if declared.by_group else "the last slot of its round"
     words = f"{downlink}: {which} ended at {ends:.4f} s"
@@ -159,7 +156,7 @@ def _why_it(result: "Result", fix: Any, number: int) -> str:
     carried = rows_where(result.tables["fixes"], broadcast_at_s=fix.broadcast_at_s)
     if is_plugin(rule):
         return f"{rule.words}: the plug-in chose {fix.broadcast_by}"
-    chosen = broadcaster_of(result.scenario)
+    chosen = result.setup.broadcaster
     if chosen.chosen_by == "turn" and gone:
         names = ", ".join(f"ASV{n}" for n in able)
         return (
@@ -213,7 +210,7 @@ def latency(result: "Result", fix: Any) -> Iterator[LatencyPart]:
     yield LatencyPart("wait for the broadcast", fix.broadcast_at_s - known)
     yield LatencyPart("frame on the air", float(frame.airtime_s))
     load = int(frame.fixes), int(frame.named)
-    handing = slots_of(result.scenario).messages.delay(*load) if protocol.sends_frames else 0.0
+    handing = result.setup.slots.messages.delay(*load) if protocol.sends_frames else 0.0
     if handing:
         yield LatencyPart("modem hands it over", handing)
         on_air += handing
@@ -221,7 +218,7 @@ def latency(result: "Result", fix: Any) -> Iterator[LatencyPart]:
         yield LatencyPart("way down", fix.delivered_at_s - on_air)
         return
     auv, asv = (place(result, name, on_air) for name in (fix.auv, fix.broadcast_by))
-    travel = math.dist(auv, asv) / sound_speed_of(result.scenario)
+    travel = math.dist(auv, asv) / result.setup.sound_speed_m_per_s
     travel = min(travel, fix.delivered_at_s - on_air)
     yield LatencyPart("way down", travel)
     yield LatencyPart("rounded up to the clock's tick", fix.delivered_at_s - on_air - travel)

@@ -8,13 +8,11 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from ..acoustics.channel import contention_of
 from ..acoustics.loss import COMBINERS, FITTED_RANGE, loss_law, range_loss
 from ..core.plugins import is_plugin
 from ..core.wording import counted
 from ..results.round_timeline import uplink_slots
 from ..scenario.declared import channel_named
-from ..scenario.families import schedule_of, tells_slots
 from .chain import Step, apart, compared, out_of_range, place, row_of, rows_where
 from .losing import (
     burst_words,
@@ -50,7 +48,7 @@ def sending(result: "Result", ping: Any) -> Iterator[Step]:
         return
     words, facts = why_now(result, ping)
     facts |= {"slot": ping.slot, "x_m": ping.x_m, "y_m": ping.y_m, "z_m": ping.z_m}
-    if tells_slots(result.scenario):
+    if result.setup.tells_slots:
         yield from slot_steps(result, ping)
     if is_reckoned(result, ping):
         why = by_reckoning(result, ping)
@@ -104,7 +102,7 @@ def _caller(result: "Result", ping: Any) -> str:
     if is_plugin(ranging):
         return f"{ranging}: the plug-in chose it"
     others = "no other ASV that works" if failed(result, ping.called_at_s) else "no other ASV"
-    rule = protocol.schedule if schedule_of(result.scenario).turn_by == "calls" else ranging
+    rule = protocol.schedule if result.setup.schedule.turn_by == "calls" else ranging
     return f"{rule}: {others} is nearer, as far as the fleet knows"
 
 
@@ -251,8 +249,8 @@ def _loss(result: "Result", reception: Any, depth: float) -> tuple[float | None,
     if is_plugin(channel):
         return None, "the chance is the plug-in's (not recorded)"
     if not channel_named(channel).ends_at_range:
-        return loss_by_channel(result.scenario, slant_range, depth), ""
-    loss, contention = result.scenario.acoustics.loss, contention_of(result.scenario)
+        return loss_by_channel(result.setup, slant_range, depth), ""
+    loss, contention = result.scenario.acoustics.loss, result.setup.ping_loss.contention
     hf_range = result.scenario.acoustics.hf.range_m
     raw = range_loss(slant_range, loss_law(loss.law, hf_range))
     law = f"range law '{loss.law}'"

@@ -14,21 +14,17 @@ from numpy.typing import NDArray
 
 from ..acoustics.bursts import PAIR, lost_since
 from ..acoustics.channel import AskedChannel, between
-from ..acoustics.fix_chance import below
-from ..acoustics.named_channels import echoing, hf_channel, mf_channel
 from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams, pair_keys
 from ..core.wording import counted, plain, plus_minus
-from ..mission.build import slow_errors, usbl_of
+from ..mission.build import slow_errors
 from ..mission.closed_loop import slow_gnss
 from ..mission.sensor_errors import clocks, misalignments
-from ..protocol.slots import slots_of
+from ..preflight.fix_chance import below
 from ..scenario.channel_settings import burst_s
 from ..scenario.declared import channel_named
-from ..scenario.families import ranging_of, schedule_of
-from ..scenario.own_sensors import kinds, sound_speed_error
 from ..scenario.part_choice import PartChoice
-from ..scenario.site import assumed_sound_speed_of, sound_speed_of
+from ..setup import Setup, setup_of
 from ..usbl.measuring import slow_path_sd
 from ..usbl.slow_errors import RANGE, advance
 from ..vehicles.currents import CONTROL_S
@@ -51,7 +47,7 @@ def wrong(result: "Result", fix: Any) -> tuple[list[str], dict[str, float]]:
     """
     if is_plugin(result.scenario.usbl.model):
         return [], {}
-    has = {kind.name for kind in kinds(result.scenario)}
+    has = {kind.name for kind in result.setup.lasting_errors}
     found = [*_of_vessels(result, fix, has), *_shared(result, fix, has)]
     return [text for text, _ in found], {
         name: value for _, facts in found for name, value in facts.items()
@@ -67,7 +63,7 @@ def _of_vessels(
     asvs = [int(name.removeprefix("ASV")) for name in names]
     if "misalignment" in has:
         carriers = [fix.auv] if passive else names
-        turns = np.degrees(misalignments(world, streams))[
+        turns = np.degrees(misalignments(result.setup, streams))[
             [int(carrier[3:]) for carrier in carriers]
         ]
         text = ", ".join(
@@ -84,7 +80,7 @@ def _of_vessels(
             fix.pinged_at_s if passive else float(rows_where(met, asv=name).arrived_at_s.iloc[0])
             for name in names
         ]
-        slow = slow_gnss(world, streams)
+        slow = slow_gnss(result.setup, streams)
         off = [slow[asv, int(time / CONTROL_S)] for asv, time in zip(asvs, arrived, strict=True)]
         text = ", ".join(f"{n} {x:+.2f} {y:+.2f}" for n, (x, y) in zip(names, off, strict=True))
         facts = {
@@ -93,7 +89,9 @@ def _of_vessels(
             for axis, error in zip("xy", place, strict=True)
         }
         yield f"GNSS slowly astray (x y, m): {text}", facts
-    if "slow" in has and not ranging_of(world).calls:  # of a call and its answer it is in a path
+    if (
+        "slow" in has and not setup_of(world).ranging.calls
+    ):  # of a call and its answer it is in a path
         errors = {name: _slow_error(result, fix, name) for name in names}
         text = ", ".join(f"{name} {error:+.3f}" for name, error in errors.items())
         facts = {f"{name}_slow_range_m": error for name, error in errors.items()}
@@ -102,8 +100,8 @@ def _of_vessels(
 
 def _slow_error(result: "Result", fix: Any, asv: str) -> float:
     """Return by how much (m) the slow error of an ASV makes the range too long that it measured."""
-    world, levels = result.scenario, replace(usbl_of(result.scenario), slow_share=1.0).levels[0]
-    numbers = slow_errors(world, Streams(result.seed))
+    world, levels = result.scenario, replace(result.setup.usbl, slow_share=1.0).levels[0]
+    numbers = slow_errors(result.setup, Streams(result.seed))
     if numbers is None:
         return 0.0
     pair = numbers[int(fix.auv.removeprefix("AUV")), int(asv.removeprefix("ASV"))]
@@ -112,7 +110,7 @@ def _slow_error(result: "Result", fix: Any, asv: str) -> float:
     met = rows_where(decided, ping=fix.ping).iloc[0]
     for time in decided[decided.arrived_at_s <= met.arrived_at_s].arrived_at_s:
         advance(pair, time)
-    way = float(met.travel_time_s) * assumed_sound_speed_of(world)
+    way = float(met.travel_time_s) * result.setup.assumed_sound_speed_m_per_s
     noise = math.sqrt(world.usbl.slow_share) * float(pair["value"][RANGE])
     return noise * float(slow_path_sd(way, levels))
 
@@ -121,18 +119,18 @@ def _shared(result: "Result", fix: Any, has: set[str]) -> Iterator[tuple[str, di
     """Yield what is wrong for all ASVs at once."""
     world = result.scenario
     if "sound_speed" in has:
-        share = sound_speed_error(world)
+        share = setup_of(world).sound_speed_error
         way = "long" if share > 0 else "short"
         text = f"ranges {100 * abs(share):.2f} % too {way}: sound is assumed to travel at "
-        text += f"{assumed_sound_speed_of(world):g}, not at "
-        text += f"{sound_speed_of(world):g} m/s"
+        text += f"{setup_of(world).assumed_sound_speed_m_per_s:g}, not at "
+        text += f"{setup_of(world).sound_speed_m_per_s:g} m/s"
         yield text, {"sound_speed_error": share}
     ping = row_of(result, "pings", "ping", int(fix.ping))
     if "clock" in has and not isinstance(ping.get("call"), str):
-        offset, drift = clocks(world, Streams(result.seed))[int(fix.auv.removeprefix("AUV"))]
+        offset, drift = clocks(result.setup, Streams(result.seed))[int(fix.auv.removeprefix("AUV"))]
         passive = world.protocol.asvs_ping  # it says when it hears, not when it pings
         late = offset + drift * (fix.valid_at_s if passive else fix.pinged_at_s)
-        longer = late * assumed_sound_speed_of(world) * (-1 if passive else 1)
+        longer = late * setup_of(world).assumed_sound_speed_m_per_s * (-1 if passive else 1)
         text = (
             f"the clock of {fix.auv} is {1e3 * late:+.3f} ms late: ranges {longer:+.2f} m too long"
         )
@@ -178,7 +176,7 @@ def _why_round(replies: bool) -> str:
 
 def why_broadcast(result: "Result", fix: Any, frame: Any, known_at_s: float) -> str:
     """Tell what a fix has waited for, which the fleet has known since an instant (s)."""
-    downlink, slots = result.scenario.protocol.downlink, slots_of(result.scenario)
+    downlink, slots = result.scenario.protocol.downlink, result.setup.slots
     waited, begun = fix.broadcast_at_s - known_at_s, frame.sent_at_s
     started = row_of(result, "rounds", "round", int(frame["round"])).started_at_s
     if begun <= slots.clock.after(known_at_s, 0.0) + SAME:
@@ -193,14 +191,14 @@ def why_broadcast(result: "Result", fix: Any, frame: Any, known_at_s: float) -> 
 def _why_now(result: "Result", ping: Any) -> str:
     """Tell by which rule an AUV pings at this instant."""
     protocol = result.scenario.protocol
-    access = schedule_of(result.scenario).access
+    access = result.setup.schedule.access
     if access == "poisson":
         return (
             f"{protocol.schedule}: an instant of its own Poisson process, on average every "
             f"{protocol.frame_s:g} s; it asks nobody"
         )
     if access == "slotted":
-        slots = slots_of(result.scenario)
+        slots = result.setup.slots
         length = slots.clock.after(0.0, slots.uplink_slot)
         return (
             f"{protocol.schedule}: slot {round(ping.sent_at_s / length)} of {length:.4f} s begins, "
@@ -259,7 +257,7 @@ def frame_burst_words(result: "Result", fix: Any) -> str:
 
 def _frame_loss(result: "Result", fix: Any) -> float:
     """Return how likely the frame of a fix was lost, from where both are in the tables."""
-    channel_of, time = mf_channel(result.scenario), float(fix.broadcast_at_s)
+    channel_of, time = result.setup.frame_channel, float(fix.broadcast_at_s)
     assert channel_of is not None
     frames = rows_where(result.tables["broadcasts"], sent_at_s=time, asv=fix.broadcast_by)
     auv, asv = (place(result, name, time)[None, :3] for name in (fix.auv, fix.broadcast_by))
@@ -298,7 +296,6 @@ def _burst_step(
 
 if TYPE_CHECKING:
     from ..results.result import Result
-    from ..scenario.scenario import Scenario
 
 LEVELS = ("snr_db", "level_db", "margin_db")
 
@@ -314,7 +311,7 @@ def audible(result: "Result", receptions: Any) -> NDArray[np.bool_]:
     heard = (receptions.outcome != "out_of_range").to_numpy()
     channel = None
     if not is_plugin(result.scenario.acoustics.hf.channel):
-        channel = hf_channel(result.scenario)
+        channel = result.setup.ping_channel
     if channel is None or channel.audible_m is None:
         return np.asarray(heard)
     return np.asarray(heard | (receptions.slant_range_m <= channel.audible_m).to_numpy())
@@ -327,8 +324,9 @@ def decided_by_channel(
     AUV is so deep (m).
     """
     scenario, outcome = result.scenario, reception.outcome
-    loss = loss_by_channel(scenario, float(reception.slant_range_m), depth)
-    level, chance = _level(reception), _chance(scenario, reception, loss)
+    setup = result.setup
+    loss = loss_by_channel(setup, float(reception.slant_range_m), depth)
+    level, chance = _level(reception), _chance(setup, reception, loss)
     overlap = f"overlaps {', '.join(others)}" if others else "no other ping overlaps"
     if outcome == "collided" and not others:
         overlap = "overlaps the echo of another ping"
@@ -340,8 +338,8 @@ def decided_by_channel(
             f"the ping ends at {ends:.4f} s, the mission at {scenario.duration_s:g} s; {chance}"
         )
     if outcome == "collided":
-        return "hears pings mixed", "; ".join(filter(None, [level, overlap, _capture(scenario)]))
-    survived = [overlap, _capture(scenario)] if others else [overlap]
+        return "hears pings mixed", "; ".join(filter(None, [level, overlap, _capture(setup)]))
+    survived = [overlap, _capture(setup)] if others else [overlap]
     if outcome == "lost":
         drawn = "" if level else ", and the draw (not recorded) was below"
         lasts = ping_burst_words(result, reception, loss)
@@ -349,14 +347,17 @@ def decided_by_channel(
     return "decodes it", "; ".join(filter(None, [level, *survived, chance]))
 
 
-def loss_by_channel(scenario: "Scenario", slant_range_m: float, depth: float) -> float:
+def loss_by_channel(setup: Setup, slant_range_m: float, depth: float) -> float:
     """Return the probability that a ping is lost over a range (m) if nothing overlaps it, between
     the surface and so deep an AUV (m).
     """
     signal = between(
-        0.0, *below(np.array([slant_range_m]), depth), scenario.acoustics.hf.range_m, calling=False
+        0.0,
+        *below(np.array([slant_range_m]), depth),
+        setup.scenario.acoustics.hf.range_m,
+        calling=False,
     )
-    return float(_asked(scenario).prospects(signal)["loss"][0, 0])
+    return float(_asked(setup).prospects(signal)["loss"][0, 0])
 
 
 def _level(reception: Any) -> str:
@@ -373,27 +374,27 @@ def _level(reception: Any) -> str:
     )
 
 
-def _chance(scenario: "Scenario", reception: Any, loss: float) -> str:
+def _chance(setup: Setup, reception: Any, loss: float) -> str:
     """Tell how likely a ping was lost on its way."""
-    channel, away = scenario.acoustics.hf.channel, float(reception.slant_range_m)
+    channel, away = setup.scenario.acoustics.hf.channel, float(reception.slant_range_m)
     if not channel_named(channel).has_levels:
         file = channel.settings.get("file")
         by = f"the curve {Path(file).name}" if file else f"the channel {channel}"
         return f"loss probability {loss:.3f} by {by} at {away:.1f} m"
-    spread = _asked(scenario).receiver.shadowing_sd_db
-    if echoing(scenario):
+    spread = _asked(setup).receiver.shadowing_sd_db
+    if setup.pings_echo:
         return f"{spread:g} dB of shadowing about the level that echoes leave"
     return f"loss probability {loss:.3f}, with {spread:g} dB of shadowing about the level expected"
 
 
-def _capture(scenario: "Scenario") -> str:
-    capture = _asked(scenario).receiver.capture
+def _capture(setup: Setup) -> str:
+    capture = _asked(setup).receiver.capture
     if math.isinf(capture):
         return ""
     return f"what is {10 * math.log10(capture):g} dB above noise and others together survives"
 
 
-def _asked(scenario: "Scenario") -> AskedChannel:
-    channel = hf_channel(scenario)
+def _asked(setup: Setup) -> AskedChannel:
+    channel = setup.ping_channel
     assert channel is not None
     return channel

@@ -9,10 +9,7 @@ import numpy as np
 
 from ..acoustics.propagation import TOUCH
 from ..core.plugins import is_plugin
-from ..protocol.slots import slots_of
 from ..results.round_timeline import pings_sent
-from ..scenario.destinations import failures_of
-from ..scenario.site import sound_speed_of
 from .chain import apart, frame_of, place, rows_where
 from .losing import audible
 
@@ -42,7 +39,7 @@ def sounds_beside(result: "Result", reception: Any) -> list[str]:
 
 def _calls_beside(result: "Result", reception: Any) -> list[tuple[str, float]]:
     """Return the calls that overlap a ping at its ASV, and when they began to be heard there."""
-    pings, speed = result.tables["pings"], sound_speed_of(result.scenario)
+    pings, speed = result.tables["pings"], result.setup.sound_speed_m_per_s
     if "called_by" not in pings:
         return []
     hf = result.scenario.acoustics.hf
@@ -156,13 +153,13 @@ def number_of(vehicle: str) -> int:
 
 def failed(result: "Result", time: float) -> list[int]:
     """Return the ASVs that have failed by an instant (s) and do not work again, by number."""
-    failures = failures_of(result.scenario)
+    failures = result.setup.failures
     return [] if failures is None else list(failures.failed(time))
 
 
 def had_failed(result: "Result", asv: str, time: float) -> str:
     """Tell that an ASV had failed by an instant (s); "" if it worked."""
-    failures, number = failures_of(result.scenario), number_of(asv)
+    failures, number = result.setup.failures, number_of(asv)
     if failures is None or number not in failures.failed(time):
         return ""
     earlier = (failures.whose == number) & (failures.begin_s <= time)
@@ -173,7 +170,7 @@ def failed_while(result: "Result", asv: str, begin: float, end: float, doing: st
     """Tell that an ASV failed after an instant and before another (s), as it was `doing` something;
     "" if it did not.
     """
-    failures = failures_of(result.scenario)
+    failures = result.setup.failures
     when = np.inf if failures is None else failures.next_of(number_of(asv), begin)
     return f"{asv} failed at {when:g} s, while it {doing}" if when < end else ""
 
@@ -183,7 +180,7 @@ def frame_cut(result: "Result", fix: Any) -> str:
     if fix.broadcast_by is None or not result.scenario.protocol.sends_frames:
         return ""
     frame = frame_of(result, fix)
-    airtime = slots_of(result.scenario).messages.airtime(int(frame.fixes), int(frame.named))
+    airtime = result.setup.slots.messages.airtime(int(frame.fixes), int(frame.named))
     begin = float(fix.broadcast_at_s)
     if before := had_failed(result, fix.broadcast_by, begin):
         return f"{before}, before its turn to broadcast"

@@ -21,13 +21,10 @@ from ..core.files import write_text
 from ..core.palette import COLOURS_ON_DARK, HF_ON_DARK, MF_ON_DARK
 from ..geometry.formation import keep_station
 from ..geometry.geodesy import degrees_text, geodetic_from_ned, minutes_text
-from ..scenario.destinations import horizontal_reach, stations_kept
-from ..scenario.flight_plans import planned_paths
-from ..scenario.site import area_of, origin_of
+from ..setup import Setup
 
 if TYPE_CHECKING:
     from ..results.result import Result
-    from ..scenario.scenario import Scenario
 
 
 # A range is drawn with so many corners; lanes are looked at in steps, and thinned to lines that are
@@ -180,7 +177,7 @@ def write_chart(
 
 
 def write_plan(
-    scenario: "Scenario",
+    setup: Setup,
     path: Path,
     kind: str,
     *,
@@ -194,8 +191,8 @@ def write_plan(
     `about` is what the plan says, which vessels are told with; `ways` (n, 2), m, are those of
     vessels that move.
     """
-    shapes = list(planned(scenario, about, ways))
-    return _written(scenario.name, about, shapes, path, kind, replace)
+    shapes = list(planned(setup, about, ways))
+    return _written(setup.scenario.name, about, shapes, path, kind, replace)
 
 
 def _written(
@@ -210,8 +207,8 @@ def drawn(result: "Result") -> Iterator[Drawn]:
     """Yield the survey area, a point for each ASV where it was at first, and the ways of AUVs and
     of ASVs that move: points, too, where a single place is known, as no line has one alone (3.1.4).
     """
-    on_earth = _earthly(result.scenario)
-    yield _survey(result.scenario)
+    on_earth = _earthly(result.setup)
+    yield _survey(result.setup)
     for name, track in result.tables["tracks"].groupby("vehicle", sort=False):
         places = {told: track[list(columns)].to_numpy() for told, columns in WAYS.items()}
         if str(name).startswith("ASV"):
@@ -233,21 +230,22 @@ def _vessel(name: str, positions: Positions, about: str = "") -> Drawn:
     return Drawn("Point", name, positions, VESSEL, "\n".join(filter(None, said)))
 
 
-def planned(scenario: "Scenario", about: str = "", ways: Sequence[Places] = ()) -> Iterator[Drawn]:
+def planned(setup: Setup, about: str = "", ways: Sequence[Places] = ()) -> Iterator[Drawn]:
     """Yield the survey area, a point for each ASV that keeps station, rings of its HF and MF range,
     and the lanes that AUVs are to go, thinned to what a chart shows; of ASVs that move where they
     begin, and their `ways` (n, 2), m.
     """
-    on_earth = _earthly(scenario)
-    yield _survey(scenario)
+    scenario = setup.scenario
+    on_earth = _earthly(setup)
+    yield _survey(setup)
     for number, way in enumerate(ways):
         yield _vessel(f"ASV{number}", on_earth(way[:1]), f"It moves; here it begins.\n{about}")
         yield Drawn("LineString", f"ASV{number} (way)", on_earth(way), VESSEL)
-    bands = [("HF", HF, horizontal_reach(scenario))]
+    bands = [("HF", HF, setup.horizontal_reach_m)]
     if scenario.protocol.sends_frames:
-        bands.append(("MF", MF, horizontal_reach(scenario, "mf")))
+        bands.append(("MF", MF, setup.horizontal_mf_reach_m))
     around = np.append(np.linspace(0.0, 2.0 * np.pi, CORNERS, endpoint=False), 0.0)  # is closed
-    for number, (x, y) in enumerate(stations_kept(scenario)):
+    for number, (x, y) in enumerate(setup.kept_stations_m):
         yield _vessel(f"ASV{number}", on_earth([(x, y)]), about)
         for band, look, reach in bands:
             corners = np.column_stack((x + reach * np.cos(around), y + reach * np.sin(around)))
@@ -255,7 +253,7 @@ def planned(scenario: "Scenario", about: str = "", ways: Sequence[Places] = ()) 
             yield Drawn("Polygon", f"ASV{number} {band} range", circle, look)
     if not scenario.auvs.route.is_flown:
         return
-    for number, path in enumerate(planned_paths(scenario)):
+    for number, path in enumerate([plan.path for plan in setup.plans]):
         steps = max(int(np.ceil(path.length / STEP_M)), 2)
         lane = thinned(path.sample(np.linspace(0.0, path.length, steps + 1))[:, :2])
         look = _of_auv("auv", number)
@@ -290,9 +288,9 @@ def thinned(places: Floats) -> Floats:
     return places[kept]
 
 
-def _earthly(scenario: "Scenario") -> Callable[[Iterable[Sequence[float]]], Positions]:
+def _earthly(setup: Setup) -> Callable[[Iterable[Sequence[float]]], Positions]:
     """Return what places (m) of a scenario are on Earth: longitude and latitude (deg)."""
-    origin = origin_of(scenario)
+    origin = setup.origin_deg
     if origin is None:
         raise ValueError("the scenario has no environment.origin, so it is nowhere on Earth")
 
@@ -303,9 +301,9 @@ def _earthly(scenario: "Scenario") -> Callable[[Iterable[Sequence[float]]], Posi
     return on_earth
 
 
-def _survey(scenario: "Scenario") -> Drawn:
-    outline = area_of(scenario).outline
-    ring = _earthly(scenario)([*outline, outline[0]])
+def _survey(setup: Setup) -> Drawn:
+    outline = setup.area.outline
+    ring = _earthly(setup)([*outline, outline[0]])
     return Drawn("Polygon", "survey area", counter_clockwise(ring))
 
 

@@ -22,7 +22,6 @@ from ..core.files import draft_of
 from ..core.kept_files import portable
 from ..core.palette import MF_ON_DARK
 from ..results.result import scenario_sha256
-from ..scenario.destinations import horizontal_reach
 from .messages import (
     MAP,
     Messages,
@@ -121,7 +120,7 @@ def _pings(result: "Result") -> Messages:
 
 def _broadcasts(result: "Result") -> Messages:
     """Yield each broadcast: the circle that it reaches, for as long as it is on the air."""
-    circle = ring(horizontal_reach(result.scenario, "mf"), colour(MF_ON_DARK), width=3.0)
+    circle = ring(result.setup.horizontal_mf_reach_m, colour(MF_ON_DARK), width=3.0)
     for row in rows_in_time(result.arrow["broadcasts"], "sent_at_s"):
         at_s, name, lasts = row["sent_at_s"], row["asv"], row["airtime_s"]
         yield _shown(at_s, "/scene/broadcasts", name, name, lasts, {"lines": [circle]})

@@ -26,7 +26,6 @@ from numpy.typing import NDArray
 from ..core.arrays import Floats
 from ..geometry.geodesy import enu_covariance, enu_from_ned, enu_yaw, geodetic_from_ned
 from ..results.schemas import schema
-from ..scenario.site import origin_of
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -221,7 +220,7 @@ NAMES = {"{}": "location", "{}/estimate": "location/estimate", "{}/imu": "locati
 
 def location_streams(result: "Result") -> Iterator[Messages]:
     """Yield the positions of all vehicles and the fixes, WGS-84; none if there is no origin."""
-    origin = origin_of(result.scenario)
+    origin = result.setup.origin_deg
     if origin is not None:
         yield _vehicles(result, origin)
         yield _fixes(result, origin)

@@ -29,14 +29,11 @@ from numpy.typing import ArrayLike
 from ..core.arrays import Floats
 from ..core.palette import COLOURS_ON_DARK, HF_ON_DARK, MF_ON_DARK, PLANNED_ON_DARK
 from ..geometry.geodesy import enu_from_ned, enu_yaw
-from ..scenario.destinations import horizontal_reach
-from ..scenario.flight_plans import planned_paths
-from ..scenario.site import area_of
+from ..setup import Setup
 from .messages import FRAMES, MAP, Messages, ViewerMessage, colour, rows_in_time, timestamp
 
 if TYPE_CHECKING:
     from ..results.result import Result
-    from ..scenario.scenario import Scenario
 
 
 # Sides of the polygon that stands for a circle or an ellipse
@@ -188,14 +185,14 @@ PATHS = dict(zip(("truth", "estimate", "imu"), FRAMES.values(), strict=True))
 
 def scenery(result: "Result") -> Messages:
     """Yield the scene at the start of a mission; it stays until its end."""
-    scenario = result.scenario
+    setup = result.setup
     # made one after another as they are written: paths of a day have many points
     drawn: dict[str, Iterable[dict[str, Any]]] = {
-        "/scene/survey": [_survey(scenario)],
-        "/scene/planned": _planned(scenario),
+        "/scene/survey": [_survey(setup)],
+        "/scene/planned": _planned(setup),
         **{f"/scene/{kind}": _paths(result, kind) for kind in PATHS},
-        "/scene/vehicles": _vehicles(scenario),
-        "/scene/ranges": _ranges(scenario),
+        "/scene/vehicles": _vehicles(setup),
+        "/scene/ranges": _ranges(setup),
     }
     for topic, entities in drawn.items():
         yield ViewerMessage(0.0, topic, update(*entities))
@@ -206,15 +203,16 @@ def _entity(name: str, frame: str = MAP, **parts: Any) -> dict[str, Any]:
     return {"timestamp": start, "frame_id": frame, "id": name, "frame_locked": True, **parts}
 
 
-def _survey(scenario: "Scenario") -> dict[str, Any]:
-    corners = [(x, y, 0.0) for x, y in area_of(scenario).outline]
+def _survey(setup: Setup) -> dict[str, Any]:
+    corners = [(x, y, 0.0) for x, y in setup.area.outline]
     return _entity("survey", lines=[line(corners, colour(WHITE), closed=True)])
 
 
-def _planned(scenario: "Scenario") -> Iterator[dict[str, Any]]:
+def _planned(setup: Setup) -> Iterator[dict[str, Any]]:
+    scenario = setup.scenario
     if not scenario.auvs.route.is_flown:
         return
-    for number, path in enumerate(planned_paths(scenario)):
+    for number, path in enumerate([plan.path for plan in setup.plans]):
         places = path.sample(np.linspace(0.0, path.length, PLAN_POINTS))[:, :2]
         depth = np.full(len(places), scenario.survey.depth(number))
         plan = line(np.column_stack([places, depth]), colour(PLANNED_ON_DARK), width=1.0)
@@ -232,9 +230,10 @@ def _paths(result: "Result", kind: str) -> Iterator[dict[str, Any]]:
         yield _entity(name, lines=[line(places, auv_colour(name, opacity), width=width)])
 
 
-def _vehicles(scenario: "Scenario") -> Iterator[dict[str, Any]]:
+def _vehicles(setup: Setup) -> Iterator[dict[str, Any]]:
     """Yield a mark for each vehicle, and a paler one where an AUV believes to be."""
-    length = SHARE_OF_SIDE * area_of(scenario).across
+    scenario = setup.scenario
+    length = SHARE_OF_SIDE * setup.area.across
     for number in range(scenario.auvs.count):
         name = f"AUV{number}"
         yield _entity(name, name, arrows=[_hull(length, auv_colour(name))], texts=[_label(name)])
@@ -269,10 +268,10 @@ def _label(name: str) -> TextPrimitive:
     )
 
 
-def _ranges(scenario: "Scenario") -> Iterator[dict[str, Any]]:
+def _ranges(setup: Setup) -> Iterator[dict[str, Any]]:
     """Yield how far HF and MF of each ASV reach at the survey's depth; the rings go with it."""
-    hf, mf = horizontal_reach(scenario), horizontal_reach(scenario, "mf")
-    for number in range(scenario.asvs.count):
+    hf, mf = setup.horizontal_reach_m, setup.horizontal_mf_reach_m
+    for number in range(setup.scenario.asvs.count):
         name = f"ASV{number}"
         circles = [ring(hf, colour(HF_ON_DARK)), ring(mf, colour(MF_ON_DARK, 0.6))]
         yield _entity(name, name, lines=circles)

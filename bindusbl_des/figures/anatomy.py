@@ -13,7 +13,6 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from ..core.palette import ALARM, HF, INK, MF
-from ..protocol.slots import slots_of
 from ..results.round_timeline import Span, broadcasts_of, downlink_slots, pings_sent, uplink_slots
 from .style import colour_of, fits, legend_below, names, new_figure
 
@@ -138,7 +137,7 @@ def _bar(axes: Axes, span: Span, row: int, colour: str) -> None:
 
 def _annotate_round(axes: Axes, result: "Result", number: int) -> None:
     """Mark the slots of the round and the parts of its frames."""
-    guard_s = slots_of(result.scenario).downlink_guard
+    guard_s = result.setup.slots.downlink_guard
     frames = broadcasts_of(result, number)
     ends = (frames.sent_at_s + frames.airtime_s).to_numpy()
     uplinks, downlinks = uplink_slots(result, number), downlink_slots(result, number)
@@ -160,7 +159,7 @@ def _annotate_round(axes: Axes, result: "Result", number: int) -> None:
 
 def _annotate_slot(axes: Axes, result: "Result", number: int) -> None:
     """Mark ping, longest way and guard of the first slot; show it in ms since its beginning."""
-    slots, first = slots_of(result.scenario), _first_slot(result, number)
+    slots, first = result.setup.slots, _first_slot(result, number)
     there = (slots.ping_duration, "$T_P$"), (slots.longest_travel_time, r"$\tau_{OT,max}$")
     waits = result.scenario.protocol.turnaround_s
     parts = (

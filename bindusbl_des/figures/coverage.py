@@ -1,5 +1,6 @@
 """What of the survey is served: the chance of a fix, HF circles, corners, the loneliest point."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,16 +12,16 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Polygon
 
-from ..acoustics.fix_chance import fix_chance, survey_grid
 from ..core.palette import ALARM, HF, INK
 from ..core.plugins import is_plugin
 from ..geometry.area import Area
 from ..geometry.coverage import covered_area, is_within, loneliest_point
 from ..geometry.formation import keep_station
 from ..geometry.geodesy import east_north
+from ..preflight.fix_chance import fix_chance, survey_grid
 from ..scenario.declared import channel_named
-from ..scenario.destinations import NoStations, asv_stations, horizontal_reach
-from ..scenario.site import area_of
+from ..scenario.site import NoStations
+from ..setup import Setup
 from .style import LARGEST_LEGEND, legend_below, new_figure
 from .trajectory import frame
 
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from ..results.result import Result
     from ..scenario.scenario import Scenario
 
-Points = list[tuple[float, float]]
+Points = Sequence[tuple[float, float]]
 
 UNHEARD = "#f6d9cf"
 
@@ -45,13 +46,13 @@ def coverage(result: "Result", width: float) -> Figure:
     if "pings" in result.arrow and not result.scenario.protocol.asvs_ping:
         pings = result.tables["pings"]
         unheard = pings.loc[pings.in_range_of == 0, ["x_m", "y_m"]].to_numpy(float)
-    return coverage_figure(result.scenario, width, unheard, _stations(result))
+    return coverage_figure(result.setup, width, unheard, _stations(result))
 
 
 def without_stations(result: "Result") -> str:
     """Return why there is no coverage to be drawn: ASVs move; "" where they keep stations."""
     try:
-        _ = _stations(result) or asv_stations(result.scenario)
+        _ = _stations(result) or result.setup.stations_m
     except ValueError as error:
         return str(error)
     return ""
@@ -75,7 +76,7 @@ def _stations(result: "Result") -> "Points | None":
 
 
 def coverage_figure(
-    scenario: "Scenario",
+    setup: Setup,
     width: float,
     unheard: np.ndarray | None = None,
     known: "Points | None" = None,
@@ -83,11 +84,12 @@ def coverage_figure(
     """Draw the coverage of a scenario; `unheard` (n, 2) are places of pings out of all ranges,
     `known` (m, 2) the places of its ASVs where they need not be asked for.
     """
+    scenario = setup.scenario
     figure = new_figure(width, width + 0.95)
-    axes, area = figure.add_subplot(), area_of(scenario)
-    stations, reach = known or asv_stations(scenario), horizontal_reach(scenario)
+    axes, area = figure.add_subplot(), setup.area
+    stations, reach = known or setup.stations_m, setup.horizontal_reach_m
     covered = covered_area(area, stations, reach)
-    chance = _draw_chance(axes, scenario, stations)
+    chance = _draw_chance(axes, setup, stations)
     _draw_area(axes, area, stations, reach, plain=chance is None)
     handles: list[Artist] = [
         Patch(fc=HF, alpha=0.25, label=f"heard: {100 * covered:.1f} % of the survey"),
@@ -104,7 +106,7 @@ def coverage_figure(
         handles += axes.plot(
             *east_north(unheard).T, label=label, marker=".", ls="", ms=3.0, color=ALARM
         )
-    frame(axes, scenario, np.array(stations), 1.2)
+    frame(axes, setup, np.array(stations), 1.2)
     axes.set_title(f"{scenario.name}: HF range {scenario.acoustics.hf.range_m:g} m "
                              f"({scenario.acoustics.hf.range_metric})")  # fmt: skip
     legend_below(figure, handles)
@@ -118,10 +120,10 @@ def _ring_label(scenario: "Scenario", covered: float) -> str:
     return f"HF range that the protocol plans with ({100 * covered:.1f} % of the survey)"
 
 
-def _draw_chance(axes: Axes, scenario: "Scenario", stations: Points) -> AxesImage | None:
+def _draw_chance(axes: Axes, setup: Setup, stations: Points) -> AxesImage | None:
     """Shade the survey by the chance of a fix; None where somebody's own channel decides it."""
-    grid = survey_grid(scenario, CELLS)
-    chance = fix_chance(scenario, stations, grid.middles)
+    grid = survey_grid(setup, CELLS)
+    chance = fix_chance(setup, stations, grid.middles)
     if chance is None:
         return None
     south, west, north, east = grid.box
@@ -129,7 +131,7 @@ def _draw_chance(axes: Axes, scenario: "Scenario", stations: Points) -> AxesImag
         chance.reshape(-1, grid.across).T, vmin=0.0, vmax=1.0, cmap="cividis", alpha=0.75, zorder=0,
         extent=(west, east, south, north), origin="lower",
     )  # fmt: skip
-    outline = east_north(area_of(scenario).outline)
+    outline = east_north(setup.area.outline)
     shaded.set_clip_path(Polygon(outline, transform=axes.transData))
     return shaded
 

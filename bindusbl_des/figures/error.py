@@ -85,7 +85,8 @@ def _draw_panel(axes: Axes, result: "Result", recorded: Recording, name: str) ->
     times = track.time_s.to_numpy()
     bound = error_envelope(recorded, int(name[3:]))
     axes.fill_between(times, bound, color=FAINT, lw=0, label="envelope")
-    model = [straight_drift_rms(result.scenario, t) for t in times.tolist()]
+    sensors, speed = result.setup.own_sensors, max(result.scenario.auvs.speeds)
+    model = [straight_drift_rms(sensors, t, speed) for t in times.tolist()]
     axes.plot(times, model, "--", color="#777777", lw=0.8, label="drift model")
     axes.plot(times, imu_errors(track), ":", color=colour, label="dead reckoning")
     axes.plot(times, track.position_error_m, color=colour, lw=0.9, label="fused")

@@ -14,9 +14,7 @@ from matplotlib.patches import Circle, Polygon
 from ..core.arrays import Floats
 from ..core.palette import HF, INK, MF, PLANNED
 from ..geometry.geodesy import east_north
-from ..scenario.destinations import horizontal_reach
-from ..scenario.flight_plans import planned_paths
-from ..scenario.site import area_of
+from ..setup import Setup
 from .style import (
     LARGEST_LEGEND,
     add_lines,
@@ -50,11 +48,11 @@ def trajectory(result: "Result", width: float) -> Figure:
 
 def draw_map(axes: Axes, result: "Result") -> None:
     """Draw planned, true, fused and IMU-only paths, ASVs and their HF and MF ranges."""
-    scenario, tracks = result.scenario, by_vehicle(result.tables["tracks"])
-    area = area_of(scenario)
+    setup, tracks = result.setup, by_vehicle(result.tables["tracks"])
+    area = setup.area
     axes.add_patch(Polygon(east_north(area.outline), fill=False, lw=0.8, ec=INK))
     auvs = {name: track for name, track in tracks.items() if name.startswith("AUV")}
-    plans = _plans(scenario)
+    plans = _plans(setup)
     add_lines(axes, plans, [PLANNED] * len(plans), linewidths=0.6, label="planned")
     colours = [colour_of(name) for name in auvs]
     for label, columns, looks in (
@@ -67,26 +65,26 @@ def draw_map(axes: Axes, result: "Result") -> None:
     starts = np.array([east_north(track[["x_m", "y_m"]])[0] for track in auvs.values()])
     axes.scatter(starts[:, 0], starts[:, 1], s=18, c=colours, zorder=4, label="start")
     stations = {name: track for name, track in tracks.items() if name.startswith("ASV")}
-    _draw_asvs(axes, scenario, stations)
+    _draw_asvs(axes, setup, stations)
     columns = ["x_m", "y_m", "estimate_x_m", "estimate_y_m"]
     places = [track[columns].to_numpy(float).reshape(-1, 2) for track in tracks.values()]
-    frame(axes, scenario, np.concatenate(places), 1.15)
+    frame(axes, setup, np.concatenate(places), 1.15)
 
 
-def _plans(scenario: "Scenario") -> list[Any]:
+def _plans(setup: Setup) -> list[Any]:
     """Return the planned paths (n, 2), east and north, none where AUVs hold or repeat a track."""
-    if not scenario.auvs.route.is_flown:
+    if not setup.scenario.auvs.route.is_flown:
         return []
     return [
         east_north(path.sample(np.linspace(0.0, path.length, PLAN_POINTS))[:, :2])
-        for path in planned_paths(scenario)
+        for path in [plan.path for plan in setup.plans]
     ]
 
 
-def _draw_asvs(axes: Axes, scenario: "Scenario", asvs: dict[str, Any]) -> None:
+def _draw_asvs(axes: Axes, setup: Setup, asvs: dict[str, Any]) -> None:
     reaches = (
-        (horizontal_reach(scenario), HF, "--", "HF range"),
-        (horizontal_reach(scenario, "mf"), MF, ":", "MF range"),
+        (setup.horizontal_reach_m, HF, "--", "HF range"),
+        (setup.horizontal_mf_reach_m, MF, ":", "MF range"),
     )
     paths = {name: east_north(track[["x_m", "y_m"]]) for name, track in asvs.items()}
     add_lines(axes, list(paths.values()), ["k"] * len(paths), linewidths=0.6, label="ASV track")
@@ -102,11 +100,11 @@ def _draw_asvs(axes: Axes, scenario: "Scenario", asvs: dict[str, Any]) -> None:
     axes.scatter(starts[:, 0], starts[:, 1], s=60, c="k", marker="*", zorder=5, label="ASV")
 
 
-def frame(axes: Axes, scenario: "Scenario", places: Floats, margin: float) -> None:
+def frame(axes: Axes, setup: Setup, places: Floats, margin: float) -> None:
     """Show the survey, `margin` times as large, and places (n, 2), x and y in m, NaN for none, on
     a map with the current; ranges may leave the picture.
     """
-    box, water = area_of(scenario).box, scenario.environment
+    box, water = setup.area.box, setup.scenario.environment
     middle = np.array([box.x_min + box.x_max, box.y_min + box.y_max]) / 2
     half = max(box.x_max - box.x_min, box.y_max - box.y_min) / 2
     limit = max(margin * half, 1.1 * float(np.nanmax(np.abs(places - middle))))

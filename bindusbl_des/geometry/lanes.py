@@ -14,7 +14,8 @@ from .area import Area, Point, bounds
 # Rounding that must not cost a strip its last lane (spacings).
 LANE_TOLERANCE = 1e-9
 
-# A lane that its margins leave nothing of is this short (m), in its middle, and is still passed.
+# A vehicle cannot be said to go along anything shorter (m).  A lane that its margins leave nothing
+# of is this short, in its middle, and is still passed.
 SHORTEST_LANE = 0.001
 
 

@@ -21,8 +21,7 @@ from ..mission.sensor_errors import pressure_errors
 from ..protocol.happenings import Happening, Watch
 from ..protocol.hf.outcomes import Sight
 from ..records.events import Broadcast, Fix
-from ..scenario.scenario import Scenario
-from ..scenario.site import origin_of
+from ..setup import Setup, setup_of
 from ..vehicles.currents import CONTROL_S
 
 # How often a second GNSS, compass and navigators say where they are: most receivers' default.
@@ -128,9 +127,9 @@ class Earth(NamedTuple):
         return geodetic_from_ned((x, y, *z) if z else (x, y, 0.0), *self.origin)
 
 
-def earth_of(scenario: Scenario, start: datetime) -> Earth:
+def earth_of(setup: Setup, start: datetime) -> Earth:
     """Return where and when a scenario takes place."""
-    return Earth(origin_of(scenario), start)
+    return Earth(setup.origin_deg, start)
 
 
 class Instruments:
@@ -148,7 +147,10 @@ class Instruments:
         self._streams, asvs = streams, range(scenario.asvs.count)
         self._gnss = [streams.of(Purpose.GNSS_TELEGRAM, asv) for asv in asvs]
         self._compass = [streams.of(Purpose.COMPASS_TELEGRAM, asv) for asv in asvs]
-        self._slow, self._before = slow_gnss(scenario, streams), [(math.nan, math.nan)] * len(asvs)
+        self._slow, self._before = (
+            slow_gnss(setup_of(scenario), streams),
+            [(math.nan, math.nan)] * len(asvs),
+        )
         self._sd_m = scenario.usbl.gnss_sd_m
         self._heading_sd = math.radians(scenario.usbl.heading_sd_deg)
         begun = [
@@ -234,7 +236,7 @@ class Instruments:
         for auv, (x, y, z, yaw) in enumerate(states.truth.tolist()):
             name, (north, east) = f"AUV{auv}", states.estimate[auv].tolist()
             if self._is_wanted(name):
-                depth = z + float(pressure_errors(scenario, self._streams, auv, now)[0])
+                depth = z + float(pressure_errors(setup_of(scenario), self._streams, auv, now)[0])
                 covariance = states.covariance[auv].tolist()
                 yield EstimateReading(at_s, name, (north, east, depth), covariance, depth_sd)
                 if self._truth:

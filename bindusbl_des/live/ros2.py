@@ -307,7 +307,7 @@ def write_bag(result: "Result", path: Path, *, replace: bool = True) -> Mapping[
         FileExistsError: when the file is there, and not to be replaced.
         OSError: when it cannot be written.
     """
-    earth = earth_of(result.scenario, datetime(1970, 1, 1, tzinfo=UTC))
+    earth = earth_of(result.setup, datetime(1970, 1, 1, tzinfo=UTC))
     with draft_of(path, replace=replace) as draft:
         bag = Bag("ros2bag", draft, replace=True)
         try:

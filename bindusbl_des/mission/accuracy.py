@@ -83,7 +83,7 @@ def track_points(world: World) -> Rows:
     """Return the tracks of all vehicles at record.tracks_hz, AUVs first, (n,) :data:`TRACK_POINT`,
     vehicle by vehicle.
     """
-    times = instants(world.scenario.duration_s, world.scenario.record.tracks_hz)
+    times = instants(world.setup.scenario.duration_s, world.setup.scenario.record.tracks_hz)
     auvs, asvs, ways = world.auv_fleet, world.asv_fleet, world.trajectories
     tracks = np.empty((len(auvs) + len(asvs), len(times)), dtype=TRACK_POINT)
     tracks["vehicle"] = np.arange(len(tracks))[:, np.newaxis]
@@ -92,7 +92,7 @@ def track_points(world: World) -> Rows:
         points["path_error_m"], points["swept_m2"] = ways.beside_m[auv], ways.swept_m2[auv]
         found = world.sample(auv, times)
         sure = world.navigator.covariance(auv, found.odometry)
-        depth_error = pressure_errors(world.scenario, world.streams, auv, times)
+        depth_error = pressure_errors(world.setup, world.streams, auv, times)
         _note_points(points, *found.way, found.odometry.position, found.estimate, sure, depth_error)
     off_station = beside(asvs.vehicles, times)
     for asv in range(len(asvs)):

@@ -6,12 +6,9 @@ from dataclasses import replace
 from itertools import count
 from typing import TypeVar
 
-import numpy as np
 import simpy
 
 from ..acoustics.bursts import pairs
-from ..acoustics.named_channels import hf_channel, loss_of, mf_channel, timing_sd_of
-from ..acoustics.propagation import SignalBand
 from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams
 from ..navigation.gnss import GnssReceivers
@@ -28,30 +25,24 @@ from ..protocol.passive.beacons import Beacons, PassiveOutcomes
 from ..protocol.passive.network import OwnFixes, PassiveNetwork, take_turns
 from ..protocol.predicted_positions import PredictedPositions, prediction_of
 from ..protocol.ranging import ranging_of, strayed
-from ..protocol.replies import Replies, reply_delay_of
+from ..protocol.replies import Replies
 from ..protocol.schedules.named import schedule_named
 from ..protocol.schedules.polling import Answers
 from ..protocol.schedules.view import known_of
-from ..protocol.slots import slots_of
 from ..protocol.steps import moment
 from ..protocol.tdma import serve
 from ..records.rows import Jacobians, Recorder, Rows
-from ..scenario.agreement.instruments import taken_for
 from ..scenario.channel_settings import burst_s
-from ..scenario.destinations import failures_of
-from ..scenario.families import downlink_of, ready_plugins, schedule_of, tells_slots
-from ..scenario.own_sensors import estimated_kinds
-from ..scenario.scenario import Scenario, kept
-from ..scenario.site import assumed_sound_speed_of, sound_speed_of
+from ..setup import Setup
 from ..usbl.array import elements_of
-from ..usbl.instrument import Usbl, sheet_of
+from ..usbl.instrument import Usbl
 from ..usbl.own_instrument import instrument_named
 from ..usbl.slow_errors import slow_numbers
 from ..usbl.systematic_fixes import Astray
 from ..vehicles.fleet import VehicleFleet
 from ..vehicles.motion import places
 from ..vehicles.poses import Poses, PoseSource
-from .closed_loop import MissionCurrent, afterwards_s
+from .closed_loop import MissionCurrent
 from .launch import launch_anchors, launch_asvs, launch_auvs, posed
 from .onboard import equip_auvs
 from .sensor_errors import systematic_errors_of, wrong_reckoning
@@ -62,7 +53,7 @@ HfBand = TypeVar("HfBand", Uplink, Beacons)
 
 def build_world(
     env: simpy.Environment,
-    scenario: Scenario,
+    setup: Setup,
     seed: int,
     source: PoseSource | None = None,
     pose_step_s: float = 0.1,
@@ -71,44 +62,46 @@ def build_world(
 
     A `source` of poses, asked each `pose_step_s` (s), moves the vehicles that it answers for.
     """
-    ready_plugins(scenario)
     streams = Streams(seed)
-    columns = sum(len(kind.sds) * kind.times for kind in estimated_kinds(scenario))
-    record = Recorder(scenario.record.detail == "full", jacobians=Jacobians(columns))
-    water = MissionCurrent(scenario, streams)
-    wrong = wrong_reckoning(scenario, streams, water)
-    moved = {} if source is None else _moved(scenario, source, pose_step_s)
+    columns = sum(len(kind.sds) * kind.times for kind in setup.estimated_errors)
+    record = Recorder(setup.scenario.record.detail == "full", jacobians=Jacobians(columns))
+    water = MissionCurrent(setup, streams)
+    wrong = wrong_reckoning(setup, streams, water)
+    moved = {} if source is None else _moved(setup, source, pose_step_s)
     auvs, asvs = moved.get("auvs"), moved.get("asvs")
     if auvs is None:
-        auvs = launch_auvs(scenario, water, wrong)
-    anchors = launch_anchors(scenario, auvs, record) if asvs is None else None
+        auvs = launch_auvs(setup, water, wrong)
+    anchors = launch_anchors(setup, auvs, record) if asvs is None else None
     if anchors is not None:
         asvs = anchors.fleet
     if asvs is None:
-        asvs = launch_asvs(scenario, streams, water)
-    if scenario.asvs.failures:
-        asvs = replace(asvs, failures=failures_of(scenario))
-    reckoning, navigator = equip_auvs(scenario, auvs, wrong, record)
-    make = _passive if scenario.protocol.asvs_ping else _network
-    network = make(env, scenario, auvs, asvs, navigator, record, streams)
-    if scenario.navigation.gnss_fix is not None:
-        equip_with_gnss(env, scenario, auvs, network.deliveries, record, streams)
+        asvs = launch_asvs(setup, streams, water)
+    if setup.scenario.asvs.failures:
+        asvs = replace(asvs, failures=setup.failures)
+    reckoning, navigator = equip_auvs(setup, auvs, wrong, record)
+    make = _passive if setup.scenario.protocol.asvs_ping else _network
+    network = make(env, setup, auvs, asvs, navigator, record, streams)
+    if setup.scenario.navigation.gnss_fix is not None:
+        equip_with_gnss(env, setup, auvs, network.deliveries, record, streams)
     if anchors is not None:
-        known = None if scenario.protocol.asvs_ping else record.fixes
+        known = None if setup.scenario.protocol.asvs_ping else record.fixes
         env.process(anchors.keep_placing(env, known))
     if isinstance(network, PassiveNetwork):
         env.process(take_turns(network))
-    elif scenario.protocol.random_access:
-        access = access_of(scenario, streams, auvs, network.uplink.band, hf_channel(scenario))
+    elif setup.scenario.protocol.random_access:
+        access = access_of(
+            setup.schedule.access, setup.scenario.protocol, setup.slots, streams, auvs,
+            setup.hf_band, setup.ping_channel,
+        )  # fmt: skip
         env.process(serve_at_random(network, access))
     else:
         env.process(serve(network))
-    return World(scenario, auvs, asvs, reckoning, navigator, network, record, streams)
+    return World(setup, auvs, asvs, reckoning, navigator, network, record, streams)
 
 
 def equip_with_gnss(
     env: simpy.Environment,
-    scenario: Scenario,
+    setup: Setup,
     auvs: VehicleFleet,
     deliveries: Deliveries,
     record: Recorder,
@@ -119,7 +112,7 @@ def equip_with_gnss(
     Those that steer by them, or are moved meanwhile, have each at its instant; the others' are made
     when somebody wants to know.
     """
-    asked, end = scenario.navigation.gnss_fix, float(scenario.duration_s)
+    asked, end = setup.scenario.navigation.gnss_fix, float(setup.scenario.duration_s)
     assert asked is not None
     receivers = GnssReceivers(auvs, asked, end, streams, record.gnss_fixes)
     deliveries.gnss = receivers
@@ -138,17 +131,17 @@ def deliver_each(
         deliveries.deliver(instant)
 
 
-def _moved(scenario: Scenario, source: PoseSource, step_s: float) -> dict[str, VehicleFleet]:
+def _moved(setup: Setup, source: PoseSource, step_s: float) -> dict[str, VehicleFleet]:
     """Return the fleets that an outside program moves."""
-    counts = {"auvs": scenario.auvs.count, "asvs": scenario.asvs.count}
-    ahead = afterwards_s(scenario)
-    poses = Poses(source, step_s, counts, scenario.duration_s + ahead, ahead)
+    counts = {"auvs": setup.scenario.auvs.count, "asvs": setup.scenario.asvs.count}
+    ahead = setup.afterwards_s
+    poses = Poses(source, step_s, counts, setup.scenario.duration_s + ahead, ahead)
     return {kind: posed(poses, kind, counts[kind]) for kind in poses.kinds}
 
 
 def _network(
     env: simpy.Environment,
-    scenario: Scenario,
+    setup: Setup,
     auvs: VehicleFleet,
     asvs: VehicleFleet,
     navigator: Navigator,
@@ -156,35 +149,35 @@ def _network(
     streams: Streams,
 ) -> Network:
     """Return both bands, and the surface fleet that works with them."""
-    slots, protocol = slots_of(scenario), scenario.protocol
-    uplink = _on_hf(Uplink, scenario, auvs, asvs, record, streams)
+    slots, protocol = setup.slots, setup.scenario.protocol
+    uplink = _on_hf(Uplink, setup, auvs, asvs, record, streams)
     deliveries = MfDownlink(
         env,
         auvs,
         asvs,
         navigator,
         record,
-        band=frame_band(scenario, streams),
+        band=frame_band(setup, streams),
         clock=slots.clock,
         streams=streams,
     )
     outcomes = Outcomes(
         uplink,
         asvs,
-        _measuring(scenario, record, streams),
-        strayed(scenario, auvs),
+        _measuring(setup, record, streams),
+        strayed(setup, auvs),
         record,
         deliveries.frames if protocol.deafens_asvs else None,
     )
     replies = answers = None
     if protocol.replies:
         message = slots.messages.packed(1)[0] if protocol.replies_in_frames else None
-        delay = reply_delay_of(scenario)
+        delay = setup.reply_delay_s
         replies = Replies(env, outcomes, deliveries, record, message, delay)
-    if schedule_of(scenario).calls:
+    if setup.schedule.calls:
         answers = Answers(env, outcomes, record, slots)
     schedule = schedule_named(protocol.schedule)
-    framed = schedule_of(scenario).framed
+    framed = setup.schedule.framed
     network = Network(
         env,
         slots,
@@ -194,36 +187,36 @@ def _network(
         uplink,
         outcomes,
         deliveries,
-        ranging_of(scenario, env, uplink, streams, answers),
+        ranging_of(protocol, setup.scenario.auvs.ping_late_s, env, uplink, streams, answers),
         downlink=downlink_named(protocol.downlink),
         frame_s=protocol.frame_s if framed else 0.0,
         schedule=schedule,
         schedule_draw=streams.of(Purpose.SCHEDULE),
         broadcaster=broadcaster_named(protocol.broadcaster),
         broadcaster_draw=streams.of(Purpose.BROADCASTER),
-        mf_range=scenario.acoustics.mf.range_m,
-        mf_slant=scenario.acoustics.mf.range_metric == "slant",
+        mf_range=setup.scenario.acoustics.mf.range_m,
+        mf_slant=setup.scenario.acoustics.mf.range_metric == "slant",
         positions=PredictedPositions(
             auvs,
             asvs,
             uplink.band,
             protocol.conflict_margin_m,
-            prediction_of(scenario, places(auvs.motion, 0.0)[:, :3]),
+            prediction_of(setup, places(auvs.motion, 0.0)[:, :3]),
             record.fixes,
         ),
-        estimates=known_of(scenario, auvs, record),
+        estimates=known_of(setup, auvs, record),
         answers=answers,
         replies=replies,
     )
-    if tells_slots(scenario):
-        network.dissemination = dissemination_of(scenario, network, streams)
+    if setup.tells_slots:
+        network.dissemination = dissemination_of(setup, network, streams)
     return network
 
 
-def dissemination_of(scenario: Scenario, network: Network, streams: Streams) -> Dissemination:
+def dissemination_of(setup: Setup, network: Network, streams: Streams) -> Dissemination:
     """Return who knows which slots, where frames carry them."""
-    protocol, count = scenario.protocol, scenario.auvs.count
-    ahead = downlink_of(scenario).tells_ahead
+    protocol, count = setup.scenario.protocol, setup.scenario.auvs.count
+    ahead = setup.downlink.tells_ahead
     return Dissemination(
         network.env,
         network.slots,
@@ -245,7 +238,7 @@ def dissemination_of(scenario: Scenario, network: Network, streams: Streams) -> 
 
 def _passive(
     env: simpy.Environment,
-    scenario: Scenario,
+    setup: Setup,
     auvs: VehicleFleet,
     asvs: VehicleFleet,
     navigator: Navigator,
@@ -253,48 +246,53 @@ def _passive(
     streams: Streams,
 ) -> PassiveNetwork:
     """Return the HF band on which ASVs ping, and AUVs that fix themselves by that."""
-    beacons = _on_hf(Beacons, scenario, auvs, asvs, record, streams)
-    outcomes = PassiveOutcomes(beacons, auvs, _measuring(scenario, record, streams), record)
+    beacons = _on_hf(Beacons, setup, auvs, asvs, record, streams)
+    outcomes = PassiveOutcomes(beacons, auvs, _measuring(setup, record, streams), record)
     fixes = OwnFixes(env, auvs, navigator, record, outcomes)
-    return PassiveNetwork(env, slots_of(scenario), auvs, asvs, record, beacons, outcomes, fixes)
+    return PassiveNetwork(env, setup.slots, auvs, asvs, record, beacons, outcomes, fixes)
 
 
-def _measuring(scenario: Scenario, record: Recorder, streams: Streams) -> Measuring:
+def _measuring(setup: Setup, record: Recorder, streams: Streams) -> Measuring:
     """Return how the instrument of a scenario measures a ping between an AUV and an ASV."""
-    instrument = instrument_named(scenario.usbl.model) or carried(scenario, streams)
-    counts, slow = (scenario.auvs.count, scenario.asvs.count), slow_errors(scenario, streams)
+    instrument = instrument_named(setup.scenario.usbl.model) or carried(setup, streams)
+    counts, slow = (
+        (setup.scenario.auvs.count, setup.scenario.asvs.count),
+        slow_errors(setup, streams),
+    )
     return Measuring(instrument, streams, *counts, record, slow)
 
 
 def _on_hf(
     kind: type[HfBand],
-    scenario: Scenario,
+    setup: Setup,
     auvs: VehicleFleet,
     asvs: VehicleFleet,
     record: Recorder,
     streams: Streams,
 ) -> HfBand:
     """Return the HF band of a kind: of the pings of AUVs and calls, or of the pings of ASVs."""
-    hf = scenario.acoustics.hf
+    hf = setup.scenario.acoustics.hf
     return kind(
         auvs,
         asvs,
-        SignalBand(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed_of(scenario)),
-        hf_channel(scenario) or loss_of(scenario),
+        setup.hf_band,
+        setup.ping_channel or setup.ping_loss,
         streams,
         record,
         pairs(burst_s(hf.channel), streams, Purpose.BURST, len(auvs), len(asvs)),
     )
 
 
-def frame_band(scenario: Scenario, streams: Streams) -> FrameBand:
+def frame_band(setup: Setup, streams: Streams) -> FrameBand:
     """Return what holds for all frames of the downlink."""
-    channel, mf = mf_channel(scenario), scenario.acoustics.mf
+    channel, mf = setup.frame_channel, setup.scenario.acoustics.mf
     capture = math.inf if channel is None else channel(1, 1.0).receiver.capture
-    deafening = scenario.acoustics.hf.ping_s if scenario.protocol.duplex == "per_node" else 0.0
+    deafening = (
+        setup.scenario.acoustics.hf.ping_s if setup.scenario.protocol.duplex == "per_node" else 0.0
+    )
     return FrameBand(
         mf.range_m,
-        sound_speed_of(scenario),
+        setup.sound_speed_m_per_s,
         channel,
         capture,
         deafening,
@@ -302,47 +300,30 @@ def frame_band(scenario: Scenario, streams: Streams) -> FrameBand:
             burst_s(mf.channel),
             streams,
             Purpose.FRAME_BURST,
-            scenario.auvs.count,
-            scenario.asvs.count,
+            setup.scenario.auvs.count,
+            setup.scenario.asvs.count,
         ),
         mf.range_metric == "slant",
     )
 
 
-def carried(scenario: Scenario, streams: Streams) -> Usbl | Astray:
+def carried(setup: Setup, streams: Streams) -> Usbl | Astray:
     """Return the USBL instrument that every ASV carries, or with passive ranging every AUV, and
     what is wrong all the time.
     """
-    usbl, systematic = usbl_of(scenario), systematic_errors_of(scenario, streams)
+    usbl, systematic = setup.usbl, systematic_errors_of(setup, streams)
     return usbl if systematic is None else Astray(usbl, systematic)
 
 
-def slow_errors(scenario: Scenario, streams: Streams) -> Rows | None:
+def slow_errors(setup: Setup, streams: Streams) -> Rows | None:
     """Return the slow acoustic errors of each AUV and ASV; None where there are none."""
-    usbl = scenario.usbl
+    usbl = setup.scenario.usbl
     if is_plugin(usbl.model):
         return None
-    counts = len(elements_of(usbl.array)), streams, scenario.auvs.count, scenario.asvs.count
-    return slow_numbers(usbl.slow_share, usbl.correlation_s, *counts)
-
-
-@kept
-def usbl_of(scenario: Scenario) -> Usbl:
-    """Return that instrument as far as it is the same for all."""
-    usbl = scenario.usbl
-    roll, pitch, heading = np.radians((usbl.roll_sd_deg, usbl.pitch_sd_deg, usbl.heading_sd_deg))
-    return Usbl(
-        elements_of(usbl.array),
-        usbl.tdoa_sd_s,
-        usbl.travel_time_sd_s,
-        usbl.quantum_s,
-        (float(roll), float(pitch), float(heading)),
-        usbl.gnss_sd_m,
-        assumed_sound_speed_of(scenario),
-        sound_speed_of(scenario),
-        sheet_of(scenario),
-        timing_sd_of(scenario),
-        taken_for(scenario).usbl.slow_share
-        if any(kind.name == "slow" for kind in estimated_kinds(scenario))
-        else 0.0,
+    counts = (
+        len(elements_of(usbl.array)),
+        streams,
+        setup.scenario.auvs.count,
+        setup.scenario.asvs.count,
     )
+    return slow_numbers(usbl.slow_share, usbl.correlation_s, *counts)

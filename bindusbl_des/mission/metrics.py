@@ -18,9 +18,7 @@ from ..records.metrics import WORST_IS_LARGEST, AuvMetrics, Utilisation
 from ..records.rows import NONE, Recorder, Rows, row_type
 from ..results.schemas import never_null
 from ..results.tables import from_numbers, from_rows
-from ..scenario.families import ranging_of, schedule_of
 from ..scenario.sections.acoustics import Band
-from ..scenario.site import area_of, sound_speed_of
 from ..vehicles.motion import places
 from .accuracy import note_accuracy, refuse, track_points
 from .reach import calls_destroyed, destroyed, frames_destroyed, heard_by_auvs, heard_of_auvs
@@ -35,9 +33,9 @@ _LARGEST = np.array(list(WORST_IS_LARGEST.values()))[:, np.newaxis]
 
 def event_tables(world: World) -> dict[str, pa.Table]:
     """Return the event tables of a finished mission, as far as it keeps any."""
-    if world.scenario.record.detail == "summary":
+    if world.setup.scenario.record.detail == "summary":
         return {}
-    record, gnss = world.record, world.scenario.navigation.gnss_fix is not None
+    record, gnss = world.record, world.setup.scenario.navigation.gnss_fix is not None
     return {
         "rounds": from_rows("rounds", record.rounds),
         "pings": from_numbers("pings", record.pings.rows),
@@ -97,7 +95,7 @@ PLACES = [NAMES.index(name) for name in NUMBERS]
 
 def auv_metrics(world: World) -> Rows:
     """Return the metrics of every AUV, (n,) :data:`AUV_METRICS`, in index order; NaN is none."""
-    scenario, count = world.scenario, len(world.auv_fleet)
+    scenario, count = world.setup.scenario, len(world.auv_fleet)
     begin = scenario.record.metrics_from_s
     times = instants(scenario.duration_s, scenario.record.metrics_hz, begin)
     metrics, errors = np.zeros(count, dtype=AUV_METRICS), np.empty(len(times))
@@ -151,8 +149,8 @@ def _slot(world: World) -> float:
     """Return how long uplink slots are (s); NaN where no fix waits for the end of one, or pings do
     not begin with them.
     """
-    protocol, slots = world.scenario.protocol, world.network.slots
-    regular = ranging_of(world.scenario).own_clocks and not schedule_of(world.scenario).pace
+    protocol, slots = world.setup.scenario.protocol, world.network.slots
+    regular = world.setup.ranging.own_clocks and not world.setup.schedule.pace
     if regular and not protocol.replies and not protocol.random_access:
         return slots.clock.after(0.0, slots.uplink_slot)
     return math.nan
@@ -166,9 +164,9 @@ def _missed(record: Recorder, auvs: int) -> NDArray[np.int64]:
 
 def utilisation(world: World) -> Utilisation:
     """Return what only the mission as a whole has."""
-    record, duration = world.record, world.scenario.duration_s
+    record, duration = world.record, world.setup.scenario.duration_s
     ping = world.network.slots.ping_duration
-    swept, area = world.trajectories.covered_m2, area_of(world.scenario)
+    swept, area = world.trajectories.covered_m2, world.setup.area
     energies = modem_energies(world)
     drawn = None if energies is None else float(energies[0].sum() + energies[1].sum())
     delivered = int(np.sum(record.fixes.rows["outcome"] == DELIVERED))
@@ -190,7 +188,7 @@ def utilisation(world: World) -> Utilisation:
 
 def _service(world: World) -> dict[str, float | None]:
     """Return what all fixes that were delivered tell of a network (Jain et al., DEC-TR-301)."""
-    scenario, begin = world.scenario, world.scenario.record.metrics_from_s
+    scenario, begin = world.setup.scenario, world.setup.scenario.record.metrics_from_s
     fixes, lasts = _since(world.record.fixes.rows, begin), scenario.duration_s - begin
     delivered = fixes["outcome"] == DELIVERED
     latencies, auvs = fixes["latency_s"][delivered], fixes["auv"][delivered]
@@ -222,7 +220,7 @@ def modem_energies(world: World) -> tuple[Floats, Floats] | None:
     """Return what the modems of the n AUVs and of the m ASVs draw (J), (n,) and (m,); None where
     no band in use has powers.
     """
-    scenario, record = world.scenario, world.record
+    scenario, record = world.setup.scenario, world.record
     bands, protocol, end = scenario.acoustics, scenario.protocol, scenario.duration_s
     fleets = world.auv_fleet, world.asv_fleet
     drawn: list[tuple[Floats, Floats]] = []
@@ -233,7 +231,7 @@ def modem_energies(world: World) -> tuple[Floats, Floats] | None:
             bands.hf.ping_s,
             bands.hf.range_m,
             bands.hf.range_metric == "slant",
-            sound_speed_of(scenario),
+            world.setup.sound_speed_m_per_s,
             end,
         )
         on_air = on_hf(record, protocol.pinging, {"auv": fleets[0], "asv": fleets[1]}, signals)

@@ -19,13 +19,13 @@ from ..records.events import HEARD, Broadcast, GnssFix
 # What happens in a mission, and tables, are loaded by the first one: numba and Arrow take a second,
 # for which who only names missions does not wait.
 if TYPE_CHECKING:
-    from ..preflight.warnings import ScenarioWarning
     from ..protocol.happenings import Happening, Watch
     from ..protocol.hf.outcomes import Sight
     from ..protocol.schedules.named import Schedule
     from ..protocol.steps import MissionEnvironment
     from ..results.result import Result
     from ..scenario.scenario import Scenario
+    from ..scenario.scenario_keys import ScenarioWarning
     from ..vehicles.poses import PoseSource
 
 # Half of what missions of up to a hundred AUVs leave is kept for the next one (bytes).
@@ -102,7 +102,9 @@ class Mission:
         if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
             raise ValueError(f"the seed must be a whole number >= 0, got {seed!r}")
         from ..protocol.steps import MissionEnvironment
+        from ..scenario.families import ready_plugins
         from ..scenario.files.scenario_file import as_scenario
+        from ..setup import setup_of
         from .build import build_world
 
         self.scenario = as_scenario(scenario, allow_plugins=allow_plugins)
@@ -110,7 +112,9 @@ class Mission:
         self._time, self._worked_s, self._has_failed = 0.0, 0.0, False
         with self._at_work():
             self._env = MissionEnvironment()
-            self._world = build_world(self._env, self.scenario, self.seed, poses, pose_step_s)
+            ready_plugins(self.scenario)
+            setup = setup_of(self.scenario)
+            self._world = build_world(self._env, setup, self.seed, poses, pose_step_s)
             if schedule is not None:
                 self._schedule_by(schedule)
             self._happen(0.0)
@@ -411,16 +415,14 @@ class Mission:
             tables["mission"] = from_row("mission", mission_metrics(auvs, utilisation(world)))
             broken = violations_of(world)
         return Result(
-            self.scenario, self.seed, tables, self._worked_s, self._warnings(), violations=broken
+            self.scenario, self.seed, tables, self._worked_s, notes=self._notes(), violations=broken
         )
 
-    def _warnings(self) -> "list[ScenarioWarning] | None":
-        """Return warnings; None where they follow from the scenario alone."""
+    def _notes(self) -> "list[ScenarioWarning]":
+        """Return warnings of what no scenario says: vehicles that another program moved."""
         moved = self._world.auv_fleet.poses or self._world.asv_fleet.poses
         if moved is None:
-            return None
-        from ..preflight.warnings import ScenarioWarning, warnings_of
+            return []
+        from ..scenario.scenario_keys import ScenarioWarning
 
-        return warnings_of(self.scenario) + [
-            ScenarioWarning(f"{kind}.vehicle", moved.described) for kind in moved.kinds
-        ]
+        return [ScenarioWarning(f"{kind}.vehicle", moved.described) for kind in moved.kinds]

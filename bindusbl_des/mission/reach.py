@@ -104,7 +104,7 @@ def violations_of(world: World) -> Violations | None:
     Receptions of pings, calls and frames are counted that others destroyed: the metrics
     `collisions` and `frame_collisions`.
     """
-    if world.scenario.protocol.random_access:
+    if world.setup.scenario.protocol.random_access:
         return None
     record = world.record
     heard, calls, frames = destroyed(record), calls_destroyed(record), frames_destroyed(record)
@@ -119,7 +119,7 @@ def _ping(world: World, receptions: Rows) -> Iterator[Violation]:
         return
     reception = receptions[np.argmin(receptions["arrived_at_s"])]
     ping = world.record.pings.rows[reception["ping"]]
-    passive = world.scenario.protocol.asvs_ping
+    passive = world.setup.scenario.protocol.asvs_ping
     sender, receiver = f"AUV{ping['auv']}", f"ASV{reception['asv']}"
     if passive:
         sender, receiver = f"ASV{ping['asv']}", f"AUV{reception['auv']}"
@@ -132,9 +132,9 @@ def _ping(world: World, receptions: Rows) -> Iterator[Violation]:
 
 def _overlapping(world: World, reception: Row) -> Iterator[str]:
     """Yield who sent what overlaps a reception at its receiver: other pings, and calls."""
-    lasts = world.scenario.acoustics.hf.ping_s - TOUCH
+    lasts = world.setup.scenario.acoustics.hf.ping_s - TOUCH
     receptions, pings = world.record.receptions.rows, world.record.pings.rows
-    passive = world.scenario.protocol.asvs_ping
+    passive = world.setup.scenario.protocol.asvs_ping
     there = "auv" if passive else "asv"
     near = np.abs(receptions["arrived_at_s"] - reception["arrived_at_s"]) < lasts
     near &= receptions["ping"] != reception["ping"]

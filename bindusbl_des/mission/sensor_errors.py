@@ -10,24 +10,22 @@ from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams, normals
 from ..navigation.dead_reckoning import random_walk
 from ..records.rows import NONE, Rows
-from ..scenario.agreement.instruments import taken_for
-from ..scenario.own_sensors import estimated_kinds, kinds, own_sensors
-from ..scenario.scenario import Scenario
+from ..setup import Setup
 from ..usbl.systematic_fixes import SYSTEMATIC, Systematic
 from ..vehicles.currents import CONTROL_S, gauss_markov
 from ..vehicles.reckoning import Wrong, skews_of
-from .closed_loop import MissionCurrent, control_intervals, slow_gnss
+from .closed_loop import MissionCurrent, slow_gnss
 
 
-def wrong_reckoning(scenario: Scenario, streams: Streams, water: MissionCurrent) -> Wrong:
+def wrong_reckoning(setup: Setup, streams: Streams, water: MissionCurrent) -> Wrong:
     """Return how wrong the AUVs' dead reckoning is in this mission.
 
     What biases that wander have done is summed up as the AUVs' ways become known.
     """
-    navigation, skews = scenario.navigation, _skews(scenario, streams)
-    biases = _velocity_biases(scenario, streams)
+    navigation, skews = setup.scenario.navigation, _skews(setup, streams)
+    biases = _velocity_biases(setup, streams)
     return Wrong(
-        _walks(scenario, streams, water, skews),
+        _walks(setup, streams, water, skews),
         navigation.imu_rate_hz,
         biases,
         np.zeros_like(biases),
@@ -37,17 +35,17 @@ def wrong_reckoning(scenario: Scenario, streams: Streams, water: MissionCurrent)
     )
 
 
-def _velocity_biases(scenario: Scenario, streams: Streams) -> Floats:
+def _velocity_biases(setup: Setup, streams: Streams) -> Floats:
     """Return the velocity biases (m/s) of each AUV's dead reckoning, (n, k, 2).
 
     One of each AUV; one for each control interval where what is drawn of it wanders.
     """
-    sensors, auvs = own_sensors(scenario), range(scenario.auvs.count)
+    sensors, auvs = setup.own_sensors, range(setup.scenario.auvs.count)
     constant = np.array(sensors.bias_m_per_s, dtype=np.float64)
     sd, lasts = sensors.bias_sd_m_per_s, sensors.bias_time_constant_s
     if sd == 0.0 or lasts is None:
         return (constant + _drawn(streams, Purpose.VELOCITY_BIAS, len(auvs), sd))[:, np.newaxis]
-    steps = control_intervals(scenario), 2
+    steps = setup.control_intervals, 2
     return np.stack([
         constant + gauss_markov(
             sd, lasts, CONTROL_S, streams.of(Purpose.VELOCITY_BIAS, auv).standard_normal(steps)
@@ -56,18 +54,18 @@ def _velocity_biases(scenario: Scenario, streams: Streams) -> Floats:
     ])  # fmt: skip
 
 
-def _skews(scenario: Scenario, streams: Streams) -> Rows:
+def _skews(setup: Setup, streams: Streams) -> Rows:
     """Return what the AUVs' logs and compasses make of their ways (n,)."""
-    scale, count = own_sensors(scenario).scale_factor_sd, scenario.auvs.count
+    scale, count = setup.own_sensors.scale_factor_sd, setup.scenario.auvs.count
     return skews_of(
-        _drawn(streams, Purpose.SCALE_FACTOR, count, scale)[:, 0], headings(scenario, streams)
+        _drawn(streams, Purpose.SCALE_FACTOR, count, scale)[:, 0], headings(setup, streams)
     )
 
 
-def headings(scenario: Scenario, streams: Streams) -> Floats:
+def headings(setup: Setup, streams: Streams) -> Floats:
     """Return the constant error of each AUV's heading (rad), (n,)."""
-    sd = math.radians(own_sensors(scenario).heading_sd_deg)
-    return _drawn(streams, Purpose.HEADING, scenario.auvs.count, sd)[:, 0]
+    sd = math.radians(setup.own_sensors.heading_sd_deg)
+    return _drawn(streams, Purpose.HEADING, setup.scenario.auvs.count, sd)[:, 0]
 
 
 def _drawn(streams: Streams, purpose: Purpose, count: int, sd: float) -> Floats:
@@ -77,22 +75,22 @@ def _drawn(streams: Streams, purpose: Purpose, count: int, sd: float) -> Floats:
     return sd * np.array([streams.of(purpose, auv).standard_normal(2) for auv in range(count)])
 
 
-def _walks(scenario: Scenario, streams: Streams, water: MissionCurrent, skews: Rows) -> Floats:
+def _walks(setup: Setup, streams: Streams, water: MissionCurrent, skews: Rows) -> Floats:
     """Return each AUV's dead-reckoning error (m) but for biases and skew, at its IMU's samples,
     (n, k, 2).
 
     A walk begins with the error of the initial position.  Dead reckoning through the water misses
     the current: it falls behind by what the water moved, as log and compass tell it.
     """
-    navigation, rate = scenario.navigation, scenario.navigation.imu_rate_hz
-    count = max(1, math.ceil(scenario.duration_s * rate))
-    noise = np.empty((scenario.auvs.count, count + 1, 2))
+    navigation, rate = setup.scenario.navigation, setup.scenario.navigation.imu_rate_hz
+    count = max(1, math.ceil(setup.scenario.duration_s * rate))
+    noise = np.empty((setup.scenario.auvs.count, count + 1, 2))
     noise[:, 0] = _drawn(
         streams, Purpose.INITIAL_POSITION, len(noise), navigation.initial_position_sd_m
     )
     for auv, its_own in enumerate(noise):
         streams.of(Purpose.DRIFT, auv).standard_normal(out=its_own[1:])
-    lost = random_walk(rate, own_sensors(scenario).random_walk_m_per_sqrt_s, noise)
+    lost = random_walk(rate, setup.own_sensors.random_walk_m_per_sqrt_s, noise)
     if navigation.velocity == "through_water":
         moved = water.carried(np.arange(count + 1) / rate)
         lost -= moved
@@ -102,23 +100,23 @@ def _walks(scenario: Scenario, streams: Streams, water: MissionCurrent, skews: R
     return lost
 
 
-def pressure_errors(scenario: Scenario, streams: Streams, auv: int, times: Floats) -> Floats:
+def pressure_errors(setup: Setup, streams: Streams, auv: int, times: Floats) -> Floats:
     """Return by how much (m) an AUV's pressure sensor errs at instants (n,), s.
 
     It measures as often as the IMU, and is looked at whenever anybody likes.
     """
-    navigation = scenario.navigation
+    navigation = setup.scenario.navigation
     key = streams.of(Purpose.DEPTH, auv).integers(2**64, dtype=np.uint64)
     return navigation.depth_sd_m * normals(key, (times * navigation.imu_rate_hz).astype(np.int64))
 
 
-def misalignments(scenario: Scenario, streams: Streams) -> Floats:
+def misalignments(setup: Setup, streams: Streams) -> Floats:
     """Return the constant error of the heading of each ASV (rad), (m,); with passive ranging of
     each AUV (n,), which carries the array and turns what it measures by its own compass.
     """
-    passive = scenario.protocol.asvs_ping
-    turned = headings(scenario, streams) if passive else np.zeros(scenario.asvs.count)
-    sd = math.radians(scenario.usbl.misalignment_sd_deg)
+    passive = setup.scenario.protocol.asvs_ping
+    turned = headings(setup, streams) if passive else np.zeros(setup.scenario.asvs.count)
+    sd = math.radians(setup.scenario.usbl.misalignment_sd_deg)
     if sd == 0.0:
         return turned
     drawn = [
@@ -128,9 +126,9 @@ def misalignments(scenario: Scenario, streams: Streams) -> Floats:
     return np.asarray(turned + sd * np.array(drawn))
 
 
-def clocks(scenario: Scenario, streams: Streams) -> Floats:
+def clocks(setup: Setup, streams: Streams) -> Floats:
     """Return how late (s) each AUV's clock is at first, and how much later each second, (n, 2)."""
-    navigation, count = scenario.navigation, scenario.auvs.count
+    navigation, count = setup.scenario.navigation, setup.scenario.auvs.count
     sds = np.array((navigation.clock_offset_sd_s, navigation.clock_drift_sd))
     if not sds.any():
         return np.zeros((count, 2))
@@ -138,20 +136,20 @@ def clocks(scenario: Scenario, streams: Streams) -> Floats:
     return np.asarray(sds * np.array(drawn))
 
 
-def systematic_errors_of(scenario: Scenario, streams: Streams) -> Systematic | None:
+def systematic_errors_of(setup: Setup, streams: Streams) -> Systematic | None:
     """Return the errors that last, None if there are none of them.
 
     Fixes say how they depend on those that navigators are told of, and are as sure as these are.
     """
-    usbl, has_outliers = scenario.usbl, scenario.usbl.outlier_share > 0.0
-    found = {kind.name: kind for kind in kinds(taken_for(scenario))}
-    if is_plugin(usbl.model) or not (kinds(scenario) or found or has_outliers):
+    usbl, has_outliers = setup.scenario.usbl, setup.scenario.usbl.outlier_share > 0.0
+    found = {kind.name: kind for kind in setup.taken.lasting_errors}
+    if is_plugin(usbl.model) or not (setup.lasting_errors or found or has_outliers):
         return None
     levels, variances = np.zeros(1, dtype=SYSTEMATIC), list[float]()
     known = levels[0]
     for name in ("misalignment", "gnss", "sound_speed", "clock", "slow"):
         known[f"{name}_at"] = NONE
-    for kind in estimated_kinds(scenario):
+    for kind in setup.estimated_errors:
         known[f"{kind.name}_at"] = len(variances)
         variances += [sd**2 for sd in kind.sds] * kind.times
     one, two = {name: kind.sds for name, kind in found.items()}, (0.0, 0.0)
@@ -164,7 +162,7 @@ def systematic_errors_of(scenario: Scenario, streams: Streams) -> Systematic | N
     return Systematic(
         levels,
         np.array(variances),
-        np.ascontiguousarray(misalignments(scenario, streams)),
-        slow_gnss(scenario, streams),
-        clocks(scenario, streams),
+        np.ascontiguousarray(misalignments(setup, streams)),
+        slow_gnss(setup, streams),
+        clocks(setup, streams),
     )

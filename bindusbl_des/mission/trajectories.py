@@ -10,9 +10,7 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..navigation.dead_reckoning import Odometry
-from ..scenario.flight_plans import plans_of
-from ..scenario.scenario import Scenario
-from ..scenario.site import area_of, swath_of
+from ..setup import Setup
 from ..vehicles.fleet import VehicleFleet, VehicleTrack
 from ..vehicles.sweeping import Sweep, sweep
 from ..vehicles.vehicle import Vehicle
@@ -81,30 +79,31 @@ class Trajectories(NamedTuple):
 _looked_back: WeakKeyDictionary[VehicleFleet, tuple[Hashable, Trajectories]] = WeakKeyDictionary()
 
 
-def trajectories_of(scenario: Scenario, fleet: VehicleFleet) -> Trajectories:
+def trajectories_of(setup: Setup, fleet: VehicleFleet) -> Trajectories:
     """Return what AUVs have done whose motion is known to the mission's end.
 
     Where that is foreseen, missions share it.
     """
     if not fleet.foreseen:
-        return _look_back(scenario, fleet)
+        return _look_back(setup, fleet)
+    scenario = setup.scenario
     asked = scenario.duration_s, scenario.record, scenario.survey, scenario.auvs
     question = *asked, scenario.environment
     kept = _looked_back.get(fleet)
     if kept is None or kept[0] != question:
-        kept = _looked_back[fleet] = question, _look_back(scenario, fleet)
+        kept = _looked_back[fleet] = question, _look_back(setup, fleet)
     return kept[1]
 
 
-def _look_back(scenario: Scenario, fleet: VehicleFleet) -> Trajectories:
-    end, vehicles, record = scenario.duration_s, fleet.vehicles, scenario.record
+def _look_back(setup: Setup, fleet: VehicleFleet) -> Trajectories:
+    end, vehicles, record = setup.scenario.duration_s, fleet.vehicles, setup.scenario.record
     often, seldom = instants(end, record.metrics_hz), instants(end, record.tracks_hz)
     if record.detail == "summary":
         seldom = seldom[:0]
-    swept = _swept(scenario, fleet)
+    swept = _swept(setup, fleet)
     swept_m2 = _first_to_sweep(swept, len(vehicles), np.append(seldom, end))
     distance = np.array([vehicle.distance(end) for vehicle in vehicles])
-    lanes = _lanes(scenario, fleet)
+    lanes = _lanes(setup, fleet)
     flown = [_flown(*pair, end) for pair in zip(vehicles, lanes, strict=True)] if lanes else []
     metrics = {
         "path_error_m": np.array([_mean(vehicle.path_error(often)) for vehicle in vehicles]),
@@ -137,15 +136,15 @@ def beside(vehicles: Sequence[Vehicle], times: Floats) -> Floats:
     return found
 
 
-def _swept(scenario: Scenario, fleet: VehicleFleet) -> Sweep | None:
+def _swept(setup: Setup, fleet: VehicleFleet) -> Sweep | None:
     """Return what of the survey the AUVs have swept, and when; None where nobody says how wide."""
-    swath = swath_of(scenario)
+    swath = setup.swath_m
     if swath is None:
         return None
     depths = None
-    if getattr(scenario.auvs.route, "surface_every_s", None) is not None:
-        depths = [scenario.survey.depth(auv) for auv in range(len(fleet.vehicles))]
-    return sweep(area_of(scenario), fleet.vehicles, swath, scenario.duration_s, depths)
+    if getattr(setup.scenario.auvs.route, "surface_every_s", None) is not None:
+        depths = [setup.scenario.survey.depth(auv) for auv in range(len(fleet.vehicles))]
+    return sweep(setup.area, fleet.vehicles, swath, setup.scenario.duration_s, depths)
 
 
 def _first_to_sweep(swept: Sweep | None, count: int, times: Floats) -> Floats:
@@ -158,13 +157,13 @@ def _first_to_sweep(swept: Sweep | None, count: int, times: Floats) -> Floats:
 Lanes = tuple[tuple[float, float], ...]
 
 
-def _lanes(scenario: Scenario, fleet: VehicleFleet) -> list[Lanes]:
+def _lanes(setup: Setup, fleet: VehicleFleet) -> list[Lanes]:
     """Return where along its plan (m) each AUV's lanes begin and end; empty without plans."""
     if any(vehicle.along(0.0) is None for vehicle in fleet.vehicles):
         return []
-    if scenario.auvs.route.is_held:
+    if setup.scenario.auvs.route.is_held:
         return []
-    return [plan.lanes for plan in plans_of(scenario)]
+    return [plan.lanes for plan in setup.plans]
 
 
 def _flown(vehicle: Vehicle, lanes: Lanes, end: float) -> float:

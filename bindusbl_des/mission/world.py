@@ -11,7 +11,7 @@ from ..protocol.network import Network
 from ..protocol.passive.network import PassiveNetwork
 from ..records.rows import Recorder, Rows
 from ..results.tables import numbers_of
-from ..scenario.scenario import Scenario
+from ..setup import Setup
 from ..vehicles.fleet import VehicleFleet
 from .trajectories import Samples, Trajectories, trajectories_of
 
@@ -20,7 +20,7 @@ from .trajectories import Samples, Trajectories, trajectories_of
 class World:
     """Everything that takes part in a mission, and the record of what has happened."""
 
-    scenario: Scenario
+    setup: Setup
     auv_fleet: VehicleFleet
     asv_fleet: VehicleFleet
     reckoning: DeadReckoning
@@ -32,7 +32,7 @@ class World:
     @cached_property
     def trajectories(self) -> Trajectories:
         """What the AUVs have done, once their motion is known to the mission's end."""
-        return trajectories_of(self.scenario, self.auv_fleet)
+        return trajectories_of(self.setup, self.auv_fleet)
 
     @cached_property
     def broadcasts(self) -> Rows:

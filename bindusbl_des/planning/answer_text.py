@@ -14,7 +14,7 @@ from ..geometry.geodesy import degrees_text, geodetic_from_ned, minutes_text
 from ..preflight.whereabouts import idle
 from ..results.result import scenario_sha256, versions
 from ..scenario.scenario import Scenario
-from ..scenario.site import origin_of
+from ..setup import setup_of
 from .candidates import Candidate, LeftOut, Predictor, band, excess, team_text
 from .doubting import Doubted, became_of, plainly
 from .folder import COMPLETE, CUT, shown_first
@@ -198,7 +198,7 @@ def caveats(found: Found) -> Iterator[str]:
             "teams were flown with protocol.downlink.reply: frame."
         )
     shown = found.question.base if found.shown is None else found.candidates[found.shown].scenario
-    for longer in idle(shown):
+    for longer in idle(setup_of(shown)):
         yield f"{longer.key} {longer.message}."
     yield from _unvaried(found)
     yield from _predicted(found)
@@ -370,7 +370,7 @@ def _candidate(found: Found, number: int, ways: Ways | None) -> dict[str, Any]:
 
 def _places(candidate: Candidate, ways: Ways | None) -> list[dict[str, Any]]:
     """Return where each ASV of a team lies, or begins, also on Earth."""
-    origin = origin_of(candidate.scenario)
+    origin = candidate.setup.origin_deg
     places = candidate.stations.tolist() if ways is None else [way[0] for way in ways.places_m]
     found = []
     for number, (x, y) in enumerate(places):

@@ -16,11 +16,11 @@ from ..campaigns.experiments.experiment import laid_over
 from ..core.arrays import Floats
 from ..core.lazy import cached_property
 from ..core.wording import counted, plain
-from ..scenario.destinations import stations_kept
 from ..scenario.files.former_keys import key_now
 from ..scenario.files.overrides import value_at
 from ..scenario.files.plain_yaml import read_yaml
 from ..scenario.scenario import Scenario
+from ..setup import Setup, setup_of
 from .prediction.gathering import inputs_of
 from .prediction.inputs import STATED_ERROR, Inputs
 from .prediction.predicting import Prediction, predict
@@ -43,9 +43,14 @@ class Candidate:
     cost: float
 
     @cached_property
+    def setup(self) -> Setup:
+        """The facts of its scenario."""
+        return Setup(self.scenario)
+
+    @cached_property
     def stations(self) -> Floats:
         """Where its ASVs keep station (n, 2), m; none where they move."""
-        return np.array(stations_kept(self.scenario)).reshape(-1, 2)
+        return np.array(self.setup.kept_stations_m).reshape(-1, 2)
 
     @property
     def moves(self) -> bool:
@@ -99,12 +104,13 @@ class Predictor:
 
     def inputs(self, scenario: Scenario) -> Inputs | None:
         """Return what predictions of a scenario are made of; None where it cannot be predicted."""
+        setup = setup_of(scenario)
         data = scenario.model_dump(mode="json")
         data["asvs"] = {**data["asvs"], "count": 0, "formation": None}
         key = json.dumps(data)
         if key not in self._inputs:
             try:
-                self._inputs[key] = inputs_of(scenario)
+                self._inputs[key] = inputs_of(setup)
             except ValueError:  # a part of somebody's own, of which nothing is known beforehand
                 self._inputs[key] = None
         return self._inputs[key]

@@ -13,17 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from ..acoustics.fix_chance import loses_pings
 from ..campaigns.statistics.intervals import intervals
 from ..core.arrays import Floats
 from ..geometry.formation import ring_radius
+from ..preflight.fix_chance import loses_pings
 from ..scenario.agreement.instruments import ASSUMED, taken_for
 from ..scenario.channel_settings import burst_s
 from ..scenario.declared import channel_named
 from ..scenario.files.overrides import put, value_at
-from ..scenario.own_sensors import wanders_over_m
 from ..scenario.sections.navigation import Drift
-from ..scenario.site import assumed_sound_speed_of
 from .candidates import (
     FORMATION,
     Candidate,
@@ -206,7 +204,7 @@ def _ranges(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
 def _bursts(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield losses that come together, or last longer, where signals are lost at all."""
     bands = team.scenario.acoustics
-    lossy = {HF: bands.hf.channel} if loses_pings(team.scenario) else {}
+    lossy = {HF: bands.hf.channel} if loses_pings(team.setup) else {}
     if team.scenario.protocol.sends_frames and not channel_named(bands.mf.channel).keeps_frames:
         lossy[MF] = bands.mf.channel
     given = {name: burst_s(channel) for name, channel in lossy.items()}
@@ -263,7 +261,7 @@ def _without(question: Question, team: Candidate, lost: int) -> Doubt | None:
 
 
 def _sound(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
-    speed = float(f"{FASTER * assumed_sound_speed_of(team.scenario):.6g}")
+    speed = float(f"{FASTER * team.setup.assumed_sound_speed_m_per_s:.6g}")
     yield (
         f"speed of sound taken {100 * (FASTER - 1):.0f} % too high",
         {"environment.assumed_sound_speed_m_per_s": speed},
@@ -288,7 +286,7 @@ def _drift(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
     if keys:
         yield f"drift x {DRIFTIER:g}", keys
     line = navigation.drift.line_m
-    if wanders_over_m(team.scenario) or (navigation.drift.is_stated and line is None):
+    if team.setup.drift_line_m or (navigation.drift.is_stated and line is None):
         sooner = USUAL_LINE_M if line is None else max(line / SOONER, 1.0)  # what the key allows
         words = (
             f"drift wanders over {sooner:.3g} m, not {'at all' if line is None else f'{line:g}'}"

@@ -14,8 +14,7 @@ from ..core.arrays import Floats
 from ..geometry.covering import k_centre, max_cover
 from ..geometry.formation import formation
 from ..geometry.placement import descended, information, trace_of_inverse
-from ..scenario.scenario import Scenario
-from ..scenario.site import area_of
+from ..setup import Setup
 from .prediction.gathering import inputs_of
 from .prediction.inputs import Inputs
 from .prediction.predicting import predict
@@ -125,7 +124,7 @@ FINE_RING = 1e-3
 
 
 def best_ring(
-    scenario: Scenario,
+    setup: Setup,
     count: int,
     objective: Objective | Value = "coverage",
     inputs: Inputs | None = None,
@@ -135,8 +134,8 @@ def best_ring(
     Its middle is that of the survey, its radius at most the way to the farthest corner.  Arguments
     and errors are those of :func:`free_places`.
     """
-    value = _value(scenario, objective, inputs)
-    area = area_of(scenario)
+    value = _value(setup, objective, inputs)
+    area = setup.area
     widest = max(math.dist(area.centroid, corner) for corner in area.outline)
     ring = least_ring(count, value, widest, area.centroid, finely=FINE_RING)
     return round(ring.radius, 1), round(math.degrees(ring.angle), 1)
@@ -189,7 +188,7 @@ def _steps(count: int, *, closed: bool = False) -> Floats:
 
 
 def free_places(
-    scenario: Scenario,
+    setup: Setup,
     count: int,
     objective: Objective | Value = "coverage",
     inputs: Inputs | None = None,
@@ -213,9 +212,9 @@ def free_places(
         ValueError: for less than one ASV, an objective that there is not, and as
             :func:`.prediction.gathering.inputs_of` does.
     """
-    inputs = inputs or inputs_of(scenario)
-    value = _value(scenario, objective, inputs)
-    start = min(_starts(scenario, count, value, inputs), key=value)
+    inputs = inputs or inputs_of(setup)
+    value = _value(setup, objective, inputs)
+    start = min(_starts(setup, count, value, inputs), key=value)
     step = STEP * max(reach_of(inputs), FINELY_M)
 
     def flat(numbers: Floats) -> float:
@@ -225,16 +224,16 @@ def free_places(
     return np.round(places.reshape(-1, 2), 1) + 0.0
 
 
-def _value(scenario: Scenario, objective: Objective | Value, inputs: Inputs | None) -> Value:
+def _value(setup: Setup, objective: Objective | Value, inputs: Inputs | None) -> Value:
     if callable(objective):
         return objective
-    return objective_of(objective, inputs or inputs_of(scenario))
+    return objective_of(objective, inputs or inputs_of(setup))
 
 
-def _starts(scenario: Scenario, count: int, value: Value, inputs: Inputs) -> list[Floats]:
+def _starts(setup: Setup, count: int, value: Value, inputs: Inputs) -> list[Floats]:
     """Return placements (count, 2), m, from which a better one may be near."""
-    radius, angle = best_ring(scenario, count, value, inputs)
-    ring = formation(count, radius, math.radians(angle)) + area_of(scenario).centroid
+    radius, angle = best_ring(setup, count, value, inputs)
+    ring = formation(count, radius, math.radians(angle)) + setup.area.centroid
     ways, reach = inputs.ways.places_m.reshape(-1, 2), reach_of(inputs)
     covering = k_centre(ways, count)
     if covering.radius <= reach or reach == 0.0:

@@ -17,9 +17,8 @@ from ..report.page import THEME, assembled, asset, filled, table
 from ..report.run_data import survey_data
 from ..report.run_page import footer
 from ..scenario.declared import NAVIGATORS
-from ..scenario.destinations import stations_kept
 from ..scenario.scenario import Scenario
-from ..scenario.site import area_of
+from ..setup import Setup, setup_of
 from .doubting import became_of
 from .folder import shown_first
 from .prediction.gathering import inputs_of
@@ -134,7 +133,7 @@ def named(keys: Record) -> str:
 
 
 def chart_of(
-    scenario: Scenario,
+    setup: Setup,
     inputs: Inputs,
     candidates: Sequence[Inputs | None] = (),
     moving: Mapping[int, Record] = MappingProxyType({}),
@@ -156,14 +155,14 @@ def chart_of(
             variants.append(other)
         numbers.append(variants.index(other) if other else -1)
     return {
-        **survey_data(scenario),
-        "centre": list(area_of(scenario).centroid),
-        "stations": [list(place) for place in stations_kept(scenario)],
+        **survey_data(setup),
+        "centre": list(setup.area.centroid),
+        "stations": [list(place) for place in setup.kept_stations_m],
         "moving": {number: _ways(ways) for number, ways in moving.items()},
         "inputs": own,
         "variants": variants,
         "variant_of": numbers,
-        "filters": dict(_filters(scenario, own)),
+        "filters": dict(_filters(setup.scenario, own)),
     }
 
 
@@ -184,7 +183,7 @@ def _filters(scenario: Scenario, own: dict[str, Any]) -> Iterator[tuple[str, Any
         filtered = own_filter if own_filter == name else name  # with its settings
         changed = {**data, "navigation": {**data["navigation"], "filter": filtered}}
         with suppress(ValueError):
-            plain = inputs_of(Scenario.model_validate(changed)).plain()
+            plain = inputs_of(setup_of(Scenario.model_validate(changed))).plain()
             yield name, {"navigator": plain["navigator"], **_differing(plain, own)}
 
 

@@ -55,11 +55,11 @@ from ..core.process import in_notebook
 from ..core.wording import counted, did_you_mean
 from ..export.chart_files import thinned
 from ..mission.simulation import simulate
-from ..scenario.destinations import stations_kept
 from ..scenario.families import leave_of
 from ..scenario.files.shipped import located
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Record
+from ..setup import setup_of
 from .answer_text import Found, Ways, best_text, best_yaml, ranked, record, summary
 from .candidates import Candidate, Predictor, further, narrowed
 from .doubting import SEEDS, Doubted, doubted, doubts, teams_of, with_costlier
@@ -197,7 +197,7 @@ def admitted(question: Question, allow_plugins: bool) -> None:
     """
     check_plugins(Missions(question.experiment), allow_plugins)
     for point in range(len(question.experiment.points)):
-        stations_kept(question.experiment.scenario(point))
+        _ = setup_of(question.experiment.scenario(point)).kept_stations_m
 
 
 def planned(question: Question, folder: Path, budget: Budget, workers: int | None = None) -> Plan:
@@ -350,4 +350,4 @@ def _page(found: Found, plan_record: dict[str, Any]) -> str:
     ]
     ways = plan_record["ways"]
     moving = {} if ways is None or found.shown is None else {found.shown: ways}
-    return plan_page(plan_record, chart_of(base, inputs, each, moving))
+    return plan_page(plan_record, chart_of(setup_of(base), inputs, each, moving))

@@ -11,11 +11,10 @@ from typing import Any
 
 from ..advice.stations import Ways
 from ..core.wording import counted
-from ..protocol.slots import slots_of
 from ..scenario import declared
 from ..scenario.declared import downlink_named
 from ..scenario.scenario import Scenario
-from ..scenario.site import area_of
+from ..setup import Setup
 from .candidates import (
     COUNT,
     DOWNLINK,
@@ -128,7 +127,7 @@ def _about(
         best = min(places, key=predictor.rank)
         others = [
             candidate(question, {**best.keys, **protocol})
-            for protocol in _protocols(base.scenario, point)
+            for protocol in _protocols(base.setup, point)
         ]
         ranked = sorted(filter(None, others), key=predictor.rank)[:MOST_PROTOCOLS]
         yield from _unlike([best, *ranked], predictor)
@@ -162,7 +161,7 @@ def _placed(
         keys = (ring_keys(question, *ring) for ring in _rings(team))
         rings = _those(*(placed(question, team.keys, ring) for ring in keys))
         yield from sorted(rings, key=predictor.rank)[:1]
-    free = place_keys(question, free_places(team.scenario, team.asvs, "coverage", inputs))
+    free = place_keys(question, free_places(team.setup, team.asvs, "coverage", inputs))
     yield from _those(placed(question, team.keys, free))
 
 
@@ -192,17 +191,18 @@ def _those(*found: Candidate | None) -> list[Candidate]:
 
 def _rings(team: Candidate) -> Iterator[tuple[float, float]]:
     """Yield radii (m) and angles (deg) of regular formations."""
-    area = area_of(team.scenario)
+    area = team.setup.area
     corner = max(math.dist(area.centroid, place) for place in area.outline)
     radii = [float(f"{corner * k / RADII:.3g}") for k in range(1, RADII + 1)]
     angles = [round(360 * k / team.asvs / ANGLES, 1) for k in range(ANGLES)]
     yield from product(radii, angles)
 
 
-def _protocols(scenario: Scenario, point: Keys) -> Iterator[dict[str, Any]]:
+def _protocols(setup: Setup, point: Keys) -> Iterator[dict[str, Any]]:
     """Yield the schedules and downlinks to try besides those of the scenario, and downlink slots
     that are no longer than their frames and guards; not where the user names both of the first.
     """
+    scenario = setup.scenario
     protocol = scenario.protocol
     if protocol.asvs_ping:  # nobody is scheduled or told
         return
@@ -211,7 +211,7 @@ def _protocols(scenario: Scenario, point: Keys) -> Iterator[dict[str, Any]]:
     schedules = own[:1] if SCHEDULE in point or is_alone else dict.fromkeys((own[0], *SCHEDULES))
     downlinks = own[1:] if DOWNLINK in point else dict.fromkeys((own[1], *DOWNLINKS))
     is_named = {SCHEDULE, DOWNLINK} <= point.keys() or SHORTEST_SLOT in point
-    waits = not is_named and _waits(scenario)
+    waits = not is_named and _waits(setup)
     for schedule, downlink in product(schedules, downlinks):
         changed = {SCHEDULE: (schedule, own[0]), DOWNLINK: (downlink, own[1])}
         keys = {key: new for key, (new, old) in changed.items() if new != old}
@@ -220,10 +220,11 @@ def _protocols(scenario: Scenario, point: Keys) -> Iterator[dict[str, Any]]:
             yield {**keys, SHORTEST_SLOT: 0.0}
 
 
-def _waits(scenario: Scenario) -> bool:
+def _waits(setup: Setup) -> bool:
     """Tell whether downlink slots last longer than a frame of all fixes and its guard, as nobody
     has asked for: by default they are ten times what sound takes across the survey.
     """
-    slots = slots_of(scenario)
+    scenario = setup.scenario
+    slots = setup.slots
     is_asked = scenario.protocol.shortest_downlink_slot_s is not None
     return not is_asked and slots.shortest_downlink > slots.frame_slot(scenario.auvs.count)

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..advice.changes import changed, proposals
 from ..results.effects import Foreseen
-from ..scenario.destinations import asv_stations
-from ..scenario.scenario import Scenario
+from ..setup import Setup, setup_of
 from .candidates import Candidate, Predictor, excess, value_of
 from .prediction.gathering import inputs_of
 from .prediction.inputs import Chances, Inputs, SystematicErrors
@@ -182,7 +181,7 @@ def foreseen(result: "Result") -> tuple[Foreseen, ...]:
     if result.scenario.auvs.count * result.scenario.asvs.count > LARGEST:
         return ()
     try:
-        now = _error(result.scenario)
+        now = _error(result.setup)
     except ValueError:
         return ()
     best: dict[str, Foreseen] = {}
@@ -190,12 +189,12 @@ def foreseen(result: "Result") -> tuple[Foreseen, ...]:
         with suppress(ValueError):  # it cannot be predicted
             scenario = changed(result.scenario, change.settings)
             assert scenario is not None  # as it was proposed
-            then = _error(scenario)
+            then = _error(setup_of(scenario))
             known = best.get(change.kind)
             if then < (1.0 - WORTHWHILE) * now and (known is None or then < known.then_m):
                 best[change.kind] = Foreseen(change.words, change.lines, now, then)
     return tuple(sorted(best.values(), key=lambda predicted: predicted.then_m)[:MOST])
 
 
-def _error(scenario: Scenario) -> float:
-    return predict(inputs_of(scenario), asv_stations(scenario)).worst("position_error_m")
+def _error(setup: Setup) -> float:
+    return predict(inputs_of(setup), setup.stations_m).worst("position_error_m")

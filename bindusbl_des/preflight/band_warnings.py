@@ -11,12 +11,11 @@ from ..core.wording import plain
 from ..presets.modems import airtime_table
 from ..scenario.channel_settings import read_curve
 from ..scenario.declared import channel_named, navigator_named
-from ..scenario.destinations import horizontal_reach, known_stations, longest_way
-from ..scenario.families import broadcaster_of, downlink_of, schedule_of, tells_slots
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
 from ..scenario.sections.acoustics import modem_values
-from ..scenario.site import assumed_sound_speed_of, profile_of
+from ..scenario.site import longest_path
+from ..setup import Setup
 from .whereabouts import shapes
 
 # What decides how many fixes the downlink carries
@@ -31,8 +30,9 @@ STEEP = 0.2
 SAFE_M = 200.0
 
 
-def modems(scenario: Scenario) -> Iterator[Problem]:
+def modems(setup: Setup) -> Iterator[Problem]:
     """Yield which keys have other values than the sheet of their band's modem."""
+    scenario = setup.scenario
     for name, band in (("hf", scenario.acoustics.hf), ("mf", scenario.acoustics.mf)):
         if band.modem is None:
             continue
@@ -47,8 +47,9 @@ def modems(scenario: Scenario) -> Iterator[Problem]:
                 )
 
 
-def overheads(scenario: Scenario) -> Iterator[Problem]:
+def overheads(setup: Setup) -> Iterator[Problem]:
     """Yield that a bit rate is given without a word on what is sent beside the user's bits."""
+    scenario = setup.scenario
     mf, given = scenario.acoustics.mf, scenario.acoustics.mf.model_fields_set
     stated = {} if mf.modem is None else modem_values(mf.modem, type(mf))
     is_paper = mf.bit_rate_bps == type(mf).model_fields["bit_rate_bps"].default
@@ -80,15 +81,16 @@ def _same(key: str, given: Any, value: Any) -> bool:
     return bool(given == value)
 
 
-def deliveries(scenario: Scenario) -> Iterator[Problem]:
+def deliveries(setup: Setup) -> Iterator[Problem]:
     """Yield over which band's range most of its signals are lost."""
+    scenario = setup.scenario
     loss = scenario.acoustics.loss
     for band, what in (("hf", "pings"), ("mf", "frames")):
         if not _may_lose_half(scenario, band):
             continue
-        from ..acoustics.fix_chance import HALF, delivery  # brings numpy
+        from .fix_chance import HALF, delivery  # brings numpy
 
-        if (found := delivery(scenario, band)) is None or found[1] >= HALF:
+        if (found := delivery(setup, band)) is None or found[1] >= HALF:
             continue
         reach, chance, half_m = found
         on_disc = channel_named(getattr(scenario.acoustics, band).channel).ends_at_range
@@ -103,9 +105,9 @@ def deliveries(scenario: Scenario) -> Iterator[Problem]:
         )
 
 
-def steep(scenario: Scenario) -> Iterator[Problem]:
+def steep(setup: Setup) -> Iterator[Problem]:
     """Yield whose horizontal range is another than the way that sound takes to the deepest AUV."""
-    for name, words in _steep(scenario):
+    for name, words in _steep(setup.scenario):
         yield Problem(
             f"acoustics.{name}.range_metric",
             f"{words}; set it to slant, or acoustics.{name}.range_m to what is reached at that "
@@ -121,7 +123,7 @@ def _steep(scenario: Scenario) -> Iterator[tuple[str, str]]:
         used = name == "hf" or protocol.sends_frames
         on_disc = used and channel_named(band.channel).ends_at_range
         if on_disc and band.range_metric == "horizontal" and deepest > STEEP * band.range_m:
-            slant = longest_way(band.range_m, deepest, band.range_metric)
+            slant = longest_path(band.range_m, deepest, band.range_metric)
             level = math.sqrt(max(band.range_m**2 - deepest**2, 0.0))
             least = f"{level:.4g} m, seen from above" if level else "none of them"
             yield (
@@ -134,15 +136,16 @@ def _steep(scenario: Scenario) -> Iterator[tuple[str, str]]:
             )
 
 
-def tables(scenario: Scenario) -> Iterator[Problem]:
+def tables(setup: Setup) -> Iterator[Problem]:
     """Yield which tables of sound end before the ranges or depths that count."""
+    scenario = setup.scenario
     depths = [scenario.survey.depth(auv) for auv in range(scenario.auvs.count)]
     for name, band in (("hf", scenario.acoustics.hf), ("mf", scenario.acoustics.mf)):
         if (file := band.channel.settings.get("rays")) is None:
             continue
         from ..acoustics.ray_tables import read_table  # brings numpy
 
-        grid = read_table(file, profile_of(scenario)).grid
+        grid = read_table(file, setup.sound_profile).grid
         far, high, low = grid.ranges_m[-1], grid.receiver_depths_m[0], grid.receiver_depths_m[-1]
         if far < band.range_m or min(depths) < high or max(depths) > low:
             yield Problem(
@@ -154,8 +157,9 @@ def tables(scenario: Scenario) -> Iterator[Problem]:
             )
 
 
-def echoes(scenario: Scenario) -> Iterator[Problem]:
+def echoes(setup: Setup) -> Iterator[Problem]:
     """Yield that echoes of a smooth surface shift fixes by what no covariance includes."""
+    scenario = setup.scenario
     channel = scenario.acoustics.hf.channel
     has_echoes = channel_named(channel).has_echoes and channel.settings.get("bottom_m") is not None
     is_smooth = has_echoes and not channel.settings.get("surface_sd_m")
@@ -187,8 +191,9 @@ def _may_lose_half(scenario: Scenario, band: str) -> bool:
     return shared or (loss.law != "none" and away * shrink > SAFE_M)
 
 
-def messages(scenario: Scenario) -> Iterator[Problem]:
+def messages(setup: Setup) -> Iterator[Problem]:
     """Yield that fixes wait longer and longer for a broadcast that carries the oldest."""
+    scenario = setup.scenario
     mf, count = scenario.acoustics.mf, scenario.auvs.count
     if mf.overfull != "oldest_first" or (mf.payload_bytes is None and mf.airtimes is None):
         return
@@ -196,9 +201,9 @@ def messages(scenario: Scenario) -> Iterator[Problem]:
         return
     from .round_lengths import rounds_of
 
-    rounds = rounds_of(scenario)
+    rounds = rounds_of(setup)
     most = rounds.slots.messages.most
-    groups = count if downlink_of(scenario).by_group else 1
+    groups = count if setup.downlink.by_group else 1
     if most is not None and not rounds.frame and most * groups < count:
         yield Problem(
             "acoustics.mf.overfull",
@@ -208,12 +213,13 @@ def messages(scenario: Scenario) -> Iterator[Problem]:
         )
 
 
-def last_slots(scenario: Scenario) -> Iterator[Problem]:
+def last_slots(setup: Setup) -> Iterator[Problem]:
     """Yield that who pings in its last slot pings in that of another."""
+    scenario = setup.scenario
     protocol = scenario.protocol
-    if not tells_slots(scenario) or protocol.dissemination.missed != "last_slot":
+    if not setup.tells_slots or protocol.dissemination.missed != "last_slot":
         return
-    if schedule_of(scenario).renumbers and scenario.auvs.count > 1:
+    if setup.schedule.renumbers and scenario.auvs.count > 1:
         yield Problem(
             "protocol.knowledge.missed",
             f"{protocol.schedule} deals its slots anew in every round: an AUV that misses a frame "
@@ -223,16 +229,17 @@ def last_slots(scenario: Scenario) -> Iterator[Problem]:
         )
 
 
-def backlog(scenario: Scenario) -> Iterator[Problem]:
+def backlog(setup: Setup) -> Iterator[Problem]:
     """Yield that AUVs that ping as they like destroy most pings, or bring more fixes than the
     downlink carries.
     """
+    scenario = setup.scenario
     if not scenario.protocol.random_access:
         return
     from .effort import heard_share  # brings the whole protocol, which others do not need
     from .round_lengths import carried_per_s, offered
 
-    if (load := offered(scenario)).load > 1.0 and load.success is not None:
+    if (load := offered(setup)).load > 1.0 and load.success is not None:
         yield Problem(
             "protocol.frame_s",
             f"AUVs offer {load.load:.3g} times what HF holds: where one ASV hears all, "
@@ -241,8 +248,8 @@ def backlog(scenario: Scenario) -> Iterator[Problem]:
         )
     if scenario.protocol.replies:
         return
-    made = load.least_fixes_per_s * min(heard_share(scenario), 1.0)
-    carried, lasts = carried_per_s(scenario), scenario.duration_s
+    made = load.least_fixes_per_s * min(heard_share(setup), 1.0)
+    carried, lasts = carried_per_s(setup), scenario.duration_s
     if made > carried:
         late = lasts * (1 - carried / made)
         yield Problem(
@@ -254,14 +261,15 @@ def backlog(scenario: Scenario) -> Iterator[Problem]:
         )
 
 
-def answers(scenario: Scenario) -> Iterator[Problem]:
+def answers(setup: Setup) -> Iterator[Problem]:
     """Yield that answers to AUVs that share a slot may destroy each other."""
+    scenario = setup.scenario
     protocol, mf = scenario.protocol, scenario.acoustics.mf
-    shares = schedule_of(scenario).shares_slots or protocol.schedule.settings.get("side_by_side")
+    shares = setup.schedule.shares_slots or protocol.schedule.settings.get("side_by_side")
     if not (protocol.replies_in_frames and shares) or scenario.auvs.count == 1:
         return
-    apart = [math.dist(*both) for both in combinations(known_stations(scenario), 2)]
-    if apart and min(apart) < 2 * horizontal_reach(scenario, "mf"):
+    apart = [math.dist(*both) for both in combinations(setup.nominal_stations_m, 2)]
+    if apart and min(apart) < 2 * setup.horizontal_mf_reach_m:
         yield Problem(
             "protocol.downlink",
             f"direct_reply answers AUVs that share a slot at once: between ASVs {min(apart):.4g} m "
@@ -271,12 +279,13 @@ def answers(scenario: Scenario) -> Iterator[Problem]:
         )
 
 
-def guards(scenario: Scenario) -> Iterator[Problem]:
+def guards(setup: Setup) -> Iterator[Problem]:
     """Yield that slots of one's own end before the answers in them have passed."""
+    scenario = setup.scenario
     protocol, mf = scenario.protocol, scenario.acoustics.mf
     if protocol.downlink_guard_s is None or not protocol.replies_in_frames:
         return
-    way = mf.range_m / assumed_sound_speed_of(scenario)
+    way = mf.range_m / setup.assumed_sound_speed_m_per_s
     if protocol.downlink_guard_s < way:
         yield Problem(
             "protocol.downlink_guard_s",
@@ -287,10 +296,11 @@ def guards(scenario: Scenario) -> Iterator[Problem]:
         )
 
 
-def believed(scenario: Scenario) -> Iterator[Problem]:
+def believed(setup: Setup) -> Iterator[Problem]:
     """Yield what is believed in vain: that who sends hears, or that the fleet knows its AUVs."""
+    scenario = setup.scenario
     protocol = scenario.protocol
-    overlap = protocol.random_access or not (downlink_of(scenario).waits or protocol.replies)
+    overlap = protocol.random_access or not (setup.downlink.waits or protocol.replies)
     if protocol.duplex == "per_node" and overlap and not protocol.asvs_ping:
         yield Problem(
             "protocol.duplex",
@@ -307,7 +317,7 @@ def believed(scenario: Scenario) -> Iterator[Problem]:
             ("protocol.ranging", "protocol.schedule"),
         )
     truth = protocol.positions == "truth" and "positions" in protocol.model_fields_set
-    if truth and tells_slots(scenario):
+    if truth and setup.tells_slots:
         yield Problem(
             "protocol.positions",
             "truth is not to be had with knowledge broadcast, where the fleet knows AUVs by their "
@@ -322,14 +332,15 @@ ALWAYS_HEARING = (
 )
 
 
-def left_out(scenario: Scenario) -> Iterator[str]:
+def left_out(setup: Setup) -> Iterator[str]:
     """Yield what the rates of `limits` leave out, or take for granted, in sentences."""
-    protocol, rule = scenario.protocol, broadcaster_of(scenario)
-    for _, words in _steep(scenario):
+    scenario = setup.scenario
+    protocol, rule = scenario.protocol, setup.broadcaster
+    for _, words in _steep(setup.scenario):
         yield f"{words[0].upper()}{words[1:]}."
     if protocol.duplex == "per_node" and not protocol.asvs_ping:
         yield ALWAYS_HEARING
-    if any(answers(scenario)):
+    if any(answers(setup)):
         yield (
             "Answers are taken not to meet: of AUVs that share a slot, those that hear two ASVs "
             "are fixed less often, or never."
@@ -338,7 +349,7 @@ def left_out(scenario: Scenario) -> Iterator[str]:
         return
     if rule.at_once:
         yield "Rounds are taken to have one frame; with one behind another they are longer."
-    by_group = downlink_of(scenario).by_group and schedule_of(scenario).groups != "each"
+    by_group = setup.downlink.by_group and setup.schedule.groups != "each"
     if by_group and rule.chosen_by == "turn" and scenario.asvs.count > 1:
         yield (
             "Where ping groups change, ASVs are taken to send for all AUVs alike; between changes "

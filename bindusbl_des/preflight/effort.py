@@ -20,12 +20,9 @@ from ..core.streams import FEWEST_ROWS, MOST_ROWS, ROWS
 from ..core.wording import spoken
 from ..navigation.belief import STATES
 from ..navigation.correcting import REMEMBERED
-from ..scenario.destinations import horizontal_reach, known_route, known_stations
-from ..scenario.families import downlink_of, schedule_of
-from ..scenario.own_sensors import estimated_kinds
 from ..scenario.scenario import Scenario
 from ..scenario.sections.routes import Lawnmower
-from ..scenario.site import area_of, lanes_heading
+from ..setup import Setup
 from ..usbl.measuring import NOISE_WIDTH
 from ..vehicles.currents import CONTROL_S
 from .round_lengths import Rounds, offered, rounds_of
@@ -40,15 +37,16 @@ NEW_PAIRS = 1.5
 FEW_GROUPS = 100
 
 
-def counts_of(scenario: Scenario) -> dict[str, float]:
+def counts_of(setup: Setup) -> dict[str, float]:
     """Return about how many there will be of each thing that costs (:data:`.effort.COSTS`)."""
-    return {**_protocol(scenario), **_sampling(scenario), **_ways(scenario)}
+    return {**_protocol(setup), **_sampling(setup.scenario), **_ways(setup)}
 
 
-def _passive(scenario: Scenario) -> dict[str, float]:
+def _passive(setup: Setup) -> dict[str, float]:
     """Return what :func:`_protocol` does where ASVs ping, and AUVs fix themselves."""
-    auvs, asvs, rounds = scenario.auvs.count, scenario.asvs.count, rounds_of(scenario)
-    heard, number = float(_heard(scenario).mean()), scenario.duration_s / rounds.period(asvs, 0)
+    scenario = setup.scenario
+    auvs, asvs, rounds = scenario.auvs.count, scenario.asvs.count, rounds_of(setup)
+    heard, number = float(_heard(setup).mean()), scenario.duration_s / rounds.period(asvs, 0)
     pings = number * asvs
     return {
         "rounds": math.ceil(number),
@@ -64,14 +62,15 @@ def _passive(scenario: Scenario) -> dict[str, float]:
     }
 
 
-def _random(scenario: Scenario) -> dict[str, float]:
+def _random(setup: Setup) -> dict[str, float]:
     """Return what :func:`_protocol` does where AUVs ping as they like."""
-    auvs, asvs, load = scenario.auvs.count, scenario.asvs.count, offered(scenario)
-    heard, duration = _heard(scenario), scenario.duration_s
-    share = heard_share(scenario)
+    scenario = setup.scenario
+    auvs, asvs, load = scenario.auvs.count, scenario.asvs.count, offered(setup)
+    heard, duration = _heard(setup), scenario.duration_s
+    share = heard_share(setup)
     pings = duration * load.pings_per_s
     fixes = duration * load.fixes_per_s * min(share, 1.0)
-    rounds = rounds_of(scenario)
+    rounds = rounds_of(setup)
     replies = scenario.protocol.replies
     cycles = 0.0 if replies else min(fixes, duration / rounds.period(0, 1))
     met = min(auvs * asvs, NEW_PAIRS * float(heard.sum()), pings * asvs)
@@ -88,14 +87,15 @@ def _random(scenario: Scenario) -> dict[str, float]:
     }
 
 
-def _protocol(scenario: Scenario) -> dict[str, float]:
+def _protocol(setup: Setup) -> dict[str, float]:
     """Return how many rounds, pings, receptions and fixes there will be, and edges of graphs."""
+    scenario = setup.scenario
     if scenario.protocol.asvs_ping:
-        return _passive(scenario)
+        return _passive(setup)
     if scenario.protocol.random_access:
-        return _random(scenario)
-    auvs, asvs, rounds = scenario.auvs.count, scenario.asvs.count, rounds_of(scenario)
-    heard = _heard(scenario)
+        return _random(setup)
+    auvs, asvs, rounds = scenario.auvs.count, scenario.asvs.count, rounds_of(setup)
+    heard = _heard(setup)
     crowd = max(1.0, min(heard.max(), auvs))  # those that one ASV hears must ping one by one
     groups = min(max(round(crowd), rounds.fewest), rounds.most)
     pinging = 1 if rounds.frame else rounds.auvs
@@ -106,9 +106,9 @@ def _protocol(scenario: Scenario) -> dict[str, float]:
     share = min(float(heard.sum()) / auvs, asvs)
     edges = min(auvs * (auvs - 1) / 2, float((heard**2).sum()) / 2)
     whole, schedule = scenario.record.detail == "full", scenario.protocol.schedule
-    chosen = schedule_of(scenario).groups == "saturation"
+    chosen = setup.schedule.groups == "saturation"
     fixes = pings * min(share, 1.0)
-    frames = float(number * (groups if downlink_of(scenario).by_group else 1))
+    frames = float(number * (groups if setup.downlink.by_group else 1))
     if scenario.protocol.replies:
         frames = fixes if scenario.protocol.sends_frames else 0.0
     met = min(auvs * asvs, NEW_PAIRS * float(heard.sum()), pings * asvs)
@@ -134,22 +134,24 @@ def _period(rounds: Rounds, groups: int, fixes: int) -> float:
     return last + (groups - FEW_GROUPS) * (last - before)
 
 
-def _heard(scenario: Scenario) -> NDArray[np.float64]:
+def _heard(setup: Setup) -> NDArray[np.float64]:
     """Return about how many AUVs each ASV hears when the mission begins."""
-    route, reach = known_route(scenario), horizontal_reach(scenario)
+    scenario = setup.scenario
+    route, reach = setup.nominal_route, setup.horizontal_reach_m
     count, asvs = scenario.auvs.count, scenario.asvs.count
     if route.places and count * asvs <= MOST_PAIRS:
         starts = [places[0] for places in route.places]
-        apart = np.array(starts)[None] - np.array(known_stations(scenario))[:, None]
+        apart = np.array(starts)[None] - np.array(setup.nominal_stations_m)[:, None]
         near: NDArray[np.float64] = np.sum(np.hypot(*apart.T) <= reach, axis=0).astype(float)
         return near
-    share = min(1.0, math.pi * reach**2 / area_of(scenario).square_m)
+    share = min(1.0, math.pi * reach**2 / setup.area.square_m)
     return np.full(asvs, share * count)
 
 
-def heard_share(scenario: Scenario) -> float:
+def heard_share(setup: Setup) -> float:
     """Return by about how many ASVs an AUV is heard when the mission begins."""
-    return min(float(_heard(scenario).sum()) / scenario.auvs.count, scenario.asvs.count)
+    scenario = setup.scenario
+    return min(float(_heard(setup).sum()) / scenario.auvs.count, scenario.asvs.count)
 
 
 def _sampling(scenario: Scenario) -> dict[str, float]:
@@ -163,15 +165,16 @@ def _sampling(scenario: Scenario) -> dict[str, float]:
     }
 
 
-def _ways(scenario: Scenario) -> dict[str, float]:
+def _ways(setup: Setup) -> dict[str, float]:
     """Return how much is planned and steered: lanes, legs, control intervals."""
+    scenario = setup.scenario
     auvs, asvs, duration = scenario.auvs, scenario.asvs, scenario.duration_s
     moving = auvs.count * auvs.vehicle.has_dynamics + asvs.count * asvs.vehicle.has_dynamics
     found = {"intervals": moving * duration / CONTROL_S, "lanes": 0.0, "legs": 0.0}
-    route = known_route(scenario)
+    route = setup.nominal_route
     if route.is_held or route.is_recorded:
         return found
-    lanes, tour = _tour(scenario)
+    lanes, tour = _tour(setup)
     found["lanes"] = auvs.count * lanes
     if not auvs.vehicle.has_dynamics:
         laps = 1.0 + max(auvs.speeds) * duration / tour
@@ -179,16 +182,16 @@ def _ways(scenario: Scenario) -> dict[str, float]:
     return found
 
 
-def _tour(scenario: Scenario) -> tuple[float, float]:
+def _tour(setup: Setup) -> tuple[float, float]:
     """Return how many lanes an AUV has, and at least how long (m) its tour is."""
-    auvs, route = scenario.auvs, known_route(scenario)
+    auvs, route = setup.scenario.auvs, setup.nominal_route
     ruled = route.lanes or Lawnmower()
     turns = 2 * math.pi * (0.0 if auvs.vehicle.has_dynamics else auvs.turning_radius_m)
     if route.places:
         lengths = [sum(math.dist(a, b) for a, b in pairwise(places)) for places in route.places]
         return max(map(len, route.places)), 2 * min(lengths) + turns
     spacing, margin = ruled.lane_spacing_m, ruled.end_margin_m
-    box = area_of(scenario).along(lanes_heading(scenario)).box
+    box = setup.area.along(setup.lanes_heading_rad).box
     lanes = max(1.0, (box.y_max - box.y_min) / auvs.count / spacing)
     lane = box.x_max - box.x_min - 2 * (spacing / 2 if margin is None else margin)
     return lanes, 2 * lanes * lane + turns
@@ -328,15 +331,16 @@ class Effort:
         return "more than a day" if self.seconds > LONGEST_S else ""
 
 
-def effort(scenario: Scenario) -> Effort:
+def effort(setup: Setup) -> Effort:
     """Return about how much a mission is; within a factor of three where it takes long."""
-    counts = counts_of(scenario)
+    scenario = setup.scenario
+    counts = counts_of(setup)
     auvs, duration, record = scenario.auvs.count, scenario.duration_s, scenario.record
     seconds = 0.05 + auvs * AUV_S + sum(n * COSTS[name][0] for name, n in counts.items())
     if scenario.protocol.calls:
         seconds += counts["pings"] * (CALL_S + scenario.asvs.count * CALLED_S)
     held = {name: n * COSTS[name][1] for name, n in counts.items()}
-    states = sum(len(kind.sds) * kind.times for kind in estimated_kinds(scenario))
+    states = sum(len(kind.sds) * kind.times for kind in setup.estimated_errors)
     pairs = states * (states + 2 * STATES)  # of states, beyond those of any belief
     seconds += counts["fixes"] * pairs * STATES_S
     held["fixes"] += counts["fixes"] * pairs * STATES_BYTES

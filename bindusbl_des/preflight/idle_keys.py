@@ -18,7 +18,7 @@ from ..scenario.part_choice import PartChoice
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Environment, Problem
 from ..scenario.sections.vehicles import VehicleChoice
-from ..scenario.site import lacks_depths
+from ..setup import Setup
 from .idle_rules import (
     FRAMED,
     GIVEN,
@@ -37,8 +37,9 @@ MATCHED_FILTERS = ("non_coherent", "coherent", "rayleigh")
 USUAL_LAW = Environment.model_fields["sound_speed_law"].default
 
 
-def sheet(scenario: Scenario) -> Iterator[Problem]:
+def sheet(setup: Setup) -> Iterator[Problem]:
     """Yield what a USBL's sheet says of signal-to-noise ratios where there are none."""
+    scenario = setup.scenario
     channel = scenario.acoustics.hf.channel
     if "reference_snr_db" in scenario.usbl.model.settings and not channel_named(channel).has_levels:
         yield Problem(
@@ -49,8 +50,9 @@ def sheet(scenario: Scenario) -> Iterator[Problem]:
         )
 
 
-def receivers(scenario: Scenario) -> Iterator[Problem]:
+def receivers(setup: Setup) -> Iterator[Problem]:
     """Yield GNSS receivers of AUVs that are never at the surface, as far as that is planned."""
+    scenario = setup.scenario
     receiver, route, survey = scenario.navigation.gnss_fix, scenario.auvs.route, scenario.survey
     planned = (route.is_flown or route.is_held) and not scenario.auvs.vehicle.own
     if receiver is None or not planned or route.surfacing is not None:
@@ -65,8 +67,9 @@ def receivers(scenario: Scenario) -> Iterator[Problem]:
         )
 
 
-def sonar(scenario: Scenario) -> Iterator[Problem]:
+def sonar(setup: Setup) -> Iterator[Problem]:
     """Yield settings of a sonar that do nothing here."""
+    scenario = setup.scenario
     settings, model = scenario.acoustics.hf.channel.settings, scenario.usbl.model
     if "timing" in settings and not instrument_named(model).times_arrivals:
         yield Problem(
@@ -88,8 +91,9 @@ def sonar(scenario: Scenario) -> Iterator[Problem]:
 LEVELS = ("source_level_db", "directivity_index_db", "wind_m_per_s", "shipping", "own_noise_db")
 
 
-def levels(scenario: Scenario) -> Iterator[Problem]:
+def levels(setup: Setup) -> Iterator[Problem]:
     """Yield settings of channels with levels that another of their settings leaves out."""
+    scenario = setup.scenario
     for band in ("hf", "mf"):
         channel = getattr(scenario.acoustics, band).channel
         if not channel_named(channel).has_levels:
@@ -121,8 +125,9 @@ def levels(scenario: Scenario) -> Iterator[Problem]:
             )
 
 
-def bursts(scenario: Scenario) -> Iterator[Problem]:
+def bursts(setup: Setup) -> Iterator[Problem]:
     """Yield how long losses last where nothing is lost."""
+    scenario = setup.scenario
     hf, mf = scenario.acoustics.hf.channel, scenario.acoustics.mf.channel
     if burst_s(mf) is not None and channel_named(mf).keeps_frames:
         yield Problem(
@@ -133,9 +138,9 @@ def bursts(scenario: Scenario) -> Iterator[Problem]:
         )
     if burst_s(hf) is None:
         return
-    from ..acoustics.fix_chance import loses_pings  # brings numpy, which few scenarios wait for
+    from .fix_chance import loses_pings  # brings numpy, which few scenarios wait for
 
-    if not loses_pings(scenario):
+    if not loses_pings(setup):
         law = scenario.acoustics.loss.law
         yield Problem(
             "acoustics.hf.channel.burst_s",
@@ -145,8 +150,9 @@ def bursts(scenario: Scenario) -> Iterator[Problem]:
         )
 
 
-def cast(scenario: Scenario) -> Iterator[Problem]:
+def cast(setup: Setup) -> Iterator[Problem]:
     """Yield a law of sound speed where the cast says what it is."""
+    scenario = setup.scenario
     water = scenario.environment
     if water.ctd is None or "sound_speed_law" not in water.model_fields_set:
         return
@@ -185,7 +191,7 @@ RULES = (
         },
         ("survey.depth_m", "survey.depths_m"),
         "the tracks say how deep they are",
-        but=lacks_depths,
+        but=lambda setup: setup.some_tracks_lack_depths,
     ),
     Idle(
         {"auvs.route.kind": ("hold", "waypoints", "track")},
@@ -322,15 +328,16 @@ RULES = (
 )
 
 
-def idle_keys(scenario: Scenario) -> Iterator[Problem]:
+def idle_keys(setup: Setup) -> Iterator[Problem]:
     """Yield the keys that somebody has set and that do nothing, each told once."""
+    scenario = setup.scenario
     seen: set[str] = set()
     wholly_dumped = _is_whole(scenario)
     for rule in RULES:
         if not all(_value(scenario, key) in values for key, values in rule.mode.items()):
             continue
         given = [key for key in rule.keys if _is_given(scenario, key, but_defaults=wholly_dumped)]
-        if not given or rule.but(scenario):
+        if not given or rule.but(setup):
             continue
         for key in given:
             if key not in seen:

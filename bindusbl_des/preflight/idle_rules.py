@@ -7,10 +7,8 @@ from typing import Any, NamedTuple
 
 from ..core.plugins import is_plugin
 from ..scenario.declared import DOWNLINKS, INSTRUMENTS, KNOWLEDGES, NAVIGATORS, RANGINGS, SCHEDULES
-from ..scenario.families import schedule_of
-from ..scenario.own_sensors import wanders_over_m
-from ..scenario.scenario import Scenario
 from ..scenario.sections.usbl import UsblSection
+from ..setup import Setup
 
 
 class _Own(tuple[str, ...]):
@@ -35,12 +33,11 @@ def names(table: Mapping[str, Any], has: Callable[[Any], bool]) -> tuple[str, ..
     return tuple(name for name, traits in table.items() if has(traits))
 
 
-def _arrive_late(scenario: Scenario) -> bool:
+def _arrive_late(setup: Setup) -> bool:
     """Tell whether frames may still arrive when their slot has ended."""
-    from ..protocol.slots import slots_of  # brings numpy, which few scenarios wait for
 
-    slots = slots_of(scenario)
-    return scenario.acoustics.mf.range_m > slots.downlink_guard * slots.sound_speed
+    slots = setup.slots
+    return setup.scenario.acoustics.mf.range_m > slots.downlink_guard * slots.sound_speed
 
 
 ASVS_PING = names(RANGINGS, lambda traits: traits.asvs_ping)
@@ -65,7 +62,7 @@ class Idle(NamedTuple):
     why: str
     effect: str = "has no effect"
     remedy: str = "remove it"
-    but: Callable[[Scenario], bool] = lambda _: False
+    but: Callable[[Setup], bool] = lambda _: False
 
 
 TOLD = tuple(
@@ -118,19 +115,21 @@ BROADCASTS = (
 )  # fmt: skip
 
 
-def calls(scenario: Scenario) -> bool:
+def calls(setup: Setup) -> bool:
     """Tell whether ASVs call AUVs."""
+    scenario = setup.scenario
     return scenario.protocol.calls
 
 
-def passive(scenario: Scenario) -> bool:
+def passive(setup: Setup) -> bool:
     """Tell whether ASVs ping."""
+    scenario = setup.scenario
     return scenario.protocol.asvs_ping
 
 
-def times_by_place(scenario: Scenario) -> bool:
+def times_by_place(setup: Setup) -> bool:
     """Tell whether slots are as long as it takes from where AUVs are, or are believed to be."""
-    return schedule_of(scenario).pace != ""
+    return setup.schedule.pace != ""
 
 
 PROTOCOL = (
@@ -179,7 +178,7 @@ PROTOCOL = (
         {"protocol.downlink": names(DOWNLINKS, lambda traits: traits.waits or traits.replies)},
         ("protocol.duplex",),
         "nobody pings while a frame is on the air or arriving",
-        but=lambda scenario: scenario.protocol.random_access or _arrive_late(scenario),
+        but=lambda setup: setup.scenario.protocol.random_access or _arrive_late(setup),
     ),
     Idle(
         {"protocol.schedule": names(SCHEDULES, lambda traits: traits.pace == "packed")},
@@ -243,9 +242,9 @@ BESIDES = ("preset", "model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_co
 ARRAY = tuple(f"usbl.{name}" for name in UsblSection.model_fields if name not in BESIDES)
 
 
-def wanders(scenario: Scenario) -> bool:
+def wanders(setup: Setup) -> bool:
     """Tell whether the errors of a sheet of drift wander, as biases that have a frame."""
-    return wanders_over_m(scenario) is not None
+    return setup.drift_line_m is not None
 
 
 MEASURING = (

@@ -13,14 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..acoustics.fix_chance import (
-    LOOKED_UP,
-    frame_chance,
-    made_and_delivered,
-    ping_chance,
-    told_ahead,
-)
-from ..acoustics.messages import messages_of
 from ..core.arrays import Flags, Floats, Ints
 from ..protocol.bounds import (
     EXACT_UP_TO,
@@ -38,17 +30,17 @@ from ..protocol.bounds import (
 from ..protocol.conflicts import dsatur_groups, greedy_groups
 from ..protocol.cycles import cycle
 from ..protocol.predicted_positions import planned_vehicles
-from ..protocol.replies import reply_delay_of
 from ..protocol.slots import Slots
 from ..scenario.declared import DOWNLINKS, ScheduleTraits, channel_named
-from ..scenario.destinations import known_stations
-from ..scenario.families import (
-    broadcaster_of,
-    schedule_of,
-    schedule_settings,
-)
 from ..scenario.scenario import Scenario
-from ..scenario.site import sound_speed_of
+from ..setup import Setup, setup_of
+from .fix_chance import (
+    LOOKED_UP,
+    frame_chance,
+    made_and_delivered,
+    ping_chance,
+    told_ahead,
+)
 from .round_lengths import Rounds, gap_s, rounds_of
 
 # A mission is looked at so often, less often where there are more pairs of AUV and ASV, or of AUVs
@@ -66,14 +58,15 @@ HARDLY_EVER, MOST_LENGTHS = 1e-6, 17
 MOST_RECORDS = 1000
 
 
-def planned_places(scenario: Scenario, times: Floats) -> Floats:
+def planned_places(setup: Setup, times: Floats) -> Floats:
     """Return where the n AUVs are to be at k instants (s), shape (k, n, 3), m.
 
     Raises:
         ValueError, PluginError: as of :func:`planned_vehicles`.
     """
+    scenario = setup.scenario
     ways = [
-        vehicle.sample(times)[:, :2] for vehicle in planned_vehicles(scenario, scenario.duration_s)
+        vehicle.sample(times)[:, :2] for vehicle in planned_vehicles(setup, scenario.duration_s)
     ]
     places = np.empty((len(times), len(ways), 3))
     for auv, way in enumerate(ways):
@@ -81,11 +74,11 @@ def planned_places(scenario: Scenario, times: Floats) -> Floats:
     return places
 
 
-def planned_stations(scenario: Scenario, instants: int) -> Floats:
+def planned_stations(setup: Setup, instants: int) -> Floats:
     """Return where the m ASVs lie at so many instants, shape (instants, m, 3), m; a ring stands in
     for those that move.
     """
-    stations = np.array(known_stations(scenario), dtype=np.float64)
+    stations = np.array(setup.nominal_stations_m, dtype=np.float64)
     flat = np.column_stack((stations, np.zeros(len(stations))))
     return np.broadcast_to(flat, (instants, *flat.shape))
 
@@ -109,16 +102,17 @@ class SurveySights(NamedTuple):
     at_best: Floats
 
 
-def planned_sights(scenario: Scenario) -> SurveySights:
+def planned_sights(setup: Setup) -> SurveySights:
     """Return who is to be within range of whom, by the plans of a scenario.
 
     Raises:
         ValueError: when the route cannot be flown.
         PluginError: when one's own is not allowed, or makes none.
     """
+    scenario = setup.scenario
     times = instants(scenario)
-    places = planned_places(scenario, times)
-    return sights(scenario, times, places, planned_stations(scenario, len(times)))
+    places = planned_places(setup, times)
+    return sights(setup, times, places, planned_stations(setup, len(times)))
 
 
 def instants(scenario: Scenario, most: int = INSTANTS) -> Floats:
@@ -130,10 +124,11 @@ def instants(scenario: Scenario, most: int = INSTANTS) -> Floats:
     return np.asarray((np.arange(count) + 0.5) * scenario.duration_s / count)
 
 
-def sights(scenario: Scenario, times: Floats, auvs: Floats, asvs: Floats) -> SurveySights:
+def sights(setup: Setup, times: Floats, auvs: Floats, asvs: Floats) -> SurveySights:
     """Return who is within range of whom, of AUVs (k, n, 3) and ASVs (k, m, 3), m, at instants
     (k,), s.  An ASV that has failed neither hears nor is heard.
     """
+    scenario = setup.scenario
     hf, mf = scenario.acoustics.hf, scenario.acoustics.mf
     apart = auvs[:, :, np.newaxis, :] - asvs[:, np.newaxis, :, :]
     level = np.hypot(apart[..., 0], apart[..., 1])
@@ -144,64 +139,65 @@ def sights(scenario: Scenario, times: Floats, auvs: Floats, asvs: Floats) -> Sur
     heard = ((slant if hf.range_metric == "slant" else level) <= hf.range_m) & ~broken
     away = np.where(broken, np.inf, slant)
     reached = ((slant if mf.range_metric == "slant" else level) <= mf.range_m) & ~broken
-    pings = _chances(scenario, slant, heard, ~broken, hf.channel, ping_chance)
-    frames = _chances(scenario, slant, reached, ~broken, mf.channel, frame_chance)
-    at_best = made_and_delivered(scenario, pings, frames, away)[0]
+    pings = _chances(setup, slant, heard, ~broken, hf.channel, ping_chance)
+    frames = _chances(setup, slant, reached, ~broken, mf.channel, frame_chance)
+    at_best = made_and_delivered(setup, pings, frames, away)[0]
     if not scenario.protocol.asvs_ping:  # the shortest frames are lost least
         alone = partial(frame_chance, fixes=1)
         at_best = at_best * _chances(
-            scenario, slant, reached, ~broken, mf.channel, alone
+            setup, slant, reached, ~broken, mf.channel, alone
         ).max(axis=2)  # fmt: skip
     return SurveySights(times, heard, reached, away, pings, frames, at_best)
 
 
-def told(scenario: Scenario, sights: SurveySights, downlink: str) -> tuple[Floats, Floats, int]:
+def told(setup: Setup, sights: SurveySights, downlink: str) -> tuple[Floats, Floats, int]:
     """Return how likely a ping makes a fix, and one that is delivered by a downlink, (k, n); and
     after how many broadcasts the one comes back that has an AUV's fix: 1 where that changes, or all
     share them.
     """
-    rule, schedule = broadcaster_of(scenario), schedule_of(scenario)
+    rule, schedule = setup.broadcaster, setup.schedule
     by_group = downlink in DOWNLINKS and DOWNLINKS[downlink].by_group and not schedule.framed
-    fleet, slots, number = np.arange(scenario.auvs.count), None, None
+    fleet, slots, number = np.arange(setup.scenario.auvs.count), None, None
     is_own = schedule.framed  # each AUV has a broadcast of its own
     if by_group:
-        is_own = schedule.groups == "each" and not schedule_settings(scenario).shares_calls
+        is_own = schedule.groups == "each" and not setup.schedule_settings.shares_calls
         slots = fleet[np.newaxis] if is_own else slots_made(schedule, sights.heard)
         number = None if slots is None or (slots != slots[0]).any() else slots[0]
     elif schedule.framed and schedule.turn == "rotation" and downlink in DOWNLINKS:
         number = fleet
-    if number is not None and _some_wait(scenario, sights, int(np.bincount(number).max())):
+    if number is not None and _some_wait(setup, sights, int(np.bincount(number).max())):
         number = None
     frame = None if rule.at_once or is_own else np.zeros_like(fleet) if slots is None else slots
     cycle = 1 if number is None else int(number.max()) + 1
     made, delivered = made_and_delivered(
-        scenario, sights.pings, sights.frames, sights.away_m, frame=frame, cycle=cycle,
+        setup, sights.pings, sights.frames, sights.away_m, frame=frame, cycle=cycle,
         number=0 if number is None else number,
-        ahead=0 if by_group else told_ahead(scenario, downlink),
+        ahead=0 if by_group else told_ahead(setup, downlink),
     )  # fmt: skip
     return made, delivered, cycle
 
 
-def _some_wait(scenario: Scenario, sights: SurveySights, fixes: int) -> bool:
+def _some_wait(setup: Setup, sights: SurveySights, fixes: int) -> bool:
     """Tell whether fixes wait for an ASV that works, or for a place in messages: not all of a group
     with so many fixes are in the broadcast that follows.
     """
-    messages = messages_of(scenario)
+    messages = setup.messages
     is_short = messages.most is not None and not messages.splits
-    is_late = is_short and (scenario.protocol.calls or (messages.most or 0) < fixes)
+    is_late = is_short and (setup.scenario.protocol.calls or (messages.most or 0) < fixes)
     return is_late or bool(np.isinf(sights.away_m).all(axis=2).any())
 
 
-def first_slot_after(scenario: Scenario, sights: SurveySights) -> tuple[float, float, list[int]]:
+def first_slot_after(setup: Setup, sights: SurveySights) -> tuple[float, float, list[int]]:
     """Return how soon (s) after the frame that tells its slots a round may begin, how long (s) AUVs
     in the first of them need to decode that, at most; and who of them may need longer.
     """
-    rounds, schedule, count = rounds_of(scenario), schedule_of(scenario), scenario.auvs.count
+    scenario = setup.scenario
+    rounds, schedule, count = rounds_of(setup), setup.schedule, scenario.auvs.count
     slots, named, fixes = rounds.slots, rounds.named, rounds.auvs
     made = slots_made(schedule, sights.heard)
     groups = rounds.fewest if made is None else int(made.max(axis=1).min()) + 1
     begins = max(rounds.least(groups, fixes), rounds.frame)
-    if told_ahead(scenario, scenario.protocol.downlink) == 1:  # after the pings of its own
+    if told_ahead(setup, scenario.protocol.downlink) == 1:  # after the pings of its own
         begins -= (groups + rounds.contention) * rounds.shortest.uplink_slot
     is_first = np.ones((1, count), np.bool_) if made is None else made == 0
     at_all = sights.reached & is_first[..., np.newaxis]
@@ -216,32 +212,32 @@ def first_slot_after(scenario: Scenario, sights: SurveySights) -> tuple[float, f
     return left, float(needed.max()), late.tolist()
 
 
-def frames_overlap(scenario: Scenario, sights: SurveySights) -> tuple[float, float, list[int]]:
+def frames_overlap(setup: Setup, sights: SurveySights) -> tuple[float, float, list[int]]:
     """Return how long (s) after one broadcast the next begins, at least; how much longer (s) the
     end of the one may be on its way to an AUV than the beginning of the other, at most; and the
     AUVs at which they may overlap.
     """
-    made, away = groups_made(schedule_of(scenario), sights.heard), sights.away_m
-    gap = gap_s(scenario, None if made is None else int(made.min()))
+    made, away = groups_made(setup.schedule, sights.heard), sights.away_m
+    gap = gap_s(setup, None if made is None else int(made.min()))
     farthest = np.where(sights.reached, away, -np.inf).max(axis=2)
     nearest = np.where(sights.reached, away, np.inf).min(axis=2)
-    apart = np.maximum(farthest - nearest, 0.0) / sound_speed_of(scenario)
+    apart = np.maximum(farthest - nearest, 0.0) / setup.sound_speed_m_per_s
     met = np.flatnonzero((apart > gap).any(axis=0))
     return gap, float(apart.max()), met.tolist()
 
 
 def _chances(
-    scenario: Scenario, slant: Floats, in_range: Flags, works: Flags, channel: str,
-    chance: Callable[[Scenario, Floats, float], Floats | None],
+    setup: Setup, slant: Floats, in_range: Flags, works: Flags, channel: str,
+    chance: Callable[[Setup, Floats, float], Floats | None],
 ) -> Floats:  # fmt: skip
     """Return how likely signals are decoded over slant ranges (k, n, m), m, looked up by these, for
     each AUV from its own depth.
     """
     ranges = np.linspace(0.0, max(float(slant.max()), 1.0), LOOKED_UP)
-    depths = np.array([scenario.survey.depth(auv) for auv in range(slant.shape[1])])
+    depths = np.array([setup.scenario.survey.depth(auv) for auv in range(slant.shape[1])])
     found = np.empty_like(slant)
     for depth in np.unique(depths).tolist():
-        table = chance(scenario, ranges, depth)
+        table = chance(setup, ranges, depth)
         if table is None:
             return in_range.astype(np.float64)
         found[:, depths == depth] = np.interp(slant[:, depths == depth], ranges, table)
@@ -350,17 +346,16 @@ class Rates:
         return float(self.each[self.worst])
 
 
-def rates_of(
-    scenario: Scenario, rounds: Rounds, sights: SurveySights, senders: int
-) -> dict[str, Rates]:
+def rates_of(setup: Setup, rounds: Rounds, sights: SurveySights, senders: int) -> dict[str, Rates]:
     """Return the rates of a scenario's own rounds (`planned`; none where they are not known), of
     sequential and pipelined ones of its schedule, and with frame behind frame (`back_to_back`; none
     without frames): no protocol has more whose AUVs ping, and collide, equally often.
 
     `senders` broadcast at once.
     """
+    scenario = setup.scenario
     protocol = scenario.protocol
-    of_own = made, delivered, _ = told(scenario, sights, protocol.downlink)
+    of_own = made, delivered, _ = told(setup, sights, protocol.downlink)
     if protocol.asvs_ping:
         every = rounds.length(rounds.most, 0) / scenario.asvs.count
         return {"planned": Rates(np.asarray(delivered.mean(axis=0) / every))}
@@ -369,7 +364,7 @@ def rates_of(
         empty, full = rounds.length(1, 0), rounds.length(1, 1)
         usual = empty + made.mean(axis=1) * (full - empty)  # frames after a late one catch up
         found["planned"] = _shared(delivered, scenario.auvs.count * np.maximum(usual, rounds.frame))
-    groups = groups_made(schedule_of(scenario), sights.heard)
+    groups = groups_made(setup.schedule, sights.heard)
     if groups is not None and not rounds.frame:
         downlinks = dict.fromkeys((protocol.downlink, *COMPARED))
         if protocol.replies:
@@ -378,12 +373,12 @@ def rates_of(
             if downlink in DOWNLINKS:
                 is_own = downlink == protocol.downlink
                 alone = protocol.replies or DOWNLINKS[downlink].by_group
-                made_then, by_it, _ = of_own if is_own else told(scenario, sights, downlink)
+                made_then, by_it, _ = of_own if is_own else told(setup, sights, downlink)
                 share = 1.0 if alone else _carried(rounds.slots, made_then)
                 lengths = _lengths(downlink, rounds, groups, made_then)
                 found["planned" if is_own else downlink] = _shared(by_it * share, lengths)
     if protocol.sends_frames:  # whoever pings, told of its slot or not
-        heard = made_and_delivered(scenario, sights.pings, sights.frames, sights.away_m)[0]
+        heard = made_and_delivered(setup, sights.pings, sights.frames, sights.away_m)[0]
         carried = cache(lambda auvs: _records(scenario, rounds.slots, senders, auvs)[0])
         records_hz = np.array([carried(auvs) for auvs in (heard > 0.0).sum(axis=1).tolist()])
         # of pings that are mostly lost there may be more than frames, but not without a pause
@@ -490,30 +485,32 @@ def limits(scenario: Scenario) -> Limits:
         ValueError: when the route cannot be flown.
         PluginError: when one's own is not allowed, or makes none.
     """
-    return limits_of(scenario, planned_sights(scenario))
+    setup = setup_of(scenario)
+    return limits_of(setup, planned_sights(setup))
 
 
-def limits_of(scenario: Scenario, sights: SurveySights) -> Limits:
+def limits_of(setup: Setup, sights: SurveySights) -> Limits:
     """Return what is possible in a mission in which so much is in range."""
-    rounds, protocol = rounds_of(scenario), scenario.protocol
+    scenario = setup.scenario
+    rounds, protocol = rounds_of(setup), scenario.protocol
     slots, ping = rounds.slots, scenario.acoustics.hf.ping_s
-    senders = _senders(scenario, sights) if protocol.sends_frames else 1
+    senders = _senders(setup, sights) if protocol.sends_frames else 1
     slotted = not (protocol.asvs_ping or scenario.protocol.random_access)
     records, in_a_frame = None, 0
     if protocol.sends_frames:
         records, in_a_frame = _records(scenario, slots, senders, scenario.auvs.count)
     return Limits(
         in_range=np.asarray(sights.heard.any(axis=2).mean(axis=0)),
-        fix_chance=np.asarray(told(scenario, sights, protocol.downlink)[1].mean(axis=0)),
-        groups=groups_of(schedule_of(scenario), sights.heard) if slotted else None,
+        fix_chance=np.asarray(told(setup, sights, protocol.downlink)[1].mean(axis=0)),
+        groups=groups_of(setup.schedule, sights.heard) if slotted else None,
         decodes_hz=decode_bound(ping, 0.0),
         cleared_hz=decode_bound(ping),
-        capacity_hz=_capacity(scenario, sights, slots),
+        capacity_hz=_capacity(setup, sights, slots),
         records_hz=records,
         senders=senders,
         in_a_frame=in_a_frame,
-        latency_s=_latency(scenario, sights, slots),
-        rates=rates_of(scenario, rounds, sights, senders),
+        latency_s=_latency(setup, sights, slots),
+        rates=rates_of(setup, rounds, sights, senders),
     )
 
 
@@ -530,15 +527,15 @@ def _records(scenario: Scenario, slots: Slots, senders: int, auvs: int) -> tuple
     return record_bound(slots.airtime, fixes, senders, min(most, MOST_RECORDS))
 
 
-def _capacity(scenario: Scenario, sights: SurveySights, slots: Slots) -> float | None:
+def _capacity(setup: Setup, sights: SurveySights, slots: Slots) -> float | None:
     """Return how many pings (1/s) of ALOHA the ASV decodes that hears most AUVs, at the best load.
 
     None where no closed form tells, and where nobody is heard.
     """
     auvs = round(float(each(sights.heard, most_heard).mean()))
-    if not scenario.protocol.random_access or auvs == 0:
+    if not setup.scenario.protocol.random_access or auvs == 0:
         return None
-    match schedule_of(scenario).access:
+    match setup.schedule.access:
         case "poisson":
             return aloha_capacity(slots.ping_duration, auvs)
         case "slotted":
@@ -547,26 +544,26 @@ def _capacity(scenario: Scenario, sights: SurveySights, slots: Slots) -> float |
             return None
 
 
-def _senders(scenario: Scenario, sights: SurveySights) -> int:
+def _senders(setup: Setup, sights: SurveySights) -> int:
     """Return how many ASVs may send frames at once, at most."""
-    if not broadcaster_of(scenario).at_once and not scenario.protocol.replies:
+    if not setup.broadcaster.at_once and not setup.scenario.protocol.replies:
         return 1
     return int(each(sights.reached, disjoint_senders).max())
 
 
-def _latency(scenario: Scenario, sights: SurveySights, slots: Slots) -> float | None:
+def _latency(setup: Setup, sights: SurveySights, slots: Slots) -> float | None:
     """Return the least latency (s) of fixes, a mean over AUVs in range; None if none ever is."""
     near = sights.away_m.min(axis=2)[sights.heard.any(axis=2)]
     if not near.size:
         return None
-    return least_latency(scenario, slots, float(near.mean()), float(near.mean()))
+    return least_latency(setup, slots, float(near.mean()), float(near.mean()))
 
 
-def least_latency(scenario: Scenario, slots: Slots, up_m: float, down_m: float) -> float:
+def least_latency(setup: Setup, slots: Slots, up_m: float, down_m: float) -> float:
     """Return the least latency (s) of a fix whose ping travels up and which travels down, m."""
-    c, protocol = sound_speed_of(scenario), scenario.protocol
+    c, protocol = setup.sound_speed_m_per_s, setup.scenario.protocol
     if protocol.asvs_ping:
         return latency_bound(0.0, slots.ping_duration, down_m, c)
     frame = slots.airtime(1) + slots.messages.delay(1) if protocol.sends_frames else 0.0
-    decoded = reply_delay_of(scenario) if protocol.replies else 0.0
+    decoded = setup.reply_delay_s if protocol.replies else 0.0
     return latency_bound(up_m, decoded + frame, down_m, c)

@@ -13,7 +13,7 @@ from ..scenario.files.plain_yaml import Document
 from ..scenario.files.scenario_file import Source, parsed, place_of_problem
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
-from ..scenario.site import profile_of
+from ..setup import Setup, setup_of
 
 # A mean of a varying current beyond so many standard deviations is drawn by one seed in forty.
 SIGMAS = 2.0
@@ -28,22 +28,24 @@ def usable(source: Source, allow_plugins: bool = False) -> tuple[Document, Scena
     document, scenario = parsed(source, allow_plugins)
     found = tuple(
         Mistake.at(place_of_problem(document, problem), problem.key, problem.message)
-        for problem in refusals(scenario)
+        for problem in refusals(setup_of(scenario))
     )
     if found:
         raise ScenarioError(found)
     return document, scenario
 
 
-def refusals(scenario: Scenario) -> Iterator[Problem]:
+def refusals(setup: Setup) -> Iterator[Problem]:
     """Yield why no mission of a scenario can begin."""
-    yield from _tables(scenario)
-    yield from _ways(scenario)
+    yield from _tables(setup)
+    yield from _ways(setup)
+    scenario = setup.scenario
     yield from _carried_away(scenario, scenario.environment.current_m_per_s, is_sure=True)
 
 
-def perhaps_carried_away(scenario: Scenario) -> Iterator[Problem]:
+def perhaps_carried_away(setup: Setup) -> Iterator[Problem]:
     """Yield vehicles too slow for the current that some seeds draw."""
+    scenario = setup.scenario
     water, span = scenario.environment, scenario.duration_s
     sd, memory = water.current_variation_m_per_s, water.current_variation_time_s
     if sd > 0.0:
@@ -53,31 +55,29 @@ def perhaps_carried_away(scenario: Scenario) -> Iterator[Problem]:
         yield from _carried_away(scenario, fastest, is_sure=False)
 
 
-def _tables(scenario: Scenario) -> Iterator[Problem]:
+def _tables(setup: Setup) -> Iterator[Problem]:
     """Yield what is wrong with tables of sound, which are held to the scenario's water."""
     for band in ("hf", "mf"):
-        channel = getattr(scenario.acoustics, band).channel
+        channel = getattr(setup.scenario.acoustics, band).channel
         file = channel.settings.get("rays") if channel == "table" else None
         if file is None:
             continue
         from ..acoustics.ray_tables import read_table  # brings pyarrow
 
         try:
-            read_table(file, profile_of(scenario))
+            read_table(file, setup.sound_profile)
         except ValueError as error:
             yield Problem(f"acoustics.{band}.channel.rays", str(error))
 
 
-def _ways(scenario: Scenario) -> Iterator[Problem]:
+def _ways(setup: Setup) -> Iterator[Problem]:
     """Yield why AUVs cannot fly what is planned for them: those that steer, or come up."""
-    auvs, surfacing = scenario.auvs, scenario.auvs.route.surfacing
+    auvs, surfacing = setup.scenario.auvs, setup.scenario.auvs.route.surfacing
     comes_up = surfacing is not None and surfacing.surface_every_s is not None
-    if not (auvs.vehicle.has_dynamics or comes_up) or "auvs.route" in plugins_of(scenario):
+    if not (auvs.vehicle.has_dynamics or comes_up) or "auvs.route" in plugins_of(setup.scenario):
         return
-    from ..scenario.flight_plans import plans_of  # brings hulls, which others do not need
-
     try:
-        plans_of(scenario)
+        _ = setup.plans
     except (ValueError, ArithmeticError) as error:
         key, _, message = str(error).partition(": ")
         own = "auvs.route.surface_every_s" if comes_up else "auvs.vehicle"

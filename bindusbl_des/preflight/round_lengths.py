@@ -9,16 +9,9 @@ from dataclasses import dataclass, replace
 from ..protocol.access.aloha import aloha_success, offered_load, slot_share, slotted_success
 from ..protocol.access.serving import backoff_slot_s, sensing_of
 from ..protocol.cycles import STAND_IN, cycle
-from ..protocol.slots import Slots, slots_of
+from ..protocol.slots import Slots
 from ..scenario.declared import DOWNLINKS, DownlinkTraits, ScheduleTraits
-from ..scenario.families import (
-    broadcaster_of,
-    downlink_of,
-    schedule_of,
-    schedule_settings,
-    tells_slots,
-)
-from ..scenario.scenario import Scenario
+from ..setup import Setup
 
 
 @dataclass(frozen=True)
@@ -97,47 +90,48 @@ class Rounds:
             )
 
 
-def rounds_of(scenario: Scenario) -> Rounds:
+def rounds_of(setup: Setup) -> Rounds:
     """Return the rounds of a scenario's protocol; a plug-in not loaded yet has no frames."""
+    scenario = setup.scenario
     protocol, count, asvs = scenario.protocol, scenario.auvs.count, scenario.asvs.count
-    slots = slots_of(scenario)
+    slots = setup.slots
     if protocol.asvs_ping:
         return Rounds(slots, None, asvs, asvs, count, 0.0)
     if scenario.protocol.random_access:
         downlink = protocol.downlink if protocol.replies else STAND_IN
         return Rounds(slots, downlink, 0, 0, count, 0.0)
-    named = count if tells_slots(scenario) else 0
+    named = count if setup.tells_slots else 0
     contention = named > 0 and protocol.dissemination.missed == "contention"
     rounds = Rounds(
         slots, protocol.downlink, 1, count, count, 0.0, named=named, contention=contention
     )
-    declared = schedule_of(scenario)
+    declared = setup.schedule
     if declared.framed:
         one_named = replace(rounds, named=min(named, 1))
         return replace(one_named, fewest=1, most=1, auvs=1, frame=protocol.frame_s)
-    settings = schedule_settings(scenario)
+    settings = setup.schedule_settings
     if settings.most_groups is not None:
         most = min(count, settings.most_groups)
         turns = min(count, most * asvs)
         return replace(rounds, fewest=1, most=most, auvs=turns, named=min(named, turns))
     fewest = count if declared.groups == "each" and not settings.shares_calls else 1
-    pace = pace_of(scenario, slots)
+    pace = pace_of(setup, slots)
     return replace(rounds, fewest=fewest, pace=pace)
 
 
-def gap_s(scenario: Scenario, groups: int | None = None) -> float:
+def gap_s(setup: Setup, groups: int | None = None) -> float:
     """Return how long (s) it is at least from the end of a broadcast to the beginning of the next,
     by the slots, in rounds of so many ping groups (the fewest) in which all AUVs are fixed.
 
     What lies between the frames of a downlink of one's own only it knows: for ever.
     """
-    rounds, downlink = rounds_of(scenario), downlink_of(scenario)
+    rounds, downlink = rounds_of(setup), setup.downlink
     slots, fixes, named = rounds.slots, max(rounds.auvs, 1), rounds.named
     if not rounds.are_known or not rounds.broadcasts:
         return math.inf
-    if broadcaster_of(scenario).at_once:
+    if setup.broadcaster.at_once:
         return slots.downlink_guard
-    if scenario.protocol.random_access:
+    if setup.scenario.protocol.random_access:
         return slots.downlink_slot(fixes) - slots.airtime(fixes)
     if downlink.by_group and not rounds.frame:
         return max(slots.downlink_slot(1), slots.uplink_slot) - slots.airtime(1)
@@ -145,21 +139,22 @@ def gap_s(scenario: Scenario, groups: int | None = None) -> float:
     return lasts - slots.airtime(fixes, named)
 
 
-def pace_of(scenario: Scenario, slots: Slots) -> tuple[Slots, Slots] | None:
+def pace_of(setup: Setup, slots: Slots) -> tuple[Slots, Slots] | None:
     """Return slots of the shortest and of the longest length, of schedules without T_UL.
 
     An AUV right below its caller answers soonest; who is not answered waits for T_UL.  Packed
     arrivals follow each other, the first after the longest way at most; AUVs are taken to be where
     they are believed.
     """
+    scenario = setup.scenario
     ping = slots.ping_duration
-    pace = schedule_of(scenario).pace
+    pace = setup.schedule.pace
     if pace == "answered":
         way = min(map(scenario.survey.depth, range(scenario.auvs.count))) / slots.sound_speed
         answered = 2.0 * (ping + way) + scenario.protocol.turnaround_s + slots.answer
         return replace(slots, uplink_slot=min(answered, slots.uplink_slot)), slots
     if pace == "packed":
-        lasts = ping + schedule_settings(scenario).pause_s + slots.answer
+        lasts = ping + setup.schedule_settings.pause_s + slots.answer
         first = slots.longest_travel_time / scenario.auvs.count
         return replace(slots, uplink_slot=lasts), replace(slots, uplink_slot=lasts + first)
     return None
@@ -205,20 +200,21 @@ class OfferedLoad:
         return self.pings_per_s * aloha_success(self.load, self.senders)
 
 
-def carried_per_s(scenario: Scenario) -> float:
+def carried_per_s(setup: Setup) -> float:
     """Return how many fixes a second its broadcasts carry at most, one behind the other."""
-    slots = slots_of(scenario)
+    slots = setup.slots
     most = slots.messages.most
     counts = (MANY,) if most is None or slots.messages.splits else range(1, most + 1)
-    shares = scenario.asvs.count if broadcaster_of(scenario).at_once else 1
+    shares = setup.scenario.asvs.count if setup.broadcaster.at_once else 1
     return max(count / slots.downlink_slot(-(-count // shares)) for count in counts)
 
 
-def offered(scenario: Scenario, slots: Slots | None = None) -> OfferedLoad:
+def offered(setup: Setup, slots: Slots | None = None) -> OfferedLoad:
     """Return the load that the AUVs of a scenario with random access offer."""
-    slots, protocol = slots or slots_of(scenario), scenario.protocol
+    scenario = setup.scenario
+    slots, protocol = slots or setup.slots, scenario.protocol
     senders, every, ping = scenario.auvs.count, protocol.frame_s, slots.ping_duration
-    access = schedule_of(scenario).access
+    access = setup.schedule.access
     if access == "slotted":
         slot = slots.clock.after(0.0, slots.uplink_slot)
         load = offered_load(senders, slot, every)
@@ -229,7 +225,7 @@ def offered(scenario: Scenario, slots: Slots | None = None) -> OfferedLoad:
     if access == "poisson":
         pings, success = senders / (every + ping), aloha_success(load, senders)
         return OfferedLoad(senders, ping, load, success, pings, answer_s=answer)
-    sensing = sensing_of(scenario)
+    sensing = sensing_of(scenario.protocol.schedule)
     slot, busy = backoff_slot_s(sensing, slots), load / (1.0 + load)
     held_back = busy * slot * (sensing.window - 1) / 2
     pings = senders / (every + ping + held_back)

@@ -15,18 +15,18 @@ from ..core.plugins import is_plugin, refusal
 from ..presets.modems import airtime_table
 from ..scenario.channel_settings import Sound, read_curve
 from ..scenario.declared import channel_named, instrument_named
-from ..scenario.destinations import alive, longest_way
-from ..scenario.families import CHANNEL, plugins_of, schedule_of
+from ..scenario.families import CHANNEL, plugins_of
 from ..scenario.files.mistakes import Mistake
 from ..scenario.files.plain_yaml import Document
 from ..scenario.files.scenario_file import Source, place_of, place_of_problem
 from ..scenario.key_types import Renamed
-from ..scenario.own_sensors import MOST_TOLD, kinds
+from ..scenario.own_sensors import MOST_TOLD
 from ..scenario.part_choice import settings_of
 from ..scenario.scenario import Scenario
-from ..scenario.scenario_keys import Problem
+from ..scenario.scenario_keys import Problem, ScenarioWarning
 from ..scenario.sections.usbl import spacing_m
-from ..scenario.site import recordings
+from ..scenario.site import longest_path, recordings
+from ..setup import Setup, setup_of
 from .band_warnings import (
     answers,
     backlog,
@@ -46,8 +46,9 @@ from .refusals import perhaps_carried_away, usable
 from .whereabouts import anchors, bays, deep, formation, frames, idle, routes, shapes, tracks
 
 
-def failing(scenario: Scenario) -> Iterator[Problem]:
+def failing(setup: Setup) -> Iterator[Problem]:
     """Yield failures that have no effect, and instants from which no ASV works."""
+    scenario = setup.scenario
     given, end = scenario.asvs.failures, float(scenario.duration_s)
     seen: set[float] = set()  # several may fail at one instant
     for number, failure in enumerate(given):
@@ -59,7 +60,7 @@ def failing(scenario: Scenario) -> Iterator[Problem]:
                 "remove it",
                 ("duration_s",),
             )
-        elif failure.at_s not in seen and not any(alive(scenario, failure.at_s)):
+        elif failure.at_s not in seen and not any(scenario.asvs.alive(failure.at_s)):
             seen.add(failure.at_s)
             yield Problem(
                 key,
@@ -73,13 +74,6 @@ def failing(scenario: Scenario) -> Iterator[Problem]:
 FEWEST_SAMPLES = 10
 
 
-class ScenarioWarning(Problem):
-    """A warning about a key: the key, what it warns of, and the keys behind it."""
-
-    def __str__(self) -> str:
-        return f"{self.key}: {self.message}"
-
-
 def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
     """Return warnings about a scenario, to be read before its results are trusted.
 
@@ -87,6 +81,7 @@ def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
     >>> print(warnings_of(Scenario.model_validate(small))[0])  # doctest: +ELLIPSIS
     asvs.formation.radius_m: is by default hf.range_m + clearance_m = 50 m, ...
     """
+    setup = setup_of(scenario)
     return [
         ScenarioWarning(*found)
         for look in (
@@ -127,13 +122,13 @@ def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
             _ticks,
             _samples,
         )
-        for found in look(scenario)
-    ] + [ScenarioWarning(*found) for found in idle_keys(scenario)]
+        for found in look(setup)
+    ] + [ScenarioWarning(*found) for found in idle_keys(setup)]
 
 
-def _left_out(scenario: Scenario) -> Iterator[Problem]:
+def _left_out(setup: Setup) -> Iterator[Problem]:
     """Yield which rows of files do not count."""
-    for key, read, *source in _readings(scenario):
+    for key, read, *source in _readings(setup.scenario):
         with suppress(ValueError):  # which is told as a mistake
             for told in read(*source).left_out:
                 yield Problem(key, told)
@@ -159,8 +154,8 @@ def _readings(scenario: Scenario) -> Iterator[tuple[Any, ...]]:
         yield "acoustics.mf.airtimes", airtime_table, acoustics.mf.airtimes
 
 
-def _former_words(scenario: Scenario) -> Iterator[Problem]:
-    positions = scenario.protocol.positions
+def _former_words(setup: Setup) -> Iterator[Problem]:
+    positions = setup.scenario.protocol.positions
     if isinstance(positions, Renamed):
         yield Problem(
             "protocol.positions",
@@ -170,8 +165,9 @@ def _former_words(scenario: Scenario) -> Iterator[Problem]:
         )
 
 
-def _lobes(scenario: Scenario) -> Iterator[Problem]:
+def _lobes(setup: Setup) -> Iterator[Problem]:
     """Yield elements so far apart that their phases alone do not tell a direction."""
+    scenario = setup.scenario
     array, channel = scenario.usbl.array, scenario.acoustics.hf.channel
     times_arrivals = instrument_named(scenario.usbl.model).times_arrivals
     if isinstance(array, str) or not channel_named(channel).has_levels or not times_arrivals:
@@ -195,7 +191,7 @@ def _lobes(scenario: Scenario) -> Iterator[Problem]:
 SURE = 3.0
 
 
-def _flat(scenario: Scenario) -> Iterator[Problem]:
+def _flat(setup: Setup) -> Iterator[Problem]:
     """Yield that an array is so thin that AUVs near its plane are taken for their mirror images.
 
     Of a direction s the thin axis w measures s.w, with an sd of sigma / sqrt(a), sigma the noise
@@ -204,6 +200,7 @@ def _flat(scenario: Scenario) -> Iterator[Problem]:
     |s.w| > sqrt(a / b).  If noise alone leads there, 3 sigma sqrt(b) > a, the covariance is that of
     |s.w|, and its sign is a guess where |s.w| < 3 sigma / sqrt(a).
     """
+    scenario = setup.scenario
     array, depths = scenario.usbl.array, scenario.survey
     if isinstance(array, str) or not instrument_named(scenario.usbl.model).times_arrivals:
         return
@@ -217,7 +214,7 @@ def _flat(scenario: Scenario) -> Iterator[Problem]:
     flat = math.asin(min(SURE * sigma / math.sqrt(squares[0]), 1.0))
     depth = min(depths.depth(auv) for auv in range(scenario.auvs.count))
     hf = scenario.acoustics.hf
-    down = math.asin(min(depth / longest_way(hf.range_m, depth, hf.range_metric), 1.0))
+    down = math.asin(min(depth / longest_path(hf.range_m, depth, hf.range_metric), 1.0))
     tilt = math.acos(min(abs(axes[2, 0]), 1.0))  # of the thin axis from the vertical
     if down - tilt >= flat:
         return
@@ -234,16 +231,16 @@ def _flat(scenario: Scenario) -> Iterator[Problem]:
     )
 
 
-def _dissemination(scenario: Scenario) -> Iterator[Problem]:
+def _dissemination(setup: Setup) -> Iterator[Problem]:
     """Yield which errors of ASVs a filter takes for noise, because these are too many."""
-    if not scenario.navigation.weighs:
+    if not setup.scenario.navigation.weighs:
         return
     keys = {
         "misalignment": "misalignment_sd_deg",
         "gnss": "gnss_correlated_sd_m",
         "slow": "slow_share",
     }
-    for kind in kinds(scenario):
+    for kind in setup.lasting_errors:
         if kind.times > MOST_TOLD:
             yield Problem(
                 f"usbl.{keys[kind.name]}",
@@ -253,13 +250,14 @@ def _dissemination(scenario: Scenario) -> Iterator[Problem]:
             )
 
 
-def _frames(scenario: Scenario) -> Iterator[Problem]:
+def _frames(setup: Setup) -> Iterator[Problem]:
+    scenario = setup.scenario
     protocol = scenario.protocol
-    if not schedule_of(scenario).framed or protocol.asvs_ping:
+    if not setup.schedule.framed or protocol.asvs_ping:
         return
     from .round_lengths import rounds_of  # brings the whole protocol, which others do not need
 
-    rounds = rounds_of(scenario)
+    rounds = rounds_of(setup)
     frame, count = protocol.frame_s, scenario.auvs.count
     empty, full = rounds.length(1, 0), rounds.length(1, 1)
     if full <= frame or not rounds.are_known:
@@ -279,13 +277,13 @@ def _frames(scenario: Scenario) -> Iterator[Problem]:
     )
 
 
-def _ticks(scenario: Scenario) -> Iterator[Problem]:
-    rate = scenario.protocol.tick_rate_hz
+def _ticks(setup: Setup) -> Iterator[Problem]:
+    rate = setup.scenario.protocol.tick_rate_hz
     if rate is None or rate >= 1.0:
         return
     from .round_lengths import rounds_of
 
-    slot = rounds_of(scenario).slots.uplink_slot
+    slot = rounds_of(setup).slots.uplink_slot
     if slot * rate < 1.0:
         yield Problem(
             "protocol.tick_rate_hz",
@@ -293,7 +291,8 @@ def _ticks(scenario: Scenario) -> Iterator[Problem]:
         )
 
 
-def _samples(scenario: Scenario) -> Iterator[Problem]:
+def _samples(setup: Setup) -> Iterator[Problem]:
+    scenario = setup.scenario
     count = max(1, math.ceil(scenario.duration_s * scenario.record.metrics_hz))
     if count < FEWEST_SAMPLES:
         instants = "1 instant" if count == 1 else f"{count} instants"
@@ -318,6 +317,11 @@ class Reading:
     warnings: tuple[Mistake, ...]
     about: tuple[tuple[str, ...], ...]
     unloaded: tuple[Mistake, ...] = ()
+
+    @property
+    def setup(self) -> Setup:
+        """The facts of the scenario."""
+        return setup_of(self.scenario)
 
 
 def read_scenario(

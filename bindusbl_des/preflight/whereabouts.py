@@ -8,20 +8,11 @@ from typing import TYPE_CHECKING
 from ..core.plugins import PluginError
 from ..core.wording import timed
 from ..scenario.declared import BROADCASTERS, channel_named
-from ..scenario.destinations import known_stations
-from ..scenario.families import broadcaster_of, downlink_of, schedule_of, tells_slots
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Problem
 from ..scenario.sections.placements import Formation
 from ..scenario.sections.survey import SURVEY, SurveyEnd
-from ..scenario.site import (
-    area_of,
-    assumed_sound_speed_of,
-    lanes_heading,
-    positioned,
-    positioned_stations,
-    recorded_track,
-)
+from ..setup import Setup
 
 if TYPE_CHECKING:
     from .limits import SurveySights
@@ -45,14 +36,15 @@ ANYWHERE = [name for name, rule in BROADCASTERS.items() if rule.chosen_by in ("l
 LOOKS = 2001
 
 
-def formation(scenario: Scenario) -> Iterator[Problem]:
+def formation(setup: Setup) -> Iterator[Problem]:
     """Yield which ASVs are moored where nobody may have meant them to be: by default outside the
     survey, or beyond hearing.
     """
+    scenario = setup.scenario
     asked = scenario.asvs.formation.moored
     if asked is None:
         return
-    stations, area = _stations(scenario, asked), area_of(scenario)
+    stations, area = _stations(setup, asked), setup.area
     beyond = [area.beyond(x, y) for x, y in stations]
     if asked.is_placed or asked.radius_m is not None or len(stations) == 1:
         yield from _unheard(scenario, asked, beyond)
@@ -86,8 +78,9 @@ def _unheard(scenario: Scenario, asked: Formation, beyond: Sequence[float]) -> I
     )
 
 
-def deep(scenario: Scenario) -> Iterator[Problem]:
+def deep(setup: Setup) -> Iterator[Problem]:
     """Yield which AUVs are deeper than a band reaches, and so never heard, or never told."""
+    scenario = setup.scenario
     survey, bands = scenario.survey, scenario.acoustics
     missed = ("hf", bands.hf, "hears them"), ("mf", bands.mf, "reaches them")
     for name, band, words in missed if scenario.protocol.sends_frames else missed[:1]:
@@ -103,15 +96,16 @@ def deep(scenario: Scenario) -> Iterator[Problem]:
             )
 
 
-def _stations(scenario: Scenario, asked: Formation) -> list[tuple[float, float]]:
+def _stations(setup: Setup, asked: Formation) -> list[tuple[float, float]]:
     """Return where ASVs are moored, [x, y] in m.
 
     `planned` says the same, with numpy, for which `validate` does not wait.
     """
-    given, count = positioned_stations(scenario), scenario.asvs.count
+    scenario = setup.scenario
+    given, count = setup.given_stations_m, scenario.asvs.count
     if given is not None:
         return list(given)
-    x, y = area_of(scenario).centroid
+    x, y = setup.area.centroid
     radius = _radius(scenario, asked) if count > 1 else 0.0
     angles = [math.radians(asked.angle_deg) + math.tau * asv / count for asv in range(count)]
     return [(x + radius * math.cos(a), y + radius * math.sin(a)) for a in angles]
@@ -123,55 +117,55 @@ def _radius(scenario: Scenario, asked: Formation) -> float:
     return scenario.acoustics.hf.range_m + asked.clearance_m
 
 
-def frames(scenario: Scenario) -> Iterator[Problem]:
+def frames(setup: Setup) -> Iterator[Problem]:
     """Yield which AUVs hardly ever get a fix because ASVs broadcast in turn, which are told of
     their slot when it has begun, and at which frames may overlap.
     """
+    scenario = setup.scenario
     protocol, asvs = scenario.protocol, scenario.asvs
     if not protocol.sends_frames or protocol.replies or asvs.formation.moves:
         return
-    is_told = tells_slots(scenario) and protocol.dissemination.missed == "silent"
-    by_turns = broadcaster_of(scenario).chosen_by == "turn" and asvs.count > 1
-    by_turns &= (
-        tells_slots(scenario) or schedule_of(scenario).framed or downlink_of(scenario).by_group
-    )
-    meet = _may_overlap(scenario)
+    is_told = setup.tells_slots and protocol.dissemination.missed == "silent"
+    by_turns = setup.broadcaster.chosen_by == "turn" and asvs.count > 1
+    by_turns &= setup.tells_slots or setup.schedule.framed or setup.downlink.by_group
+    meet = _may_overlap(setup)
     if not (is_told or by_turns or meet):
         return
     from .limits import planned_sights  # brings numpy
 
     try:
-        seen = planned_sights(scenario)
+        seen = planned_sights(setup)
     except (PluginError, ValueError):  # only the plug-in knows where AUVs go
         return
     if by_turns:
-        yield from _turns(scenario, seen)
+        yield from _turns(setup, seen)
     if is_told:
-        yield from _late(scenario, seen)
+        yield from _late(setup, seen)
     if meet:
-        yield from _overlapping(scenario, seen)
+        yield from _overlapping(setup, seen)
 
 
-def _may_overlap(scenario: Scenario) -> bool:
+def _may_overlap(setup: Setup) -> bool:
     """Tell whether frames of two ASVs may overlap somewhere, which takes longer to tell of AUVs."""
-    rule, downlink = broadcaster_of(scenario), downlink_of(scenario)
+    scenario = setup.scenario
+    rule, downlink = setup.broadcaster, setup.downlink
     pings_between = downlink.waits and not (rule.at_once or scenario.protocol.random_access)
     if pings_between or rule.chosen_by == "one" or scenario.asvs.count == 1:
         return False
     moored = scenario.asvs.formation.moored
-    stations = known_stations(scenario) if moored is None else _stations(scenario, moored)
+    stations = setup.nominal_stations_m if moored is None else _stations(setup, moored)
     apart = math.hypot(*(max(axis) - min(axis) for axis in zip(*stations, strict=True)))
     from .round_lengths import gap_s  # brings numpy
 
-    spread = min(apart, scenario.acoustics.mf.range_m) / assumed_sound_speed_of(scenario)
-    return spread > gap_s(scenario)
+    spread = min(apart, scenario.acoustics.mf.range_m) / setup.assumed_sound_speed_m_per_s
+    return spread > gap_s(setup)
 
 
-def _overlapping(scenario: Scenario, seen: "SurveySights") -> Iterator[Problem]:
+def _overlapping(setup: Setup, seen: "SurveySights") -> Iterator[Problem]:
     """Yield at which AUVs the end of a frame may overlap the beginning of the next."""
     from .limits import frames_overlap
 
-    gap, spread, auvs = frames_overlap(scenario, seen)
+    gap, spread, auvs = frames_overlap(setup, seen)
     if not auvs:
         return
     yield Problem(
@@ -179,20 +173,21 @@ def _overlapping(scenario: Scenario, seen: "SurveySights") -> Iterator[Problem]:
         f"the next frame may begin {gap:.4g} s after one has ended, which takes up to "
         f"{spread:.4g} s longer on its way: {_named('AUV', auvs)} where both overlap, and "
         f"neither is decoded; give protocol.downlink_guard_s {_up(spread)} or more",
-        ("protocol.downlink_guard_s", "asvs.formation.radius_m", *shapes(scenario)),
+        ("protocol.downlink_guard_s", "asvs.formation.radius_m", *shapes(setup.scenario)),
     )
 
 
-def _turns(scenario: Scenario, seen: "SurveySights") -> Iterator[Problem]:
+def _turns(setup: Setup, seen: "SurveySights") -> Iterator[Problem]:
     """Yield which AUVs hardly ever get a fix because ASVs broadcast in step with the turns of AUVs,
     or by turns tell an AUV its slot and its fix, and those whose turn it is do not reach them.
     """
-    from ..acoustics.fix_chance import told_ahead
+    scenario = setup.scenario
+    from .fix_chance import told_ahead
     from .limits import told
 
     protocol, asvs = scenario.protocol, scenario.asvs
-    ahead = told_ahead(scenario, protocol.downlink)
-    _, delivered, cycle = told(scenario, seen, protocol.downlink)
+    ahead = told_ahead(setup, protocol.downlink)
+    _, delivered, cycle = told(setup, seen, protocol.downlink)
     fair = seen.at_best.mean(axis=0) / asvs.count
     missed = (delivered.mean(axis=0) < HARDLY_EVER * fair).nonzero()[0].tolist()
     if not missed or not (ahead or cycle > 1):
@@ -220,11 +215,11 @@ def _turns(scenario: Scenario, seen: "SurveySights") -> Iterator[Problem]:
     )
 
 
-def _late(scenario: Scenario, seen: "SurveySights") -> Iterator[Problem]:
+def _late(setup: Setup, seen: "SurveySights") -> Iterator[Problem]:
     """Yield that AUVs are told of the first slot of a round when it has begun."""
     from .limits import first_slot_after
 
-    left, needed, auvs = first_slot_after(scenario, seen)
+    left, needed, auvs = first_slot_after(setup, seen)
     if not auvs:
         return
     yield Problem(
@@ -241,8 +236,9 @@ def _up(seconds: float) -> str:
     return f"{math.ceil(100.0 * seconds) / 100.0:g}"
 
 
-def anchors(scenario: Scenario) -> Iterator[Problem]:
+def anchors(setup: Setup) -> Iterator[Problem]:
     """Yield what keeps ASVs that are placed anew from being where AUVs are."""
+    scenario = setup.scenario
     asked, auvs = scenario.asvs.formation.replanned, scenario.auvs
     if asked is None:
         return
@@ -268,12 +264,13 @@ def shapes(scenario: Scenario) -> list[str]:
     return [f"survey.{name}" for name in scenario.survey.shapes]
 
 
-def routes(scenario: Scenario) -> Iterator[Problem]:
+def routes(setup: Setup) -> Iterator[Problem]:
     """Yield which AUVs have places to go to or to hold outside the survey."""
-    route, area = scenario.auvs.route, area_of(scenario)
+    scenario = setup.scenario
+    route, area = scenario.auvs.route, setup.area
     if not route.PLACES:
         return
-    plans = positioned(scenario, route).places
+    plans = setup.route.places
     beyond = {auv: max(area.beyond(x, y) for x, y in plan) for auv, plan in enumerate(plans)}
     outside = {auv: excess for auv, excess in beyond.items() if excess > ON_THE_EDGE_M}
     if outside:
@@ -292,19 +289,20 @@ IDLE_SHARE = 0.05
 FAR_TOO_LONG = 1.5
 
 
-def idle(scenario: Scenario) -> Iterator[Problem]:
+def idle(setup: Setup) -> Iterator[Problem]:
     """Yield by how much a mission is longer than its survey: that time counts in its means."""
+    scenario = setup.scenario
     end, lanes = float(scenario.duration_s), scenario.auvs.route.lanes
     if isinstance(scenario.duration_s, SurveyEnd) or lanes is None:
         return
-    area, spacing, margin = area_of(scenario), lanes.lane_spacing_m, lanes.end_margin_m
+    area, spacing, margin = setup.area, lanes.lane_spacing_m, lanes.end_margin_m
     inside = area.square_m - (spacing if margin is None else 2 * margin) * area.across
     if inside / spacing / sum(scenario.auvs.speeds) > FAR_TOO_LONG * end:
         return  # it takes no plan to see, and so no time
     from ..scenario.flight_plans import survey_end
 
     try:
-        flown = float(survey_end(scenario))
+        flown = float(survey_end(scenario.auvs, scenario.environment, setup.plans))
     except ValueError:
         return  # it has no end that is known, or none in time
     if end - flown > IDLE_SHARE * end:
@@ -319,20 +317,21 @@ def idle(scenario: Scenario) -> Iterator[Problem]:
         )
 
 
-def bays(scenario: Scenario) -> Iterator[Problem]:
+def bays(setup: Setup) -> Iterator[Problem]:
     """Yield which lanes leave an area and come back, straight across a bay of it."""
-    route, area = scenario.auvs.route.lanes, area_of(scenario)
+    auvs, area = setup.scenario.auvs, setup.area
+    route = auvs.route.lanes
     if route is None or area.is_rectangle:
         return
     import shapely  # which rectangles do not need
 
     from ..scenario.flight_plans import shares_of
 
-    inside = area.along(lanes_heading(scenario)).shape
+    inside = area.along(setup.lanes_heading_rad).shape
     if inside.equals(inside.convex_hull):
         return
     try:
-        shares = shares_of(scenario, route)
+        shares = shares_of(area, setup.lanes_heading_rad, route, auvs.count)
     except ValueError:
         return  # which is told as a mistake
     crossed: dict[int, int] = {}
@@ -356,7 +355,7 @@ def bays(scenario: Scenario) -> Iterator[Problem]:
         lanes = sum(len(share.lanes) for share in shares)
         whose = ", ".join(f"AUV{auv} on {many}" for auv, many in crossed.items() if many)
         yield Problem(
-            f"survey.{scenario.survey.shapes[0]}",
+            f"survey.{setup.scenario.survey.shapes[0]}",
             f"{sum(crossed.values())} of {lanes} lanes leave the area and come back across a bay "
             f"({whose}): {sum(gap for gap, _ in gaps):.4g} m in all, {max(gaps)[0]:.4g} m at a "
             f"stretch, up to {max(away for _, away in gaps):.3g} m beyond its edge; turn the lanes "
@@ -372,20 +371,21 @@ def _named(kind: str, numbers: Sequence[int]) -> str:
     return f"{', '.join(names)} {'is' if len(numbers) == 1 else 'are'}"
 
 
-def tracks(scenario: Scenario) -> Iterator[Problem]:
+def tracks(setup: Setup) -> Iterator[Problem]:
+    scenario = setup.scenario
     route = scenario.auvs.route.recording
     if route is None:
         return
     import numpy as np  # which other routes do not need
 
-    area, duration = area_of(scenario), scenario.duration_s
+    area, duration = setup.area, scenario.duration_s
     instants = np.linspace(0.0, duration, LOOKS)
     late: dict[int, float] = {}
     early: dict[int, float] = {}
     outside: dict[int, tuple[float, float]] = {}
     for auv in range(len(route.files)):
         try:
-            times, places = recorded_track(scenario, route, auv)
+            times, places = setup.auv_track(auv)
         except ValueError:
             continue  # which is told as a mistake
         late[auv], early[auv] = max(times[0], 0.0), max(duration - times[-1], 0.0)

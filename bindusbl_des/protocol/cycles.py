@@ -106,9 +106,8 @@ def cycle(downlink: str | None, slots: Slots, groups: int, fixes: int, named: in
     It has so many ping `groups` in slots T_UL, which bring so many `fixes`, as evenly as may be;
     each of its broadcasts tells `named` AUVs their slots.
 
-    >>> from bindusbl_des import load_scenario
-    >>> from bindusbl_des.protocol.slots import slots_of
-    >>> slots = slots_of(load_scenario("baseline_60m"))
+    >>> from bindusbl_des import Setup, load_scenario
+    >>> slots = Setup(load_scenario("baseline_60m")).slots
     >>> one = cycle("sequential", slots, 3, 3)
     >>> len(one.slots_s), len(one.broadcasts_s), round(one.length_s, 3) > 0.4
     (3, 1, True)

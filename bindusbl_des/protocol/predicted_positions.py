@@ -16,10 +16,7 @@ from ..acoustics.propagation import SignalBand
 from ..core.arrays import Flags, Floats
 from ..geometry.paths import Path
 from ..records.rows import EventBuffer, Rows
-from ..scenario.destinations import held_places, route_of, tracks_of
-from ..scenario.families import positions_of
-from ..scenario.flight_plans import planned_tours
-from ..scenario.scenario import Scenario
+from ..scenario.site import Site
 from ..vehicles.fleet import VehicleFleet
 from ..vehicles.motion import SPEED, places
 from ..vehicles.vehicle import (
@@ -198,38 +195,38 @@ class PredictedPositions:
         return hearing(auvs, asvs, reach, slant)
 
 
-def prediction_of(scenario: Scenario, launched: Floats) -> Prediction | None:
+def prediction_of(site: Site, launched: Floats) -> Prediction | None:
     """Return how a fleet predicts the AUVs that it has launched at places (n, 3), m; None where it
     knows the truth.
     """
-    match positions_of(scenario):
+    match site.positions:
         case "last_fix":
             return LastFixes(launched)
         case "carried_forward":
-            return CarriedForward(launched, courses(scenario))
+            return CarriedForward(launched, courses(site))
         case _:
             return None
 
 
-def courses(scenario: Scenario) -> list[Course]:
+def courses(site: Site) -> list[Course]:
     """Return what is planned for each AUV of a scenario."""
-    unflown = _unflown(scenario)
+    unflown = _unflown(site)
     if unflown is not None:
         return [Shifted(vehicle) for vehicle in unflown]
-    tours = zip(planned_tours(scenario), scenario.auvs.speeds, strict=True)
-    return [Touring(tour, speed) for tour, speed in tours]
+    plans = zip(site.plans, site.scenario.auvs.speeds, strict=True)
+    return [Touring(plan.tour, speed) for plan, speed in plans]
 
 
-def _unflown(scenario: Scenario) -> list[SegmentedTrajectory] | None:
+def _unflown(site: Site) -> list[SegmentedTrajectory] | None:
     """Return the AUVs that hold still or repeat tracks; None where they fly paths."""
-    held, depth = held_places(scenario), scenario.survey.depth
+    held, depth = site.held_places_m, site.scenario.survey.depth
     if held is not None:
         return [moored(Place(x, y, depth(auv), 0.0)) for auv, (x, y) in enumerate(held)]
-    tracks = tracks_of(scenario)
+    tracks = site.auv_tracks
     return None if tracks is None else [recorded(*track) for track in tracks]
 
 
-def planned_vehicles(scenario: Scenario, lasts: float) -> list[SegmentedTrajectory]:
+def planned_vehicles(site: Site, lasts: float) -> list[SegmentedTrajectory]:
     """Return the AUVs of a scenario as they are planned for so long (s), AUV0 first.
 
     Those with dynamics are taken for vehicles without, at the speed that they are to go.
@@ -238,20 +235,20 @@ def planned_vehicles(scenario: Scenario, lasts: float) -> list[SegmentedTrajecto
         ValueError: when the route cannot be flown.
         PluginError: when one's own is not allowed, or makes none.
     """
-    unflown = _unflown(scenario)
+    unflown = _unflown(site)
     if unflown is not None:
         return unflown
-    depths = [scenario.survey.depth(auv) for auv in range(scenario.auvs.count)]
-    ways = zip(planned_tours(scenario), scenario.auvs.speeds, depths, strict=True)
-    return [kinematic(tour, speed, depth, lasts) for tour, speed, depth in ways]
+    depths = [site.scenario.survey.depth(auv) for auv in range(site.scenario.auvs.count)]
+    plans = zip(site.plans, site.scenario.auvs.speeds, depths, strict=True)
+    return [kinematic(plan.tour, speed, depth, lasts) for plan, speed, depth in plans]
 
 
-def planned_speeds(scenario: Scenario, auvs: VehicleFleet) -> Floats:
+def planned_speeds(site: Site, auvs: VehicleFleet) -> Floats:
     """Return the planned speed of each AUV (m/s), (n,), of a track that of its fastest leg."""
-    speed = np.array(scenario.auvs.speeds)
-    if scenario.auvs.route.is_held:
+    speed = np.array(site.scenario.auvs.speeds)
+    if site.scenario.auvs.route.is_held:
         speed[:] = 0.0
-    elif route_of(scenario).is_recorded and auvs.poses is None:
+    elif site.route.is_recorded and auvs.poses is None:
         table, first, _ = auvs.motion
         speed = np.maximum.reduceat(table[:, SPEED], first[:-1])
     return speed

@@ -16,7 +16,8 @@ from ..records.events import HEARD, IN_FLIGHT
 from ..records.rows import CALLED, Rows
 from ..scenario.families import RANGING
 from ..scenario.part_choice import own_part
-from ..scenario.scenario import Scenario
+from ..scenario.sections.protocol import Protocol
+from ..scenario.site import Site
 from ..vehicles.fleet import VehicleFleet
 from .hf.calling import choose_callers
 from .hf.uplink import NO_CALL, Uplink, members
@@ -245,23 +246,25 @@ class OwnRanging:
 
 
 def ranging_of(
-    scenario: Scenario,
+    protocol: Protocol,
+    late: Sequence[float] | None,
     env: simpy.Environment,
     uplink: Uplink,
     streams: Streams,
     answers: Answers | None = None,
 ) -> OneWay | TwoWay | OwnRanging:
-    """Return how the pings of a scenario come about; `answers` wait for them where it polls.
+    """Return how pings come about, of AUVs that are so much `late` (s) if not None; `answers` wait
+    for them where AUVs are polled.
 
     Raises:
         PluginError: when one's own is not allowed, or cannot be loaded or called.
     """
-    name = scenario.protocol.ranging
-    if scenario.protocol.calls:
-        delay, one_way = scenario.protocol.turnaround_s, name == "owtt_sync"
+    name = protocol.ranging
+    if protocol.calls:
+        delay, one_way = protocol.turnaround_s, name == "owtt_sync"
         return TwoWay(env, uplink, turnaround=delay, one_way=one_way, answers=answers)
     if name == "owtt_sync":
-        return OneWay(env, uplink, scenario.auvs.ping_late_s)
+        return OneWay(env, uplink, late)
     draw = streams.of(Purpose.RANGING)
     return OwnRanging(name, own_part(RANGING, name), env, uplink, draw)
 
@@ -276,16 +279,17 @@ def nearest(view: View, group: Sequence[int], failed: Sequence[int] = ()) -> Int
     return callers
 
 
-def strayed(scenario: Scenario, auvs: VehicleFleet) -> Floats:
+def strayed(site: Site, auvs: VehicleFleet) -> Floats:
     """Return how far AUVs go between a call and its answer, as far as the fleet knows, (n,), m2.
 
     That is the variance along any level direction of the way in a ping and a turnaround, at the
     planned speed on an unknown course: none for those that hold, the fastest leg of a track.  A
     current adds its own way to that of vehicles that drift with it.
     """
+    scenario = site.scenario
     protocol, water = scenario.protocol, scenario.environment
     drift = 0.0
     if scenario.auvs.vehicle.has_dynamics:
         drift = water.current_m_per_s**2 + 2 * water.current_variation_m_per_s**2
     lasts = scenario.acoustics.hf.ping_s + protocol.turnaround_s
-    return np.asarray((planned_speeds(scenario, auvs) ** 2 + drift) * lasts**2 / 2)
+    return np.asarray((planned_speeds(site, auvs) ** 2 + drift) * lasts**2 / 2)

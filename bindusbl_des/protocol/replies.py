@@ -8,16 +8,8 @@ import simpy
 from ..acoustics.messages import Message
 from ..records.events import IN_FLIGHT
 from ..records.rows import Recorder
-from ..scenario.scenario import Scenario
 from .hf.outcomes import Outcomes
 from .mf.downlink import MfDownlink
-
-
-def reply_delay_of(scenario: Scenario) -> float:
-    """Return how long after a ping's front an ASV answers it (s); a frame waits for its end."""
-    protocol = scenario.protocol
-    early = protocol.answer.reply_at == "ping_front" and not protocol.replies_in_frames
-    return 0.0 if early else scenario.acoustics.hf.ping_s
 
 
 class Replies:

@@ -6,13 +6,12 @@ as the survey grows (paper, section TDMA Acoustic Protocol).
 
 from dataclasses import dataclass
 
-from ..acoustics.messages import Messages, messages_of
+from ..acoustics.messages import Messages
 from ..core.clock import Clock, ExactClock, TickClock
 from ..core.plugins import PluginError, asked, loaded, shown
-from ..scenario.destinations import longest_way
 from ..scenario.families import RANGING
-from ..scenario.scenario import Scenario
-from ..scenario.site import area_of, assumed_sound_speed_of
+from ..scenario.sections.protocol import Protocol
+from ..scenario.site import Site, longest_path
 
 # eq. guard, UL_min, DL_guard, DL_min: factors of the crossing time
 UPLINK_GUARD, SHORTEST_UPLINK = 0.5, 2.5
@@ -127,38 +126,30 @@ class Slots:
         return downlink_slot(self.airtime(fix_count, named), self.crossing_time, guard, shortest)
 
 
-def clock_of(scenario: Scenario) -> Clock:
-    """Return the clock on which slots start and fixes are delivered."""
-    rate = scenario.protocol.tick_rate_hz
-    return ExactClock() if rate is None else TickClock(rate)
-
-
-def slots_of(scenario: Scenario) -> Slots:
+def slots_of(site: Site, messages: Messages) -> Slots:
     """Derive every duration of the protocol from the survey and the bands.
 
     The fleet plans it with the speed of sound that it assumes.
     """
-    sound_speed = assumed_sound_speed_of(scenario)
-    hf, protocol = scenario.acoustics.hf, scenario.protocol
-    crossing = crossing_time(area_of(scenario).across, sound_speed)
-    longest = longest_way(hf.range_m, scenario.survey.deepest, hf.range_metric) / sound_speed
+    sound_speed, rate = site.assumed_sound_speed_m_per_s, site.scenario.protocol.tick_rate_hz
+    hf, protocol = site.scenario.acoustics.hf, site.scenario.protocol
+    crossing = crossing_time(site.area.across, sound_speed)
+    deepest = site.scenario.survey.deepest
+    longest = longest_path(hf.range_m, deepest, hf.range_metric) / sound_speed
     guards = (
         _chosen(protocol.uplink_guard_s, UPLINK_GUARD * crossing),
         _chosen(protocol.downlink_guard_s, DOWNLINK_GUARD * crossing),
         _chosen(protocol.shortest_downlink_slot_s, SHORTEST_DOWNLINK * crossing),
     )
-    messages, answer = messages_of(scenario), 0.0
-    if protocol.replies_in_frames:
-        answer = messages.airtime(1) + guards[1]
+    answer = messages.airtime(1) + guards[1] if protocol.replies_in_frames else 0.0
     return Slots(
-        crossing, hf.ping_s, longest, _uplink_slot_of(scenario, longest, crossing) + answer,
-        *guards, messages, clock_of(scenario), sound_speed, answer,
+        crossing, hf.ping_s, longest, _uplink_slot(protocol, hf.ping_s, longest, crossing) + answer,
+        *guards, messages, ExactClock() if rate is None else TickClock(rate), sound_speed, answer,
     )  # fmt: skip
 
 
-def _uplink_slot_of(scenario: Scenario, longest: float, crossing: float) -> float:
-    """Return the slot T_UL (s) of the ranging of a scenario."""
-    protocol, ping = scenario.protocol, scenario.acoustics.hf.ping_s
+def _uplink_slot(protocol: Protocol, ping: float, longest: float, crossing: float) -> float:
+    """Return the slot T_UL (s) of a ranging, for a ping, its longest travel time and t_C (s)."""
     guards = protocol.uplink_guard_s, protocol.shortest_uplink_slot_s
     if protocol.calls:
         return two_way_uplink_slot(ping, longest, protocol.turnaround_s, crossing, *guards)

@@ -13,11 +13,8 @@ from ..navigation.belief import STATES, Belief, Growth, begun_at, first_belief
 from ..navigation.dead_reckoning import Odometry
 from ..navigation.smoothing import Sights, Smoothed, smooth
 from ..records.rows import Rows
-from ..scenario.agreement.instruments import taken_for
-from ..scenario.own_sensors import own_sensors
-from ..scenario.scenario import Scenario
-from ..scenario.site import assumed_sound_speed_of
-from ..usbl.instrument import range_sd, sheet_of, stated_range_sd
+from ..setup import Setup
+from ..usbl.instrument import range_sd, stated_range_sd
 from .log import Log
 from .sighting import SEEN, SIGHT, Mixture, follow, look
 
@@ -93,15 +90,16 @@ class Noise:
         return Growth(walk, 0.0, self.in_body, STATES, wandering, sds, time_constants)
 
 
-def noise_of(scenario: Scenario) -> Noise:
+def noise_of(setup: Setup) -> Noise:
     """Return the noise that a scenario tells AUVs of, as far as a log has any use for it."""
-    scenario = taken_for(scenario)
-    navigation, usbl, sensors = scenario.navigation, scenario.usbl, own_sensors(scenario)
-    speed, sheet = assumed_sound_speed_of(scenario), sheet_of(scenario)
+    setup = setup.taken
+    scenario = setup.scenario
+    navigation, usbl, sensors = scenario.navigation, scenario.usbl, setup.own_sensors
+    speed, sheet = setup.assumed_sound_speed_m_per_s, setup.sheet
     return Noise(
         range_sd(usbl.travel_time_sd_s, usbl.quantum_s, speed, ways=1)
         if sheet is None
-        else stated_range_sd(sheet, scenario),
+        else stated_range_sd(sheet, setup.ranging.calls),
         usbl.outlier_share,
         usbl.outlier_sd_m if usbl.outlier_share > 0.0 else 0.0,
         sensors.random_walk_m_per_sqrt_s,

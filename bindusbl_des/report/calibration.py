@@ -12,12 +12,12 @@ import numpy as np
 from ..core.arrays import Floats
 from ..core.wording import number
 from ..navigation.fix_update import SURE
-from ..scenario.families import navigator_of
+from ..setup import Setup
 from .page import filled, table
 from .recording import Recording
 
 if TYPE_CHECKING:
-    from ..scenario.scenario import Scenario
+    pass
 
 LEVELS = (0.50, 0.95, 0.99)
 
@@ -132,7 +132,7 @@ def calibration_text(mission: Recording) -> str:
         *((f"inside {100 * p:.0f} %", "% of time") for p in LEVELS),
         ("filter", ""),
     ]
-    said = _said(mission.scenario, fleet)
+    said = _said(mission.setup, fleet)
     others: dict[str, list[str]] = {}
     for name, own in known.items():
         if own.verdict != fleet.verdict:
@@ -153,9 +153,9 @@ def _row(name: str, found: Calibration | None) -> list[str]:
     return [name, *(number(share, 1, 100) for share in found.inside), found.verdict]
 
 
-def _said(scenario: "Scenario", fleet: Calibration) -> str:
+def _said(setup: Setup, fleet: Calibration) -> str:
     """Return in words whether the filter knows how far off it is."""
-    navigation = scenario.navigation
+    navigation = setup.scenario.navigation
     half, most, _ = (f"{100 * share:.0f} %" for share in fleet.inside)
     name = navigation.filter
     over, under = f"The filter {name} is over", f"The filter {name} is under"
@@ -171,7 +171,7 @@ def _said(scenario: "Scenario", fleet: Calibration) -> str:
         if fleet.verdict == UNDECIDED
         else f"and shares within {SIGNIFICANT:g} standard errors of those are taken for chance"
     )
-    late = navigator_of(scenario).has_gain and navigation.fixed_gain.delay_compensation == "none"
+    late = setup.navigator.has_gain and navigation.fixed_gain.delay_compensation == "none"
     why = (
         " Its delay_compensation is none: it takes a fix for where the AUV is now, and its "
         "covariance does not know of the way gone since the ping."

@@ -6,24 +6,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..core.arrays import Floats
-from ..scenario.families import navigator_of
-from ..scenario.own_sensors import own_sensors
+from ..setup import Setup
 
 if TYPE_CHECKING:
-    from ..scenario.scenario import Scenario
     from .recording import Recording
 
 
 SIGMAS = 3.0
 
 
-def envelope_made_of(scenario: "Scenario") -> str:
+def envelope_made_of(setup: Setup) -> str:
     """Return in words what the bound is made of."""
-    if navigator_of(scenario).has_gain:
+    if setup.navigator.has_gain:
         return "the known bias, the random walk and the covariances of the fixes delivered"
-    return (
-        f"what the filter {scenario.navigation.filter} believes of its own error (its covariance)"
-    )
+    name = setup.scenario.navigation.filter
+    return f"what the filter {name} believes of its own error (its covariance)"
 
 
 def error_envelope(mission: "Recording", auv: int) -> Floats:
@@ -42,9 +39,9 @@ def error_envelope(mission: "Recording", auv: int) -> Floats:
     left out.  A filter without a fixed gain says itself how sure it is: there the bound is three
     sigma of that.
     """
-    if not navigator_of(mission.scenario).has_gain:
+    if not mission.setup.navigator.has_gain:
         return SIGMAS * _largest_sd(mission.covariance(auv))
-    sd = own_sensors(mission.scenario).random_walk_m_per_sqrt_s
+    sd = mission.setup.own_sensors.random_walk_m_per_sqrt_s
     walk = np.array([sd**2, sd**2, 0.0])  # growth of xx, yy, xy (m2/s)
     delivered, covariances = _walked(mission, auv, walk)
     index = np.searchsorted(delivered, mission.times, side="right") - 1
@@ -115,7 +112,7 @@ def _unknown(mission: "Recording", auv: int) -> list[tuple[float, Floats]]:
     The initial position (m) along x and y, the velocity bias (m/s) along its two axes, the scale
     factor and the heading (rad).
     """
-    sensors, still = own_sensors(mission.scenario), np.zeros((len(mission.times), 2))
+    sensors, still = mission.setup.own_sensors, np.zeros((len(mission.times), 2))
     bias, start = sensors.bias_sd_m_per_s, mission.scenario.navigation.initial_position_sd_m
     axes = ((1.0, 0.0), (0.0, 1.0))
     found = [(start, still + np.array(axis)) for axis in axes if start]
@@ -146,7 +143,8 @@ def _current(mission: "Recording") -> Floats:
 def _mean_drift(mission: "Recording", auv: int) -> Floats:
     """Return the drift (m) at each instant that the bias and a steady current cause."""
     scenario = mission.scenario
-    rate = _bias_rate(mission, auv, own_sensors(scenario).bias_m_per_s)
+    setup = mission.setup
+    rate = _bias_rate(mission, auv, setup.own_sensors.bias_m_per_s)
     if scenario.navigation.velocity == "through_water":
         rate = rate - _current(mission)
     return _summed(mission, rate)

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,11 +10,8 @@ from ..core.spreads import wandering_rms
 from ..core.wording import LONG_S, significant, timed
 from ..preflight.round_lengths import rounds_of
 from ..scenario.own_sensors import straight_drift_rms
+from ..setup import Setup
 from .recording import FATES, Recording
-
-if TYPE_CHECKING:
-    from ..scenario.scenario import Scenario
-
 
 # An AUV starves when dead reckoning alone would have drifted this far (m) since its last fix ...
 TOLERATED_DRIFT_M = 1.0
@@ -87,17 +83,17 @@ class Service:
 def patience(mission: Recording) -> Patience:
     """Return after how long without a fix an AUV counts as starved."""
     starts, duration = mission.rounds["started_at_s"], mission.scenario.duration_s
-    scenario, turns = mission.scenario, "rounds"
+    scenario, setup, turns = mission.scenario, mission.setup, "rounds"
     if scenario.protocol.random_access:  # whose rounds begin as MF is free, whoever pings
         length, turns = scenario.protocol.frame_s, "times the mean interval of its pings"
     elif len(starts) > 1:
         length = float(np.median(np.diff(starts)))
     else:  # none shows how long one takes
-        planned = rounds_of(scenario)
+        planned = rounds_of(setup)
         length = planned.period(planned.most, planned.auvs)
-    later = _patience(scenario, length, 0.0)
-    first = _patience(scenario, length, scenario.navigation.initial_position_sd_m)
-    if _drift(scenario, duration, 0.0) <= TOLERATED_DRIFT_M:
+    later = _patience(setup, length, 0.0)
+    first = _patience(setup, length, scenario.navigation.initial_position_sd_m)
+    if _drift(setup, duration, 0.0) <= TOLERATED_DRIFT_M:
         reason = f"{MANY_ROUNDS:g} {turns}, since dead reckoning alone drifts by less than"
     elif later > TOLERATED_ROUNDS * length:
         reason = "the time in which dead reckoning alone drifts by"
@@ -106,23 +102,25 @@ def patience(mission: Recording) -> Patience:
     return Patience(min(first, later), later, f"{reason} {TOLERATED_DRIFT_M:g} m")
 
 
-def _patience(scenario: "Scenario", length: float, initial_sd: float) -> float:
+def _patience(setup: Setup, length: float, initial_sd: float) -> float:
     """Return the time (s) in which the error reaches what is tolerated, or rounds' lengths (s)."""
-    if _drift(scenario, scenario.duration_s, initial_sd) <= TOLERATED_DRIFT_M:
+    duration = setup.scenario.duration_s
+    if _drift(setup, duration, initial_sd) <= TOLERATED_DRIFT_M:
         return MANY_ROUNDS * length
-    low, high = 0.0, scenario.duration_s
+    low, high = 0.0, duration
     for _ in range(50):
         middle = (low + high) / 2
-        drifted = _drift(scenario, middle, initial_sd) >= TOLERATED_DRIFT_M
+        drifted = _drift(setup, middle, initial_sd) >= TOLERATED_DRIFT_M
         low, high = (low, middle) if drifted else (middle, high)
     return max(high, TOLERATED_ROUNDS * length)
 
 
-def _drift(scenario: "Scenario", time: float, initial_sd: float) -> float:
+def _drift(setup: Setup, time: float, initial_sd: float) -> float:
     """Return the RMS (m) of the error after so long (s) without a fix, on a straight way; that of
     the position at first adds 2 sd^2.  A log of the way through the water misses the current.
     """
-    drift, water = straight_drift_rms(scenario, time), scenario.environment
+    scenario, water = setup.scenario, setup.scenario.environment
+    drift = straight_drift_rms(setup.own_sensors, time, max(scenario.auvs.speeds))
     if scenario.navigation.velocity == "through_water":
         wandered = wandering_rms(
             time, water.current_variation_m_per_s, water.current_variation_time_s

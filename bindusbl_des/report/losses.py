@@ -131,7 +131,7 @@ def broadcast_distances(mission: Recording) -> tuple[Floats, Floats]:
     if mission.scenario.acoustics.mf.range_metric == "slant":
         away = np.hypot(away, mission.truth["z_m"][auv, column])  # ASVs float at the surface
     sent_from = away[fixes["broadcast_by"][rows], every]
-    away[~works(mission.scenario, np.arange(len(away))[:, None], times)] = np.inf
+    away[~works(mission.setup, np.arange(len(away))[:, None], times)] = np.inf
     return sent_from, away.min(axis=0)
 
 

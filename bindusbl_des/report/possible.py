@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from ..acoustics.fix_chance import fix_chance, survey_grid
 from ..core.arrays import Floats, Ints
 from ..core.wording import number
 from ..geometry.formation import keep_station
+from ..preflight.fix_chance import fix_chance, survey_grid
 from ..preflight.limits import (
     MOST_PAIRS,
     Limits,
@@ -29,8 +29,6 @@ from ..preflight.limits import (
 )
 from ..preflight.round_lengths import rounds_of
 from ..protocol.bounds import reuse_bound
-from ..protocol.slots import slots_of
-from ..scenario.families import navigator_of, schedule_of
 from .page import Packer
 from .recording import TRUTH, Recording
 
@@ -57,11 +55,11 @@ def fields(mission: Recording, packer: Packer) -> dict[str, Any] | None:
     None where ASVs move, and where somebody's own channel decides what is decoded: it is not asked
     again.
     """
-    grid = survey_grid(mission.scenario, CELLS)
+    grid = survey_grid(mission.setup, CELLS)
     ways = np.stack([mission.truth[name][mission.auvs :] for name in ("x_m", "y_m")], axis=-1)
     if not keep_station(ways, mission.scenario.acoustics.hf.range_m):
         return None
-    chance = fix_chance(mission.scenario, ways[:, 0], grid.middles)
+    chance = fix_chance(mission.setup, ways[:, 0], grid.middles)
     if chance is None:
         return None
     chance = np.where(grid.inside, chance, np.nan)
@@ -96,7 +94,7 @@ def expected_error(mission: Recording, places: Floats, chance: Floats) -> Floats
     """
     navigation = mission.scenario.navigation
     noise = _noise(mission, places)
-    navigator = navigator_of(mission.scenario)
+    navigator = mission.setup.navigator
     if noise is None or not (navigation.weighs or navigator.has_gain):
         return None
     wait = _round(mission) / np.where(chance > HARDLY_ANY, chance, np.nan)
@@ -187,7 +185,7 @@ class Reached:
 
 def reached(mission: Recording) -> list[Reached]:
     """Return how near a mission came to its limits; what does not apply to it is left out."""
-    limits = limits_of(mission.scenario, _sights(mission, instants(mission.scenario)))
+    limits = limits_of(mission.setup, _sights(mission, instants(mission.scenario)))
     rows = [*_range(mission), *_rates(mission, limits), *_slots(mission), *_medium(mission, limits)]
     return [row for row in rows if row.reached is not None and row.possible is not None]
 
@@ -211,7 +209,7 @@ def _places(mission: Recording, times: Floats) -> Floats:
 def _sights(mission: Recording, times: Floats) -> SurveySights:
     """Return who was within range of whom at instants (k,), s, by the true tracks."""
     places = _places(mission, times)
-    return sights(mission.scenario, times, places[:, : mission.auvs], places[:, mission.auvs :])
+    return sights(mission.setup, times, places[:, : mission.auvs], places[:, mission.auvs :])
 
 
 def _range(mission: Recording) -> Iterator[Reached]:
@@ -239,8 +237,9 @@ def _rates(mission: Recording, limits: Limits) -> Iterator[Reached]:
     if limits.records_hz is None:
         return
     scenario = mission.scenario
+    setup = mission.setup
     seen = _sights(mission, instants(scenario, MOST_INSTANTS))
-    found = rates_of(scenario, rounds_of(scenario), seen, limits.senders)
+    found = rates_of(setup, rounds_of(setup), seen, limits.senders)
     best = found["back_to_back"]
     rates = np.array([row["fix_rate_hz"] for row in mission.metrics.auvs])
     meaning = "frame behind frame, with fixes of the AUVs in range"
@@ -256,7 +255,7 @@ def _slots(mission: Recording) -> Iterator[Reached]:
     A schedule that goes by where it believes AUVs to be may make fewer than are free of conflicts.
     """
     rounds, protocol = mission.rounds, mission.scenario.protocol
-    schedule = schedule_of(mission.scenario)
+    schedule = mission.setup.schedule
     if (
         protocol.asvs_ping
         or schedule.framed
@@ -312,6 +311,7 @@ def _medium(mission: Recording, limits: Limits) -> Iterator[Reached]:
 def _latency(mission: Recording, limits: Limits) -> Reached:
     """Return how late fixes were, and could have been by the ASVs nearest at ping and delivery."""
     fixes, scenario = mission.fixes, mission.scenario
+    setup = mission.setup
     meaning = "up to the nearest ASV, a frame of one fix, and back"
     if scenario.protocol.asvs_ping:
         meaning = "a ping, and its way from the nearest ASV"
@@ -326,7 +326,7 @@ def _latency(mission: Recording, limits: Limits) -> Reached:
             _nearest(mission, fixes[name][rows].astype(np.float64), fixes["auv"][rows])
             for name in ENDS
         )
-        least_s = least_latency(scenario, slots_of(scenario), up, down)
+        least_s = least_latency(setup, setup.slots, up, down)
     return Reached("Latency, mean of all fixes", "s", late_s, least_s, meaning, least=True)
 
 

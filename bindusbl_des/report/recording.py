@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..core.arrays import Floats, Ints
 from ..results.columns import numpy_columns
-from ..scenario.destinations import failures_of
+from ..setup import Setup
 
 if TYPE_CHECKING:
     from ..results.effects import Advice
@@ -95,7 +95,7 @@ class Recording:
     fixed; `receptions` count these rows.
     """
 
-    scenario: "Scenario"
+    setup: "Setup"
     times: Floats
     truth: dict[str, Floats]
     own: dict[str, Floats]
@@ -108,6 +108,11 @@ class Recording:
     fate: Ints
     nearest: Floats
     metrics: "Metrics"
+
+    @property
+    def scenario(self) -> "Scenario":
+        """The scenario of the mission."""
+        return self.setup.scenario
 
     @property
     def auvs(self) -> int:
@@ -134,6 +139,7 @@ def recording(result: "Result") -> Recording:
         ValueError: when its tracks are not those of its scenario.
     """
     scenario = result.scenario
+    setup = result.setup
     tracks = numpy_columns(result.arrow["tracks"])
     vehicles = scenario.auvs.count + scenario.asvs.count
     rows = len(tracks["time_s"])
@@ -152,7 +158,7 @@ def recording(result: "Result") -> Recording:
         of, pings, receptions = chances(scenario.auvs.count, fixes, pings, receptions)
         depth = depth_at(times, truth["z_m"], receptions)
     return Recording(
-        scenario=scenario,
+        setup=setup,
         times=times,
         truth=truth,
         own={name: track(name)[: scenario.auvs.count] for name in OWN},
@@ -163,7 +169,7 @@ def recording(result: "Result") -> Recording:
         broadcasts=_events(result, "broadcasts"),
         rounds=_events(result, "rounds"),
         fate=_fates(len(pings["ping"]), receptions, fixes, of),
-        nearest=_nearest(scenario, depth, pings["sent_at_s"], receptions),
+        nearest=_nearest(setup, depth, pings["sent_at_s"], receptions),
         metrics=metrics_of(result),
     )
 
@@ -207,24 +213,24 @@ def _fates(pings: int, receptions: Columns, fixes: Columns, of: Ints) -> Ints:
     return fate
 
 
-def works(scenario: "Scenario", asvs: Ints, times: Floats) -> NDArray[np.bool_]:
+def works(setup: Setup, asvs: Ints, times: Floats) -> NDArray[np.bool_]:
     """Return whether ASVs work at instants (s), by their numbers; both broadcast."""
-    failures = failures_of(scenario)
+    failures = setup.failures
     if failures is None:
         return np.ones(np.broadcast_shapes(asvs.shape, times.shape), dtype=np.bool_)
     return ~failures.met(asvs, times, times)[0]
 
 
-def _nearest(scenario: "Scenario", depth: Floats, sent: Floats, receptions: Columns) -> Floats:
+def _nearest(setup: Setup, depth: Floats, sent: Floats, receptions: Columns) -> Floats:
     """Return each ping's distance (m) to the nearest ASV that works, slant or horizontal as for the
     range; infinite if none does.
 
     `depth` (pings,), m, is that of the AUV, `sent` the instants (s) of the pings.
     """
     away = receptions["slant_range_m"].astype(np.float64)
-    if scenario.acoustics.hf.range_metric == "horizontal":  # ASVs float at the surface
+    if setup.scenario.acoustics.hf.range_metric == "horizontal":  # ASVs float at the surface
         away = np.sqrt(np.maximum(away**2 - depth[receptions["ping"]] ** 2, 0.0))
     nearest = np.full(len(depth), np.inf)
-    away[~works(scenario, receptions["asv"], sent[receptions["ping"]])] = np.inf
+    away[~works(setup, receptions["asv"], sent[receptions["ping"]])] = np.inf
     np.minimum.at(nearest, receptions["ping"], away)
     return nearest

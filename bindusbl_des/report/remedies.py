@@ -24,7 +24,6 @@ from ..results.effects import (
     interval,
 )
 from ..scenario.declared import channel_named
-from ..scenario.families import broadcaster_of, schedule_of
 from .losses import broadcast_distances
 from .recording import COLLIDED, LOST, OUT_OF_HF, OUT_OF_MF, Recording
 
@@ -61,6 +60,7 @@ def causes(mission: Recording) -> list[Cause]:
 
 def _causes(mission: Recording) -> Iterator[Cause]:
     scenario, fate = mission.scenario, mission.fate
+    setup = mission.setup
     hf, mf, asvs = scenario.acoustics.hf, scenario.acoustics.mf, scenario.asvs.count
     more = f"asvs.count={asvs + 1}"
     unheard = mission.nearest[fate == OUT_OF_HF]
@@ -77,14 +77,14 @@ def _causes(mission: Recording) -> Iterator[Cause]:
         yield Cause(lost, f"{_pings(lost)} lost to the channel everywhere", (more,))
     collided = int(np.sum(fate == COLLIDED))
     if collided:
-        alone = ("protocol.schedule=one_per_slot",) if schedule_of(scenario).is_proved else ()
+        alone = ("protocol.schedule=one_per_slot",) if setup.schedule.is_proved else ()
         words = f"{counted(collided, 'ping')} collided with others"
         yield Cause(collided, words, alone or ("protocol.schedule=spatial_reuse",))
     if not np.any(fate == OUT_OF_MF) or not channel_named(mf.channel).ends_at_range:
         return
     _, nearest = broadcast_distances(mission)
     near, far = int(np.sum(nearest <= mf.range_m)), nearest[nearest > mf.range_m]
-    if near and not broadcaster_of(scenario).serves_nearest:
+    if near and not setup.broadcaster.serves_nearest:
         words = f"{_fixes(near)} broadcast from too far away, while another ASV was within MF range"
         yield Cause(near, words, ("protocol.broadcaster=nearest",))
     far = far[np.isfinite(far)]

@@ -6,9 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scenario.declared import channel_named
-from ..scenario.destinations import horizontal_reach
-from ..scenario.flight_plans import planned_paths
-from ..scenario.site import area_of, origin_of, sound_speed_of
+from ..setup import Setup
 from .envelope import error_envelope
 from .gaps import intervals, latencies, shown_until
 from .page import Packer
@@ -16,7 +14,6 @@ from .possible import fields
 from .recording import FATES, Recording
 
 if TYPE_CHECKING:
-    from ..scenario.scenario import Scenario
     from .gaps import Service
 
 # A page stays quick to open up to about so many numbers of each kind.
@@ -35,21 +32,22 @@ FIX_OUTCOMES = ("delivered", "out_of_range", "in_flight", "lost", "collided")
 def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer) -> dict[str, Any]:
     """Return what a page needs to draw and play a mission; its columns go into the packer."""
     scenario, acoustics = mission.scenario, mission.scenario.acoustics
+    setup = mission.setup
     track_step = _step(mission.truth["x_m"].size, MOST_TRACK_POINTS)
     kept = _kept_pings(mission)
     return {
         "name": scenario.name,
         "duration": scenario.duration_s,
-        **survey_data(scenario),
-        "hf": {"range": acoustics.hf.range_m, "reach": horizontal_reach(scenario)},
-        "mf": {"range": acoustics.mf.range_m, "reach": horizontal_reach(scenario, "mf")},
+        **survey_data(setup),
+        "hf": {"range": acoustics.hf.range_m, "reach": setup.horizontal_reach_m},
+        "mf": {"range": acoustics.mf.range_m, "reach": setup.horizontal_mf_reach_m},
         "discs": {
             "hf": channel_named(acoustics.hf.channel).ends_at_range,
             "mf": channel_named(acoustics.mf.channel).ends_at_range,
         },
         "broadcasting": scenario.protocol.sends_frames,
         "fields": fields(mission, packer),
-        "soundSpeed": sound_speed_of(scenario),
+        "soundSpeed": setup.sound_speed_m_per_s,
         "pingLength": acoustics.hf.ping_s,
         "asvsPing": scenario.protocol.asvs_ping,
         "calls": _has_calls(mission),
@@ -77,14 +75,14 @@ def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer
     }
 
 
-def survey_data(scenario: "Scenario") -> dict[str, Any]:
+def survey_data(setup: Setup) -> dict[str, Any]:
     """Return what all maps of a page show: the survey (m), the latitude and longitude (deg) of its
     x = y = 0, None where it is nowhere, and the current (m/s) with the heading it flows to (deg).
     """
-    water = scenario.environment
+    water = setup.scenario.environment
     return {
-        "outline": [list(corner) for corner in area_of(scenario).outline],
-        "origin": origin_of(scenario),
+        "outline": [list(corner) for corner in setup.area.outline],
+        "origin": setup.origin_deg,
         "current": {"speed": water.current_m_per_s, "direction": water.current_direction_deg},
     }
 
@@ -131,11 +129,12 @@ def _spread(mission: Recording, number: int, step: int, packer: Packer) -> dict[
 def _plan(mission: Recording, number: int, packer: Packer) -> dict[str, Any] | None:
     """Return the planned path, None for an AUV that holds or repeats a track."""
     scenario = mission.scenario
+    setup = mission.setup
     if not scenario.auvs.route.is_flown:
         return None
-    path = planned_paths(scenario)[number]
+    path = [plan.path for plan in setup.plans][number]
     most = max(MOST_PLAN_POINTS // mission.auvs, 2)
-    points = int(np.clip(path.length / area_of(scenario).across * 200, 2, most))
+    points = int(np.clip(path.length / setup.area.across * 200, 2, most))
     places = path.sample(np.linspace(0.0, path.length, points))
     return {
         "x": packer.add(places[:, 0], quantum=CENTIMETRE),
@@ -147,7 +146,7 @@ def _covered(mission: Recording, step: int, packer: Packer) -> dict[str, Any] | 
     """Pack the share (%) of the survey that is covered at each instant of the tracks."""
     if mission.swept is None:
         return None
-    share = 100.0 * mission.swept[::step] / area_of(mission.scenario).square_m
+    share = 100.0 * mission.swept[::step] / mission.setup.area.square_m
     return {"share": packer.add(share, quantum=CENTIMETRE)}
 
 

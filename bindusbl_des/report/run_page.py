@@ -14,7 +14,6 @@ from ..results.summary import rounds_text
 from ..scenario.families import leave_of
 from ..scenario.keys import leaves
 from ..scenario.own_sensors import drift_text
-from ..scenario.site import area_of
 from .calibration import calibration_text
 from .envelope import envelope_made_of
 from .gaps import intervals, latencies, spread_text
@@ -111,7 +110,7 @@ def run_page(result: "Result") -> str:
             interval=html.escape(spread_text(intervals(mission))),
             thinned=_sentences(data["thinned"]),
             calibration=calibration_text(mission),
-            envelope=html.escape(envelope_made_of(result.scenario)),
+            envelope=html.escape(envelope_made_of(result.setup)),
         )
         middle += possible_text(mission)
     else:
@@ -138,7 +137,7 @@ def _head(result: "Result") -> str:
 def _described(result: "Result") -> str:
     return (
         f'<p class="note">{html.escape(described(result))}. '
-        f"{html.escape(drift_text(result.scenario))}</p>"
+        f"{html.escape(drift_text(result.setup))}</p>"
     )
 
 
@@ -151,7 +150,8 @@ def _named(result: "Result") -> str:
 def described(result: "Result") -> str:
     """Return in a line who was where for how long, and the seed."""
     scenario, protocol = result.scenario, result.scenario.protocol
-    auvs, asvs, area = scenario.auvs, scenario.asvs, area_of(scenario)
+    setup = result.setup
+    auvs, asvs, area = scenario.auvs, scenario.asvs, setup.area
     over = f"{area.side:g} m by {area.side:g} m" if area.side else area.words
     parts = f"{protocol.schedule}, {protocol.downlink} downlink, {protocol.ranging} ranging"
     if protocol.asvs_ping:

@@ -12,9 +12,7 @@ from ..core.wording import counted, instant, number, timed
 from ..explain.chain import out_of_range
 from ..results.effects import harm_text
 from ..scenario.declared import channel_named
-from ..scenario.destinations import alive
-from ..scenario.families import tells_slots
-from ..scenario.scenario import Scenario
+from ..scenario.sections.vehicles import Asvs
 from .gaps import Gap, Patience, Service, patience, service
 from .losses import MOST_OTHERS, lost
 from .recording import Metrics, Recording
@@ -176,9 +174,9 @@ def _why(mission: Recording, auv: Service) -> str:
     if not sent:
         why = "no ASV pinged" if passive else "it sent no ping"
         also = "" if passive else ": no ASV called it, or none was due"
-        if _is_abandoned(mission.scenario, auv.gaps):
+        if _is_abandoned(mission.scenario.asvs, auv.gaps):
             also = ": no ASV worked"
-        elif tells_slots(mission.scenario):
+        elif mission.setup.tells_slots:
             also = ": it had no slot, or did not know it"
         return f"<b>Why:</b> {why} in those gaps{also}."
     pings = f"{counted(sent, 'ping')} {'of the ASVs' if passive else 'it sent'} in those gaps"
@@ -215,10 +213,10 @@ def _why(mission: Recording, auv: Service) -> str:
     return text + "."
 
 
-def _is_abandoned(scenario: Scenario, gaps: Sequence[Gap]) -> bool:
+def _is_abandoned(asvs: Asvs, gaps: Sequence[Gap]) -> bool:
     """Tell whether the last ASV failed in one of some gaps."""
     return any(
-        gap.start <= failure.at_s < gap.end and not any(alive(scenario, failure.at_s))
-        for failure in scenario.asvs.failures
+        gap.start <= failure.at_s < gap.end and not any(asvs.alive(failure.at_s))
+        for failure in asvs.failures
         for gap in gaps
     )

@@ -18,12 +18,14 @@ from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 
+from ..core.facts import fact
 from ..core.files import sealed, write_text
 from ..core.kept_files import copies_of, keep, portable
 from ..core.lazy import cached_property
 from ..core.wording import did_you_mean
-from ..preflight.warnings import ScenarioWarning, warnings_of
 from ..scenario.scenario import Scenario
+from ..scenario.scenario_keys import ScenarioWarning
+from ..setup import Setup, setup_of
 from .effects import Advice
 from .result_folder import (
     ADVICE,
@@ -50,6 +52,7 @@ if TYPE_CHECKING:
 # The modules of the package, and the functions there, that make of a result
 PAGE = "report.run_page:run_page"  # a page (HTML)
 FIGURE = "figures.kinds:drawn"  # a figure (matplotlib), given its kind and width (in)
+WARNINGS = "preflight.warnings:warnings_of"  # warnings, of its scenario
 
 
 def face(home: str) -> Any:
@@ -112,12 +115,14 @@ class Result:
         wall_time_s: float,
         warnings: Sequence[ScenarioWarning] | None = None,
         *,
+        notes: Sequence[ScenarioWarning] = (),
         violations: Violations | None = None,
         overrides: Sequence[str] = (),
     ) -> None:
         """Take the Arrow tables by name; with `record.detail: summary` only auvs and mission.
 
-        `warnings` are those of when the mission was run, by default of now; `violations`
+        `warnings` are those of when the mission was run, by default those of the scenario now and
+        the `notes` of what the scenario does not say; `violations`
         what broke its schedule, None where that is not known or AUVs ping as they like; `overrides`
         what was set beside the scenario's file, KEY=VALUE each.
         """
@@ -127,14 +132,19 @@ class Result:
         self.overrides = tuple(overrides)
         self.advice: Advice | None = None
         self.whole_time_s: float | None = None
-        self._given_warnings = warnings
+        self._given_warnings, self._notes = warnings, notes
 
     @cached_property
     def warnings(self) -> tuple[ScenarioWarning, ...]:
         """Warnings about the scenario, to be read before the results are trusted."""
-        return tuple(
-            warnings_of(self.scenario) if self._given_warnings is None else self._given_warnings
-        )
+        if self._given_warnings is not None:
+            return tuple(self._given_warnings)
+        return (*face(WARNINGS)(self.scenario), *self._notes)
+
+    @fact
+    def setup(self) -> Setup:
+        """The facts of the scenario."""
+        return setup_of(self.scenario)
 
     @cached_property
     def tables(self) -> "Mapping[str, pd.DataFrame]":

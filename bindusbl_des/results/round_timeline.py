@@ -5,11 +5,9 @@ from math import isnan
 from typing import TYPE_CHECKING, Any
 
 from ..core.plugins import is_plugin
-from ..protocol.slots import slots_of
-from ..scenario.families import broadcaster_of, downlink_of, schedule_of
+from ..setup import Setup
 
 if TYPE_CHECKING:
-    from ..scenario.scenario import Scenario
     from .result import Result
 
 
@@ -37,14 +35,14 @@ def uplink_slots(result: "Result", number: int) -> list[Span]:
     row: Any = rounds[rounds["round"] == number].iloc[0]
     if result.scenario.protocol.random_access:
         return [_cycle(result, row)]
-    slots, starts = slots_of(result.scenario), _first_pings(result, number)
+    slots, starts = result.setup.slots, _first_pings(result, number)
     length = slots.uplink_slot
     if is_plugin(result.scenario.protocol.ranging):  # only it knew, and it is not asked here
         starts, length = {}, (row.uplink_s or 0.0) / max(row.colours, 1)
     spans: list[Span] = []
     ends = float(row.started_at_s)
     last = ends + (row.uplink_s or 0.0)
-    unequal = _are_unequal(result.scenario)
+    unequal = _are_unequal(result.setup)
     for slot in range(int(row.colours)):
         start = starts.get(slot, ends)
         ends = slots.clock.after(start, length)
@@ -62,11 +60,11 @@ def _cycle(result: "Result", row: Any) -> Span:
     return Span(begins, min(begins + float(row.uplink_s + row.downlink_s), ends))
 
 
-def _are_unequal(scenario: "Scenario") -> bool:
+def _are_unequal(setup: Setup) -> bool:
     """Tell whether slots may have other lengths than T_UL, and follow each other without pause."""
-    protocol = scenario.protocol
-    follow = not (is_plugin(protocol.downlink) or downlink_of(scenario).by_group)
-    return schedule_of(scenario).pace != "" or (is_plugin(protocol.schedule) and follow)
+    protocol = setup.scenario.protocol
+    follow = not (is_plugin(protocol.downlink) or setup.downlink.by_group)
+    return setup.schedule.pace != "" or (is_plugin(protocol.schedule) and follow)
 
 
 def _first_pings(result: "Result", number: int) -> dict[int, float]:
@@ -90,7 +88,7 @@ def downlink_slots(result: "Result", number: int) -> list[Span]:
     """Return the downlink slots of a round, one for each of its broadcasts, or for each of the
     parts of one in which other ASVs broadcast (`parallel`).
     """
-    slots, frames = slots_of(result.scenario), broadcasts_of(result, number)
+    slots, frames = result.setup.slots, broadcasts_of(result, number)
     frames = frames[frames.airtime_s > 0.0]  # an instant reply takes no slot
     broadcast = frames.index
     if "part" in frames:  # no older version
@@ -99,7 +97,7 @@ def downlink_slots(result: "Result", number: int) -> list[Span]:
         begins=("sent_at_s", "min"), fixes=("fixes", "sum"), named=("named", "sum")
     )
     protocol = result.scenario.protocol
-    shares = broadcaster_of(result.scenario).at_once or protocol.replies
+    shares = result.setup.broadcaster.at_once or protocol.replies
     lasts = slots.frame_slot if shares else slots.downlink_slot
     longest: dict[float, float] = {}
     for slot in sent.sort_values("begins").itertuples():

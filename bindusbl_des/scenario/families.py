@@ -8,22 +8,14 @@ from collections.abc import Iterator, Mapping
 from operator import attrgetter
 from typing import Any
 
-from ..core.plugins import Family, PluginError, allow, is_plugin
+from ..core.plugins import Family, PluginError, allow, is_plugin, loaded
 from . import declared
 from .channel_settings import Curve, Disc, Lossy, PingSonar, PingTable, Sonar, Table
-from .declared import (
-    BroadcasterTraits,
-    DownlinkTraits,
-    NavigatorTraits,
-    RangingTraits,
-    ScheduleTraits,
-    Traits,
-)
+from .declared import Traits
 from .part_choice import PartChoice, Settings, own_mistakes, own_part
 from .scenario_keys import ScenarioKeys
 from .sections.placements import PLACEMENTS
 from .sections.routes import ROUTES
-from .shipped_settings import ScheduleSettings
 
 
 def _of(table: Mapping[str, Traits]) -> dict[str, type[Settings]]:
@@ -84,55 +76,6 @@ FAMILIES = (
 )
 
 
-def schedule_of(scenario: ScenarioKeys) -> ScheduleTraits:
-    """Return what the schedule of a scenario declares."""
-    return declared.schedule_named(scenario.protocol.schedule)
-
-
-def schedule_settings(scenario: ScenarioKeys) -> ScheduleSettings:
-    """Return what the settings of the schedule of a scenario say of its rounds."""
-    own = schedule_of(scenario).settings
-    return scenario.protocol.schedule.settings_as(ScheduleSettings, own)
-
-
-def downlink_of(scenario: ScenarioKeys) -> DownlinkTraits:
-    """Return what the downlink of a scenario declares."""
-    return declared.downlink_named(scenario.protocol.downlink)
-
-
-def broadcaster_of(scenario: ScenarioKeys) -> BroadcasterTraits:
-    """Return what the broadcaster of a scenario declares."""
-    return declared.broadcaster_named(scenario.protocol.broadcaster)
-
-
-def ranging_of(scenario: ScenarioKeys) -> RangingTraits:
-    """Return what the ranging of a scenario declares."""
-    return declared.ranging_named(scenario.protocol.ranging)
-
-
-def navigator_of(scenario: ScenarioKeys) -> NavigatorTraits:
-    """Return what the navigator of a scenario declares."""
-    return declared.navigator_named(scenario.navigation.filter)
-
-
-def tells_slots(scenario: ScenarioKeys) -> bool:
-    """Tell whether AUVs are told their slots: where they have some, nobody calls them, and not all
-    know at once.
-    """
-    protocol = scenario.protocol
-    is_called = protocol.asvs_ping or protocol.calls
-    by_frames = declared.knowledge_named(protocol.knowledge).by_frames
-    return by_frames and not is_called and not protocol.random_access
-
-
-def positions_of(scenario: ScenarioKeys) -> str:
-    """Return by what the fleet knows where its AUVs are: never by the truth if it is told of them
-    by fixes alone.
-    """
-    positions = str(scenario.protocol.positions)
-    return "carried_forward" if positions == "truth" and tells_slots(scenario) else positions
-
-
 def parts_of(scenario: ScenarioKeys) -> Iterator[tuple[Family, PartChoice]]:
     """Yield each family and the choice of its part in a scenario."""
     for family in FAMILIES:
@@ -150,6 +93,11 @@ def leave_of(scenario: ScenarioKeys) -> str:
     " --allow-plugins", or nothing.
     """
     return " --allow-plugins" if plugins_of(scenario) else ""
+
+
+def loaded_parts(scenario: ScenarioKeys) -> tuple[object, ...]:
+    """Return the user-defined parts of a scenario that are loaded by now."""
+    return tuple(loaded(str(name)) for _, name in parts_of(scenario) if is_plugin(name))
 
 
 def load_plugins(scenario: ScenarioKeys) -> Iterator[PluginError]:

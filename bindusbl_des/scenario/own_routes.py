@@ -12,12 +12,12 @@ from numpy.typing import ArrayLike
 from ..charts.shapes import HIGHEST
 from ..core.arrays import Floats, real_numbers
 from ..core.plugins import Family, PluginError, asked, shown
+from ..geometry.lanes import SHORTEST_LANE
 from ..vehicles.tracks import FARTHEST, FASTEST, Track, is_in_air
-from .agreement.vehicles import SHORTEST_WAY
 from .families import ASV, PLACEMENT, ROUTE
 from .part_choice import PartChoice, own_part
-from .scenario_keys import ScenarioKeys
 from .sections.routes import RouteTraits
+from .sections.vehicles import VehicleChoice
 
 
 @dataclass(frozen=True)
@@ -89,6 +89,11 @@ class Points(RouteTraits):
         return self.points_m
 
 
+def is_mover(answer: Any) -> bool:
+    """Tell whether what a placement returned is to be asked where ASVs go: it has `targets`."""
+    return callable(getattr(answer, "targets", None))
+
+
 def own_placement(choice: PartChoice, view: PlanView) -> Any:
     """Return what somebody's own placement answers: places, or what moves ASVs.
 
@@ -98,15 +103,13 @@ def own_placement(choice: PartChoice, view: PlanView) -> Any:
     return _answer(PLACEMENT, choice, view)
 
 
-def own_stations(
-    scenario: ScenarioKeys, choice: PartChoice, answer: Any
-) -> list[tuple[float, float]]:
-    """Return where somebody's own placement puts the ASVs, [x, y] in m, by what it answered.
+def own_stations(choice: PartChoice, answer: Any, count: int) -> list[tuple[float, float]]:
+    """Return where a user-defined placement puts so many ASVs, [x, y] in m, by what it answered.
 
     Raises:
         PluginError: when that is no place for each ASV.
     """
-    places, count = _numbers(PLACEMENT, choice, answer), scenario.asvs.count
+    places = _numbers(PLACEMENT, choice, answer)
     afloat = places is not None and (places.shape == (count, 2) or _is_level(places, count))
     if places is None or not afloat:
         _refuse(
@@ -119,14 +122,15 @@ def own_stations(
     return [(float(x), float(y)) for x, y in places[:, :2]]
 
 
-def own_route(scenario: ScenarioKeys, choice: PartChoice, view: PlanView) -> Points | Tracks:
-    """Return the route that somebody's own makes: way points for each AUV, or a track for each.
+def own_route(choice: PartChoice, view: PlanView, vehicle: VehicleChoice) -> Points | Tracks:
+    """Return the route that a user-defined part makes for AUVs of a `vehicle`: way points for each,
+    or a track for each.
 
     Raises:
         PluginError: when it cannot be used, or what it returns is no route of each AUV.
     """
     answer = asked(ROUTE.key, str(choice), _listed, _answer(ROUTE, choice, view))
-    count = scenario.auvs.count
+    count = view.auvs
     ways = [_numbers(ROUTE, choice, way) for way in answer or ()]
     widths = {way.shape[1] for way in ways if way is not None and way.ndim == 2 and len(way) > 1}
     good = [way for way in ways if way is not None and way.ndim == 2 and len(way) > 1]
@@ -140,7 +144,9 @@ def own_route(scenario: ScenarioKeys, choice: PartChoice, view: PlanView) -> Poi
             f"{FARTHEST:g} m",
         )
     for auv, way in enumerate(good):
-        problem = _way_problem(way) if widths == {2} else _track_problem(scenario, way)
+        problem = (
+            _way_problem(way) if widths == {2} else _track_problem(way, vehicle, view.duration)
+        )
         if problem:
             _refuse(ROUTE, choice, way, f"{problem} (AUV{auv})")
     if widths == {2}:
@@ -148,9 +154,7 @@ def own_route(scenario: ScenarioKeys, choice: PartChoice, view: PlanView) -> Poi
     return Tracks(tuple((way[:, 0], way[:, 1:]) for way in good))
 
 
-def own_motion(
-    scenario: ScenarioKeys, family: Family, choice: PartChoice, ways: Sequence[WayView]
-) -> list[Track]:
+def own_motion(family: Family, choice: PartChoice, ways: Sequence[WayView]) -> list[Track]:
     """Return how vehicles of somebody's own move along their ways: times (n,), s, places (n, 3), m.
 
     Raises:
@@ -164,7 +168,7 @@ def own_motion(
         if found is None or found.ndim != 2 or found.shape[1] != 4 or len(found) < 2:
             needed = "it must be an array (n, 4), time in s, x, y and depth in m; n >= 2, finite"
             _refuse(family, choice, answer, f"{needed}, within {FARTHEST:g} m ({vehicle})")
-        problem = _motion_problem(scenario, found)
+        problem = _motion_problem(found, way.duration)
         if family is ASV and found[:, 3].any():
             problem = "ASVs are at the surface, at a depth of 0"
         if problem:
@@ -174,17 +178,17 @@ def own_motion(
 
 
 def _way_problem(way: Floats) -> str:
-    near = any(dist(a, b) < SHORTEST_WAY for a, b in pairwise(way))
-    return f"way points in a row must be {SHORTEST_WAY:g} m apart or more" if near else ""
+    near = any(dist(a, b) < SHORTEST_LANE for a, b in pairwise(way))
+    return f"way points in a row must be {SHORTEST_LANE:g} m apart or more" if near else ""
 
 
-def _track_problem(scenario: ScenarioKeys, way: Floats) -> str:
-    if scenario.auvs.vehicle.is_steered:
-        return f"{scenario.auvs.vehicle} flies way points; with tracks use kinematic"
-    return _motion_problem(scenario, way)
+def _track_problem(way: Floats, vehicle: VehicleChoice, duration: float) -> str:
+    if vehicle.is_steered:
+        return f"{vehicle} flies way points; with tracks use kinematic"
+    return _motion_problem(way, duration)
 
 
-def _motion_problem(scenario: ScenarioKeys, way: Floats) -> str:
+def _motion_problem(way: Floats, duration: float) -> str:
     steps = np.diff(way, axis=0)
     if (steps[:, 0] <= 0.0).any():
         return "the times of a track must increase"
@@ -192,8 +196,8 @@ def _motion_problem(scenario: ScenarioKeys, way: Floats) -> str:
         return f"a track must be slower than {FASTEST:g} m/s; are its columns time, x, y, depth?"
     if (way[:, 3] < -HIGHEST).any() or is_in_air(way[:, 3]):
         return "a track must be in the sea; depths are positive below its surface"
-    if way[0, 0] >= scenario.duration_s or way[-1, 0] <= 0.0:
-        return f"a track must be in the mission, which lasts from 0 to {scenario.duration_s:g} s"
+    if way[0, 0] >= duration or way[-1, 0] <= 0.0:
+        return f"a track must be in the mission, which lasts from 0 to {duration:g} s"
     return ""
 
 

@@ -18,15 +18,13 @@ heading error that are given are further errors, independent of it.
 """
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
+from ..core.facts import fact
 from ..core.plugins import is_plugin
 from ..core.spreads import drift_rms, per_axis_sd, wandering_rms
 from .agreement.instruments import taken_for
-from .families import ranging_of
-from .scenario import Scenario, kept
-from .scenario_keys import ScenarioKeys
-from .site import assumed_sound_speed_of, sound_speed_of
+from .site import Site
 
 
 class OwnSensors(NamedTuple):
@@ -45,103 +43,6 @@ class OwnSensors(NamedTuple):
     heading_sd_deg: float
 
 
-def own_sensors(scenario: ScenarioKeys) -> OwnSensors:
-    """Return what is wrong with the sensors of the AUVs of a scenario."""
-    navigation, drift = scenario.navigation, scenario.navigation.drift
-    given = OwnSensors(
-        navigation.velocity_bias_m_per_s,
-        navigation.velocity_bias_sd_m_per_s,
-        navigation.velocity_bias_time_constant_s,
-        navigation.random_walk_m_per_sqrt_s,
-        navigation.scale_factor_sd,
-        navigation.heading_sd_deg,
-    )
-    if not drift.is_stated:
-        return given
-    if (line := wanders_over_m(scenario)) is not None:
-        time = line / scenario.auvs.speeds[0]
-        lasts = time if drift.time_constant_s is None else drift.time_constant_s
-        sd = _stated(drift.off_m(line, time), scenario) / wandering_rms(time, 1.0, lasts)
-        return given._replace(bias_sd_m_per_s=sd, bias_time_constant_s=lasts)
-    if drift.m_per_hour is not None:
-        return given._replace(bias_sd_m_per_s=_stated(drift.off_m(0.0, 1.0), scenario))
-    share = _stated(drift.off_m(1.0, 0.0), scenario)
-    return given._replace(
-        scale_factor_sd=math.hypot(share, given.scale_factor_sd),
-        heading_sd_deg=math.hypot(math.degrees(share), given.heading_sd_deg),
-    )
-
-
-def wanders_over_m(scenario: ScenarioKeys) -> float | None:
-    """Return the way (m) over which the errors of a sheet wander; None: they are constant.
-
-    They are as well where no one speed is planned by which a way takes a time (AUVs that hold, that
-    repeat tracks, or that differ in speed), and where the heading error turns an array, too
-    (passive ranging).
-    """
-    auvs, drift = scenario.auvs, scenario.navigation.drift
-    route = auvs.route
-    planned = not (route.is_held or route.is_recorded) and len(set(auvs.speeds)) == 1
-    if not drift.is_stated or not planned or scenario.protocol.asvs_ping:
-        return None
-    return drift.line_m
-
-
-def _stated(off: float, scenario: ScenarioKeys) -> float:
-    return per_axis_sd(off, scenario.navigation.drift.statistic)
-
-
-def straight_drift_rms(scenario: ScenarioKeys, time: float, speed: float | None = None) -> float:
-    """Return the RMS (m) of what a straight way of some `time` (s) without fixes adds to the error.
-
-    Beside the known bias (|b| t)^2 and the random walk's 2 sigma^2 t, a drawn velocity bias adds
-    2 sd^2 t^2 (less if it wanders), a scale factor and a heading their variances times the square
-    of the way, at a `speed` (m/s): the highest of all AUVs' unless given.
-    """
-    if speed is None:
-        speed = max(scenario.auvs.speeds)
-    sensors = own_sensors(scenario)
-    lasts = sensors.bias_time_constant_s or math.inf
-    skew = math.hypot(sensors.scale_factor_sd, math.radians(sensors.heading_sd_deg))
-    return math.hypot(
-        drift_rms(time, sensors.bias_m_per_s, sensors.random_walk_m_per_sqrt_s),
-        math.sqrt(2) * wandering_rms(time, sensors.bias_sd_m_per_s, lasts),
-        skew * speed * time,
-    )
-
-
-def drift_text(scenario: ScenarioKeys) -> str:
-    """Return in a sentence how what an inertial system's sheet says is drawn; "" without a sheet.
-
-    Of AUVs that follow no plan of the scenario, whose speed is another, nothing can be said.
-    """
-    drift, sensors = scenario.navigation.drift, own_sensors(scenario)
-    route = scenario.auvs.route
-    if not drift.is_stated or route.is_held or route.is_recorded:
-        return ""
-    line, sd = wanders_over_m(scenario), sensors.bias_sd_m_per_s
-    share = sensors.scale_factor_sd if sd == 0.0 else sd / max(scenario.auvs.speeds)
-    drawn = (
-        f"a scale factor of {100 * share:.3g} % and a heading error of {math.degrees(share):.3g} "
-        "deg"
-        if drift.m_per_hour is None
-        else f"a velocity bias of {sd:.3g} m/s per axis"
-    )
-    lasts = "constant for the mission" if line is None else f"wandering over {line:g} m"
-    return (
-        f"Dead reckoning: its data sheet's {drift.words} is {drawn} (standard deviations), "
-        f"drawn for each AUV and seed, {lasts}."
-    )
-
-
-# Vessels whose own errors a filter is told of: each has up to three states in every AUV
-MOST_TOLD = 16
-
-
-# Slow acoustic errors of an AUV and an ASV: of the range, and three that make that of the direction
-SLOW_NUMBERS = 4
-
-
 class Kind(NamedTuple):
     """Errors of one kind that last: the standard deviations (rad, m, 1, s and s/s) of those of one
     vessel, how many times these are there, and their time constant (s).
@@ -153,48 +54,158 @@ class Kind(NamedTuple):
     time_constant_s: float = math.inf
 
 
-def kinds(scenario: Scenario) -> list[Kind]:
-    """Return the kinds of systematic errors that fixes of a scenario have, in the order of J."""
-    usbl, asvs = scenario.usbl, scenario.asvs.count
-    arrays = 1 if scenario.protocol.asvs_ping else asvs  # that a fix may be of: else one's own
-    clock = scenario.navigation.clock_offset_sd_s, scenario.navigation.clock_drift_sd
-    slow = (1.0,) * SLOW_NUMBERS if usbl.slow_share > 0.0 else (0.0,)
-    found = [
-        Kind("misalignment", (misalignment_sd(scenario),), arrays),
-        Kind("gnss", (usbl.gnss_correlated_sd_m,) * 2, asvs, usbl.gnss_time_constant_s),
-        Kind("sound_speed", (abs(sound_speed_error(scenario)),), 1),
-        Kind("clock", (0.0, 0.0) if ranging_of(scenario).calls else clock, 1),
-        Kind("slow", slow, asvs, usbl.correlation_s),
-    ]
-    return [kind for kind in found if any(kind.sds)]
+# Vessels whose own errors a filter is told of: each has up to three states in every AUV
+MOST_TOLD = 16
+
+# Slow acoustic errors of an AUV and an ASV: of the range, and three that make that of the direction
+SLOW_NUMBERS = 4
 
 
-def misalignment_sd(scenario: Scenario) -> float:
-    """Return the standard deviation (rad) of the constant error by which directions are turned:
-    that of the array, with passive ranging also of the AUV's compass.
+class Sensors(Site):
+    """What is wrong with the sensors of a scenario, drawn or constant, and who is told of it."""
+
+    @fact
+    def drift_line_m(self) -> float | None:
+        """The way (m) over which the errors of an inertial system's sheet wander; None: they are
+        constant, or there is no sheet.
+
+        They are constant as well where no one speed is planned by which a way takes a time (AUVs
+        that hold, that repeat tracks, or that differ in speed), and where the heading error turns
+        an array, too (passive ranging).
+        """
+        auvs, drift = self.scenario.auvs, self.scenario.navigation.drift
+        route = auvs.route
+        planned = not (route.is_held or route.is_recorded) and len(set(auvs.speeds)) == 1
+        if not drift.is_stated or not planned or self.scenario.protocol.asvs_ping:
+            return None
+        return drift.line_m
+
+    @fact
+    def own_sensors(self) -> OwnSensors:
+        """What is wrong with the AUVs' log, compass and inertial sensors."""
+        navigation, drift = self.scenario.navigation, self.scenario.navigation.drift
+        given = OwnSensors(
+            navigation.velocity_bias_m_per_s,
+            navigation.velocity_bias_sd_m_per_s,
+            navigation.velocity_bias_time_constant_s,
+            navigation.random_walk_m_per_sqrt_s,
+            navigation.scale_factor_sd,
+            navigation.heading_sd_deg,
+        )
+        if not drift.is_stated:
+            return given
+        if (line := self.drift_line_m) is not None:
+            time = line / self.scenario.auvs.speeds[0]
+            lasts = time if drift.time_constant_s is None else drift.time_constant_s
+            off = per_axis_sd(drift.off_m(line, time), drift.statistic)
+            sd = off / wandering_rms(time, 1.0, lasts)
+            return given._replace(bias_sd_m_per_s=sd, bias_time_constant_s=lasts)
+        if drift.m_per_hour is not None:
+            off = per_axis_sd(drift.off_m(0.0, 1.0), drift.statistic)
+            return given._replace(bias_sd_m_per_s=off)
+        share = per_axis_sd(drift.off_m(1.0, 0.0), drift.statistic)
+        return given._replace(
+            scale_factor_sd=math.hypot(share, given.scale_factor_sd),
+            heading_sd_deg=math.hypot(math.degrees(share), given.heading_sd_deg),
+        )
+
+    @fact
+    def sound_speed_error(self) -> float:
+        """The share of a range by which it is measured too long, by the sound speed assumed."""
+        return 1.0 - self.sound_speed_m_per_s / self.assumed_sound_speed_m_per_s
+
+    @fact
+    def misalignment_sd_rad(self) -> float:
+        """The standard deviation (rad) of the constant error by which directions are turned: that
+        of the array, with passive ranging also of the AUV's compass.
+        """
+        passive = self.scenario.protocol.asvs_ping
+        compass = self.own_sensors.heading_sd_deg if passive else 0.0
+        return math.radians(math.hypot(self.scenario.usbl.misalignment_sd_deg, compass))
+
+    @fact
+    def lasting_errors(self) -> list[Kind]:
+        """The kinds of errors that fixes have in common, in the order of their Jacobian J."""
+        usbl, asvs, navigation = (
+            self.scenario.usbl,
+            self.scenario.asvs.count,
+            self.scenario.navigation,
+        )
+        arrays = (
+            1 if self.scenario.protocol.asvs_ping else asvs
+        )  # that a fix may be of: else its own
+        clock = navigation.clock_offset_sd_s, navigation.clock_drift_sd
+        slow = (1.0,) * SLOW_NUMBERS if usbl.slow_share > 0.0 else (0.0,)
+        found = [
+            Kind("misalignment", (self.misalignment_sd_rad,), arrays),
+            Kind("gnss", (usbl.gnss_correlated_sd_m,) * 2, asvs, usbl.gnss_time_constant_s),
+            Kind("sound_speed", (abs(self.sound_speed_error),), 1),
+            Kind("clock", (0.0, 0.0) if self.ranging.calls else clock, 1),
+            Kind("slow", slow, asvs, usbl.correlation_s),
+        ]
+        return [kind for kind in found if any(kind.sds)]
+
+    @fact
+    def taken(self) -> Self:
+        """The facts that a filter takes for those of its mission: with what its setting `assumes`
+        says in the place of keys, or else these themselves.
+        """
+        scenario = taken_for(self.scenario)
+        return self if scenario is self.scenario else type(self)(scenario)
+
+    @fact
+    def estimated_errors(self) -> list[Kind]:
+        """Those kinds of lasting errors that navigators are told of, to estimate them.
+
+        They are none of filters that do not weigh, nor of those that are left `untold`; and with
+        more than MOST_TOLD ASVs none of each of these, which would be too many states.
+        """
+        navigation = self.scenario.navigation
+        if not navigation.weighs or is_plugin(self.scenario.usbl.model):
+            return []
+        untold = navigation.filter.settings.get("untold", ())
+        return [
+            kind
+            for kind in self.taken.lasting_errors
+            if kind.name not in untold and kind.times <= MOST_TOLD
+        ]
+
+
+def straight_drift_rms(sensors: OwnSensors, time: float, speed: float) -> float:
+    """Return the RMS (m) of what a straight way of some `time` (s) without fixes adds to the error.
+
+    Beside the known bias (|b| t)^2 and the random walk's 2 sigma^2 t, a drawn velocity bias adds
+    2 sd^2 t^2 (less if it wanders), a scale factor and a heading their variances times the square
+    of the way, at a `speed` (m/s).
     """
-    compass = own_sensors(scenario).heading_sd_deg if scenario.protocol.asvs_ping else 0.0
-    return math.radians(math.hypot(scenario.usbl.misalignment_sd_deg, compass))
+    lasts = sensors.bias_time_constant_s or math.inf
+    skew = math.hypot(sensors.scale_factor_sd, math.radians(sensors.heading_sd_deg))
+    return math.hypot(
+        drift_rms(time, sensors.bias_m_per_s, sensors.random_walk_m_per_sqrt_s),
+        math.sqrt(2) * wandering_rms(time, sensors.bias_sd_m_per_s, lasts),
+        skew * speed * time,
+    )
 
 
-@kept
-def estimated_kinds(scenario: Scenario) -> list[Kind]:
-    """Return the kinds of systematic errors that navigators are told of, to estimate them.
+def drift_text(setup: Sensors) -> str:
+    """Return in a sentence how what an inertial system's sheet says is drawn; "" without a sheet.
 
-    They are none of filters that do not weigh, nor of those that somebody leaves `untold`; and
-    with more than MOST_TOLD ASVs none of each of these, which would be too many states.
+    Of AUVs that follow no plan of the scenario, whose speed is another, nothing can be said.
     """
-    chosen = scenario.navigation.filter
-    if not scenario.navigation.weighs or is_plugin(scenario.usbl.model):
-        return []
-    untold = chosen.settings.get("untold", ())
-    return [
-        kind
-        for kind in kinds(taken_for(scenario))
-        if kind.name not in untold and kind.times <= MOST_TOLD
-    ]
-
-
-def sound_speed_error(scenario: Scenario) -> float:
-    """Return the share of a range by which it is measured too long, by the sound speed assumed."""
-    return 1.0 - sound_speed_of(scenario) / assumed_sound_speed_of(scenario)
+    auvs, drift, sensors = setup.scenario.auvs, setup.scenario.navigation.drift, setup.own_sensors
+    route = auvs.route
+    if not drift.is_stated or route.is_held or route.is_recorded:
+        return ""
+    line, sd = setup.drift_line_m, sensors.bias_sd_m_per_s
+    share = sensors.scale_factor_sd if sd == 0.0 else sd / max(auvs.speeds)
+    drawn = (
+        f"a scale factor of {100 * share:.3g} % and a heading error of {math.degrees(share):.3g} "
+        "deg"
+        if drift.m_per_hour is None
+        else f"a velocity bias of {sd:.3g} m/s per axis"
+    )
+    lasts = "constant for the mission" if line is None else f"wandering over {line:g} m"
+    return (
+        f"Dead reckoning: its data sheet's {drift.words} is {drawn} (standard deviations), "
+        f"drawn for each AUV and seed, {lasts}."
+    )

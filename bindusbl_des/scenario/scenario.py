@@ -6,6 +6,7 @@ What two or more keys have to agree on is told by subject, in the modules of `ag
 from collections.abc import Callable, Iterator, Mapping
 from functools import wraps
 from html import escape
+from operator import is_
 from typing import TYPE_CHECKING, Any, Literal, Required, TypedDict, TypeVar, Unpack
 
 from pydantic import ModelWrapValidatorHandler, ValidationError, model_validator
@@ -24,7 +25,7 @@ from .agreement.vehicles import (
     survey_problems,
     vehicles_problems,
 )
-from .families import parts_of
+from .families import loaded_parts, parts_of
 from .keys import leaves
 from .part_choice import shipped_mistakes
 from .scenario_keys import Environment, Problem, Record, ScenarioKeys
@@ -34,9 +35,8 @@ from .sections.protocol import Protocol
 from .sections.survey import SURVEY, Survey, SurveyEnd
 from .sections.usbl import UsblSection
 from .sections.vehicles import Asvs, Auvs
-from .site import area_of
+from .site import Site
 
-Answer = TypeVar("Answer")
 Keys = Mapping[str, Any]
 
 
@@ -83,7 +83,7 @@ class Scenario(ScenarioKeys):
     def __repr__(self) -> str:
         return (
             f"<Scenario {self.name}: {self.auvs.count} AUVs, {self.asvs.count} ASVs, "
-            f"{area_of(self).words}, {self.duration_s:g} s>"
+            f"{site_of(self).area.words}, {self.duration_s:g} s>"
         )
 
     __str__ = __repr__
@@ -114,58 +114,72 @@ class Scenario(ScenarioKeys):
 
     @model_validator(mode="after")
     def _consistent(self) -> "Scenario":
-        found = problems(self)
+        site = site_of(self)
+        found = problems(site)
         if not found and isinstance(self.duration_s, SurveyEnd):
-            found = _ended(self)
+            found = _ended(site)
         if found:
             text = "\n".join(f"{problem.key}: {problem.message}" for problem in found)
             raise PydanticCustomError("inconsistent", "{text}", {"text": text, "problems": found})
         return self
 
 
-def kept(work: Callable[[Scenario], Answer]) -> Callable[[Scenario], Answer]:
-    """Return a function that keeps its last answer until it is asked about another scenario.
+Ground = TypeVar("Ground", bound=Site)
 
-    That is another object: to compare two takes as long as most answers.
+
+def kept(derive: Callable[[Scenario], Ground]) -> Callable[[Scenario], Ground]:
+    """Return a function that keeps the last facts made until it is asked about another scenario.
+
+    That is another object (to compare two takes as long as most facts), or one whose user-defined
+    parts were defined anew meanwhile, as in a notebook.
     """
-    last: tuple[Scenario, Answer] | None = None
+    last: tuple[tuple[object, ...], Ground] | None = None
 
-    @wraps(work)
-    def answered(scenario: Scenario) -> Answer:
+    @wraps(derive)
+    def answered(scenario: Scenario) -> Ground:
         nonlocal last
+        of = (scenario, *loaded_parts(scenario))
         found = last  # other threads may ask about others
-        if found is None or found[0] is not scenario:
-            found = last = scenario, work(scenario)
+        if found is None or not all(map(is_, of, found[0])):
+            found = last = of, derive(scenario)
         return found[1]
 
     return answered
 
 
-def _ended(scenario: Scenario) -> list[Problem]:
+@kept
+def site_of(scenario: Scenario) -> Site:
+    """Return what the keys of a scenario mean, as far as no seed and no sound matter."""
+    return Site(scenario)
+
+
+def _ended(site: Site) -> list[Problem]:
     """Work out when the survey of a mission ends, and with it the mission; or say why not."""
+    scenario = site.scenario
     if not scenario.auvs.route.is_flown:
         message = f"{SURVEY} needs lanes or waypoints to be flown; give the seconds"
         return [Problem("duration_s", message, ("auvs.route.kind",))]
     from .flight_plans import survey_end
 
     try:
-        scenario.__dict__["duration_s"] = survey_end(scenario)
+        end = survey_end(scenario.auvs, scenario.environment, site.plans)
     except ValueError as error:
         key, _, message = str(error).partition(": ")
         if key in (known for known, _ in leaves(scenario.model_dump())):  # who cannot fly it
             return [Problem(key, message, ("auvs.vehicle",))]
         return [Problem("duration_s", str(error), ("auvs.speed_m_per_s", "survey"))]
-    return problems(scenario)  # more of which can be told once it is known
+    scenario.__dict__["duration_s"] = end
+    return problems(site)  # more of which can be told once it is known
 
 
-def problems(scenario: ScenarioKeys) -> list[Problem]:
+def problems(site: Site) -> list[Problem]:
     """Return every contradiction: dotted key, rule, value and remedy."""
-    return [found for subject in SUBJECTS for found in subject(scenario)]
+    return [found for subject in SUBJECTS for found in subject(site)]
 
 
-def _parts_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+def _parts_problems(site: Site) -> Iterator[Problem]:
     """Yield names of parts that there are not, and wrong settings of those that ship."""
-    for family, name in parts_of(scenario):
+    for family, name in parts_of(site.scenario):
         if name in family.siblings:
             for setting, message in shipped_mistakes(family, name):
                 yield Problem(f"{family.key}.{setting}", message)

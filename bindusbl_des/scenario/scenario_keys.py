@@ -26,6 +26,13 @@ class Problem(NamedTuple):
     others: tuple[str, ...] = ()
 
 
+class ScenarioWarning(Problem):
+    """A warning about a key: the key, what it warns of, and the keys behind it."""
+
+    def __str__(self) -> str:
+        return f"{self.key}: {self.message}"
+
+
 class Origin(Part):
     """Where on Earth x = y = 0 (WGS-84); +x is north there, +y east."""
 

@@ -15,9 +15,8 @@ from ..core.spreads import per_axis_sd
 from ..records.events import HEARD
 from ..records.rows import Row, Rows
 from ..scenario.declared import instrument_named
-from ..scenario.families import INSTRUMENT, ranging_of
+from ..scenario.families import INSTRUMENT
 from ..scenario.part_choice import settings_of
-from ..scenario.scenario import Scenario
 from ..scenario.shipped_settings import Datasheet
 from ..vehicles.motion import Motion, where
 from .array import Vector, scatter
@@ -39,15 +38,15 @@ from .sights import note_direction, note_sight
 from .two_way import Heard, seeming, travelled, two_way
 
 
-def sheet_of(scenario: Scenario) -> Sheet | None:
-    """Return what the data sheet of a scenario's instrument states; None if it has none.
+def sheet_of(model: str, calls: bool) -> Sheet | None:
+    """Return what the data sheet of an instrument states; None if it has none.
 
     A stated range is that of who finds it by himself: of the path of a call and its answer he takes
     half, so that the path errs twice as much.
     """
-    if not instrument_named(scenario.usbl.model).is_stated:
+    if not instrument_named(model).is_stated:
         return None
-    stated = cast(Datasheet, settings_of(INSTRUMENT, scenario.usbl.model))
+    stated = cast(Datasheet, settings_of(INSTRUMENT, model))
     if stated.bearing_sd_deg is None:
         return Sheet(
             spread_sd=per_axis_sd(stated.accuracy_m, stated.statistic),
@@ -57,20 +56,16 @@ def sheet_of(scenario: Scenario) -> Sheet | None:
     return Sheet(
         radians(bearing),
         radians(bearing if elevation is None else elevation),
-        path_sd=_ways(scenario) * stated.range_sd_m,
+        path_sd=(2.0 if calls else 1.0) * stated.range_sd_m,
         path_share=stated.range_sd_percent / 100.0,
         reference_snr_db=nan if stated.reference_snr_db is None else stated.reference_snr_db,
         angle_floor=radians(stated.angle_floor_deg),
     )
 
 
-def stated_range_sd(sheet: Sheet, scenario: Scenario) -> float:
+def stated_range_sd(sheet: Sheet, calls: bool) -> float:
     """Return the noise (m) of a short range by a sheet, without what grows with the range."""
-    return hypot(sheet.path_sd / _ways(scenario), sheet.spread_sd)
-
-
-def _ways(scenario: Scenario) -> float:
-    return 2.0 if ranging_of(scenario).calls else 1.0
+    return hypot(sheet.path_sd / (2.0 if calls else 1.0), sheet.spread_sd)
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,11 @@ from ..acoustics.propagation import TOUCH
 from ..core.arrays import Floats
 from ..core.lazy import cached_property
 from ..core.plugins import PluginError
-from ..protocol.slots import Slots, slots_of
-from ..scenario.destinations import NoStations, asv_stations, longest_way, route_of, tracks_of
-from ..scenario.families import ranging_of, tells_slots
+from ..protocol.slots import Slots
 from ..scenario.scenario import Scenario
 from ..scenario.sections.vehicles import VehicleChoice
-from ..scenario.site import assumed_sound_speed_of, sound_speed_of, vessel_tracks
+from ..scenario.site import NoStations, longest_path
+from ..setup import Setup
 from ..usbl.bounds import exceeded
 from ..vehicles.currents import CONTROL_S
 from ..vehicles.guidance.departure import top_speed
@@ -106,7 +105,7 @@ class Bounds:
 
 
 def bounds_of(
-    scenario: Scenario,
+    setup: Setup,
     max_speed: float | None = None,
     clock_error: float | None = None,
     sound_speed_error: float | None = None,
@@ -122,21 +121,22 @@ def bounds_of(
         ValueError: naming a bound that is no number, negative or larger than a mission can have.
         PluginError: when a route of one's own is not allowed or cannot be asked.
     """
+    scenario = setup.scenario
     sigmas = exceeded(CHANCE, _draws(scenario))
-    planned = _planned_speed(scenario, sigmas) if max_speed is None else max_speed
+    planned = _planned_speed(setup, sigmas) if max_speed is None else max_speed
     found = Bounds(
         _checked("--max-speed", planned, FASTEST_M_PER_S, "m/s"),
-        _asv_speed(scenario, planned, sigmas),
+        _asv_speed(setup, planned, sigmas),
         _checked("--clock-error", _or(clock_error, _clock_error(scenario, sigmas)), LATEST_S, "s"),
         _checked(
             "--sound-speed-error",
-            _or(sound_speed_error, _sound_speed_error(scenario)),
+            _or(sound_speed_error, _sound_speed_error(setup)),
             1000.0,
             "m/s",
         ),
         sigmas,
     )
-    assumed, error = assumed_sound_speed_of(scenario), found.sound_speed_error_m_per_s
+    assumed, error = setup.assumed_sound_speed_m_per_s, found.sound_speed_error_m_per_s
     is_water = SLOWEST <= assumed - error <= assumed + error <= FASTEST
     if sound_speed_error is not None and not is_water:
         raise ValueError(
@@ -173,12 +173,13 @@ def _current(scenario: Scenario, sigmas: float) -> float:
     return water.current_m_per_s + (sigmas + math.sqrt(2)) * water.current_variation_m_per_s
 
 
-def _planned_speed(scenario: Scenario, sigmas: float) -> float:
+def _planned_speed(setup: Setup, sigmas: float) -> float:
     """Return how fast (m/s) the fastest AUV goes over ground, by what is planned."""
-    route = route_of(scenario)
+    scenario = setup.scenario
+    route = setup.route
     if route.is_held:
         return 0.0
-    tracks = tracks_of(scenario)
+    tracks = setup.auv_tracks
     if tracks is not None:
         return max(map(_fastest, tracks))
     speed = max(scenario.auvs.speeds)
@@ -209,11 +210,12 @@ def _fastest(track: Track) -> float:
     return float((ways / np.diff(times)).max())
 
 
-def _asv_speed(scenario: Scenario, auv_speed: float, sigmas: float) -> float:
+def _asv_speed(setup: Setup, auv_speed: float, sigmas: float) -> float:
     """Return how fast (m/s) ASVs are; of one's own, as fast as AUVs at least."""
+    scenario = setup.scenario
     placement, vehicle = scenario.asvs.formation, scenario.asvs.vehicle
     if placement.recording is not None:
-        return max(map(_fastest, vessel_tracks(scenario, placement.recording)))
+        return max(map(_fastest, setup.asv_tracks or ()))
     if placement.replanned is not None:
         return placement.replanned.speed_m_per_s
     if not vehicle.is_steered:
@@ -231,8 +233,8 @@ def _clock_error(scenario: Scenario, sigmas: float) -> float:
     return sigmas * drawn + max(scenario.auvs.ping_late_s or (0.0,)) / 2
 
 
-def _sound_speed_error(scenario: Scenario) -> float:
-    return abs(sound_speed_of(scenario) - assumed_sound_speed_of(scenario))
+def _sound_speed_error(setup: Setup) -> float:
+    return abs(setup.sound_speed_m_per_s - setup.assumed_sound_speed_m_per_s)
 
 
 # Autopilots may take an AUV so much deeper than it is told to be.
@@ -241,15 +243,20 @@ OVERSHOOT_M = 1.0
 
 @dataclass(frozen=True)
 class Case:
-    """A scenario and the bounds that it is to hold for."""
+    """The facts of a scenario, and the bounds that it is to hold for."""
 
-    scenario: Scenario
+    setup: Setup
     bounds: Bounds
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario."""
+        return self.setup.scenario
 
     @cached_property
     def slots(self) -> Slots:
         """The durations of the protocol."""
-        return slots_of(self.scenario)
+        return self.setup.slots
 
     @cached_property
     def slot_s(self) -> float:
@@ -259,20 +266,20 @@ class Case:
     @cached_property
     def sound_speeds(self) -> tuple[float, float]:
         """The slowest and the fastest that sound may travel (m/s)."""
-        assumed = assumed_sound_speed_of(self.scenario)
+        assumed = self.setup.assumed_sound_speed_m_per_s
         error = self.bounds.sound_speed_error_m_per_s
         return max(assumed - error, SLOWEST), min(assumed + error, FASTEST)
 
     @property
     def late_s(self) -> float:
         """How much later (s) one AUV may ping than another whose slot is the same."""
-        return 2 * self.bounds.clock_error_s if not ranging_of(self.scenario).calls else 0.0
+        return 2 * self.bounds.clock_error_s if not self.setup.ranging.calls else 0.0
 
     @property
     def recalls(self) -> int:
         """How many AUVs a round may call back that have not been heard for long: 1, else 0."""
         protocol = self.scenario.protocol
-        if not tells_slots(self.scenario) or protocol.dissemination.missed == "contention":
+        if not self.setup.tells_slots or protocol.dissemination.missed == "contention":
             return 0
         return int((protocol.forget_after_s or math.inf) < self.scenario.duration_s)
 
@@ -287,7 +294,7 @@ class Case:
         if self.bounds.asv_speed_m_per_s > 0.0:
             return None
         try:
-            return np.array(asv_stations(self.scenario), dtype=float).reshape(-1, 2)
+            return np.array(self.setup.stations_m, dtype=float).reshape(-1, 2)
         except (NoStations, PluginError):
             return None
 
@@ -317,7 +324,8 @@ class Case:
         AUVs with equations of motion are taken to be anywhere down to their depth.
         """
         scenario = self.scenario
-        tracks = tracks_of(scenario)
+        setup = self.setup
+        tracks = setup.auv_tracks
         if tracks is not None:
             downs = [track[1][:, 2] for track in tracks]
             return tuple((float(z.min()), float(z.max())) for z in downs)
@@ -332,7 +340,7 @@ class Case:
         hf, deepest = self.scenario.acoustics.hf, self.depths[auv][1]
         if self.scenario.auvs.vehicle.is_steered:
             deepest += OVERSHOOT_M
-        return longest_way(hf.range_m, deepest, hf.range_metric)
+        return longest_path(hf.range_m, deepest, hf.range_metric)
 
     def shortest_m(self, auv: int) -> float:
         """Return the shortest way (m) of a ping of an AUV: straight up."""

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..preflight.round_lengths import rounds_of
-from ..scenario.families import broadcaster_of, downlink_of, schedule_of
 from .case import Case, SignalPair, by_time, undecided
 from .signals import beacons_meet, frames_meet
 from .uplink import frame_s
@@ -72,9 +71,9 @@ def broadcasts(case: Case) -> Iterator[SignalPair]:
     slot more where rounds are sequential; of all sizes of a frame the largest leaves least.
     """
     kind, what = "consecutive frames", "broadcasts at an AUV"
-    if downlink_of(case.scenario).replies:
+    if case.setup.downlink.replies:
         return
-    if broadcaster_of(case.scenario).at_once:
+    if case.setup.broadcaster.at_once:
         why = "which ASVs broadcast at once is decided by where AUVs are believed to be"
         yield undecided(kind, what, why, "mf")
         return
@@ -91,17 +90,18 @@ def most_fixes(case: Case) -> int:
     A group is of one AUV, or where slots are shared of as many as there are ASVs to hear them.
     """
     scenario, messages = case.scenario, case.slots.messages
+    setup = case.setup
     most = scenario.auvs.count
-    if rounds_of(scenario).frame:
+    if rounds_of(setup).frame:
         most = 1 + case.recalls
-    elif downlink_of(scenario).by_group:
+    elif setup.downlink.by_group:
         most = min(most, fixes_of_group(case))
     return most if messages.splits or messages.most is None else min(most, messages.most)
 
 
 def fixes_of_group(case: Case) -> int:
     """Return the most AUVs of one slot that are heard: an ASV hears one."""
-    schedule = schedule_of(case.scenario)
+    schedule = case.setup.schedule
     own = schedule.groups == "each" and schedule.is_proved
     return 1 if own else case.scenario.asvs.count
 
@@ -116,14 +116,14 @@ def downlink_gap(case: Case) -> float:
 
 def fewest_slots(case: Case) -> int:
     """Return the fewest slots of a round; an AUV that is lost has none."""
-    return 1 if case.recalls else rounds_of(case.scenario).fewest
+    return 1 if case.recalls else rounds_of(case.setup).fewest
 
 
 def sizes(case: Case) -> list[Size]:
     """Return how many fixes a broadcast may carry, and of how many AUVs it may tell the slots; of
     many numbers the largest alone.
     """
-    rounds = rounds_of(case.scenario)
+    rounds = rounds_of(case.setup)
     named = min(rounds.named + case.recalls, case.scenario.auvs.count)
     fewest = named if rounds.fewest == rounds.most and not case.recalls else 0
     if (named - fewest + 1) * (most_fixes(case) + 1) > MANY:
@@ -136,7 +136,7 @@ def _gap(case: Case, size: Size) -> float:
 
     Where only the largest is looked at, a slot is not rounded up to ticks: another may just fit.
     """
-    slots, downlink = case.slots, downlink_of(case.scenario)
+    slots, downlink = case.slots, case.setup.downlink
     lasts = slots.downlink_slot(*size)
     if len(sizes(case)) > 1:
         lasts = slots.clock.after(0.0, lasts)
@@ -165,7 +165,7 @@ def _moved(case: Case) -> float:
 
 def _widest_frames(case: Case, moved: float, later: int = 1) -> tuple[float, float]:
     """Return :func:`widest` of the ASVs that send a frame and one so many frames `later`."""
-    chosen, mf = broadcaster_of(case.scenario).chosen_by, case.scenario.acoustics.mf
+    chosen, mf = case.setup.broadcaster.chosen_by, case.scenario.acoustics.mf
     apart = case.in_turn_m if chosen == "turn" and later == 1 else case.apart_m
     if chosen == "one" and not case.scenario.asvs.failures:
         apart = np.empty(0)

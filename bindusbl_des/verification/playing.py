@@ -14,9 +14,8 @@ from ..acoustics.propagation import TOUCH
 from ..core.arrays import Floats
 from ..mission.simulation import simulate
 from ..results.result import Result
-from ..scenario.destinations import known_stations
 from ..scenario.scenario import Scenario
-from ..scenario.site import area_of, assumed_sound_speed_of, sound_speed_of
+from ..setup import Setup
 from .case import REFUSED, UNDECIDED, Case, Plan, SignalPair
 
 # What lies at a range is put so much nearer, or farther: roundings of its place are smaller.
@@ -51,7 +50,7 @@ class Actor:
 def stations_of(case: Case) -> Floats:
     """Return where the ASVs of a witness lie (m), (m, 2): those that move on a ring."""
     found = case.stations
-    return np.array(known_stations(case.scenario)) if found is None else found
+    return np.array(case.setup.nominal_stations_m) if found is None else found
 
 
 def staged(
@@ -66,6 +65,7 @@ def staged(
     `changes` are laid over the sections of the scenario.
     """
     scenario = case.scenario
+    setup = case.setup
     data = scenario.model_dump(mode="json", exclude_unset=True)
     data = {name: data[name] for name in ("acoustics", "protocol", "usbl") if name in data}
     auvs = [actors.get(n) or _aside(case, n) for n in range(scenario.auvs.count)]
@@ -79,7 +79,7 @@ def staged(
         "navigation": {"filter": "dead_reckoning"},  # which changes nothing that is sent
         "environment": {
             "sound_speed_m_per_s": sound_speed,
-            "assumed_sound_speed_m_per_s": assumed_sound_speed_of(scenario),
+            "assumed_sound_speed_m_per_s": setup.assumed_sound_speed_m_per_s,
         },
     }
     if duration_s > LONG_S:
@@ -106,7 +106,7 @@ def lossless(plan: Plan) -> dict[str, Any]:
 def _survey(case: Case) -> dict[str, Any]:
     survey = case.scenario.survey.model_dump(mode="json", exclude_unset=True)
     if "area" in survey:
-        return {"polygon_m": [list(corner) for corner in area_of(case.scenario).outline]}
+        return {"polygon_m": [list(corner) for corner in case.setup.area.outline]}
     kept = ("side_m", "size_m", "polygon_m", "rotation_deg")
     return {name: survey[name] for name in kept if name in survey}
 
@@ -283,13 +283,13 @@ def _calls(
     called = [ping for ping in pings if ping["called_by"] is not None]
     everywhere = np.concatenate(list(tracks.values()))[:, 1:]
     farthest_m = float(np.linalg.norm(np.ptp(everywhere, axis=0)))
-    longest_s = farthest_m / sound_speed_of(result.scenario) + result.scenario.acoustics.hf.ping_s
+    longest_s = farthest_m / result.setup.sound_speed_m_per_s + result.scenario.acoustics.hf.ping_s
     for ping in (ping for ping in called if ping["call"] == "collided"):
         at = (ping["x_m"], ping["y_m"], ping["z_m"])
         for other in called:
             same = math.isclose(other["called_at_s"], ping["called_at_s"])
             if same and other["called_by"] != ping["called_by"]:
-                both = (_call(sent, at, tracks, result.scenario) for sent in (ping, other))
+                both = (_call(sent, at, tracks, result.setup) for sent in (ping, other))
                 yield (ping["auv"], *both)
     for asv, signals in there.items():
         for signal in signals:
@@ -297,7 +297,7 @@ def _calls(
             for ping in called:
                 if abs(ping["called_at_s"] - signal.begins_at_s) > longest_s:
                     continue  # it is not under way any more, or yet
-                call = _call(ping, at, tracks, result.scenario)
+                call = _call(ping, at, tracks, result.setup)
                 if (
                     call.begins_at_s < signal.ends_at_s - TOUCH
                     and signal.begins_at_s < call.ends_at_s - TOUCH
@@ -309,14 +309,14 @@ def _call(
     ping: Row,
     at: Place,
     tracks: dict[str, Floats],
-    scenario: Scenario,
+    setup: Setup,
 ) -> Signal:
     """Return the call for a ping's AUV as it is heard at a place (m)."""
     caller, sent = ping["called_by"], ping["called_at_s"]
     place = _place(tracks[caller], sent)
-    begins = sent + math.dist(place, at) / sound_speed_of(scenario)
+    begins = sent + math.dist(place, at) / setup.sound_speed_m_per_s
     what = f"call (round {ping['round']}, slot {ping['slot']})"
-    lasts = scenario.acoustics.hf.ping_s
+    lasts = setup.scenario.acoustics.hf.ping_s
     return Signal(what, caller, sent, place, begins, begins + lasts)
 
 

@@ -7,11 +7,7 @@ from functools import partial
 import numpy as np
 
 from ..core.plugins import is_plugin
-from ..mission.build import usbl_of
 from ..preflight.round_lengths import rounds_of
-from ..scenario.destinations import route_of
-from ..scenario.families import downlink_of, ranging_of, schedule_of
-from ..scenario.own_sensors import kinds
 from ..usbl.bounds import Beside, farthest_off
 from .case import ACCEPTED, REFUSED, Case, Plan, SignalPair, undecided
 from .signals import at_the_edge, come_in_together, comes_into_range, rounds_shown
@@ -40,7 +36,8 @@ def same_slot(case: Case) -> Iterator[SignalPair]:
     who is not heard is not fixed.
     """
     scenario = case.scenario
-    if not schedule_of(scenario).is_shared_and_proved or scenario.auvs.count < 2:
+    setup = case.setup
+    if not setup.schedule.is_shared_and_proved or scenario.auvs.count < 2:
         return
     returning = [failure for failure in scenario.asvs.failures if failure.until_s is not None]
     if returning:
@@ -69,7 +66,7 @@ def bounded(value: float) -> float | None:
 
 def margin_needed(case: Case) -> float:
     """Return the least conflict margin (m) with which no ASV hears two AUVs of one group."""
-    if not schedule_of(case.scenario).is_shared_and_proved or case.scenario.auvs.count < 2:
+    if not case.setup.schedule.is_shared_and_proved or case.scenario.auvs.count < 2:
         return 0.0
     return _nearer(case, case.closing_m_per_s * age_s(case)) + believed_off_m(case)
 
@@ -82,19 +79,20 @@ def believed_off_m(case: Case) -> float:
     of fixes carried along a tour, which may be taken for those of another leg.
     """
     scenario, hf = case.scenario, case.scenario.acoustics.hf
+    setup = case.setup
     positions, usbl = scenario.protocol.positions, scenario.usbl
     if positions == "truth":
         return 0.0
-    route = route_of(scenario)
+    route = setup.route
     tours = not (route.is_held or route.is_recorded)
     if is_plugin(usbl.model) or (positions == "carried_forward" and tours):
         return math.inf
     many = len(case.apart_m) and float(case.apart_m.min()) <= 2 * hf.range_m
-    both_ways = ranging_of(scenario).calls
+    both_ways = setup.ranging.calls
     if many or (both_ways and case.bounds.asv_speed_m_per_s > 0.0):
         return math.inf
     systematic, auvs = (
-        {kind.name: kind.sds[0] for kind in kinds(scenario)},
+        {kind.name: kind.sds[0] for kind in setup.lasting_errors},
         range(scenario.auvs.count),
     )
     beside = Beside(
@@ -106,7 +104,7 @@ def believed_off_m(case: Case) -> float:
         case.closing_m_per_s * answering_s(case) if both_ways else 0.0,
     )
     nearest, longest = min(map(case.shortest_m, auvs)), max(map(case.longest_m, auvs))
-    return farthest_off(usbl_of(scenario), nearest, longest, beside, case.bounds.sigmas)
+    return farthest_off(setup.usbl, nearest, longest, beside, case.bounds.sigmas)
 
 
 def _nearer(case: Case, moved: float) -> float:
@@ -137,7 +135,7 @@ def age_s(case: Case) -> float:
 def most_shared_slot(case: Case) -> int:
     """Return the last slot of a round that two AUVs may share and an ASV hear both."""
     last = case.scenario.auvs.count - 2
-    last = min(last, rounds_of(case.scenario).most - 1)  # whoever finds no room has no slot
+    last = min(last, rounds_of(case.setup).most - 1)  # whoever finds no room has no slot
     if last < 1 or not len(case.apart_m):
         return 0
     protocol, reach = case.scenario.protocol, case.scenario.acoustics.hf.range_m
@@ -148,7 +146,7 @@ def most_shared_slot(case: Case) -> int:
 
 def _slot_in_round(case: Case) -> float:
     """Return the most time (s) from one slot of a round to the next."""
-    if not downlink_of(case.scenario).by_group:
+    if not case.setup.downlink.by_group:
         return case.slot_s
     slots = case.slots
     return max(case.slot_s, slots.clock.after(0.0, slots.downlink_slot(len(case.depths))))

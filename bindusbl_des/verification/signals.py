@@ -14,7 +14,6 @@ import numpy as np
 from ..core.arrays import Floats
 from ..preflight.round_lengths import rounds_of
 from ..protocol.conflicts import dsatur_groups, greedy_groups
-from ..scenario.families import schedule_of
 from .case import Case, Plan
 from .playing import LATEST_S, OUT_OF_THE_WAY, SLIVER, Actor, lossless, staged, stations_of
 
@@ -53,9 +52,9 @@ def far_then_near(case: Case, first: int, second: int, gap_s: float) -> Plan:
 
 def rounds_shown(case: Case) -> float:
     """Return how long (s) a witness lasts: until each AUV has had its turn, and a round more."""
-    rounds, count = rounds_of(case.scenario), case.scenario.auvs.count
+    rounds, count = rounds_of(case.setup), case.scenario.auvs.count
     if rounds.frame:
-        by_lot = schedule_of(case.scenario).turn == "lot"
+        by_lot = case.setup.schedule.turn == "lot"
         each = FRAMES_OF_CHANCE * count if by_lot else count
         return (each + 2) * rounds.period(1, 1) + case.late_s
     full, empty = rounds.period(rounds.most, count), rounds.period(1, 0)
@@ -312,9 +311,7 @@ def _played(case: Case, asv: Floats, other: Floats, first: float, second: float)
     away = np.linalg.norm(places[:, None] - stations, axis=2)
     if slant:
         away = np.hypot(away, np.array([actor.depth for actor in actors.values()])[:, None])
-    groups = GROUPS[schedule_of(case.scenario).groups](
-        _in_order(actors, away <= hf.range_m + margin)
-    )
+    groups = GROUPS[case.setup.schedule.groups](_in_order(actors, away <= hf.range_m + margin))
     shared = [set(group) for group in groups].index
     names = sorted(actors)
     group = {names.index(one), names.index(two)}

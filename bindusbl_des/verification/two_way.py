@@ -11,8 +11,7 @@ import numpy as np
 from ..acoustics.propagation import TOUCH
 from ..preflight.round_lengths import rounds_of
 from ..scenario.declared import channel_named
-from ..scenario.destinations import longest_way
-from ..scenario.families import schedule_of
+from ..scenario.site import longest_path
 from .case import ACCEPTED, REFUSED, UNDECIDED, Case, SignalPair, by_time, undecided
 from .reuse import age_s
 from .signals import answer_late, answer_passing, out_of_hearing, two_calls
@@ -34,11 +33,12 @@ def answers(case: Case) -> Iterator[SignalPair]:
     Frames of AUVs that share a slot are on the air at the same time: nothing is proved of these.
     """
     scenario, slots = case.scenario, case.slots
+    setup = case.setup
     mf, count = scenario.acoustics.mf, scenario.auvs.count
     if not scenario.protocol.replies_in_frames:
         return
     if scenario.asvs.count > 1:
-        if count > 1 and schedule_of(scenario).is_shared_and_proved:
+        if count > 1 and setup.schedule.is_shared_and_proved:
             why = "pings of one slot are answered at once, by several ASVs"
             yield undecided(KIND, WHAT, why, None)
         if not channel_named(mf.channel).ends_at_range:
@@ -50,8 +50,8 @@ def answers(case: Case) -> Iterator[SignalPair]:
     if scenario.asvs.count > 1:
         moved = case.closing_m_per_s * slots.airtime(1)
         deepest = max(deep for both in case.depths for deep in both)
-        after = max(after, longest_way(mf.range_m + moved, deepest, mf.range_metric) / speed)
-    gap = round_gap(case) if rounds_of(scenario).frame else case.slot_s
+        after = max(after, longest_path(mf.range_m + moved, deepest, mf.range_metric) / speed)
+    gap = round_gap(case) if rounds_of(setup).frame else case.slot_s
     margin = gap - up - slots.airtime(1) - after - case.late_s
     why = f"the next slot begins {1e3 * gap:.4g} ms later, an answer lasts {slots.airtime(1):.4g} s"
     found = ACCEPTED if margin > -TOUCH else UNDECIDED
@@ -68,8 +68,9 @@ def calls_of_a_slot(case: Case) -> Iterator[SignalPair]:
     listener, and no AUV on its way, in common.
     """
     scenario = case.scenario
+    setup = case.setup
     kind, what = "calls of one slot", "calls of two ASVs at an AUV"
-    if not schedule_of(scenario).is_shared_and_proved or scenario.auvs.count < 2:
+    if not setup.schedule.is_shared_and_proved or scenario.auvs.count < 2:
         return
     if not len(case.apart_m):
         return
@@ -117,7 +118,8 @@ def answer_and_next_call(case: Case) -> Iterator[SignalPair]:
     that go away meanwhile.
     """
     scenario = case.scenario
-    schedule = schedule_of(scenario)
+    setup = case.setup
+    schedule = setup.schedule
     within = scenario.auvs.count > 1 and schedule.is_proved and not schedule.framed
     gap = case.slot_s if within else round_gap(case)
     auv = max(range(scenario.auvs.count), key=case.longest_m)

@@ -6,7 +6,6 @@ from functools import partial
 from typing import NamedTuple
 
 from ..preflight.round_lengths import rounds_of
-from ..scenario.families import downlink_of, schedule_of
 from .case import Case, Plan, SignalPair, by_time
 from .signals import far_then_near
 
@@ -57,7 +56,7 @@ def round_gap(case: Case) -> float:
     A frame's rounds may begin a tick earlier, since frames are rounded up to ticks.
     """
     clock, gap = case.slots.clock, case.slot_s
-    if downlink_of(case.scenario).waits:
+    if case.setup.downlink.waits:
         gap = clock.after(gap, case.slots.downlink_slot(0))
     return max(gap, frame_s(case))
 
@@ -68,7 +67,7 @@ def frame_s(case: Case) -> float:
     0 where rounds have none.  Where some outlast theirs, one that begins late may be followed by
     one that does not: after the shortest round there is.
     """
-    rounds, clock = rounds_of(case.scenario), case.slots.clock
+    rounds, clock = rounds_of(case.setup), case.slots.clock
     frame = max(rounds.frame - (1.0 / clock.rate if clock.rate else 0.0), 0.0)
     if round_s(case) <= rounds.frame:
         return frame
@@ -77,10 +76,10 @@ def frame_s(case: Case) -> float:
 
 def round_s(case: Case) -> float:
     """Return how long (s) the longest round of a schedule with frames lasts."""
-    rounds = rounds_of(case.scenario)
+    rounds = rounds_of(case.setup)
     turns = 1 + case.recalls
     one_named = replace(rounds, named=min(rounds.named, 1) * turns)
-    return one_named.length(turns, 0 if downlink_of(case.scenario).replies else turns)
+    return one_named.length(turns, 0 if case.setup.downlink.replies else turns)
 
 
 def _margin(case: Case, pair: Succession) -> float:
@@ -105,7 +104,7 @@ def _apart(case: Case, first: int, second: int, sound_speed: float) -> float:
 
 def _followers(case: Case) -> Iterator[Succession]:
     """Yield who may ping after whom: of fleets whose order is free the worst pairs."""
-    count, schedule = case.scenario.auvs.count, schedule_of(case.scenario)
+    count, schedule = case.scenario.auvs.count, case.setup.schedule
     within, between = case.slot_s, round_gap(case)
     if case.recalls:  # whoever is lost leaves its slot to the next, and may be called back last
         yield from (Succession(i, k, within) for i, k in _worst(case, count))

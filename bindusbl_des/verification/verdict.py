@@ -15,10 +15,10 @@ from ..core.plugins import is_plugin
 from ..core.wording import plain
 from ..preflight.round_lengths import rounds_of
 from ..scenario.declared import channel_named
-from ..scenario.families import broadcaster_of, downlink_of, ranging_of, schedule_of, tells_slots
 from ..scenario.files.overrides import put
 from ..scenario.files.scenario_file import load_scenario
 from ..scenario.scenario import Scenario
+from ..setup import setup_of
 from .case import ACCEPTED, REFUSED, UNDECIDED, Bounds, Case, SignalPair, bounds_of, undecided
 from .frames import beacons, broadcasts, downlink_gap, fewest_slots, frame_spread, sizes
 from .playing import Witness, seen, witnessed
@@ -136,8 +136,8 @@ class Verdict:
     @property
     def reuses(self) -> bool:
         """Whether AUVs may share a slot."""
-        shared = schedule_of(self.scenario).is_shared_and_proved
-        return shared and not ranging_of(self.scenario).asvs_ping
+        shared = self.case.setup.schedule.is_shared_and_proved
+        return shared and not self.case.setup.ranging.asvs_ping
 
     @property
     def position_age_s(self) -> float | None:
@@ -162,7 +162,7 @@ class Verdict:
     @property
     def frame(self) -> dict[str, Any] | None:
         """How long frames are, and the longest rounds (s); None where rounds have no frames."""
-        frame = rounds_of(self.scenario).frame
+        frame = rounds_of(self.case.setup).frame
         if not frame:
             return None
         lasts = round_s(self.case)
@@ -196,7 +196,8 @@ def verify(
                 f"{who.lower()}.count: all pairs of up to {LARGEST_FLEET:,} {who} are looked at; "
                 f"got {fleet.count:,}; verify a part of the fleet"
             )
-    case = Case(scenario, bounds_of(scenario, max_speed, clock_error, sound_speed_error))
+    setup = setup_of(scenario)
+    case = Case(setup, bounds_of(setup, max_speed, clock_error, sound_speed_error))
     found = [witnessed(pair) for pair in pairs_of(case)]
     pairs = tuple(pair for pair, _ in found)
     if all(pair.is_safe for pair in pairs):
@@ -230,7 +231,7 @@ def pairs_of(case: Case) -> list[SignalPair]:
 def _rules(case: Case) -> tuple[Rule, ...]:
     if case.scenario.protocol.random_access:
         return (random_access,)
-    ranging = ranging_of(case.scenario)
+    ranging = case.setup.ranging
     if ranging.asvs_ping:
         return BEACONS
     return (*(CALLED if ranging.calls else BY_CLOCKS), *FRAMES)
@@ -254,14 +255,14 @@ def _unknown(case: Case) -> Iterator[SignalPair]:
             why = f"with the channel {str(channel)!r} sound ends at no range"
             yield undecided("sound without a range", what, why, band)
     known = protocol.asvs_ping or is_plugin(str(protocol.schedule)) or protocol.random_access
-    if not known and not schedule_of(case.scenario).is_proved:
+    if not known and not case.setup.schedule.is_proved:
         why = "nothing is proved of this schedule beyond what was played"
         yield undecided("schedule", str(protocol.schedule), why, None)
-    if tells_slots(case.scenario) and protocol.dissemination.missed != "silent":
+    if case.setup.tells_slots and protocol.dissemination.missed != "silent":
         why = "AUVs that received no slots ping when they reckon these to be"
         missed = f"missed {protocol.dissemination.missed}"
         yield undecided("disseminated slots", missed, why, None)
-    elif tells_slots(case.scenario) and schedule_of(case.scenario).is_shared_and_proved:
+    elif case.setup.tells_slots and case.setup.schedule.is_shared_and_proved:
         why = "slots are shared by where AUVs are believed to be as a frame begins, a round ahead"
         yield undecided("disseminated slots", str(protocol.schedule), why, None)
 
@@ -283,7 +284,7 @@ def uplink_guard(case: Case, pairs: Sequence[SignalPair]) -> Guard | None:
 def _busy_s(case: Case) -> float:
     """Return what an uplink slot holds beside its guard (s), at the speed of sound assumed."""
     slots = case.slots
-    if ranging_of(case.scenario).calls:
+    if case.setup.ranging.calls:
         answered = slots.ping_duration + answering_s(case) + 2 * slots.longest_travel_time
         return answered + slots.answer
     return slots.ping_duration + slots.longest_travel_time + slots.answer
@@ -294,8 +295,8 @@ def downlink_guard(case: Case) -> Guard | None:
 
     What uplink slots between two broadcasts add is not taken for a guard, but makes less needed.
     """
-    downlink, slots = downlink_of(case.scenario), case.slots
-    if ranging_of(case.scenario).asvs_ping or downlink.replies:
+    downlink, slots = case.setup.downlink, case.slots
+    if case.setup.ranging.asvs_ping or downlink.replies:
         return None
     guard = min(
         slots.clock.after(0.0, slots.downlink_slot(*size)) - slots.airtime(*size)
@@ -339,7 +340,7 @@ def _lacking(case: Case, pairs: list[SignalPair]) -> Iterator[tuple[str, Any]]:
     margin = margin_needed(case)
     if "same slot" in refused and margin <= MOST_RANGES * case.scenario.acoustics.hf.range_m:
         yield "conflict_margin_m", _up(margin, STEP_M)
-    if broadcaster_of(case.scenario).at_once:
+    if case.setup.broadcaster.at_once:
         yield "broadcaster", "rotate"
     if "call and answer" in refused:
         lacks = -(refused["call and answer"].margin_s or 0.0)
@@ -351,7 +352,7 @@ def _changed(case: Case, changes: Changes) -> Case:
     data = case.scenario.model_dump(mode="json")
     for key, value in changes.items():
         put(data, f"protocol.{key}", value)
-    return Case(Scenario.model_validate(data), case.bounds)
+    return Case(setup_of(Scenario.model_validate(data)), case.bounds)
 
 
 def _up(value: float, step: float) -> float:

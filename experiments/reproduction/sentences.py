@@ -3,9 +3,10 @@
 import json
 from typing import TYPE_CHECKING
 
+from bindusbl_des import Setup
 from bindusbl_des.campaigns.statistics.intervals import interval
 from bindusbl_des.protocol.cycles import cycle
-from bindusbl_des.protocol.slots import Slots, slots_of
+from bindusbl_des.protocol.slots import Slots
 from bindusbl_des.scenario.scenario import Scenario
 
 from .campaigns import Runs
@@ -178,7 +179,7 @@ def compared_downlinks(runs: Runs) -> "pd.DataFrame":
 
 
 def _downlink_row(missions: "pd.DataFrame", scenario: Scenario, number: int) -> dict[str, object]:
-    slots, auvs = slots_of(scenario), scenario.auvs.count
+    slots, auvs = Setup(scenario).slots, scenario.auvs.count
     policy = str(scenario.protocol.downlink)
     rows = chosen(missions, {"point": number})
     measured, latency = interval(list(rows.fix_rate_hz)), interval(list(rows.latency_mean_s))

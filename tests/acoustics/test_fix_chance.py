@@ -8,12 +8,10 @@ import pytest
 from scipy.stats import binom  # type: ignore[import-untyped,unused-ignore]
 from worlds import QUIET_NAVIGATION, merged, scenario
 
-from bindusbl_des import Scenario, simulate
+from bindusbl_des import Scenario, Setup, simulate
 from bindusbl_des.acoustics.channel import Signals
-from bindusbl_des.acoustics.fix_chance import fix_chance, heard_rings, survey_grid
 from bindusbl_des.geometry.coverage import coverage_map, covered_by_rings
-from bindusbl_des.scenario.destinations import asv_stations
-from bindusbl_des.scenario.site import area_of
+from bindusbl_des.preflight.fix_chance import fix_chance, heard_rings, survey_grid
 
 PLACES = [(30.0, 5.0), (-40.0, 10.0), (0.0, 60.0)]
 
@@ -40,14 +38,14 @@ def test_who_hears_no_frame_that_tells_its_slot_gets_no_fix() -> None:
         acoustics={"hf": {"range_m": 50.0}, "mf": {"range_m": 90.0}, "loss": {"law": "none"}},
         protocol={"knowledge": "broadcast"},
     )
-    found = fix_chance(alone, asv_stations(alone), [(0.0, 0.0, 10.0)])
+    found = fix_chance(Setup(alone), Setup(alone).stations_m, [(0.0, 0.0, 10.0)])
     assert found is not None
     assert found.tolist() == [0.0]
     assert simulate(alone, 0).auvs.fixes_delivered.tolist() == [0]
 
 
 def chances(of: Scenario) -> np.ndarray:
-    found = fix_chance(of, asv_stations(of), [(*place, 10.0) for place in PLACES])
+    found = fix_chance(Setup(of), Setup(of).stations_m, [(*place, 10.0) for place in PLACES])
     assert found is not None
     return found
 
@@ -92,11 +90,11 @@ def test_without_loss_the_chance_is_what_is_covered(survey: dict[str, Any]) -> N
     places = {"count": 2, "formation": {"positions_m": [[0, 0], [60, 0]]}}
     acoustics = {"hf": {"range_m": 90.0}, "mf": {"range_m": 400.0}}
     of = scenario(survey=survey, auvs={"count": 1}, asvs=places, acoustics=acoustics)
-    grid, area, stations = survey_grid(of, 48), area_of(of), asv_stations(of)
+    grid, area, stations = survey_grid(Setup(of), 48), Setup(of).area, Setup(of).stations_m
     assert (grid.share.sum() * (grid.box[2] - grid.box[0]) ** 2 / grid.across**2) == (
         pytest.approx(area.square_m)
     )
-    chance = fix_chance(of, stations, grid.middles)
+    chance = fix_chance(Setup(of), stations, grid.middles)
     assert chance is not None
     exact = covered_by_rings(area, stations, [(0.0, 90.0)])
     assert np.average(chance, weights=grid.share) == pytest.approx(exact, abs=0.01)
@@ -112,17 +110,17 @@ def half(signals: Signals) -> np.ndarray:
 def test_many_asvs_are_looked_at_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     """No array has a row for each place and a column for each ASV, and no bit changes by that."""
     of = scenario()
-    stations, grid = asv_stations(of), survey_grid(of, 20)
-    whole = fix_chance(of, stations, grid.middles)
-    monkeypatch.setattr("bindusbl_des.acoustics.fix_chance.MOST_PAIRS", 10)
-    parts = fix_chance(of, stations, grid.middles)
+    stations, grid = Setup(of).stations_m, survey_grid(Setup(of), 20)
+    whole = fix_chance(Setup(of), stations, grid.middles)
+    monkeypatch.setattr("bindusbl_des.preflight.fix_chance.MOST_PAIRS", 10)
+    parts = fix_chance(Setup(of), stations, grid.middles)
     assert whole is not None
     assert np.array_equal(whole, parts)
 
 
 def test_a_channel_of_ones_own_is_not_asked() -> None:
     of = world(acoustics={"hf": {"channel": half}})
-    assert fix_chance(of, asv_stations(of), [(0.0, 0.0, 0.0)]) is None
+    assert fix_chance(Setup(of), Setup(of).stations_m, [(0.0, 0.0, 0.0)]) is None
 
 
 FAR = {
@@ -143,7 +141,7 @@ def test_pings_over_the_range_that_one_sets_are_heard_unless_the_law_is_the_pape
     row = simulate(of, 0).auvs.iloc[0]
     assert row.pings_in_range == row.pings > 10
     assert row.pings_heard == (row.pings if heard else 0)
-    [(begin, end)] = heard_rings(of)
+    [(begin, end)] = heard_rings(Setup(of))
     assert (begin, end) == pytest.approx((0.0, 1200.0 if heard else 381.2), rel=5e-3)
 
 
@@ -162,17 +160,17 @@ def test_a_dip_of_the_channel_is_a_gap_in_the_coverage(tmp_path: Path) -> None:
         duration_s=300.0, survey={"side_m": 300.0, "depth_m": 0.0}, auvs=place, asvs=corner,
         acoustics={"hf": hf, "mf": {"range_m": 600.0}},
     )  # fmt: skip
-    rings = heard_rings(of)
+    rings = heard_rings(Setup(of))
     edges = np.array([(0.0, 100.0 + 45.0 / 8.5), (198.0, 220.0 + 10.0 / 6.0)])
     assert np.array(rings) == pytest.approx(edges, abs=1e-6)
     wide = of.model_copy(update={"survey": of.survey.model_copy(update={"side_m": 3e4})})
-    assert heard_rings(wide) == rings  # whatever is surveyed
+    assert heard_rings(Setup(wide)) == rings  # whatever is surveyed
     x, y = np.meshgrid(*[np.arange(-149.75, 150.0, 0.5)] * 2, indexing="ij")
     away = np.hypot(x + 60.0, y + 60.0)
     heard = (away <= rings[0][1]) | ((away >= rings[1][0]) & (away <= rings[1][1]))
-    found = covered_by_rings(area_of(of), asv_stations(of), rings)
+    found = covered_by_rings(Setup(of).area, Setup(of).stations_m, rings)
     assert found == pytest.approx(heard.mean(), abs=2e-3)
-    lines = coverage_map(area_of(of), asv_stations(of), rings)
+    lines = coverage_map(Setup(of).area, Setup(of).stations_m, rings)
     assert sum(map(list.count, map(list, lines), "o" * len(lines))) / 48 / len(lines) == (
         pytest.approx(found, abs=0.02)
     )

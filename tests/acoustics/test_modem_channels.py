@@ -5,10 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bindusbl_des import Scenario, simulate
+from bindusbl_des import Scenario, Setup, simulate
 from bindusbl_des.acoustics.channel import AskedChannel, Signals
-from bindusbl_des.acoustics.named_channels import hf_channel, mf_channel
-from bindusbl_des.protocol.slots import slots_of
 
 
 def bands(**acoustics: Any) -> Scenario:
@@ -27,11 +25,15 @@ def snr_db(channel: AskedChannel | None, away: float = 300.0) -> float:
 def test_the_figures_of_a_modem_stand_for_settings_of_the_sonar() -> None:
     """The ahoi modem: 156 dB at 50 kHz in 25 kHz; a level that is given wins."""
     sheet = {"source_level_db": 156.0, "frequency_khz": 50.0, "bandwidth_khz": 25.0}
-    named = hf_channel(bands(hf={"modem": "ahoi", "channel": {"model": "sonar", "ph": 8.1}}))
-    said = hf_channel(bands(hf={"channel": {"model": "sonar", **sheet}}))
-    assert snr_db(named) == snr_db(said) < snr_db(hf_channel(bands(hf={"channel": "sonar"})))
+    named = Setup(
+        bands(hf={"modem": "ahoi", "channel": {"model": "sonar", "ph": 8.1}})
+    ).ping_channel
+    said = Setup(bands(hf={"channel": {"model": "sonar", **sheet}})).ping_channel
+    assert (
+        snr_db(named) == snr_db(said) < snr_db(Setup(bands(hf={"channel": "sonar"})).ping_channel)
+    )
     louder = {"model": "sonar", "source_level_db": 166.0}
-    given = hf_channel(bands(hf={"modem": "ahoi", "channel": louder}))
+    given = Setup(bands(hf={"modem": "ahoi", "channel": louder})).ping_channel
     assert snr_db(given) == pytest.approx(snr_db(said) + 10.0)
 
 
@@ -51,7 +53,7 @@ def test_bits_of_frames_are_sent_as_long_as_the_table_says() -> None:
 
 
 def _loss(scenario: Scenario) -> float:
-    channel_of, airtime = mf_channel(scenario), slots_of(scenario).airtime(3)
+    channel_of, airtime = Setup(scenario).frame_channel, Setup(scenario).slots.airtime(3)
     assert channel_of is not None
     ranges = np.full((1, 1), 300.0)
     signals = Signals(0.0, np.zeros((1, 3)), np.array([[300.0, 0.0, 0.0]]), ranges, 100.0, True)

@@ -7,13 +7,11 @@ import numpy as np
 import pytest
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged
 
-from bindusbl_des import Mission, Scenario, load_scenario, simulate, warnings_of
+from bindusbl_des import Mission, Scenario, Setup, load_scenario, simulate, warnings_of
 from bindusbl_des.acoustics.channel import between
-from bindusbl_des.acoustics.named_channels import hf_channel
 from bindusbl_des.acoustics.table_channel import TableChannel, grid_to
 from bindusbl_des.preflight.warnings import read_scenario
 from bindusbl_des.scenario.files.scenario_file import ScenarioError
-from bindusbl_des.scenario.site import sound_speed_of
 
 QUIET = {"source_level_db": 150.0, "snr_threshold_db": 20.0}
 Tables = Any  # by their names
@@ -35,7 +33,7 @@ def world(channel: Any, **changes: Any) -> Scenario:
 
 
 def snrs(scenario: Scenario) -> np.ndarray:
-    channel = hf_channel(scenario)
+    channel = Setup(scenario).ping_channel
     assert channel is not None
     return np.asarray(channel.prospects(between(0.0, AUVS, ASVS, 50.0, calling=False))["snr_db"])
 
@@ -68,7 +66,7 @@ def test_a_mission_hears_by_the_table(tmp_path: Path) -> None:
     summer = in_summer(tmp_path)
     result = simulate(summer, 1)
     pings, heard = result.tables["pings"], result.tables["receptions"].dropna(subset="snr_db")
-    channel = hf_channel(summer)
+    channel = Setup(summer).ping_channel
     assert isinstance(channel, TableChannel)
     moored = result.tables["tracks"].query("vehicle == 'ASV0'").iloc[0]
     asv = np.array([[moored.x_m, moored.y_m, 0.0]])
@@ -198,7 +196,7 @@ def test_ranges_are_those_of_circles_whatever_depths_others_have(
     both = (speeds[0] + slope * asv) * (speeds[0] + slope * depths[0])
     apart = away**2 + (depths[0] - asv) ** 2
     circle = np.arccosh(1.0 + slope**2 * apart / (2.0 * both)) / abs(slope)
-    expected = sound_speed_of(held) * circle
+    expected = Setup(held).sound_speed_m_per_s * circle
     assert found.to_numpy() == pytest.approx(expected, abs=0.2)
     assert abs(expected - np.hypot(away, depths[0])) > 0.5
 
@@ -218,7 +216,7 @@ def test_ranges_are_measured_along_bent_rays(tmp_path: Path) -> None:
         "usbl": exact,
     }
     held = world({"model": "table", **QUIET}, **place)
-    channel = hf_channel(held)
+    channel = Setup(held).ping_channel
     assert isinstance(channel, TableChannel)
     here = np.array([[200.0, 0.0, 10.0]]), np.zeros((1, 3))
     late = channel.late_s(between(0.0, *here, 50.0, calling=False))[0, 0]
@@ -227,7 +225,7 @@ def test_ranges_are_measured_along_bent_rays(tmp_path: Path) -> None:
     nearer = 200.0 - np.hypot(fixes.x_m, fixes.y_m)
     assert len(fixes) > 3
     # the straight way is that of the harmonic mean from the surface, to a millimetre
-    assert nearer.to_numpy() == pytest.approx(-late * sound_speed_of(held), abs=1e-3)
+    assert nearer.to_numpy() == pytest.approx(-late * Setup(held).sound_speed_m_per_s, abs=1e-3)
 
 
 def held(*aways: float) -> dict[str, Any]:

@@ -15,7 +15,7 @@ import pytest
 from commands_for_tests import call
 from worlds import GOOD, paper_case, scenario, still
 
-from bindusbl_des import Result, Scenario, advise, load_result, load_scenario, simulate
+from bindusbl_des import Result, Scenario, Setup, advise, load_result, load_scenario, simulate
 from bindusbl_des.advice import choosing as trials_module
 from bindusbl_des.advice.advising import (
     CHOOSING,
@@ -31,7 +31,6 @@ from bindusbl_des.campaigns.statistics.intervals import intervals
 from bindusbl_des.geometry.formation import formation
 from bindusbl_des.report.run_page import run_page
 from bindusbl_des.results.effects import GAIN, HARMS, HELPS, NEGLIGIBLE, NO_EFFECT, Advice
-from bindusbl_des.scenario.destinations import asv_stations
 from bindusbl_des.scenario.files.scenario_file import parse_scenario
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -97,8 +96,8 @@ def test_longer_ranges_leave_a_ring_where_it_is_wherever_its_survey_lies() -> No
     longer = [it for it in proposals(mission(world))[0] if "HF range" in it.words]
     assert len(longer) >= 3
     for change in longer:
-        there = asv_stations(changed(world, change.settings))
-        assert np.allclose(there, asv_stations(world), atol=1e-3)
+        there = Setup(changed(world, change.settings)).stations_m
+        assert np.allclose(there, Setup(world).stations_m, atol=1e-3)
 
 
 def test_what_cannot_help_is_not_tried() -> None:
@@ -326,7 +325,7 @@ def test_the_same_mission_has_the_same_advice_whatever_the_machine_is_busy_with(
     """So many missions are tried as the scenario's size says, beside other work as without."""
     result = mission(load_scenario(SCENARIOS / "recovery_140m.yaml", overrides=["duration_s=60"]))
     idle = advise(result)
-    assert 100 < idle.missions <= idle.budget_missions == missions_for(result.scenario)
+    assert 100 < idle.missions <= idle.budget_missions == missions_for(result.setup)
     assert (idle.shortage, idle.is_cut) == ("", False)
     busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(4)]
     try:
@@ -340,7 +339,7 @@ def test_the_same_mission_has_the_same_advice_whatever_the_machine_is_busy_with(
 def test_how_many_missions_are_tried_falls_with_their_size() -> None:
     """150 of the smallest, 20 of large ones, and none of those that would take minutes."""
     sizes = ((3, 20.0), (3, 300.0), (10, 7200.0), (60, 100_000.0))
-    found = [missions_for(paper_case(auvs, duration_s=length)) for auvs, length in sizes]
+    found = [missions_for(Setup(paper_case(auvs, duration_s=length))) for auvs, length in sizes]
     assert found[0] == 150
     assert found[1] > 100
     assert found[2] == 20

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from bindusbl_des import Scenario, simulate
+from bindusbl_des import Scenario, Setup, simulate
 from bindusbl_des.benchmarks import command_lines
 from bindusbl_des.benchmarks.bench import last_alike, ratios, recorded
 from bindusbl_des.benchmarks.missions import FLEETS, patch_lanes, spread, standard_missions
@@ -31,7 +31,6 @@ from bindusbl_des.benchmarks.timing import (
 from bindusbl_des.cli import main
 from bindusbl_des.geometry.coverage import covered_area, covering_radius
 from bindusbl_des.geometry.formation import formation
-from bindusbl_des.scenario.destinations import asv_stations
 
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "benchmarks"), str(ROOT / "benchmarks" / "peers")]  # programs
@@ -62,7 +61,7 @@ def test_large_fleets_are_as_dense_and_as_covered_as_ten_under_three() -> None:
 
     def covered(mission: Scenario) -> float:
         reach = mission.acoustics.hf.range_m
-        return covered_area(mission.survey.side_m, asv_stations(mission), reach)
+        return covered_area(mission.survey.side_m, Setup(mission).stations_m, reach)
 
     for name in ("(100,10) kinematic", "(1000,50) kinematic", "(10000,200) kinematic"):
         mission = MISSIONS[name]

@@ -11,6 +11,7 @@ import pytest
 from campaigns_for_tests import OneThread
 from click.testing import CliRunner
 
+from bindusbl_des import Setup
 from bindusbl_des.campaigns.experiments.experiment import Experiment, ExperimentPlan, Point
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.storage.folder import read_record, write_record
@@ -126,7 +127,7 @@ def test_the_limit_of_the_cross_track_error_is_that_of_the_errata() -> None:
 def test_downlinks_in_closed_form() -> None:
     """Three AUVs at L = 60 m: 24 ticks a round, 15 when pipelined; the airtime alone 0.448 s."""
     experiment = load_experiment(ROOT / "experiments" / "downlinks.yaml")
-    slots = sentences.slots_of(experiment.scenario(1))  # 60 m
+    slots = Setup(experiment.scenario(1)).slots  # 60 m
     assert sentences.rate(slots, "sequential", 3) == pytest.approx(30 / 24)
     assert sentences.rate(slots, "pipelined_round", 3) == pytest.approx(30 / 15)
     assert sentences.rate(slots, "pipelined_group", 3) == pytest.approx(30 / (3 * 12))

@@ -11,16 +11,15 @@ import pytest
 from click.testing import CliRunner
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
-from bindusbl_des import Result, Scenario, load_scenario, simulate
+from bindusbl_des import Result, Scenario, Setup, load_scenario, simulate
 from bindusbl_des.acoustics.channel import Signals
-from bindusbl_des.acoustics.fix_chance import fix_chance
 from bindusbl_des.cli import main
 from bindusbl_des.explain import Chain, Step, chain_of_fix, chain_of_ping
 from bindusbl_des.explain.correcting import errors_around
 from bindusbl_des.navigation.dead_reckoning import Odometry
 from bindusbl_des.navigation.navigators import Reckoning
+from bindusbl_des.preflight.fix_chance import fix_chance
 from bindusbl_des.preflight.limits import limits
-from bindusbl_des.scenario.destinations import horizontal_reach
 
 # Error (m) at 22 m of a fix without noise: the array takes a spherical wave for a plane one.
 PLANE_WAVE = 6e-3
@@ -87,11 +86,11 @@ def test_mf_goes_by_its_own_metric(metric: str) -> None:
     )
     assert f"{words} MF range" in text
     stations = [(0.0, 0.0)]
-    chance = fix_chance(held, stations, np.array([[40.0, 0.0, 40.0]]))
+    chance = fix_chance(Setup(held), stations, np.array([[40.0, 0.0, 40.0]]))
     assert chance is not None
     assert float(chance[0]) == is_told
     assert limits(held).fix_chance.tolist() == [float(is_told)]
-    reach = horizontal_reach(held, "mf")
+    reach = Setup(held).horizontal_mf_reach_m
     assert reach == pytest.approx(50.0 if is_told else 30.0)
 
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from bindusbl_des import Result, Scenario, simulate
+from bindusbl_des import Result, Scenario, Setup, simulate
 from bindusbl_des.acoustics.channel import between
-from bindusbl_des.acoustics.named_channels import hf_channel
 from bindusbl_des.cli import main
 from bindusbl_des.explain import chain_of_ping
 from bindusbl_des.explain.overlapping import on_its_way
@@ -76,7 +75,7 @@ def test_a_loss_is_that_from_the_depth_of_the_ping() -> None:
         asvs={"count": 1, "formation": {"positions_m": [(0.0, 0.0)]}},
         acoustics={"hf": {"range_m": 200.0, "channel": channel}},
     )
-    result, asked = simulate(world, 1), hf_channel(world)
+    result, asked = simulate(world, 1), Setup(world).ping_channel
     assert asked is not None
     losses: dict[str, list[float]] = {"AUV0": [], "AUV1": []}
     for ping in result.tables["pings"].itertuples():

@@ -12,16 +12,13 @@ from click.testing import CliRunner
 from shapely import LinearRing, LineString, distance, points
 from worlds import scenario
 
-from bindusbl_des import load_result, load_scenario, simulate
+from bindusbl_des import Setup, load_result, load_scenario, simulate
 from bindusbl_des.charts.areas import read_area, read_geojson
 from bindusbl_des.charts.xml_charts import read_kml
 from bindusbl_des.cli import main
 from bindusbl_des.core.palette import COLOURS_ON_DARK
 from bindusbl_des.export.chart_files import WRITERS, planned, write_chart, write_plan
 from bindusbl_des.geometry.geodesy import ned_at_depth
-from bindusbl_des.scenario.destinations import asv_stations, horizontal_reach, tracks_of
-from bindusbl_des.scenario.flight_plans import planned_paths
-from bindusbl_des.scenario.site import area_of, origin_of
 from bindusbl_des.vehicles.tracks import read_track
 
 ORIGIN = (54.33, 10.18)
@@ -80,10 +77,10 @@ def test_a_chart_is_the_area_of_another_survey(run: Path, ending: str, tmp_path:
         "environment: {origin: {lat_deg: 54.33, lon_deg: 10.18}}\n"
     )
     asked, again = load_result(run).scenario, load_scenario(tmp_path / "again.yaml")
-    np.testing.assert_allclose(area_of(again).outline, area_of(asked).outline, atol=1e-6)
+    np.testing.assert_allclose(Setup(again).area.outline, Setup(asked).area.outline, atol=1e-6)
     # Without the origin it is the centre of the square again.
     alone = load_scenario(tmp_path / "again.yaml", overrides=["environment.origin=null"])
-    assert origin_of(alone) == pytest.approx(ORIGIN, abs=1e-11)
+    assert Setup(alone).origin_deg == pytest.approx(ORIGIN, abs=1e-11)
 
 
 @pytest.mark.parametrize(
@@ -102,7 +99,7 @@ def test_what_was_flown_can_be_flown_again(
         f"auvs: {{count: 1, route: {{kind: track, files: [{run / file}], tracks: [{track}]}}}}\n"
         "environment: {origin: {lat_deg: 54.33, lon_deg: 10.18}}\n"
     )
-    tracks = tracks_of(load_scenario(tmp_path / "again.yaml"))
+    tracks = Setup(load_scenario(tmp_path / "again.yaml")).auv_tracks
     flown = load_result(run).tables["tracks"].query("vehicle == 'AUV0'")
     assert tracks is not None
     times, places = tracks[0]
@@ -170,7 +167,7 @@ def test_what_crosses_the_antimeridian_is_cut_there(pacific: dict[str, Any]) -> 
 
 
 def test_an_area_that_was_cut_is_read_as_one(pacific: dict[str, Any]) -> None:
-    outline = area_of(scenario()).outline
+    outline = Setup(scenario()).area.outline
     lat, lon = np.array(read_area(pacific["path"])).T
     found = ned_at_depth(lat, lon, np.zeros(len(lat)), (-16.8, 180.0))[:, :2]
     assert len(found) == len(outline)
@@ -203,7 +200,7 @@ def test_the_team_of_a_plan_is_a_chart(tmp_path: Path, kind: str) -> None:
     """Vessels where they lie, ranges around them, lanes thinned and yet where AUVs are to go."""
     place = {"lat_deg": ORIGIN[0], "lon_deg": ORIGIN[1]}
     asked = scenario(name="bay", environment={"origin": place}, asvs={"count": 2})
-    counts = write_plan(asked, tmp_path / f"plan.{kind}", kind)
+    counts = write_plan(Setup(asked), tmp_path / f"plan.{kind}", kind)
     auvs = asked.auvs.count
     assert counts == {"Polygon": 1 + 2 * 2, "Point": 2, "LineString": auvs}
     text = (tmp_path / f"plan.{kind}").read_text()
@@ -221,10 +218,10 @@ def test_the_team_of_a_plan_is_a_chart(tmp_path: Path, kind: str) -> None:
     def metres(corners: np.ndarray) -> np.ndarray:
         return ned_at_depth(*corners.T, np.zeros(len(corners)), ORIGIN)[:, :2]
 
-    stations = np.array(asv_stations(asked))
+    stations = np.array(Setup(asked).stations_m)
     ring = metres(shapes["ASV1 HF range"]) - stations[1]
-    np.testing.assert_allclose(np.hypot(*ring.T), horizontal_reach(asked), atol=1e-5)
-    lane, path = metres(shapes["AUV0 (plan"]), planned_paths(asked)[0]
+    np.testing.assert_allclose(np.hypot(*ring.T), Setup(asked).horizontal_reach_m, atol=1e-5)
+    lane, path = metres(shapes["AUV0 (plan"]), Setup(asked).plans[0].path
     way = path.sample(np.linspace(0.0, path.length, 4001))[:, :2]
     assert len(lane) < 0.1 * path.length
     off = distance(LineString(lane), points(way))
@@ -237,7 +234,7 @@ def test_rings_are_closed_on_the_meridian_of_greenwich() -> None:
         duration_s=10.0, asvs={"count": 1, "formation": {"positions_m": [(0.0, 0.0)]}},
         environment={"origin": {"lat_deg": 51.5, "lon_deg": 0.0}},
     )  # fmt: skip
-    rings = [it.positions for it in planned(world) if it.kind == "Polygon"]
+    rings = [it.positions for it in planned(Setup(world)) if it.kind == "Polygon"]
     assert len(rings) == 3
     assert all(tuple(ring[0]) == tuple(ring[-1]) for ring in rings)
 
@@ -258,7 +255,7 @@ def test_kml_covers_nothing_and_tells_auvs_apart() -> None:
     """
     place = {"lat_deg": -16.8, "lon_deg": -178.25}
     asked = scenario(environment={"origin": place}, asvs={"count": 2}, auvs={"count": 3})
-    shapes = list(planned(asked, "below 1 m: met"))
+    shapes = list(planned(Setup(asked), "below 1 m: met"))
     kml, gpx, geojson = (WRITERS[kind]("b", "why", shapes) for kind in ("kml", "gpx", "geojson"))
     [document] = ElementTree.fromstring(kml)
     marks = list(document.iter(f"{KML}Placemark"))

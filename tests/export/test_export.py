@@ -20,7 +20,7 @@ from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 from worlds import QUIET_NAVIGATION, scenario
 
-from bindusbl_des import load_result, simulate
+from bindusbl_des import Setup, load_result, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.export import mcap_file, scenery
 from bindusbl_des.export import messages as streamed
@@ -194,7 +194,7 @@ def test_a_slant_range_is_drawn_as_it_reaches_the_depth_of_the_auvs(
     monkeypatch.setattr(scenery, "ring", lambda radius, _: radius)  # what is drawn cannot be read
     hf = {"range_m": 50.0, "range_metric": "slant"}
     deep = scenario(survey={"depth_m": 30.0}, acoustics={"hf": hf})
-    assert [it["lines"] for it in scenery._ranges(deep)] == [[40.0, 100.0]] * 3
+    assert [it["lines"] for it in scenery._ranges(Setup(deep))] == [[40.0, 100.0]] * 3
 
 
 def test_pings_have_a_ray_to_every_asv_in_range(run: Path, read: Read) -> None:

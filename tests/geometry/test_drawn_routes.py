@@ -10,11 +10,10 @@ from commands_for_tests import call
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bindusbl_des import load_scenario, simulate
+from bindusbl_des import Setup, load_scenario, simulate
 from bindusbl_des.export.chart_files import write_plan
 from bindusbl_des.geometry.drawn_routes import along_route
 from bindusbl_des.geometry.paths import Path
-from bindusbl_des.scenario.flight_plans import plans_of
 
 Points = list[tuple[float, float]]
 
@@ -47,11 +46,11 @@ def test_the_lanes_of_a_plan_are_flown_from_its_gpx(
     planned = load_scenario(
         tmp_path / "plan.yaml", overrides=[f"{key}={value}" for key, value in change.items()]
     )
-    write_plan(planned, tmp_path / "plan.gpx", "gpx")
+    write_plan(Setup(planned), tmp_path / "plan.gpx", "gpx")
     route = "auvs.route={kind: waypoints, files: [plan.gpx]}"
     vehicle = [f"{key}={value}" for key, value in change.items() if key == "auvs.vehicle"]
     drawn = load_scenario(tmp_path / "plan.yaml", overrides=[route, *vehicle])
-    for before, after in zip(plans_of(planned), plans_of(drawn), strict=True):
+    for before, after in zip(Setup(planned).plans, Setup(drawn).plans, strict=True):
         assert 0.98 < after.path.length / before.path.length < 1.001
         looks = before.path.sample(np.linspace(0.0, before.path.length, 400))[:, :2]
         radius = max(1.0 / abs(it.curvature) for it in after.path.segments if it.curvature)
@@ -67,7 +66,7 @@ def test_a_mission_flies_them_and_its_folder_keeps_the_file(
     monkeypatch.chdir(tmp_path)
     FilePath("plan.yaml").write_text(PLAN.replace("140", "60"))
     planned = load_scenario("plan.yaml")
-    write_plan(planned, FilePath("plan.gpx"), "gpx")
+    write_plan(Setup(planned), FilePath("plan.gpx"), "gpx")
     option = "auvs.route={kind: waypoints, files: [plan.gpx]}"
     done = call("run", "plan.yaml", "--set", option, "--no-advice", "--out", "flown")
     assert done.exit_code == 0, done.output
@@ -82,16 +81,16 @@ def test_a_mission_flies_them_and_its_folder_keeps_the_file(
 def test_vehicles_come_to_a_route_and_leave_it(tmp_path: FilePath) -> None:
     """From where they are launched to where they are recovered; the route is their one lane."""
     (tmp_path / "plan.yaml").write_text(PLAN)
-    write_plan(load_scenario(tmp_path / "plan.yaml"), tmp_path / "plan.gpx", "gpx")
+    write_plan(Setup(load_scenario(tmp_path / "plan.yaml")), tmp_path / "plan.gpx", "gpx")
     ends = [[-90.0, -80.0]]
     options = [
         "auvs.route={kind: waypoints, files: [plan.gpx]}",
         f"auvs.launch_m={ends}",
         f"auvs.recovery_m={ends}",
     ]
-    alone = plans_of(load_scenario(tmp_path / "plan.yaml", overrides=options[:1]))
+    alone = Setup(load_scenario(tmp_path / "plan.yaml", overrides=options[:1])).plans
     for plan, own in zip(
-        plans_of(load_scenario(tmp_path / "plan.yaml", overrides=options)), alone, strict=True
+        Setup(load_scenario(tmp_path / "plan.yaml", overrides=options)).plans, alone, strict=True
     ):
         assert [plan.path.start.x, plan.path.start.y] == ends[0]
         assert [plan.path.end.x, plan.path.end.y] == pytest.approx(ends[0])

@@ -8,10 +8,9 @@ import pytest
 from pydantic import ValidationError
 from worlds import merged, scenario
 
-from bindusbl_des import Scenario, simulate
+from bindusbl_des import Scenario, Setup, simulate
 from bindusbl_des.geometry.paths import Path, Pose, Segment
 from bindusbl_des.geometry.routes import Surfacing, surfaced
-from bindusbl_des.scenario.flight_plans import plans_of
 from bindusbl_des.verification.case import Case, bounds_of
 
 # Up and down 10 m at 45 degrees are 20 m, in circles of 5 m radius one of 31.4 m
@@ -58,7 +57,7 @@ def test_a_tour_comes_up_as_often_in_each_of_its_laps(every: float) -> None:
 
 def test_lanes_last_longer_by_each_time_that_it_comes_up() -> None:
     with_it, without = (
-        plans_of(surfacing(auvs={"route": {"surface_every_s": it}}))[0] for it in (120.0, None)
+        Setup(surfacing(auvs={"route": {"surface_every_s": it}})).plans[0] for it in (120.0, None)
     )
     up = with_it.path.length - without.path.length
     assert up > 0.0
@@ -118,9 +117,9 @@ def test_what_is_flown_at_the_surface_sweeps_nothing() -> None:
 
 def test_the_verifier_counts_with_all_depths_and_the_speed_of_a_climb() -> None:
     tested = surfacing()
-    assert Case(tested, bounds_of(tested)).depths == ((0.0, 10.0),) * 3
+    assert Case(Setup(tested), bounds_of(Setup(tested))).depths == ((0.0, 10.0),) * 3
     level = surfacing(auvs={"route": {"surface_every_s": None}})
-    faster = bounds_of(tested).max_speed_m_per_s / bounds_of(level).max_speed_m_per_s
+    faster = bounds_of(Setup(tested)).max_speed_m_per_s / bounds_of(Setup(level)).max_speed_m_per_s
     assert faster == pytest.approx(math.sqrt(2.0))
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from worlds import merged
 
-from bindusbl_des import Mission, Scenario
+from bindusbl_des import Mission, Scenario, Setup
 from bindusbl_des.live.readings import Earth, Instruments, Reading, earth_of
 
 ORIGIN = {"lat_deg": 54.33, "lon_deg": 10.18}
@@ -40,7 +40,7 @@ def heard(
     instruments, readings = Instruments(mission, **asked), []
     while not instruments.is_over:
         readings += instruments.advance(instruments.time + step)
-    return readings, mission, earth_of(scenario, START)
+    return readings, mission, earth_of(Setup(scenario), START)
 
 
 def written(folder: Path, text: str = YAML) -> str:

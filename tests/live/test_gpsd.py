@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 from live_for_tests import START, at_sea
 
-from bindusbl_des import Mission
+from bindusbl_des import Mission, Setup
 from bindusbl_des.live.outputs import FORMATS
 from bindusbl_des.live.readings import Gnss, Instruments, earth_of
 from bindusbl_des.live.session import Output, Session
@@ -52,7 +52,7 @@ def test_gpsd_has_the_positions_that_gnss_measured(way: str, tmp_path: Path) -> 
             finally:
                 gpsd.terminate()
         sink.close()
-    mission, earth = Mission(scenario, 3), earth_of(scenario, START)
+    mission, earth = Mission(scenario, 3), earth_of(Setup(scenario), START)
     instruments = Instruments(mission, only=("ASV0",))
     sent = [earth.geodetic(it.place)[:2] for it in instruments.advance(8.0) if isinstance(it, Gnss)]
     positions = [(it["lat"], it["lon"]) for it in told if "lat" in it]
@@ -86,7 +86,7 @@ def _told_while_flying(
     listener = threading.Thread(target=listen)
     listener.start()
     session = Session(
-        Instruments(Mission(scenario, 3), only=("ASV0",)), earth_of(scenario, START),
+        Instruments(Mission(scenario, 3), only=("ASV0",)), earth_of(Setup(scenario), START),
         [Output(FORMATS["nmea"].make(), sink)], selector, pytest.fail,
     )  # fmt: skip
     session.fly(lambda _: None)

@@ -8,9 +8,8 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import bindusbl_des.gym
-from bindusbl_des import Mission, Scenario
+from bindusbl_des import Mission, Scenario, Setup
 from bindusbl_des.gym import GymVessels, Placement, Schedule
-from bindusbl_des.scenario.destinations import asv_stations
 
 NAMES = ("Placement-v0", "Schedule-v0")
 
@@ -91,7 +90,7 @@ def test_vessels_are_seen_to_know_what_they_measured(downlink: str) -> None:
             told = own[own.delivered_at_s <= time].pinged_at_s.max()
             undelivered += bool(pinged[auv] > (0.0 if np.isnan(told) else told) + 1e-3)
     assert undelivered > 5 or downlink == "direct_reply"
-    alone = GymVessels(np.array(asv_stations(flown)), env._middle, 2.0 * env._scale)
+    alone = GymVessels(np.array(Setup(flown).stations_m), env._middle, 2.0 * env._scale)
     same = Mission(flown, env._mission.seed, poses=alone, pose_step_s=0.5).result()
     assert same.tables["fixes"].equals(fixes)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from live_for_tests import START, at_sea
 
-from bindusbl_des import Mission
+from bindusbl_des import Mission, Setup
 from bindusbl_des.live.outputs import FORMATS
 from bindusbl_des.live.readings import Instruments, earth_of
 from bindusbl_des.live.session import Output, Session
@@ -92,8 +92,8 @@ def test_a_hundred_times_real_time_is_sustained_without_loss() -> None:
         outputs = [Output(FORMATS[it].make(), sink) for it in ("json", "nmea")]
         with selectors.DefaultSelector() as selector:
             session = Session(
-                Instruments(Mission(scenario, 1)), earth_of(scenario, START), outputs, selector,
-                pytest.fail, speed=100.0,
+                Instruments(Mission(scenario, 1)), earth_of(Setup(scenario), START), outputs,
+                selector, pytest.fail, speed=100.0,
             )  # fmt: skip
             session.fly(lambda _: None)
         over.wait(1.0)

@@ -18,7 +18,7 @@ import pytest
 from live_for_tests import START, at_sea, written
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from bindusbl_des import Mission, load_result
+from bindusbl_des import Mission, Setup, load_result
 from bindusbl_des.geometry.geodesy import geodetic_from_ned
 from bindusbl_des.live.nmea import sentence
 from bindusbl_des.live.outputs import FORMATS
@@ -279,7 +279,7 @@ def test_a_mission_flies_where_it_is_told() -> None:
             )()
             output = Output(FORMATS["json"].make(), sink)
             session = Session(
-                Instruments(mission), earth_of(scenario, START), [output], selector, print,
+                Instruments(mission), earth_of(Setup(scenario), START), [output], selector, print,
                 follows=True,
             )  # fmt: skip
             session.fly(looks.append)

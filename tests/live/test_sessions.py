@@ -21,7 +21,7 @@ import pytest
 from commands_for_tests import call
 from live_for_tests import BEGINS, YAML, at_sea, written
 
-from bindusbl_des import Mission, load_result, simulate
+from bindusbl_des import Mission, Setup, load_result, simulate
 from bindusbl_des.live.outputs import Opening, asked, opened
 from bindusbl_des.live.readings import Instruments, earth_of
 from bindusbl_des.live.session import Lateness, Output, Session
@@ -54,7 +54,7 @@ def flown(sink: Any, *, speed: float, **changes: Any) -> tuple[Session, Mission,
     mission = Mission(scenario, 3)
     with selectors.DefaultSelector() as selector:
         output = Output(opened_format("json"), sink)
-        earth = earth_of(scenario, START)
+        earth = earth_of(Setup(scenario), START)
         session = Session(Instruments(mission), earth, [output], selector, said.append, speed=speed)
         session.fly(lambda _: None)
     return session, mission, said

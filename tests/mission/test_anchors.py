@@ -10,10 +10,9 @@ import pytest
 import simpy
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
 
-from bindusbl_des import AnchorView, Mission, PlanView, Result, Scenario, simulate, sweep
+from bindusbl_des import AnchorView, Mission, PlanView, Result, Scenario, Setup, simulate, sweep
 from bindusbl_des.core.plugins import PluginError
 from bindusbl_des.mission.build import build_world
-from bindusbl_des.mission.closed_loop import room_of
 from bindusbl_des.protocol.anchors.follow import AnchorService, gains
 from bindusbl_des.vehicles.motion import places
 
@@ -50,7 +49,7 @@ def test_a_vessel_follows_an_auv_by_the_clock() -> None:
         usbl=QUIET_USBL,
         navigation=QUIET_NAVIGATION,
     )
-    lead = room_of(mission).lead_s
+    lead = Setup(mission).room.lead_s
     assert lead == pytest.approx(1.0 + (120.0 + 240.0 + 10.0) / 1300.0)
     way = way_of(simulate(mission, 1), "ASV0")
     assert way.x_m[0] == pytest.approx(-40.0)  # where the AUV is to be after the first 10 s
@@ -102,7 +101,7 @@ def test_vessels_never_exceed_their_speed(model: str) -> None:
             auvs={"count": int(draw.integers(1, 7)), "route": {"start": "strip_corner"}},
             acoustics={"hf": {"range_m": float(draw.uniform(10.0, 80.0))}},
         )
-        world = build_world(simpy.Environment(), mission, seed)
+        world = build_world(simpy.Environment(), Setup(mission), seed)
         result = simulate(mission, seed)
         moved = 0.0
         for asv in range(len(world.asv_fleet)):
@@ -117,7 +116,7 @@ class Elsewhere:
     """A program that moves AUVs as planned, but for one that is elsewhere, and never heard."""
 
     def __init__(self, mission: Scenario, away: float) -> None:
-        self._fleet = build_world(simpy.Environment(), mission, 1).auv_fleet
+        self._fleet = build_world(simpy.Environment(), Setup(mission), 1).auv_fleet
         self._away = away
 
     def advance_to(self, time: float) -> Mapping[str, Any]:
@@ -168,7 +167,7 @@ def test_sound_meets_vessels_where_they_are(protocol: dict[str, Any]) -> None:
     quick = {"speed_m_per_s": 8.0, "replan_s": 1.3, "hysteresis": 0.0}
     mission = moving("zigzag", 2, quick, duration_s=30.0, protocol=protocol)
     env = simpy.Environment()
-    world = build_world(env, mission, 1)
+    world = build_world(env, Setup(mission), 1)
     env.run(until=29.99)
     world.network.close(30.0)
     pings = world.record.pings.rows

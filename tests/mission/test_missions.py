@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario
 
-from bindusbl_des import Scenario, load_scenario, simulate
-from bindusbl_des.mission.closed_loop import afterwards_s
+from bindusbl_des import Scenario, Setup, load_scenario, simulate
 from bindusbl_des.vehicles.currents import carried, current_series
 from bindusbl_des.vehicles.guidance import GuidanceError
 
@@ -54,8 +53,8 @@ def test_a_starved_auv_leaves_its_lane(starved_and_served: dict[int, np.ndarray]
 def test_vehicles_are_asked_for_until_the_last_sound_has_come() -> None:
     """From ASVs 9 km away sound is under way for 6 s, whichever way they came to lie there."""
     for placed in ({"clearance_m": 8950.0}, {"radius_m": 9000.0}, {"positions_m": [[9000, 0]] * 3}):
-        assert afterwards_s(scenario(asvs={"formation": placed})) > 6.0 + 2.0
-    assert afterwards_s(scenario(asvs={"count": 1, "formation": {"radius_m": 9000.0}})) < 3.0
+        assert Setup(scenario(asvs={"formation": placed})).afterwards_s > 6.0 + 2.0
+    assert Setup(scenario(asvs={"count": 1, "formation": {"radius_m": 9000.0}})).afterwards_s < 3.0
 
 
 def test_perfect_navigation_makes_both_feedbacks_alike() -> None:
@@ -159,10 +158,9 @@ def test_noisy_fixes_do_not_lose_the_path() -> None:
 
 def test_coefficients_change_the_vehicle() -> None:
     """A REMUS whose yaw is damped less turns more tightly, and its plan uses that."""
-    from bindusbl_des.scenario.destinations import turning_radius
 
     def radius(vehicle: object) -> float:
-        return turning_radius(scenario(auvs={"vehicle": vehicle, "speed_m_per_s": 1.5}), 0)
+        return Setup(scenario(auvs={"vehicle": vehicle, "speed_m_per_s": 1.5})).turning_radii_m[0]
 
     stiff, agile = radius("remus100"), radius({"model": "remus100", "yaw_time_constant_s": 5})
     assert stiff == pytest.approx(27.0, rel=0.03)

@@ -9,7 +9,7 @@ import pytest
 import simpy
 from worlds import merged, scenario
 
-from bindusbl_des import Mission, Result, Scenario, load_result, simulate
+from bindusbl_des import Mission, Result, Scenario, Setup, load_result, simulate
 from bindusbl_des.mission.build import build_world
 from bindusbl_des.protocol.happenings import Happening
 from bindusbl_des.vehicles.motion import places
@@ -34,7 +34,7 @@ class Replay:
     """A program that moves vehicles as a mission without it does."""
 
     def __init__(self, mission: Scenario, seed: int, kinds: tuple[str, ...] = BOTH) -> None:
-        world = build_world(simpy.Environment(), mission, seed)
+        world = build_world(simpy.Environment(), Setup(mission), seed)
         fleets = {"auvs": world.auv_fleet, "asvs": world.asv_fleet}
         self.fleets, self.time = {kind: fleets[kind] for kind in kinds}, -1.0
 

@@ -16,7 +16,7 @@ import simpy
 from properties.books import alone_on_a_band, causal, collide_by_overlap, conserved, finite
 from worlds import scenario, still
 
-from bindusbl_des import Result, Scenario, simulate
+from bindusbl_des import Result, Scenario, Setup, simulate
 from bindusbl_des.mission.build import build_world
 from bindusbl_des.mission.world import World
 
@@ -153,7 +153,7 @@ def test_auvs_that_steer_by_fixes_do_so_whoever_looks(compensation: str) -> None
     for every in (5.0, 0.013):
         env = simpy.Environment()
         mission = steering(compensation)
-        world = build_world(env, mission, 3)
+        world = build_world(env, Setup(mission), 3)
 
         def look(world: World = world, env: simpy.Environment = env, every: float = every) -> Any:
             while True:

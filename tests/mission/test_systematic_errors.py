@@ -8,13 +8,10 @@ import pytest
 from scipy import stats
 from worlds import QUIET_USBL, merged, paper_case, scenario, still
 
-from bindusbl_des import Mission, Result, simulate, warnings_of
+from bindusbl_des import Mission, Result, Setup, simulate, warnings_of
 from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import slow_gnss
 from bindusbl_des.mission.sensor_errors import clocks, misalignments
-from bindusbl_des.protocol.slots import slots_of
-from bindusbl_des.scenario.destinations import asv_stations
-from bindusbl_des.scenario.own_sensors import estimated_kinds
 from bindusbl_des.vehicles.currents import CONTROL_S
 
 EVERYTHING = {
@@ -38,7 +35,7 @@ def quiet(seed: int = 4, **changes: Any) -> tuple[Any, Result]:
 def test_a_misaligned_array_turns_every_fix() -> None:
     """All fixes of an ASV lie beside the AUV by the same angle."""
     world, result = quiet(usbl={"misalignment_sd_deg": 3.0})
-    [turn] = misalignments(world, Streams(4))
+    [turn] = misalignments(Setup(world), Streams(4))
     fixes = result.tables["fixes"]
     assert len(fixes) > 50
     found = np.arctan2(fixes.y_m, fixes.x_m).to_numpy()
@@ -49,7 +46,7 @@ def test_a_misaligned_array_turns_every_fix() -> None:
 def test_slow_gnss_errors_are_those_of_the_instant() -> None:
     """A fix is off by what the ASV's GNSS is off as the ping arrives (and its array's size)."""
     world, result = quiet(usbl={"gnss_correlated_sd_m": 0.8, "gnss_time_constant_s": 20.0})
-    [astray], fixes = slow_gnss(world, Streams(4)), result.tables["fixes"]
+    [astray], fixes = slow_gnss(Setup(world), Streams(4)), result.tables["fixes"]
     arrived = result.tables["receptions"].arrived_at_s.to_numpy()[: len(fixes)]
     off = astray[(arrived / CONTROL_S).astype(int)]
     assert fixes[["x_m", "y_m"]].to_numpy() - (20.0, 0.0) == pytest.approx(off, abs=0.02)
@@ -62,7 +59,7 @@ def test_slow_gnss_errors_fade_as_they_should() -> None:
         duration_s=20_000.0, asvs={"count": 8},
         usbl={"gnss_correlated_sd_m": 2.0, "gnss_time_constant_s": 10.0},
     )  # fmt: skip
-    found = slow_gnss(world, Streams(1))
+    found = slow_gnss(Setup(world), Streams(1))
     independent = found.size * CONTROL_S / 20.0
     assert found.var() == pytest.approx(4.0, rel=4 * math.sqrt(2 / independent))
     for lag in (5.0, 20.0):
@@ -82,16 +79,16 @@ def test_sound_that_is_taken_for_too_fast_makes_ranges_too_long() -> None:
 
 def test_the_fleet_plans_with_the_sound_speed_that_it_assumes() -> None:
     """Slots are shorter where sound is taken for faster."""
-    planned = slots_of(scenario(environment={"assumed_sound_speed_m_per_s": 1560.0}))
+    planned = Setup(scenario(environment={"assumed_sound_speed_m_per_s": 1560.0})).slots
     assert planned.crossing_time == pytest.approx(140.0 / 1560.0)
-    assert slots_of(scenario()).crossing_time == pytest.approx(140.0 / 1500.0)
+    assert Setup(scenario()).slots.crossing_time == pytest.approx(140.0 / 1500.0)
 
 
 def test_late_clocks_make_ranges_too_long() -> None:
     """By the sound's way in what a clock is late, which grows; never where AUVs are called."""
     late = {"clock_offset_sd_s": 1e-3, "clock_drift_sd": 2e-5}
     world, result = quiet(navigation=late)
-    [[offset, drift]], fixes = clocks(world, Streams(4)), result.tables["fixes"]
+    [[offset, drift]], fixes = clocks(Setup(world), Streams(4)), result.tables["fixes"]
     found = np.sqrt(fixes.x_m**2 + fixes.y_m**2 + fixes.z_m**2) - math.hypot(20.0, 10.0)
     late_s = offset + drift * fixes.pinged_at_s.to_numpy()
     assert found.to_numpy() == pytest.approx(1500.0 * late_s, abs=1e-3)
@@ -120,7 +117,8 @@ def test_outliers_are_so_many_and_no_others_change() -> None:
 def test_a_further_vehicle_leaves_what_others_have() -> None:
     """Each ASV and AUV draws by itself."""
     few, many = (
-        scenario(**merged(EVERYTHING, {"asvs": {"count": n}, "auvs": {"count": n}})) for n in (2, 4)
+        Setup(scenario(**merged(EVERYTHING, {"asvs": {"count": n}, "auvs": {"count": n}})))
+        for n in (2, 4)
     )
     for draw in (misalignments, clocks, slow_gnss):
         assert np.array_equal(draw(few, Streams(7)), draw(many, Streams(7))[:2])
@@ -226,12 +224,12 @@ def test_of_many_asvs_a_filter_is_told_nothing_each_has_by_itself() -> None:
         "acoustics": {"hf": {"range_m": 140.0}, "mf": {"range_m": 500.0}},
     }
     world = scenario(**merged(EVERYTHING, {**asvs, "duration_s": 5.0}))
-    assert [kind.name for kind in estimated_kinds(world)] == ["sound_speed", "clock"]
+    assert [kind.name for kind in Setup(world).estimated_errors] == ["sound_speed", "clock"]
     keys = {found.key for found in warnings_of(world)}
     assert {"usbl.misalignment_sd_deg", "usbl.gnss_correlated_sd_m"} <= keys
     assert simulate(world).auvs.fixes_delivered.min() > 0
     fewer = scenario(**merged(EVERYTHING, {"asvs": {"count": 16}}))
-    assert [kind.name for kind in estimated_kinds(fewer)][:2] == ["misalignment", "gnss"]
+    assert [kind.name for kind in Setup(fewer).estimated_errors][:2] == ["misalignment", "gnss"]
     assert not {found.key for found in warnings_of(fewer)} & keys
 
 
@@ -241,8 +239,8 @@ def test_a_vessel_keeps_its_station_by_where_gnss_says_it_is() -> None:
     world = scenario(
         duration_s=150.0, auvs={"count": 1}, asvs={"count": 2, "vehicle": "otter"}, usbl=slow
     )
-    tracks, astray = simulate(world, 5).tables["tracks"], slow_gnss(world, Streams(5))
-    stations = asv_stations(world)
+    tracks, astray = simulate(world, 5).tables["tracks"], slow_gnss(Setup(world), Streams(5))
+    stations = Setup(world).stations_m
     for asv in range(2):
         last = tracks[tracks.vehicle == f"ASV{asv}"].iloc[-1]
         off = np.array([last.x_m, last.y_m]) - stations[asv]

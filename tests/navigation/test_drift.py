@@ -8,14 +8,14 @@ import pytest
 from scipy import stats
 from worlds import merged, scenario
 
-from bindusbl_des import Scenario, simulate
+from bindusbl_des import Scenario, Setup, simulate
 from bindusbl_des.campaigns.statistics.points_table import DRIFTS
 from bindusbl_des.core.spreads import PER_AXIS_SD
 from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import MissionCurrent
 from bindusbl_des.mission.sensor_errors import wrong_reckoning
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning
-from bindusbl_des.scenario.own_sensors import drift_text, own_sensors, straight_drift_rms
+from bindusbl_des.scenario.own_sensors import drift_text, straight_drift_rms
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import recorded
 
@@ -34,7 +34,7 @@ def offs(drift: dict[str, Any], ways: list[float], **navigation: Any) -> np.ndar
         navigation={"drift": drift, "imu_rate_hz": 1.0, **navigation},
     )
     streams = Streams(0)
-    wrong = wrong_reckoning(world, streams, MissionCurrent(world, streams))
+    wrong = wrong_reckoning(Setup(world), streams, MissionCurrent(Setup(world), streams))
     there = max(ways) * np.array([math.cos(0.6), math.sin(0.6)])
     track = recorded(np.array([0.0, max(ways) / SPEED]), np.array([[0.0, 0.0, 5.0], [*there, 5.0]]))
     reckoning = DeadReckoning(together([track.legs] * MANY), wrong)
@@ -112,14 +112,14 @@ CONSTANTLY = [
 def test_where_no_one_speed_is_planned_they_are_constant(changes: dict[str, Any]) -> None:
     """AUVs that hold still, go at several speeds, or whose heading turns their array as well."""
     drift = {"drift": {"percent_of_distance": 0.5, "statistic": "drms"}}
-    found = own_sensors(scenario(**merged({"navigation": drift}, changes)))
+    found = Setup(scenario(**merged({"navigation": drift}, changes))).own_sensors
     assert found.bias_sd_m_per_s == 0.0
     assert found.scale_factor_sd == pytest.approx(0.005 / math.sqrt(2.0), rel=0.2)
 
 
 def test_a_report_says_how_drift_is_drawn() -> None:
     for line, words in ((1000.0, "wandering over 1000 m."), (None, "constant for the mission.")):
-        told = drift_text(survey({"percent_of_distance": 0.3, "line_m": line}))
+        told = drift_text(Setup(survey({"percent_of_distance": 0.3, "line_m": line})))
         assert "is a scale factor of" in told
         assert told.endswith(words)
 
@@ -133,8 +133,8 @@ def test_what_else_is_wrong_with_log_and_compass_is_added() -> None:
 
 def test_the_default_is_what_the_paper_flies() -> None:
     """13.5 % of the distance."""
-    base = scenario()
-    assert straight_drift_rms(base, 300.0) / (0.627 * 300.0) == pytest.approx(0.1354, abs=5e-5)
+    off = straight_drift_rms(Setup(scenario()).own_sensors, 300.0, 0.627)
+    assert off / (0.627 * 300.0) == pytest.approx(0.1354, abs=5e-5)
 
 
 SHEETS = [
@@ -153,9 +153,9 @@ def test_written_out_and_read_again_it_is_the_same(drift: dict[str, Any]) -> Non
     assert one.navigation.velocity_bias_m_per_s == (0.0, 0.0)
     for given in (one.model_dump(mode="json"), one.model_dump(mode="json", exclude_unset=True)):
         again = Scenario.model_validate(given)
-        assert (again, own_sensors(again)) == (one, own_sensors(one))
+        assert (again, Setup(again).own_sensors) == (one, Setup(one).own_sensors)
     del given["navigation"]["drift"]
-    assert own_sensors(Scenario.model_validate(given)) == own_sensors(scenario())
+    assert Setup(Scenario.model_validate(given)).own_sensors == Setup(scenario()).own_sensors
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from worlds import merged, scenario
 
-from bindusbl_des import Mission, simulate
+from bindusbl_des import Mission, Setup, simulate
 from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import MissionCurrent
 from bindusbl_des.mission.sensor_errors import wrong_reckoning
@@ -82,7 +82,7 @@ def fleet_of(count: int, seed: int = 0, **navigation: object) -> DeadReckoning:
         navigation={**EXACT, "imu_rate_hz": 1.0, **navigation},
     )
     streams = Streams(seed)
-    wrong = wrong_reckoning(world, streams, MissionCurrent(world, streams))
+    wrong = wrong_reckoning(Setup(world), streams, MissionCurrent(Setup(world), streams))
     there = 120.0 * np.array([math.cos(YAW), math.sin(YAW)])
     track = recorded(np.array([0.0, 120.0]), np.array([[0.0, 0.0, 5.0], [*there, 5.0]]))
     reckoning = DeadReckoning(together([track.legs] * count), wrong)

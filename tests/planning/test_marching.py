@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bindusbl_des import Scenario
+from bindusbl_des import Scenario, Setup
 from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.inputs import (
     DriftSource,
@@ -36,7 +36,7 @@ def navigating(name: str, *rest: Any) -> PredictedNavigator:
 def straight_on(period: float, fixes: int, navigator: PredictedNavigator, speed: float) -> Inputs:
     """Return an AUV that goes along x for so many periods."""
     given = inputs_of(
-        Scenario.model_validate({"name": "m", "auvs": {"count": 1}, "asvs": {"count": 1}})
+        Setup(Scenario.model_validate({"name": "m", "auvs": {"count": 1}, "asvs": {"count": 1}}))
     )
     times = np.linspace(0.0, fixes * period, fixes * STEPS + 1)
     along = np.stack((times, np.zeros(len(times))), axis=-1)[np.newaxis]
@@ -138,7 +138,7 @@ def test_dead_reckoning_drifts_as_its_sources_say(source: DriftSource, spread: f
 def test_a_smoother_knows_more_than_the_filter_and_the_filter_more_than_none() -> None:
     def expected(filter_: str) -> float:
         own = Scenario.model_validate({"name": "m", "navigation": {"filter": filter_}})
-        found = predict(inputs_of(own), [[0.0, 0.0]])
+        found = predict(inputs_of(Setup(own)), [[0.0, 0.0]])
         return float(found.position_error_m.mean())
 
     smoother, kalman, none = map(expected, ("smoother", "kalman", "dead_reckoning"))

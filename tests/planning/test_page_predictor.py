@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from in_node import NODE, asked, moved
 
-from bindusbl_des import Scenario, load_scenario
+from bindusbl_des import Scenario, Setup, load_scenario
 from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.mapping import error_map
 from bindusbl_des.planning.prediction.predicting import predict
-from bindusbl_des.scenario.destinations import asv_stations
 
 pytestmark = pytest.mark.skipif(NODE is None, reason="Node is not installed")
 
@@ -81,7 +80,7 @@ def answers() -> dict[str, tuple[Any, Any, dict[str, Any]]]:
     rng = np.random.default_rng(4)
     for changes in VARIED.values():
         scenario = plan(changes)
-        inputs, stations = inputs_of(scenario), np.array(asv_stations(scenario))
+        inputs, stations = inputs_of(Setup(scenario)), np.array(Setup(scenario).stations_m)
         stations = stations + rng.normal(0.0, 5.0, stations.shape)
         places = rng.uniform(-90.0, 90.0, (40, 2))
         expected.append((predict(inputs, stations), error_map(inputs, stations, places).error_m))
@@ -118,11 +117,11 @@ def test_ranges_and_gains_change_as_in_python() -> None:
     scenario = plan(["navigation.filter=fixed_gain"])
     changes = ["acoustics.mf.range_m=80", "acoustics.hf.range_m=40", "navigation.filter.gain=0.4"]
     changed = plan(["navigation.filter=fixed_gain", *changes])
-    inputs, stations = inputs_of(scenario), asv_stations(scenario)
+    inputs, stations = inputs_of(Setup(scenario)), Setup(scenario).stations_m
     equipment = {"hf": 40.0, "mf": 80.0, "gain": 0.4}
     question = {"inputs": inputs.plain(), "stations": stations, "equipment": equipment}
     (found,) = asked([question])
-    expected = predict(inputs_of(changed), stations)
+    expected = predict(inputs_of(Setup(changed)), stations)
     for metric in METRICS:  # tables of what depends on distance have other steps, by the range
         assert numbers(found[metric]) == pytest.approx(getattr(expected, metric), rel=1e-4), metric
 
@@ -132,19 +131,22 @@ def test_the_command_of_a_slider_flies_what_the_page_predicts(hf: float, mf: flo
     """A sonar's threshold is that at the range unless it is given: the command gives it."""
     sonar = [f"acoustics.{it}.channel=sonar" for it in ("hf", "mf")]
     scenario = plan(["acoustics.mf.range_m=100", *sonar])
-    inputs, stations = inputs_of(scenario).plain(), [list(it) for it in asv_stations(scenario)]
+    inputs, stations = (
+        inputs_of(Setup(scenario)).plain(),
+        [list(it) for it in Setup(scenario).stations_m],
+    )
     chart = {"centre": [0.0, 0.0], "stations": stations, "inputs": inputs}
     keys, worst = moved({**chart, "variants": [], "variant_of": {}, "filters": {}}, hf=hf, mf=mf)
     own = ["acoustics.mf.range_m=100", *sonar, *(f"{key}={value}" for key, value in keys)]
     flown = plan(own)
     assert (flown.acoustics.hf.range_m, flown.acoustics.mf.range_m) == (hf, mf)
-    expected = predict(inputs_of(flown), asv_stations(flown)).worst("position_error_m")
+    expected = predict(inputs_of(Setup(flown)), Setup(flown).stations_m).worst("position_error_m")
     assert worst == pytest.approx(expected, rel=2e-3)  # tables have other steps
 
 
 def test_slower_rounds_are_predicted_where_ranges_are_longer() -> None:
     """The slider of the HF range does not only reach further, its slots last longer."""
-    inputs, stations = inputs_of(plan([])).plain(), asv_stations(plan([]))
+    inputs, stations = inputs_of(Setup(plan([]))).plain(), Setup(plan([])).stations_m
     far = {"hf": 120.0, "mf": 500.0, "gain": 0.9}
     near, wide = asked([
         {"inputs": inputs, "stations": stations},

@@ -8,6 +8,7 @@ import pytest
 from plans_for_tests import GOAL, attacked, base, record
 from policy_for_tests import Parsed, assert_allows_its_own_alone
 
+from bindusbl_des import Setup
 from bindusbl_des.planning.plan_page import chart_of, plan_page, setting, shown_first
 from bindusbl_des.planning.prediction.gathering import inputs_of
 
@@ -17,7 +18,7 @@ Record = dict[str, Any]
 @pytest.fixture(scope="module")
 def chart() -> Record:
     """What the chart of a small plan needs."""
-    return chart_of(base(), inputs_of(base()))
+    return chart_of(Setup(base()), inputs_of(Setup(base())))
 
 
 def test_the_answer_is_told_first(chart: Record) -> None:
@@ -109,8 +110,11 @@ def test_candidates_share_what_they_have_in_common(chart: Record) -> None:
         update={"protocol": scenario.protocol.model_copy(update={"frame_s": 2.0})}
     )
     slower = base(duration=90.0)
-    own, inputs = inputs_of(scenario), [inputs_of(it) for it in (scenario, other, slower, slower)]
-    found = chart_of(scenario, own, [*inputs, None])
+    own, inputs = (
+        inputs_of(Setup(scenario)),
+        [inputs_of(Setup(it)) for it in (scenario, other, slower, slower)],
+    )
+    found = chart_of(Setup(scenario), own, [*inputs, None])
     assert found["variant_of"] == [-1, -1, 0, 0, -1]
     assert "hf" not in found["variants"][0]
     assert found["variants"][0]["duration_s"] == 90.0
@@ -124,7 +128,7 @@ def test_a_chart_offers_each_filter(chart: Record) -> None:
     """Those that the scenario may have, each with what it changes of the inputs."""
     assert set(chart["filters"]) == {"kalman", "fixed_gain", "smoother", "dead_reckoning"}
     assert chart["filters"]["kalman"] == {"navigator": chart["inputs"]["navigator"]}
-    changed = inputs_of(base(changes=["navigation.filter=fixed_gain"])).plain()
+    changed = inputs_of(Setup(base(changes=["navigation.filter=fixed_gain"]))).plain()
     for part, value in chart["filters"]["fixed_gain"].items():
         assert value == changed[part]
 

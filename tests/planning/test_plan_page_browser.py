@@ -13,7 +13,7 @@ from browser_for_tests import Open, Opened, without_browser
 from plans_for_tests import attacked, base, record
 from shapely import LineString, Point, Polygon, box
 
-from bindusbl_des import load_scenario
+from bindusbl_des import Setup, load_scenario
 from bindusbl_des.planning.plan_page import chart_of, plan_page
 from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.inputs import Inputs
@@ -39,7 +39,9 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page of a small plan."""
     path = tmp_path_factory.mktemp("plan") / "plan.html"
     scenario = base()
-    path.write_text(plan_page(record(), chart_of(scenario, inputs_of(scenario))), encoding="utf-8")
+    path.write_text(
+        plan_page(record(), chart_of(Setup(scenario), inputs_of(Setup(scenario)))), encoding="utf-8"
+    )
     return path
 
 
@@ -51,7 +53,7 @@ def settled(it: Opened) -> None:
 def agrees(it: Opened, scenario: Scenario) -> None:
     """Check that all numbers of the chart are what Python predicts for the vessels on it."""
     settled(it)
-    inputs, stations = inputs_of(scenario), np.array(it.ask(STATIONS))
+    inputs, stations = inputs_of(Setup(scenario)), np.array(it.ask(STATIONS))
     found = predict(inputs, stations)
     for metric in METRICS:
         shown = it.ask(f"Array.from(bindusbl.chart.predicted.{metric})")
@@ -197,7 +199,9 @@ def test_the_chart_of_a_plan_is_one(opened: Open, tmp_path: Path) -> None:
     asked = base(1, changes=["survey.side_m=null", f"survey.polygon_m={bay}", "asvs.count=1",
                              "asvs.formation={positions_m: [[70, -50]]}"])  # fmt: skip
     path = tmp_path / "plan.html"
-    path.write_text(plan_page(record(), chart_of(asked, inputs_of(asked))), encoding="utf-8")
+    path.write_text(
+        plan_page(record(), chart_of(Setup(asked), inputs_of(Setup(asked)))), encoding="utf-8"
+    )
     it = opened(path)
     it.page.select_option("#team", "")
     it.page.select_option("#shade", "dwells")
@@ -230,7 +234,9 @@ def test_cells_at_a_slanting_or_concave_edge_are_shaded(
     corners = [list(corner) for corner in bay]
     asked = base(1, changes=["survey.side_m=null", f"survey.polygon_m={corners}", "asvs.count=1"])
     path = tmp_path / "plan.html"
-    path.write_text(plan_page(record(), chart_of(asked, inputs_of(asked))), encoding="utf-8")
+    path.write_text(
+        plan_page(record(), chart_of(Setup(asked), inputs_of(Setup(asked)))), encoding="utf-8"
+    )
     it = opened(path)
     it.page.select_option("#shade", kind)
     settled(it)
@@ -252,7 +258,7 @@ def test_an_answer_that_moves_is_drawn_as_it_went(opened: Open, tmp_path: Path) 
     """Its way, what missions came to, and the verdict on it: nothing is predicted, and no vessel of
     the scenario's stands in its place.  Of a team whose ways are not there the page says so.
     """
-    given, chart = copy.deepcopy(record()), chart_of(base(), inputs_of(base()))
+    given, chart = copy.deepcopy(record()), chart_of(Setup(base()), inputs_of(Setup(base())))
     chosen, other = given["chosen"], given["runners_up"][0]
     for number in (chosen, other):
         given["candidates"][number] |= {"stations": [], "keys": {"asvs.formation.model": "follow"}}
@@ -262,7 +268,7 @@ def test_an_answer_that_moves_is_drawn_as_it_went(opened: Open, tmp_path: Path) 
         "asvs": [{"asv": "ASV0", "places_m": [[0.0, 0.0], [30.0, 10.0], [5.0, 40.0]]}],
     }
     for own in (base(), base(changes=["asvs.formation={model: follow}"])):
-        chart = chart_of(own, inputs_of(own), (), {chosen: ways})
+        chart = chart_of(Setup(own), inputs_of(Setup(own)), (), {chosen: ways})
         path = tmp_path / "plan.html"
         path.write_text(plan_page(given, chart), encoding="utf-8")
         it = opened(path)
@@ -317,9 +323,11 @@ def test_sliders_and_buttons_change_the_team(opened: Open, page: Path) -> None:
         "navigation.filter.gain=0.5",
     ]
     inputs = inputs_of(
-        load_scenario(
-            "quickstart",
-            overrides=["auvs.count=3", "duration_s=120", "survey.side_m=140", *changes],
+        Setup(
+            load_scenario(
+                "quickstart",
+                overrides=["auvs.count=3", "duration_s=120", "survey.side_m=140", *changes],
+            )
         )
     )
     settled(it)
@@ -414,7 +422,9 @@ def test_a_drag_is_smooth_enough(opened: Open, tmp_path: Path) -> None:
     """With 10 AUVs predicting and painting take less than a frame of 30 a second, at the median."""
     scenario = base(auvs=10)
     path = tmp_path / "plan.html"
-    path.write_text(plan_page(record(), chart_of(scenario, inputs_of(scenario))), encoding="utf-8")
+    path.write_text(
+        plan_page(record(), chart_of(Setup(scenario), inputs_of(Setup(scenario)))), encoding="utf-8"
+    )
     it = opened(path)
     it.ask("bindusbl.chart.frames.length = 0")
     for _ in range(6):
@@ -433,7 +443,7 @@ def test_any_record_opens(opened: Open, tmp_path: Path, kind: str) -> None:
         "attacked": attacked(record()),
         "still": record(),
     }
-    chart = None if kind == "still" else chart_of(base(), inputs_of(base()))
+    chart = None if kind == "still" else chart_of(Setup(base()), inputs_of(Setup(base())))
     path = tmp_path / "plan.html"
     path.write_text(plan_page(records[kind], chart), encoding="utf-8")
     it = opened(path)
@@ -448,10 +458,12 @@ def test_a_candidate_brings_its_own_ways(opened: Open, tmp_path: Path) -> None:
     """One in which AUVs go faster is predicted, and drawn, as they go then."""
     faster = base(changes=["auvs.speed_m_per_s=1.2"])
     number = record()["runners_up"][0]
-    inputs = [inputs_of(base())] * len(record()["candidates"])
-    inputs[number] = inputs_of(faster)
+    inputs = [inputs_of(Setup(base()))] * len(record()["candidates"])
+    inputs[number] = inputs_of(Setup(faster))
     path = tmp_path / "plan.html"
-    path.write_text(plan_page(record(), chart_of(base(), inputs[0], inputs)), encoding="utf-8")
+    path.write_text(
+        plan_page(record(), chart_of(Setup(base()), inputs[0], inputs)), encoding="utf-8"
+    )
     it = opened(path)
     before = it.ask("bindusbl.chart.map.mission.auvs[0].x.at(-1)")
     it.page.locator(f"[data-candidate='{number}']").click()

@@ -12,7 +12,7 @@ from campaigns_for_tests import OneThread, auv, hand_made
 from shapely import LineString, distance, points
 
 import bindusbl_des
-from bindusbl_des import Scenario, load_scenario, plan, simulate
+from bindusbl_des import Scenario, Setup, load_scenario, plan, simulate
 from bindusbl_des.campaigns.storage.folder import CampaignError
 from bindusbl_des.core.wording import amount
 from bindusbl_des.export.chart_files import planned
@@ -484,7 +484,7 @@ def test_vessels_that_follow_are_candidates(
     assert "Vessels that move are not predicted" in Path("team/plan.html").read_text()
     on_earth = ("environment.origin={lat_deg: 43.9, lon_deg: 15.4}",)
     moving = load_scenario("team/best.yaml", overrides=on_earth)
-    assert not any(it.name.startswith("ASV") for it in planned(moving))
+    assert not any(it.name.startswith("ASV") for it in planned(Setup(moving)))
     tracks = simulate(load_scenario("team/best.yaml"), found.record["ways"]["seed"]).tables[
         "tracks"
     ]
@@ -494,7 +494,7 @@ def test_vessels_that_follow_are_candidates(
     assert np.hypot(*np.diff(way, axis=0).T).sum() > 10.0
     [begin] = found.record["candidates"][found.record["chosen"]]["places"]
     assert [begin["x_m"], begin["y_m"]] == way[0]
-    drawn = {it.name: it for it in planned(moving, ways=[way])}
+    drawn = {it.name: it for it in planned(Setup(moving), ways=[way])}
     assert (drawn["ASV0"].kind, drawn["ASV0 (way)"].kind) == ("Point", "LineString")
     assert "It moves; here it begins" in drawn["ASV0"].about
 

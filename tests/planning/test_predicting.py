@@ -8,16 +8,15 @@ import numpy as np
 import pytest
 from predicted_for_tests import compared
 
-from bindusbl_des import Scenario
-from bindusbl_des.acoustics.fix_chance import fix_chance
+from bindusbl_des import Scenario, Setup
 from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.mapping import error_map
 from bindusbl_des.planning.prediction.predicting import predict
 from bindusbl_des.planning.prediction.rounds import planned_rounds, turns_of
 from bindusbl_des.planning.prediction.sights import located, seen
 from bindusbl_des.planning.relief import IMPROVED
+from bindusbl_des.preflight.fix_chance import fix_chance
 from bindusbl_des.preflight.round_lengths import rounds_of
-from bindusbl_des.scenario.destinations import asv_stations
 
 SMALL: dict[str, Any] = {"name": "m", "survey": {"side_m": 60.0}, "auvs": {"count": 4}}
 
@@ -39,8 +38,8 @@ def scenario(**keys: Any) -> Scenario:
 )
 def test_chances_of_a_fix_are_those_of_the_map_of_a_survey(keys: dict[str, Any]) -> None:
     own = scenario(auvs={"count": 2}, **keys)
-    stations = np.array(asv_stations(own))
-    inputs = inputs_of(own)
+    stations = np.array(Setup(own).stations_m)
+    inputs = inputs_of(Setup(own))
     ways, sights = inputs.ways, seen(inputs, stations)
     found = located(inputs, sights)[:, :, 0]
     if own.protocol.downlink != "direct_reply":
@@ -50,7 +49,7 @@ def test_chances_of_a_fix_are_those_of_the_map_of_a_survey(keys: dict[str, Any])
             told = np.take_along_axis(sights.delivered, nearest, axis=2)[:, :, 0]
         found = found * told
     places = np.concatenate((ways.places_m[0], np.full((len(ways.times_s), 1), 10.0)), axis=1)
-    exact = fix_chance(own, stations, places)
+    exact = fix_chance(Setup(own), stations, places)
     assert exact is not None
     assert found[0] == pytest.approx(exact, abs=2e-3)
 
@@ -70,16 +69,16 @@ def test_chances_of_a_fix_are_those_of_the_map_of_a_survey(keys: dict[str, Any])
 def test_rounds_are_as_long_as_preflight_says(keys: dict[str, Any]) -> None:
     """One ASV that hears all four AUVs: as many groups as AUVs, and fixes as pings."""
     own = scenario(survey={"side_m": 60.0}, auvs={"count": 4}, asvs={"count": 1}, protocol=keys)
-    inputs = inputs_of(own)
+    inputs = inputs_of(Setup(own))
     plan = planned_rounds(inputs, seen(inputs, np.zeros((1, 2))))
     passive = keys.get("ranging") == "passive"
-    length = rounds_of(own).period(1 if passive else 4, 4)
+    length = rounds_of(Setup(own)).period(1 if passive else 4, 4)
     assert plan.period_s == pytest.approx(np.full(len(plan.period_s), length))
 
 
 def test_a_broadcaster_that_rotates_reaches_an_auv_in_its_turn() -> None:
     own = scenario(**{**SMALL, "name": "m"}, acoustics={"mf": {"range_m": 60.0}})
-    inputs, stations = inputs_of(own), np.array([[0.0, 0.0], [200.0, 0.0]])
+    inputs, stations = inputs_of(Setup(own)), np.array([[0.0, 0.0], [200.0, 0.0]])
     sights = seen(inputs, stations)
     turns = turns_of(inputs, sights, planned_rounds(inputs, sights))
     assert not turns.chance[:, 1::2].any()
@@ -137,26 +136,26 @@ def test_groups_with_a_frame_of_their_own_have_a_sender_of_their_own(
 
 
 def test_an_asv_more_makes_nobody_worse_served() -> None:
-    inputs = inputs_of(scenario(survey={"side_m": 140.0}, auvs={"count": 6}))
+    inputs = inputs_of(Setup(scenario(survey={"side_m": 140.0}, auvs={"count": 6})))
     one, two = (predict(inputs, places) for places in ([[-40.0, 0.0]], [[-40.0, 0.0], [40.0, 0.0]]))
     assert (two.hf_coverage >= one.hf_coverage).all()
     assert two.position_error_m.mean() < one.position_error_m.mean()
 
 
 def test_what_is_missing_is_said() -> None:
-    told = inputs_of(scenario(usbl={"outlier_share": 0.1})).approximations
+    told = inputs_of(Setup(scenario(usbl={"outlier_share": 0.1}))).approximations
     assert [it for it in told if "Outliers" in it]
-    assert inputs_of(scenario()).approximations == ()
-    (deaf,) = inputs_of(scenario(protocol={"duplex": "per_node"})).approximations
+    assert inputs_of(Setup(scenario())).approximations == ()
+    (deaf,) = inputs_of(Setup(scenario(protocol={"duplex": "per_node"}))).approximations
     assert "AUVs and ASVs are taken to hear while they send" in deaf
     lagging = {"filter": {"model": "smoother", "lag_s": 5.0}}
-    (late,) = inputs_of(scenario(navigation=lagging)).approximations
+    (late,) = inputs_of(Setup(scenario(navigation=lagging))).approximations
     assert late == "A smoother that waits for 5 s is taken to know all later fixes."
     nearest = {"protocol": {"broadcaster": "nearest"}, "acoustics": {"loss": {"law": "head"}}}
-    (chosen,) = inputs_of(scenario(**nearest)).approximations
+    (chosen,) = inputs_of(Setup(scenario(**nearest))).approximations
     assert chosen.startswith("nearest is taken to choose the ASV that it chooses most often")
     channel = {"model": "disc", "burst_s": 4.0}
-    told = inputs_of(scenario(acoustics={"hf": {"channel": channel}})).approximations
+    told = inputs_of(Setup(scenario(acoustics={"hf": {"channel": channel}}))).approximations
     assert [it for it in told if it.startswith("Losses that last 4 s are taken to come one by one")]
 
 
@@ -164,13 +163,15 @@ def test_fixes_that_wait_for_rounds_are_not_predicted() -> None:
     """Of three fixes a round a message holds one: errors grow many times as large."""
     mf = {"payload_bytes": 24, "overfull": "oldest_first"}
     with pytest.raises(ValueError, match=r"^acoustics.mf.overfull: fixes that wait ever longer"):
-        inputs_of(scenario(acoustics={"mf": mf}))
-    assert inputs_of(scenario(acoustics={"mf": {**mf, "payload_bytes": 80}})).duration_s > 0.0
+        inputs_of(Setup(scenario(acoustics={"mf": mf})))
+    assert (
+        inputs_of(Setup(scenario(acoustics={"mf": {**mf, "payload_bytes": 80}}))).duration_s > 0.0
+    )
 
 
 def test_what_would_help_leaves_clocks_as_wrong_as_they_are() -> None:
     """In metres, where ranges are doubled or slots halved by twice the speed of sound."""
-    inputs = inputs_of(scenario(navigation={"clock_offset_sd_s": 0.002}))
+    inputs = inputs_of(Setup(scenario(navigation={"clock_offset_sd_s": 0.002})))
     off = {
         what: it.systematic.clock_s * it.slots.sound_speed_m_per_s
         for what, _, improved in IMPROVED
@@ -183,13 +184,13 @@ def test_what_would_help_leaves_clocks_as_wrong_as_they_are() -> None:
 
 def test_inputs_are_plain_data() -> None:
     """JSON holds all of it, numbers to the last bit."""
-    inputs = inputs_of(scenario(**SMALL))
+    inputs = inputs_of(Setup(scenario(**SMALL)))
     plain = json.loads(json.dumps(inputs.plain(), allow_nan=False))
     assert plain["ways"]["places_m"] == inputs.ways.places_m.tolist()
     assert plain["navigator"]["sources"][0]["mean"] == [0.06, 0.06]
     along = np.array(plain["noise"]["along_m2"])
     again = replace(inputs, noise=replace(inputs.noise, along_m2=along))
-    stations = asv_stations(scenario(**SMALL))
+    stations = Setup(scenario(**SMALL)).stations_m
     one, other = (predict(it, stations).position_error_m for it in (again, inputs))
     assert one.tolist() == other.tolist()
 
@@ -200,14 +201,14 @@ def test_a_map_says_what_an_auv_settles_at_that_stays() -> None:
     own = scenario(
         duration_s=900.0, auvs={"count": 4, "route": {"kind": "hold", "positions_m": spots}}
     )
-    inputs, stations = inputs_of(own), asv_stations(own)
+    inputs, stations = inputs_of(Setup(own)), Setup(own).stations_m
     found = error_map(inputs, stations, spots)
     assert found.error_m == pytest.approx(predict(inputs, stations).position_error_m, rel=0.12)
     assert found.chance == pytest.approx([1.0, 1.0, 2 / 3, 2 / 3])
 
 
 def test_where_no_fix_comes_a_map_says_how_far_dead_reckoning_drifts() -> None:
-    inputs = inputs_of(scenario())
+    inputs = inputs_of(Setup(scenario()))
     found = error_map(inputs, [[0.0, 0.0]], [[500.0, 0.0]])
     assert found.chance[0] == 0.0
     assert found.error_m[0] == pytest.approx(0.06 * np.sqrt(2) * 150.0, rel=0.02)

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from bindusbl_des import load_scenario
+from bindusbl_des import Setup, load_scenario
 from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.rounds import timed, uplink_slot
 from bindusbl_des.protocol.cycles import cycle
-from bindusbl_des.protocol.slots import slots_of
 from bindusbl_des.scenario.declared import DOWNLINKS
 
 AUVS = 5
@@ -30,7 +29,7 @@ def test_rounds_of_a_plan_go_as_the_downlinks_have_them(
             *("protocol.shortest_downlink_slot_s=0.05", "protocol.schedule=spatial_reuse"),
         ],
     )
-    inputs, slots = inputs_of(scenario), slots_of(scenario)
+    inputs, slots = inputs_of(Setup(scenario)), Setup(scenario).slots
     uplink = uplink_slot(inputs.slots, inputs.hf.range_m, inputs.hf.by_slant)
     many = [(groups, fixes) for groups in range(1, AUVS + 1) for fixes in range(AUVS + 1)]
     pitch, send, _, period, broadcasts = timed(inputs, uplink, *np.array(many, dtype=float).T)

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from bindusbl_des import Scenario
+from bindusbl_des import Scenario, Setup
 from bindusbl_des.cli import main
 from bindusbl_des.preflight import effort
 from bindusbl_des.preflight import effort as machine
@@ -32,7 +32,7 @@ MEASURED: list[tuple[int, dict[str, Any]]] = [
 
 
 def cost(**keys: Any) -> Effort:
-    return effort.effort(Scenario.model_validate({"name": "m", **keys}))
+    return effort.effort(Setup(Scenario.model_validate({"name": "m", **keys})))
 
 
 @pytest.mark.parametrize(("measured", "keys"), MEASURED)

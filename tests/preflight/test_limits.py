@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from worlds import merged
 
 import bindusbl_des
-from bindusbl_des import Scenario, load_scenario, simulate
+from bindusbl_des import Scenario, Setup, load_scenario, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.predicting import predict
@@ -20,8 +20,6 @@ from bindusbl_des.preflight.round_lengths import carried_per_s
 from bindusbl_des.preflight.warnings import warnings_of
 from bindusbl_des.protocol.bounds import fewest_groups
 from bindusbl_des.protocol.cycles import cycle
-from bindusbl_des.protocol.slots import slots_of
-from bindusbl_des.scenario.destinations import asv_stations
 
 # Two ASVs 200 m apart, which hear 50 m: two AUVs below the one, one below the other, one too far.
 PLACES = [[0.0, 0.0], [10.0, 0.0], [200.0, 0.0], [100.0, 0.0]]
@@ -195,7 +193,7 @@ def test_asvs_at_once_share_what_one_message_holds() -> None:
     )
     sent = simulate(asked, 0).tables["broadcasts"].groupby("sent_at_s").fixes.agg(tuple)
     assert set(sent) == {(2,), (1, 1)}
-    assert carried_per_s(asked) == pytest.approx(2 / slots_of(asked).downlink_slot(1))
+    assert carried_per_s(Setup(asked)) == pytest.approx(2 / Setup(asked).slots.downlink_slot(1))
 
 
 def test_instant_answers_need_no_records() -> None:
@@ -383,7 +381,7 @@ def test_asvs_that_keep_in_step_with_auvs_send_for_the_same_ones(changes: dict[s
     flown = rates_flown(asked, 3).mean(axis=0)
     assert told == pytest.approx(flown, abs=0.02)
     if not asked.asvs.failures:  # which plans leave out
-        planned = predict(inputs_of(asked), asv_stations(asked)).fix_rate_hz
+        planned = predict(inputs_of(Setup(asked)), Setup(asked).stations_m).fix_rate_hz
         assert planned == pytest.approx(flown, abs=0.02)
 
 
@@ -477,7 +475,7 @@ def test_the_first_asv_that_hears_a_ping_replies(reach: float, tmp_path: Path) -
         protocol={"schedule": "one_per_slot", "downlink": "direct_reply"},
     ).model_copy(update={"duration_s": 300.0})
     told = bindusbl_des.limits(asked).rates["planned"].each
-    predicted = predict(inputs_of(asked), asv_stations(asked)).fix_rate_hz
+    predicted = predict(inputs_of(Setup(asked)), Setup(asked).stations_m).fix_rate_hz
     flown = rates_flown(asked, 16).mean(axis=0)
     assert told == pytest.approx(flown, rel=0.06)
     assert predicted == pytest.approx(flown, rel=0.06)

@@ -15,6 +15,7 @@ from bindusbl_des import (
     Navigator,
     Odometry,
     Scenario,
+    Setup,
     Signals,
     Sounding,
     load_result,
@@ -170,7 +171,9 @@ def says_so(rule: Any, key: str) -> bool:
                     scenario = Scenario.model_validate({"name": "m", **put(data, key, value)})
                 except ValueError:
                     continue
-                if any(it.key == key and rule.why in it.message for it in idle_keys(scenario)):
+                if any(
+                    it.key == key and rule.why in it.message for it in idle_keys(Setup(scenario))
+                ):
                     return True
     return False
 
@@ -196,7 +199,9 @@ def test_every_key_that_does_nothing_is_known(mode: str, value: Any) -> None:
         for number in tried:
             given = put(bases[number], key, alternatives(key, value_of(bases[number], key))[0])
             scenario = Scenario.model_validate({"name": "m", **given})
-            assert key in {found.key for found in idle_keys(scenario)}, f"{key} with {mode}={value}"
+            assert key in {found.key for found in idle_keys(Setup(scenario))}, (
+                f"{key} with {mode}={value}"
+            )
 
 
 @pytest.mark.parametrize(("reply", "idle"), [("instant", 6), ("frame", 1)])
@@ -299,7 +304,8 @@ def test_the_default_formation_may_lie_outside_the_survey() -> None:
 def test_a_mission_that_is_longer_than_its_survey_says_so(vehicle: str) -> None:
     """By how much, and what ends with it; not where lanes fill it, or it ends with them."""
     keys: dict[str, Any] = {"survey": {"side_m": 60.0}, "auvs": {"vehicle": vehicle}}
-    ended = survey_end(scenario(**keys))
+    flown = scenario(**keys)
+    ended = survey_end(flown.auvs, flown.environment, Setup(flown).plans)
 
     def said(duration: Any, **more: Any) -> str:
         return told(**merged(merged(keys, {"duration_s": duration}), more)).get("duration_s", "")

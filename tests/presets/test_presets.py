@@ -8,8 +8,7 @@ from typing import Any, get_args
 import pytest
 from click.testing import CliRunner
 
-from bindusbl_des import Scenario, warnings_of
-from bindusbl_des.acoustics.messages import messages_of
+from bindusbl_des import Scenario, Setup, warnings_of
 from bindusbl_des.cli import main
 from bindusbl_des.presets.catalogue import CATALOGUE, preset, selected
 from bindusbl_des.presets.modems import airtime_table, table_file
@@ -41,7 +40,7 @@ def test_a_bit_rate_says_whose_bits_these_are(it: Preset) -> None:
 def test_a_message_of_a_seatrac_takes_eighty_ms_a_byte() -> None:
     """24 bytes 1.92 s, as its maker's manual has it; 3.84 s with the paper's overhead."""
     mission = Scenario(name="m", acoustics={"mf": {"modem": "seatrac"}})
-    assert messages_of(mission).airtime(1) == pytest.approx(1.92)
+    assert Setup(mission).messages.airtime(1) == pytest.approx(1.92)
     assert not [it for it in warnings_of(mission) if "overhead" in it.message]
 
 

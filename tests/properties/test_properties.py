@@ -16,7 +16,7 @@ import pytest
 from drawn_scenarios import SCHEMA, drawn
 from missions_against import collided, drawn_protocol, uncompiled
 
-from bindusbl_des import Mission, Result, Scenario, simulate, verify
+from bindusbl_des import Mission, Result, Scenario, Setup, simulate, verify
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.vehicles.guidance import GuidanceError
 from bindusbl_des.vehicles.hulls import DivergenceError
@@ -41,7 +41,7 @@ def small(seed: int, folder: Path, lasts: float = 1.0) -> Scenario | None:
         data["record"]["metrics_from_s"] = draw.choice((0.5, 2.0))
     try:
         scenario = Scenario.model_validate(data)
-        cost = effort(scenario)
+        cost = effort(Setup(scenario))
     except ValueError:
         return None
     return scenario if cost.seconds < WORTH_RUNNING_S and cost.bytes < MOST_BYTES else None

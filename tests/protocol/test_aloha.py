@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from worlds import merged, scenario, still
 
-from bindusbl_des import Result, Scenario, simulate
+from bindusbl_des import Result, Scenario, Setup, simulate
 from bindusbl_des.core.clock import ExactClock, TickClock
 from bindusbl_des.core.streams import Streams
 from bindusbl_des.protocol.access.aloha import (
@@ -22,7 +22,6 @@ from bindusbl_des.protocol.access.aloha import (
     slotted_success,
 )
 from bindusbl_des.protocol.access.serving import packets_of
-from bindusbl_des.protocol.slots import slots_of
 
 PING_S = 0.010
 
@@ -87,7 +86,7 @@ def test_what_an_auv_leaves_out_is_counted(count: int, every_s: float, pings: fl
 def test_slotted_aloha_meets_its_closed_form(count: int, every_s: float, pings: float) -> None:
     """e^(-G (N - 1) / N) within 1 %, G = N T / F with slots of length T (Roberts)."""
     plan = crowd(count, "slotted_aloha", every_s, pings)
-    slot = slots_of(plan).uplink_slot
+    slot = Setup(plan).slots.uplink_slot
     result = simulate(plan, 1)
     load = offered_load(count, slot, every_s)
     assert share_heard(result) == pytest.approx(slotted_success(load, count), rel=0.01)
@@ -100,7 +99,7 @@ def test_two_of_a_slot_are_heard_where_their_ways_differ_by_more_than_a_ping() -
     """Two AUVs 4 and 30 m away, 17 ms apart by sound, lose nothing, though they share slots."""
     places = {"route": {"kind": "hold", "positions_m": [[4.0, 0.0], [30.0, 0.0]]}}
     plan = crowd(2, "slotted_aloha", 0.2, 2_000, auvs=places)
-    assert slotted_success(offered_load(2, slots_of(plan).uplink_slot, 0.2), 2) < 0.7
+    assert slotted_success(offered_load(2, Setup(plan).slots.uplink_slot, 0.2), 2) < 0.7
     assert share_heard(simulate(plan, 1)) == 1.0
 
 

@@ -6,7 +6,7 @@ import networkx as nx
 import numpy as np
 import pytest
 
-from bindusbl_des import load_scenario
+from bindusbl_des import Setup, load_scenario
 from bindusbl_des.protocol.bounds import (
     aloha_capacity,
     clique_number,
@@ -21,7 +21,6 @@ from bindusbl_des.protocol.bounds import (
 )
 from bindusbl_des.protocol.conflicts import conflict_graph, dsatur_groups, greedy_groups
 from bindusbl_des.protocol.cycles import cycle
-from bindusbl_des.protocol.slots import slots_of
 
 # Fixes per AUV and second if all share one ASV, sequential and pipelined over 60, 100 and 140 m,
 # and with frame behind frame; worked out apart from this program.
@@ -46,7 +45,7 @@ def test_rates_of_a_fleet_that_shares_one_asv(auvs: int) -> None:
     found = []
     for side in SIDES:
         plain["survey"]["side_m"] = side
-        slots = slots_of(type(load_scenario("recovery_140m")).model_validate(plain))
+        slots = Setup(type(load_scenario("recovery_140m")).model_validate(plain)).slots
         for downlink in ("sequential", "pipelined_round"):
             found.append(1 / cycle(downlink, slots, auvs, auvs).length_s)
     assert found == pytest.approx(expected, abs=5e-7)

@@ -9,8 +9,7 @@ import pytest
 from scipy.stats import binom  # type: ignore[import-untyped,unused-ignore]
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
 
-from bindusbl_des import Result, Scenario, simulate
-from bindusbl_des.acoustics.named_channels import hf_channel
+from bindusbl_des import Result, Scenario, Setup, simulate
 from bindusbl_des.acoustics.sonar_equation import link_budget
 from bindusbl_des.explain.ping_and_fix import chain_of_ping
 from bindusbl_des.scenario.channel_settings import Sonar
@@ -99,7 +98,7 @@ def test_a_sonar_is_delivered_as_its_levels_say(duration_s: float) -> None:
     """
     world = at_ranges(duration_s, "sonar", range_m=50.0)
     result = simulate(world, 4)
-    channel = hf_channel(world)
+    channel = Setup(world).ping_channel
     assert channel is not None
     mean = link_budget(Sonar()).snr_db(RANGES)
     threshold = channel.receiver.threshold_db

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from bindusbl_des import load_scenario
+from bindusbl_des import Setup, load_scenario
 from bindusbl_des.protocol.cycles import cycle
-from bindusbl_des.protocol.slots import Slots, slots_of
+from bindusbl_des.protocol.slots import Slots
 
 
 def _uplink(slots: Slots, groups: int) -> float:
@@ -27,7 +27,7 @@ def test_rounds_last_as_long_as_their_slots_say(
     name: str, longer: float, shortest_s: float | None
 ) -> None:
     """Sequential rounds add up, pipelined ones last as long as the longer of both bands."""
-    slots = slots_of(load_scenario(name))
+    slots = Setup(load_scenario(name)).slots
     slots = replace(slots, uplink_slot=longer * slots.uplink_slot)
     if shortest_s is not None:
         slots = replace(slots, shortest_downlink=shortest_s)
@@ -52,13 +52,13 @@ def test_rounds_last_as_long_as_their_slots_say(
 
 def test_a_round_without_groups_is_a_downlink_slot() -> None:
     """With random access a cycle of the downlink is no longer than its broadcast."""
-    slots = slots_of(load_scenario("baseline_60m_tdma"))
+    slots = Setup(load_scenario("baseline_60m_tdma")).slots
     assert cycle("sequential", slots, 0, 4).length_s == _downlink(slots, 4)
 
 
 def test_broadcasts_begin_when_they_do_in_a_mission() -> None:
     """A sequential round broadcasts once its slots are over, and the next begins after that."""
-    slots = slots_of(load_scenario("recovery_140m"))
+    slots = Setup(load_scenario("recovery_140m")).slots
     found = cycle("sequential", slots, 3, 3)
     assert found.slots_s == tuple(_uplink(slots, n) for n in range(3))
     assert found.broadcasts_s == (_uplink(slots, 3),)

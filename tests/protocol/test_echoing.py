@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
 
-from bindusbl_des import Scenario, simulate, verify, warnings_of
+from bindusbl_des import Scenario, Setup, simulate, verify, warnings_of
 from bindusbl_des.acoustics.channel import between
-from bindusbl_des.acoustics.named_channels import hf_channel
 from bindusbl_des.acoustics.sonar_channel import EchoingSonar, Sea, blended, echoes
 from bindusbl_des.acoustics.sonar_equation import link_budget
 from bindusbl_des.explain.ping_and_fix import chain_of_ping
@@ -86,7 +85,7 @@ def test_there_are_outliers_where_echoes_cancel_pings() -> None:
     """Over ranges of a wave of the pattern: most directions are a bit off, a few are far off."""
     settings = {**LOUD, "bottom_m": 30.0}
     world = holding((200.0, 0.0), channel=settings)
-    channel = hf_channel(world)
+    channel = Setup(world).ping_channel
     assert isinstance(channel, EchoingSonar)
     away = np.linspace(150.0, 400.0, 20_001)
     auvs = np.column_stack((away, np.zeros_like(away), np.full_like(away, 10.0)))

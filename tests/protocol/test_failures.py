@@ -9,10 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
 
-from bindusbl_des import Result, Scenario, load_result, simulate
+from bindusbl_des import Result, Scenario, Setup, load_result, simulate
 from bindusbl_des.explain import chain_of_fix, chain_of_ping
 from bindusbl_des.protocol.broadcasters import BROADCASTERS
-from bindusbl_des.scenario.destinations import alive, failures_of
 from bindusbl_des.vehicles.fleet import Failures
 
 
@@ -268,7 +267,7 @@ def test_nothing_is_missing_and_nobody_hears_who_has_failed(
         protocol=protocol,
     )
     result = simulate(world, seed)
-    tables, failures = result.tables, failures_of(world)
+    tables, failures = result.tables, Setup(world).failures
     assert len(tables["receptions"]) == len(tables["pings"]) * (
         3 if world.protocol.asvs_ping else 4
     )
@@ -324,16 +323,16 @@ def test_the_same_failures_give_the_same_tables_and_none_before_they_happen() ->
 def test_who_works_when() -> None:
     """Failures hold from their instant on, up to that from which the ASV works again."""
     world = between_two({"asv": 1, "at_s": 2.0, "until_s": 3.0}, {"asv": 0, "at_s": 4.0})
-    failures = failures_of(world)
+    failures = Setup(world).failures
     assert failures is not None
     for time, working in ((1.9, (1, 1)), (2.0, (1, 0)), (3.0, (1, 1)), (4.0, (0, 1))):
-        assert alive(world, time) == tuple(map(bool, working))
-        assert failures.alive(time).tolist() == list(alive(world, time))
+        assert world.asvs.alive(time) == tuple(map(bool, working))
+        assert failures.alive(time).tolist() == list(world.asvs.alive(time))
     changes = [0.0, *(failures.next_change(it) for it in (0.0, 2.0, 3.0, 4.0))]
     assert changes == [0.0, 2.0, 3.0, 4.0, np.inf]
     assert failures.worked_s(6.0).tolist() == [4.0, 5.0]
     assert failures.worked_s(2.5).tolist() == [2.5, 2.0]
-    assert failures_of(between_two()) is None
+    assert Setup(between_two()).failures is None
 
 
 def test_a_failure_and_a_signal() -> None:

@@ -11,7 +11,7 @@ import yaml
 from commands_for_tests import call
 from families_for_tests import MISSION, OPEN, each_but_slow_ones, home_of
 
-from bindusbl_des import Scenario, load_result, load_scenario, simulate, sweep, warnings_of
+from bindusbl_des import Scenario, Setup, load_result, load_scenario, simulate, sweep, warnings_of
 from bindusbl_des.campaigns.experiments.experiment import Experiment, ExperimentPlan
 from bindusbl_des.core import plugins
 from bindusbl_des.core.plugins import Family, PluginError, allow
@@ -215,7 +215,7 @@ def test_no_round_length_is_claimed_for_ones_own() -> None:
     for downlink, claims in (("sequential", True), (OWN_PARTS[DOWNLINK], False)):
         told = warnings_of(with_parts(**short, downlink=downlink))
         assert any(it.key == "protocol.frame_s" for it in told) is claims
-    assert effort(with_parts(downlink=OWN_PARTS[DOWNLINK])).seconds > 0.0
+    assert effort(Setup(with_parts(downlink=OWN_PARTS[DOWNLINK]))).seconds > 0.0
 
 
 def test_slots_are_told_where_the_downlink_put_them(home: Path) -> None:

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
-from bindusbl_des import Result, simulate
+from bindusbl_des import Result, Setup, simulate
 from bindusbl_des.acoustics.messages import airtime
-from bindusbl_des.protocol.slots import slots_of
 
 # From 20 m away and 10 m deep to the vessel (s)
 WAY = np.hypot(20.0, 10.0) / 1500.0
@@ -149,13 +148,13 @@ def test_who_steers_by_fixes_has_those_of_later_messages_too() -> None:
 
 def test_guards_are_the_papers_unless_given() -> None:
     """Each of the four has a key; null is the paper's share of the crossing time (40 ms)."""
-    papers = slots_of(still(3))
+    papers = Setup(still(3)).slots
     assert (papers.uplink_guard, papers.downlink_guard) == (0.5 * 0.04, 1.25 * 0.04)
     assert papers.uplink_slot == 2.5 * 0.04
     assert papers.shortest_downlink == papers.downlink_slot(0) == 0.4
 
     def own(**protocol: float) -> Any:
-        return slots_of(still(3, protocol=protocol))
+        return Setup(still(3, protocol=protocol)).slots
 
     longest = np.hypot(50.0, 10.0) / 1500.0
     assert own(shortest_uplink_slot_s=0.0).uplink_slot == pytest.approx(0.01 + longest + 0.02)
@@ -179,9 +178,9 @@ def test_shorter_guards_bring_more_fixes() -> None:
 def test_every_payload_of_the_table_is_sent_for_so_long() -> None:
     """Records of 1 B, one to 64 fixes: a frame lasts what the table says, to the last digit."""
     mf = {"modem": "s2c_instant", "header_bytes": 0, "fix_bytes": 1}
-    slots = slots_of(still(1, acoustics={"mf": mf}))
+    slots = Setup(still(1, acoustics={"mf": mf})).slots
     table = [slots.messages.modem.table.airtime(size) for size in range(1, 65)]  # type: ignore[union-attr]
     assert [slots.airtime(fixes) for fixes in range(1, 65)] == table
     assert slots.airtime(65) == table[63] + table[0]
     assert slots.airtime(0) == table[0]
-    assert slots_of(still(1)).airtime(3) == airtime(56) == 0.448
+    assert Setup(still(1)).slots.airtime(3) == airtime(56) == 0.448

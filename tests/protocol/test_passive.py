@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from worlds import QUIET_USBL, merged, scenario, still
 
-from bindusbl_des import Result, Scenario, Signals, Sounding, simulate
+from bindusbl_des import Result, Scenario, Setup, Signals, Sounding, simulate
 from bindusbl_des.acoustics.messages import airtime, payload_bytes
-from bindusbl_des.protocol.slots import downlink_slot, slots_of
+from bindusbl_des.protocol.slots import downlink_slot
 
 PASSIVE: dict[str, Any] = {"protocol": {"ranging": "passive"}}
 
@@ -199,7 +199,7 @@ def rate(auvs: int, ranging: str) -> float:
 
 def test_the_rate_of_an_auv_does_not_fall_with_the_team() -> None:
     """Passive: 1 / (K T_slot) for any N.  Uplink: 1 / (N T_UL + T_DL(N)), all heard by one ASV."""
-    slots = slots_of(still(3, **PASSIVE))
+    slots = Setup(still(3, **PASSIVE)).slots
     for auvs in (3, 10, 30):
         assert rate(auvs, "passive") == pytest.approx(1 / slots.uplink_slot, rel=0.01)
         down = downlink_slot(airtime(payload_bytes(auvs)), slots.crossing_time)
@@ -244,7 +244,7 @@ def test_a_channel_of_ones_own_may_carry_sound_into_the_next_slot() -> None:
         acoustics={"hf": {"range_m": 10.0, "channel": everywhere}},
     )  # fmt: skip
     result = simulate(near, 3)  # slots of 33 ms: 100 ms from ASV0, three slots, meet 1 ms of ASV1
-    assert slots_of(near).uplink_slot == pytest.approx(1 / 30)
+    assert Setup(near).slots.uplink_slot == pytest.approx(1 / 30)
     met = result.tables["receptions"]
     assert (met[(met.auv == "AUV0") & met.asv.eq("ASV1")].outcome == "collided").mean() > 0.9
     conserved(result)

@@ -8,7 +8,7 @@ import pytest
 from pydantic import ValidationError
 from worlds import merged, scenario, still
 
-from bindusbl_des import Result, Scenario, simulate
+from bindusbl_des import Result, Scenario, Setup, simulate
 from bindusbl_des.core.plugins import allow
 from bindusbl_des.preflight.round_lengths import rounds_of
 from bindusbl_des.results.round_timeline import uplink_slots
@@ -78,7 +78,7 @@ def test_calls_begin_on_ticks() -> None:
 def test_who_is_not_answered_waits_for_the_slot() -> None:
     """An AUV out of range is called, and its two-way slot waited for; others are not delayed."""
     result = simulate(polled([*PLACES[:2], [300.0, 0.0]]))
-    pings, wait = result.tables["pings"], rounds_of(result.scenario).slots.uplink_slot
+    pings, wait = result.tables["pings"], rounds_of(result.setup).slots.uplink_slot
     assert pings[pings.auv == "AUV2"].call.unique().tolist() == ["out_of_range"]
     assert wait == pytest.approx(max(2 * PING + 2 * math.hypot(50, 10) / SOUND + 0.02, 0.1))
     length = polls()[:2].sum() + wait
@@ -95,7 +95,7 @@ def test_who_does_not_decode_an_answer_waits_too() -> None:
     decoded = set(met.ping[met.outcome == "heard"])
     answered = pings.ping.isin(decoded).to_numpy()[:-1]
     own = polls()[[int(name[3:]) for name in pings.auv[:-1]]] + ANSWERS["frame"]
-    wait = rounds_of(world).slots.uplink_slot
+    wait = rounds_of(Setup(world)).slots.uplink_slot
     assert 0.3 < answered.mean() < 0.8
     assert lasted == pytest.approx(np.where(answered, own, wait), abs=1e-9)
 

@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 from worlds import scenario, still
 
-from bindusbl_des import load_scenario, simulate
+from bindusbl_des import Setup, load_scenario, simulate
 from bindusbl_des.acoustics.messages import airtime, payload_bytes
 from bindusbl_des.core.clock import ExactClock, TickClock
 from bindusbl_des.protocol.slots import (
     crossing_time,
     downlink_slot,
-    slots_of,
     uplink_slot,
 )
 
@@ -30,7 +29,7 @@ TICK = 1 / 30
 )
 def test_slots_are_the_papers(side: int, slot_ticks: int, downlink_ticks: list[int]) -> None:
     """The slots of the paper's three surveys, in ticks, for 0 to 5 fixes."""
-    slots, clock = slots_of(still(side=float(side))), TickClock(30)
+    slots, clock = Setup(still(side=float(side))).slots, TickClock(30)
     assert clock.after(0, slots.uplink_slot) * 30 == pytest.approx(slot_ticks)
     found = [round(clock.after(0, slots.downlink_slot(k)) * 30) for k in range(6)]
     assert found == downlink_ticks
@@ -218,7 +217,7 @@ def test_slots_hold_the_slant_way_at_depth(ranging: str) -> None:
         2, at=99.0, survey={"depth_m": 400.0}, acoustics={"hf": {"range_m": 100.0}},
         protocol={"ranging": ranging, "tick_rate_hz": None},
     )  # fmt: skip
-    slots, way = slots_of(world), math.hypot(100.0, 400.0) / 1500
+    slots, way = Setup(world).slots, math.hypot(100.0, 400.0) / 1500
     assert slots.longest_travel_time == pytest.approx(way)
     calls = 1 if ranging == "owtt_sync" else 2
     assert slots.uplink_slot == pytest.approx(calls * (0.010 + way) + 0.02)
@@ -236,8 +235,8 @@ def test_the_depth_changes_no_slot_of_the_paper(name: str) -> None:
     """There the floor of 2.5 t_C is longer than the slant way, as it is longer than R_HF."""
     world = load_scenario(f"{Path(__file__).parents[2]}/scenarios/{name}.yaml")
     crossing = world.survey.side_m / 1500
-    assert slots_of(world).uplink_slot == 2.5 * crossing
-    assert slots_of(world).longest_travel_time > world.acoustics.hf.range_m / 1500
+    assert Setup(world).slots.uplink_slot == 2.5 * crossing
+    assert Setup(world).slots.longest_travel_time > world.acoustics.hf.range_m / 1500
 
 
 def test_two_way_ranging_waits_for_the_call() -> None:

@@ -9,12 +9,11 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from worlds import merged, scenario
 
-from bindusbl_des import Mission, Result, Scenario, simulate, warnings_of
+from bindusbl_des import Mission, Result, Scenario, Setup, simulate, warnings_of
 from bindusbl_des.advice.changes import _downlinks
 from bindusbl_des.explain import chain_of_fix, chain_of_ping
 from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.preflight.effort import effort
-from bindusbl_des.protocol.slots import slots_of
 from bindusbl_des.scenario.declared import SCHEDULES
 
 RANDOM_ACCESS = [name for name, it in SCHEDULES.items() if it.random_access]
@@ -43,7 +42,7 @@ def same(one: Result, other: Result) -> bool:
 def test_a_round_is_a_cycle_of_the_downlink(schedule: str, rate: float | None) -> None:
     """It begins as MF is free, broadcasts once, as soon as a fix waits, and ends with that slot."""
     result = simulate(moving(schedule, protocol={"tick_rate_hz": rate}), 4)
-    slots, clock = slots_of(result.scenario), slots_of(result.scenario).clock
+    slots, clock = result.setup.slots, result.setup.slots.clock
     rounds, frames = result.tables["rounds"], result.tables["broadcasts"]
     assert len(rounds) > 20
     assert set(rounds.colours) == {0}
@@ -177,14 +176,14 @@ def test_what_needs_slots_is_refused(schedule: str) -> None:
 def test_errors_are_not_predicted(schedule: str) -> None:
     """There are no rounds to predict by, which is told."""
     with pytest.raises(ValueError, match="has no rounds to predict errors by"):
-        inputs_of(moving(schedule))
+        inputs_of(Setup(moving(schedule)))
 
 
 @pytest.mark.parametrize("schedule", RANDOM_ACCESS)
 def test_what_it_takes_is_estimated(schedule: str) -> None:
     """Pings, receptions and fixes are counted as they come about, within a fifth."""
     plan = moving(schedule, duration_s=200.0)
-    counts, result = effort(plan).counts, simulate(plan, 0)
+    counts, result = effort(Setup(plan)).counts, simulate(plan, 0)
     assert counts["pings"] == pytest.approx(len(result.tables["pings"]), rel=0.2)
     assert counts["receptions"] == pytest.approx(len(result.tables["receptions"]), rel=0.2)
     assert counts["rounds"] == pytest.approx(len(result.tables["rounds"]), rel=0.5)

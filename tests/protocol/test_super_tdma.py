@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from worlds import merged, scenario, still
 
-from bindusbl_des import Scenario, simulate
+from bindusbl_des import Scenario, Setup, simulate
 from bindusbl_des.acoustics.travel_time import travel_time
 from bindusbl_des.preflight.idle_keys import idle_keys
 from bindusbl_des.preflight.round_lengths import rounds_of
@@ -152,7 +152,7 @@ def test_the_uplink_is_shorter_than_slots_and_no_shorter_than_its_bound() -> Non
         spots = [[40.0 * np.cos(k), 40.0 * np.sin(k)] for k in range(count)]
         world = packed(spots, duration_s=5.0)
         uplink = simulate(world).tables["rounds"].uplink_s[0]
-        slots = rounds_of(world)
+        slots = rounds_of(Setup(world))
         assert uplink < count * slots.slots.uplink_slot
         assert uplink >= count * (PING + CLEAR)
         downlink = slots.slots.downlink_slot(count)
@@ -181,6 +181,6 @@ def test_what_packing_does_not_go_with_is_refused(protocol: Any, told: str) -> N
 
 def test_guards_of_slots_are_idle_where_there_are_no_slots() -> None:
     keys = {"uplink_guard_s": 0.1, "shortest_uplink_slot_s": 0.1}
-    told = {it.key for it in idle_keys(packed(protocol=keys))}
+    told = {it.key for it in idle_keys(Setup(packed(protocol=keys)))}
     assert {f"protocol.{name}" for name in keys} <= told
-    assert not {it.key for it in idle_keys(packed(protocol={**keys, "schedule": "dsatur"}))}
+    assert not {it.key for it in idle_keys(Setup(packed(protocol={**keys, "schedule": "dsatur"})))}

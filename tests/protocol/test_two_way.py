@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from test_reception import LOSSY, PING, at, fleet, moving, uplink
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
-from bindusbl_des import Result, simulate
+from bindusbl_des import Result, Setup, simulate
 from bindusbl_des.acoustics.loss import LOSS_LAWS, range_loss
 from bindusbl_des.protocol.hf.outcomes import Outcomes
 from bindusbl_des.protocol.ranging import TwoWay, nearest, strayed
@@ -152,17 +152,17 @@ def test_the_fleet_knows_how_far_an_auv_may_have_gone() -> None:
     protocol = {"ranging": {"model": "twtt", "turnaround_s": 0.99}}
     auvs = fleet(at(0.0), moving(0.0, 2.0))
     moves = scenario(auvs={"count": 2, "speed_m_per_s": 1.5}, protocol=protocol)
-    assert strayed(moves, auvs) == pytest.approx([1.5**2 / 2] * 2)
+    assert strayed(Setup(moves), auvs) == pytest.approx([1.5**2 / 2] * 2)
     holds = still(2, protocol=protocol)
-    assert strayed(holds, auvs).tolist() == [0.0, 0.0]
+    assert strayed(Setup(holds), auvs).tolist() == [0.0, 0.0]
     data = {"kind": "track", "files": ["a.csv", "b.csv"]}
     tracks = scenario(auvs={"count": 2, "route": data}, protocol=protocol)
-    assert strayed(tracks, auvs) == pytest.approx([0.0, 2.0**2 / 2])
+    assert strayed(Setup(tracks), auvs) == pytest.approx([0.0, 2.0**2 / 2])
     drifts = scenario(
         auvs={"count": 2, "vehicle": "bluerov2", "speed_m_per_s": 0.3}, protocol=protocol,
         environment={"current_m_per_s": 0.4},
     )  # fmt: skip
-    assert strayed(drifts, auvs) == pytest.approx([0.5**2 / 2] * 2)
+    assert strayed(Setup(drifts), auvs) == pytest.approx([0.5**2 / 2] * 2)
 
 
 def test_a_navigator_compares_with_the_instant_at_which_a_fix_holds() -> None:

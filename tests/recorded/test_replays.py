@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from logs_for_tests import BEACONS, Sea, lost, made_up, still, write_pyfg
 from worlds import scenario
 
-from bindusbl_des import load_scenario, simulate
+from bindusbl_des import Setup, load_scenario, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.recorded.fitting import fit
 from bindusbl_des.recorded.log import BadLog, Log, LoggedFixes, Ranges
@@ -317,7 +317,7 @@ def test_the_noise_found_is_a_scenario(tmp_path: Path) -> None:
     assert load_scenario(path).name == "my: log #1 noise"
     path.write_text(noise_file(found, log))
     assert load_scenario(path).name == "made_up noise"
-    told = noise_of(load_scenario(path))
+    told = noise_of(Setup(load_scenario(path)))
     for name in ("range_sd", "outlier_share", "outlier_sd", "random_walk", "bias_sd"):
         assert getattr(told, name) == pytest.approx(getattr(found.noise, name), rel=6e-3), name
     assert told.bias == pytest.approx(found.noise.bias, rel=6e-3)
@@ -348,7 +348,7 @@ def test_a_mission_of_ours_replayed_is_that_mission(tmp_path: Path) -> None:
     result = simulate(own, seed=3)
     write_csv(result.arrow, tmp_path / "csv")
     log = read_log(str(tmp_path / "csv"), "AUV1")
-    track = filter_log(prepared(log), replace(noise_of(own), gate=0.0))
+    track = filter_log(prepared(log), replace(noise_of(Setup(own)), gate=0.0))
     tracks = result.tables["tracks"]
     last = tracks[tracks.vehicle == "AUV1"].iloc[-1]
     asked = last[["estimate_x_m", "estimate_y_m"]].to_numpy(float)
@@ -370,7 +370,7 @@ def test_the_drift_of_a_sheet_wanders_in_a_replay_as_well(line: float, tmp_path:
     result = simulate(own, seed=3)
     write_csv(result.arrow, tmp_path / "csv")
     log = read_log(str(tmp_path / "csv"), "AUV1")
-    track = filter_log(prepared(log), replace(noise_of(own), gate=0.0))
+    track = filter_log(prepared(log), replace(noise_of(Setup(own)), gate=0.0))
     tracks = result.tables["tracks"]
     last = tracks[tracks.vehicle == "AUV1"].iloc[-1]
     told = track.covariances[np.searchsorted(track.times, last.time_s)]

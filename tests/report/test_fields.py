@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from worlds import scenario
 
-from bindusbl_des import Result, Scenario, simulate
+from bindusbl_des import Result, Scenario, Setup, simulate
 from bindusbl_des.acoustics.channel import Signals
-from bindusbl_des.acoustics.fix_chance import survey_grid
+from bindusbl_des.preflight.fix_chance import survey_grid
 from bindusbl_des.report.page import Packer
 from bindusbl_des.report.possible import expected_age, fields
 from bindusbl_des.report.recording import recording
@@ -34,7 +34,7 @@ def field_of(result: Result) -> dict[str, np.ndarray]:
 
 
 def test_cells_lie_over_the_survey_row_by_row() -> None:
-    grid = survey_grid(world(), 3)
+    grid = survey_grid(Setup(world()), 3)
     assert grid.box == (-30.0, -30.0, 30.0, 30.0)
     assert grid.middles[0].tolist() == [-20.0, -20.0, 10.0]
     assert grid.middles[1].tolist() == [0.0, -20.0, 10.0]
@@ -44,7 +44,7 @@ def test_cells_lie_over_the_survey_row_by_row() -> None:
 def test_a_survey_thinner_than_a_cell_has_cells_all_the_same() -> None:
     """Its middles lie beside it: all of them count, for none would be no answer."""
     thin = {"survey": {"size_m": [0.1, 1000.0]}, "auvs": {"route": {"end_margin_m": 0.0}}}
-    grid = survey_grid(scenario(**thin), 20)
+    grid = survey_grid(Setup(scenario(**thin)), 20)
     assert (len(grid.middles), grid.inside.all()) == (20**2, True)
 
 

@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bindusbl_des import Scenario, ScenarioError, load_result, load_scenario, simulate
+from bindusbl_des import Scenario, ScenarioError, Setup, load_result, load_scenario, simulate
 from bindusbl_des.geometry.geodesy import geodetic_from_ned
 from bindusbl_des.preflight.warnings import warnings_of
-from bindusbl_des.scenario.destinations import asv_stations, route_of, tracks_of
 
 ORIGIN = (54.33, 10.18)
 LAT_LON = {"lat_deg": ORIGIN[0], "lon_deg": ORIGIN[1]}
@@ -33,13 +32,13 @@ PLACED = {"formation": {"positions_deg": [degrees(it) for it in PLACES]}}
 
 def test_positions_in_degrees_are_where_they_are_in_metres() -> None:
     """To a micrometre, by which the degrees of the scenario are rounded."""
-    held = route_of(Scenario.model_validate(told(HELD)))
-    toured = route_of(Scenario.model_validate(told(TOURED)))
+    held = Setup(Scenario.model_validate(told(HELD))).route
+    toured = Setup(Scenario.model_validate(told(TOURED))).route
     assert held.kind == "hold"
     assert toured.kind == "waypoints"
     np.testing.assert_allclose(held.positions_m, PLACES, atol=1e-6)
     np.testing.assert_allclose(toured.points_m, WAYS, atol=1e-6)
-    stations = asv_stations(Scenario.model_validate(told(asvs=PLACED)))
+    stations = Setup(Scenario.model_validate(told(asvs=PLACED))).stations_m
     np.testing.assert_allclose(stations, PLACES, atol=1e-6)
 
 
@@ -174,7 +173,7 @@ def test_a_track_in_degrees_and_unix_time_is_flown(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match=r"set auvs.route.time_offset_s: 1795356000 to begin"):
         load_scenario(tmp_path / "m.yaml")
     scenario = load_scenario(tmp_path / "m.yaml", overrides=[f"auvs.route.time_offset_s={UNIX}"])
-    tracks = tracks_of(scenario)
+    tracks = Setup(scenario).auv_tracks
     assert tracks is not None
     times, places = tracks[0]
     np.testing.assert_allclose(times, TIMES, atol=1e-6)
@@ -201,7 +200,7 @@ def test_a_track_without_depths_is_at_that_of_the_survey(tmp_path: Path) -> None
     (tmp_path / "a.gpx").write_text(f"<gpx><trk>{''.join(points)}</trk></gpx>")
     (tmp_path / "m.yaml").write_text(YAML.replace("a.csv]", f"a.gpx], time_offset_s: {UNIX}"))
     scenario = load_scenario(tmp_path / "m.yaml", overrides=["survey.depth_m=7"])
-    tracks = tracks_of(scenario)
+    tracks = Setup(scenario).auv_tracks
     assert tracks is not None
     assert (tracks[0][1][:, 2] == 7.0).all()
     assert not [it for it in warnings_of(scenario) if it.key == "survey.depth_m"]

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bindusbl_des import Scenario, ScenarioError, load_result, load_scenario, simulate, sweep
+from bindusbl_des import Scenario, ScenarioError, Setup, load_result, load_scenario, simulate, sweep
 from bindusbl_des.cli import main
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.results.result import Result, scenario_sha256
@@ -92,7 +92,7 @@ def test_a_number_that_is_accepted_is_run_written_and_read(
         scenario = parse_scenario(text)
     except ScenarioError:
         return
-    cost = effort(scenario)
+    cost = effort(Setup(scenario))
     if cost.seconds < LONG_S and not cost.excess():
         folder = tmp_path_factory.mktemp("edge") / "r"
         assert written_and_read(simulate(scenario), folder) == scenario

@@ -10,6 +10,7 @@ import pytest
 from bindusbl_des import (
     Scenario,
     ScenarioError,
+    Setup,
     load_campaign,
     load_result,
     load_scenario,
@@ -18,7 +19,6 @@ from bindusbl_des import (
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.running import sweep
 from bindusbl_des.geometry.geodesy import geodetic_from_ned
-from bindusbl_des.scenario.site import area_of, origin_of
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
 
@@ -51,18 +51,20 @@ def test_the_area_lies_about_the_origin_that_is_given(tmp_path: Path) -> None:
     """To a micrometre, by which the file's degrees are rounded."""
     scenario = load_scenario(put(tmp_path))
     assert scenario.survey.shapes == ("area",)
-    np.testing.assert_allclose(area_of(scenario).outline, CORNERS, atol=1e-6)
-    assert origin_of(scenario) == ORIGIN
+    np.testing.assert_allclose(Setup(scenario).area.outline, CORNERS, atol=1e-6)
+    assert Setup(scenario).origin_deg == ORIGIN
 
 
 def test_without_an_origin_the_area_lies_about_its_centroid(tmp_path: Path) -> None:
     """60 m by 40 m less a triangle of 50 m2 at (80/3, 50/3) m: 2350 m2 about (-0.567, -0.355) m."""
     scenario = load_scenario(put(tmp_path, YAML))
-    area = area_of(scenario)
+    area = Setup(scenario).area
     middle = np.array([-50 * 80 / 3, -50 * 50 / 3]) / 2350
     np.testing.assert_allclose(area.outline, CORNERS - middle, atol=1e-5)
     np.testing.assert_allclose(area.centroid, [0.0, 0.0], atol=1e-6)
-    assert origin_of(scenario) == pytest.approx(geodetic_from_ned([*middle, 0.0], *ORIGIN)[:2])
+    assert Setup(scenario).origin_deg == pytest.approx(
+        geodetic_from_ned([*middle, 0.0], *ORIGIN)[:2]
+    )
 
 
 KML = """<kml xmlns="http://www.opengis.net/kml/2.2"><Placemark><Polygon><outerBoundaryIs>
@@ -98,8 +100,8 @@ def test_results_take_the_chart_along(tmp_path: Path) -> None:
         load_scenario(tmp_path / "run" / "scenario.yaml"),
     ):
         assert back.survey.area == str(tmp_path / "run" / "charts" / copies[0])
-        assert area_of(back) == area_of(scenario)
-    assert area_of(scenario).words == "2,350 m2, a polygon of 5 corners"  # as it was read
+        assert Setup(back).area == Setup(scenario).area
+    assert Setup(scenario).area.words == "2,350 m2, a polygon of 5 corners"  # as it was read
     (tmp_path / "run" / "charts" / copies[0]).unlink()
     with pytest.raises(ValueError, match=r"run.json is damaged .*survey.area: .*cannot be read"):
         load_result(tmp_path / "run")

@@ -9,12 +9,8 @@ import numpy as np
 import pytest
 from worlds import merged, scenario
 
-from bindusbl_des import Scenario, simulate
+from bindusbl_des import Scenario, Setup, simulate
 from bindusbl_des.preflight.warnings import warnings_of
-from bindusbl_des.protocol.slots import slots_of
-from bindusbl_des.scenario.destinations import asv_stations, horizontal_reach
-from bindusbl_des.scenario.flight_plans import planned_paths, planned_tours, plans_of
-from bindusbl_des.scenario.site import area_of
 
 BRIEF: dict[str, Any] = {"duration_s": 20.0, "record": {"detail": "summary"}}
 FAR = [[1000.0, 500.0], [1400.0, 500.0], [1400.0, 700.0], [1000.0, 700.0]]
@@ -104,19 +100,23 @@ def test_a_scenario_is_written_and_read_again() -> None:
 
 def test_stations_lie_about_the_survey() -> None:
     """A ring is laid about the survey's centre of gravity, a single ASV upon it."""
-    ring = asv_stations(brief(survey={"polygon_m": FAR}, asvs={"formation": {"radius_m": 50.0}}))
+    ring = Setup(
+        brief(survey={"polygon_m": FAR}, asvs={"formation": {"radius_m": 50.0}})
+    ).stations_m
     assert np.mean(ring, axis=0) == pytest.approx((1200.0, 600.0))
     assert [math.dist(it, (1200.0, 600.0)) for it in ring] == pytest.approx([50.0] * 3)
-    assert asv_stations(brief(survey={"polygon_m": FAR}, asvs={"count": 1})) == [(1200.0, 600.0)]
+    assert Setup(brief(survey={"polygon_m": FAR}, asvs={"count": 1})).stations_m == (
+        (1200.0, 600.0),
+    )
 
 
 def test_slots_are_those_of_the_longer_side() -> None:
     """The paper's L is that of a square; of another survey, the longer side around it."""
-    square = slots_of(brief(survey={"side_m": 400.0}))
+    square = Setup(brief(survey={"side_m": 400.0})).slots
     for survey in ({"size_m": [400.0, 200.0]}, {"size_m": [200.0, 400.0], "rotation_deg": 20.0}):
-        found = slots_of(brief(survey=survey))
+        found = Setup(brief(survey=survey)).slots
         assert replace(found, clock=square.clock) == square
-    found = slots_of(brief(survey={"polygon_m": FAR}))
+    found = Setup(brief(survey={"polygon_m": FAR})).slots
     assert found.crossing_time == pytest.approx(400.0 / 1500.0)
     assert found.uplink_slot == pytest.approx(square.uplink_slot)
 
@@ -135,8 +135,8 @@ def test_every_auv_has_its_depth_and_speed() -> None:
     depths = tracks[tracks.vehicle.str.startswith("AUV")].groupby("vehicle").z_m.first()
     assert depths.tolist() == [5.0, 10.0, 30.0]
     assert result.auvs.distance_m.tolist() == pytest.approx([10.0, 20.0, 40.0])
-    assert horizontal_reach(mission) == pytest.approx(40.0)
-    deep = slots_of(scenario(survey={"depths_m": [5.0, 10.0, 30.0]})).longest_travel_time
+    assert Setup(mission).horizontal_reach_m == pytest.approx(40.0)
+    deep = Setup(scenario(survey={"depths_m": [5.0, 10.0, 30.0]})).slots.longest_travel_time
     assert deep == pytest.approx(math.hypot(50.0, 30.0) / 1500.0)
 
 
@@ -162,8 +162,13 @@ def test_auvs_are_launched_and_recovered(kind: str) -> None:
         mine = tracks[tracks.vehicle == f"AUV{auv}"]
         assert mine[["x_m", "y_m"]].iloc[0].tolist() == pytest.approx([-90.0, -10.0])
         assert mine[["x_m", "y_m"]].iloc[-1].tolist() == pytest.approx(recovery)
-        plan = plans_of(mission)[auv]
-        assert plan.tour == plan.path == planned_tours(mission)[auv] == planned_paths(mission)[auv]
+        plan = Setup(mission).plans[auv]
+        assert (
+            plan.tour
+            == plan.path
+            == [plan.tour for plan in Setup(mission).plans][auv]
+            == [plan.path for plan in Setup(mission).plans][auv]
+        )
         assert 0.0 < plan.lanes[0][0] < plan.lanes[-1][1] < plan.path.length
 
 
@@ -173,15 +178,15 @@ def test_a_launch_and_recovery_at_the_ends_of_a_route_change_nothing() -> None:
     auvs = {"count": 1, "route": {"kind": "waypoints", "points_m": points}}
     ends = {"launch_m": [[-50.0, 0.0]], "recovery_m": [[50.0, 40.0]]}
     plain, ended = brief(auvs=auvs), brief(auvs={**auvs, **ends})
-    assert plans_of(ended)[0].path == plans_of(plain)[0].path
-    assert plans_of(ended)[0].lanes == ((0.0, pytest.approx(plans_of(plain)[0].path.length)),)
+    assert Setup(ended).plans[0].path == Setup(plain).plans[0].path
+    assert Setup(ended).plans[0].lanes == ((0.0, pytest.approx(Setup(plain).plans[0].path.length)),)
 
 
 def test_lanes_have_the_heading_that_is_asked_for() -> None:
     """Lanes of a turned rectangle run along its sides unless another heading is given."""
     survey = {"size_m": [200.0, 100.0], "rotation_deg": 30.0}
     for asked, expected in ((None, 30.0), (120.0, 120.0)):
-        plan = plans_of(brief(survey=survey, auvs={"route": {"lane_heading_deg": asked}}))[1]
+        plan = Setup(brief(survey=survey, auvs={"route": {"lane_heading_deg": asked}})).plans[1]
         middles = [(begin + end) / 2 for begin, end in plan.lanes]
         yaw = np.degrees(plan.path.sample(np.array(middles))[:, 2])
         assert np.mod(yaw, 180.0) == pytest.approx(expected)
@@ -202,7 +207,7 @@ def test_vessels_and_routes_outside_a_polygon_are_told() -> None:
         "which puts 2 of 3 ASVs outside the survey, up to 29.9 m beyond its edge;"
         in told["asvs.formation.radius_m"]
     )
-    assert area_of(wide).beyond(1200.0, 600.0 + 129.9) == pytest.approx(29.9)
+    assert Setup(wide).area.beyond(1200.0, 600.0 + 129.9) == pytest.approx(29.9)
 
 
 def test_a_mission_lasts_until_its_survey_is_flown() -> None:
@@ -245,7 +250,7 @@ def test_the_word_survey_is_kept() -> None:
     dumped["auvs"]["speed_m_per_s"] = 2.0
     assert Scenario.model_validate(dumped).duration_s == pytest.approx(mission.duration_s / 2.0)
     recovered = brief(duration_s="survey", auvs={"speed_m_per_s": 1.0, "recovery_m": [[0.0, 0.0]]})
-    assert recovered.duration_s == max(plan.path.length for plan in plans_of(recovered))
+    assert recovered.duration_s == max(plan.path.length for plan in Setup(recovered).plans)
 
 
 @pytest.mark.parametrize(
@@ -293,7 +298,7 @@ def test_hulls_are_done_before_their_bound(current: float) -> None:
         environment={"current_m_per_s": current, "current_direction_deg": 40.0},
     )
     found = simulate(mission, 1).mission.iloc[0]
-    planned = plans_of(mission)[0].lanes[-1][1] / 0.6
+    planned = Setup(mission).plans[0].lanes[-1][1] / 0.6
     assert 0.9 * planned < found.survey_finished_at_s < mission.duration_s == found.duration_s
     assert found.lanes_flown_share == pytest.approx(1.0)
 
@@ -302,7 +307,7 @@ def test_hulls_are_done_before_their_bound(current: float) -> None:
 def test_a_survey_is_finished_by_the_last(speeds: list[float]) -> None:
     """Of two AUVs with as much to fly the slower one finishes it, whichever of them that is."""
     mission = brief(duration_s="survey", auvs={"count": 2, "speeds_m_per_s": speeds})
-    last = plans_of(mission)[speeds.index(1.0)].lanes[-1][1]
+    last = Setup(mission).plans[speeds.index(1.0)].lanes[-1][1]
     found = simulate(mission, 1).mission.iloc[0]
     assert found.survey_finished_at_s == pytest.approx(last, abs=1e-5)
 

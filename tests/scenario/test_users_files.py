@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 from commands_for_tests import call
 
-from bindusbl_des import load_scenario, simulate
+from bindusbl_des import Setup, load_scenario, simulate
 from bindusbl_des.charts.areas import read_area
 from bindusbl_des.charts.recordings import read_recording
 from bindusbl_des.presets.modems import airtime_table
 from bindusbl_des.scenario.channel_settings import read_curve
-from bindusbl_des.scenario.site import area_of
 from bindusbl_des.sea.water_column import read_cast
 
 CASES = Path(__file__).parents[1] / "reference" / "cases"
@@ -95,8 +94,8 @@ def test_longitudes_count_to_360(
     assert [(lon - west) % 360.0 for _, lon in corners] == pytest.approx(
         [0.0, wide, wide, 0.0], abs=1e-9
     )
-    here = area_of(load_scenario(files("base.yaml", "AREA", "poly.geojson"))).shape.area
-    found = area_of(load_scenario(files("base.yaml", "AREA", name))).shape.area
+    here = Setup(load_scenario(files("base.yaml", "AREA", "poly.geojson"))).area.shape.area
+    found = Setup(load_scenario(files("base.yaml", "AREA", name))).area.shape.area
     assert found == pytest.approx(here * wide / 0.003, rel=1e-5)
 
 

@@ -5,9 +5,8 @@ from typing import Any
 
 import pytest
 
-from bindusbl_des import Scenario, load_scenario, simulate, warnings_of
+from bindusbl_des import Scenario, Setup, load_scenario, simulate, warnings_of
 from bindusbl_des.scenario.files.scenario_file import ScenarioError
-from bindusbl_des.scenario.site import assumed_sound_speed_of, sound_speed_of, water_of
 from bindusbl_des.sea.water import USUAL_WATER
 
 CAST = "depth_m,temperature_c,salinity_psu\n0,18,30\n10,12,33\n25,8,34\n"
@@ -31,31 +30,33 @@ def tables(scenario: Scenario) -> dict[str, list[Any]]:
 
 
 def test_by_default_the_speed_is_given() -> None:
-    assert sound_speed_of(sea()) == 1500.0
-    assert sound_speed_of(sea(sound_speed_m_per_s=1482.5)) == 1482.5
-    assert water_of(sea()) == USUAL_WATER
+    assert Setup(sea()).sound_speed_m_per_s == 1500.0
+    assert Setup(sea(sound_speed_m_per_s=1482.5)).sound_speed_m_per_s == 1482.5
+    assert Setup(sea()).water == USUAL_WATER
 
 
 def test_temperature_salinity_and_law_change_the_speed() -> None:
     """Between surface and 10 m a sea of 10 degC and 35 psu is as fast as at 5 m."""
-    assert sound_speed_of(sea(temperature_c=10.0)) == pytest.approx(1489.884905, abs=1e-4)
-    fresher = sound_speed_of(sea(temperature_c=10.0, salinity_psu=30.0))
+    assert Setup(sea(temperature_c=10.0)).sound_speed_m_per_s == pytest.approx(
+        1489.884905, abs=1e-4
+    )
+    fresher = Setup(sea(temperature_c=10.0, salinity_psu=30.0)).sound_speed_m_per_s
     assert fresher == pytest.approx(1489.884905 - 5 * 1.340 + 5 * 0.1025, abs=1e-4)
     by_medwin = sea(temperature_c=10.0, sound_speed_law="medwin")
-    assert sound_speed_of(by_medwin) == pytest.approx(1490.15 - 0.08, abs=1e-4)
+    assert Setup(by_medwin).sound_speed_m_per_s == pytest.approx(1490.15 - 0.08, abs=1e-4)
     by_teos = sea(
         temperature_c=10.0, sound_speed_law="teos10", origin={"lat_deg": 47.0, "lon_deg": -30.0}
     )
-    assert sound_speed_of(by_teos) == pytest.approx(1489.981970 - 0.0816, abs=1e-3)
-    assert water_of(sea(temperature_c=4.0, salinity_psu=7.0)) == (4.0, 7.0, 10.0)
+    assert Setup(by_teos).sound_speed_m_per_s == pytest.approx(1489.981970 - 0.0816, abs=1e-3)
+    assert Setup(sea(temperature_c=4.0, salinity_psu=7.0)).water == (4.0, 7.0, 10.0)
 
 
 def test_the_fleet_may_assume_another_speed() -> None:
     """It works with the true one unless told otherwise, and is 0.7 % off if it was."""
     scenario = sea(temperature_c=10.0)
-    assert assumed_sound_speed_of(scenario) == sound_speed_of(scenario)
+    assert Setup(scenario).assumed_sound_speed_m_per_s == Setup(scenario).sound_speed_m_per_s
     wrong = sea(temperature_c=10.0, assumed_sound_speed_m_per_s=1500.0)
-    assert assumed_sound_speed_of(wrong) == 1500.0
+    assert Setup(wrong).assumed_sound_speed_m_per_s == 1500.0
 
 
 @pytest.mark.parametrize("ranging", ["owtt_sync", "twtt", "passive"])
@@ -66,7 +67,7 @@ def test_a_mission_in_known_water_is_one_at_its_speed(ranging: str, downlink: st
     known = {"temperature_c": 7.0, "salinity_psu": 31.0}
     base = {"name": "m", "duration_s": 8.0, "protocol": protocol}
     measured = Scenario.model_validate({**base, "environment": known})
-    speed = {"sound_speed_m_per_s": sound_speed_of(measured)}
+    speed = {"sound_speed_m_per_s": Setup(measured).sound_speed_m_per_s}
     given = Scenario.model_validate({**base, "environment": speed})
     assert tables(measured) == tables(given)
     assert tables(given) != tables(Scenario.model_validate(base))
@@ -76,8 +77,10 @@ def test_a_cast_is_sought_beside_the_scenario(tmp_path: Path) -> None:
     scenario = load_scenario(written(tmp_path, "{ctd: cast.csv}"))
     assert scenario.environment.ctd == str(tmp_path / "cast.csv")
     shallow = load_scenario(tmp_path / "mission.yaml", overrides=["survey.depth_m=1"])
-    assert sound_speed_of(scenario) < sound_speed_of(shallow)  # colder further down
-    assert water_of(scenario) == pytest.approx((15.0, 31.5, 10.0))
+    assert (
+        Setup(scenario).sound_speed_m_per_s < Setup(shallow).sound_speed_m_per_s
+    )  # colder further down
+    assert Setup(scenario).water == pytest.approx((15.0, 31.5, 10.0))
     assert len(simulate(scenario, 1).tables["fixes"]) > 0
 
 
@@ -88,9 +91,9 @@ def test_results_take_the_cast_along(tmp_path: Path) -> None:
     (tmp_path / "plan").mkdir()
     scenario = load_scenario(written(tmp_path / "plan", "{ctd: cast.csv}"))
     simulate(scenario, 1).write(tmp_path / "run")
-    speed = sound_speed_of(scenario)
+    speed = Setup(scenario).sound_speed_m_per_s
     (tmp_path / "plan" / "cast.csv").unlink()
-    assert sound_speed_of(load_result(tmp_path / "run").scenario) == speed
+    assert Setup(load_result(tmp_path / "run").scenario).sound_speed_m_per_s == speed
 
 
 @pytest.mark.parametrize(

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 from scipy import stats
 from worlds import blank, merged, scenario
 
-from bindusbl_des import Mission, Scenario, simulate, warnings_of
+from bindusbl_des import Mission, Scenario, Setup, simulate, warnings_of
 from bindusbl_des.core.spreads import PER_AXIS_SD
-from bindusbl_des.mission.build import usbl_of
 from bindusbl_des.planning.prediction.gathering import fix_noise
 from bindusbl_des.planning.prediction.sights import looked_up
 from bindusbl_des.presets.preset import USBLS
@@ -34,7 +33,7 @@ def fixes(
     usbl: dict[str, Any], source: Array, snr_db: float = math.nan
 ) -> tuple[Array, Array]:  # fmt: skip
     """Return fixes (n, 3), m, of a source by an ASV at the origin, and the last covariance."""
-    instrument, rng = usbl_of(scenario(usbl=usbl)), np.random.default_rng(8)
+    instrument, rng = Setup(scenario(usbl=usbl)).usbl, np.random.default_rng(8)
     travel, found = float(np.linalg.norm(source)) / 1500.0, []
     for noise in rng.standard_normal((COUNT, 12)):
         found.append(instrument.locate(source, np.zeros(3), 0.7, travel, noise, snr_db))
@@ -100,7 +99,7 @@ def test_an_angle_is_one_across_at_every_elevation(
         assert np.sqrt(covariance.diagonal()[:2]) == pytest.approx([exact, exact], rel=0.01)
     deep, away = source[2], math.hypot(source[0], source[1])
     told = {"survey": {"depth_m": deep}, "acoustics": {"hf": {"range_m": 500.0}}}
-    noise = fix_noise(scenario(**told, usbl={**stated, "gnss_sd_m": 0.0}))
+    noise = fix_noise(Setup(scenario(**told, usbl={**stated, "gnss_sd_m": 0.0})))
     predicted = [
         float(looked_up(table[0], noise.step_m, np.array(away)))
         for table in (noise.along_m2, noise.across_m2)
@@ -241,7 +240,7 @@ def test_what_turns_about_the_vertical_is_the_heading_alone(heading_sd_deg: floa
 @pytest.mark.parametrize("reach", [-20.0, 0.0, 20.0])
 def test_where_the_array_was_is_noted_of_all_that_it_measures(reach: float, sd_deg: float) -> None:
     """Also where noise leaves a range below 0, or directions are as good as unknown."""
-    usbl = usbl_of(scenario(usbl=sheet(bearing_sd_deg=sd_deg)))
+    usbl = Setup(scenario(usbl=sheet(bearing_sd_deg=sd_deg))).usbl
     instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0])
     vessel, unit = (3.0, -7.0, 1.0), (0.6, 0.0, 0.8)
     fix, noise = placed(
@@ -268,7 +267,7 @@ def test_another_instrument_than_that_of_the_preset_is_refused(model: Any) -> No
 @pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
 def test_recorded_ranges_are_taken_for_as_good_as_the_sheet_says(ranging: str) -> None:
     logged = scenario(usbl=sheet(bearing_sd_deg=1.0, range_sd_m=0.4), protocol={"ranging": ranging})
-    assert noise_of(logged).range_sd == pytest.approx(0.4)
+    assert noise_of(Setup(logged)).range_sd == pytest.approx(0.4)
 
 
 WRONG = {
@@ -322,7 +321,7 @@ def test_who_is_almost_below_is_not_taken_for_surely_there(
     its bearing nothing to be wrong in, 2.9 where the angles are those of the direction measured.
     """
     angles = {"bearing_sd_deg": 3.0, "elevation_sd_deg": elevation_sd_deg}
-    instrument = usbl_of(scenario(usbl=sheet(**angles, range_sd_m=0.1)))
+    instrument = Setup(scenario(usbl=sheet(**angles, range_sd_m=0.1))).usbl
     rng, source, found = np.random.default_rng(3), np.array([aside_m, 0.0, 30.0]), []
     for noise in rng.standard_normal((COUNT, 12)):
         way = float(np.linalg.norm(source)) / 1500.0

@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bindusbl_des import Scenario, ScenarioError, simulate
-from bindusbl_des.mission.build import usbl_of
+from bindusbl_des import Scenario, ScenarioError, Setup, simulate
 from bindusbl_des.preflight.warnings import warnings_of
 from bindusbl_des.usbl.array import rotation
 from bindusbl_des.usbl.instrument import level_sds
@@ -116,7 +115,7 @@ def test_who_was_heard_has_a_direction_and_a_fix_of_one_asv_has_it_too(
 def test_fixes_by_an_array_of_ones_own_are_as_sure_as_they_say(array: Any) -> None:
     """Mean squared error over covariance: 3 numbers a fix, from all sides."""
     usbl = {**QUIET, "array": array, "tdoa_sd_s": 1e-7, "travel_time_sd_s": 1e-5}
-    instrument, draw = usbl_of(scenario_of(usbl=usbl)), np.random.default_rng(4)
+    instrument, draw = Setup(scenario_of(usbl=usbl)).usbl, np.random.default_rng(4)
     squares, further = [], max(len(array) - 5, 0)
     for _ in range(4000):
         source = draw.normal(size=3)
@@ -131,7 +130,7 @@ def test_the_noise_of_an_array_is_that_of_its_least_squares() -> None:
     """An array that is turned sees as well as before; its noise by the normal equations."""
     turn = rotation(0.3, -0.5, 1.0)
     usbl = {**QUIET, "tdoa_sd_s": 1e-7}
-    plain = level_sds(usbl_of(scenario_of(usbl={**usbl, "array": SEVEN})))
+    plain = level_sds(Setup(scenario_of(usbl={**usbl, "array": SEVEN})).usbl)
     places = np.array(SEVEN) - np.mean(SEVEN, axis=0)
     sd = 1500.0 * 1e-7 / math.sqrt(2)
     worst = np.zeros(2)
@@ -142,7 +141,7 @@ def test_the_noise_of_an_array_is_that_of_its_least_squares() -> None:
         worst = np.maximum(worst, np.diag(covariance))
     assert plain == pytest.approx(tuple(np.sqrt(worst)))
     instruments = [
-        usbl_of(scenario_of(usbl={**usbl, "array": (np.array(SEVEN) @ by).tolist()}))
+        Setup(scenario_of(usbl={**usbl, "array": (np.array(SEVEN) @ by).tolist()})).usbl
         for by in (np.eye(3), turn)
     ]
     noise = np.random.default_rng(5).normal(size=15)
@@ -156,7 +155,7 @@ def test_elements_beyond_five_have_noise_of_their_own() -> None:
     usbl = {**QUIET, "array": SEVEN, "tdoa_sd_s": 1e-6, "outlier_share": 0.1, "outlier_sd_m": 1.0}
     scenario = scenario_of(usbl=usbl, duration_s=60)
     told = truth_of(simulate(scenario, seed=6).tables)
-    bearing, _ = level_sds(usbl_of(scenario))
+    bearing, _ = level_sds(Setup(scenario).usbl)
     off = (told.body_azimuth_deg - told.azimuth + told.yaw + 180) % 360 - 180
     level = np.cos(np.radians(told.elevation))
     assert np.std(off * level) == pytest.approx(math.degrees(bearing), rel=0.35)

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bindusbl_des import Scenario
-from bindusbl_des.mission.build import usbl_of
+from bindusbl_des import Scenario, Setup
 from bindusbl_des.usbl.bounds import Beside, farthest_off
 
 
@@ -24,7 +23,7 @@ def test_no_fix_is_farther_off_than_its_bound(usbl: dict[str, Any], assumed: flo
     """With all of a fix's noise in z, from anywhere in range; and the bound is no idle one."""
     water = {"sound_speed_m_per_s": 1500.0, "assumed_sound_speed_m_per_s": assumed}
     scenario = Scenario.model_validate({"name": "bound", "usbl": usbl, "environment": water})
-    instrument, draw = usbl_of(scenario), np.random.default_rng(0)
+    instrument, draw = Setup(scenario).usbl, np.random.default_rng(0)
     beside, shares = Beside(sound_speed_error=abs(1500.0 - assumed)), []
     for _ in range(1500):
         reach, noise = draw.uniform(0.05, 50.0), draw.choice((0.3, 1.0, 2.0)) * draw.normal(size=12)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from test_usbl import instrument
 from worlds import QUIET_USBL, merged, scenario, still
 
-from bindusbl_des import Result, Scenario, simulate
+from bindusbl_des import Result, Scenario, Setup, simulate
 from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import slow_gnss
 from bindusbl_des.mission.sensor_errors import clocks, misalignments, systematic_errors_of
@@ -65,7 +65,7 @@ def test_a_fix_of_oneself_is_the_mirror_image_of_a_fix_of_the_source(
 def test_effects_are_what_lasting_errors_make_of_a_fix(name: str) -> None:
     """J c is how a fix moves with c, by differences; and the covariance contains it."""
     world = scenario(**merged(LASTING[name], {**PASSIVE, "usbl": QUIET_USBL}))
-    systematic = systematic_errors_of(world, Streams(3))
+    systematic = systematic_errors_of(Setup(world), Streams(3))
     assert systematic is not None
     c0 = 1500.0 if name != "sound_speed" else 1530.0
     usbl = instrument(
@@ -119,7 +119,7 @@ def test_misalignments_and_compasses_are_the_auvs(changes: dict[str, Any]) -> No
     """Each AUV takes the ASV for turned by its own errors, and itself for turned about the ASV."""
     world, result = held(4, **changes)
     fixes = result.tables["fixes"]
-    for auv, turn in enumerate(misalignments(world, Streams(4))):
+    for auv, turn in enumerate(misalignments(Setup(world), Streams(4))):
         own = fixes[fixes.auv == f"AUV{auv}"]
         assert np.arctan2(own.y_m, own.x_m).to_numpy() == pytest.approx(
             np.full(len(own), turn), abs=1e-3
@@ -130,7 +130,7 @@ def test_a_late_clock_takes_ways_for_shorter() -> None:
     """The AUV hears a ping when its clock still says earlier: by c (offset + drift t)."""
     world, result = held(4, **LASTING["clock"])
     fixes = result.tables["fixes"]
-    for auv, (offset, drift) in enumerate(clocks(world, Streams(4))):
+    for auv, (offset, drift) in enumerate(clocks(Setup(world), Streams(4))):
         own = fixes[fixes.auv == f"AUV{auv}"]
         found = np.sqrt(own.x_m**2 + own.y_m**2 + own.z_m**2) - math.hypot(20.0, 10.0)
         late = offset + drift * own.valid_at_s
@@ -139,7 +139,7 @@ def test_a_late_clock_takes_ways_for_shorter() -> None:
 
 def test_where_the_asv_takes_itself_for_is_of_the_instant_at_which_it_pings() -> None:
     world, result = held(4, usbl={"gnss_correlated_sd_m": 0.8, "gnss_time_constant_s": 20.0})
-    [astray], fixes = slow_gnss(world, Streams(4)), result.tables["fixes"]
+    [astray], fixes = slow_gnss(Setup(world), Streams(4)), result.tables["fixes"]
     off = astray[(fixes.pinged_at_s / CONTROL_S).astype(int)]
     assert fixes[["x_m", "y_m"]].to_numpy() - (20.0, 0.0) == pytest.approx(off, abs=0.02)
 

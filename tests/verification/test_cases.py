@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bindusbl_des import Scenario, verify
+from bindusbl_des import Scenario, Setup, verify
 from bindusbl_des.verification.case import Case, bounds_of
 from bindusbl_des.verification.frames import frame_spread, most_fixes, sizes, widest
 from bindusbl_des.verification.playing import OUT_OF_THE_WAY
@@ -34,7 +34,7 @@ def scenario(**changes: Any) -> Scenario:
 
 def case(**changes: Any) -> Case:
     asked = scenario(**changes)
-    return Case(asked, bounds_of(asked))
+    return Case(Setup(asked), bounds_of(Setup(asked)))
 
 
 def test_distances_are_those_of_pairs_and_of_neighbours_in_turn() -> None:

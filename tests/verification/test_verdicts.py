@@ -11,7 +11,7 @@ from adversary import overlaps
 from verification_cases import drawn_case
 from worlds import merged
 
-from bindusbl_des import Result, Scenario, Verdict, load_scenario, simulate, verify
+from bindusbl_des import Result, Scenario, Setup, Verdict, load_scenario, simulate, verify
 from bindusbl_des.core.plugins import allow
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.scenario.files.overrides import put
@@ -419,15 +419,19 @@ def test_a_frame_is_as_long_as_the_most_fixes_that_a_mission_sends(
         {"name": "most", "duration_s": 20.0, "auvs": {"count": 4}, "protocol": protocol}
     )
     sent = simulate(scenario, seed=0).tables["broadcasts"]["fixes"].max()
-    assert most_fixes(Case(scenario, bounds_of(scenario, None, None, None))) == most == sent
+    assert (
+        most_fixes(Case(Setup(scenario), bounds_of(Setup(scenario), None, None, None)))
+        == most
+        == sent
+    )
 
 
 def test_a_witness_that_lasts_weeks_needs_no_more_memory_than_others() -> None:
     """Frames of 1 bit/s: sampled as often as a short one, it took 31 GB."""
     scenario = Scenario.model_validate({"name": "slow", "acoustics": {"mf": {"bit_rate_bps": 1}}})
-    case = Case(scenario, bounds_of(scenario, None, None, None))
+    case = Case(Setup(scenario), bounds_of(Setup(scenario), None, None, None))
     witness = Scenario.model_validate(staged(case, {}, 2.3e6, 1500.0))
-    assert effort(witness).bytes < 1e9
+    assert effort(Setup(witness)).bytes < 1e9
 
 
 def test_a_schedule_of_one_s_own_is_judged_by_the_groups_it_makes() -> None:

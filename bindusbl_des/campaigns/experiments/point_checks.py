@@ -12,6 +12,7 @@ from ...scenario.files.mistakes import FilePlace, Mistake, ScenarioError
 from ...scenario.files.plain_yaml import Document, Path
 from ...scenario.files.scenario_file import Source
 from ...scenario.scenario import Scenario
+from ...setup import setup_of
 from .experiment import as_written, laid_over, turn
 from .experiment_points import Places, Points
 
@@ -74,7 +75,9 @@ def without_effect(
     idle = dict.fromkeys(key for point in points for key in point)
     messages: dict[str, str] = {}
     for point in points:
-        found = {problem.key: problem.message for problem in idle_keys(laid_over(given, point))}
+        found = {
+            problem.key: problem.message for problem in idle_keys(setup_of(laid_over(given, point)))
+        }
         messages = found | messages
         for key in point.keys() - found.keys():
             idle.pop(key, None)
@@ -94,7 +97,7 @@ def _valid(
         return None
     if any(map(names_files, point)) or (allow_plugins and any(load_plugins(scenario))):
         return None
-    if any(refusals(scenario)):
+    if any(refusals(setup_of(scenario))):
         return None
     return scenario
 

@@ -12,22 +12,16 @@ from typing import Any
 import numpy as np
 
 from ...acoustics.channel import AskedChannel, between
-from ...acoustics.fix_chance import below, frame_chance, loses_pings, ping_chance
 from ...acoustics.loss import losses
-from ...acoustics.messages import messages_of
-from ...acoustics.named_channels import hf_channel, loss_of, mf_channel
 from ...core.arrays import Floats
 from ...core.compiled import compiled
 from ...core.plugins import is_plugin, loaded
 from ...core.wording import plain
-from ...mission.build import usbl_of
-from ...mission.onboard import assumed_by
 from ...preflight.band_warnings import ALWAYS_HEARING, messages
+from ...preflight.fix_chance import below, frame_chance, loses_pings, ping_chance
 from ...preflight.round_lengths import pace_of
 from ...protocol.predicted_positions import planned_vehicles
-from ...protocol.replies import reply_delay_of
 from ...protocol.slots import SHORTEST_UPLINK, UPLINK_GUARD, Slots
-from ...protocol.slots import slots_of as protocol_slots
 from ...records.rows import Rows
 from ...scenario.agreement.instruments import taken_for
 from ...scenario.channel_settings import burst_s
@@ -38,19 +32,13 @@ from ...scenario.declared import (
     ScheduleTraits,
     channel_named,
 )
-from ...scenario.destinations import route_of
 from ...scenario.families import (
-    broadcaster_of,
-    downlink_of,
     plugins_of,
-    ranging_of,
-    schedule_of,
-    tells_slots,
 )
-from ...scenario.own_sensors import OwnSensors, estimated_kinds, kinds, own_sensors
+from ...scenario.own_sensors import OwnSensors
 from ...scenario.part_choice import PartChoice
 from ...scenario.scenario import Scenario
-from ...scenario.site import area_of, assumed_sound_speed_of
+from ...setup import Setup
 from ...usbl.array import NOTHING, dot, turned
 from ...usbl.measuring import NOISE_WIDTH, Instrument, path_sd, placed, spread_sd
 from .inputs import (
@@ -66,7 +54,7 @@ from .inputs import (
 )
 
 
-def inputs_of(scenario: Scenario) -> Inputs:
+def inputs_of(setup: Setup) -> Inputs:
     """Return what the prediction of a scenario is made of.
 
     What does not depend on the placement of the ASVs is worked out once for all that differ in it.
@@ -75,6 +63,7 @@ def inputs_of(scenario: Scenario) -> Inputs:
         ValueError: when the route cannot be flown, the file of a channel cannot be read, AUVs ping
             as they like, in no rounds, or come up to fix by GNSS, or fixes wait for rounds.
     """
+    scenario = setup.scenario
     if scenario.protocol.random_access:
         raise ValueError(
             f"protocol.schedule: {scenario.protocol.schedule} has no rounds to predict errors by; "
@@ -85,30 +74,31 @@ def inputs_of(scenario: Scenario) -> Inputs:
         raise ValueError(
             "navigation.gnss_fix: what AUVs gain that come up to fix is not predicted; simulate it"
         )
-    if waiting := next(messages(scenario), None):
+    if waiting := next(messages(setup), None):
         raise ValueError(
             f"{waiting.key}: fixes that wait ever longer are not predicted; simulate it"
         )
     return Inputs(
         float(scenario.duration_s),
-        ways_of(scenario),
-        hf_chances(scenario),
-        mf_chances(scenario),
-        fix_noise(scenario),
-        systematic_errors_of(scenario),
-        slots_of(scenario),
-        access_of(scenario),
-        navigator_of(scenario),
-        tuple(approximations(scenario)),
+        ways_of(setup),
+        hf_chances(setup),
+        mf_chances(setup),
+        fix_noise(setup),
+        systematic_errors_of(setup),
+        slots_of(setup),
+        access_of(setup),
+        navigator_of(setup),
+        tuple(approximations(setup)),
     )
 
 
-def approximations(scenario: Scenario) -> Iterator[str]:
+def approximations(setup: Setup) -> Iterator[str]:
     """Yield sentences on what of a scenario is predicted by something else, or left out."""
+    scenario = setup.scenario
     for key, name in plugins_of(scenario).items():
         if key not in ("asvs.formation", "auvs.route"):
             yield f"{key} {name} is taken for the part that ships with the program."
-    if taken := schedule_of(scenario).approximation:
+    if taken := setup.schedule.approximation:
         yield f"{scenario.protocol.schedule} {taken}"
     if scenario.auvs.vehicle.has_dynamics:
         yield "AUVs are taken to follow their plans exactly, whatever moves them."
@@ -116,16 +106,16 @@ def approximations(scenario: Scenario) -> Iterator[str]:
         yield "ASVs are taken to keep their stations exactly."
     if scenario.asvs.failures:
         yield "ASVs that fail are taken to serve all the time."
-    if tells_slots(scenario):
+    if setup.tells_slots:
         yield "AUVs are taken to know their slots: in no round does one miss the frame that tells."
-    if scenario.protocol.positions != "truth" or tells_slots(scenario):
+    if scenario.protocol.positions != "truth" or setup.tells_slots:
         yield "The schedule is taken to know where AUVs are: it may believe in fewer conflicts."
-    if broadcaster_of(scenario).at_once:
+    if setup.broadcaster.at_once:
         yield (
             "All fixes are taken to be in one frame: where AUVs hear several ASVs, frames follow "
             "each other, rounds are longer, and fixes up to a sixth older."
         )
-    elif broadcaster_of(scenario).chosen_by in ("hearing", "distance") and loses_pings(scenario):
+    elif setup.broadcaster.chosen_by in ("hearing", "distance") and loses_pings(setup):
         yield (
             f"{scenario.protocol.broadcaster} is taken to choose the ASV that it chooses most "
             "often: where many pings are lost, who never hears that one is served better than "
@@ -183,9 +173,9 @@ STEP_S, FEWEST, MOST = 2.5, 121, 361
 class _Plan:
     """What decides the ways of a scenario's AUVs: placements of ASVs do not."""
 
-    def __init__(self, scenario: Scenario) -> None:
-        self.scenario = scenario
-        water = scenario.environment.origin, route_of(scenario)
+    def __init__(self, setup: Setup) -> None:
+        self.setup, scenario = setup, setup.scenario
+        water = scenario.environment.origin, setup.route
         self.key: tuple[Any, ...] = (scenario.survey, scenario.auvs, scenario.duration_s, *water)
 
     def __hash__(self) -> int:
@@ -195,7 +185,7 @@ class _Plan:
         return isinstance(other, _Plan) and self.key == other.key
 
 
-def ways_of(scenario: Scenario) -> PlannedWays:
+def ways_of(setup: Setup) -> PlannedWays:
     """Return where the AUVs of a scenario are going to be, if they keep to their plans.
 
     Those with dynamics are taken for vehicles without, at the speed that they are to go.
@@ -203,15 +193,15 @@ def ways_of(scenario: Scenario) -> PlannedWays:
     Raises:
         ValueError: when the route cannot be flown.
     """
-    return _ways(_Plan(scenario))
+    return _ways(_Plan(setup))
 
 
 @lru_cache(maxsize=32)
 def _ways(plan: _Plan) -> PlannedWays:
-    scenario = plan.scenario
+    scenario = plan.setup.scenario
     count = min(max(round(scenario.duration_s / STEP_S) + 1, FEWEST), MOST)
     times = np.linspace(0.0, scenario.duration_s, count)
-    vehicles = planned_vehicles(scenario, scenario.duration_s)
+    vehicles = planned_vehicles(plan.setup, scenario.duration_s)
     return PlannedWays(
         times,
         np.stack([vehicle.sample(times)[:, :2] for vehicle in vehicles]),
@@ -220,9 +210,10 @@ def _ways(plan: _Plan) -> PlannedWays:
     )
 
 
-def systematic_errors_of(scenario: Scenario) -> SystematicErrors:
+def systematic_errors_of(setup: Setup) -> SystematicErrors:
     """Return the errors that fixes have in common; a clock that drifts as it is half through."""
-    found = {kind.name: kind.sds for kind in kinds(scenario)}
+    scenario = setup.scenario
+    found = {kind.name: kind.sds for kind in setup.lasting_errors}
     offset, drift = found.get("clock", (0.0, 0.0))
     return SystematicErrors(
         found.get("misalignment", (0.0,))[0],
@@ -231,21 +222,22 @@ def systematic_errors_of(scenario: Scenario) -> SystematicErrors:
         found.get("sound_speed", (0.0,))[0],
         hypot(offset, drift * float(scenario.duration_s) / 2),
         scenario.usbl.correlation_s if "slow" in found else 0.0,
-        len(estimated_kinds(scenario)) == len(found),
+        len(setup.estimated_errors) == len(found),
     )
 
 
-def navigator_of(scenario: Scenario) -> PredictedNavigator:
+def navigator_of(setup: Setup) -> PredictedNavigator:
     """Return how the AUVs of a scenario navigate; a filter of one's own is taken for Kalman's."""
-    navigation, sensors = scenario.navigation, own_sensors(scenario)
+    scenario = setup.scenario
+    navigation, sensors = scenario.navigation, setup.own_sensors
     own = is_plugin(navigation.filter)
     name = NAVIGATOR if own else str(navigation.filter)
-    first, growth = assumed_by(scenario)
+    first, growth = setup.beliefs
     assumed = [sqrt(first.covariance[k, k]) for k in range(len(first.state))]
     sources = [
         *_bias(scenario, sensors, (assumed[2], assumed[3])),
         *_current(scenario, assumed[4], growth.wander),
-        *_wandering(scenario, sensors, assumed[growth.wandering] if growth.wandering else 0.0),
+        *_wandering(setup, assumed[growth.wandering] if growth.wandering else 0.0),
         *_skew(sensors, (assumed[6], assumed[7]) if growth.stretched > 0 else (0.0, 0.0)),
     ]
     return PredictedNavigator(
@@ -283,16 +275,15 @@ def _current(scenario: Scenario, assumed: float, wander: float) -> list[DriftSou
     return [DriftSource("world", mean, (varies, varies), (assumed, assumed), lasts, wander)]
 
 
-def _wandering(scenario: Scenario, sensors: OwnSensors, assumed: float) -> list[DriftSource]:
+def _wandering(setup: Setup, assumed: float) -> list[DriftSource]:
+    sensors, frame = setup.own_sensors, setup.scenario.navigation.bias_frame
     lasts = sensors.bias_time_constant_s
     sd = 0.0 if lasts is None else sensors.bias_sd_m_per_s
     if not sd:
-        lasts = own_sensors(taken_for(scenario)).bias_time_constant_s
+        lasts = setup.taken.own_sensors.bias_time_constant_s
     if not (sd or assumed):
         return []
-    return [
-        DriftSource(scenario.navigation.bias_frame, (0.0, 0.0), (sd, sd), (assumed, assumed), lasts)
-    ]
+    return [DriftSource(frame, (0.0, 0.0), (sd, sd), (assumed, assumed), lasts)]
 
 
 def _skew(sensors: OwnSensors, assumed: tuple[float, float]) -> list[DriftSource]:
@@ -309,14 +300,15 @@ BROADCASTER = BroadcasterTraits("turn")
 NAVIGATOR = next(name for name, traits in NAVIGATORS.items() if traits.weighs)
 
 
-def slots_of(scenario: Scenario) -> SlotLengths:
+def slots_of(setup: Setup) -> SlotLengths:
     """Return how long slots last; those of an own ranging that is not loaded hold one ping."""
-    slots, protocol = protocol_slots(scenario), scenario.protocol
+    scenario = setup.scenario
+    slots, protocol = setup.slots, scenario.protocol
     crossing, fixes = slots.crossing_time, range(scenario.auvs.count + 1)
     shortest = protocol.shortest_uplink_slot_s
     clock, messages = slots.clock, slots.messages
     two_way = protocol.calls
-    named = scenario.auvs.count if tells_slots(scenario) else 0
+    named = scenario.auvs.count if setup.tells_slots else 0
     own = is_plugin(protocol.ranging) and hasattr(loaded(protocol.ranging), "slot_s")
     return SlotLengths(
         slots.ping_duration,
@@ -324,9 +316,9 @@ def slots_of(scenario: Scenario) -> SlotLengths:
         protocol.turnaround_s if two_way else 0.0,
         UPLINK_GUARD * crossing if protocol.uplink_guard_s is None else protocol.uplink_guard_s,
         SHORTEST_UPLINK * crossing if shortest is None else shortest,
-        slots.uplink_slot if own else _usual_slot(scenario, slots),
+        slots.uplink_slot if own else _usual_slot(setup, slots),
         scenario.survey.deepest,
-        assumed_sound_speed_of(scenario),
+        setup.assumed_sound_speed_m_per_s,
         clock.rate,
         slots.answer,
         np.array([clock.after(0.0, slots.downlink_slot(count, named)) for count in fixes]),
@@ -337,40 +329,40 @@ def slots_of(scenario: Scenario) -> SlotLengths:
     )  # fmt: skip
 
 
-def _usual_slot(scenario: Scenario, slots: Slots) -> float | None:
+def _usual_slot(setup: Setup, slots: Slots) -> float | None:
     """Return about how long (s) a slot is where schedules know none of T_UL; None where they do.
 
     AUVs are polled from two thirds of the longest way, as they are on average over a disc.
     """
-    pace = pace_of(scenario, slots)
-    if schedule_of(scenario).pace == "answered":
+    pace = pace_of(setup, slots)
+    if setup.schedule.pace == "answered":
         ways = 4.0 / 3.0 * slots.longest_travel_time
-        answered = 2.0 * slots.ping_duration + scenario.protocol.turnaround_s + ways
+        answered = 2.0 * slots.ping_duration + setup.scenario.protocol.turnaround_s + ways
         return answered + slots.answer
     return None if pace is None else pace[0].uplink_slot
 
 
-def _reply_s(scenario: Scenario) -> float:
+def _reply_s(setup: Setup) -> float:
     """Return how long after a ping's front (s) the end of its answer sets out, handed over."""
-    delay, messages = reply_delay_of(scenario), messages_of(scenario)
-    if not scenario.protocol.replies_in_frames:
+    delay, messages = setup.reply_delay_s, setup.messages
+    if not setup.scenario.protocol.replies_in_frames:
         return delay
     return delay + messages.airtime(1) + messages.delay(1)
 
 
-def access_of(scenario: Scenario) -> AccessPlan:
+def access_of(setup: Setup) -> AccessPlan:
     """Return who pings when, and who answers how."""
-    protocol = scenario.protocol
-    schedule, broadcaster = schedule_of(scenario), broadcaster_of(scenario)
+    protocol = setup.scenario.protocol
+    schedule, broadcaster = setup.schedule, setup.broadcaster
     framed = schedule.framed
     return AccessPlan(
         schedule if schedule.groups else SCHEDULE,
-        DOWNLINK if is_plugin(protocol.downlink) else downlink_of(scenario),
+        DOWNLINK if is_plugin(protocol.downlink) else setup.downlink,
         broadcaster if broadcaster.chosen_by else BROADCASTER,
-        ranging_of(scenario),
+        setup.ranging,
         fixed_asv=protocol.broadcaster.settings.get("asv", 0),
         frame_s=protocol.frame_s if framed else 0.0,
-        reply_s=_reply_s(scenario),
+        reply_s=_reply_s(setup),
         replies_in_frames=protocol.replies_in_frames,
     )
 
@@ -379,33 +371,36 @@ def access_of(scenario: Scenario) -> AccessPlan:
 STEPS, FARTHER = 400, 1.25
 
 
-def farthest_of(scenario: Scenario) -> float:
+def farthest_of(setup: Setup) -> float:
     """Return how far (m) tables reach: across the survey and the formation, or twice the range."""
-    hf, mf, area = scenario.acoustics.hf, scenario.acoustics.mf, area_of(scenario)
+    scenario = setup.scenario
+    hf, mf, area = scenario.acoustics.hf, scenario.acoustics.mf, setup.area
     return FARTHER * max(2.0 * hf.range_m, mf.range_m, 1.5 * area.across)
 
 
-def hf_chances(scenario: Scenario) -> Chances:
+def hf_chances(setup: Setup) -> Chances:
     """Return how likely a ping is decoded by one array."""
-    hf, farthest = scenario.acoustics.hf, farthest_of(scenario)
+    scenario = setup.scenario
+    hf, farthest = scenario.acoustics.hf, farthest_of(setup)
     ranges = np.linspace(0.0, farthest, STEPS + 1)
     is_cut = channel_named(hf.channel).ends_at_range or is_plugin(hf.channel)
-    chances = ping_chance(scenario, ranges, scenario.survey.deepest)
+    chances = ping_chance(setup, ranges, scenario.survey.deepest)
     if chances is None:
-        chances = 1.0 - losses(ranges, *loss_of(scenario))
-    kept = _threshold("hf", hf.channel, None if is_cut else hf_channel(scenario))
+        chances = 1.0 - losses(ranges, *setup.ping_loss)
+    kept = _threshold("hf", hf.channel, None if is_cut else setup.ping_channel)
     return Chances(hf.range_m, is_cut, hf.range_metric == "slant", ranges[1], chances, kept)
 
 
-def mf_chances(scenario: Scenario) -> Chances:
+def mf_chances(setup: Setup) -> Chances:
     """Return how likely an AUV decodes a frame with the fixes of all."""
-    mf, farthest = scenario.acoustics.mf, farthest_of(scenario)
+    scenario = setup.scenario
+    mf, farthest = scenario.acoustics.mf, farthest_of(setup)
     is_cut = channel_named(mf.channel).ends_at_range or is_plugin(mf.channel)
     ranges = np.linspace(0.0, farthest, STEPS + 1)
-    chances = frame_chance(scenario, ranges, scenario.survey.deepest)
+    chances = frame_chance(setup, ranges, scenario.survey.deepest)
     if chances is None:
         chances = np.ones(len(ranges))
-    channel = None if is_cut else mf_channel(scenario)
+    channel = None if is_cut else setup.frame_channel
     kept = _threshold("mf", mf.channel, None if channel is None else channel(1, 1.0))
     by_slant = not is_cut or mf.range_metric == "slant"
     return Chances(mf.range_m, is_cut, by_slant, ranges[1], chances, kept)
@@ -421,25 +416,26 @@ def _threshold(band: str, chosen: PartChoice, channel: AskedChannel | None) -> d
     return {f"acoustics.{band}.channel.snr_threshold_db": round(channel.receiver.threshold_db, 6)}
 
 
-def fix_noise(scenario: Scenario) -> FixNoise:
+def fix_noise(setup: Setup) -> FixNoise:
     """Return what a fix of each AUV by one array errs by, at its depth.
 
     The arrays that ship resolve all azimuths alike; of an instrument of one's own nobody knows, so
     that the default array stands in for it.
     """
-    farthest, away = farthest_of(scenario), np.linspace(0.0, farthest_of(scenario), STEPS + 1)
+    scenario = setup.scenario
+    farthest, away = farthest_of(setup), np.linspace(0.0, farthest_of(setup), STEPS + 1)
     survey, count = scenario.survey, scenario.auvs.count
     hf = scenario.acoustics.hf
-    channel = None if is_plugin(hf.channel) else hf_channel(scenario)
+    channel = None if is_plugin(hf.channel) else setup.ping_channel
     rows: dict[float, Floats] = {}
     shares = 0.0, scenario.usbl.slow_share
-    whole, white = (replace(usbl_of(scenario), slow_share=share) for share in shares)
+    whole, white = (replace(setup.usbl, slow_share=share) for share in shares)
     for depth in {survey.depth(auv) for auv in range(count)}:
         snr = np.full(len(away), math.nan)
         if channel is not None:
             asked = between(0.0, *below(np.hypot(away, depth), depth), hf.range_m, calling=False)
             snr = np.ascontiguousarray(channel.prospects(asked)["snr_db"][:, 0])
-        moved = _moved_m2(scenario)
+        moved = _moved_m2(setup)
         found, rest = (
             _variances(away, depth, snr, moved, scenario.navigation.weighs, *usbl.packed)
             for usbl in (whole, white)
@@ -452,17 +448,18 @@ def fix_noise(scenario: Scenario) -> FixNoise:
     return FixNoise(step, *(np.ascontiguousarray(own[:, :, k]) for k in range(5)))
 
 
-def _moved_m2(scenario: Scenario) -> float:
+def _moved_m2(setup: Setup) -> float:
     """Return the variance (m2) of the way between a call and its answer; below 0: none calls.
 
     A filter that weighs fixes knows that way by dead reckoning, but for the walk meanwhile.
     """
+    scenario = setup.scenario
     protocol = scenario.protocol
-    if not ranging_of(scenario).calls:
+    if not setup.ranging.calls:
         return -1.0
     lasts = scenario.acoustics.hf.ping_s + protocol.turnaround_s
     if scenario.navigation.weighs:
-        return own_sensors(scenario).random_walk_m_per_sqrt_s ** 2 * lasts
+        return setup.own_sensors.random_walk_m_per_sqrt_s**2 * lasts
     speed = 0.0 if scenario.auvs.route.is_held else max(scenario.auvs.speeds)
     return (speed * lasts) ** 2 / 2
 

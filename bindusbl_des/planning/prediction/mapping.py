@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...acoustics.fix_chance import by_first
 from ...core.arrays import Floats
+from ...preflight.fix_chance import by_first
 from .inputs import FixNoise, Inputs, PlannedWays
 from .march import Errors
 from .rounds import RoundPlan, planned_rounds

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...acoustics.fix_chance import by_first, senders
 from ...core.arrays import Flags, Floats, Ints
 from ...core.compiled import compiled
+from ...preflight.fix_chance import by_first, senders
 from ...protocol.conflicts import dsatur_groups, greedy_colours
 from .inputs import Inputs, SlotLengths
 from .sights import ExpectedSights, added, located

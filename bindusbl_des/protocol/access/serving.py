@@ -18,14 +18,14 @@ from ...acoustics.propagation import SignalBand
 from ...core.plugins import is_plugin
 from ...core.streams import Purpose, Streams
 from ...records.events import Round
-from ...scenario.families import SCHEDULE, schedule_of
+from ...scenario.families import SCHEDULE
 from ...scenario.part_choice import settings_of
-from ...scenario.scenario import Scenario
+from ...scenario.sections.protocol import Protocol
 from ...scenario.shipped_settings import CarrierSense
 from ...vehicles.fleet import VehicleFleet
 from ..conflicts import conflict_count
 from ..network import Network, Turn
-from ..slots import Slots, slots_of
+from ..slots import Slots
 from ..steps import moment
 from ..tdma import broadcast
 from .aloha import Access, Aloha, SlottedAloha
@@ -58,20 +58,23 @@ def packets_of(streams: Streams, auvs: int, mean_s: float) -> list[Iterator[floa
 
 
 def access_of(
-    scenario: Scenario,
+    access: str,
+    protocol: Protocol,
+    slots: Slots,
     streams: Streams,
     auvs: VehicleFleet,
     band: SignalBand,
     channel: AskedChannel | None,
 ) -> Access:
-    """Return who pings when; a channel is asked what AUVs hear of each other, None is the disc."""
-    slots, how = slots_of(scenario), schedule_of(scenario).access
-    packets = packets_of(streams, len(auvs), scenario.protocol.frame_s)
-    if how == "poisson":
+    """Return who pings when, by the `access` that a schedule declares; a channel is asked what AUVs
+    hear of each other, None is the disc.
+    """
+    packets = packets_of(streams, len(auvs), protocol.frame_s)
+    if access == "poisson":
         return Aloha(packets, band.duration)
-    if how == "slotted":
+    if access == "slotted":
         return SlottedAloha(packets, slots.uplink_slot, slots.clock)
-    settings = sensing_of(scenario)
+    settings = sensing_of(protocol.schedule)
     slot_s = backoff_slot_s(settings, slots)
     draw = cache(partial(streams.of, Purpose.BACKOFF))
 
@@ -81,11 +84,11 @@ def access_of(
     return Csma(packets, Listening(auvs, band, channel), backoff, band.duration)
 
 
-def sensing_of(scenario: Scenario) -> CarrierSense:
-    """Return the settings by which AUVs listen first, of one's own schedule the defaults."""
-    if is_plugin(scenario.protocol.schedule):
+def sensing_of(schedule: str) -> CarrierSense:
+    """Return the settings by which AUVs listen first, of a user-defined schedule the defaults."""
+    if is_plugin(schedule):
         return CarrierSense()
-    settings = settings_of(SCHEDULE, scenario.protocol.schedule)
+    settings = settings_of(SCHEDULE, schedule)
     assert isinstance(settings, CarrierSense)
     return settings
 

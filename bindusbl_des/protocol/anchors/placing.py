@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from ...core.arrays import Floats
 from ...core.plugins import PluginError, asked, shown
 from ...records.rows import EventBuffer
-from ...scenario.destinations import failures_of, horizontal_reach, mover_of
 from ...scenario.families import PLACEMENT
-from ...scenario.scenario import Scenario
+from ...scenario.own_routes import own_placement
 from ...scenario.sections.placements import REPLAN_S, SPEED_M_PER_S, Assign, Follow, Placed, Zigzag
+from ...scenario.sections.vehicles import Auvs
+from ...scenario.site import Site
 from ...vehicles.fleet import VehicleFleet
 from ...vehicles.vehicle import Steered
 from ..predicted_positions import CarriedForward
@@ -50,22 +51,23 @@ class Anchors:
 
     def __init__(
         self,
-        scenario: Scenario,
+        site: Site,
         mover: Mover,
         pace: Pace,
         prediction: CarriedForward,
         known: KnownFixes,
         lead_s: float,
     ) -> None:
-        """Launch the vessels where the scenario says, or else where they are to be at first.
+        """Launch the vessels where the site says, or else where they are to be at first.
 
         The `prediction` knows where AUVs were launched, and is told of the fixes of vessels alone;
         what is `known` of AUVs' estimates goes by those that were broadcast.
         """
-        self._mover, self._pace, self._prediction, self._lead = mover, pace, prediction, lead_s
         self._known = known
-        self._reach, number = horizontal_reach(scenario), scenario.asvs.count
-        self._failures, self._all = failures_of(scenario), np.ones(number, dtype=np.bool_)
+        self._mover, self._pace, self._prediction, self._lead = mover, pace, prediction, lead_s
+        scenario = site.scenario
+        self._reach, number = site.horizontal_reach_m, scenario.asvs.count
+        self._failures, self._all = site.failures, np.ones(number, dtype=np.bool_)
         given = getattr(scenario.asvs.formation, "start_m", None)
         #: Whether nobody has told vessels yet where to go.
         self._is_new = given is not None
@@ -113,49 +115,48 @@ class Anchors:
         self._prediction.note(made[sorted(last.values())])
 
 
-def anchors_of(
-    scenario: Scenario, prediction: CarriedForward, known: KnownFixes, room: Room
-) -> Anchors | None:
-    """Return the vessels of a scenario that are told where to go; None where there are none such.
+def anchors_of(site: Site, prediction: CarriedForward, known: KnownFixes, room: Room) -> Anchors:
+    """Return the vessels that are told where to go, of a site where they are.
 
     Raises:
         PluginError: when a placement of one's own cannot be used.
     """
-    placed, own = scenario.asvs.formation.replanned, mover_of(scenario)
-    if placed is None and own is None:
-        return None
+    asvs = site.scenario.asvs
+    placed = asvs.formation.replanned
     mover: Mover
     if placed is not None:
-        mover, pace = _shipped(scenario, placed), Pace(placed.speed_m_per_s, placed.replan_s)
+        mover = _shipped(placed, site.scenario.auvs)
+        pace = Pace(placed.speed_m_per_s, placed.replan_s)
     else:
-        name = str(scenario.asvs.formation.choice)
-        if scenario.asvs.vehicle.is_steered:
+        own = own_placement(asvs.formation.choice, site.plan_view)  # made anew: it may remember
+        name = str(asvs.formation.choice)
+        if asvs.vehicle.is_steered:
             raise PluginError(
                 PLACEMENT.key,
-                f"{name!r} moves ASVs along straight lines, and {scenario.asvs.vehicle} keeps a "
+                f"{name!r} moves ASVs along straight lines, and {asvs.vehicle} keeps a "
                 "station; use asvs.vehicle: moored",
             )
         mover = OwnMover(name, own, room.farthest_m)
         words = ("speed_m_per_s", SPEED_M_PER_S), ("replan_s", REPLAN_S)
         pace = Pace(*(_number(name, own, word, usual) for word, usual in words))
-    return Anchors(scenario, mover, pace, prediction, known, room.lead_s)
+    return Anchors(site, mover, pace, prediction, known, room.lead_s)
 
 
-def _shipped(scenario: Scenario, placement: Placed) -> Mover:
-    """Return the placement that ships of a scenario, made anew."""
+def _shipped(placement: Placed, auvs: Auvs) -> Mover:
+    """Return a placement that ships, made anew, for some AUVs."""
     match placement:
         case Follow(horizon_s=horizon, hysteresis=share):
             return follow.FollowPlacement(horizon_s=horizon, hysteresis=share)
         case Assign(horizon_s=horizon, hysteresis=share):
             return assign.AssignPlacement(horizon_s=horizon, hysteresis=share)
         case Zigzag():
-            still = scenario.auvs.route.is_held
+            still = auvs.route.is_held
             return zigzag.ZigzagPlacement(
                 amplitude_m=placement.amplitude_m,
                 period_s=placement.period_s,
                 hysteresis=placement.hysteresis,
                 replan_s=placement.replan_s,
-                auv_speed=0.0 if still else max(scenario.auvs.speeds),
+                auv_speed=0.0 if still else max(auvs.speeds),
             )
     raise AssertionError(placement)
 

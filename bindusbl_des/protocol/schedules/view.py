@@ -14,9 +14,7 @@ import numpy as np
 from ...core.arrays import Flags, Floats, Ints
 from ...core.lazy import cached_property
 from ...records.rows import Recorder, Rows
-from ...scenario.families import positions_of
-from ...scenario.own_sensors import straight_drift_rms
-from ...scenario.scenario import Scenario
+from ...scenario.own_sensors import Sensors, straight_drift_rms
 from ...vehicles.fleet import VehicleFleet
 from ..conflicts import conflict_graph
 from ..predicted_positions import planned_speeds
@@ -136,9 +134,10 @@ def weighed(drifted: float, fix: float) -> float:
     return drifted * fix / (drifted + fix) if drifted > 0.0 else 0.0
 
 
-def known_of(scenario: Scenario, auvs: VehicleFleet, record: Recorder) -> KnownFixes:
+def known_of(setup: Sensors, auvs: VehicleFleet, record: Recorder) -> KnownFixes:
     """Return what a fleet will know of its AUVs' estimates and places, by what it has planned."""
-    speeds, water = planned_speeds(scenario, auvs), scenario.environment
+    scenario = setup.scenario
+    speeds, water = planned_speeds(setup, auvs), scenario.environment
     carried = 0.0
     if scenario.auvs.vehicle.has_dynamics:
         carried = water.current_m_per_s + 3.0 * water.current_variation_m_per_s
@@ -146,9 +145,9 @@ def known_of(scenario: Scenario, auvs: VehicleFleet, record: Recorder) -> KnownF
     vessels = placed.speed_m_per_s if placed is not None else 0.0
 
     def drift(auv: int, time: float) -> float:
-        return straight_drift_rms(scenario, time, float(speeds[auv]))
+        return straight_drift_rms(setup.own_sensors, time, float(speeds[auv]))
 
-    initial, positions = scenario.navigation.initial_position_sd_m, positions_of(scenario)
+    initial, positions = scenario.navigation.initial_position_sd_m, setup.positions
     moving = speeds + carried
     return KnownFixes(record, Plans(initial, moving, moving + vessels, drift, positions))
 

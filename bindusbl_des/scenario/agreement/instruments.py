@@ -10,7 +10,7 @@ from ...core.wording import did_you_mean, plain
 from ..part_choice import PartChoice, mistakes
 from ..scenario_keys import Environment, Problem, ScenarioKeys
 from ..sections.usbl import size_m, usbl_values
-from ..site import origin_of
+from ..site import Site
 
 AnyScenario = TypeVar("AnyScenario", bound=ScenarioKeys)
 
@@ -18,14 +18,14 @@ AnyScenario = TypeVar("AnyScenario", bound=ScenarioKeys)
 USUAL_SPEED = Environment.model_fields["sound_speed_m_per_s"].default
 
 
-def water_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+def water_problems(site: Site) -> Iterator[Problem]:
     """Yield what is wrong with where a scenario is, and with the water there."""
-    yield from _origin(scenario)
-    yield from _water(scenario)
+    yield from _origin(site)
+    yield from _water(site)
 
 
-def _origin(scenario: ScenarioKeys) -> Iterator[Problem]:
-    given = scenario.environment.origin
+def _origin(site: Site) -> Iterator[Problem]:
+    given = site.scenario.environment.origin
     for name, other in (("lat_deg", "lon_deg"), ("lon_deg", "lat_deg")):
         if getattr(given, name) is not None and getattr(given, other) is None:
             yield Problem(
@@ -35,8 +35,8 @@ def _origin(scenario: ScenarioKeys) -> Iterator[Problem]:
             )
 
 
-def _water(scenario: ScenarioKeys) -> Iterator[Problem]:
-    water = scenario.environment
+def _water(site: Site) -> Iterator[Problem]:
+    water = site.scenario.environment
     key = "temperature_c" if water.ctd is None else "ctd"
     if getattr(water, key) is None:
         return
@@ -56,11 +56,11 @@ def _water(scenario: ScenarioKeys) -> Iterator[Problem]:
             (f"environment.{key}",),
         )
     if water.sound_speed_law == "teos10":
-        yield from _teos10(scenario, key)
+        yield from _teos10(site, key)
 
 
-def _teos10(scenario: ScenarioKeys, key: str) -> Iterator[Problem]:
-    if (place := origin_of(scenario)) is None:
+def _teos10(site: Site, key: str) -> Iterator[Problem]:
+    if (place := site.origin_deg) is None:
         yield Problem(
             "environment.sound_speed_law",
             "teos10 needs to know where that is: set environment.origin, or use mackenzie",
@@ -92,15 +92,15 @@ REPLACED_BY_DRIFT = {
 }
 
 
-def instruments_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+def instruments_problems(site: Site) -> Iterator[Problem]:
     """Yield what instruments' keys contradict each other in."""
-    yield from _usbl(scenario)
-    yield from _drift(scenario)
-    yield from _assumed(scenario)
+    yield from _usbl(site)
+    yield from _drift(site)
+    yield from _assumed(site.scenario)
 
 
-def _usbl(scenario: ScenarioKeys) -> Iterator[Problem]:
-    name, model = scenario.usbl.preset, scenario.usbl.model
+def _usbl(site: Site) -> Iterator[Problem]:
+    name, model = site.scenario.usbl.preset, site.scenario.usbl.model
     if name is not None and model != PartChoice.read(usbl_values(name)["model"], str):
         yield Problem(
             "usbl.model",
@@ -108,10 +108,9 @@ def _usbl(scenario: ScenarioKeys) -> Iterator[Problem]:
             f"them; got {model.words}",
             ("usbl.preset",),
         )
-    own = not isinstance(scenario.usbl.array, str)
-    named = "that is given" if own else scenario.usbl.array
-    size, speed = size_m(scenario.usbl.array), scenario.environment.sound_speed_m_per_s
-    time = scenario.usbl.tdoa_sd_s
+    array, speed = site.scenario.usbl.array, site.scenario.environment.sound_speed_m_per_s
+    named = array if isinstance(array, str) else "that is given"
+    size, time = size_m(array), site.scenario.usbl.tdoa_sd_s
     if time * speed > size:
         yield Problem(
             "usbl.tdoa_sd_s",
@@ -122,8 +121,8 @@ def _usbl(scenario: ScenarioKeys) -> Iterator[Problem]:
         )
 
 
-def _drift(scenario: ScenarioKeys) -> Iterator[Problem]:
-    navigation, drift = scenario.navigation, scenario.navigation.drift
+def _drift(site: Site) -> Iterator[Problem]:
+    navigation, drift = site.scenario.navigation, site.scenario.navigation.drift
     if not drift.is_stated:
         return
     stated = "percent_of_distance" if drift.m_per_hour is None else "m_per_hour"
@@ -206,7 +205,8 @@ def _assumed(scenario: ScenarioKeys) -> Iterator[Problem]:
         for name, message in mistakes(type(getattr(scenario, section)), data, section)
     ]
     yield from found or (
-        problem._replace(key=f"{where}.{problem.key}") for problem in _drift(taken_for(scenario))
+        problem._replace(key=f"{where}.{problem.key}")
+        for problem in _drift(Site(taken_for(scenario)))
     )
 
 
@@ -234,11 +234,11 @@ LARGEST_SAMPLES = 5e8
 OFTENEST_HZ = 1e3
 
 
-def sizes_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+def sizes_problems(site: Site) -> Iterator[Problem]:
     """Yield rates at which more samples would be kept than memory holds, or none."""
-    begin, rate = scenario.record.metrics_from_s, scenario.record.metrics_hz
-    if begin >= scenario.duration_s - 1 / rate and begin > 0:
-        left = scenario.duration_s - begin
+    begin, rate = site.scenario.record.metrics_from_s, site.scenario.record.metrics_hz
+    if begin >= site.scenario.duration_s - 1 / rate and begin > 0:
+        left = site.scenario.duration_s - begin
         if left * OFTENEST_HZ >= 2.0:
             message = (
                 f"{left:.3g} s are left to judge, and record.metrics_hz takes a sample each "
@@ -246,21 +246,21 @@ def sizes_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
             )
         else:
             message = (
-                f"nothing is left to judge of {scenario.duration_s:g} s from {begin:g} s on; begin "
-                "earlier"
+                f"nothing is left to judge of {site.scenario.duration_s:g} s from {begin:g} s on; "
+                "begin earlier"
             )
         yield Problem("record.metrics_from_s", message, ("duration_s", "record.metrics_hz"))
-    vehicles = scenario.auvs.count + scenario.asvs.count
+    vehicles = site.scenario.auvs.count + site.scenario.asvs.count
     for name, rate in (
-        ("record.metrics_hz", scenario.record.metrics_hz),
-        ("record.tracks_hz", scenario.record.tracks_hz),
-        ("navigation.imu_rate_hz", scenario.navigation.imu_rate_hz),
+        ("record.metrics_hz", site.scenario.record.metrics_hz),
+        ("record.tracks_hz", site.scenario.record.tracks_hz),
+        ("navigation.imu_rate_hz", site.scenario.navigation.imu_rate_hz),
     ):
-        samples = scenario.duration_s * rate * vehicles
+        samples = site.scenario.duration_s * rate * vehicles
         if samples > LARGEST_SAMPLES:
             yield Problem(
                 name,
-                f"{samples:.2g} samples ({scenario.duration_s:g} s x {rate:g} Hz x {vehicles} "
+                f"{samples:.2g} samples ({site.scenario.duration_s:g} s x {rate:g} Hz x {vehicles} "
                 f"vehicles) exceed {LARGEST_SAMPLES:.0e}; lower rate, duration or fleet",
                 ("duration_s", "auvs.count", "asvs.count"),
             )

@@ -8,28 +8,28 @@ from importlib.util import find_spec
 from ...core.plugins import is_plugin
 from ...presets.modems import airtime_table
 from ..channel_settings import Table
-from ..declared import DOWNLINKS, RANGINGS, broadcaster_named, channel_named
-from ..families import downlink_of, ranging_of, schedule_of, tells_slots
+from ..declared import DOWNLINKS, RANGINGS, channel_named
 from ..part_choice import PartChoice
-from ..scenario_keys import Problem, ScenarioKeys
+from ..scenario_keys import Problem
+from ..site import Site
 from .vehicles import no_such_asv
 
 # With these AUVs ping by their own clocks, in no slot that must hold more than a ping.
 OWN_CLOCKS = [name for name, traits in RANGINGS.items() if traits.own_clocks]
 
 
-def protocol_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+def protocol_problems(site: Site) -> Iterator[Problem]:
     """Yield every contradiction among the keys of the protocol."""
-    yield from _fixed(scenario)
-    yield from _unslotted(scenario)
-    yield from _ordered(scenario)
+    yield from _fixed(site)
+    yield from _unslotted(site)
+    yield from _ordered(site)
 
 
-def _fixed(scenario: ScenarioKeys) -> Iterator[Problem]:
+def _fixed(site: Site) -> Iterator[Problem]:
     """Yield that the one ASV that is to broadcast is not there."""
-    broadcaster, count = scenario.protocol.broadcaster, scenario.asvs.count
+    broadcaster, count = site.scenario.protocol.broadcaster, site.scenario.asvs.count
     asv = broadcaster.settings.get("asv")
-    if broadcaster_named(broadcaster).chosen_by == "one" and isinstance(asv, int) and asv >= count:
+    if site.broadcaster.chosen_by == "one" and isinstance(asv, int) and asv >= count:
         yield Problem(
             "protocol.broadcaster.asv",
             no_such_asv(asv, count),
@@ -37,12 +37,12 @@ def _fixed(scenario: ScenarioKeys) -> Iterator[Problem]:
         )
 
 
-def _unslotted(scenario: ScenarioKeys) -> Iterator[Problem]:
+def _unslotted(site: Site) -> Iterator[Problem]:
     """Yield parts that need slots where random access gives nobody any."""
-    protocol = scenario.protocol
-    if not scenario.protocol.random_access:
+    protocol = site.scenario.protocol
+    if not site.scenario.protocol.random_access:
         return
-    works_in_slots = not ranging_of(scenario).own_clocks
+    works_in_slots = not site.ranging.own_clocks
     refused = {"ranging": works_in_slots, "downlink": is_plugin(protocol.downlink)}
     for name, known in (("ranging", " or ".join(OWN_CLOCKS)), ("downlink", "one that ships")):
         if refused[name]:
@@ -54,10 +54,10 @@ def _unslotted(scenario: ScenarioKeys) -> Iterator[Problem]:
             )
 
 
-def _ordered(scenario: ScenarioKeys) -> Iterator[Problem]:
+def _ordered(site: Site) -> Iterator[Problem]:
     """Yield what schedules that call AUVs, or tell them when to ping, do not go with."""
-    protocol, others = scenario.protocol, ("protocol.schedule",)
-    schedule = schedule_of(scenario)
+    protocol, others = site.scenario.protocol, ("protocol.schedule",)
+    schedule = site.schedule
     if schedule.calls and is_plugin(protocol.ranging):
         known = [name for name, traits in RANGINGS.items() if not traits.asvs_ping]
         yield Problem(
@@ -68,7 +68,7 @@ def _ordered(scenario: ScenarioKeys) -> Iterator[Problem]:
         )
     if schedule.pace != "packed":
         return
-    ranging = ranging_of(scenario)
+    ranging = site.ranging
     if not ranging.own_clocks and not ranging.asvs_ping:
         yield Problem(
             "protocol.ranging",
@@ -77,7 +77,7 @@ def _ordered(scenario: ScenarioKeys) -> Iterator[Problem]:
             "schedule",
             others,
         )
-    if downlink_of(scenario).by_group:
+    if site.downlink.by_group:
         *known, last = [name for name, traits in DOWNLINKS.items() if not traits.by_group]
         yield Problem(
             "protocol.downlink",
@@ -91,15 +91,15 @@ def _ordered(scenario: ScenarioKeys) -> Iterator[Problem]:
 FORESEEN_DOWNLINKS = [name for name, traits in DOWNLINKS.items() if traits.is_foreseen]
 
 
-def telling_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+def telling_problems(site: Site) -> Iterator[Problem]:
     """Yield why AUVs cannot be told their slots, where they have to be."""
-    if not tells_slots(scenario):
+    if not site.tells_slots:
         return
-    downlink = scenario.protocol.downlink
-    if not downlink_of(scenario).is_foreseen:
+    downlink = site.scenario.protocol.downlink
+    if not site.downlink.is_foreseen:
         why = (
             "answers each ping at once, and broadcasts no frame that could name the slots of AUVs"
-            if downlink_of(scenario).replies
+            if site.downlink.replies
             else "begins its rounds at instants that no frame can tell beforehand"
         )
         yield Problem(
@@ -108,23 +108,23 @@ def telling_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
             f" use {' or '.join(FORESEEN_DOWNLINKS)}, or knowledge shared",
             ("protocol.downlink",),
         )
-    schedule = scenario.protocol.schedule
-    names_all = schedule_of(scenario).names_all
-    if scenario.protocol.dissemination.missed == "contention" and not names_all:
+    schedule = site.scenario.protocol.schedule
+    names_all = site.schedule.names_all
+    if site.scenario.protocol.dissemination.missed == "contention" and not names_all:
         yield Problem(
             "protocol.knowledge.missed",
             f"contention needs rounds that name all AUVs but those that are lost; {schedule} names "
             "some, and the others cannot tell; use silent or last_slot, or another schedule",
             ("protocol.schedule",),
         )
-    room = _room(scenario)
+    room = _room(site)
     if room is not None:
-        yield from _overfull(scenario, room)
+        yield from _overfull(site, room)
 
 
-def _room(scenario: ScenarioKeys) -> int | None:
+def _room(site: Site) -> int | None:
     """Return how many bytes a message has room for beside its header; None for any number."""
-    mf = scenario.acoustics.mf
+    mf = site.scenario.acoustics.mf
     try:
         measured = None if mf.airtimes is None else airtime_table(mf.airtimes).most_bytes
     except ValueError:
@@ -133,12 +133,12 @@ def _room(scenario: ScenarioKeys) -> int | None:
     return min(sizes) - mf.header_bytes if sizes else None
 
 
-def _overfull(scenario: ScenarioKeys, room: int) -> Iterator[Problem]:
+def _overfull(site: Site, room: int) -> Iterator[Problem]:
     """Yield why messages with room for so many bytes cannot tell AUVs their slots."""
     each, count, mf = (
-        scenario.protocol.dissemination.assignment_bytes,
-        scenario.auvs.count,
-        scenario.acoustics.mf,
+        site.scenario.protocol.dissemination.assignment_bytes,
+        site.scenario.auvs.count,
+        site.scenario.acoustics.mf,
     )
     key, others = (
         "protocol.knowledge.assignment_bytes",
@@ -161,16 +161,16 @@ def _overfull(scenario: ScenarioKeys, room: int) -> Iterator[Problem]:
         )
 
 
-def acoustics_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+def acoustics_problems(site: Site) -> Iterator[Problem]:
     """Yield what is wrong with channels, and with messages of the downlink."""
-    yield from _channels(scenario)
-    yield from _messages(scenario)
+    yield from _channels(site)
+    yield from _messages(site)
 
 
-def _channels(scenario: ScenarioKeys) -> Iterator[Problem]:
+def _channels(site: Site) -> Iterator[Problem]:
     for band in ("hf", "mf"):
-        channel = getattr(scenario.acoustics, band).channel
-        for setting, message in _bottom_mistakes(channel, scenario.survey.deepest):
+        channel = getattr(site.scenario.acoustics, band).channel
+        for setting, message in _bottom_mistakes(channel, site.scenario.survey.deepest):
             yield Problem(
                 f"acoustics.{band}.channel.{setting}",
                 message,
@@ -201,9 +201,9 @@ def _bottom_mistakes(channel: PartChoice, deepest_m: float) -> Iterator[tuple[st
         )
 
 
-def _messages(scenario: ScenarioKeys) -> Iterator[Problem]:
+def _messages(site: Site) -> Iterator[Problem]:
     """Yield why messages of the downlink cannot be sent, where there are any."""
-    mf, protocol = scenario.acoustics.mf, scenario.protocol
+    mf, protocol = site.scenario.acoustics.mf, site.scenario.protocol
     try:
         measured = None if mf.airtimes is None else airtime_table(mf.airtimes).most_bytes
     except ValueError as error:

@@ -4,32 +4,29 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from math import dist
 
-from ...geometry.lanes import lane_count
+from ...geometry.lanes import SHORTEST_LANE, lane_count
 from ..key_types import Position
-from ..scenario_keys import Problem, ScenarioKeys
+from ..scenario_keys import Problem
 from ..sections.placements import Formation
 from ..sections.survey import SHAPES
 from ..sections.vehicles import Failure
-from ..site import area_of, lanes_heading, origin_of, positioned
+from ..site import Site
 
 MOST_LANES = 100_000
 
-# Shorter lanes and ways (m) are no lanes: a vehicle cannot be said to go along them.
-SHORTEST_WAY = 0.001
 
-
-def survey_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+def survey_problems(site: Site) -> Iterator[Problem]:
     """Yield why a survey cannot be flown as asked for."""
-    shape = list(_shape(scenario))
+    shape = list(_shape(site))
     yield from shape
-    yield from _fleet(scenario)
+    yield from _fleet(site)
     if not shape:
-        yield from _lanes(scenario)
+        yield from _lanes(site)
 
 
-def _shape(scenario: ScenarioKeys) -> Iterator[Problem]:
+def _shape(site: Site) -> Iterator[Problem]:
     """Yield what is wrong with the shape of the survey."""
-    survey, shapes = scenario.survey, scenario.survey.shapes
+    survey, shapes = site.scenario.survey, site.scenario.survey.shapes
     if len(shapes) != 1:
         first = shapes[0] if shapes else "side_m"
         yield Problem(
@@ -48,14 +45,14 @@ def _shape(scenario: ScenarioKeys) -> Iterator[Problem]:
             (f"survey.{shapes[0]}",),
         )
     try:
-        area_of(scenario)
+        _ = site.area
     except ValueError as error:
         yield Problem(f"survey.{shapes[0]}", str(error))
 
 
-def _fleet(scenario: ScenarioKeys) -> Iterator[Problem]:
+def _fleet(site: Site) -> Iterator[Problem]:
     """Yield lists of what each AUV has that do not fit the number of AUVs."""
-    auvs, survey = scenario.auvs, scenario.survey
+    auvs, survey = site.scenario.auvs, site.scenario.survey
     for name, given, what in (
         ("survey.depths_m", survey.depths_m, "depth"),
         ("auvs.speeds_m_per_s", auvs.speeds_m_per_s, "speed"),
@@ -73,13 +70,13 @@ def _fleet(scenario: ScenarioKeys) -> Iterator[Problem]:
             )
 
 
-def _lanes(scenario: ScenarioKeys) -> Iterator[Problem]:
+def _lanes(site: Site) -> Iterator[Problem]:
     """Yield why the survey cannot be swept in lanes as asked for."""
-    auvs, route = scenario.auvs, scenario.auvs.route.lanes
+    auvs, route = site.scenario.auvs, site.scenario.auvs.route.lanes
     if route is None:
         return
-    area, shape = area_of(scenario), f"survey.{scenario.survey.shapes[0]}"
-    box = area.along(lanes_heading(scenario)).box
+    area, shape = site.area, f"survey.{site.scenario.survey.shapes[0]}"
+    box = area.along(site.lanes_heading_rad).box
     spacing, across = route.lane_spacing_m, box.y_max - box.y_min
     if across / spacing > MOST_LANES:
         yield Problem(
@@ -97,7 +94,7 @@ def _lanes(scenario: ScenarioKeys) -> Iterator[Problem]:
         )
     margin = spacing / 2 if route.end_margin_m is None else route.end_margin_m
     along = box.x_max - box.x_min
-    if along - 2 * margin < SHORTEST_WAY:
+    if along - 2 * margin < SHORTEST_LANE:
         yield Problem(
             f"auvs.route.{'lane_spacing_m' if route.end_margin_m is None else 'end_margin_m'}",
             f"leaves no lane: margins of 2 x {margin:g} m fill the "
@@ -113,9 +110,9 @@ def _lanes(scenario: ScenarioKeys) -> Iterator[Problem]:
         )
 
 
-def vehicles_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+def vehicles_problems(site: Site) -> Iterator[Problem]:
     """Yield vehicles that routes, feedback or currents ask too much of."""
-    auvs, asvs, water = scenario.auvs, scenario.asvs, scenario.environment
+    auvs, asvs, water = site.scenario.auvs, site.scenario.asvs, site.scenario.environment
     route = auvs.route
     if auvs.vehicle.is_steered and (route.is_held or route.is_recorded):
         yield Problem(
@@ -131,7 +128,7 @@ def vehicles_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
         )
     flows = water.current_m_per_s > 0 or water.current_variation_m_per_s > 0
     feels = auvs.vehicle.is_steered or asvs.vehicle.is_steered
-    if flows and not feels and scenario.navigation.velocity == "over_ground":
+    if flows and not feels and site.scenario.navigation.velocity == "over_ground":
         yield Problem(
             "environment.current_m_per_s",
             "a current moves neither kinematic nor moored vehicles, nor dead reckoning over "
@@ -146,10 +143,10 @@ def vehicles_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
 ORIGIN = ("environment.origin.lat_deg", "environment.origin.lon_deg")
 
 
-def places_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+def places_problems(site: Site) -> Iterator[Problem]:
     """Yield what is wrong with the places of a scenario that are given in degrees."""
-    given, corners = list(_in_degrees(scenario)), scenario.survey.corners_deg
-    origin = origin_of(scenario)
+    given, corners = list(_in_degrees(site)), site.scenario.survey.corners_deg
+    origin = site.origin_deg
     if origin is not None:
         yield from _far([("survey.area", corner) for corner in corners], origin)
     for key, other, is_double, positions in given:
@@ -164,12 +161,12 @@ def places_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
 
 
 def _in_degrees(
-    scenario: ScenarioKeys,
+    site: Site,
 ) -> Iterator[tuple[str, str, bool, list[tuple[str, Position]]]]:
     """Yield each key in degrees, the one in metres beside it, and whether that is given as well;
     and the positions, each with the key of its own.
     """
-    route, formation = scenario.auvs.route, scenario.asvs.formation
+    route, formation = site.scenario.auvs.route, site.scenario.asvs.formation
     if route.positions:
         key, listed = f"auvs.route.{route.places_key}", []
         for auv, given in enumerate(route.positions):
@@ -201,9 +198,9 @@ def _far(positions: list[tuple[str, Position]], origin: Position) -> Iterator[Pr
         yield Problem(place, too_far(position, origin), ORIGIN)
 
 
-def route_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+def route_problems(site: Site) -> Iterator[Problem]:
     """Yield lists of places, ways and files that do not fit the number of AUVs, or are no ways."""
-    auvs, route = scenario.auvs, scenario.auvs.route
+    auvs, route = site.scenario.auvs, site.scenario.auvs.route
     for name, each, given in route.miscounted(auvs.count):
         yield Problem(
             f"auvs.route.{name}",
@@ -218,13 +215,13 @@ def route_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
             "its autopilot would take it above that; use vehicle: kinematic",
             ("auvs.vehicle",),
         )
-    if not route.is_flown or (route.positions and origin_of(scenario) is None):
+    if not route.is_flown or (route.positions and site.origin_deg is None):
         return  # which has been told
-    for number, points in enumerate(positioned(scenario, route).places):
-        if len(points) < 2 or any(dist(a, b) < SHORTEST_WAY for a, b in pairwise(points)):
+    for number, points in enumerate(site.route.places):
+        if len(points) < 2 or any(dist(a, b) < SHORTEST_LANE for a, b in pairwise(points)):
             yield Problem(
                 f"auvs.route.{route.places_key}.{number}",
-                f"needs at least two points, those in a row {SHORTEST_WAY:g} m apart or more",
+                f"needs at least two points, those in a row {SHORTEST_LANE:g} m apart or more",
             )
 
 
@@ -235,13 +232,13 @@ MOST_PLACED = 50
 MOST_ORDERS = 1e6
 
 
-def formation_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+def formation_problems(site: Site) -> Iterator[Problem]:
     """Yield what is wrong with ASVs that keep their places, or that move."""
-    placement = scenario.asvs.formation
+    placement = site.scenario.asvs.formation
     if placement.moored is not None:
-        yield from _still(placement.moored, scenario.asvs.count)
+        yield from _still(placement.moored, site.scenario.asvs.count)
     elif placement.moves:
-        yield from _moving(scenario)
+        yield from _moving(site)
 
 
 def _still(formation: Formation, count: int) -> Iterator[Problem]:
@@ -273,8 +270,8 @@ def _still(formation: Formation, count: int) -> Iterator[Problem]:
         )
 
 
-def _moving(scenario: ScenarioKeys) -> Iterator[Problem]:
-    asvs, placement = scenario.asvs, scenario.asvs.formation
+def _moving(site: Site) -> Iterator[Problem]:
+    asvs, placement = site.scenario.asvs, site.scenario.asvs.formation
     if asvs.vehicle.is_steered:
         yield Problem(
             "asvs.vehicle",
@@ -298,19 +295,19 @@ def _moving(scenario: ScenarioKeys) -> Iterator[Problem]:
             "or a ring or positions",
             ("asvs.formation.model",),
         )
-    if placed.MOST_AUVS is not None and scenario.auvs.count > placed.MOST_AUVS:
+    if placed.MOST_AUVS is not None and site.scenario.auvs.count > placed.MOST_AUVS:
         yield Problem(
             "auvs.count",
-            f"at most {placed.MOST_AUVS} AUVs can be followed; got {scenario.auvs.count}; use "
+            f"at most {placed.MOST_AUVS} AUVs can be followed; got {site.scenario.auvs.count}; use "
             "assign",
             ("asvs.formation.model",),
         )
-    orders = asvs.count * scenario.duration_s / placed.replan_s
+    orders = asvs.count * site.scenario.duration_s / placed.replan_s
     if orders > MOST_ORDERS:
         yield Problem(
             "asvs.formation.replan_s",
             f"{orders:.2g} orders ({asvs.count} ASVs, each {placed.replan_s:g} s for "
-            f"{scenario.duration_s:g} s) exceed {MOST_ORDERS:.0e}; raise it",
+            f"{site.scenario.duration_s:g} s) exceed {MOST_ORDERS:.0e}; raise it",
             ("duration_s", "asvs.count"),
         )
 
@@ -325,9 +322,9 @@ def no_such_asv(asv: int, count: int) -> str:
     return f"there is no ASV{asv}: {which}"
 
 
-def failures_problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+def failures_problems(site: Site) -> Iterator[Problem]:
     """Yield failures that cannot be."""
-    count, given = scenario.asvs.count, scenario.asvs.failures
+    count, given = site.scenario.asvs.count, site.scenario.asvs.failures
     for number, failure in enumerate(given):
         key = f"asvs.failures.{number}"
         if failure.asv >= count:

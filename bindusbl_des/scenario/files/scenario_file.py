@@ -7,7 +7,6 @@ import copy
 import json
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import partial
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -18,11 +17,10 @@ from ...core.wording import described, printable
 from ...presets.modems import airtime_table
 from ..channel_settings import read_curve
 from ..families import load_plugins
-from ..scenario import Scenario
+from ..scenario import Scenario, site_of
 from ..scenario_keys import Problem
 from ..sections.placements import AsvTrack
 from ..sections.routes import ROUTES, Track
-from ..site import recorded_track, sound_speed_of, vessel_track
 from .explanations import ROUTE, Finding, guessed_kind
 from .former_keys import as_now, is_former, is_of_old, move_keys
 from .mistakes import FilePlace, Mistake, ScenarioError
@@ -303,7 +301,7 @@ def _short_cast(scenario: Scenario) -> Iterator[Problem]:
     except ValueError:
         return  # which has been told already
     try:
-        sound_speed_of(scenario)
+        site_of(scenario).sound_speed_m_per_s  # noqa: B018  # it raises what is wrong
     except ValueError as error:
         yield Problem("environment.ctd", str(error), ("survey.depth_m",))
 
@@ -375,20 +373,18 @@ READERS: Mapping[Way, Callable[[str], object]] = {
 def misplaced_tracks(scenario: Scenario) -> Iterator[Problem]:
     """Yield which tracks begin after the mission's end, or have ended before its start."""
     route, placement = scenario.auvs.route.recording, scenario.asvs.formation.recording
+    site, lasts = site_of(scenario), scenario.duration_s
     if route is not None:
-        yield from _misplaced(
-            scenario, "auvs.route", route, partial(recorded_track, scenario, route)
-        )
+        yield from _misplaced("auvs.route", route, site.auv_track, lasts)
     if placement is not None:
-        read = partial(vessel_track, scenario, placement)
-        yield from _misplaced(scenario, "asvs.formation", placement, read)
+        yield from _misplaced("asvs.formation", placement, site.asv_track, lasts)
 
 
 def _misplaced(
-    scenario: Scenario,
     section: str,
     asked: Track | AsvTrack,
     read: "Callable[[int], RecordedTrack]",
+    lasts: float,
 ) -> Iterator[Problem]:
     from ...vehicles.tracks import misplaced
 
@@ -400,6 +396,5 @@ def _misplaced(
             yield Problem(f"{section}.files.{number}", str(error), behind)
     if len(tracks) < len(asked.files):
         return
-    offset, lasts = asked.time_offset_s, scenario.duration_s
-    for number, message in misplaced(tracks, offset, lasts, section):
+    for number, message in misplaced(tracks, asked.time_offset_s, lasts, section):
         yield Problem(f"{section}.files.{number}", message, behind)

@@ -274,6 +274,11 @@ class Asvs(Part):
         placement = self.formation
         return placement.choice if placement.moves else str(self.vehicle)
 
+    def alive(self, time: float) -> tuple[bool, ...]:
+        """Return which ASVs work at an instant (s), in the order of their numbers."""
+        failed = {failure.asv for failure in self.failures if failure.lasts(time)}
+        return tuple(asv not in failed for asv in range(self.count))
+
     count: Whole = key(3, "1", "number of ASVs", PAPER, ge=1, le=10_000)
     vehicle: AsvVehicle = key(
         "moored", "", "vessel model, or {model: ..., coefficient: value, ...}"

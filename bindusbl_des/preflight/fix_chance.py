@@ -8,17 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..acoustics.channel import AskedChannel, between
+from ..acoustics.loss import losses
 from ..core.arrays import Flags, Floats, Ints
 from ..core.plugins import is_plugin
 from ..scenario.declared import DOWNLINKS, BroadcasterTraits, channel_named
-from ..scenario.destinations import horizontal_reach, longest_way
-from ..scenario.families import broadcaster_of, tells_slots
-from ..scenario.scenario import Scenario
-from ..scenario.site import area_of
-from .channel import AskedChannel, between
-from .loss import losses
-from .messages import messages_of
-from .named_channels import hf_channel, loss_of, mf_channel
+from ..scenario.site import longest_path
+from ..setup import Setup
 
 # The range within which pings are heard is looked for among so many; where nothing ends it among
 # more, a third of a percent apart, up to so far (m).  Edges are halved in so often.
@@ -68,11 +64,11 @@ class Grid(NamedTuple):
         return np.asarray((south, west) + self.size * steps)
 
 
-def survey_grid(scenario: Scenario, cells: int) -> Grid:
+def survey_grid(setup: Setup, cells: int) -> Grid:
     """Return so many cells along each side of a square survey, and about as many in all over any
     other.
     """
-    box = area_of(scenario).box
+    box = setup.area.box
     high, wide = box.x_max - box.x_min, box.y_max - box.y_min
     longer, shorter = max(high, wide), min(high, wide)
     size = longer / min(math.ceil(cells * math.sqrt(longer / shorter)), cells**2)
@@ -80,53 +76,53 @@ def survey_grid(scenario: Scenario, cells: int) -> Grid:
     south, west = np.meshgrid(
         box.x_min + size * np.arange(across), box.y_min + size * np.arange(along)
     )
-    middles, share = _parts(scenario, np.column_stack((south.ravel(), west.ravel())), size)
+    middles, share = _parts(setup, np.column_stack((south.ravel(), west.ravel())), size)
     north, east = box.x_min + across * size, box.y_min + along * size
     return Grid((box.x_min, box.y_min, north, east), across, middles, share)
 
 
-def _parts(scenario: Scenario, corners: Floats, size: float) -> tuple[Floats, Floats]:
+def _parts(setup: Setup, corners: Floats, size: float) -> tuple[Floats, Floats]:
     """Return the middles (n, 3), m, of what of a survey is in square cells, and which share of each
     cell that is (n,), by their south-western corners (n, 2) and their size, m.
     """
     import shapely
 
     squares = shapely.box(*corners.T, *(corners + size).T)
-    parts = shapely.intersection(squares, area_of(scenario).shape)
+    parts = shapely.intersection(squares, setup.area.shape)
     share = shapely.area(parts) / size**2
     middles = shapely.get_coordinates(shapely.centroid(np.where(share > 0.0, parts, squares)))
-    return np.column_stack((middles, np.full(len(share), scenario.survey.deepest))), share
+    return np.column_stack((middles, np.full(len(share), setup.scenario.survey.deepest))), share
 
 
-def mean_chance(scenario: Scenario, stations: ArrayLike, cells: int) -> tuple[float, float] | None:
+def mean_chance(setup: Setup, stations: ArrayLike, cells: int) -> tuple[float, float] | None:
     """Return the mean over the survey of the chance of a fix that is delivered, and the least that
     was met; cells, of :func:`survey_grid`, through which an edge goes are parted.
 
     None where :func:`fix_chance` is.
     """
-    grid = survey_grid(scenario, cells)
+    grid = survey_grid(setup, cells)
     corners, size, middles, share = grid.corners, grid.size, grid.middles, grid.share
     total = weight = 0.0
     least = 1.0
     for times in range(PARTED + 1):
         inside = share > 0.0
         corners, middles, share = corners[inside], middles[inside], share[inside]
-        chance = fix_chance(scenario, stations, middles)
+        chance = fix_chance(setup, stations, middles)
         if chance is None:
             return None
         least = min(least, chance.min(initial=1.0))
         uneven = np.zeros(len(share), dtype=bool)
         if times < PARTED:
             four = (corners[:, np.newaxis] + size * UNIT).reshape(-1, 2)
-            depths = np.full(len(four), scenario.survey.deepest)
-            around = fix_chance(scenario, stations, np.column_stack((four, depths)))
+            depths = np.full(len(four), setup.scenario.survey.deepest)
+            around = fix_chance(setup, stations, np.column_stack((four, depths)))
             assert around is not None
             uneven = np.abs(around.reshape(-1, 4).mean(axis=1) - chance) > EVEN
         total += float((chance * share)[~uneven].sum()) * size**2
         weight += float(share[~uneven].sum()) * size**2
         size /= 2.0
         corners = (corners[uneven][:, np.newaxis] + size * UNIT).reshape(-1, 2)
-        middles, share = _parts(scenario, corners, size)
+        middles, share = _parts(setup, corners, size)
     return total / weight, float(least)
 
 
@@ -134,7 +130,7 @@ def mean_chance(scenario: Scenario, stations: ArrayLike, cells: int) -> tuple[fl
 UNIT = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
 
 
-def fix_chance(scenario: Scenario, stations: ArrayLike, places: ArrayLike) -> Floats | None:
+def fix_chance(setup: Setup, stations: ArrayLike, places: ArrayLike) -> Floats | None:
     """Return the probability (n,) that a ping from a place makes a fix which is delivered there.
 
     `places` (n, 3) are those of AUVs, `stations` (m, 2) those of ASVs at the surface, in m.  No
@@ -142,33 +138,34 @@ def fix_chance(scenario: Scenario, stations: ArrayLike, places: ArrayLike) -> Fl
     is called, and answered directly, by its nearest ASV, and ASVs broadcast equally often where
     nothing fixes who does.  None where a channel of somebody's own decides: it is not asked.
     """
+    scenario = setup.scenario
     auvs = np.asarray(places, dtype=float)
     asvs = np.pad(np.asarray(stations, dtype=float), ((0, 0), (0, 1)))
     acoustics, frames = scenario.acoustics, scenario.protocol.sends_frames
     if is_plugin(acoustics.hf.channel) or (frames and is_plugin(acoustics.mf.channel)):
         return None
-    ahead = told_ahead(scenario, scenario.protocol.downlink)
+    ahead = told_ahead(setup, scenario.protocol.downlink)
 
     def chance(some: Floats) -> Floats:
-        heard = _heard(scenario, some, asvs)
-        delivered = _delivered(scenario, some, asvs) if frames else heard
-        return made_and_delivered(scenario, heard, delivered, _apart(some, asvs), ahead=ahead)[1]
+        heard = _heard(setup, some, asvs)
+        delivered = _delivered(setup, some, asvs) if frames else heard
+        return made_and_delivered(setup, heard, delivered, _apart(some, asvs), ahead=ahead)[1]
 
     parts = max(len(auvs) * len(asvs) // MOST_PAIRS, 1)
     return np.concatenate([chance(some) for some in np.array_split(auvs, parts)])
 
 
-def told_ahead(scenario: Scenario, downlink: str) -> int:
+def told_ahead(setup: Setup, downlink: str) -> int:
     """Return after how many broadcasts of a downlink comes that with the fix of a ping, of which a
     frame tells its AUV; 0 where AUVs know their slots, or ping without, or nobody knows.
     """
-    if not tells_slots(scenario) or scenario.protocol.dissemination.missed != "silent":
+    if not setup.tells_slots or setup.scenario.protocol.dissemination.missed != "silent":
         return 0
     return DOWNLINKS[downlink].tells_ahead if downlink in DOWNLINKS else 0
 
 
 def made_and_delivered(
-    scenario: Scenario, heard: Floats, delivered: Floats, away: Floats, *,
+    setup: Setup, heard: Floats, delivered: Floats, away: Floats, *,
     frame: Ints | None = None, cycle: int = 1, number: ArrayLike = 0, ahead: int = 0,
 ) -> tuple[Floats, Floats]:  # fmt: skip
     """Return how likely a ping of each AUV makes a fix, and how likely that is delivered (..., n).
@@ -182,6 +179,7 @@ def made_and_delivered(
     AUVs ping only if they have decoded a frame, their fix comes with that so many broadcasts
     `ahead`; 0: they ping anyway.
     """
+    scenario = setup.scenario
     works = np.isfinite(away)
     if scenario.protocol.asvs_ping:
         return _in_turn(heard, works), _in_turn(heard, works)
@@ -191,7 +189,7 @@ def made_and_delivered(
         made = made * np.take_along_axis(heard, nearest, axis=-1)[..., 0]
     if not scenario.protocol.sends_frames:
         return made, made
-    rule, replies = broadcaster_of(scenario), scenario.protocol.replies
+    rule, replies = setup.broadcaster, scenario.protocol.replies
     if rule.chosen_by == "one" and not replies:
         asvs, chosen = away.shape[-1], scenario.protocol.broadcaster.settings.get("asv", 0)
         later = np.where(works, (np.arange(asvs) - chosen) % asvs, asvs)  # the next that works
@@ -263,78 +261,82 @@ def _summed(frame: Ints, score: Floats) -> Floats:
     return np.asarray((frame[:, np.newaxis] == frame).astype(float) @ score)
 
 
-def ping_chance(scenario: Scenario, slants: Floats, depth: float) -> Floats | None:
+def ping_chance(setup: Setup, slants: Floats, depth: float) -> Floats | None:
     """Return how likely one ASV decodes pings over slant ranges (n,), m, from a depth (m).
 
     Of the disc inside its reach, which does not count here.  None: a channel of somebody's own.
     """
+    scenario = setup.scenario
     if is_plugin(scenario.acoustics.hf.channel):
         return None
-    channel = hf_channel(scenario)
+    channel = setup.ping_channel
     if channel is None:
-        return np.asarray(1.0 - losses(slants, *loss_of(scenario)))
+        return np.asarray(1.0 - losses(slants, *setup.ping_loss))
     return _decoded(channel, *below(slants, depth), scenario.acoustics.hf.range_m, False)[:, 0]
 
 
 def frame_chance(
-    scenario: Scenario, slants: Floats, depth: float, fixes: int | None = None
+    setup: Setup, slants: Floats, depth: float, fixes: int | None = None
 ) -> Floats | None:
     """Return how likely an AUV decodes frames with so many fixes, or those of all (None), as
     :func:`ping_chance`.
     """
-    mf = scenario.acoustics.mf
+    mf = setup.scenario.acoustics.mf
     if is_plugin(mf.channel):
         return None
-    channel = _frames(scenario, fixes)
+    channel = _frames(setup, fixes)
     if channel is None:
         return np.ones(len(slants))
     return _decoded(channel, *below(slants, depth), mf.range_m, True)[:, 0]
 
 
-def delivery(scenario: Scenario, band: str) -> tuple[float, float, float] | None:
+def delivery(setup: Setup, band: str) -> tuple[float, float, float] | None:
     """Return how well a band (hf or mf) carries over its range: that slant range (m), the
     chance there, and the range (m) up to which it is nowhere less than a half.
 
     A disc's horizontal HF range is that to the deepest AUV.  None: a channel of somebody's own.
     """
+    scenario = setup.scenario
     hf, depth = scenario.acoustics.hf, scenario.survey.deepest
     reach = hf.range_m if band == "hf" else scenario.acoustics.mf.range_m
     if band == "hf" and channel_named(hf.channel).ends_at_range:
-        reach = longest_way(reach, depth, hf.range_metric)
+        reach = longest_path(reach, depth, hf.range_metric)
     ranges = np.linspace(min(depth, reach), reach, LOOKED_UP)
-    chance = partial(ping_chance if band == "hf" else frame_chance, scenario, depth=depth)
+    chance = partial(ping_chance if band == "hf" else frame_chance, setup, depth=depth)
     if (at_range := chance(ranges[-1:])) is None:
         return None
     rings = _rings(ranges, chance)
     return reach, float(at_range[0]), rings[0][1] if rings and rings[0][0] == ranges[0] else 0.0
 
 
-def loses_pings(scenario: Scenario) -> bool:
+def loses_pings(setup: Setup) -> bool:
     """Tell whether an ASV that should hear a ping may miss it, were nothing to overlap it."""
+    scenario = setup.scenario
     hf = scenario.acoustics.hf
     if is_plugin(hf.channel) or not channel_named(hf.channel).ends_at_range:
         return True
-    reach = longest_way(hf.range_m, scenario.survey.deepest, hf.range_metric)
+    reach = longest_path(hf.range_m, scenario.survey.deepest, hf.range_metric)
     ranges = np.linspace(0.0, reach, LOOKED_UP)
-    return bool(losses(ranges, *loss_of(scenario)).max() > 0.0)
+    return bool(losses(ranges, *setup.ping_loss).max() > 0.0)
 
 
 Rings = tuple[tuple[float, float], ...]
 
 
-def heard_rings(scenario: Scenario) -> Rings:
+def heard_rings(setup: Setup) -> Rings:
     """Return between which distances (m), seen from above, an ASV decodes at least half the pings.
 
     That is up to the HF range of a disc that loses fewer, and where a channel of somebody's own
     decides, which is not asked; shadows and dips of other channels leave more than one ring.
     """
+    scenario = setup.scenario
     hf, depth = scenario.acoustics.hf, scenario.survey.deepest
-    reach = horizontal_reach(scenario)
+    reach = setup.horizontal_reach_m
     if is_plugin(hf.channel):
         return ((0.0, reach),)
     farthest = reach if channel_named(hf.channel).ends_at_range else FARTHEST_M
     level = np.append(0.0, farthest * np.geomspace(1e-6, 1.0, MANY))
-    return _rings(level, lambda away: ping_chance(scenario, np.hypot(away, depth), depth))
+    return _rings(level, lambda away: ping_chance(setup, np.hypot(away, depth), depth))
 
 
 def _rings(ranges: Floats, chance: Callable[[Floats], Floats | None]) -> Rings:
@@ -358,34 +360,35 @@ def _rings(ranges: Floats, chance: Callable[[Floats], Floats | None]) -> Rings:
     return tuple((begin, end) for begin, end in pairs if end > begin)
 
 
-def _heard(scenario: Scenario, auvs: Floats, asvs: Floats) -> Floats:
+def _heard(setup: Setup, auvs: Floats, asvs: Floats) -> Floats:
     """Return how likely the ping of each AUV is decoded by each ASV (n, m)."""
-    channel, hf = hf_channel(scenario), scenario.acoustics.hf
+    channel, hf = setup.ping_channel, setup.scenario.acoustics.hf
     if channel is not None:
         return _decoded(channel, auvs, asvs, hf.range_m, False)
     away = _apart(auvs, asvs)
     counted = away if hf.range_metric == "slant" else _apart(auvs, asvs, axes=2)
-    lost = losses(away.ravel(), *loss_of(scenario)).reshape(away.shape)
+    lost = losses(away.ravel(), *setup.ping_loss).reshape(away.shape)
     return np.where(counted <= hf.range_m, 1.0 - lost, 0.0)
 
 
-def _delivered(scenario: Scenario, auvs: Floats, asvs: Floats) -> Floats:
+def _delivered(setup: Setup, auvs: Floats, asvs: Floats) -> Floats:
     """Return how likely each AUV decodes the frame with its fix from each ASV (n, m)."""
-    mf, channel = scenario.acoustics.mf, _frames(scenario)
+    mf, channel = setup.scenario.acoustics.mf, _frames(setup)
     if channel is None:
         axes = 3 if mf.range_metric == "slant" else 2
         return (_apart(auvs, asvs, axes) <= mf.range_m).astype(float)
     return _decoded(channel, auvs, asvs, mf.range_m, True)
 
 
-def _frames(scenario: Scenario, fixes: int | None = None) -> AskedChannel | None:
+def _frames(setup: Setup, fixes: int | None = None) -> AskedChannel | None:
     """Return the channel of a frame with so many fixes, by default those of all or, in an answer,
     one; None for the disc.
     """
-    channel = mf_channel(scenario)
+    scenario = setup.scenario
+    channel = setup.frame_channel
     if channel is None:
         return None
-    messages = messages_of(scenario)
+    messages = setup.messages
     if fixes is None:
         fixes = 1 if scenario.protocol.replies else messages.of(scenario.auvs.count)[0]
     return channel(messages.payload_bytes(fixes), messages.airtime(fixes))

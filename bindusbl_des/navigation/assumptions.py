@@ -1,0 +1,140 @@
+"""What navigators are told of AUVs' own sensors, and of what fixes have in common.
+
+Of a scenario's errors they know how large these may be, and nothing of what was drawn.  Settings of
+filters that weigh tell them something else.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..scenario.families import NAVIGATOR
+from ..scenario.own_sensors import Sensors
+from ..scenario.part_choice import shipped_part
+from ..scenario.scenario_keys import Environment
+from ..scenario.sections.navigation import Navigation
+from ..scenario.shipped_settings import Kalman
+from .belief import STATES, Belief, Growth, first_belief
+
+# By this share of its time constant, at most, a bias that turns with the body is carried at a time.
+SHARE_AT_A_TIME = 1.0 / 16.0
+
+
+class Further(NamedTuple):
+    """States of a belief after the first six: their standard deviations and time constants (s)."""
+
+    sds: tuple[float, ...]
+    time_constants: tuple[float, ...]
+
+
+NONE = Further((), ())
+
+
+def assumed(setup: Sensors) -> tuple[Belief, Growth]:
+    """Return what navigators believe at first, and how they become less sure."""
+    navigation, water = setup.scenario.navigation, setup.scenario.environment
+    settings, asvs_ping = settings_of(navigation), setup.scenario.protocol.asvs_ping
+    skew, wandering, common = _skew(setup), _wandering(setup), _common(setup)
+    parts = skew, wandering, common
+    sds = [sd for part in parts for sd in part.sds]
+    lasts = [time for part in parts for time in part.time_constants]
+    in_body, walk = navigation.bias_frame == "body", settings.random_walk_m_per_sqrt_s
+    arrays = STATES + len(skew.sds) + len(wandering.sds) if _has_arrays(setup) else 0
+    longest = SHARE_AT_A_TIME * min((*wandering.time_constants, math.inf))
+    growth = Growth(
+        (setup.own_sensors.random_walk_m_per_sqrt_s if walk is None else walk) ** 2,
+        _wander(navigation, water),
+        in_body,
+        stretched=STATES if skew.sds else 0,
+        wandering=STATES + len(skew.sds) if wandering.sds else 0,
+        sds=np.array(sds, dtype=np.float64),
+        time_constants=np.array(lasts, dtype=np.float64),
+        step=longest if in_body else math.inf,
+        aligned=arrays if asvs_ping else 0,
+        misaligned=0 if asvs_ping else arrays,
+    )
+    first = first_belief(_start(navigation), _bias(setup), _current(navigation, water), sds)
+    if growth.aligned and growth.stretched:  # the compass that turns the way turns the array too
+        turn = growth.stretched + 1
+        both = first.covariance[turn, turn]
+        first.covariance[turn, growth.aligned] = first.covariance[growth.aligned, turn] = both
+    return first, growth
+
+
+def settings_of(navigation: Navigation) -> Kalman:
+    """Return what somebody has told a filter that weighs; nothing for any other."""
+    chosen = navigation.filter
+    model = NAVIGATOR.settings[str(chosen)] if navigation.weighs else None
+    settings: Kalman = shipped_part(NAVIGATOR, chosen, model)() if model else Kalman()
+    return settings
+
+
+def _start(navigation: Navigation) -> float:
+    """Return the standard deviation (m) per axis of where AUVs start."""
+    settings = settings_of(navigation)
+    if settings.initial_position_sd_m is not None:
+        return settings.initial_position_sd_m
+    is_known = "initial_position" not in settings.untold
+    return navigation.initial_position_sd_m if is_known else 0.0
+
+
+def _bias(setup: Sensors) -> tuple[float, float]:
+    """Return the standard deviations (m/s) of the constant velocity bias along both axes."""
+    sensors, settings = setup.own_sensors, settings_of(setup.scenario.navigation)
+    if (sd := settings.velocity_bias_sd_m_per_s) is not None:
+        return sd, sd
+    if "velocity_bias" in settings.untold:
+        return 0.0, 0.0
+    x, y = sensors.bias_m_per_s
+    drawn = sensors.bias_sd_m_per_s if sensors.bias_time_constant_s is None else 0.0
+    return math.hypot(x, drawn), math.hypot(y, drawn)
+
+
+def _wandering(setup: Sensors) -> Further:
+    """Return the states of a velocity bias (m/s) that wanders, if it does."""
+    sensors, settings = setup.own_sensors, settings_of(setup.scenario.navigation)
+    sd, lasts = sensors.bias_sd_m_per_s, sensors.bias_time_constant_s
+    if sd == 0.0 or lasts is None or "velocity_bias" in settings.untold:
+        return NONE
+    return Further((sd, sd), (lasts, lasts))
+
+
+def _skew(setup: Sensors) -> Further:
+    """Return the states that stretch and turn the way, by a scale factor and a heading error psi.
+
+    The heading alone stretches it by psi^2 / 2, of which the root mean square is sqrt(3) / 2 sd^2.
+    """
+    sensors, untold = setup.own_sensors, settings_of(setup.scenario.navigation).untold
+    scale = 0.0 if "scale_factor" in untold else sensors.scale_factor_sd
+    turned = 0.0 if "heading" in untold else math.radians(sensors.heading_sd_deg)
+    if scale == turned == 0.0:
+        return NONE
+    return Further((math.hypot(scale, math.sqrt(0.75) * turned**2), turned), (math.inf, math.inf))
+
+
+def _common(setup: Sensors) -> Further:
+    """Return the states of errors that fixes have in common."""
+    kinds = setup.estimated_errors
+    sds = [sd for kind in kinds for sd in kind.sds * kind.times]
+    lasts = [kind.time_constant_s for kind in kinds for _ in range(len(kind.sds) * kind.times)]
+    return Further(tuple(sds), tuple(lasts))
+
+
+def _has_arrays(setup: Sensors) -> bool:
+    """Tell whether arrays, which are the first in common, may be turned by what is estimated."""
+    return any(kind.name == "misalignment" for kind in setup.estimated_errors)
+
+
+def _current(navigation: Navigation, water: Environment) -> float:
+    """Return the standard deviation (m/s) per axis of a current that dead reckoning misses."""
+    if navigation.velocity == "over_ground":
+        return 0.0
+    return math.hypot(water.current_m_per_s, water.current_variation_m_per_s)
+
+
+def _wander(navigation: Navigation, water: Environment) -> float:
+    """Return the variance per second (m2/s3) of that current, Gauss-Markov, in the short term."""
+    if navigation.velocity == "over_ground":
+        return 0.0
+    return 2 * water.current_variation_m_per_s**2 / water.current_variation_time_s
