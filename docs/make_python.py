@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from bindusbl_des.core.lazy import cached_property
+from bindusbl_des.core.facts import cached_property
 from bindusbl_des.scenario.families import FAMILIES
 
 # What a docstring says, as Markdown.

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Floats
+from ..core.facts import cached_property
 from ..core.files import draft_of
-from ..core.lazy import cached_property
 from ..scenario.channel_settings import Table
 from ..scenario.site import Site
 from ..sea.water_column import Profile

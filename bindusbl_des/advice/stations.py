@@ -95,4 +95,4 @@ def _way(setup: Setup, auv: int) -> Floats:
     if tracks is not None:
         at, places = tracks[auv]
         return np.column_stack([np.interp(times, at, places[:, axis]) for axis in (0, 1)])
-    return [plan.tour for plan in setup.plans][auv].sample(scenario.auvs.speed(auv) * times)[:, :2]
+    return setup.plans[auv].tour.sample(scenario.auvs.speed(auv) * times)[:, :2]

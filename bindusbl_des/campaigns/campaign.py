@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.facts import cached_property
 from ..core.files import folder_draft, write_text
 from ..core.kept_files import placed
-from ..core.lazy import cached_property
 from ..core.wording import counted, did_you_mean, plain, shortened
 from ..results.result import Result, face
 from ..scenario.scenario import Scenario

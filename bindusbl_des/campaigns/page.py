@@ -127,9 +127,6 @@ def _whose(name: str, meaning: str) -> str:
     return "fleet" if meaning.startswith("fleet mean of: ") else "mission"
 
 
-if TYPE_CHECKING:
-    from .campaign import Campaign
-
 SCRIPTS = ("saving.js", "plots.js", "heatmap.js", "lookup.js", "sweep.js")
 
 # Metrics of a mission that a reader asks for first

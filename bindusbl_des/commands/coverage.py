@@ -52,9 +52,9 @@ def planned_limits(scenario: "Scenario") -> "Limits | None":
 
 def limits_lines(setup: "Setup", limits: "Limits | None") -> Iterator[str]:
     """Yield the lines about limits: of slots, pings, records, latency, and fix rates."""
-    scenario = setup.scenario
     from ..preflight.band_warnings import left_out
 
+    scenario = setup.scenario
     if limits is None:
         yield "Limits follow from where the AUVs go, which only the plug-in knows."
         return
@@ -195,10 +195,10 @@ def _coverage(setup: "Setup", stations: Stations, reach: float, heard: "Rings") 
 
     `left_out` names the scenario's keys that change what is heard and are not counted here.
     """
-    scenario = setup.scenario
     from ..geometry.coverage import covered_by_rings, covering_radius
     from ..geometry.formation import corner_distance, formation_radius_bound
 
+    scenario = setup.scenario
     area, hf_range = setup.area, scenario.acoustics.hf.range_m
     try:
         bound = formation_radius_bound(area.side, hf_range) if area.side else None
@@ -250,12 +250,12 @@ def _chances(setup: "Setup", stations: Stations) -> dict[str, Any]:
     """Return how likely pings from the survey make fixes that are delivered: everywhere, and where
     it is least likely; None where somebody's own channel decides it.
     """
-    scenario = setup.scenario
     import numpy as np
 
     from ..geometry.coverage import EQUAL, loneliest_point
     from ..preflight.fix_chance import fix_chance, mean_chance
 
+    scenario = setup.scenario
     area, everywhere = setup.area, mean_chance(setup, stations, CELLS)
     ends, asvs = np.array([*area.outline, loneliest_point(area, stations)]), np.array(stations)
     nearest = asvs[np.hypot(*(ends[:, None] - asvs).transpose(2, 0, 1)).argmin(axis=1)]

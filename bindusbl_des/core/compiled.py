@@ -42,7 +42,13 @@ MARKS = re.compile(rb"^@(compiled|inlined|written_out)$", re.MULTILINE)
 
 # Files that hold no equations, from which equations take numbers and rows.
 NUMBERS = (
-    *("core/arrays.py", "core/compiled.py", "core/lazy.py", "core/packed.py", "core/uncompiled.py"),
+    *(
+        "core/arrays.py",
+        "core/compiled.py",
+        "core/facts.py",
+        "core/packed.py",
+        "core/uncompiled.py",
+    ),
     "geometry/paths.py",
     "navigation/correcting.py",
     *("planning/prediction/sights.py", "records/events.py"),

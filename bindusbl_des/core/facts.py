@@ -1,11 +1,37 @@
-"""Facts: what follows from something that never changes, worked out once and kept."""
+"""What an object works out when it is first asked for, and then has; facts are such, of something
+that never changes.
+"""
 
-from collections.abc import Iterator
-from typing import NoReturn, TypeVar
-
-from .lazy import cached_property
+from collections.abc import Callable, Iterator
+from typing import Any, Generic, NoReturn, Self, TypeVar, overload
 
 Value = TypeVar("Value")
+
+
+class cached_property(Generic[Value]):
+    """As that of functools since Python 3.12: without a lock.
+
+    Before, one lock stands for a property of all objects, and a process that is forked while a
+    thread works one out waits for it for ever.  Threads that ask at once may work it out twice.
+    """
+
+    def __init__(self, work: Callable[[Any], Value]) -> None:
+        self._work, self.__doc__ = work, work.__doc__
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    @overload
+    def __get__(self, instance: None, owner: type | None = None) -> Self: ...
+
+    @overload
+    def __get__(self, instance: object, owner: type | None = None) -> Value: ...
+
+    def __get__(self, instance: object, owner: type | None = None) -> Self | Value:
+        if instance is None:
+            return self
+        value = instance.__dict__[self._name] = self._work(instance)
+        return value
 
 
 class fact(cached_property[Value]):  # it is used as `property` is

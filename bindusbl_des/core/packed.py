@@ -25,7 +25,7 @@ import numpy as np
 from numba.extending import intrinsic, overload
 
 from .compiled import is_uncompiled
-from .lazy import cached_property
+from .facts import cached_property
 from .uncompiled import as_compiled
 
 Whole = TypeVar("Whole")

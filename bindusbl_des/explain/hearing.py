@@ -143,10 +143,6 @@ def _in_range(result: "Result", ping: int) -> set[str]:
     return set(met.asv[met.outcome != "out_of_range"])
 
 
-if TYPE_CHECKING:
-    from ..results.result import Result
-
-
 def receptions(result: "Result", ping: Any) -> Iterator[Step]:
     """Yield what each ASV makes of a ping, and by which rule; nothing of one that was not sent.
 

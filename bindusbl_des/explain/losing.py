@@ -24,7 +24,7 @@ from ..preflight.fix_chance import below
 from ..scenario.channel_settings import burst_s
 from ..scenario.declared import channel_named
 from ..scenario.part_choice import PartChoice
-from ..setup import Setup, setup_of
+from ..setup import Setup
 from ..usbl.measuring import slow_path_sd
 from ..usbl.slow_errors import RANGE, advance
 from ..vehicles.currents import CONTROL_S
@@ -89,9 +89,7 @@ def _of_vessels(
             for axis, error in zip("xy", place, strict=True)
         }
         yield f"GNSS slowly astray (x y, m): {text}", facts
-    if (
-        "slow" in has and not setup_of(world).ranging.calls
-    ):  # of a call and its answer it is in a path
+    if "slow" in has and not result.setup.ranging.calls:  # of a call and its answer: in a path
         errors = {name: _slow_error(result, fix, name) for name in names}
         text = ", ".join(f"{name} {error:+.3f}" for name, error in errors.items())
         facts = {f"{name}_slow_range_m": error for name, error in errors.items()}
@@ -119,26 +117,23 @@ def _shared(result: "Result", fix: Any, has: set[str]) -> Iterator[tuple[str, di
     """Yield what is wrong for all ASVs at once."""
     world = result.scenario
     if "sound_speed" in has:
-        share = setup_of(world).sound_speed_error
+        share = result.setup.sound_speed_error
         way = "long" if share > 0 else "short"
         text = f"ranges {100 * abs(share):.2f} % too {way}: sound is assumed to travel at "
-        text += f"{setup_of(world).assumed_sound_speed_m_per_s:g}, not at "
-        text += f"{setup_of(world).sound_speed_m_per_s:g} m/s"
+        text += f"{result.setup.assumed_sound_speed_m_per_s:g}, not at "
+        text += f"{result.setup.sound_speed_m_per_s:g} m/s"
         yield text, {"sound_speed_error": share}
     ping = row_of(result, "pings", "ping", int(fix.ping))
     if "clock" in has and not isinstance(ping.get("call"), str):
         offset, drift = clocks(result.setup, Streams(result.seed))[int(fix.auv.removeprefix("AUV"))]
         passive = world.protocol.asvs_ping  # it says when it hears, not when it pings
         late = offset + drift * (fix.valid_at_s if passive else fix.pinged_at_s)
-        longer = late * setup_of(world).assumed_sound_speed_m_per_s * (-1 if passive else 1)
+        longer = late * result.setup.assumed_sound_speed_m_per_s * (-1 if passive else 1)
         text = (
             f"the clock of {fix.auv} is {1e3 * late:+.3f} ms late: ranges {longer:+.2f} m too long"
         )
         yield text, {"clock_late_s": float(late)}
 
-
-if TYPE_CHECKING:
-    from ..results.result import Result
 
 # Instants (s) that differ by less are one.
 SAME = 1e-9
@@ -230,10 +225,6 @@ def _others_on_air(result: "Result", ping: Any) -> str:
     return f"others ping meanwhile: {', '.join(text)}"
 
 
-if TYPE_CHECKING:
-    from ..results.result import Result
-
-
 def ping_burst_words(result: "Result", reception: Any, loss: float | None) -> str:
     """Tell since when pings of a pair were lost as one arrived that was, with its probability of
     that, None where nobody knows it; "" where each is lost by itself.
@@ -293,9 +284,6 @@ def _burst_step(
     begun = "the start" if since == 0.0 else f"{since:.2f} s"
     return f"{words}, and this pair had lost its signals since {begun}"
 
-
-if TYPE_CHECKING:
-    from ..results.result import Result
 
 LEVELS = ("snr_db", "level_db", "margin_db")
 

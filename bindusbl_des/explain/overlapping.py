@@ -109,9 +109,6 @@ def deafened(result: "Result", reception: Any) -> str:
     return f"it sends a frame from {frame.sent_at_s:.4f} to {over:.4f} s ({why})"
 
 
-if TYPE_CHECKING:
-    from ..results.result import Result
-
 # A vessel slower than this (m/s) rests; one that turns by less (rad) goes straight on.
 RESTS, STRAIGHT = 1e-3, 1e-3
 
@@ -136,10 +133,6 @@ def on_its_way(result: "Result", vessel: str, time: float) -> str:
     end = now + (int(same.argmin()) if not same.all() else len(same))
     speed = (np.abs(steps[now:end]) / lasts[now:end]).max()
     return f"; {vessel} was on its way to x {x[end]:.0f}, y {y[end]:.0f} m at {speed:.2g} m/s"
-
-
-if TYPE_CHECKING:
-    from ..results.result import Result
 
 
 def number_of(vehicle: str) -> int:

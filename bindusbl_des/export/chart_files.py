@@ -253,7 +253,8 @@ def planned(setup: Setup, about: str = "", ways: Sequence[Places] = ()) -> Itera
             yield Drawn("Polygon", f"ASV{number} {band} range", circle, look)
     if not scenario.auvs.route.is_flown:
         return
-    for number, path in enumerate([plan.path for plan in setup.plans]):
+    for number, plan in enumerate(setup.plans):
+        path = plan.path
         steps = max(int(np.ceil(path.length / STEP_M)), 2)
         lane = thinned(path.sample(np.linspace(0.0, path.length, steps + 1))[:, :2])
         look = _of_auv("auv", number)

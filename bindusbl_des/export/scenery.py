@@ -212,11 +212,12 @@ def _planned(setup: Setup) -> Iterator[dict[str, Any]]:
     scenario = setup.scenario
     if not scenario.auvs.route.is_flown:
         return
-    for number, path in enumerate([plan.path for plan in setup.plans]):
+    for number, plan in enumerate(setup.plans):
+        path = plan.path
         places = path.sample(np.linspace(0.0, path.length, PLAN_POINTS))[:, :2]
         depth = np.full(len(places), scenario.survey.depth(number))
-        plan = line(np.column_stack([places, depth]), colour(PLANNED_ON_DARK), width=1.0)
-        yield _entity(f"AUV{number}", lines=[plan])
+        drawn = line(np.column_stack([places, depth]), colour(PLANNED_ON_DARK), width=1.0)
+        yield _entity(f"AUV{number}", lines=[drawn])
 
 
 def _paths(result: "Result", kind: str) -> Iterator[dict[str, Any]]:

@@ -71,9 +71,6 @@ def _steps(arrivals: np.ndarray, duration: float) -> np.ndarray:
     return np.column_stack((times, np.repeat(count, 2)))
 
 
-if TYPE_CHECKING:
-    from ..results.result import Result
-
 BINS = 30
 
 

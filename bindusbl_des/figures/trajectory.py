@@ -76,8 +76,8 @@ def _plans(setup: Setup) -> list[Any]:
     if not setup.scenario.auvs.route.is_flown:
         return []
     return [
-        east_north(path.sample(np.linspace(0.0, path.length, PLAN_POINTS))[:, :2])
-        for path in [plan.path for plan in setup.plans]
+        east_north(plan.path.sample(np.linspace(0.0, plan.path.length, PLAN_POINTS))[:, :2])
+        for plan in setup.plans
     ]
 
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..core.lazy import cached_property
+from ..core.facts import cached_property
 
 if TYPE_CHECKING:
     import numpy as np

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Floats
-from ..core.lazy import cached_property
+from ..core.facts import cached_property
 from .area import Box, bounds, turned
 
 # Segments shorter than this (m) are left out: they carry no distance, only rounding.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..core.arrays import Floats
-from ..core.lazy import cached_property
+from ..core.facts import cached_property
 from ..core.streams import Purpose, Streams
 from ..setup import Setup
 from ..vehicles.currents import CONTROL_S, carried, current_series, gauss_markov

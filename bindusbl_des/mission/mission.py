@@ -12,7 +12,7 @@ import numpy as np
 import simpy
 
 from ..core.arrays import Floats, keep_memory
-from ..core.lazy import cached_property
+from ..core.facts import cached_property
 from ..core.wording import plain
 from ..records.events import HEARD, Broadcast, GnssFix
 

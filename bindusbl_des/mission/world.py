@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from ..core.arrays import Floats
-from ..core.lazy import cached_property
+from ..core.facts import cached_property
 from ..core.streams import Streams
 from ..navigation.dead_reckoning import DeadReckoning
 from ..navigation.navigators import Navigator

@@ -14,7 +14,7 @@ import numpy as np
 from ..advice.stations import Ways
 from ..campaigns.experiments.experiment import laid_over
 from ..core.arrays import Floats
-from ..core.lazy import cached_property
+from ..core.facts import cached_property
 from ..core.wording import counted, plain
 from ..scenario.files.former_keys import key_now
 from ..scenario.files.overrides import value_at

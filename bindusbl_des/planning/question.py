@@ -21,7 +21,7 @@ from ..campaigns.experiments.experiment_file import (
 )
 from ..campaigns.experiments.experiment_points import is_experiment, is_number, is_plan
 from ..campaigns.experiments.options import Options, PythonArguments
-from ..core.lazy import cached_property
+from ..core.facts import cached_property
 from ..core.wording import described, did_you_mean
 from ..scenario.files.mistakes import FilePlace, Mistake, ScenarioError
 from ..scenario.files.plain_yaml import Document, Path, read_yaml

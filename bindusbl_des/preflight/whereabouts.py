@@ -99,7 +99,7 @@ def deep(setup: Setup) -> Iterator[Problem]:
 def _stations(setup: Setup, asked: Formation) -> list[tuple[float, float]]:
     """Return where ASVs are moored, [x, y] in m.
 
-    `planned` says the same, with numpy, for which `validate` does not wait.
+    `Setup.stations_m` says the same, with numpy, for which `validate` does not wait.
     """
     scenario = setup.scenario
     given, count = setup.given_stations_m, scenario.asvs.count
@@ -181,10 +181,10 @@ def _turns(setup: Setup, seen: "SurveySights") -> Iterator[Problem]:
     """Yield which AUVs hardly ever get a fix because ASVs broadcast in step with the turns of AUVs,
     or by turns tell an AUV its slot and its fix, and those whose turn it is do not reach them.
     """
-    scenario = setup.scenario
     from .fix_chance import told_ahead
     from .limits import told
 
+    scenario = setup.scenario
     protocol, asvs = scenario.protocol, scenario.asvs
     ahead = told_ahead(setup, protocol.downlink)
     _, delivered, cycle = told(setup, seen, protocol.downlink)

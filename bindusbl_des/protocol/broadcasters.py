@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.arrays import Flags, Floats, Ints
-from ..core.lazy import cached_property
+from ..core.facts import cached_property
 from ..core.plugins import PluginError, asked, is_whole, shown
 from ..records.events import HEARD
 from ..records.rows import Recorder

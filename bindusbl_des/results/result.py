@@ -18,10 +18,9 @@ from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 
-from ..core.facts import fact
+from ..core.facts import cached_property, fact
 from ..core.files import sealed, write_text
 from ..core.kept_files import copies_of, keep, portable
-from ..core.lazy import cached_property
 from ..core.wording import did_you_mean
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import ScenarioWarning

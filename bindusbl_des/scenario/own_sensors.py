@@ -126,14 +126,9 @@ class Sensors(Site):
     @fact
     def lasting_errors(self) -> list[Kind]:
         """The kinds of errors that fixes have in common, in the order of their Jacobian J."""
-        usbl, asvs, navigation = (
-            self.scenario.usbl,
-            self.scenario.asvs.count,
-            self.scenario.navigation,
-        )
-        arrays = (
-            1 if self.scenario.protocol.asvs_ping else asvs
-        )  # that a fix may be of: else its own
+        scenario, usbl, navigation = self.scenario, self.scenario.usbl, self.scenario.navigation
+        asvs = scenario.asvs.count
+        arrays = 1 if scenario.protocol.asvs_ping else asvs  # that a fix may be of: else its own
         clock = navigation.clock_offset_sd_s, navigation.clock_drift_sd
         slow = (1.0,) * SLOW_NUMBERS if usbl.slow_share > 0.0 else (0.0,)
         found = [

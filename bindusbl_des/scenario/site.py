@@ -134,10 +134,8 @@ class Site(Facts):
         """Latitude and longitude (deg) of x = y = 0: as given, or the centroid of the area that a
         file describes; None for a site that is nowhere on Earth.
         """
-        given, corners = (
-            self.scenario.environment.origin.coordinates,
-            self.scenario.survey.corners_deg,
-        )
+        given = self.scenario.environment.origin.coordinates
+        corners = self.scenario.survey.corners_deg
         return _centroid(corners) if given is None and corners else given
 
     @fact

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.arrays import Flags, Floats
-from ..core.lazy import cached_property
+from ..core.facts import cached_property
 from .motion import PLACE, Motion, lines
 from .vehicle import Vehicle
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..acoustics.propagation import TOUCH
 from ..core.arrays import Floats
-from ..core.lazy import cached_property
+from ..core.facts import cached_property
 from ..core.plugins import PluginError
 from ..protocol.slots import Slots
 from ..scenario.scenario import Scenario

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ..core.lazy import cached_property
+from ..core.facts import cached_property
 from ..core.plugins import is_plugin
 from ..core.wording import plain
 from ..preflight.round_lengths import rounds_of

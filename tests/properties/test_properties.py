@@ -165,15 +165,15 @@ def forgetful(take: Callable[..., Any]) -> Callable[..., Any]:
     return taken
 
 
-def test_all_holds_of_a_hundred_drawn_missions(tmp_path: Path) -> None:
+def test_all_holds_of_forty_drawn_missions(tmp_path: Path) -> None:
     """Equations run uncompiled, in a process of their own: to compile all families takes longer.
     What nobody has written is NaN there.  Verdicts wait for the slow test, and for
     verification/test_drawn_missions.py.
     """
-    counts = Counter(uncompiled("properties.test_properties", 0, 100, tmp_path, SHORTER))
-    assert counts["flown"] >= 40, counts
-    assert counts["fixes"] > 400, counts
-    assert counts["collided"] > 50, counts
+    counts = Counter(uncompiled("properties.test_properties", 0, 40, tmp_path, SHORTER))
+    assert counts["flown"] >= 16, counts
+    assert counts["fixes"] > 160, counts
+    assert counts["collided"] > 20, counts
 
 
 @pytest.mark.slow

@@ -33,8 +33,8 @@ OBEYED = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u206
 def result() -> Result:
     """A mission with a name and warnings that would be scripts."""
     found = simulate(scenario(name=ATTACK, duration_s=5.0), 1)
-    found._told = [ScenarioWarning(ATTACK, ATTACK)]
-    return found
+    made = found.scenario, found.seed, found.arrow, found.wall_time_s
+    return Result(*made, [ScenarioWarning(ATTACK, ATTACK)], violations=found.violations)
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ import numpy as np
 import pyarrow as pa
 
 from ...core.arrays import Flags, Floats, Ints
-from ...core.lazy import cached_property
+from ...core.facts import cached_property
 from ...core.wording import did_you_mean, printable
 from ...records.events import NONE
 from ...records.metrics import METRICS_ARE, WORST, WORST_IS_LARGEST, AuvMetrics, of_an_auv

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...core.arrays import Flags, Floats, Ints
-from ...core.lazy import cached_property
+from ...core.facts import cached_property
 from ...records.rows import Recorder, Rows
 from ...scenario.own_sensors import Sensors, straight_drift_rms
 from ...vehicles.fleet import VehicleFleet
