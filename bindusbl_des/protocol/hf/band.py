@@ -69,6 +69,8 @@ class HfBand:
         self._auvs, self._asvs, self._record = auvs, asvs, record
         #: Who sends pings, and who listens.
         self.senders, self.listeners = (asvs, auvs) if asvs_ping else (auvs, asvs)
+        self._hearers = len(self.listeners)
+        self._may_fail = not (auvs.failures is None and asvs.failures is None)
         self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
         self._is_sure = self.listeners is asvs or auvs.foreseen
         self._spread_in = self._packed()
@@ -202,7 +204,7 @@ class HfBand:
             fleet.advance(time)
         self._ask(group, time)
         pings.room_for(count)
-        receptions.room_for(count * len(self.listeners))
+        receptions.room_for(count * self._hearers)
         receptions.count = spread(
             self._spread_in.address, members(tuple(group)), round_number, slot, time, called,
             self.calls.count, self._is_sure, first, row,
@@ -212,7 +214,8 @@ class HfBand:
             pings.rows["waited_s"][first:] = waited
         if self.echoes is not None:
             self._echo(group, first, row, self.echoes)
-        self._cut_short(group, first, row, time)
+        if self._may_fail:
+            self._cut_short(group, first, row, time)
         if called[0]["call"] not in (NONE, HEARD):
             silence(receptions.rows[row:], called[0]["call"])
         if not self._is_sure:
@@ -244,6 +247,8 @@ class HfBand:
         """Amend what has arrived by now, an instant (s), at who listens and has no sure future:
         steers by fixes, or is moved by an outside program.
         """
+        if self.listeners.foreseen:
+            return
         self.listeners.advance(time)
         if self._is_sure and self.listeners.predicted:
             self._predicted = amend(

@@ -198,29 +198,26 @@ class Outcomes:
         pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
         count, measuring = fixes.count, self._measuring
         most = pings.count - self._undecided + 1
-        measuring.make_room(most * len(self._listeners) if self._band.asvs_ping else most)
+        measuring.make_room(most if self._gnss_noise is None else most * len(self._listeners))
         if most > self._room:
             self._room = 2 * most
             self._decided_by.renew("due", np.empty(self._room, dtype=np.int64))
         fixes.count, undecided, auv, asv = resolve(
             self._decided_by.address, time, ping, only, pings.count, receptions.count,
             self._band.calls.count, count, measuring.errors, *self._further_sound,
-            self._drawn_gnss_noise(),
+            None if self._gnss_noise is None else self._drawn(self._gnss_noise),
         )  # fmt: skip
-        made = fixes.array[count : fixes.count]
         if measuring.own is not None:
-            for fix in made:
+            for fix in fixes.array[count : fixes.count]:
                 self._measure(measuring.own, fix)
-        if self._band.asvs_ping:  # nobody broadcasts them
-            for number in made["round"].tolist():
+        if self._gnss_noise is not None:  # who makes a fix has it, nobody broadcasts it
+            for number in fixes.array["round"][count : fixes.count].tolist():
                 self._record.rounds[number].fixes += 1
         return undecided, auv, asv
 
-    def _drawn_gnss_noise(self) -> Floats | None:
-        """Return how far off ASVs believed to be as they pinged (pings, 3); None if AUVs ping."""
-        noise, pings = self._gnss_noise, self._record.pings
-        if noise is None:
-            return None
+    def _drawn(self, noise: EventBuffer) -> Floats:
+        """Return how far off ASVs believed to be as they pinged (pings, 3)."""
+        pings = self._record.pings
         for ping in pings.array[noise.count : pings.count]:
             noise.room_for(1)[noise.count] = self._gnss(int(ping["asv"])).standard_normal(3)
             noise.count += 1
