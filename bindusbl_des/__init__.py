@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     )
     from .campaigns.compare import compare
     from .campaigns.running import resume, sweep
+    from .core.mistakes import ScenarioError
     from .geometry.coverage import covered_area, covering_radius
     from .geometry.formation import formation
     from .live.readings import Instruments
@@ -46,7 +47,6 @@ if TYPE_CHECKING:
     from .recorded.replaying import replay
     from .results.loading import load_result
     from .results.result import Result
-    from .scenario.files.mistakes import ScenarioError
     from .scenario.files.scenario_file import load_scenario
     from .scenario.own_routes import PlanView, WayView
     from .scenario.scenario import Scenario
@@ -103,7 +103,7 @@ _HOMES = {
     "Result": "results.result",
     "resume": "campaigns.running",
     "Scenario": "scenario.scenario",
-    "ScenarioError": "scenario.files.mistakes",
+    "ScenarioError": "core.mistakes",
     "simulate": "mission.simulation",
     "sound_speed": "sea.water",
     "travel_time": "acoustics.travel_time",

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..campaigns.statistics.intervals import intervals
 from ..core.arrays import Floats
+from ..core.mistakes import ScenarioError
 from ..core.wording import counted
 from ..results.effects import (
     FILTER,
@@ -23,7 +24,6 @@ from ..results.effects import (
     Effect,
     Harm,
 )
-from ..scenario.files.mistakes import ScenarioError
 from ..scenario.files.scenario_file import parse_scenario
 from ..scenario.scenario import Scenario
 from .changes import Change, changed, proposals

@@ -7,23 +7,22 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..core.wording import counted, did_you_mean, plain
-from ..scenario.files.shipped import (
+from ..core.shipped import (
     ENDINGS,
     KINDS,
-    TEMPLATES,
     listed,
     located,
     shipped,
-    template,
 )
+from ..core.wording import counted, did_you_mean, plain
+from ..scenario.files.starters import TEMPLATES, template
 from .console import BAD_INPUT, print_json, refuse, say, talk, write_new
 from .options import bare_keys, json_option, out_option, plugins_option, set_option, shipped_or_file
 
 if TYPE_CHECKING:
+    from ..core.mistakes import Mistake
+    from ..core.plain_yaml import Document
     from ..presets.preset import Preset
-    from ..scenario.files.mistakes import Mistake
-    from ..scenario.files.plain_yaml import Document
     from ..scenario.keys import Key
     from ..scenario.scenario import Scenario
 
@@ -75,10 +74,10 @@ def _findings(
 ) -> "tuple[Sequence[Mistake], Sequence[Mistake]]":
     """Return the mistakes of a file, and warnings about it."""
     from ..campaigns.experiments.experiment_points import is_experiment, is_plan
+    from ..core.mistakes import ScenarioError
+    from ..core.plain_yaml import read_yaml
     from ..preflight.warnings import read_scenario
     from ..scenario.families import plugins_of
-    from ..scenario.files.mistakes import ScenarioError
-    from ..scenario.files.plain_yaml import read_yaml
     from ..scenario.files.scenario_file import Source
 
     try:
@@ -110,10 +109,10 @@ def _findings(
 
 def _refused(document: "Document", scenario: "Scenario") -> "Iterator[Mistake]":
     """Yield why a mission refuses parts of one's own, as it asks them where vehicles go."""
+    from ..core.mistakes import Mistake
     from ..core.plugins import PluginError
     from ..mission.mission import Mission
     from ..scenario.families import plugins_of
-    from ..scenario.files.mistakes import Mistake
     from ..scenario.files.scenario_file import place_of
 
     try:

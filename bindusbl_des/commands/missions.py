@@ -292,8 +292,8 @@ class MissionProgress:
 
 def _text(path: str) -> str | None:
     """Return the text of the scenario file; None if it can be read only once (a pipe)."""
-    from ..scenario.files.mistakes import ScenarioError
-    from ..scenario.files.scenario_file import read_text
+    from ..core.mistakes import ScenarioError
+    from ..core.plain_yaml import read_text
 
     try:
         return read_text(path) if Path(path).is_file() else None
@@ -307,7 +307,7 @@ def _tells(text: str | None, scenario: "Scenario", folder: Path) -> bool:
     It is not if there were overrides, or tracks that are named from where the file lay; and what
     is spelt otherwise now is written anew.
     """
-    from ..scenario.files.mistakes import ScenarioError
+    from ..core.mistakes import ScenarioError
     from ..scenario.files.scenario_file import Source, parsed
 
     try:

@@ -187,8 +187,9 @@ def _page(folder: str, asked: AdviceOptions, *, keep: bool) -> str:
 
 def _as_written(folder: str, scenario: "Scenario") -> "Callable[[Sequence[str]], Scenario] | None":
     """Return what reads a folder's scenario file with further options; None if it is another's."""
-    from ..scenario.files.mistakes import ScenarioError
-    from ..scenario.files.scenario_file import parse_scenario, read_text
+    from ..core.mistakes import ScenarioError
+    from ..core.plain_yaml import read_text
+    from ..scenario.files.scenario_file import parse_scenario
 
     path = Path(folder) / "scenario.yaml"
     try:

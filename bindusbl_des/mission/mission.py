@@ -19,13 +19,13 @@ from ..records.events import HEARD, Broadcast, GnssFix
 # What happens in a mission, and tables, are loaded by the first one: numba and Arrow take a second,
 # for which who only names missions does not wait.
 if TYPE_CHECKING:
+    from ..core.mistakes import ScenarioWarning
     from ..protocol.happenings import Happening, Watch
     from ..protocol.hf.outcomes import Sight
     from ..protocol.schedules.named import Schedule
     from ..protocol.steps import MissionEnvironment
     from ..results.result import Result
     from ..scenario.scenario import Scenario
-    from ..scenario.scenario_keys import ScenarioWarning
     from ..vehicles.poses import PoseSource
 
 # Half of what missions of up to a hundred AUVs leave is kept for the next one (bytes).
@@ -423,6 +423,6 @@ class Mission:
         moved = self._world.auv_fleet.poses or self._world.asv_fleet.poses
         if moved is None:
             return []
-        from ..scenario.scenario_keys import ScenarioWarning
+        from ..core.mistakes import ScenarioWarning
 
         return [ScenarioWarning(f"{kind}.vehicle", moved.described) for kind in moved.kinds]

@@ -15,10 +15,10 @@ from ..advice.stations import Ways
 from ..campaigns.experiments.experiment import laid_over
 from ..core.arrays import Floats
 from ..core.facts import cached_property
+from ..core.plain_data import value_at
+from ..core.plain_yaml import read_yaml
 from ..core.wording import counted, plain
 from ..scenario.files.former_keys import key_now
-from ..scenario.files.overrides import value_at
-from ..scenario.files.plain_yaml import read_yaml
 from ..scenario.scenario import Scenario
 from ..setup import Setup, setup_of
 from .prediction.gathering import inputs_of

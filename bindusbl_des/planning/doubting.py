@@ -15,12 +15,13 @@ import numpy as np
 
 from ..campaigns.statistics.intervals import intervals
 from ..core.arrays import Floats
+from ..core.plain_data import value_at
 from ..geometry.formation import ring_radius
 from ..preflight.fix_chance import loses_pings
 from ..scenario.agreement.instruments import ASSUMED, taken_for
 from ..scenario.channel_settings import burst_s
 from ..scenario.declared import channel_named
-from ..scenario.files.overrides import put, value_at
+from ..scenario.files.overrides import put
 from ..scenario.sections.navigation import Drift
 from .candidates import (
     FORMATION,

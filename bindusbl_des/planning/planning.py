@@ -52,11 +52,11 @@ from ..campaigns.running import check_plugins, remove_own
 from ..core.arrays import Floats
 from ..core.files import write_text
 from ..core.process import in_notebook
+from ..core.shipped import located
 from ..core.wording import counted, did_you_mean
 from ..export.chart_files import thinned
 from ..mission.simulation import simulate
 from ..scenario.families import leave_of
-from ..scenario.files.shipped import located
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Record
 from ..setup import setup_of

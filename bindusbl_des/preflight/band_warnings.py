@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from itertools import combinations
 from typing import Any
 
+from ..core.mistakes import Problem
 from ..core.wording import plain
 from ..presets.modems import airtime_table
 from ..scenario.channel_settings import read_curve
 from ..scenario.declared import channel_named, navigator_named
 from ..scenario.scenario import Scenario
-from ..scenario.scenario_keys import Problem
 from ..scenario.sections.acoustics import modem_values
 from ..scenario.site import longest_path
 from ..setup import Setup

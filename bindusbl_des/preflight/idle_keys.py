@@ -9,6 +9,7 @@ Settings of channels, instruments and casts that another setting leaves nothing 
 from collections.abc import Iterator
 from typing import Any
 
+from ..core.mistakes import Problem
 from ..core.wording import plain
 from ..scenario.channel_settings import burst_s
 from ..scenario.declared import CHANNELS, channel_named, instrument_named
@@ -16,7 +17,7 @@ from ..scenario.families import FAMILIES
 from ..scenario.key_types import Part
 from ..scenario.part_choice import PartChoice
 from ..scenario.scenario import Scenario
-from ..scenario.scenario_keys import Environment, Problem
+from ..scenario.scenario_keys import Environment
 from ..scenario.sections.vehicles import VehicleChoice
 from ..setup import Setup
 from .idle_rules import (

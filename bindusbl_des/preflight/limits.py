@@ -14,7 +14,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Flags, Floats, Ints
-from ..protocol.bounds import (
+from ..protocol.conflicts import dsatur_groups, greedy_groups
+from ..protocol.cycles import cycle
+from ..protocol.predicted_positions import planned_vehicles
+from ..protocol.slots import Slots
+from ..scenario.declared import DOWNLINKS, ScheduleTraits, channel_named
+from ..scenario.scenario import Scenario
+from ..setup import Setup, setup_of
+from .bounds import (
     EXACT_UP_TO,
     aloha_capacity,
     clique_number,
@@ -27,13 +34,6 @@ from ..protocol.bounds import (
     reuse_bound,
     slotted_aloha_capacity,
 )
-from ..protocol.conflicts import dsatur_groups, greedy_groups
-from ..protocol.cycles import cycle
-from ..protocol.predicted_positions import planned_vehicles
-from ..protocol.slots import Slots
-from ..scenario.declared import DOWNLINKS, ScheduleTraits, channel_named
-from ..scenario.scenario import Scenario
-from ..setup import Setup, setup_of
 from .fix_chance import (
     LOOKED_UP,
     frame_chance,

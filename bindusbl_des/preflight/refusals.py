@@ -7,12 +7,11 @@ hull settles, how often a path comes up, what stands in a file of sound.
 from collections.abc import Iterator, Sequence
 from math import exp
 
+from ..core.mistakes import Mistake, Problem, ScenarioError
+from ..core.plain_yaml import Document
 from ..scenario.families import plugins_of
-from ..scenario.files.mistakes import Mistake, ScenarioError
-from ..scenario.files.plain_yaml import Document
 from ..scenario.files.scenario_file import Source, parsed, place_of_problem
 from ..scenario.scenario import Scenario
-from ..scenario.scenario_keys import Problem
 from ..setup import Setup, setup_of
 
 # A mean of a varying current beyond so many standard deviations is drawn by one seed in forty.

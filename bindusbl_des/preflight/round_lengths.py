@@ -6,12 +6,17 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from ..protocol.access.aloha import aloha_success, offered_load, slot_share, slotted_success
 from ..protocol.access.serving import backoff_slot_s, sensing_of
 from ..protocol.cycles import STAND_IN, cycle
 from ..protocol.slots import Slots
 from ..scenario.declared import DOWNLINKS, DownlinkTraits, ScheduleTraits
 from ..setup import Setup
+from .bounds import (
+    aloha_success,
+    offered_load,
+    slot_share,
+    slotted_success,
+)
 
 
 @dataclass(frozen=True)

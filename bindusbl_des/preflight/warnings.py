@@ -11,19 +11,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..core.mistakes import Mistake, Problem, ScenarioWarning
+from ..core.plain_yaml import Document
 from ..core.plugins import is_plugin, refusal
 from ..presets.modems import airtime_table
 from ..scenario.channel_settings import Sound, read_curve
 from ..scenario.declared import channel_named, instrument_named
 from ..scenario.families import CHANNEL, plugins_of
-from ..scenario.files.mistakes import Mistake
-from ..scenario.files.plain_yaml import Document
 from ..scenario.files.scenario_file import Source, place_of, place_of_problem
 from ..scenario.key_types import Renamed
 from ..scenario.own_sensors import MOST_TOLD
 from ..scenario.part_choice import settings_of
 from ..scenario.scenario import Scenario
-from ..scenario.scenario_keys import Problem, ScenarioWarning
 from ..scenario.sections.usbl import spacing_m
 from ..scenario.site import longest_path, recordings
 from ..setup import Setup, setup_of

@@ -5,11 +5,11 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from ..core.mistakes import Problem
 from ..core.plugins import PluginError
 from ..core.wording import timed
 from ..scenario.declared import BROADCASTERS, channel_named
 from ..scenario.scenario import Scenario
-from ..scenario.scenario_keys import Problem
 from ..scenario.sections.placements import Formation
 from ..scenario.sections.survey import SURVEY, SurveyEnd
 from ..setup import Setup

@@ -8,11 +8,11 @@ from string import Template
 from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
+from ..core.plain_data import leaves
 from ..core.wording import LONG_S, counted, number, plain, timed
 from ..records.metrics import WORST
 from ..results.summary import rounds_text
 from ..scenario.families import leave_of
-from ..scenario.keys import leaves
 from ..scenario.own_sensors import drift_text
 from .calibration import calibration_text
 from .envelope import envelope_made_of

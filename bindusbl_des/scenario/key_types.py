@@ -20,17 +20,13 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from ..core.plain_data import PRINTABLE
 from ..core.wording import plain
 from ..presets.catalogue import preset
 
 PAPER = "BIND-USBL paper"
 THESIS = "Nitsch 2024, USBL-Simulator"
 OURS = "this package"
-
-# No control characters: they belong to no name, and a terminal would obey them.  U+FFFE and U+FFFF
-# are no characters, and no YAML.
-PRINTABLE = r"^[^\u0000-\u001f\u007f-\u009f\u2028\u2029\ufffe\uffff]*$"
-LONGEST_NAME = 100
 
 Real = Annotated[float, Strict(), Field(allow_inf_nan=False)]
 Whole = Annotated[int, Strict()]

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal, Required, TypedDict, TypeVar, Un
 from pydantic import ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
+from ..core.mistakes import Problem
+from ..core.plain_data import leaves
 from ..core.plugins import is_plugin
 from ..core.wording import did_you_mean, plain, shortened
 from ..presets.catalogue import CATALOGUE
@@ -26,9 +28,8 @@ from .agreement.vehicles import (
     vehicles_problems,
 )
 from .families import loaded_parts, parts_of
-from .keys import leaves
 from .part_choice import shipped_mistakes
-from .scenario_keys import Environment, Problem, Record, ScenarioKeys
+from .scenario_keys import Environment, Record, ScenarioKeys
 from .sections.acoustics import Acoustics
 from .sections.navigation import Navigation
 from .sections.protocol import Protocol

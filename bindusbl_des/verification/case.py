@@ -16,10 +16,10 @@ from ..scenario.scenario import Scenario
 from ..scenario.sections.vehicles import VehicleChoice
 from ..scenario.site import NoStations, longest_path
 from ..setup import Setup
-from ..usbl.bounds import exceeded
 from ..vehicles.currents import CONTROL_S
 from ..vehicles.guidance.departure import top_speed
 from ..vehicles.tracks import Track
+from .bounds import exceeded
 
 Plan = dict[str, Any]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core.plugins import is_plugin
 from ..preflight.round_lengths import rounds_of
-from ..usbl.bounds import Beside, farthest_off
+from .bounds import Beside, farthest_off
 from .case import ACCEPTED, REFUSED, Case, Plan, SignalPair, undecided
 from .signals import at_the_edge, come_in_together, comes_into_range, rounds_shown
 from .uplink import answering_s

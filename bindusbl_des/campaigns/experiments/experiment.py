@@ -19,14 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.kept_files import KEPT, copies_of, kept_name, portable, renamed, renamed_point
+from ...core.mistakes import Mistake
+from ...core.plain_yaml import Document
 from ...core.plugins import Family, is_plugin, name_of, package_sha256, source_sha256
 from ...core.wording import described, did_you_mean
 from ...results.schemas import schema
 from ...scenario.families import parts_of
 from ...scenario.files.former_keys import as_now, is_former, key_now
-from ...scenario.files.mistakes import Mistake
 from ...scenario.files.overrides import put
-from ...scenario.files.plain_yaml import Document
 from ...scenario.part_choice import PartChoice
 from ...scenario.scenario import Scenario
 from .experiment_points import is_section

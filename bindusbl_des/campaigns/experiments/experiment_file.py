@@ -6,16 +6,16 @@ from contextlib import suppress
 from pathlib import Path as FilePath
 from typing import Any
 
+from ...core.mistakes import FilePlace, Mistake, ScenarioError
+from ...core.plain_data import DIALECT, LONGEST_NAME, PRINTABLE
+from ...core.plain_yaml import Document, read_text, read_yaml
+from ...core.shipped import shipped
 from ...core.wording import described, did_you_mean
 from ...preflight.warnings import Reading, read_scenario
 from ...results.schemas import schema
 from ...scenario.files.former_keys import READ_YET, is_former, key_now
-from ...scenario.files.mistakes import FilePlace, Mistake, ScenarioError
-from ...scenario.files.plain_yaml import Document, read_yaml
-from ...scenario.files.scenario_file import Source, read_text
-from ...scenario.files.shipped import shipped
-from ...scenario.key_types import LONGEST_NAME, PRINTABLE
-from ...scenario.keys import DIALECT, settable
+from ...scenario.files.scenario_file import Source
+from ...scenario.keys import settable
 from ...scenario.scenario import Scenario
 from ..storage.folder import LARGEST_SEED, MOST_MISSIONS
 from .experiment import MOST_SEEDS, Detail, Experiment, as_written, targets_in, turn

@@ -14,8 +14,9 @@ from itertools import product
 from math import isfinite, prod
 from typing import Any, Literal
 
+from ...core.plain_data import Path
+from ...core.plain_yaml import Document
 from ...core.wording import described, did_you_mean, plain
-from ...scenario.files.plain_yaml import Document, Path
 from ...scenario.keys import settable
 from ...scenario.scenario import Scenario
 

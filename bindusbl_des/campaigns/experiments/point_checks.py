@@ -4,12 +4,13 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ...core.kept_files import names_files, renamed_point
+from ...core.mistakes import FilePlace, Mistake, ScenarioError
+from ...core.plain_data import Path
+from ...core.plain_yaml import Document
 from ...core.plugins import is_plugin, refusal
 from ...preflight.idle_keys import idle_keys
 from ...preflight.refusals import refusals, usable
 from ...scenario.families import FAMILIES, load_plugins, named
-from ...scenario.files.mistakes import FilePlace, Mistake, ScenarioError
-from ...scenario.files.plain_yaml import Document, Path
 from ...scenario.files.scenario_file import Source
 from ...scenario.scenario import Scenario
 from ...setup import setup_of

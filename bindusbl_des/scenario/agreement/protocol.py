@@ -5,12 +5,12 @@ their slots, channels that reach deep enough, messages that hold a fix.
 from collections.abc import Iterator
 from importlib.util import find_spec
 
+from ...core.mistakes import Problem
 from ...core.plugins import is_plugin
 from ...presets.modems import airtime_table
 from ..channel_settings import Table
 from ..declared import DOWNLINKS, RANGINGS, channel_named
 from ..part_choice import PartChoice
-from ..scenario_keys import Problem
 from ..site import Site
 from .vehicles import no_such_asv
 

@@ -13,28 +13,25 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pydantic import ValidationError
 
 from ...core.kept_files import FILES, Way, is_own
+from ...core.mistakes import FilePlace, Mistake, Problem, ScenarioError
+from ...core.plain_data import Path, dotted, path_of
+from ...core.plain_yaml import Document, read_text, read_yaml
+from ...core.shipped import located
 from ...core.wording import described, printable
 from ...presets.modems import airtime_table
 from ..channel_settings import read_curve
 from ..families import load_plugins
 from ..scenario import Scenario, site_of
-from ..scenario_keys import Problem
 from ..sections.placements import AsvTrack
 from ..sections.routes import ROUTES, Track
 from .explanations import ROUTE, Finding, guessed_kind
 from .former_keys import as_now, is_former, is_of_old, move_keys
-from .mistakes import FilePlace, Mistake, ScenarioError
-from .overrides import override, path_of
-from .plain_yaml import Document, Path, dotted, read_yaml
-from .shipped import located
+from .overrides import override
 
 if TYPE_CHECKING:
     from ...vehicles.tracks import Track as RecordedTrack
 
 __all__ = ["Mistake", "ScenarioError", "Source", "as_scenario", "load_scenario", "parse_scenario"]
-
-# A scenario of thousands of vehicles has some 100 kB.
-LARGEST_FILE = 1_000_000
 
 
 class Source(NamedTuple):
@@ -101,34 +98,6 @@ def as_scenario(given: Scenario | str | FilePath, *, allow_plugins: bool = False
     raise TypeError(
         f"a mission needs a Scenario or the path of a scenario file; got {described(given)}{remedy}"
     )
-
-
-def read_text(path: str | FilePath) -> str:
-    """Return the text of a scenario file.
-
-    Raises:
-        ScenarioError: when it is missing, a folder, too large or not UTF-8 text.
-    """
-    try:
-        with open(path, "rb") as file:
-            raw = file.read(LARGEST_FILE + 1)
-        if len(raw) > LARGEST_FILE:
-            raise _failure(path, f"larger than {LARGEST_FILE:,} bytes; is this a scenario file?")
-        return raw.decode("utf-8-sig")
-    except FileNotFoundError:
-        raise _failure(path, "no such file; `bindusbl-des init` writes a starter") from None
-    except IsADirectoryError:
-        raise _failure(path, "is a folder; name a scenario file in it") from None
-    except OSError as error:
-        raise _failure(path, f"cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError as error:
-        byte = f"byte 0x{raw[error.start]:02x} at {error.start}"
-        message = f"not UTF-8 text ({byte}); save it as UTF-8"
-        raise _failure(path, message) from None
-
-
-def _failure(path: str | FilePath, message: str) -> ScenarioError:
-    return ScenarioError([Mistake.at(FilePlace(str(path)), "", message)])
 
 
 def parse_scenario(
