@@ -14,7 +14,6 @@ from ..scenario.declared import (
     DOWNLINKS,
     SCHEDULES,
     advised,
-    channel_named,
 )
 from ..scenario.files.overrides import put
 from ..scenario.scenario import Scenario
@@ -198,12 +197,7 @@ def _losses(setup: Setup) -> Iterator[Change]:
     """Yield a loss law that is made for the HF range, where most pings over that are lost."""
     hf, law = setup.scenario.acoustics.hf, setup.scenario.acoustics.loss.law
     found = delivery(setup, "hf")
-    if (
-        channel_named(hf.channel).ends_at_range
-        and law != "scaled"
-        and found is not None
-        and found[1] < HALF
-    ):
+    if hf.traits.ends_at_range and law != "scaled" and found is not None and found[1] < HALF:
         words = f"pings that carry over {hf.range_m:g} m (loss law scaled instead of {law})"
         yield Change("loss law", words, {"acoustics.loss.law": "scaled"})
 

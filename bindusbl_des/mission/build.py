@@ -32,7 +32,6 @@ from ..protocol.schedules.view import known_of
 from ..protocol.steps import moment
 from ..protocol.tdma import serve
 from ..records.rows import Jacobians, Recorder, Rows
-from ..scenario.channel_settings import burst_s
 from ..setup import Setup
 from ..usbl.array import elements_of
 from ..usbl.instrument import Usbl
@@ -279,7 +278,7 @@ def _on_hf(
         setup.ping_channel or setup.ping_loss,
         streams,
         record,
-        pairs(burst_s(hf.channel), streams, Purpose.BURST, len(auvs), len(asvs)),
+        pairs(hf.burst_s, streams, Purpose.BURST, len(auvs), len(asvs)),
     )
 
 
@@ -297,7 +296,7 @@ def frame_band(setup: Setup, streams: Streams) -> FrameBand:
         capture,
         deafening,
         pairs(
-            burst_s(mf.channel),
+            mf.burst_s,
             streams,
             Purpose.FRAME_BURST,
             setup.scenario.auvs.count,

@@ -9,11 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..acoustics.channel import AskedChannel, between
-from ..acoustics.loss import losses
 from ..core.arrays import Flags, Floats, Ints
 from ..core.plugins import is_plugin
-from ..scenario.declared import DOWNLINKS, BroadcasterTraits, channel_named
-from ..scenario.site import longest_path
+from ..scenario.declared import DOWNLINKS, BroadcasterTraits
 from ..setup import Setup
 
 # The range within which pings are heard is looked for among so many; where nothing ends it among
@@ -271,7 +269,7 @@ def ping_chance(setup: Setup, slants: Floats, depth: float) -> Floats | None:
         return None
     channel = setup.ping_channel
     if channel is None:
-        return np.asarray(1.0 - losses(slants, *setup.ping_loss))
+        return np.asarray(1.0 - setup.ping_loss.over(slants))
     return _decoded(channel, *below(slants, depth), scenario.acoustics.hf.range_m, False)[:, 0]
 
 
@@ -299,8 +297,8 @@ def delivery(setup: Setup, band: str) -> tuple[float, float, float] | None:
     scenario = setup.scenario
     hf, depth = scenario.acoustics.hf, scenario.survey.deepest
     reach = hf.range_m if band == "hf" else scenario.acoustics.mf.range_m
-    if band == "hf" and channel_named(hf.channel).ends_at_range:
-        reach = longest_path(reach, depth, hf.range_metric)
+    if band == "hf" and hf.traits.ends_at_range:
+        reach = hf.longest_path_m(depth)
     ranges = np.linspace(min(depth, reach), reach, LOOKED_UP)
     chance = partial(ping_chance if band == "hf" else frame_chance, setup, depth=depth)
     if (at_range := chance(ranges[-1:])) is None:
@@ -313,11 +311,11 @@ def loses_pings(setup: Setup) -> bool:
     """Tell whether an ASV that should hear a ping may miss it, were nothing to overlap it."""
     scenario = setup.scenario
     hf = scenario.acoustics.hf
-    if is_plugin(hf.channel) or not channel_named(hf.channel).ends_at_range:
+    if is_plugin(hf.channel) or not hf.traits.ends_at_range:
         return True
-    reach = longest_path(hf.range_m, scenario.survey.deepest, hf.range_metric)
+    reach = hf.longest_path_m(scenario.survey.deepest)
     ranges = np.linspace(0.0, reach, LOOKED_UP)
-    return bool(losses(ranges, *setup.ping_loss).max() > 0.0)
+    return bool(setup.ping_loss.over(ranges).max() > 0.0)
 
 
 Rings = tuple[tuple[float, float], ...]
@@ -334,7 +332,7 @@ def heard_rings(setup: Setup) -> Rings:
     reach = setup.horizontal_reach_m
     if is_plugin(hf.channel):
         return ((0.0, reach),)
-    farthest = reach if channel_named(hf.channel).ends_at_range else FARTHEST_M
+    farthest = reach if hf.traits.ends_at_range else FARTHEST_M
     level = np.append(0.0, farthest * np.geomspace(1e-6, 1.0, MANY))
     return _rings(level, lambda away: ping_chance(setup, np.hypot(away, depth), depth))
 
@@ -367,7 +365,7 @@ def _heard(setup: Setup, auvs: Floats, asvs: Floats) -> Floats:
         return _decoded(channel, auvs, asvs, hf.range_m, False)
     away = _apart(auvs, asvs)
     counted = away if hf.range_metric == "slant" else _apart(auvs, asvs, axes=2)
-    lost = losses(away.ravel(), *setup.ping_loss).reshape(away.shape)
+    lost = setup.ping_loss.over(away.ravel()).reshape(away.shape)
     return np.where(counted <= hf.range_m, 1.0 - lost, 0.0)
 
 

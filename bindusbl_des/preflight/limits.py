@@ -18,7 +18,7 @@ from ..protocol.conflicts import dsatur_groups, greedy_groups
 from ..protocol.cycles import cycle
 from ..protocol.predicted_positions import planned_vehicles
 from ..protocol.slots import Slots
-from ..scenario.declared import DOWNLINKS, ScheduleTraits, channel_named
+from ..scenario.declared import DOWNLINKS, ScheduleTraits
 from ..scenario.scenario import Scenario
 from ..setup import Setup, setup_of
 from .bounds import (
@@ -139,13 +139,13 @@ def sights(setup: Setup, times: Floats, auvs: Floats, asvs: Floats) -> SurveySig
     heard = ((slant if hf.range_metric == "slant" else level) <= hf.range_m) & ~broken
     away = np.where(broken, np.inf, slant)
     reached = ((slant if mf.range_metric == "slant" else level) <= mf.range_m) & ~broken
-    pings = _chances(setup, slant, heard, ~broken, hf.channel, ping_chance)
-    frames = _chances(setup, slant, reached, ~broken, mf.channel, frame_chance)
+    pings = _chances(setup, slant, heard, ~broken, "hf", ping_chance)
+    frames = _chances(setup, slant, reached, ~broken, "mf", frame_chance)
     at_best = made_and_delivered(setup, pings, frames, away)[0]
     if not scenario.protocol.asvs_ping:  # the shortest frames are lost least
         alone = partial(frame_chance, fixes=1)
         at_best = at_best * _chances(
-            setup, slant, reached, ~broken, mf.channel, alone
+            setup, slant, reached, ~broken, "mf", alone
         ).max(axis=2)  # fmt: skip
     return SurveySights(times, heard, reached, away, pings, frames, at_best)
 
@@ -227,7 +227,7 @@ def frames_overlap(setup: Setup, sights: SurveySights) -> tuple[float, float, li
 
 
 def _chances(
-    setup: Setup, slant: Floats, in_range: Flags, works: Flags, channel: str,
+    setup: Setup, slant: Floats, in_range: Flags, works: Flags, band: str,
     chance: Callable[[Setup, Floats, float], Floats | None],
 ) -> Floats:  # fmt: skip
     """Return how likely signals are decoded over slant ranges (k, n, m), m, looked up by these, for
@@ -241,8 +241,8 @@ def _chances(
         if table is None:
             return in_range.astype(np.float64)
         found[:, depths == depth] = np.interp(slant[:, depths == depth], ranges, table)
-    within = in_range if channel_named(channel).ends_at_range else works
-    return np.where(within, found, 0.0)
+    is_cut = setup.scenario.acoustics.bands[band].traits.ends_at_range
+    return np.where(in_range if is_cut else works, found, 0.0)
 
 
 # Which ping groups there are of what is heard, by how they come about.

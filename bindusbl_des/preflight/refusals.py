@@ -57,7 +57,7 @@ def perhaps_carried_away(setup: Setup) -> Iterator[Problem]:
 def _tables(setup: Setup) -> Iterator[Problem]:
     """Yield what is wrong with tables of sound, which are held to the scenario's water."""
     for band in ("hf", "mf"):
-        channel = getattr(setup.scenario.acoustics, band).channel
+        channel = setup.scenario.acoustics.bands[band].channel
         file = channel.settings.get("rays") if channel == "table" else None
         if file is None:
             continue

@@ -16,7 +16,6 @@ from ..core.plain_yaml import Document
 from ..core.plugins import is_plugin, refusal
 from ..presets.modems import airtime_table
 from ..scenario.channel_settings import Sound, read_curve
-from ..scenario.declared import channel_named, instrument_named
 from ..scenario.families import CHANNEL, plugins_of
 from ..scenario.files.scenario_file import Source, place_of, place_of_problem
 from ..scenario.key_types import Renamed
@@ -24,7 +23,7 @@ from ..scenario.own_sensors import MOST_TOLD
 from ..scenario.part_choice import settings_of
 from ..scenario.scenario import Scenario
 from ..scenario.sections.usbl import spacing_m
-from ..scenario.site import longest_path, recordings
+from ..scenario.site import recordings
 from ..setup import Setup, setup_of
 from .band_warnings import (
     answers,
@@ -167,11 +166,11 @@ def _former_words(setup: Setup) -> Iterator[Problem]:
 def _lobes(setup: Setup) -> Iterator[Problem]:
     """Yield elements so far apart that their phases alone do not tell a direction."""
     scenario = setup.scenario
-    array, channel = scenario.usbl.array, scenario.acoustics.hf.channel
-    times_arrivals = instrument_named(scenario.usbl.model).times_arrivals
-    if isinstance(array, str) or not channel_named(channel).has_levels or not times_arrivals:
+    array, hf = scenario.usbl.array, scenario.acoustics.hf
+    times_arrivals = setup.instrument.times_arrivals
+    if isinstance(array, str) or not hf.traits.has_levels or not times_arrivals:
         return
-    sound = settings_of(CHANNEL, channel)
+    sound = settings_of(CHANNEL, hf.channel)
     assert isinstance(sound, Sound)  # of these channels alone
     frequency_hz = 1e3 * sound.frequency_khz
     wave_m = scenario.environment.sound_speed_m_per_s / frequency_hz
@@ -201,7 +200,7 @@ def _flat(setup: Setup) -> Iterator[Problem]:
     """
     scenario = setup.scenario
     array, depths = scenario.usbl.array, scenario.survey
-    if isinstance(array, str) or not instrument_named(scenario.usbl.model).times_arrivals:
+    if isinstance(array, str) or not setup.instrument.times_arrivals:
         return
     import numpy as np
 
@@ -213,7 +212,7 @@ def _flat(setup: Setup) -> Iterator[Problem]:
     flat = math.asin(min(SURE * sigma / math.sqrt(squares[0]), 1.0))
     depth = min(depths.depth(auv) for auv in range(scenario.auvs.count))
     hf = scenario.acoustics.hf
-    down = math.asin(min(depth / longest_path(hf.range_m, depth, hf.range_metric), 1.0))
+    down = math.asin(min(depth / hf.longest_path_m(depth), 1.0))
     tilt = math.acos(min(abs(axes[2, 0]), 1.0))  # of the thin axis from the vertical
     if down - tilt >= flat:
         return

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from ..core.mistakes import Problem
 from ..core.plugins import PluginError
 from ..core.wording import timed
-from ..scenario.declared import BROADCASTERS, channel_named
+from ..scenario.declared import BROADCASTERS
 from ..scenario.scenario import Scenario
 from ..scenario.sections.placements import Formation
 from ..scenario.sections.survey import SURVEY, SurveyEnd
@@ -66,7 +66,7 @@ def _unheard(scenario: Scenario, asked: Formation, beyond: Sequence[float]) -> I
     """Yield which ASVs are so far (m) beyond the survey's edge that they hear nobody in it."""
     reach = scenario.acoustics.hf.range_m
     deaf = [asv for asv, excess in enumerate(beyond) if excess > reach]
-    if not deaf or not channel_named(scenario.acoustics.hf.channel).ends_at_range:
+    if not deaf or not scenario.acoustics.hf.traits.ends_at_range:
         return
     names = [name for name in ("positions_m", "positions_deg") if getattr(asked, name) is not None]
     farthest = max(beyond[asv] for asv in deaf)
@@ -84,7 +84,7 @@ def deep(setup: Setup) -> Iterator[Problem]:
     survey, bands = scenario.survey, scenario.acoustics
     missed = ("hf", bands.hf, "hears them"), ("mf", bands.mf, "reaches them")
     for name, band, words in missed if scenario.protocol.sends_frames else missed[:1]:
-        if band.range_metric != "slant" or not channel_named(band.channel).ends_at_range:
+        if band.range_metric != "slant" or not band.traits.ends_at_range:
             continue
         deaf = [auv for auv in range(scenario.auvs.count) if survey.depth(auv) > band.range_m]
         if deaf:

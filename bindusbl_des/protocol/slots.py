@@ -11,7 +11,7 @@ from ..core.clock import Clock, ExactClock, TickClock
 from ..core.plugins import PluginError, asked, loaded, shown
 from ..scenario.families import RANGING
 from ..scenario.sections.protocol import Protocol
-from ..scenario.site import Site, longest_path
+from ..scenario.site import Site
 
 # eq. guard, UL_min, DL_guard, DL_min: factors of the crossing time
 UPLINK_GUARD, SHORTEST_UPLINK = 0.5, 2.5
@@ -135,7 +135,7 @@ def slots_of(site: Site, messages: Messages) -> Slots:
     hf, protocol = site.scenario.acoustics.hf, site.scenario.protocol
     crossing = crossing_time(site.area.across, sound_speed)
     deepest = site.scenario.survey.deepest
-    longest = longest_path(hf.range_m, deepest, hf.range_metric) / sound_speed
+    longest = hf.longest_path_m(deepest) / sound_speed
     guards = (
         _chosen(protocol.uplink_guard_s, UPLINK_GUARD * crossing),
         _chosen(protocol.downlink_guard_s, DOWNLINK_GUARD * crossing),

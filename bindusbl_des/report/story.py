@@ -11,7 +11,6 @@ from math import isnan
 from ..core.wording import counted, instant, number, timed
 from ..explain.chain import out_of_range
 from ..results.effects import harm_text
-from ..scenario.declared import channel_named
 from ..scenario.sections.vehicles import Asvs
 from .gaps import Gap, Patience, Service, patience, service
 from .losses import MOST_OTHERS, lost
@@ -189,7 +188,7 @@ def _why(mission: Recording, auv: Service) -> str:
     were = "were" if calls else "were sent"
     reasons = {"out_of_hf": f"{were} {escape(out_of_range(mission.scenario.acoustics.hf))}"}
     reasons |= REASONS | (HEARD_BY_ITSELF if passive else {})
-    if not channel_named(mission.scenario.acoustics.mf.channel).ends_at_range:
+    if not mission.scenario.acoustics.mf.traits.ends_at_range:
         reasons["out_of_mf"] = UNDECODED
     elif mission.scenario.asvs.failures:
         reasons["out_of_mf"] += ", or as its ASV failed"

@@ -15,7 +15,6 @@ from ..geometry.area import Area, polygon, rectangle
 from . import declared
 from .declared import (
     BroadcasterTraits,
-    ChannelTraits,
     DownlinkTraits,
     InstrumentTraits,
     NavigatorTraits,
@@ -89,16 +88,6 @@ class Site(Facts):
     def ranging(self) -> RangingTraits:
         """What the ranging declares: who pings, and whose clock starts it."""
         return declared.ranging_named(self.scenario.protocol.ranging)
-
-    @fact
-    def hf_channel(self) -> ChannelTraits:
-        """What the channel of pings declares."""
-        return declared.channel_named(self.scenario.acoustics.hf.channel)
-
-    @fact
-    def mf_channel(self) -> ChannelTraits:
-        """What the channel of frames declares."""
-        return declared.channel_named(self.scenario.acoustics.mf.channel)
 
     @fact
     def instrument(self) -> InstrumentTraits:
@@ -565,14 +554,3 @@ def in_metres(positions: tuple[Position, ...], origin: Position) -> tuple[Point,
     lat, lon = np.array(positions, dtype=np.float64).reshape(-1, 2).T
     places = ned_at_depth(lat, lon, np.zeros(len(lat)), origin)
     return tuple((float(x), float(y)) for x, y in places[:, :2])
-
-
-def longest_path(hf_range: float, depth: float, metric: str) -> float:
-    """Return the longest path (m) of a ping that is heard, from a depth (m) to the surface.
-
-    A horizontal range says nothing of the depth: sound takes the slant path.
-
-    >>> longest_path(40.0, 30.0, "horizontal"), longest_path(40.0, 30.0, "slant")
-    (50.0, 40.0)
-    """
-    return math.hypot(hf_range, depth) if metric == "horizontal" else hf_range

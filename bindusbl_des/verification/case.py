@@ -14,7 +14,7 @@ from ..core.plugins import PluginError
 from ..protocol.slots import Slots
 from ..scenario.scenario import Scenario
 from ..scenario.sections.vehicles import VehicleChoice
-from ..scenario.site import NoStations, longest_path
+from ..scenario.site import NoStations
 from ..setup import Setup
 from ..vehicles.currents import CONTROL_S
 from ..vehicles.guidance.departure import top_speed
@@ -340,7 +340,7 @@ class Case:
         hf, deepest = self.scenario.acoustics.hf, self.depths[auv][1]
         if self.scenario.auvs.vehicle.is_steered:
             deepest += OVERSHOOT_M
-        return longest_path(hf.range_m, deepest, hf.range_metric)
+        return hf.longest_path_m(deepest)
 
     def shortest_m(self, auv: int) -> float:
         """Return the shortest way (m) of a ping of an AUV: straight up."""

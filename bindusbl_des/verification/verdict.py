@@ -14,7 +14,6 @@ from ..core.facts import cached_property
 from ..core.plugins import is_plugin
 from ..core.wording import plain
 from ..preflight.round_lengths import rounds_of
-from ..scenario.declared import channel_named
 from ..scenario.files.overrides import put
 from ..scenario.files.scenario_file import load_scenario
 from ..scenario.scenario import Scenario
@@ -247,11 +246,11 @@ def _unknown(case: Case) -> Iterator[SignalPair]:
     if protocol.duplex != "per_band":
         why = "who sends on one band is deaf on both"
         yield undecided("half duplex", "pings and frames", why, None)
-    bands = [("pings", acoustics.hf.channel, "hf")]
+    bands = {"hf": ("pings", acoustics.hf.traits, acoustics.hf.channel)}
     if not protocol.asvs_ping:
-        bands.append(("frames", acoustics.mf.channel, "mf"))
-    for what, channel, band in bands:
-        if not channel_named(channel).ends_at_range:
+        bands["mf"] = "frames", acoustics.mf.traits, acoustics.mf.channel
+    for band, (what, traits, channel) in bands.items():
+        if not traits.ends_at_range:
             why = f"with the channel {str(channel)!r} sound ends at no range"
             yield undecided("sound without a range", what, why, band)
     known = protocol.asvs_ping or is_plugin(str(protocol.schedule)) or protocol.random_access

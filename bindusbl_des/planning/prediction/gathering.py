@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from ...acoustics.channel import AskedChannel, between
-from ...acoustics.loss import losses
 from ...core.arrays import Floats
 from ...core.compiled import compiled
 from ...core.plugins import is_plugin, loaded
@@ -24,19 +23,16 @@ from ...protocol.predicted_positions import planned_vehicles
 from ...protocol.slots import SHORTEST_UPLINK, UPLINK_GUARD, Slots
 from ...records.rows import Rows
 from ...scenario.agreement.instruments import taken_for
-from ...scenario.channel_settings import burst_s
 from ...scenario.declared import (
     NAVIGATORS,
     BroadcasterTraits,
     DownlinkTraits,
     ScheduleTraits,
-    channel_named,
 )
 from ...scenario.families import (
     plugins_of,
 )
 from ...scenario.own_sensors import OwnSensors
-from ...scenario.part_choice import PartChoice
 from ...scenario.scenario import Scenario
 from ...setup import Setup
 from ...usbl.array import NOTHING, dot, turned
@@ -121,21 +117,20 @@ def approximations(setup: Setup) -> Iterator[str]:
             "often: where many pings are lost, who never hears that one is served better than "
             "predicted."
         )
-    bursts = [burst for burst in map(burst_s, _channels(scenario)) if burst is not None]
+    bands = scenario.acoustics.bands.values()
+    bursts = [burst for burst in (band.burst_s for band in bands) if burst is not None]
     if bursts:
         yield (
             f"Losses that last {plain(max(bursts))} s are taken to come one by one: times without "
             "a fix, and errors, may be several times those predicted."
         )
-    open_ended = [
-        channel for channel in _channels(scenario) if not channel_named(channel).ends_at_range
-    ]
+    open_ended = not all(band.traits.ends_at_range for band in bands)
     if len(set(map(scenario.survey.depth, range(scenario.auvs.count)))) > 1 and open_ended:
         yield (
             f"All AUVs are taken to be heard, and to hear, as well as the deepest, from "
             f"{plain(scenario.survey.deepest)} m."
         )
-    if channel_named(scenario.acoustics.hf.channel).traces_rays:
+    if scenario.acoustics.hf.traits.traces_rays:
         yield (
             "Sound is taken to come straight: by what bent rays and echoes make of ranges, fixes "
             "in a shadow may be tens of metres off."
@@ -160,10 +155,6 @@ def approximations(setup: Setup) -> Iterator[str]:
         and scenario.acoustics.mf.overfull != "split"
     ):
         yield "No fix waits for a later broadcast, however full the first is."
-
-
-def _channels(scenario: Scenario) -> tuple[PartChoice, PartChoice]:
-    return scenario.acoustics.hf.channel, scenario.acoustics.mf.channel
 
 
 # Instants so far apart (s), but for missions that would have fewer, or more, than these.
@@ -383,11 +374,11 @@ def hf_chances(setup: Setup) -> Chances:
     scenario = setup.scenario
     hf, farthest = scenario.acoustics.hf, farthest_of(setup)
     ranges = np.linspace(0.0, farthest, STEPS + 1)
-    is_cut = channel_named(hf.channel).ends_at_range or is_plugin(hf.channel)
+    is_cut = hf.traits.ends_at_range or is_plugin(hf.channel)
     chances = ping_chance(setup, ranges, scenario.survey.deepest)
     if chances is None:
-        chances = 1.0 - losses(ranges, *setup.ping_loss)
-    kept = _threshold("hf", hf.channel, None if is_cut else setup.ping_channel)
+        chances = 1.0 - setup.ping_loss.over(ranges)
+    kept = _threshold(setup, "hf", None if is_cut else setup.ping_channel)
     return Chances(hf.range_m, is_cut, hf.range_metric == "slant", ranges[1], chances, kept)
 
 
@@ -395,25 +386,26 @@ def mf_chances(setup: Setup) -> Chances:
     """Return how likely an AUV decodes a frame with the fixes of all."""
     scenario = setup.scenario
     mf, farthest = scenario.acoustics.mf, farthest_of(setup)
-    is_cut = channel_named(mf.channel).ends_at_range or is_plugin(mf.channel)
+    is_cut = mf.traits.ends_at_range or is_plugin(mf.channel)
     ranges = np.linspace(0.0, farthest, STEPS + 1)
     chances = frame_chance(setup, ranges, scenario.survey.deepest)
     if chances is None:
         chances = np.ones(len(ranges))
     channel = None if is_cut else setup.frame_channel
-    kept = _threshold("mf", mf.channel, None if channel is None else channel(1, 1.0))
+    kept = _threshold(setup, "mf", None if channel is None else channel(1, 1.0))
     by_slant = not is_cut or mf.range_metric == "slant"
     return Chances(mf.range_m, is_cut, by_slant, ranges[1], chances, kept)
 
 
-def _threshold(band: str, chosen: PartChoice, channel: AskedChannel | None) -> dict[str, float]:
+def _threshold(setup: Setup, name: str, channel: AskedChannel | None) -> dict[str, float]:
     """Return the key of a band's threshold and its value (dB), where it follows from the range."""
-    if channel is None or not channel_named(chosen).has_levels:
+    band = setup.scenario.acoustics.bands[name]
+    if channel is None or not band.traits.has_levels:
         return {}
-    given, decoding = (chosen.settings.get(name) for name in ("snr_threshold_db", "decoding"))
+    given, decoding = (band.channel.settings.get(key) for key in ("snr_threshold_db", "decoding"))
     if given is not None or decoding not in (None, "threshold"):
         return {}
-    return {f"acoustics.{band}.channel.snr_threshold_db": round(channel.receiver.threshold_db, 6)}
+    return {f"acoustics.{name}.channel.snr_threshold_db": round(channel.receiver.threshold_db, 6)}
 
 
 def fix_noise(setup: Setup) -> FixNoise:

@@ -169,7 +169,7 @@ def acoustics_problems(site: Site) -> Iterator[Problem]:
 
 def _channels(site: Site) -> Iterator[Problem]:
     for band in ("hf", "mf"):
-        channel = getattr(site.scenario.acoustics, band).channel
+        channel = site.scenario.acoustics.bands[band].channel
         for setting, message in _bottom_mistakes(channel, site.scenario.survey.deepest):
             yield Problem(
                 f"acoustics.{band}.channel.{setting}",
