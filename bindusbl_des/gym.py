@@ -23,7 +23,7 @@ from .mission.mission import Mission
 from .protocol.schedules.view import Groups, View
 from .scenario.files.scenario_file import as_scenario
 from .scenario.scenario import Scenario
-from .setup import setup_of
+from .setup import Setup
 
 Observation = NDArray[np.float32]
 
@@ -101,7 +101,7 @@ class Placement(gymnasium.Env[Observation, NDArray[np.float32]]):
             )
         self.scenario, self.render_mode = _scenario(scenario), render_mode
         self._step_s, self._speed = step_s, speed_m_per_s
-        self._setup = setup_of(self.scenario)
+        self._setup = Setup.of(self.scenario)
         area = self._setup.area
         self._middle, self._scale = np.array(area.centroid), area.across
         self._asvs, self._auvs = self.scenario.asvs.count, self.scenario.auvs.count

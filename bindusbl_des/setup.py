@@ -54,6 +54,11 @@ class Setup(Sensors):
         """
         self.__dict__.update(vars(site_of(scenario)))  # what its keys had to agree on
 
+    @staticmethod
+    def of(scenario: Scenario) -> "Setup":
+        """Return the facts of a scenario; those of the last one asked about are kept."""
+        return _of(scenario)
+
     # The bands
 
     @fact
@@ -248,7 +253,5 @@ class Setup(Sensors):
         return f", at first within HF range of {', '.join(names) or 'no AUV'}"
 
 
-@kept
-def setup_of(scenario: Scenario) -> Setup:
-    """Return the facts of a scenario; those of the last one asked about are kept."""
-    return Setup(scenario)
+# Facts of the last scenario that was asked about
+_of = kept(Setup)

@@ -234,14 +234,14 @@ def _by_slant(setup: "Setup", stations: Stations) -> dict[str, Any]:
     from ..geometry.coverage import covered_by_rings
     from ..preflight.band_warnings import steep
     from ..preflight.fix_chance import heard_rings
-    from ..setup import setup_of
+    from ..setup import Setup
 
     if all(problem.key != "acoustics.hf.range_metric" for problem in steep(setup)):
         return {"slant_reach_m": None, "slant_covered_area": None}
     scenario, bands = setup.scenario, setup.scenario.acoustics
     hf = bands.hf.model_copy(update={"range_metric": "slant"})
     other = scenario.model_copy(update={"acoustics": bands.model_copy(update={"hf": hf})})
-    by_slant = setup_of(other)
+    by_slant = Setup.of(other)
     covered = covered_by_rings(setup.area, stations, heard_rings(by_slant))
     return {"slant_reach_m": by_slant.horizontal_reach_m, "slant_covered_area": covered}
 

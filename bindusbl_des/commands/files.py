@@ -77,7 +77,6 @@ def _findings(
     from ..core.mistakes import ScenarioError
     from ..core.plain_yaml import read_yaml
     from ..preflight.warnings import read_scenario
-    from ..scenario.families import plugins_of
     from ..scenario.files.scenario_file import Source
 
     try:
@@ -100,7 +99,7 @@ def _findings(
             return (), (*plan.warnings, *plan.unloaded)
         reading = read_scenario(source, allow_plugins=allow_plugins)
         refused: tuple[Mistake, ...] = ()
-        if plugins_of(reading.scenario) and not reading.unloaded:
+        if reading.scenario.plugins and not reading.unloaded:
             refused = tuple(_refused(document, reading.scenario))
         return refused, (*reading.warnings, *reading.unloaded)
     except ScenarioError as error:
@@ -109,19 +108,17 @@ def _findings(
 
 def _refused(document: "Document", scenario: "Scenario") -> "Iterator[Mistake]":
     """Yield why a mission refuses parts of one's own, as it asks them where vehicles go."""
-    from ..core.mistakes import Mistake
+    from ..core.mistakes import Problem
     from ..core.plugins import PluginError
     from ..mission.mission import Mission
-    from ..scenario.families import plugins_of
-    from ..scenario.files.scenario_file import place_of
 
     try:
         Mission(scenario)
     except PluginError as error:
-        yield Mistake.at(place_of(document, error.key), error.key, error.message)
+        yield document.mistake(Problem(error.key, error.message))
     except (ValueError, ArithmeticError, RuntimeError) as error:  # of hulls on ways of one's own
-        key = next(iter(plugins_of(scenario)))
-        yield Mistake.at(place_of(document, key), key, str(error))
+        key = next(iter(scenario.plugins))
+        yield document.mistake(Problem(key, str(error)))
 
 
 @click.command(short_help="Print the JSON Schema of scenario or experiment files.")

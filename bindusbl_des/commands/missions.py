@@ -308,10 +308,10 @@ def _tells(text: str | None, scenario: "Scenario", folder: Path) -> bool:
     is spelt otherwise now is written anew.
     """
     from ..core.mistakes import ScenarioError
-    from ..scenario.files.scenario_file import Source, parsed
+    from ..scenario.files.scenario_file import Source
 
     try:
-        document, read = parsed(Source(text or "", "scenario", folder))
+        document, read = Source(text or "", folder=folder).read()
     except ScenarioError:
         return False
     return read == scenario and not document.warnings
@@ -321,13 +321,12 @@ def _as_written(
     text: str | None, path: str, overrides: tuple[str, ...]
 ) -> "Callable[[Sequence[str]], Scenario] | None":
     """Return what reads the user's scenario again with further options; None for a pipe."""
-    from ..scenario.files.scenario_file import parse_scenario
+    from ..scenario.files.scenario_file import Source
 
     if text is None:
         return None
-    return lambda options: parse_scenario(
-        text, path, overrides=(*overrides, *options), folder=Path(path).parent
-    )
+    source = Source(text, path, Path(path).parent)
+    return lambda options: source._replace(overrides=(*overrides, *options)).read()[1]
 
 
 @click.command()

@@ -15,8 +15,8 @@ from typing import Any
 
 import yaml
 
-from .mistakes import FilePlace, Mistake, ScenarioError
-from .plain_data import Path, dotted
+from .mistakes import FilePlace, Mistake, Problem, ScenarioError
+from .plain_data import Path, dotted, path_of
 from .wording import shortened
 
 # What the parsers (libyaml, PyYAML) say, and what it means to the author of the file.
@@ -115,6 +115,22 @@ class Document:
     mistakes: list[Mistake] = field(default_factory=list)
     warnings: list[Mistake] = field(default_factory=list)
     unsettled: set[Path] = field(default_factory=set)
+
+    def place(self, path: Path, at_key: bool = False) -> FilePlace:
+        """Return where a path stands, or the section that it is missing from."""
+        places = self.keys if at_key else self.values
+        for length in range(len(path), 0, -1):
+            if path[:length] in places:
+                return places[path[:length]]
+        return self.keys.get((), FilePlace(self.file, 1, 1))
+
+    def mistake(self, problem: Problem) -> Mistake:
+        """Return a problem at its key's place; where that is left to its default, at a key behind
+        it.
+        """
+        paths = [path_of(key) for key in (problem.key, *problem.others)]
+        at = self.place(next((path for path in paths if path in self.values), paths[0]))
+        return Mistake.at(at, problem.key, problem.message)
 
     def report(self, place: FilePlace, path: Path, message: str) -> None:
         """Note a mistake and that the value at its path is unsettled."""

@@ -99,12 +99,13 @@ class Mission:
             ValueError: when the seed is not a whole number >= 0, the scenario names a schedule or
                 track that cannot be used, or the poses cannot be used, now or later.
         """
+        from ..setup import Setup
+
         if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
             raise ValueError(f"the seed must be a whole number >= 0, got {seed!r}")
         from ..protocol.steps import MissionEnvironment
         from ..scenario.families import ready_plugins
         from ..scenario.files.scenario_file import as_scenario
-        from ..setup import setup_of
         from .build import build_world
 
         self.scenario = as_scenario(scenario, allow_plugins=allow_plugins)
@@ -113,7 +114,7 @@ class Mission:
         with self._at_work():
             self._env = MissionEnvironment()
             ready_plugins(self.scenario)
-            setup = setup_of(self.scenario)
+            setup = Setup.of(self.scenario)
             self._world = build_world(self._env, setup, self.seed, poses, pose_step_s)
             if schedule is not None:
                 self._schedule_by(schedule)

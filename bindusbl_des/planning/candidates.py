@@ -20,7 +20,7 @@ from ..core.plain_yaml import read_yaml
 from ..core.wording import counted, plain
 from ..scenario.files.former_keys import key_now
 from ..scenario.scenario import Scenario
-from ..setup import Setup, setup_of
+from ..setup import Setup
 from .prediction.gathering import inputs_of
 from .prediction.inputs import STATED_ERROR, Inputs
 from .prediction.predicting import Prediction, predict
@@ -104,7 +104,7 @@ class Predictor:
 
     def inputs(self, scenario: Scenario) -> Inputs | None:
         """Return what predictions of a scenario are made of; None where it cannot be predicted."""
-        setup = setup_of(scenario)
+        setup = Setup.of(scenario)
         data = scenario.model_dump(mode="json")
         data["asvs"] = {**data["asvs"], "count": 0, "formation": None}
         key = json.dumps(data)

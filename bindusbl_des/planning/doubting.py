@@ -18,9 +18,9 @@ from ..core.arrays import Floats
 from ..core.plain_data import value_at
 from ..geometry.formation import ring_radius
 from ..preflight.fix_chance import loses_pings
-from ..scenario.agreement.instruments import ASSUMED, taken_for
+from ..scenario.agreement.instruments import ASSUMED
 from ..scenario.files.overrides import put
-from ..scenario.sections.navigation import Drift
+from ..scenario.scenario import Scenario
 from .candidates import (
     FORMATION,
     Candidate,
@@ -91,7 +91,7 @@ SHORTER, FASTER, DRIFTIER = 0.8, 1.01, 2.0
 LONGER, BURST_S = 3.0, 10.0
 
 # So much sooner errors of scale and heading wander off than a sheet is read, or if not at all.
-SOONER, USUAL_LINE_M = 3.0, Drift.model_fields["line_m"].default
+SOONER, USUAL_LINE_M = 3.0, Scenario.model_fields["navigation"].default.drift.line_m
 
 # Whether the goals are met in a condition is known with so much confidence, after so many missions
 # at most.
@@ -176,7 +176,7 @@ def _as_planned(team: Candidate, changed: Mapping[str, Any]) -> dict[str, Any]:
     chosen = team.scenario.navigation.filter
     if not team.scenario.navigation.weighs:
         return {}
-    planned = taken_for(team.scenario).model_dump(mode="json")
+    planned = team.setup.taken.scenario.model_dump(mode="json")
     assumes = deepcopy(dict(chosen.settings.get("assumes", {})))
     for key in changed:
         section, name, *_ = key.split(".")

@@ -18,7 +18,7 @@ from ..report.run_data import survey_data
 from ..report.run_page import footer
 from ..scenario.declared import NAVIGATORS
 from ..scenario.scenario import Scenario
-from ..setup import Setup, setup_of
+from ..setup import Setup
 from .doubting import became_of
 from .folder import shown_first
 from .prediction.gathering import inputs_of
@@ -183,7 +183,7 @@ def _filters(scenario: Scenario, own: dict[str, Any]) -> Iterator[tuple[str, Any
         filtered = own_filter if own_filter == name else name  # with its settings
         changed = {**data, "navigation": {**data["navigation"], "filter": filtered}}
         with suppress(ValueError):
-            plain = inputs_of(setup_of(Scenario.model_validate(changed))).plain()
+            plain = inputs_of(Setup.of(Scenario.model_validate(changed))).plain()
             yield name, {"navigator": plain["navigator"], **_differing(plain, own)}
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..advice.changes import changed, proposals
 from ..results.effects import Foreseen
-from ..setup import Setup, setup_of
+from ..setup import Setup
 from .candidates import Candidate, Predictor, excess, value_of
 from .prediction.gathering import inputs_of
 from .prediction.inputs import Chances, Inputs, SystematicErrors
@@ -189,7 +189,7 @@ def foreseen(result: "Result") -> tuple[Foreseen, ...]:
         with suppress(ValueError):  # it cannot be predicted
             scenario = changed(result.scenario, change.settings)
             assert scenario is not None  # as it was proposed
-            then = _error(setup_of(scenario))
+            then = _error(Setup.of(scenario))
             known = best.get(change.kind)
             if then < (1.0 - WORTHWHILE) * now and (known is None or then < known.then_m):
                 best[change.kind] = Foreseen(change.words, change.lines, now, then)

@@ -12,7 +12,6 @@ from ..core.wording import plain
 from ..presets.modems import airtime_table
 from ..scenario.channel_settings import read_curve
 from ..scenario.scenario import Scenario
-from ..scenario.sections.acoustics import modem_values
 from ..setup import Setup
 from .whereabouts import shapes
 
@@ -31,10 +30,8 @@ SAFE_M = 200.0
 def modems(setup: Setup) -> Iterator[Problem]:
     """Yield which keys have other values than the sheet of their band's modem."""
     scenario = setup.scenario
-    for name, band in (("hf", scenario.acoustics.hf), ("mf", scenario.acoustics.mf)):
-        if band.modem is None:
-            continue
-        for key, value in modem_values(band.modem, type(band)).items():
+    for name, band in scenario.acoustics.bands.items():
+        for key, value in band.stated.items():
             given = getattr(band, key)
             if not _same(key, given, value):
                 yield Problem(
@@ -49,12 +46,11 @@ def overheads(setup: Setup) -> Iterator[Problem]:
     """Yield that a bit rate is given without a word on what is sent beside the user's bits."""
     scenario = setup.scenario
     mf, given = scenario.acoustics.mf, scenario.acoustics.mf.model_fields_set
-    stated = {} if mf.modem is None else modem_values(mf.modem, type(mf))
     is_paper = mf.bit_rate_bps == type(mf).model_fields["bit_rate_bps"].default
     if (
         "bit_rate_bps" in given
         and not is_paper
-        and "overhead" not in {*given, *stated}
+        and "overhead" not in {*given, *mf.stated}
         and mf.airtimes is None
         and scenario.protocol.sends_frames
     ):

@@ -16,7 +16,6 @@ from ..scenario.families import FAMILIES
 from ..scenario.key_types import Part
 from ..scenario.part_choice import PartChoice
 from ..scenario.scenario import Scenario
-from ..scenario.scenario_keys import Environment
 from ..scenario.sections.vehicles import VehicleChoice
 from ..setup import Setup
 from .idle_rules import (
@@ -34,7 +33,7 @@ from .idle_rules import (
 )
 
 MATCHED_FILTERS = ("non_coherent", "coherent", "rayleigh")
-USUAL_LAW = Environment.model_fields["sound_speed_law"].default
+USUAL_LAW = Scenario.model_fields["environment"].default.sound_speed_law
 
 
 def sheet(setup: Setup) -> Iterator[Problem]:

@@ -20,7 +20,7 @@ from ..protocol.predicted_positions import planned_vehicles
 from ..protocol.slots import Slots
 from ..scenario.declared import DOWNLINKS, ScheduleTraits
 from ..scenario.scenario import Scenario
-from ..setup import Setup, setup_of
+from ..setup import Setup
 from .bounds import (
     EXACT_UP_TO,
     aloha_capacity,
@@ -485,7 +485,7 @@ def limits(scenario: Scenario) -> Limits:
         ValueError: when the route cannot be flown.
         PluginError: when one's own is not allowed, or makes none.
     """
-    setup = setup_of(scenario)
+    setup = Setup.of(scenario)
     return limits_of(setup, planned_sights(setup))
 
 

@@ -16,15 +16,13 @@ from ..core.plain_yaml import Document
 from ..core.plugins import is_plugin, refusal
 from ..presets.modems import airtime_table
 from ..scenario.channel_settings import Sound, read_curve
-from ..scenario.families import CHANNEL, plugins_of
-from ..scenario.files.scenario_file import Source, place_of, place_of_problem
-from ..scenario.key_types import Renamed
+from ..scenario.families import CHANNEL
+from ..scenario.files.scenario_file import Source
 from ..scenario.own_sensors import MOST_TOLD
 from ..scenario.part_choice import settings_of
 from ..scenario.scenario import Scenario
-from ..scenario.sections.usbl import spacing_m
 from ..scenario.site import recordings
-from ..setup import Setup, setup_of
+from ..setup import Setup
 from .band_warnings import (
     answers,
     backlog,
@@ -79,7 +77,7 @@ def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
     >>> print(warnings_of(Scenario.model_validate(small))[0])  # doctest: +ELLIPSIS
     asvs.formation.radius_m: is by default hf.range_m + clearance_m = 50 m, ...
     """
-    setup = setup_of(scenario)
+    setup = Setup.of(scenario)
     return [
         ScenarioWarning(*found)
         for look in (
@@ -154,13 +152,23 @@ def _readings(scenario: Scenario) -> Iterator[tuple[Any, ...]]:
 
 def _former_words(setup: Setup) -> Iterator[Problem]:
     positions = setup.scenario.protocol.positions
-    if isinstance(positions, Renamed):
+    if written := getattr(positions, "written", ""):
         yield Problem(
             "protocol.positions",
-            f"{positions.written!r} is the former name of {str(positions)!r}, the last fix as it "
+            f"{written!r} is the former name of {str(positions)!r}, the last fix as it "
             "was made; write that, or 'carried_forward' for the fix carried on by planned course "
             "and speed",
         )
+
+
+def _spacing_m(array: Sequence[Sequence[float]]) -> float:
+    """Return the distance (m) to its nearest neighbour of the element that is the farthest from
+    others.
+    """
+    return max(
+        min(math.dist(one, other) for there, other in enumerate(array) if there != here)
+        for here, one in enumerate(array)
+    )
 
 
 def _lobes(setup: Setup) -> Iterator[Problem]:
@@ -174,7 +182,7 @@ def _lobes(setup: Setup) -> Iterator[Problem]:
     assert isinstance(sound, Sound)  # of these channels alone
     frequency_hz = 1e3 * sound.frequency_khz
     wave_m = scenario.environment.sound_speed_m_per_s / frequency_hz
-    if (apart := spacing_m(array)) > wave_m / 2:
+    if (apart := _spacing_m(array)) > wave_m / 2:
         yield Problem(
             "usbl.array",
             f"has an element {1e3 * apart:.0f} mm from the nearest other, more than half a "
@@ -319,7 +327,7 @@ class Reading:
     @property
     def setup(self) -> Setup:
         """The facts of the scenario."""
-        return setup_of(self.scenario)
+        return Setup.of(self.scenario)
 
 
 def read_scenario(
@@ -332,13 +340,13 @@ def read_scenario(
     """
     source = source if isinstance(source, Source) else Source.file(source, overrides)
     document, scenario = usable(source, allow_plugins)
-    places = {found: place_of_problem(document, found) for found in warnings_of(scenario)}
+    told = {found: document.mistake(found) for found in warnings_of(scenario)}
     found = sorted(
-        places, key=lambda problem: (places[problem].file != source.name, places[problem].line)
+        told, key=lambda problem: (told[problem].file != source.name, told[problem].line)
     )
     warnings = (
         *document.warnings,
-        *(Mistake.at(places[problem], problem.key, problem.message) for problem in found),
+        *(told[problem] for problem in found),
     )
     about = (
         *((warning.key,) for warning in document.warnings),
@@ -349,5 +357,5 @@ def read_scenario(
 
 
 def _plugins(document: Document, scenario: Scenario) -> Iterator[Mistake]:
-    for key, name in plugins_of(scenario).items():
-        yield Mistake.at(place_of(document, key), key, refusal(name))
+    for key, name in scenario.plugins.items():
+        yield document.mistake(Problem(key, refusal(name)))

@@ -11,7 +11,7 @@ from math import isnan
 from ..core.wording import counted, instant, number, timed
 from ..explain.chain import out_of_range
 from ..results.effects import harm_text
-from ..scenario.sections.vehicles import Asvs
+from ..scenario.scenario import Scenario
 from .gaps import Gap, Patience, Service, patience, service
 from .losses import MOST_OTHERS, lost
 from .recording import Metrics, Recording
@@ -173,7 +173,7 @@ def _why(mission: Recording, auv: Service) -> str:
     if not sent:
         why = "no ASV pinged" if passive else "it sent no ping"
         also = "" if passive else ": no ASV called it, or none was due"
-        if _is_abandoned(mission.scenario.asvs, auv.gaps):
+        if _is_abandoned(mission.scenario, auv.gaps):
             also = ": no ASV worked"
         elif mission.setup.tells_slots:
             also = ": it had no slot, or did not know it"
@@ -212,10 +212,10 @@ def _why(mission: Recording, auv: Service) -> str:
     return text + "."
 
 
-def _is_abandoned(asvs: Asvs, gaps: Sequence[Gap]) -> bool:
+def _is_abandoned(scenario: Scenario, gaps: Sequence[Gap]) -> bool:
     """Tell whether the last ASV failed in one of some gaps."""
     return any(
-        gap.start <= failure.at_s < gap.end and not any(asvs.alive(failure.at_s))
-        for failure in asvs.failures
+        gap.start <= failure.at_s < gap.end and not any(scenario.asvs.alive(failure.at_s))
+        for failure in scenario.asvs.failures
         for gap in gaps
     )

@@ -24,7 +24,7 @@ from ..core.kept_files import copies_of, keep, portable
 from ..core.mistakes import ScenarioWarning
 from ..core.wording import did_you_mean
 from ..scenario.scenario import Scenario
-from ..setup import Setup, setup_of
+from ..setup import Setup
 from .effects import Advice
 from .result_folder import (
     ADVICE,
@@ -143,7 +143,7 @@ class Result:
     @fact
     def setup(self) -> Setup:
         """The facts of the scenario."""
-        return setup_of(self.scenario)
+        return Setup.of(self.scenario)
 
     @cached_property
     def tables(self) -> "Mapping[str, pd.DataFrame]":

@@ -101,6 +101,11 @@ class Scenario(ScenarioKeys):
         text = "\n".join(lines) or "every key has its default"
         return f"<p>{escape(repr(self))}</p><pre>{escape(text)}</pre>"
 
+    @property
+    def plugins(self) -> dict[str, str]:
+        """The user-defined parts that it names (``module:object``), by key."""
+        return {family.key: str(name) for family, name in parts_of(self) if is_plugin(name)}
+
     @model_validator(mode="wrap")
     @classmethod
     def _told_in_words(

@@ -18,7 +18,6 @@ from ..scenario.site import NoStations
 from ..setup import Setup
 from ..vehicles.currents import CONTROL_S
 from ..vehicles.guidance.departure import top_speed
-from ..vehicles.tracks import Track
 from .bounds import exceeded
 
 Plan = dict[str, Any]
@@ -201,7 +200,7 @@ def _driven(scenario: Scenario, vehicle: VehicleChoice, speed: float, sigmas: fl
     return min(speed + _current(scenario, sigmas), FASTEST_M_PER_S)
 
 
-def _fastest(track: Track) -> float:
+def _fastest(track: tuple[Floats, Floats]) -> float:
     """Return the speed (m/s) of the fastest leg of a track."""
     times, places = track
     if len(times) < 2:

@@ -17,7 +17,7 @@ from ..preflight.round_lengths import rounds_of
 from ..scenario.files.overrides import put
 from ..scenario.files.scenario_file import load_scenario
 from ..scenario.scenario import Scenario
-from ..setup import setup_of
+from ..setup import Setup
 from .case import ACCEPTED, REFUSED, UNDECIDED, Bounds, Case, SignalPair, bounds_of, undecided
 from .frames import beacons, broadcasts, downlink_gap, fewest_slots, frame_spread, sizes
 from .playing import Witness, seen, witnessed
@@ -195,7 +195,7 @@ def verify(
                 f"{who.lower()}.count: all pairs of up to {LARGEST_FLEET:,} {who} are looked at; "
                 f"got {fleet.count:,}; verify a part of the fleet"
             )
-    setup = setup_of(scenario)
+    setup = Setup.of(scenario)
     case = Case(setup, bounds_of(setup, max_speed, clock_error, sound_speed_error))
     found = [witnessed(pair) for pair in pairs_of(case)]
     pairs = tuple(pair for pair, _ in found)
@@ -351,7 +351,7 @@ def _changed(case: Case, changes: Changes) -> Case:
     data = case.scenario.model_dump(mode="json")
     for key, value in changes.items():
         put(data, f"protocol.{key}", value)
-    return Case(setup_of(Scenario.model_validate(data)), case.bounds)
+    return Case(Setup.of(Scenario.model_validate(data)), case.bounds)
 
 
 def _up(value: float, step: float) -> float:

@@ -26,7 +26,6 @@ from ...core.wording import LONGEST_ERROR, LONGEST_TRACE, shortened
 from ...mission.simulation import simulate
 from ...results.columns import arrow
 from ...results.schemas import schema
-from ...scenario.families import leave_of, without_plugins
 from ...scenario.scenario import Scenario
 from ...scenario.sections.survey import SURVEY
 from ..experiments.experiment import (
@@ -37,6 +36,7 @@ from ..experiments.experiment import (
     mission_id,
     model_version,
 )
+from ..experiments.point_checks import without_plugins
 from ..storage.done import FAILED, OK
 from ..storage.folder import STOP, write_json
 from ..storage.part_rows import labelled, read_part, varied_columns
@@ -406,7 +406,7 @@ def write_failure(batch: Batch, mission: PlannedMission, error: str, trace: str)
     (folder / "failures").mkdir(exist_ok=True)
     values = [f"--set {shlex.quote(f'{k}={as_written(v)}')}" for k, v in point.sets.items()]
     scenario = shlex.quote(str(folder / "scenario.yaml"))
-    leave = leave_of(_scenario(point.scenario, folder)[0])
+    leave = " --allow-plugins" * bool(_scenario(point.scenario, folder)[0].plugins)
     write_json(
         folder / "failures" / f"{name}.json",
         {

@@ -22,15 +22,11 @@ from ...preflight.round_lengths import pace_of
 from ...protocol.predicted_positions import planned_vehicles
 from ...protocol.slots import SHORTEST_UPLINK, UPLINK_GUARD, Slots
 from ...records.rows import Rows
-from ...scenario.agreement.instruments import taken_for
 from ...scenario.declared import (
     NAVIGATORS,
     BroadcasterTraits,
     DownlinkTraits,
     ScheduleTraits,
-)
-from ...scenario.families import (
-    plugins_of,
 )
 from ...scenario.own_sensors import OwnSensors
 from ...scenario.scenario import Scenario
@@ -91,7 +87,7 @@ def inputs_of(setup: Setup) -> Inputs:
 def approximations(setup: Setup) -> Iterator[str]:
     """Yield sentences on what of a scenario is predicted by something else, or left out."""
     scenario = setup.scenario
-    for key, name in plugins_of(scenario).items():
+    for key, name in scenario.plugins.items():
         if key not in ("asvs.formation", "auvs.route"):
             yield f"{key} {name} is taken for the part that ships with the program."
     if taken := setup.schedule.approximation:
@@ -139,7 +135,7 @@ def approximations(setup: Setup) -> Iterator[str]:
         yield ALWAYS_HEARING
     if (lag := scenario.navigation.filter.settings.get("lag_s")) is not None:
         yield f"A smoother that waits for {plain(lag)} s is taken to know all later fixes."
-    if taken_for(scenario) is not scenario:
+    if setup.taken is not setup:
         yield "Errors that last are taken to be as slow as they are, whatever the filter assumes."
     if scenario.navigation.gnss_fix is not None:
         yield (

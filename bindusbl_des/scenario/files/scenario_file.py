@@ -31,8 +31,6 @@ from .overrides import override
 if TYPE_CHECKING:
     from ...vehicles.tracks import Track as RecordedTrack
 
-__all__ = ["Mistake", "ScenarioError", "Source", "as_scenario", "load_scenario", "parse_scenario"]
-
 
 class Source(NamedTuple):
     """Where a scenario stands: its text, what messages call it, where its files are sought.
@@ -41,8 +39,8 @@ class Source(NamedTuple):
     """
 
     text: str
-    name: str
-    folder: FilePath
+    name: str = "scenario"
+    folder: FilePath = FilePath()
     overrides: tuple[str, ...] = ()
 
     @classmethod
@@ -60,6 +58,41 @@ class Source(NamedTuple):
         given = scenario.model_dump(mode="json", exclude_unset=True)
         return cls(json.dumps(given, ensure_ascii=False), f"scenario {scenario.name}", FilePath())
 
+    def read(self, allow_plugins: bool = False) -> tuple[Document, Scenario]:
+        """Return its document, which knows where its keys stand, and its scenario.
+
+        Raises:
+            ScenarioError: listing every mistake.
+        """
+        document = read_yaml(self.text, self.name)
+        if not document.mistakes or document.data is not None:
+            _check_root(document)
+        if isinstance(document.data, dict):
+            if is_of_old(document.data):
+                document.data = as_now(document.data)
+            move_keys(document)
+        # Those of former keys come last, once the parts are chosen whose settings they are now.
+        for option in sorted(
+            self.overrides, key=lambda option: is_former(option.partition("=")[0])
+        ):
+            override(document, option)
+        if isinstance(document.data, dict):
+            move_keys(document)
+        scenario = _settled(document, self.folder) if isinstance(document.data, dict) else None
+        if scenario is not None and allow_plugins and not document.mistakes:
+            found = (Problem(error.key, error.message) for error in load_plugins(scenario))
+            _note_contradictions(document, found)
+        if scenario is None or document.mistakes:
+            options = enumerate(self.overrides, 1)
+            order = {printable(self.name): 0} | {
+                printable(f"--set {option}"): n for n, option in options
+            }
+            document.mistakes.sort(
+                key=lambda mistake: (order[mistake.file], mistake.line, mistake.column)
+            )
+            raise ScenarioError(dict.fromkeys(document.mistakes))  # an option may be given twice
+        return document, scenario
+
 
 def load_scenario(
     path: str | FilePath, *, overrides: Sequence[str] = (), allow_plugins: bool = False
@@ -74,7 +107,7 @@ def load_scenario(
         ScenarioError: listing every mistake, when the file cannot be read or used.
     """
     path = located(path, ("scenarios",)) if isinstance(path, str) else path
-    document, scenario = parsed(Source.file(path, overrides), allow_plugins)
+    document, scenario = Source.file(path, overrides).read(allow_plugins)
     for warning in document.warnings:
         warnings.warn(str(warning), FutureWarning, stacklevel=2)
     return scenario
@@ -100,57 +133,6 @@ def as_scenario(given: Scenario | str | FilePath, *, allow_plugins: bool = False
     )
 
 
-def parse_scenario(
-    text: str,
-    name: str = "scenario",
-    *,
-    overrides: Sequence[str] = (),
-    folder: str | FilePath = ".",
-) -> Scenario:
-    """Read a scenario from a text; `name` stands for the file in messages.
-
-    Files that it names are sought in `folder`.
-
-    Raises:
-        ScenarioError: listing every mistake.
-    """
-    return parsed(Source(text, name, FilePath(folder), tuple(overrides)))[1]
-
-
-def parsed(source: Source, allow_plugins: bool = False) -> tuple[Document, Scenario]:
-    """Return the document of a scenario's text, which knows where its keys stand, and the scenario.
-
-    Raises:
-        ScenarioError: listing every mistake.
-    """
-    document = read_yaml(source.text, source.name)
-    if not document.mistakes or document.data is not None:
-        _check_root(document)
-    if isinstance(document.data, dict):
-        if is_of_old(document.data):
-            document.data = as_now(document.data)
-        move_keys(document)
-    # Those of former keys come last, once the parts are chosen whose settings they are now.
-    for option in sorted(source.overrides, key=lambda option: is_former(option.partition("=")[0])):
-        override(document, option)
-    if isinstance(document.data, dict):
-        move_keys(document)
-    scenario = _settled(document, source.folder) if isinstance(document.data, dict) else None
-    if scenario is not None and allow_plugins and not document.mistakes:
-        found = (Problem(error.key, error.message) for error in load_plugins(scenario))
-        _note_contradictions(document, found)
-    if scenario is None or document.mistakes:
-        options = enumerate(source.overrides, 1)
-        order = {printable(source.name): 0} | {
-            printable(f"--set {option}"): n for n, option in options
-        }
-        document.mistakes.sort(
-            key=lambda mistake: (order[mistake.file], mistake.line, mistake.column)
-        )
-        raise ScenarioError(dict.fromkeys(document.mistakes))  # an option may be given twice
-    return document, scenario
-
-
 def _check_root(document: Document) -> None:
     place = document.values.get((), FilePlace(document.file, 1, 1))
     if document.data is None:
@@ -171,7 +153,7 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
     misread = set()
     for path, message in place_files(data, folder):
         misread.add(dotted(path))
-        document.mistakes.append(Mistake.at(_place(document, path), dotted(path), message))
+        document.mistakes.append(Mistake.at(document.place(path), dotted(path), message))
     while True:
         try:
             scenario = Scenario.model_validate(data)
@@ -200,18 +182,9 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
 
 def _note(document: Document, finding: Finding) -> None:
     if finding.path not in document.unsettled or not finding.message.startswith("missing"):
-        place = _place(document, finding.path, finding.at_key)
+        place = document.place(finding.path, finding.at_key)
         document.mistakes.append(Mistake.at(place, dotted(finding.path), finding.message))
     document.unsettled |= {finding.path, *finding.unsettled}
-
-
-def _place(document: Document, path: Path, at_key: bool = False) -> FilePlace:
-    """Return where a path stands, or the section that it is missing from."""
-    places = document.keys if at_key else document.values
-    for length in range(len(path), 0, -1):
-        if path[:length] in places:
-            return places[path[:length]]
-    return document.keys.get((), FilePlace(document.file, 1, 1))
 
 
 def _set_aside(data: Any, path: Path) -> None:
@@ -237,20 +210,7 @@ def _note_contradictions(document: Document, problems: Iterable[Problem]) -> Non
         paths = [path_of(key) for key in (problem.key, *problem.others)]
         if any(_overlap(path, doubtful) for path in paths for doubtful in unsettled):
             continue
-        document.mistakes.append(
-            Mistake.at(place_of_problem(document, problem), problem.key, problem.message)
-        )
-
-
-def place_of_problem(document: Document, problem: Problem) -> FilePlace:
-    """Return where a problem stands; where its key is left to its default, at a key behind it."""
-    paths = [path_of(key) for key in (problem.key, *problem.others)]
-    return _place(document, next((path for path in paths if path in document.values), paths[0]))
-
-
-def place_of(document: Document, key: str) -> FilePlace:
-    """Return where a dotted key stands, or the section that it is missing from."""
-    return _place(document, path_of(key))
+        document.mistakes.append(document.mistake(problem))
 
 
 def _overlap(path: Path, other: Path) -> bool:

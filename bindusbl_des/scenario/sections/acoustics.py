@@ -15,7 +15,6 @@ from pydantic import (
 
 from ...presets.catalogue import CATALOGUE, preset
 from ...presets.modems import table_file
-from ..channel_settings import burst_s
 from ..declared import ChannelTraits, channel_named
 from ..key_types import PAPER, Part, Real, Text, Whole, key, known_preset
 from ..part_choice import SET, PartChoice
@@ -67,6 +66,11 @@ class Band(Part):
         channel: PartChoice
 
     @property
+    def stated(self) -> dict[str, Any]:
+        """What the sheet of its modem says of its keys, if it has one."""
+        return {} if self.modem is None else modem_values(self.modem, type(self))
+
+    @property
     def traits(self) -> ChannelTraits:
         """What its channel declares."""
         return channel_named(self.channel)
@@ -74,7 +78,8 @@ class Band(Part):
     @property
     def burst_s(self) -> float | None:
         """How long (s) signals are lost, on average; None where each is lost by itself."""
-        return burst_s(self.channel)
+        given: float | None = self.channel.settings.get("burst_s")
+        return given
 
     def longest_path_m(self, depth: float, further_m: float = 0.0) -> float:
         """Return the longest path (m) of a signal that is heard, between a depth (m) and the
