@@ -9,12 +9,7 @@ from ..core.wording import plain
 from ..geometry.formation import ring_radius
 from ..preflight.fix_chance import HALF, delivery
 from ..results.effects import FILTER, GAIN
-from ..scenario.declared import (
-    BROADCASTERS,
-    DOWNLINKS,
-    SCHEDULES,
-    advised,
-)
+from ..scenario import declared
 from ..scenario.files.overrides import put
 from ..scenario.scenario import Scenario
 from ..scenario.sections.placements import Formation
@@ -140,11 +135,19 @@ def _downlinks(scenario: Scenario) -> tuple[str, ...]:
     Answers without airtime are not advised: no modem can give them.
     """
     instant = not scenario.protocol.answer.takes_airtime
-    names = [name for name in advised(DOWNLINKS) if not (DOWNLINKS[name].replies and instant)]
+    names = [
+        name
+        for name in declared.advised(declared.DOWNLINKS)
+        if not (declared.DOWNLINKS[name].replies and instant)
+    ]
     if not scenario.protocol.random_access:
         return tuple(names)
-    broadcast = [name for name in names if not DOWNLINKS[name].replies and DOWNLINKS[name].waits]
-    answered = [name for name in names if DOWNLINKS[name].replies]
+    broadcast = [
+        name
+        for name in names
+        if not declared.DOWNLINKS[name].replies and declared.DOWNLINKS[name].waits
+    ]
+    answered = [name for name in names if declared.DOWNLINKS[name].replies]
     return tuple(broadcast if scenario.protocol.replies else answered)
 
 
@@ -152,14 +155,14 @@ def _schedules(scenario: Scenario, needless: list[str]) -> Iterator[Change]:
     if scenario.auvs.count == 1:
         needless.append("another schedule (there is one AUV)")
         return
-    yield from _others(scenario, "schedule", advised(SCHEDULES))
+    yield from _others(scenario, "schedule", declared.advised(declared.SCHEDULES))
 
 
 def _broadcasters(scenario: Scenario, needless: list[str]) -> Iterator[Change]:
     if scenario.asvs.count == 1 or scenario.protocol.replies:
         needless.append("another broadcaster (no frame has a choice of ASVs)")
         return
-    yield from _others(scenario, "broadcaster", advised(BROADCASTERS))
+    yield from _others(scenario, "broadcaster", declared.advised(declared.BROADCASTERS))
 
 
 def _others(scenario: Scenario, key: str, names: tuple[str, ...]) -> Iterator[Change]:

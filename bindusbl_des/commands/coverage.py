@@ -163,11 +163,10 @@ def coverage(
         check_figure(Path(figure), force)
     from ..core.plugins import PluginError
     from ..geometry.coverage import coverage_map
-    from ..scenario.site import NoStations
 
     try:
         stations, reach = reading.setup.stations_m, reading.setup.horizontal_reach_m
-    except (NoStations, PluginError) as error:
+    except (ValueError, PluginError) as error:
         refuse(f"{scenario}: {error}")
     from ..preflight.fix_chance import heard_rings
 
@@ -272,12 +271,11 @@ def _directions(setup: "Setup") -> dict[str, Any]:
     """Return the noise of a level target's bearing and elevation by the array or its sheet, without
     that of the AHRS; None where no angles are stated, or somebody's own instrument measures.
     """
-    from ..scenario.families import INSTRUMENT
-    from ..usbl.instrument import level_sds
+    from ..core.plugins import is_plugin
 
-    if setup.scenario.usbl.model not in INSTRUMENT.siblings:
+    if is_plugin(str(setup.scenario.usbl.model)):
         return {"bearing_sd_deg": None, "elevation_sd_deg": None}
-    bearing, elevation = (math.degrees(sd) or None for sd in level_sds(setup.usbl))
+    bearing, elevation = (math.degrees(sd) or None for sd in setup.usbl.level_sds())
     return {"bearing_sd_deg": bearing, "elevation_sd_deg": elevation}
 
 

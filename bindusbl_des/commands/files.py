@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ..core.mistakes import Mistake
     from ..core.plain_yaml import Document
     from ..presets.preset import Preset
-    from ..scenario.keys import Key
+    from ..scenario import keys as table
     from ..scenario.scenario import Scenario
 
 
@@ -131,9 +131,9 @@ def schema(kind: str, as_json: bool) -> None:
 
         print_json(experiment_schema())
         return
-    from ..scenario.keys import json_schema
+    from ..scenario import keys as table
 
-    print_json(json_schema())
+    print_json(table.json_schema())
 
 
 @click.command()
@@ -189,18 +189,19 @@ def params(pattern: str, as_json: bool) -> None:
     a * in it, as in acoustics.*.range_m, it must match the whole name.
     """
     from ..records.metrics import WORST, metrics
-    from ..scenario.keys import items, keys, settings
+    from ..scenario import keys as table
 
     # of a mission's worst AUV the metric of each AUV has the meaning
     wanted = pattern.lower().removeprefix(WORST)
-    rows = [row for row in (*keys(), *items(), *settings()) if _matches(row, pattern)]
+    known = table.keys()
+    rows = [row for row in (*known, *table.items(), *table.settings()) if _matches(row, pattern)]
     measured = [
         {"key": name, "kind": "metric", "unit": unit, "meaning": meaning}
         for name, (unit, meaning) in metrics().items()
         if wanted and wanted in f"{name} {meaning}".lower()
     ]
     if not rows and not measured:
-        hint = did_you_mean(pattern, [*(row.name for row in keys()), *metrics()])
+        hint = did_you_mean(pattern, [*(row.name for row in known), *metrics()])
         refuse(f"no key matches {pattern!r}{hint or '; `bindusbl-des params` lists all'}")
     if as_json:
         print_json([*map(asdict, rows), *measured])
@@ -212,7 +213,7 @@ def params(pattern: str, as_json: bool) -> None:
         say("\n".join([*map(_paragraph, rows), *columns]))
 
 
-def _matches(row: "Key", pattern: str) -> bool:
+def _matches(row: "table.Key", pattern: str) -> bool:
     from fnmatch import fnmatchcase
 
     wanted = pattern.lower()
@@ -221,7 +222,7 @@ def _matches(row: "Key", pattern: str) -> bool:
     return any(wanted in text.lower() for text in (row.key, row.meaning, *row.choices))
 
 
-def _paragraph(row: "Key") -> str:
+def _paragraph(row: "table.Key") -> str:
     """Return the first line to grep for and the second to read."""
     unit = "" if row.unit in ("", "1") else f" {row.unit}"
     allowed = " | ".join(row.choices) or f"{row.kind} {row.range}".strip()

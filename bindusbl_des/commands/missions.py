@@ -172,7 +172,7 @@ def run(
     talk_of(reading.warnings)
     from ..preflight.effort import effort
     from ..results.result_folder import result_draft
-    from ..scenario.files.former_keys import option_now
+    from ..scenario.files import former_keys
 
     cost = effort(reading.setup)
     weigh(mission.name, cost, anyway)
@@ -182,7 +182,7 @@ def run(
     # Made before the mission is run, so that a place that cannot be written to is told at once.
     with writing(folder), result_draft(folder, force=force) as draft:
         result = _simulated(mission, seed, draft)
-        result.overrides = tuple(map(option_now, overrides))
+        result.overrides = tuple(map(former_keys.option_now, overrides))
         result.advice = advice_on(result, asked, again)
         result.fill(draft, text, began_s)
     if as_json:

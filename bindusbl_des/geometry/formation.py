@@ -47,20 +47,6 @@ def formation(count: int, radius: float, angle_rad: float = 0.0) -> Floats:
     return radius * np.column_stack((np.cos(angles), np.sin(angles)))
 
 
-def formation_radius(hf_range: float, clearance: float = 0.0) -> float:
-    """Return how far from the middle the paper puts its ASVs (m): HF range plus clearance.
-
-    Any clearance above 0 leaves the middle of the survey out of range of two or more ASVs.
-    Raises ValueError for lengths that are negative or not finite.  Source: eq. formation.
-
-    >>> formation_radius(50.0, 5.0)
-    55.0
-    """
-    _check_length("HF range", hf_range)
-    _check_length("clearance", clearance)
-    return hf_range + clearance
-
-
 def ring_radius(asvs: ArrayLike) -> float:
     """Return the radius (m) of a regular formation of two ASVs or more, (m, 2), wherever it lies.
 

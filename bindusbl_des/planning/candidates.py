@@ -18,7 +18,7 @@ from ..core.facts import cached_property
 from ..core.plain_data import value_at
 from ..core.plain_yaml import read_yaml
 from ..core.wording import counted, plain
-from ..scenario.files.former_keys import key_now
+from ..scenario.files import former_keys
 from ..scenario.scenario import Scenario
 from ..setup import Setup
 from .prediction.gathering import inputs_of
@@ -84,7 +84,10 @@ def _cost(question: Question, scenario: Scenario) -> float:
     for item, price in question.costs.items():
         key, equals, value = item.partition("=")
         if equals:
-            data, path = scenario.model_dump(mode="json"), key_now(key.strip()).split(".")
+            data, path = (
+                scenario.model_dump(mode="json"),
+                former_keys.key_now(key.strip()).split("."),
+            )
             if value_at(data, path) == read_yaml(value, item).data:
                 total += price
     return total

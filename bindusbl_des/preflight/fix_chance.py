@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..acoustics.channel import AskedChannel, between
 from ..core.arrays import Flags, Floats, Ints
 from ..core.plugins import is_plugin
-from ..scenario.declared import DOWNLINKS, BroadcasterTraits
+from ..scenario import declared
 from ..setup import Setup
 
 # The range within which pings are heard is looked for among so many; where nothing ends it among
@@ -159,7 +159,7 @@ def told_ahead(setup: Setup, downlink: str) -> int:
     """
     if not setup.tells_slots or setup.scenario.protocol.dissemination.missed != "silent":
         return 0
-    return DOWNLINKS[downlink].tells_ahead if downlink in DOWNLINKS else 0
+    return declared.DOWNLINKS[downlink].tells_ahead if downlink in declared.DOWNLINKS else 0
 
 
 def made_and_delivered(
@@ -237,7 +237,11 @@ def by_first(heard: Floats, delivered: Floats, away: Floats) -> Floats:
 
 
 def senders(
-    rule: BroadcasterTraits, heard: Floats, away: Floats, located: Floats, frame: Ints | None
+    rule: declared.BroadcasterTraits,
+    heard: Floats,
+    away: Floats,
+    located: Floats,
+    frame: Ints | None,
 ) -> Ints:
     """Return which ASV sends each AUV's fix (..., n), where who hears most or is nearest does.
 

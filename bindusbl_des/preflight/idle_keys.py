@@ -11,9 +11,8 @@ from typing import Any
 
 from ..core.mistakes import Problem
 from ..core.wording import plain
-from ..scenario.declared import CHANNELS
+from ..scenario import declared
 from ..scenario.families import FAMILIES
-from ..scenario.key_types import Part
 from ..scenario.part_choice import PartChoice
 from ..scenario.scenario import Scenario
 from ..scenario.sections.vehicles import VehicleChoice
@@ -232,12 +231,12 @@ RULES = (
         "how likely signals are lost only the plug-in says",
     ),
     Idle(
-        {"acoustics.hf.channel": names(CHANNELS, lambda traits: not traits.ends_at_range)},
+        {"acoustics.hf.channel": names(declared.CHANNELS, lambda traits: not traits.ends_at_range)},
         tuple(f"acoustics.loss.{name}" for name in ("law", "combine", "contention_per_auv", "cap")),
         "the law of the disc's loss; this channel says itself how likely signals are lost",
     ),
     Idle(
-        {"acoustics.mf.channel": names(CHANNELS, lambda traits: traits.reach_of_its_own)},
+        {"acoustics.mf.channel": names(declared.CHANNELS, lambda traits: traits.reach_of_its_own)},
         ("acoustics.mf.range_m", "acoustics.mf.range_metric"),
         "the curve says how far frames are decoded",
     ),
@@ -381,9 +380,9 @@ def _is_given(scenario: Scenario, key: str, *, but_defaults: bool) -> bool:
     return not but_defaults or getattr(part, last) != type(part).model_fields[last].default
 
 
-def _is_whole(part: Part) -> bool:
+def _is_whole(part: Any) -> bool:
     """Tell whether every key is set, as where a scenario was written out by the program itself."""
     values = [getattr(part, name) for name in type(part).model_fields]
     return part.model_fields_set == set(type(part).model_fields) and all(
-        _is_whole(value) for value in values if isinstance(value, Part)
+        _is_whole(value) for value in values if hasattr(value, "model_fields_set")
     )

@@ -93,10 +93,7 @@ def _carried_away(scenario: Scenario, current: float, *, is_sure: bool) -> Itera
     for section, word, speeds in fleets:
         if not speeds:
             continue
-        from ..vehicles.guidance import too_strong
-
-        vehicle = getattr(scenario, section).vehicle
-        found = too_strong(vehicle.model, dict(vehicle.coefficients), speeds, current)
+        found = getattr(scenario, section).vehicle.carried_away(speeds, current)
         if found is not None:
             number, reason = found
             often = "" if is_sure else "; missions of such seeds end at 0 s"

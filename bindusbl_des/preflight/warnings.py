@@ -15,13 +15,10 @@ from ..core.mistakes import Mistake, Problem, ScenarioWarning
 from ..core.plain_yaml import Document
 from ..core.plugins import is_plugin, refusal
 from ..presets.modems import airtime_table
-from ..scenario.channel_settings import Sound, read_curve
-from ..scenario.families import CHANNEL
+from ..scenario.channel_settings import read_curve
 from ..scenario.files.scenario_file import Source
 from ..scenario.own_sensors import MOST_TOLD
-from ..scenario.part_choice import settings_of
 from ..scenario.scenario import Scenario
-from ..scenario.site import recordings
 from ..setup import Setup
 from .band_warnings import (
     answers,
@@ -134,7 +131,7 @@ def _readings(scenario: Scenario) -> Iterator[tuple[Any, ...]]:
     """Yield the key of each file with rows, what reads it, and what that is to be given."""
     route, placement = scenario.auvs.route.recording, scenario.asvs.formation.recording
     for section, asked in (("auvs.route", route), ("asvs.formation", placement)):
-        for number, source in enumerate(recordings(asked) if asked else ()):
+        for number, source in enumerate(asked.sources if asked else ()):
             from ..charts.recordings import read_recording  # brings numpy, as tracks do
 
             yield f"{section}.files.{number}", read_recording, *source
@@ -178,10 +175,7 @@ def _lobes(setup: Setup) -> Iterator[Problem]:
     times_arrivals = setup.instrument.times_arrivals
     if isinstance(array, str) or not hf.traits.has_levels or not times_arrivals:
         return
-    sound = settings_of(CHANNEL, hf.channel)
-    assert isinstance(sound, Sound)  # of these channels alone
-    frequency_hz = 1e3 * sound.frequency_khz
-    wave_m = scenario.environment.sound_speed_m_per_s / frequency_hz
+    wave_m = scenario.environment.sound_speed_m_per_s / (1e3 * hf.frequency_khz)
     if (apart := _spacing_m(array)) > wave_m / 2:
         yield Problem(
             "usbl.array",

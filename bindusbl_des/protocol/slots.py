@@ -104,6 +104,7 @@ class Slots:
     messages: Messages
     clock: Clock
     sound_speed: float
+    shortest_uplink: float
     answer: float = 0.0
 
     def payload_bytes(self, fix_count: int, named: int = 0) -> int:
@@ -144,7 +145,8 @@ def slots_of(site: Site, messages: Messages) -> Slots:
     answer = messages.airtime(1) + guards[1] if protocol.replies_in_frames else 0.0
     return Slots(
         crossing, hf.ping_s, longest, _uplink_slot(protocol, hf.ping_s, longest, crossing) + answer,
-        *guards, messages, ExactClock() if rate is None else TickClock(rate), sound_speed, answer,
+        *guards, messages, ExactClock() if rate is None else TickClock(rate), sound_speed,
+        _chosen(protocol.shortest_uplink_slot_s, SHORTEST_UPLINK * crossing), answer,
     )  # fmt: skip
 
 

@@ -186,3 +186,8 @@ class Section(Part):
                     stacklevel=2,
                 )
         return data
+
+
+def sources(files: tuple[str, ...], tracks: tuple[str, ...]) -> list[tuple[str, str]]:
+    """Return files of tracks, and which of the tracks in each is meant, "" for its only one."""
+    return list(zip(files, tracks or ("",) * len(files), strict=False))

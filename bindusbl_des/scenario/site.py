@@ -24,18 +24,20 @@ from .declared import (
 from .key_types import Point, Position
 from .scenario_keys import ScenarioKeys
 from .sections.acoustics import Downlink, UplinkSection
-from .sections.placements import AsvTrack, OwnPlacement
-from .sections.routes import Lawnmower, OwnRoute, RouteTraits, Track
+from .sections.placements import OwnPlacement
+from .sections.routes import Lawnmower, OwnRoute, RouteTraits
 from .shipped_settings import ScheduleSettings
 
 if TYPE_CHECKING:
     from ..core.arrays import Floats
+    from ..geometry.lanes import Share
     from ..geometry.routes import FlightPlan
     from ..sea.water import Water
     from ..sea.water_column import Column, Profile
     from ..vehicles.fleet import Failures
     from ..vehicles.tracks import Track as RecordedTrack
     from .own_routes import PlanView
+    from .sections.survey import SurveyEnd
 
 AnyRoute = TypeVar("AnyRoute", bound=RouteTraits)
 Stations = tuple[tuple[float, float], ...]
@@ -284,6 +286,30 @@ class Site(Facts):
         ).plans()
 
     @fact
+    def lane_shares(self) -> "list[Share]":
+        """The lanes of each AUV, in the frame of the lanes' heading; none without lanes.
+
+        Raises:
+            ValueError: when there are fewer lanes than AUVs that are to share them.
+        """
+        from .flight_plans import shares_of
+
+        lanes, auvs = self.scenario.auvs.route.lanes, self.scenario.auvs.count
+        return shares_of(self.area, self.lanes_heading_rad, lanes, auvs) if lanes else []
+
+    @fact
+    def survey_end_s(self) -> "SurveyEnd":
+        """When (s) the last AUV has flown its lanes, and is where it is recovered, if anywhere.
+
+        Raises:
+            ValueError: when a current leaves no headway, the survey takes longer than a mission
+                may, or the route has no plan.
+        """
+        from .flight_plans import survey_end
+
+        return survey_end(self.scenario.auvs, self.scenario.environment, self.plans)
+
+    @fact
     def auv_tracks(self) -> "tuple[RecordedTrack, ...] | None":
         """The tracks (times (n,), s, places (n, 3), m) that AUVs repeat; None if they do not.
 
@@ -326,11 +352,9 @@ class Site(Facts):
         given = self.given_stations_m
         if given is not None:
             return tuple(given)
-        from ..geometry.formation import formation, formation_radius
+        from ..geometry.formation import formation
 
-        radius = ring.radius_m
-        if radius is None:
-            radius = formation_radius(self.scenario.acoustics.hf.range_m, ring.clearance_m)
+        radius = ring.radius(self.scenario.acoustics.hf.range_m)
         vertices = formation(self.scenario.asvs.count, radius, math.radians(ring.angle_deg))
         return self._about_centroid(vertices)
 
@@ -365,9 +389,9 @@ class Site(Facts):
             return self.stations_m
         except (NoStations, PluginError):
             pass
-        from ..geometry.formation import formation, formation_radius
+        from ..geometry.formation import formation
 
-        radius = formation_radius(self.scenario.acoustics.hf.range_m)
+        radius = self.scenario.acoustics.hf.range_m
         return self._about_centroid(formation(self.scenario.asvs.count, radius))
 
     @fact
@@ -456,7 +480,7 @@ class Site(Facts):
 
         route = self.scenario.auvs.route.recording
         assert route is not None
-        file, which = recordings(route)[auv]
+        file, which = route.sources[auv]
         return read_track(
             file,
             route.time_offset_s,
@@ -471,7 +495,7 @@ class Site(Facts):
 
         placement = self.scenario.asvs.formation.recording
         assert placement is not None
-        file, which = recordings(placement)[asv]
+        file, which = placement.sources[asv]
         origin, offset_s = self.origin_deg, placement.time_offset_s
         return read_track(file, offset_s, which=which, origin=origin, depth_m=0.0, afloat=True)
 
@@ -509,7 +533,7 @@ class Site(Facts):
         from ..charts.recordings import read_recording
 
         try:
-            found = [read_recording(*source) for source in recordings(route)]
+            found = [read_recording(*source) for source in route.sources]
         except ValueError:
             return False  # which is told where they are read
         return any(recording.lacks_depths for recording in found)
@@ -519,11 +543,6 @@ class Site(Facts):
         centre = self.area.centroid
         places = vertices if centre == (0.0, 0.0) else vertices + centre
         return tuple((x, y) for x, y in places.tolist())
-
-
-def recordings(route: Track | AsvTrack) -> list[tuple[str, str]]:
-    """Return the files of tracks, and which of the tracks in each is meant."""
-    return list(zip(route.files, route.tracks or ("",) * len(route.files), strict=False))
 
 
 def _centroid(corners: tuple[Position, ...]) -> Position:

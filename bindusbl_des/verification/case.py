@@ -14,10 +14,8 @@ from ..core.plugins import PluginError
 from ..protocol.slots import Slots
 from ..scenario.scenario import Scenario
 from ..scenario.sections.vehicles import VehicleChoice
-from ..scenario.site import NoStations
 from ..setup import Setup
 from ..vehicles.currents import CONTROL_S
-from ..vehicles.guidance.departure import top_speed
 from .bounds import exceeded
 
 Plan = dict[str, Any]
@@ -196,7 +194,7 @@ def _driven(scenario: Scenario, vehicle: VehicleChoice, speed: float, sigmas: fl
     if not vehicle.is_steered:
         return speed
     if vehicle.has_dynamics:
-        speed = max(speed, top_speed(vehicle.model, dict(vehicle.coefficients)))
+        speed = max(speed, vehicle.top_speed)
     return min(speed + _current(scenario, sigmas), FASTEST_M_PER_S)
 
 
@@ -294,7 +292,7 @@ class Case:
             return None
         try:
             return np.array(self.setup.stations_m, dtype=float).reshape(-1, 2)
-        except (NoStations, PluginError):
+        except (ValueError, PluginError):
             return None
 
     @cached_property

@@ -13,7 +13,7 @@ from ...core.shipped import shipped
 from ...core.wording import described, did_you_mean
 from ...preflight.warnings import Reading, read_scenario
 from ...results.schemas import schema
-from ...scenario.files.former_keys import READ_YET, is_former, key_now
+from ...scenario.files import former_keys
 from ...scenario.files.scenario_file import Source
 from ...scenario.keys import settable
 from ...scenario.scenario import Scenario
@@ -123,15 +123,17 @@ def experiment_in(
 
 def _as_now(document: Document, points: Points, places: Places) -> tuple[Points, Places]:
     """Return points with their keys as they are spelt now; each former one is a warning."""
-    former = {key: at[key] for at in reversed(places) for key in at if is_former(key)}
+    former = {key: at[key] for at in reversed(places) for key in at if former_keys.is_former(key)}
     for key, path in former.items():
         place = document.values.get(path, FilePlace(document.file))
-        message = f"is a setting now: write {key_now(key)}; {READ_YET}"
+        message = f"is a setting now: write {former_keys.key_now(key)}; {former_keys.READ_YET}"
         document.warnings.append(Mistake.at(place, key, message))
     if not former:
         return points, places
-    renamed = [{key_now(key): value for key, value in point.items()} for point in points]
-    return renamed, [{key_now(key): path for key, path in at.items()} for at in places]
+    renamed = [
+        {former_keys.key_now(key): value for key, value in point.items()} for point in points
+    ]
+    return renamed, [{former_keys.key_now(key): path for key, path in at.items()} for at in places]
 
 
 def _unloaded(
@@ -286,7 +288,7 @@ def _check_overrides(document: Document, overrides: Sequence[str], points: Point
     """Note what is set although points, or the experiment's `detail`, would decide it."""
     varied = dict.fromkeys(key for point in points for key in point)
     for text in overrides:
-        key = key_now(text.partition("=")[0].strip())
+        key = former_keys.key_now(text.partition("=")[0].strip())
         message = ""
         if key == DETAIL:
             message = "belongs to the experiment; write --detail full instead"

@@ -27,7 +27,6 @@ from ...mission.simulation import simulate
 from ...results.columns import arrow
 from ...results.schemas import schema
 from ...scenario.scenario import Scenario
-from ...scenario.sections.survey import SURVEY
 from ..experiments.experiment import (
     ExperimentPlan,
     PlannedMission,
@@ -74,7 +73,7 @@ def warm(scenario: str, folder: Path) -> None:
     _ready.add(kind)
     data = without_plugins(data)  # one's own might do anything
     length = data["duration_s"]
-    data["duration_s"] = WARMING_S if length == SURVEY else min(length, WARMING_S)
+    data["duration_s"] = WARMING_S if isinstance(length, str) else min(length, WARMING_S)
     data["protocol"]["schedule"] = "one_per_slot"
     with suppress(Exception):  # what is wrong with a mission is told by the mission
         simulate(Scenario.model_validate(data), 0)

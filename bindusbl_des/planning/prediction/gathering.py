@@ -13,26 +13,16 @@ import numpy as np
 
 from ...acoustics.channel import AskedChannel, between
 from ...core.arrays import Floats
-from ...core.compiled import compiled
 from ...core.plugins import is_plugin, loaded
 from ...core.wording import plain
 from ...preflight.band_warnings import ALWAYS_HEARING, messages
 from ...preflight.fix_chance import below, frame_chance, loses_pings, ping_chance
 from ...preflight.round_lengths import pace_of
-from ...protocol.predicted_positions import planned_vehicles
-from ...protocol.slots import SHORTEST_UPLINK, UPLINK_GUARD, Slots
-from ...records.rows import Rows
-from ...scenario.declared import (
-    NAVIGATORS,
-    BroadcasterTraits,
-    DownlinkTraits,
-    ScheduleTraits,
-)
-from ...scenario.own_sensors import OwnSensors
+from ...protocol.slots import Slots
+from ...scenario import declared
 from ...scenario.scenario import Scenario
 from ...setup import Setup
-from ...usbl.array import NOTHING, dot, turned
-from ...usbl.measuring import NOISE_WIDTH, Instrument, path_sd, placed, spread_sd
+from ...usbl.variances import variances
 from .inputs import (
     AccessPlan,
     Chances,
@@ -188,7 +178,7 @@ def _ways(plan: _Plan) -> PlannedWays:
     scenario = plan.setup.scenario
     count = min(max(round(scenario.duration_s / STEP_S) + 1, FEWEST), MOST)
     times = np.linspace(0.0, scenario.duration_s, count)
-    vehicles = planned_vehicles(plan.setup, scenario.duration_s)
+    vehicles = plan.setup.planned_auvs
     return PlannedWays(
         times,
         np.stack([vehicle.sample(times)[:, :2] for vehicle in vehicles]),
@@ -222,14 +212,14 @@ def navigator_of(setup: Setup) -> PredictedNavigator:
     first, growth = setup.beliefs
     assumed = [sqrt(first.covariance[k, k]) for k in range(len(first.state))]
     sources = [
-        *_bias(scenario, sensors, (assumed[2], assumed[3])),
+        *_bias(setup, (assumed[2], assumed[3])),
         *_current(scenario, assumed[4], growth.wander),
         *_wandering(setup, assumed[growth.wandering] if growth.wandering else 0.0),
-        *_skew(sensors, (assumed[6], assumed[7]) if growth.stretched > 0 else (0.0, 0.0)),
+        *_skew(setup, (assumed[6], assumed[7]) if growth.stretched > 0 else (0.0, 0.0)),
     ]
     return PredictedNavigator(
         name,
-        NAVIGATORS[name],
+        declared.NAVIGATORS[name],
         navigation.fixed_gain.gain,
         navigation.weighs or own or navigation.fixed_gain.delay_compensation == "shift",
         navigation.initial_position_sd_m,
@@ -240,14 +230,13 @@ def navigator_of(setup: Setup) -> PredictedNavigator:
     )
 
 
-def _bias(
-    scenario: Scenario, sensors: OwnSensors, assumed: tuple[float, float]
-) -> list[DriftSource]:
+def _bias(setup: Setup, assumed: tuple[float, float]) -> list[DriftSource]:
+    sensors, frame = setup.own_sensors, setup.scenario.navigation.bias_frame
     drawn = 0.0 if sensors.bias_time_constant_s is not None else sensors.bias_sd_m_per_s
     mean = sensors.bias_m_per_s
     if not any((*mean, drawn, *assumed)):
         return []
-    return [DriftSource(scenario.navigation.bias_frame, mean, (drawn, drawn), assumed)]
+    return [DriftSource(frame, mean, (drawn, drawn), assumed)]
 
 
 def _current(scenario: Scenario, assumed: float, wander: float) -> list[DriftSource]:
@@ -273,7 +262,8 @@ def _wandering(setup: Setup, assumed: float) -> list[DriftSource]:
     return [DriftSource(frame, (0.0, 0.0), (sd, sd), (assumed, assumed), lasts)]
 
 
-def _skew(sensors: OwnSensors, assumed: tuple[float, float]) -> list[DriftSource]:
+def _skew(setup: Setup, assumed: tuple[float, float]) -> list[DriftSource]:
+    sensors = setup.own_sensors
     turned = radians(sensors.heading_sd_deg)
     if not (sensors.scale_factor_sd or turned or any(assumed)):
         return []
@@ -281,18 +271,17 @@ def _skew(sensors: OwnSensors, assumed: tuple[float, float]) -> list[DriftSource
 
 
 # What stands in for parts of one's own that do not say what they are like.
-SCHEDULE = ScheduleTraits(groups="first_fit")
-DOWNLINK = DownlinkTraits(waits=True)
-BROADCASTER = BroadcasterTraits("turn")
-NAVIGATOR = next(name for name, traits in NAVIGATORS.items() if traits.weighs)
+SCHEDULE = declared.ScheduleTraits(groups="first_fit")
+DOWNLINK = declared.DownlinkTraits(waits=True)
+BROADCASTER = declared.BroadcasterTraits("turn")
+NAVIGATOR = next(name for name, traits in declared.NAVIGATORS.items() if traits.weighs)
 
 
 def slots_of(setup: Setup) -> SlotLengths:
     """Return how long slots last; those of an own ranging that is not loaded hold one ping."""
     scenario = setup.scenario
     slots, protocol = setup.slots, scenario.protocol
-    crossing, fixes = slots.crossing_time, range(scenario.auvs.count + 1)
-    shortest = protocol.shortest_uplink_slot_s
+    fixes = range(scenario.auvs.count + 1)
     clock, messages = slots.clock, slots.messages
     two_way = protocol.calls
     named = scenario.auvs.count if setup.tells_slots else 0
@@ -301,8 +290,8 @@ def slots_of(setup: Setup) -> SlotLengths:
         slots.ping_duration,
         2 if two_way else 1,
         protocol.turnaround_s if two_way else 0.0,
-        UPLINK_GUARD * crossing if protocol.uplink_guard_s is None else protocol.uplink_guard_s,
-        SHORTEST_UPLINK * crossing if shortest is None else shortest,
+        slots.uplink_guard,
+        slots.shortest_uplink,
         slots.uplink_slot if own else _usual_slot(setup, slots),
         scenario.survey.deepest,
         setup.assumed_sound_speed_m_per_s,
@@ -425,7 +414,7 @@ def fix_noise(setup: Setup) -> FixNoise:
             snr = np.ascontiguousarray(channel.prospects(asked)["snr_db"][:, 0])
         moved = _moved_m2(setup)
         found, rest = (
-            _variances(away, depth, snr, moved, scenario.navigation.weighs, *usbl.packed)
+            variances(away, depth, snr, moved, scenario.navigation.weighs, *usbl.packed)
             for usbl in (whole, white)
         )
         level = np.maximum(found[:, 0] + found[:, 1], 1e-30)
@@ -450,36 +439,3 @@ def _moved_m2(setup: Setup) -> float:
         return setup.own_sensors.random_walk_m_per_sqrt_s**2 * lasts
     speed = 0.0 if scenario.auvs.route.is_held else max(scenario.auvs.speeds)
     return (speed * lasts) ** 2 / 2
-
-
-@compiled
-def _variances(
-    away: Floats, depth: float, snr_db: Floats, moved: float, weighs: bool,
-    array: Floats, metric: Floats, levels: Rows,
-) -> Floats:  # fmt: skip
-    """Return the variances along, across and down, and the covariance of along and down (g, 4), m2,
-    of fixes at horizontal distances (g,), m, and a depth (m).
-
-    Of the path of a call and its answer, which an AUV has `moved` on (m2) meanwhile, half is the
-    range.  A filter that `weighs` them knows the direction better than one fix, and so how far away
-    an AUV is as well as the range itself is known (:mod:`...navigation.turning`).
-    """
-    instrument = Instrument(array, metric, levels[0])
-    out, none, believed = np.empty((away.size, 4)), np.zeros(NOISE_WIDTH), np.eye(3)
-    for k in range(away.size):
-        reach = max(math.hypot(away[k], depth), 1e-3)
-        unit = away[k] / reach, 0.0, depth / reach
-        ranging_sd = path_sd(reach, instrument.levels)
-        if moved >= 0.0:
-            ranging_sd = 0.5 * math.sqrt(path_sd(2.0 * reach, instrument.levels) ** 2 + moved)
-        _, spread = placed(NOTHING, unit, believed, reach, ranging_sd, snr_db[k], none, instrument)
-        if weighs:
-            spread_m2 = spread_sd(reach, instrument.levels) ** 2
-            own = instrument.levels.gnss_sd_m**2 + (1.0 - instrument.levels.slow_share) * spread_m2
-            bent = dot(turned(spread, unit), unit) - ranging_sd**2 - own
-            for i in range(3):
-                for j in range(3):
-                    spread[i, j] -= bent * unit[i] * unit[j]
-        out[k, 0], out[k, 1] = spread[0, 0], spread[1, 1]
-        out[k, 2], out[k, 3] = spread[2, 2], spread[0, 2]
-    return out

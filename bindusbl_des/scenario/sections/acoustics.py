@@ -15,6 +15,7 @@ from pydantic import (
 
 from ...presets.catalogue import CATALOGUE, preset
 from ...presets.modems import table_file
+from ..channel_settings import Sound
 from ..declared import ChannelTraits, channel_named
 from ..key_types import PAPER, Part, Real, Text, Whole, key, known_preset
 from ..part_choice import SET, PartChoice
@@ -80,6 +81,12 @@ class Band(Part):
         """How long (s) signals are lost, on average; None where each is lost by itself."""
         given: float | None = self.channel.settings.get("burst_s")
         return given
+
+    @property
+    def frequency_khz(self) -> float:
+        """The centre frequency of sound whose level is known."""
+        usual = Sound.model_fields["frequency_khz"].default
+        return float(self.channel.settings.get("frequency_khz", usual))
 
     def longest_path_m(self, depth: float, further_m: float = 0.0) -> float:
         """Return the longest path (m) of a signal that is heard, between a depth (m) and the

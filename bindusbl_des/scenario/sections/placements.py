@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Tag
 
-from ..key_types import OURS, PAPER, Part, Point, Position, Real, Text, key
+from ..key_types import OURS, PAPER, Part, Point, Position, Real, Text, key, sources
 from ..part_choice import PartChoice
 from .routes import OwnSection, is_own
 
@@ -76,6 +76,10 @@ class Formation(PlacementTraits, Part):
     def moored(self) -> "Formation":
         """Where ASVs keep station."""
         return self
+
+    def radius(self, hf_range_m: float) -> float:
+        """Return how far (m) from the middle a ring lies: by default HF range plus clearance."""
+        return hf_range_m + self.clearance_m if self.radius_m is None else self.radius_m
 
     @property
     def is_placed(self) -> bool:
@@ -204,6 +208,11 @@ class AsvTrack(Moving):
         ge=-1e12,
         le=1e12,
     )
+
+    @property
+    def sources(self) -> list[tuple[str, str]]:
+        """Its files, and which of the tracks in each is meant."""
+        return sources(self.files, self.tracks)
 
     @property
     def recording(self) -> "AsvTrack":

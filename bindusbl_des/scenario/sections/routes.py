@@ -17,7 +17,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from ...core.plugins import is_plugin
-from ..key_types import OURS, PAPER, Part, Point, Position, Real, Text, key
+from ..key_types import OURS, PAPER, Part, Point, Position, Real, Text, key, sources
 from ..part_choice import PartChoice
 
 
@@ -338,6 +338,11 @@ class Track(Planned):
         ge=-1e12,
         le=1e12,
     )
+
+    @property
+    def sources(self) -> list[tuple[str, str]]:
+        """Its files, and which of the tracks in each is meant."""
+        return sources(self.files, self.tracks)
 
     @property
     def recording(self) -> "Track":
