@@ -7,7 +7,7 @@ is a mission, truncated at its `duration_s`, since nothing of it is terminal; it
 that of `reset`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import hypot
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from .core.arrays import Floats
 from .mission.mission import Mission
-from .protocol.schedules.view import Groups, View
+from .protocol.schedules.view import View
 from .scenario.files.scenario_file import as_scenario
 from .scenario.scenario import Scenario
 from .setup import Setup
@@ -182,7 +182,7 @@ class Schedule(gymnasium.Env[Observation, np.int64]):
         self._mission = Mission(self.scenario, drawn, schedule=self._schedule)
         return self._seen.copy(), {"seed": drawn}
 
-    def _schedule(self, view: View) -> Groups:
+    def _schedule(self, view: View) -> Sequence[Sequence[int]]:
         """Let the AUV ping that was chosen; note what is known as its round begins."""
         self._seen = _observed(
             view.since_s / TIME_S,

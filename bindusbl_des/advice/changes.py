@@ -12,7 +12,6 @@ from ..results.effects import FILTER, GAIN
 from ..scenario import declared
 from ..scenario.files.overrides import put
 from ..scenario.scenario import Scenario
-from ..scenario.sections.placements import Formation
 from ..setup import Setup
 from .stations import Ways
 
@@ -228,7 +227,8 @@ def _kept(setup: Setup) -> dict[str, Any]:
 
 def _ring(scenario: Scenario, radius: float, angle: float) -> dict[str, Any]:
     """Return the settings of a regular formation, laid over whatever the file asks for."""
-    asked = _asked(scenario)
+    asked = scenario.asvs.formation.moored
+    assert asked is not None  # nobody moves what a user-defined placement puts somewhere
     settings: dict[str, Any] = {}
     for name in ("positions_m", "positions_deg"):
         if getattr(asked, name) is not None:
@@ -239,12 +239,6 @@ def _ring(scenario: Scenario, radius: float, angle: float) -> dict[str, Any]:
     if angle != asked.angle_deg:
         settings["asvs.formation.angle_deg"] = float(f"{angle:.6g}")
     return settings
-
-
-def _asked(scenario: Scenario) -> Formation:
-    asked = scenario.asvs.formation.moored
-    assert asked is not None  # nobody moves what a placement of one's own puts somewhere
-    return asked
 
 
 def _formations(setup: Setup, needless: list[str]) -> list[Iterator[Change]]:
@@ -272,7 +266,8 @@ def _another(scenario: Scenario) -> Iterator[Change]:
 def _moved(setup: Setup, ways: Ways) -> Iterator[Change]:
     """Yield formations of as many ASVs that serve the AUVs' ways best."""
     scenario = setup.scenario
-    asked, count = _asked(scenario), scenario.asvs.count
+    asked, count = scenario.asvs.formation.moored, scenario.asvs.count
+    assert asked is not None
     if not asked.is_placed:
         radius, angle = ways.best(count, [ring_radius(setup.stations_m)])
         yield Change(
@@ -292,7 +287,8 @@ def _moved(setup: Setup, ways: Ways) -> Iterator[Change]:
 def _more(setup: Setup, ways: Ways) -> Iterator[Change]:
     """Yield plans with one more ASV."""
     scenario = setup.scenario
-    asked, count = _asked(scenario), scenario.asvs.count + 1
+    asked, count = scenario.asvs.formation.moored, scenario.asvs.count + 1
+    assert asked is not None
     words = f"{count} ASVs instead of {count - 1}"
     if asked.is_placed:
         now = setup.stations_m

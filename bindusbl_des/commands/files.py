@@ -15,9 +15,9 @@ from ..core.shipped import (
     shipped,
 )
 from ..core.wording import counted, did_you_mean, plain
-from ..scenario.files.starters import TEMPLATES, template
 from .console import BAD_INPUT, print_json, refuse, say, talk, write_new
 from .options import bare_keys, json_option, out_option, plugins_option, set_option, shipped_or_file
+from .starters import TEMPLATES, template
 
 if TYPE_CHECKING:
     from ..core.mistakes import Mistake

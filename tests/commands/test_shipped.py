@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from commands_for_tests import call
 
+from bindusbl_des.commands.starters import TEMPLATES
 from bindusbl_des.core import shipped as shipping
 from bindusbl_des.core.shipped import KINDS, shipped
-from bindusbl_des.scenario.files.starters import TEMPLATES
 
 ROOT = Path(__file__).parents[2]
 

@@ -13,9 +13,9 @@ from ...core.shipped import shipped
 from ...core.wording import described, did_you_mean
 from ...preflight.warnings import Reading, read_scenario
 from ...results.schemas import schema
+from ...scenario import keys as table
 from ...scenario.files import former_keys
 from ...scenario.files.scenario_file import Source
-from ...scenario.keys import settable
 from ...scenario.scenario import Scenario
 from ..storage.folder import LARGEST_SEED, MOST_MISSIONS
 from .experiment import MOST_SEEDS, Detail, Experiment, as_written, targets_in, turn
@@ -354,7 +354,7 @@ def _set_by_all(points: Points) -> Iterator[list[str]]:
 
 def experiment_schema() -> dict[str, Any]:
     """Return the JSON Schema of experiment files; keys that may be varied are suggested."""
-    known = {row.key: row.meaning for row in settable() if row.key != "record.detail"}
+    known = {row.key: row.meaning for row in table.settable() if row.key != "record.detail"}
     return {
         "$schema": DIALECT,
         "title": "Experiment",

@@ -3,10 +3,10 @@
 from collections.abc import Collection, Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from ...core.wording import did_you_mean, plain
+from ..core.wording import did_you_mean, plain
 
 if TYPE_CHECKING:
-    from ..keys import Key
+    from ..scenario import keys as table
 
 # Column at which the comments begin.
 MARGIN = 44
@@ -89,18 +89,19 @@ def template(name: str = "starter") -> str:
 
 
 def _lines(values: Mapping[str, object], important: Collection[str]) -> Iterator[str]:
-    from ..keys import keys, optional_sections, sections  # with all models: seldom needed
+    from ..scenario import keys as table  # with all models: seldom needed
 
-    optional = optional_sections()
-    top = [row for row in keys() if not row.section]
-    for row in top:
-        yield _line(row, values, row.key in important, row.section in optional)
-    for section, meaning in sections().items():
+    optional = table.optional_sections()
+    rows = table.keys()
+    for row in rows:
+        if not row.section:
+            yield _line(row, values, row.key in important, row.section in optional)
+    for section, meaning in table.sections().items():
         if "." not in section:
             yield ""
         name, comment = section.rpartition(".")[2], "# " * (section in optional)
         yield f"{_indent(section)}{comment}{name}:".ljust(MARGIN) + f"# {meaning}"
-        for row in keys():
+        for row in rows:
             if row.section == section:
                 yield _line(row, values, row.key in important, row.section in optional)
 
@@ -109,7 +110,9 @@ def _indent(key: str) -> str:
     return "  " * key.count(".")
 
 
-def _line(row: "Key", values: Mapping[str, object], is_important: bool, is_optional: bool) -> str:
+def _line(
+    row: "table.Key", values: Mapping[str, object], is_important: bool, is_optional: bool
+) -> str:
     given = row.key in values
     value = plain(values[row.key]) if given else row.default
     # Without its kind in the file, a key of another route would be a mistake.
@@ -118,7 +121,7 @@ def _line(row: "Key", values: Mapping[str, object], is_important: bool, is_optio
     return f"{text.ljust(MARGIN - 1)} # {_comment(row, is_optional)}"
 
 
-def _comment(row: "Key", is_optional: bool) -> str:
+def _comment(row: "table.Key", is_optional: bool) -> str:
     """Return unit, meaning, choices or range, and the route that a key belongs to."""
     choices = " | ".join(row.choices)
     unit = "" if row.unit == "1" else row.unit
