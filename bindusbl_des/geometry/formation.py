@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Floats
-from .area import Area
+from .area import Area, vertices
 
 # Vessels that stray by less than this share of what they hear keep their stations.
 KEPT = 0.1
@@ -41,10 +41,7 @@ def formation(count: int, radius: float, angle_rad: float = 0.0) -> Floats:
     _check_length("formation radius", radius)
     if not math.isfinite(angle_rad):
         raise ValueError(f"a formation angle must be finite; met {angle_rad}; give radians")
-    if count == 1:
-        return np.zeros((1, 2))
-    angles = angle_rad + 2.0 * np.pi * np.arange(count) / count
-    return radius * np.column_stack((np.cos(angles), np.sin(angles)))
+    return np.array(vertices(count, radius, angle_rad))
 
 
 def ring_radius(asvs: ArrayLike) -> float:

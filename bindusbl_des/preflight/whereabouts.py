@@ -44,7 +44,7 @@ def formation(setup: Setup) -> Iterator[Problem]:
     asked = scenario.asvs.formation.moored
     if asked is None:
         return
-    stations, area = _stations(setup), setup.area
+    stations, area = setup.stations_m, setup.area
     beyond = [area.beyond(x, y) for x, y in stations]
     if asked.is_placed or asked.radius_m is not None or len(stations) == 1:
         yield from _unheard(scenario, beyond)
@@ -97,23 +97,6 @@ def deep(setup: Setup) -> Iterator[Problem]:
             )
 
 
-def _stations(setup: Setup) -> list[tuple[float, float]]:
-    """Return where ASVs are moored, [x, y] in m.
-
-    `Setup.stations_m` says the same, with numpy, for which `validate` does not wait.
-    """
-    scenario = setup.scenario
-    given, count = setup.given_stations_m, scenario.asvs.count
-    if given is not None:
-        return list(given)
-    x, y = setup.area.centroid
-    asked = scenario.asvs.formation.moored
-    assert asked is not None  # they keep stations
-    radius = asked.radius(scenario.acoustics.hf.range_m) if count > 1 else 0.0
-    angles = [math.radians(asked.angle_deg) + math.tau * asv / count for asv in range(count)]
-    return [(x + radius * math.cos(a), y + radius * math.sin(a)) for a in angles]
-
-
 def frames(setup: Setup) -> Iterator[Problem]:
     """Yield which AUVs hardly ever get a fix because ASVs broadcast in turn, which are told of
     their slot when it has begun, and at which frames may overlap.
@@ -149,8 +132,7 @@ def _may_overlap(setup: Setup) -> bool:
     pings_between = downlink.waits and not (rule.at_once or scenario.protocol.random_access)
     if pings_between or rule.chosen_by == "one" or scenario.asvs.count == 1:
         return False
-    moored = scenario.asvs.formation.moored
-    stations = setup.nominal_stations_m if moored is None else _stations(setup)
+    stations = setup.nominal_stations_m
     apart = math.hypot(*(max(axis) - min(axis) for axis in zip(*stations, strict=True)))
     from .round_lengths import gap_s  # brings numpy
 

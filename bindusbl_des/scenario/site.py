@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from ..core.facts import Facts, fact
 from ..core.plugins import PluginError
-from ..geometry.area import Area, polygon, rectangle
+from ..geometry.area import Area, polygon, rectangle, vertices
 from . import declared
 from .declared import (
     BroadcasterTraits,
@@ -29,7 +29,6 @@ from .sections.routes import Lawnmower, OwnRoute, RouteTraits
 from .shipped_settings import ScheduleSettings
 
 if TYPE_CHECKING:
-    from ..core.arrays import Floats
     from ..geometry.lanes import Share
     from ..geometry.routes import FlightPlan
     from ..sea.water import Water
@@ -352,11 +351,8 @@ class Site(Facts):
         given = self.given_stations_m
         if given is not None:
             return tuple(given)
-        from ..geometry.formation import formation
-
         radius = ring.radius(self.scenario.acoustics.hf.range_m)
-        vertices = formation(self.scenario.asvs.count, radius, math.radians(ring.angle_deg))
-        return self._about_centroid(vertices)
+        return self._ring(radius, math.radians(ring.angle_deg))
 
     @fact
     def given_stations_m(self) -> tuple[Point, ...] | None:
@@ -389,10 +385,7 @@ class Site(Facts):
             return self.stations_m
         except (NoStations, PluginError):
             pass
-        from ..geometry.formation import formation
-
-        radius = self.scenario.acoustics.hf.range_m
-        return self._about_centroid(formation(self.scenario.asvs.count, radius))
+        return self._ring(self.scenario.acoustics.hf.range_m, 0.0)
 
     @fact
     def nominal_route(self) -> RouteTraits:
@@ -538,11 +531,12 @@ class Site(Facts):
             return False  # which is told where they are read
         return any(recording.lacks_depths for recording in found)
 
-    def _about_centroid(self, vertices: "Floats") -> Stations:
-        """Return places (n, 2), m, about the origin as those about the middle of the survey."""
-        centre = self.area.centroid
-        places = vertices if centre == (0.0, 0.0) else vertices + centre
-        return tuple((x, y) for x, y in places.tolist())
+    def _ring(self, radius: float, angle_rad: float) -> Stations:
+        """Return the stations of a regular formation about the middle of the survey."""
+        places, (x, y) = vertices(self.scenario.asvs.count, radius, angle_rad), self.area.centroid
+        if (x, y) == (0.0, 0.0):
+            return tuple(places)
+        return tuple((x + north, y + east) for north, east in places)
 
 
 def _centroid(corners: tuple[Position, ...]) -> Position:
