@@ -271,9 +271,8 @@ def _directions(setup: "Setup") -> dict[str, Any]:
     """Return the noise of a level target's bearing and elevation by the array or its sheet, without
     that of the AHRS; None where no angles are stated, or somebody's own instrument measures.
     """
-    from ..core.plugins import is_plugin
 
-    if is_plugin(str(setup.scenario.usbl.model)):
+    if setup.scenario.usbl.model.is_own:
         return {"bearing_sd_deg": None, "elevation_sd_deg": None}
     bearing, elevation = (math.degrees(sd) or None for sd in setup.usbl.level_sds())
     return {"bearing_sd_deg": bearing, "elevation_sd_deg": elevation}

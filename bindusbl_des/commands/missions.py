@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from ..core.plugins import is_allowed, is_plugin, refusal
+from ..core.plugins import is_allowed, refusal
 from ..core.process import ProgressLine, answered, duration, end_now
 from ..core.wording import counted, file_name
 from .console import (
@@ -104,11 +104,10 @@ def advice_on(
     if not asked.tries:
         return None
     from ..advice.advising import advise
-    from ..scenario.families import parts_of
 
-    for family, name in parts_of(result.scenario):
-        if is_plugin(name) and not is_allowed(name):
-            refuse(f"{family.key}: {refusal(name)}")
+    for key, name in result.scenario.plugins.items():
+        if not is_allowed(name):
+            refuse(f"{key}: {refusal(name)}")
 
     line, began = ProgressLine(quiet=is_quiet()), monotonic()
     now = "trying changes"

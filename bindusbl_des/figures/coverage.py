@@ -13,7 +13,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Polygon
 
 from ..core.palette import ALARM, HF, INK
-from ..core.plugins import is_plugin
 from ..geometry.area import Area
 from ..geometry.coverage import covered_area, is_within, loneliest_point
 from ..geometry.formation import keep_station
@@ -59,7 +58,7 @@ def without_stations(result: "Result") -> str:
 
 def _stations(result: "Result") -> "Points | None":
     """Return where a placement of somebody's own, which is not asked again, has put the ASVs."""
-    if not is_plugin(result.scenario.asvs.formation.choice):
+    if not result.scenario.asvs.formation.choice.is_own:
         return None
     if "tracks" not in result.arrow:
         raise ValueError(

@@ -9,7 +9,6 @@ from typing import TypeVar
 import simpy
 
 from ..acoustics.bursts import pairs
-from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams
 from ..navigation.gnss import GnssReceivers
 from ..navigation.navigators import Navigator
@@ -317,7 +316,7 @@ def carried(setup: Setup, streams: Streams) -> Usbl | Astray:
 def slow_errors(setup: Setup, streams: Streams) -> Rows | None:
     """Return the slow acoustic errors of each AUV and ASV; None where there are none."""
     usbl = setup.scenario.usbl
-    if is_plugin(usbl.model):
+    if usbl.model.is_own:
         return None
     counts = (
         len(elements_of(usbl.array)),

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..core.arrays import Flags
-from ..protocol.conflicts import dsatur_groups, greedy_groups
+from ..protocol.conflicts import GROUPINGS
 
 # Graphs of more AUVs that DSATUR does not settle are left with what is known of them.
 EXACT_UP_TO = 20
@@ -77,7 +77,7 @@ def fewest_groups(heard: Flags) -> tuple[int, int]:
     >>> fewest_groups(np.array([[True, True, False], [True, False, True], [False, True, True]]))
     (3, 3)
     """
-    made = dsatur_groups if len(heard) <= MOST_BY_DSATUR else greedy_groups
+    made = GROUPINGS["saturation" if len(heard) <= MOST_BY_DSATUR else "first_fit"]
     low, high = max(most_heard(heard), 1), len(made(heard))
     if low == high or len(heard) > EXACT_UP_TO:
         return low, high

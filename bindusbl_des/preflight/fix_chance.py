@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 
 from ..acoustics.channel import AskedChannel, between
 from ..core.arrays import Flags, Floats, Ints
-from ..core.plugins import is_plugin
 from ..scenario import declared
 from ..setup import Setup
 
@@ -140,7 +139,7 @@ def fix_chance(setup: Setup, stations: ArrayLike, places: ArrayLike) -> Floats |
     auvs = np.asarray(places, dtype=float)
     asvs = np.pad(np.asarray(stations, dtype=float), ((0, 0), (0, 1)))
     acoustics, frames = scenario.acoustics, scenario.protocol.sends_frames
-    if is_plugin(acoustics.hf.channel) or (frames and is_plugin(acoustics.mf.channel)):
+    if acoustics.hf.channel.is_own or (frames and acoustics.mf.channel.is_own):
         return None
     ahead = told_ahead(setup, scenario.protocol.downlink)
 
@@ -269,7 +268,7 @@ def ping_chance(setup: Setup, slants: Floats, depth: float) -> Floats | None:
     Of the disc inside its reach, which does not count here.  None: a channel of somebody's own.
     """
     scenario = setup.scenario
-    if is_plugin(scenario.acoustics.hf.channel):
+    if scenario.acoustics.hf.channel.is_own:
         return None
     channel = setup.ping_channel
     if channel is None:
@@ -284,7 +283,7 @@ def frame_chance(
     :func:`ping_chance`.
     """
     mf = setup.scenario.acoustics.mf
-    if is_plugin(mf.channel):
+    if mf.channel.is_own:
         return None
     channel = _frames(setup, fixes)
     if channel is None:
@@ -315,7 +314,7 @@ def loses_pings(setup: Setup) -> bool:
     """Tell whether an ASV that should hear a ping may miss it, were nothing to overlap it."""
     scenario = setup.scenario
     hf = scenario.acoustics.hf
-    if is_plugin(hf.channel) or not hf.traits.ends_at_range:
+    if hf.channel.is_own or not hf.traits.ends_at_range:
         return True
     reach = hf.longest_path_m(scenario.survey.deepest)
     ranges = np.linspace(0.0, reach, LOOKED_UP)
@@ -334,7 +333,7 @@ def heard_rings(setup: Setup) -> Rings:
     scenario = setup.scenario
     hf, depth = scenario.acoustics.hf, scenario.survey.deepest
     reach = setup.horizontal_reach_m
-    if is_plugin(hf.channel):
+    if hf.channel.is_own:
         return ((0.0, reach),)
     farthest = reach if hf.traits.ends_at_range else FARTHEST_M
     level = np.append(0.0, farthest * np.geomspace(1e-6, 1.0, MANY))

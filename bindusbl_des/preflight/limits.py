@@ -5,7 +5,7 @@ and into how many ping groups that makes a round; from that follows how often AU
 pings and frames were lost by range alone.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import NamedTuple
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Flags, Floats, Ints
-from ..protocol.conflicts import dsatur_groups, greedy_groups
+from ..protocol.conflicts import GROUPINGS
 from ..protocol.cycles import cycle
 from ..protocol.slots import Slots
 from ..scenario import declared
@@ -243,14 +243,6 @@ def _chances(
     return np.where(in_range if is_cut else works, found, 0.0)
 
 
-# Which ping groups there are of what is heard, by how they come about.
-COLOURINGS: Mapping[str, Callable[[Flags], Sequence[Sequence[int]]]] = {
-    "first_fit": greedy_groups,
-    "saturation": dsatur_groups,
-    "each": lambda heard: [[auv] for auv in range(len(heard))],
-}
-
-
 @dataclass(frozen=True)
 class Groups:
     """Ping groups of a round, means over instants.
@@ -303,7 +295,7 @@ def slots_made(schedule: declared.ScheduleTraits, heard: Flags) -> Ints | None:
 
     def slots(now: Flags) -> Ints:
         slot = np.empty(len(now), dtype=np.int64)
-        for number, group in enumerate(COLOURINGS[schedule.groups](now)):
+        for number, group in enumerate(GROUPINGS[schedule.groups](now)):
             slot[list(group)] = number
         return slot
 

@@ -188,6 +188,26 @@ class Section(Part):
         return data
 
 
+def which_tracks(whose: str) -> Any:
+    """Return the key that names the tracks of vehicles in files that hold several."""
+    return key(
+        (),
+        "",
+        f"per {whose} which track of its file, where that holds several: a vehicle of a CSV, the "
+        "name of a GPX track, the topic of an MCAP",
+    )
+
+
+# Where instants of files count from
+TIME_OFFSET_S = key(
+    0.0,
+    "s",
+    "subtracted from the time_s of the files, such as the Unix time of the mission's start",
+    ge=-1e12,
+    le=1e12,
+)
+
+
 def sources(files: tuple[str, ...], tracks: tuple[str, ...]) -> list[tuple[str, str]]:
     """Return files of tracks, and which of the tracks in each is meant, "" for its only one."""
     return list(zip(files, tracks or ("",) * len(files), strict=False))

@@ -21,7 +21,6 @@ import math
 from typing import NamedTuple, Self
 
 from ..core.facts import fact
-from ..core.plugins import is_plugin
 from ..core.spreads import drift_rms, per_axis_sd, wandering_rms
 from .agreement.instruments import taken_for
 from .site import Site
@@ -196,7 +195,7 @@ class Sensors(Site):
         more than MOST_TOLD ASVs none of each of these, which would be too many states.
         """
         navigation = self.scenario.navigation
-        if not navigation.weighs or is_plugin(self.scenario.usbl.model):
+        if not navigation.weighs or self.scenario.usbl.model.is_own:
             return []
         untold = navigation.filter.settings.get("untold", ())
         return [

@@ -253,7 +253,7 @@ def _unknown(case: Case) -> Iterator[SignalPair]:
         if not traits.ends_at_range:
             why = f"with the channel {str(channel)!r} sound ends at no range"
             yield undecided("sound without a range", what, why, band)
-    known = protocol.asvs_ping or is_plugin(str(protocol.schedule)) or protocol.random_access
+    known = protocol.asvs_ping or protocol.schedule.is_own or protocol.random_access
     if not known and not case.setup.schedule.is_proved:
         why = "nothing is proved of this schedule beyond what was played"
         yield undecided("schedule", str(protocol.schedule), why, None)

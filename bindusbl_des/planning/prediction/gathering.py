@@ -13,7 +13,7 @@ import numpy as np
 
 from ...acoustics.channel import AskedChannel, between
 from ...core.arrays import Floats
-from ...core.plugins import is_plugin, loaded
+from ...core.plugins import loaded
 from ...core.wording import plain
 from ...preflight.band_warnings import ALWAYS_HEARING, messages
 from ...preflight.fix_chance import below, frame_chance, loses_pings, ping_chance
@@ -84,7 +84,7 @@ def approximations(setup: Setup) -> Iterator[str]:
         yield f"{scenario.protocol.schedule} {taken}"
     if scenario.auvs.vehicle.has_dynamics:
         yield "AUVs are taken to follow their plans exactly, whatever moves them."
-    if scenario.asvs.vehicle.has_dynamics or is_plugin(str(scenario.asvs.vehicle)):
+    if scenario.asvs.vehicle.is_steered:
         yield "ASVs are taken to keep their stations exactly."
     if scenario.asvs.failures:
         yield "ASVs that fail are taken to serve all the time."
@@ -207,7 +207,7 @@ def navigator_of(setup: Setup) -> PredictedNavigator:
     """Return how the AUVs of a scenario navigate; a filter of one's own is taken for Kalman's."""
     scenario = setup.scenario
     navigation, sensors = scenario.navigation, setup.own_sensors
-    own = is_plugin(navigation.filter)
+    own = navigation.filter.is_own
     name = NAVIGATOR if own else str(navigation.filter)
     first, growth = setup.beliefs
     assumed = [sqrt(first.covariance[k, k]) for k in range(len(first.state))]
@@ -285,7 +285,7 @@ def slots_of(setup: Setup) -> SlotLengths:
     clock, messages = slots.clock, slots.messages
     two_way = protocol.calls
     named = scenario.auvs.count if setup.tells_slots else 0
-    own = is_plugin(protocol.ranging) and hasattr(loaded(protocol.ranging), "slot_s")
+    own = protocol.ranging.is_own and hasattr(loaded(protocol.ranging), "slot_s")
     return SlotLengths(
         slots.ping_duration,
         2 if two_way else 1,
@@ -333,7 +333,7 @@ def access_of(setup: Setup) -> AccessPlan:
     framed = schedule.framed
     return AccessPlan(
         schedule if schedule.groups else SCHEDULE,
-        DOWNLINK if is_plugin(protocol.downlink) else setup.downlink,
+        DOWNLINK if protocol.downlink.is_own else setup.downlink,
         broadcaster if broadcaster.chosen_by else BROADCASTER,
         setup.ranging,
         fixed_asv=protocol.broadcaster.settings.get("asv", 0),
@@ -359,7 +359,7 @@ def hf_chances(setup: Setup) -> Chances:
     scenario = setup.scenario
     hf, farthest = scenario.acoustics.hf, farthest_of(setup)
     ranges = np.linspace(0.0, farthest, STEPS + 1)
-    is_cut = hf.traits.ends_at_range or is_plugin(hf.channel)
+    is_cut = hf.traits.ends_at_range or hf.channel.is_own
     chances = ping_chance(setup, ranges, scenario.survey.deepest)
     if chances is None:
         chances = 1.0 - setup.ping_loss.over(ranges)
@@ -371,7 +371,7 @@ def mf_chances(setup: Setup) -> Chances:
     """Return how likely an AUV decodes a frame with the fixes of all."""
     scenario = setup.scenario
     mf, farthest = scenario.acoustics.mf, farthest_of(setup)
-    is_cut = mf.traits.ends_at_range or is_plugin(mf.channel)
+    is_cut = mf.traits.ends_at_range or mf.channel.is_own
     ranges = np.linspace(0.0, farthest, STEPS + 1)
     chances = frame_chance(setup, ranges, scenario.survey.deepest)
     if chances is None:
@@ -403,7 +403,7 @@ def fix_noise(setup: Setup) -> FixNoise:
     farthest, away = farthest_of(setup), np.linspace(0.0, farthest_of(setup), STEPS + 1)
     survey, count = scenario.survey, scenario.auvs.count
     hf = scenario.acoustics.hf
-    channel = None if is_plugin(hf.channel) else setup.ping_channel
+    channel = None if hf.channel.is_own else setup.ping_channel
     rows: dict[float, Floats] = {}
     shares = 0.0, scenario.usbl.slow_share
     whole, white = (replace(setup.usbl, slow_share=share) for share in shares)

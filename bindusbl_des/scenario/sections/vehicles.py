@@ -38,7 +38,7 @@ class VehicleChoice:
     @property
     def own(self) -> PartChoice | None:
         """The vehicle where it is somebody's own."""
-        return self.part if self.part is not None and is_plugin(self.part) else None
+        return self.part if self.part is not None and self.part.is_own else None
 
     @property
     def choice(self) -> PartChoice:
