@@ -66,10 +66,10 @@ def inputs_of(setup: Setup) -> Inputs:
         hf_chances(setup),
         mf_chances(setup),
         fix_noise(setup),
-        systematic_errors_of(setup),
-        slots_of(setup),
-        access_of(setup),
-        navigator_of(setup),
+        _systematic_errors(setup),
+        _slots(setup),
+        _access(setup),
+        _navigator(setup),
         tuple(approximations(setup)),
     )
 
@@ -187,7 +187,7 @@ def _ways(plan: _Plan) -> PlannedWays:
     )
 
 
-def systematic_errors_of(setup: Setup) -> SystematicErrors:
+def _systematic_errors(setup: Setup) -> SystematicErrors:
     """Return the errors that fixes have in common; a clock that drifts as it is half through."""
     scenario = setup.scenario
     found = {kind.name: kind.sds for kind in setup.lasting_errors}
@@ -203,7 +203,7 @@ def systematic_errors_of(setup: Setup) -> SystematicErrors:
     )
 
 
-def navigator_of(setup: Setup) -> PredictedNavigator:
+def _navigator(setup: Setup) -> PredictedNavigator:
     """Return how the AUVs of a scenario navigate; a filter of one's own is taken for Kalman's."""
     scenario = setup.scenario
     navigation, sensors = scenario.navigation, setup.own_sensors
@@ -277,7 +277,7 @@ BROADCASTER = declared.BroadcasterTraits("turn")
 NAVIGATOR = next(name for name, traits in declared.NAVIGATORS.items() if traits.weighs)
 
 
-def slots_of(setup: Setup) -> SlotLengths:
+def _slots(setup: Setup) -> SlotLengths:
     """Return how long slots last; those of an own ranging that is not loaded hold one ping."""
     scenario = setup.scenario
     slots, protocol = setup.slots, scenario.protocol
@@ -326,7 +326,7 @@ def _reply_s(setup: Setup) -> float:
     return delay + messages.airtime(1) + messages.delay(1)
 
 
-def access_of(setup: Setup) -> AccessPlan:
+def _access(setup: Setup) -> AccessPlan:
     """Return who pings when, and who answers how."""
     protocol = setup.scenario.protocol
     schedule, broadcaster = setup.schedule, setup.broadcaster
