@@ -49,10 +49,16 @@ PICTURES = (".png", ".svg")
 # Language, the file that it is if it has a title, and content
 FENCED = r'^```(\w+)(?: title="([\w.]+)")?\n(.*?)^```'
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.py"))
-# What the longest do, the manual's tutorial on a real plan does every day.
+# What the longest do, the README and the manual's tutorial on a real plan do every day.
 EACH_PAGE, EACH_NOTEBOOK = (
-    [pytest.param(it, marks=[pytest.mark.slow] if longest in str(it) else []) for it in all_of]
-    for longest, all_of in (("planning.md", MANUAL), ("real_plan", NOTEBOOKS))
+    [
+        pytest.param(it, marks=[pytest.mark.slow] if any(map(str(it).count, longest)) else [])
+        for it in all_of
+    ]
+    for longest, all_of in (
+        (("planning.md", "index.md"), MANUAL),
+        (("real_plan",), NOTEBOOKS),
+    )
 )
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
 # Advice takes seconds, and no page's is compared.

@@ -10,13 +10,13 @@ def test_inputs_that_nobody_would_give_end_as_documented() -> None:
     """
     check(
         0,
-        scenario=30,
-        experiment=20,
-        track=20,
-        named=24,
-        log=24,
-        command=40,
-        run=5,
+        scenario=20,
+        experiment=12,
+        track=12,
+        named=16,
+        log=14,
+        command=24,
+        run=4,
         campaign=2,
     )
 

@@ -96,6 +96,7 @@ SIGHT = dict.fromkeys(
 RECEPTION = row_type(
     Reception,
     {
+        "listener": int,  # its number among those who listen
         "loss": float,  # probability that it is lost on its way
         "sound": float,  # how strong it is where it overlaps others (see `acoustics.propagation`)
         "bent_s": float,  # how much later it comes than straight on, where rays bend

@@ -50,6 +50,7 @@ def test_ranges_to_one_beacon_tell_no_start() -> None:
         find_start(adrift)
 
 
+@pytest.mark.slow
 def test_what_is_believed_is_as_far_off_as_it_says() -> None:
     """Filter and smoother told of the noise: NIS is 1, NEES 2, the smoother nearer to the truth."""
     nees, nis, off = [], [], []

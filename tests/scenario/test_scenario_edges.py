@@ -81,7 +81,7 @@ def test_the_keys_at_their_edges_are_all_of_them() -> None:
     assert {"duration_s", "acoustics.hf.ping_s", "protocol.tick_rate_hz", "auvs.count"} <= keys
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(st.sampled_from(NUMBERS))
 def test_a_number_that_is_accepted_is_run_written_and_read(
     tmp_path_factory: pytest.TempPathFactory, edge: tuple[str, float]

@@ -21,8 +21,8 @@ def agree(first: int, count: int, folder: Path, longest_s: float = math.inf) -> 
 
 
 def test_a_second_implementation_agrees(tmp_path: Path) -> None:
-    """A hundred drawn scenarios, short and of no whole ticks: each ping, reception, frame, fix."""
-    agree(0, 100, tmp_path, longest_s=15.873)
+    """Fifty drawn scenarios, short and of no whole ticks: each ping, reception, frame, fix."""
+    agree(0, 50, tmp_path, longest_s=15.873)
 
 
 @pytest.mark.slow
@@ -46,7 +46,7 @@ def test_a_fix_is_known_once_its_ping_has_passed(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("number", [1003, 1036])
 def test_who_was_not_told_tries_its_luck(number: int, tmp_path: Path) -> None:
-    """In a contention slot, of which the everyday hundred has none."""
+    """In a contention slot, of which the everyday fifty have none."""
     keys = scenario(number, tmp_path)
     assert keys["protocol"]["knowledge"]["missed"] == "contention"
     assert not disagreements(keys)[0]
