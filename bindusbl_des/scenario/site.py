@@ -236,7 +236,7 @@ class Site(Facts):
         auvs = self.scenario.auvs
         if not auvs.vehicle.has_dynamics:
             return (auvs.turning_radius_m,) * auvs.count
-        from ..vehicles.guidance import smallest_turn
+        from ..vehicles.guidance.departure import smallest_turn
 
         model, coefficients = auvs.vehicle.model, dict(auvs.vehicle.coefficients)
         try:
