@@ -11,7 +11,6 @@ import numpy as np
 from ..core.wording import counted
 from ..protocol.schedules.view import weighed
 from ..scenario.declared import channel_named
-from ..scenario.own_sensors import straight_drift_rms
 from .chain import Step, apart, place, row_of, rows_where
 from .overlapping import number_of
 
@@ -143,7 +142,7 @@ def _drift(result: "Result", auv: str, time: float) -> float:
     """Return the drift (m, RMS) that the fleet expects of an AUV in a time (s) without fixes."""
     auvs = result.scenario.auvs
     speed = 0.0 if auvs.route.is_held else auvs.speed(number_of(auv))
-    return straight_drift_rms(result.setup.own_sensors, time, speed)
+    return result.setup.own_sensors.straight_drift_rms(time, speed)
 
 
 def _by_calls(result: "Result", ping: Any) -> Why:

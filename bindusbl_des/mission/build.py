@@ -9,7 +9,6 @@ import numpy as np
 import simpy
 
 from ..acoustics.bursts import pairs
-from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams
 from ..navigation.gnss import GnssReceivers
 from ..navigation.navigators import Navigator
@@ -31,7 +30,6 @@ from ..protocol.schedules.view import known_of
 from ..protocol.steps import moment
 from ..protocol.tdma import serve
 from ..records.rows import Jacobians, Recorder, Rows
-from ..scenario.channel_settings import burst_s
 from ..setup import Setup
 from ..usbl.array import elements_of
 from ..usbl.instrument import Usbl
@@ -276,7 +274,7 @@ def _on_hf(
         setup.ping_channel or setup.ping_loss,
         streams,
         record,
-        pairs(burst_s(hf.channel), streams, Purpose.BURST, len(auvs), len(asvs)),
+        pairs(hf.burst_s, streams, Purpose.BURST, len(auvs), len(asvs)),
         asvs_ping=setup.scenario.protocol.asvs_ping,
     )
 
@@ -295,7 +293,7 @@ def frame_band(setup: Setup, streams: Streams) -> FrameBand:
         capture,
         deafening,
         pairs(
-            burst_s(mf.channel),
+            mf.burst_s,
             streams,
             Purpose.FRAME_BURST,
             setup.scenario.auvs.count,
@@ -316,7 +314,7 @@ def carried(setup: Setup, streams: Streams) -> Usbl | Astray:
 def slow_errors(setup: Setup, streams: Streams) -> Rows | None:
     """Return the slow acoustic errors of each AUV and ASV; None where there are none."""
     usbl = setup.scenario.usbl
-    if is_plugin(usbl.model):
+    if usbl.model.is_own:
         return None
     counts = (
         len(elements_of(usbl.array)),

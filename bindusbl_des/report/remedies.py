@@ -23,7 +23,6 @@ from ..results.effects import (
     Foreseen,
     interval,
 )
-from ..scenario.declared import channel_named
 from .losses import broadcast_distances
 from .recording import COLLIDED, LOST, OUT_OF_HF, OUT_OF_MF, Recording
 
@@ -66,7 +65,7 @@ def _causes(mission: Recording) -> Iterator[Cause]:
     unheard = mission.nearest[fate == OUT_OF_HF]
     unheard = unheard[np.isfinite(unheard)]
     if len(unheard):
-        is_disc = channel_named(hf.channel).ends_at_range
+        is_disc = hf.traits.ends_at_range
         reach = STEP_M * ceil(float(np.quantile(unheard, MOST_PINGS)) / STEP_M)
         longer = is_disc and reach > hf.range_m
         settings = (f"acoustics.hf.range_m={reach:g}",) if longer else ()
@@ -80,7 +79,7 @@ def _causes(mission: Recording) -> Iterator[Cause]:
         alone = ("protocol.schedule=one_per_slot",) if setup.schedule.is_proved else ()
         words = f"{counted(collided, 'ping')} collided with others"
         yield Cause(collided, words, alone or ("protocol.schedule=spatial_reuse",))
-    if not np.any(fate == OUT_OF_MF) or not channel_named(mf.channel).ends_at_range:
+    if not np.any(fate == OUT_OF_MF) or not mf.traits.ends_at_range:
         return
     _, nearest = broadcast_distances(mission)
     near, far = int(np.sum(nearest <= mf.range_m)), nearest[nearest > mf.range_m]
