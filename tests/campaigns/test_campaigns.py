@@ -165,10 +165,10 @@ def wait_for_mission(folder: Path, number: int, seconds: float = 120.0) -> None:
         time.sleep(0.02)
 
 
-def wait_for_stop(folder: Path, seconds: float = 120.0) -> None:
-    """Wait until a campaign has asked its workers to stop."""
+def wait_for_stop(parent: "subprocess.Popen[str]", folder: Path, seconds: float = 120.0) -> None:
+    """Wait until a campaign has asked its workers to stop, or has ended because they did."""
     until = time.monotonic() + seconds
-    while not (folder / "stop").exists():
+    while not (folder / "stop").exists() and parent.poll() is None:
         assert time.monotonic() < until, "nobody was asked to stop"
         time.sleep(0.02)
 
@@ -262,7 +262,7 @@ def test_ctrl_c_flushes_what_was_run(home: Path, hold: Path, tmp_path: Path) -> 
     parent = start(home, "sweep", home / "slow.yaml", "--out", folder, "--workers", 1)
     wait_for_part(folder)
     parent.send_signal(signal.SIGINT)
-    wait_for_stop(folder)
+    wait_for_stop(parent, folder)
     hold.unlink()
     _, stderr = parent.communicate(timeout=120)
     assert parent.returncode == 130, stderr
@@ -277,7 +277,7 @@ def test_a_second_ctrl_c_ends_at_once(home: Path, tmp_path: Path) -> None:
     parent = start(home, "sweep", home / "endless.yaml", "--out", folder, "--workers", 1)
     wait_for_mission(folder, 3)
     parent.send_signal(signal.SIGINT)
-    wait_for_stop(folder)
+    wait_for_stop(parent, folder)
     parent.send_signal(signal.SIGINT)
     _, stderr = parent.communicate(timeout=120)  # its pipes close when its workers have ended
     assert (parent.returncode, "Traceback" in stderr) == (130, False), stderr
