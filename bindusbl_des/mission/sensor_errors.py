@@ -166,3 +166,36 @@ def systematic_errors_of(setup: Setup, streams: Streams) -> Systematic | None:
         slow_gnss(setup, streams),
         clocks(setup, streams),
     )
+
+
+def lasting_errors(
+    setup: Setup, systematic: Systematic | None, receptions: Rows, pings: Rows
+) -> dict[str, Floats]:
+    """Return what was wrong all the time as each of some receptions was measured, (n,) each, by the
+    columns of their table; NaN where nothing of a kind is.  `pings` are all on record.
+    """
+    names = ("misalignment_deg", "gnss_error_x_m", "gnss_error_y_m", "slow_range_error_m")
+    found = {name: np.full(len(receptions), np.nan) for name in (*names, "clock_late_s")}
+    if systematic is None or not len(receptions):
+        return found
+    kinds, passive = {kind.name for kind in setup.lasting_errors}, setup.scenario.protocol.asvs_ping
+    auv, asv, arrived = (receptions[name] for name in ("auv", "asv", "arrived_at_s"))
+    sent_by = pings[receptions["ping"]]
+    one_way, come = np.isnan(sent_by["call_time_s"]), ~np.isnan(arrived)
+    if "misalignment" in kinds:
+        turned = systematic.misalignments[auv if passive else asv]
+        found["misalignment_deg"][come] = np.degrees(turned)[come]
+    if "gnss" in kinds:
+        instants = (sent_by["sent_at_s"] if passive else arrived)[come]
+        off = systematic.gnss[asv[come], (instants / CONTROL_S).astype(np.int64)]
+        found["gnss_error_x_m"][come], found["gnss_error_y_m"][come] = off.T
+    if "slow" in kinds:
+        levels = setup.usbl.levels[0]
+        fixed, way = levels["travel_time_sd_s"], receptions["travel_time_s"]
+        sd = setup.usbl.sound_speed * np.hypot(fixed, levels["path_share"] * way)
+        found["slow_range_error_m"][:] = np.where(one_way, receptions["slow_range"] * sd, np.nan)
+    if "clock" in kinds:
+        late = systematic.clocks[auv]
+        late = late[:, 0] + late[:, 1] * (arrived if passive else sent_by["sent_at_s"])
+        found["clock_late_s"][:] = np.where(one_way & come, late, np.nan)
+    return found

@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from ..core.plugins import Family, PluginError, asked, load, name_of
+from ..core.plugins import Family, PluginError, asked, is_plugin, load, name_of
 from ..core.wording import described, did_you_mean, nearest, plain
 from .key_types import Text
 
@@ -73,6 +73,11 @@ class PartChoice(str):
             except ValidationError:
                 self._read = made()
         return self._read  # type: ignore[return-value]  # of `made`, which is a `model`
+
+    @property
+    def is_own(self) -> bool:
+        """Whether it is a user-defined part, named as ``module:object``."""
+        return is_plugin(self)
 
     @property
     def words(self) -> str:

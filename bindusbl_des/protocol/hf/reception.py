@@ -1,25 +1,37 @@
 """What becomes of a ping at the ASVs in range: who hears it or not, and the fix made of it."""
 
-from math import inf, nan
+from math import inf, nan, sqrt
 from typing import Annotated, NamedTuple
 
 from ...acoustics.bursts import PAIR, burst_luck
 from ...acoustics.loss import chance_of
 from ...acoustics.propagation import drowns, overlap
+from ...acoustics.travel_time import PASSED
 from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled
 from ...core.packed import unpacked
-from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST
+from ...records.events import (
+    BURST,
+    BY_CALL,
+    BY_ECHO,
+    BY_OWN_FRAME,
+    BY_PING,
+    CHANCE,
+    COLLIDED,
+    HEARD,
+    IN_FLIGHT,
+    LOST,
+)
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import measured, note
 from ...usbl.measuring import NOISE_WIDTH, PackedInstrument, instrument_of
 from ...usbl.sights import copy_direction, no_sights
-from ...usbl.slow_errors import SLOW, advance, blend
+from ...usbl.slow_errors import RANGE, SLOW, advance, blend
 from ...usbl.systematic_fixes import PackedErrors, measured_astray, systematic_of
 from ...usbl.two_way import Heard
 from ...vehicles.motion import Motion
-from ..mf.reception import sends
-from .calling import CALL, drowned
+from ..mf.reception import frame_sent
+from .calling import CALL, drowned_by
 
 
 class Air(NamedTuple):
@@ -233,6 +245,8 @@ def _decide(
             continue
         luck = take_noise(reception, noise, taken_now)
         reception.outcome = _outcome(row, luck, air, echoes, frames)
+        if reception.outcome != HEARD:
+            note_why(row, air, echoes, frames, noise)
         reception.snr_db += air.shadowing_sd_db * luck
         hearers += reception.outcome == HEARD
     makes_fix = hearers > 0 and line.heard_by == 0
@@ -249,8 +263,11 @@ def take_noise(reception: Row, noise: PairNoise, into: Floats) -> float:
     into[:] = noise.blocks[noise.shelf[auv, asv], noise.taken[auv, asv]]
     noise.taken[auv, asv] += 1  # whatever comes of it: worlds that differ share their noise
     luck = float(into[NOISE_WIDTH])
-    advance(noise.slow[auv, asv], reception.arrived_at_s)
-    blend(into, noise.slow[auv, asv])
+    slow = noise.slow[auv, asv]
+    advance(slow, reception.arrived_at_s)
+    blend(into, slow)
+    if slow.size > 0:
+        reception.slow_range = sqrt(slow[RANGE].share) * slow[RANGE].value
     if noise.bursts.size > 0:
         luck = burst_luck(noise.bursts[auv, asv], reception.arrived_at_s, reception.loss)
     return luck
@@ -261,15 +278,72 @@ def _outcome(row: int, luck: float, air: Air, echoes: Rows | None, frames: Rows 
     """Return what becomes of a ping at an ASV, where it is lost by `luck`, a standard normal."""
     reception = air.receptions[row]
     if frames is not None:  # noqa: SIM102 (compiled: the branch is pruned)
-        if sends(
-            reception.asv, reception.arrived_at_s, reception.arrived_at_s + air.duration, frames
-        ):
+        if _own_frame(reception, air, frames) != NONE:
             return COLLIDED
-    if overlapped(row, air, echoes) or drowned(
-        air.pings[reception.ping], reception, air.duration, air.calls
-    ):
+    if overlapped(row, air, echoes) or _call_beside(reception, air) != NONE:
         return COLLIDED
     return by_luck(reception, luck)
+
+
+@compiled
+def _own_frame(reception: Row, air: Air, frames: Rows) -> int:
+    """Return the frame that an ASV sends while a ping is there, or NONE."""
+    begins = reception.arrived_at_s
+    return frame_sent(reception.asv, begins, begins + air.duration, frames)
+
+
+@compiled
+def _call_beside(reception: Row, air: Air) -> int:
+    """Return the ASV whose call overlaps a ping where it is heard, or NONE."""
+    return drowned_by(air.pings[reception.ping], reception, air.duration, air.calls)
+
+
+@compiled
+def note_why(
+    row: int, air: Air, echoes: Rows | None, frames: Rows | None, noise: PairNoise
+) -> None:
+    """Write why a ping was lost or overlapped at an ASV, and by which ping, ASV or frame."""
+    reception = air.receptions[row]
+    if reception.outcome == LOST:
+        reception.why = BURST if noise.bursts.size > 0 else CHANCE
+        return
+    if frames is not None:
+        reception.overlapped_by = _own_frame(reception, air, frames)
+        if reception.overlapped_by != NONE:
+            reception.why = BY_OWN_FRAME
+            return
+    if overlapped(row, air, echoes):
+        note_strongest(row, air.pings, air.receptions, air.duration, echoes, False)
+    else:
+        reception.why, reception.overlapped_by = BY_CALL, _call_beside(reception, air)
+
+
+@compiled
+def note_strongest(
+    row: int, pings: Rows, receptions: Rows, duration: float, echoes: Rows | None, at_auvs: bool
+) -> None:
+    """Write which ping, or echo of one (:func:`resolve`), overlaps another where that is heard: the
+    strongest, of equally strong ones the first that was sent.
+    """
+    reception = receptions[row]
+    begin, most = row, 0.0
+    earliest = reception.arrived_at_s - duration - PASSED * pings[reception.ping].longest_s
+    while begin > 0 and pings[receptions[begin - 1].ping].sent_at_s >= earliest:
+        begin -= 1
+    for number in range(begin, len(receptions)):
+        other = receptions[number]
+        if pings[other.ping].sent_at_s > reception.arrived_at_s + duration:
+            break
+        here = other.auv == reception.auv if at_auvs else other.asv == reception.asv
+        if number == row or not here:
+            continue
+        beside = overlap(reception.arrived_at_s, other.arrived_at_s, duration)
+        strength = other.sound if beside else 0.0
+        why = BY_PING if strength > 0.0 else BY_ECHO
+        if echoes is not None:
+            strength += _echoed(reception, other, echoes[number], duration)
+        if strength > most:
+            most, reception.why, reception.overlapped_by = strength, why, other.ping
 
 
 @compiled

@@ -14,14 +14,14 @@ from ...acoustics.travel_time import PASSED, travel_time
 from ...core.arrays import Floats, Ints
 from ...core.packed import Packed
 from ...core.streams import Purpose, Streams
-from ...records.events import HEARD, LOST
+from ...records.events import FAILED_MEANWHILE, HEARD, LOST
 from ...records.rows import CALLED, NONE, EventBuffer, Recorder, Rows
 from ...vehicles.fleet import VehicleFleet
 from ...vehicles.motion import places
 from .calling import CALL, interrogate
 
 # What a ping has that nobody called
-NO_CALL = np.array([(np.nan, NONE, NONE, np.nan)], dtype=CALLED)
+NO_CALL = np.array([(np.nan, NONE, NONE, NONE, np.nan)], dtype=CALLED)
 
 
 @lru_cache(maxsize=4096)
@@ -97,7 +97,8 @@ class Uplink:
         )  # fmt: skip
         if self._asvs.failures is not None:
             _, cut = self._asvs.failures.met(callers, time, time + self.band.duration)
-            answers["call"][cut & (answers["call"] == HEARD)] = LOST
+            cut &= answers["call"] == HEARD
+            answers["call"][cut], answers["call_why"][cut] = LOST, FAILED_MEANWHILE
         return answers
 
     def failed(self, time: float) -> tuple[int, ...]:

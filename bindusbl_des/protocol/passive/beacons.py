@@ -13,10 +13,11 @@ from ...acoustics.propagation import TOUCH, SignalBand
 from ...acoustics.travel_time import travel_time
 from ...core.packed import Packed
 from ...core.streams import Purpose, Streams
-from ...records.events import IN_FLIGHT, LOST
+from ...records.events import FAILED_MEANWHILE, IN_FLIGHT, LOST
 from ...records.rows import NONE, EventBuffer, Recorder, Row, Rows
 from ...usbl.instrument import note
 from ...usbl.own_instrument import OwnInstrument, mirrored
+from ...usbl.systematic_fixes import Systematic
 from ...vehicles.fleet import VehicleFleet
 from ...vehicles.motion import places
 from ..hf.outcomes import Measuring
@@ -74,7 +75,8 @@ class Beacons:
         pings.count = noise.count = ping + 1
         if self._asvs.works_for(asv, time, self.band.duration) < self.band.duration:  # it is cut
             cut = receptions.array[first : receptions.count]
-            cut["outcome"][cut["outcome"] == IN_FLIGHT] = LOST
+            is_cut = cut["outcome"] == IN_FLIGHT
+            cut["outcome"][is_cut], cut["why"][is_cut] = LOST, FAILED_MEANWHILE
         rows = range(first, receptions.count)
         if not self._auvs.foreseen:
             for row in rows:
@@ -207,6 +209,11 @@ class PassiveOutcomes:
     def update_arrivals(self, time: float) -> None:
         """Work out the arrivals that are nearly there by an instant (s)."""
         self._beacons.update_arrivals(time)
+
+    @property
+    def systematic(self) -> Systematic | None:
+        """What is wrong all the time, if anything."""
+        return self._measuring.systematic
 
     def outcome_of(self, row: int) -> tuple[int, float]:
         """Return what has become of a ping at an AUV where it has just ended, and its SNR (dB)."""

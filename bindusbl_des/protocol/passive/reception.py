@@ -20,7 +20,7 @@ from ...acoustics.travel_time import NEARLY_THERE, PASSED, distance, travel_time
 from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled
 from ...core.packed import unpacked
-from ...records.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE
+from ...records.events import BURST, CHANCE, COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import note
 from ...usbl.inverted import HeardBeacon, located_astray, located_itself
@@ -28,7 +28,7 @@ from ...usbl.measuring import GNSS_NOISE, NOISE_WIDTH, PackedInstrument, instrum
 from ...usbl.sights import copy_direction, no_sights
 from ...usbl.systematic_fixes import PackedErrors, systematic_of
 from ...vehicles.motion import Motion, where
-from ..hf.reception import PairNoise, begin_fix, by_luck, take_noise
+from ..hf.reception import PairNoise, begin_fix, by_luck, note_strongest, take_noise
 
 
 @compiled
@@ -51,7 +51,7 @@ def radiate(
     line.sent_at_s = time
     line.x_m, line.y_m, line.z_m = here[0], here[1], here[2]
     line.called_at_s = line.call_time_s = line.waited_s = float("nan")
-    line.called_by = line.call = NONE
+    line.called_by = line.call = line.call_why = NONE
     line.first, line.in_range_of, line.heard_by, line.calls = row, 0, 0, 0
     last = longest = 0.0
     longest_so_far = pings[ping - 1].longest_s if ping else 0.0
@@ -63,6 +63,8 @@ def radiate(
         reception = receptions[row]
         reception.ping, reception.auv, reception.asv = ping, auv, asv
         reception.outcome = IN_FLIGHT if in_range else OUT_OF_RANGE
+        reception.why, reception.overlapped_by = NONE if in_range else OUT_OF_RANGE, NONE
+        reception.slow_range = nan
         reception.sound, reception.snr_db = strength, snr(auv, asv, way)
         reception.azimuth_deg = reception.elevation_deg = nan  # until it is measured
         reception.body_azimuth_deg = reception.body_elevation_deg = nan
@@ -151,6 +153,10 @@ def resolve(
             return fix, first, row
         luck = take_noise(reception, noise, drawn)
         reception.outcome = _outcome(row, luck, pings, receptions, by.duration, by.capture)
+        if reception.outcome == LOST:
+            reception.why = BURST if noise.bursts.size > 0 else CHANCE
+        elif reception.outcome == COLLIDED:
+            note_strongest(row, pings, receptions, by.duration, None, True)
         reception.snr_db += by.shadowing_sd_db * luck
         if reception.outcome == HEARD:
             pings[reception.ping].heard_by += 1

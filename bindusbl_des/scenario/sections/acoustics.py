@@ -14,6 +14,7 @@ from pydantic import (
 
 from ...presets.catalogue import CATALOGUE, preset
 from ...presets.modems import table_file
+from ..declared import channel_named
 from ..key_types import PAPER, Part, Real, Text, Whole, key, known_preset
 from ..part_choice import SET, PartChoice
 
@@ -84,6 +85,20 @@ class UplinkSection(Band):
         "which signals are decoded: within range but for acoustics.loss, by a curve, by SNR" + SET,
     )
 
+    @property
+    def ends_at_range(self) -> bool:
+        """Whether nothing is decoded beyond `range_m`."""
+        return channel_named(self.channel).ends_at_range
+
+    @property
+    def beyond(self) -> str:
+        """Where nothing on the band is decoded, as ends "ASV0 is 60 m away, ..."."""
+        if self.channel.is_own:
+            return f"where the channel {self.channel.words} lets no sound through"
+        if not self.ends_at_range:
+            return f"where the channel {self.channel} lets nothing be decoded"
+        return f"out of HF range ({self.range_m:g} m {self.range_metric})"
+
 
 class Downlink(Band):
     """The medium-frequency band on which ASVs broadcast fixes."""
@@ -122,6 +137,11 @@ class Downlink(Band):
     )
     header_bytes: Whole = key(8, "B", "header of a broadcast N_hdr", PAPER, ge=0, le=65_535)
     fix_bytes: Whole = key(16, "B", "record of one fix B_fix", PAPER, ge=1, le=65_535)
+
+    @property
+    def ends_at_range(self) -> bool:
+        """Whether nothing is decoded beyond `range_m`."""
+        return channel_named(self.channel).ends_at_range
 
 
 class Loss(Part):
