@@ -18,7 +18,7 @@ import numpy as np
 from bindusbl_des import Scenario, advise, load_scenario, simulate
 from bindusbl_des.advice.choosing import Trial
 from bindusbl_des.results.effects import Advice
-from bindusbl_des.scenario.files.scenario_file import parse_scenario
+from bindusbl_des.scenario.files.scenario_file import Source
 
 SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
 ASKED = ("recovery_140m", "failure_140m", "remus_1km", "bluerov_lawnmower_60m", "harbour_current")
@@ -38,7 +38,7 @@ class Fresh:
         """Return the missions with these `--set` options."""
         key = tuple(settings)
         if key not in self._flown:
-            plan = parse_scenario(self._text, overrides=["record.detail=summary", *settings])
+            plan = Source(self._text, overrides=("record.detail=summary", *settings)).read()[1]
             self._flown[key] = [_trial(plan, seed) for seed in self._seeds]
         return self._flown[key]
 

@@ -11,50 +11,63 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .acoustics.channel import Signals
-    from .acoustics.loss import range_loss
-    from .acoustics.messages import airtime
-    from .acoustics.travel_time import travel_time
-    from .advice.advising import advise
-    from .campaigns.campaign import (
-        Campaign,
-        CampaignInterrupted,
-        CampaignState,
-        load_campaign,
-    )
-    from .campaigns.compare import compare
-    from .campaigns.running import resume, sweep
-    from .geometry.coverage import covered_area, covering_radius
-    from .geometry.formation import formation
-    from .live.readings import Instruments
-    from .mission.mission import AuvStates, Mission, PingUnderWay
-    from .mission.simulation import simulate
-    from .navigation.dead_reckoning import DeadReckoning, Odometry
-    from .navigation.navigators import Navigator
-    from .planning.planning import Plan, plan
-    from .preflight.limits import limits
-    from .preflight.warnings import warnings_of
-    from .protocol.anchors.view import AnchorView
-    from .protocol.broadcasters import BroadcastView
-    from .protocol.network import Network, Turn
-    from .protocol.ranging import Slot
-    from .protocol.schedules.view import TimedGroups, View
-    from .protocol.slots import downlink_slot, uplink_slot
-    from .protocol.tdma import broadcast, downlink_free, ping_group, until
-    from .recorded.fitting import fit
-    from .recorded.reading import read_log
-    from .recorded.replaying import replay
-    from .results.loading import load_result
-    from .results.result import Result
-    from .scenario.files.mistakes import ScenarioError
-    from .scenario.files.scenario_file import load_scenario
-    from .scenario.own_routes import PlanView, WayView
-    from .scenario.scenario import Scenario
-    from .sea.water import absorption, sound_speed
-    from .setup import Setup
-    from .usbl.fusion import fuse
-    from .usbl.own_instrument import Sounding
-    from .verification.verdict import Verdict, verify
+    from .acoustics.channel import Signals as Signals
+    from .acoustics.loss import range_loss as range_loss
+    from .acoustics.messages import airtime as airtime
+    from .acoustics.travel_time import travel_time as travel_time
+    from .advice.advising import advise as advise
+    from .campaigns.campaign import Campaign as Campaign
+    from .campaigns.campaign import CampaignInterrupted as CampaignInterrupted
+    from .campaigns.campaign import CampaignState as CampaignState
+    from .campaigns.campaign import load_campaign as load_campaign
+    from .campaigns.compare import compare as compare
+    from .campaigns.running import resume as resume
+    from .campaigns.running import sweep as sweep
+    from .core.mistakes import ScenarioError as ScenarioError
+    from .geometry.coverage import covered_area as covered_area
+    from .geometry.coverage import covering_radius as covering_radius
+    from .geometry.formation import formation as formation
+    from .live.readings import Instruments as Instruments
+    from .mission.mission import AuvStates as AuvStates
+    from .mission.mission import Mission as Mission
+    from .mission.mission import PingUnderWay as PingUnderWay
+    from .mission.simulation import simulate as simulate
+    from .navigation.dead_reckoning import DeadReckoning as DeadReckoning
+    from .navigation.dead_reckoning import Odometry as Odometry
+    from .navigation.navigators import Navigator as Navigator
+    from .planning.planning import Plan as Plan
+    from .planning.planning import plan as plan
+    from .preflight.limits import limits as limits
+    from .preflight.warnings import warnings_of as warnings_of
+    from .protocol.anchors.view import AnchorView as AnchorView
+    from .protocol.broadcasters import BroadcastView as BroadcastView
+    from .protocol.network import Network as Network
+    from .protocol.network import Turn as Turn
+    from .protocol.ranging import Slot as Slot
+    from .protocol.schedules.view import TimedGroups as TimedGroups
+    from .protocol.schedules.view import View as View
+    from .protocol.slots import downlink_slot as downlink_slot
+    from .protocol.slots import uplink_slot as uplink_slot
+    from .protocol.tdma import broadcast as broadcast
+    from .protocol.tdma import downlink_free as downlink_free
+    from .protocol.tdma import ping_group as ping_group
+    from .protocol.tdma import until as until
+    from .recorded.fitting import fit as fit
+    from .recorded.reading import read_log as read_log
+    from .recorded.replaying import replay as replay
+    from .results.loading import load_result as load_result
+    from .results.result import Result as Result
+    from .scenario.files.scenario_file import load_scenario as load_scenario
+    from .scenario.own_routes import PlanView as PlanView
+    from .scenario.own_routes import WayView as WayView
+    from .scenario.scenario import Scenario as Scenario
+    from .sea.water import absorption as absorption
+    from .sea.water import sound_speed as sound_speed
+    from .setup import Setup as Setup
+    from .usbl.fusion import fuse as fuse
+    from .usbl.own_instrument import Sounding as Sounding
+    from .verification.verdict import Verdict as Verdict
+    from .verification.verdict import verify as verify
 
 # What `reproduce` and `bench` run is in the wheel, or beside the package in a checkout.
 if not (Path(__file__).parent / "experiments").is_dir():
@@ -103,7 +116,7 @@ _HOMES = {
     "Result": "results.result",
     "resume": "campaigns.running",
     "Scenario": "scenario.scenario",
-    "ScenarioError": "scenario.files.mistakes",
+    "ScenarioError": "core.mistakes",
     "simulate": "mission.simulation",
     "sound_speed": "sea.water",
     "travel_time": "acoustics.travel_time",
@@ -121,65 +134,7 @@ _HOMES = {
     "WayView": "scenario.own_routes",
 }
 
-__all__ = [
-    "AnchorView",
-    "AuvStates",
-    "BroadcastView",
-    "Campaign",
-    "CampaignInterrupted",
-    "CampaignState",
-    "DeadReckoning",
-    "Instruments",
-    "Mission",
-    "Navigator",
-    "Network",
-    "Odometry",
-    "PingUnderWay",
-    "Plan",
-    "PlanView",
-    "Result",
-    "Scenario",
-    "ScenarioError",
-    "Setup",
-    "Signals",
-    "Slot",
-    "Sounding",
-    "TimedGroups",
-    "Turn",
-    "Verdict",
-    "View",
-    "WayView",
-    "absorption",
-    "advise",
-    "airtime",
-    "broadcast",
-    "compare",
-    "covered_area",
-    "covering_radius",
-    "downlink_free",
-    "downlink_slot",
-    "fit",
-    "formation",
-    "fuse",
-    "limits",
-    "load_campaign",
-    "load_result",
-    "load_scenario",
-    "ping_group",
-    "plan",
-    "range_loss",
-    "read_log",
-    "replay",
-    "resume",
-    "simulate",
-    "sound_speed",
-    "sweep",
-    "travel_time",
-    "until",
-    "uplink_slot",
-    "verify",
-    "warnings_of",
-]
+__all__ = sorted(_HOMES)
 
 
 def __getattr__(name: str) -> Any:

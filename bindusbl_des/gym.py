@@ -7,7 +7,7 @@ is a mission, truncated at its `duration_s`, since nothing of it is terminal; it
 that of `reset`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import hypot
 from pathlib import Path
 from typing import Any
@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 
 from .core.arrays import Floats
 from .mission.mission import Mission
-from .protocol.schedules.view import Groups, View
+from .protocol.schedules.view import View
 from .scenario.files.scenario_file import as_scenario
 from .scenario.scenario import Scenario
-from .setup import setup_of
+from .setup import Setup
 
 Observation = NDArray[np.float32]
 
@@ -101,7 +101,7 @@ class Placement(gymnasium.Env[Observation, NDArray[np.float32]]):
             )
         self.scenario, self.render_mode = _scenario(scenario), render_mode
         self._step_s, self._speed = step_s, speed_m_per_s
-        self._setup = setup_of(self.scenario)
+        self._setup = Setup.of(self.scenario)
         area = self._setup.area
         self._middle, self._scale = np.array(area.centroid), area.across
         self._asvs, self._auvs = self.scenario.asvs.count, self.scenario.auvs.count
@@ -182,7 +182,7 @@ class Schedule(gymnasium.Env[Observation, np.int64]):
         self._mission = Mission(self.scenario, drawn, schedule=self._schedule)
         return self._seen.copy(), {"seed": drawn}
 
-    def _schedule(self, view: View) -> Groups:
+    def _schedule(self, view: View) -> Sequence[Sequence[int]]:
         """Let the AUV ping that was chosen; note what is known as its round begins."""
         self._seen = _observed(
             view.since_s / TIME_S,

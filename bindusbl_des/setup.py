@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from .protocol.slots import Slots
     from .usbl.instrument import Usbl
     from .usbl.measuring import Sheet
+    from .vehicles.vehicle import SegmentedTrajectory
 
 # Sound is at least this fast (m/s), so that it has arrived this long after the mission's end.
 SLOWEST_SOUND = 1300.0
@@ -53,6 +54,11 @@ class Setup(Sensors):
         allowed, or cannot be used.
         """
         self.__dict__.update(vars(site_of(scenario)))  # what its keys had to agree on
+
+    @staticmethod
+    def of(scenario: Scenario) -> "Setup":
+        """Return the facts of a scenario; those of the last one asked about are kept."""
+        return _of(scenario)
 
     # The bands
 
@@ -116,6 +122,19 @@ class Setup(Sensors):
         protocol = self.scenario.protocol
         early = protocol.answer.reply_at == "ping_front" and not protocol.replies_in_frames
         return 0.0 if early else self.scenario.acoustics.hf.ping_s
+
+    @fact
+    def planned_auvs(self) -> "list[SegmentedTrajectory]":
+        """Where AUVs are in the mission as they are planned, AUV0 first; those with dynamics are
+        taken for vehicles without, at the speed that they are to go.
+
+        Raises:
+            ValueError: when the route cannot be flown.
+            PluginError: when a user-defined route is not allowed, or makes none.
+        """
+        from .protocol.predicted_positions import planned_vehicles
+
+        return planned_vehicles(self, self.scenario.duration_s)
 
     # The instrument, and what navigators believe
 
@@ -235,10 +254,9 @@ class Setup(Sensors):
         import numpy as np
 
         from .protocol.conflicts import hearing
-        from .protocol.predicted_positions import planned_vehicles
 
         try:
-            fleet = planned_vehicles(self, 1.0)
+            fleet = self.planned_auvs
         except (PluginError, ValueError):
             return ""
         starts = np.array([vehicle.at(0.0)[:3] for vehicle in fleet])
@@ -248,7 +266,5 @@ class Setup(Sensors):
         return f", at first within HF range of {', '.join(names) or 'no AUV'}"
 
 
-@kept
-def setup_of(scenario: Scenario) -> Setup:
-    """Return the facts of a scenario; those of the last one asked about are kept."""
-    return Setup(scenario)
+# Facts of the last scenario that was asked about
+_of = kept(Setup)

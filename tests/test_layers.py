@@ -3,6 +3,8 @@
 import ast
 import re
 import runpy
+import subprocess
+import sys
 from functools import cache
 from importlib import import_module
 from importlib.util import resolve_name
@@ -12,6 +14,7 @@ from pydoc import locate
 import networkx as nx
 import pytest
 
+import bindusbl_des
 from bindusbl_des.core import plugins
 
 PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
@@ -34,7 +37,7 @@ HOMES = {
     "networkx": "protocol.conflicts protocol.schedules.view",
     "pelagic": "acoustics.table_channel",
     "pyarrow": "acoustics.ray_tables results mission.metrics campaigns export recorded",
-    "yaml": "scenario.files",
+    "yaml": "core.plain_yaml",
     "click": "cli commands",
     "numba": "core.compiled core.packed",
     "pydantic": "scenario campaigns",
@@ -254,6 +257,59 @@ def test_few_functions_are_given_a_whole_scenario() -> None:
     """Their number may only fall."""
     calls = re.findall(r"\w\(scenario[,)]", "".join(path.read_text() for path in NAMES.values()))
     assert len(calls) <= HANDED_ON
+
+
+# Rooms that apply what the kernel decides, and the rooms of the kernel that decide something.
+# What the others know (geometry, sea, records, charts, presets, results) is mathematics and tables.
+APPLICATIONS = {*ROOMS[ROOMS.index("preflight") :]} - {"dynamics"}
+DECIDING = {
+    *("vehicles", "scenario", "acoustics", "usbl", "navigation", "protocol", "setup", "mission"),
+}
+KNOWING = {"geometry", "sea", "records", "charts", "presets", "results"}
+
+
+def inner_names(of: set[str]) -> list[tuple[str, str]]:
+    """Return the names, not public, that applications import from rooms, once for each import."""
+    public = {(module, name) for name, module in bindusbl_des._HOMES.items()}
+    found = []
+    for name, path in NAMES.items():
+        if name.split(".")[0] not in APPLICATIONS:
+            continue
+        folder = path.relative_to(PACKAGE).parent.parts
+        for node in ast.walk(tree(path)):
+            if isinstance(node, ast.ImportFrom) and node.level:
+                above = folder[: len(folder) - node.level + 1]
+                module = ".".join([*above, *filter(None, [node.module])])
+                if module.split(".")[0] in of:
+                    found += [(module, alias.name) for alias in node.names]
+    return [it for it in found if it not in public]
+
+
+# How much applications still know of the inside of these rooms: imports, and names among them.
+@pytest.mark.parametrize(
+    ("rooms", "imports", "names"), [(DECIDING, 146, 76), (KNOWING, 195, 98)],
+    ids=["deciding", "knowing"],
+)  # fmt: skip
+def test_applications_stand_on_public_names(rooms: set[str], imports: int, names: int) -> None:
+    """Their numbers may only fall: what an application asks is a fact of the setup, or public."""
+    found = inner_names(rooms)
+    assert len(found) <= imports
+    assert len(set(found)) <= names
+
+
+# What is entered in plain Python: files, and functions with names among them.
+ENTERED = {"world": (69, 329), "ping": (43, 237)}
+
+
+def test_few_files_and_functions_are_entered() -> None:
+    """Building a world, and one ping until its fix is used: their numbers may only fall."""
+    script = PACKAGE.parent / "scripts" / "trace_ping.py"
+    told = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True)
+    counted = re.findall(r"(\w+): (\d+) files, (\d+) functions", told.stdout)
+    assert {what for what, *_ in counted} == set(ENTERED)
+    for what, files, functions in counted:
+        assert int(files) <= ENTERED[what][0], what
+        assert int(functions) <= ENTERED[what][1], what
 
 
 def test_docstrings_refer_to_what_there_is() -> None:

@@ -59,7 +59,7 @@ MODELS |= {it.__name__ for it in SECTIONS} | {"OwnSection"}
 
 # Where names of parts belong: registries, and the modules in which the parts work.
 HOMES = (
-    *("scenario/declared.py", "scenario/families.py", "scenario/files/shipped.py"),
+    *("scenario/declared.py", "scenario/families.py", "commands/starters.py"),
     *("protocol/access/", "protocol/schedules/", "protocol/downlinks.py", "protocol/ranging.py"),
     *("protocol/broadcasters.py", "acoustics/named_channels.py", "presets/", "protocol/anchors/"),
     *("scenario/sections/routes.py", "scenario/sections/placements.py", "scenario/site.py"),

@@ -3,7 +3,8 @@
 from dataclasses import fields
 from typing import Any
 
-from bindusbl_des.vehicles.guidance import DeparturePlan, GuidedFleet, SteeringIntervals
+from bindusbl_des.vehicles.guidance.departure import DeparturePlan, SteeringIntervals
+from bindusbl_des.vehicles.guidance.guided_fleet import GuidedFleet
 
 
 def voyage(model: str, overrides: dict[str, float] | None = None, **told: Any) -> GuidedFleet:

@@ -1,5 +1,6 @@
 """Small worlds that tests put together."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,12 @@ from bindusbl_des.navigation.dead_reckoning import DeadReckoning
 from bindusbl_des.navigation.fix_update import Rule
 from bindusbl_des.navigation.navigators import LinearNavigator
 from bindusbl_des.records.rows import LEARNT, NONE
+from bindusbl_des.scenario.files.scenario_file import Source
+
+
+def parse_scenario(text: str, name: str = "scenario", *, overrides: Sequence[str] = ()) -> Scenario:
+    """Return the scenario of a text; `name` stands for the file in messages."""
+    return Source(text, name, overrides=tuple(overrides)).read()[1]
 
 
 def blank(kind: np.dtype, count: int) -> np.ndarray:

@@ -169,6 +169,10 @@ class LossTerms(NamedTuple):
     contention: float
     cap: float
 
+    def over(self, ranges: Floats) -> Floats:
+        """Return the probabilities (n,) that pings are lost over slant ranges (n,), m."""
+        return losses(ranges, *self)
+
 
 @compiled
 def loss_probability(slant_range: float, terms: LossTerms) -> float:

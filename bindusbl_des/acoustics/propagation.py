@@ -24,7 +24,7 @@ from ..records.rows import NONE, PING, RECEPTION, Row, Rows
 from ..vehicles.fleet import Failures
 from ..vehicles.motion import Motion, Place, where
 from .loss import LossTerms, loss_probability
-from .travel_time import travel_time_to
+from .travel_time import NEARLY_THERE, distance, travel_time_to
 
 # What becomes of a signal on its way: the probability that it is lost if nothing overlaps it; its
 # SNR (dB), NaN where the channel knows of none; how strong a sound it is where it overlaps others,
@@ -60,8 +60,8 @@ def within(here: Place, there: Place, slant: bool, reach: float) -> bool:
 
 
 class SignalPath(NamedTuple):
-    """What happens to signals of a group of AUVs on their way: the law of the disc (:mod:`.loss`),
-    or what becomes of each at each ASV or from it (n, m), where another channel was asked.
+    """What happens to signals of a group on their way: the law of the disc (:mod:`.loss`), or what
+    becomes of each at each who listens (n, m), where another channel was asked.
     """
 
     band: SignalBand
@@ -70,39 +70,39 @@ class SignalPath(NamedTuple):
 
 
 @compiled
-def reaches(here: Place, there: Place, number: int, asv: int, way: SignalPath) -> bool:
-    """Tell whether a signal between an AUV, `number` of its group, and an ASV may be decoded."""
+def reaches(here: Place, there: Place, number: int, listener: int, way: SignalPath) -> bool:
+    """Tell whether a signal of a sender, `number` of its group, may be decoded by a listener."""
     if way.prospects.size:
-        return bool(way.prospects[number, asv].loss < 1.0)
+        return bool(way.prospects[number, listener].loss < 1.0)
     return within(here, there, way.band.slant, way.band.reach)
 
 
 @compiled
-def sound(here: Place, there: Place, number: int, asv: int, way: SignalPath) -> float:
+def sound(here: Place, there: Place, number: int, listener: int, way: SignalPath) -> float:
     """Return how strong a signal between them is where it overlaps others (:data:`PROSPECT`)."""
     if way.prospects.size:
-        return float(way.prospects[number, asv].sound)
+        return float(way.prospects[number, listener].sound)
     return 1.0 if within(here, there, way.band.slant, way.band.reach) else 0.0
 
 
 @compiled
-def lost(slant_range: float, number: int, asv: int, way: SignalPath) -> float:
+def lost(slant_range: float, number: int, listener: int, way: SignalPath) -> float:
     """Return how likely a signal between them is lost that travels a slant range (m)."""
     if way.prospects.size:
-        return float(way.prospects[number, asv].loss)
+        return float(way.prospects[number, listener].loss)
     return loss_probability(slant_range, way.loss)
 
 
 @compiled
-def snr(number: int, asv: int, way: SignalPath) -> float:
+def snr(number: int, listener: int, way: SignalPath) -> float:
     """Return the SNR (dB) of a signal between them; NaN on the disc, which knows of none."""
-    return float(way.prospects[number, asv].snr_db) if way.prospects.size else nan
+    return float(way.prospects[number, listener].snr_db) if way.prospects.size else nan
 
 
 @compiled
-def late(number: int, asv: int, way: SignalPath) -> float:
+def late(number: int, listener: int, way: SignalPath) -> float:
     """Return how much later (s) a signal between them is there than straight on."""
-    return float(way.prospects[number, asv].late_s) if way.prospects.size else 0.0
+    return float(way.prospects[number, listener].late_s) if way.prospects.size else 0.0
 
 
 @compiled
@@ -130,63 +130,57 @@ def meet(begins: float, ends: float, other_begins: float, other_ends: float) -> 
 
 
 class Spread(NamedTuple):
-    """What pings spread in, handed over once: who moves how, what happens on the way, and the rows
-    of pings and receptions, which have room for more.  Without `everything` who is out of range
-    gets no row.
+    """What pings spread in, handed over once: how those move who send and who listen, what happens
+    on the way, and the rows of pings and receptions, which have room for more.  AUVs send and ASVs
+    listen, or the other way round if `asvs_send`.  Without `everything` who is out of range gets no
+    row.
     """
 
     pings: Annotated[Rows, PING]
     receptions: Annotated[Rows, RECEPTION]
     way: SignalPath
-    auvs: Motion
-    asvs: Motion
+    senders: Motion
+    listeners: Motion
+    asvs_send: bool
     everything: bool
 
 
 @compiled
 def spread(
     packed: int, group: Ints, round_number: int, slot: int, time: float, called: Rows, calls: int,
-    ping: int, row: int,
+    sure: bool, ping: int, row: int,
 ) -> int:  # fmt: skip
-    """Let a group of AUVs ping at an instant (s): write their rows, the first of which is `ping`,
-    and from `row` on one for each of their ASVs.
+    """Let a group of vehicles ping at an instant (s): write their rows, the first of which is
+    `ping`, and from `row` on one for each who listens.
 
     Return the row that comes after the last reception.  `packed` is the address of a
     :class:`Spread`.  An AUV that was `called` in vain (1,), :data:`..records.rows.CALLED`, does not
-    ping (:func:`silence`).  So many `calls` are on record by now.
+    ping (:func:`silence`).  So many `calls` are on record by now.  Where it is not `sure` how those
+    go on who listen, the arrivals written are those at which a ping is nearly there
+    (:func:`arrive`).
     """
     into = unpacked(packed, Spread)
-    pings, receptions, auvs, asvs = into.pings, into.receptions, into.auvs, into.asvs
-    way, duration = into.way, into.way.band.duration
-    vessels, call = Vessels(asvs, _places(asvs, time)), called[0]
+    pings, duration, call = into.pings, into.way.band.duration, called[0]
+    places = _places(into.listeners, time)
     silent = call.call not in (NONE, HEARD)
     longest_so_far = pings[ping - 1].longest_s if ping else 0.0
     for number in range(group.size):
-        here = where(auvs, group[number], time)
-        line, auv = pings[ping], group[number]
-        line.ping, line.round, line.slot, line.auv = ping, round_number, slot, auv
-        line.asv = NONE
+        here, line = where(into.senders, group[number], time), pings[ping]
+        line.ping, line.round, line.slot = ping, round_number, slot
+        line.auv = NONE if into.asvs_send else group[number]
+        line.asv = group[number] if into.asvs_send else NONE
         line.sent_at_s, line.waited_s = time, nan
         line.x_m, line.y_m, line.z_m = here[0], here[1], here[2]
         line.called_at_s, line.called_by = call.called_at_s, call.called_by
         line.call, line.call_why, line.call_time_s = call.call, call.call_why, call.call_time_s
         line.first = row
-        row, in_range, longest = _reach(
-            line, here, number, receptions, row, into.everything, vessels, way
-        )
+        row, in_range, longest = _reach(line, number, row, places, sure, into)
         longest_so_far = max(longest_so_far, line.longest_s)
         line.end, line.in_range_of, line.heard_by = row, in_range, 0
         line.passed_at_s = inf if silent or not in_range else time + longest + duration
         line.longest_s, line.calls = longest_so_far, calls
         ping += 1
     return row
-
-
-class Vessels(NamedTuple):
-    """ASVs: how they move, and where they are as a ping begins (m, 3), m."""
-
-    motion: Motion
-    places: Floats
 
 
 @compiled
@@ -200,44 +194,70 @@ def _places(motion: Motion, time: float) -> Floats:
 
 @compiled
 def _reach(
-    ping: Row, here: Place, number: int, receptions: Rows, row: int, everything: bool,
-    vessels: Vessels, way: SignalPath,
-) -> tuple[int, int, float]:  # fmt: skip
-    """Write the receptions of a ping, `number` of its group, from a row on.
+    ping: Row, number: int, row: int, places: Floats, sure: bool, into: Spread
+) -> tuple[int, int, float]:
+    """Write the receptions of a ping, `number` of its group, from a row on; who listens is at its
+    places (n, 3), m, as it begins.
 
-    Return the row after the last, how many ASVs are in range, and how long (s) the ping travels to
-    the last of these; to the last that it is any sound at, write it to the ping.
+    Return the row after the last, how many are in range, and how long (s) the ping travels to the
+    last of these; to the last that it is any sound at, write it to the ping.
     """
-    in_range, longest, sound_speed = 0, 0.0, way.band.sound_speed
-    asvs, places = vessels.motion, vessels.places
+    in_range, longest, way, sound_speed = 0, 0.0, into.way, into.way.band.sound_speed
+    here = ping.x_m, ping.y_m, ping.z_m, 0.0
     ping.longest_s = 0.0
-    for asv in range(len(places)):
-        there = places[asv, 0], places[asv, 1], places[asv, 2], 0.0
-        heard = reaches(here, there, number, asv, way)
-        strength = sound(here, there, number, asv, way)
-        if heard or everything or strength > 0.0:
-            bent = late(number, asv, way)
-            straight = travel_time_to(here, asvs, asv, ping.sent_at_s + bent, sound_speed)
-            travel = straight + bent
-            line = receptions[row]
-            line.ping, line.auv, line.asv = ping.ping, ping.auv, asv
-            line.arrived_at_s, line.travel_time_s = ping.sent_at_s + travel, travel
-            line.slant_range_m, line.bent_s = straight * sound_speed, bent
-            line.loss = lost(line.slant_range_m, number, asv, way) if heard else 1.0
+    for listener in range(len(places)):
+        there = places[listener, 0], places[listener, 1], places[listener, 2], 0.0
+        heard = reaches(here, there, number, listener, way)
+        strength = sound(here, there, number, listener, way)
+        if heard or into.everything or strength > 0.0:
+            bent = late(number, listener, way)
+            if sure:
+                sent_at = ping.sent_at_s + bent
+                straight = travel_time_to(here, into.listeners, listener, sent_at, sound_speed)
+            else:
+                straight = NEARLY_THERE * distance(here, there) / sound_speed
+                bent *= NEARLY_THERE if bent > 0.0 else 1.0 / NEARLY_THERE
+            line = into.receptions[row]
+            line.ping, line.listener = ping.ping, listener
+            line.auv = listener if into.asvs_send else ping.auv
+            line.asv = ping.asv if into.asvs_send else listener
+            _meet(line, ping.sent_at_s, straight, bent, sound_speed)
+            line.loss = lost(line.slant_range_m, number, listener, way) if heard else 1.0
             line.outcome = IN_FLIGHT if heard else OUT_OF_RANGE
             line.why, line.overlapped_by = NONE if heard else OUT_OF_RANGE, NONE
             line.slow_range = nan
-            line.sound, line.snr_db = strength, snr(number, asv, way)
+            line.sound, line.snr_db = strength, snr(number, listener, way)
             line.late_s = line.lowered = nan
             line.azimuth_deg = line.elevation_deg = nan  # until it is measured
             line.body_azimuth_deg = line.body_elevation_deg = nan
             row += 1
             if strength > 0.0:
-                ping.longest_s = max(ping.longest_s, travel)
+                ping.longest_s = max(ping.longest_s, line.travel_time_s)
             if heard:
                 in_range += 1
-                longest = max(longest, travel)
+                longest = max(longest, line.travel_time_s)
     return row, in_range, longest
+
+
+@compiled
+def _meet(line: Row, sent_at: float, straight: float, bent: float, sound_speed: float) -> None:
+    """Write when a ping arrives that would travel for so long (s) straight on and comes so much
+    later (s).
+    """
+    line.travel_time_s, line.bent_s = straight + bent, bent
+    line.slant_range_m, line.arrived_at_s = straight * sound_speed, sent_at + (straight + bent)
+
+
+@compiled
+def arrive(packed: int, row: int, straight: float, bent: float) -> None:
+    """Write the arrival of a ping that is nearly there, now that it is known for how long (s) it
+    travels straight on and how much later (s) it comes; `packed` as of :func:`spread`.
+    """
+    into = unpacked(packed, Spread)
+    line, way = into.receptions[row], into.way
+    _meet(line, into.pings[line.ping].sent_at_s, straight, bent, way.band.sound_speed)
+    if line.outcome != OUT_OF_RANGE:
+        line.loss = lost(line.slant_range_m, 0, line.listener, way)
 
 
 def deafen(failures: Failures, pings: Rows, receptions: Rows, band: SignalBand) -> None:
@@ -289,7 +309,7 @@ def amend(packed: int, time: float, first: int, end: int) -> int:
     for number in range(first, end):
         ping = pings[number]
         receptions = of.receptions[ping.first : ping.end]
-        latest, last, longest = _travel(ping, receptions, of.asvs, band.sound_speed)
+        latest, last, longest = _travel(ping, receptions, of.listeners, band.sound_speed)
         if ping.sent_at_s + latest > time:
             under_way = min(under_way, number)
         ping.longest_s = max(longest, pings[number - 1].longest_s if number else 0.0)
@@ -300,7 +320,7 @@ def amend(packed: int, time: float, first: int, end: int) -> int:
 
 @compiled
 def _travel(
-    ping: Row, receptions: Rows, asvs: Motion, sound_speed: float
+    ping: Row, receptions: Rows, listeners: Motion, sound_speed: float
 ) -> tuple[float, float, float]:
     """Write how long (s) a ping travels to its ASVs; return the longest way (s): to any of them, to
     any in range, and to any where it is a sound at all.
@@ -309,7 +329,7 @@ def _travel(
     latest, last, longest = 0.0, 0.0, 0.0
     for line in receptions:
         sent_at = ping.sent_at_s + line.bent_s
-        straight = travel_time_to(here, asvs, line.asv, sent_at, sound_speed)
+        straight = travel_time_to(here, listeners, line.listener, sent_at, sound_speed)
         travel = straight + line.bent_s
         line.travel_time_s, line.slant_range_m = travel, straight * sound_speed
         if not isnan(line.arrived_at_s):  # whom no call reached does not ping

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..campaigns.statistics.intervals import intervals
 from ..core.arrays import Floats
+from ..core.mistakes import ScenarioError
 from ..core.wording import counted
 from ..results.effects import (
     FILTER,
@@ -23,8 +24,7 @@ from ..results.effects import (
     Effect,
     Harm,
 )
-from ..scenario.files.mistakes import ScenarioError
-from ..scenario.files.scenario_file import parse_scenario
+from ..scenario.files.scenario_file import Source
 from ..scenario.scenario import Scenario
 from .changes import Change, changed, proposals
 from .choosing import (
@@ -219,8 +219,8 @@ def advise(
 
 
 def _as_it_was_run(scenario: Scenario) -> Reader:
-    text = scenario.model_dump_json()  # JSON is YAML
-    return lambda options: parse_scenario(text, overrides=options)
+    source = Source(scenario.model_dump_json())  # JSON is YAML
+    return lambda options: source._replace(overrides=tuple(options)).read()[1]
 
 
 def _can_be_said(change: Change, scenario: Scenario, reader: Reader) -> bool:

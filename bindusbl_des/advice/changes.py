@@ -9,16 +9,9 @@ from ..core.wording import plain
 from ..geometry.formation import ring_radius
 from ..preflight.fix_chance import HALF, delivery
 from ..results.effects import FILTER, GAIN
-from ..scenario.declared import (
-    BROADCASTERS,
-    DOWNLINKS,
-    SCHEDULES,
-    advised,
-    channel_named,
-)
+from ..scenario import declared
 from ..scenario.files.overrides import put
 from ..scenario.scenario import Scenario
-from ..scenario.sections.placements import Formation
 from ..setup import Setup
 from .stations import Ways
 
@@ -141,11 +134,19 @@ def _downlinks(scenario: Scenario) -> tuple[str, ...]:
     Answers without airtime are not advised: no modem can give them.
     """
     instant = not scenario.protocol.answer.takes_airtime
-    names = [name for name in advised(DOWNLINKS) if not (DOWNLINKS[name].replies and instant)]
+    names = [
+        name
+        for name in declared.advised(declared.DOWNLINKS)
+        if not (declared.DOWNLINKS[name].replies and instant)
+    ]
     if not scenario.protocol.random_access:
         return tuple(names)
-    broadcast = [name for name in names if not DOWNLINKS[name].replies and DOWNLINKS[name].waits]
-    answered = [name for name in names if DOWNLINKS[name].replies]
+    broadcast = [
+        name
+        for name in names
+        if not declared.DOWNLINKS[name].replies and declared.DOWNLINKS[name].waits
+    ]
+    answered = [name for name in names if declared.DOWNLINKS[name].replies]
     return tuple(broadcast if scenario.protocol.replies else answered)
 
 
@@ -153,14 +154,14 @@ def _schedules(scenario: Scenario, needless: list[str]) -> Iterator[Change]:
     if scenario.auvs.count == 1:
         needless.append("another schedule (there is one AUV)")
         return
-    yield from _others(scenario, "schedule", advised(SCHEDULES))
+    yield from _others(scenario, "schedule", declared.advised(declared.SCHEDULES))
 
 
 def _broadcasters(scenario: Scenario, needless: list[str]) -> Iterator[Change]:
     if scenario.asvs.count == 1 or scenario.protocol.replies:
         needless.append("another broadcaster (no frame has a choice of ASVs)")
         return
-    yield from _others(scenario, "broadcaster", advised(BROADCASTERS))
+    yield from _others(scenario, "broadcaster", declared.advised(declared.BROADCASTERS))
 
 
 def _others(scenario: Scenario, key: str, names: tuple[str, ...]) -> Iterator[Change]:
@@ -198,12 +199,7 @@ def _losses(setup: Setup) -> Iterator[Change]:
     """Yield a loss law that is made for the HF range, where most pings over that are lost."""
     hf, law = setup.scenario.acoustics.hf, setup.scenario.acoustics.loss.law
     found = delivery(setup, "hf")
-    if (
-        channel_named(hf.channel).ends_at_range
-        and law != "scaled"
-        and found is not None
-        and found[1] < HALF
-    ):
+    if hf.traits.ends_at_range and law != "scaled" and found is not None and found[1] < HALF:
         words = f"pings that carry over {hf.range_m:g} m (loss law scaled instead of {law})"
         yield Change("loss law", words, {"acoustics.loss.law": "scaled"})
 
@@ -231,7 +227,8 @@ def _kept(setup: Setup) -> dict[str, Any]:
 
 def _ring(scenario: Scenario, radius: float, angle: float) -> dict[str, Any]:
     """Return the settings of a regular formation, laid over whatever the file asks for."""
-    asked = _asked(scenario)
+    asked = scenario.asvs.formation.moored
+    assert asked is not None  # nobody moves what a user-defined placement puts somewhere
     settings: dict[str, Any] = {}
     for name in ("positions_m", "positions_deg"):
         if getattr(asked, name) is not None:
@@ -242,12 +239,6 @@ def _ring(scenario: Scenario, radius: float, angle: float) -> dict[str, Any]:
     if angle != asked.angle_deg:
         settings["asvs.formation.angle_deg"] = float(f"{angle:.6g}")
     return settings
-
-
-def _asked(scenario: Scenario) -> Formation:
-    asked = scenario.asvs.formation.moored
-    assert asked is not None  # nobody moves what a placement of one's own puts somewhere
-    return asked
 
 
 def _formations(setup: Setup, needless: list[str]) -> list[Iterator[Change]]:
@@ -275,7 +266,8 @@ def _another(scenario: Scenario) -> Iterator[Change]:
 def _moved(setup: Setup, ways: Ways) -> Iterator[Change]:
     """Yield formations of as many ASVs that serve the AUVs' ways best."""
     scenario = setup.scenario
-    asked, count = _asked(scenario), scenario.asvs.count
+    asked, count = scenario.asvs.formation.moored, scenario.asvs.count
+    assert asked is not None
     if not asked.is_placed:
         radius, angle = ways.best(count, [ring_radius(setup.stations_m)])
         yield Change(
@@ -295,7 +287,8 @@ def _moved(setup: Setup, ways: Ways) -> Iterator[Change]:
 def _more(setup: Setup, ways: Ways) -> Iterator[Change]:
     """Yield plans with one more ASV."""
     scenario = setup.scenario
-    asked, count = _asked(scenario), scenario.asvs.count + 1
+    asked, count = scenario.asvs.formation.moored, scenario.asvs.count + 1
+    assert asked is not None
     words = f"{count} ASVs instead of {count - 1}"
     if asked.is_placed:
         now = setup.stations_m

@@ -9,7 +9,7 @@ import numpy as np
 from ..core.arrays import Floats
 from ..geometry.formation import formation
 from ..scenario.scenario import Scenario
-from ..setup import Setup, setup_of
+from ..setup import Setup
 
 Score: TypeAlias = tuple[float, float, float]
 
@@ -25,7 +25,7 @@ class Ways:
     """The places where AUVs are going to be, on which stations of ASVs can be tried."""
 
     def __init__(self, scenario: Scenario) -> None:
-        setup = setup_of(scenario)
+        setup = Setup.of(scenario)
         self._area = setup.area
         self._hears, self._reaches = setup.horizontal_reach_m, setup.horizontal_mf_reach_m
         sender = setup.broadcaster

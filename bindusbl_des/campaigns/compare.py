@@ -7,9 +7,9 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
+from ..core.plain_data import leaves
 from ..core.wording import lettered, plain, shortened
 from ..records.metrics import of_an_auv
-from ..scenario.keys import leaves
 from .campaign import Campaign, load_campaign
 from .experiments.experiment import laid_over
 from .statistics.comparison_table import by_label, is_alone, sentence, unserved

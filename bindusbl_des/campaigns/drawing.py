@@ -12,7 +12,7 @@ from ..figures.style import finished
 from ..figures.sweeps import Levels, Means, curves, heatmap
 from ..records.metrics import METRICS_ARE
 from ..results.schemas import mission_numbers, schema
-from ..scenario.keys import settable
+from ..scenario import keys as table
 from .statistics.intervals import interval
 from .statistics.outcomes import JUDGED, failed_because, outcomes
 
@@ -74,7 +74,7 @@ def _levels(campaign: "Campaign", key: str) -> Levels:
     for point in campaign.plan.points:
         if point.varied[key] not in values:
             values.append(point.varied[key])
-    unit = next((row.unit for row in settable() if row.key == key), "")
+    unit = next((row.unit for row in table.settable() if row.key == key), "")
     levels = Levels(key, unit, tuple(values))
     return Levels(key, unit, tuple(sorted(values))) if levels.is_numeric else levels
 

@@ -22,9 +22,9 @@ from ..core.files import sync
 from ..core.kept_files import keep, portable
 from ..core.plugins import allow, refuse_here
 from ..core.process import answered, end_now, in_notebook, say
+from ..core.shipped import located
 from ..core.wording import described, did_you_mean
 from ..results.result import scenario_sha256, versions
-from ..scenario.files.shipped import located
 from ..scenario.part_choice import own_part
 from ..scenario.scenario import Scenario
 from .campaign import Campaign, CampaignInterrupted, CampaignState, unfinished_campaign

@@ -72,10 +72,10 @@ def ended_in_order() -> Iterator[None]:
 
 
 if TYPE_CHECKING:
+    from ..core.mistakes import Mistake
     from ..preflight.effort import Effort
     from ..preflight.warnings import Reading
     from ..results.result import Result
-    from ..scenario.files.mistakes import Mistake
 
 BAD_INPUT = 2
 FIGURES = (".png", ".svg", ".pdf")
@@ -178,8 +178,8 @@ def reading_from(
     path: str, overrides: tuple[str, ...] = (), allow_plugins: bool = False
 ) -> "Reading":
     """Return a scenario and its warnings, or end the command with all its mistakes."""
+    from ..core.mistakes import ScenarioError
     from ..preflight.warnings import read_scenario
-    from ..scenario.files.mistakes import ScenarioError
 
     try:
         return read_scenario(path, overrides=overrides, allow_plugins=allow_plugins)

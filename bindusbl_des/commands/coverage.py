@@ -163,11 +163,10 @@ def coverage(
         check_figure(Path(figure), force)
     from ..core.plugins import PluginError
     from ..geometry.coverage import coverage_map
-    from ..scenario.site import NoStations
 
     try:
         stations, reach = reading.setup.stations_m, reading.setup.horizontal_reach_m
-    except (NoStations, PluginError) as error:
+    except (ValueError, PluginError) as error:
         refuse(f"{scenario}: {error}")
     from ..preflight.fix_chance import heard_rings
 
@@ -234,14 +233,14 @@ def _by_slant(setup: "Setup", stations: Stations) -> dict[str, Any]:
     from ..geometry.coverage import covered_by_rings
     from ..preflight.band_warnings import steep
     from ..preflight.fix_chance import heard_rings
-    from ..setup import setup_of
+    from ..setup import Setup
 
     if all(problem.key != "acoustics.hf.range_metric" for problem in steep(setup)):
         return {"slant_reach_m": None, "slant_covered_area": None}
     scenario, bands = setup.scenario, setup.scenario.acoustics
     hf = bands.hf.model_copy(update={"range_metric": "slant"})
     other = scenario.model_copy(update={"acoustics": bands.model_copy(update={"hf": hf})})
-    by_slant = setup_of(other)
+    by_slant = Setup.of(other)
     covered = covered_by_rings(setup.area, stations, heard_rings(by_slant))
     return {"slant_reach_m": by_slant.horizontal_reach_m, "slant_covered_area": covered}
 
@@ -272,12 +271,10 @@ def _directions(setup: "Setup") -> dict[str, Any]:
     """Return the noise of a level target's bearing and elevation by the array or its sheet, without
     that of the AHRS; None where no angles are stated, or somebody's own instrument measures.
     """
-    from ..scenario.families import INSTRUMENT
-    from ..usbl.instrument import level_sds
 
-    if setup.scenario.usbl.model not in INSTRUMENT.siblings:
+    if setup.scenario.usbl.model.is_own:
         return {"bearing_sd_deg": None, "elevation_sd_deg": None}
-    bearing, elevation = (math.degrees(sd) or None for sd in level_sds(setup.usbl))
+    bearing, elevation = (math.degrees(sd) or None for sd in setup.usbl.level_sds())
     return {"bearing_sd_deg": bearing, "elevation_sd_deg": elevation}
 
 

@@ -65,12 +65,12 @@ def fly(kind: tuple[str, ...]) -> None:
     from ..planning.prediction.gathering import inputs_of
     from ..planning.prediction.predicting import predict
     from ..scenario.files.scenario_file import load_scenario
-    from ..setup import setup_of
+    from ..setup import Setup
 
     scenario = load_scenario(kind[0], overrides=(*kind[1:], f"duration_s={SHORT_S}"))
     simulate(scenario, 0).summary()
     if kind == KINDS[-1]:
-        predict(inputs_of(setup_of(scenario)), [(0.0, 0.0)])
+        predict(inputs_of(Setup.of(scenario)), [(0.0, 0.0)])
 
 
 State = Literal["ok", "missing", "broken", "note"]

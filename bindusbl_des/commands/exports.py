@@ -63,7 +63,7 @@ def _plan_to_chart(
     from ..export.chart_files import WRITERS, write_plan
     from ..planning.folder import PlanError, drawn_team
     from ..planning.plan_page import worded
-    from ..setup import setup_of
+    from ..setup import Setup
 
     if kind not in WRITERS:
         refuse(
@@ -81,7 +81,7 @@ def _plan_to_chart(
         with writing(path):
             about = worded(team.told, team.goals)
             counts = write_plan(
-                setup_of(team.scenario), path, kind, about=about, ways=team.ways, replace=force
+                Setup.of(team.scenario), path, kind, about=about, ways=team.ways, replace=force
             )
     except ValueError as error:
         refuse(f"{path}: {error}; set environment.origin.lat_deg and lon_deg, and plan anew")

@@ -7,24 +7,23 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..core.wording import counted, did_you_mean, plain
-from ..scenario.files.shipped import (
+from ..core.shipped import (
     ENDINGS,
     KINDS,
-    TEMPLATES,
     listed,
     located,
     shipped,
-    template,
 )
+from ..core.wording import counted, did_you_mean, plain
 from .console import BAD_INPUT, print_json, refuse, say, talk, write_new
 from .options import bare_keys, json_option, out_option, plugins_option, set_option, shipped_or_file
+from .starters import TEMPLATES, template
 
 if TYPE_CHECKING:
+    from ..core.mistakes import Mistake
+    from ..core.plain_yaml import Document
     from ..presets.preset import Preset
-    from ..scenario.files.mistakes import Mistake
-    from ..scenario.files.plain_yaml import Document
-    from ..scenario.keys import Key
+    from ..scenario import keys as table
     from ..scenario.scenario import Scenario
 
 
@@ -75,10 +74,9 @@ def _findings(
 ) -> "tuple[Sequence[Mistake], Sequence[Mistake]]":
     """Return the mistakes of a file, and warnings about it."""
     from ..campaigns.experiments.experiment_points import is_experiment, is_plan
+    from ..core.mistakes import ScenarioError
+    from ..core.plain_yaml import read_yaml
     from ..preflight.warnings import read_scenario
-    from ..scenario.families import plugins_of
-    from ..scenario.files.mistakes import ScenarioError
-    from ..scenario.files.plain_yaml import read_yaml
     from ..scenario.files.scenario_file import Source
 
     try:
@@ -101,7 +99,7 @@ def _findings(
             return (), (*plan.warnings, *plan.unloaded)
         reading = read_scenario(source, allow_plugins=allow_plugins)
         refused: tuple[Mistake, ...] = ()
-        if plugins_of(reading.scenario) and not reading.unloaded:
+        if reading.scenario.plugins and not reading.unloaded:
             refused = tuple(_refused(document, reading.scenario))
         return refused, (*reading.warnings, *reading.unloaded)
     except ScenarioError as error:
@@ -110,19 +108,17 @@ def _findings(
 
 def _refused(document: "Document", scenario: "Scenario") -> "Iterator[Mistake]":
     """Yield why a mission refuses parts of one's own, as it asks them where vehicles go."""
+    from ..core.mistakes import Problem
     from ..core.plugins import PluginError
     from ..mission.mission import Mission
-    from ..scenario.families import plugins_of
-    from ..scenario.files.mistakes import Mistake
-    from ..scenario.files.scenario_file import place_of
 
     try:
         Mission(scenario)
     except PluginError as error:
-        yield Mistake.at(place_of(document, error.key), error.key, error.message)
+        yield document.mistake(Problem(error.key, error.message))
     except (ValueError, ArithmeticError, RuntimeError) as error:  # of hulls on ways of one's own
-        key = next(iter(plugins_of(scenario)))
-        yield Mistake.at(place_of(document, key), key, str(error))
+        key = next(iter(scenario.plugins))
+        yield document.mistake(Problem(key, str(error)))
 
 
 @click.command(short_help="Print the JSON Schema of scenario or experiment files.")
@@ -135,9 +131,9 @@ def schema(kind: str, as_json: bool) -> None:
 
         print_json(experiment_schema())
         return
-    from ..scenario.keys import json_schema
+    from ..scenario import keys as table
 
-    print_json(json_schema())
+    print_json(table.json_schema())
 
 
 @click.command()
@@ -193,18 +189,19 @@ def params(pattern: str, as_json: bool) -> None:
     a * in it, as in acoustics.*.range_m, it must match the whole name.
     """
     from ..records.metrics import WORST, metrics
-    from ..scenario.keys import items, keys, settings
+    from ..scenario import keys as table
 
     # of a mission's worst AUV the metric of each AUV has the meaning
     wanted = pattern.lower().removeprefix(WORST)
-    rows = [row for row in (*keys(), *items(), *settings()) if _matches(row, pattern)]
+    known = table.keys()
+    rows = [row for row in (*known, *table.items(), *table.settings()) if _matches(row, pattern)]
     measured = [
         {"key": name, "kind": "metric", "unit": unit, "meaning": meaning}
         for name, (unit, meaning) in metrics().items()
         if wanted and wanted in f"{name} {meaning}".lower()
     ]
     if not rows and not measured:
-        hint = did_you_mean(pattern, [*(row.name for row in keys()), *metrics()])
+        hint = did_you_mean(pattern, [*(row.name for row in known), *metrics()])
         refuse(f"no key matches {pattern!r}{hint or '; `bindusbl-des params` lists all'}")
     if as_json:
         print_json([*map(asdict, rows), *measured])
@@ -216,7 +213,7 @@ def params(pattern: str, as_json: bool) -> None:
         say("\n".join([*map(_paragraph, rows), *columns]))
 
 
-def _matches(row: "Key", pattern: str) -> bool:
+def _matches(row: "table.Key", pattern: str) -> bool:
     from fnmatch import fnmatchcase
 
     wanted = pattern.lower()
@@ -225,7 +222,7 @@ def _matches(row: "Key", pattern: str) -> bool:
     return any(wanted in text.lower() for text in (row.key, row.meaning, *row.choices))
 
 
-def _paragraph(row: "Key") -> str:
+def _paragraph(row: "table.Key") -> str:
     """Return the first line to grep for and the second to read."""
     unit = "" if row.unit in ("", "1") else f" {row.unit}"
     allowed = " | ".join(row.choices) or f"{row.kind} {row.range}".strip()

@@ -163,6 +163,7 @@ def live(
     """
     from ..live.outputs import FORMATS, asked, chosen
     from ..live.readings import earth_of
+    from ..setup import Setup
 
     reading = reading_from(scenario, overrides, allow_plugins)
     refuse_plugins(reading.unloaded)
@@ -183,9 +184,8 @@ def live(
                 "environment.origin.lat_deg=54.33 --set environment.origin.lon_deg=10.18"
             )
     from ..preflight.effort import effort
-    from ..setup import setup_of
 
-    setup = setup_of(mission)
+    setup = Setup.of(mission)
     weigh(mission.name, effort(setup), anyway)
     if dry:
         found = _dry(mission, seed, outputs, heard, earth, truth)

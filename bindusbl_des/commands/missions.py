@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from ..core.plugins import is_allowed, is_plugin, refusal
+from ..core.plugins import is_allowed, refusal
 from ..core.process import ProgressLine, answered, duration, end_now
 from ..core.wording import counted, file_name
 from .console import (
@@ -104,11 +104,10 @@ def advice_on(
     if not asked.tries:
         return None
     from ..advice.advising import advise
-    from ..scenario.families import parts_of
 
-    for family, name in parts_of(result.scenario):
-        if is_plugin(name) and not is_allowed(name):
-            refuse(f"{family.key}: {refusal(name)}")
+    for key, name in result.scenario.plugins.items():
+        if not is_allowed(name):
+            refuse(f"{key}: {refusal(name)}")
 
     line, began = ProgressLine(quiet=is_quiet()), monotonic()
     now = "trying changes"
@@ -172,7 +171,7 @@ def run(
     talk_of(reading.warnings)
     from ..preflight.effort import effort
     from ..results.result_folder import result_draft
-    from ..scenario.files.former_keys import option_now
+    from ..scenario.files import former_keys
 
     cost = effort(reading.setup)
     weigh(mission.name, cost, anyway)
@@ -182,7 +181,7 @@ def run(
     # Made before the mission is run, so that a place that cannot be written to is told at once.
     with writing(folder), result_draft(folder, force=force) as draft:
         result = _simulated(mission, seed, draft)
-        result.overrides = tuple(map(option_now, overrides))
+        result.overrides = tuple(map(former_keys.option_now, overrides))
         result.advice = advice_on(result, asked, again)
         result.fill(draft, text, began_s)
     if as_json:
@@ -292,8 +291,8 @@ class MissionProgress:
 
 def _text(path: str) -> str | None:
     """Return the text of the scenario file; None if it can be read only once (a pipe)."""
-    from ..scenario.files.mistakes import ScenarioError
-    from ..scenario.files.scenario_file import read_text
+    from ..core.mistakes import ScenarioError
+    from ..core.plain_yaml import read_text
 
     try:
         return read_text(path) if Path(path).is_file() else None
@@ -307,11 +306,11 @@ def _tells(text: str | None, scenario: "Scenario", folder: Path) -> bool:
     It is not if there were overrides, or tracks that are named from where the file lay; and what
     is spelt otherwise now is written anew.
     """
-    from ..scenario.files.mistakes import ScenarioError
-    from ..scenario.files.scenario_file import Source, parsed
+    from ..core.mistakes import ScenarioError
+    from ..scenario.files.scenario_file import Source
 
     try:
-        document, read = parsed(Source(text or "", "scenario", folder))
+        document, read = Source(text or "", folder=folder).read()
     except ScenarioError:
         return False
     return read == scenario and not document.warnings
@@ -321,13 +320,12 @@ def _as_written(
     text: str | None, path: str, overrides: tuple[str, ...]
 ) -> "Callable[[Sequence[str]], Scenario] | None":
     """Return what reads the user's scenario again with further options; None for a pipe."""
-    from ..scenario.files.scenario_file import parse_scenario
+    from ..scenario.files.scenario_file import Source
 
     if text is None:
         return None
-    return lambda options: parse_scenario(
-        text, path, overrides=(*overrides, *options), folder=Path(path).parent
-    )
+    source = Source(text, path, Path(path).parent)
+    return lambda options: source._replace(overrides=(*overrides, *options)).read()[1]
 
 
 @click.command()

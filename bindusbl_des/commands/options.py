@@ -11,9 +11,9 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
+from ..core.mistakes import ScenarioError
 from ..core.plugins import allowed_everywhere
-from ..scenario.files.mistakes import ScenarioError
-from ..scenario.files.shipped import KINDS, located, shipped
+from ..core.shipped import KINDS, located, shipped
 from .console import be_quiet, refuse
 
 Command = Callable[[Any], Any]

@@ -144,9 +144,9 @@ def plan(
 def _weigh(question: "Question", anyway: bool) -> None:
     """Tell what each mission takes, or refuse it."""
     from ..preflight.effort import effort
-    from ..setup import setup_of
+    from ..setup import Setup
 
-    weigh(f"each mission of {question.name}", effort(setup_of(question.base)), anyway)
+    weigh(f"each mission of {question.name}", effort(Setup.of(question.base)), anyway)
 
 
 def default_folder(name: str) -> Path:

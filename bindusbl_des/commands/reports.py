@@ -187,17 +187,19 @@ def _page(folder: str, asked: AdviceOptions, *, keep: bool) -> str:
 
 def _as_written(folder: str, scenario: "Scenario") -> "Callable[[Sequence[str]], Scenario] | None":
     """Return what reads a folder's scenario file with further options; None if it is another's."""
-    from ..scenario.files.mistakes import ScenarioError
-    from ..scenario.files.scenario_file import parse_scenario, read_text
+    from ..core.mistakes import ScenarioError
+    from ..core.plain_yaml import read_text
+    from ..scenario.files.scenario_file import Source
 
     path = Path(folder) / "scenario.yaml"
     try:
         text = read_text(path)
-        if parse_scenario(text, str(path), folder=folder) != scenario:
+        source = Source(text, str(path), Path(folder))
+        if source.read()[1] != scenario:
             return None
     except ScenarioError:
         return None
-    return lambda options: parse_scenario(text, str(path), overrides=options, folder=folder)
+    return lambda options: source._replace(overrides=tuple(options)).read()[1]
 
 
 def _comparison(folders: tuple[str, ...]) -> str:

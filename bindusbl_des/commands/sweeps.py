@@ -120,13 +120,13 @@ def _as_far_as_it_came(run: Callable[..., "Campaign"], *given: Any, **how: Any) 
 def _weigh_heaviest(experiment: "Experiment", workers: int | None, anyway: bool) -> None:
     """Tell what the heaviest point takes, or refuse it; of many points some are looked at."""
     from ..preflight.effort import effort
-    from ..setup import setup_of
+    from ..setup import Setup
 
     points = len(experiment.points)
     looked_at = {
         n * (points - 1) // max(min(points, MOST_WEIGHED) - 1, 1) for n in range(MOST_WEIGHED)
     }
-    efforts = {n: effort(setup_of(experiment.scenario(n))) for n in looked_at if n < points}
+    efforts = {n: effort(Setup.of(experiment.scenario(n))) for n in looked_at if n < points}
     at_once = min(workers or os.cpu_count() or 1, points * len(experiment.seeds))
     heaviest = max(efforts, key=lambda n: (bool(efforts[n].excess(at_once)), efforts[n].seconds))
     weigh(f"each mission of point {heaviest}", efforts[heaviest], anyway, at_once)

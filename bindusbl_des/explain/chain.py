@@ -121,11 +121,6 @@ def compared(value: float, limit: float) -> str:
     return f"{value:.{digits}f} m {sign} {limit:g} m"
 
 
-def out_of_range(hf: Any) -> str:
-    """Return where nothing on the HF band is decoded, as ends "ASV0 is 60 m away, ..."."""
-    return str(hf.beyond)
-
-
 def apart(band: Any, here: Any, there: Any) -> float:
     """Return the distance (m) of two places (x, y, z in m) that is compared with a band's range."""
     axes = 3 if band.range_metric == "slant" else 2
@@ -178,11 +173,11 @@ def failed_at(result: "Result", asv: str, time: float) -> str:
     return f"failed at {max(begun):g} s" if begun else "failed"
 
 
-def lost_in_a_row(channel: Any, table: Any, time: float) -> str:
+def lost_in_a_row(band: Any, table: Any, time: float) -> str:
     """Return in words that losses last (`burst_s`), and since when (s) a pair had lost all its
     signals as it lost that of an instant (s); its rows of a `table`, in order.
     """
-    lasts = f"losses last {channel.settings['burst_s']:g} s on average (burst_s)"
+    lasts = f"losses last {band.burst_s:g} s on average (burst_s)"
     before = table[table.arrived_at_s <= time]
     heard = before.arrived_at_s[before.outcome == "heard"].max()
     lost = before[(before.why == "burst") & ~(before.arrived_at_s <= heard)]

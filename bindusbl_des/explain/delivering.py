@@ -157,11 +157,11 @@ def _reached(result: "Result", fix: Any) -> str:
     if missed := why_missed(result, fix):
         if not beyond and fix.outcome != "lost":
             return f"the frame is {missed}"
-        if not mf.ends_at_range and not _is_cut(result, fix):
+        if not mf.traits.ends_at_range and not _is_cut(result, fix):
             return f"{fix.auv} is {away:.1f} m away; {missed}"
     if missed and not beyond:
         return missed
-    if not mf.ends_at_range:
+    if not mf.traits.ends_at_range:
         return f"{fix.auv} is {away:.1f} m away"
     words = compared(away, mf.range_m) if (away > mf.range_m) == beyond else "at the edge of the"
     return f"{mf.range_metric} range of {fix.auv} {words} MF range"
@@ -197,8 +197,8 @@ def why_missed(result: "Result", fix: Any) -> str:
             return words
         frames, table = result.tables["broadcasts"], result.tables["frame_receptions"]
         pair = table[(table.auv == fix.auv) & (frames.asv[table.broadcast] == asv).to_numpy()]
-        return lines(words, lost_in_a_row(mf.channel, pair, met.arrived_at_s))
-    if mf.ends_at_range:
+        return lines(words, lost_in_a_row(mf, pair, met.arrived_at_s))
+    if mf.traits.ends_at_range:
         return f"{fix.auv} is beyond mf.range_m = {mf.range_m:g} m of {asv}"
     return f"the channel {mf.channel} lets {fix.auv} decode no frame of {asv}"
 

@@ -18,7 +18,6 @@ from .chain import (
     known,
     lines,
     lost_in_a_row,
-    out_of_range,
     place,
     rows_where,
 )
@@ -58,7 +57,7 @@ def receptions(result: "Result", ping: Any) -> Iterator[Step]:
             "slant_range_m": reception.slant_range_m,
             "travel_time_s": reception.travel_time_s,
             "range_m": _counted_range(result, reception, depth),
-            "limit_m": hf.range_m if hf.ends_at_range else None,
+            "limit_m": hf.range_m if hf.traits.ends_at_range else None,
             "loss_probability": known(reception.loss_probability),
             **_levels(reception),
         }
@@ -98,7 +97,7 @@ def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
     lasts = ""
     if why == "burst":
         pair = {"auv": reception.auv, "asv": reception.asv}
-        lasts = lost_in_a_row(hf.channel, rows_where(result.tables["receptions"], **pair), begin)
+        lasts = lost_in_a_row(hf, rows_where(result.tables["receptions"], **pair), begin)
     return "loses it", lines(near, alone, chance, lasts)
 
 
@@ -109,15 +108,15 @@ def _deed(passive: bool) -> str:
 def _too_far(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
     """Return what becomes of a ping beyond all range, and why."""
     hf = result.scenario.acoustics.hf
-    if hf.ends_at_range:
+    if hf.traits.ends_at_range:
         return "is too far away", _range_words(result, reception, depth)
-    return "hears nothing", _level(reception) or f"it is {out_of_range(hf)}"
+    return "hears nothing", _level(reception) or f"it is {hf.beyond}"
 
 
 def _near(result: "Result", reception: Any, depth: float) -> str:
     """Tell that a ping came from within range, or how loud it was; "" where neither counts."""
     hf = result.scenario.acoustics.hf
-    return _range_words(result, reception, depth) if hf.ends_at_range else _level(reception)
+    return _range_words(result, reception, depth) if hf.traits.ends_at_range else _level(reception)
 
 
 def _range_words(result: "Result", reception: Any, depth: float) -> str:
@@ -165,7 +164,7 @@ def _chance(result: "Result", reception: Any) -> str:
     channel, loss = result.scenario.acoustics.hf.channel, result.scenario.acoustics.loss
     if _levels(reception):
         return f"{words} before the shadowing of this ping"
-    if not result.scenario.acoustics.hf.ends_at_range:
+    if not result.scenario.acoustics.hf.traits.ends_at_range:
         file = None if channel.is_own else channel.settings.get("file")
         by = f"the curve {Path(file).name}" if file else f"the channel {channel.words}"
         return f"{words} by {by} at {reception.slant_range_m:.1f} m"
@@ -233,10 +232,10 @@ def why_unanswered(result: "Result", ping: Any) -> str:
     if ping.call_why == "failed_meanwhile":
         return f"{asv} {failed_at(result, asv, ping.called_at_s + hf.ping_s)}, while it called"
     if ping.call == "out_of_range":
-        return f"{auv} is {away:.1f} m away, {out_of_range(hf)}"
+        return f"{auv} is {away:.1f} m away, {hf.beyond}"
     if ping.call == "collided":
         return f"another ASV's call overlaps it at {auv}"
     words = f"{auv}, {away:.1f} m away, loses the call by chance"
     if ping.call_why != "burst":
         return words
-    return f"{words}; losses last {hf.channel.settings['burst_s']:g} s on average (burst_s)"
+    return f"{words}; losses last {hf.burst_s:g} s on average (burst_s)"

@@ -4,7 +4,7 @@ ping, by which AUVs fix themselves (ranging passive).
 
 from typing import TYPE_CHECKING, Any
 
-from .chain import Chain, LatencyPart, Step, failed, out_of_range, row_of, rows_where
+from .chain import Chain, LatencyPart, Step, failed, row_of, rows_where
 from .correcting import arriving
 from .delivering import broadcasting, fixing, latency, why_missed
 from .hearing import is_sent, receptions, why_unanswered
@@ -88,7 +88,7 @@ def _without_fix(result: "Result", ping: Any) -> tuple[str, str]:
     if "heard" in outcomes or "in_flight" in outcomes:
         return "in_flight", "no fix: the mission ends while the ping is under way"
     if all(outcome == "out_of_range" for outcome in outcomes):
-        beyond = out_of_range(result.scenario.acoustics.hf)
+        beyond = result.scenario.acoustics.hf.beyond
         beyond += " or has failed" if failed(result, ping.sent_at_s) else ""
         return "out_of_range", f"no fix: every ASV is {beyond}"
     words = [f"{word} at {outcomes.count(word)}" for word in ("lost", "collided")
@@ -111,7 +111,7 @@ def _shared(result: "Result", ping: Any, fixes: list[Any]) -> tuple[str, str]:
     for outcome, words in FATES.items():
         if outcome in set(met.outcome):
             return outcome, f"no fix: {words}"
-    beyond = out_of_range(result.scenario.acoustics.hf)
+    beyond = result.scenario.acoustics.hf.beyond
     who = "the AUV is" if result.scenario.auvs.count == 1 else "every AUV is"
     return "out_of_range", f"no fix: {who} {beyond}"
 

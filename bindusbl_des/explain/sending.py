@@ -313,6 +313,6 @@ def _why_missed(result: "Result", slot: Any) -> str:
     mf = result.scenario.acoustics.mf
     away = apart(mf, auv, asv)
     frame = f"the frame of {slot.told_by} that began at {slot.told_at_s:.4f} s"
-    if mf.ends_at_range and away > mf.range_m:
+    if mf.traits.ends_at_range and away > mf.range_m:
         return f"it was out of MF range of {frame}: {away:.1f} m > {mf.range_m:g} m"
     return f"it had not decoded {frame} when that slot began, from {away:.1f} m away"

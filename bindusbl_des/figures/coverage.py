@@ -13,13 +13,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Polygon
 
 from ..core.palette import ALARM, HF, INK
-from ..core.plugins import is_plugin
 from ..geometry.area import Area
 from ..geometry.coverage import covered_area, is_within, loneliest_point
 from ..geometry.formation import keep_station
 from ..geometry.geodesy import east_north
 from ..preflight.fix_chance import fix_chance, survey_grid
-from ..scenario.declared import channel_named
 from ..scenario.site import NoStations
 from ..setup import Setup
 from .style import LARGEST_LEGEND, legend_below, new_figure
@@ -60,7 +58,7 @@ def without_stations(result: "Result") -> str:
 
 def _stations(result: "Result") -> "Points | None":
     """Return where a placement of somebody's own, which is not asked again, has put the ASVs."""
-    if not is_plugin(result.scenario.asvs.formation.choice):
+    if not result.scenario.asvs.formation.choice.is_own:
         return None
     if "tracks" not in result.arrow:
         raise ValueError(
@@ -115,7 +113,7 @@ def coverage_figure(
 
 def _ring_label(scenario: "Scenario", covered: float) -> str:
     """Tell what the dashed circles are, and what of the survey they cover."""
-    if channel_named(scenario.acoustics.hf.channel).ends_at_range:
+    if scenario.acoustics.hf.traits.ends_at_range:
         return f"HF range: {100 * covered:.1f} % of the survey"
     return f"HF range that the protocol plans with ({100 * covered:.1f} % of the survey)"
 

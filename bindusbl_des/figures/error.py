@@ -14,7 +14,6 @@ from ..core.arrays import Floats
 from ..core.palette import FAINT, INK
 from ..report.envelope import SIGMAS, error_envelope
 from ..report.recording import Recording, recording
-from ..scenario.own_sensors import straight_drift_rms
 from .fixes import deliveries
 from .style import (
     LARGEST_LEGEND,
@@ -86,7 +85,7 @@ def _draw_panel(axes: Axes, result: "Result", recorded: Recording, name: str) ->
     bound = error_envelope(recorded, int(name[3:]))
     axes.fill_between(times, bound, color=FAINT, lw=0, label="envelope")
     sensors, speed = result.setup.own_sensors, max(result.scenario.auvs.speeds)
-    model = [straight_drift_rms(sensors, t, speed) for t in times.tolist()]
+    model = [sensors.straight_drift_rms(t, speed) for t in times.tolist()]
     axes.plot(times, model, "--", color="#777777", lw=0.8, label="drift model")
     axes.plot(times, imu_errors(track), ":", color=colour, label="dead reckoning")
     axes.plot(times, track.position_error_m, color=colour, lw=0.9, label="fused")

@@ -212,6 +212,19 @@ def plain_area(square_m: float) -> str:
     return f"{square_m:,.0f} m2" if square_m >= 1000.0 else f"{square_m:.3g} m2"
 
 
+def vertices(count: int, radius: float, angle_rad: float) -> list[Point]:
+    """Return those of a regular polygon about the origin (m), the first at an angle from +x towards
+    +y, the others in that direction of turning; one alone is the origin.
+
+    >>> [(round(x), round(y)) for x, y in vertices(4, 50.0, 0.0)]
+    [(50, 0), (0, 50), (-50, 0), (0, -50)]
+    """
+    if count == 1:
+        return [(0.0, 0.0)]
+    angles = [angle_rad + 2.0 * math.pi * number / count for number in range(count)]
+    return [(radius * math.cos(angle), radius * math.sin(angle)) for angle in angles]
+
+
 def rectangle(size_x: float, size_y: float, turn: float = 0.0) -> Area:
     """Return the rectangle about the origin of two sides (m), turned by an angle (rad)."""
     box = Box(-size_x / 2, -size_y / 2, size_x / 2, size_y / 2)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Floats
-from .area import Area
+from .area import Area, vertices
 
 # Vessels that stray by less than this share of what they hear keep their stations.
 KEPT = 0.1
@@ -41,24 +41,7 @@ def formation(count: int, radius: float, angle_rad: float = 0.0) -> Floats:
     _check_length("formation radius", radius)
     if not math.isfinite(angle_rad):
         raise ValueError(f"a formation angle must be finite; met {angle_rad}; give radians")
-    if count == 1:
-        return np.zeros((1, 2))
-    angles = angle_rad + 2.0 * np.pi * np.arange(count) / count
-    return radius * np.column_stack((np.cos(angles), np.sin(angles)))
-
-
-def formation_radius(hf_range: float, clearance: float = 0.0) -> float:
-    """Return how far from the middle the paper puts its ASVs (m): HF range plus clearance.
-
-    Any clearance above 0 leaves the middle of the survey out of range of two or more ASVs.
-    Raises ValueError for lengths that are negative or not finite.  Source: eq. formation.
-
-    >>> formation_radius(50.0, 5.0)
-    55.0
-    """
-    _check_length("HF range", hf_range)
-    _check_length("clearance", clearance)
-    return hf_range + clearance
+    return np.array(vertices(count, radius, angle_rad))
 
 
 def ring_radius(asvs: ArrayLike) -> float:

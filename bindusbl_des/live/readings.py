@@ -21,7 +21,7 @@ from ..mission.sensor_errors import pressure_errors
 from ..protocol.happenings import Happening, Watch
 from ..protocol.hf.outcomes import Sight
 from ..records.events import Broadcast, Fix
-from ..setup import Setup, setup_of
+from ..setup import Setup
 from ..vehicles.currents import CONTROL_S
 
 # How often a second GNSS, compass and navigators say where they are: most receivers' default.
@@ -148,7 +148,7 @@ class Instruments:
         self._gnss = [streams.of(Purpose.GNSS_TELEGRAM, asv) for asv in asvs]
         self._compass = [streams.of(Purpose.COMPASS_TELEGRAM, asv) for asv in asvs]
         self._slow, self._before = (
-            slow_gnss(setup_of(scenario), streams),
+            slow_gnss(Setup.of(scenario), streams),
             [(math.nan, math.nan)] * len(asvs),
         )
         self._sd_m = scenario.usbl.gnss_sd_m
@@ -236,7 +236,7 @@ class Instruments:
         for auv, (x, y, z, yaw) in enumerate(states.truth.tolist()):
             name, (north, east) = f"AUV{auv}", states.estimate[auv].tolist()
             if self._is_wanted(name):
-                depth = z + float(pressure_errors(setup_of(scenario), self._streams, auv, now)[0])
+                depth = z + float(pressure_errors(Setup.of(scenario), self._streams, auv, now)[0])
                 covariance = states.covariance[auv].tolist()
                 yield EstimateReading(at_s, name, (north, east, depth), covariance, depth_sd)
                 if self._truth:

@@ -4,12 +4,11 @@ import math
 from collections.abc import Generator
 from dataclasses import replace
 from itertools import count
-from typing import TypeVar
 
+import numpy as np
 import simpy
 
 from ..acoustics.bursts import pairs
-from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams
 from ..navigation.gnss import GnssReceivers
 from ..navigation.navigators import Navigator
@@ -17,12 +16,11 @@ from ..protocol.access.serving import access_of, serve_at_random
 from ..protocol.broadcasters import broadcaster_named
 from ..protocol.dissemination import Announcing, Dissemination, Knowledge, LastHeard
 from ..protocol.downlinks import downlink_named
+from ..protocol.hf.band import HfBand
 from ..protocol.hf.outcomes import Measuring, Outcomes
-from ..protocol.hf.uplink import Uplink
 from ..protocol.mf.downlink import Deliveries, FrameBand, MfDownlink
 from ..protocol.network import Network
-from ..protocol.passive.beacons import Beacons, PassiveOutcomes
-from ..protocol.passive.network import OwnFixes, PassiveNetwork, take_turns
+from ..protocol.passive import OwnFixes, PassiveNetwork, take_turns
 from ..protocol.predicted_positions import PredictedPositions, prediction_of
 from ..protocol.ranging import ranging_of, strayed
 from ..protocol.replies import Replies
@@ -32,7 +30,6 @@ from ..protocol.schedules.view import known_of
 from ..protocol.steps import moment
 from ..protocol.tdma import serve
 from ..records.rows import Jacobians, Recorder, Rows
-from ..scenario.channel_settings import burst_s
 from ..setup import Setup
 from ..usbl.array import elements_of
 from ..usbl.instrument import Usbl
@@ -47,8 +44,6 @@ from .launch import launch_anchors, launch_asvs, launch_auvs, posed
 from .onboard import equip_auvs
 from .sensor_errors import systematic_errors_of, wrong_reckoning
 from .world import World
-
-HfBand = TypeVar("HfBand", Uplink, Beacons)
 
 
 def build_world(
@@ -150,7 +145,7 @@ def _network(
 ) -> Network:
     """Return both bands, and the surface fleet that works with them."""
     slots, protocol = setup.slots, setup.scenario.protocol
-    uplink = _on_hf(Uplink, setup, auvs, asvs, record, streams)
+    uplink = _on_hf(setup, auvs, asvs, record, streams)
     deliveries = MfDownlink(
         env,
         auvs,
@@ -163,9 +158,9 @@ def _network(
     )
     outcomes = Outcomes(
         uplink,
-        asvs,
         _measuring(setup, record, streams),
         strayed(setup, auvs),
+        streams,
         record,
         deliveries.frames if protocol.deafens_asvs else None,
     )
@@ -246,10 +241,11 @@ def _passive(
     streams: Streams,
 ) -> PassiveNetwork:
     """Return the HF band on which ASVs ping, and AUVs that fix themselves by that."""
-    beacons = _on_hf(Beacons, setup, auvs, asvs, record, streams)
-    outcomes = PassiveOutcomes(beacons, auvs, _measuring(setup, record, streams), record)
+    band = _on_hf(setup, auvs, asvs, record, streams)
+    still = np.zeros(len(auvs))  # nobody is called
+    outcomes = Outcomes(band, _measuring(setup, record, streams), still, streams, record)
     fixes = OwnFixes(env, auvs, navigator, record, outcomes)
-    return PassiveNetwork(env, setup.slots, auvs, asvs, record, beacons, outcomes, fixes)
+    return PassiveNetwork(env, setup.slots, auvs, asvs, record, band, outcomes, fixes)
 
 
 def _measuring(setup: Setup, record: Recorder, streams: Streams) -> Measuring:
@@ -263,23 +259,23 @@ def _measuring(setup: Setup, record: Recorder, streams: Streams) -> Measuring:
 
 
 def _on_hf(
-    kind: type[HfBand],
     setup: Setup,
     auvs: VehicleFleet,
     asvs: VehicleFleet,
     record: Recorder,
     streams: Streams,
 ) -> HfBand:
-    """Return the HF band of a kind: of the pings of AUVs and calls, or of the pings of ASVs."""
+    """Return the HF band of a scenario."""
     hf = setup.scenario.acoustics.hf
-    return kind(
+    return HfBand(
         auvs,
         asvs,
         setup.hf_band,
         setup.ping_channel or setup.ping_loss,
         streams,
         record,
-        pairs(burst_s(hf.channel), streams, Purpose.BURST, len(auvs), len(asvs)),
+        pairs(hf.burst_s, streams, Purpose.BURST, len(auvs), len(asvs)),
+        asvs_ping=setup.scenario.protocol.asvs_ping,
     )
 
 
@@ -297,7 +293,7 @@ def frame_band(setup: Setup, streams: Streams) -> FrameBand:
         capture,
         deafening,
         pairs(
-            burst_s(mf.channel),
+            mf.burst_s,
             streams,
             Purpose.FRAME_BURST,
             setup.scenario.auvs.count,
@@ -318,7 +314,7 @@ def carried(setup: Setup, streams: Streams) -> Usbl | Astray:
 def slow_errors(setup: Setup, streams: Streams) -> Rows | None:
     """Return the slow acoustic errors of each AUV and ASV; None where there are none."""
     usbl = setup.scenario.usbl
-    if is_plugin(usbl.model):
+    if usbl.model.is_own:
         return None
     counts = (
         len(elements_of(usbl.array)),

@@ -17,7 +17,7 @@ from ..vehicles.currents import CONTROL_S, carried, current_series, gauss_markov
 from ..vehicles.reckoning import Wrong
 
 if TYPE_CHECKING:
-    from ..vehicles.guidance import GuidedFleet
+    from ..vehicles.guidance.guided_fleet import GuidedFleet
 
 
 class MissionCurrent:
@@ -76,7 +76,9 @@ def guided_auvs(setup: Setup, water: MissionCurrent, wrong: Wrong | None) -> "Gu
 
     They steer by their estimates, and their dead reckoning is `wrong`; by the truth for None.
     """
-    from ..vehicles.guidance import DeparturePlan, GuidedFleet, SteeringDrift
+    from ..vehicles.guidance.departure import DeparturePlan
+    from ..vehicles.guidance.guided_fleet import GuidedFleet
+    from ..vehicles.guidance.sensing import SteeringDrift
 
     scenario, auvs, navigation = setup.scenario, setup.scenario.auvs, setup.scenario.navigation
     drift = None
@@ -106,7 +108,8 @@ def guided_asvs(
     water: MissionCurrent,
 ) -> "GuidedFleet":
     """Return the trajectories of all ASVs, which keep their stations by noisy GNSS positions."""
-    from ..vehicles.guidance import DeparturePlan, GuidedFleet
+    from ..vehicles.guidance.departure import DeparturePlan
+    from ..vehicles.guidance.guided_fleet import GuidedFleet
 
     scenario, asvs, count = setup.scenario, setup.scenario.asvs, setup.control_intervals
     noise = [

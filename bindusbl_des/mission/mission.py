@@ -19,13 +19,13 @@ from ..records.events import HEARD, Broadcast, GnssFix
 # What happens in a mission, and tables, are loaded by the first one: numba and Arrow take a second,
 # for which who only names missions does not wait.
 if TYPE_CHECKING:
+    from ..core.mistakes import ScenarioWarning
     from ..protocol.happenings import Happening, Watch
     from ..protocol.hf.outcomes import Sight
     from ..protocol.schedules.named import Schedule
     from ..protocol.steps import MissionEnvironment
     from ..results.result import Result
     from ..scenario.scenario import Scenario
-    from ..scenario.scenario_keys import ScenarioWarning
     from ..vehicles.poses import PoseSource
 
 # Half of what missions of up to a hundred AUVs leave is kept for the next one (bytes).
@@ -99,12 +99,13 @@ class Mission:
             ValueError: when the seed is not a whole number >= 0, the scenario names a schedule or
                 track that cannot be used, or the poses cannot be used, now or later.
         """
+        from ..setup import Setup
+
         if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
             raise ValueError(f"the seed must be a whole number >= 0, got {seed!r}")
         from ..protocol.steps import MissionEnvironment
         from ..scenario.families import ready_plugins
         from ..scenario.files.scenario_file import as_scenario
-        from ..setup import setup_of
         from .build import build_world
 
         self.scenario = as_scenario(scenario, allow_plugins=allow_plugins)
@@ -113,7 +114,7 @@ class Mission:
         with self._at_work():
             self._env = MissionEnvironment()
             ready_plugins(self.scenario)
-            setup = setup_of(self.scenario)
+            setup = Setup.of(self.scenario)
             self._world = build_world(self._env, setup, self.seed, poses, pose_step_s)
             if schedule is not None:
                 self._schedule_by(schedule)
@@ -423,6 +424,6 @@ class Mission:
         moved = self._world.auv_fleet.poses or self._world.asv_fleet.poses
         if moved is None:
             return []
-        from ..scenario.scenario_keys import ScenarioWarning
+        from ..core.mistakes import ScenarioWarning
 
         return [ScenarioWarning(f"{kind}.vehicle", moved.described) for kind in moved.kinds]

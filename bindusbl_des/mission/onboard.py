@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ..core.plugins import is_plugin
 from ..navigation.dead_reckoning import DeadReckoning
 from ..navigation.fix_update import WEIGHED, Rule
 from ..navigation.navigators import LinearNavigator, Navigator, OwnNavigator
@@ -34,7 +33,7 @@ def equip_auvs(
     else:
         fleet.guided.has_learnt = navigation.weighs
         steering = fleet.guided.corrections, fleet.guided.learnt
-    if is_plugin(navigation.filter):
+    if navigation.filter.is_own:
         make = own_part(NAVIGATOR, navigation.filter)
         made = navigation.filter, make, reckoning, steering[0]
         return reckoning, OwnNavigator(*made, record.receptions, record.gnss_fixes)

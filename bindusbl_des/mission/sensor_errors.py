@@ -6,7 +6,6 @@ from statistics import NormalDist
 import numpy as np
 
 from ..core.arrays import Floats
-from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams, normals
 from ..navigation.dead_reckoning import random_walk
 from ..records.rows import NONE, Rows
@@ -143,7 +142,7 @@ def systematic_errors_of(setup: Setup, streams: Streams) -> Systematic | None:
     """
     usbl, has_outliers = setup.scenario.usbl, setup.scenario.usbl.outlier_share > 0.0
     found = {kind.name: kind for kind in setup.taken.lasting_errors}
-    if is_plugin(usbl.model) or not (setup.lasting_errors or found or has_outliers):
+    if usbl.model.is_own or not (setup.lasting_errors or found or has_outliers):
         return None
     levels, variances = np.zeros(1, dtype=SYSTEMATIC), list[float]()
     known = levels[0]

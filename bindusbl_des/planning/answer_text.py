@@ -14,7 +14,7 @@ from ..geometry.geodesy import degrees_text, geodetic_from_ned, minutes_text
 from ..preflight.whereabouts import idle
 from ..results.result import scenario_sha256, versions
 from ..scenario.scenario import Scenario
-from ..setup import setup_of
+from ..setup import Setup
 from .candidates import Candidate, LeftOut, Predictor, band, excess, team_text
 from .doubting import Doubted, became_of, plainly
 from .folder import COMPLETE, CUT, shown_first
@@ -198,7 +198,7 @@ def caveats(found: Found) -> Iterator[str]:
             "teams were flown with protocol.downlink.reply: frame."
         )
     shown = found.question.base if found.shown is None else found.candidates[found.shown].scenario
-    for longer in idle(setup_of(shown)):
+    for longer in idle(Setup.of(shown)):
         yield f"{longer.key} {longer.message}."
     yield from _unvaried(found)
     yield from _predicted(found)

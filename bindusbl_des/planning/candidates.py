@@ -15,12 +15,12 @@ from ..advice.stations import Ways
 from ..campaigns.experiments.experiment import laid_over
 from ..core.arrays import Floats
 from ..core.facts import cached_property
+from ..core.plain_data import value_at
+from ..core.plain_yaml import read_yaml
 from ..core.wording import counted, plain
-from ..scenario.files.former_keys import key_now
-from ..scenario.files.overrides import value_at
-from ..scenario.files.plain_yaml import read_yaml
+from ..scenario.files import former_keys
 from ..scenario.scenario import Scenario
-from ..setup import Setup, setup_of
+from ..setup import Setup
 from .prediction.gathering import inputs_of
 from .prediction.inputs import STATED_ERROR, Inputs
 from .prediction.predicting import Prediction, predict
@@ -84,7 +84,10 @@ def _cost(question: Question, scenario: Scenario) -> float:
     for item, price in question.costs.items():
         key, equals, value = item.partition("=")
         if equals:
-            data, path = scenario.model_dump(mode="json"), key_now(key.strip()).split(".")
+            data, path = (
+                scenario.model_dump(mode="json"),
+                former_keys.key_now(key.strip()).split("."),
+            )
             if value_at(data, path) == read_yaml(value, item).data:
                 total += price
     return total
@@ -104,7 +107,7 @@ class Predictor:
 
     def inputs(self, scenario: Scenario) -> Inputs | None:
         """Return what predictions of a scenario are made of; None where it cannot be predicted."""
-        setup = setup_of(scenario)
+        setup = Setup.of(scenario)
         data = scenario.model_dump(mode="json")
         data["asvs"] = {**data["asvs"], "count": 0, "formation": None}
         key = json.dumps(data)

@@ -15,13 +15,12 @@ import numpy as np
 
 from ..campaigns.statistics.intervals import intervals
 from ..core.arrays import Floats
+from ..core.plain_data import value_at
 from ..geometry.formation import ring_radius
 from ..preflight.fix_chance import loses_pings
-from ..scenario.agreement.instruments import ASSUMED, taken_for
-from ..scenario.channel_settings import burst_s
-from ..scenario.declared import channel_named
-from ..scenario.files.overrides import put, value_at
-from ..scenario.sections.navigation import Drift
+from ..scenario.agreement.instruments import ASSUMED
+from ..scenario.files.overrides import put
+from ..scenario.scenario import Scenario
 from .candidates import (
     FORMATION,
     Candidate,
@@ -92,7 +91,7 @@ SHORTER, FASTER, DRIFTIER = 0.8, 1.01, 2.0
 LONGER, BURST_S = 3.0, 10.0
 
 # So much sooner errors of scale and heading wander off than a sheet is read, or if not at all.
-SOONER, USUAL_LINE_M = 3.0, Drift.model_fields["line_m"].default
+SOONER, USUAL_LINE_M = 3.0, Scenario.model_fields["navigation"].default.drift.line_m
 
 # Whether the goals are met in a condition is known with so much confidence, after so many missions
 # at most.
@@ -177,7 +176,7 @@ def _as_planned(team: Candidate, changed: Mapping[str, Any]) -> dict[str, Any]:
     chosen = team.scenario.navigation.filter
     if not team.scenario.navigation.weighs:
         return {}
-    planned = taken_for(team.scenario).model_dump(mode="json")
+    planned = team.setup.taken.scenario.model_dump(mode="json")
     assumes = deepcopy(dict(chosen.settings.get("assumes", {})))
     for key in changed:
         section, name, *_ = key.split(".")
@@ -189,11 +188,7 @@ def _as_planned(team: Candidate, changed: Mapping[str, Any]) -> dict[str, Any]:
 def _ranges(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield shorter ranges, the ASVs where they are; of a disc only, which they bound."""
     bands = team.scenario.acoustics
-    discs = [
-        name
-        for name, band in ((HF, bands.hf), (MF, bands.mf))
-        if channel_named(band.channel).ends_at_range
-    ]
+    discs = [name for name, band in ((HF, bands.hf), (MF, bands.mf)) if band.traits.ends_at_range]
     lengths = {HF: bands.hf.range_m, MF: bands.mf.range_m}
     if discs:
         keys = {f"{name}.range_m": float(f"{SHORTER * lengths[name]:.6g}") for name in discs}
@@ -204,11 +199,10 @@ def _ranges(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
 def _bursts(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield losses that come together, or last longer, where signals are lost at all."""
     bands = team.scenario.acoustics
-    lossy = {HF: bands.hf.channel} if loses_pings(team.setup) else {}
-    if team.scenario.protocol.sends_frames and not channel_named(bands.mf.channel).keeps_frames:
-        lossy[MF] = bands.mf.channel
-    given = {name: burst_s(channel) for name, channel in lossy.items()}
-    longer = {name: burst * LONGER for name, burst in given.items() if burst is not None}
+    lossy: dict[str, float | None] = {HF: bands.hf.burst_s} if loses_pings(team.setup) else {}
+    if team.scenario.protocol.sends_frames and not bands.mf.traits.keeps_frames:
+        lossy[MF] = bands.mf.burst_s
+    longer = {name: burst * LONGER for name, burst in lossy.items() if burst is not None}
     if longer:
         keys = {f"{name}.channel.burst_s": float(f"{burst:.3g}") for name, burst in longer.items()}
         yield f"losses last {LONGER:g} times as long", keys

@@ -16,9 +16,9 @@ from ..records.metrics import SHARES, name_of, unit_of
 from ..report.page import THEME, assembled, asset, filled, table
 from ..report.run_data import survey_data
 from ..report.run_page import footer
-from ..scenario.declared import NAVIGATORS
+from ..scenario import declared
 from ..scenario.scenario import Scenario
-from ..setup import Setup, setup_of
+from ..setup import Setup
 from .doubting import became_of
 from .folder import shown_first
 from .prediction.gathering import inputs_of
@@ -178,12 +178,12 @@ def _differing(plain: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
 def _filters(scenario: Scenario, own: dict[str, Any]) -> Iterator[tuple[str, Any]]:
     """Yield each filter that the scenario can have beside its own settings, and what it changes."""
     data = scenario.model_dump()
-    for name in NAVIGATORS:
+    for name in declared.NAVIGATORS:
         own_filter = scenario.navigation.filter
         filtered = own_filter if own_filter == name else name  # with its settings
         changed = {**data, "navigation": {**data["navigation"], "filter": filtered}}
         with suppress(ValueError):
-            plain = inputs_of(setup_of(Scenario.model_validate(changed))).plain()
+            plain = inputs_of(Setup.of(Scenario.model_validate(changed))).plain()
             yield name, {"navigator": plain["navigator"], **_differing(plain, own)}
 
 

@@ -52,14 +52,12 @@ from ..campaigns.running import check_plugins, remove_own
 from ..core.arrays import Floats
 from ..core.files import write_text
 from ..core.process import in_notebook
+from ..core.shipped import located
 from ..core.wording import counted, did_you_mean
 from ..export.chart_files import thinned
 from ..mission.simulation import simulate
-from ..scenario.families import leave_of
-from ..scenario.files.shipped import located
 from ..scenario.scenario import Scenario
-from ..scenario.scenario_keys import Record
-from ..setup import setup_of
+from ..setup import Setup
 from .answer_text import Found, Ways, best_text, best_yaml, ranked, record, summary
 from .candidates import Candidate, Predictor, further, narrowed
 from .doubting import SEEDS, Doubted, doubted, doubts, teams_of, with_costlier
@@ -197,7 +195,7 @@ def admitted(question: Question, allow_plugins: bool) -> None:
     """
     check_plugins(Missions(question.experiment), allow_plugins)
     for point in range(len(question.experiment.points)):
-        _ = setup_of(question.experiment.scenario(point)).kept_stations_m
+        _ = Setup.of(question.experiment.scenario(point)).kept_stations_m
 
 
 def planned(question: Question, folder: Path, budget: Budget, workers: int | None = None) -> Plan:
@@ -313,7 +311,7 @@ def _written(found: Found, folder: Path) -> Plan:
     scenario = found.question.source or str(folder / MISSIONS / "scenario.yaml")
     team = found.team
     file, keys = (str(folder / BEST), team.scenario) if team else (scenario, found.question.base)
-    run = f"bindusbl-des run {quote(file)}{leave_of(keys)}"
+    run = f"bindusbl-des run {quote(file)}{' --allow-plugins' * bool(keys.plugins)}"
     plan_record = {**record(found, run, _ways(found)), "scenario": scenario}
     if found.team is None:
         (folder / BEST).unlink(missing_ok=True)
@@ -333,7 +331,7 @@ def _ways(found: Found) -> Ways | None:
     if shown is None or not found.candidates[shown].moves:
         return None
     team, seed = found.candidates[shown].scenario, found.question.seeds()[0]
-    full = Record(detail="full", metrics_from_s=team.record.metrics_from_s)
+    full = type(team.record)(detail="full", metrics_from_s=team.record.metrics_from_s)
     tracks = simulate(team.model_copy(update={"record": full}), seed).tables["tracks"]
     vessels = [tracks[tracks.vehicle == f"ASV{asv}"] for asv in range(team.asvs.count)]
     ways = [thinned(rows[["x_m", "y_m"]].to_numpy()).round(2).tolist() for rows in vessels]
@@ -350,4 +348,4 @@ def _page(found: Found, plan_record: dict[str, Any]) -> str:
     ]
     ways = plan_record["ways"]
     moving = {} if ways is None or found.shown is None else {found.shown: ways}
-    return plan_page(plan_record, chart_of(setup_of(base), inputs, each, moving))
+    return plan_page(plan_record, chart_of(Setup.of(base), inputs, each, moving))

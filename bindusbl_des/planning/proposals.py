@@ -12,7 +12,6 @@ from typing import Any
 from ..advice.stations import Ways
 from ..core.wording import counted
 from ..scenario import declared
-from ..scenario.declared import downlink_named
 from ..scenario.scenario import Scenario
 from ..setup import Setup
 from .candidates import (
@@ -216,7 +215,7 @@ def _protocols(setup: Setup, point: Keys) -> Iterator[dict[str, Any]]:
         changed = {SCHEDULE: (schedule, own[0]), DOWNLINK: (downlink, own[1])}
         keys = {key: new for key, (new, old) in changed.items() if new != old}
         yield from [keys] if keys else []
-        if waits and not downlink_named(downlink).replies:
+        if waits and not declared.downlink_named(downlink).replies:
             yield {**keys, SHORTEST_SLOT: 0.0}
 
 

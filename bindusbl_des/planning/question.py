@@ -22,11 +22,12 @@ from ..campaigns.experiments.experiment_file import (
 from ..campaigns.experiments.experiment_points import is_experiment, is_number, is_plan
 from ..campaigns.experiments.options import Options, PythonArguments
 from ..core.facts import cached_property
+from ..core.mistakes import FilePlace, Mistake, ScenarioError
+from ..core.plain_data import Path
+from ..core.plain_yaml import Document, read_text, read_yaml
+from ..core.shipped import shipped
 from ..core.wording import described, did_you_mean
-from ..scenario.files.mistakes import FilePlace, Mistake, ScenarioError
-from ..scenario.files.plain_yaml import Document, Path, read_yaml
-from ..scenario.files.scenario_file import Source, read_text
-from ..scenario.files.shipped import shipped
+from ..scenario.files.scenario_file import Source
 from ..scenario.scenario import Scenario
 from .selection.goals import Goal, Of, goal_of, goals_in
 

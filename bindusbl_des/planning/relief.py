@@ -3,20 +3,24 @@
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..advice.changes import changed, proposals
 from ..results.effects import Foreseen
-from ..setup import Setup, setup_of
+from ..setup import Setup
 from .candidates import Candidate, Predictor, excess, value_of
 from .prediction.gathering import inputs_of
-from .prediction.inputs import Chances, Inputs, SystematicErrors
+from .prediction.inputs import Chances, Inputs
 from .prediction.predicting import predict
 from .selection.goals import Goal, value_text
 
 if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
     from ..results.result import Result
 
+
+Record = TypeVar("Record", bound="DataclassInstance")
 
 # Less than this share of a value is no gain.
 NOTEWORTHY = 0.01
@@ -68,7 +72,8 @@ def _reliefs(inputs: Inputs, candidate: Candidate, goal: Goal, now: float) -> It
 def _reach(inputs: Inputs) -> Inputs:
     """Double the ranges, and nothing of the slots that depend on them."""
     slots = inputs.slots
-    systematic = _clocks_as_before(inputs)
+    # what clocks err by in metres, where slots are reckoned with twice the speed of sound
+    systematic = _over(2, inputs.systematic, "clock_s")
     as_before = replace(
         slots, sound_speed_m_per_s=2 * slots.sound_speed_m_per_s, deepest_m=2 * slots.deepest_m
     )
@@ -76,87 +81,53 @@ def _reach(inputs: Inputs) -> Inputs:
     return replace(inputs, hf=hf, mf=mf, slots=as_before, systematic=systematic)
 
 
-def _clocks_as_before(inputs: Inputs) -> SystematicErrors:
-    """Keep what clocks err by in metres where slots are reckoned with twice the speed of sound."""
-    return replace(inputs.systematic, clock_s=inputs.systematic.clock_s / 2)
-
-
 def _longer(band: Chances) -> Chances:
     return replace(band, range_m=2 * band.range_m, step_m=2 * band.step_m)
 
 
+def _over(divisor: float, whole: Record, *names: str) -> Record:
+    """Return a record in which some numbers, those that it has, are divided."""
+    own = {name: getattr(whole, name) for name in names}
+    return replace(whole, **{name: one / divisor for name, one in own.items() if one is not None})
+
+
 def _uplink(inputs: Inputs) -> Inputs:
-    slots = inputs.slots
-    fixed = slots.fixed_uplink_s
+    times = "ping_s", "turnaround_s", "uplink_guard_s", "shortest_uplink_s", "fixed_uplink_s"
+    slots = _over(2, inputs.slots, *times)
     return replace(
         inputs,
-        slots=replace(
-            slots,
-            ping_s=slots.ping_s / 2,
-            turnaround_s=slots.turnaround_s / 2,
-            uplink_guard_s=slots.uplink_guard_s / 2,
-            shortest_uplink_s=slots.shortest_uplink_s / 2,
-            fixed_uplink_s=None if fixed is None else fixed / 2,
-            sound_speed_m_per_s=2 * slots.sound_speed_m_per_s,
-        ),
-        systematic=_clocks_as_before(inputs),
-        access=replace(inputs.access, frame_s=inputs.access.frame_s / 2),
+        slots=replace(slots, sound_speed_m_per_s=2 * slots.sound_speed_m_per_s),
+        systematic=_over(2, inputs.systematic, "clock_s"),
+        access=_over(2, inputs.access, "frame_s"),
     )
 
 
 def _downlink(inputs: Inputs) -> Inputs:
-    slots = inputs.slots
-    halved = replace(
-        slots,
-        downlink_s=slots.downlink_s / 2,
-        frame_s=slots.frame_s / 2,
-        answer_s=slots.answer_s / 2,
-    )
-    return replace(inputs, slots=halved)
+    return replace(inputs, slots=_over(2, inputs.slots, "downlink_s", "frame_s", "answer_s"))
 
 
 def _noise(inputs: Inputs) -> Inputs:
-    noise, systematic = inputs.noise, inputs.systematic
+    variances = "along_m2", "across_m2", "down_m2", "leaning_m2"
+    lasting = "misalignment_rad", "gnss_m", "sound_speed_share", "clock_s"
     return replace(
         inputs,
-        noise=replace(
-            noise,
-            along_m2=noise.along_m2 / 4,
-            across_m2=noise.across_m2 / 4,
-            down_m2=noise.down_m2 / 4,
-            leaning_m2=noise.leaning_m2 / 4,
-        ),
-        systematic=replace(
-            systematic,
-            misalignment_rad=systematic.misalignment_rad / 2,
-            gnss_m=systematic.gnss_m / 2,
-            sound_speed_share=systematic.sound_speed_share / 2,
-            clock_s=systematic.clock_s / 2,
-        ),
+        noise=_over(4, inputs.noise, *variances),
+        systematic=_over(2, inputs.systematic, *lasting),
     )
 
 
 def _drift(inputs: Inputs) -> Inputs:
-    navigator = inputs.navigator
     sources = tuple(
         replace(
-            source,
+            _over(4, source, "wander_per_s"),
             mean=_halved(source.mean),
             drawn_sd=_halved(source.drawn_sd),
             assumed_sd=_halved(source.assumed_sd),
-            wander_per_s=source.wander_per_s / 4,
         )
-        for source in navigator.sources
+        for source in inputs.navigator.sources
     )
-    return replace(
-        inputs,
-        navigator=replace(
-            navigator,
-            sources=sources,
-            walk_m2_per_s=navigator.walk_m2_per_s / 4,
-            assumed_walk_m2_per_s=navigator.assumed_walk_m2_per_s / 4,
-        ),
-    )
+    navigator = _over(4, inputs.navigator, "walk_m2_per_s", "assumed_walk_m2_per_s")
+    return replace(inputs, navigator=replace(navigator, sources=sources))
 
 
 def _halved(pair: tuple[float, float]) -> tuple[float, float]:
@@ -189,7 +160,7 @@ def foreseen(result: "Result") -> tuple[Foreseen, ...]:
         with suppress(ValueError):  # it cannot be predicted
             scenario = changed(result.scenario, change.settings)
             assert scenario is not None  # as it was proposed
-            then = _error(setup_of(scenario))
+            then = _error(Setup.of(scenario))
             known = best.get(change.kind)
             if then < (1.0 - WORTHWHILE) * now and (known is None or then < known.then_m):
                 best[change.kind] = Foreseen(change.words, change.lines, now, then)

@@ -7,14 +7,11 @@ from collections.abc import Iterator
 from itertools import combinations
 from typing import Any
 
+from ..core.mistakes import Problem
 from ..core.wording import plain
 from ..presets.modems import airtime_table
 from ..scenario.channel_settings import read_curve
-from ..scenario.declared import channel_named, navigator_named
 from ..scenario.scenario import Scenario
-from ..scenario.scenario_keys import Problem
-from ..scenario.sections.acoustics import modem_values
-from ..scenario.site import longest_path
 from ..setup import Setup
 from .whereabouts import shapes
 
@@ -33,10 +30,8 @@ SAFE_M = 200.0
 def modems(setup: Setup) -> Iterator[Problem]:
     """Yield which keys have other values than the sheet of their band's modem."""
     scenario = setup.scenario
-    for name, band in (("hf", scenario.acoustics.hf), ("mf", scenario.acoustics.mf)):
-        if band.modem is None:
-            continue
-        for key, value in modem_values(band.modem, type(band)).items():
+    for name, band in scenario.acoustics.bands.items():
+        for key, value in band.stated.items():
             given = getattr(band, key)
             if not _same(key, given, value):
                 yield Problem(
@@ -51,12 +46,11 @@ def overheads(setup: Setup) -> Iterator[Problem]:
     """Yield that a bit rate is given without a word on what is sent beside the user's bits."""
     scenario = setup.scenario
     mf, given = scenario.acoustics.mf, scenario.acoustics.mf.model_fields_set
-    stated = {} if mf.modem is None else modem_values(mf.modem, type(mf))
     is_paper = mf.bit_rate_bps == type(mf).model_fields["bit_rate_bps"].default
     if (
         "bit_rate_bps" in given
         and not is_paper
-        and "overhead" not in {*given, *stated}
+        and "overhead" not in {*given, *mf.stated}
         and mf.airtimes is None
         and scenario.protocol.sends_frames
     ):
@@ -93,7 +87,7 @@ def deliveries(setup: Setup) -> Iterator[Problem]:
         if (found := delivery(setup, band)) is None or found[1] >= HALF:
             continue
         reach, chance, half_m = found
-        on_disc = channel_named(getattr(scenario.acoustics, band).channel).ends_at_range
+        on_disc = scenario.acoustics.bands[band].traits.ends_at_range
         chooser = "acoustics.loss.law" if on_disc else f"acoustics.{band}.channel"
         other = ", or acoustics.loss.law scaled" if on_disc and loss.law != "scaled" else ""
         most = f"at least half of them up to {half_m:.4g} m" if half_m else "nowhere half of them"
@@ -121,9 +115,9 @@ def _steep(scenario: Scenario) -> Iterator[tuple[str, str]]:
     deepest, protocol = scenario.survey.deepest, scenario.protocol
     for name, band in (("hf", scenario.acoustics.hf), ("mf", scenario.acoustics.mf)):
         used = name == "hf" or protocol.sends_frames
-        on_disc = used and channel_named(band.channel).ends_at_range
+        on_disc = used and band.traits.ends_at_range
         if on_disc and band.range_metric == "horizontal" and deepest > STEEP * band.range_m:
-            slant = longest_path(band.range_m, deepest, band.range_metric)
+            slant = band.longest_path_m(deepest)
             level = math.sqrt(max(band.range_m**2 - deepest**2, 0.0))
             least = f"{level:.4g} m, seen from above" if level else "none of them"
             yield (
@@ -160,10 +154,10 @@ def tables(setup: Setup) -> Iterator[Problem]:
 def echoes(setup: Setup) -> Iterator[Problem]:
     """Yield that echoes of a smooth surface shift fixes by what no covariance includes."""
     scenario = setup.scenario
-    channel = scenario.acoustics.hf.channel
-    has_echoes = channel_named(channel).has_echoes and channel.settings.get("bottom_m") is not None
+    hf, channel = scenario.acoustics.hf, scenario.acoustics.hf.channel
+    has_echoes = hf.traits.has_echoes and channel.settings.get("bottom_m") is not None
     is_smooth = has_echoes and not channel.settings.get("surface_sd_m")
-    if is_smooth and navigator_named(scenario.navigation.filter).weighs:
+    if is_smooth and scenario.navigation.weighs:
         yield Problem(
             "acoustics.hf.channel.bottom_m",
             "with a smooth surface, which is assumed, echoes shift many fixes alike, by what no "
@@ -179,11 +173,8 @@ def _may_lose_half(scenario: Scenario, band: str) -> bool:
     """
     hf, loss = scenario.acoustics.hf, scenario.acoustics.loss
     if band == "mf":
-        return (
-            not channel_named(scenario.acoustics.mf.channel).ends_at_range
-            and scenario.protocol.sends_frames
-        )
-    if not channel_named(hf.channel).ends_at_range:
+        return not scenario.acoustics.mf.traits.ends_at_range and scenario.protocol.sends_frames
+    if not hf.traits.ends_at_range:
         return True
     away = math.hypot(hf.range_m, scenario.survey.deepest)
     shrink = min(1.0, SAFE_M / 2.0 / hf.range_m) if loss.law == "scaled" else 1.0

@@ -9,11 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..acoustics.channel import AskedChannel, between
-from ..acoustics.loss import losses
 from ..core.arrays import Flags, Floats, Ints
-from ..core.plugins import is_plugin
-from ..scenario.declared import DOWNLINKS, BroadcasterTraits, channel_named
-from ..scenario.site import longest_path
+from ..scenario import declared
 from ..setup import Setup
 
 # The range within which pings are heard is looked for among so many; where nothing ends it among
@@ -142,7 +139,7 @@ def fix_chance(setup: Setup, stations: ArrayLike, places: ArrayLike) -> Floats |
     auvs = np.asarray(places, dtype=float)
     asvs = np.pad(np.asarray(stations, dtype=float), ((0, 0), (0, 1)))
     acoustics, frames = scenario.acoustics, scenario.protocol.sends_frames
-    if is_plugin(acoustics.hf.channel) or (frames and is_plugin(acoustics.mf.channel)):
+    if acoustics.hf.channel.is_own or (frames and acoustics.mf.channel.is_own):
         return None
     ahead = told_ahead(setup, scenario.protocol.downlink)
 
@@ -161,7 +158,7 @@ def told_ahead(setup: Setup, downlink: str) -> int:
     """
     if not setup.tells_slots or setup.scenario.protocol.dissemination.missed != "silent":
         return 0
-    return DOWNLINKS[downlink].tells_ahead if downlink in DOWNLINKS else 0
+    return declared.DOWNLINKS[downlink].tells_ahead if downlink in declared.DOWNLINKS else 0
 
 
 def made_and_delivered(
@@ -239,7 +236,11 @@ def by_first(heard: Floats, delivered: Floats, away: Floats) -> Floats:
 
 
 def senders(
-    rule: BroadcasterTraits, heard: Floats, away: Floats, located: Floats, frame: Ints | None
+    rule: declared.BroadcasterTraits,
+    heard: Floats,
+    away: Floats,
+    located: Floats,
+    frame: Ints | None,
 ) -> Ints:
     """Return which ASV sends each AUV's fix (..., n), where who hears most or is nearest does.
 
@@ -267,11 +268,11 @@ def ping_chance(setup: Setup, slants: Floats, depth: float) -> Floats | None:
     Of the disc inside its reach, which does not count here.  None: a channel of somebody's own.
     """
     scenario = setup.scenario
-    if is_plugin(scenario.acoustics.hf.channel):
+    if scenario.acoustics.hf.channel.is_own:
         return None
     channel = setup.ping_channel
     if channel is None:
-        return np.asarray(1.0 - losses(slants, *setup.ping_loss))
+        return np.asarray(1.0 - setup.ping_loss.over(slants))
     return _decoded(channel, *below(slants, depth), scenario.acoustics.hf.range_m, False)[:, 0]
 
 
@@ -282,7 +283,7 @@ def frame_chance(
     :func:`ping_chance`.
     """
     mf = setup.scenario.acoustics.mf
-    if is_plugin(mf.channel):
+    if mf.channel.is_own:
         return None
     channel = _frames(setup, fixes)
     if channel is None:
@@ -299,8 +300,8 @@ def delivery(setup: Setup, band: str) -> tuple[float, float, float] | None:
     scenario = setup.scenario
     hf, depth = scenario.acoustics.hf, scenario.survey.deepest
     reach = hf.range_m if band == "hf" else scenario.acoustics.mf.range_m
-    if band == "hf" and channel_named(hf.channel).ends_at_range:
-        reach = longest_path(reach, depth, hf.range_metric)
+    if band == "hf" and hf.traits.ends_at_range:
+        reach = hf.longest_path_m(depth)
     ranges = np.linspace(min(depth, reach), reach, LOOKED_UP)
     chance = partial(ping_chance if band == "hf" else frame_chance, setup, depth=depth)
     if (at_range := chance(ranges[-1:])) is None:
@@ -313,11 +314,11 @@ def loses_pings(setup: Setup) -> bool:
     """Tell whether an ASV that should hear a ping may miss it, were nothing to overlap it."""
     scenario = setup.scenario
     hf = scenario.acoustics.hf
-    if is_plugin(hf.channel) or not channel_named(hf.channel).ends_at_range:
+    if hf.channel.is_own or not hf.traits.ends_at_range:
         return True
-    reach = longest_path(hf.range_m, scenario.survey.deepest, hf.range_metric)
+    reach = hf.longest_path_m(scenario.survey.deepest)
     ranges = np.linspace(0.0, reach, LOOKED_UP)
-    return bool(losses(ranges, *setup.ping_loss).max() > 0.0)
+    return bool(setup.ping_loss.over(ranges).max() > 0.0)
 
 
 Rings = tuple[tuple[float, float], ...]
@@ -332,9 +333,9 @@ def heard_rings(setup: Setup) -> Rings:
     scenario = setup.scenario
     hf, depth = scenario.acoustics.hf, scenario.survey.deepest
     reach = setup.horizontal_reach_m
-    if is_plugin(hf.channel):
+    if hf.channel.is_own:
         return ((0.0, reach),)
-    farthest = reach if channel_named(hf.channel).ends_at_range else FARTHEST_M
+    farthest = reach if hf.traits.ends_at_range else FARTHEST_M
     level = np.append(0.0, farthest * np.geomspace(1e-6, 1.0, MANY))
     return _rings(level, lambda away: ping_chance(setup, np.hypot(away, depth), depth))
 
@@ -367,7 +368,7 @@ def _heard(setup: Setup, auvs: Floats, asvs: Floats) -> Floats:
         return _decoded(channel, auvs, asvs, hf.range_m, False)
     away = _apart(auvs, asvs)
     counted = away if hf.range_metric == "slant" else _apart(auvs, asvs, axes=2)
-    lost = losses(away.ravel(), *setup.ping_loss).reshape(away.shape)
+    lost = setup.ping_loss.over(away.ravel()).reshape(away.shape)
     return np.where(counted <= hf.range_m, 1.0 - lost, 0.0)
 
 

@@ -9,14 +9,12 @@ Settings of channels, instruments and casts that another setting leaves nothing 
 from collections.abc import Iterator
 from typing import Any
 
+from ..core.mistakes import Problem
 from ..core.wording import plain
-from ..scenario.channel_settings import burst_s
-from ..scenario.declared import CHANNELS, channel_named, instrument_named
+from ..scenario import declared
 from ..scenario.families import FAMILIES
-from ..scenario.key_types import Part
 from ..scenario.part_choice import PartChoice
 from ..scenario.scenario import Scenario
-from ..scenario.scenario_keys import Environment, Problem
 from ..scenario.sections.vehicles import VehicleChoice
 from ..setup import Setup
 from .idle_rules import (
@@ -34,17 +32,17 @@ from .idle_rules import (
 )
 
 MATCHED_FILTERS = ("non_coherent", "coherent", "rayleigh")
-USUAL_LAW = Environment.model_fields["sound_speed_law"].default
+USUAL_LAW = Scenario.model_fields["environment"].default.sound_speed_law
 
 
 def sheet(setup: Setup) -> Iterator[Problem]:
     """Yield what a USBL's sheet says of signal-to-noise ratios where there are none."""
     scenario = setup.scenario
-    channel = scenario.acoustics.hf.channel
-    if "reference_snr_db" in scenario.usbl.model.settings and not channel_named(channel).has_levels:
+    hf = scenario.acoustics.hf
+    if "reference_snr_db" in scenario.usbl.model.settings and not hf.traits.has_levels:
         yield Problem(
             "usbl.model.reference_snr_db",
-            f"has no effect with acoustics.hf.channel: {channel} (it gives no signal-to-noise "
+            f"has no effect with acoustics.hf.channel: {hf.channel} (it gives no signal-to-noise "
             "ratio, angles are as stated); remove it",
             ("acoustics.hf.channel",),
         )
@@ -71,14 +69,14 @@ def sonar(setup: Setup) -> Iterator[Problem]:
     """Yield settings of a sonar that do nothing here."""
     scenario = setup.scenario
     settings, model = scenario.acoustics.hf.channel.settings, scenario.usbl.model
-    if "timing" in settings and not instrument_named(model).times_arrivals:
+    if "timing" in settings and not setup.instrument.times_arrivals:
         yield Problem(
             "acoustics.hf.channel.timing",
             f"has no effect with usbl.model: {model} (how directions err is said there, arrivals "
             "at an array are not timed); remove it",
             ("usbl.model",),
         )
-    if channel_named(scenario.acoustics.hf.channel).has_echoes and scenario.protocol.asvs_ping:
+    if scenario.acoustics.hf.traits.has_echoes and scenario.protocol.asvs_ping:
         for name in {"bottom_m", "surface_sd_m", "transducer_m"} & settings.keys():
             yield Problem(
                 f"acoustics.hf.channel.{name}",
@@ -94,11 +92,10 @@ LEVELS = ("source_level_db", "directivity_index_db", "wind_m_per_s", "shipping",
 def levels(setup: Setup) -> Iterator[Problem]:
     """Yield settings of channels with levels that another of their settings leaves out."""
     scenario = setup.scenario
-    for band in ("hf", "mf"):
-        channel = getattr(scenario.acoustics, band).channel
-        if not channel_named(channel).has_levels:
+    for band, section in scenario.acoustics.bands.items():
+        if not section.traits.has_levels:
             continue
-        given = channel.settings
+        given = section.channel.settings
         decoding = given.get("decoding", "threshold")
         for name, chooser, chosen, idle in (
             ("ph", "absorption", given.get("absorption"), given.get("absorption") == "thorp"),
@@ -128,15 +125,15 @@ def levels(setup: Setup) -> Iterator[Problem]:
 def bursts(setup: Setup) -> Iterator[Problem]:
     """Yield how long losses last where nothing is lost."""
     scenario = setup.scenario
-    hf, mf = scenario.acoustics.hf.channel, scenario.acoustics.mf.channel
-    if burst_s(mf) is not None and channel_named(mf).keeps_frames:
+    hf, mf = scenario.acoustics.hf, scenario.acoustics.mf
+    if mf.burst_s is not None and mf.traits.keeps_frames:
         yield Problem(
             "acoustics.mf.channel.burst_s",
-            f"has no effect with acoustics.mf.channel: {mf} (within its range it loses no frame); "
-            "remove it",
+            f"has no effect with acoustics.mf.channel: {mf.channel} (within its range it "
+            "loses no frame); remove it",
             ("acoustics.mf.channel",),
         )
-    if burst_s(hf) is None:
+    if hf.burst_s is None:
         return
     from .fix_chance import loses_pings  # brings numpy, which few scenarios wait for
 
@@ -145,7 +142,7 @@ def bursts(setup: Setup) -> Iterator[Problem]:
         yield Problem(
             "acoustics.hf.channel.burst_s",
             f"has no effect with acoustics.loss.law: {law} over acoustics.hf.range_m: "
-            f"{plain(scenario.acoustics.hf.range_m)} (no ping is lost on its way); remove it",
+            f"{plain(hf.range_m)} (no ping is lost on its way); remove it",
             ("acoustics.loss.law", "acoustics.hf.range_m"),
         )
 
@@ -234,12 +231,12 @@ RULES = (
         "how likely signals are lost only the plug-in says",
     ),
     Idle(
-        {"acoustics.hf.channel": names(CHANNELS, lambda traits: not traits.ends_at_range)},
+        {"acoustics.hf.channel": names(declared.CHANNELS, lambda traits: not traits.ends_at_range)},
         tuple(f"acoustics.loss.{name}" for name in ("law", "combine", "contention_per_auv", "cap")),
         "the law of the disc's loss; this channel says itself how likely signals are lost",
     ),
     Idle(
-        {"acoustics.mf.channel": names(CHANNELS, lambda traits: traits.reach_of_its_own)},
+        {"acoustics.mf.channel": names(declared.CHANNELS, lambda traits: traits.reach_of_its_own)},
         ("acoustics.mf.range_m", "acoustics.mf.range_metric"),
         "the curve says how far frames are decoded",
     ),
@@ -383,9 +380,9 @@ def _is_given(scenario: Scenario, key: str, *, but_defaults: bool) -> bool:
     return not but_defaults or getattr(part, last) != type(part).model_fields[last].default
 
 
-def _is_whole(part: Part) -> bool:
+def _is_whole(part: Any) -> bool:
     """Tell whether every key is set, as where a scenario was written out by the program itself."""
     values = [getattr(part, name) for name in type(part).model_fields]
     return part.model_fields_set == set(type(part).model_fields) and all(
-        _is_whole(value) for value in values if isinstance(value, Part)
+        _is_whole(value) for value in values if hasattr(value, "model_fields_set")
     )

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from ..core.plugins import is_plugin
-from ..scenario.declared import DOWNLINKS, INSTRUMENTS, KNOWLEDGES, NAVIGATORS, RANGINGS, SCHEDULES
-from ..scenario.sections.usbl import UsblSection
+from ..scenario import declared
+from ..scenario.scenario import Scenario
 from ..setup import Setup
 
 
@@ -40,15 +40,17 @@ def _arrive_late(setup: Setup) -> bool:
     return setup.scenario.acoustics.mf.range_m > slots.downlink_guard * slots.sound_speed
 
 
-ASVS_PING = names(RANGINGS, lambda traits: traits.asvs_ping)
-CALLS = names(RANGINGS, lambda traits: traits.calls)
-OWN_CLOCKS = names(RANGINGS, lambda traits: traits.own_clocks)
-REPLIES = names(DOWNLINKS, lambda traits: traits.replies)
-FRAMED = names(SCHEDULES, lambda traits: traits.framed)
-RANDOM = names(SCHEDULES, lambda traits: traits.random_access)
-UNSLOTTED = names(SCHEDULES, lambda traits: traits.access in ("poisson", "sensing"))
-POLLED = names(SCHEDULES, lambda traits: traits.calls)
-ALONE = names(SCHEDULES, lambda traits: traits.groups in ("each", "frame") and not traits.calls)
+ASVS_PING = names(declared.RANGINGS, lambda traits: traits.asvs_ping)
+CALLS = names(declared.RANGINGS, lambda traits: traits.calls)
+OWN_CLOCKS = names(declared.RANGINGS, lambda traits: traits.own_clocks)
+REPLIES = names(declared.DOWNLINKS, lambda traits: traits.replies)
+FRAMED = names(declared.SCHEDULES, lambda traits: traits.framed)
+RANDOM = names(declared.SCHEDULES, lambda traits: traits.random_access)
+UNSLOTTED = names(declared.SCHEDULES, lambda traits: traits.access in ("poisson", "sensing"))
+POLLED = names(declared.SCHEDULES, lambda traits: traits.calls)
+ALONE = names(
+    declared.SCHEDULES, lambda traits: traits.groups in ("each", "frame") and not traits.calls
+)
 
 
 class Idle(NamedTuple):
@@ -81,7 +83,7 @@ KNOWLEDGE = (
         "AUVs ping as they like, or are called: they need no slot",
     ),
     Idle(
-        {"protocol.knowledge": names(KNOWLEDGES, lambda traits: not traits.by_frames)},
+        {"protocol.knowledge": names(declared.KNOWLEDGES, lambda traits: not traits.by_frames)},
         TOLD,
         "all AUVs know the schedule at once",
     ),
@@ -103,7 +105,7 @@ KNOWLEDGE = (
 )
 
 
-UNFRAMED = names(SCHEDULES, lambda traits: not traits.framed and not traits.random_access)
+UNFRAMED = names(declared.SCHEDULES, lambda traits: not traits.framed and not traits.random_access)
 BROADCASTS = (
     "acoustics.mf.range_m", "acoustics.mf.range_metric", "acoustics.mf.channel",
     "acoustics.mf.bit_rate_bps", "acoustics.mf.overhead",
@@ -175,13 +177,17 @@ PROTOCOL = (
         "pings are answered as they come, in no slots",
     ),
     Idle(
-        {"protocol.downlink": names(DOWNLINKS, lambda traits: traits.waits or traits.replies)},
+        {
+            "protocol.downlink": names(
+                declared.DOWNLINKS, lambda traits: traits.waits or traits.replies
+            )
+        },
         ("protocol.duplex",),
         "nobody pings while a frame is on the air or arriving",
         but=lambda setup: setup.scenario.protocol.random_access or _arrive_late(setup),
     ),
     Idle(
-        {"protocol.schedule": names(SCHEDULES, lambda traits: traits.pace == "packed")},
+        {"protocol.schedule": names(declared.SCHEDULES, lambda traits: traits.pace == "packed")},
         ("protocol.uplink_guard_s", "protocol.shortest_uplink_slot_s"),
         "arrivals are packed, there are no slots of T_UL",
         but=passive,
@@ -239,7 +245,11 @@ CLOCKS = ("navigation.clock_offset_sd_s", "navigation.clock_drift_sd")
 
 # Vessels keep their stations by GNSS, too.
 BESIDES = ("preset", "model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_constant_s")
-ARRAY = tuple(f"usbl.{name}" for name in UsblSection.model_fields if name not in BESIDES)
+ARRAY = tuple(
+    f"usbl.{name}"
+    for name in type(Scenario.model_fields["usbl"].default).model_fields
+    if name not in BESIDES
+)
 
 
 def wanders(setup: Setup) -> bool:
@@ -271,7 +281,7 @@ MEASURING = (
     Idle({"usbl.slow_share": (0.0,)}, ("usbl.correlation_s",), "no acoustic error is slow"),
     Idle({"usbl.outlier_share": (0.0,)}, ("usbl.outlier_sd_m",), "there are no outliers"),
     Idle(
-        {"usbl.model": names(INSTRUMENTS, lambda traits: traits.is_stated)},
+        {"usbl.model": names(declared.INSTRUMENTS, lambda traits: traits.is_stated)},
         tuple(f"usbl.{name}" for name in ("array", "tdoa_sd_s", "travel_time_sd_s", "quantum_s")),
         "the data sheet says what all of them make together",
         remedy="remove it, or set usbl.model: array",
@@ -287,7 +297,7 @@ MEASURING = (
         "through still water is over ground",
     ),
     Idle(
-        {"navigation.filter": names(NAVIGATORS, lambda traits: not traits.weighs)},
+        {"navigation.filter": names(declared.NAVIGATORS, lambda traits: not traits.weighs)},
         ("navigation.nis_gate",),
         "only a filter that weighs refuses fixes",
     ),

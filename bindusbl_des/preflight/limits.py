@@ -5,7 +5,7 @@ and into how many ping groups that makes a round; from that follows how often AU
 pings and frames were lost by range alone.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import NamedTuple
@@ -14,7 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Flags, Floats, Ints
-from ..protocol.bounds import (
+from ..protocol.conflicts import GROUPINGS
+from ..protocol.cycles import cycle
+from ..protocol.slots import Slots
+from ..scenario import declared
+from ..scenario.scenario import Scenario
+from ..setup import Setup
+from .bounds import (
     EXACT_UP_TO,
     aloha_capacity,
     clique_number,
@@ -27,13 +33,6 @@ from ..protocol.bounds import (
     reuse_bound,
     slotted_aloha_capacity,
 )
-from ..protocol.conflicts import dsatur_groups, greedy_groups
-from ..protocol.cycles import cycle
-from ..protocol.predicted_positions import planned_vehicles
-from ..protocol.slots import Slots
-from ..scenario.declared import DOWNLINKS, ScheduleTraits, channel_named
-from ..scenario.scenario import Scenario
-from ..setup import Setup, setup_of
 from .fix_chance import (
     LOOKED_UP,
     frame_chance,
@@ -48,7 +47,7 @@ from .round_lengths import Rounds, gap_s, rounds_of
 INSTANTS, MOST_PAIRS, MOST_CHOICES = 121, 4_000_000, 121_000_000
 
 # Whose rates stand beside those of the scenario's own rounds.
-COMPARED = tuple(name for name, traits in DOWNLINKS.items() if traits.is_foreseen)
+COMPARED = tuple(name for name, traits in declared.DOWNLINKS.items() if traits.is_foreseen)
 
 # Rounds with numbers of fixes that are rarer than this are not asked how long they are, nor those
 # of more numbers of fixes, or of groups, than so many: others lie between them.
@@ -62,12 +61,10 @@ def planned_places(setup: Setup, times: Floats) -> Floats:
     """Return where the n AUVs are to be at k instants (s), shape (k, n, 3), m.
 
     Raises:
-        ValueError, PluginError: as of :func:`planned_vehicles`.
+        ValueError, PluginError: as of `Setup.planned_auvs`.
     """
     scenario = setup.scenario
-    ways = [
-        vehicle.sample(times)[:, :2] for vehicle in planned_vehicles(setup, scenario.duration_s)
-    ]
+    ways = [vehicle.sample(times)[:, :2] for vehicle in setup.planned_auvs]
     places = np.empty((len(times), len(ways), 3))
     for auv, way in enumerate(ways):
         places[:, auv, :2], places[:, auv, 2] = way, scenario.survey.depth(auv)
@@ -139,13 +136,13 @@ def sights(setup: Setup, times: Floats, auvs: Floats, asvs: Floats) -> SurveySig
     heard = ((slant if hf.range_metric == "slant" else level) <= hf.range_m) & ~broken
     away = np.where(broken, np.inf, slant)
     reached = ((slant if mf.range_metric == "slant" else level) <= mf.range_m) & ~broken
-    pings = _chances(setup, slant, heard, ~broken, hf.channel, ping_chance)
-    frames = _chances(setup, slant, reached, ~broken, mf.channel, frame_chance)
+    pings = _chances(setup, slant, heard, ~broken, "hf", ping_chance)
+    frames = _chances(setup, slant, reached, ~broken, "mf", frame_chance)
     at_best = made_and_delivered(setup, pings, frames, away)[0]
     if not scenario.protocol.asvs_ping:  # the shortest frames are lost least
         alone = partial(frame_chance, fixes=1)
         at_best = at_best * _chances(
-            setup, slant, reached, ~broken, mf.channel, alone
+            setup, slant, reached, ~broken, "mf", alone
         ).max(axis=2)  # fmt: skip
     return SurveySights(times, heard, reached, away, pings, frames, at_best)
 
@@ -156,14 +153,15 @@ def told(setup: Setup, sights: SurveySights, downlink: str) -> tuple[Floats, Flo
     share them.
     """
     rule, schedule = setup.broadcaster, setup.schedule
-    by_group = downlink in DOWNLINKS and DOWNLINKS[downlink].by_group and not schedule.framed
+    known = declared.DOWNLINKS.get(downlink)
+    by_group = known is not None and known.by_group and not schedule.framed
     fleet, slots, number = np.arange(setup.scenario.auvs.count), None, None
     is_own = schedule.framed  # each AUV has a broadcast of its own
     if by_group:
         is_own = schedule.groups == "each" and not setup.schedule_settings.shares_calls
         slots = fleet[np.newaxis] if is_own else slots_made(schedule, sights.heard)
         number = None if slots is None or (slots != slots[0]).any() else slots[0]
-    elif schedule.framed and schedule.turn == "rotation" and downlink in DOWNLINKS:
+    elif schedule.framed and schedule.turn == "rotation" and known is not None:
         number = fleet
     if number is not None and _some_wait(setup, sights, int(np.bincount(number).max())):
         number = None
@@ -227,7 +225,7 @@ def frames_overlap(setup: Setup, sights: SurveySights) -> tuple[float, float, li
 
 
 def _chances(
-    setup: Setup, slant: Floats, in_range: Flags, works: Flags, channel: str,
+    setup: Setup, slant: Floats, in_range: Flags, works: Flags, band: str,
     chance: Callable[[Setup, Floats, float], Floats | None],
 ) -> Floats:  # fmt: skip
     """Return how likely signals are decoded over slant ranges (k, n, m), m, looked up by these, for
@@ -241,16 +239,8 @@ def _chances(
         if table is None:
             return in_range.astype(np.float64)
         found[:, depths == depth] = np.interp(slant[:, depths == depth], ranges, table)
-    within = in_range if channel_named(channel).ends_at_range else works
-    return np.where(within, found, 0.0)
-
-
-# Which ping groups there are of what is heard, by how they come about.
-COLOURINGS: Mapping[str, Callable[[Flags], Sequence[Sequence[int]]]] = {
-    "first_fit": greedy_groups,
-    "saturation": dsatur_groups,
-    "each": lambda heard: [[auv] for auv in range(len(heard))],
-}
+    is_cut = setup.scenario.acoustics.bands[band].traits.ends_at_range
+    return np.where(in_range if is_cut else works, found, 0.0)
 
 
 @dataclass(frozen=True)
@@ -274,7 +264,7 @@ class Groups:
         return self.fewest[0] == self.fewest[1]
 
 
-def groups_of(schedule: ScheduleTraits, heard: Flags) -> Groups:
+def groups_of(schedule: declared.ScheduleTraits, heard: Flags) -> Groups:
     """Return the ping groups of rounds that begin with so much in HF range, (k, n, m)."""
     made = groups_made(schedule, heard)
     small = heard.shape[1] <= EXACT_UP_TO
@@ -288,7 +278,7 @@ def groups_of(schedule: ScheduleTraits, heard: Flags) -> Groups:
     )
 
 
-def groups_made(schedule: ScheduleTraits, heard: Flags) -> Ints | None:
+def groups_made(schedule: declared.ScheduleTraits, heard: Flags) -> Ints | None:
     """Return how many ping groups a schedule makes of what is in range (k, n, m), at each instant
     (k,); None where only the schedule knows.
     """
@@ -296,7 +286,7 @@ def groups_made(schedule: ScheduleTraits, heard: Flags) -> Ints | None:
     return None if slots is None else np.asarray(slots.max(axis=1) + 1)
 
 
-def slots_made(schedule: ScheduleTraits, heard: Flags) -> Ints | None:
+def slots_made(schedule: declared.ScheduleTraits, heard: Flags) -> Ints | None:
     """Return the slot of each AUV (k, n) at each instant, as :func:`groups_made`."""
     if schedule.framed:
         return np.zeros(heard.shape[:2], dtype=np.int64)
@@ -305,7 +295,7 @@ def slots_made(schedule: ScheduleTraits, heard: Flags) -> Ints | None:
 
     def slots(now: Flags) -> Ints:
         slot = np.empty(len(now), dtype=np.int64)
-        for number, group in enumerate(COLOURINGS[schedule.groups](now)):
+        for number, group in enumerate(GROUPINGS[schedule.groups](now)):
             slot[list(group)] = number
         return slot
 
@@ -370,9 +360,9 @@ def rates_of(setup: Setup, rounds: Rounds, sights: SurveySights, senders: int) -
         if protocol.replies:
             downlinks = {protocol.downlink: None}
         for downlink in downlinks:
-            if downlink in DOWNLINKS:
+            if downlink in declared.DOWNLINKS:
                 is_own = downlink == protocol.downlink
-                alone = protocol.replies or DOWNLINKS[downlink].by_group
+                alone = protocol.replies or declared.DOWNLINKS[downlink].by_group
                 made_then, by_it, _ = of_own if is_own else told(setup, sights, downlink)
                 share = 1.0 if alone else _carried(rounds.slots, made_then)
                 lengths = _lengths(downlink, rounds, groups, made_then)
@@ -485,7 +475,7 @@ def limits(scenario: Scenario) -> Limits:
         ValueError: when the route cannot be flown.
         PluginError: when one's own is not allowed, or makes none.
     """
-    setup = setup_of(scenario)
+    setup = Setup.of(scenario)
     return limits_of(setup, planned_sights(setup))
 
 

@@ -7,13 +7,11 @@ hull settles, how often a path comes up, what stands in a file of sound.
 from collections.abc import Iterator, Sequence
 from math import exp
 
-from ..scenario.families import plugins_of
-from ..scenario.files.mistakes import Mistake, ScenarioError
-from ..scenario.files.plain_yaml import Document
-from ..scenario.files.scenario_file import Source, parsed, place_of_problem
+from ..core.mistakes import Problem, ScenarioError
+from ..core.plain_yaml import Document
+from ..scenario.files.scenario_file import Source
 from ..scenario.scenario import Scenario
-from ..scenario.scenario_keys import Problem
-from ..setup import Setup, setup_of
+from ..setup import Setup
 
 # A mean of a varying current beyond so many standard deviations is drawn by one seed in forty.
 SIGMAS = 2.0
@@ -25,11 +23,8 @@ def usable(source: Source, allow_plugins: bool = False) -> tuple[Document, Scena
     Raises:
         ScenarioError: listing every mistake.
     """
-    document, scenario = parsed(source, allow_plugins)
-    found = tuple(
-        Mistake.at(place_of_problem(document, problem), problem.key, problem.message)
-        for problem in refusals(setup_of(scenario))
-    )
+    document, scenario = source.read(allow_plugins)
+    found = tuple(map(document.mistake, refusals(Setup.of(scenario))))
     if found:
         raise ScenarioError(found)
     return document, scenario
@@ -58,7 +53,7 @@ def perhaps_carried_away(setup: Setup) -> Iterator[Problem]:
 def _tables(setup: Setup) -> Iterator[Problem]:
     """Yield what is wrong with tables of sound, which are held to the scenario's water."""
     for band in ("hf", "mf"):
-        channel = getattr(setup.scenario.acoustics, band).channel
+        channel = setup.scenario.acoustics.bands[band].channel
         file = channel.settings.get("rays") if channel == "table" else None
         if file is None:
             continue
@@ -74,7 +69,7 @@ def _ways(setup: Setup) -> Iterator[Problem]:
     """Yield why AUVs cannot fly what is planned for them: those that steer, or come up."""
     auvs, surfacing = setup.scenario.auvs, setup.scenario.auvs.route.surfacing
     comes_up = surfacing is not None and surfacing.surface_every_s is not None
-    if not (auvs.vehicle.has_dynamics or comes_up) or "auvs.route" in plugins_of(setup.scenario):
+    if not (auvs.vehicle.has_dynamics or comes_up) or "auvs.route" in setup.scenario.plugins:
         return
     try:
         _ = setup.plans
@@ -98,10 +93,7 @@ def _carried_away(scenario: Scenario, current: float, *, is_sure: bool) -> Itera
     for section, word, speeds in fleets:
         if not speeds:
             continue
-        from ..vehicles.guidance import too_strong
-
-        vehicle = getattr(scenario, section).vehicle
-        found = too_strong(vehicle.model, dict(vehicle.coefficients), speeds, current)
+        found = getattr(scenario, section).vehicle.carried_away(speeds, current)
         if found is not None:
             number, reason = found
             often = "" if is_sure else "; missions of such seeds end at 0 s"

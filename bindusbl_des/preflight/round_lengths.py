@@ -6,12 +6,17 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from ..protocol.access.aloha import aloha_success, offered_load, slot_share, slotted_success
 from ..protocol.access.serving import backoff_slot_s, sensing_of
 from ..protocol.cycles import STAND_IN, cycle
 from ..protocol.slots import Slots
-from ..scenario.declared import DOWNLINKS, DownlinkTraits, ScheduleTraits
+from ..scenario import declared
 from ..setup import Setup
+from .bounds import (
+    aloha_success,
+    offered_load,
+    slot_share,
+    slotted_success,
+)
 
 
 @dataclass(frozen=True)
@@ -40,13 +45,14 @@ class Rounds:
     @property
     def are_known(self) -> bool:
         """Whether the lengths follow from the slots: those of a downlink that ships do."""
-        return self.downlink is None or self.downlink in DOWNLINKS
+        return self.downlink is None or self.downlink in declared.DOWNLINKS
 
     @property
     def broadcasts(self) -> bool:
         """Whether fixes are broadcast, so that their number decides how long a round lasts."""
         return (
-            self.downlink is not None and not DOWNLINKS.get(self.downlink, DownlinkTraits()).replies
+            self.downlink is not None
+            and not declared.DOWNLINKS.get(self.downlink, declared.DownlinkTraits()).replies
         )
 
     @property
@@ -73,7 +79,7 @@ class Rounds:
         """Return the time (s) from one round to the next: its length, or its frame if longer."""
         return max(self.length(groups, fixes), self.frame)
 
-    def pace_lines(self, schedule: ScheduleTraits) -> Iterator[str]:
+    def pace_lines(self, schedule: declared.ScheduleTraits) -> Iterator[str]:
         """Yield how long slots are that are not all of T_UL."""
         if self.pace is None:
             return
@@ -105,8 +111,8 @@ def rounds_of(setup: Setup) -> Rounds:
     rounds = Rounds(
         slots, protocol.downlink, 1, count, count, 0.0, named=named, contention=contention
     )
-    declared = setup.schedule
-    if declared.framed:
+    schedule = setup.schedule
+    if schedule.framed:
         one_named = replace(rounds, named=min(named, 1))
         return replace(one_named, fewest=1, most=1, auvs=1, frame=protocol.frame_s)
     settings = setup.schedule_settings
@@ -114,7 +120,7 @@ def rounds_of(setup: Setup) -> Rounds:
         most = min(count, settings.most_groups)
         turns = min(count, most * asvs)
         return replace(rounds, fewest=1, most=most, auvs=turns, named=min(named, turns))
-    fewest = count if declared.groups == "each" and not settings.shares_calls else 1
+    fewest = count if schedule.groups == "each" and not settings.shares_calls else 1
     pace = pace_of(setup, slots)
     return replace(rounds, fewest=fewest, pace=pace)
 

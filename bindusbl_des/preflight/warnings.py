@@ -11,22 +11,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..core.mistakes import Mistake, Problem, ScenarioWarning
+from ..core.plain_yaml import Document
 from ..core.plugins import is_plugin, refusal
 from ..presets.modems import airtime_table
-from ..scenario.channel_settings import Sound, read_curve
-from ..scenario.declared import channel_named, instrument_named
-from ..scenario.families import CHANNEL, plugins_of
-from ..scenario.files.mistakes import Mistake
-from ..scenario.files.plain_yaml import Document
-from ..scenario.files.scenario_file import Source, place_of, place_of_problem
-from ..scenario.key_types import Renamed
+from ..scenario.channel_settings import read_curve
+from ..scenario.files.scenario_file import Source
 from ..scenario.own_sensors import MOST_TOLD
-from ..scenario.part_choice import settings_of
 from ..scenario.scenario import Scenario
-from ..scenario.scenario_keys import Problem, ScenarioWarning
-from ..scenario.sections.usbl import spacing_m
-from ..scenario.site import longest_path, recordings
-from ..setup import Setup, setup_of
+from ..setup import Setup
 from .band_warnings import (
     answers,
     backlog,
@@ -81,7 +74,7 @@ def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
     >>> print(warnings_of(Scenario.model_validate(small))[0])  # doctest: +ELLIPSIS
     asvs.formation.radius_m: is by default hf.range_m + clearance_m = 50 m, ...
     """
-    setup = setup_of(scenario)
+    setup = Setup.of(scenario)
     return [
         ScenarioWarning(*found)
         for look in (
@@ -138,7 +131,7 @@ def _readings(scenario: Scenario) -> Iterator[tuple[Any, ...]]:
     """Yield the key of each file with rows, what reads it, and what that is to be given."""
     route, placement = scenario.auvs.route.recording, scenario.asvs.formation.recording
     for section, asked in (("auvs.route", route), ("asvs.formation", placement)):
-        for number, source in enumerate(recordings(asked) if asked else ()):
+        for number, source in enumerate(asked.sources if asked else ()):
             from ..charts.recordings import read_recording  # brings numpy, as tracks do
 
             yield f"{section}.files.{number}", read_recording, *source
@@ -156,27 +149,34 @@ def _readings(scenario: Scenario) -> Iterator[tuple[Any, ...]]:
 
 def _former_words(setup: Setup) -> Iterator[Problem]:
     positions = setup.scenario.protocol.positions
-    if isinstance(positions, Renamed):
+    if written := getattr(positions, "written", ""):
         yield Problem(
             "protocol.positions",
-            f"{positions.written!r} is the former name of {str(positions)!r}, the last fix as it "
+            f"{written!r} is the former name of {str(positions)!r}, the last fix as it "
             "was made; write that, or 'carried_forward' for the fix carried on by planned course "
             "and speed",
         )
 
 
+def _spacing_m(array: Sequence[Sequence[float]]) -> float:
+    """Return the distance (m) to its nearest neighbour of the element that is the farthest from
+    others.
+    """
+    return max(
+        min(math.dist(one, other) for there, other in enumerate(array) if there != here)
+        for here, one in enumerate(array)
+    )
+
+
 def _lobes(setup: Setup) -> Iterator[Problem]:
     """Yield elements so far apart that their phases alone do not tell a direction."""
     scenario = setup.scenario
-    array, channel = scenario.usbl.array, scenario.acoustics.hf.channel
-    times_arrivals = instrument_named(scenario.usbl.model).times_arrivals
-    if isinstance(array, str) or not channel_named(channel).has_levels or not times_arrivals:
+    array, hf = scenario.usbl.array, scenario.acoustics.hf
+    times_arrivals = setup.instrument.times_arrivals
+    if isinstance(array, str) or not hf.traits.has_levels or not times_arrivals:
         return
-    sound = settings_of(CHANNEL, channel)
-    assert isinstance(sound, Sound)  # of these channels alone
-    frequency_hz = 1e3 * sound.frequency_khz
-    wave_m = scenario.environment.sound_speed_m_per_s / frequency_hz
-    if (apart := spacing_m(array)) > wave_m / 2:
+    wave_m = scenario.environment.sound_speed_m_per_s / (1e3 * hf.frequency_khz)
+    if (apart := _spacing_m(array)) > wave_m / 2:
         yield Problem(
             "usbl.array",
             f"has an element {1e3 * apart:.0f} mm from the nearest other, more than half a "
@@ -202,7 +202,7 @@ def _flat(setup: Setup) -> Iterator[Problem]:
     """
     scenario = setup.scenario
     array, depths = scenario.usbl.array, scenario.survey
-    if isinstance(array, str) or not instrument_named(scenario.usbl.model).times_arrivals:
+    if isinstance(array, str) or not setup.instrument.times_arrivals:
         return
     import numpy as np
 
@@ -214,7 +214,7 @@ def _flat(setup: Setup) -> Iterator[Problem]:
     flat = math.asin(min(SURE * sigma / math.sqrt(squares[0]), 1.0))
     depth = min(depths.depth(auv) for auv in range(scenario.auvs.count))
     hf = scenario.acoustics.hf
-    down = math.asin(min(depth / longest_path(hf.range_m, depth, hf.range_metric), 1.0))
+    down = math.asin(min(depth / hf.longest_path_m(depth), 1.0))
     tilt = math.acos(min(abs(axes[2, 0]), 1.0))  # of the thin axis from the vertical
     if down - tilt >= flat:
         return
@@ -321,7 +321,7 @@ class Reading:
     @property
     def setup(self) -> Setup:
         """The facts of the scenario."""
-        return setup_of(self.scenario)
+        return Setup.of(self.scenario)
 
 
 def read_scenario(
@@ -334,13 +334,13 @@ def read_scenario(
     """
     source = source if isinstance(source, Source) else Source.file(source, overrides)
     document, scenario = usable(source, allow_plugins)
-    places = {found: place_of_problem(document, found) for found in warnings_of(scenario)}
+    told = {found: document.mistake(found) for found in warnings_of(scenario)}
     found = sorted(
-        places, key=lambda problem: (places[problem].file != source.name, places[problem].line)
+        told, key=lambda problem: (told[problem].file != source.name, told[problem].line)
     )
     warnings = (
         *document.warnings,
-        *(Mistake.at(places[problem], problem.key, problem.message) for problem in found),
+        *(told[problem] for problem in found),
     )
     about = (
         *((warning.key,) for warning in document.warnings),
@@ -351,5 +351,5 @@ def read_scenario(
 
 
 def _plugins(document: Document, scenario: Scenario) -> Iterator[Mistake]:
-    for key, name in plugins_of(scenario).items():
-        yield Mistake.at(place_of(document, key), key, refusal(name))
+    for key, name in scenario.plugins.items():
+        yield document.mistake(Problem(key, refusal(name)))

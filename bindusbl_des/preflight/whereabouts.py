@@ -5,13 +5,11 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from ..core.mistakes import Problem
 from ..core.plugins import PluginError
 from ..core.wording import timed
-from ..scenario.declared import BROADCASTERS, channel_named
+from ..scenario import declared
 from ..scenario.scenario import Scenario
-from ..scenario.scenario_keys import Problem
-from ..scenario.sections.placements import Formation
-from ..scenario.sections.survey import SURVEY, SurveyEnd
 from ..setup import Setup
 
 if TYPE_CHECKING:
@@ -30,7 +28,9 @@ SHORTEST_GAP_M = 0.1
 HARDLY_EVER = 0.01
 
 # Broadcasters whose choice keeps in step with nobody's turn.
-ANYWHERE = [name for name, rule in BROADCASTERS.items() if rule.chosen_by in ("lot", "distance")]
+ANYWHERE = [
+    name for name, rule in declared.BROADCASTERS.items() if rule.chosen_by in ("lot", "distance")
+]
 
 # Instants at which a track is looked at, to tell for how long it is outside the survey.
 LOOKS = 2001
@@ -44,12 +44,12 @@ def formation(setup: Setup) -> Iterator[Problem]:
     asked = scenario.asvs.formation.moored
     if asked is None:
         return
-    stations, area = _stations(setup, asked), setup.area
+    stations, area = setup.stations_m, setup.area
     beyond = [area.beyond(x, y) for x, y in stations]
     if asked.is_placed or asked.radius_m is not None or len(stations) == 1:
-        yield from _unheard(scenario, asked, beyond)
+        yield from _unheard(scenario, beyond)
         return
-    radius = _radius(scenario, asked)
+    radius = asked.radius(scenario.acoustics.hf.range_m)
     outside = sum(excess > 1e-9 * radius for excess in beyond)
     if outside:
         edge = f" ({area.side / 2:g} m from the centre)" if area.side else ""
@@ -62,12 +62,13 @@ def formation(setup: Setup) -> Iterator[Problem]:
         )
 
 
-def _unheard(scenario: Scenario, asked: Formation, beyond: Sequence[float]) -> Iterator[Problem]:
+def _unheard(scenario: Scenario, beyond: Sequence[float]) -> Iterator[Problem]:
     """Yield which ASVs are so far (m) beyond the survey's edge that they hear nobody in it."""
     reach = scenario.acoustics.hf.range_m
     deaf = [asv for asv, excess in enumerate(beyond) if excess > reach]
-    if not deaf or not channel_named(scenario.acoustics.hf.channel).ends_at_range:
+    if not deaf or not scenario.acoustics.hf.traits.ends_at_range:
         return
+    asked = scenario.asvs.formation
     names = [name for name in ("positions_m", "positions_deg") if getattr(asked, name) is not None]
     farthest = max(beyond[asv] for asv in deaf)
     yield Problem(
@@ -84,7 +85,7 @@ def deep(setup: Setup) -> Iterator[Problem]:
     survey, bands = scenario.survey, scenario.acoustics
     missed = ("hf", bands.hf, "hears them"), ("mf", bands.mf, "reaches them")
     for name, band, words in missed if scenario.protocol.sends_frames else missed[:1]:
-        if band.range_metric != "slant" or not channel_named(band.channel).ends_at_range:
+        if band.range_metric != "slant" or not band.traits.ends_at_range:
             continue
         deaf = [auv for auv in range(scenario.auvs.count) if survey.depth(auv) > band.range_m]
         if deaf:
@@ -94,27 +95,6 @@ def deep(setup: Setup) -> Iterator[Problem]:
                 f"slant: no ASV at the surface {words}",
                 (f"acoustics.{name}.range_m", f"acoustics.{name}.range_metric"),
             )
-
-
-def _stations(setup: Setup, asked: Formation) -> list[tuple[float, float]]:
-    """Return where ASVs are moored, [x, y] in m.
-
-    `Setup.stations_m` says the same, with numpy, for which `validate` does not wait.
-    """
-    scenario = setup.scenario
-    given, count = setup.given_stations_m, scenario.asvs.count
-    if given is not None:
-        return list(given)
-    x, y = setup.area.centroid
-    radius = _radius(scenario, asked) if count > 1 else 0.0
-    angles = [math.radians(asked.angle_deg) + math.tau * asv / count for asv in range(count)]
-    return [(x + radius * math.cos(a), y + radius * math.sin(a)) for a in angles]
-
-
-def _radius(scenario: Scenario, asked: Formation) -> float:
-    if asked.radius_m is not None:
-        return asked.radius_m
-    return scenario.acoustics.hf.range_m + asked.clearance_m
 
 
 def frames(setup: Setup) -> Iterator[Problem]:
@@ -152,8 +132,7 @@ def _may_overlap(setup: Setup) -> bool:
     pings_between = downlink.waits and not (rule.at_once or scenario.protocol.random_access)
     if pings_between or rule.chosen_by == "one" or scenario.asvs.count == 1:
         return False
-    moored = scenario.asvs.formation.moored
-    stations = setup.nominal_stations_m if moored is None else _stations(setup, moored)
+    stations = setup.nominal_stations_m
     apart = math.hypot(*(max(axis) - min(axis) for axis in zip(*stations, strict=True)))
     from .round_lengths import gap_s  # brings numpy
 
@@ -293,16 +272,14 @@ def idle(setup: Setup) -> Iterator[Problem]:
     """Yield by how much a mission is longer than its survey: that time counts in its means."""
     scenario = setup.scenario
     end, lanes = float(scenario.duration_s), scenario.auvs.route.lanes
-    if isinstance(scenario.duration_s, SurveyEnd) or lanes is None:
+    if scenario.ends_with_survey or lanes is None:
         return
     area, spacing, margin = setup.area, lanes.lane_spacing_m, lanes.end_margin_m
     inside = area.square_m - (spacing if margin is None else 2 * margin) * area.across
     if inside / spacing / sum(scenario.auvs.speeds) > FAR_TOO_LONG * end:
         return  # it takes no plan to see, and so no time
-    from ..scenario.flight_plans import survey_end
-
     try:
-        flown = float(survey_end(scenario.auvs, scenario.environment, setup.plans))
+        flown = float(setup.survey_end_s)
     except ValueError:
         return  # it has no end that is known, or none in time
     if end - flown > IDLE_SHARE * end:
@@ -312,7 +289,7 @@ def idle(setup: Setup) -> Iterator[Problem]:
             "duration_s",
             f"is {timed(end)}, and the survey is flown after {timed(flown)}: in the other "
             f"{timed(end - flown)} AUVs {does}, and all means have that time in them; write "
-            f"`duration_s: {SURVEY}` to end with it",
+            f"`duration_s: survey` to end with it",
             ("auvs.route",),
         )
 
@@ -325,13 +302,11 @@ def bays(setup: Setup) -> Iterator[Problem]:
         return
     import shapely  # which rectangles do not need
 
-    from ..scenario.flight_plans import shares_of
-
     inside = area.along(setup.lanes_heading_rad).shape
     if inside.equals(inside.convex_hull):
         return
     try:
-        shares = shares_of(area, setup.lanes_heading_rad, route, auvs.count)
+        shares = setup.lane_shares
     except ValueError:
         return  # which is told as a mistake
     crossed: dict[int, int] = {}

@@ -5,7 +5,7 @@ some ASV hears both, so for counting and colouring it is enough to know of each 
 colours, it hears.  Only schedules of one's own get the graph.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache, wraps
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
@@ -166,6 +166,14 @@ def dsatur_groups(heard: Flags) -> Groups:
     colours = np.full(len(heard), -1, dtype=np.int64)
     _dsatur(heard, _degrees(heard), colours)
     return _grouped(colours)
+
+
+# Which ping groups there are of who is heard by whom, by what a schedule declares of them.
+GROUPINGS: Mapping[str, Callable[[Flags], Sequence[Sequence[int]]]] = {
+    "first_fit": greedy_groups,
+    "saturation": dsatur_groups,
+    "each": lambda heard: [[auv] for auv in range(len(heard))],
+}
 
 
 def _grouped(colours: Ints) -> Groups:

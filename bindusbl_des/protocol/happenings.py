@@ -20,10 +20,9 @@ from ..core.arrays import Ints
 from ..core.wording import did_you_mean
 from ..records.events import HEARD, IN_FLIGHT, OUTCOMES, WORDS, Broadcast, Fix, Ping, Reception
 from ..records.rows import NONE, Recorder, Row, fused
+from .hf.band import HfBand
 from .hf.outcomes import Outcomes
-from .hf.uplink import Uplink
 from .mf.downlink import Deliveries
-from .passive.beacons import Beacons, PassiveOutcomes
 from .steps import moment
 
 # What can be waited for, what its row is, and which column says when it happens.
@@ -163,8 +162,8 @@ class Happenings:
         self,
         env: simpy.Environment,
         record: Recorder,
-        uplink: Uplink | Beacons,
-        outcomes: Outcomes | PassiveOutcomes,
+        uplink: HfBand,
+        outcomes: Outcomes,
         downlink: Deliveries,
         counts: Mapping[str, int],
         *,

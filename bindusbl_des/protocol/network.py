@@ -14,8 +14,8 @@ from ..vehicles.fleet import VehicleFleet
 from .broadcasters import Broadcaster
 from .dissemination import Dissemination
 from .happenings import Happenings, Watched
+from .hf.band import HfBand
 from .hf.outcomes import Outcomes
-from .hf.uplink import Uplink
 from .mf.downlink import MfDownlink
 from .predicted_positions import PredictedPositions
 from .ranging import OneWay, OwnRanging, TwoWay
@@ -61,7 +61,7 @@ class Network(Watched):
     auv_fleet: VehicleFleet
     asv_fleet: VehicleFleet
     record: Recorder
-    uplink: Uplink
+    uplink: HfBand
     outcomes: Outcomes
     deliveries: MfDownlink
     ranging: OneWay | TwoWay | OwnRanging

@@ -19,8 +19,8 @@ from ..scenario.part_choice import own_part
 from ..scenario.sections.protocol import Protocol
 from ..scenario.site import Site
 from ..vehicles.fleet import VehicleFleet
+from .hf.band import NO_CALL, HfBand, members
 from .hf.calling import choose_callers
-from .hf.uplink import NO_CALL, Uplink, members
 from .predicted_positions import planned_speeds
 from .schedules.polling import Answers
 from .schedules.view import View
@@ -38,7 +38,7 @@ class OneWay:
     def __init__(
         self,
         env: simpy.Environment,
-        uplink: Uplink,
+        uplink: HfBand,
         late: Sequence[float] | None = None,
     ) -> None:
         self._env, self._uplink, self._late = env, uplink, late
@@ -75,7 +75,7 @@ class TwoWay:
     def __init__(
         self,
         env: simpy.Environment,
-        uplink: Uplink,
+        uplink: HfBand,
         *,
         turnaround: float,
         one_way: bool = False,
@@ -225,7 +225,7 @@ class OwnRanging:
     name: str
     way: Way
     env: simpy.Environment
-    uplink: Uplink
+    uplink: HfBand
     random: np.random.Generator
     pinging_until: dict[int, float] = field(default_factory=dict)
 
@@ -249,7 +249,7 @@ def ranging_of(
     protocol: Protocol,
     late: Sequence[float] | None,
     env: simpy.Environment,
-    uplink: Uplink,
+    uplink: HfBand,
     streams: Streams,
     answers: Answers | None = None,
 ) -> OneWay | TwoWay | OwnRanging:

@@ -11,7 +11,7 @@ from ..core.clock import Clock, ExactClock, TickClock
 from ..core.plugins import PluginError, asked, loaded, shown
 from ..scenario.families import RANGING
 from ..scenario.sections.protocol import Protocol
-from ..scenario.site import Site, longest_path
+from ..scenario.site import Site
 
 # eq. guard, UL_min, DL_guard, DL_min: factors of the crossing time
 UPLINK_GUARD, SHORTEST_UPLINK = 0.5, 2.5
@@ -104,6 +104,7 @@ class Slots:
     messages: Messages
     clock: Clock
     sound_speed: float
+    shortest_uplink: float
     answer: float = 0.0
 
     def payload_bytes(self, fix_count: int, named: int = 0) -> int:
@@ -135,7 +136,7 @@ def slots_of(site: Site, messages: Messages) -> Slots:
     hf, protocol = site.scenario.acoustics.hf, site.scenario.protocol
     crossing = crossing_time(site.area.across, sound_speed)
     deepest = site.scenario.survey.deepest
-    longest = longest_path(hf.range_m, deepest, hf.range_metric) / sound_speed
+    longest = hf.longest_path_m(deepest) / sound_speed
     guards = (
         _chosen(protocol.uplink_guard_s, UPLINK_GUARD * crossing),
         _chosen(protocol.downlink_guard_s, DOWNLINK_GUARD * crossing),
@@ -144,7 +145,8 @@ def slots_of(site: Site, messages: Messages) -> Slots:
     answer = messages.airtime(1) + guards[1] if protocol.replies_in_frames else 0.0
     return Slots(
         crossing, hf.ping_s, longest, _uplink_slot(protocol, hf.ping_s, longest, crossing) + answer,
-        *guards, messages, ExactClock() if rate is None else TickClock(rate), sound_speed, answer,
+        *guards, messages, ExactClock() if rate is None else TickClock(rate), sound_speed,
+        _chosen(protocol.shortest_uplink_slot_s, SHORTEST_UPLINK * crossing), answer,
     )  # fmt: skip
 
 

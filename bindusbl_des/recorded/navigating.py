@@ -14,7 +14,6 @@ from ..navigation.dead_reckoning import Odometry
 from ..navigation.smoothing import Sights, Smoothed, smooth
 from ..records.rows import Rows
 from ..setup import Setup
-from ..usbl.instrument import range_sd, stated_range_sd
 from .log import Log
 from .sighting import SEEN, SIGHT, Mixture, follow, look
 
@@ -95,11 +94,8 @@ def noise_of(setup: Setup) -> Noise:
     setup = setup.taken
     scenario = setup.scenario
     navigation, usbl, sensors = scenario.navigation, scenario.usbl, setup.own_sensors
-    speed, sheet = setup.assumed_sound_speed_m_per_s, setup.sheet
     return Noise(
-        range_sd(usbl.travel_time_sd_s, usbl.quantum_s, speed, ways=1)
-        if sheet is None
-        else stated_range_sd(sheet, setup.ranging.calls),
+        setup.usbl.range_sd(2 if setup.usbl.sheet is not None and setup.ranging.calls else 1),
         usbl.outlier_share,
         usbl.outlier_sd_m if usbl.outlier_share > 0.0 else 0.0,
         sensors.random_walk_m_per_sqrt_s,

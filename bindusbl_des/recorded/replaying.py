@@ -24,7 +24,7 @@ from ..navigation.navigators import Navigator, OwnNavigator
 from ..records.events import DELIVERED
 from ..records.rows import FIX, NONE
 from ..scenario.scenario import Scenario
-from ..setup import setup_of
+from ..setup import Setup
 from .fitting import fit
 from .log import BadLog, Log, LoggedPose
 from .navigating import NavigatedTrack, Noise, filter_log, noise_of, prepared, smooth_log
@@ -238,7 +238,7 @@ def replay(
     """
     placed, start = placed_log(log)
     if isinstance(noise, Scenario):
-        noise = noise_of(setup_of(noise))
+        noise = noise_of(Setup.of(noise))
     chosen = fit(placed).noise if noise is None else noise
     if placed.start_found:
         chosen = chosen.with_start_found()

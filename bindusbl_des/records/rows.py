@@ -99,6 +99,7 @@ SIGHT = dict.fromkeys(
 RECEPTION = row_type(
     Reception,
     {
+        "listener": int,  # its number among those who listen
         "loss": float,  # probability that it is lost on its way
         "slow_range": float,  # slow error of its range, a standard normal; NaN where there is none
         "sound": float,  # how strong it is where it overlaps others (see `acoustics.propagation`)

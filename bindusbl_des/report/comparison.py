@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
+from ..core.plain_data import leaves
 from ..core.wording import lettered, number, plain
-from ..scenario.keys import leaves
 from .page import THEME, Packer, assembled, asset, filled, table
 from .recording import recording
 from .run_data import run_data

@@ -9,7 +9,6 @@ from ..core.arrays import Floats, Ints
 from ..core.spreads import wandering_rms
 from ..core.wording import LONG_S, significant, timed
 from ..preflight.round_lengths import rounds_of
-from ..scenario.own_sensors import straight_drift_rms
 from ..setup import Setup
 from .recording import FATES, Recording
 
@@ -120,7 +119,7 @@ def _drift(setup: Setup, time: float, initial_sd: float) -> float:
     the position at first adds 2 sd^2.  A log of the way through the water misses the current.
     """
     scenario, water = setup.scenario, setup.scenario.environment
-    drift = straight_drift_rms(setup.own_sensors, time, max(scenario.auvs.speeds))
+    drift = setup.own_sensors.straight_drift_rms(time, max(scenario.auvs.speeds))
     if scenario.navigation.velocity == "through_water":
         wandered = wandering_rms(
             time, water.current_variation_m_per_s, water.current_variation_time_s

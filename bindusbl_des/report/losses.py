@@ -6,7 +6,6 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..core.wording import counted
-from ..scenario.declared import channel_named
 from .recording import COLLIDED, DELIVERED, LOST, OUT_OF_MF, Metrics, Recording, works
 
 # A reader takes in a few names; the rest is in the table.
@@ -97,7 +96,7 @@ def _beyond_reach(mission: Recording) -> list[str]:
     missed -= met
     if not missed:
         return text
-    if not channel_named(mission.scenario.acoustics.mf.channel).ends_at_range:
+    if not mission.scenario.acoustics.mf.traits.ends_at_range:
         return [
             *text,
             f"<b>Downlink:</b> {missed} of {made} fixes ({100 * missed / made:.0f} %) were in "

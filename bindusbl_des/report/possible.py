@@ -14,6 +14,7 @@ import numpy as np
 from ..core.arrays import Floats, Ints
 from ..core.wording import number
 from ..geometry.formation import keep_station
+from ..preflight.bounds import reuse_bound
 from ..preflight.fix_chance import fix_chance, survey_grid
 from ..preflight.limits import (
     MOST_PAIRS,
@@ -28,7 +29,6 @@ from ..preflight.limits import (
     sights,
 )
 from ..preflight.round_lengths import rounds_of
-from ..protocol.bounds import reuse_bound
 from .page import Packer
 from .recording import TRUTH, Recording
 

@@ -12,7 +12,6 @@ from math import ceil
 import numpy as np
 
 from ..core.wording import counted, number
-from ..explain.chain import out_of_range
 from ..results.effects import (
     HARMS,
     HELPS,
@@ -23,7 +22,6 @@ from ..results.effects import (
     Foreseen,
     interval,
 )
-from ..scenario.declared import channel_named
 from .losses import broadcast_distances
 from .recording import COLLIDED, LOST, OUT_OF_HF, OUT_OF_MF, Recording
 
@@ -66,11 +64,11 @@ def _causes(mission: Recording) -> Iterator[Cause]:
     unheard = mission.nearest[fate == OUT_OF_HF]
     unheard = unheard[np.isfinite(unheard)]
     if len(unheard):
-        is_disc = channel_named(hf.channel).ends_at_range
+        is_disc = hf.traits.ends_at_range
         reach = STEP_M * ceil(float(np.quantile(unheard, MOST_PINGS)) / STEP_M)
         longer = is_disc and reach > hf.range_m
         settings = (f"acoustics.hf.range_m={reach:g}",) if longer else ()
-        words = f"{_pings(len(unheard))} sent {out_of_range(hf)}"
+        words = f"{_pings(len(unheard))} sent {hf.beyond}"
         yield Cause(len(unheard), words, (*settings, more))
     lost = int(np.sum(fate == LOST))
     if lost:
@@ -80,7 +78,7 @@ def _causes(mission: Recording) -> Iterator[Cause]:
         alone = ("protocol.schedule=one_per_slot",) if setup.schedule.is_proved else ()
         words = f"{counted(collided, 'ping')} collided with others"
         yield Cause(collided, words, alone or ("protocol.schedule=spatial_reuse",))
-    if not np.any(fate == OUT_OF_MF) or not channel_named(mf.channel).ends_at_range:
+    if not np.any(fate == OUT_OF_MF) or not mf.traits.ends_at_range:
         return
     _, nearest = broadcast_distances(mission)
     near, far = int(np.sum(nearest <= mf.range_m)), nearest[nearest > mf.range_m]

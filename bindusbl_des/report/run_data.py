@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scenario.declared import channel_named
 from ..setup import Setup
 from .envelope import error_envelope
 from .gaps import intervals, latencies, shown_until
@@ -42,8 +41,8 @@ def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer
         "hf": {"range": acoustics.hf.range_m, "reach": setup.horizontal_reach_m},
         "mf": {"range": acoustics.mf.range_m, "reach": setup.horizontal_mf_reach_m},
         "discs": {
-            "hf": channel_named(acoustics.hf.channel).ends_at_range,
-            "mf": channel_named(acoustics.mf.channel).ends_at_range,
+            "hf": acoustics.hf.traits.ends_at_range,
+            "mf": acoustics.mf.traits.ends_at_range,
         },
         "broadcasting": scenario.protocol.sends_frames,
         "fields": fields(mission, packer),

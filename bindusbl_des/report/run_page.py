@@ -8,12 +8,10 @@ from string import Template
 from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
+from ..core.plain_data import leaves
 from ..core.wording import LONG_S, counted, number, plain, timed
 from ..records.metrics import WORST
 from ..results.summary import rounds_text
-from ..scenario.families import leave_of
-from ..scenario.keys import leaves
-from ..scenario.own_sensors import drift_text
 from .calibration import calibration_text
 from .envelope import envelope_made_of
 from .gaps import intervals, latencies, spread_text
@@ -137,7 +135,7 @@ def _head(result: "Result") -> str:
 def _described(result: "Result") -> str:
     return (
         f'<p class="note">{html.escape(described(result))}. '
-        f"{html.escape(drift_text(result.setup))}</p>"
+        f"{html.escape(result.setup.drift_words)}</p>"
     )
 
 
@@ -293,7 +291,8 @@ def origin(result: "Result") -> str:
     """Return the section that says which scenario, seed and version made the run."""
     run, whole = result.run_record(), result.whole_time_s
     versions = ", ".join(f"{name} {number}" for name, number in run["versions"].items())
-    command = f"bindusbl-des run scenario.yaml --seed {result.seed}{leave_of(result.scenario)}"
+    leave = " --allow-plugins" * bool(result.scenario.plugins)
+    command = f"bindusbl-des run scenario.yaml --seed {result.seed}{leave}"
     text = json.dumps(run["scenario"], indent=2, ensure_ascii=False)
     defaults = dict(leaves(portable(type(result.scenario)(name="x").model_dump(mode="json"))))
     changed = ", ".join(

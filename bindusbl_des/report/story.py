@@ -9,10 +9,8 @@ from html import escape
 from math import isnan
 
 from ..core.wording import counted, instant, number, timed
-from ..explain.chain import out_of_range
 from ..results.effects import harm_text
-from ..scenario.declared import channel_named
-from ..scenario.sections.vehicles import Asvs
+from ..scenario.scenario import Scenario
 from .gaps import Gap, Patience, Service, patience, service
 from .losses import MOST_OTHERS, lost
 from .recording import Metrics, Recording
@@ -174,7 +172,7 @@ def _why(mission: Recording, auv: Service) -> str:
     if not sent:
         why = "no ASV pinged" if passive else "it sent no ping"
         also = "" if passive else ": no ASV called it, or none was due"
-        if _is_abandoned(mission.scenario.asvs, auv.gaps):
+        if _is_abandoned(mission.scenario, auv.gaps):
             also = ": no ASV worked"
         elif mission.setup.tells_slots:
             also = ": it had no slot, or did not know it"
@@ -187,9 +185,9 @@ def _why(mission: Recording, auv: Service) -> str:
         return f"<b>Why:</b> {pings}, and all led to fixes: there were too few."
     ordered = sorted(fates.items(), key=lambda item: -item[1])
     were = "were" if calls else "were sent"
-    reasons = {"out_of_hf": f"{were} {escape(out_of_range(mission.scenario.acoustics.hf))}"}
+    reasons = {"out_of_hf": f"{were} {escape(mission.scenario.acoustics.hf.beyond)}"}
     reasons |= REASONS | (HEARD_BY_ITSELF if passive else {})
-    if not channel_named(mission.scenario.acoustics.mf.channel).ends_at_range:
+    if not mission.scenario.acoustics.mf.traits.ends_at_range:
         reasons["out_of_mf"] = UNDECODED
     elif mission.scenario.asvs.failures:
         reasons["out_of_mf"] += ", or as its ASV failed"
@@ -213,10 +211,10 @@ def _why(mission: Recording, auv: Service) -> str:
     return text + "."
 
 
-def _is_abandoned(asvs: Asvs, gaps: Sequence[Gap]) -> bool:
+def _is_abandoned(scenario: Scenario, gaps: Sequence[Gap]) -> bool:
     """Tell whether the last ASV failed in one of some gaps."""
     return any(
-        gap.start <= failure.at_s < gap.end and not any(asvs.alive(failure.at_s))
-        for failure in asvs.failures
+        gap.start <= failure.at_s < gap.end and not any(scenario.asvs.alive(failure.at_s))
+        for failure in scenario.asvs.failures
         for gap in gaps
     )

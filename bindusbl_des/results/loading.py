@@ -8,9 +8,9 @@ import pyarrow as pa
 
 from ..core.files import check_seal, read_json, unreadable
 from ..core.kept_files import placed
+from ..core.mistakes import ScenarioWarning
 from ..scenario.files.former_keys import as_now
 from ..scenario.scenario import Scenario
-from ..scenario.scenario_keys import ScenarioWarning
 from .effects import Advice, from_data
 from .result import Result, sha256_as_written
 from .result_folder import (

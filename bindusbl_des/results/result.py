@@ -21,10 +21,10 @@ import pyarrow as pa
 from ..core.facts import cached_property, fact
 from ..core.files import sealed, write_text
 from ..core.kept_files import copies_of, keep, portable
+from ..core.mistakes import ScenarioWarning
 from ..core.wording import did_you_mean
 from ..scenario.scenario import Scenario
-from ..scenario.scenario_keys import ScenarioWarning
-from ..setup import Setup, setup_of
+from ..setup import Setup
 from .effects import Advice
 from .result_folder import (
     ADVICE,
@@ -143,7 +143,7 @@ class Result:
     @fact
     def setup(self) -> Setup:
         """The facts of the scenario."""
-        return setup_of(self.scenario)
+        return Setup.of(self.scenario)
 
     @cached_property
     def tables(self) -> "Mapping[str, pd.DataFrame]":

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from math import isnan
 from typing import TYPE_CHECKING, Any
 
-from ..core.plugins import is_plugin
 from ..setup import Setup
 
 if TYPE_CHECKING:
@@ -37,7 +36,7 @@ def uplink_slots(result: "Result", number: int) -> list[Span]:
         return [_cycle(result, row)]
     slots, starts = result.setup.slots, _first_pings(result, number)
     length = slots.uplink_slot
-    if is_plugin(result.scenario.protocol.ranging):  # only it knew, and it is not asked here
+    if result.scenario.protocol.ranging.is_own:  # only it knew, and it is not asked here
         starts, length = {}, (row.uplink_s or 0.0) / max(row.colours, 1)
     spans: list[Span] = []
     ends = float(row.started_at_s)
@@ -63,8 +62,8 @@ def _cycle(result: "Result", row: Any) -> Span:
 def _are_unequal(setup: Setup) -> bool:
     """Tell whether slots may have other lengths than T_UL, and follow each other without pause."""
     protocol = setup.scenario.protocol
-    follow = not (is_plugin(protocol.downlink) or setup.downlink.by_group)
-    return setup.schedule.pace != "" or (is_plugin(protocol.schedule) and follow)
+    follow = not (protocol.downlink.is_own or setup.downlink.by_group)
+    return setup.schedule.pace != "" or (protocol.schedule.is_own and follow)
 
 
 def _first_pings(result: "Result", number: int) -> dict[int, float]:

@@ -9,6 +9,7 @@ part: its line here, and the module in which it works.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 from ..core.plugins import PluginError, asked, loaded
@@ -357,45 +358,15 @@ def declared_mistakes(key: str, name: str) -> Iterator[PluginError]:
             yield PluginError(key, f"{name!r} declares {word} = {value!r}; give one of {options}")
 
 
-def schedule_named(name: str) -> ScheduleTraits:
-    """Return what a schedule declares."""
-    return _declared("protocol.schedule", SCHEDULES, ScheduleTraits(), name)
-
-
-def downlink_named(name: str) -> DownlinkTraits:
-    """Return what a downlink declares."""
-    return _declared("protocol.downlink", DOWNLINKS, DownlinkTraits(), name)
-
-
-def broadcaster_named(name: str) -> BroadcasterTraits:
-    """Return what a broadcaster declares."""
-    return _declared("protocol.broadcaster", BROADCASTERS, BroadcasterTraits(), name)
-
-
-def ranging_named(name: str) -> RangingTraits:
-    """Return what a ranging declares."""
-    return _declared("protocol.ranging", RANGINGS, RangingTraits(), name)
-
-
-def knowledge_named(name: str) -> KnowledgeTraits:
-    """Return what a way of knowing the schedule declares."""
-    return _declared("protocol.knowledge", KNOWLEDGES, KnowledgeTraits(), name)
-
-
-def channel_named(name: str) -> ChannelTraits:
-    """Return what a channel declares, of either band."""
-    return _declared("acoustics.hf.channel", CHANNELS, ChannelTraits(), name)
-
-
-def instrument_named(name: str) -> InstrumentTraits:
-    """Return what an instrument declares."""
-    return _declared("usbl.model", INSTRUMENTS, InstrumentTraits(), name)
-
-
-def navigator_named(name: str) -> NavigatorTraits:
-    """Return what a navigator declares."""
-    return _declared("navigation.filter", NAVIGATORS, NavigatorTraits(), name)
-
+# What a part declares, by its name.
+schedule_named = partial(_declared, "protocol.schedule", SCHEDULES, ScheduleTraits())
+downlink_named = partial(_declared, "protocol.downlink", DOWNLINKS, DownlinkTraits())
+broadcaster_named = partial(_declared, "protocol.broadcaster", BROADCASTERS, BroadcasterTraits())
+ranging_named = partial(_declared, "protocol.ranging", RANGINGS, RangingTraits())
+knowledge_named = partial(_declared, "protocol.knowledge", KNOWLEDGES, KnowledgeTraits())
+channel_named = partial(_declared, "acoustics.hf.channel", CHANNELS, ChannelTraits())
+instrument_named = partial(_declared, "usbl.model", INSTRUMENTS, InstrumentTraits())
+navigator_named = partial(_declared, "navigation.filter", NAVIGATORS, NavigatorTraits())
 
 # What a part of one's own declares that says nothing, by the key that names it
 DEFAULTS: dict[str, Traits] = {

@@ -6,7 +6,6 @@ makes its parts: those that ship by name, one's own with :func:`.part_choice.own
 
 from collections.abc import Iterator, Mapping
 from operator import attrgetter
-from typing import Any
 
 from ..core.plugins import Family, PluginError, allow, is_plugin, loaded
 from . import declared
@@ -83,18 +82,6 @@ def parts_of(scenario: ScenarioKeys) -> Iterator[tuple[Family, PartChoice]]:
         yield family, found if isinstance(found, PartChoice) else found.choice
 
 
-def plugins_of(scenario: ScenarioKeys) -> dict[str, str]:
-    """Return the plug-ins that a scenario names, by key."""
-    return {family.key: str(name) for family, name in parts_of(scenario) if is_plugin(name)}
-
-
-def leave_of(scenario: ScenarioKeys) -> str:
-    """Return what a command that runs a scenario needs behind it, so that its plug-ins are loaded:
-    " --allow-plugins", or nothing.
-    """
-    return " --allow-plugins" if plugins_of(scenario) else ""
-
-
 def loaded_parts(scenario: ScenarioKeys) -> tuple[object, ...]:
     """Return the user-defined parts of a scenario that are loaded by now."""
     return tuple(loaded(str(name)) for _, name in parts_of(scenario) if is_plugin(name))
@@ -119,29 +106,3 @@ def ready_plugins(scenario: ScenarioKeys) -> None:
     for family, name in parts_of(scenario):
         if is_plugin(name):
             own_part(family, name)
-
-
-def without_plugins(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the plain data of a scenario with the first shipped part in place of each plug-in."""
-    plain: Any = data
-    for family in FAMILIES:
-        plain = _without(plain, family.key.split("."), family)
-    return dict(plain)
-
-
-def _without(data: Any, words: list[str], family: Family) -> Any:
-    if words:
-        return {**data, words[0]: _without(data[words[0]], words[1:], family)}
-    if not is_plugin(named(data)):
-        return data
-    return {family.word: family.siblings[0]} if family.word else family.siblings[0]
-
-
-def named(value: Any) -> str:
-    """Return the name of the part in what stands at a key; "" where it is none.
-
-    >>> named("dsatur"), named({"model": "my_parts:fast", "depth": 2}), named(3)
-    ('dsatur', 'my_parts:fast', '')
-    """
-    name = value.get("model", value.get("kind")) if isinstance(value, Mapping) else value
-    return name if isinstance(name, str) else ""

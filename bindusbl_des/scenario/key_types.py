@@ -20,17 +20,13 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from ..core.plain_data import PRINTABLE
 from ..core.wording import plain
 from ..presets.catalogue import preset
 
 PAPER = "BIND-USBL paper"
 THESIS = "Nitsch 2024, USBL-Simulator"
 OURS = "this package"
-
-# No control characters: they belong to no name, and a terminal would obey them.  U+FFFE and U+FFFF
-# are no characters, and no YAML.
-PRINTABLE = r"^[^\u0000-\u001f\u007f-\u009f\u2028\u2029\ufffe\uffff]*$"
-LONGEST_NAME = 100
 
 Real = Annotated[float, Strict(), Field(allow_inf_nan=False)]
 Whole = Annotated[int, Strict()]
@@ -190,3 +186,28 @@ class Section(Part):
                     stacklevel=2,
                 )
         return data
+
+
+def which_tracks(whose: str) -> Any:
+    """Return the key that names the tracks of vehicles in files that hold several."""
+    return key(
+        (),
+        "",
+        f"per {whose} which track of its file, where that holds several: a vehicle of a CSV, the "
+        "name of a GPX track, the topic of an MCAP",
+    )
+
+
+# Where instants of files count from
+TIME_OFFSET_S = key(
+    0.0,
+    "s",
+    "subtracted from the time_s of the files, such as the Unix time of the mission's start",
+    ge=-1e12,
+    le=1e12,
+)
+
+
+def sources(files: tuple[str, ...], tracks: tuple[str, ...]) -> list[tuple[str, str]]:
+    """Return files of tracks, and which of the tracks in each is meant, "" for its only one."""
+    return list(zip(files, tracks or ("",) * len(files), strict=False))

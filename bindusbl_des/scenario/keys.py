@@ -10,6 +10,7 @@ from functools import cache
 from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin
 
+from ..core.plain_data import DIALECT
 from ..core.plugins import Family
 from ..core.wording import plain
 from .families import FAMILIES
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
     from pydantic.fields import FieldInfo
 
-DIALECT = "https://json-schema.org/draft/2020-12/schema"
 REQUIRED = "(required)"
 
 # Parts of the mission: those that ship, or one's own.
@@ -107,15 +107,6 @@ def sections() -> dict[str, str]:
     """Return the meaning of each section by its dotted name, in the order of the file."""
     found = _sections(ScenarioKeys, "")
     return {name: field.description or "" for name, field in found}
-
-
-def leaves(data: Mapping[str, Any], section: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the dotted keys of what a file holds, with their values."""
-    for name, value in data.items():
-        if isinstance(value, Mapping):
-            yield from leaves(value, f"{section}{name}.")
-        else:
-            yield f"{section}{name}", value
 
 
 def json_schema() -> dict[str, Any]:

@@ -21,7 +21,6 @@ import math
 from typing import NamedTuple, Self
 
 from ..core.facts import fact
-from ..core.plugins import is_plugin
 from ..core.spreads import drift_rms, per_axis_sd, wandering_rms
 from .agreement.instruments import taken_for
 from .site import Site
@@ -41,6 +40,22 @@ class OwnSensors(NamedTuple):
     random_walk_m_per_sqrt_s: float
     scale_factor_sd: float
     heading_sd_deg: float
+
+    def straight_drift_rms(self, time: float, speed: float) -> float:
+        """Return the RMS (m) of what a straight way of some `time` (s) without fixes adds to the
+        error.
+
+        Beside the known bias (|b| t)^2 and the random walk's 2 sigma^2 t, a drawn velocity bias
+        adds 2 sd^2 t^2 (less if it wanders), a scale factor and a heading their variances times
+        the square of the way, at a `speed` (m/s).
+        """
+        lasts = self.bias_time_constant_s or math.inf
+        skew = math.hypot(self.scale_factor_sd, math.radians(self.heading_sd_deg))
+        return math.hypot(
+            drift_rms(time, self.bias_m_per_s, self.random_walk_m_per_sqrt_s),
+            math.sqrt(2) * wandering_rms(time, self.bias_sd_m_per_s, lasts),
+            skew * speed * time,
+        )
 
 
 class Kind(NamedTuple):
@@ -110,6 +125,30 @@ class Sensors(Site):
         )
 
     @fact
+    def drift_words(self) -> str:
+        """How what an inertial system's sheet says is drawn, in a sentence; "" without a sheet.
+
+        Of AUVs that follow no plan of the scenario, whose speed is another, nothing can be said.
+        """
+        auvs, drift, sensors = self.scenario.auvs, self.scenario.navigation.drift, self.own_sensors
+        route = auvs.route
+        if not drift.is_stated or route.is_held or route.is_recorded:
+            return ""
+        line, sd = self.drift_line_m, sensors.bias_sd_m_per_s
+        share = sensors.scale_factor_sd if sd == 0.0 else sd / max(auvs.speeds)
+        drawn = (
+            f"a scale factor of {100 * share:.3g} % and a heading error of "
+            f"{math.degrees(share):.3g} deg"
+            if drift.m_per_hour is None
+            else f"a velocity bias of {sd:.3g} m/s per axis"
+        )
+        lasts = "constant for the mission" if line is None else f"wandering over {line:g} m"
+        return (
+            f"Dead reckoning: its data sheet's {drift.words} is {drawn} (standard deviations), "
+            f"drawn for each AUV and seed, {lasts}."
+        )
+
+    @fact
     def sound_speed_error(self) -> float:
         """The share of a range by which it is measured too long, by the sound speed assumed."""
         return 1.0 - self.sound_speed_m_per_s / self.assumed_sound_speed_m_per_s
@@ -156,7 +195,7 @@ class Sensors(Site):
         more than MOST_TOLD ASVs none of each of these, which would be too many states.
         """
         navigation = self.scenario.navigation
-        if not navigation.weighs or is_plugin(self.scenario.usbl.model):
+        if not navigation.weighs or self.scenario.usbl.model.is_own:
             return []
         untold = navigation.filter.settings.get("untold", ())
         return [
@@ -164,43 +203,3 @@ class Sensors(Site):
             for kind in self.taken.lasting_errors
             if kind.name not in untold and kind.times <= MOST_TOLD
         ]
-
-
-def straight_drift_rms(sensors: OwnSensors, time: float, speed: float) -> float:
-    """Return the RMS (m) of what a straight way of some `time` (s) without fixes adds to the error.
-
-    Beside the known bias (|b| t)^2 and the random walk's 2 sigma^2 t, a drawn velocity bias adds
-    2 sd^2 t^2 (less if it wanders), a scale factor and a heading their variances times the square
-    of the way, at a `speed` (m/s).
-    """
-    lasts = sensors.bias_time_constant_s or math.inf
-    skew = math.hypot(sensors.scale_factor_sd, math.radians(sensors.heading_sd_deg))
-    return math.hypot(
-        drift_rms(time, sensors.bias_m_per_s, sensors.random_walk_m_per_sqrt_s),
-        math.sqrt(2) * wandering_rms(time, sensors.bias_sd_m_per_s, lasts),
-        skew * speed * time,
-    )
-
-
-def drift_text(setup: Sensors) -> str:
-    """Return in a sentence how what an inertial system's sheet says is drawn; "" without a sheet.
-
-    Of AUVs that follow no plan of the scenario, whose speed is another, nothing can be said.
-    """
-    auvs, drift, sensors = setup.scenario.auvs, setup.scenario.navigation.drift, setup.own_sensors
-    route = auvs.route
-    if not drift.is_stated or route.is_held or route.is_recorded:
-        return ""
-    line, sd = setup.drift_line_m, sensors.bias_sd_m_per_s
-    share = sensors.scale_factor_sd if sd == 0.0 else sd / max(auvs.speeds)
-    drawn = (
-        f"a scale factor of {100 * share:.3g} % and a heading error of {math.degrees(share):.3g} "
-        "deg"
-        if drift.m_per_hour is None
-        else f"a velocity bias of {sd:.3g} m/s per axis"
-    )
-    lasts = "constant for the mission" if line is None else f"wandering over {line:g} m"
-    return (
-        f"Dead reckoning: its data sheet's {drift.words} is {drawn} (standard deviations), "
-        f"drawn for each AUV and seed, {lasts}."
-    )

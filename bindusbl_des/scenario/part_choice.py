@@ -76,7 +76,7 @@ class PartChoice(str):
 
     @property
     def is_own(self) -> bool:
-        """Whether it is a user-defined part, named as ``module:object``."""
+        """Whether it is a user-defined part, ``module:object``."""
         return is_plugin(self)
 
     @property

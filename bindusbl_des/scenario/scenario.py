@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal, Required, TypedDict, TypeVar, Un
 from pydantic import ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
+from ..core.mistakes import Problem
+from ..core.plain_data import leaves
 from ..core.plugins import is_plugin
 from ..core.wording import did_you_mean, plain, shortened
 from ..presets.catalogue import CATALOGUE
@@ -26,9 +28,8 @@ from .agreement.vehicles import (
     vehicles_problems,
 )
 from .families import loaded_parts, parts_of
-from .keys import leaves
 from .part_choice import shipped_mistakes
-from .scenario_keys import Environment, Problem, Record, ScenarioKeys
+from .scenario_keys import Environment, Record, ScenarioKeys
 from .sections.acoustics import Acoustics
 from .sections.navigation import Navigation
 from .sections.protocol import Protocol
@@ -100,6 +101,16 @@ class Scenario(ScenarioKeys):
         text = "\n".join(lines) or "every key has its default"
         return f"<p>{escape(repr(self))}</p><pre>{escape(text)}</pre>"
 
+    @property
+    def ends_with_survey(self) -> bool:
+        """Whether the mission lasts until all AUVs have flown their lanes."""
+        return isinstance(self.duration_s, SurveyEnd)
+
+    @property
+    def plugins(self) -> dict[str, str]:
+        """The user-defined parts that it names (``module:object``), by key."""
+        return {family.key: str(name) for family, name in parts_of(self) if is_plugin(name)}
+
     @model_validator(mode="wrap")
     @classmethod
     def _told_in_words(
@@ -116,7 +127,7 @@ class Scenario(ScenarioKeys):
     def _consistent(self) -> "Scenario":
         site = site_of(self)
         found = problems(site)
-        if not found and isinstance(self.duration_s, SurveyEnd):
+        if not found and self.ends_with_survey:
             found = _ended(site)
         if found:
             text = "\n".join(f"{problem.key}: {problem.message}" for problem in found)
@@ -159,10 +170,8 @@ def _ended(site: Site) -> list[Problem]:
     if not scenario.auvs.route.is_flown:
         message = f"{SURVEY} needs lanes or waypoints to be flown; give the seconds"
         return [Problem("duration_s", message, ("auvs.route.kind",))]
-    from .flight_plans import survey_end
-
     try:
-        end = survey_end(scenario.auvs, scenario.environment, site.plans)
+        end = site.survey_end_s
     except ValueError as error:
         key, _, message = str(error).partition(": ")
         if key in (known for known, _ in leaves(scenario.model_dump())):  # who cannot fly it

@@ -5,32 +5,24 @@ and knows nothing of files, clocks or random numbers: the same scenario run with
 the same mission.
 """
 
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 from pydantic import Field, field_validator
 
-from .key_types import LONGEST_NAME, PAPER, Part, Real, Text, key
+from ..core.plain_data import LONGEST_NAME
+from .key_types import (
+    PAPER,
+    Part,
+    Real,
+    Text,
+    key,
+)
 from .sections.acoustics import Acoustics
 from .sections.navigation import Navigation
 from .sections.protocol import Protocol
 from .sections.survey import Duration, Survey
 from .sections.usbl import UsblSection
 from .sections.vehicles import Asvs, Auvs
-
-
-class Problem(NamedTuple):
-    """A contradiction: the key it is told at, what is wrong, and the other keys that lead to it."""
-
-    key: str
-    message: str
-    others: tuple[str, ...] = ()
-
-
-class ScenarioWarning(Problem):
-    """A warning about a key: the key, what it warns of, and the keys behind it."""
-
-    def __str__(self) -> str:
-        return f"{self.key}: {self.message}"
 
 
 class Origin(Part):

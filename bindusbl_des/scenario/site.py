@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, TypeVar
 
 from ..core.facts import Facts, fact
 from ..core.plugins import PluginError
-from ..geometry.area import Area, polygon, rectangle
+from ..geometry.area import Area, polygon, rectangle, vertices
 from . import declared
 from .declared import (
     BroadcasterTraits,
-    ChannelTraits,
     DownlinkTraits,
     InstrumentTraits,
     NavigatorTraits,
@@ -25,18 +24,19 @@ from .declared import (
 from .key_types import Point, Position
 from .scenario_keys import ScenarioKeys
 from .sections.acoustics import Downlink, UplinkSection
-from .sections.placements import AsvTrack, OwnPlacement
-from .sections.routes import Lawnmower, OwnRoute, RouteTraits, Track
+from .sections.placements import OwnPlacement
+from .sections.routes import Lawnmower, OwnRoute, RouteTraits
 from .shipped_settings import ScheduleSettings
 
 if TYPE_CHECKING:
-    from ..core.arrays import Floats
+    from ..geometry.lanes import Share
     from ..geometry.routes import FlightPlan
     from ..sea.water import Water
     from ..sea.water_column import Column, Profile
     from ..vehicles.fleet import Failures
     from ..vehicles.tracks import Track as RecordedTrack
     from .own_routes import PlanView
+    from .sections.survey import SurveyEnd
 
 AnyRoute = TypeVar("AnyRoute", bound=RouteTraits)
 Stations = tuple[tuple[float, float], ...]
@@ -89,16 +89,6 @@ class Site(Facts):
     def ranging(self) -> RangingTraits:
         """What the ranging declares: who pings, and whose clock starts it."""
         return declared.ranging_named(self.scenario.protocol.ranging)
-
-    @fact
-    def hf_channel(self) -> ChannelTraits:
-        """What the channel of pings declares."""
-        return declared.channel_named(self.scenario.acoustics.hf.channel)
-
-    @fact
-    def mf_channel(self) -> ChannelTraits:
-        """What the channel of frames declares."""
-        return declared.channel_named(self.scenario.acoustics.mf.channel)
 
     @fact
     def instrument(self) -> InstrumentTraits:
@@ -246,7 +236,7 @@ class Site(Facts):
         auvs = self.scenario.auvs
         if not auvs.vehicle.has_dynamics:
             return (auvs.turning_radius_m,) * auvs.count
-        from ..vehicles.guidance import smallest_turn
+        from ..vehicles.guidance.departure import smallest_turn
 
         model, coefficients = auvs.vehicle.model, dict(auvs.vehicle.coefficients)
         try:
@@ -295,6 +285,30 @@ class Site(Facts):
         ).plans()
 
     @fact
+    def lane_shares(self) -> "list[Share]":
+        """The lanes of each AUV, in the frame of the lanes' heading; none without lanes.
+
+        Raises:
+            ValueError: when there are fewer lanes than AUVs that are to share them.
+        """
+        from .flight_plans import shares_of
+
+        lanes, auvs = self.scenario.auvs.route.lanes, self.scenario.auvs.count
+        return shares_of(self.area, self.lanes_heading_rad, lanes, auvs) if lanes else []
+
+    @fact
+    def survey_end_s(self) -> "SurveyEnd":
+        """When (s) the last AUV has flown its lanes, and is where it is recovered, if anywhere.
+
+        Raises:
+            ValueError: when a current leaves no headway, the survey takes longer than a mission
+                may, or the route has no plan.
+        """
+        from .flight_plans import survey_end
+
+        return survey_end(self.scenario.auvs, self.scenario.environment, self.plans)
+
+    @fact
     def auv_tracks(self) -> "tuple[RecordedTrack, ...] | None":
         """The tracks (times (n,), s, places (n, 3), m) that AUVs repeat; None if they do not.
 
@@ -337,13 +351,8 @@ class Site(Facts):
         given = self.given_stations_m
         if given is not None:
             return tuple(given)
-        from ..geometry.formation import formation, formation_radius
-
-        radius = ring.radius_m
-        if radius is None:
-            radius = formation_radius(self.scenario.acoustics.hf.range_m, ring.clearance_m)
-        vertices = formation(self.scenario.asvs.count, radius, math.radians(ring.angle_deg))
-        return self._about_centroid(vertices)
+        radius = ring.radius(self.scenario.acoustics.hf.range_m)
+        return self._ring(radius, math.radians(ring.angle_deg))
 
     @fact
     def given_stations_m(self) -> tuple[Point, ...] | None:
@@ -376,10 +385,7 @@ class Site(Facts):
             return self.stations_m
         except (NoStations, PluginError):
             pass
-        from ..geometry.formation import formation, formation_radius
-
-        radius = formation_radius(self.scenario.acoustics.hf.range_m)
-        return self._about_centroid(formation(self.scenario.asvs.count, radius))
+        return self._ring(self.scenario.acoustics.hf.range_m, 0.0)
 
     @fact
     def nominal_route(self) -> RouteTraits:
@@ -467,7 +473,7 @@ class Site(Facts):
 
         route = self.scenario.auvs.route.recording
         assert route is not None
-        file, which = recordings(route)[auv]
+        file, which = route.sources[auv]
         return read_track(
             file,
             route.time_offset_s,
@@ -482,7 +488,7 @@ class Site(Facts):
 
         placement = self.scenario.asvs.formation.recording
         assert placement is not None
-        file, which = recordings(placement)[asv]
+        file, which = placement.sources[asv]
         origin, offset_s = self.origin_deg, placement.time_offset_s
         return read_track(file, offset_s, which=which, origin=origin, depth_m=0.0, afloat=True)
 
@@ -520,21 +526,17 @@ class Site(Facts):
         from ..charts.recordings import read_recording
 
         try:
-            found = [read_recording(*source) for source in recordings(route)]
+            found = [read_recording(*source) for source in route.sources]
         except ValueError:
             return False  # which is told where they are read
         return any(recording.lacks_depths for recording in found)
 
-    def _about_centroid(self, vertices: "Floats") -> Stations:
-        """Return places (n, 2), m, about the origin as those about the middle of the survey."""
-        centre = self.area.centroid
-        places = vertices if centre == (0.0, 0.0) else vertices + centre
-        return tuple((x, y) for x, y in places.tolist())
-
-
-def recordings(route: Track | AsvTrack) -> list[tuple[str, str]]:
-    """Return the files of tracks, and which of the tracks in each is meant."""
-    return list(zip(route.files, route.tracks or ("",) * len(route.files), strict=False))
+    def _ring(self, radius: float, angle_rad: float) -> Stations:
+        """Return the stations of a regular formation about the middle of the survey."""
+        places, (x, y) = vertices(self.scenario.asvs.count, radius, angle_rad), self.area.centroid
+        if (x, y) == (0.0, 0.0):
+            return tuple(places)
+        return tuple((x + north, y + east) for north, east in places)
 
 
 def _centroid(corners: tuple[Position, ...]) -> Position:
@@ -565,14 +567,3 @@ def in_metres(positions: tuple[Position, ...], origin: Position) -> tuple[Point,
     lat, lon = np.array(positions, dtype=np.float64).reshape(-1, 2).T
     places = ned_at_depth(lat, lon, np.zeros(len(lat)), origin)
     return tuple((float(x), float(y)) for x, y in places[:, :2])
-
-
-def longest_path(hf_range: float, depth: float, metric: str) -> float:
-    """Return the longest path (m) of a ping that is heard, from a depth (m) to the surface.
-
-    A horizontal range says nothing of the depth: sound takes the slant path.
-
-    >>> longest_path(40.0, 30.0, "horizontal"), longest_path(40.0, 30.0, "slant")
-    (50.0, 40.0)
-    """
-    return math.hypot(hf_range, depth) if metric == "horizontal" else hf_range

@@ -63,11 +63,6 @@ def sheet_of(model: str, calls: bool) -> Sheet | None:
     )
 
 
-def stated_range_sd(sheet: Sheet, calls: bool) -> float:
-    """Return the noise (m) of a short range by a sheet, without what grows with the range."""
-    return hypot(sheet.path_sd / (2.0 if calls else 1.0), sheet.spread_sd)
-
-
 @dataclass(frozen=True)
 class Usbl:
     """A USBL instrument: its array and the noise of everything it measures (SI, radians).
@@ -130,25 +125,36 @@ class Usbl:
         places: tuple[Vector, Vector] = tuple(source.tolist()), tuple(vessel.tolist())
         return locate(*places, yaw, travel_time, snr_db, noise, instrument)
 
+    def level_sds(self) -> tuple[float, float]:
+        """Return the noise (rad) of bearing and elevation of a level source, from where it is
+        largest, without that of the AHRS; by a sheet as that states them (0: as an error of the
+        place alone).
 
-def level_sds(usbl: Usbl) -> tuple[float, float]:
-    """Return the noise (rad) of bearing and elevation of a level source, from where it is largest,
-    without that of the AHRS; by a sheet as that states them (0: as an error of the place alone).
+        >>> from bindusbl_des.usbl.array import ARRAYS
+        >>> named = Usbl(ARRAYS["cross5"], 2.6e-7, 0.0, 0.0, (0.0, 0.0, 0.0), 0.0, 1500.0)
+        >>> [round(math.degrees(sd), 3) for sd in named.level_sds()]
+        [0.372, 0.372]
+        """
+        levels = self.levels[0]
+        if self.sheet is not None:
+            return float(levels["bearing_sd_rad"]), float(levels["elevation_sd_rad"])
+        sd, worst = self.sound_speed * levels["element_sd_s"], np.zeros(2)
+        for azimuth in np.radians(range(0, 360, 5)):
+            source = math.cos(azimuth), math.sin(azimuth), 0.0
+            across = across_by_array(source, np.eye(3), self.metric, sd)
+            worst = np.maximum(worst, (across.scale * across.d, across.scale * across.a))
+        return sqrt(worst[0]), sqrt(worst[1])
 
-    >>> from bindusbl_des.usbl.array import ARRAYS
-    >>> named = Usbl(ARRAYS["cross5"], 2.6e-7, 0.0, 0.0, (0.0, 0.0, 0.0), 0.0, 1500.0)
-    >>> [round(math.degrees(sd), 3) for sd in level_sds(named)]
-    [0.372, 0.372]
-    """
-    levels = usbl.levels[0]
-    if usbl.sheet is not None:
-        return float(levels["bearing_sd_rad"]), float(levels["elevation_sd_rad"])
-    sd, worst = usbl.sound_speed * levels["element_sd_s"], np.zeros(2)
-    for azimuth in np.radians(range(0, 360, 5)):
-        source = math.cos(azimuth), math.sin(azimuth), 0.0
-        across = across_by_array(source, np.eye(3), usbl.metric, sd)
-        worst = np.maximum(worst, (across.scale * across.d, across.scale * across.a))
-    return sqrt(worst[0]), sqrt(worst[1])
+    def range_sd(self, ways: int) -> float:
+        """Return the noise (m) of a short range from a travel time over one way, or there and back
+        (2); by a sheet without what grows with the range.
+
+        >>> round(Usbl(np.eye(3), 0.0, 6.66667e-6, 0.0, (0.0,) * 3, 0.0, 1500.0).range_sd(2), 6)
+        0.005
+        """
+        if self.sheet is not None:
+            return hypot(self.sheet.path_sd / ways, self.sheet.spread_sd)
+        return self.sound_speed / ways * stepped_sd(self.travel_time_sd, self.quantum)
 
 
 def element_sd(tdoa_sd: float) -> float:
@@ -169,15 +175,6 @@ def stepped_sd(travel_time_sd: float, quantum: float) -> float:
     Widrow, I. Kollar, Quantization Noise, 2008, sec. 4.
     """
     return hypot(travel_time_sd, quantum / sqrt(12.0))
-
-
-def range_sd(travel_time_sd: float, quantum: float, sound_speed: float, ways: int) -> float:
-    """Return the noise (m) of a range from a travel time over one way or there and back (2).
-
-    >>> round(range_sd(6.66667e-6, 0.0, 1500.0, ways=2), 6)
-    0.005
-    """
-    return sound_speed / ways * stepped_sd(travel_time_sd, quantum)
 
 
 @compiled

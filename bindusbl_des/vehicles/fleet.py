@@ -18,7 +18,7 @@ from .motion import PLACE, Motion, lines
 from .vehicle import Vehicle
 
 if TYPE_CHECKING:
-    from .guidance import GuidedFleet
+    from .guidance.guided_fleet import GuidedFleet
     from .poses import Poses
     from .vehicle import Steered
 

@@ -14,12 +14,9 @@ from ..core.plugins import PluginError
 from ..protocol.slots import Slots
 from ..scenario.scenario import Scenario
 from ..scenario.sections.vehicles import VehicleChoice
-from ..scenario.site import NoStations, longest_path
 from ..setup import Setup
-from ..usbl.bounds import exceeded
 from ..vehicles.currents import CONTROL_S
-from ..vehicles.guidance.departure import top_speed
-from ..vehicles.tracks import Track
+from .bounds import exceeded
 
 Plan = dict[str, Any]
 
@@ -197,11 +194,11 @@ def _driven(scenario: Scenario, vehicle: VehicleChoice, speed: float, sigmas: fl
     if not vehicle.is_steered:
         return speed
     if vehicle.has_dynamics:
-        speed = max(speed, top_speed(vehicle.model, dict(vehicle.coefficients)))
+        speed = max(speed, vehicle.top_speed)
     return min(speed + _current(scenario, sigmas), FASTEST_M_PER_S)
 
 
-def _fastest(track: Track) -> float:
+def _fastest(track: tuple[Floats, Floats]) -> float:
     """Return the speed (m/s) of the fastest leg of a track."""
     times, places = track
     if len(times) < 2:
@@ -295,7 +292,7 @@ class Case:
             return None
         try:
             return np.array(self.setup.stations_m, dtype=float).reshape(-1, 2)
-        except (NoStations, PluginError):
+        except (ValueError, PluginError):
             return None
 
     @cached_property
@@ -340,7 +337,7 @@ class Case:
         hf, deepest = self.scenario.acoustics.hf, self.depths[auv][1]
         if self.scenario.auvs.vehicle.is_steered:
             deepest += OVERSHOOT_M
-        return longest_path(hf.range_m, deepest, hf.range_metric)
+        return hf.longest_path_m(deepest)
 
     def shortest_m(self, auv: int) -> float:
         """Return the shortest way (m) of a ping of an AUV: straight up."""

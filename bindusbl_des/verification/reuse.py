@@ -6,9 +6,8 @@ from functools import partial
 
 import numpy as np
 
-from ..core.plugins import is_plugin
 from ..preflight.round_lengths import rounds_of
-from ..usbl.bounds import Beside, farthest_off
+from .bounds import Beside, farthest_off
 from .case import ACCEPTED, REFUSED, Case, Plan, SignalPair, undecided
 from .signals import at_the_edge, come_in_together, comes_into_range, rounds_shown
 from .uplink import answering_s
@@ -85,7 +84,7 @@ def believed_off_m(case: Case) -> float:
         return 0.0
     route = setup.route
     tours = not (route.is_held or route.is_recorded)
-    if is_plugin(usbl.model) or (positions == "carried_forward" and tours):
+    if usbl.model.is_own or (positions == "carried_forward" and tours):
         return math.inf
     many = len(case.apart_m) and float(case.apart_m.min()) <= 2 * hf.range_m
     both_ways = setup.ranging.calls

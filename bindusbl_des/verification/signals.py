@@ -13,7 +13,7 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..preflight.round_lengths import rounds_of
-from ..protocol.conflicts import dsatur_groups, greedy_groups
+from ..protocol.conflicts import GROUPINGS
 from .case import Case, Plan
 from .playing import LATEST_S, OUT_OF_THE_WAY, SLIVER, Actor, lossless, staged, stations_of
 
@@ -242,9 +242,6 @@ def answer_late(case: Case, auv: int, gap_s: float) -> Iterator[Plan]:
             yield staged(case, actors, rounds_shown(case), slowest)
 
 
-# How AUVs share slots; of equal claims, as all are at first, the first AUV has its way.
-GROUPS = {"first_fit": greedy_groups, "saturation": dsatur_groups}
-
 # Directions (deg) from which AUVs come in, beside that of the other ASV, and away from it
 BESIDE = (0.0, 20.0, -20.0, 45.0, -45.0, 70.0, -70.0)
 
@@ -311,7 +308,7 @@ def _played(case: Case, asv: Floats, other: Floats, first: float, second: float)
     away = np.linalg.norm(places[:, None] - stations, axis=2)
     if slant:
         away = np.hypot(away, np.array([actor.depth for actor in actors.values()])[:, None])
-    groups = GROUPS[case.setup.schedule.groups](_in_order(actors, away <= hf.range_m + margin))
+    groups = GROUPINGS[case.setup.schedule.groups](_in_order(actors, away <= hf.range_m + margin))
     shared = [set(group) for group in groups].index
     names = sorted(actors)
     group = {names.index(one), names.index(two)}

@@ -10,8 +10,6 @@ import numpy as np
 
 from ..acoustics.propagation import TOUCH
 from ..preflight.round_lengths import rounds_of
-from ..scenario.declared import channel_named
-from ..scenario.site import longest_path
 from .case import ACCEPTED, REFUSED, UNDECIDED, Case, SignalPair, by_time, undecided
 from .reuse import age_s
 from .signals import answer_late, answer_passing, out_of_hearing, two_calls
@@ -41,7 +39,7 @@ def answers(case: Case) -> Iterator[SignalPair]:
         if count > 1 and setup.schedule.is_shared_and_proved:
             why = "pings of one slot are answered at once, by several ASVs"
             yield undecided(KIND, WHAT, why, None)
-        if not channel_named(mf.channel).ends_at_range:
+        if not mf.traits.ends_at_range:
             why = f"with the channel {str(mf.channel)!r} sound ends at no range"
             yield undecided(KIND, WHAT, why, None)
     speed = case.sound_speeds[0] - case.bounds.max_speed_m_per_s - case.bounds.asv_speed_m_per_s
@@ -50,7 +48,7 @@ def answers(case: Case) -> Iterator[SignalPair]:
     if scenario.asvs.count > 1:
         moved = case.closing_m_per_s * slots.airtime(1)
         deepest = max(deep for both in case.depths for deep in both)
-        after = max(after, longest_path(mf.range_m + moved, deepest, mf.range_metric) / speed)
+        after = max(after, mf.longest_path_m(deepest, moved) / speed)
     gap = round_gap(case) if rounds_of(setup).frame else case.slot_s
     margin = gap - up - slots.airtime(1) - after - case.late_s
     why = f"the next slot begins {1e3 * gap:.4g} ms later, an answer lasts {slots.airtime(1):.4g} s"

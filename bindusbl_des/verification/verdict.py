@@ -14,11 +14,10 @@ from ..core.facts import cached_property
 from ..core.plugins import is_plugin
 from ..core.wording import plain
 from ..preflight.round_lengths import rounds_of
-from ..scenario.declared import channel_named
 from ..scenario.files.overrides import put
 from ..scenario.files.scenario_file import load_scenario
 from ..scenario.scenario import Scenario
-from ..setup import setup_of
+from ..setup import Setup
 from .case import ACCEPTED, REFUSED, UNDECIDED, Bounds, Case, SignalPair, bounds_of, undecided
 from .frames import beacons, broadcasts, downlink_gap, fewest_slots, frame_spread, sizes
 from .playing import Witness, seen, witnessed
@@ -196,7 +195,7 @@ def verify(
                 f"{who.lower()}.count: all pairs of up to {LARGEST_FLEET:,} {who} are looked at; "
                 f"got {fleet.count:,}; verify a part of the fleet"
             )
-    setup = setup_of(scenario)
+    setup = Setup.of(scenario)
     case = Case(setup, bounds_of(setup, max_speed, clock_error, sound_speed_error))
     found = [witnessed(pair) for pair in pairs_of(case)]
     pairs = tuple(pair for pair, _ in found)
@@ -247,14 +246,14 @@ def _unknown(case: Case) -> Iterator[SignalPair]:
     if protocol.duplex != "per_band":
         why = "who sends on one band is deaf on both"
         yield undecided("half duplex", "pings and frames", why, None)
-    bands = [("pings", acoustics.hf.channel, "hf")]
+    bands = {"hf": ("pings", acoustics.hf.traits, acoustics.hf.channel)}
     if not protocol.asvs_ping:
-        bands.append(("frames", acoustics.mf.channel, "mf"))
-    for what, channel, band in bands:
-        if not channel_named(channel).ends_at_range:
+        bands["mf"] = "frames", acoustics.mf.traits, acoustics.mf.channel
+    for band, (what, traits, channel) in bands.items():
+        if not traits.ends_at_range:
             why = f"with the channel {str(channel)!r} sound ends at no range"
             yield undecided("sound without a range", what, why, band)
-    known = protocol.asvs_ping or is_plugin(str(protocol.schedule)) or protocol.random_access
+    known = protocol.asvs_ping or protocol.schedule.is_own or protocol.random_access
     if not known and not case.setup.schedule.is_proved:
         why = "nothing is proved of this schedule beyond what was played"
         yield undecided("schedule", str(protocol.schedule), why, None)
@@ -352,7 +351,7 @@ def _changed(case: Case, changes: Changes) -> Case:
     data = case.scenario.model_dump(mode="json")
     for key, value in changes.items():
         put(data, f"protocol.{key}", value)
-    return Case(setup_of(Scenario.model_validate(data)), case.bounds)
+    return Case(Setup.of(Scenario.model_validate(data)), case.bounds)
 
 
 def _up(value: float, step: float) -> float:

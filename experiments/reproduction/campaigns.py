@@ -10,8 +10,8 @@ from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.running import resume, sweep
 from bindusbl_des.campaigns.statistics.outcomes import failed_because
 from bindusbl_des.campaigns.storage.folder import RECORD, CampaignError
+from bindusbl_des.core.shipped import shipped
 from bindusbl_des.core.wording import counted
-from bindusbl_des.scenario.files.shipped import shipped
 
 from .numbers import published
 from .readings import SWEEPS, Reading, Sets, readings

@@ -10,8 +10,8 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, merged
 from bindusbl_des import Mission, Scenario, Setup, load_scenario, simulate, warnings_of
 from bindusbl_des.acoustics.channel import between
 from bindusbl_des.acoustics.table_channel import TableChannel, grid_to
+from bindusbl_des.core.mistakes import ScenarioError
 from bindusbl_des.preflight.warnings import read_scenario
-from bindusbl_des.scenario.files.scenario_file import ScenarioError
 
 QUIET = {"source_level_db": 150.0, "snr_threshold_db": 20.0}
 Tables = Any  # by their names

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from commands_for_tests import call
-from worlds import GOOD, paper_case, scenario, still
+from worlds import GOOD, paper_case, parse_scenario, scenario, still
 
 from bindusbl_des import Result, Scenario, Setup, advise, load_result, load_scenario, simulate
 from bindusbl_des.advice import choosing as trials_module
@@ -31,7 +31,6 @@ from bindusbl_des.campaigns.statistics.intervals import intervals
 from bindusbl_des.geometry.formation import formation
 from bindusbl_des.report.run_page import run_page
 from bindusbl_des.results.effects import GAIN, HARMS, HELPS, NEGLIGIBLE, NO_EFFECT, Advice
-from bindusbl_des.scenario.files.scenario_file import parse_scenario
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 

@@ -34,11 +34,11 @@ from bindusbl_des.campaigns.storage.folder import (
 from bindusbl_des.campaigns.storage.part_rows import read_part
 from bindusbl_des.campaigns.storage.parts import TABLES, committed, part_path
 from bindusbl_des.cli import main
+from bindusbl_des.core.plain_yaml import Document
 from bindusbl_des.core.plugins import source_sha256
 from bindusbl_des.results.loading import load_result
 from bindusbl_des.results.result import scenario_sha256
 from bindusbl_des.scenario.files.overrides import override
-from bindusbl_des.scenario.files.plain_yaml import Document
 from bindusbl_des.scenario.files.scenario_file import load_scenario
 
 BASE = "name: tiny\nduration_s: 5\n"

@@ -14,16 +14,16 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 from commands_for_tests import call
+from worlds import parse_scenario
 
-from bindusbl_des import load_result, simulate
+from bindusbl_des import load_result, load_scenario, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.commands import doctor as doctor_module
 from bindusbl_des.commands.console import ended_in_order
 from bindusbl_des.commands.missions import default_folder, models
+from bindusbl_des.commands.starters import IMPORTANT, TEMPLATES, template
+from bindusbl_des.core.plain_yaml import read_yaml
 from bindusbl_des.mission import simulation
-from bindusbl_des.scenario.files.plain_yaml import read_yaml
-from bindusbl_des.scenario.files.scenario_file import load_scenario, parse_scenario
-from bindusbl_des.scenario.files.shipped import IMPORTANT, TEMPLATES, template
 from bindusbl_des.scenario.key_types import Part
 from bindusbl_des.scenario.keys import items, json_schema, keys, settings
 from bindusbl_des.scenario.scenario import Scenario

@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 from commands_for_tests import call
 
-from bindusbl_des.scenario.files import shipped as shipping
-from bindusbl_des.scenario.files.shipped import KINDS, TEMPLATES, shipped
+from bindusbl_des.commands.starters import TEMPLATES
+from bindusbl_des.core import shipped as shipping
+from bindusbl_des.core.shipped import KINDS, shipped
 
 ROOT = Path(__file__).parents[2]
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from drawn_scenarios import drawn
 
-from bindusbl_des.scenario.files.plain_yaml import read_yaml
+from bindusbl_des.core.plain_yaml import read_yaml
 from bindusbl_des.scenario.keys import keys
 
 from .texts import bytes_mutated, encoded, lines_mutated

@@ -12,12 +12,12 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from bindusbl_des import Scenario, Setup
 from bindusbl_des.geometry.area import rectangle
 from bindusbl_des.geometry.coverage import coverage_map, covered_area, covering_radius, is_covered
 from bindusbl_des.geometry.formation import (
     corner_distance,
     formation,
-    formation_radius,
     formation_radius_bound,
 )
 
@@ -100,16 +100,19 @@ def test_a_single_asv_stays_in_the_middle() -> None:
     assert formation(1, 50.0, 1.0).tolist() == [[0.0, 0.0]]
 
 
-def test_formation_radius_is_range_plus_clearance() -> None:
-    """The paper puts its ASVs one HF range and a clearance from the middle."""
-    assert formation_radius(50.0) == 50.0
-    assert formation_radius(50.0, 2.5) == 52.5
+def test_a_ring_is_one_range_and_a_clearance_from_the_middle() -> None:
+    """The paper puts its ASVs there."""
+    asked = {"name": "m", "acoustics": {"hf": {"range_m": 50.0}}}
+    for clearance in (0.0, 2.5):
+        keys = {**asked, "asvs": {"formation": {"clearance_m": clearance}}}
+        stations = Setup(Scenario.model_validate(keys)).stations_m
+        assert np.hypot(*np.transpose(stations)) == pytest.approx(50.0 + clearance, rel=1e-12)
 
 
 def test_clearance_leaves_the_middle_unheard() -> None:
     """With any clearance two or more ASVs do not hear the middle of the survey."""
     for count in (2, 3, 4, 7):
-        asvs = formation(count, formation_radius(50.0, 0.01), 0.3)
+        asvs = formation(count, 50.01, 0.3)
         assert not is_covered((0.0, 0.0), asvs, 50.0)
         assert covering_radius(10.0, asvs) > 50.0
 
@@ -273,7 +276,7 @@ def test_table_of_formations(
     hf_range: float, side: float, count: int, angle: float, percent: float, lonely: float | None
 ) -> None:
     """The paper's formations cover what a 600 x 600 grid found, to its tenth of a per cent."""
-    asvs = polygon(count, formation_radius(hf_range), angle)
+    asvs = polygon(count, hf_range, angle)
     # 0.05 for the table's last digit, as much again for its grid
     assert 100.0 * covered_area(side, asvs, hf_range) == pytest.approx(percent, abs=0.1)
     if lonely is not None:
@@ -505,8 +508,6 @@ def test_impossible_formations_are_refused() -> None:
         formation(3, -50.0)
     with pytest.raises(ValueError, match=r"angle must be finite; met nan; give radians"):
         formation(3, 50.0, math.nan)
-    with pytest.raises(ValueError, match=r"clearance must .* met -1.0"):
-        formation_radius(50.0, -1.0)
     with pytest.raises(ValueError, match=r"side must .* met -1.0"):
         formation_radius_bound(-1.0, 50.0)
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from worlds import blank, scenario, still
 
 from bindusbl_des import load_scenario, simulate
+from bindusbl_des.core.mistakes import ScenarioError
 from bindusbl_des.mission import metrics
 from bindusbl_des.mission.metrics import AUV_METRICS, worst_of
 from bindusbl_des.mission.mission import Mission
@@ -20,7 +21,6 @@ from bindusbl_des.navigation.navigators import LinearNavigator
 from bindusbl_des.records.events import DELIVERED
 from bindusbl_des.records.metrics import WORST_IS_LARGEST
 from bindusbl_des.records.rows import FIX
-from bindusbl_des.scenario.files.mistakes import ScenarioError
 
 
 def test_a_ping_under_way_at_the_end_counts_for_nothing() -> None:

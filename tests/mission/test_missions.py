@@ -9,7 +9,7 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario
 
 from bindusbl_des import Scenario, Setup, load_scenario, simulate
 from bindusbl_des.vehicles.currents import carried, current_series
-from bindusbl_des.vehicles.guidance import GuidanceError
+from bindusbl_des.vehicles.guidance.departure import GuidanceError
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 ROV = {"vehicle": "bluerov2", "speed_m_per_s": 0.6}

@@ -15,7 +15,6 @@ from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import MissionCurrent
 from bindusbl_des.mission.sensor_errors import wrong_reckoning
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning
-from bindusbl_des.scenario.own_sensors import drift_text, straight_drift_rms
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import recorded
 
@@ -119,7 +118,7 @@ def test_where_no_one_speed_is_planned_they_are_constant(changes: dict[str, Any]
 
 def test_a_report_says_how_drift_is_drawn() -> None:
     for line, words in ((1000.0, "wandering over 1000 m."), (None, "constant for the mission.")):
-        told = drift_text(Setup(survey({"percent_of_distance": 0.3, "line_m": line})))
+        told = Setup(survey({"percent_of_distance": 0.3, "line_m": line})).drift_words
         assert "is a scale factor of" in told
         assert told.endswith(words)
 
@@ -133,7 +132,7 @@ def test_what_else_is_wrong_with_log_and_compass_is_added() -> None:
 
 def test_the_default_is_what_the_paper_flies() -> None:
     """13.5 % of the distance."""
-    off = straight_drift_rms(Setup(scenario()).own_sensors, 300.0, 0.627)
+    off = Setup(scenario()).own_sensors.straight_drift_rms(300.0, 0.627)
     assert off / (0.627 * 300.0) == pytest.approx(0.1354, abs=5e-5)
 
 

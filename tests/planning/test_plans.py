@@ -14,13 +14,13 @@ from shapely import LineString, distance, points
 import bindusbl_des
 from bindusbl_des import Scenario, Setup, load_scenario, plan, simulate
 from bindusbl_des.campaigns.storage.folder import CampaignError
+from bindusbl_des.core.mistakes import ScenarioError
 from bindusbl_des.core.wording import amount
 from bindusbl_des.export.chart_files import planned
 from bindusbl_des.planning import flying
 from bindusbl_des.planning.flying import Budget
 from bindusbl_des.planning.folder import drawn_team
 from bindusbl_des.planning.prediction.inputs import STATED_ERROR
-from bindusbl_des.scenario.files.mistakes import ScenarioError
 
 TEAMS = {"asvs.count": [1, 2, 3], "protocol.schedule": ["spatial_reuse"],
          "protocol.downlink": ["sequential"], "asvs.formation.angle_deg": [0, 30]}  # fmt: skip

@@ -15,10 +15,11 @@ from bindusbl_des import Scenario, Setup, load_scenario, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.predicting import predict
+from bindusbl_des.preflight.bounds import fewest_groups
 from bindusbl_des.preflight.limits import Limits, instants
 from bindusbl_des.preflight.round_lengths import carried_per_s
 from bindusbl_des.preflight.warnings import warnings_of
-from bindusbl_des.protocol.bounds import fewest_groups
+from bindusbl_des.protocol.conflicts import GROUPINGS
 from bindusbl_des.protocol.cycles import cycle
 
 # Two ASVs 200 m apart, which hear 50 m: two AUVs below the one, one below the other, one too far.
@@ -87,8 +88,8 @@ def test_large_fleets_are_looked_at_seldom_and_their_groups_bounded_without_pair
     assert looks == [121, 13, 1]
     heard = np.random.default_rng(1).random((200, 3)) < 0.2
     low, high = fewest_groups(heard)
-    monkeypatch.setattr("bindusbl_des.protocol.bounds.MOST_BY_DSATUR", 100)
-    monkeypatch.setattr("bindusbl_des.protocol.bounds.dsatur_groups", None)
+    monkeypatch.setattr("bindusbl_des.preflight.bounds.MOST_BY_DSATUR", 100)
+    monkeypatch.setitem(GROUPINGS, "saturation", None)
     assert fewest_groups(heard)[0] == low
     assert fewest_groups(heard)[1] >= high
 

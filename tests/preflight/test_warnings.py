@@ -24,13 +24,13 @@ from bindusbl_des import (
     warnings_of,
 )
 from bindusbl_des.cli import main
+from bindusbl_des.commands.starters import TEMPLATES, template
+from bindusbl_des.core.mistakes import ScenarioError
 from bindusbl_des.core.wording import timed
 from bindusbl_des.preflight.idle_keys import RULES, idle_keys
 from bindusbl_des.preflight.warnings import read_scenario
 from bindusbl_des.presets.modems import table_file
 from bindusbl_des.results.result import scenario_sha256
-from bindusbl_des.scenario.files.scenario_file import ScenarioError
-from bindusbl_des.scenario.files.shipped import TEMPLATES, template
 from bindusbl_des.scenario.flight_plans import survey_end
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"

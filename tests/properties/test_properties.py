@@ -18,7 +18,7 @@ from missions_against import collided, drawn_protocol, uncompiled
 
 from bindusbl_des import Mission, Result, Scenario, Setup, simulate, verify
 from bindusbl_des.preflight.effort import effort
-from bindusbl_des.vehicles.guidance import GuidanceError
+from bindusbl_des.vehicles.guidance.departure import GuidanceError
 from bindusbl_des.vehicles.hulls import DivergenceError
 from properties.books import alone_on_a_band, causal, collide_by_overlap, conserved, finite
 from properties.figures import agree

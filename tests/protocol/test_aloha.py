@@ -13,14 +13,13 @@ from worlds import merged, scenario, still
 from bindusbl_des import Result, Scenario, Setup, simulate
 from bindusbl_des.core.clock import ExactClock, TickClock
 from bindusbl_des.core.streams import Streams
-from bindusbl_des.protocol.access.aloha import (
-    Aloha,
-    SlottedAloha,
+from bindusbl_des.preflight.bounds import (
     aloha_success,
     offered_load,
     slot_share,
     slotted_success,
 )
+from bindusbl_des.protocol.access.aloha import Aloha, SlottedAloha
 from bindusbl_des.protocol.access.serving import packets_of
 
 PING_S = 0.010

@@ -15,7 +15,7 @@ from worlds import merged, scenario
 from bindusbl_des import Mission, Scenario, simulate
 from bindusbl_des.acoustics.travel_time import travel_time
 from bindusbl_des.core.streams import Streams
-from bindusbl_des.protocol.access.aloha import aloha_success, offered_load
+from bindusbl_des.preflight.bounds import aloha_success, offered_load
 from bindusbl_des.protocol.access.serving import packets_of
 
 SPEED, PING_S = 1500.0, 0.010

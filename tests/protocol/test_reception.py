@@ -22,10 +22,10 @@ from bindusbl_des.core.clock import Clock, ExactClock, TickClock
 from bindusbl_des.core.streams import ROWS, NoiseStore, Purpose, Streams
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, random_walk
 from bindusbl_des.protocol.broadcasters import hearers
+from bindusbl_des.protocol.hf.band import NO_CALL, HfBand
 from bindusbl_des.protocol.hf.calling import CALL
 from bindusbl_des.protocol.hf.outcomes import Measuring, Outcomes
 from bindusbl_des.protocol.hf.reception import Air, overlapped
-from bindusbl_des.protocol.hf.uplink import NO_CALL, Uplink
 from bindusbl_des.protocol.mf.downlink import FrameBand, MfDownlink
 from bindusbl_des.protocol.replies import Replies
 from bindusbl_des.records.events import (
@@ -71,15 +71,15 @@ def fleet(*vehicles: SegmentedTrajectory) -> VehicleFleet:
 
 def uplink(
     auvs: VehicleFleet, asvs: VehicleFleet, record: Recorder | None = None, **changes: Any
-) -> tuple[Uplink, Outcomes, Recorder]:
+) -> tuple[HfBand, Outcomes, Recorder]:
     """Return a quiet HF band of 3 km between two fleets, what becomes of its pings, the record."""
     record, streams = record or Recorder(), changes.pop("streams", Streams(1))
     reach, slant = changes.pop("hf_range", 3000.0), changes.pop("slant", True)
     instrument = changes.pop("instrument", PERFECT)
     law = SignalBand(slant, reach, PING, SOUND)
-    band = Uplink(auvs, asvs, law, changes.pop("channel", QUIET), streams, record)
+    band = HfBand(auvs, asvs, law, changes.pop("channel", QUIET), streams, record)
     measuring = Measuring(instrument, streams, len(auvs), len(asvs), record)
-    return band, Outcomes(band, asvs, measuring, np.zeros(len(auvs)), record), record
+    return band, Outcomes(band, measuring, np.zeros(len(auvs)), streams, record), record
 
 
 def test_a_ping_is_measured_from_where_the_vessel_is_when_it_arrives() -> None:

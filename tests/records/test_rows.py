@@ -18,7 +18,11 @@ SAID = [f"said_{it}" for it in ("x_m", "y_m", "xx_m2", "yy_m2", "xy_m2", "polar"
     ("event", "kind", "further"),
     [
         (Ping, PING, ["call_time_s", "first", "end", "passed_at_s", "longest_s", "calls"]),
-        (Reception, RECEPTION, ["loss", "sound", "bent_s", "late_s", "lowered", *SIGHT]),
+        (
+            Reception,
+            RECEPTION,
+            ["listener", "loss", "sound", "bent_s", "late_s", "lowered", *SIGHT],
+        ),
         (Fix, FIX, ["first", "end", "arrives_at_s", "frame", *SAID]),
         (FrameReception, FRAME_RECEPTION, ["ended_at_s"]),
         (Frame, FRAME, []),

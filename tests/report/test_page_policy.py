@@ -17,7 +17,7 @@ from bindusbl_des import Result, load_campaign, simulate, sweep
 from bindusbl_des.campaigns.page import sweep_page
 from bindusbl_des.campaigns.storage.folder import read_record, write_record
 from bindusbl_des.cli import main
-from bindusbl_des.preflight.warnings import ScenarioWarning
+from bindusbl_des.core.mistakes import ScenarioWarning
 from bindusbl_des.report.comparison import comparison_page
 from bindusbl_des.report.page import as_script, assembled
 from bindusbl_des.report.run_page import run_page

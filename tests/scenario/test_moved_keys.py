@@ -9,8 +9,8 @@ from worlds import merged
 
 from bindusbl_des import Scenario, load_campaign, load_scenario
 from bindusbl_des.cli import main
+from bindusbl_des.core.mistakes import ScenarioError
 from bindusbl_des.preflight.warnings import Reading, read_scenario
-from bindusbl_des.scenario.files.mistakes import ScenarioError
 
 # section, key, value, where it belongs, the part that has it
 MOVED = [

@@ -6,16 +6,13 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from worlds import parse_scenario
 from wrong_scenarios import HEAD, ROUTE, WRONG, text_of
 
+from bindusbl_des import load_scenario
 from bindusbl_des.cli import main
-from bindusbl_des.scenario.files.plain_yaml import read_yaml, scalar
-from bindusbl_des.scenario.files.scenario_file import (
-    Mistake,
-    ScenarioError,
-    load_scenario,
-    parse_scenario,
-)
+from bindusbl_des.core.mistakes import Mistake, ScenarioError
+from bindusbl_des.core.plain_yaml import read_yaml, scalar
 from bindusbl_des.scenario.scenario import Scenario
 
 

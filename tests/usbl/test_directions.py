@@ -12,7 +12,6 @@ import pytest
 from bindusbl_des import Scenario, ScenarioError, Setup, simulate
 from bindusbl_des.preflight.warnings import warnings_of
 from bindusbl_des.usbl.array import rotation
-from bindusbl_des.usbl.instrument import level_sds
 
 # A tetrahedron, and a pyramid of five with another two, in places that lean on no axis
 TETRAHEDRON = [[0.05, 0.0, -0.02], [-0.02, 0.045, -0.03], [-0.03, -0.04, -0.01], [0.0, 0.01, 0.06]]
@@ -130,7 +129,7 @@ def test_the_noise_of_an_array_is_that_of_its_least_squares() -> None:
     """An array that is turned sees as well as before; its noise by the normal equations."""
     turn = rotation(0.3, -0.5, 1.0)
     usbl = {**QUIET, "tdoa_sd_s": 1e-7}
-    plain = level_sds(Setup(scenario_of(usbl={**usbl, "array": SEVEN})).usbl)
+    plain = Setup(scenario_of(usbl={**usbl, "array": SEVEN})).usbl.level_sds()
     places = np.array(SEVEN) - np.mean(SEVEN, axis=0)
     sd = 1500.0 * 1e-7 / math.sqrt(2)
     worst = np.zeros(2)
@@ -155,7 +154,7 @@ def test_elements_beyond_five_have_noise_of_their_own() -> None:
     usbl = {**QUIET, "array": SEVEN, "tdoa_sd_s": 1e-6, "outlier_share": 0.1, "outlier_sd_m": 1.0}
     scenario = scenario_of(usbl=usbl, duration_s=60)
     told = truth_of(simulate(scenario, seed=6).tables)
-    bearing, _ = level_sds(Setup(scenario).usbl)
+    bearing, _ = Setup(scenario).usbl.level_sds()
     off = (told.body_azimuth_deg - told.azimuth + told.yaw + 180) % 360 - 180
     level = np.cos(np.radians(told.elevation))
     assert np.std(off * level) == pytest.approx(math.degrees(bearing), rel=0.35)

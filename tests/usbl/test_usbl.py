@@ -16,7 +16,7 @@ from bindusbl_des.scenario.sections.usbl import NAMED_SIZES_M
 from bindusbl_des.usbl.array import ARRAYS, arrival_differences, direction, rotation, scatter
 from bindusbl_des.usbl.covariance import across_by_array, fix_covariance
 from bindusbl_des.usbl.fusion import fuse
-from bindusbl_des.usbl.instrument import Usbl, element_sd, range_sd, stepped_sd
+from bindusbl_des.usbl.instrument import Usbl, element_sd, stepped_sd
 
 CHECKS = json.loads((Path(__file__).parents[1] / "reference" / "physics_checks.json").read_text())
 OEM = ARRAYS["oem5"]
@@ -184,7 +184,8 @@ def test_first_order_covariance(name: str, elevation_sine: float, azimuth: float
     found = fix_covariance(
         offset, np.eye(3),
         across_by_array(offset, np.eye(3), METRIC, 1500 * element_sd(THESIS_TDOA)),
-        range_sd(0.01 / 1500, 1e-6, 1500.0, ways=2), np.radians([0.2, 0.2, 1.0]), 0.0,
+        Usbl(np.eye(3), 0.0, 0.01 / 1500, 1e-6, (0.0,) * 3, 0.0, 1500.0).range_sd(2),
+        np.radians([0.2, 0.2, 1.0]), 0.0,
     )  # fmt: skip
     assert found == pytest.approx(np.array(CHECKS[name]["value"]), abs=2e-8)
 
@@ -279,8 +280,8 @@ def test_steps_of_the_clock_are_noise_of_ranges_alone() -> None:
 
 def test_two_way_ranges_are_twice_as_good() -> None:
     """A round trip halves the range noise of one travel time."""
-    one_way = range_sd(6.66667e-6, 1e-6, 1500.0, ways=1)
-    assert one_way == pytest.approx(2 * range_sd(6.66667e-6, 1e-6, 1500.0, ways=2))
+    usbl = Usbl(np.eye(3), 0.0, 6.66667e-6, 1e-6, (0.0,) * 3, 0.0, 1500.0)
+    assert usbl.range_sd(1) == pytest.approx(2 * usbl.range_sd(2))
 
 
 def test_fusion_of_the_worked_example() -> None:

@@ -13,18 +13,12 @@ from bindusbl_des.geometry.area import rectangle
 from bindusbl_des.geometry.paths import Path, Pose, Segment
 from bindusbl_des.geometry.routes import there_and_back
 from bindusbl_des.vehicles import logs, motion
-from bindusbl_des.vehicles.guidance import (
-    GuidanceError,
-    GuidedFleet,
-    GuidedVehicle,
-    SteeringDrift,
-    smallest_turn,
-    top_speed,
-    tracks,
-)
 from bindusbl_des.vehicles.guidance import otter as autopilot
+from bindusbl_des.vehicles.guidance import tracks
 from bindusbl_des.vehicles.guidance.bluerov2 import share_thrust
-from bindusbl_des.vehicles.guidance.sensing import Posture, Sensed
+from bindusbl_des.vehicles.guidance.departure import GuidanceError, smallest_turn, top_speed
+from bindusbl_des.vehicles.guidance.guided_fleet import GuidedFleet, GuidedVehicle
+from bindusbl_des.vehicles.guidance.sensing import Posture, Sensed, SteeringDrift
 from bindusbl_des.vehicles.hulls import MODELS, Fleet, otter, parameters
 from bindusbl_des.vehicles.motion import Motion, lines
 from bindusbl_des.vehicles.reckoning import error, steady

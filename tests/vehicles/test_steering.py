@@ -12,7 +12,10 @@ from worlds import QUIET_NAVIGATION, merged, scenario
 
 from bindusbl_des import Scenario, load_scenario, simulate
 from bindusbl_des.geometry.paths import Path, Pose, Segment
-from bindusbl_des.vehicles.guidance import GuidanceError, GuidedFleet, SteeringDrift, sensing
+from bindusbl_des.vehicles.guidance import sensing
+from bindusbl_des.vehicles.guidance.departure import GuidanceError
+from bindusbl_des.vehicles.guidance.guided_fleet import GuidedFleet
+from bindusbl_des.vehicles.guidance.sensing import SteeringDrift
 from bindusbl_des.vehicles.reckoning import steady
 
 Floats = NDArray[np.float64]

@@ -19,14 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.kept_files import KEPT, copies_of, kept_name, portable, renamed, renamed_point
+from ...core.mistakes import Mistake
+from ...core.plain_yaml import Document
 from ...core.plugins import Family, is_plugin, name_of, package_sha256, source_sha256
 from ...core.wording import described, did_you_mean
 from ...results.schemas import schema
 from ...scenario.families import parts_of
-from ...scenario.files.former_keys import as_now, is_former, key_now
-from ...scenario.files.mistakes import Mistake
+from ...scenario.files import former_keys
 from ...scenario.files.overrides import put
-from ...scenario.files.plain_yaml import Document
 from ...scenario.part_choice import PartChoice
 from ...scenario.scenario import Scenario
 from .experiment_points import is_section
@@ -178,8 +178,8 @@ class Experiment:
         return cls(
             record["name"],
             as_it_was(
-                as_now(renamed(record["scenario_as_given"], within)),
-                as_now(renamed(base, within)),
+                former_keys.as_now(renamed(record["scenario_as_given"], within)),
+                former_keys.as_now(renamed(base, within)),
                 folder,
             ),
             tuple(renamed_point(point, within) for point in record["points"]),
@@ -206,7 +206,7 @@ def laid_over(given: Mapping[str, Any], point: Point) -> Scenario:
 def turn(item: tuple[str, Any]) -> tuple[bool, bool, int]:
     """Return when a key is laid over others: first what chooses a part, then the settings of it."""
     key = item[0]
-    return not key.endswith((".model", ".kind")), is_former(key), key.count(".")
+    return not key.endswith((".model", ".kind")), former_keys.is_former(key), key.count(".")
 
 
 def as_it_was(given: Mapping[str, Any], base: Mapping[str, Any], folder: Path) -> dict[str, Any]:
@@ -296,7 +296,7 @@ class ExperimentPlan:
             scenario = mission.model_dump(mode="json")
             self.files |= copies_of(scenario)
             scenario = portable(scenario)
-            values = {key: _value(scenario, key_now(key)) for key in varied}
+            values = {key: _value(scenario, former_keys.key_now(key)) for key in varied}
             sets = renamed_point(point, kept_name)
             self.points.append(PlannedPoint(_canonical(scenario), values, sets))
         self.columns = {key: _kind([point.varied[key] for point in self.points]) for key in varied}

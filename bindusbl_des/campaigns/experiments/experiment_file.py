@@ -6,16 +6,16 @@ from contextlib import suppress
 from pathlib import Path as FilePath
 from typing import Any
 
+from ...core.mistakes import FilePlace, Mistake, ScenarioError
+from ...core.plain_data import DIALECT, LONGEST_NAME, PRINTABLE
+from ...core.plain_yaml import Document, read_text, read_yaml
+from ...core.shipped import shipped
 from ...core.wording import described, did_you_mean
 from ...preflight.warnings import Reading, read_scenario
 from ...results.schemas import schema
-from ...scenario.files.former_keys import READ_YET, is_former, key_now
-from ...scenario.files.mistakes import FilePlace, Mistake, ScenarioError
-from ...scenario.files.plain_yaml import Document, read_yaml
-from ...scenario.files.scenario_file import Source, read_text
-from ...scenario.files.shipped import shipped
-from ...scenario.key_types import LONGEST_NAME, PRINTABLE
-from ...scenario.keys import DIALECT, settable
+from ...scenario import keys as table
+from ...scenario.files import former_keys
+from ...scenario.files.scenario_file import Source
 from ...scenario.scenario import Scenario
 from ..storage.folder import LARGEST_SEED, MOST_MISSIONS
 from .experiment import MOST_SEEDS, Detail, Experiment, as_written, targets_in, turn
@@ -123,15 +123,17 @@ def experiment_in(
 
 def _as_now(document: Document, points: Points, places: Places) -> tuple[Points, Places]:
     """Return points with their keys as they are spelt now; each former one is a warning."""
-    former = {key: at[key] for at in reversed(places) for key in at if is_former(key)}
+    former = {key: at[key] for at in reversed(places) for key in at if former_keys.is_former(key)}
     for key, path in former.items():
         place = document.values.get(path, FilePlace(document.file))
-        message = f"is a setting now: write {key_now(key)}; {READ_YET}"
+        message = f"is a setting now: write {former_keys.key_now(key)}; {former_keys.READ_YET}"
         document.warnings.append(Mistake.at(place, key, message))
     if not former:
         return points, places
-    renamed = [{key_now(key): value for key, value in point.items()} for point in points]
-    return renamed, [{key_now(key): path for key, path in at.items()} for at in places]
+    renamed = [
+        {former_keys.key_now(key): value for key, value in point.items()} for point in points
+    ]
+    return renamed, [{former_keys.key_now(key): path for key, path in at.items()} for at in places]
 
 
 def _unloaded(
@@ -286,7 +288,7 @@ def _check_overrides(document: Document, overrides: Sequence[str], points: Point
     """Note what is set although points, or the experiment's `detail`, would decide it."""
     varied = dict.fromkeys(key for point in points for key in point)
     for text in overrides:
-        key = key_now(text.partition("=")[0].strip())
+        key = former_keys.key_now(text.partition("=")[0].strip())
         message = ""
         if key == DETAIL:
             message = "belongs to the experiment; write --detail full instead"
@@ -352,7 +354,7 @@ def _set_by_all(points: Points) -> Iterator[list[str]]:
 
 def experiment_schema() -> dict[str, Any]:
     """Return the JSON Schema of experiment files; keys that may be varied are suggested."""
-    known = {row.key: row.meaning for row in settable() if row.key != "record.detail"}
+    known = {row.key: row.meaning for row in table.settable() if row.key != "record.detail"}
     return {
         "$schema": DIALECT,
         "title": "Experiment",

@@ -14,9 +14,10 @@ from itertools import product
 from math import isfinite, prod
 from typing import Any, Literal
 
+from ...core.plain_data import Path
+from ...core.plain_yaml import Document
 from ...core.wording import described, did_you_mean, plain
-from ...scenario.files.plain_yaml import Document, Path
-from ...scenario.keys import settable
+from ...scenario import keys as table
 from ...scenario.scenario import Scenario
 
 KEYS = ("name", "scenario", "vary", "points", "sample", "seeds", "until_ci", "detail")
@@ -124,7 +125,7 @@ def sampled(
         unit = qmc.LatinHypercube(len(ranges), seed=seed).random(count)
     else:
         unit = qmc.Sobol(len(ranges), seed=seed).random_base2(int(math.log2(count)))
-    whole = {row.key for row in settable() if row.kind.startswith("whole number")}
+    whole = {row.key for row in table.settable() if row.kind.startswith("whole number")}
     return [
         {
             key: _between(float(share), *ranges[key], whole=key in whole)

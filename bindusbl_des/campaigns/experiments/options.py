@@ -6,10 +6,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ...core.mistakes import FilePlace, Mistake
+from ...core.plain_data import Path
+from ...core.plain_yaml import Document, read_yaml
 from ...core.plugins import name_of
 from ...core.wording import described, shortened
-from ...scenario.files.mistakes import FilePlace, Mistake
-from ...scenario.files.plain_yaml import Document, Path, read_yaml
 from .experiment import as_written
 
 

@@ -4,15 +4,16 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ...core.kept_files import names_files, renamed_point
-from ...core.plugins import is_plugin, refusal
+from ...core.mistakes import FilePlace, Mistake, ScenarioError
+from ...core.plain_data import Path
+from ...core.plain_yaml import Document
+from ...core.plugins import Family, is_plugin, refusal
 from ...preflight.idle_keys import idle_keys
 from ...preflight.refusals import refusals, usable
-from ...scenario.families import FAMILIES, load_plugins, named
-from ...scenario.files.mistakes import FilePlace, Mistake, ScenarioError
-from ...scenario.files.plain_yaml import Document, Path
+from ...scenario.families import FAMILIES, load_plugins
 from ...scenario.files.scenario_file import Source
 from ...scenario.scenario import Scenario
-from ...setup import setup_of
+from ...setup import Setup
 from .experiment import as_written, laid_over, turn
 from .experiment_points import Places, Points
 
@@ -76,7 +77,7 @@ def without_effect(
     messages: dict[str, str] = {}
     for point in points:
         found = {
-            problem.key: problem.message for problem in idle_keys(setup_of(laid_over(given, point)))
+            problem.key: problem.message for problem in idle_keys(Setup.of(laid_over(given, point)))
         }
         messages = found | messages
         for key in point.keys() - found.keys():
@@ -97,7 +98,7 @@ def _valid(
         return None
     if any(map(names_files, point)) or (allow_plugins and any(load_plugins(scenario))):
         return None
-    if any(refusals(setup_of(scenario))):
+    if any(refusals(Setup.of(scenario))):
         return None
     return scenario
 
@@ -197,3 +198,29 @@ def _mistakes(
         except ScenarioError as error:
             return [(mistake, loading) for mistake in error.mistakes]
     return []
+
+
+def without_plugins(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the plain data of a scenario with the first shipped part in place of each plug-in."""
+    plain: Any = data
+    for family in FAMILIES:
+        plain = _without(plain, family.key.split("."), family)
+    return dict(plain)
+
+
+def _without(data: Any, words: list[str], family: Family) -> Any:
+    if words:
+        return {**data, words[0]: _without(data[words[0]], words[1:], family)}
+    if not is_plugin(named(data)):
+        return data
+    return {family.word: family.siblings[0]} if family.word else family.siblings[0]
+
+
+def named(value: Any) -> str:
+    """Return the name of the part in what stands at a key; "" where it is none.
+
+    >>> named("dsatur"), named({"model": "my_parts:fast", "depth": 2}), named(3)
+    ('dsatur', 'my_parts:fast', '')
+    """
+    name = value.get("model", value.get("kind")) if isinstance(value, Mapping) else value
+    return name if isinstance(name, str) else ""

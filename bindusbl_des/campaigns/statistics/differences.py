@@ -11,9 +11,9 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from ...core.arrays import Flags, Floats, Ints
+from ...core.plain_yaml import read_yaml
 from ...core.wording import counted, decimals, did_you_mean, lettered, number, plain
 from ...records.metrics import lower_is_better, of_an_auv
-from ...scenario.files.plain_yaml import read_yaml
 from ..campaign import Campaign
 from ..experiments.experiment import ExperimentPlan
 from ..storage.folder import AS_ASKED, CampaignError

@@ -19,7 +19,7 @@ import numpy as np
 
 from ...core.arrays import Floats
 from ...core.wording import counted, decimals, number, plus_minus, significant
-from ...scenario.declared import navigator_named
+from ...scenario import declared
 from ...scenario.part_choice import PartChoice
 from ...scenario.scenario import Scenario
 from ...scenario.shipped_settings import FixedGain
@@ -380,8 +380,11 @@ def _once(them: list[HarmfulFixes], missions: int, plan: ExperimentPlan) -> str:
 def _remedies(scenarios: list[dict[str, Any]]) -> Iterator[str]:
     """Yield what may help scenarios in which fixes harm; it was not tried."""
     filters = [PartChoice.read(scenario["navigation"]["filter"], str) for scenario in scenarios]
-    gained = [choice for choice in filters if navigator_named(choice).has_gain]
-    parts = [choice.settings_as(FixedGain, navigator_named(choice).settings) for choice in gained]
+    gained = [choice for choice in filters if declared.navigator_named(choice).has_gain]
+    parts = [
+        choice.settings_as(FixedGain, declared.navigator_named(choice).settings)
+        for choice in gained
+    ]
     if parts:
         gains = sorted({part.gain for part in parts})
         here = f"{gains[0]:g}" if len(gains) == 1 else f"{gains[0]:g} to {gains[-1]:g}"

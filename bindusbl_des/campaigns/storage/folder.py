@@ -13,8 +13,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ...core.files import DRAFT, SEAL, check_seal, sealed, unreadable, write_text
+from ...core.plain_data import PRINTABLE
 from ...core.wording import printable
-from ...scenario.key_types import PRINTABLE
 
 # A seed is at most what a column of whole numbers holds.
 LARGEST_SEED = 2**63 - 1

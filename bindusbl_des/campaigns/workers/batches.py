@@ -26,9 +26,7 @@ from ...core.wording import LONGEST_ERROR, LONGEST_TRACE, shortened
 from ...mission.simulation import simulate
 from ...results.columns import arrow
 from ...results.schemas import schema
-from ...scenario.families import leave_of, without_plugins
 from ...scenario.scenario import Scenario
-from ...scenario.sections.survey import SURVEY
 from ..experiments.experiment import (
     ExperimentPlan,
     PlannedMission,
@@ -37,6 +35,7 @@ from ..experiments.experiment import (
     mission_id,
     model_version,
 )
+from ..experiments.point_checks import without_plugins
 from ..storage.done import FAILED, OK
 from ..storage.folder import STOP, write_json
 from ..storage.part_rows import labelled, read_part, varied_columns
@@ -74,7 +73,7 @@ def warm(scenario: str, folder: Path) -> None:
     _ready.add(kind)
     data = without_plugins(data)  # one's own might do anything
     length = data["duration_s"]
-    data["duration_s"] = WARMING_S if length == SURVEY else min(length, WARMING_S)
+    data["duration_s"] = WARMING_S if isinstance(length, str) else min(length, WARMING_S)
     data["protocol"]["schedule"] = "one_per_slot"
     with suppress(Exception):  # what is wrong with a mission is told by the mission
         simulate(Scenario.model_validate(data), 0)
@@ -406,7 +405,7 @@ def write_failure(batch: Batch, mission: PlannedMission, error: str, trace: str)
     (folder / "failures").mkdir(exist_ok=True)
     values = [f"--set {shlex.quote(f'{k}={as_written(v)}')}" for k, v in point.sets.items()]
     scenario = shlex.quote(str(folder / "scenario.yaml"))
-    leave = leave_of(_scenario(point.scenario, folder)[0])
+    leave = " --allow-plugins" * bool(_scenario(point.scenario, folder)[0].plugins)
     write_json(
         folder / "failures" / f"{name}.json",
         {

@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 
 from ...core.kept_files import keep
 from ...core.plugins import is_allowed
-from ...scenario.families import without_plugins
 from ..experiments.experiment import ExperimentPlan
+from ..experiments.point_checks import without_plugins
 from ..storage.done import FAILED
 from ..storage.folder import ask_to_stop
 from ..storage.joining import compact

@@ -12,35 +12,17 @@ from typing import Any
 import numpy as np
 
 from ...acoustics.channel import AskedChannel, between
-from ...acoustics.loss import losses
 from ...core.arrays import Floats
-from ...core.compiled import compiled
-from ...core.plugins import is_plugin, loaded
+from ...core.plugins import loaded
 from ...core.wording import plain
 from ...preflight.band_warnings import ALWAYS_HEARING, messages
 from ...preflight.fix_chance import below, frame_chance, loses_pings, ping_chance
 from ...preflight.round_lengths import pace_of
-from ...protocol.predicted_positions import planned_vehicles
-from ...protocol.slots import SHORTEST_UPLINK, UPLINK_GUARD, Slots
-from ...records.rows import Rows
-from ...scenario.agreement.instruments import taken_for
-from ...scenario.channel_settings import burst_s
-from ...scenario.declared import (
-    NAVIGATORS,
-    BroadcasterTraits,
-    DownlinkTraits,
-    ScheduleTraits,
-    channel_named,
-)
-from ...scenario.families import (
-    plugins_of,
-)
-from ...scenario.own_sensors import OwnSensors
-from ...scenario.part_choice import PartChoice
+from ...protocol.slots import Slots
+from ...scenario import declared
 from ...scenario.scenario import Scenario
 from ...setup import Setup
-from ...usbl.array import NOTHING, dot, turned
-from ...usbl.measuring import NOISE_WIDTH, Instrument, path_sd, placed, spread_sd
+from ...usbl.variances import variances
 from .inputs import (
     AccessPlan,
     Chances,
@@ -84,10 +66,10 @@ def inputs_of(setup: Setup) -> Inputs:
         hf_chances(setup),
         mf_chances(setup),
         fix_noise(setup),
-        systematic_errors_of(setup),
-        slots_of(setup),
-        access_of(setup),
-        navigator_of(setup),
+        _systematic_errors(setup),
+        _slots(setup),
+        _access(setup),
+        _navigator(setup),
         tuple(approximations(setup)),
     )
 
@@ -95,14 +77,14 @@ def inputs_of(setup: Setup) -> Inputs:
 def approximations(setup: Setup) -> Iterator[str]:
     """Yield sentences on what of a scenario is predicted by something else, or left out."""
     scenario = setup.scenario
-    for key, name in plugins_of(scenario).items():
+    for key, name in scenario.plugins.items():
         if key not in ("asvs.formation", "auvs.route"):
             yield f"{key} {name} is taken for the part that ships with the program."
     if taken := setup.schedule.approximation:
         yield f"{scenario.protocol.schedule} {taken}"
     if scenario.auvs.vehicle.has_dynamics:
         yield "AUVs are taken to follow their plans exactly, whatever moves them."
-    if scenario.asvs.vehicle.has_dynamics or is_plugin(str(scenario.asvs.vehicle)):
+    if scenario.asvs.vehicle.is_steered:
         yield "ASVs are taken to keep their stations exactly."
     if scenario.asvs.failures:
         yield "ASVs that fail are taken to serve all the time."
@@ -121,21 +103,20 @@ def approximations(setup: Setup) -> Iterator[str]:
             "often: where many pings are lost, who never hears that one is served better than "
             "predicted."
         )
-    bursts = [burst for burst in map(burst_s, _channels(scenario)) if burst is not None]
+    bands = scenario.acoustics.bands.values()
+    bursts = [burst for burst in (band.burst_s for band in bands) if burst is not None]
     if bursts:
         yield (
             f"Losses that last {plain(max(bursts))} s are taken to come one by one: times without "
             "a fix, and errors, may be several times those predicted."
         )
-    open_ended = [
-        channel for channel in _channels(scenario) if not channel_named(channel).ends_at_range
-    ]
+    open_ended = not all(band.traits.ends_at_range for band in bands)
     if len(set(map(scenario.survey.depth, range(scenario.auvs.count)))) > 1 and open_ended:
         yield (
             f"All AUVs are taken to be heard, and to hear, as well as the deepest, from "
             f"{plain(scenario.survey.deepest)} m."
         )
-    if channel_named(scenario.acoustics.hf.channel).traces_rays:
+    if scenario.acoustics.hf.traits.traces_rays:
         yield (
             "Sound is taken to come straight: by what bent rays and echoes make of ranges, fixes "
             "in a shadow may be tens of metres off."
@@ -144,7 +125,7 @@ def approximations(setup: Setup) -> Iterator[str]:
         yield ALWAYS_HEARING
     if (lag := scenario.navigation.filter.settings.get("lag_s")) is not None:
         yield f"A smoother that waits for {plain(lag)} s is taken to know all later fixes."
-    if taken_for(scenario) is not scenario:
+    if setup.taken is not setup:
         yield "Errors that last are taken to be as slow as they are, whatever the filter assumes."
     if scenario.navigation.gnss_fix is not None:
         yield (
@@ -160,10 +141,6 @@ def approximations(setup: Setup) -> Iterator[str]:
         and scenario.acoustics.mf.overfull != "split"
     ):
         yield "No fix waits for a later broadcast, however full the first is."
-
-
-def _channels(scenario: Scenario) -> tuple[PartChoice, PartChoice]:
-    return scenario.acoustics.hf.channel, scenario.acoustics.mf.channel
 
 
 # Instants so far apart (s), but for missions that would have fewer, or more, than these.
@@ -201,7 +178,7 @@ def _ways(plan: _Plan) -> PlannedWays:
     scenario = plan.setup.scenario
     count = min(max(round(scenario.duration_s / STEP_S) + 1, FEWEST), MOST)
     times = np.linspace(0.0, scenario.duration_s, count)
-    vehicles = planned_vehicles(plan.setup, scenario.duration_s)
+    vehicles = plan.setup.planned_auvs
     return PlannedWays(
         times,
         np.stack([vehicle.sample(times)[:, :2] for vehicle in vehicles]),
@@ -210,7 +187,7 @@ def _ways(plan: _Plan) -> PlannedWays:
     )
 
 
-def systematic_errors_of(setup: Setup) -> SystematicErrors:
+def _systematic_errors(setup: Setup) -> SystematicErrors:
     """Return the errors that fixes have in common; a clock that drifts as it is half through."""
     scenario = setup.scenario
     found = {kind.name: kind.sds for kind in setup.lasting_errors}
@@ -226,23 +203,23 @@ def systematic_errors_of(setup: Setup) -> SystematicErrors:
     )
 
 
-def navigator_of(setup: Setup) -> PredictedNavigator:
+def _navigator(setup: Setup) -> PredictedNavigator:
     """Return how the AUVs of a scenario navigate; a filter of one's own is taken for Kalman's."""
     scenario = setup.scenario
     navigation, sensors = scenario.navigation, setup.own_sensors
-    own = is_plugin(navigation.filter)
+    own = navigation.filter.is_own
     name = NAVIGATOR if own else str(navigation.filter)
     first, growth = setup.beliefs
     assumed = [sqrt(first.covariance[k, k]) for k in range(len(first.state))]
     sources = [
-        *_bias(scenario, sensors, (assumed[2], assumed[3])),
+        *_bias(setup, (assumed[2], assumed[3])),
         *_current(scenario, assumed[4], growth.wander),
         *_wandering(setup, assumed[growth.wandering] if growth.wandering else 0.0),
-        *_skew(sensors, (assumed[6], assumed[7]) if growth.stretched > 0 else (0.0, 0.0)),
+        *_skew(setup, (assumed[6], assumed[7]) if growth.stretched > 0 else (0.0, 0.0)),
     ]
     return PredictedNavigator(
         name,
-        NAVIGATORS[name],
+        declared.NAVIGATORS[name],
         navigation.fixed_gain.gain,
         navigation.weighs or own or navigation.fixed_gain.delay_compensation == "shift",
         navigation.initial_position_sd_m,
@@ -253,14 +230,13 @@ def navigator_of(setup: Setup) -> PredictedNavigator:
     )
 
 
-def _bias(
-    scenario: Scenario, sensors: OwnSensors, assumed: tuple[float, float]
-) -> list[DriftSource]:
+def _bias(setup: Setup, assumed: tuple[float, float]) -> list[DriftSource]:
+    sensors, frame = setup.own_sensors, setup.scenario.navigation.bias_frame
     drawn = 0.0 if sensors.bias_time_constant_s is not None else sensors.bias_sd_m_per_s
     mean = sensors.bias_m_per_s
     if not any((*mean, drawn, *assumed)):
         return []
-    return [DriftSource(scenario.navigation.bias_frame, mean, (drawn, drawn), assumed)]
+    return [DriftSource(frame, mean, (drawn, drawn), assumed)]
 
 
 def _current(scenario: Scenario, assumed: float, wander: float) -> list[DriftSource]:
@@ -286,7 +262,8 @@ def _wandering(setup: Setup, assumed: float) -> list[DriftSource]:
     return [DriftSource(frame, (0.0, 0.0), (sd, sd), (assumed, assumed), lasts)]
 
 
-def _skew(sensors: OwnSensors, assumed: tuple[float, float]) -> list[DriftSource]:
+def _skew(setup: Setup, assumed: tuple[float, float]) -> list[DriftSource]:
+    sensors = setup.own_sensors
     turned = radians(sensors.heading_sd_deg)
     if not (sensors.scale_factor_sd or turned or any(assumed)):
         return []
@@ -294,28 +271,27 @@ def _skew(sensors: OwnSensors, assumed: tuple[float, float]) -> list[DriftSource
 
 
 # What stands in for parts of one's own that do not say what they are like.
-SCHEDULE = ScheduleTraits(groups="first_fit")
-DOWNLINK = DownlinkTraits(waits=True)
-BROADCASTER = BroadcasterTraits("turn")
-NAVIGATOR = next(name for name, traits in NAVIGATORS.items() if traits.weighs)
+SCHEDULE = declared.ScheduleTraits(groups="first_fit")
+DOWNLINK = declared.DownlinkTraits(waits=True)
+BROADCASTER = declared.BroadcasterTraits("turn")
+NAVIGATOR = next(name for name, traits in declared.NAVIGATORS.items() if traits.weighs)
 
 
-def slots_of(setup: Setup) -> SlotLengths:
+def _slots(setup: Setup) -> SlotLengths:
     """Return how long slots last; those of an own ranging that is not loaded hold one ping."""
     scenario = setup.scenario
     slots, protocol = setup.slots, scenario.protocol
-    crossing, fixes = slots.crossing_time, range(scenario.auvs.count + 1)
-    shortest = protocol.shortest_uplink_slot_s
+    fixes = range(scenario.auvs.count + 1)
     clock, messages = slots.clock, slots.messages
     two_way = protocol.calls
     named = scenario.auvs.count if setup.tells_slots else 0
-    own = is_plugin(protocol.ranging) and hasattr(loaded(protocol.ranging), "slot_s")
+    own = protocol.ranging.is_own and hasattr(loaded(protocol.ranging), "slot_s")
     return SlotLengths(
         slots.ping_duration,
         2 if two_way else 1,
         protocol.turnaround_s if two_way else 0.0,
-        UPLINK_GUARD * crossing if protocol.uplink_guard_s is None else protocol.uplink_guard_s,
-        SHORTEST_UPLINK * crossing if shortest is None else shortest,
+        slots.uplink_guard,
+        slots.shortest_uplink,
         slots.uplink_slot if own else _usual_slot(setup, slots),
         scenario.survey.deepest,
         setup.assumed_sound_speed_m_per_s,
@@ -350,14 +326,14 @@ def _reply_s(setup: Setup) -> float:
     return delay + messages.airtime(1) + messages.delay(1)
 
 
-def access_of(setup: Setup) -> AccessPlan:
+def _access(setup: Setup) -> AccessPlan:
     """Return who pings when, and who answers how."""
     protocol = setup.scenario.protocol
     schedule, broadcaster = setup.schedule, setup.broadcaster
     framed = schedule.framed
     return AccessPlan(
         schedule if schedule.groups else SCHEDULE,
-        DOWNLINK if is_plugin(protocol.downlink) else setup.downlink,
+        DOWNLINK if protocol.downlink.is_own else setup.downlink,
         broadcaster if broadcaster.chosen_by else BROADCASTER,
         setup.ranging,
         fixed_asv=protocol.broadcaster.settings.get("asv", 0),
@@ -383,11 +359,11 @@ def hf_chances(setup: Setup) -> Chances:
     scenario = setup.scenario
     hf, farthest = scenario.acoustics.hf, farthest_of(setup)
     ranges = np.linspace(0.0, farthest, STEPS + 1)
-    is_cut = channel_named(hf.channel).ends_at_range or is_plugin(hf.channel)
+    is_cut = hf.traits.ends_at_range or hf.channel.is_own
     chances = ping_chance(setup, ranges, scenario.survey.deepest)
     if chances is None:
-        chances = 1.0 - losses(ranges, *setup.ping_loss)
-    kept = _threshold("hf", hf.channel, None if is_cut else setup.ping_channel)
+        chances = 1.0 - setup.ping_loss.over(ranges)
+    kept = _threshold(setup, "hf", None if is_cut else setup.ping_channel)
     return Chances(hf.range_m, is_cut, hf.range_metric == "slant", ranges[1], chances, kept)
 
 
@@ -395,25 +371,26 @@ def mf_chances(setup: Setup) -> Chances:
     """Return how likely an AUV decodes a frame with the fixes of all."""
     scenario = setup.scenario
     mf, farthest = scenario.acoustics.mf, farthest_of(setup)
-    is_cut = channel_named(mf.channel).ends_at_range or is_plugin(mf.channel)
+    is_cut = mf.traits.ends_at_range or mf.channel.is_own
     ranges = np.linspace(0.0, farthest, STEPS + 1)
     chances = frame_chance(setup, ranges, scenario.survey.deepest)
     if chances is None:
         chances = np.ones(len(ranges))
     channel = None if is_cut else setup.frame_channel
-    kept = _threshold("mf", mf.channel, None if channel is None else channel(1, 1.0))
+    kept = _threshold(setup, "mf", None if channel is None else channel(1, 1.0))
     by_slant = not is_cut or mf.range_metric == "slant"
     return Chances(mf.range_m, is_cut, by_slant, ranges[1], chances, kept)
 
 
-def _threshold(band: str, chosen: PartChoice, channel: AskedChannel | None) -> dict[str, float]:
+def _threshold(setup: Setup, name: str, channel: AskedChannel | None) -> dict[str, float]:
     """Return the key of a band's threshold and its value (dB), where it follows from the range."""
-    if channel is None or not channel_named(chosen).has_levels:
+    band = setup.scenario.acoustics.bands[name]
+    if channel is None or not band.traits.has_levels:
         return {}
-    given, decoding = (chosen.settings.get(name) for name in ("snr_threshold_db", "decoding"))
+    given, decoding = (band.channel.settings.get(key) for key in ("snr_threshold_db", "decoding"))
     if given is not None or decoding not in (None, "threshold"):
         return {}
-    return {f"acoustics.{band}.channel.snr_threshold_db": round(channel.receiver.threshold_db, 6)}
+    return {f"acoustics.{name}.channel.snr_threshold_db": round(channel.receiver.threshold_db, 6)}
 
 
 def fix_noise(setup: Setup) -> FixNoise:
@@ -426,7 +403,7 @@ def fix_noise(setup: Setup) -> FixNoise:
     farthest, away = farthest_of(setup), np.linspace(0.0, farthest_of(setup), STEPS + 1)
     survey, count = scenario.survey, scenario.auvs.count
     hf = scenario.acoustics.hf
-    channel = None if is_plugin(hf.channel) else setup.ping_channel
+    channel = None if hf.channel.is_own else setup.ping_channel
     rows: dict[float, Floats] = {}
     shares = 0.0, scenario.usbl.slow_share
     whole, white = (replace(setup.usbl, slow_share=share) for share in shares)
@@ -437,7 +414,7 @@ def fix_noise(setup: Setup) -> FixNoise:
             snr = np.ascontiguousarray(channel.prospects(asked)["snr_db"][:, 0])
         moved = _moved_m2(setup)
         found, rest = (
-            _variances(away, depth, snr, moved, scenario.navigation.weighs, *usbl.packed)
+            variances(away, depth, snr, moved, scenario.navigation.weighs, *usbl.packed)
             for usbl in (whole, white)
         )
         level = np.maximum(found[:, 0] + found[:, 1], 1e-30)
@@ -462,36 +439,3 @@ def _moved_m2(setup: Setup) -> float:
         return setup.own_sensors.random_walk_m_per_sqrt_s**2 * lasts
     speed = 0.0 if scenario.auvs.route.is_held else max(scenario.auvs.speeds)
     return (speed * lasts) ** 2 / 2
-
-
-@compiled
-def _variances(
-    away: Floats, depth: float, snr_db: Floats, moved: float, weighs: bool,
-    array: Floats, metric: Floats, levels: Rows,
-) -> Floats:  # fmt: skip
-    """Return the variances along, across and down, and the covariance of along and down (g, 4), m2,
-    of fixes at horizontal distances (g,), m, and a depth (m).
-
-    Of the path of a call and its answer, which an AUV has `moved` on (m2) meanwhile, half is the
-    range.  A filter that `weighs` them knows the direction better than one fix, and so how far away
-    an AUV is as well as the range itself is known (:mod:`...navigation.turning`).
-    """
-    instrument = Instrument(array, metric, levels[0])
-    out, none, believed = np.empty((away.size, 4)), np.zeros(NOISE_WIDTH), np.eye(3)
-    for k in range(away.size):
-        reach = max(math.hypot(away[k], depth), 1e-3)
-        unit = away[k] / reach, 0.0, depth / reach
-        ranging_sd = path_sd(reach, instrument.levels)
-        if moved >= 0.0:
-            ranging_sd = 0.5 * math.sqrt(path_sd(2.0 * reach, instrument.levels) ** 2 + moved)
-        _, spread = placed(NOTHING, unit, believed, reach, ranging_sd, snr_db[k], none, instrument)
-        if weighs:
-            spread_m2 = spread_sd(reach, instrument.levels) ** 2
-            own = instrument.levels.gnss_sd_m**2 + (1.0 - instrument.levels.slow_share) * spread_m2
-            bent = dot(turned(spread, unit), unit) - ranging_sd**2 - own
-            for i in range(3):
-                for j in range(3):
-                    spread[i, j] -= bent * unit[i] * unit[j]
-        out[k, 0], out[k, 1] = spread[0, 0], spread[1, 1]
-        out[k, 2], out[k, 3] = spread[2, 2], spread[0, 2]
-    return out

@@ -13,7 +13,6 @@ import numpy as np
 
 from ...core.arrays import Floats
 from ...scenario import declared
-from ...scenario.declared import BroadcasterTraits, DownlinkTraits, RangingTraits, ScheduleTraits
 
 
 class Off(NamedTuple):
@@ -151,10 +150,10 @@ class AccessPlan:
     frame that others may overlap if it `replies_in_frames`.
     """
 
-    schedule: ScheduleTraits
-    downlink: DownlinkTraits
-    broadcaster: BroadcasterTraits
-    ranging: RangingTraits
+    schedule: declared.ScheduleTraits
+    downlink: declared.DownlinkTraits
+    broadcaster: declared.BroadcasterTraits
+    ranging: declared.RangingTraits
     fixed_asv: int
     frame_s: float
     reply_s: float

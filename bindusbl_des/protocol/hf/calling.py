@@ -80,7 +80,7 @@ def interrogate(
     :class:`...acoustics.channel.Receiver`.
     """
     into = unpacked(packed, Spread)
-    auvs, asvs, way, band = into.auvs, into.asvs, into.way, into.way.band
+    auvs, asvs, way, band = into.senders, into.listeners, into.way, into.way.band
     duration, sound_speed = band.duration, band.sound_speed
     calling = np.unique(callers)
     for k in range(len(group)):
@@ -125,7 +125,7 @@ def _still_there(
     """Return how strong calls before an instant (s) are together where they overlap one that a
     caller begins then, and that travels so long (s) to an AUV, `number` of its group.
     """
-    auvs, asvs, band = spread.auvs, spread.asvs, spread.way.band
+    auvs, asvs, band = spread.senders, spread.listeners, spread.way.band
     others, farthest, latest, here = 0.0, 0.0, 0.0, where(auvs, auv, time)
     for asv in range(asvs.first.size - 1):
         there = where(asvs, asv, time)

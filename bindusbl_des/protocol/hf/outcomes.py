@@ -21,7 +21,7 @@ from ...records.rows import NONE, EventBuffer, Recorder, Row, Rows
 from ...usbl.array import ELEMENTS, plus, scaled
 from ...usbl.instrument import Usbl, measured, note
 from ...usbl.measuring import HEADING_NOISE, NO_INSTRUMENT, NOISE_WIDTH, Instrument, gnss_noise
-from ...usbl.own_instrument import OwnInstrument, sounding_of
+from ...usbl.own_instrument import OwnInstrument, mirrored, sounding_of
 from ...usbl.slow_errors import SLOW, advance, blend
 from ...usbl.systematic_fixes import (
     OUTLIER_WIDTH,
@@ -32,10 +32,9 @@ from ...usbl.systematic_fixes import (
     measured_astray,
 )
 from ...usbl.two_way import Heard
-from ...vehicles.fleet import VehicleFleet
 from ..steps import moment
+from .band import HfBand
 from .reception import Decided, PairNoise, foretold, resolve
-from .uplink import Uplink
 
 
 class Measuring:
@@ -114,31 +113,39 @@ class Sight(NamedTuple):
     yaw: float
 
 
+# How far off an ASV believes to be as it pings, in standard deviations: x, y, z
+GNSS_NOISE = np.dtype(("f8", (3,)))
+
+
 class Outcomes:
     """What becomes of the pings of a band: overlapping arrivals destroy each other.
 
     A ping is decided (what becomes of it at each ASV, and the fix of it) not before it has passed,
-    when all sound that could overlap it is on record; it does not matter how long after.
+    when all sound that could overlap it is on record; it does not matter how long after.  Where
+    ASVs ping, each arrival is decided by itself, and the AUV that hears it fixes itself.
     """
 
     def __init__(
         self,
-        uplink: Uplink,
-        asvs: VehicleFleet,
+        band: HfBand,
         measuring: Measuring,
         strayed: Floats,
+        streams: Streams,
         record: Recorder,
         deafening: EventBuffer | None = None,
     ) -> None:
-        """Decide pings at ASVs, and have them measured.
+        """Decide pings, and have them measured by who listens.
 
         `strayed` (n,), m2, as of :class:`.reception.Decided`.  ASVs hear nothing while they send
         frames that are `deafening` (:data:`..mf.reception.FRAME`).
         """
-        self.band, self.receiver = uplink.band, uplink.receiver
-        self._uplink, self._asvs, self._record = uplink, asvs, record
+        self.band, self.receiver, self._listeners = band.band, band.receiver, band.listeners
+        self._band, self._record = band, record
         self._measuring, self._strayed, self._deafening = measuring, strayed, deafening
-        self._decided_by = self._packed(record, uplink.calls)
+        #: :data:`GNSS_NOISE`, ping by ping, where ASVs ping.
+        self._gnss_noise = EventBuffer(GNSS_NOISE) if band.asvs_ping else None
+        self._gnss = cache(partial(streams.of, Purpose.BEACON))
+        self._decided_by = self._packed(record, band.calls)
         self._room = 1  # for numbers of pings that are due
         self._undecided = 0  # pings before this one are decided
 
@@ -152,8 +159,8 @@ class Outcomes:
                 calls.array,
                 record.fixes.array,
                 np.empty(1, dtype=np.int64),
-                measuring.noise_with(self._uplink.bursts),
-                self._asvs.motion,
+                measuring.noise_with(self._band.bursts),
+                self._listeners.motion,
                 measuring.instrument,
                 self._strayed,
                 self.band.duration,
@@ -165,17 +172,17 @@ class Outcomes:
         record.receptions.hand_on(packed, "receptions")
         calls.hand_on(packed, "calls")
         record.fixes.hand_on(packed, "fixes")
-        measuring.hand_on(packed, self._uplink.bursts)
+        measuring.hand_on(packed, self._band.bursts)
         return packed
 
     @property
     def _further_sound(self) -> tuple[Rows | None, Rows | None]:
         """Sound that few bands have: echoes of pings, and frames that deafen ASVs."""
-        echoes, frames = self._uplink.echoes, self._deafening
+        echoes, frames = self._band.echoes, self._deafening
         return None if echoes is None else echoes.rows, None if frames is None else frames.rows
 
     def resolve_passed(self, time: float) -> range:
-        """Decide every ping that has passed all ASVs by an instant (s); return the new fixes."""
+        """Decide every ping that has passed who listens by an instant (s); return the new fixes."""
         fixes = self._record.fixes
         first = fixes.count
         self.update_arrivals(time)
@@ -192,29 +199,46 @@ class Outcomes:
         pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
         count, measuring = fixes.count, self._measuring
         most = pings.count - self._undecided + 1
-        measuring.make_room(most)
+        measuring.make_room(most if self._gnss_noise is None else most * len(self._listeners))
         if most > self._room:
             self._room = 2 * most
             self._decided_by.renew("due", np.empty(self._room, dtype=np.int64))
         fixes.count, undecided, auv, asv = resolve(
             self._decided_by.address, time, ping, only, pings.count, receptions.count,
-            self._uplink.calls.count, count, measuring.errors, *self._further_sound,
+            self._band.calls.count, count, measuring.errors, *self._further_sound,
+            None if self._gnss_noise is None else self._drawn(self._gnss_noise),
         )  # fmt: skip
         if measuring.own is not None:
             for fix in fixes.array[count : fixes.count]:
                 self._measure(measuring.own, fix)
+        if self._gnss_noise is not None:  # who makes a fix has it, nobody broadcasts it
+            for number in fixes.array["round"][count : fixes.count].tolist():
+                self._record.rounds[number].fixes += 1
         return undecided, auv, asv
 
+    def _drawn(self, noise: EventBuffer) -> Floats:
+        """Return how far off ASVs believed to be as they pinged (pings, 3)."""
+        pings = self._record.pings
+        for ping in pings.array[noise.count : pings.count]:
+            noise.room_for(1)[noise.count] = self._gnss(int(ping["asv"])).standard_normal(3)
+            noise.count += 1
+        return noise.rows.view(np.float64)
+
     def _measure(self, instrument: OwnInstrument, fix: Row) -> None:
-        """Have a ping measured by an instrument of somebody's own."""
+        """Have a ping measured by a user-defined instrument."""
+        ping, draw = self._record.pings.array[fix["ping"]], self._measuring.draw(int(fix["auv"]))
         met = self._record.receptions.array[fix["first"] : fix["end"]]
         heard = met[met["outcome"] == HEARD]
         poses = [
-            self._asvs.vehicles[reception["asv"]].at(float(reception["arrived_at_s"]))
+            self._listeners.vehicles[reception["listener"]].at(float(reception["arrived_at_s"]))
             for reception in heard
         ]
-        ping, draw = self._record.pings.array[fix["ping"]], self._measuring.draw(int(fix["auv"]))
-        note(fix, ping, *instrument.fused(sounding_of(ping, heard, np.array(poses), draw)))
+        if not self._band.asvs_ping:
+            note(fix, ping, *instrument.fused(sounding_of(ping, heard, np.array(poses), draw)))
+            return
+        place, covariance = mirrored(instrument, ping, heard[0], poses[0], draw)
+        note(fix, ping, place, covariance)
+        fix["error_m"] = math.hypot(place[0] - poses[0].x, place[1] - poses[0].y)
 
     def _refill_noise(self) -> None:
         """Draw noise for every pair that a ping is under way between and that has none left."""
@@ -232,8 +256,8 @@ class Outcomes:
         return self._record.fixes.count > count
 
     def update_arrivals(self, time: float) -> None:
-        """Amend what has arrived by now, an instant (s), at ASVs whose way was predicted."""
-        self._uplink.update_arrivals(time)
+        """Amend what has arrived by now, an instant (s), at who has no sure future."""
+        self._band.update_arrivals(time)
 
     def when_over(self, env: simpy.Environment, row: int, verb: Callable[[float], None]) -> None:
         """Call a verb with the instant (s) of an arrival, a row of receptions, once it is over.
@@ -273,21 +297,25 @@ class Outcomes:
             self._undecided += 1
 
     def outcome_of(self, row: int) -> tuple[int, float]:
-        """Return what becomes of a ping at an ASV that it has just passed, decided or not; and its
+        """Return what becomes of a ping at one that it has just passed, decided or not; and its
         SNR (dB) there.
 
         Its noise is that of the pair's next reception, after those of pings not yet decided.
         """
-        record, reception = self._record, self._record.receptions.rows[row]
+        record = self._record
+        if self._band.asvs_ping:
+            over = float(record.receptions.array[row]["arrived_at_s"]) + self.band.duration
+            self.resolve_passed(over)
+        reception = record.receptions.rows[row]
         if reception["outcome"] != IN_FLIGHT:
             return int(reception["outcome"]), float(reception["snr_db"])
         luck = float(self._noise_at(row)[NOISE_WIDTH])
-        if (bursts := self._uplink.bursts) is not None:
+        if (bursts := self._band.bursts) is not None:
             pair = bursts[reception["auv"], reception["asv"]]
             luck = burst_luck(pair, float(reception["arrived_at_s"]), float(reception["loss"]))
         outcome = foretold(
             self._decided_by.address, row, luck, record.pings.count, record.receptions.count,
-            self._uplink.calls.count, *self._further_sound,
+            self._band.calls.count, *self._further_sound,
         )  # fmt: skip
         return outcome, float(reception["snr_db"]) + self.receiver.shadowing_sd_db * luck
 
@@ -333,14 +361,14 @@ class Outcomes:
         array, metric, levels = measuring.instrument
         instrument = Instrument(array, metric, levels[0])
         heard = Heard(sent, alone, noise[np.newaxis])
-        *vessel, yaw = self._asvs.vehicles[asv].at(float(alone["arrived_at_s"][0]))
+        *vessel, yaw = self._listeners.vehicles[asv].at(float(alone["arrived_at_s"][0]))
         gnss_sd, heading_sd = float(levels["gnss_sd_m"][0]), levels["attitude_sd_rad"][0, 2]
         own = plus((vessel[0], vessel[1], vessel[2]), scaled(gnss_noise(noise), gnss_sd))
         if measuring.systematic is None:
-            place, covariance = measured(heard, self._asvs.motion, instrument, self._strayed)
+            place, covariance = measured(heard, self._listeners.motion, instrument, self._strayed)
         else:
             place, covariance, *_ = measured_astray(
-                heard, self._asvs.motion, instrument, self._strayed, measuring.systematic
+                heard, self._listeners.motion, instrument, self._strayed, measuring.systematic
             )
             arrived_at = float(alone["arrived_at_s"][0])
             own = plus(own, astray(asv, arrived_at, measuring.systematic))

@@ -1,7 +1,13 @@
-"""What becomes of a ping at the ASVs in range: who hears it or not, and the fix made of it."""
+"""What becomes of a ping where it arrives: who hears it or not, and the fix that is made of it.
 
-from math import inf, nan, sqrt
+ASVs make one fix of all that they have heard of a ping, once that has passed them all.  With
+passive ranging each AUV makes one of what it has heard itself, as soon as that is over.
+"""
+
+from math import hypot, inf, nan, sqrt
 from typing import Annotated, NamedTuple
+
+import numpy as np
 
 from ...acoustics.bursts import PAIR, burst_luck
 from ...acoustics.loss import chance_of
@@ -24,12 +30,13 @@ from ...records.events import (
 )
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import measured, note
-from ...usbl.measuring import NOISE_WIDTH, PackedInstrument, instrument_of
+from ...usbl.inverted import HeardBeacon, located_astray, located_itself
+from ...usbl.measuring import GNSS_NOISE, NOISE_WIDTH, PackedInstrument, instrument_of
 from ...usbl.sights import copy_direction, no_sights
 from ...usbl.slow_errors import RANGE, SLOW, advance, blend
 from ...usbl.systematic_fixes import PackedErrors, measured_astray, systematic_of
 from ...usbl.two_way import Heard
-from ...vehicles.motion import Motion
+from ...vehicles.motion import Motion, where
 from ..mf.reception import frame_sent
 from .calling import CALL, drowned_by
 
@@ -66,9 +73,9 @@ class PairNoise(NamedTuple):
 
 class Decided(NamedTuple):
     """What pings are decided by, handed over once: all sound on record and the fixes made, with
-    room for more, room for the numbers of pings that are `due`, the noise, where ASVs are, what
-    they measure with, how far each AUV may have `strayed` between a call and its answer (variance
-    along its course, m2), and what ASVs make of what they hear (:class:`Air`).
+    room for more, room for the numbers of pings that are `due`, the noise, where those are who
+    listen, what they measure with, how far each AUV may have `strayed` between a call and its
+    answer (variance along its course, m2), and what becomes of what they hear (:class:`Air`).
     """
 
     pings: Annotated[Rows, PING]
@@ -77,7 +84,7 @@ class Decided(NamedTuple):
     fixes: Annotated[Rows, FIX]
     due: Ints
     noise: PairNoise
-    asvs: Motion
+    listeners: Motion
     instrument: PackedInstrument
     strayed: Floats
     duration: float
@@ -87,15 +94,15 @@ class Decided(NamedTuple):
 
 @compiled
 def overlapped(row: int, air: Air, echoes: Rows | None) -> bool:
-    """Tell whether other pings that overlap this one at its ASV destroy it, or (if not None) the
-    `echoes` of these; touching is no overlap.
+    """Tell whether other pings that overlap this one where it arrives destroy it, or (if not
+    None) the `echoes` of these; touching is no overlap.
 
     Pings are on record in the order in which they were sent, so the search ends at one that was
     over before this arrival, or sent after it.
     """
     pings, receptions = air.pings, air.receptions
     reception = receptions[row]
-    longest, others = pings[reception.ping].longest_s, 0.0
+    longest, others = PASSED * pings[reception.ping].longest_s, 0.0
     for other in range(row - 1, -1, -1):
         sent_at = pings[receptions[other].ping].sent_at_s
         if sent_at + longest + air.duration < reception.arrived_at_s:
@@ -114,10 +121,10 @@ def overlapped(row: int, air: Air, echoes: Rows | None) -> bool:
 
 @compiled
 def _interference_of(reception: Row, other: Row, duration: float) -> float:
-    """Return how strong another ping is at the same ASV while this one lasts; 0 if it is not there,
-    or was not sent.
+    """Return how strong another ping is at the same place while this one lasts; 0 if it is not
+    there, or was not sent.
     """
-    if other.asv != reception.asv or not overlap(
+    if other.listener != reception.listener or not overlap(
         reception.arrived_at_s, other.arrived_at_s, duration
     ):
         return 0.0
@@ -126,9 +133,9 @@ def _interference_of(reception: Row, other: Row, duration: float) -> float:
 
 @compiled
 def _echoed(reception: Row, other: Row, echo: Row, duration: float) -> float:
-    """Return how strong the echoes of another ping are at the same ASV while this one lasts."""
+    """Return how strong the echoes of another ping are at the same place while this one lasts."""
     strength = 0.0
-    if other.asv == reception.asv:
+    if other.listener == reception.listener:
         for way in range(len(echo.later_s)):
             if overlap(reception.arrived_at_s, other.arrived_at_s + echo.later_s[way], duration):
                 strength += echo.sound[way]
@@ -139,6 +146,7 @@ def _echoed(reception: Row, other: Row, echo: Row, duration: float) -> float:
 def resolve(
     packed: int, time: float, first: int, only: int, pings: int, receptions: int, calls: int,
     fix: int, errors: int | None, echoes: Rows | None, frames: Rows | None,
+    gnss_noise: Floats | None,
 ) -> tuple[int, int, int, int]:  # fmt: skip
     """Decide all pings from `first` on that have passed every ASV by an instant (s), as they did;
     or of the ping `first` the reception `only`, if that is not NONE.
@@ -150,26 +158,65 @@ def resolve(
 
     What few bands have comes with each call; what is None is not even compiled: systematic
     `errors`, the address of a :class:`PackedErrors`; `echoes`, row by row of receptions, as of
-    :data:`...acoustics.sonar_channel.ECHO`; and `frames`, of ASVs that hear no ping while they send
-    them.
+    :data:`...acoustics.sonar_channel.ECHO`; `frames`, of ASVs that hear no ping while they send
+    them; and `gnss_noise` (pings, 3), where ASVs ping: how far off each believed to be, in standard
+    deviations.  Then every reception is decided by itself, once it is over.
     """
     by = unpacked(packed, Decided)
     air = _on_record(by, pings, receptions, calls)
-    count, by.due[0] = 1, first
-    if only == NONE:
-        count = _write_due(by.due, air.pings, first, time)
-    for ping in by.due[:count]:
-        dry, makes_fix = _decide(ping, only, air, echoes, frames, by.noise)
-        if dry != NONE:
-            return fix, first, air.pings[ping].auv, dry
-        if makes_fix:
-            _make(fix, air.pings[ping], only, packed, errors)
-            fix += 1
+    if gnss_noise is not None:
+        for row in _over(air, first, time):
+            ping = air.pings[air.receptions[row].ping]
+            dry, hearers = _decide(ping.ping, row, air, echoes, frames, by.noise)
+            if dry != NONE:
+                return fix, first, air.receptions[row].auv, dry
+            if hearers:
+                _make_own(fix, ping, row, packed, errors, gnss_noise)
+                fix += 1
+    else:
+        count, by.due[0] = 1, first
         if only == NONE:
-            air.pings[ping].passed_at_s = inf
-    while first < pings and air.pings[first].passed_at_s == inf:
+            count = _write_due(by.due, air.pings, first, time)
+        for number in by.due[:count]:
+            ping = air.pings[number]
+            dry, hearers = _decide(number, only, air, echoes, frames, by.noise)
+            if dry != NONE:
+                return fix, first, ping.auv, dry
+            if hearers and ping.heard_by == hearers:  # nobody had heard it yet
+                _make(fix, ping, only, packed, errors)
+                fix += 1
+            if only == NONE:
+                ping.passed_at_s = inf
+    while first < pings and not _is_under_way(air, first):
         first += 1
     return fix, first, NONE, NONE
+
+
+@compiled
+def _is_under_way(air: Air, ping: int) -> bool:
+    """Tell whether something of a ping is yet to be decided."""
+    for row in range(air.pings[ping].first, air.pings[ping].end):
+        if air.receptions[row].outcome == IN_FLIGHT:
+            return True
+    return False
+
+
+@compiled
+def _over(air: Air, first: int, time: float) -> Ints:
+    """Return the receptions of pings from `first` on that are over by an instant (s) and not
+    decided, in the order in which they were.
+    """
+    begin = air.pings[first].first if first < len(air.pings) else len(air.receptions)
+    rows, size = np.empty(len(air.receptions) - begin, np.int64), 0
+    for row in range(begin, len(air.receptions)):
+        reception = air.receptions[row]
+        if reception.outcome == IN_FLIGHT and reception.arrived_at_s + air.duration <= time:
+            rows[size] = row
+            size += 1
+    ends = np.empty(size)
+    for k in range(size):
+        ends[k] = air.receptions[rows[k]].arrived_at_s + air.duration
+    return rows[:size][np.argsort(ends, kind="mergesort")]
 
 
 @compiled
@@ -191,13 +238,49 @@ def _make(fix: int, ping: Row, only: int, packed: int, errors: int | None) -> No
     if errors is not None:
         packed_errors = unpacked(errors, PackedErrors)
         place, covariance, jacobian, packed_errors.left[fix] = measured_astray(
-            heard, by.asvs, instrument, by.strayed, systematic_of(packed_errors)
+            heard, by.listeners, instrument, by.strayed, systematic_of(packed_errors)
         )
         packed_errors.jacobians[fix] = jacobian[:2]
     else:
-        place, covariance = measured(heard, by.asvs, instrument, by.strayed)
+        place, covariance = measured(heard, by.listeners, instrument, by.strayed)
     note(row, ping, place, covariance)
     copy_direction(row, heard.receptions)
+
+
+@compiled
+def _make_own(
+    fix: int, ping: Row, number: int, packed: int, errors: int | None, gnss_noise: Floats
+) -> None:
+    """Write the row of the fix that an AUV makes of a reception: it holds as the ping arrives, and
+    the AUV has it as soon as that is decoded.
+
+    Arguments as of :func:`resolve`.
+    """
+    by = unpacked(packed, Decided)
+    reception, row = by.receptions[number], by.fixes[fix]
+    row.fix = fix
+    begin_fix(row, ping, number)
+    row.auv, row.valid_at_s = reception.auv, reception.arrived_at_s
+    row.arrives_at_s = reception.arrived_at_s + by.duration
+    if by.instrument.array.size == 0:  # one of somebody's own measures later
+        no_sights(by.receptions[number : number + 1])
+        copy_direction(row, by.receptions[number : number + 1])
+        return
+    instrument, drawn = instrument_of(by.instrument), by.noise.taken_now[0]
+    x, y, z, yaw = where(by.listeners, reception.listener, reception.arrived_at_s)
+    drawn[GNSS_NOISE:NOISE_WIDTH] = gnss_noise[ping.ping]  # the ASV's, for all that hear it
+    own = HeardBeacon(ping, reception, (x, y, z), yaw, drawn)
+    if errors is not None:
+        packed_errors = unpacked(errors, PackedErrors)
+        place, covariance, jacobian, packed_errors.left[fix] = located_astray(
+            own, instrument, systematic_of(packed_errors)
+        )
+        packed_errors.jacobians[fix] = jacobian[:2]
+    else:
+        place, covariance = located_itself(own, instrument)
+    note(row, ping, place, covariance)
+    copy_direction(row, by.receptions[number : number + 1])
+    row.error_m = hypot(place[0] - x, place[1] - y)
 
 
 @compiled
@@ -220,23 +303,22 @@ def _write_due(due: Ints, pings: Rows, first: int, time: float) -> int:
 @compiled
 def _decide(
     ping: int, only: int, air: Air, echoes: Rows | None, frames: Rows | None, noise: PairNoise
-) -> tuple[int, bool]:
+) -> tuple[int, int]:
     """Decide the receptions of a ping, or `only` one, each by a row of the noise.
 
-    Return NONE, and whether a fix is to be made: somebody has heard the ping, and nobody had yet.
-    Where an ASV's noise is used up, nothing is done and its number returned first.
+    Return NONE, and how many have heard it now.  Where the noise of a pair is used up, nothing is
+    done and the number of its ASV returned first.
     """
     line = air.pings[ping]
     first, end = line.first, line.end
     if only != NONE:
         first, end = only, only + 1
-    auv = line.auv
     for reception in air.receptions[first:end]:
         if (
             reception.outcome == IN_FLIGHT
-            and noise.taken[auv, reception.asv] == noise.blocks.shape[1]
+            and noise.taken[reception.auv, reception.asv] == noise.blocks.shape[1]
         ):
-            return int(reception.asv), False
+            return int(reception.asv), 0
     hearers = 0
     for row in range(first, end):
         reception, taken_now = air.receptions[row], noise.taken_now[row - first]
@@ -246,12 +328,11 @@ def _decide(
         luck = take_noise(reception, noise, taken_now)
         reception.outcome = _outcome(row, luck, air, echoes, frames)
         if reception.outcome != HEARD:
-            note_why(row, air, echoes, frames, noise)
+            _note_why(row, air, echoes, frames, noise)
         reception.snr_db += air.shadowing_sd_db * luck
         hearers += reception.outcome == HEARD
-    makes_fix = hearers > 0 and line.heard_by == 0
     line.heard_by += hearers
-    return NONE, makes_fix
+    return NONE, hearers
 
 
 @compiled
@@ -275,7 +356,7 @@ def take_noise(reception: Row, noise: PairNoise, into: Floats) -> float:
 
 @compiled
 def _outcome(row: int, luck: float, air: Air, echoes: Rows | None, frames: Rows | None) -> int:
-    """Return what becomes of a ping at an ASV, where it is lost by `luck`, a standard normal."""
+    """Return what becomes of a ping where it arrives, and is lost by `luck`, a standard normal."""
     reception = air.receptions[row]
     if frames is not None:  # noqa: SIM102 (compiled: the branch is pruned)
         if _own_frame(reception, air, frames) != NONE:
@@ -299,10 +380,10 @@ def _call_beside(reception: Row, air: Air) -> int:
 
 
 @compiled
-def note_why(
+def _note_why(
     row: int, air: Air, echoes: Rows | None, frames: Rows | None, noise: PairNoise
 ) -> None:
-    """Write why a ping was lost or overlapped at an ASV, and by which ping, ASV or frame."""
+    """Write why a ping was lost or overlapped where it arrived, and by which ping, ASV or frame."""
     reception = air.receptions[row]
     if reception.outcome == LOST:
         reception.why = BURST if noise.bursts.size > 0 else CHANCE
@@ -313,20 +394,18 @@ def note_why(
             reception.why = BY_OWN_FRAME
             return
     if overlapped(row, air, echoes):
-        note_strongest(row, air.pings, air.receptions, air.duration, echoes, False)
+        _note_strongest(row, air, echoes)
     else:
         reception.why, reception.overlapped_by = BY_CALL, _call_beside(reception, air)
 
 
 @compiled
-def note_strongest(
-    row: int, pings: Rows, receptions: Rows, duration: float, echoes: Rows | None, at_auvs: bool
-) -> None:
+def _note_strongest(row: int, air: Air, echoes: Rows | None) -> None:
     """Write which ping, or echo of one (:func:`resolve`), overlaps another where that is heard: the
     strongest, of equally strong ones the first that was sent.
     """
-    reception = receptions[row]
-    begin, most = row, 0.0
+    pings, receptions, duration = air.pings, air.receptions, air.duration
+    reception, begin, most = receptions[row], row, 0.0
     earliest = reception.arrived_at_s - duration - PASSED * pings[reception.ping].longest_s
     while begin > 0 and pings[receptions[begin - 1].ping].sent_at_s >= earliest:
         begin -= 1
@@ -334,11 +413,9 @@ def note_strongest(
         other = receptions[number]
         if pings[other.ping].sent_at_s > reception.arrived_at_s + duration:
             break
-        here = other.auv == reception.auv if at_auvs else other.asv == reception.asv
-        if number == row or not here:
+        if number == row:
             continue
-        beside = overlap(reception.arrived_at_s, other.arrived_at_s, duration)
-        strength = other.sound if beside else 0.0
+        strength = _interference_of(reception, other, duration)
         why = BY_PING if strength > 0.0 else BY_ECHO
         if echoes is not None:
             strength += _echoed(reception, other, echoes[number], duration)

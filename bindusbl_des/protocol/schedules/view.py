@@ -14,7 +14,7 @@ import numpy as np
 from ...core.arrays import Flags, Floats, Ints
 from ...core.facts import cached_property
 from ...records.rows import Recorder, Rows
-from ...scenario.own_sensors import Sensors, straight_drift_rms
+from ...scenario.own_sensors import Sensors
 from ...vehicles.fleet import VehicleFleet
 from ..conflicts import conflict_graph
 from ..predicted_positions import planned_speeds
@@ -145,7 +145,7 @@ def known_of(setup: Sensors, auvs: VehicleFleet, record: Recorder) -> KnownFixes
     vessels = placed.speed_m_per_s if placed is not None else 0.0
 
     def drift(auv: int, time: float) -> float:
-        return straight_drift_rms(setup.own_sensors, time, float(speeds[auv]))
+        return setup.own_sensors.straight_drift_rms(time, float(speeds[auv]))
 
     initial, positions = scenario.navigation.initial_position_sd_m, setup.positions
     moving = speeds + carried

@@ -6,9 +6,10 @@ from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
 from typing import Any, TypeVar
 
+from ...core.mistakes import Problem
 from ...core.wording import did_you_mean, plain
 from ..part_choice import PartChoice, mistakes
-from ..scenario_keys import Environment, Problem, ScenarioKeys
+from ..scenario_keys import Environment, ScenarioKeys
 from ..sections.usbl import size_m, usbl_values
 from ..site import Site
 

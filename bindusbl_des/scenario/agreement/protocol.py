@@ -5,12 +5,11 @@ their slots, channels that reach deep enough, messages that hold a fix.
 from collections.abc import Iterator
 from importlib.util import find_spec
 
-from ...core.plugins import is_plugin
+from ...core.mistakes import Problem
 from ...presets.modems import airtime_table
 from ..channel_settings import Table
 from ..declared import DOWNLINKS, RANGINGS, channel_named
 from ..part_choice import PartChoice
-from ..scenario_keys import Problem
 from ..site import Site
 from .vehicles import no_such_asv
 
@@ -43,7 +42,7 @@ def _unslotted(site: Site) -> Iterator[Problem]:
     if not site.scenario.protocol.random_access:
         return
     works_in_slots = not site.ranging.own_clocks
-    refused = {"ranging": works_in_slots, "downlink": is_plugin(protocol.downlink)}
+    refused = {"ranging": works_in_slots, "downlink": protocol.downlink.is_own}
     for name, known in (("ranging", " or ".join(OWN_CLOCKS)), ("downlink", "one that ships")):
         if refused[name]:
             yield Problem(
@@ -58,7 +57,7 @@ def _ordered(site: Site) -> Iterator[Problem]:
     """Yield what schedules that call AUVs, or tell them when to ping, do not go with."""
     protocol, others = site.scenario.protocol, ("protocol.schedule",)
     schedule = site.schedule
-    if schedule.calls and is_plugin(protocol.ranging):
+    if schedule.calls and protocol.ranging.is_own:
         known = [name for name, traits in RANGINGS.items() if not traits.asvs_ping]
         yield Problem(
             "protocol.ranging",
@@ -169,7 +168,7 @@ def acoustics_problems(site: Site) -> Iterator[Problem]:
 
 def _channels(site: Site) -> Iterator[Problem]:
     for band in ("hf", "mf"):
-        channel = getattr(site.scenario.acoustics, band).channel
+        channel = site.scenario.acoustics.bands[band].channel
         for setting, message in _bottom_mistakes(channel, site.scenario.survey.deepest):
             yield Problem(
                 f"acoustics.{band}.channel.{setting}",

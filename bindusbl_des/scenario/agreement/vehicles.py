@@ -4,9 +4,9 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from math import dist
 
+from ...core.mistakes import Problem
 from ...geometry.lanes import SHORTEST_LANE, lane_count
 from ..key_types import Position
-from ..scenario_keys import Problem
 from ..sections.placements import Formation
 from ..sections.survey import SHAPES
 from ..sections.vehicles import Failure

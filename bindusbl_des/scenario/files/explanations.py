@@ -10,11 +10,12 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
+from ...core.plain_data import Path, dotted
+from ...core.plain_yaml import scalar
 from ...core.wording import described, did_you_mean, nearest, plain
 from ..families import FAMILIES
 from ..keys import REQUIRED, Key, items, keys, sections
 from ..part_choice import SIGNS
-from .plain_yaml import Path, dotted, scalar
 
 ROUTE: Path = ("auvs", "route")
 FORMATION: Path = ("asvs", "formation")

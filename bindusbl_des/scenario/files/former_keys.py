@@ -4,12 +4,13 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any
 
+from ...core.mistakes import FilePlace, Mistake
+from ...core.plain_data import Path, dotted
+from ...core.plain_yaml import Document
 from ...core.wording import plain
 from ..families import FAMILIES
 from ..key_types import Moved, Section, chosen, moved
 from ..scenario_keys import ScenarioKeys
-from .mistakes import FilePlace, Mistake
-from .plain_yaml import Document, Path, dotted
 
 READ_YET = "the former spelling is read in this version only"
 

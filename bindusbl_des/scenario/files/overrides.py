@@ -1,17 +1,23 @@
 """Options ``--set dotted.key=value`` laid over the data of a scenario file."""
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 from copy import deepcopy
-from functools import cache, lru_cache
+from functools import cache
 from typing import Any
 
+from ...core.mistakes import FilePlace, Mistake
+from ...core.plain_data import (
+    Path,
+    dotted,
+    path_of,
+    value_at,
+)
+from ...core.plain_yaml import Document, read_yaml
 from ...core.wording import described
 from ..families import FAMILIES
 from ..keys import keys, settings
 from ..scenario import Scenario
 from .former_keys import READ_YET, path_now
-from .mistakes import FilePlace, Mistake
-from .plain_yaml import Document, Path, dotted, read_yaml
 
 # Keys whose value is the name of a model, or a mapping with it and what is set about it.
 CHOOSERS = frozenset({"model", "kind"})
@@ -59,13 +65,6 @@ def override(document: Document, option: str) -> None:
 def put(data: dict[str, Any], key: str, value: Any) -> str:
     """Put a value at a dotted key of a scenario's data; return what prevents it, or ""."""
     return _put(data, path_now(data, path_of(key)), value)
-
-
-@lru_cache(maxsize=256)
-def path_of(key: str) -> Path:
-    """Return the path of a dotted key; items of lists are numbered."""
-    parts = key.split(".")
-    return tuple(int(part) if part.isascii() and part.isdigit() else part for part in parts)
 
 
 def _put(data: Any, path: Path, value: Any, kept: Collection[str | int] = ()) -> str:
@@ -143,10 +142,3 @@ def _inside(spot: Any, part: str | int, path: Path) -> Any:
 @cache
 def _defaults() -> dict[str, Any]:
     return Scenario(name="default").model_dump(mode="json")
-
-
-def value_at(data: Any, path: Iterable[str | int]) -> Any:
-    """Return the value at a path of keys; None where there is none."""
-    for part in path:
-        data = data.get(part) if isinstance(data, dict) else None
-    return data

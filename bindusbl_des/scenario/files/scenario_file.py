@@ -13,28 +13,23 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pydantic import ValidationError
 
 from ...core.kept_files import FILES, Way, is_own
+from ...core.mistakes import FilePlace, Mistake, Problem, ScenarioError
+from ...core.plain_data import Path, dotted, path_of
+from ...core.plain_yaml import Document, read_text, read_yaml
+from ...core.shipped import located
 from ...core.wording import described, printable
 from ...presets.modems import airtime_table
 from ..channel_settings import read_curve
 from ..families import load_plugins
 from ..scenario import Scenario, site_of
-from ..scenario_keys import Problem
 from ..sections.placements import AsvTrack
 from ..sections.routes import ROUTES, Track
 from .explanations import ROUTE, Finding, guessed_kind
 from .former_keys import as_now, is_former, is_of_old, move_keys
-from .mistakes import FilePlace, Mistake, ScenarioError
-from .overrides import override, path_of
-from .plain_yaml import Document, Path, dotted, read_yaml
-from .shipped import located
+from .overrides import override
 
 if TYPE_CHECKING:
     from ...vehicles.tracks import Track as RecordedTrack
-
-__all__ = ["Mistake", "ScenarioError", "Source", "as_scenario", "load_scenario", "parse_scenario"]
-
-# A scenario of thousands of vehicles has some 100 kB.
-LARGEST_FILE = 1_000_000
 
 
 class Source(NamedTuple):
@@ -44,8 +39,8 @@ class Source(NamedTuple):
     """
 
     text: str
-    name: str
-    folder: FilePath
+    name: str = "scenario"
+    folder: FilePath = FilePath()
     overrides: tuple[str, ...] = ()
 
     @classmethod
@@ -63,6 +58,41 @@ class Source(NamedTuple):
         given = scenario.model_dump(mode="json", exclude_unset=True)
         return cls(json.dumps(given, ensure_ascii=False), f"scenario {scenario.name}", FilePath())
 
+    def read(self, allow_plugins: bool = False) -> tuple[Document, Scenario]:
+        """Return its document, which knows where its keys stand, and its scenario.
+
+        Raises:
+            ScenarioError: listing every mistake.
+        """
+        document = read_yaml(self.text, self.name)
+        if not document.mistakes or document.data is not None:
+            _check_root(document)
+        if isinstance(document.data, dict):
+            if is_of_old(document.data):
+                document.data = as_now(document.data)
+            move_keys(document)
+        # Those of former keys come last, once the parts are chosen whose settings they are now.
+        for option in sorted(
+            self.overrides, key=lambda option: is_former(option.partition("=")[0])
+        ):
+            override(document, option)
+        if isinstance(document.data, dict):
+            move_keys(document)
+        scenario = _settled(document, self.folder) if isinstance(document.data, dict) else None
+        if scenario is not None and allow_plugins and not document.mistakes:
+            found = (Problem(error.key, error.message) for error in load_plugins(scenario))
+            _note_contradictions(document, found)
+        if scenario is None or document.mistakes:
+            options = enumerate(self.overrides, 1)
+            order = {printable(self.name): 0} | {
+                printable(f"--set {option}"): n for n, option in options
+            }
+            document.mistakes.sort(
+                key=lambda mistake: (order[mistake.file], mistake.line, mistake.column)
+            )
+            raise ScenarioError(dict.fromkeys(document.mistakes))  # an option may be given twice
+        return document, scenario
+
 
 def load_scenario(
     path: str | FilePath, *, overrides: Sequence[str] = (), allow_plugins: bool = False
@@ -77,7 +107,7 @@ def load_scenario(
         ScenarioError: listing every mistake, when the file cannot be read or used.
     """
     path = located(path, ("scenarios",)) if isinstance(path, str) else path
-    document, scenario = parsed(Source.file(path, overrides), allow_plugins)
+    document, scenario = Source.file(path, overrides).read(allow_plugins)
     for warning in document.warnings:
         warnings.warn(str(warning), FutureWarning, stacklevel=2)
     return scenario
@@ -103,85 +133,6 @@ def as_scenario(given: Scenario | str | FilePath, *, allow_plugins: bool = False
     )
 
 
-def read_text(path: str | FilePath) -> str:
-    """Return the text of a scenario file.
-
-    Raises:
-        ScenarioError: when it is missing, a folder, too large or not UTF-8 text.
-    """
-    try:
-        with open(path, "rb") as file:
-            raw = file.read(LARGEST_FILE + 1)
-        if len(raw) > LARGEST_FILE:
-            raise _failure(path, f"larger than {LARGEST_FILE:,} bytes; is this a scenario file?")
-        return raw.decode("utf-8-sig")
-    except FileNotFoundError:
-        raise _failure(path, "no such file; `bindusbl-des init` writes a starter") from None
-    except IsADirectoryError:
-        raise _failure(path, "is a folder; name a scenario file in it") from None
-    except OSError as error:
-        raise _failure(path, f"cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError as error:
-        byte = f"byte 0x{raw[error.start]:02x} at {error.start}"
-        message = f"not UTF-8 text ({byte}); save it as UTF-8"
-        raise _failure(path, message) from None
-
-
-def _failure(path: str | FilePath, message: str) -> ScenarioError:
-    return ScenarioError([Mistake.at(FilePlace(str(path)), "", message)])
-
-
-def parse_scenario(
-    text: str,
-    name: str = "scenario",
-    *,
-    overrides: Sequence[str] = (),
-    folder: str | FilePath = ".",
-) -> Scenario:
-    """Read a scenario from a text; `name` stands for the file in messages.
-
-    Files that it names are sought in `folder`.
-
-    Raises:
-        ScenarioError: listing every mistake.
-    """
-    return parsed(Source(text, name, FilePath(folder), tuple(overrides)))[1]
-
-
-def parsed(source: Source, allow_plugins: bool = False) -> tuple[Document, Scenario]:
-    """Return the document of a scenario's text, which knows where its keys stand, and the scenario.
-
-    Raises:
-        ScenarioError: listing every mistake.
-    """
-    document = read_yaml(source.text, source.name)
-    if not document.mistakes or document.data is not None:
-        _check_root(document)
-    if isinstance(document.data, dict):
-        if is_of_old(document.data):
-            document.data = as_now(document.data)
-        move_keys(document)
-    # Those of former keys come last, once the parts are chosen whose settings they are now.
-    for option in sorted(source.overrides, key=lambda option: is_former(option.partition("=")[0])):
-        override(document, option)
-    if isinstance(document.data, dict):
-        move_keys(document)
-    scenario = _settled(document, source.folder) if isinstance(document.data, dict) else None
-    if scenario is not None and allow_plugins and not document.mistakes:
-        found = (Problem(error.key, error.message) for error in load_plugins(scenario))
-        _note_contradictions(document, found)
-    if scenario is None or document.mistakes:
-        options = enumerate(source.overrides, 1)
-        order = {printable(source.name): 0} | {
-            printable(f"--set {option}"): n for n, option in options
-        }
-        document.mistakes.sort(
-            key=lambda mistake: (order[mistake.file], mistake.line, mistake.column)
-        )
-        raise ScenarioError(dict.fromkeys(document.mistakes))  # an option may be given twice
-    return document, scenario
-
-
 def _check_root(document: Document) -> None:
     place = document.values.get((), FilePlace(document.file, 1, 1))
     if document.data is None:
@@ -202,7 +153,7 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
     misread = set()
     for path, message in place_files(data, folder):
         misread.add(dotted(path))
-        document.mistakes.append(Mistake.at(_place(document, path), dotted(path), message))
+        document.mistakes.append(Mistake.at(document.place(path), dotted(path), message))
     while True:
         try:
             scenario = Scenario.model_validate(data)
@@ -231,18 +182,9 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
 
 def _note(document: Document, finding: Finding) -> None:
     if finding.path not in document.unsettled or not finding.message.startswith("missing"):
-        place = _place(document, finding.path, finding.at_key)
+        place = document.place(finding.path, finding.at_key)
         document.mistakes.append(Mistake.at(place, dotted(finding.path), finding.message))
     document.unsettled |= {finding.path, *finding.unsettled}
-
-
-def _place(document: Document, path: Path, at_key: bool = False) -> FilePlace:
-    """Return where a path stands, or the section that it is missing from."""
-    places = document.keys if at_key else document.values
-    for length in range(len(path), 0, -1):
-        if path[:length] in places:
-            return places[path[:length]]
-    return document.keys.get((), FilePlace(document.file, 1, 1))
 
 
 def _set_aside(data: Any, path: Path) -> None:
@@ -268,20 +210,7 @@ def _note_contradictions(document: Document, problems: Iterable[Problem]) -> Non
         paths = [path_of(key) for key in (problem.key, *problem.others)]
         if any(_overlap(path, doubtful) for path in paths for doubtful in unsettled):
             continue
-        document.mistakes.append(
-            Mistake.at(place_of_problem(document, problem), problem.key, problem.message)
-        )
-
-
-def place_of_problem(document: Document, problem: Problem) -> FilePlace:
-    """Return where a problem stands; where its key is left to its default, at a key behind it."""
-    paths = [path_of(key) for key in (problem.key, *problem.others)]
-    return _place(document, next((path for path in paths if path in document.values), paths[0]))
-
-
-def place_of(document: Document, key: str) -> FilePlace:
-    """Return where a dotted key stands, or the section that it is missing from."""
-    return _place(document, path_of(key))
+        document.mistakes.append(document.mistake(problem))
 
 
 def _overlap(path: Path, other: Path) -> bool:

@@ -1,7 +1,8 @@
 """The keys of both bands: how far they carry, how long a message takes, what is lost."""
 
+import math
 from functools import partial
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
@@ -14,7 +15,8 @@ from pydantic import (
 
 from ...presets.catalogue import CATALOGUE, preset
 from ...presets.modems import table_file
-from ..declared import channel_named
+from ..channel_settings import Sound
+from ..declared import ChannelTraits, channel_named
 from ..key_types import PAPER, Part, Real, Text, Whole, key, known_preset
 from ..part_choice import SET, PartChoice
 
@@ -59,6 +61,47 @@ class Band(Part):
         None, "W", "electrical power at other times; null = as while a signal arrives", ge=0, le=1e5
     )
 
+    if TYPE_CHECKING:  # keys of each band, at their places among its others
+        range_m: Real
+        range_metric: RangeMetric
+        channel: PartChoice
+
+    @property
+    def stated(self) -> dict[str, Any]:
+        """What the sheet of its modem says of its keys, if it has one."""
+        return {} if self.modem is None else modem_values(self.modem, type(self))
+
+    @property
+    def traits(self) -> ChannelTraits:
+        """What its channel declares."""
+        return channel_named(self.channel)
+
+    @property
+    def burst_s(self) -> float | None:
+        """How long (s) signals are lost, on average; None where each is lost by itself."""
+        given: float | None = self.channel.settings.get("burst_s")
+        return given
+
+    @property
+    def frequency_khz(self) -> float:
+        """The centre frequency of sound whose level is known."""
+        usual = Sound.model_fields["frequency_khz"].default
+        return float(self.channel.settings.get("frequency_khz", usual))
+
+    def longest_path_m(self, depth: float, further_m: float = 0.0) -> float:
+        """Return the longest path (m) of a signal that is heard, between a depth (m) and the
+        surface, at its range and perhaps some metres further.
+
+        A horizontal range says nothing of the depth: sound takes the slant path.
+
+        >>> UplinkSection(range_m=40.0).longest_path_m(30.0)
+        50.0
+        >>> UplinkSection(range_m=40.0, range_metric="slant").longest_path_m(30.0)
+        40.0
+        """
+        reach = self.range_m + further_m
+        return math.hypot(reach, depth) if self.range_metric == "horizontal" else reach
+
     @model_validator(mode="wrap")
     @classmethod
     def _filled(cls, data: Any, validate: ModelWrapValidatorHandler["Band"]) -> "Band":
@@ -86,16 +129,11 @@ class UplinkSection(Band):
     )
 
     @property
-    def ends_at_range(self) -> bool:
-        """Whether nothing is decoded beyond `range_m`."""
-        return channel_named(self.channel).ends_at_range
-
-    @property
     def beyond(self) -> str:
         """Where nothing on the band is decoded, as ends "ASV0 is 60 m away, ..."."""
         if self.channel.is_own:
             return f"where the channel {self.channel.words} lets no sound through"
-        if not self.ends_at_range:
+        if not self.traits.ends_at_range:
             return f"where the channel {self.channel} lets nothing be decoded"
         return f"out of HF range ({self.range_m:g} m {self.range_metric})"
 
@@ -138,11 +176,6 @@ class Downlink(Band):
     header_bytes: Whole = key(8, "B", "header of a broadcast N_hdr", PAPER, ge=0, le=65_535)
     fix_bytes: Whole = key(16, "B", "record of one fix B_fix", PAPER, ge=1, le=65_535)
 
-    @property
-    def ends_at_range(self) -> bool:
-        """Whether nothing is decoded beyond `range_m`."""
-        return channel_named(self.channel).ends_at_range
-
 
 class Loss(Part):
     """Why a ping in range may still not be decoded."""
@@ -166,3 +199,8 @@ class Acoustics(Part):
     hf: UplinkSection = Field(default=UplinkSection(), description="uplink band")
     mf: Downlink = Field(default=Downlink(), description="downlink band")
     loss: Loss = Field(default=Loss(), description="loss of single pings")
+
+    @property
+    def bands(self) -> dict[str, Band]:
+        """Both bands, by their names."""
+        return {"hf": self.hf, "mf": self.mf}

@@ -7,7 +7,19 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Tag
 
-from ..key_types import OURS, PAPER, Part, Point, Position, Real, Text, key
+from ..key_types import (
+    OURS,
+    PAPER,
+    TIME_OFFSET_S,
+    Part,
+    Point,
+    Position,
+    Real,
+    Text,
+    key,
+    sources,
+    which_tracks,
+)
 from ..part_choice import PartChoice
 from .routes import OwnSection, is_own
 
@@ -76,6 +88,10 @@ class Formation(PlacementTraits, Part):
     def moored(self) -> "Formation":
         """Where ASVs keep station."""
         return self
+
+    def radius(self, hf_range_m: float) -> float:
+        """Return how far (m) from the middle a ring lies: by default HF range plus clearance."""
+        return hf_range_m + self.clearance_m if self.radius_m is None else self.radius_m
 
     @property
     def is_placed(self) -> bool:
@@ -191,19 +207,13 @@ class AsvTrack(Moving):
         "per ASV a CSV with columns time_s, x_m, y_m (or lat_deg, lon_deg), depth_m, a GPX or an "
         "MCAP file; relative to the scenario file; whatever its depths, ASVs are at the surface",
     )
-    tracks: tuple[Text, ...] = key(
-        (),
-        "",
-        "per ASV which track of its file, where that holds several: a vehicle of a CSV, the name "
-        "of a GPX track, the topic of an MCAP",
-    )
-    time_offset_s: Real = key(
-        0.0,
-        "s",
-        "subtracted from the time_s of the files, such as the Unix time of the mission's start",
-        ge=-1e12,
-        le=1e12,
-    )
+    tracks: tuple[Text, ...] = which_tracks("ASV")
+    time_offset_s: Real = TIME_OFFSET_S
+
+    @property
+    def sources(self) -> list[tuple[str, str]]:
+        """Its files, and which of the tracks in each is meant."""
+        return sources(self.files, self.tracks)
 
     @property
     def recording(self) -> "AsvTrack":

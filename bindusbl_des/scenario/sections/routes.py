@@ -17,7 +17,19 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from ...core.plugins import is_plugin
-from ..key_types import OURS, PAPER, Part, Point, Position, Real, Text, key
+from ..key_types import (
+    OURS,
+    PAPER,
+    TIME_OFFSET_S,
+    Part,
+    Point,
+    Position,
+    Real,
+    Text,
+    key,
+    sources,
+    which_tracks,
+)
 from ..part_choice import PartChoice
 
 
@@ -325,19 +337,13 @@ class Track(Planned):
 
     kind: Literal["track"] = key("track", "", "route family")
     files: tuple[Text, ...] = key((), "", RECORDED_OR_DRAWN)
-    tracks: tuple[Text, ...] = key(
-        (),
-        "",
-        "per AUV which track of its file, where that holds several: a vehicle of a CSV, the name "
-        "of a GPX track, the topic of an MCAP",
-    )
-    time_offset_s: Real = key(
-        0.0,
-        "s",
-        "subtracted from the time_s of the files, such as the Unix time of the mission's start",
-        ge=-1e12,
-        le=1e12,
-    )
+    tracks: tuple[Text, ...] = which_tracks("AUV")
+    time_offset_s: Real = TIME_OFFSET_S
+
+    @property
+    def sources(self) -> list[tuple[str, str]]:
+        """Its files, and which of the tracks in each is meant."""
+        return sources(self.files, self.tracks)
 
     @property
     def recording(self) -> "Track":

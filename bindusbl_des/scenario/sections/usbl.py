@@ -122,16 +122,6 @@ def size_m(array: str | Sequence[Element]) -> float:
     return max(dist(one, other) for one in array for other in array)
 
 
-def spacing_m(array: Sequence[Element]) -> float:
-    """Return the distance (m) to its nearest neighbour of the element that is the farthest from
-    others.
-    """
-    return max(
-        min(dist(one, other) for there, other in enumerate(array) if there != here)
-        for here, one in enumerate(array)
-    )
-
-
 # The keys of the USBL: what ASVs measure with, and all that is wrong with it.
 #
 # With passive ranging AUVs measure with it.

@@ -1,7 +1,7 @@
 """The keys of both fleets: how many, which models, where they go and keep station, which fail."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -38,7 +38,7 @@ class VehicleChoice:
     @property
     def own(self) -> PartChoice | None:
         """The vehicle where it is somebody's own."""
-        return self.part if self.part is not None and is_plugin(self.part) else None
+        return self.part if self.part is not None and self.part.is_own else None
 
     @property
     def choice(self) -> PartChoice:
@@ -54,6 +54,21 @@ class VehicleChoice:
     def has_dynamics(self) -> bool:
         """Whether the vehicle moves by equations of motion."""
         return self.own is None and self.MODELS[self.model].has_dynamics
+
+    @property
+    def top_speed(self) -> float:
+        """How fast (m/s) it goes through still water at full command, straight ahead."""
+        from ...vehicles.guidance.departure import top_speed
+
+        return top_speed(self.model, dict(self.coefficients))
+
+    def carried_away(self, speeds: Sequence[float], current: float) -> tuple[int, str] | None:
+        """Return the first of such vehicles that a current (m/s) would carry away, and why; None
+        if they make headway at the speeds (m/s) that are asked of them.
+        """
+        from ...vehicles.guidance.departure import too_strong
+
+        return too_strong(self.model, dict(self.coefficients), speeds, current)
 
     @classmethod
     def read(cls, value: Any) -> Self:

@@ -1,4 +1,7 @@
-"""The network of a mission with passive ranging: nobody schedules AUVs, and nobody answers them."""
+"""Passive ranging (piUSBL): ASVs take turns to ping, and every AUV that hears one fixes itself.
+
+Nobody schedules AUVs, and nobody answers them.
+"""
 
 import math
 from collections.abc import Callable, Generator
@@ -8,15 +11,16 @@ from itertools import count
 
 import simpy
 
-from ...navigation.navigators import Navigator
-from ...records.events import Round
-from ...records.rows import Recorder
-from ...vehicles.fleet import VehicleFleet
-from ..happenings import Happenings, Watched
-from ..mf.downlink import Deliveries
-from ..slots import Slots
-from ..steps import moment, some_work
-from .beacons import Beacons, PassiveOutcomes
+from ..navigation.navigators import Navigator
+from ..records.events import Round
+from ..records.rows import Recorder
+from ..vehicles.fleet import VehicleFleet
+from .happenings import Happenings, Watched
+from .hf.band import HfBand
+from .hf.outcomes import Outcomes
+from .mf.downlink import Deliveries
+from .slots import Slots
+from .steps import moment, some_work
 
 
 class OwnFixes(Deliveries):
@@ -28,20 +32,21 @@ class OwnFixes(Deliveries):
         auvs: VehicleFleet,
         navigator: Navigator,
         record: Recorder,
-        outcomes: PassiveOutcomes,
+        outcomes: Outcomes,
     ) -> None:
         super().__init__(env, auvs, navigator, record)
-        self._receptions, self._outcomes = record.receptions, outcomes
+        self._record, self._receptions, self._outcomes = record, record.receptions, outcomes
 
-    def expect(self, receptions: range) -> None:
+    def expect(self, pings: range) -> None:
         """Let AUVs that steer by their fixes, or are moved meanwhile, have each at its instant.
 
         The others' are settled later, each with its own instant all the same.
         """
         if not self._auvs.foreseen:
-            for row in receptions:
-                instant = float(self._receptions.array[row]["arrived_at_s"])
-                self._at(instant, partial(self._near, row))
+            for ping in self._record.pings.array[pings.start : pings.stop]:
+                for row in range(ping["first"], ping["end"]):
+                    instant = float(self._receptions.array[row]["arrived_at_s"])
+                    self._at(instant, partial(self._near, row))
 
     def _near(self, row: int) -> None:
         """Wait for the end of a ping that is nearly there."""
@@ -54,7 +59,7 @@ class OwnFixes(Deliveries):
 
     def settle(self, time: float) -> None:
         """Let AUVs have all fixes that they have made by an instant (s)."""
-        self._outcomes.resolve(time)
+        self._outcomes.resolve_passed(time)
         self.deliver(time)
 
 
@@ -67,8 +72,8 @@ class PassiveNetwork(Watched):
     auv_fleet: VehicleFleet
     asv_fleet: VehicleFleet
     record: Recorder
-    uplink: Beacons
-    outcomes: PassiveOutcomes
+    uplink: HfBand
+    outcomes: Outcomes
     deliveries: OwnFixes
 
     def __post_init__(self) -> None:
@@ -103,7 +108,7 @@ def take_turns(network: PassiveNetwork) -> Generator[simpy.Event, None, None]:
         network.record.rounds.append(row)
         for slot, asv in enumerate(turns):
             if asv not in asvs.failed(time):
-                network.deliveries.expect(network.uplink.send(number, slot, asv, time))
+                network.deliveries.expect(network.uplink.send(number, slot, [asv], time))
             time = network.slots.clock.after(time, network.slots.uplink_slot)
             yield moment(network.env, time)
             row.uplink_s = time - row.started_at_s

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bindusbl_des import Setup, load_scenario
-from bindusbl_des.protocol.bounds import (
+from bindusbl_des.preflight.bounds import (
     aloha_capacity,
     clique_number,
     decode_bound,

@@ -1,20 +1,30 @@
-"""The HF band: pings of AUVs and calls of ASVs, and where and when they arrive."""
+"""The HF band: pings of AUVs or of ASVs, calls of ASVs, and where and when they arrive."""
 
 from collections.abc import Callable, Sequence
 from functools import cache, lru_cache, partial
+from heapq import heappop, heappush
 from math import hypot
 
 import numpy as np
 
-from ...acoustics.channel import AskedChannel, Signals, between, deciding
+from ...acoustics.channel import AskedChannel, Prospects, Signals, between, deciding
 from ...acoustics.loss import LossTerms
-from ...acoustics.propagation import SignalBand, SignalPath, Spread, amend, deafen, silence, spread
+from ...acoustics.propagation import (
+    TOUCH,
+    SignalBand,
+    Spread,
+    amend,
+    arrive,
+    deafen,
+    silence,
+    spread,
+)
 from ...acoustics.sonar_channel import ECHO, EchoingSonar
 from ...acoustics.travel_time import PASSED, travel_time
 from ...core.arrays import Floats, Ints
 from ...core.packed import Packed
 from ...core.streams import Purpose, Streams
-from ...records.events import FAILED_MEANWHILE, HEARD, LOST
+from ...records.events import FAILED_MEANWHILE, HEARD, IN_FLIGHT, LOST
 from ...records.rows import CALLED, NONE, EventBuffer, Recorder, Rows
 from ...vehicles.fleet import VehicleFleet
 from ...vehicles.motion import places
@@ -30,19 +40,11 @@ def members(group: tuple[int, ...]) -> Ints:
     return np.array(group, dtype=np.int64)
 
 
-def spread_in(record: Recorder, way: SignalPath, auvs: VehicleFleet, asvs: VehicleFleet) -> Packed:
-    """Return the packed state that pings spread in, :class:`Spread`."""
-    pings, receptions, fleets = record.pings, record.receptions, (auvs.motion, asvs.motion)
-    packed = Packed(Spread(pings.array, receptions.array, way, *fleets, record.everything))
-    pings.hand_on(packed, "pings")
-    receptions.hand_on(packed, "receptions")
-    return packed
+class HfBand:
+    """The HF band: sound spreads at a finite speed; where it arrives is on record as it is sent.
 
-
-class Uplink:
-    """The HF uplink: sound spreads at a finite speed; where it arrives is on record as it is sent.
-
-    What becomes of it there is decided later (:class:`.outcomes.Outcomes`).
+    AUVs ping and ASVs listen; with passive ranging ASVs ping and AUVs listen.  What becomes of a
+    ping where it arrives is decided later (:class:`.outcomes.Outcomes`).
     """
 
     def __init__(
@@ -54,29 +56,52 @@ class Uplink:
         streams: Streams,
         record: Recorder,
         bursts: Rows | None = None,
+        *,
+        asvs_ping: bool = False,
     ) -> None:
         """Put a band together; the channel is the compiled disc with its loss, or one asked.
 
         Pings and calls are lost in `bursts` (AUVs, ASVs), :data:`...acoustics.bursts.PAIR`, if not
         None.
         """
-        self.band = band
+        self.band, self.bursts, self.asvs_ping = band, bursts, asvs_ping
         self._channel, self.receiver, self._way = deciding(channel, band)
-        self._auvs, self._asvs, self._record, self._vessels = auvs, asvs, record, len(asvs)
-        self._call_late_s: dict[int, Floats] = {}  # of the last call for each AUV, by each ASV
+        self._auvs, self._asvs, self._record = auvs, asvs, record
+        #: Who sends pings, and who listens.
+        self.senders, self.listeners = (asvs, auvs) if asvs_ping else (auvs, asvs)
+        self._hearers = len(self.listeners)
+        self._may_fail = not (auvs.failures is None and asvs.failures is None)
         self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
+        self._is_sure = self.listeners is asvs or auvs.foreseen
+        self._spread_in = self._packed()
+        self._call_late_s: dict[int, Floats] = {}  # of the last call for each AUV, by each ASV
         self._luck = cache(partial(streams.of, Purpose.CALL))
-        self._spread_in = spread_in(record, self._way, auvs, asvs)
         self._predicted = 0  # pings before this one have arrived everywhere
-        self.bursts = bursts
+        self._nearly_there: list[tuple[float, int]] = []  # instants (s) and receptions, a heap
+        self._prospects: dict[int, Prospects] = {}  # of pings that are on their way to somebody
         #: The sound of calls, :data:`.calling.CALL`, and of echoes, where the channel has any, row
         #: by row of receptions, :data:`ECHO`.
         self.calls = EventBuffer(CALL)
-        self.echoes = EventBuffer(ECHO) if isinstance(channel, EchoingSonar) else None
+        has_echoes = isinstance(channel, EchoingSonar) and not asvs_ping
+        self.echoes = EventBuffer(ECHO) if has_echoes else None
         #: Whom to tell of pings that have just been sent: who answers each of them, if anybody
         #: does, and who waits for them.
         self.answered_by: Callable[[range], None] | None = None
         self.on_sent: Callable[[range], None] | None = None
+
+    def _packed(self) -> Packed:
+        """Return the packed state that pings spread in, :class:`Spread`."""
+        pings, receptions = self._record.pings, self._record.receptions
+        motions = self.senders.motion, self.listeners.motion
+        packed = Packed(
+            Spread(
+                pings.array, receptions.array, self._way, *motions, self.asvs_ping,
+                self._record.everything,
+            )
+        )  # fmt: skip
+        pings.hand_on(packed, "pings")
+        receptions.hand_on(packed, "receptions")
+        return packed
 
     def call(self, group: Sequence[int], callers: Ints, time: float) -> Rows:
         """Let ASVs call AUVs at an instant (s), one for each, who may name several in its call.
@@ -117,20 +142,32 @@ class Uplink:
         return travel_time(caller, at, time + late, self.band.sound_speed) + late
 
     def _ask(self, group: Sequence[int], time: float, calling: bool = False) -> None:
-        """Ask what becomes of signals of AUVs, or calls for them; not the disc, it is compiled."""
+        """Ask what becomes of pings, or calls for AUVs; not the disc, it is compiled."""
         if self._channel is not None:
             prospects = self._channel.prospects(self._signals(group, time, calling))
-            self._spread_in.renew("way", self._way._replace(prospects=prospects))
+            if self.asvs_ping:
+                prospects = np.ascontiguousarray(prospects[:, list(group)].T)
+            self._foretell(prospects)
             if calling:
                 self._call_late_s |= zip(group, prospects["late_s"], strict=True)
+            elif not self._is_sure:
+                first = self._record.pings.count
+                self._prospects |= {first + k: prospects[k : k + 1] for k in range(len(group))}
+
+    def _foretell(self, prospects: Prospects) -> None:
+        """Have compiled code know what becomes of signals."""
+        self._spread_in.renew("way", self._way._replace(prospects=prospects))
 
     def _signals(self, group: Sequence[int], time: float, calling: bool) -> Signals:
-        """Return the signals that begin at an instant (s) between AUVs and all ASVs."""
+        """Return the signals that begin at an instant (s) between AUVs and all ASVs: those of a
+        group, or all AUVs where ASVs ping.
+        """
         self._auvs.advance(time)
         self._asvs.advance(time)
-        auvs = places(self._auvs.motion, time).take(members(tuple(group)), axis=0)[:, :3]
-        asvs = places(self._asvs.motion, time)[:, :3]
-        return between(time, auvs, asvs, self.band.reach, calling)
+        auvs, asvs = (places(fleet.motion, time)[:, :3] for fleet in (self._auvs, self._asvs))
+        if not self.asvs_ping:
+            auvs = auvs.take(members(tuple(group)), axis=0)
+        return between(time, auvs, asvs, self.band.reach, calling or self.asvs_ping)
 
     def _foresee(self, group: Sequence[int], time: float) -> None:
         """Make known where AUVs are until a sound sent at an instant (s) has met or passed them."""
@@ -156,10 +193,10 @@ class Uplink:
         called: Rows = NO_CALL,
         waited: float | None = None,
     ) -> range:
-        """Let AUVs ping now, at `time` (s); return their pings.
+        """Let a group ping now, at `time` (s); return the pings.
 
-        What became of a call that they answer, or should have, tells `called` (1,); how long (s)
-        they have held back, `waited`.
+        What became of a call that an AUV answers, or should have, tells `called` (1,); how long (s)
+        AUVs have held back, `waited`.
         """
         pings, receptions = self._record.pings, self._record.receptions
         first, count = pings.count, len(group)
@@ -168,20 +205,25 @@ class Uplink:
             fleet.advance(time)
         self._ask(group, time)
         pings.room_for(count)
-        receptions.room_for(count * self._vessels)
+        receptions.room_for(count * self._hearers)
         receptions.count = spread(
             self._spread_in.address, members(tuple(group)), round_number, slot, time, called,
-            self.calls.count, first, row,
+            self.calls.count, self._is_sure, first, row,
         )  # fmt: skip
         pings.count = first + count
         if waited is not None:
             pings.rows["waited_s"][first:] = waited
         if self.echoes is not None:
             self._echo(group, first, row, self.echoes)
-        if self._asvs.failures is not None:
-            deafen(self._asvs.failures, pings.rows[first:], receptions.rows[row:], self.band)
+        if self._may_fail:
+            self._cut_short(group, first, row, time)
         if called[0]["call"] not in (NONE, HEARD):
             silence(receptions.rows[row:], called[0]["call"])
+        if not self._is_sure:
+            for number in range(row, receptions.count):
+                heappush(
+                    self._nearly_there, (float(receptions.array[number]["arrived_at_s"]), number)
+                )
         sent = range(first, pings.count)
         if self.on_sent is not None:
             self.on_sent(sent)
@@ -189,12 +231,44 @@ class Uplink:
             self.answered_by(sent)
         return sent
 
+    def _cut_short(self, group: Sequence[int], first: int, row: int, time: float) -> None:
+        """Let nobody hear pings from `first` on, sent at an instant (s), whose receptions begin
+        with a row, where who sends or who listens fails.
+        """
+        pings, receptions = self._record.pings.rows[first:], self._record.receptions.rows[row:]
+        if self.senders.failures is not None:
+            end = time + self.band.duration
+            _, cut = self.senders.failures.met(group, [time] * len(group), [end] * len(group))
+            under_way = cut[receptions["ping"] - first] & (receptions["outcome"] == IN_FLIGHT)
+            receptions["outcome"][under_way] = LOST
+            receptions["why"][under_way] = FAILED_MEANWHILE
+        if self.listeners.failures is not None:
+            deafen(self.listeners.failures, pings, receptions, self.band)
+
     def update_arrivals(self, time: float) -> None:
-        """Amend what has arrived by now, an instant (s), at ASVs whose way was predicted."""
-        if self._asvs.predicted:
-            self._asvs.advance(time)
+        """Amend what has arrived by now, an instant (s), at who listens and has no sure future:
+        steers by fixes, or is moved by an outside program.
+        """
+        if self.listeners.foreseen:
+            return
+        self.listeners.advance(time)
+        if self._is_sure and self.listeners.predicted:
             self._predicted = amend(
                 self._spread_in.address, time, self._predicted, self._record.pings.count
+            )
+        pings, receptions = self._record.pings.array, self._record.receptions.array
+        while self._nearly_there and self._nearly_there[0][0] <= time + TOUCH:
+            row = heappop(self._nearly_there)[1]
+            reception, bent = receptions[row], 0.0
+            ping, listener = pings[reception["ping"]], int(reception["listener"])
+            if self._channel is not None:
+                prospects = self._prospects[int(reception["ping"])]
+                self._foretell(prospects)
+                bent = float(prospects["late_s"][0, listener])
+            place, sent_at = (ping["x_m"], ping["y_m"], ping["z_m"]), float(ping["sent_at_s"])
+            at, speed = self.listeners.vehicles[listener].at, self.band.sound_speed
+            arrive(
+                self._spread_in.address, row, travel_time(place, at, sent_at + bent, speed), bent
             )
 
     def _echo(self, group: Sequence[int], first: int, row: int, echoes: EventBuffer) -> None:

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..core.arrays import Flags
-from .conflicts import dsatur_groups, greedy_groups
+from ..protocol.conflicts import GROUPINGS
 
 # Graphs of more AUVs that DSATUR does not settle are left with what is known of them.
 EXACT_UP_TO = 20
@@ -77,7 +77,7 @@ def fewest_groups(heard: Flags) -> tuple[int, int]:
     >>> fewest_groups(np.array([[True, True, False], [True, False, True], [False, True, True]]))
     (3, 3)
     """
-    made = dsatur_groups if len(heard) <= MOST_BY_DSATUR else greedy_groups
+    made = GROUPINGS["saturation" if len(heard) <= MOST_BY_DSATUR else "first_fit"]
     low, high = max(most_heard(heard), 1), len(made(heard))
     if low == high or len(heard) > EXACT_UP_TO:
         return low, high
@@ -205,3 +205,41 @@ def latency_bound(up_m: float, airtime_s: float, down_m: float, sound_speed: flo
     0.2587
     """
     return (up_m + down_m) / sound_speed + airtime_s
+
+
+def offered_load(senders: int, lasts_s: float, interval_s: float) -> float:
+    """Return the load G = N T / F that N senders offer: T (s) a ping, or a slot, every F (s).
+
+    >>> offered_load(10, 0.010, 1.0)
+    0.1
+    """
+    return senders * lasts_s / interval_s
+
+
+def slot_share(slot_s: float, interval_s: float) -> float:
+    """Return how likely a sender of slotted ALOHA pings in a slot (s), at mean intervals (s).
+
+    >>> round(slot_share(0.1, 1.0), 4)
+    0.0952
+    """
+    return -math.expm1(-slot_s / interval_s)
+
+
+def aloha_success(load: float, senders: int) -> float:
+    """Return how likely a ping of pure ALOHA is clear of all others' (Abramson 1970, N senders).
+
+    >>> round(aloha_success(0.5, 10), 4), aloha_success(0.5, 1)
+    (0.4066, 1.0)
+    """
+    return math.exp(-2.0 * load * (senders - 1) / senders)
+
+
+def slotted_success(load: float, senders: int) -> float:
+    """Return how likely a ping of slotted ALOHA is alone in its slot (Roberts 1975, N senders).
+
+    Two of a slot are both heard where their ways differ by more than a ping is long.
+
+    >>> round(slotted_success(0.5, 10), 4)
+    0.6376
+    """
+    return math.exp(-load * (senders - 1) / senders)

@@ -2,8 +2,24 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
-from ...core.wording import printable
+from .wording import printable
+
+
+class Problem(NamedTuple):
+    """A contradiction: the key it is told at, what is wrong, and the other keys that lead to it."""
+
+    key: str
+    message: str
+    others: tuple[str, ...] = ()
+
+
+class ScenarioWarning(Problem):
+    """A warning about a key: the key, what it warns of, and the keys behind it."""
+
+    def __str__(self) -> str:
+        return f"{self.key}: {self.message}"
 
 
 @dataclass(frozen=True)

@@ -1,22 +1,12 @@
-"""Files that come with the program: the scenarios and experiments that ship, each by the name of
-its file, and starters, written from the table of keys so that they never fall behind it.
-"""
+"""Starters of scenario files, written from the table of keys so that they never fall behind it."""
 
-import os
 from collections.abc import Collection, Iterator, Mapping
-from functools import cache
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...core.wording import did_you_mean, plain
-from .mistakes import FilePlace, Mistake, ScenarioError
+from ..core.wording import did_you_mean, plain
 
 if TYPE_CHECKING:
-    from ..keys import Key
-
-PACKAGE = Path(__file__).parents[2]
-KINDS = ("scenarios", "experiments")
-ENDINGS = (".yaml", ".yml")
+    from ..scenario import keys as table
 
 # Column at which the comments begin.
 MARGIN = 44
@@ -85,56 +75,6 @@ HEAD = """\
 """
 
 
-@cache
-def shipped(kind: str) -> dict[str, Path]:
-    """Return the files of a kind by name: in the wheel, or at the top of a source checkout.
-
-    >>> shipped("scenarios")["quickstart"].name
-    'quickstart.yaml'
-    """
-    for folder in (PACKAGE / kind, PACKAGE.parent / kind):
-        if folder.is_dir():
-            return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
-    return {}
-
-
-def located(given: str, kinds: tuple[str, ...] = KINDS) -> str:
-    """Return the path of a file, or of what ships under a bare name; a file of that name wins.
-
-    Raises:
-        ScenarioError: when nothing has that name, or what has it is of another kind.
-    """
-    if os.path.exists(given) and not os.path.isdir(given):
-        return given
-    for kind in kinds:
-        if given in shipped(kind):
-            return str(shipped(kind)[given])
-    message = _objection(given, kinds)
-    if message:
-        raise ScenarioError([Mistake.at(FilePlace(given or "''"), "", message)])
-    return given
-
-
-def listed(kinds: tuple[str, ...] = KINDS) -> str:
-    """Return what ships, for a message."""
-    return "; ".join(f"the {kind} {', '.join(shipped(kind))}" for kind in kinds)
-
-
-def _objection(given: str, kinds: tuple[str, ...]) -> str:
-    """Return why a name is none that ships; nothing of one that is told when it is opened."""
-    stem, ending = os.path.splitext(os.path.basename(given))
-    if given in shipped("experiments"):
-        return f"is an experiment, of many missions; `bindusbl-des sweep {given}` runs it"
-    if os.path.isdir(given):
-        return ""
-    if ending in ENDINGS or os.path.basename(given) != given:
-        ships = any(stem in shipped(kind) for kind in kinds)
-        return f"no such file; {stem} ships, so write `{stem}` alone" if ships else ""
-    hint = did_you_mean(given, [name for kind in kinds for name in shipped(kind)])
-    these = "? These" if hint else "; these"
-    return f"no such file, and nothing of that name ships{hint[:-1]}{these} do: {listed(kinds)}"
-
-
 def template(name: str = "starter") -> str:
     """Return a starter scenario file with every section, every key and a comment on each.
 
@@ -149,18 +89,19 @@ def template(name: str = "starter") -> str:
 
 
 def _lines(values: Mapping[str, object], important: Collection[str]) -> Iterator[str]:
-    from ..keys import keys, optional_sections, sections  # with all models: seldom needed
+    from ..scenario import keys as table  # with all models: seldom needed
 
-    optional = optional_sections()
-    top = [row for row in keys() if not row.section]
-    for row in top:
-        yield _line(row, values, row.key in important, row.section in optional)
-    for section, meaning in sections().items():
+    optional = table.optional_sections()
+    rows = table.keys()
+    for row in rows:
+        if not row.section:
+            yield _line(row, values, row.key in important, row.section in optional)
+    for section, meaning in table.sections().items():
         if "." not in section:
             yield ""
         name, comment = section.rpartition(".")[2], "# " * (section in optional)
         yield f"{_indent(section)}{comment}{name}:".ljust(MARGIN) + f"# {meaning}"
-        for row in keys():
+        for row in rows:
             if row.section == section:
                 yield _line(row, values, row.key in important, row.section in optional)
 
@@ -169,7 +110,9 @@ def _indent(key: str) -> str:
     return "  " * key.count(".")
 
 
-def _line(row: "Key", values: Mapping[str, object], is_important: bool, is_optional: bool) -> str:
+def _line(
+    row: "table.Key", values: Mapping[str, object], is_important: bool, is_optional: bool
+) -> str:
     given = row.key in values
     value = plain(values[row.key]) if given else row.default
     # Without its kind in the file, a key of another route would be a mistake.
@@ -178,7 +121,7 @@ def _line(row: "Key", values: Mapping[str, object], is_important: bool, is_optio
     return f"{text.ljust(MARGIN - 1)} # {_comment(row, is_optional)}"
 
 
-def _comment(row: "Key", is_optional: bool) -> str:
+def _comment(row: "table.Key", is_optional: bool) -> str:
     """Return unit, meaning, choices or range, and the route that a key belongs to."""
     choices = " | ".join(row.choices)
     unit = "" if row.unit == "1" else row.unit

@@ -10,12 +10,14 @@ grammar is told in plain words in place of the parser's.
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import Path as FilePath
 from typing import Any
 
 import yaml
 
-from ...core.wording import shortened
-from .mistakes import FilePlace, Mistake
+from .mistakes import FilePlace, Mistake, Problem, ScenarioError
+from .plain_data import Path, dotted, path_of
+from .wording import shortened
 
 # What the parsers (libyaml, PyYAML) say, and what it means to the author of the file.
 _PROBLEMS = {
@@ -59,16 +61,9 @@ def syntax_mistake(error: yaml.YAMLError, text: str, file: str) -> tuple[FilePla
     return place, f"YAML syntax: {problem}"
 
 
-# YAML read as plain data, with the place of every key: no tags, no anchors, nothing guessed.
-#
-# PyYAML by itself resolves `on`, `12:30` and dates to surprising values, lets a repeated key win
-# silently and can be made to build objects. Here its parser's events are turned into dicts, lists
-# and the scalars of YAML 1.2: what is not null, true, false or a decimal number stays text. Since
-# aliases are refused and never followed, a file costs no more than its length.
-
-
 LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-Path = tuple[str | int, ...]
+# A scenario of thousands of vehicles has some 100 kB.
+LARGEST_FILE = 1_000_000
 
 # No scenario is nested deeper than six; a limit keeps `[[[[...` from exhausting the stack.
 DEEPEST = 20
@@ -105,14 +100,6 @@ def scalar(text: str) -> Any:
     return text
 
 
-def dotted(path: Path) -> str:
-    """Return a path as one types it: ``auvs.route.positions_m.0``; odd keys are quoted."""
-    return ".".join(
-        part if isinstance(part, str) and part.isprintable() and part else shortened(repr(part))
-        for part in path
-    )
-
-
 @dataclass
 class Document:
     """The data of a YAML text, where each key and value stands, and what was wrong with it.
@@ -128,6 +115,22 @@ class Document:
     mistakes: list[Mistake] = field(default_factory=list)
     warnings: list[Mistake] = field(default_factory=list)
     unsettled: set[Path] = field(default_factory=set)
+
+    def place(self, path: Path, at_key: bool = False) -> FilePlace:
+        """Return where a path stands, or the section that it is missing from."""
+        places = self.keys if at_key else self.values
+        for length in range(len(path), 0, -1):
+            if path[:length] in places:
+                return places[path[:length]]
+        return self.keys.get((), FilePlace(self.file, 1, 1))
+
+    def mistake(self, problem: Problem) -> Mistake:
+        """Return a problem at its key's place; where that is left to its default, at a key behind
+        it.
+        """
+        paths = [path_of(key) for key in (problem.key, *problem.others)]
+        at = self.place(next((path for path in paths if path in self.values), paths[0]))
+        return Mistake.at(at, problem.key, problem.message)
 
     def report(self, place: FilePlace, path: Path, message: str) -> None:
         """Note a mistake and that the value at its path is unsettled."""
@@ -146,6 +149,34 @@ class _Stop(Exception):
 
 class _Rejected:
     """Stands for a value that is left out."""
+
+
+def read_text(path: str | FilePath) -> str:
+    """Return the text of a scenario file.
+
+    Raises:
+        ScenarioError: when it is missing, a folder, too large or not UTF-8 text.
+    """
+    try:
+        with open(path, "rb") as file:
+            raw = file.read(LARGEST_FILE + 1)
+        if len(raw) > LARGEST_FILE:
+            raise _failure(path, f"larger than {LARGEST_FILE:,} bytes; is this a scenario file?")
+        return raw.decode("utf-8-sig")
+    except FileNotFoundError:
+        raise _failure(path, "no such file; `bindusbl-des init` writes a starter") from None
+    except IsADirectoryError:
+        raise _failure(path, "is a folder; name a scenario file in it") from None
+    except OSError as error:
+        raise _failure(path, f"cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError as error:
+        byte = f"byte 0x{raw[error.start]:02x} at {error.start}"
+        message = f"not UTF-8 text ({byte}); save it as UTF-8"
+        raise _failure(path, message) from None
+
+
+def _failure(path: str | FilePath, message: str) -> ScenarioError:
+    return ScenarioError([Mistake.at(FilePlace(str(path)), "", message)])
 
 
 def read_yaml(text: str, file: str) -> Document:

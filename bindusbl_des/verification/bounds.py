@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .instrument import Usbl
+from ..usbl.instrument import Usbl
 
 # Nearer (in sizes of the array) than this a wave is too round for the array to tell a direction.
 ROUND = 10.0

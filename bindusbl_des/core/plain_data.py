@@ -1,0 +1,48 @@
+"""Plain data, as files hold it: the paths that lead into it, and the texts that may stand in it."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from functools import lru_cache
+from typing import Any
+
+from .wording import shortened
+
+Path = tuple[str | int, ...]
+
+# No control characters: they belong to no name, and a terminal would obey them.  U+FFFE and U+FFFF
+# are no characters, and no YAML.
+PRINTABLE = r"^[^\u0000-\u001f\u007f-\u009f\u2028\u2029\ufffe\uffff]*$"
+LONGEST_NAME = 100
+
+# That of JSON schemas of files.
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+def dotted(path: Path) -> str:
+    """Return a path as one types it: ``auvs.route.positions_m.0``; odd keys are quoted."""
+    return ".".join(
+        part if isinstance(part, str) and part.isprintable() and part else shortened(repr(part))
+        for part in path
+    )
+
+
+@lru_cache(maxsize=256)
+def path_of(key: str) -> Path:
+    """Return the path of a dotted key; items of lists are numbered."""
+    parts = key.split(".")
+    return tuple(int(part) if part.isascii() and part.isdigit() else part for part in parts)
+
+
+def value_at(data: Any, path: Iterable[str | int]) -> Any:
+    """Return the value at a path of keys; None where there is none."""
+    for part in path:
+        data = data.get(part) if isinstance(data, dict) else None
+    return data
+
+
+def leaves(data: Mapping[str, Any], section: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the dotted keys of what a file holds, with their values."""
+    for name, value in data.items():
+        if isinstance(value, Mapping):
+            yield from leaves(value, f"{section}{name}.")
+        else:
+            yield f"{section}{name}", value
