@@ -330,13 +330,13 @@ def _travel(
     for line in receptions:
         sent_at = ping.sent_at_s + line.bent_s
         straight = travel_time_to(here, listeners, line.listener, sent_at, sound_speed)
-        travel = straight + line.bent_s
-        line.travel_time_s, line.slant_range_m = travel, straight * sound_speed
-        if not isnan(line.arrived_at_s):  # whom no call reached does not ping
-            line.arrived_at_s = ping.sent_at_s + travel
-        latest = max(latest, travel)
+        silent = isnan(line.arrived_at_s)  # whom no call reached does not ping
+        _meet(line, ping.sent_at_s, straight, line.bent_s, sound_speed)
+        if silent:
+            line.arrived_at_s = nan
+        latest = max(latest, line.travel_time_s)
         if line.outcome != OUT_OF_RANGE:
-            last = max(last, travel)
+            last = max(last, line.travel_time_s)
         if line.sound > 0.0:
-            longest = max(longest, travel)
+            longest = max(longest, line.travel_time_s)
     return latest, last, longest

@@ -163,10 +163,11 @@ def coverage(
         check_figure(Path(figure), force)
     from ..core.plugins import PluginError
     from ..geometry.coverage import coverage_map
+    from ..scenario.site import NoStations
 
     try:
         stations, reach = reading.setup.stations_m, reading.setup.horizontal_reach_m
-    except (ValueError, PluginError) as error:
+    except (NoStations, PluginError) as error:
         refuse(f"{scenario}: {error}")
     from ..preflight.fix_chance import heard_rings
 

@@ -20,7 +20,7 @@ from ..geometry.formation import ring_radius
 from ..preflight.fix_chance import loses_pings
 from ..scenario.agreement.instruments import ASSUMED
 from ..scenario.files.overrides import put
-from ..scenario.scenario import Scenario
+from ..scenario.sections.navigation import Drift
 from .candidates import (
     FORMATION,
     Candidate,
@@ -91,7 +91,7 @@ SHORTER, FASTER, DRIFTIER = 0.8, 1.01, 2.0
 LONGER, BURST_S = 3.0, 10.0
 
 # So much sooner errors of scale and heading wander off than a sheet is read, or if not at all.
-SOONER, USUAL_LINE_M = 3.0, Scenario.model_fields["navigation"].default.drift.line_m
+SOONER, USUAL_LINE_M = 3.0, Drift.model_fields["line_m"].default
 
 # Whether the goals are met in a condition is known with so much confidence, after so many missions
 # at most.

@@ -57,6 +57,7 @@ from ..core.wording import counted, did_you_mean
 from ..export.chart_files import thinned
 from ..mission.simulation import simulate
 from ..scenario.scenario import Scenario
+from ..scenario.scenario_keys import Record
 from ..setup import Setup
 from .answer_text import Found, Ways, best_text, best_yaml, ranked, record, summary
 from .candidates import Candidate, Predictor, further, narrowed
@@ -311,7 +312,7 @@ def _written(found: Found, folder: Path) -> Plan:
     scenario = found.question.source or str(folder / MISSIONS / "scenario.yaml")
     team = found.team
     file, keys = (str(folder / BEST), team.scenario) if team else (scenario, found.question.base)
-    run = f"bindusbl-des run {quote(file)}{' --allow-plugins' * bool(keys.plugins)}"
+    run = f"bindusbl-des run {quote(file)}{keys.leave}"
     plan_record = {**record(found, run, _ways(found)), "scenario": scenario}
     if found.team is None:
         (folder / BEST).unlink(missing_ok=True)
@@ -331,7 +332,7 @@ def _ways(found: Found) -> Ways | None:
     if shown is None or not found.candidates[shown].moves:
         return None
     team, seed = found.candidates[shown].scenario, found.question.seeds()[0]
-    full = type(team.record)(detail="full", metrics_from_s=team.record.metrics_from_s)
+    full = Record(detail="full", metrics_from_s=team.record.metrics_from_s)
     tracks = simulate(team.model_copy(update={"record": full}), seed).tables["tracks"]
     vessels = [tracks[tracks.vehicle == f"ASV{asv}"] for asv in range(team.asvs.count)]
     ways = [thinned(rows[["x_m", "y_m"]].to_numpy()).round(2).tolist() for rows in vessels]

@@ -21,6 +21,7 @@ from ..core.wording import spoken
 from ..navigation.belief import STATES
 from ..navigation.correcting import REMEMBERED
 from ..scenario.scenario import Scenario
+from ..scenario.sections.routes import Lawnmower
 from ..setup import Setup
 from ..usbl.measuring import NOISE_WIDTH
 from ..vehicles.currents import CONTROL_S
@@ -184,7 +185,7 @@ def _ways(setup: Setup) -> dict[str, float]:
 def _tour(setup: Setup) -> tuple[float, float]:
     """Return how many lanes an AUV has, and at least how long (m) its tour is."""
     auvs, route = setup.scenario.auvs, setup.nominal_route
-    ruled = route.lanes or Scenario.model_fields["auvs"].default.route
+    ruled = route.lanes or Lawnmower()
     turns = 2 * math.pi * (0.0 if auvs.vehicle.has_dynamics else auvs.turning_radius_m)
     if route.places:
         lengths = [sum(math.dist(a, b) for a, b in pairwise(places)) for places in route.places]

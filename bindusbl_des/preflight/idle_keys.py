@@ -13,8 +13,10 @@ from ..core.mistakes import Problem
 from ..core.wording import plain
 from ..scenario import declared
 from ..scenario.families import FAMILIES
+from ..scenario.key_types import Part
 from ..scenario.part_choice import PartChoice
 from ..scenario.scenario import Scenario
+from ..scenario.scenario_keys import Environment
 from ..scenario.sections.vehicles import VehicleChoice
 from ..setup import Setup
 from .idle_rules import (
@@ -32,7 +34,7 @@ from .idle_rules import (
 )
 
 MATCHED_FILTERS = ("non_coherent", "coherent", "rayleigh")
-USUAL_LAW = Scenario.model_fields["environment"].default.sound_speed_law
+USUAL_LAW = Environment.model_fields["sound_speed_law"].default
 
 
 def sheet(setup: Setup) -> Iterator[Problem]:
@@ -380,9 +382,9 @@ def _is_given(scenario: Scenario, key: str, *, but_defaults: bool) -> bool:
     return not but_defaults or getattr(part, last) != type(part).model_fields[last].default
 
 
-def _is_whole(part: Any) -> bool:
+def _is_whole(part: Part) -> bool:
     """Tell whether every key is set, as where a scenario was written out by the program itself."""
     values = [getattr(part, name) for name in type(part).model_fields]
     return part.model_fields_set == set(type(part).model_fields) and all(
-        _is_whole(value) for value in values if hasattr(value, "model_fields_set")
+        _is_whole(value) for value in values if isinstance(value, Part)
     )

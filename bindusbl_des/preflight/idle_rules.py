@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from ..core.plugins import is_plugin
 from ..scenario import declared
-from ..scenario.scenario import Scenario
+from ..scenario.sections.usbl import UsblSection
 from ..setup import Setup
 
 
@@ -245,11 +245,7 @@ CLOCKS = ("navigation.clock_offset_sd_s", "navigation.clock_drift_sd")
 
 # Vessels keep their stations by GNSS, too.
 BESIDES = ("preset", "model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_constant_s")
-ARRAY = tuple(
-    f"usbl.{name}"
-    for name in type(Scenario.model_fields["usbl"].default).model_fields
-    if name not in BESIDES
-)
+ARRAY = tuple(f"usbl.{name}" for name in UsblSection.model_fields if name not in BESIDES)
 
 
 def wanders(setup: Setup) -> bool:

@@ -35,7 +35,7 @@ class OwnFixes(Deliveries):
         outcomes: Outcomes,
     ) -> None:
         super().__init__(env, auvs, navigator, record)
-        self._record, self._receptions, self._outcomes = record, record.receptions, outcomes
+        self._record, self._outcomes = record, outcomes
 
     def expect(self, pings: range) -> None:
         """Let AUVs that steer by their fixes, or are moved meanwhile, have each at its instant.
@@ -45,13 +45,14 @@ class OwnFixes(Deliveries):
         if not self._auvs.foreseen:
             for ping in self._record.pings.array[pings.start : pings.stop]:
                 for row in range(ping["first"], ping["end"]):
-                    instant = float(self._receptions.array[row]["arrived_at_s"])
+                    instant = float(self._record.receptions.array[row]["arrived_at_s"])
                     self._at(instant, partial(self._near, row))
 
     def _near(self, row: int) -> None:
         """Wait for the end of a ping that is nearly there."""
         self._outcomes.update_arrivals(self._env.now)
-        ends = float(self._receptions.array[row]["arrived_at_s"]) + self._outcomes.band.duration
+        reception, lasts = self._record.receptions.array[row], self._outcomes.band.duration
+        ends = float(reception["arrived_at_s"]) + lasts
         self._at(ends, partial(self.settle, ends))
 
     def _at(self, instant: float, verb: Callable[[], None]) -> None:

@@ -291,7 +291,7 @@ def origin(result: "Result") -> str:
     """Return the section that says which scenario, seed and version made the run."""
     run, whole = result.run_record(), result.whole_time_s
     versions = ", ".join(f"{name} {number}" for name, number in run["versions"].items())
-    leave = " --allow-plugins" * bool(result.scenario.plugins)
+    leave = result.scenario.leave
     command = f"bindusbl-des run scenario.yaml --seed {result.seed}{leave}"
     text = json.dumps(run["scenario"], indent=2, ensure_ascii=False)
     defaults = dict(leaves(portable(type(result.scenario)(name="x").model_dump(mode="json"))))

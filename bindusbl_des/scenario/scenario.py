@@ -111,6 +111,11 @@ class Scenario(ScenarioKeys):
         """The user-defined parts that it names (``module:object``), by key."""
         return {family.key: str(name) for family, name in parts_of(self) if is_plugin(name)}
 
+    @property
+    def leave(self) -> str:
+        """What a command that runs it needs behind it, so that its plug-ins are loaded."""
+        return " --allow-plugins" if self.plugins else ""
+
     @model_validator(mode="wrap")
     @classmethod
     def _told_in_words(

@@ -27,6 +27,7 @@ from ...mission.simulation import simulate
 from ...results.columns import arrow
 from ...results.schemas import schema
 from ...scenario.scenario import Scenario
+from ...scenario.sections.survey import SURVEY
 from ..experiments.experiment import (
     ExperimentPlan,
     PlannedMission,
@@ -73,7 +74,7 @@ def warm(scenario: str, folder: Path) -> None:
     _ready.add(kind)
     data = without_plugins(data)  # one's own might do anything
     length = data["duration_s"]
-    data["duration_s"] = WARMING_S if isinstance(length, str) else min(length, WARMING_S)
+    data["duration_s"] = WARMING_S if length == SURVEY else min(length, WARMING_S)
     data["protocol"]["schedule"] = "one_per_slot"
     with suppress(Exception):  # what is wrong with a mission is told by the mission
         simulate(Scenario.model_validate(data), 0)
@@ -405,7 +406,7 @@ def write_failure(batch: Batch, mission: PlannedMission, error: str, trace: str)
     (folder / "failures").mkdir(exist_ok=True)
     values = [f"--set {shlex.quote(f'{k}={as_written(v)}')}" for k, v in point.sets.items()]
     scenario = shlex.quote(str(folder / "scenario.yaml"))
-    leave = " --allow-plugins" * bool(_scenario(point.scenario, folder)[0].plugins)
+    leave = _scenario(point.scenario, folder)[0].leave
     write_json(
         folder / "failures" / f"{name}.json",
         {

@@ -78,7 +78,7 @@ class HfBand:
         self._luck = cache(partial(streams.of, Purpose.CALL))
         self._predicted = 0  # pings before this one have arrived everywhere
         self._nearly_there: list[tuple[float, int]] = []  # instants (s) and receptions, a heap
-        self._prospects: dict[int, Prospects] = {}  # of pings that are on their way to somebody
+        self._prospects: dict[int, Prospects] = {}  # of pings, where a channel was asked
         #: The sound of calls, :data:`.calling.CALL`, and of echoes, where the channel has any, row
         #: by row of receptions, :data:`ECHO`.
         self.calls = EventBuffer(CALL)

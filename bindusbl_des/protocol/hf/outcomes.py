@@ -114,7 +114,7 @@ class Sight(NamedTuple):
 
 
 # How far off an ASV believes to be as it pings, in standard deviations: x, y, z
-GNSS_NOISE = np.dtype(("f8", (3,)))
+OWN_PLACE = np.dtype(("f8", (3,)))
 
 
 class Outcomes:
@@ -142,8 +142,8 @@ class Outcomes:
         self.band, self.receiver, self._listeners = band.band, band.receiver, band.listeners
         self._band, self._record = band, record
         self._measuring, self._strayed, self._deafening = measuring, strayed, deafening
-        #: :data:`GNSS_NOISE`, ping by ping, where ASVs ping.
-        self._gnss_noise = EventBuffer(GNSS_NOISE) if band.asvs_ping else None
+        #: :data:`OWN_PLACE`, ping by ping, where ASVs ping.
+        self._gnss_noise = EventBuffer(OWN_PLACE) if band.asvs_ping else None
         self._gnss = cache(partial(streams.of, Purpose.BEACON))
         self._decided_by = self._packed(record, band.calls)
         self._room = 1  # for numbers of pings that are due
