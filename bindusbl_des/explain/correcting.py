@@ -123,7 +123,22 @@ def _gated(result: "Result", fix: Any) -> str:
         return f"{words} <= {limit} (nis_gate)"
     if known(fix.correction_m) is None:
         return f"{words} > {limit} (nis_gate)"
-    return f"{words} > {limit} (nis_gate), yet so many in a row had been refused before"
+    refused = _refused_before(result, fix)
+    return f"{words} > {limit} (nis_gate), yet {refused} in a row had been refused"
+
+
+def _refused_before(result: "Result", fix: Any) -> int:
+    """Return how many fixes in a row, by sound or by GNSS, the AUV refused before one."""
+    own = rows_where(result.tables["fixes"], auv=fix.auv)
+    own = own[own.innovation_m.notna()]
+    came = list(own[["delivered_at_s", "correction_m"]].itertuples(index=False, name=None))
+    if (by_gnss := _by_gnss(result, fix)) is not None:
+        came += by_gnss[["fixed_at_s", "correction_m"]].itertuples(index=False, name=None)
+    count = 0
+    for time, moved in sorted(came, key=lambda it: it[0]):
+        if time < fix.delivered_at_s:
+            count = count + 1 if known(moved) is None else 0
+    return count
 
 
 def _moved(result: "Result", fix: Any) -> str:

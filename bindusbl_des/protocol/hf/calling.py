@@ -34,10 +34,12 @@ from ...vehicles.motion import Motion, where
 class Call:
     """The sound of an ASV's call where it drowns pings: at itself as it calls, at others later.
 
-    `longest_s` is the longest way of any call so far.
+    `asv` is where it is heard, `sent_by` the ASV that calls, `longest_s` the longest way of any
+    call so far.
     """
 
     sent_at_s: float
+    sent_by: int
     asv: int
     arrived_at_s: float
     longest_s: float
@@ -162,7 +164,7 @@ def _sound(
                     travel = travel_time_to(here, asvs, asv, time, band.sound_speed)
                 longest = max(longest, travel)
                 line = calls[count]
-                line.sent_at_s, line.asv = time, asv
+                line.sent_at_s, line.sent_by, line.asv = time, caller, asv
                 line.arrived_at_s, line.longest_s = time + travel, longest
                 count += 1
     return count
@@ -181,11 +183,11 @@ def drowned_by(ping: Row, reception: Row, duration: float, calls: Rows) -> int:
         if call.sent_at_s + call.longest_s + duration < starts:
             break
         if call.asv == reception.asv and overlap(starts, call.arrived_at_s, duration):
-            return int(call.asv)
+            return int(call.sent_by)
     for number in range(ping.calls, len(calls)):
         call = calls[number]
         if call.sent_at_s > starts + duration:
             break
         if call.asv == reception.asv and overlap(starts, call.arrived_at_s, duration):
-            return int(call.asv)
+            return int(call.sent_by)
     return NONE
