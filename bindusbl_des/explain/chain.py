@@ -169,7 +169,7 @@ def failed(result: "Result", time: float) -> list[int]:
 def failed_at(result: "Result", asv: str, time: float) -> str:
     """Return when an ASV failed last before an instant (s), as in "ASV1 failed at 20 s"."""
     failures = result.scenario.asvs.failures
-    begun = [it.at_s for it in failures if f"ASV{it.asv}" == asv and it.at_s <= time]
+    begun = [each.at_s for each in failures if f"ASV{each.asv}" == asv and each.at_s <= time]
     return f"failed at {max(begun):g} s" if begun else "failed"
 
 

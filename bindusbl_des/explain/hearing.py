@@ -179,18 +179,20 @@ def _overlapping(result: "Result", reception: Any) -> str:
     by, why = known(reception.overlapped_by), known(reception.why)
     if by is None:
         return "another sound overlaps it (which one, this folder does not say)"
+    capture = result.scenario.acoustics.hf.channel.settings.get("capture_db")
+    needs = "" if capture is None else f"; it had to be {capture:g} dB above noise and others"
     if why == "call":
-        return f"overlaps the call of ASV{by:.0f}"
+        return f"overlaps the call of ASV{by:.0f}{needs}"
     protocol, lasts = result.scenario.protocol, result.scenario.acoustics.hf.ping_s
     here = {protocol.listening: getattr(reception, protocol.listening)}
     other = rows_where(result.tables["receptions"], ping=by, **here).iloc[0]
     ping = f"ping {other.ping} of {other[protocol.pinging]}"
     if why == "echo":
-        return f"overlaps the echo of {ping}"
+        return f"overlaps the echo of {ping}{needs}"
     beside = lasts - abs(other.arrived_at_s - reception.arrived_at_s)
     return (
         f"overlaps {ping} at {other.arrived_at_s:.4f} s (overlap {1e3 * beside:.1f} of "
-        f"{1e3 * lasts:.1f} ms)"
+        f"{1e3 * lasts:.1f} ms){needs}"
     )
 
 

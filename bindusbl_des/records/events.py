@@ -161,7 +161,7 @@ class Reception:
     )
     gnss_error_y_m: float | None = column("m", "the same, east", None)
     slow_range_error_m: float | None = column(
-        "m", "slow error of the range, of those decided (usbl.slow_share; not with calls)", None
+        "m", "slow error of the range, of those heard (usbl.slow_share; not with calls)", None
     )
     clock_late_s: float | None = column(
         "s",

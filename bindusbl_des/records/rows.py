@@ -39,7 +39,7 @@ def row_type(
     need.  Fields of text hold numbers.
 
     >>> row_type(Reception, {"answered_s": float}).names[-2:]
-    ('body_elevation_deg', 'answered_s')
+    ('clock_late_s', 'answered_s')
     """
     hints = get_type_hints(event)
     columns = {

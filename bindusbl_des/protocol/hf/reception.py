@@ -361,7 +361,9 @@ def _outcome(row: int, luck: float, air: Air, echoes: Rows | None, frames: Rows 
     if frames is not None:  # noqa: SIM102 (compiled: the branch is pruned)
         if _own_frame(reception, air, frames) != NONE:
             return COLLIDED
-    if overlapped(row, air, echoes) or _call_beside(reception, air) != NONE:
+    ping = air.pings[reception.ping]
+    by_call = drowned_by(ping, reception, air.duration, air.calls) != NONE
+    if by_call or overlapped(row, air, echoes):
         return COLLIDED
     return by_luck(reception, luck)
 
@@ -371,12 +373,6 @@ def _own_frame(reception: Row, air: Air, frames: Rows) -> int:
     """Return the frame that an ASV sends while a ping is there, or NONE."""
     begins = reception.arrived_at_s
     return frame_sent(reception.asv, begins, begins + air.duration, frames)
-
-
-@compiled
-def _call_beside(reception: Row, air: Air) -> int:
-    """Return the ASV whose call overlaps a ping where it is heard, or NONE."""
-    return drowned_by(air.pings[reception.ping], reception, air.duration, air.calls)
 
 
 @compiled
@@ -396,7 +392,8 @@ def _note_why(
     if overlapped(row, air, echoes):
         _note_strongest(row, air, echoes)
     else:
-        reception.why, reception.overlapped_by = BY_CALL, _call_beside(reception, air)
+        ping, reception.why = air.pings[reception.ping], BY_CALL
+        reception.overlapped_by = drowned_by(ping, reception, air.duration, air.calls)
 
 
 @compiled
