@@ -11,7 +11,15 @@ import numpy as np
 from ..core.arrays import Floats, Ints
 from ..core.compiled import compiled
 from ..core.packed import unpacked
-from ..records.events import HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
+from ..records.events import (
+    FAILED,
+    FAILED_MEANWHILE,
+    HEARD,
+    IN_FLIGHT,
+    LOST,
+    OUT_OF_RANGE,
+    UNANSWERED,
+)
 from ..records.rows import NONE, PING, RECEPTION, Row, Rows
 from ..vehicles.fleet import Failures
 from ..vehicles.motion import Motion, Place, where
@@ -164,7 +172,7 @@ def spread(
         line.sent_at_s, line.waited_s = time, nan
         line.x_m, line.y_m, line.z_m = here[0], here[1], here[2]
         line.called_at_s, line.called_by = call.called_at_s, call.called_by
-        line.call, line.call_time_s = call.call, call.call_time_s
+        line.call, line.call_why, line.call_time_s = call.call, call.call_why, call.call_time_s
         line.first = row
         row, in_range, longest = _reach(line, number, row, places, sure, into)
         longest_so_far = max(longest_so_far, line.longest_s)
@@ -216,6 +224,8 @@ def _reach(
             _meet(line, ping.sent_at_s, straight, bent, sound_speed)
             line.loss = lost(line.slant_range_m, number, listener, way) if heard else 1.0
             line.outcome = IN_FLIGHT if heard else OUT_OF_RANGE
+            line.why, line.overlapped_by = NONE if heard else OUT_OF_RANGE, NONE
+            line.slow_range = nan
             line.sound, line.snr_db = strength, snr(number, listener, way)
             line.late_s = line.lowered = nan
             line.azimuth_deg = line.elevation_deg = nan  # until it is measured
@@ -262,6 +272,7 @@ def deafen(failures: Failures, pings: Rows, receptions: Rows, band: SignalBand) 
     missed &= receptions["outcome"] != OUT_OF_RANGE
     cut &= receptions["outcome"] == IN_FLIGHT
     receptions["outcome"][missed], receptions["outcome"][cut] = OUT_OF_RANGE, LOST
+    receptions["why"][missed], receptions["why"][cut] = FAILED, FAILED_MEANWHILE
     receptions["loss"][missed | cut] = 1.0
     np.subtract.at(pings["in_range_of"], sender[missed], 1)
     for number in np.unique(sender[missed]):
@@ -275,7 +286,8 @@ def deafen(failures: Failures, pings: Rows, receptions: Rows, band: SignalBand) 
 def silence(receptions: Rows, outcome: int) -> None:
     """Let nothing arrive of a ping whose call had an outcome other than to be heard."""
     receptions["arrived_at_s"] = receptions["snr_db"] = nan
-    receptions["outcome"][receptions["outcome"] != OUT_OF_RANGE] = outcome
+    unanswered = receptions["outcome"] != OUT_OF_RANGE
+    receptions["outcome"][unanswered], receptions["why"][unanswered] = outcome, UNANSWERED
 
 
 # An ASV that an outside program moves has no sure future. So the arrival of a ping is at first

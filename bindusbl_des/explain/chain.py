@@ -1,5 +1,5 @@
-"""What a causal chain is made of: steps, each with its instant and the rule that decided it, and
-distances and limits in words that show the comparison.
+"""What a causal chain is made of: steps, each with its instant and the rule that decided it; and
+how rows of the tables are found and compared.
 """
 
 import math
@@ -11,11 +11,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.plugins import is_plugin
 from ..core.wording import WIDEST
-from ..scenario.declared import channel_named
+
+if TYPE_CHECKING:
+    from ..results.result import Result
 
 INDENT = 15
+
+# A distance this near to a limit (m) is told with all its digits.
+MOST_DIGITS = 6
+
+# Lines of one step, and the numbers that it is told by.
+Why = tuple[list[str], dict[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -91,14 +98,14 @@ class Chain:
         return asdict(self)
 
 
-if TYPE_CHECKING:
-    from ..results.result import Result
-    from ..scenario.sections.acoustics import Downlink, UplinkSection
+def lines(*words: str) -> str:
+    """Return the reasons of a step as one text, without those that are empty."""
+    return "; ".join(filter(None, words))
 
-    Place = NDArray[np.float64] | tuple[float, float, float]
 
-# A distance this near to a limit (m) is told with all its digits.
-MOST_DIGITS = 6
+def known(value: Any) -> Any:
+    """Return a value of a table, None where there is none."""
+    return None if value is None or value != value else value
 
 
 def compared(value: float, limit: float) -> str:
@@ -114,16 +121,7 @@ def compared(value: float, limit: float) -> str:
     return f"{value:.{digits}f} m {sign} {limit:g} m"
 
 
-def out_of_range(hf: "UplinkSection") -> str:
-    """Return where nothing on the HF band is decoded, as ends "ASV0 is 60 m away, ..."."""
-    if is_plugin(hf.channel):
-        return f"where the channel {hf.channel.words} lets no sound through"
-    if not channel_named(hf.channel).ends_at_range:
-        return f"where the channel {hf.channel} lets nothing be decoded"
-    return f"out of HF range ({hf.range_m:g} m {hf.range_metric})"
-
-
-def apart(band: "UplinkSection | Downlink", here: "Place", there: "Place") -> float:
+def apart(band: Any, here: Any, there: Any) -> float:
     """Return the distance (m) of two places (x, y, z in m) that is compared with a band's range."""
     axes = 3 if band.range_metric == "slant" else 2
     return math.dist(here[:axes], there[:axes])
@@ -135,12 +133,6 @@ def rows_where(table: Any, **values: Any) -> Any:
     for name, value in values.items():
         kept &= (table[name] == value).to_numpy()
     return table[kept]
-
-
-def frame_of(result: "Result", fix: Any) -> Any:
-    """Return the row of the frame in which a fix was broadcast."""
-    frames = result.tables["broadcasts"]
-    return rows_where(frames, sent_at_s=fix.broadcast_at_s, asv=fix.broadcast_by).iloc[0]
 
 
 def row_of(result: "Result", table: str, key: str, number: int) -> Any:
@@ -166,3 +158,30 @@ def place(result: "Result", vehicle: str, time: float) -> NDArray[np.float64]:
     times = track.time_s.to_numpy(float)
     return np.array([np.interp(time, times, track[name].to_numpy(float))
                      for name in ("x_m", "y_m", "z_m")])  # fmt: skip
+
+
+def failed(result: "Result", time: float) -> list[int]:
+    """Return the ASVs that do not work at an instant (s), by number."""
+    failures = result.setup.failures
+    return [] if failures is None else list(failures.failed(time))
+
+
+def failed_at(result: "Result", asv: str, time: float) -> str:
+    """Return when an ASV failed last before an instant (s), as in "ASV1 failed at 20 s"."""
+    failures = result.scenario.asvs.failures
+    begun = [each.at_s for each in failures if f"ASV{each.asv}" == asv and each.at_s <= time]
+    return f"failed at {max(begun):g} s" if begun else "failed"
+
+
+def lost_in_a_row(band: Any, table: Any, time: float) -> str:
+    """Return in words that losses last (`burst_s`), and since when (s) a pair had lost all its
+    signals as it lost that of an instant (s); its rows of a `table`, in order.
+    """
+    lasts = f"losses last {band.burst_s:g} s on average (burst_s)"
+    before = table[table.arrived_at_s <= time]
+    heard = before.arrived_at_s[before.outcome == "heard"].max()
+    lost = before[(before.why == "burst") & ~(before.arrived_at_s <= heard)]
+    if len(lost) < 2:
+        return lasts
+    begun = lost.arrived_at_s.min()
+    return f"{lasts}, and this pair had lost its last {len(lost)} signals since {begun:.2f} s"

@@ -4,15 +4,14 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..core.arrays import Floats, Ints
-from ..core.plugins import is_plugin
-from ..navigation.fix_update import MOST_REFUSED
-from .chain import Step, rows_where
+from .chain import Step, known, lines, rows_where
 
 if TYPE_CHECKING:
     from ..results.result import Result
 
+Array = NDArray[Any]
 
 # Errors (m) that differ by less are the same.
 SAME_M = 1e-3
@@ -33,15 +32,15 @@ def arriving(result: "Result", fix: Any) -> Step:
         why.append(f"half the length of its 95 % ellipse {_changed(was, became)}")
     if (by_gnss := _by_gnss(result, fix)) is not None:
         why.append(_at_surface(by_gnss[by_gnss.fixed_at_s <= fix.delivered_at_s], fix))
-    moved = _known(fix.correction_m)
+    moved = known(fix.correction_m)
     return Step(
         fix.delivered_at_s,
         fix.auv,
         f"has it {fix.latency_s:.4f} s after its ping{words}",
-        "; ".join(filter(None, why)),
+        lines(*why),
         {
-            "latency_s": fix.latency_s, "innovation_m": _known(fix.innovation_m),
-            "nis": _known(fix.nis), "gate": _gate(result),
+            "latency_s": fix.latency_s, "innovation_m": known(fix.innovation_m),
+            "nis": known(fix.nis), "gate": _gate(result),
             "gain": _share(fix), "moved_m": moved,
             "error_before_m": before, "error_after_m": after,
             "ellipse_before_m": was, "ellipse_after_m": became,
@@ -61,7 +60,7 @@ def _at_surface(earlier: Any, fix: Any) -> str:
     if not len(earlier):
         return "no GNSS fix at the surface before it"
     last = earlier.iloc[-1]
-    moved = _known(last.correction_m)
+    moved = known(last.correction_m)
     what = "refused" if moved is None else f"which moved the estimate by {moved:.2f} m"
     ago = fix.delivered_at_s - last.fixed_at_s
     return f"its last GNSS fix at the surface, {what}, was {ago:.1f} s ago"
@@ -86,17 +85,13 @@ def _smooths(result: "Result") -> bool:
 
 def _share(fix: Any) -> float | None:
     """Return the gain: which share of the innovation moved the estimate, both as lengths."""
-    moved, innovation = _known(fix.correction_m), _known(fix.innovation_m)
+    moved, innovation = known(fix.correction_m), known(fix.innovation_m)
     return moved / innovation if moved is not None and innovation else None
-
-
-def _known(value: float | None) -> float | None:
-    return None if value is None or math.isnan(value) else value
 
 
 def _compared(result: "Result", fix: Any) -> str:
     """Return in words how far a fix is from the estimate, and from that of when."""
-    innovation, navigation = _known(fix.innovation_m), result.scenario.navigation
+    innovation, navigation = known(fix.innovation_m), result.scenario.navigation
     if innovation is None:
         return ""
     when = "of the instant at which the fix holds"
@@ -108,35 +103,50 @@ def _compared(result: "Result", fix: Any) -> str:
 def _gate(result: "Result") -> float | None:
     """Return the NIS above which the filter refuses fixes; None where it is not by nis_gate."""
     navigation = result.scenario.navigation
-    return navigation.nis_gate if navigation.weighs and not is_plugin(navigation.filter) else None
+    return navigation.nis_gate if navigation.weighs and not navigation.filter.is_own else None
 
 
 def _gated(result: "Result", fix: Any) -> str:
     """Return in words whether the gate let a fix pass, empty where it did not come to that."""
-    navigation, square, gate = result.scenario.navigation, _known(fix.nis), _gate(result)
-    if result.setup.navigator.has_gain and _known(fix.innovation_m) is not None:
+    navigation, square, gate = result.scenario.navigation, known(fix.nis), _gate(result)
+    if result.setup.navigator.has_gain and known(fix.innovation_m) is not None:
         return f"no gate: {navigation.filter} takes every fix in"
     if result.setup.navigator.ignores_fixes or square is None:
         return ""
     words = f"normalised, its square is {square:.2f}"
-    if is_plugin(navigation.filter):
+    if navigation.filter.is_own:
         return words
     if gate is None:
         return f"{words}; no gate (nis_gate null)"
     words, limit = f"gate: {words}", f"{gate:.3g}"
     if square <= gate:
         return f"{words} <= {limit} (nis_gate)"
-    if _known(fix.correction_m) is None:
+    if known(fix.correction_m) is None:
         return f"{words} > {limit} (nis_gate)"
-    return f"{words} > {limit} (nis_gate), yet {MOST_REFUSED} in a row had been refused"
+    refused = _refused_before(result, fix)
+    return f"{words} > {limit} (nis_gate), yet {refused} in a row had been refused"
+
+
+def _refused_before(result: "Result", fix: Any) -> int:
+    """Return how many fixes in a row, by sound or by GNSS, the AUV refused before one."""
+    own = rows_where(result.tables["fixes"], auv=fix.auv)
+    own = own[own.innovation_m.notna()]
+    came = list(own[["delivered_at_s", "correction_m"]].itertuples(index=False, name=None))
+    if (by_gnss := _by_gnss(result, fix)) is not None:
+        came += by_gnss[["fixed_at_s", "correction_m"]].itertuples(index=False, name=None)
+    count = 0
+    for time, moved in sorted(came, key=lambda came: came[0]):
+        if time < fix.delivered_at_s:
+            count = count + 1 if known(moved) is None else 0
+    return count
 
 
 def _moved(result: "Result", fix: Any) -> str:
     """Return in words by which gain a fix moved the estimate, or why it did not."""
-    navigation, moved = result.scenario.navigation, _known(fix.correction_m)
+    navigation, moved = result.scenario.navigation, known(fix.correction_m)
     if result.setup.navigator.ignores_fixes:
         return "dead reckoning alone takes no fix in"
-    if _known(fix.innovation_m) is None:
+    if known(fix.innovation_m) is None:
         late = "it comes too late for its place among fixes of later instants, and is left out"
         return f"{late} by the filter, not by the smoother" if _smooths(result) else late
     if moved is None:
@@ -176,7 +186,7 @@ def errors_around(result: "Result", fix: Any) -> tuple[float | None, float | Non
         float(np.hypot(*(now + corrections[row] + rate * (fix.delivered_at_s - times[row]))))
         for row, rate in zip((last, last + 1), rates, strict=True)
     )
-    if abs(after - before) > (_known(fix.correction_m) or 0.0) + SAME_M:
+    if abs(after - before) > (known(fix.correction_m) or 0.0) + SAME_M:
         return None, None
     return before, after
 
@@ -187,7 +197,7 @@ def ellipses_around(result: "Result", fix: Any) -> tuple[float | None, float | N
     As in the rows of the track around it; none where another fix came between them, or where the
     fix changed nothing.
     """
-    around = _rows_around(result, fix) if _known(fix.correction_m) else None
+    around = _rows_around(result, fix) if known(fix.correction_m) else None
     if around is None:
         return None, None
     track, _, _, last = around
@@ -195,10 +205,10 @@ def ellipses_around(result: "Result", fix: Any) -> tuple[float | None, float | N
     xx, yy = (rows[f"estimate_sd_{axis}_m"].to_numpy(float) ** 2 for axis in "xy")
     largest = (xx + yy) / 2 + np.hypot((xx - yy) / 2, rows.estimate_cov_xy_m2.to_numpy(float))
     before, after = ELLIPSE_SCALE * np.sqrt(largest)
-    return _known(float(before)), _known(float(after))
+    return known(float(before)), known(float(after))
 
 
-def _rows_around(result: "Result", fix: Any) -> tuple[Any, Floats, Ints, int] | None:
+def _rows_around(result: "Result", fix: Any) -> tuple[Any, Array, Array, int] | None:
     """Return an AUV's track and its instants (s), how many fixes came from row to row, and the row
     before a correction; None where the correction does not lie alone between two rows, or estimates
     are smoothed.
@@ -218,8 +228,12 @@ def _rows_around(result: "Result", fix: Any) -> tuple[Any, Floats, Ints, int] | 
 
 
 def _rates(
-    result: "Result", times: Floats, corrections: Floats, came: Ints, last: int
-) -> tuple[Floats, Floats] | None:
+    result: "Result",
+    times: Array,
+    corrections: Array,
+    came: Array,
+    last: int,
+) -> tuple[Array, Array] | None:
     """Return how fast corrections (n, 2), m, change without a fix, before row `last` and after it.
 
     Each is the rate (m/s) in the nearest interval between rows in which no fix `came`; None where

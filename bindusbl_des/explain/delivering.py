@@ -1,4 +1,4 @@
-"""The way down: who broadcasts a fix and why, and when it arrives."""
+"""The way down: what a fix is made of, who broadcasts it and why, and when it arrives."""
 
 import math
 from collections.abc import Iterator
@@ -6,16 +6,28 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core.plugins import is_plugin
+from ..core.wording import plus_minus
 from ..results.round_timeline import uplink_slots
-from ..scenario.declared import channel_named
-from .chain import LatencyPart, Step, apart, compared, frame_of, place, rows_where
-from .losing import frame_burst_words, located, why_broadcast, wrong
-from .overlapping import failed, frame_cut, overlapped
+from .chain import (
+    LatencyPart,
+    Step,
+    apart,
+    compared,
+    failed,
+    failed_at,
+    known,
+    lines,
+    lost_in_a_row,
+    place,
+    row_of,
+    rows_where,
+)
 
 if TYPE_CHECKING:
     from ..results.result import Result
-    from ..scenario.sections.acoustics import Downlink
+
+# Instants (s) that differ by less are one.
+SAME = 1e-9
 
 
 def known_at(result: "Result", fix: Any) -> float:
@@ -31,75 +43,180 @@ def known_at(result: "Result", fix: Any) -> float:
 
 
 def fixing(result: "Result", fix: Any) -> Step:
-    """Return the step at which receptions become a fix."""
+    """Return the step at which receptions become a fix, of the fleet or of an AUV by itself."""
     asvs = fix.asvs.split()
-    why = "one measurement" if len(asvs) == 1 else f"{len(asvs)} measurements fused (MVLUE)"
-    words, facts = wrong(result, fix)
+    words, facts = _wrong(result, fix)
+    located = f"x {plus_minus(fix.x_m, fix.sd_x_m)}, y {plus_minus(fix.y_m, fix.sd_y_m)} m"
+    if result.scenario.protocol.asvs_ping:
+        time, who = fix.delivered_at_s, f"{fix.auv} itself, of where it was as the ping arrived"
+        why = f"the offset by its own array, AHRS and clock, taken from where {fix.asvs} was"
+    else:
+        time, who = known_at(result, fix), ", ".join(asvs)
+        why = "one measurement" if len(asvs) == 1 else f"{len(asvs)} measurements fused (MVLUE)"
+    off = f"{fix.error_m:.2f} m off the truth"
+    joint = "; " if result.scenario.protocol.asvs_ping else ", "
     return Step(
-        known_at(result, fix),
+        time,
         f"Fix {fix.fix}",
-        f"is made by {', '.join(asvs)}: {located(fix)}",
-        "; ".join([f"{why}, {fix.error_m:.2f} m off the truth", *words]),
-        {
-            "fix": fix.fix, "asvs": asvs, "x_m": fix.x_m, "y_m": fix.y_m, "error_m": fix.error_m,
-            **facts,
-        },
+        f"is made by {who}: {located}",
+        lines(f"{why}{joint}{off}", *words),
+        {"fix": fix.fix, "asvs": asvs, "x_m": fix.x_m, "y_m": fix.y_m, "error_m": fix.error_m,
+         **facts},
     )  # fmt: skip
+
+
+def _wrong(result: "Result", fix: Any) -> tuple[list[str], dict[str, float]]:
+    """Return in words, and as numbers, what was wrong all the time as a fix was measured."""
+    met = rows_where(result.tables["receptions"], ping=fix.ping, auv=fix.auv)
+    heard = met[met.asv.isin(fix.asvs.split())]
+    passive, setup = result.scenario.protocol.asvs_ping, result.setup
+    words, facts = [], dict[str, float]()
+    turned, gnss, slow = [], [], []
+    for row in heard.itertuples():
+        carrier = row.auv if passive else row.asv
+        if known(row.misalignment_deg) is not None:
+            facts[f"{carrier}_misalignment_deg"] = row.misalignment_deg
+            turned.append(f"{carrier} {row.misalignment_deg:+.2f}")
+        if known(row.gnss_error_x_m) is not None:
+            facts[f"{row.asv}_gnss_x_m"] = row.gnss_error_x_m
+            facts[f"{row.asv}_gnss_y_m"] = row.gnss_error_y_m
+            gnss.append(f"{row.asv} {row.gnss_error_x_m:+.2f} {row.gnss_error_y_m:+.2f}")
+        if known(row.slow_range_error_m) is not None:
+            facts[f"{row.asv}_slow_range_m"] = row.slow_range_error_m
+            slow.append(f"{row.asv} {row.slow_range_error_m:+.3f}")
+    for text, found in (
+        ("headings misaligned (deg)", turned),
+        ("GNSS slowly astray (x y, m)", gnss),
+        ("ranges slowly astray (m)", slow),
+    ):
+        words += [f"{text}: {', '.join(found)}"] if found else []
+    share, assumed = setup.sound_speed_error, setup.assumed_sound_speed_m_per_s
+    if share and not result.scenario.usbl.model.is_own:
+        facts["sound_speed_error"] = share
+        side = "long" if share > 0 else "short"
+        true = setup.sound_speed_m_per_s
+        words.append(
+            f"ranges {100 * abs(share):.2f} % too {side}: sound is assumed to travel at "
+            f"{assumed:g}, not at {true:g} m/s"
+        )
+    late = None if heard.empty else known(heard.clock_late_s.iloc[0])
+    if late is not None:
+        facts["clock_late_s"] = float(late)
+        longer = late * assumed * (-1 if passive else 1)
+        words.append(
+            f"the clock of {fix.auv} is {1e3 * late:+.3f} ms late: ranges {longer:+.2f} m too long"
+        )
+    return words, facts
+
+
+def frame_of(result: "Result", fix: Any) -> Any:
+    """Return the row of the frame in which a fix was broadcast."""
+    frames = result.tables["broadcasts"]
+    return rows_where(frames, sent_at_s=fix.broadcast_at_s, asv=fix.broadcast_by).iloc[0]
 
 
 def broadcasting(result: "Result", fix: Any) -> Step:
     """Return the step at which an ASV broadcasts a fix: why then, why this ASV, who is in range."""
-    frame = frame_of(result, fix)
-    auv, asv = (place(result, name, fix.broadcast_at_s) for name in (fix.auv, fix.broadcast_by))
-    protocol, mf = result.scenario.protocol, result.scenario.acoustics.mf
-    away, limit = apart(mf, auv, asv), mf.range_m
+    frame, protocol = frame_of(result, fix), result.scenario.protocol
     facts = {
         "waited_s": fix.broadcast_at_s - known_at(result, fix),
         "airtime_s": float(frame.airtime_s),
         "payload_bytes": int(frame.payload_bytes),
         "fixes": int(frame.fixes),
-        "range_m": away,
-        "limit_m": limit,
+        "range_m": _away(result, fix),
+        "limit_m": result.scenario.acoustics.mf.range_m,
     }
-    at_once = f"{protocol.downlink}: the first ASV to decode a ping answers it at once"
-    if not protocol.sends_frames:
-        when = (
-            "as the ping's front arrives (reply_at ping_front)"
-            if protocol.answer.reply_at == "ping_front"
-            else "when the ping has arrived in full (reply_at ping_end)"
-        )
-        why = f"{at_once}; {when}, without airtime (reply instant)"
-        return Step(fix.broadcast_at_s, fix.broadcast_by, "answers it", why, facts)
-    within = (away > limit) == (fix.outcome == "out_of_range")
-    words = compared(away, limit) if within else "at the edge of the"
-    reached = f"{mf.range_metric} range of {fix.auv} {words} MF range"
-    if met := overlapped(result, fix):
-        reached = f"the frame is {met}"
-    elif cut := frame_cut(result, fix):
-        reached = cut
-    elif not channel_named(mf.channel).ends_at_range:
-        reached = f"{fix.auv} is {away:.1f} m away"
-        reached += f"; {undecoded(mf, fix)}" if fix.outcome in ("lost", "out_of_range") else ""
-        if fix.outcome == "lost" and (lasts := frame_burst_words(result, fix)):
-            reached += f"; {lasts}"
+    reached = _reached(result, fix)
     if protocol.replies:
-        why = f"{at_once}; {_on_air(result, frame)}; {reached}"
+        why = f"{protocol.downlink}: the first ASV to decode a ping answers it at once"
+        if protocol.sends_frames:
+            why = lines(why, _on_air(result, frame), reached)
+        else:
+            front = protocol.answer.reply_at == "ping_front"
+            when = "as the ping's front arrives" if front else "when the ping has arrived in full"
+            at = f"{when} (reply_at {protocol.answer.reply_at}), without airtime (reply instant)"
+            why = lines(why, at)
         return Step(fix.broadcast_at_s, fix.broadcast_by, "answers it", why, facts)
-    why = (
-        f"{_why_then(result, fix, frame)}; {_why_it(result, fix, _turn(result, frame))}; "
-        f"{_on_air(result, frame)}; {reached}"
+    why = lines(
+        _why_then(result, fix, frame), _why_it(result, fix, frame), _on_air(result, frame), reached
     )
     number = "the fix alone" if frame.fixes == 1 else f"it among {frame.fixes} fixes"
     return Step(fix.broadcast_at_s, fix.broadcast_by, f"broadcasts {number}", why, facts)
 
 
-def undecoded(mf: "Downlink", fix: Any) -> str:
-    """Tell why an AUV has not decoded the frame with its fix, by a channel other than the disc."""
-    if fix.outcome == "out_of_range":
-        return f"the channel {mf.channel} lets {fix.auv} decode no frame of {fix.broadcast_by}"
-    return (
-        f"{fix.auv} does not decode the frame of {fix.broadcast_by}, by the chance of {mf.channel}"
-    )
+def _away(result: "Result", fix: Any) -> float:
+    """Return how far (m) the AUV of a fix is from who broadcasts it, as that begins."""
+    auv, asv = (place(result, name, fix.broadcast_at_s) for name in (fix.auv, fix.broadcast_by))
+    return apart(result.scenario.acoustics.mf, auv, asv)
+
+
+def _reached(result: "Result", fix: Any) -> str:
+    """Tell from how far away an AUV decodes the frame with its fix, or why it does not."""
+    mf, away = result.scenario.acoustics.mf, _away(result, fix)
+    beyond = fix.outcome == "out_of_range"
+    if missed := why_missed(result, fix):
+        if not beyond and fix.outcome != "lost":
+            return f"the frame is {missed}"
+        if not mf.traits.ends_at_range and not _is_cut(result, fix):
+            return f"{fix.auv} is {away:.1f} m away; {missed}"
+    if missed and not beyond:
+        return missed
+    if not mf.traits.ends_at_range:
+        return f"{fix.auv} is {away:.1f} m away"
+    words = compared(away, mf.range_m) if (away > mf.range_m) == beyond else "at the edge of the"
+    return f"{mf.range_metric} range of {fix.auv} {words} MF range"
+
+
+def _is_cut(result: "Result", fix: Any) -> bool:
+    return _met(result, fix).why in ("failed", "failed_meanwhile")
+
+
+def _met(result: "Result", fix: Any) -> Any:
+    """Return the row of the frame of a fix at its AUV."""
+    met = result.tables["frame_receptions"]
+    return rows_where(met, broadcast=frame_of(result, fix).name, auv=fix.auv).iloc[0]
+
+
+def why_missed(result: "Result", fix: Any) -> str:
+    """Tell why the AUV of a fix has not decoded the frame with it; "" if it has, or may yet."""
+    if fix.outcome not in ("out_of_range", "lost", "collided"):
+        return ""
+    mf, met, asv = result.scenario.acoustics.mf, _met(result, fix), fix.broadcast_by
+    if met.why == "failed":
+        return (
+            f"{asv} had {failed_at(result, asv, fix.broadcast_at_s)}, before its turn to broadcast"
+        )
+    if met.why == "failed_meanwhile":
+        over = fix.broadcast_at_s + frame_of(result, fix).airtime_s + SAME
+        return f"{asv} {failed_at(result, asv, over)}, while it broadcast the frame"
+    if fix.outcome == "collided":
+        return _overlapped(result, fix, met)
+    if fix.outcome == "lost":
+        words = f"{fix.auv} does not decode the frame of {asv}, by the chance of {mf.channel}"
+        if met.why != "burst":
+            return words
+        frames, table = result.tables["broadcasts"], result.tables["frame_receptions"]
+        pair = table[(table.auv == fix.auv) & (frames.asv[table.broadcast] == asv).to_numpy()]
+        return lines(words, lost_in_a_row(mf, pair, met.arrived_at_s))
+    if mf.traits.ends_at_range:
+        return f"{fix.auv} is beyond mf.range_m = {mf.range_m:g} m of {asv}"
+    return f"the channel {mf.channel} lets {fix.auv} decode no frame of {asv}"
+
+
+def _overlapped(result: "Result", fix: Any, met: Any) -> str:
+    """Tell what overlapped, at its AUV, the frame that carried a fix."""
+    begin, end = met.arrived_at_s, met.arrived_at_s + frame_of(result, fix).airtime_s
+    here = f"at {fix.auv} from {begin:.4f} to {end:.4f} s, overlapped by"
+    by = known(met.overlapped_by)
+    if by is None:
+        return f"{here} another sound (which one, this folder does not say)"
+    if met.why == "own_ping":
+        sent_at = row_of(result, "pings", "ping", int(by)).sent_at_s
+        return f"{here} its own ping at {sent_at:.4f} s (duplex per_node)"
+    frame = result.tables["broadcasts"].iloc[int(by)]
+    other = rows_where(result.tables["frame_receptions"], broadcast=int(by), auv=fix.auv).iloc[0]
+    its_end = other.arrived_at_s + frame.airtime_s
+    return f"{here} the frame of {frame.asv} from {other.arrived_at_s:.4f} to {its_end:.4f} s"
 
 
 def _on_air(result: "Result", frame: Any) -> str:
@@ -115,106 +232,106 @@ def _on_air(result: "Result", frame: Any) -> str:
     return f"{size} = {max(airtime, frame.airtime_s):.4f} s on the air{cut}"
 
 
-def _turn(result: "Result", frame: Any) -> int:
-    """Return how many broadcasts came before that of a frame; one may be several frames."""
-    frames, number = result.tables["broadcasts"], int(frame.name)
-    return number if "part" not in frames else int((frames.part[: number + 1] == 0).sum()) - 1
-
-
 def _why_then(result: "Result", fix: Any, frame: Any) -> str:
     """Tell what the fix has waited for."""
-    downlink = result.scenario.protocol.downlink
-    if is_plugin(downlink):
+    downlink, declared = result.scenario.protocol.downlink, result.setup.downlink
+    made, slots = known_at(result, fix), result.setup.slots
+    if downlink.is_own:
         return f"{downlink.words}: the plug-in decided to broadcast now"
     if result.scenario.protocol.random_access:
-        return why_broadcast(result, fix, frame, known_at(result, fix))
-    slots, declared = uplink_slots(result, fix["round"]), result.setup.downlink
-    slot = row_slot(result, fix) if declared.by_group else len(slots) - 1
-    ends = slots[slot].end
+        return _why_then_at_random(result, frame, made)
+    spans = uplink_slots(result, fix["round"])
+    slot = len(spans) - 1
+    if declared.by_group:
+        slot = row_of(result, "pings", "ping", int(fix.ping)).slot
+    ends = spans[slot].end
     if int(frame["round"]) != int(fix["round"]) and declared.waits:
-        if known_at(result, fix) > ends:
+        if made > ends:
             return f"{downlink}: the last slot of its round had ended before the fix was made"
-        most = result.setup.slots.messages.most
-        return f"{downlink}: older fixes filled the messages before, of {most} each"
+        return f"{downlink}: older fixes filled the messages before, of {slots.messages.most} each"
     which = "its slot" if declared.by_group else "the last slot of its round"
     words = f"{downlink}: {which} ended at {ends:.4f} s"
-    if fix.broadcast_at_s - ends > 1e-9:
+    if fix.broadcast_at_s - ends > SAME:
         words += " and the frame before it held the band until now"
     return words
 
 
-def row_slot(result: "Result", fix: Any) -> int:
-    """Return the slot in which the ping of a fix was sent."""
-    return int(rows_where(result.tables["pings"], ping=fix.ping).slot.iloc[0])
+def _why_then_at_random(result: "Result", frame: Any, made: float) -> str:
+    """Tell what a fix has waited for, made at an instant (s), where AUVs ping as they like."""
+    downlink = result.scenario.protocol.downlink
+    if frame.sent_at_s <= result.setup.slots.clock.after(made, 0.0) + SAME:
+        return f"{downlink}: MF was free, so that it is broadcast at once"
+    if frame.get("part"):
+        return f"{downlink}: it is in message {frame.part + 1} of its broadcast"
+    waited = f"{frame.sent_at_s - made:.4f} s"
+    if row_of(result, "rounds", "round", int(frame["round"])).started_at_s < made:
+        return f"{downlink}: no ASV worked for {waited}"
+    return f"{downlink}: frames before it held the band until now, for {waited}"
 
 
-def _why_it(result: "Result", fix: Any, number: int) -> str:
-    """Tell by which rule this ASV broadcasts, `number` counting all frames before."""
-    rule, count = result.scenario.protocol.broadcaster, result.scenario.asvs.count
-    gone = failed(result, fix.broadcast_at_s)
-    able = [n for n in range(count) if n not in gone]
-    carried = rows_where(result.tables["fixes"], broadcast_at_s=fix.broadcast_at_s)
-    if is_plugin(rule):
-        return f"{rule.words}: the plug-in chose {fix.broadcast_by}"
-    chosen = result.setup.broadcaster
-    if chosen.chosen_by == "turn" and gone:
-        names = ", ".join(f"ASV{n}" for n in able)
-        return (
-            f"{rule}: frame {number} is that of number {number} mod {len(able)} = "
-            f"{number % len(able)} of those that work, {names}"
-        )
+def _why_it(result: "Result", fix: Any, frame: Any) -> str:
+    """Tell by which rule this ASV broadcasts."""
+    rule, chosen = result.scenario.protocol.broadcaster, result.setup.broadcaster
+    count, gone = result.scenario.asvs.count, failed(result, fix.broadcast_at_s)
+    able, by = [n for n in range(count) if n not in gone], fix.broadcast_by
+    if rule.is_own:
+        return f"{rule.words}: the plug-in chose {by}"
     if chosen.chosen_by == "turn":
-        return f"{rule}: frame {number} is that of ASV {number} mod {count} = {number % count}"
+        parts = result.tables["broadcasts"].part[: frame.name + 1]
+        number = int((parts == 0).sum()) - 1  # one broadcast may be several frames
+        whose = f"{rule}: frame {number} is that of"
+        if not gone:
+            return f"{whose} ASV {number} mod {count} = {number % count}"
+        turn = f"number {number} mod {len(able)} = {number % len(able)}"
+        return f"{whose} {turn} of those that work, {', '.join(f'ASV{n}' for n in able)}"
     if chosen.chosen_by == "lot":
         return f"{rule}: drawn at random"
     if chosen.chosen_by == "one":
         asked = f"ASV{rule.settings.get('asv', 0)}"
-        if asked != fix.broadcast_by:
-            return f"{rule}: {asked} has failed, {fix.broadcast_by} is the next that works"
-        return f"{rule}: always {fix.broadcast_by}"
+        failing = f"{asked} has failed, {by} is the next that works"
+        return f"{rule}: always {by}" if asked == by else f"{rule}: {failing}"
+    carried = rows_where(result.tables["fixes"], broadcast_at_s=fix.broadcast_at_s)
     if chosen.chosen_by == "hearing":
-        own = sum(fix.broadcast_by in asvs.split() for asvs in carried.asvs)
+        own = sum(by in asvs.split() for asvs in carried.asvs)
         return f"{rule}: it measured {own} of the {len(carried)}, no ASV more"
-    if chosen.at_once:
-        return _shared(result, fix, able)
-    goals = carried[["x_m", "y_m"]].to_numpy(float)
-    means = [
-        float(np.hypot(*(goals - place(result, f"ASV{n}", fix.broadcast_at_s)[:2]).T).mean())
-        for n in able
-    ]
-    words = ", ".join(f"ASV{n} {mean:.1f} m" for n, mean in zip(able, means, strict=True))
-    return f"{rule}: mean distance to the fixes {words}"
+    goals = carried if not chosen.at_once else rows_where(carried, fix=fix.fix)
+    means = {n: _mean_distance(result, n, fix.broadcast_at_s, goals) for n in able}
+    if not chosen.at_once:
+        words = ", ".join(f"ASV{n} {mean:.1f} m" for n, mean in means.items())
+        return f"{rule}: mean distance to the fixes {words}"
+    frames = rows_where(result.tables["broadcasts"], sent_at_s=fix.broadcast_at_s)
+    others = sorted(set(frames.asv) - {by})
+    verb = "send" if len(others) > 1 else "sends"
+    beside = f"{', '.join(others)} {verb} at once" if others else "no other ASV sends now"
+    nearest = f"{by} is the nearest to the fix, {min(means.values()):.1f} m from it"
+    return f"{rule}: {nearest}; {beside}"
 
 
-def _shared(result: "Result", fix: Any, able: list[int]) -> str:
-    """Tell why the one of those ASVs that work sends a fix that is nearest to it."""
-    begin, goal = fix.broadcast_at_s, np.array([fix.x_m, fix.y_m], dtype=float)
-    away = [math.hypot(*(goal - place(result, f"ASV{n}", begin)[:2])) for n in able]
-    frames = rows_where(result.tables["broadcasts"], sent_at_s=begin)
-    others = sorted(set(frames.asv) - {fix.broadcast_by})
-    rule = result.scenario.protocol.broadcaster
-    words = f"{rule}: {fix.broadcast_by} is the nearest to the fix, {min(away):.1f} m from it"
-    if not others:
-        return f"{words}; no other ASV sends now"
-    return f"{words}; {', '.join(others)} {'send' if len(others) > 1 else 'sends'} at once"
+def _mean_distance(result: "Result", asv: int, time: float, fixes: Any) -> float:
+    """Return the mean distance (m) of an ASV at an instant (s) to fixes, seen from above."""
+    away = fixes[["x_m", "y_m"]].to_numpy(float) - place(result, f"ASV{asv}", time)[:2]
+    return float(np.hypot(*away.T).mean())
 
 
 def latency(result: "Result", fix: Any) -> Iterator[LatencyPart]:
     """Yield what the time from ping to delivery went into; the parts add up to the latency."""
-    frame = frame_of(result, fix)
-    known = known_at(result, fix)
+    if result.scenario.protocol.asvs_ping:
+        front, rest = fix.valid_at_s - fix.pinged_at_s, fix.delivered_at_s - fix.valid_at_s
+        yield LatencyPart("way down: the ping's front reaches the AUV", front)
+        yield LatencyPart("the ping's own length, until it is decoded", rest)
+        return
+    frame, made, protocol = frame_of(result, fix), known_at(result, fix), result.scenario.protocol
     on_air = fix.broadcast_at_s + float(frame.airtime_s)
-    protocol = result.scenario.protocol
     until = "is heard by the first ASV" if protocol.replies else "has passed every ASV in range"
-    yield LatencyPart(f"way up: the ping {until}", known - fix.pinged_at_s)
-    yield LatencyPart("wait for the broadcast", fix.broadcast_at_s - known)
+    yield LatencyPart(f"way up: the ping {until}", made - fix.pinged_at_s)
+    yield LatencyPart("wait for the broadcast", fix.broadcast_at_s - made)
     yield LatencyPart("frame on the air", float(frame.airtime_s))
     load = int(frame.fixes), int(frame.named)
     handing = result.setup.slots.messages.delay(*load) if protocol.sends_frames else 0.0
     if handing:
         yield LatencyPart("modem hands it over", handing)
         on_air += handing
-    if result.scenario.protocol.tick_rate_hz is None:
+    if protocol.tick_rate_hz is None:
         yield LatencyPart("way down", fix.delivered_at_s - on_air)
         return
     auv, asv = (place(result, name, on_air) for name in (fix.auv, fix.broadcast_by))

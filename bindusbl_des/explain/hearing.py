@@ -1,146 +1,39 @@
-"""Why an AUV pings when it does, and what each ASV makes of that ping: who hears it, who does not,
-and by which rule.
+"""What each vehicle makes of a ping: who hears it, who does not, and by which rule.
 
-With passive ranging an ASV pings, and AUVs make something of it (:mod:`.ping_and_fix`).
+The tables say why: column `why` of receptions has the reason, `overlapped_by` what overlapped.
 """
 
 import math
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..acoustics.loss import COMBINERS, FITTED_RANGE, loss_law, range_loss
-from ..core.plugins import is_plugin
-from ..core.wording import counted
-from ..results.round_timeline import uplink_slots
-from ..scenario.declared import channel_named
-from .chain import Step, apart, compared, out_of_range, place, row_of, rows_where
-from .losing import (
-    burst_words,
-    decided_by_channel,
-    levels,
-    loss_by_channel,
-    ping_burst_words,
-    sending_at_random,
+import numpy as np
+
+from .chain import (
+    Step,
+    apart,
+    compared,
+    failed_at,
+    known,
+    lines,
+    lost_in_a_row,
+    place,
+    rows_where,
 )
-from .ordering import by_reckoning, is_reckoned, slot_steps, why_now
-from .overlapping import deafened, failed, failed_while, had_failed, on_its_way, sounds_beside
 
 if TYPE_CHECKING:
     from ..results.result import Result
 
+LEVELS = ("snr_db", "level_db", "margin_db")
 
-def sending(result: "Result", ping: Any) -> Iterator[Step]:
-    """Yield the round, the call where there is one, and the ping."""
-    if result.scenario.protocol.random_access:
-        yield from sending_at_random(result, ping)
-        return
-    protocol = result.scenario.protocol
-    row = row_of(result, "rounds", "round", ping["round"])
-    yield Step(
-        row.started_at_s,
-        f"Round {ping['round']}",
-        f"begins: {counted(row.colours, 'ping group')}, {counted(row.conflicts, 'conflict')} "
-        f"({protocol.schedule.words})",
-        facts={"round": ping["round"], "colours": row.colours, "conflicts": row.conflicts},
-    )
-    yield from _call(result, ping)
-    if not is_sent(ping):
-        return
-    words, facts = why_now(result, ping)
-    facts |= {"slot": ping.slot, "x_m": ping.x_m, "y_m": ping.y_m, "z_m": ping.z_m}
-    if result.setup.tells_slots:
-        yield from slot_steps(result, ping)
-    if is_reckoned(result, ping):
-        why = by_reckoning(result, ping)
-    else:
-        slot = uplink_slots(result, ping["round"])[ping.slot]
-        lasts = f"slot {ping.slot} lasts from {slot.start:.4f} to {slot.end:.4f} s"
-        why = "; ".join([lasts, *words, _companions(result, ping)])
-        facts |= {"slot_started_at_s": slot.start, "slot_ended_at_s": slot.end}
-    yield Step(
-        ping.sent_at_s,
-        ping.auv,
-        f"pings at x {ping.x_m:.1f}, y {ping.y_m:.1f}, depth {ping.z_m:.1f} m",
-        why,
-        facts,
-    )
+# A vessel slower than this (m/s) rests; one that turns by less (rad) goes straight on.
+RESTS, STRAIGHT = 1e-3, 1e-3
 
 
 def is_sent(ping: Any) -> bool:
     """Tell whether an AUV pinged in its turn: always, but where no call reached it (twtt)."""
     return ping.get("call") in (None, "heard")
-
-
-def _call(result: "Result", ping: Any) -> Iterator[Step]:
-    """Yield the call that the ping answers, or should have (ranging twtt)."""
-    if ping.get("call") is None:
-        return
-    protocol, outcome = result.scenario.protocol, ping.call
-    delay = result.scenario.acoustics.hf.ping_s + protocol.turnaround_s
-    facts = {"outcome": outcome, "reply_delay_s": delay}
-    if outcome == "heard":
-        facts["call_travel_time_s"] = ping.sent_at_s - ping.called_at_s - delay
-        words = (
-            f"the call is under way for {1e3 * facts['call_travel_time_s']:.1f} ms; "
-            f"the answer follows {1e3 * delay:.1f} ms later, a ping and the turnaround"
-        )
-    else:
-        words = why_unanswered(result, ping)
-    yield Step(
-        ping.called_at_s,
-        ping.called_by,
-        f"calls {ping.auv}",
-        f"{_caller(result, ping)}; {words}",
-        facts,
-    )
-
-
-def _caller(result: "Result", ping: Any) -> str:
-    """Tell why it is this ASV that calls."""
-    protocol = result.scenario.protocol
-    ranging = str(protocol.ranging)
-    if is_plugin(ranging):
-        return f"{ranging}: the plug-in chose it"
-    others = "no other ASV that works" if failed(result, ping.called_at_s) else "no other ASV"
-    rule = protocol.schedule if result.setup.schedule.turn_by == "calls" else ranging
-    return f"{rule}: {others} is nearer, as far as the fleet knows"
-
-
-def why_unanswered(result: "Result", ping: Any) -> str:
-    """Tell why an AUV has not answered a call."""
-    vessel, hf = place(result, ping.called_by, ping.called_at_s), result.scenario.acoustics.hf
-    away = apart(hf, vessel, (ping.x_m, ping.y_m, ping.z_m))
-    ends = ping.called_at_s + hf.ping_s
-    cut = failed_while(result, ping.called_by, ping.called_at_s, ends, "called")
-    if ping.call == "lost" and cut:
-        return cut
-    lasts = burst_words(hf.channel)
-    return {
-        "out_of_range": f"{ping.auv} is {away:.1f} m away, {out_of_range(hf)}",
-        "lost": f"{ping.auv}, {away:.1f} m away, loses the call by chance"
-        + (f"; {lasts}" if lasts else ""),
-        "collided": f"another ASV's call overlaps it at {ping.auv}",
-        "in_flight": f"the mission ends before {ping.auv} answers",
-    }[ping.call]
-
-
-def _companions(result: "Result", ping: Any) -> str:
-    """Tell who pings in the same slot, and with whom an ASV would have mixed it up."""
-    pings = result.tables["pings"]
-    own = rows_where(pings, round=ping["round"])
-    beside = own[(own.slot == ping.slot) & (own.auv != ping.auv)]
-    words = f"together with {', '.join(beside.auv)}" if len(beside) else "alone"
-    hearers = _in_range(result, ping.ping)
-    later = own[own.slot != ping.slot]
-    mixed = {auv: hearers & _in_range(result, number)
-             for auv, number in zip(later.auv, later.ping, strict=True)}  # fmt: skip
-    shared = [f"{auv} ({', '.join(sorted(asvs))})" for auv, asvs in mixed.items() if asvs]
-    return words + (f", apart from {', '.join(shared)}: heard by the same ASV" if shared else "")
-
-
-def _in_range(result: "Result", ping: int) -> set[str]:
-    met = rows_where(result.tables["receptions"], ping=ping)
-    return set(met.asv[met.outcome != "out_of_range"])
 
 
 def receptions(result: "Result", ping: Any) -> Iterator[Step]:
@@ -150,85 +43,89 @@ def receptions(result: "Result", ping: Any) -> Iterator[Step]:
     """
     if not is_sent(ping):
         return
-    hf = result.scenario.acoustics.hf
+    hf, protocol = result.scenario.acoustics.hf, result.scenario.protocol
     met = rows_where(result.tables["receptions"], ping=ping.ping).sort_values("arrived_at_s")
     for reception in met.itertuples():
         depth = ping.z_m
-        if result.scenario.protocol.asvs_ping:
+        if protocol.asvs_ping:
             depth = place(result, str(reception.auv), float(reception.arrived_at_s))[2]
         what, why = _decided(result, reception, depth)
-        if reception.outcome == "out_of_range":
-            why += on_its_way(result, str(reception.asv), float(reception.arrived_at_s))
-        way = f"{reception.slant_range_m:.1f} m, {1e3 * reception.travel_time_s:.1f} ms"
-        probability = _loss(result, reception, depth)[0]
+        path = f"{reception.slant_range_m:.1f} m, {1e3 * reception.travel_time_s:.1f} ms"
         facts = {
             "outcome": reception.outcome,
+            "why": known(reception.why),
             "slant_range_m": reception.slant_range_m,
             "travel_time_s": reception.travel_time_s,
             "range_m": _counted_range(result, reception, depth),
-            "limit_m": hf.range_m if channel_named(hf.channel).ends_at_range else None,
-            "loss_probability": None if reception.outcome == "out_of_range" else probability,
-            **levels(reception),
+            "limit_m": hf.range_m if hf.traits.ends_at_range else None,
+            "loss_probability": known(reception.loss_probability),
+            **_levels(reception),
         }
-        who = getattr(reception, result.scenario.protocol.listening)
-        yield Step(reception.arrived_at_s, who, f"{what} ({way})", why, facts)
+        who = getattr(reception, protocol.listening)
+        yield Step(reception.arrived_at_s, who, f"{what} ({path})", why, facts)
 
 
 def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
-    hf, outcome = result.scenario.acoustics.hf, reception.outcome
-    if words := _failed(result, reception):
-        return "loses it" if outcome == "lost" else "hears nothing", words
-    if words := deafened(result, reception):
-        return "hears nothing", words
-    others = sounds_beside(result, reception)
-    if not channel_named(hf.channel).ends_at_range and not is_plugin(hf.channel):
-        return decided_by_channel(result, reception, others, depth)
-    away = _counted_range(result, reception, depth)
-    # A vessel that moves may cross the limit while the ping is under way.
-    is_beyond = outcome == "out_of_range"
-    words = compared(away, hf.range_m) if (away > hf.range_m) == is_beyond else "at the edge of the"
-    within = f"{hf.range_metric} range {words} HF range"
-    if is_plugin(hf.channel):
-        if is_beyond:
-            return "hears nothing", f"it is {out_of_range(hf)}"
-        within = f"{hf.channel.words}: the plug-in let some sound through"
-    if is_beyond:
-        return "is too far away", within
+    """Return what became of a ping where it arrived, and why."""
+    why, outcome, hf = known(reception.why), reception.outcome, result.scenario.acoustics.hf
+    begin = float(reception.arrived_at_s)
+    if why == "failed":
+        return "hears nothing", f"{reception.asv} had {failed_at(result, reception.asv, begin)}"
+    if why == "failed_meanwhile":
+        passive = result.scenario.protocol.asvs_ping
+        sent = begin - float(reception.travel_time_s) if passive else begin
+        when = failed_at(result, reception.asv, sent + hf.ping_s)
+        return "loses it", f"{reception.asv} {when}, while it {_deed(passive)}"
+    if outcome == "out_of_range":
+        asv = str(reception.asv)
+        what, words = _too_far(result, reception, depth)
+        return what, words + on_its_way(result, asv, begin)
+    near, chance = _near(result, reception, depth), _chance(result, reception)
     if outcome == "in_flight":
-        ends = reception.arrived_at_s + hf.ping_s
-        return "would hear it, but the mission ends", (
-            f"{within}; the ping ends at {ends:.4f} s, the mission at "
-            f"{result.scenario.duration_s:g} s"
-        )
+        ends = f"the ping ends at {begin + hf.ping_s:.4f} s"
+        ends += f", the mission at {result.scenario.duration_s:g} s"
+        return "would hear it, but the mission ends", lines(near, ends)
+    if why == "own_frame":
+        return "hears nothing", _own_frame(result, reception)
     if outcome == "collided":
-        return "hears pings mixed", f"{within}; overlaps {', '.join(others)}"
-    probability, words = _loss(result, reception, depth)
-    if outcome == "lost":
-        return (
-            "loses it",
-            "; ".join(filter(None, [
-                within, "no other ping overlaps",
-                f"{words}, and the draw (not recorded) was below",
-                ping_burst_words(result, reception, probability),
-            ])),
-        )  # fmt: skip
-    return "decodes it", f"{within}; no other ping overlaps; {words}"
+        return "hears pings mixed", lines(near, _overlapping(result, reception))
+    alone = "nothing drowns it" if _levels(reception) else "no other ping overlaps"
+    if outcome == "heard":
+        return "decodes it", lines(near, alone, chance)
+    if chance and not _levels(reception):
+        chance += ", and the draw (not recorded) was below"
+    lasts = ""
+    if why == "burst":
+        pair = {"auv": reception.auv, "asv": reception.asv}
+        lasts = lost_in_a_row(hf, rows_where(result.tables["receptions"], **pair), begin)
+    return "loses it", lines(near, alone, chance, lasts)
 
 
-def _failed(result: "Result", reception: Any) -> str:
-    """Tell that the ASV of a reception had failed, or failed meanwhile; "" if it worked."""
-    arrives, lasts = float(reception.arrived_at_s), result.scenario.acoustics.hf.ping_s
-    if result.scenario.protocol.asvs_ping:
-        sent = arrives - float(reception.travel_time_s)
-        return _meanwhile(result, reception, (sent, sent + lasts), "pinged")
-    if reception.outcome == "out_of_range":
-        return had_failed(result, reception.asv, arrives)
-    return _meanwhile(result, reception, (arrives, arrives + lasts), "was hearing it")
+def _deed(passive: bool) -> str:
+    return "pinged" if passive else "was hearing it"
 
 
-def _meanwhile(result: "Result", reception: Any, span: tuple[float, float], doing: str) -> str:
-    lost = reception.outcome == "lost"
-    return failed_while(result, reception.asv, *span, doing) if lost else ""
+def _too_far(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
+    """Return what becomes of a ping beyond all range, and why."""
+    hf = result.scenario.acoustics.hf
+    if hf.traits.ends_at_range:
+        return "is too far away", _range_words(result, reception, depth)
+    return "hears nothing", _level(reception) or f"it is {hf.beyond}"
+
+
+def _near(result: "Result", reception: Any, depth: float) -> str:
+    """Tell that a ping came from within range, or how loud it was; "" where neither counts."""
+    hf = result.scenario.acoustics.hf
+    return _range_words(result, reception, depth) if hf.traits.ends_at_range else _level(reception)
+
+
+def _range_words(result: "Result", reception: Any, depth: float) -> str:
+    """Compare the range of a ping with that of the band."""
+    hf, away = result.scenario.acoustics.hf, _counted_range(result, reception, depth)
+    # A vessel that moves may cross the limit while the ping is under way.
+    as_decided = (away > hf.range_m) == (reception.outcome == "out_of_range")
+    words = compared(away, hf.range_m) if as_decided else "at the edge of the"
+    return f"{hf.range_metric} range {words} HF range"
 
 
 def _counted_range(result: "Result", reception: Any, depth: float) -> float:
@@ -239,23 +136,108 @@ def _counted_range(result: "Result", reception: Any, depth: float) -> float:
     return math.sqrt(max(slant**2 - depth**2, 0.0))
 
 
-def _loss(result: "Result", reception: Any, depth: float) -> tuple[float | None, str]:
-    """Return the probability of losing a ping, and how it comes about, of so deep an AUV (m)."""
-    channel, slant_range = result.scenario.acoustics.hf.channel, float(reception.slant_range_m)
-    if is_plugin(channel):
-        return None, "the chance is the plug-in's (not recorded)"
-    if not channel_named(channel).ends_at_range:
-        return loss_by_channel(result.setup, slant_range, depth), ""
-    loss, contention = result.scenario.acoustics.loss, result.setup.ping_loss.contention
-    hf_range = result.scenario.acoustics.hf.range_m
-    raw = range_loss(slant_range, loss_law(loss.law, hf_range))
-    law = f"range law '{loss.law}'"
-    if loss.law == "scaled" and hf_range > FITTED_RANGE:
-        law += f" (the paper's at {slant_range * FITTED_RANGE / hf_range:.1f} m)"
-    probability = COMBINERS[loss.combine](raw, contention, loss.cap)
-    if loss.combine == "off":
-        return probability, f"loss probability {probability:.3f} by {law}"
-    return probability, (
-        f"loss probability {probability:.3f} ({loss.combine} of {law} {raw:.3f} "
-        f"and contention {contention:.3f})"
+def _levels(reception: Any) -> dict[str, float]:
+    """Return the levels (dB) of a reception, nothing where the channel knows of none."""
+    found = {name: getattr(reception, name) for name in LEVELS}
+    return {} if any(known(value) is None for value in found.values()) else found
+
+
+def _level(reception: Any) -> str:
+    """Tell how loud a ping arrived, "" where the channel knows of no levels."""
+    found = _levels(reception)
+    if not found:
+        return ""
+    margin = found["margin_db"]
+    side = "above" if margin >= 0.0 else "below"
+    return (
+        f"heard at {found['snr_db']:.1f} dB over the noise, {abs(margin):.1f} dB {side} the "
+        f"{found['snr_db'] - margin:.1f} dB at which half of all pings are decoded"
     )
+
+
+def _chance(result: "Result", reception: Any) -> str:
+    """Tell how likely a ping was lost, and by what; "" where that is not on record."""
+    probability = known(reception.loss_probability)
+    if probability is None:
+        return ""
+    words = f"loss probability {probability:.3f}"
+    channel, loss = result.scenario.acoustics.hf.channel, result.scenario.acoustics.loss
+    if _levels(reception):
+        return f"{words} before the shadowing of this ping"
+    if not result.scenario.acoustics.hf.traits.ends_at_range:
+        file = None if channel.is_own else channel.settings.get("file")
+        by = f"the curve {Path(file).name}" if file else f"the channel {channel.words}"
+        return f"{words} by {by} at {reception.slant_range_m:.1f} m"
+    words += f" by range law '{loss.law}'"
+    if loss.combine == "off":
+        return words
+    return f"{words} and contention, {loss.contention_per_auv:g} a further AUV ({loss.combine})"
+
+
+def _overlapping(result: "Result", reception: Any) -> str:
+    """Tell which ping, echo or call overlapped a ping where it was heard, and by how much."""
+    by, why = known(reception.overlapped_by), known(reception.why)
+    if by is None:
+        return "another sound overlaps it (which one, this folder does not say)"
+    capture = result.scenario.acoustics.hf.channel.settings.get("capture_db")
+    needs = "" if capture is None else f"; it had to be {capture:g} dB above noise and others"
+    if why == "call":
+        return f"overlaps the call of ASV{by:.0f}{needs}"
+    protocol, lasts = result.scenario.protocol, result.scenario.acoustics.hf.ping_s
+    here = {protocol.listening: getattr(reception, protocol.listening)}
+    other = rows_where(result.tables["receptions"], ping=by, **here).iloc[0]
+    ping = f"ping {other.ping} of {other[protocol.pinging]}"
+    if why == "echo":
+        return f"overlaps the echo of {ping}{needs}"
+    beside = lasts - abs(other.arrived_at_s - reception.arrived_at_s)
+    return (
+        f"overlaps {ping} at {other.arrived_at_s:.4f} s (overlap {1e3 * beside:.1f} of "
+        f"{1e3 * lasts:.1f} ms){needs}"
+    )
+
+
+def _own_frame(result: "Result", reception: Any) -> str:
+    """Tell which frame an ASV was sending as a ping came, so that it was deaf."""
+    frame = result.tables["broadcasts"].iloc[int(reception.overlapped_by)]
+    over = frame.sent_at_s + frame.airtime_s
+    rule = "direct_reply" if result.scenario.protocol.replies else "duplex per_node"
+    return f"it sends a frame from {frame.sent_at_s:.4f} to {over:.4f} s ({rule})"
+
+
+def on_its_way(result: "Result", vessel: str, time: float) -> str:
+    """Return where a vessel was going at an instant (s), and how fast; "" where it did not move.
+
+    It goes straight until it turns or rests: there it was bound for, as near as the rows of its
+    track tell.
+    """
+    if result.scenario.asvs.formation.moored is not None:
+        return ""
+    track = rows_where(result.tables["tracks"], vehicle=vessel)
+    times, x, y = (track[name].to_numpy(float) for name in ("time_s", "x_m", "y_m"))
+    steps, lasts = np.diff(x) + 1j * np.diff(y), np.diff(times)
+    now = max(int(np.searchsorted(times, time, side="right")) - 1, 0)
+    if now >= len(lasts) or abs(steps[now]) < RESTS * lasts[now]:
+        return ""
+    same = np.abs(np.angle(steps[now:] / steps[now])) < STRAIGHT
+    same &= np.abs(steps[now:]) >= RESTS * lasts[now:]
+    end = now + (int(same.argmin()) if not same.all() else len(same))
+    speed = (np.abs(steps[now:end]) / lasts[now:end]).max()
+    return f"; {vessel} was on its way to x {x[end]:.0f}, y {y[end]:.0f} m at {speed:.2g} m/s"
+
+
+def why_unanswered(result: "Result", ping: Any) -> str:
+    """Tell why an AUV has not answered a call."""
+    hf, auv, asv = result.scenario.acoustics.hf, ping.auv, ping.called_by
+    away = apart(hf, place(result, asv, ping.called_at_s), (ping.x_m, ping.y_m, ping.z_m))
+    if ping.call == "in_flight":
+        return f"the mission ends before {auv} answers"
+    if ping.call_why == "failed_meanwhile":
+        return f"{asv} {failed_at(result, asv, ping.called_at_s + hf.ping_s)}, while it called"
+    if ping.call == "out_of_range":
+        return f"{auv} is {away:.1f} m away, {hf.beyond}"
+    if ping.call == "collided":
+        return f"another ASV's call overlaps it at {auv}"
+    words = f"{auv}, {away:.1f} m away, loses the call by chance"
+    if ping.call_why != "burst":
+        return words
+    return f"{words}; losses last {hf.burst_s:g} s on average (burst_s)"

@@ -9,11 +9,18 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from ..acoustics.channel import Receiver
 from ..acoustics.energy import Hf, Powers, covered, energy, on_hf, on_mf
 from ..core.arrays import Floats
 from ..protocol.broadcasters import hearers
-from ..records.events import DELIVERED, HEARD, OUTCOMES
+from ..records.events import (
+    DELIVERED,
+    FAILED,
+    FAILED_MEANWHILE,
+    HEARD,
+    OUT_OF_RANGE,
+    UNANSWERED,
+    WORDS,
+)
 from ..records.metrics import WORST_IS_LARGEST, AuvMetrics, Utilisation
 from ..records.rows import NONE, Recorder, Rows, row_type
 from ..results.schemas import never_null
@@ -22,9 +29,13 @@ from ..scenario.sections.acoustics import Band
 from ..vehicles.motion import places
 from .accuracy import note_accuracy, refuse, track_points
 from .reach import calls_destroyed, destroyed, frames_destroyed, heard_by_auvs, heard_of_auvs
+from .sensor_errors import lasting_errors
 from .service import MOST, note_gnss, note_service
 from .trajectories import instants
 from .world import World
+
+# Of what is not heard for these reasons nobody asks how likely it was lost.
+NO_CHANCE = (OUT_OF_RANGE, FAILED, FAILED_MEANWHILE, UNANSWERED)
 
 # What some missions have not at all: where no AUV has it, none is worse for it.
 UNDEFINED = ("latency_from_slot_s", "path_error_m", "saturated_share")
@@ -39,7 +50,7 @@ def event_tables(world: World) -> dict[str, pa.Table]:
     return {
         "rounds": from_rows("rounds", record.rounds),
         "pings": from_numbers("pings", record.pings.rows),
-        "receptions": _receptions_table(record, world.network.uplink.receiver),
+        "receptions": _receptions_table(world),
         "broadcasts": from_numbers("broadcasts", world.broadcasts),
         "frame_receptions": from_numbers("frame_receptions", record.frame_receptions.rows),
         "assignments": from_rows("assignments", record.assignments),
@@ -49,9 +60,14 @@ def event_tables(world: World) -> dict[str, pa.Table]:
     }
 
 
-def _receptions_table(record: Recorder, receiver: Receiver) -> pa.Table:
+def _receptions_table(world: World) -> pa.Table:
+    """Return the table of receptions, with the errors that were in each all the time."""
+    record, network = world.record, world.network
     rows = record.receptions.rows
-    return from_numbers("receptions", rows, receiver.levels(rows["snr_db"]))
+    levels = network.uplink.receiver.levels(rows["snr_db"])
+    errors = lasting_errors(world.setup, network.outcomes.systematic, rows, record.pings.rows)
+    chance = np.where(np.isin(rows["why"], NO_CHANCE), np.nan, rows["loss"])
+    return from_numbers("receptions", rows, {**levels, **errors, "loss_probability": chance})
 
 
 def _fixes_table(record: Recorder, asvs: int) -> pa.Table:
@@ -62,7 +78,7 @@ def _fixes_table(record: Recorder, asvs: int) -> pa.Table:
     together = np.uint64 if asvs <= 64 else f"V{packed.shape[1]}"  # which is slower to compare
     groups, group = np.unique(packed.view(together)[:, 0], return_inverse=True)
     names = [_together(own.tobytes()) for own in groups]
-    return from_numbers("fixes", rows, {"asvs": len(OUTCOMES) + group}, (*OUTCOMES, *names))
+    return from_numbers("fixes", rows, {"asvs": len(WORDS) + group}, (*WORDS, *names))
 
 
 def _gnss_fixes_table(record: Recorder) -> pa.Table:

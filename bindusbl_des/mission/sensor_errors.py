@@ -8,6 +8,7 @@ import numpy as np
 from ..core.arrays import Floats
 from ..core.streams import Purpose, Streams, normals
 from ..navigation.dead_reckoning import random_walk
+from ..records.events import HEARD
 from ..records.rows import NONE, Rows
 from ..setup import Setup
 from ..usbl.systematic_fixes import SYSTEMATIC, Systematic
@@ -165,3 +166,38 @@ def systematic_errors_of(setup: Setup, streams: Streams) -> Systematic | None:
         slow_gnss(setup, streams),
         clocks(setup, streams),
     )
+
+
+def lasting_errors(
+    setup: Setup, systematic: Systematic | None, receptions: Rows, pings: Rows
+) -> dict[str, Floats]:
+    """Return what was wrong all the time as receptions that were heard were measured, (n,) each, by
+    the columns of their table; NaN where nothing of a kind is.  `pings` are all on record.
+    """
+    names = ("misalignment_deg", "gnss_error_x_m", "gnss_error_y_m", "slow_range_error_m")
+    found = {name: np.full(len(receptions), np.nan) for name in (*names, "clock_late_s")}
+    if systematic is None or not len(receptions):
+        return found
+    kinds, passive = {kind.name for kind in setup.lasting_errors}, setup.scenario.protocol.asvs_ping
+    auv, asv, arrived = (receptions[name] for name in ("auv", "asv", "arrived_at_s"))
+    sent_by = pings[receptions["ping"]]
+    one_way, heard = np.isnan(sent_by["call_time_s"]), receptions["outcome"] == HEARD
+    if "misalignment" in kinds:
+        turned = systematic.misalignments[auv if passive else asv]
+        found["misalignment_deg"][heard] = np.degrees(turned)[heard]
+    if "gnss" in kinds:
+        instants = (sent_by["sent_at_s"] if passive else arrived)[heard]
+        off = systematic.gnss[asv[heard], (instants / CONTROL_S).astype(np.int64)]
+        found["gnss_error_x_m"][heard], found["gnss_error_y_m"][heard] = off.T
+    if "slow" in kinds:
+        levels = setup.usbl.levels[0]
+        fixed, way = levels["travel_time_sd_s"], receptions["travel_time_s"]
+        sd = setup.usbl.sound_speed * np.hypot(fixed, levels["path_share"] * way)
+        found["slow_range_error_m"][:] = np.where(
+            one_way & heard, receptions["slow_range"] * sd, np.nan
+        )
+    if "clock" in kinds:
+        late = systematic.clocks[auv]
+        late = late[:, 0] + late[:, 1] * (arrived if passive else sent_by["sent_at_s"])
+        found["clock_late_s"][:] = np.where(one_way & heard, late, np.nan)
+    return found

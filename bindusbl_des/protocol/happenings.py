@@ -18,7 +18,7 @@ import simpy
 
 from ..core.arrays import Ints
 from ..core.wording import did_you_mean
-from ..records.events import HEARD, IN_FLIGHT, OUTCOMES, Broadcast, Fix, Ping, Reception
+from ..records.events import HEARD, IN_FLIGHT, OUTCOMES, WORDS, Broadcast, Fix, Ping, Reception
 from ..records.rows import NONE, Recorder, Row, fused
 from .hf.band import HfBand
 from .hf.outcomes import Outcomes
@@ -146,6 +146,8 @@ def _refuse_value(kind: str, name: str, value: Any, hint: Any, counts: Mapping[s
 LEVELS = (
     *("snr_db", "level_db", "margin_db"),
     *("azimuth_deg", "elevation_deg", "body_azimuth_deg", "body_elevation_deg"),
+    *("why", "overlapped_by", "loss_probability"),
+    *("misalignment_deg", "gnss_error_x_m", "gnss_error_y_m", "slow_range_error_m", "clock_late_s"),
 )
 
 
@@ -333,6 +335,6 @@ def _row_of(event: type, row: Row, **known: Any) -> Any:
         if field.name not in known:
             value = row[field.name].item()
             missing = isnan(value) if isinstance(value, float) else value == NONE
-            label = OUTCOMES[value] if field.name in ("outcome", "call") else value
+            label = WORDS[value] if field.name in ("outcome", "call", "call_why") else value
             known[field.name] = None if missing else label
     return event(**known)

@@ -28,6 +28,15 @@ def column(unit: str, meaning: str, default: Any = MISSING, worst: str = "") -> 
 OUTCOMES = ("heard", "out_of_range", "lost", "collided", "in_flight", "delivered")
 HEARD, OUT_OF_RANGE, LOST, COLLIDED, IN_FLIGHT, DELIVERED = range(6)
 
+# Why a signal was not decoded: beyond the range, or what else; numbers go on behind the outcomes.
+REASONS = (
+    *("failed", "failed_meanwhile", "unanswered", "chance", "burst"),
+    *("ping", "echo", "call", "frame", "own_frame", "own_ping"),
+)
+WORDS = (*OUTCOMES, *REASONS)
+FAILED, FAILED_MEANWHILE, UNANSWERED, CHANCE, BURST = range(6, 11)
+BY_PING, BY_ECHO, BY_CALL, BY_FRAME, BY_OWN_FRAME, BY_OWN_PING = range(11, 17)
+
 # How angles of directions count
 NORTH, AHEAD, DOWN = "from north towards east", "from ahead towards starboard", "positive downwards"
 
@@ -79,6 +88,12 @@ class Ping:
     )  # fmt: skip
     asv: int | None = column("", "ASV that pinged (passive)", None)
     waited_s: float | None = column("s", "how long its AUV held back, hearing pings (csma)", None)
+    call_why: str | None = column(
+        "",
+        "why the AUV did not decode the call: out_of_range, chance, burst (lost with those "
+        "before), call (another ASV's overlapped it) or failed_meanwhile (its ASV, as it called)",
+        None,
+    )
 
 
 @dataclass(slots=True)
@@ -116,6 +131,44 @@ class Reception:
         "deg", f"the same as the array sees it, {AHEAD}, in [0, 360)", None
     )
     body_elevation_deg: float | None = column("deg", f"the same as the array sees it, {DOWN}", None)
+    why: str | None = column(
+        "",
+        "why it was not decoded: out_of_range, failed (its ASV, before it came), failed_meanwhile "
+        "(passive: as it pinged), unanswered (no call made the AUV ping), chance, burst (lost with "
+        "those before), or what overlapped it: ping, echo, call, own_frame (that the ASV sent)",
+        None,
+    )
+    overlapped_by: int | None = column(
+        "1",
+        "number of the ping that overlapped it (or whose echo did), the strongest of several; of "
+        "the ASV that called; of the frame, row of broadcasts from 0",
+        None,
+    )
+    loss_probability: float | None = column(
+        "1", "how likely it was lost, had nothing overlapped it; null out of range, or failed", None
+    )
+    misalignment_deg: float | None = column(
+        "deg",
+        "constant error of the heading of who measured, an ASV (passive: an AUV; "
+        "usbl.misalignment_sd_deg)",
+        None,
+    )
+    gnss_error_x_m: float | None = column(
+        "m",
+        "slow error of where the ASV took itself for, north (usbl.gnss_correlated_sd_m; passive: "
+        "as it pinged)",
+        None,
+    )
+    gnss_error_y_m: float | None = column("m", "the same, east", None)
+    slow_range_error_m: float | None = column(
+        "m", "slow error of the range, of those heard (usbl.slow_share; not with calls)", None
+    )
+    clock_late_s: float | None = column(
+        "s",
+        "how late the AUV's clock was as it pinged (passive: heard; navigation.clock_*; not with "
+        "calls)",
+        None,
+    )
 
 
 @dataclass(slots=True)
@@ -230,6 +283,20 @@ class FrameReception:
     )
     outcome: str = column(
         "", "heard, out_of_range, lost (or its ASV failed), collided or in_flight", "in_flight"
+    )
+    why: str | None = column(
+        "",
+        "why it was not decoded: out_of_range, failed (its ASV, before), failed_meanwhile, chance, "
+        "burst (lost with those before), frame (another overlapped it) or own_ping (the AUV "
+        "pinged meanwhile)",
+        None,
+    )
+    overlapped_by: int | None = column(
+        "1", "row of broadcasts of the strongest frame that overlapped it, or number of the ping",
+        None,
+    )  # fmt: skip
+    loss_probability: float | None = column(
+        "1", "how likely it was lost, had nothing overlapped it; null on the disc", None
     )
 
 

@@ -17,7 +17,7 @@ from ..core.compiled import compiled
 from ..core.packed import Packed
 from .events import (
     HEARD,
-    OUTCOMES,
+    WORDS,
     Assignment,
     Broadcast,
     Fix,
@@ -39,7 +39,7 @@ def row_type(
     need.  Fields of text hold numbers.
 
     >>> row_type(Reception, {"answered_s": float}).names[-2:]
-    ('body_elevation_deg', 'answered_s')
+    ('clock_late_s', 'answered_s')
     """
     hints = get_type_hints(event)
     columns = {
@@ -60,9 +60,12 @@ def _kind(hint: Any) -> str:
     return "f8" if hint is float else "i8"
 
 
-# What became of the call before a ping: when and by whom, its outcome, how long it was under way
+# What became of the call before a ping: when and by whom, its outcome, why, how long under way
 CALLED = np.dtype(
-    [("called_at_s", "f8"), ("called_by", "i8"), ("call", "i8"), ("call_time_s", "f8")]
+    [
+        *(("called_at_s", "f8"), ("called_by", "i8")),
+        *(("call", "i8"), ("call_why", "i8"), ("call_time_s", "f8")),
+    ]
 )
 
 PING = row_type(
@@ -98,13 +101,17 @@ RECEPTION = row_type(
     {
         "listener": int,  # its number among those who listen
         "loss": float,  # probability that it is lost on its way
+        "slow_range": float,  # slow error of its range, a standard normal; NaN where there is none
         "sound": float,  # how strong it is where it overlaps others (see `acoustics.propagation`)
         "bent_s": float,  # how much later it comes than straight on, where rays bend
         "late_s": float,  # how much later than that it seems to come where echoes blend into it,
         "lowered": float,  # and by how much more the sine of its depression; NaN where none do
         **SIGHT,
     },
-    without=("level_db", "margin_db"),
+    without=(
+        *("level_db", "margin_db", "loss_probability", "misalignment_deg", "slow_range_error_m"),
+        *("gnss_error_x_m", "gnss_error_y_m", "clock_late_s"),
+    ),
 )
 
 FRAME_RECEPTION = row_type(
@@ -141,7 +148,7 @@ def in_words(fix: Row, receptions: Rows) -> Any:
     told = np.recarray(1, FIX_IN_WORDS)
     for name in {*(FIX_IN_WORDS.names or ())} - {"outcome", "asvs"}:
         told[name] = fix[name]
-    told["outcome"], told["asvs"] = OUTCOMES[fix["outcome"]], fused(fix, receptions)
+    told["outcome"], told["asvs"] = WORDS[fix["outcome"]], fused(fix, receptions)
     return told
 
 

@@ -12,7 +12,6 @@ from math import ceil
 import numpy as np
 
 from ..core.wording import counted, number
-from ..explain.chain import out_of_range
 from ..results.effects import (
     HARMS,
     HELPS,
@@ -69,7 +68,7 @@ def _causes(mission: Recording) -> Iterator[Cause]:
         reach = STEP_M * ceil(float(np.quantile(unheard, MOST_PINGS)) / STEP_M)
         longer = is_disc and reach > hf.range_m
         settings = (f"acoustics.hf.range_m={reach:g}",) if longer else ()
-        words = f"{_pings(len(unheard))} sent {out_of_range(hf)}"
+        words = f"{_pings(len(unheard))} sent {hf.beyond}"
         yield Cause(len(unheard), words, (*settings, more))
     lost = int(np.sum(fate == LOST))
     if lost:

@@ -9,7 +9,6 @@ from html import escape
 from math import isnan
 
 from ..core.wording import counted, instant, number, timed
-from ..explain.chain import out_of_range
 from ..results.effects import harm_text
 from ..scenario.scenario import Scenario
 from .gaps import Gap, Patience, Service, patience, service
@@ -186,7 +185,7 @@ def _why(mission: Recording, auv: Service) -> str:
         return f"<b>Why:</b> {pings}, and all led to fixes: there were too few."
     ordered = sorted(fates.items(), key=lambda item: -item[1])
     were = "were" if calls else "were sent"
-    reasons = {"out_of_hf": f"{were} {escape(out_of_range(mission.scenario.acoustics.hf))}"}
+    reasons = {"out_of_hf": f"{were} {escape(mission.scenario.acoustics.hf.beyond)}"}
     reasons |= REASONS | (HEARD_BY_ITSELF if passive else {})
     if not mission.scenario.acoustics.mf.traits.ends_at_range:
         reasons["out_of_mf"] = UNDECODED

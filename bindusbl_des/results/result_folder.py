@@ -123,8 +123,21 @@ def read_schema(path: Path) -> pa.Schema:
         return file.schema_arrow
 
 
+# Columns that a table was given since folders of it were first kept
+ADDED = {
+    "pings": frozenset(["call_why"]),
+    "receptions": frozenset(
+        ["why", "overlapped_by", "loss_probability", "misalignment_deg", "gnss_error_x_m",
+         "gnss_error_y_m", "slow_range_error_m", "clock_late_s"]
+    ),
+    "frame_receptions": frozenset(["why", "overlapped_by", "loss_probability"]),
+}  # fmt: skip
+
+
 def read_table(path: Path, name: str, origin: Mapping[str, str]) -> pa.Table:
     """Return a mission's table with the columns that are agreed, their units and meanings.
+
+    Columns that say why, which folders of 0.2 did not have, are null where they are lacking.
 
     `origin` is the metadata of the mission that it must be of, by keys with what each is called.
 
@@ -135,8 +148,14 @@ def read_table(path: Path, name: str, origin: Mapping[str, str]) -> pa.Table:
     with _opened(path) as file:
         found = file.schema_arrow
         _check_origin(path, name, origin, found.metadata or {})
-        _check_columns(path, found.names, described.names)
-        read = file.read(described.names, use_threads=file.metadata.num_rows > ROWS)
+        added = ADDED.get(name, frozenset()).difference(found.names)
+        names = [column for column in described.names if column not in added]
+        _check_columns(path, found.names, names)
+        read = file.read(names, use_threads=file.metadata.num_rows > ROWS)
+    for column in added:
+        read = read.append_column(
+            described.field(column), pa.nulls(len(read), described.field(column).type)
+        )
     for field in described:
         kind = read.schema.field(field.name).type
         if kind != field.type:

@@ -10,7 +10,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from ..core.arrays import Ints
-from ..records.events import OUTCOMES
+from ..records.events import WORDS
 from ..records.rows import NONE, Rows
 from .columns import spelt
 from .schemas import VEHICLES, schema
@@ -25,7 +25,7 @@ Columns = Mapping[str, NDArray[Any]]
 
 
 def from_numbers(
-    table: str, rows: Rows, own: Columns | None = None, words: Sequence[str] = OUTCOMES
+    table: str, rows: Rows, own: Columns | None = None, words: Sequence[str] = WORDS
 ) -> pa.Table:
     """Return the rows of a buffer, of numbers, as an Arrow table.
 

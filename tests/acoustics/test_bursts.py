@@ -296,7 +296,7 @@ def test_explain_tells_since_when_a_pair_had_lost_its_signals(tmp_path: Path) ->
         n for n in range(first + 1, len(met)) if (met.outcome[n - 1 : n + 1] == "lost").all()
     )
     said = " ".join(explain.chain_of_ping(result, int(met.ping[second])).text().split())
-    words = "losses last 5 s on average (burst_s), and this pair had lost its signals since "
+    words = "losses last 5 s on average (burst_s), and this pair had lost its last 2 signals since "
     assert words in said
     since = float(said.partition(words)[2].split()[0])
     assert since <= met.arrived_at_s[second - 1]

@@ -10,7 +10,7 @@ from bindusbl_des import Result, Scenario, Setup, simulate
 from bindusbl_des.acoustics.channel import between
 from bindusbl_des.cli import main
 from bindusbl_des.explain import chain_of_ping
-from bindusbl_des.explain.overlapping import on_its_way
+from bindusbl_des.explain.hearing import on_its_way
 from bindusbl_des.export.chart_files import drawn
 from bindusbl_des.figures.coverage import without_stations
 

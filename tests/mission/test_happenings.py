@@ -180,7 +180,12 @@ def rows_of(kind: str, mission: Mission) -> list[dict[str, Any]]:
     ]
 
 
-DIRECTIONS = ("azimuth_deg", "elevation_deg", "body_azimuth_deg", "body_elevation_deg")
+# What is known once a ping is decided: what was measured, and why it was not.
+DECIDED = (
+    *("azimuth_deg", "elevation_deg", "body_azimuth_deg", "body_elevation_deg"),
+    *("why", "overlapped_by", "loss_probability"),
+    *("misalignment_deg", "gnss_error_x_m", "gnss_error_y_m", "slow_range_error_m", "clock_late_s"),
+)
 
 
 @pytest.mark.parametrize(("kind", "name"), TOLD)
@@ -204,7 +209,7 @@ def test_what_is_told_is_what_the_tables_say(kind: str, name: str) -> None:
                 assert value == 0  # nobody has, as it is sent
             elif kind == "arrival" and column == "outcome":
                 assert value == "in_flight"
-            elif kind in ("arrival", "reception") and column in DIRECTIONS:
+            elif kind in ("arrival", "reception") and column in DECIDED:
                 assert value is None  # it is measured when the ping is decided, `sight_of` tells
             else:
                 assert value == row[column], column

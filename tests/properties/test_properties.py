@@ -108,7 +108,7 @@ def cut(result: Result, seed: int) -> None:
         if name == "pings":  # a call that the end overtakes has no answer
             whole, part = (it[it["call"] != "in_flight"] for it in (whole, part))
         assert len(whole) == len(part), name
-        if name == "receptions":  # of what is on its way as the mission ends nothing is measured
+        if name in ("receptions", "frame_receptions"):  # of what is on its way nothing is known
             whole, part = (it[part["outcome"] != "in_flight"] for it in (whole, part))
         for column in whole.select_dtypes("float").columns.difference(later):
             # An AUV at a third of the speed of sound is sought where it is after the end as well.

@@ -260,4 +260,4 @@ def test_explain_tells_the_curve(curve: dict[str, Any]) -> None:
     result = simulate(world, 1)
     text = " ".join(" ".join(chain_of_ping(result, n).text() for n in range(4)).split())
     assert "loss probability 0.400 by the curve curve.csv at 30.0 m" in text
-    assert "cannot decode it" in text
+    assert "lets nothing be decoded" in text

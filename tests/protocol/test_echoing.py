@@ -52,7 +52,7 @@ def test_the_echo_of_a_ping_drowns_another() -> None:
     assert found == [{"heard"}, {"collided"}, {"heard"}]
     assert outcomes(holding(near, far, channel=sea, **hf), "AUV0") == {"heard"}
     result = simulate(holding(near, far, channel=sea, **hf), 1)
-    assert "overlaps the echo of another ping" in chain_of_ping(result, 1).text()
+    assert "overlaps the echo of ping 0 of AUV0" in chain_of_ping(result, 1).text()
     verdict = verify(holding(near, far, channel=sea, **hf))
     told = " ".join(verdict_text(verdict).split())
     assert verdict.verdict == "undecided"

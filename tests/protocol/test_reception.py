@@ -435,7 +435,7 @@ def heard_by_a_busy_fleet(seed: int, instants: Callable[[float], list[float]]) -
     for slot in range(120):
         group = draw.permutation(6)[: draw.integers(1, 7)].tolist()
         caller = int(draw.integers(-1, 3))
-        call = np.array([(time - 0.11, caller, HEARD, 0.1)], dtype=CALLED)
+        call = np.array([(time - 0.11, caller, HEARD, NONE, 0.1)], dtype=CALLED)
         band.send(slot // 3, slot % 3, group, time, NO_CALL if caller < 0 else call)
         time += float(draw.choice([0.005, 0.05, 0.3, 1.5]))
         for instant in instants(time):

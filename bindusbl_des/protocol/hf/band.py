@@ -24,14 +24,14 @@ from ...acoustics.travel_time import PASSED, travel_time
 from ...core.arrays import Floats, Ints
 from ...core.packed import Packed
 from ...core.streams import Purpose, Streams
-from ...records.events import HEARD, IN_FLIGHT, LOST
+from ...records.events import FAILED_MEANWHILE, HEARD, IN_FLIGHT, LOST
 from ...records.rows import CALLED, NONE, EventBuffer, Recorder, Rows
 from ...vehicles.fleet import VehicleFleet
 from ...vehicles.motion import places
 from .calling import CALL, interrogate
 
 # What a ping has that nobody called
-NO_CALL = np.array([(np.nan, NONE, NONE, np.nan)], dtype=CALLED)
+NO_CALL = np.array([(np.nan, NONE, NONE, NONE, np.nan)], dtype=CALLED)
 
 
 @lru_cache(maxsize=4096)
@@ -122,7 +122,8 @@ class HfBand:
         )  # fmt: skip
         if self._asvs.failures is not None:
             _, cut = self._asvs.failures.met(callers, time, time + self.band.duration)
-            answers["call"][cut & (answers["call"] == HEARD)] = LOST
+            cut &= answers["call"] == HEARD
+            answers["call"][cut], answers["call_why"][cut] = LOST, FAILED_MEANWHILE
         return answers
 
     def failed(self, time: float) -> tuple[int, ...]:
@@ -240,6 +241,7 @@ class HfBand:
             _, cut = self.senders.failures.met(group, [time] * len(group), [end] * len(group))
             under_way = cut[receptions["ping"] - first] & (receptions["outcome"] == IN_FLIGHT)
             receptions["outcome"][under_way] = LOST
+            receptions["why"][under_way] = FAILED_MEANWHILE
         if self.listeners.failures is not None:
             deafen(self.listeners.failures, pings, receptions, self.band)
 

@@ -25,8 +25,8 @@ from ...acoustics.travel_time import PASSED, travel_time_to
 from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled
 from ...core.packed import unpacked
-from ...records.events import COLLIDED, HEARD, LOST, OUT_OF_RANGE
-from ...records.rows import Row, Rows, row_type
+from ...records.events import BURST, BY_CALL, CHANCE, COLLIDED, HEARD, LOST, OUT_OF_RANGE
+from ...records.rows import NONE, Row, Rows, row_type
 from ...vehicles.motion import Motion, where
 
 
@@ -34,10 +34,12 @@ from ...vehicles.motion import Motion, where
 class Call:
     """The sound of an ASV's call where it drowns pings: at itself as it calls, at others later.
 
-    `longest_s` is the longest way of any call so far.
+    `asv` is where it is heard, `sent_by` the ASV that calls, `longest_s` the longest way of any
+    call so far.
     """
 
     sent_at_s: float
+    sent_by: int
     asv: int
     arrived_at_s: float
     longest_s: float
@@ -87,6 +89,7 @@ def interrogate(
         answer = answers[k]
         answer.called_at_s, answer.called_by = time, callers[k]
         answer.call, answer.call_time_s = OUT_OF_RANGE, nan
+        answer.call_why = OUT_OF_RANGE
         here, auv = where(auvs, group[k], time), group[k]
         caller = where(asvs, callers[k], time)
         if reaches(here, caller, k, callers[k], way):
@@ -97,7 +100,9 @@ def interrogate(
             drawn = chances[k]
             if bursts is not None:
                 drawn = chance_of(burst_luck(bursts[auv, callers[k]], time + travel, chance))
-            answer.call = LOST if drawn < chance else HEARD
+            answer.call, answer.call_why = HEARD, NONE
+            if drawn < chance:
+                answer.call, answer.call_why = LOST, CHANCE if bursts is None else BURST
             answer.call_time_s = travel
             others = 0.0
             for other in calling:
@@ -110,7 +115,7 @@ def interrogate(
                         others += strength
             others += _still_there(calls, count, time, travel, k, auv, callers[k], into)
             if drowns(sound(here, caller, k, callers[k], way), others, capture):
-                answer.call = COLLIDED
+                answer.call, answer.call_why = COLLIDED, BY_CALL
     return _sound(calling, time, calls, count, asvs, band)
 
 
@@ -159,15 +164,16 @@ def _sound(
                     travel = travel_time_to(here, asvs, asv, time, band.sound_speed)
                 longest = max(longest, travel)
                 line = calls[count]
-                line.sent_at_s, line.asv = time, asv
+                line.sent_at_s, line.sent_by, line.asv = time, caller, asv
                 line.arrived_at_s, line.longest_s = time + travel, longest
                 count += 1
     return count
 
 
 @compiled
-def drowned(ping: Row, reception: Row, duration: float, calls: Rows) -> bool:
-    """Tell whether a call overlaps a ping at its ASV, which hears nothing while it calls itself.
+def drowned_by(ping: Row, reception: Row, duration: float, calls: Rows) -> int:
+    """Return which ASV's call overlaps a ping at its ASV, which hears nothing while it calls
+    itself; NONE if none does.
 
     `calls` are all on record (:class:`Call`), in the order in which they were sent.
     """
@@ -177,11 +183,11 @@ def drowned(ping: Row, reception: Row, duration: float, calls: Rows) -> bool:
         if call.sent_at_s + call.longest_s + duration < starts:
             break
         if call.asv == reception.asv and overlap(starts, call.arrived_at_s, duration):
-            return True
+            return int(call.sent_by)
     for number in range(ping.calls, len(calls)):
         call = calls[number]
         if call.sent_at_s > starts + duration:
             break
         if call.asv == reception.asv and overlap(starts, call.arrived_at_s, duration):
-            return True
-    return False
+            return int(call.sent_by)
+    return NONE

@@ -27,6 +27,7 @@ from ...usbl.systematic_fixes import (
     OUTLIER_WIDTH,
     Astray,
     PackedErrors,
+    Systematic,
     astray,
     measured_astray,
 )
@@ -58,7 +59,7 @@ class Measuring:
         """
         self._record, self._errors, outliers = record, None, 0
         #: What is wrong all the time, if anything.
-        self.systematic = None
+        self.systematic: Systematic | None = None
         if isinstance(instrument, Astray):
             (instrument, systematic), outliers = instrument, OUTLIER_WIDTH
             self.systematic = systematic._replace(levels=systematic.levels[0])
@@ -336,6 +337,11 @@ class Outcomes:
                 advance(numbers, time)
             blend(noise, numbers)
         return noise
+
+    @property
+    def systematic(self) -> Systematic | None:
+        """What is wrong all the time, if anything."""
+        return self._measuring.systematic
 
     def sight_of(self, ping: int, asv: int) -> Sight | None:
         """Return what an ASV that has just decoded a ping measures of it, with the noise that the

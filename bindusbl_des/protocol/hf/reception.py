@@ -4,7 +4,7 @@ ASVs make one fix of all that they have heard of a ping, once that has passed th
 passive ranging each AUV makes one of what it has heard itself, as soon as that is over.
 """
 
-from math import hypot, inf, nan
+from math import hypot, inf, nan, sqrt
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -16,18 +16,29 @@ from ...acoustics.travel_time import PASSED
 from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled
 from ...core.packed import unpacked
-from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST
+from ...records.events import (
+    BURST,
+    BY_CALL,
+    BY_ECHO,
+    BY_OWN_FRAME,
+    BY_PING,
+    CHANCE,
+    COLLIDED,
+    HEARD,
+    IN_FLIGHT,
+    LOST,
+)
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import measured, note
 from ...usbl.inverted import HeardBeacon, located_astray, located_itself
 from ...usbl.measuring import GNSS_NOISE, NOISE_WIDTH, PackedInstrument, instrument_of
 from ...usbl.sights import copy_direction, no_sights
-from ...usbl.slow_errors import SLOW, advance, blend
+from ...usbl.slow_errors import RANGE, SLOW, advance, blend
 from ...usbl.systematic_fixes import PackedErrors, measured_astray, systematic_of
 from ...usbl.two_way import Heard
 from ...vehicles.motion import Motion, where
-from ..mf.reception import sends
-from .calling import CALL, drowned
+from ..mf.reception import frame_sent
+from .calling import CALL, drowned_by
 
 
 class Air(NamedTuple):
@@ -316,6 +327,8 @@ def _decide(
             continue
         luck = take_noise(reception, noise, taken_now)
         reception.outcome = _outcome(row, luck, air, echoes, frames)
+        if reception.outcome != HEARD:
+            _note_why(row, air, echoes, frames, noise)
         reception.snr_db += air.shadowing_sd_db * luck
         hearers += reception.outcome == HEARD
     line.heard_by += hearers
@@ -331,8 +344,11 @@ def take_noise(reception: Row, noise: PairNoise, into: Floats) -> float:
     into[:] = noise.blocks[noise.shelf[auv, asv], noise.taken[auv, asv]]
     noise.taken[auv, asv] += 1  # whatever comes of it: worlds that differ share their noise
     luck = float(into[NOISE_WIDTH])
-    advance(noise.slow[auv, asv], reception.arrived_at_s)
-    blend(into, noise.slow[auv, asv])
+    slow = noise.slow[auv, asv]
+    advance(slow, reception.arrived_at_s)
+    blend(into, slow)
+    if slow.size > 0:
+        reception.slow_range = sqrt(slow[RANGE].share) * slow[RANGE].value
     if noise.bursts.size > 0:
         luck = burst_luck(noise.bursts[auv, asv], reception.arrived_at_s, reception.loss)
     return luck
@@ -343,15 +359,65 @@ def _outcome(row: int, luck: float, air: Air, echoes: Rows | None, frames: Rows 
     """Return what becomes of a ping where it arrives, and is lost by `luck`, a standard normal."""
     reception = air.receptions[row]
     if frames is not None:  # noqa: SIM102 (compiled: the branch is pruned)
-        if sends(
-            reception.asv, reception.arrived_at_s, reception.arrived_at_s + air.duration, frames
-        ):
+        if _own_frame(reception, air, frames) != NONE:
             return COLLIDED
-    if overlapped(row, air, echoes) or drowned(
-        air.pings[reception.ping], reception, air.duration, air.calls
-    ):
+    ping = air.pings[reception.ping]
+    by_call = drowned_by(ping, reception, air.duration, air.calls) != NONE
+    if by_call or overlapped(row, air, echoes):
         return COLLIDED
     return by_luck(reception, luck)
+
+
+@compiled
+def _own_frame(reception: Row, air: Air, frames: Rows) -> int:
+    """Return the frame that an ASV sends while a ping is there, or NONE."""
+    begins = reception.arrived_at_s
+    return frame_sent(reception.asv, begins, begins + air.duration, frames)
+
+
+@compiled
+def _note_why(
+    row: int, air: Air, echoes: Rows | None, frames: Rows | None, noise: PairNoise
+) -> None:
+    """Write why a ping was lost or overlapped where it arrived, and by which ping, ASV or frame."""
+    reception = air.receptions[row]
+    if reception.outcome == LOST:
+        reception.why = BURST if noise.bursts.size > 0 else CHANCE
+        return
+    if frames is not None:
+        reception.overlapped_by = _own_frame(reception, air, frames)
+        if reception.overlapped_by != NONE:
+            reception.why = BY_OWN_FRAME
+            return
+    if overlapped(row, air, echoes):
+        _note_strongest(row, air, echoes)
+    else:
+        ping, reception.why = air.pings[reception.ping], BY_CALL
+        reception.overlapped_by = drowned_by(ping, reception, air.duration, air.calls)
+
+
+@compiled
+def _note_strongest(row: int, air: Air, echoes: Rows | None) -> None:
+    """Write which ping, or echo of one (:func:`resolve`), overlaps another where that is heard: the
+    strongest, of equally strong ones the first that was sent.
+    """
+    pings, receptions, duration = air.pings, air.receptions, air.duration
+    reception, begin, most = receptions[row], row, 0.0
+    earliest = reception.arrived_at_s - duration - PASSED * pings[reception.ping].longest_s
+    while begin > 0 and pings[receptions[begin - 1].ping].sent_at_s >= earliest:
+        begin -= 1
+    for number in range(begin, len(receptions)):
+        other = receptions[number]
+        if pings[other.ping].sent_at_s > reception.arrived_at_s + duration:
+            break
+        if number == row:
+            continue
+        strength = _interference_of(reception, other, duration)
+        why = BY_PING if strength > 0.0 else BY_ECHO
+        if echoes is not None:
+            strength += _echoed(reception, other, echoes[number], duration)
+        if strength > most:
+            most, reception.why, reception.overlapped_by = strength, why, other.ping
 
 
 @compiled

@@ -20,7 +20,16 @@ from ...core.packed import Packed
 from ...core.streams import Purpose, Streams
 from ...navigation.gnss import GnssReceivers
 from ...navigation.navigators import Navigator
-from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE, Broadcast
+from ...records.events import (
+    BURST,
+    CHANCE,
+    COLLIDED,
+    HEARD,
+    IN_FLIGHT,
+    LOST,
+    OUT_OF_RANGE,
+    Broadcast,
+)
 from ...records.rows import FRAME_RECEPTION, NONE, EventBuffer, Recorder, Rows
 from ...vehicles.fleet import VehicleFleet
 from ...vehicles.motion import places
@@ -221,7 +230,10 @@ class MfDownlink(Deliveries):
         promised["outcome"] = np.where(
             loss < 1.0, np.where(luck < loss, LOST, IN_FLIGHT), OUT_OF_RANGE
         )
-        promised["sound"], promised["late_s"] = found["sound"], found["late_s"]
+        promised["why"] = np.where(promised["outcome"] == IN_FLIGHT, NONE, promised["outcome"])
+        promised["why"][promised["outcome"] == LOST] = CHANCE if self._bursts is None else BURST
+        for name in ("loss", "sound", "late_s"):
+            promised[name] = found[name]
         self._promises.count += len(auvs)
         fixes = self._fixes.array
         promised = promised["outcome"][fixes["auv"][carried]]

@@ -16,7 +16,18 @@ from ...core.arrays import Ints
 from ...core.clock import after
 from ...core.compiled import compiled
 from ...core.packed import unpacked
-from ...records.events import COLLIDED, DELIVERED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
+from ...records.events import (
+    BY_FRAME,
+    BY_OWN_PING,
+    COLLIDED,
+    DELIVERED,
+    FAILED,
+    FAILED_MEANWHILE,
+    HEARD,
+    IN_FLIGHT,
+    LOST,
+    OUT_OF_RANGE,
+)
 from ...records.rows import FIX, NONE, PING, Row, Rows, row_type
 from ...vehicles.motion import Motion, where
 
@@ -40,9 +51,11 @@ class Frame:
 FRAME = row_type(Frame)
 
 # What a channel other than the disc makes of a frame at an AUV: IN_FLIGHT if that decodes it where
-# nothing overlaps it, else why it does not; how strong it is, and how much later it is there than
-# straight on (:data:`...acoustics.propagation.PROSPECT`).
-PROMISE = np.dtype([("outcome", "i8"), ("sound", "f8"), ("late_s", "f8")])
+# nothing overlaps it, else what becomes of it, and why; how likely it is lost, how strong it is,
+# and how much later it is there than straight on (:data:`...acoustics.propagation.PROSPECT`).
+PROMISE = np.dtype(
+    [("outcome", "i8"), ("why", "i8"), ("loss", "f8"), ("sound", "f8"), ("late_s", "f8")]
+)
 DISC: Rows = np.empty(0, PROMISE)
 
 
@@ -174,6 +187,7 @@ def receive(
         line.arrived_at_s = begins if begins < inf else nan
         line.ended_at_s = ends
         line.outcome = _outcome(line.broadcast, line.auv, begins, ends, medium)
+        _note_why(line, medium)
 
 
 @compiled
@@ -225,15 +239,38 @@ def _outcome(number: int, auv: int, begins: float, ends: float, medium: Medium) 
         return outcome if outcome == OUT_OF_RANGE else IN_FLIGHT
     if outcome == LOST or frame.on_air_s < frame.airtime_s:  # it is cut
         return LOST
-    others = _interference(number, auv, begins, ends, medium)
-    if drowns(strength, others, medium.capture) or _pings(auv, begins, ends, medium):
+    others, _ = _interference(number, auv, begins, ends, medium)
+    if drowns(strength, others, medium.capture) or _pings(auv, begins, ends, medium) != NONE:
         return COLLIDED
     return HEARD
 
 
 @compiled
-def _pings(auv: int, begins: float, ends: float, medium: Medium) -> bool:
-    """Tell whether an AUV sends a ping between two instants (s)."""
+def _note_why(line: Row, medium: Medium) -> None:
+    """Write why a frame was not decoded at an AUV, and by what it was overlapped."""
+    frame, count = medium.frames[line.broadcast], medium.auvs.first.size - 1
+    line.why, line.overlapped_by, line.loss_probability = NONE, NONE, nan
+    if medium.promises.size:
+        promise = medium.promises[line.broadcast * count + line.auv]
+        line.why, line.loss_probability = promise.why, promise.loss
+    if line.outcome == OUT_OF_RANGE:
+        line.why = OUT_OF_RANGE
+    elif line.outcome == LOST and frame.on_air_s < frame.airtime_s:
+        line.why = FAILED_MEANWHILE if frame.on_air_s > 0.0 else FAILED
+    elif line.outcome == COLLIDED:
+        begins, ends, strength = line.arrived_at_s, line.ended_at_s, 1.0
+        if medium.promises.size:
+            strength = medium.promises[line.broadcast * count + line.auv].sound
+        others, strongest = _interference(line.broadcast, line.auv, begins, ends, medium)
+        if drowns(strength, others, medium.capture):
+            line.why, line.overlapped_by = BY_FRAME, strongest
+        else:
+            line.why, line.overlapped_by = BY_OWN_PING, _pings(line.auv, begins, ends, medium)
+
+
+@compiled
+def _pings(auv: int, begins: float, ends: float, medium: Medium) -> int:
+    """Return the ping that an AUV sends between two instants (s), or NONE."""
     pings = medium.pings
     low, high = 0, len(pings)
     while low < high:  # the first that is not over by then; they are in order
@@ -248,39 +285,47 @@ def _pings(auv: int, begins: float, ends: float, medium: Medium) -> bool:
             break
         sounds = ping.auv == auv and (ping.call == NONE or ping.call == HEARD)
         if sounds and meet(begins, ends, ping.sent_at_s, ping.sent_at_s + medium.ping_s):
-            return True
-    return False
+            return number
+    return NONE
 
 
 @compiled
-def sends(asv: int, begins: float, ends: float, frames: Rows) -> bool:
-    """Tell whether an ASV sends a frame between two instants (s)."""
+def frame_sent(asv: int, begins: float, ends: float, frames: Rows) -> int:
+    """Return the frame that an ASV sends between two instants (s), or NONE."""
     for number in range(len(frames) - 1, -1, -1):
         frame = frames[number]
         if frame.passed_at_s <= begins:
             break
         over = frame.sent_at_s + frame.on_air_s
         if frame.asv == asv and frame.on_air_s > 0.0 and meet(begins, ends, frame.sent_at_s, over):
-            return True
-    return False
+            return number
+    return NONE
 
 
 @compiled
-def _interference(number: int, auv: int, begins: float, ends: float, medium: Medium) -> float:
-    """Return how strong the frames that overlap one at an AUV are together.
+def _interference(
+    number: int, auv: int, begins: float, ends: float, medium: Medium
+) -> tuple[float, int]:
+    """Return how strong the frames that overlap one at an AUV are together, and the strongest.
 
     The search ends at a frame by which all before it had passed, or one that was sent later.
     """
-    frames, others = medium.frames, 0.0
+    frames, others, most, strongest = medium.frames, 0.0, 0.0, NONE
     for other in range(number - 1, -1, -1):
         if frames[other].passed_at_s <= begins:
             break
-        others += _interference_of(other, auv, begins, ends, medium)
+        strength = _interference_of(other, auv, begins, ends, medium)
+        others += strength
+        if strength > most:
+            most, strongest = strength, other
     for other in range(number + 1, len(frames)):
         if frames[other].sent_at_s >= ends:
             break
-        others += _interference_of(other, auv, begins, ends, medium)
-    return others
+        strength = _interference_of(other, auv, begins, ends, medium)
+        others += strength
+        if strength > most:
+            most, strongest = strength, other
+    return others, strongest
 
 
 @compiled

@@ -128,6 +128,15 @@ class UplinkSection(Band):
         "which signals are decoded: within range but for acoustics.loss, by a curve, by SNR" + SET,
     )
 
+    @property
+    def beyond(self) -> str:
+        """Where nothing on the band is decoded, as ends "ASV0 is 60 m away, ..."."""
+        if self.channel.is_own:
+            return f"where the channel {self.channel.words} lets no sound through"
+        if not self.traits.ends_at_range:
+            return f"where the channel {self.channel} lets nothing be decoded"
+        return f"out of HF range ({self.range_m:g} m {self.range_metric})"
+
 
 class Downlink(Band):
     """The medium-frequency band on which ASVs broadcast fixes."""
