@@ -135,7 +135,7 @@ def _refused_before(result: "Result", fix: Any) -> int:
     if (by_gnss := _by_gnss(result, fix)) is not None:
         came += by_gnss[["fixed_at_s", "correction_m"]].itertuples(index=False, name=None)
     count = 0
-    for time, moved in sorted(came, key=lambda came: came[0]):
+    for time, moved in sorted(came, key=lambda row: row[0]):
         if time < fix.delivered_at_s:
             count = count + 1 if known(moved) is None else 0
     return count

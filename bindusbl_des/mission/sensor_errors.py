@@ -8,7 +8,7 @@ import numpy as np
 from ..core.arrays import Floats
 from ..core.streams import Purpose, Streams, normals
 from ..navigation.dead_reckoning import random_walk
-from ..records.events import HEARD
+from ..records.events import HEARD, LASTING_ERRORS
 from ..records.rows import NONE, Rows
 from ..setup import Setup
 from ..usbl.systematic_fixes import SYSTEMATIC, Systematic
@@ -174,8 +174,7 @@ def lasting_errors(
     """Return what was wrong all the time as receptions that were heard were measured, (n,) each, by
     the columns of their table; NaN where nothing of a kind is.  `pings` are all on record.
     """
-    names = ("misalignment_deg", "gnss_error_x_m", "gnss_error_y_m", "slow_range_error_m")
-    found = {name: np.full(len(receptions), np.nan) for name in (*names, "clock_late_s")}
+    found = {name: np.full(len(receptions), np.nan) for name in LASTING_ERRORS}
     if systematic is None or not len(receptions):
         return found
     kinds, passive = {kind.name for kind in setup.lasting_errors}, setup.scenario.protocol.asvs_ping

@@ -18,7 +18,18 @@ import simpy
 
 from ..core.arrays import Ints
 from ..core.wording import did_you_mean
-from ..records.events import HEARD, IN_FLIGHT, OUTCOMES, WORDS, Broadcast, Fix, Ping, Reception
+from ..records.events import (
+    HEARD,
+    IN_FLIGHT,
+    LASTING_ERRORS,
+    OUTCOMES,
+    TOLD_WHY,
+    WORDS,
+    Broadcast,
+    Fix,
+    Ping,
+    Reception,
+)
 from ..records.rows import NONE, Recorder, Row, fused
 from .hf.band import HfBand
 from .hf.outcomes import Outcomes
@@ -146,8 +157,8 @@ def _refuse_value(kind: str, name: str, value: Any, hint: Any, counts: Mapping[s
 LEVELS = (
     *("snr_db", "level_db", "margin_db"),
     *("azimuth_deg", "elevation_deg", "body_azimuth_deg", "body_elevation_deg"),
-    *("why", "overlapped_by", "loss_probability"),
-    *("misalignment_deg", "gnss_error_x_m", "gnss_error_y_m", "slow_range_error_m", "clock_late_s"),
+    *TOLD_WHY,
+    *LASTING_ERRORS,
 )
 
 

@@ -37,6 +37,13 @@ WORDS = (*OUTCOMES, *REASONS)
 FAILED, FAILED_MEANWHILE, UNANSWERED, CHANCE, BURST = range(6, 11)
 BY_PING, BY_ECHO, BY_CALL, BY_FRAME, BY_OWN_FRAME, BY_OWN_PING = range(11, 17)
 
+# Columns that tell why, and those of errors that were there all the time as a ping was measured
+TOLD_WHY = ("why", "overlapped_by", "loss_probability")
+LASTING_ERRORS = (
+    *("misalignment_deg", "gnss_error_x_m", "gnss_error_y_m"),
+    *("slow_range_error_m", "clock_late_s"),
+)
+
 # How angles of directions count
 NORTH, AHEAD, DOWN = "from north towards east", "from ahead towards starboard", "positive downwards"
 

@@ -17,6 +17,7 @@ from ..core.compiled import compiled
 from ..core.packed import Packed
 from .events import (
     HEARD,
+    LASTING_ERRORS,
     WORDS,
     Assignment,
     Broadcast,
@@ -108,10 +109,7 @@ RECEPTION = row_type(
         "lowered": float,  # and by how much more the sine of its depression; NaN where none do
         **SIGHT,
     },
-    without=(
-        *("level_db", "margin_db", "loss_probability", "misalignment_deg", "slow_range_error_m"),
-        *("gnss_error_x_m", "gnss_error_y_m", "clock_late_s"),
-    ),
+    without=("level_db", "margin_db", "loss_probability", *LASTING_ERRORS),
 )
 
 FRAME_RECEPTION = row_type(

@@ -20,6 +20,7 @@ from pyarrow import csv
 from ..core.files import DRAFT, clear_killed, folder_draft, sealed
 from ..core.kept_files import FOLDERS, KEPT
 from ..core.wording import file_name
+from ..records.events import LASTING_ERRORS, TOLD_WHY
 from .effects import Advice
 from .schemas import SCHEMA_VERSION, TABLES, schema
 
@@ -125,13 +126,10 @@ def read_schema(path: Path) -> pa.Schema:
 
 # Columns that a table was given since folders of it were first kept
 ADDED = {
-    "pings": frozenset(["call_why"]),
-    "receptions": frozenset(
-        ["why", "overlapped_by", "loss_probability", "misalignment_deg", "gnss_error_x_m",
-         "gnss_error_y_m", "slow_range_error_m", "clock_late_s"]
-    ),
-    "frame_receptions": frozenset(["why", "overlapped_by", "loss_probability"]),
-}  # fmt: skip
+    "pings": {"call_why"},
+    "receptions": {*TOLD_WHY, *LASTING_ERRORS},
+    "frame_receptions": {*TOLD_WHY},
+}
 
 
 def read_table(path: Path, name: str, origin: Mapping[str, str]) -> pa.Table:
@@ -148,14 +146,12 @@ def read_table(path: Path, name: str, origin: Mapping[str, str]) -> pa.Table:
     with _opened(path) as file:
         found = file.schema_arrow
         _check_origin(path, name, origin, found.metadata or {})
-        added = ADDED.get(name, frozenset()).difference(found.names)
+        added = ADDED.get(name, set()).difference(found.names)
         names = [column for column in described.names if column not in added]
         _check_columns(path, found.names, names)
         read = file.read(names, use_threads=file.metadata.num_rows > ROWS)
-    for column in added:
-        read = read.append_column(
-            described.field(column), pa.nulls(len(read), described.field(column).type)
-        )
+    for field in (described.field(column) for column in added):
+        read = read.append_column(field, pa.nulls(len(read), field.type))
     for field in described:
         kind = read.schema.field(field.name).type
         if kind != field.type:

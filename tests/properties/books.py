@@ -155,6 +155,38 @@ def collide_by_overlap(result: Result) -> None:
             _judge(own.outcome, begins, ends, slack, also_else=False)
 
 
+# What may have decided of a signal with each outcome
+REASONS = {
+    "heard": {None}, "in_flight": {None}, "out_of_range": {"out_of_range", "failed"},
+    "lost": {"chance", "burst", "failed", "failed_meanwhile"},
+    "collided": {"ping", "echo", "call", "frame", "own_frame", "own_ping"},
+}  # fmt: skip
+
+
+def told_why(result: Result) -> None:
+    """A reason fits its outcome, and what is said to have overlapped a signal was there with it."""
+    tables, protocol = result.tables, result.scenario.protocol
+    for name in ("receptions", "frame_receptions"):
+        told = tables[name][["outcome", "why"]].astype(object)
+        for outcome, why in told.where(told.notna(), None).itertuples(index=False):
+            unanswered = why == "unanswered" and outcome != "heard"
+            assert unanswered or why in REASONS[outcome], (name, outcome, why)
+    here, met = "auv" if protocol.ranging == "passive" else "asv", tables["receptions"]
+    arrived = met.set_index([here, "ping"]).arrived_at_s.to_dict()
+    for row in met[met.why == "ping"].itertuples():
+        apart = arrived[getattr(row, here), int(row.overlapped_by)] - row.arrived_at_s
+        assert row.overlapped_by != row.ping
+        assert abs(apart) < result.scenario.acoustics.hf.ping_s + TOUCH
+    frames, sent = tables["frame_receptions"], tables["broadcasts"]
+    begun = frames.set_index(["auv", "broadcast"]).arrived_at_s.to_dict()
+    for row in frames[frames.why == "frame"].itertuples():
+        by = int(row.overlapped_by)
+        apart = begun[row.auv, by] - row.arrived_at_s
+        earlier = by if apart < 0.0 else int(row.broadcast)
+        slack = 2 * _fastest(tables["tracks"]) * sent.airtime_s.max() / SLOWEST_SOUND + 2 * TOUCH
+        assert abs(apart) < sent.airtime_s[earlier] + slack
+
+
 def _fastest(tracks: pd.DataFrame) -> float:
     """Return how fast any vehicle has gone between two points of its track (m/s)."""
     fastest = 0.0

@@ -20,7 +20,14 @@ from bindusbl_des import Mission, Result, Scenario, Setup, simulate, verify
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.vehicles.guidance.departure import GuidanceError
 from bindusbl_des.vehicles.hulls import DivergenceError
-from properties.books import alone_on_a_band, causal, collide_by_overlap, conserved, finite
+from properties.books import (
+    alone_on_a_band,
+    causal,
+    collide_by_overlap,
+    conserved,
+    finite,
+    told_why,
+)
 from properties.figures import agree
 
 DURATIONS_S = (3.0, 8.0, 15.0)
@@ -129,7 +136,7 @@ def proved(result: Result) -> bool:
     return accepted
 
 
-PROPERTIES = (finite, causal, conserved, alone_on_a_band, collide_by_overlap, agree)
+PROPERTIES = (finite, causal, conserved, alone_on_a_band, collide_by_overlap, told_why, agree)
 
 
 def check(seeds: range, folder: Path, lasts: float = 1.0, proves: bool = False) -> Counter[str]:
