@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 from worlds import merged, scenario, still
 
-from bindusbl_des import ScenarioError, explain, load_scenario, simulate
+from bindusbl_des import ScenarioError, Signals, explain, load_scenario, simulate
 from bindusbl_des.acoustics.bursts import (
     PAIR,
     burst_chances,
@@ -18,7 +18,6 @@ from bindusbl_des.acoustics.bursts import (
     pairs,
     renewed,
 )
-from bindusbl_des.acoustics.channel import Signals
 from bindusbl_des.acoustics.loss import chance_of
 from bindusbl_des.core.streams import Purpose, Streams, pair_keys
 from bindusbl_des.protocol.hf.outcomes import Outcomes

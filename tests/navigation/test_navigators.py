@@ -10,11 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from worlds import QUIET_NAVIGATION, QUIET_USBL, blank, paper_case, scenario
 
-from bindusbl_des import Scenario, simulate
+from bindusbl_des import DeadReckoning, Odometry, Scenario, simulate
 from bindusbl_des.explain import chain_of_fix
 from bindusbl_des.navigation.belief import Belief, Growth, carry, first_belief
 from bindusbl_des.navigation.correcting import REMEMBERED
-from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry
 from bindusbl_des.navigation.fix_update import MOST_REFUSED, WEIGHED, Rule, weigh
 from bindusbl_des.navigation.navigators import NOTHING, LinearNavigator
 from bindusbl_des.records.rows import FIX, LEARNT, Jacobians

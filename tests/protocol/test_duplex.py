@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from worlds import scenario
 
-from bindusbl_des import simulate
+from bindusbl_des import Result, simulate
 from bindusbl_des.explain import chain_of_fix, chain_of_ping
-from bindusbl_des.results.result import Result
 
 
 def flown(duplex: str, **protocol: Any) -> Result:

@@ -9,15 +9,12 @@ import numpy as np
 import pytest
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
-from bindusbl_des import Result, Scenario, simulate, sweep
-from bindusbl_des.acoustics.channel import Signals
+from bindusbl_des import Result, Scenario, Signals, Slot, Sounding, View, simulate, sweep
 from bindusbl_des.core.plugins import PluginError
 from bindusbl_des.explain.ping_and_fix import chain_of_ping
-from bindusbl_des.protocol.ranging import Slot, nearest
-from bindusbl_des.protocol.schedules.view import View
+from bindusbl_des.protocol.ranging import nearest
 from bindusbl_des.protocol.slots import two_way_uplink_slot
 from bindusbl_des.records.events import HEARD
-from bindusbl_des.usbl.own_instrument import Sounding
 
 Steps = Generator[Any, Any, None]
 PING = 0.01  # s, the default

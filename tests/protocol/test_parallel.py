@@ -7,9 +7,8 @@ import pandas as pd
 import pytest
 from worlds import merged, scenario
 
-from bindusbl_des import Mission, simulate
+from bindusbl_des import Mission, Result, simulate
 from bindusbl_des.explain import chain_of_fix
-from bindusbl_des.results.result import Result
 from bindusbl_des.results.round_timeline import downlink_slots
 
 # Two pairs of AUVs 400 m apart, an ASV above each: MF reaches 100 m, HF 50 m.

@@ -12,10 +12,8 @@ import pytest
 from verification_cases import drawn_case
 from worlds import scenario
 
-from bindusbl_des import Scenario, load_result, simulate
+from bindusbl_des import Result, Scenario, load_result, simulate, verify
 from bindusbl_des.explain import chain_of_fix, chain_of_ping
-from bindusbl_des.results.result import Result
-from bindusbl_des.verification.verdict import verify
 
 PING, SOUND = 0.01, 1500.0
 # Header and one fix: 24 B at 2000 bit/s and overhead 2

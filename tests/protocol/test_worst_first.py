@@ -10,10 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from worlds import scenario, still
 
-from bindusbl_des import View, simulate
+from bindusbl_des import TimedGroups, View, simulate
 from bindusbl_des.core.plugins import PluginError, allow
 from bindusbl_des.protocol.schedules.named import worst_first
-from bindusbl_des.protocol.schedules.view import TimedGroups
 
 allow(f"test_worst_first:{name}" for name in ("watching", "unequal", "uneven", "endless"))
 
