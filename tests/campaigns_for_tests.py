@@ -9,9 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bindusbl_des import Scenario
+from bindusbl_des import Campaign, Scenario
 from bindusbl_des.campaigns import running
-from bindusbl_des.campaigns.campaign import Campaign
 from bindusbl_des.campaigns.workers import batches
 from bindusbl_des.campaigns.workers.batches import Batch, Row, run_batch
 from bindusbl_des.mission.metrics import AUV_METRICS, mission_metrics

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Iterable, Iterator
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,38 @@ MISSION: dict[str, Any] = {
     "survey": {"side_m": 40.0},
 }
 OPEN = [family for family in FAMILIES if family.is_open]
+BY_KEY = {family.key: family for family in OPEN}
+ASV, AUV = BY_KEY["asvs.vehicle"], BY_KEY["auvs.vehicle"]
+CHANNEL, MF_CHANNEL = BY_KEY["acoustics.hf.channel"], BY_KEY["acoustics.mf.channel"]
+SCHEDULE, DOWNLINK = BY_KEY["protocol.schedule"], BY_KEY["protocol.downlink"]
+BROADCASTER, RANGING = BY_KEY["protocol.broadcaster"], BY_KEY["protocol.ranging"]
+INSTRUMENT, NAVIGATOR = BY_KEY["usbl.model"], BY_KEY["navigation.filter"]
+PLACEMENT, ROUTE = BY_KEY["asvs.formation"], BY_KEY["auvs.route"]
+
+
+def put(data: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
+    """Return plain data with a value at a dotted key."""
+    *sections, last = key.split(".")
+    out = part = deepcopy(data)
+    for name in sections:
+        part = part.setdefault(name, {})
+    part[last] = value
+    return out
+
+
+def allow(names: Iterable[str]) -> None:
+    """Have parts of one's own be allowed in this process."""
+    plugins.allow(names)
+
+
+def forbid() -> None:
+    """Have nothing be allowed in this process any more."""
+    plugins._admitted.clear()
+
+
+def forget() -> None:
+    """Have this process know no parts of one's own that it has loaded."""
+    plugins._loaded.clear()
 
 
 def home_of(folder: Path, monkeypatch: pytest.MonkeyPatch, **modules: str) -> Iterator[Path]:

@@ -1,6 +1,6 @@
 """Schedules of one's own, good and bad."""
 
-from bindusbl_des.protocol.schedules.view import View
+from bindusbl_des import View
 
 
 def all_at_once(view: View) -> list[list[int]]:

@@ -5,13 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from bindusbl_des import Scenario
+from bindusbl_des import DeadReckoning, Scenario
 from bindusbl_des.geometry.area import rectangle
 from bindusbl_des.geometry.lanes import Ruling, strips
 from bindusbl_des.geometry.paths import Path
 from bindusbl_des.geometry.routes import Turning, lawnmower
 from bindusbl_des.navigation.belief import Growth, first_belief
-from bindusbl_des.navigation.dead_reckoning import DeadReckoning
 from bindusbl_des.navigation.fix_update import Rule
 from bindusbl_des.navigation.navigators import LinearNavigator
 from bindusbl_des.records.rows import LEARNT, NONE

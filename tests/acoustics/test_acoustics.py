@@ -10,14 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq  # type: ignore[import-untyped,unused-ignore]
 
-from bindusbl_des.acoustics.loss import (
-    COMBINERS,
-    LOSS_LAWS,
-    contention_loss,
-    loss_law,
-    range_loss,
-)
-from bindusbl_des.acoustics.travel_time import travel_time
+from bindusbl_des import range_loss, travel_time
+from bindusbl_des.acoustics.loss import COMBINERS, LOSS_LAWS, contention_loss, loss_law
 
 CHECKS = json.loads((Path(__file__).parents[1] / "reference" / "physics_checks.json").read_text())
 C = 1500.0  # m/s, the paper's sound speed

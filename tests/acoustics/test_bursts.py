@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from commands_for_tests import explained
 from scipy import stats
 from worlds import merged, scenario, still
 
-from bindusbl_des import ScenarioError, explain, load_scenario, simulate
+from bindusbl_des import ScenarioError, Signals, load_scenario, simulate
 from bindusbl_des.acoustics.bursts import (
     PAIR,
     burst_chances,
@@ -18,7 +19,6 @@ from bindusbl_des.acoustics.bursts import (
     pairs,
     renewed,
 )
-from bindusbl_des.acoustics.channel import Signals
 from bindusbl_des.acoustics.loss import chance_of
 from bindusbl_des.core.streams import Purpose, Streams, pair_keys
 from bindusbl_des.protocol.hf.outcomes import Outcomes
@@ -295,14 +295,14 @@ def test_explain_tells_since_when_a_pair_had_lost_its_signals(tmp_path: Path) ->
     second = next(
         n for n in range(first + 1, len(met)) if (met.outcome[n - 1 : n + 1] == "lost").all()
     )
-    said = " ".join(explain.chain_of_ping(result, int(met.ping[second])).text().split())
+    said = explained(result, ping=int(met.ping[second]))
     words = "losses last 5 s on average (burst_s), and this pair had lost its last 2 signals since "
     assert words in said
     since = float(said.partition(words)[2].split()[0])
     assert since <= met.arrived_at_s[second - 1]
     fixes = result.tables["fixes"]
     lost_fix = fixes[fixes.outcome == "lost"].iloc[-1]
-    assert words in " ".join(explain.chain_of_fix(result, int(lost_fix.fix)).text().split())
+    assert words in explained(result, fix=int(lost_fix.fix))
 
 
 def some(signals: Signals, *, share: float) -> np.ndarray:

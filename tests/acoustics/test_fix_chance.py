@@ -8,8 +8,7 @@ import pytest
 from scipy.stats import binom  # type: ignore[import-untyped,unused-ignore]
 from worlds import QUIET_NAVIGATION, merged, scenario
 
-from bindusbl_des import Scenario, Setup, simulate
-from bindusbl_des.acoustics.channel import Signals
+from bindusbl_des import Scenario, Setup, Signals, simulate
 from bindusbl_des.geometry.coverage import coverage_map, covered_by_rings
 from bindusbl_des.preflight.fix_chance import fix_chance, heard_rings, survey_grid
 

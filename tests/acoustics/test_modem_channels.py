@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bindusbl_des import Scenario, Setup, simulate
-from bindusbl_des.acoustics.channel import AskedChannel, Signals
+from bindusbl_des import Scenario, Setup, Signals, simulate
+from bindusbl_des.acoustics.channel import AskedChannel
 
 
 def bands(**acoustics: Any) -> Scenario:

@@ -7,10 +7,17 @@ import numpy as np
 import pytest
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged
 
-from bindusbl_des import Mission, Scenario, Setup, load_scenario, simulate, warnings_of
+from bindusbl_des import (
+    Mission,
+    Scenario,
+    ScenarioError,
+    Setup,
+    load_scenario,
+    simulate,
+    warnings_of,
+)
 from bindusbl_des.acoustics.channel import between
 from bindusbl_des.acoustics.table_channel import TableChannel, grid_to
-from bindusbl_des.core.mistakes import ScenarioError
 from bindusbl_des.preflight.warnings import read_scenario
 
 QUIET = {"source_level_db": 150.0, "snr_threshold_db": 20.0}

@@ -16,22 +16,22 @@ from click.testing import CliRunner
 from commands_for_tests import call
 
 from bindusbl_des import (
+    Odometry,
     Scenario,
     ScenarioError,
+    View,
     load_result,
     load_scenario,
     plan,
+    resume,
     simulate,
     sweep,
 )
 from bindusbl_des.campaigns import running
-from bindusbl_des.campaigns.running import resume
 from bindusbl_des.cli import main
 from bindusbl_des.commands.console import ended_in_order
 from bindusbl_des.core import plugins
 from bindusbl_des.core.plugins import PERMISSION, PluginError, allow, is_plugin
-from bindusbl_des.navigation.dead_reckoning import Odometry
-from bindusbl_des.protocol.schedules.view import View
 
 # A module that says by a file that it was imported, with parts good and bad.
 STRANGER = """

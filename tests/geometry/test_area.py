@@ -8,15 +8,10 @@ import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from bindusbl_des import covered_area, covering_radius, formation
 from bindusbl_des.geometry.area import Area, Box, polygon, rectangle
-from bindusbl_des.geometry.coverage import (
-    coverage_map,
-    covered_area,
-    covering_radius,
-    is_covered,
-    loneliest_point,
-)
-from bindusbl_des.geometry.formation import corner_distance, formation
+from bindusbl_des.geometry.coverage import coverage_map, is_covered, loneliest_point
+from bindusbl_des.geometry.formation import corner_distance
 from bindusbl_des.geometry.lanes import Ruling, Share, equal_lengths, lane_count, strips
 from bindusbl_des.geometry.routes import Turning, lawnmower
 

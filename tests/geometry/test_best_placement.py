@@ -10,11 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from bindusbl_des import covered_area, covering_radius, formation
 from bindusbl_des.geometry import covering
 from bindusbl_des.geometry.area import Area, polygon
-from bindusbl_des.geometry.coverage import covered_area, covering_radius
 from bindusbl_des.geometry.covering import max_cover
-from bindusbl_des.geometry.formation import formation
 from bindusbl_des.geometry.placement import descended, det, information, trace_of_inverse
 from bindusbl_des.planning.placement import Ring, least_ring
 

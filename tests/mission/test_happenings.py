@@ -11,11 +11,19 @@ import simpy
 from test_mission import DURATION_S, MISSIONS, flown, look, same
 from worlds import merged
 
-from bindusbl_des import Mission, Scenario, simulate
+from bindusbl_des import (
+    Mission,
+    Network,
+    Scenario,
+    Turn,
+    View,
+    broadcast,
+    downlink_free,
+    ping_group,
+    simulate,
+    until,
+)
 from bindusbl_des.protocol.happenings import KINDS, Happening
-from bindusbl_des.protocol.network import Network, Turn
-from bindusbl_des.protocol.schedules.view import View
-from bindusbl_des.protocol.tdma import broadcast, downlink_free, ping_group, until
 
 # Where somebody waits, the band is busy: pings are lost, collide, and come in whatever order.
 BUSY: dict[str, Any] = {

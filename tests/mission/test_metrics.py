@@ -10,13 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from worlds import blank, scenario, still
 
-from bindusbl_des import load_scenario, simulate
-from bindusbl_des.core.mistakes import ScenarioError
+from bindusbl_des import Mission, Odometry, ScenarioError, load_scenario, simulate
 from bindusbl_des.mission import metrics
 from bindusbl_des.mission.metrics import AUV_METRICS, worst_of
-from bindusbl_des.mission.mission import Mission
 from bindusbl_des.mission.service import fix_ages, mean, note_service, quantile, quantile_of
-from bindusbl_des.navigation.dead_reckoning import Odometry
 from bindusbl_des.navigation.navigators import LinearNavigator
 from bindusbl_des.records.events import DELIVERED
 from bindusbl_des.records.metrics import WORST_IS_LARGEST

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from worlds import merged, scenario
 
-from bindusbl_des import Mission, Result, Scenario, simulate
+from bindusbl_des import Mission, Result, Scenario, View, simulate
 from bindusbl_des.core.plugins import PluginError
 from bindusbl_des.protocol.schedules.named import one_per_slot
-from bindusbl_des.protocol.schedules.view import Groups, View
+from bindusbl_des.protocol.schedules.view import Groups
 
 DURATION_S, RATE_HZ = 20.0, 30
 

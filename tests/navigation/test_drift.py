@@ -8,13 +8,12 @@ import pytest
 from scipy import stats
 from worlds import merged, scenario
 
-from bindusbl_des import Scenario, Setup, simulate
+from bindusbl_des import DeadReckoning, Scenario, Setup, simulate
 from bindusbl_des.campaigns.statistics.points_table import DRIFTS
 from bindusbl_des.core.spreads import PER_AXIS_SD
 from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import MissionCurrent
 from bindusbl_des.mission.sensor_errors import wrong_reckoning
-from bindusbl_des.navigation.dead_reckoning import DeadReckoning
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import recorded
 

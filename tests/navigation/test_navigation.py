@@ -9,12 +9,12 @@ import pandas as pd
 import pytest
 from worlds import believed, blank, fixed_gain, lanes_over_square, scenario
 
-from bindusbl_des import simulate
+from bindusbl_des import DeadReckoning, simulate
 from bindusbl_des.core.arrays import Floats
 from bindusbl_des.core.spreads import drift_rms
 from bindusbl_des.geometry.paths import Path as RoutePath
 from bindusbl_des.geometry.paths import Pose, Segment
-from bindusbl_des.navigation.dead_reckoning import DeadReckoning, random_walk
+from bindusbl_des.navigation.dead_reckoning import random_walk
 from bindusbl_des.records.rows import FIX
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.reckoning import steady

@@ -6,15 +6,14 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from commands_for_tests import explained
 from hypothesis import given
 from hypothesis import strategies as st
 from worlds import QUIET_NAVIGATION, QUIET_USBL, blank, paper_case, scenario
 
-from bindusbl_des import Scenario, simulate
-from bindusbl_des.explain import chain_of_fix
+from bindusbl_des import DeadReckoning, Odometry, Scenario, simulate
 from bindusbl_des.navigation.belief import Belief, Growth, carry, first_belief
 from bindusbl_des.navigation.correcting import REMEMBERED
-from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry
 from bindusbl_des.navigation.fix_update import MOST_REFUSED, WEIGHED, Rule, weigh
 from bindusbl_des.navigation.navigators import NOTHING, LinearNavigator
 from bindusbl_des.records.rows import FIX, LEARNT, Jacobians
@@ -363,7 +362,7 @@ def test_nis_of_a_navigator_of_ones_own_is_counted() -> None:
         assert fix.nis == pytest.approx(off @ np.linalg.inv(spread) @ off)
     assert result.auvs.nis[0] == pytest.approx(fixes.nis.mean())
     assert result.mission.nis[0] == pytest.approx(fixes.nis.mean())
-    told = " ".join(chain_of_fix(result, int(fixes.fix.iloc[5])).text().split())
+    told = explained(result, fix=int(fixes.fix.iloc[5]))
     assert f"normalised, its square is {fixes.nis.iloc[5]:.2f}" in told
     assert "gate" not in told
 

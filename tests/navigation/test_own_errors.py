@@ -7,11 +7,10 @@ import pandas as pd
 import pytest
 from worlds import merged, scenario
 
-from bindusbl_des import Mission, Setup, simulate
+from bindusbl_des import DeadReckoning, Mission, Setup, simulate
 from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import MissionCurrent
 from bindusbl_des.mission.sensor_errors import wrong_reckoning
-from bindusbl_des.navigation.dead_reckoning import DeadReckoning
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import recorded
 

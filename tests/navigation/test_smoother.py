@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from test_navigators import KALMAN, fixes_at, navigator_of
 
-from bindusbl_des import load_scenario, simulate
+from bindusbl_des import DeadReckoning, Odometry, load_scenario, simulate
 from bindusbl_des.navigation.belief import (
     MOMENT,
     STATES,
@@ -16,7 +16,6 @@ from bindusbl_des.navigation.belief import (
     carry,
     first_belief,
 )
-from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry
 from bindusbl_des.navigation.smoother import Smoother
 from bindusbl_des.navigation.smoothing import Sights, filtered, smooth, transition
 from bindusbl_des.records.rows import Jacobians

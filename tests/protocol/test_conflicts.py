@@ -1,26 +1,25 @@
-"""Who hears whom and must not ping at once, worked by hand."""
+"""Who must not ping at once, as a schedule of one's own is told."""
 
 import networkx as nx
 import numpy as np
 import pytest
 
-from bindusbl_des.protocol.conflicts import conflict_graph, hearing
-
-
-def test_an_asv_hears_whom_the_metric_says() -> None:
-    """At (30, 40) and 120 m depth an AUV is 50 m away from above and 130 m in all; edges count."""
-    auv, asvs = np.array([[30.0, 40.0, 120.0]]), np.zeros((2, 3))
-    asvs[1, 0] = 1e4
-    for slant, reach in ((False, 50.0), (True, 130.0)):
-        assert hearing(auv, asvs, reach, slant).tolist() == [[True, False]]
-        assert hearing(auv, asvs, np.nextafter(reach, 0.0), slant).tolist() == [[False, False]]
+from bindusbl_des import View
 
 
 def test_a_graph_is_shared_and_its_copy_may_change() -> None:
     """What recurs is one graph, which nobody can change; a schedule adds conflicts to a copy."""
     heard = np.array([[True, False], [True, True], [False, True]])
-    graph = conflict_graph(heard)
-    assert conflict_graph(heard.copy()) is graph
+
+    def view() -> View:
+        random = np.random.default_rng(0)
+        return View(
+            0, 0.0, np.zeros((3, 3)), np.zeros((2, 3)), heard.copy(), 50.0, "horizontal", random
+        )
+
+    graph = view().conflicts
+    assert view().conflicts is graph
+    assert sorted(graph.edges) == [(0, 1), (1, 2)]
     with pytest.raises(nx.NetworkXError, match="Frozen"):
         graph.add_edge(0, 2)
     own: nx.Graph[int] = nx.Graph(graph)

@@ -12,8 +12,7 @@ from pydantic import ValidationError
 from test_aloha import crowd, share_heard
 from worlds import merged, scenario
 
-from bindusbl_des import Mission, Scenario, simulate
-from bindusbl_des.acoustics.travel_time import travel_time
+from bindusbl_des import Mission, Scenario, simulate, travel_time
 from bindusbl_des.core.streams import Streams
 from bindusbl_des.preflight.bounds import aloha_success, offered_load
 from bindusbl_des.protocol.access.serving import packets_of

@@ -4,11 +4,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from commands_for_tests import explained
 from worlds import scenario
 
-from bindusbl_des import simulate
-from bindusbl_des.explain import chain_of_fix, chain_of_ping
-from bindusbl_des.results.result import Result
+from bindusbl_des import Result, simulate
 
 
 def flown(duplex: str, **protocol: Any) -> Result:
@@ -60,9 +59,9 @@ def test_it_is_told_why_a_fix_or_a_ping_was_not_heard() -> None:
     result = flown("per_node")
     fixes, receptions = result.tables["fixes"], result.tables["receptions"]
     fix = fixes[fixes.outcome == "collided"].iloc[0]
-    assert "its own ping at" in " ".join(chain_of_fix(result, int(fix.fix)).text().split())
+    assert "its own ping at" in explained(result, fix=int(fix.fix))
     ping = receptions[receptions.outcome == "collided"].iloc[0].ping
-    assert "it sends a frame from" in " ".join(chain_of_ping(result, int(ping)).text().split())
+    assert "it sends a frame from" in explained(result, ping=int(ping))
 
 
 def test_sequential_rounds_let_nobody_ping_while_a_frame_arrives() -> None:

@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from commands_for_tests import explained
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
 
 from bindusbl_des import Scenario, Setup, simulate, verify, warnings_of
 from bindusbl_des.acoustics.channel import between
 from bindusbl_des.acoustics.sonar_channel import EchoingSonar, Sea, blended, echoes
 from bindusbl_des.acoustics.sonar_equation import link_budget
-from bindusbl_des.explain.ping_and_fix import chain_of_ping
 from bindusbl_des.scenario.channel_settings import PingSonar
 from bindusbl_des.verification.verdict_text import verdict_text
 
@@ -52,7 +52,7 @@ def test_the_echo_of_a_ping_drowns_another() -> None:
     assert found == [{"heard"}, {"collided"}, {"heard"}]
     assert outcomes(holding(near, far, channel=sea, **hf), "AUV0") == {"heard"}
     result = simulate(holding(near, far, channel=sea, **hf), 1)
-    assert "overlaps the echo of ping 0 of AUV0" in chain_of_ping(result, 1).text()
+    assert "overlaps the echo of ping 0 of AUV0" in explained(result, ping=1)
     verdict = verify(holding(near, far, channel=sea, **hf))
     told = " ".join(verdict_text(verdict).split())
     assert verdict.verdict == "undecided"

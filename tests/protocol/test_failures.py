@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from commands_for_tests import explained
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
 
 from bindusbl_des import Result, Scenario, Setup, load_result, simulate
-from bindusbl_des.explain import chain_of_fix, chain_of_ping
 from bindusbl_des.protocol.broadcasters import BROADCASTERS
 from bindusbl_des.vehicles.fleet import Failures
 
@@ -59,10 +59,10 @@ def test_who_hears_what_when() -> None:
     assert pings.in_range_of.tolist()[:4] == [2, 2, 2, 1]
     assert pings.heard_by.tolist()[:4] == [2, 2, 1, 1]
     assert result.tables["fixes"].asvs.tolist()[:4] == ["ASV0 ASV1", "ASV0 ASV1", "ASV0", "ASV0"]
-    told = chain_of_ping(result, 2).text()
+    told = explained(result, ping=2)
     assert "ASV1 loses it" in told
     assert "ASV1 failed at 0.725 s, while it was hearing it" in told
-    assert "ASV1 had failed at 0.725 s" in chain_of_ping(result, 3).text()
+    assert "ASV1 had failed at 0.725 s" in explained(result, ping=3)
 
 
 def test_who_fails_as_a_ping_ends_has_heard_it() -> None:
@@ -82,7 +82,7 @@ def test_a_frame_that_is_on_the_air_is_cut() -> None:
     assert frames.sent_at_s.tolist()[:3] == pytest.approx([0.2, 0.9, 1.6])
     assert frames.airtime_s.tolist()[:3] == pytest.approx([0.32, 0.1, 0.32])
     assert fixes.outcome.tolist()[:6] == ["delivered"] * 2 + ["lost"] * 2 + ["delivered"] * 2
-    told = chain_of_fix(result, 2).text()
+    told = explained(result, fix=2)
     assert "never delivered: ASV1 failed at 1 s, while it broadcast" in " ".join(told.split())
     assert "cut after 0.1000 s" in " ".join(told.split())
     assert result.auvs.fixes_lost.tolist() == [1, 1]
@@ -214,7 +214,7 @@ def test_another_asv_calls() -> None:
     cut = result.tables["pings"]
     cut = cut[cut.called_at_s == begun]
     assert cut.call.tolist() == ["lost"]
-    told = " ".join(chain_of_ping(result, int(cut.ping.iloc[0])).text().split())
+    told = explained(result, ping=int(cut.ping.iloc[0]))
     assert f"ASV0 failed at {begun + 0.005:g} s, while it called" in told
 
 
@@ -233,7 +233,7 @@ def test_asvs_that_ping_leave_their_turn_to_others() -> None:
     pings, met = result.tables["pings"], result.tables["receptions"]
     cut = met[met.ping == pings.ping[pings.sent_at_s == sent].iloc[0]]
     assert cut.outcome.tolist() == ["lost", "lost"]
-    told = chain_of_ping(result, int(cut.ping.iloc[0])).text()
+    told = explained(result, ping=int(cut.ping.iloc[0]))
     assert f"ASV1 failed at {sent + 0.005:g} s, while it pinged" in " ".join(told.split())
 
 

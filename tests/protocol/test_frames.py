@@ -1,130 +1,108 @@
 """Frames at AUVs: what becomes of each at each of them, by hand."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pytest
-import simpy
-from test_reception import at, downlink, fleet, lasting, made, moving, steered
+from played_for_tests import at, moving, played
 from worlds import scenario
 
-from bindusbl_des import simulate
-from bindusbl_des.acoustics.channel import PROSPECT, Signals
-from bindusbl_des.protocol.mf.downlink import FrameBand
-from bindusbl_des.records.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE, OUTCOMES
-from bindusbl_des.records.rows import Recorder
-from bindusbl_des.vehicles.fleet import VehicleFleet
-
-SOUND = 1500.0
-Sent = tuple[float, int, float]  # when (s), by which ASV, for how long (s)
+from bindusbl_des import Result, simulate
 
 
-def sent(
-    auvs: VehicleFleet,
-    asvs: VehicleFleet,
-    frames: Sequence[Sent],
-    end: float = 10.0,
-    **changes: Any,
-) -> Any:
-    """Send frames, each with a fix for each AUV; return the band and the record at the end (s)."""
-    env, record = simpy.Environment(), Recorder()
-    band = downlink(env, auvs, asvs, record, **changes)
-
-    def send() -> Any:
-        for time, asv, airtime in frames:
-            yield env.timeout(time - env.now)
-            rows = [made(record, auv, time, 0.0)[0] for auv in range(len(auvs))]
-            band.send(0, np.array(rows), asv, time, lasting(airtime))
-
-    env.process(send())
-    env.run(end)
-    band.close(end)
-    return band, record
-
-
-def outcomes(record: Recorder) -> list[list[int]]:
+def outcomes(result: Result, auvs: int = 2) -> list[list[str]]:
     """Return the outcomes of each frame, AUV after AUV."""
-    return record.frame_receptions.rows["outcome"].reshape(-1, 2).tolist()
+    table = result.tables["frame_receptions"].sort_values(["broadcast", "auv"])
+    return np.asarray(table.outcome).reshape(-1, auvs).tolist()
 
 
-@pytest.mark.parametrize("steers", [False, True])
-def test_two_frames_meet_at_one_auv_and_not_at_the_other(steers: bool) -> None:
+def test_two_frames_meet_at_one_auv_and_not_at_the_other() -> None:
     """ASVs 600 m apart, AUVs beside them: ASV1 begins 0.5 s after ASV0, whose frame takes 0.8 s.
 
     At AUV0, 0 m and 600 m away, they are from 0 to 0.8 s and from 0.9 s on; at AUV1 from 0.4 to
     1.2 s and from 0.5 s on.
     """
-    auvs, asvs = fleet(at(0.0), at(600.0)), fleet(at(0.0), at(600.0))
-    band, record = sent(
-        steered(auvs) if steers else auvs, asvs, [(0.0, 0, 0.8), (0.5, 1, 0.8)],
-        band=FrameBand(700.0, SOUND, None),
+    world = played(
+        [at(0.0), at(600.0)], [at(0.0), at(600.0)], pings=[(0.0, 0), (2.0, 0)],
+        frames=[(2.0, 0), (2.5, 1)], airtime=0.8, hf_range=1.0,
+        acoustics={"mf": {"range_m": 700.0}},
     )  # fmt: skip
-    assert outcomes(record) == [[HEARD, COLLIDED], [HEARD, COLLIDED]]
-    rows = record.frame_receptions.rows
-    assert rows["arrived_at_s"] == pytest.approx([0.0, 0.4, 0.9, 0.5], abs=1e-12)
-    assert rows["broadcast"].tolist() == [0, 0, 1, 1]
-    fixes = record.fixes.rows
-    assert [OUTCOMES[it] for it in fixes["outcome"]] == ["delivered", "collided"] * 2
-    assert fixes["delivered_at_s"][[0, 2]] == pytest.approx([0.8, 1.7], abs=1e-12)
-    assert band.decoded(1, 1.69).tolist() == [False, False]
-    assert band.decoded(1, 1.71).tolist() == [True, False]
+    result = simulate(world)
+    assert outcomes(result) == [["heard", "collided"], ["heard", "collided"]]
+    table = result.tables["frame_receptions"]
+    assert table.arrived_at_s.to_numpy() == pytest.approx([2.0, 2.4, 2.9, 2.5], abs=1e-12)
+    assert table.broadcast.tolist() == [0, 0, 1, 1]
+    fixes = result.tables["fixes"]
+    assert fixes.outcome.tolist() == ["delivered", "delivered"]
+    assert fixes.delivered_at_s.to_numpy() == pytest.approx([2.8, 3.7], abs=1e-12)
+
+
+def test_a_fix_of_a_frame_that_collided_is_lost() -> None:
+    """At AUV1 the frames of both ASVs overlap: neither its fix nor the other arrives."""
+    world = played(
+        [at(0.0), at(600.0)], [at(0.0), at(600.0)], pings=[(0.0, 1), (2.0, 1)],
+        frames=[(2.0, 0), (2.5, 1)], airtime=0.8, hf_range=1.0,
+        acoustics={"mf": {"range_m": 700.0}},
+    )  # fmt: skip
+    fixes = simulate(world).tables["fixes"]
+    assert fixes.outcome.tolist() == ["collided", "collided"]
+    assert fixes.delivered_at_s.isna().all()
 
 
 def test_touching_is_no_overlap() -> None:
     """A frame that begins at an AUV as another ends there leaves that whole; a little sooner not.
 
-    From 300 m away it is on its way for 0.2 s.
+    From 300 m away it is on its way for 0.2 s; headers alone take a third of 1.5 s.
     """
-    auvs, asvs = fleet(at(0.0), at(0.0, 5.0)), fleet(at(0.0), at(300.0))
-    for begins, found in ((0.3, HEARD), (0.3 - 1e-6, COLLIDED)):
-        _, record = sent(auvs, asvs, [(0.0, 0, 0.5), (begins, 1, 0.5)])
-        assert [line[0] for line in outcomes(record)] == [found, found]
+    for begins, found in ((1.3, "heard"), (1.3 - 1e-6, "collided")):
+        world = played([at(0.0)], [at(0.0), at(300.0)], frames=[(1.0, 0), (begins, 1)], airtime=1.5)
+        assert outcomes(simulate(world), 1) == [[found], [found]]
 
 
 def test_a_short_frame_meets_a_long_one_that_began_before_others() -> None:
     """The search goes back past a frame that was over before, to one that is not."""
-    auvs, asvs = fleet(at(0.0), at(0.0, 5.0)), fleet(at(0.0), at(1.0), at(2.0))
-    frames = [(0.0, 0, 3.0), (0.5, 1, 0.1), (2.0, 2, 0.1), (4.0, 1, 0.1)]
-    _, record = sent(auvs, asvs, frames)
-    assert [line[0] for line in outcomes(record)] == [COLLIDED] * 3 + [HEARD]
+    world = played(
+        [at(0.0)], [at(0.0), at(1.0), at(2.0)], pings=[(0.1 * k, 0) for k in range(9)],
+        frames=[(1.0, 0), (1.5, 1), (3.0, 2), (5.0, 1)], airtime=0.5,
+    )  # fmt: skip
+    result = simulate(world)
+    broadcasts = result.tables["broadcasts"]
+    assert broadcasts.fixes.tolist() == [9, 0, 0, 0]
+    assert broadcasts.airtime_s.to_numpy() == pytest.approx([19 / 6, *[1 / 6] * 3])
+    assert outcomes(result, 1) == [["collided"]] * 3 + [["heard"]]
 
 
 def test_what_is_out_of_range_drowns_nobody() -> None:
     """The disc has no sound beyond its reach; nor has a frame an outcome before its end."""
-    auvs, asvs = fleet(at(0.0), at(900.0)), fleet(at(0.0), at(900.0))
-    _, record = sent(auvs, asvs, [(0.0, 0, 1.0), (0.0, 1, 1.0), (9.5, 0, 1.0)])
-    assert outcomes(record) == [
-        [HEARD, OUT_OF_RANGE], [OUT_OF_RANGE, HEARD], [IN_FLIGHT, OUT_OF_RANGE],
+    world = played(
+        [at(0.0), at(900.0)], [at(0.0), at(900.0)], frames=[(1.0, 0), (1.1, 1), (9.8, 0)],
+        airtime=1.5,
+    )  # fmt: skip
+    assert outcomes(simulate(world)) == [
+        ["heard", "out_of_range"], ["out_of_range", "heard"], ["in_flight", "out_of_range"],
     ]  # fmt: skip
 
 
 def test_vehicles_that_move_stretch_a_frame() -> None:
     """An AUV that runs away at 30 m/s has a frame of 1 s for 1/0.98 s of its own way."""
-    auvs, asvs = fleet(moving(300.0, 30.0), at(0.0)), fleet(at(0.0), at(0.0))
-    _, record = sent(auvs, asvs, [(0.0, 0, 1.0)])
-    row = record.frame_receptions.rows[0]
-    assert row["arrived_at_s"] == pytest.approx(300 / 1470, abs=1e-12)
-    assert row["ended_at_s"] == pytest.approx(1.0 + 330 / 1470, abs=1e-12)
-
-
-class Loud:
-    """A channel that loses nothing, of sounds that fade with the square of their range."""
-
-    def prospects(self, signals: Signals) -> np.ndarray:
-        told = np.zeros(signals.ranges.shape, PROSPECT)
-        told["sound"] = 1e6 / signals.ranges**2
-        return told
+    world = played(
+        [moving(240.0, 30.0)], [at(0.0)], pings=[(0.0, 0)], frames=[(2.0, 0)], airtime=1.0
+    )
+    tables = simulate(world).tables
+    assert tables["frame_receptions"].arrived_at_s[0] == pytest.approx(2.0 + 300 / 1470, abs=1e-12)
+    assert tables["fixes"].delivered_at_s[0] == pytest.approx(3.0 + 330 / 1470, abs=1e-12)
 
 
 def test_a_frame_that_is_strong_enough_survives_another() -> None:
-    """Of two at once AUV0 decodes that from 100 m, 9 times as strong as the other, by a capture of
-    6 dB; AUV1, half way between both, decodes neither.
+    """Of two at once AUV0 decodes that from 100 m, more than 6 dB stronger than that from 300 m;
+    AUV1, half way between both, decodes neither.
     """
-    auvs, asvs = fleet(at(100.0), at(200.0)), fleet(at(0.0), at(400.0))
-    band = FrameBand(500.0, SOUND, lambda fixes, airtime: Loud(), capture=10**0.6)
-    _, record = sent(auvs, asvs, [(0.0, 0, 1.0), (0.0, 1, 1.0)], band=band)
-    assert outcomes(record) == [[HEARD, COLLIDED], [COLLIDED, COLLIDED]]
+    sonar = {"model": "sonar", "capture_db": 6.0, "shadowing_sd_db": 0.0}
+    world = played(
+        [at(100.0), at(200.0)], [at(0.0), at(400.0)], frames=[(1.0, 0), (1.0, 1)],
+        acoustics={"mf": {"channel": sonar}},
+    )  # fmt: skip
+    assert outcomes(simulate(world)) == [["heard", "collided"], ["collided", "collided"]]
 
 
 STEERING = {"vehicle": "bluerov2", "feedback": "estimate", "speed_m_per_s": 0.6}

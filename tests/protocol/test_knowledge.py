@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from commands_for_tests import explained
 from hypothesis import given
 from hypothesis import strategies as st
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, paper_case, scenario, still
 
 from bindusbl_des import Mission, Result, Scenario, simulate, warnings_of
 from bindusbl_des.acoustics.messages import Messages, Modem
-from bindusbl_des.explain import chain_of_ping
 
 CURVE = str(Path(__file__).parents[2] / "bindusbl_des/presets/ahoi_delivery.csv")
 MISSED = ("silent", "last_slot", "contention")
@@ -86,7 +86,7 @@ def test_why_an_auv_was_silent_is_explained() -> None:
     """The next ping of AUV1 tells of the slot it missed, and whose frame has told it this one."""
     result = apart("silent")
     ping = int(result.tables["pings"].query("auv == 'AUV1'").ping.iloc[1])
-    told = " ".join(chain_of_ping(result, ping).text().split())
+    told = explained(result, ping=int(ping))
     assert "has missed 1 slot since its last ping, in round 1 the last" in told
     assert "out of MF range of the frame of ASV0 that began at 0.1000 s: 180.0 m > 100 m" in told
     assert "tells AUV1 that slot 0 of round 2 is its own" in told
@@ -101,7 +101,7 @@ def test_the_last_slot_is_reckoned_from_the_rounds_that_were_told() -> None:
         assert instants(result, auv) == pytest.approx(starts)
     assert result.tables["rounds"].informed[1:].tolist() == [1] * (len(starts) - 1)
     ping = result.tables["pings"].query("auv == 'AUV1' and round == 1").ping.iloc[0]
-    assert "by its reckoning" in chain_of_ping(result, int(ping)).text()
+    assert "by its reckoning" in explained(result, ping=int(ping))
 
 
 def test_reckoning_goes_astray_where_rounds_change() -> None:
@@ -447,5 +447,5 @@ def test_a_last_slot_that_is_another_s_by_now_is_told(schedule: str) -> None:
     beside = pings.merge(known, on=["round", "slot", "auv"], how="left")
     reckoned = pings.ping[beside.outcome.isna().to_numpy()].tolist()
     assert len(reckoned) > 10
-    told = [" ".join(chain_of_ping(result, ping).text().split()) for ping in reckoned[:8]]
+    told = [explained(result, ping=int(ping)) for ping in reckoned[:8]]
     assert any("by now, of AUV" in it for it in told)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
-from bindusbl_des import Result, Setup, simulate
-from bindusbl_des.acoustics.messages import airtime
+from bindusbl_des import Result, Setup, airtime, simulate
 
 # From 20 m away and 10 m deep to the vessel (s)
 WAY = np.hypot(20.0, 10.0) / 1500.0

@@ -5,11 +5,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from commands_for_tests import explained
 from worlds import merged, scenario
 
-from bindusbl_des import Mission, simulate
-from bindusbl_des.explain import chain_of_fix
-from bindusbl_des.results.result import Result
+from bindusbl_des import Mission, Result, simulate
 from bindusbl_des.results.round_timeline import downlink_slots
 
 # Two pairs of AUVs 400 m apart, an ASV above each: MF reaches 100 m, HF 50 m.
@@ -129,7 +128,7 @@ def test_wrong_beliefs_let_frames_collide_and_it_is_told() -> None:
     assert collided.x_m.to_numpy() == pytest.approx(50.0, abs=6.0)
     auv = result.tables["auvs"].set_index("auv").loc["AUV1"]
     assert auv.fixes_lost == len(collided)
-    told = chain_of_fix(result, int(collided.fix.iloc[0])).text()
+    told = explained(result, fix=int(collided.fix.iloc[0]))
     assert "overlapped by the frame of ASV1 from" in " ".join(told.split())
 
 
@@ -169,5 +168,5 @@ def test_an_asv_that_has_failed_by_its_turn_sends_nothing() -> None:
     assert (frames.asv[1], frames.airtime_s[1]) == ("ASV1", 0.0)
     lost = fixes[fixes.broadcast_by == "ASV1"]
     assert set(lost.outcome) == {"lost"}
-    assert "ASV1 had failed" in chain_of_fix(result, int(lost.fix.iloc[0])).text()
+    assert "ASV1 had failed" in explained(result, fix=int(lost.fix.iloc[0]))
     assert set(frames.asv[2:]) == {"ASV0"}

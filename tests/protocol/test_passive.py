@@ -9,9 +9,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from worlds import QUIET_USBL, merged, scenario, still
 
-from bindusbl_des import Result, Scenario, Setup, Signals, Sounding, simulate
-from bindusbl_des.acoustics.messages import airtime, payload_bytes
-from bindusbl_des.protocol.slots import downlink_slot
+from bindusbl_des import (
+    Result,
+    Scenario,
+    Setup,
+    Signals,
+    Sounding,
+    airtime,
+    downlink_slot,
+    simulate,
+)
+from bindusbl_des.acoustics.messages import payload_bytes
 
 PASSIVE: dict[str, Any] = {"protocol": {"ranging": "passive"}}
 

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from families_for_tests import allow
 from pydantic import ValidationError
 from worlds import merged, scenario, still
 
 from bindusbl_des import Result, Scenario, Setup, simulate
-from bindusbl_des.core.plugins import allow
 from bindusbl_des.preflight.round_lengths import rounds_of
 from bindusbl_des.results.round_timeline import uplink_slots
 

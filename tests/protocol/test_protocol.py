@@ -7,14 +7,10 @@ import numpy as np
 import pytest
 from worlds import scenario, still
 
-from bindusbl_des import Setup, load_scenario, simulate
-from bindusbl_des.acoustics.messages import airtime, payload_bytes
+from bindusbl_des import Setup, airtime, downlink_slot, load_scenario, simulate, uplink_slot
+from bindusbl_des.acoustics.messages import payload_bytes
 from bindusbl_des.core.clock import ExactClock, TickClock
-from bindusbl_des.protocol.slots import (
-    crossing_time,
-    downlink_slot,
-    uplink_slot,
-)
+from bindusbl_des.protocol.slots import crossing_time
 
 TICK = 1 / 30
 

@@ -9,13 +9,11 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from commands_for_tests import explained
 from verification_cases import drawn_case
 from worlds import scenario
 
-from bindusbl_des import Scenario, load_result, simulate
-from bindusbl_des.explain import chain_of_fix, chain_of_ping
-from bindusbl_des.results.result import Result
-from bindusbl_des.verification.verdict import verify
+from bindusbl_des import Result, Scenario, load_result, simulate, verify
 
 PING, SOUND = 0.01, 1500.0
 # Header and one fix: 24 B at 2000 bit/s and overhead 2
@@ -87,7 +85,7 @@ def test_answers_to_two_that_share_a_slot_destroy_each_other() -> None:
     assert set(fixes.outcome) <= {"collided", "in_flight"}
     assert result.auvs.fixes_delivered.sum() == 0
     assert result.auvs.fixes_lost.sum() == (fixes.outcome == "collided").sum() > 40
-    told = chain_of_fix(result, 0).text()
+    told = explained(result, fix=0)
     assert "overlapped by the frame of ASV1" in told
     one_by_one = answered(places, stations)
     assert set(one_by_one.tables["frame_receptions"].outcome) <= {"heard", "in_flight"}
@@ -104,7 +102,7 @@ def test_who_answers_hears_no_ping_meanwhile() -> None:
     assert set(met.outcome[deaf]) <= {"collided", "in_flight"}
     assert (np.diff(frames.sent_at_s) >= AIRTIME).all()
     ping = int(met.ping[deaf].iloc[0])
-    assert "it sends a frame from" in chain_of_ping(result, ping).text()
+    assert "it sends a frame from" in explained(result, ping=int(ping))
 
 
 def test_another_asv_answers_for_one_that_is_busy() -> None:

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from worlds import merged, scenario, still
 
-from bindusbl_des import Scenario, Setup, simulate
-from bindusbl_des.acoustics.travel_time import travel_time
+from bindusbl_des import Scenario, Setup, simulate, travel_time
 from bindusbl_des.preflight.idle_keys import idle_keys
 from bindusbl_des.preflight.round_lengths import rounds_of
 from bindusbl_des.protocol.schedules.super_tdma import departures

@@ -5,79 +5,66 @@ from typing import Any
 
 import numpy as np
 import pytest
-import simpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_reception import LOSSY, PING, at, fleet, moving, uplink
+from played_for_tests import PING, Track, at, moving, played
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
-from bindusbl_des import Result, Setup, simulate
-from bindusbl_des.acoustics.loss import LOSS_LAWS, range_loss
-from bindusbl_des.protocol.hf.outcomes import Outcomes
-from bindusbl_des.protocol.ranging import TwoWay, nearest, strayed
-from bindusbl_des.protocol.schedules.view import View
-from bindusbl_des.records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
-from bindusbl_des.records.rows import Recorder
+from bindusbl_des import Result, Scenario, range_loss, simulate
 from bindusbl_des.usbl.fusion import fuse_shared
 from bindusbl_des.usbl.two_way import own_range
-from bindusbl_des.vehicles.fleet import VehicleFleet
-from bindusbl_des.vehicles.motion import places
 
 TWTT = {"ranging": "twtt", "tick_rate_hz": None}
 
 
-def view_of(auvs: VehicleFleet, asvs: VehicleFleet) -> View:
-    """Return what a fleet knows that sees all AUVs and ASVs where they are at 0 s."""
-    plot, own = (places(fleet.motion, 0.0)[:, :3] for fleet in (auvs, asvs))
-    heard = np.ones((len(auvs), len(asvs)), dtype=bool)
-    return View(0, 0.0, plot, own, heard, 1e6, "horizontal", np.random.default_rng(0))
-
-
 def answered(
-    auvs: VehicleFleet, asvs: VehicleFleet, turnaround: float = 0.0, **changes: Any
-) -> tuple[Outcomes, Recorder]:
-    """Return what becomes of pings and the record, when all called at 0 s have answered."""
-    env = simpy.Environment()
-    band, outcomes, record = uplink(auvs, asvs, **changes)
-    ranging = TwoWay(env, band, turnaround=turnaround)
-    ranging.ping(0, 0, range(len(auvs)), 0.0, view_of(auvs, asvs))
-    env.run()
-    return outcomes, record
+    auvs: list[Track], asvs: list[Track], turnaround: float = 0.0, **changes: Any
+) -> Scenario:
+    """Return a mission in which all are called at 0 s, and answer."""
+    ranging = {"model": "twtt", "turnaround_s": turnaround}
+    return played(auvs, asvs, ranging=ranging, **changes)
+
+
+def heard_by(*asvs: int) -> dict[str, Any]:
+    """Return changes of a mission: some ASVs alone hear answers, though any may call."""
+
+    def channel(signals: Any) -> np.ndarray:
+        hears = np.isin(np.arange(len(signals.asvs)), asvs) | signals.calling
+        return np.broadcast_to(hears * 1.0, signals.ranges.shape).copy()
+
+    return {"acoustics": {"hf": {"channel": channel}}}
 
 
 def test_who_calls_allows_for_its_own_way() -> None:
     """A caller that moves 45 m between its call and the answer finds the AUV where it answered."""
     # called from x = 0 in 0.4 s, answered at 0.6 s; met at 30 (0.6 + t) = 600 - 1500 t
-    outcomes, record = answered(fleet(at(600.0)), fleet(moving(0.0, 30.0)), 0.19)
-    back = (600 - 18) / 1530
-    ping = record.pings.rows[0]
-    assert (ping["sent_at_s"], ping["call_time_s"]) == pytest.approx((0.6, 0.4))
-    assert record.receptions.rows["travel_time_s"] == pytest.approx(back)
-    assert outcomes.resolve_passed(2.0) == range(1)
-    assert record.fixes.rows["x_m"][0] == pytest.approx(600.0, abs=1e-6)
-    fix = record.fixes.rows[0]
-    assert (fix["pinged_at_s"], fix["valid_at_s"]) == pytest.approx((0.6, 0.6))
+    tables = simulate(answered([at(600.0)], [moving(0.0, 30.0)], 0.19)).tables
+    ping, fix = tables["pings"].iloc[0], tables["fixes"].iloc[0]
+    assert (ping.called_at_s, ping.sent_at_s) == pytest.approx((0.0, 0.6))
+    assert tables["receptions"].travel_time_s[0] == pytest.approx((600 - 18) / 1530)
+    assert fix.x_m == pytest.approx(600.0, abs=1e-6)
+    assert (fix.pinged_at_s, fix.valid_at_s) == pytest.approx((0.6, 0.6))
 
 
-def test_who_did_not_call_finds_the_auv_on_an_ellipse() -> None:
-    """Call and answer took 2000 m: of them 1400 m are those from where the listener hears it."""
-    for row, asv in enumerate((at(0.0), at(600.0, 1400.0), at(-400.0, 1400.0))):
-        outcomes, record = answered(fleet(at(600.0)), fleet(at(0.0), at(600.0, 1400.0), asv), 0.3)
-        assert outcomes.resolve(0, min(row, 2))  # the first to hear it makes the fix, by itself
-        assert record.fixes.rows["x_m"][0] == pytest.approx(600.0, abs=0.02)
-        assert record.fixes.rows["error_m"][0] < 0.03
+@pytest.mark.parametrize("place", [(600.0, 1400.0), (-400.0, 1400.0)])
+def test_who_did_not_call_finds_the_auv_on_an_ellipse(place: tuple[float, float]) -> None:
+    """Call and answer are one way, whose last part is that from where the listener hears it."""
+    world = answered([at(600.0)], [at(0.0), at(*place)], 0.3, **heard_by(1))
+    [fix] = simulate(world).tables["fixes"].itertuples()
+    assert fix.asvs == "ASV1"
+    assert fix.x_m == pytest.approx(600.0, abs=0.02)
+    assert fix.error_m < 0.03
 
 
 def test_between_caller_and_listener_nobody_can_tell() -> None:
     """On the line between them every place makes the same way: a fix says so, and is in between."""
-    outcomes, record = answered(fleet(at(600.0)), fleet(at(0.0), at(2000.0)))
-    assert outcomes.resolve(0, 1)
-    fix = record.fixes.rows[0]
-    assert 0.0 <= fix["x_m"] <= 2000.0
-    assert 400.0 < fix["sd_x_m"] < 1000.0
-    outcomes, record = answered(fleet(at(600.0)), fleet(at(0.0), at(2000.0)))
-    assert outcomes.resolve_passed(5.0) == range(1)  # with the caller's measurement they can
-    assert record.fixes.rows["x_m"][0] == pytest.approx(600.0, abs=1e-6)
+    between: tuple[Any, ...] = [at(600.0)], [at(0.0), at(2000.0)]
+    [fix] = simulate(answered(*between, **heard_by(1))).tables["fixes"].itertuples()
+    assert 0.0 <= fix.x_m <= 2000.0
+    assert 400.0 < fix.sd_x_m < 1000.0
+    [fix] = simulate(answered(*between)).tables["fixes"].itertuples()
+    assert fix.asvs == "ASV0 ASV1"  # with the caller's measurement they can
+    assert fix.x_m == pytest.approx(600.0, abs=1e-6)
 
 
 @settings(max_examples=200, deadline=None)
@@ -147,22 +134,31 @@ def test_answers_are_as_good_as_they_say(asvs: int, turnaround: float, combine: 
         assert 0.1 < np.mean(missed) < 0.3
 
 
-def test_the_fleet_knows_how_far_an_auv_may_have_gone() -> None:
-    """At its planned speed for a ping and a turnaround; nowhere if it holds."""
-    protocol = {"ranging": {"model": "twtt", "turnaround_s": 0.99}}
-    auvs = fleet(at(0.0), moving(0.0, 2.0))
-    moves = scenario(auvs={"count": 2, "speed_m_per_s": 1.5}, protocol=protocol)
-    assert strayed(Setup(moves), auvs) == pytest.approx([1.5**2 / 2] * 2)
-    holds = still(2, protocol=protocol)
-    assert strayed(Setup(holds), auvs).tolist() == [0.0, 0.0]
-    data = {"kind": "track", "files": ["a.csv", "b.csv"]}
-    tracks = scenario(auvs={"count": 2, "route": data}, protocol=protocol)
-    assert strayed(Setup(tracks), auvs) == pytest.approx([0.0, 2.0**2 / 2])
-    drifts = scenario(
-        auvs={"count": 2, "vehicle": "bluerov2", "speed_m_per_s": 0.3}, protocol=protocol,
-        environment={"current_m_per_s": 0.4},
-    )  # fmt: skip
-    assert strayed(Setup(drifts), auvs) == pytest.approx([0.5**2 / 2] * 2)
+def test_a_fix_allows_for_what_an_auv_has_gone_between_call_and_answer() -> None:
+    """Who did not call knows it at the planned speed for a ping and a turnaround, on an unknown
+    course: not at all if the AUV holds; a current adds its own way to that of hulls.
+    """
+
+    def sd_m(**auvs: Any) -> float:
+        water = auvs.pop("environment", {})
+        world = scenario(
+            duration_s=2.0, survey={"side_m": 60.0}, auvs={"count": 1, **auvs}, usbl=QUIET_USBL,
+            asvs={"count": 2, "formation": {"positions_m": [[-40.0, 0.0], [40.0, 300.0]]}},
+            acoustics={"hf": {"range_m": 900.0, **heard_by(1)["acoustics"]["hf"]}},
+            protocol={"ranging": {"model": "twtt", "turnaround_s": 0.99}},
+            environment=water, navigation=QUIET_NAVIGATION,
+        )  # fmt: skip
+        fix = simulate(world).tables["fixes"].iloc[0]
+        assert fix.asvs == "ASV1"
+        return math.hypot(fix.sd_x_m, fix.sd_y_m)
+
+    assert sd_m(route={"kind": "hold", "positions_m": [[0.0, 0.0]]}) < 1e-3
+    slow, fast = sd_m(speed_m_per_s=1.0), sd_m(speed_m_per_s=2.0)
+    assert 0.1 < slow < 1.0
+    assert fast / slow == pytest.approx(2.0, rel=0.1)  # it is elsewhere by then
+    hull = {"vehicle": "bluerov2", "speed_m_per_s": 0.3}
+    drifts = sd_m(**hull, environment={"current_m_per_s": 0.4})
+    assert drifts / sd_m(**hull) == pytest.approx(0.5 / 0.3, rel=0.05)
 
 
 def test_a_navigator_compares_with_the_instant_at_which_a_fix_holds() -> None:
@@ -180,83 +176,78 @@ def test_a_navigator_compares_with_the_instant_at_which_a_fix_holds() -> None:
     assert fixes.latency_s[0] > 0.1  # by the delivery the drift was larger
 
 
-def test_the_nearest_calls_as_far_as_the_fleet_knows() -> None:
-    """Each AUV has a caller: the ASV nearest to where it is believed, the first of equals."""
-    auvs, asvs = fleet(at(10.0), at(90.0), at(50.0)), fleet(at(0.0), at(100.0))
-    view = view_of(auvs, asvs)
-    assert nearest(view, [0, 1, 2]).tolist() == [0, 1, 0]
-    view.auvs[0] = 99.0, 0.0, 0.0
-    assert nearest(view, [1, 0]).tolist() == [1, 1]
+def calls(world: Scenario) -> list[str]:
+    """Return what became of the call of each AUV."""
+    return simulate(world).tables["pings"].sort_values("auv").call.tolist()
+
+
+def test_the_nearest_calls() -> None:
+    """Each AUV has a caller: the ASV nearest to it, the first of equals."""
+    world = answered([at(10.0), at(90.0), at(50.0)], [at(0.0), at(100.0)])
+    pings = simulate(world).tables["pings"].sort_values("auv")
+    assert pings.called_by.tolist() == ["ASV0", "ASV1", "ASV0"]
 
 
 def test_calls_that_meet_at_an_auv_destroy_each_other() -> None:
     """Two calls that reach an AUV less than a ping apart leave it silent; touching ones do not."""
-    for gap, outcome in ((14.99, COLLIDED), (15.0, HEARD)):
-        auvs, asvs = fleet(at(15.0), at(30.0 + gap - 14.0)), fleet(at(0.0), at(30.0 + gap))
-        band, _, _ = uplink(auvs, asvs, hf_range=100.0)
-        calls = band.call([0, 1], nearest(view_of(auvs, asvs), [0, 1]), 0.0)
-        assert calls["call"][0] == outcome
+    for gap, outcome in ((14.99, "collided"), (15.0, "heard")):
+        auvs, asvs = [at(15.0), at(30.0 + gap - 14.0)], [at(0.0), at(30.0 + gap)]
+        assert calls(answered(auvs, asvs, hf_range=100.0))[0] == outcome
 
 
 def test_a_call_that_names_two_auvs_is_one_sound() -> None:
     """Both hear it, and answer when it has reached them."""
-    _, record = answered(fleet(at(15.0), at(-60.0)), fleet(at(0.0)))
-    assert record.pings.rows["call"].tolist() == [HEARD, HEARD]
-    assert record.pings.rows["sent_at_s"] == pytest.approx([0.01 + PING, 0.04 + PING])
+    pings = simulate(answered([at(15.0), at(-60.0)], [at(0.0)])).tables["pings"]
+    assert pings.call.tolist() == ["heard", "heard"]
+    assert pings.sent_at_s.to_numpy() == pytest.approx([0.01 + PING, 0.04 + PING])
 
 
-@pytest.mark.parametrize(("turnaround", "outcome"), [(0.0, COLLIDED), (0.05, HEARD)])
-def test_a_call_drowns_answers_at_other_asvs(turnaround: float, outcome: int) -> None:
+@pytest.mark.parametrize(("turnaround", "outcome"), [(0.0, "collided"), (0.05, "heard")])
+def test_a_call_drowns_answers_at_other_asvs(turnaround: float, outcome: str) -> None:
     """ASV1's call arrives 50 m away at 33 ms, when the answer from 20 m comes to ASV0 at 37 ms."""
-    auvs, asvs = fleet(at(-20.0), at(70.0)), fleet(at(0.0), at(50.0))
-    outcomes, record = answered(auvs, asvs, turnaround, hf_range=50.0)
-    outcomes.resolve_passed(1.0)
-    heard = record.receptions.rows[record.receptions.rows["outcome"] != OUT_OF_RANGE]
-    assert heard["arrived_at_s"] == pytest.approx([0.08 / 3 + PING + turnaround] * 2)
-    assert heard["outcome"].tolist() == [outcome] * 2
+    world = answered([at(-20.0), at(70.0)], [at(0.0), at(50.0)], turnaround, hf_range=50.0)
+    met = simulate(world).tables["receptions"]
+    heard = met[met.outcome != "out_of_range"]
+    assert heard.arrived_at_s.to_numpy() == pytest.approx([0.08 / 3 + PING + turnaround] * 2)
+    assert heard.outcome.tolist() == [outcome] * 2
     # from farther away the call is not heard
-    outcomes, record = answered(fleet(at(-20.0), at(71.0)), fleet(at(0.0), at(51.0)), hf_range=50.0)
-    outcomes.resolve_passed(1.0)
-    assert HEARD in record.receptions.rows["outcome"]
-    assert COLLIDED not in record.receptions.rows["outcome"]
+    world = answered([at(-20.0), at(71.0)], [at(0.0), at(51.0)], hf_range=50.0)
+    assert set(simulate(world).tables["receptions"].outcome) == {"heard", "out_of_range"}
 
 
-@pytest.mark.parametrize(("time", "outcome"), [(0.0899, HEARD), (0.095, COLLIDED), (0.11, HEARD)])
-def test_an_asv_hears_nothing_while_it_calls(time: float, outcome: int) -> None:
+@pytest.mark.parametrize(
+    ("time", "outcome"), [(0.0899, "heard"), (0.095, "collided"), (0.11, "heard")]
+)
+def test_an_asv_hears_nothing_while_it_calls(time: float, outcome: str) -> None:
     """A ping of 10 ms arrives at 0.1 s; a call of the ASV's own, to somebody else, drowns it."""
-    band, outcomes, record = uplink(
-        fleet(at(150.0), at(0.0, 900.0)), fleet(at(0.0), at(0.0, 5000.0))
-    )
-    band.send(0, 0, [0], 0.0)
-    band.call([1], np.array([0]), time)
-    band.call([1], np.array([1]), 0.1)  # far away, out of range of all
-    outcomes.resolve_passed(1.0)
-    assert record.receptions.rows["outcome"][0] == outcome
+    world = played(
+        [at(150.0), at(0.0, 900.0)], [at(0.0), at(0.0, 5000.0)], pings=[(0.0, 0)],
+        calls=[(time, 1, 0), (0.1, 1, 1)],  # the second far away, out of range of all
+    )  # fmt: skip
+    assert simulate(world).tables["receptions"].outcome[0] == outcome
 
 
 def test_calls_of_other_slots_are_searched_as_well() -> None:
     """A call from afar, sent long before a ping, is still under way when that arrives."""
-    auvs, asvs = fleet(at(15.0), at(2000.0)), fleet(at(0.0), at(2250.0))
-    band, outcomes, record = uplink(auvs, asvs)
-    band.call([1], np.array([1]), 0.0)  # at ASV0 at 1.5 s
-    for slot in range(20):
-        band.call([0], np.array([0]), 0.5 + 0.02 * slot)
-    band.send(0, 0, [0], 1.495)  # at ASV0 at 1.505 s, at ASV1 at 2.985 s
-    for slot in range(20):
-        band.call([0], np.array([0]), 2.0 + 0.02 * slot)
-    outcomes.resolve_passed(5.0)
-    assert record.receptions.rows["outcome"].tolist() == [COLLIDED, HEARD]
+    others = [(start + 0.02 * k, 0, 0) for start in (0.5, 2.0) for k in range(20)]
+    world = played(
+        [at(15.0), at(2000.0)], [at(0.0), at(2250.0)],
+        pings=[(1.495, 0)],  # at ASV0 at 1.505 s, at ASV1 at 2.985 s
+        calls=[(0.0, 1, 1), *others],  # the first at ASV0 at 1.5 s
+    )  # fmt: skip
+    assert simulate(world).tables["receptions"].outcome.tolist() == ["collided", "heard"]
 
 
 def test_calls_are_lost_as_pings_are() -> None:
-    """Over 300 m the OEM head loses 68 % of the calls, and 68 % of the answers to the others."""
+    """Over 300 m the paper's law loses 29 % of the calls, and 29 % of the answers to the others."""
     world = still(
         1, at=math.sqrt(300.0**2 - 10.0**2), duration_s=2000.0,
-        acoustics={"hf": {"range_m": 400.0}, "loss": {"law": "head"}}, protocol=TWTT,
+        acoustics={"hf": {"range_m": 400.0}, "loss": {"law": "paper", "combine": "clamp_first"}},
+        protocol=TWTT,
     )  # fmt: skip
     result = simulate(world)
     pings, met = result.tables["pings"], result.tables["receptions"]
-    chance = range_loss(300.0, LOSS_LAWS["head"])
+    chance = range_loss(300.0)
     lost = pings.call == "lost"
     assert lost.mean() == pytest.approx(chance, abs=4 * math.sqrt(chance / 4 / len(lost)))
     answers = met[~lost]
@@ -330,18 +321,18 @@ def test_every_call_and_ping_has_one_outcome() -> None:
 
 def test_calls_change_no_other_noise() -> None:
     """What is measured of an answer does not depend on calls that were lost before."""
-    draws = {}
-    for loss in (LOSSY, None):
-        auvs, asvs = fleet(at(300.0)), fleet(at(0.0))
-        band, outcomes, record = uplink(auvs, asvs, **({} if loss is None else {"channel": loss}))
-        calls = [band.call([0], np.array([0]), float(time)) for time in range(50)]
-        lost = [call["call"][0] == LOST for call in calls]
-        draws[loss is None] = lost
-        band.send(0, 0, [0], 60.0)
-        outcomes.resolve_passed(100.0)
-        assert record.receptions.rows["outcome"][0] in (HEARD, LOST, IN_FLIGHT)
-    assert not any(draws[True])
-    assert 10 < sum(draws[False]) < 50
+
+    def errors(lost: float) -> list[float]:
+        def channel(signals: Any) -> np.ndarray:
+            return np.full(signals.ranges.shape, 1.0 - lost * signals.calling)
+
+        changes = {"acoustics": {"hf": {"channel": channel}}, "protocol": TWTT}
+        found: list[float] = simulate(still(1, duration_s=60.0, **changes)).tables["fixes"].error_m
+        return list(found)
+
+    every, some = errors(0.0), errors(0.5)
+    assert 50 < len(some) < 0.7 * len(every)
+    assert some == every[: len(some)]
 
 
 @given(st.integers(0, 10_000), st.integers(1, 4))

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bindusbl_des import load_scenario
-from bindusbl_des.core.mistakes import ScenarioError
+from bindusbl_des import ScenarioError, load_scenario
 from bindusbl_des.presets.modems import table_file
 from bindusbl_des.scenario.channel_settings import read_curve
 

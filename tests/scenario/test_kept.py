@@ -2,7 +2,8 @@
 
 import pytest
 
-from bindusbl_des.scenario.scenario import Scenario, kept
+from bindusbl_des import Scenario
+from bindusbl_des.scenario.scenario import kept
 
 
 def test_an_answer_is_kept_until_another_scenario_is_asked_about() -> None:

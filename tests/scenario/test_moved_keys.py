@@ -7,9 +7,8 @@ import pytest
 from click.testing import CliRunner
 from worlds import merged
 
-from bindusbl_des import Scenario, load_campaign, load_scenario
+from bindusbl_des import Scenario, ScenarioError, load_campaign, load_scenario
 from bindusbl_des.cli import main
-from bindusbl_des.core.mistakes import ScenarioError
 from bindusbl_des.preflight.warnings import Reading, read_scenario
 
 # section, key, value, where it belongs, the part that has it

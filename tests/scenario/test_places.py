@@ -6,9 +6,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bindusbl_des import Scenario, ScenarioError, Setup, load_result, load_scenario, simulate
+from bindusbl_des import (
+    Scenario,
+    ScenarioError,
+    Setup,
+    load_result,
+    load_scenario,
+    simulate,
+    warnings_of,
+)
 from bindusbl_des.geometry.geodesy import geodetic_from_ned
-from bindusbl_des.preflight.warnings import warnings_of
 
 ORIGIN = (54.33, 10.18)
 LAT_LON = {"lat_deg": ORIGIN[0], "lon_deg": ORIGIN[1]}

@@ -13,10 +13,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from worlds import parse_scenario
 
-from bindusbl_des import Scenario, ScenarioError, Setup, load_result, load_scenario, simulate, sweep
+from bindusbl_des import (
+    Result,
+    Scenario,
+    ScenarioError,
+    Setup,
+    load_result,
+    load_scenario,
+    simulate,
+    sweep,
+)
 from bindusbl_des.cli import main
 from bindusbl_des.preflight.effort import effort
-from bindusbl_des.results.result import Result, scenario_sha256
+from bindusbl_des.results.result import scenario_sha256
 from bindusbl_des.scenario.keys import json_schema
 
 pytestmark = pytest.mark.usefixtures("in_this_process")

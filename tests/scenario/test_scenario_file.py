@@ -9,11 +9,10 @@ from click.testing import CliRunner
 from worlds import parse_scenario
 from wrong_scenarios import HEAD, ROUTE, WRONG, text_of
 
-from bindusbl_des import load_scenario
+from bindusbl_des import Scenario, ScenarioError, load_scenario
 from bindusbl_des.cli import main
-from bindusbl_des.core.mistakes import Mistake, ScenarioError
+from bindusbl_des.core.mistakes import Mistake
 from bindusbl_des.core.plain_yaml import read_yaml, scalar
-from bindusbl_des.scenario.scenario import Scenario
 
 
 @pytest.mark.parametrize("case", WRONG)

@@ -15,9 +15,9 @@ from bindusbl_des import (
     load_result,
     load_scenario,
     simulate,
+    sweep,
 )
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
-from bindusbl_des.campaigns.running import sweep
 from bindusbl_des.geometry.geodesy import geodetic_from_ned
 
 pytestmark = pytest.mark.usefixtures("in_this_process")

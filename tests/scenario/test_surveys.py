@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from worlds import merged, scenario
 
-from bindusbl_des import Scenario, Setup, simulate
-from bindusbl_des.preflight.warnings import warnings_of
+from bindusbl_des import Scenario, Setup, simulate, warnings_of
 
 BRIEF: dict[str, Any] = {"duration_s": 20.0, "record": {"detail": "summary"}}
 FAR = [[1000.0, 500.0], [1400.0, 500.0], [1400.0, 700.0], [1000.0, 700.0]]

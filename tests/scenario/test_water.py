@@ -5,8 +5,7 @@ from typing import Any
 
 import pytest
 
-from bindusbl_des import Scenario, Setup, load_scenario, simulate, warnings_of
-from bindusbl_des.core.mistakes import ScenarioError
+from bindusbl_des import Scenario, ScenarioError, Setup, load_scenario, simulate, warnings_of
 from bindusbl_des.sea.water import USUAL_WATER
 
 CAST = "depth_m,temperature_c,salinity_psu\n0,18,30\n10,12,33\n25,8,34\n"

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad  # type: ignore[import-untyped,unused-ignore]
 
-from bindusbl_des.sea.water import USUAL_WATER, sound_speed, sound_speed_medwin, sound_speed_teos10
+from bindusbl_des import sound_speed
+from bindusbl_des.sea.water import USUAL_WATER, sound_speed_medwin, sound_speed_teos10
 from bindusbl_des.sea.water_column import (
     DEPTHS_M,
     Column,

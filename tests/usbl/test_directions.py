@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bindusbl_des import Scenario, ScenarioError, Setup, simulate
-from bindusbl_des.preflight.warnings import warnings_of
+from bindusbl_des import Scenario, ScenarioError, Setup, simulate, warnings_of
 from bindusbl_des.usbl.array import rotation
 
 # A tetrahedron, and a pyramid of five with another two, in places that lean on no axis

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from worlds import scenario
 
+from bindusbl_des import fuse
 from bindusbl_des.scenario.sections.usbl import NAMED_SIZES_M
 from bindusbl_des.usbl.array import ARRAYS, arrival_differences, direction, rotation, scatter
 from bindusbl_des.usbl.covariance import across_by_array, fix_covariance
-from bindusbl_des.usbl.fusion import fuse
 from bindusbl_des.usbl.instrument import Usbl, element_sd, stepped_sd
 
 CHECKS = json.loads((Path(__file__).parents[1] / "reference" / "physics_checks.json").read_text())
