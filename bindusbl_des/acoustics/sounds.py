@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from math import inf, isnan, nan
 from typing import Annotated, NamedTuple
 
-import numpy as np
-
 from ..core.arrays import Floats
 from ..core.compiled import compiled
-from ..core.packed import unpacked
-from ..records.rows import NONE, Row, Rows, row_type
+from ..core.packed import Packed
+from ..records.events import IN_FLIGHT
+from ..records.rows import NONE, EventBuffer, Row, Rows, row_type
+from ..vehicles.fleet import VehicleFleet
 from ..vehicles.motion import Motion, Place, where
 from .propagation import TOUCH, meet
 from .travel_time import PASSED, distance, travel_time_by, travel_time_to
@@ -29,13 +29,17 @@ DEAFENING = inf
 
 @dataclass(slots=True)
 class Sound:
-    """A signal where a vehicle may hear it; `signal` is its number among those of its kind.
+    """A signal where a vehicle may hear it: of which `kind`, as `why` names what overlaps another,
+    and its number among those.
 
-    It lasts `lasts_s` and comes `late_s` later than straight on, `travel_s` after it was sent; NaN
-    until that is known.  It is as strong as the `sound` of :data:`.propagation.PROSPECT`.  No sound
-    so far is over later than `longest_s` after it was sent.
+    It is to last `lasts_s`, and comes `late_s` later than straight on, `travel_s` after it was
+    sent.  Arrival and end are infinite until they are known.  It is as strong as the `sound` of
+    :data:`.propagation.PROSPECT`.  No sound so far is over later than `longest_s` after it was
+    sent.  Where nothing overlaps it, this is what becomes of it: in flight, if it will be heard;
+    why, and how likely it was lost.
     """
 
+    kind: int
     signal: int
     sender: int
     listener: int
@@ -47,20 +51,25 @@ class Sound:
     ended_at_s: float
     sound: float
     longest_s: float
+    outcome: int
+    why: int
+    loss: float
 
 
 SOUND = row_type(Sound)
 
 
 class Sea(NamedTuple):
-    """What sounds spread in, handed over once: all on record, with room for more, how AUVs and ASVs
-    move, and the sound speed (m/s).
+    """What sounds of a band spread in, handed over once: all on record, with room for more, how
+    AUVs and ASVs move, and the sound speed (m/s).  Where signals are `long`, the end of one leaves
+    from where its sender is by then.
     """
 
     sounds: Annotated[Rows, SOUND]
     auvs: Motion
     asvs: Motion
     sound_speed: float
+    long: bool
 
 
 @compiled
@@ -74,8 +83,8 @@ def place_of(vehicle: int, time: float, sea: Sea) -> Place:
 
 @compiled
 def emit(
-    sea: Sea, row: int, signal: int, sender: int, time: float, lasts: float, strengths: Floats,
-    lates: Floats,
+    sea: Sea, row: int, kind: int, signal: int, sender: int, time: float, lasts: float,
+    strengths: Floats, lates: Floats,
 ) -> int:  # fmt: skip
     """Let a vehicle send a signal at an instant (s), for so long (s): write a sound from `row` on
     for each vehicle that it reaches: whose number among `strengths` (vehicles,) is not NaN; it
@@ -85,46 +94,81 @@ def emit(
     for listener in range(len(strengths)):
         if not isnan(strengths[listener]):
             line, late = sea.sounds[row], lates[listener]
-            line.signal, line.sender, line.listener = signal, sender, listener
-            line.sent_at_s, line.lasts_s, line.late_s = time, lasts, late
-            line.travel_s = line.arrived_at_s = line.ended_at_s = nan
+            line.kind, line.signal, line.sender, line.listener = kind, signal, sender, listener
+            line.sent_at_s, line.lasts_s, line.late_s, line.travel_s = time, lasts, late, nan
+            line.arrived_at_s = line.ended_at_s = inf
             line.sound = strengths[listener]
-            way = PASSED * distance(here, place_of(listener, time, sea)) / sea.sound_speed
-            longest = max(longest, way + max(late, 0.0) + lasts)
+            line.outcome, line.why, line.loss = IN_FLIGHT, NONE, nan
+            if line.sound > 0.0:
+                way = distance(here, place_of(listener, time, sea)) / sea.sound_speed
+                longest = max(longest, PASSED * (way + lasts) + max(late, 0.0))
             line.longest_s = longest
             row += 1
     return row
 
 
 @compiled
+def deafen(
+    sounds: Rows, row: int, kind: int, signal: int, vehicle: int, time: float, lasts: float
+) -> int:
+    """Let a vehicle hear nothing from an instant on for so long (s), as it sends a signal itself:
+    write that as a sound, the row of that number.  Return the row after that.
+    """
+    line, before = sounds[row], sounds[row - 1].longest_s if row else 0.0
+    line.kind, line.signal, line.sender, line.listener = kind, signal, vehicle, vehicle
+    line.sent_at_s, line.lasts_s, line.late_s, line.travel_s = time, lasts, 0.0, 0.0
+    line.arrived_at_s, line.ended_at_s, line.sound = time, time + lasts, DEAFENING
+    line.longest_s = max(before, lasts)
+    line.outcome, line.why, line.loss = IN_FLIGHT, NONE, nan
+    return row + 1
+
+
+@compiled
 def expect(listener: int, since: float, known: float, count: int, sea: Sea) -> None:
-    """Write when sounds are at a listener, of the first `count` those that may not be over by an
-    instant (s), as far as its motion is known: up to another one, infinite if to the end.
+    """Work out when sounds are at a listener, of the first `count` those that may not be over by an
+    instant (s), as far as it is known how who sends and who listens move: up to another one.
     """
     for row in range(count - 1, -1, -1):
         sound = sea.sounds[row]
         if sound.sent_at_s + sea.sounds[count - 1].longest_s < since - TOUCH:
             break
-        if sound.listener == listener and isnan(sound.travel_s):
-            _solve(sound, known, sea)
+        if sound.listener == listener:
+            solve(sound, known, sea)
 
 
 @compiled
-def _solve(sound: Row, known: float, sea: Sea) -> None:
-    """Write when a sound is at its listener, by the light-time equation."""
-    auvs, listener, motion = sea.auvs.first.size - 1, sound.listener, sea.auvs
+def solve(sound: Row, known: float, sea: Sea) -> None:
+    """Write when a sound is at its listener, by the light-time equation; arguments as of
+    :func:`expect`.
+    """
+    if isnan(sound.travel_s):
+        way = _way(sound, sound.sent_at_s, known, sea)
+        if way < inf:
+            sound.travel_s = way + sound.late_s
+            sound.arrived_at_s = sound.sent_at_s + sound.travel_s
+            if not sea.long:
+                sound.ended_at_s = sound.arrived_at_s + sound.lasts_s
+    if sea.long and sound.ended_at_s == inf and sound.arrived_at_s < inf:
+        leaves = sound.sent_at_s + sound.lasts_s
+        sound.ended_at_s = leaves + (_way(sound, leaves, known, sea) + sound.late_s)
+
+
+@compiled
+def _way(sound: Row, leaves: float, known: float, sea: Sea) -> float:
+    """Return how long (s) what leaves the sender of a sound at an instant (s) travels straight on
+    to its listener; infinite if it is not there by an instant (s) up to which that is known.
+    """
+    begins, auvs, listener, motion = (
+        leaves + sound.late_s, sea.auvs.first.size - 1, sound.listener, sea.auvs
+    )  # fmt: skip
+    if max(leaves, begins) > known:
+        return inf
+    here = place_of(sound.sender, leaves, sea)
     if listener >= auvs:
         listener, motion = listener - auvs, sea.asvs
-    sent_at, travel = sound.sent_at_s + sound.late_s, inf
-    here = place_of(sound.sender, sound.sent_at_s, sea)
     if known == inf:
-        travel = travel_time_to(here, motion, listener, sent_at, sea.sound_speed)
-    elif max(sound.sent_at_s, sent_at) <= known:
-        travel = travel_time_by(here, motion, listener, sent_at, sea.sound_speed, known)
-    if travel < inf:
-        sound.travel_s = travel + sound.late_s
-        sound.arrived_at_s = sound.sent_at_s + sound.travel_s
-        sound.ended_at_s = sound.arrived_at_s + sound.lasts_s
+        return travel_time_to(here, motion, listener, begins, sea.sound_speed)
+    return travel_time_by(here, motion, listener, begins, sea.sound_speed, known)
 
 
 @compiled
@@ -176,34 +220,19 @@ def _meanwhile(
     return strength
 
 
-@compiled
-def heard_meanwhile(
-    packed: int, count: int, listener: int, since: float, time: float, known: float
-) -> Floats:
-    """Return when (s) sounds began at a listener, (n,) in order, that it has had anything of
-    between two instants (s), the later of which is now; its motion is `known` up to an instant (s).
+class Sounds(EventBuffer):
+    """All sounds of a band on record, in the order in which their signals were sent."""
 
-    `packed` is the address of a :class:`Sea` with so many sounds.  One that begins as another ends
-    counts; of a signal that begins at this very instant nobody knows.
-    """
-    sea = unpacked(packed, Sea)
-    expect(listener, since, known, count, sea)
-    begun, size = np.empty(count), 0
-    for row in range(count - 1, -1, -1):
-        sound = sea.sounds[row]
-        if sound.sent_at_s + sea.sounds[count - 1].longest_s < since - TOUCH:
-            break
-        if sound.listener == listener and sound.sent_at_s < time - TOUCH:  # noqa: SIM102
-            if sound.arrived_at_s <= time + TOUCH and sound.ended_at_s > since + TOUCH:
-                begun[size] = sound.arrived_at_s
-                size += 1
-    return np.sort(begun[:size])
+    def __init__(
+        self, auvs: VehicleFleet, asvs: VehicleFleet, sound_speed: float, *, long: bool
+    ) -> None:
+        """Take who sends and listens, and the sound speed (m/s); `long` as of :class:`Sea`."""
+        super().__init__(SOUND)
+        #: What compiled code is handed, a :class:`Sea`, and who may hear a signal.
+        self.sea = Packed(Sea(self.array, auvs.motion, asvs.motion, sound_speed, long))
+        self.vehicles = len(auvs) + len(asvs)
+        self.hand_on(self.sea, "sounds")
 
-
-@compiled
-def send(
-    packed: int, row: int, signal: int, sender: int, time: float, lasts: float, strengths: Floats,
-    lates: Floats,
-) -> int:  # fmt: skip
-    """:func:`emit` for Python; `packed` is the address of a :class:`Sea`."""
-    return emit(unpacked(packed, Sea), row, signal, sender, time, lasts, strengths, lates)
+    def deafen(self, kind: int, signal: int, vehicle: int, time: float, lasts: float) -> None:
+        """Let a vehicle hear nothing while it sends a signal itself, as :func:`deafen`."""
+        self.count = deafen(self.room_for(1), self.count, kind, signal, vehicle, time, lasts)

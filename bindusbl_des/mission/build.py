@@ -162,8 +162,11 @@ def _network(
         strayed(setup, auvs),
         streams,
         record,
-        deliveries.frames if protocol.deafens_asvs else None,
     )
+    if protocol.deafens_asvs:
+        deliveries.deafens = uplink.sounds
+    if protocol.duplex == "per_node":
+        uplink.deafens = deliveries.deafen
     replies = answers = None
     if protocol.replies:
         message = slots.messages.packed(1)[0] if protocol.replies_in_frames else None
@@ -283,15 +286,11 @@ def frame_band(setup: Setup, streams: Streams) -> FrameBand:
     """Return what holds for all frames of the downlink."""
     channel, mf = setup.frame_channel, setup.scenario.acoustics.mf
     capture = math.inf if channel is None else channel(1, 1.0).receiver.capture
-    deafening = (
-        setup.scenario.acoustics.hf.ping_s if setup.scenario.protocol.duplex == "per_node" else 0.0
-    )
     return FrameBand(
         mf.range_m,
         setup.sound_speed_m_per_s,
         channel,
         capture,
-        deafening,
         pairs(
             mf.burst_s,
             streams,

@@ -1,6 +1,6 @@
 """The HF band: pings of AUVs or of ASVs, calls of ASVs, and where and when they arrive."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache, lru_cache, partial
 from heapq import heappop, heappush
 from math import hypot
@@ -20,7 +20,7 @@ from ...acoustics.propagation import (
     spread,
 )
 from ...acoustics.sonar_channel import ECHO, EchoingSonar
-from ...acoustics.sounds import SOUND, Sea
+from ...acoustics.sounds import Sounds
 from ...acoustics.travel_time import PASSED, travel_time
 from ...core.arrays import Floats, Ints
 from ...core.packed import Packed
@@ -76,9 +76,9 @@ class HfBand:
         self._is_sure = self.listeners is asvs or auvs.foreseen
         #: The number among all vehicles of the first who listens: AUVs come first, then ASVs.
         self.first_listener = 0 if asvs_ping else len(auvs)
-        #: What sounds where beside pings: calls.
-        self.sounds = EventBuffer(SOUND)
-        self._spread_in, self._sea = self._packed()
+        #: What sounds where beside pings: calls, and where ASVs are deaf meanwhile their frames.
+        self.sounds = Sounds(auvs, asvs, band.sound_speed, long=False)
+        self._spread_in = self._packed()
         self._call_late_s: dict[int, Floats] = {}  # of the last call for each AUV, by each ASV
         self._luck = cache(partial(streams.of, Purpose.CALL))
         self._predicted = 0  # pings before this one have arrived everywhere
@@ -87,13 +87,14 @@ class HfBand:
         #: Echoes, where the channel has any, row by row of receptions, :data:`ECHO`.
         has_echoes = isinstance(channel, EchoingSonar) and not asvs_ping
         self.echoes = EventBuffer(ECHO) if has_echoes else None
-        #: Whom to tell of pings that have just been sent: who answers each of them, if anybody
-        #: does, and who waits for them.
+        #: Whom to tell of pings that have just been sent: on whose band AUVs are deaf meanwhile,
+        #: who answers each of them, if anybody does, and who waits for them.
+        self.deafens: Callable[[Iterable[tuple[int, int]], float, float], None] | None = None
         self.answered_by: Callable[[range], None] | None = None
         self.on_sent: Callable[[range], None] | None = None
 
-    def _packed(self) -> tuple[Packed, Packed]:
-        """Return what pings spread in, :class:`Spread`, and what other sounds do, :class:`Sea`."""
+    def _packed(self) -> Packed:
+        """Return the packed state that pings spread in, :class:`Spread`."""
         pings, receptions = self._record.pings, self._record.receptions
         motions = self.senders.motion, self.listeners.motion
         packed = Packed(
@@ -104,10 +105,7 @@ class HfBand:
         )  # fmt: skip
         pings.hand_on(packed, "pings")
         receptions.hand_on(packed, "receptions")
-        motions = self._auvs.motion, self._asvs.motion
-        sea = Packed(Sea(self.sounds.array, *motions, self.band.sound_speed))
-        self.sounds.hand_on(sea, "sounds")
-        return packed, sea
+        return packed
 
     def call(self, group: Sequence[int], callers: Ints, time: float) -> Rows:
         """Let ASVs call AUVs at an instant (s), one for each, who may name several in its call.
@@ -121,9 +119,9 @@ class HfBand:
         self._ask_of_calls(group, time)
         self._foresee(group, time)
         answers = np.empty(len(group), CALLED)
-        sounds.room_for(len(set(callers.tolist())) * (len(self._auvs) + len(self._asvs)))
+        sounds.room_for(len(set(callers.tolist())) * sounds.vehicles)
         sounds.count = interrogate(
-            self._spread_in.address, self._sea.address, members(tuple(group)), callers,
+            self._spread_in.address, sounds.sea.address, members(tuple(group)), callers,
             np.array(chances), time, answers, sounds.count, self.receiver.capture, self.bursts,
         )  # fmt: skip
         if self._asvs.failures is not None:
@@ -236,6 +234,8 @@ class HfBand:
                     self._nearly_there, (float(receptions.array[number]["arrived_at_s"]), number)
                 )
         sent = range(first, pings.count)
+        if self.deafens is not None and called[0]["call"] in (NONE, HEARD):
+            self.deafens(zip(sent, group, strict=True), time, self.band.duration)
         if self.on_sent is not None:
             self.on_sent(sent)
         if self.answered_by is not None:

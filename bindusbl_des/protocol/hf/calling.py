@@ -106,4 +106,5 @@ def _call(caller: int, time: float, count: int, into: Spread, sea: Sea) -> int:
     for asv in range(vessels):
         if asv == caller or within(there, where(asvs, asv, time), band.slant, band.reach):
             strengths[fleet + asv] = DEAFENING
-    return emit(sea, count, caller, fleet + caller, time, band.duration, strengths, lates)
+    lasts = band.duration
+    return emit(sea, count, BY_CALL, caller, fleet + caller, time, lasts, strengths, lates)

@@ -132,16 +132,14 @@ class Outcomes:
         strayed: Floats,
         streams: Streams,
         record: Recorder,
-        deafening: EventBuffer | None = None,
     ) -> None:
         """Decide pings, and have them measured by who listens.
 
-        `strayed` (n,), m2, as of :class:`.reception.Decided`.  ASVs hear nothing while they send
-        frames that are `deafening` (:data:`..mf.reception.FRAME`).
+        `strayed` (n,), m2, as of :class:`.reception.Decided`.
         """
         self.band, self.receiver, self._listeners = band.band, band.receiver, band.listeners
         self._band, self._record = band, record
-        self._measuring, self._strayed, self._deafening = measuring, strayed, deafening
+        self._measuring, self._strayed = measuring, strayed
         #: :data:`OWN_PLACE`, ping by ping, where ASVs ping.
         self._gnss_noise = EventBuffer(OWN_PLACE) if band.asvs_ping else None
         self._gnss = cache(partial(streams.of, Purpose.BEACON))
@@ -177,10 +175,9 @@ class Outcomes:
         return packed
 
     @property
-    def _further_sound(self) -> tuple[Rows | None, Rows | None]:
-        """Sound that few bands have: echoes of pings, and frames that deafen ASVs."""
-        echoes, frames = self._band.echoes, self._deafening
-        return None if echoes is None else echoes.rows, None if frames is None else frames.rows
+    def _echoes(self) -> Rows | None:
+        """Echoes of pings, which few bands have."""
+        return None if self._band.echoes is None else self._band.echoes.rows
 
     def resolve_passed(self, time: float) -> range:
         """Decide every ping that has passed who listens by an instant (s); return the new fixes."""
@@ -206,7 +203,7 @@ class Outcomes:
             self._decided_by.renew("due", np.empty(self._room, dtype=np.int64))
         fixes.count, undecided, auv, asv = resolve(
             self._decided_by.address, time, ping, only, pings.count, receptions.count,
-            self._band.sounds.count, count, measuring.errors, *self._further_sound,
+            self._band.sounds.count, count, measuring.errors, self._echoes,
             None if self._gnss_noise is None else self._drawn(self._gnss_noise),
         )  # fmt: skip
         if measuring.own is not None:
@@ -316,7 +313,7 @@ class Outcomes:
             luck = burst_luck(pair, float(reception["arrived_at_s"]), float(reception["loss"]))
         outcome = foretold(
             self._decided_by.address, row, luck, record.pings.count, record.receptions.count,
-            self._band.sounds.count, *self._further_sound,
+            self._band.sounds.count, self._echoes,
         )  # fmt: skip
         return outcome, float(reception["snr_db"]) + self.receiver.shadowing_sd_db * luck
 

@@ -12,16 +12,14 @@ import numpy as np
 from ...acoustics.bursts import PAIR, burst_luck
 from ...acoustics.loss import chance_of
 from ...acoustics.propagation import drowns, meet
-from ...acoustics.sounds import DEAFENING, SOUND, interference
+from ...acoustics.sounds import SOUND, interference
 from ...acoustics.travel_time import PASSED
 from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled
 from ...core.packed import unpacked
 from ...records.events import (
     BURST,
-    BY_CALL,
     BY_ECHO,
-    BY_OWN_FRAME,
     BY_PING,
     CHANCE,
     COLLIDED,
@@ -38,7 +36,6 @@ from ...usbl.slow_errors import RANGE, SLOW, advance, blend
 from ...usbl.systematic_fixes import PackedErrors, measured_astray, systematic_of
 from ...usbl.two_way import Heard
 from ...vehicles.motion import Motion, where
-from ..mf.reception import frame_sent
 
 
 class Air(NamedTuple):
@@ -97,8 +94,7 @@ class Decided(NamedTuple):
 @compiled
 def resolve(
     packed: int, time: float, first: int, only: int, pings: int, receptions: int, sounds: int,
-    fix: int, errors: int | None, echoes: Rows | None, frames: Rows | None,
-    gnss_noise: Floats | None,
+    fix: int, errors: int | None, echoes: Rows | None, gnss_noise: Floats | None,
 ) -> tuple[int, int, int, int]:  # fmt: skip
     """Decide all pings from `first` on that have passed every ASV by an instant (s), as they did;
     or of the ping `first` the reception `only`, if that is not NONE.
@@ -110,16 +106,16 @@ def resolve(
 
     What few bands have comes with each call; what is None is not even compiled: systematic
     `errors`, the address of a :class:`PackedErrors`; `echoes`, row by row of receptions, as of
-    :data:`...acoustics.sonar_channel.ECHO`; `frames`, of ASVs that hear no ping while they send
-    them; and `gnss_noise` (pings, 3), where ASVs ping: how far off each believed to be, in standard
-    deviations.  Then every reception is decided by itself, once it is over.
+    :data:`...acoustics.sonar_channel.ECHO`; and `gnss_noise` (pings, 3), where ASVs ping: how far
+    off each believed to be, in standard deviations.  Then every reception is decided by itself,
+    once it is over.
     """
     by = unpacked(packed, Decided)
     air = _on_record(by, pings, receptions, sounds)
     if gnss_noise is not None:
         for row in _over(air, first, time):
             ping = air.pings[air.receptions[row].ping]
-            dry, hearers = _decide(ping.ping, row, air, echoes, frames, by.noise)
+            dry, hearers = _decide(ping.ping, row, air, echoes, by.noise)
             if dry != NONE:
                 return fix, first, air.receptions[row].auv, dry
             if hearers:
@@ -131,7 +127,7 @@ def resolve(
             count = _write_due(by.due, air.pings, first, time)
         for number in by.due[:count]:
             ping = air.pings[number]
-            dry, hearers = _decide(number, only, air, echoes, frames, by.noise)
+            dry, hearers = _decide(number, only, air, echoes, by.noise)
             if dry != NONE:
                 return fix, first, ping.auv, dry
             if hearers and ping.heard_by == hearers:  # nobody had heard it yet
@@ -254,7 +250,7 @@ def _write_due(due: Ints, pings: Rows, first: int, time: float) -> int:
 
 @compiled
 def _decide(
-    ping: int, only: int, air: Air, echoes: Rows | None, frames: Rows | None, noise: PairNoise
+    ping: int, only: int, air: Air, echoes: Rows | None, noise: PairNoise
 ) -> tuple[int, int]:
     """Decide the receptions of a ping, or `only` one, each by a row of the noise.
 
@@ -278,7 +274,7 @@ def _decide(
             taken_now[:] = 0.0
             continue
         luck = take_noise(reception, noise, taken_now)
-        outcome, reception.why, reception.overlapped_by = _outcome(row, luck, air, echoes, frames)
+        outcome, reception.why, reception.overlapped_by = _outcome(row, luck, air, echoes)
         reception.outcome = outcome
         if outcome == LOST:
             reception.why = BURST if noise.bursts.size > 0 else CHANCE
@@ -308,23 +304,19 @@ def take_noise(reception: Row, noise: PairNoise, into: Floats) -> float:
 
 
 @compiled
-def _outcome(
-    row: int, luck: float, air: Air, echoes: Rows | None, frames: Rows | None
-) -> tuple[int, int, int]:
+def _outcome(row: int, luck: float, air: Air, echoes: Rows | None) -> tuple[int, int, int]:
     """Return what becomes of a ping where it arrives, and is lost by `luck`, a standard normal; and
     what overlaps it there, as of :func:`_meanwhile`, if that destroys it.
     """
     reception = air.receptions[row]
-    others, why, number = _meanwhile(row, air, echoes, frames)
+    others, why, number = _meanwhile(row, air, echoes)
     if drowns(reception.sound, others, air.capture):
         return COLLIDED, why, number
     return LOST if chance_of(luck) < reception.loss else HEARD, NONE, NONE
 
 
 @compiled
-def _meanwhile(
-    row: int, air: Air, echoes: Rows | None, frames: Rows | None
-) -> tuple[float, int, int]:
+def _meanwhile(row: int, air: Air, echoes: Rows | None) -> tuple[float, int, int]:
     """Return how strong all is together that is where a ping arrives while it does; what the
     strongest of that is, and its number: of a ping, or of the ASV that calls, or of a frame of who
     listens, who then hears nothing.
@@ -342,29 +334,25 @@ def _meanwhile(
             why = BY_ECHO
     if len(sounds):
         listener, longest = air.first_listener + reception.listener, sounds[-1].longest_s
-        calls, strongest = interference(
+        further, strongest = interference(
             sounds, ping.calls, ping.calls, listener, begins, ends, longest, None
         )
-        others += calls
-        if strongest != NONE:
-            why, number = BY_CALL, sounds[strongest].sender - air.first_listener
-    if frames is not None:
-        frame = frame_sent(reception.asv, begins, ends, frames)
-        if frame != NONE:
-            others, why, number = DEAFENING, BY_OWN_FRAME, frame
+        others += further
+        if strongest != NONE:  # who hears it is deaf then, however strong a ping is
+            why, number = sounds[strongest].kind, sounds[strongest].signal
     return others, why, number
 
 
 @compiled
 def foretold(
     packed: int, row: int, luck: float, pings: int, receptions: int, sounds: int,
-    echoes: Rows | None, frames: Rows | None,
+    echoes: Rows | None,
 ) -> int:  # fmt: skip
     """Return what will be decided of a reception, once the ping has passed its ASV; arguments as of
     :func:`resolve`, and its `luck` a standard normal.
     """
     air = _on_record(unpacked(packed, Decided), pings, receptions, sounds)
-    outcome, _, _ = _outcome(row, luck, air, echoes, frames)
+    outcome, _, _ = _outcome(row, luck, air, echoes)
     return outcome
 
 
