@@ -277,7 +277,9 @@ def _on_hf(
         setup.ping_channel or setup.ping_loss,
         streams,
         record,
-        pairs(hf.burst_s, streams, Purpose.BURST, len(auvs), len(asvs)),
+        None
+        if hf.burst_s is None
+        else pairs(hf.burst_s, streams, Purpose.BURST, len(auvs), len(asvs)),
         asvs_ping=setup.scenario.protocol.asvs_ping,
     )
 
@@ -286,18 +288,13 @@ def frame_band(setup: Setup, streams: Streams) -> FrameBand:
     """Return what holds for all frames of the downlink."""
     channel, mf = setup.frame_channel, setup.scenario.acoustics.mf
     capture = math.inf if channel is None else channel(1, 1.0).receiver.capture
+    counts = setup.scenario.auvs.count, setup.scenario.asvs.count
     return FrameBand(
         mf.range_m,
         setup.sound_speed_m_per_s,
         channel,
         capture,
-        pairs(
-            mf.burst_s,
-            streams,
-            Purpose.FRAME_BURST,
-            setup.scenario.auvs.count,
-            setup.scenario.asvs.count,
-        ),
+        None if mf.burst_s is None else pairs(mf.burst_s, streams, Purpose.FRAME_BURST, *counts),
         mf.range_metric == "slant",
     )
 
