@@ -25,6 +25,7 @@ from ..records.metrics import WORST_IS_LARGEST, AuvMetrics, Utilisation
 from ..records.rows import NONE, Recorder, Rows, row_type
 from ..results.schemas import never_null
 from ..results.tables import from_numbers, from_rows
+from ..scenario.declared import access_named
 from ..scenario.sections.acoustics import Band
 from ..vehicles.motion import places
 from .accuracy import note_accuracy, refuse, track_points
@@ -47,6 +48,7 @@ def event_tables(world: World) -> dict[str, pa.Table]:
     if world.setup.scenario.record.detail == "summary":
         return {}
     record, gnss = world.record, world.setup.scenario.navigation.gnss_fix is not None
+    protocol = world.setup.scenario.protocol
     return {
         "rounds": from_rows("rounds", record.rounds),
         "pings": from_numbers("pings", record.pings.rows),
@@ -56,6 +58,7 @@ def event_tables(world: World) -> dict[str, pa.Table]:
         "assignments": from_rows("assignments", record.assignments),
         "fixes": _fixes_table(record, len(world.asv_fleet)),
         **({"gnss_fixes": _gnss_fixes_table(record)} if gnss else {}),
+        **(_signal_tables(world) if access_named(protocol.program).signals else {}),
         "tracks": _tracks_table(world),
     }
 
@@ -85,6 +88,19 @@ def _gnss_fixes_table(record: Recorder) -> pa.Table:
     rows = record.gnss_fixes.rows
     named = {"gnss_fix": "fix", "fixed_at_s": "delivered_at_s", "sd_m": "sd_x_m"}
     return from_numbers("gnss_fixes", rows, {name: rows[own] for name, own in named.items()})
+
+
+def _signal_tables(world: World) -> dict[str, pa.Table]:
+    """Return the tables of what programs of access sent and heard."""
+    record, counts = world.record, (len(world.auv_fleet), len(world.asv_fleet))
+    rows = record.signal_receptions.rows
+    names = [f"{kind}{n}" for kind, count in zip(("AUV", "ASV"), counts, strict=True)
+             for n in range(count)]  # fmt: skip
+    whose = {"listener": len(WORDS) + rows["vehicle"]}
+    return {
+        "signals": from_rows("signals", record.signals),
+        "signal_receptions": from_numbers("signal_receptions", rows, whose, (*WORDS, *names)),
+    }
 
 
 @lru_cache(maxsize=1024)
