@@ -23,10 +23,12 @@ from .shipped_settings import (
     FixedGain,
     Kalman,
     Kinematic,
+    Macau,
     Polling,
     ScheduleSettings,
     Smoothing,
     SuperTdma,
+    TLohi,
     TwoWaySettings,
     WorstFirst,
 )
@@ -269,6 +271,8 @@ ACCESSES: Mapping[str, AccessTraits] = {
     "aloha": AccessTraits(law="poisson", hears=False, signals=False, on_asvs=False),
     "slotted_aloha": AccessTraits(law="slotted", hears=False, signals=False, on_asvs=False),
     "csma": AccessTraits(settings=CarrierSense, law="sensing", signals=False, on_asvs=False),
+    "t_lohi": AccessTraits(settings=TLohi, on_asvs=False),
+    "macau": AccessTraits(settings=Macau),
 }
 # The programs of schedules by which AUVs ping as they like, by their `access`
 BY_SCHEDULE = {

@@ -75,7 +75,7 @@ class Air:
         self._uplink, self._fleets, self._record = uplink, fleets, record
         self._channel = None if isinstance(channel, LossTerms) else channel
         self._loss = channel if isinstance(channel, LossTerms) else NO_LOSS
-        self._bit_rate, self._hearing, self._ping = bit_rate_bps, hearing, ping
+        self.bit_rate_bps, self._hearing, self._ping = bit_rate_bps, hearing, ping
         self._sounds, self._lasts = uplink.sounds, uplink.band.duration
         self._foreseen = all(fleet.foreseen for fleet in fleets)
         self.names = [
@@ -94,7 +94,7 @@ class Air:
 
     def send(self, node: Node, message: Message, waited_s: float | None) -> simpy.Event:
         """Send a signal of a vehicle now, as :meth:`.node.Node.send` says."""
-        time, lasts = node.time, self._duration(node, message)
+        time, lasts = node.clock + node.clock_late_s, self._duration(node, message)
         if time < self._sends_until[node.number] - ROUNDING:
             refuse(
                 "send", message.kind, "wait until the vehicle's last signal is over",
@@ -110,7 +110,7 @@ class Air:
             self._due.append((node.number, waited_s))
         else:
             self._signal(node.number, message, time, lasts)
-        return node.until(time + lasts)
+        return node.until(time + lasts - node.clock_late_s)
 
     def _duration(self, node: Node, message: Message) -> float:
         """Return how long (s) a signal lasts."""
@@ -123,9 +123,11 @@ class Air:
             return self._lasts
         lasts = message.lasts_s
         if lasts is None:
-            lasts = 8 * message.size_bytes / self._bit_rate
+            lasts = node.lasts_s(message.bytes)
         if not (0.0 < lasts < inf and isfinite(lasts)):
-            refuse("duration (s) of a signal", lasts, "be finite and above 0", "give size_bytes")
+            refuse(
+                "duration (s) of a signal", lasts, "be finite and above 0", "give bytes, or lasts_s"
+            )
         return lasts
 
     def _let_ping(self, time: float) -> None:
@@ -140,7 +142,7 @@ class Air:
 
     def _signal(self, sender: int, message: Message, time: float, lasts: float) -> None:
         number = len(self._record.signals)
-        kind, to, size = message.kind, message.to, message.size_bytes
+        kind, to, size = message.kind, message.to, message.bytes
         name = self.names[sender]
         self._record.signals.append(Signal(number, kind, name, to, time, lasts, size))
         self._said.append(message)
@@ -201,11 +203,12 @@ class Air:
             fleet.advance(time)
         return time
 
-    def heard(self, vehicle: int, since: float, time: float) -> list[tuple[float, float]]:
+    def heard(self, node: Node, since: float) -> list[tuple[float, float]]:
         """Return the sounds at a vehicle, as :meth:`.node.Node.heard` says."""
-        sea, count = self._sounds.sea.address, self._sounds.count
-        spans = heard_meanwhile(sea, count, vehicle, since, time, self._known(time))
-        return [(begins, ends) for begins, ends in spans.tolist()]
+        sea, count, late = self._sounds.sea.address, self._sounds.count, node.clock_late_s
+        time = node.clock + late
+        spans = heard_meanwhile(sea, count, node.number, since + late, time, self._known(time))
+        return [(begins, ends) for begins, ends in (spans - late).tolist()]
 
     def hears(self, node: Node) -> simpy.Event:
         """Return the event of the next signal that a vehicle decodes, as :meth:`.node.Node.hears`
@@ -297,9 +300,7 @@ class Air:
         if sound["kind"] == BY_PING:
             return Heard(PING, sender, None, began, ended, 0, None)
         message = self._said[sound["signal"]]
-        return Heard(
-            message.kind, sender, message.to, began, ended, message.size_bytes, message.data
-        )
+        return Heard(message.kind, sender, message.to, began, ended, message.bytes, message.data)
 
     def close(self, time: float) -> None:
         """Put on record what became of each signal at each vehicle by an instant (s), the end."""

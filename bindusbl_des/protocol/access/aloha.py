@@ -17,7 +17,7 @@ def aloha(node: Node) -> Steps:
     a, but for a share of (N - 1) a^2 / 2.
     """
     for packet in node.packets:
-        if packet >= node.time:
+        if packet >= node.clock:
             yield node.until(packet)
             yield node.send(PING)
 

@@ -19,18 +19,18 @@ def csma(node: Node, *, window: int = 10, slot_s: float | None = None) -> Steps:
             yield node.until(packet)
             if node.busy():
                 yield from hold_back(node, length * int(node.random.integers(window)))
-            pinged_at = node.time
+            pinged_at = node.clock
             node.send(PING, waited_s=pinged_at - packet)
 
 
 def hold_back(node: Node, left_s: float) -> Steps:
     """Wait until it has been quiet for so long (s) in all."""
-    counted_to = node.time
+    counted_to = node.clock
     while True:
         for begins, ends in node.heard(counted_to):
             left_s = max(left_s - max(begins - counted_to, 0.0), 0.0)
             counted_to = max(counted_to, ends)
-        if counted_to + left_s <= node.time:
+        if counted_to + left_s <= node.clock:
             return
         yield node.until(counted_to + left_s)
 

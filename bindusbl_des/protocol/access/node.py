@@ -47,7 +47,7 @@ class Heard(NamedTuple):
     to: str | None
     began_at_s: float
     ended_at_s: float
-    size_bytes: int
+    bytes: int
     data: Any
 
 
@@ -73,25 +73,29 @@ class Node:
         return self.number >= self.air.auvs
 
     @property
-    def time(self) -> float:
-        """The instant (s)."""
-        now = self.air.env.now
+    def clock(self) -> float:
+        """What its own clock says (s): as much less than the mission's as that is late."""
+        now = self.air.env.now - self.clock_late_s
         return self._woken if abs(self._woken - now) < ROUNDING else now
 
     @property
-    def clock(self) -> float:
-        """What its own clock says (s): as much less as that is late."""
-        return self.time - self.clock_late_s
+    def asvs(self) -> list[str]:
+        """The names of all ASVs."""
+        return self.air.names[self.air.auvs :]
+
+    def lasts_s(self, bytes: int) -> float:
+        """Return how long (s) a signal of so many bytes lasts."""
+        return 8 * bytes / self.air.bit_rate_bps
 
     def until(self, instant: float) -> simpy.Event:
-        """Return the event of an instant (s), now if that is past.
+        """Return the event of an instant (s) of its own clock, now if that is past.
 
         Raises:
             ValueError: when it is no instant.
         """
         if not isfinite(instant):
             refuse("instant (s) to wait for", instant, "be finite", "end the program with `return`")
-        event = moment(self.air.env, instant)
+        event = moment(self.air.env, instant + self.clock_late_s)
         event.callbacks.append(lambda _: self._wake(instant))
         return event
 
@@ -106,11 +110,11 @@ class Node:
         """
         if not 0.0 <= duration < inf:
             refuse("wait (s)", duration, "be finite and not below 0", "give seconds from now on")
-        return self.until(self.time + duration)
+        return self.until(self.clock + duration)
 
     def busy(self) -> bool:
         """Tell whether it hears something now, or sends."""
-        return bool(len(self.heard(self.time)))
+        return bool(self.heard(self.clock))
 
     def heard(self, since: float) -> list[tuple[float, float]]:
         """Return from when to when (s) there were sounds, in order of their beginning: all that it
@@ -119,7 +123,7 @@ class Node:
         One that begins as another ends counts; of a signal that begins at this very instant nobody
         knows.
         """
-        return self.air.heard(self.number, since, self.time)
+        return self.air.heard(self, since)
 
     def hears(self, within_s: float | None = None) -> simpy.Event:
         """Return the event of the next signal that it decodes: its value is that, :class:`Heard`;
@@ -140,7 +144,7 @@ class Node:
         kind: str,
         *,
         to: str | None = None,
-        size_bytes: int = 0,
+        bytes: int = 0,
         lasts_s: float | None = None,
         data: Any = None,
         waited_s: float | None = None,
@@ -155,7 +159,7 @@ class Node:
             ValueError: when an ASV is to ping, a vehicle that still sends is to send, nobody has
                 the name of whom it is sent to, or it does not last a finite time above 0.
         """
-        return self.air.send(self, Message(kind, to, size_bytes, lasts_s, data), waited_s)
+        return self.air.send(self, Message(kind, to, bytes, lasts_s, data), waited_s)
 
 
 class Message(NamedTuple):
@@ -163,6 +167,6 @@ class Message(NamedTuple):
 
     kind: str
     to: str | None
-    size_bytes: int
+    bytes: int
     lasts_s: float | None
     data: Any

@@ -30,12 +30,20 @@ from ..tdma import broadcast
 from .air import Air
 from .aloha import aloha, slotted_aloha
 from .csma import csma
+from .macau import macau
 from .node import Node, Program, Steps
+from .t_lohi import t_lohi
 
 # Intervals that are drawn at a time.
 DRAWN = 64
 
-PROGRAMS: dict[str, Program] = {"aloha": aloha, "slotted_aloha": slotted_aloha, "csma": csma}
+PROGRAMS: dict[str, Program] = {
+    "aloha": aloha,
+    "slotted_aloha": slotted_aloha,
+    "csma": csma,
+    "t_lohi": t_lohi,
+    "macau": macau,
+}
 
 
 def program_named(choice: str) -> Program:
