@@ -278,7 +278,7 @@ def _timing(setup: "Setup", rounds: "Rounds") -> dict[str, Any]:
         )
     ]  # fmt: skip
     return {
-        "schedule": None if protocol.asvs_ping else protocol.schedule,
+        "schedule": None if protocol.asvs_ping else protocol.rule,
         "downlink": None if protocol.asvs_ping else protocol.downlink,
         "ranging": protocol.ranging,
         "tick_rate_hz": protocol.tick_rate_hz,

@@ -18,7 +18,7 @@ def sending(result: "Result", ping: Any) -> Iterator[Step]:
     """Yield the round, the call where there is one, and the ping."""
     protocol, row = result.scenario.protocol, row_of(result, "rounds", "round", ping["round"])
     facts = {"round": ping["round"], "conflicts": row.conflicts}
-    begins, why = f"begins: {_round(result, row)} ({protocol.schedule.words})", ""
+    begins, why = f"begins: {_round(result, row)} ({protocol.rule.words})", ""
     if protocol.random_access:
         pairs = counted(row.conflicts, "pair")
         why = f"AUVs ping as they like; {pairs} of them could collide at an ASV"

@@ -202,6 +202,7 @@ PROTOCOL = (
         {"protocol.schedule": UNFRAMED},
         ("protocol.frame_s",),
         "a round begins as soon as the one before it has ended",
+        but=lambda setup: setup.scenario.protocol.random_access,
     ),
     Idle(
         {

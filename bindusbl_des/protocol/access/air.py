@@ -47,6 +47,9 @@ from .node import PING, ROUNDING, Heard, Message, Node
 # Sends of one instant become one ping group: after whatever else happens then.
 LATE = EventPriority(2)
 
+# Bytes of a signal, at most
+MOST_BYTES = 65_535
+
 # A signal that nobody waits to decode is looked at again so much later (s), where it is not known
 # when it will be there.
 SOON = 1e-3
@@ -114,6 +117,11 @@ class Air:
 
     def _duration(self, node: Node, message: Message) -> float:
         """Return how long (s) a signal lasts."""
+        kind, size = message.kind, message.bytes
+        if not isinstance(kind, str) or not kind:
+            refuse("`kind`", repr(kind), "be a word", f"name it as you like, or {PING!r}")
+        if not 0 <= size <= MOST_BYTES:
+            refuse("`bytes`", size, f"be 0 to {MOST_BYTES}", "send it in several signals")
         if message.to is not None and message.to not in self.names:
             hint = did_you_mean(str(message.to), self.names)
             refuse("`to`", message.to, "name a vehicle, such as ASV0", f"send it to all{hint}")

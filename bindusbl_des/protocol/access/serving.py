@@ -70,8 +70,11 @@ class OwnProgram:
         Raises:
             PluginError: when it raises anything, or yields what is no event of the mission.
         """
-        when = f" for {node.name}"
-        steps = asked(ACCESS.key, self.name, self.begin, node, when=when)
+
+        def when() -> str:
+            return f" for {node.name} at {node.air.env.now:g} s"
+
+        steps = asked(ACCESS.key, self.name, self.begin, node, when=when())
         yield from checked_steps(ACCESS.key, self.name, steps, node.air.env, when)
 
 

@@ -163,6 +163,11 @@ class Protocol(Section):
         return PartChoice(named, self.schedule.settings if named == self.schedule else None)
 
     @property
+    def rule(self) -> PartChoice:
+        """What decides who pings when: a program of AUVs, or the schedule."""
+        return self.program if self.random_access else self.schedule
+
+    @property
     def replies(self) -> bool:
         """Whether each ping is answered by itself."""
         return downlink_named(self.downlink).replies and not self.asvs_ping
