@@ -1,6 +1,6 @@
 """ALOHA, pure and slotted: Poisson instants, and the closed forms of who is heard."""
 
-from itertools import islice, takewhile
+from itertools import takewhile
 from math import exp, log
 from typing import Any
 
@@ -8,19 +8,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from worlds import merged, scenario, still
+from worlds import merged, packets_of, scenario, still
 
 from bindusbl_des import Result, Scenario, Setup, simulate
-from bindusbl_des.core.clock import ExactClock, TickClock
-from bindusbl_des.core.streams import Streams
 from bindusbl_des.preflight.bounds import (
     aloha_success,
     offered_load,
     slot_share,
     slotted_success,
 )
-from bindusbl_des.protocol.access.aloha import Aloha, SlottedAloha
-from bindusbl_des.protocol.access.serving import packets_of
 
 PING_S = 0.010
 
@@ -102,9 +98,15 @@ def test_two_of_a_slot_are_heard_where_their_ways_differ_by_more_than_a_ping() -
     assert share_heard(simulate(plan, 1)) == 1.0
 
 
+def sending(count: int, every_s: float, access: str = "aloha", **changes: Any) -> Scenario:
+    """AUVs that have something to send at mean intervals, for 20 of these."""
+    base = {"duration_s": 20.0 * every_s, "protocol": {"access": access, "frame_s": every_s}}
+    return still(count, **merged(base, changes))
+
+
 def test_instants_are_poisson() -> None:
     """Intervals have the mean asked for, are as scattered as it, and know nothing of each other."""
-    found = np.array([list(islice(own, 20_000)) for own in packets_of(Streams(5), 3, 2.5)])
+    found = np.array(packets_of(sending(3, 2.5), 5, 20_000))
     gaps = np.diff(found, axis=1, prepend=0.0)
     assert gaps.mean(axis=1) == pytest.approx(2.5, rel=0.03)
     assert gaps.std(axis=1) == pytest.approx(2.5, rel=0.04)
@@ -114,62 +116,45 @@ def test_instants_are_poisson() -> None:
 
 def test_a_further_auv_leaves_the_instants_of_others() -> None:
     """Streams are of one AUV each, and a longer interval stretches the same instants."""
-    few, many = packets_of(Streams(5), 2, 1.0), packets_of(Streams(5), 3, 2.0)
+    few, many = packets_of(sending(2, 1.0), 5, 200), packets_of(sending(3, 2.0), 5, 200)
     for auv in range(2):
-        own = list(islice(few[auv], 200))
-        assert [2.0 * it for it in own] == pytest.approx(list(islice(many[auv], 200)), rel=1e-12)
-    first = [next(own) for own in packets_of(Streams(6), 2, 1.0)]
-    assert first != [next(own) for own in packets_of(Streams(5), 2, 1.0)]
+        assert 2.0 * np.array(few[auv]) == pytest.approx(np.array(many[auv]), rel=1e-12)
+    assert packets_of(sending(2, 1.0), 6, 1) != packets_of(sending(2, 1.0), 5, 1)
 
 
 @given(st.integers(0, 2**32), st.integers(1, 6), st.floats(0.001, 2.0))
-@settings(max_examples=60, deadline=None)
-def test_pure_aloha_is_the_merged_instants_but_own_overlaps(
-    seed: int, auvs: int, ping_s: float
-) -> None:
-    """One process takes them in order; an AUV's own pings never overlap, others are not asked."""
-    access = Aloha(packets_of(Streams(seed), auvs, 1.0), ping_s)
-    sent: list[tuple[float, int]] = []
-    for _ in range(60):
-        time = access.next_at
-        who, waited = access.due()
-        assert waited is None
-        sent += [(time, auv) for auv in who]
-    assert sent == sorted(sent)
-    end = sent[-1][0]
-    for auv, own in enumerate(packets_of(Streams(seed), auvs, 1.0)):
+@settings(max_examples=15, deadline=None)
+def test_pure_aloha_is_all_instants_but_own_overlaps(seed: int, auvs: int, ping_s: float) -> None:
+    """An AUV's own pings never overlap; others are not asked."""
+    plan = sending(auvs, 1.0, acoustics={"hf": {"ping_s": ping_s}})
+    pings = simulate(plan, seed).tables["pings"]
+    assert pings.sent_at_s.is_monotonic_increasing
+    for auv, own in enumerate(packets_of(plan, seed, 100)):
         kept: list[float] = []
-        for instant in takewhile(lambda it: it <= end, own):
+        for instant in takewhile(lambda it: it < 20.0, own):
             if not kept or instant >= kept[-1] + ping_s:
                 kept.append(instant)
-        assert [at for at, who_pings in sent if who_pings == auv] == kept
+        sent = pings.sent_at_s[pings.auv == f"AUV{auv}"]
+        assert sent.to_numpy() == pytest.approx(np.array(kept), abs=1e-12)
 
 
-@given(st.integers(0, 2**32), st.integers(1, 6), st.floats(0.01, 3.0), st.booleans())
-@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32), st.integers(1, 6), st.floats(0.02, 3.0), st.booleans())
+@settings(max_examples=15, deadline=None)
 def test_slotted_aloha_puts_instants_on_the_next_slot(
     seed: int, auvs: int, slot_s: float, ticks: bool
 ) -> None:
     """Each slot's instants are one ping of their AUV at the start of the next slot of the clock."""
-    clock = TickClock(30.0) if ticks else ExactClock()
-    access = SlottedAloha(packets_of(Streams(seed), auvs, 1.0), slot_s, clock)
-    length = clock.after(0.0, slot_s)
-    sent: dict[int, list[int]] = {}
-    for _ in range(40):
-        time = access.next_at
-        number = round(time / length)
-        assert time == pytest.approx(number * length, abs=1e-9)
-        assert number not in sent
-        sent[number] = sorted(access.due().auvs)
-    last = max(sent)
-    expected: dict[int, list[int]] = {}
-    for auv, own in enumerate(packets_of(Streams(seed), auvs, 1.0)):
-        numbers = {
-            int(np.ceil(it / length)) for it in takewhile(lambda it: it <= last * length, own)
-        }
-        for number in numbers:
-            expected.setdefault(number, []).append(auv)
-    assert sent == expected
+    changes = {"tick_rate_hz": 30.0 if ticks else None, "shortest_uplink_slot_s": slot_s}
+    plan = sending(auvs, 1.0, "slotted_aloha", protocol=changes)
+    slots = Setup(plan).slots
+    length = slots.clock.after(0.0, slots.uplink_slot)
+    pings = simulate(plan, seed).tables["pings"]
+    for auv, own in enumerate(packets_of(plan, seed, 100)):
+        numbers = sorted({int(np.ceil(it / length)) for it in own})
+        starts = [number * length for number in numbers if number * length < 20.0 - 1e-9]
+        sent = pings.sent_at_s[pings.auv == f"AUV{auv}"].to_numpy()
+        assert sent[: len(starts)] == pytest.approx(np.array(starts), abs=1e-9)
+        assert len(sent) <= len(starts) + 1
 
 
 def test_no_downlink_interrupts_pings() -> None:
@@ -177,7 +162,7 @@ def test_no_downlink_interrupts_pings() -> None:
     plan = scenario(duration_s=40.0, protocol={"schedule": "aloha", "frame_s": 0.7})
     result = simulate(plan, 3)
     pings, frames = result.tables["pings"], result.tables["broadcasts"]
-    for auv, own in enumerate(packets_of(Streams(3), plan.auvs.count, 0.7)):
+    for auv, own in enumerate(packets_of(plan, 3, 200)):
         sent = pings.sent_at_s[pings.auv == f"AUV{auv}"].to_numpy()
         meant = np.array(list(takewhile(lambda it: it < 40.0, own)))
         assert set(sent) <= set(meant)

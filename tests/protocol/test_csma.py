@@ -10,12 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from test_aloha import crowd, share_heard
-from worlds import merged, scenario
+from worlds import merged, packets_of, scenario
 
 from bindusbl_des import Mission, Scenario, simulate, travel_time
-from bindusbl_des.core.streams import Streams
 from bindusbl_des.preflight.bounds import aloha_success, offered_load
-from bindusbl_des.protocol.access.serving import packets_of
 
 SPEED, PING_S = 1500.0, 0.010
 CURVE = "bindusbl_des/presets/ahoi_delivery.csv"
@@ -88,8 +86,9 @@ def test_an_auv_pings_by_the_rule_and_by_nothing_else(
     if places is not None:
         spots = np.random.default_rng(places).uniform(-55.0, 55.0, (5, 2)).tolist()
         changes["auvs"] = {"route": {"kind": "hold", "positions_m": spots}}
-    heard, own = flown(sensing(every_s, window, slot_s, **changes), seed)
-    packets = packets_of(Streams(seed), 5, every_s)
+    plan = sensing(every_s, window, slot_s, **changes)
+    heard, own = flown(plan, seed)
+    packets = packets_of(plan, seed, 400)
     for auv, sent in enumerate(own):
         instants = list(takewhile(lambda it: it < 6.0, packets[auv]))
         before = -1.0

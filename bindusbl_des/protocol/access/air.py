@@ -224,8 +224,10 @@ class Air:
         """
         inbox = self._inboxes.get(node.number)
         if inbox is None:
-            rows = np.flatnonzero(self._sounds.rows["listener"] == node.number).tolist()
-            inbox = self._inboxes[node.number] = _Inbox(node, rows)
+            rows = self._sounds.rows
+            here = (rows["listener"] == node.number) & (rows["sender"] != node.number)
+            inbox = _Inbox(node, np.flatnonzero(here).tolist())
+            self._inboxes[node.number] = inbox
         if inbox.waiting is not None and not inbox.waiting.triggered:
             refuse("hears", node.name, "be waited for once at a time", "`yield` it before the next")
         inbox.waiting = self.env.event()
@@ -395,6 +397,8 @@ def _spread(
             sound.outcome, sound.why = OUT_OF_RANGE, OUT_OF_RANGE
         elif uniform(keys[sound.listener], 0, nth, 0) < sound.loss:
             sound.outcome, sound.why = LOST, CHANCE
+        if sound.listener >= sea.auvs.first.size - 1:  # what pings meet at ASVs
+            solve(sound, inf, sea)
     return end
 
 
