@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from commands_for_tests import explained
+from commands_for_tests import each_explained
 from scipy.stats import binom  # type: ignore[import-untyped,unused-ignore]
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
 
@@ -252,13 +252,13 @@ def test_explain_tells_levels(hf: dict[str, Any], told: str) -> None:
     """What was too weak, what was loud enough and what drowned it, in dB."""
     world = lying((30.0, 0.0), (0.0, -30.0), duration_s=4.0, acoustics={"hf": hf})
     result = simulate(world, 1)
-    text = " ".join(" ".join(explained(result, ping=int(n)) for n in range(4)).split())
+    text = " ".join(each_explained(result, "ping", range(4)))
     assert told in text
 
 
 def test_explain_tells_the_curve(curve: dict[str, Any]) -> None:
     world = lying((30.0, 0.0), (95.0, 0.0), duration_s=4.0, acoustics={"hf": {"channel": curve}})
     result = simulate(world, 1)
-    text = " ".join(" ".join(explained(result, ping=int(n)) for n in range(4)).split())
+    text = " ".join(each_explained(result, "ping", range(4)))
     assert re.search(r"loss probability 0\.400 by the curve \S+\.csv at 30\.0 m", text)
     assert "lets nothing be decoded" in text
