@@ -92,6 +92,26 @@ def still(count: int = 3, *, side: float = 60.0, at: float = 20.0, **changes: An
     return scenario(**merged(base, changes))
 
 
+LOUD: dict[str, Any] = {"model": "sonar", "shadowing_sd_db": 0.0, "snr_threshold_db": 10.0}
+
+
+def holding(*places: tuple[float, float], channel: dict[str, Any], **changes: Any) -> Scenario:
+    """Return AUVs that hold still 10 m deep, heard by a sonar of an ASV at the origin, without
+    noise.
+    """
+    base = {
+        "duration_s": 20.0,
+        "survey": {"side_m": 60.0, "depth_m": 10.0},
+        "auvs": {"count": len(places), "route": {"kind": "hold", "positions_m": list(places)}},
+        "asvs": {"count": 1},
+        "acoustics": {"hf": {"range_m": 50.0, "channel": {**LOUD, **channel}}},
+        "usbl": {**QUIET_USBL, "gnss_sd_m": 0.0},
+        "navigation": QUIET_NAVIGATION,
+        "record": {"detail": "full"},
+    }
+    return scenario(**merged(base, changes))
+
+
 def paper_case(asvs: int, angle_deg: float = 0.0, **changes: Any) -> Scenario:
     """Return the paper's case study: L = 140 m, three AUVs."""
     base = {
