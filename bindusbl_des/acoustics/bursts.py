@@ -34,14 +34,8 @@ MOST = 1.0 - 2.0**-LAYERS
 EACH, MOST_IN_CELL = 4, 15
 
 
-def pairs(
-    burst_s: float | None, streams: Streams, purpose: Purpose, auvs: int, asvs: int
-) -> Rows | None:
-    """Return what the luck of each pair is drawn by (auvs, asvs), :data:`PAIR`; None where each
-    signal is lost by itself.
-    """
-    if burst_s is None:
-        return None
+def pairs(burst_s: float, streams: Streams, purpose: Purpose, auvs: int, asvs: int) -> Rows:
+    """Return what the luck of each pair is drawn by (auvs, asvs), :data:`PAIR`."""
     found = np.empty((auvs, asvs), PAIR)
     found["burst_s"] = burst_s
     for auv in range(auvs):

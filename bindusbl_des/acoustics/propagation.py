@@ -221,7 +221,7 @@ def _reach(
             line.ping, line.listener = ping.ping, listener
             line.auv = listener if into.asvs_send else ping.auv
             line.asv = ping.asv if into.asvs_send else listener
-            _meet(line, ping.sent_at_s, straight, bent, sound_speed)
+            _meet(line, ping.sent_at_s, straight, bent, way.band)
             line.loss = lost(line.slant_range_m, number, listener, way) if heard else 1.0
             line.outcome = IN_FLIGHT if heard else OUT_OF_RANGE
             line.why, line.overlapped_by = NONE if heard else OUT_OF_RANGE, NONE
@@ -240,12 +240,14 @@ def _reach(
 
 
 @compiled
-def _meet(line: Row, sent_at: float, straight: float, bent: float, sound_speed: float) -> None:
+def _meet(line: Row, sent_at: float, straight: float, bent: float, band: SignalBand) -> None:
     """Write when a ping arrives that would travel for so long (s) straight on and comes so much
     later (s).
     """
-    line.travel_time_s, line.bent_s = straight + bent, bent
-    line.slant_range_m, line.arrived_at_s = straight * sound_speed, sent_at + (straight + bent)
+    line.travel_time_s, line.bent_s, line.sent_at_s = straight + bent, bent, sent_at
+    line.slant_range_m = straight * band.sound_speed
+    line.arrived_at_s = sent_at + line.travel_time_s
+    line.ended_at_s = line.arrived_at_s + band.duration
 
 
 @compiled
@@ -255,7 +257,7 @@ def arrive(packed: int, row: int, straight: float, bent: float) -> None:
     """
     into = unpacked(packed, Spread)
     line, way = into.receptions[row], into.way
-    _meet(line, into.pings[line.ping].sent_at_s, straight, bent, way.band.sound_speed)
+    _meet(line, line.sent_at_s, straight, bent, way.band)
     if line.outcome != OUT_OF_RANGE:
         line.loss = lost(line.slant_range_m, 0, line.listener, way)
 
@@ -285,7 +287,8 @@ def deafen(failures: Failures, pings: Rows, receptions: Rows, band: SignalBand) 
 
 def silence(receptions: Rows, outcome: int) -> None:
     """Let nothing arrive of a ping whose call had an outcome other than to be heard."""
-    receptions["arrived_at_s"] = receptions["snr_db"] = nan
+    for name in ("arrived_at_s", "ended_at_s", "snr_db"):
+        receptions[name] = nan
     unanswered = receptions["outcome"] != OUT_OF_RANGE
     receptions["outcome"][unanswered], receptions["why"][unanswered] = outcome, UNANSWERED
 
@@ -309,7 +312,7 @@ def amend(packed: int, time: float, first: int, end: int) -> int:
     for number in range(first, end):
         ping = pings[number]
         receptions = of.receptions[ping.first : ping.end]
-        latest, last, longest = _travel(ping, receptions, of.listeners, band.sound_speed)
+        latest, last, longest = _travel(ping, receptions, of.listeners, band)
         if ping.sent_at_s + latest > time:
             under_way = min(under_way, number)
         ping.longest_s = max(longest, pings[number - 1].longest_s if number else 0.0)
@@ -320,7 +323,7 @@ def amend(packed: int, time: float, first: int, end: int) -> int:
 
 @compiled
 def _travel(
-    ping: Row, receptions: Rows, listeners: Motion, sound_speed: float
+    ping: Row, receptions: Rows, listeners: Motion, band: SignalBand
 ) -> tuple[float, float, float]:
     """Write how long (s) a ping travels to its ASVs; return the longest way (s): to any of them, to
     any in range, and to any where it is a sound at all.
@@ -329,11 +332,11 @@ def _travel(
     latest, last, longest = 0.0, 0.0, 0.0
     for line in receptions:
         sent_at = ping.sent_at_s + line.bent_s
-        straight = travel_time_to(here, listeners, line.listener, sent_at, sound_speed)
+        straight = travel_time_to(here, listeners, line.listener, sent_at, band.sound_speed)
         silent = isnan(line.arrived_at_s)  # whom no call reached does not ping
-        _meet(line, ping.sent_at_s, straight, line.bent_s, sound_speed)
+        _meet(line, ping.sent_at_s, straight, line.bent_s, band)
         if silent:
-            line.arrived_at_s = nan
+            line.arrived_at_s = line.ended_at_s = nan
         latest = max(latest, line.travel_time_s)
         if line.outcome != OUT_OF_RANGE:
             last = max(last, line.travel_time_s)

@@ -162,8 +162,11 @@ def _network(
         strayed(setup, auvs),
         streams,
         record,
-        deliveries.frames if protocol.deafens_asvs else None,
     )
+    if protocol.deafens_asvs:
+        deliveries.deafens = uplink.sounds
+    if protocol.duplex == "per_node":
+        uplink.deafens = deliveries.deafen
     replies = answers = None
     if protocol.replies:
         message = slots.messages.packed(1)[0] if protocol.replies_in_frames else None
@@ -274,7 +277,9 @@ def _on_hf(
         setup.ping_channel or setup.ping_loss,
         streams,
         record,
-        pairs(hf.burst_s, streams, Purpose.BURST, len(auvs), len(asvs)),
+        None
+        if hf.burst_s is None
+        else pairs(hf.burst_s, streams, Purpose.BURST, len(auvs), len(asvs)),
         asvs_ping=setup.scenario.protocol.asvs_ping,
     )
 
@@ -283,22 +288,13 @@ def frame_band(setup: Setup, streams: Streams) -> FrameBand:
     """Return what holds for all frames of the downlink."""
     channel, mf = setup.frame_channel, setup.scenario.acoustics.mf
     capture = math.inf if channel is None else channel(1, 1.0).receiver.capture
-    deafening = (
-        setup.scenario.acoustics.hf.ping_s if setup.scenario.protocol.duplex == "per_node" else 0.0
-    )
+    counts = setup.scenario.auvs.count, setup.scenario.asvs.count
     return FrameBand(
         mf.range_m,
         setup.sound_speed_m_per_s,
         channel,
         capture,
-        deafening,
-        pairs(
-            mf.burst_s,
-            streams,
-            Purpose.FRAME_BURST,
-            setup.scenario.auvs.count,
-            setup.scenario.asvs.count,
-        ),
+        None if mf.burst_s is None else pairs(mf.burst_s, streams, Purpose.FRAME_BURST, *counts),
         mf.range_metric == "slant",
     )
 

@@ -77,7 +77,7 @@ PING = row_type(
         "end": int,  # up to but not this one
         "passed_at_s": float,  # when it has passed all of its ASVs; infinite once that is decided
         "longest_s": float,  # longest travel time of any ping up to this one
-        "calls": int,  # calls on record when it was sent
+        "calls": int,  # sounds of calls on record when it was sent
     },
 )
 
@@ -101,6 +101,8 @@ RECEPTION = row_type(
     Reception,
     {
         "listener": int,  # its number among those who listen
+        "sent_at_s": float,
+        "ended_at_s": float,
         "loss": float,  # probability that it is lost on its way
         "slow_range": float,  # slow error of its range, a standard normal; NaN where there is none
         "sound": float,  # how strong it is where it overlaps others (see `acoustics.propagation`)

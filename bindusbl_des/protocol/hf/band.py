@@ -1,6 +1,6 @@
 """The HF band: pings of AUVs or of ASVs, calls of ASVs, and where and when they arrive."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache, lru_cache, partial
 from heapq import heappop, heappush
 from math import hypot
@@ -20,6 +20,7 @@ from ...acoustics.propagation import (
     spread,
 )
 from ...acoustics.sonar_channel import ECHO, EchoingSonar
+from ...acoustics.sounds import Sounds
 from ...acoustics.travel_time import PASSED, travel_time
 from ...core.arrays import Floats, Ints
 from ...core.packed import Packed
@@ -28,7 +29,7 @@ from ...records.events import FAILED_MEANWHILE, HEARD, IN_FLIGHT, LOST
 from ...records.rows import CALLED, NONE, EventBuffer, Recorder, Rows
 from ...vehicles.fleet import VehicleFleet
 from ...vehicles.motion import places
-from .calling import CALL, interrogate
+from .calling import interrogate
 
 # What a ping has that nobody called
 NO_CALL = np.array([(np.nan, NONE, NONE, NONE, np.nan)], dtype=CALLED)
@@ -69,23 +70,26 @@ class HfBand:
         self._auvs, self._asvs, self._record = auvs, asvs, record
         #: Who sends pings, and who listens.
         self.senders, self.listeners = (asvs, auvs) if asvs_ping else (auvs, asvs)
-        self._hearers = len(self.listeners)
+        self._hearers, self._all_auvs = len(self.listeners), range(len(auvs))
         self._may_fail = not (auvs.failures is None and asvs.failures is None)
         self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
         self._is_sure = self.listeners is asvs or auvs.foreseen
+        #: The number among all vehicles of the first who listens: AUVs come first, then ASVs.
+        self.first_listener = 0 if asvs_ping else len(auvs)
+        #: What sounds where beside pings: calls, and where ASVs are deaf meanwhile their frames.
+        self.sounds = Sounds(auvs, asvs, band.sound_speed, long=False)
         self._spread_in = self._packed()
         self._call_late_s: dict[int, Floats] = {}  # of the last call for each AUV, by each ASV
         self._luck = cache(partial(streams.of, Purpose.CALL))
         self._predicted = 0  # pings before this one have arrived everywhere
         self._nearly_there: list[tuple[float, int]] = []  # instants (s) and receptions, a heap
         self._prospects: dict[int, Prospects] = {}  # of pings, where a channel was asked
-        #: The sound of calls, :data:`.calling.CALL`, and of echoes, where the channel has any, row
-        #: by row of receptions, :data:`ECHO`.
-        self.calls = EventBuffer(CALL)
+        #: Echoes, where the channel has any, row by row of receptions, :data:`ECHO`.
         has_echoes = isinstance(channel, EchoingSonar) and not asvs_ping
         self.echoes = EventBuffer(ECHO) if has_echoes else None
-        #: Whom to tell of pings that have just been sent: who answers each of them, if anybody
-        #: does, and who waits for them.
+        #: Whom to tell of pings that have just been sent: on whose band AUVs are deaf meanwhile,
+        #: who answers each of them, if anybody does, and who waits for them.
+        self.deafens: Callable[[Iterable[tuple[int, int]], float, float], None] | None = None
         self.answered_by: Callable[[range], None] | None = None
         self.on_sent: Callable[[range], None] | None = None
 
@@ -108,17 +112,17 @@ class HfBand:
 
         Return for each AUV what became of its call (n,), :data:`CALLED`.
         """
-        calls, luck = self.calls, self._luck
+        sounds, luck = self.sounds, self._luck
         chances = [
             luck(auv, asv).random() for auv, asv in zip(group, callers.tolist(), strict=True)
         ]
-        self._ask(group, time, calling=True)
+        self._ask_of_calls(group, time)
         self._foresee(group, time)
-        answers, sounds = np.empty(len(group), CALLED), len(set(callers.tolist())) * len(self._asvs)
-        calls.count = interrogate(
-            self._spread_in.address, members(tuple(group)), callers, np.array(chances), time,
-            answers, calls.room_for(sounds), calls.count, self.receiver.capture,
-            self.bursts,
+        answers = np.empty(len(group), CALLED)
+        sounds.room_for(len(set(callers.tolist())) * sounds.vehicles)
+        sounds.count = interrogate(
+            self._spread_in.address, sounds.sea.address, members(tuple(group)), callers,
+            np.array(chances), time, answers, sounds.count, self.receiver.capture, self.bursts,
         )  # fmt: skip
         if self._asvs.failures is not None:
             _, cut = self._asvs.failures.met(callers, time, time + self.band.duration)
@@ -141,18 +145,23 @@ class HfBand:
         late = float(self._call_late_s[auv][asv]) if auv in self._call_late_s else 0.0
         return travel_time(caller, at, time + late, self.band.sound_speed) + late
 
-    def _ask(self, group: Sequence[int], time: float, calling: bool = False) -> None:
-        """Ask what becomes of pings, or calls for AUVs; not the disc, it is compiled."""
+    def _ask(self, group: Sequence[int], time: float) -> None:
+        """Ask what becomes of pings; not the disc, it is compiled."""
         if self._channel is not None:
-            prospects = self._channel.prospects(self._signals(group, time, calling))
+            prospects = self._channel.prospects(self._signals(group, time, self.asvs_ping))
             if self.asvs_ping:
                 prospects = np.ascontiguousarray(prospects[:, list(group)].T)
             self._foretell(prospects)
-            if calling:
-                self._call_late_s |= zip(group, prospects["late_s"], strict=True)
-            elif not self._is_sure:
+            if not self._is_sure:
                 first = self._record.pings.count
                 self._prospects |= {first + k: prospects[k : k + 1] for k in range(len(group))}
+
+    def _ask_of_calls(self, group: Sequence[int], time: float) -> None:
+        """Ask what becomes of calls for a group at all AUVs, by number: they are sounds there."""
+        if self._channel is not None:
+            prospects = self._channel.prospects(self._signals(self._all_auvs, time, calling=True))
+            self._foretell(prospects)
+            self._call_late_s |= {auv: prospects["late_s"][auv] for auv in group}
 
     def _foretell(self, prospects: Prospects) -> None:
         """Have compiled code know what becomes of signals."""
@@ -167,7 +176,7 @@ class HfBand:
         auvs, asvs = (places(fleet.motion, time)[:, :3] for fleet in (self._auvs, self._asvs))
         if not self.asvs_ping:
             auvs = auvs.take(members(tuple(group)), axis=0)
-        return between(time, auvs, asvs, self.band.reach, calling or self.asvs_ping)
+        return between(time, auvs, asvs, self.band.reach, calling)
 
     def _foresee(self, group: Sequence[int], time: float) -> None:
         """Make known where AUVs are until a sound sent at an instant (s) has met or passed them."""
@@ -208,7 +217,7 @@ class HfBand:
         receptions.room_for(count * self._hearers)
         receptions.count = spread(
             self._spread_in.address, members(tuple(group)), round_number, slot, time, called,
-            self.calls.count, self._is_sure, first, row,
+            self.sounds.count, self._is_sure, first, row,
         )  # fmt: skip
         pings.count = first + count
         if waited is not None:
@@ -225,6 +234,8 @@ class HfBand:
                     self._nearly_there, (float(receptions.array[number]["arrived_at_s"]), number)
                 )
         sent = range(first, pings.count)
+        if self.deafens is not None and called[0]["call"] in (NONE, HEARD):
+            self.deafens(zip(sent, group, strict=True), time, self.band.duration)
         if self.on_sent is not None:
             self.on_sent(sent)
         if self.answered_by is not None:

@@ -132,54 +132,52 @@ class Outcomes:
         strayed: Floats,
         streams: Streams,
         record: Recorder,
-        deafening: EventBuffer | None = None,
     ) -> None:
         """Decide pings, and have them measured by who listens.
 
-        `strayed` (n,), m2, as of :class:`.reception.Decided`.  ASVs hear nothing while they send
-        frames that are `deafening` (:data:`..mf.reception.FRAME`).
+        `strayed` (n,), m2, as of :class:`.reception.Decided`.
         """
         self.band, self.receiver, self._listeners = band.band, band.receiver, band.listeners
         self._band, self._record = band, record
-        self._measuring, self._strayed, self._deafening = measuring, strayed, deafening
+        self._measuring, self._strayed = measuring, strayed
         #: :data:`OWN_PLACE`, ping by ping, where ASVs ping.
         self._gnss_noise = EventBuffer(OWN_PLACE) if band.asvs_ping else None
         self._gnss = cache(partial(streams.of, Purpose.BEACON))
-        self._decided_by = self._packed(record, band.calls)
+        self._decided_by = self._packed(record)
         self._room = 1  # for numbers of pings that are due
         self._undecided = 0  # pings before this one are decided
 
-    def _packed(self, record: Recorder, calls: EventBuffer) -> Packed:
+    def _packed(self, record: Recorder) -> Packed:
         """Return the packed state that pings are decided by, :class:`.reception.Decided`."""
-        measuring = self._measuring
+        measuring, band = self._measuring, self._band
         packed = Packed(
             Decided(
                 record.pings.array,
                 record.receptions.array,
-                calls.array,
+                band.sounds.array,
                 record.fixes.array,
                 np.empty(1, dtype=np.int64),
-                measuring.noise_with(self._band.bursts),
+                measuring.noise_with(band.bursts),
                 self._listeners.motion,
                 measuring.instrument,
                 self._strayed,
                 self.band.duration,
+                band.first_listener,
                 self.receiver.capture,
                 self.receiver.shadowing_sd_db,
             )
         )
         record.pings.hand_on(packed, "pings")
         record.receptions.hand_on(packed, "receptions")
-        calls.hand_on(packed, "calls")
+        band.sounds.hand_on(packed, "sounds")
         record.fixes.hand_on(packed, "fixes")
-        measuring.hand_on(packed, self._band.bursts)
+        measuring.hand_on(packed, band.bursts)
         return packed
 
     @property
-    def _further_sound(self) -> tuple[Rows | None, Rows | None]:
-        """Sound that few bands have: echoes of pings, and frames that deafen ASVs."""
-        echoes, frames = self._band.echoes, self._deafening
-        return None if echoes is None else echoes.rows, None if frames is None else frames.rows
+    def _echoes(self) -> Rows | None:
+        """Echoes of pings, which few bands have."""
+        return None if self._band.echoes is None else self._band.echoes.rows
 
     def resolve_passed(self, time: float) -> range:
         """Decide every ping that has passed who listens by an instant (s); return the new fixes."""
@@ -205,7 +203,7 @@ class Outcomes:
             self._decided_by.renew("due", np.empty(self._room, dtype=np.int64))
         fixes.count, undecided, auv, asv = resolve(
             self._decided_by.address, time, ping, only, pings.count, receptions.count,
-            self._band.calls.count, count, measuring.errors, *self._further_sound,
+            self._band.sounds.count, count, measuring.errors, self._echoes,
             None if self._gnss_noise is None else self._drawn(self._gnss_noise),
         )  # fmt: skip
         if measuring.own is not None:
@@ -315,7 +313,7 @@ class Outcomes:
             luck = burst_luck(pair, float(reception["arrived_at_s"]), float(reception["loss"]))
         outcome = foretold(
             self._decided_by.address, row, luck, record.pings.count, record.receptions.count,
-            self._band.calls.count, *self._further_sound,
+            self._band.sounds.count, self._echoes,
         )  # fmt: skip
         return outcome, float(reception["snr_db"]) + self.receiver.shadowing_sd_db * luck
 

@@ -11,16 +11,15 @@ import numpy as np
 
 from ...acoustics.bursts import PAIR, burst_luck
 from ...acoustics.loss import chance_of
-from ...acoustics.propagation import drowns, overlap
+from ...acoustics.propagation import drowns, meet
+from ...acoustics.sounds import SOUND, interference
 from ...acoustics.travel_time import PASSED
 from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled
 from ...core.packed import unpacked
 from ...records.events import (
     BURST,
-    BY_CALL,
     BY_ECHO,
-    BY_OWN_FRAME,
     BY_PING,
     CHANCE,
     COLLIDED,
@@ -37,20 +36,19 @@ from ...usbl.slow_errors import RANGE, SLOW, advance, blend
 from ...usbl.systematic_fixes import PackedErrors, measured_astray, systematic_of
 from ...usbl.two_way import Heard
 from ...vehicles.motion import Motion, where
-from ..mf.reception import frame_sent
-from .calling import CALL, drowned_by
 
 
 class Air(NamedTuple):
-    """All sound on record: pings, their receptions, calls; and how long (s) each lasts.  What a
-    receiver makes of it: `capture` and the shadowing (dB) as of
-    :class:`...acoustics.channel.Receiver`.
+    """All sound on record: pings, their receptions, the `sounds` of calls; how long (s) each lasts;
+    and the first vehicle of those who listen.  What a receiver makes of it: `capture` and the
+    shadowing (dB) as of :class:`...acoustics.channel.Receiver`.
     """
 
     pings: Rows
     receptions: Rows
-    calls: Rows
+    sounds: Rows
     duration: float
+    first_listener: int
     capture: float
     shadowing_sd_db: float
 
@@ -80,7 +78,7 @@ class Decided(NamedTuple):
 
     pings: Annotated[Rows, PING]
     receptions: Annotated[Rows, RECEPTION]
-    calls: Annotated[Rows, CALL]
+    sounds: Annotated[Rows, SOUND]
     fixes: Annotated[Rows, FIX]
     due: Ints
     noise: PairNoise
@@ -88,65 +86,15 @@ class Decided(NamedTuple):
     instrument: PackedInstrument
     strayed: Floats
     duration: float
+    first_listener: int
     capture: float
     shadowing_sd_db: float
 
 
 @compiled
-def overlapped(row: int, air: Air, echoes: Rows | None) -> bool:
-    """Tell whether other pings that overlap this one where it arrives destroy it, or (if not
-    None) the `echoes` of these; touching is no overlap.
-
-    Pings are on record in the order in which they were sent, so the search ends at one that was
-    over before this arrival, or sent after it.
-    """
-    pings, receptions = air.pings, air.receptions
-    reception = receptions[row]
-    longest, others = PASSED * pings[reception.ping].longest_s, 0.0
-    for other in range(row - 1, -1, -1):
-        sent_at = pings[receptions[other].ping].sent_at_s
-        if sent_at + longest + air.duration < reception.arrived_at_s:
-            break
-        others += _interference_of(reception, receptions[other], air.duration)
-        if echoes is not None:
-            others += _echoed(reception, receptions[other], echoes[other], air.duration)
-    for other in range(row + 1, len(receptions)):
-        if pings[receptions[other].ping].sent_at_s > reception.arrived_at_s + air.duration:
-            break
-        others += _interference_of(reception, receptions[other], air.duration)
-        if echoes is not None:
-            others += _echoed(reception, receptions[other], echoes[other], air.duration)
-    return drowns(reception.sound, others, air.capture)
-
-
-@compiled
-def _interference_of(reception: Row, other: Row, duration: float) -> float:
-    """Return how strong another ping is at the same place while this one lasts; 0 if it is not
-    there, or was not sent.
-    """
-    if other.listener != reception.listener or not overlap(
-        reception.arrived_at_s, other.arrived_at_s, duration
-    ):
-        return 0.0
-    return float(other.sound)
-
-
-@compiled
-def _echoed(reception: Row, other: Row, echo: Row, duration: float) -> float:
-    """Return how strong the echoes of another ping are at the same place while this one lasts."""
-    strength = 0.0
-    if other.listener == reception.listener:
-        for way in range(len(echo.later_s)):
-            if overlap(reception.arrived_at_s, other.arrived_at_s + echo.later_s[way], duration):
-                strength += echo.sound[way]
-    return strength
-
-
-@compiled
 def resolve(
-    packed: int, time: float, first: int, only: int, pings: int, receptions: int, calls: int,
-    fix: int, errors: int | None, echoes: Rows | None, frames: Rows | None,
-    gnss_noise: Floats | None,
+    packed: int, time: float, first: int, only: int, pings: int, receptions: int, sounds: int,
+    fix: int, errors: int | None, echoes: Rows | None, gnss_noise: Floats | None,
 ) -> tuple[int, int, int, int]:  # fmt: skip
     """Decide all pings from `first` on that have passed every ASV by an instant (s), as they did;
     or of the ping `first` the reception `only`, if that is not NONE.
@@ -154,20 +102,20 @@ def resolve(
     Return the number of fixes then, the first ping that is yet to be decided, and NONE, NONE; or,
     when the noise of a pair of an AUV and an ASV is used up, these: it must be refilled and the
     function called again.  `packed` is the address of a :class:`Decided`, of which so many `pings`,
-    `receptions` and `calls` are on record, and `fix` fixes.
+    `receptions` and `sounds` are on record, and `fix` fixes.
 
     What few bands have comes with each call; what is None is not even compiled: systematic
     `errors`, the address of a :class:`PackedErrors`; `echoes`, row by row of receptions, as of
-    :data:`...acoustics.sonar_channel.ECHO`; `frames`, of ASVs that hear no ping while they send
-    them; and `gnss_noise` (pings, 3), where ASVs ping: how far off each believed to be, in standard
-    deviations.  Then every reception is decided by itself, once it is over.
+    :data:`...acoustics.sonar_channel.ECHO`; and `gnss_noise` (pings, 3), where ASVs ping: how far
+    off each believed to be, in standard deviations.  Then every reception is decided by itself,
+    once it is over.
     """
     by = unpacked(packed, Decided)
-    air = _on_record(by, pings, receptions, calls)
+    air = _on_record(by, pings, receptions, sounds)
     if gnss_noise is not None:
         for row in _over(air, first, time):
             ping = air.pings[air.receptions[row].ping]
-            dry, hearers = _decide(ping.ping, row, air, echoes, frames, by.noise)
+            dry, hearers = _decide(ping.ping, row, air, echoes, by.noise)
             if dry != NONE:
                 return fix, first, air.receptions[row].auv, dry
             if hearers:
@@ -179,7 +127,7 @@ def resolve(
             count = _write_due(by.due, air.pings, first, time)
         for number in by.due[:count]:
             ping = air.pings[number]
-            dry, hearers = _decide(number, only, air, echoes, frames, by.noise)
+            dry, hearers = _decide(number, only, air, echoes, by.noise)
             if dry != NONE:
                 return fix, first, ping.auv, dry
             if hearers and ping.heard_by == hearers:  # nobody had heard it yet
@@ -302,7 +250,7 @@ def _write_due(due: Ints, pings: Rows, first: int, time: float) -> int:
 
 @compiled
 def _decide(
-    ping: int, only: int, air: Air, echoes: Rows | None, frames: Rows | None, noise: PairNoise
+    ping: int, only: int, air: Air, echoes: Rows | None, noise: PairNoise
 ) -> tuple[int, int]:
     """Decide the receptions of a ping, or `only` one, each by a row of the noise.
 
@@ -326,11 +274,12 @@ def _decide(
             taken_now[:] = 0.0
             continue
         luck = take_noise(reception, noise, taken_now)
-        reception.outcome = _outcome(row, luck, air, echoes, frames)
-        if reception.outcome != HEARD:
-            _note_why(row, air, echoes, frames, noise)
+        outcome, reception.why, reception.overlapped_by = _outcome(row, luck, air, echoes)
+        reception.outcome = outcome
+        if outcome == LOST:
+            reception.why = BURST if noise.bursts.size > 0 else CHANCE
         reception.snr_db += air.shadowing_sd_db * luck
-        hearers += reception.outcome == HEARD
+        hearers += outcome == HEARD
     line.heard_by += hearers
     return NONE, hearers
 
@@ -355,95 +304,64 @@ def take_noise(reception: Row, noise: PairNoise, into: Floats) -> float:
 
 
 @compiled
-def _outcome(row: int, luck: float, air: Air, echoes: Rows | None, frames: Rows | None) -> int:
-    """Return what becomes of a ping where it arrives, and is lost by `luck`, a standard normal."""
-    reception = air.receptions[row]
-    if frames is not None:  # noqa: SIM102 (compiled: the branch is pruned)
-        if _own_frame(reception, air, frames) != NONE:
-            return COLLIDED
-    ping = air.pings[reception.ping]
-    by_call = drowned_by(ping, reception, air.duration, air.calls) != NONE
-    if by_call or overlapped(row, air, echoes):
-        return COLLIDED
-    return by_luck(reception, luck)
-
-
-@compiled
-def _own_frame(reception: Row, air: Air, frames: Rows) -> int:
-    """Return the frame that an ASV sends while a ping is there, or NONE."""
-    begins = reception.arrived_at_s
-    return frame_sent(reception.asv, begins, begins + air.duration, frames)
-
-
-@compiled
-def _note_why(
-    row: int, air: Air, echoes: Rows | None, frames: Rows | None, noise: PairNoise
-) -> None:
-    """Write why a ping was lost or overlapped where it arrived, and by which ping, ASV or frame."""
-    reception = air.receptions[row]
-    if reception.outcome == LOST:
-        reception.why = BURST if noise.bursts.size > 0 else CHANCE
-        return
-    if frames is not None:
-        reception.overlapped_by = _own_frame(reception, air, frames)
-        if reception.overlapped_by != NONE:
-            reception.why = BY_OWN_FRAME
-            return
-    if overlapped(row, air, echoes):
-        _note_strongest(row, air, echoes)
-    else:
-        ping, reception.why = air.pings[reception.ping], BY_CALL
-        reception.overlapped_by = drowned_by(ping, reception, air.duration, air.calls)
-
-
-@compiled
-def _note_strongest(row: int, air: Air, echoes: Rows | None) -> None:
-    """Write which ping, or echo of one (:func:`resolve`), overlaps another where that is heard: the
-    strongest, of equally strong ones the first that was sent.
+def _outcome(row: int, luck: float, air: Air, echoes: Rows | None) -> tuple[int, int, int]:
+    """Return what becomes of a ping where it arrives, and is lost by `luck`, a standard normal; and
+    what overlaps it there, as of :func:`_meanwhile`, if that destroys it.
     """
-    pings, receptions, duration = air.pings, air.receptions, air.duration
-    reception, begin, most = receptions[row], row, 0.0
-    earliest = reception.arrived_at_s - duration - PASSED * pings[reception.ping].longest_s
-    while begin > 0 and pings[receptions[begin - 1].ping].sent_at_s >= earliest:
-        begin -= 1
-    for number in range(begin, len(receptions)):
-        other = receptions[number]
-        if pings[other.ping].sent_at_s > reception.arrived_at_s + duration:
-            break
-        if number == row:
-            continue
-        strength = _interference_of(reception, other, duration)
-        why = BY_PING if strength > 0.0 else BY_ECHO
-        if echoes is not None:
-            strength += _echoed(reception, other, echoes[number], duration)
-        if strength > most:
-            most, reception.why, reception.overlapped_by = strength, why, other.ping
+    reception = air.receptions[row]
+    others, why, number = _meanwhile(row, air, echoes)
+    if drowns(reception.sound, others, air.capture):
+        return COLLIDED, why, number
+    return LOST if chance_of(luck) < reception.loss else HEARD, NONE, NONE
 
 
 @compiled
-def by_luck(reception: Row, luck: float) -> int:
-    """Tell whether a reception that nothing overlaps is lost, by `luck`, a standard normal."""
-    return LOST if chance_of(luck) < reception.loss else HEARD
+def _meanwhile(row: int, air: Air, echoes: Rows | None) -> tuple[float, int, int]:
+    """Return how strong all is together that is where a ping arrives while it does; what the
+    strongest of that is, and its number: of a ping, or of the ASV that calls, or of a frame of who
+    listens, who then hears nothing.
+    """
+    pings, sounds, reception = air.pings, air.sounds, air.receptions[row]
+    begins, ends, ping = reception.arrived_at_s, reception.ended_at_s, pings[reception.ping]
+    why, number, longest = BY_PING, NONE, PASSED * ping.longest_s + air.duration
+    others, strongest = interference(
+        air.receptions, row, row + 1, reception.listener, begins, ends, longest, echoes
+    )
+    if strongest != NONE:
+        other = air.receptions[strongest]
+        number = other.ping
+        if not meet(begins, ends, other.arrived_at_s, other.ended_at_s):
+            why = BY_ECHO
+    if len(sounds):
+        listener, longest = air.first_listener + reception.listener, sounds[-1].longest_s
+        further, strongest = interference(
+            sounds, ping.calls, ping.calls, listener, begins, ends, longest, None
+        )
+        others += further
+        if strongest != NONE:  # who hears it is deaf then, however strong a ping is
+            why, number = sounds[strongest].kind, sounds[strongest].signal
+    return others, why, number
 
 
 @compiled
 def foretold(
-    packed: int, row: int, luck: float, pings: int, receptions: int, calls: int,
-    echoes: Rows | None, frames: Rows | None,
+    packed: int, row: int, luck: float, pings: int, receptions: int, sounds: int,
+    echoes: Rows | None,
 ) -> int:  # fmt: skip
     """Return what will be decided of a reception, once the ping has passed its ASV; arguments as of
     :func:`resolve`, and its `luck` a standard normal.
     """
-    air = _on_record(unpacked(packed, Decided), pings, receptions, calls)
-    return _outcome(row, luck, air, echoes, frames)
+    air = _on_record(unpacked(packed, Decided), pings, receptions, sounds)
+    outcome, _, _ = _outcome(row, luck, air, echoes)
+    return outcome
 
 
 @compiled
-def _on_record(by: Decided, pings: int, receptions: int, calls: int) -> Air:
+def _on_record(by: Decided, pings: int, receptions: int, sounds: int) -> Air:
     """Return all sound on record."""
     return Air(
-        by.pings[:pings], by.receptions[:receptions], by.calls[:calls],
-        by.duration, by.capture, by.shadowing_sd_db,
+        by.pings[:pings], by.receptions[:receptions], by.sounds[:sounds],
+        by.duration, by.first_listener, by.capture, by.shadowing_sd_db,
     )  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from ...acoustics.bursts import burst_chances
 from ...acoustics.channel import AskedChannel, between
 from ...acoustics.messages import Message
 from ...acoustics.named_channels import FrameChannel
+from ...acoustics.sounds import Sounds
 from ...acoustics.travel_time import NEARLY_THERE, travel_time
 from ...core.arrays import Ints
 from ...core.clock import Clock
@@ -22,6 +23,8 @@ from ...navigation.gnss import GnssReceivers
 from ...navigation.navigators import Navigator
 from ...records.events import (
     BURST,
+    BY_OWN_FRAME,
+    BY_OWN_PING,
     CHANCE,
     COLLIDED,
     HEARD,
@@ -35,7 +38,7 @@ from ...vehicles.fleet import VehicleFleet
 from ...vehicles.motion import places
 from ...vehicles.vehicle import Place
 from ..steps import moment
-from .reception import FRAME, PROMISE, Sent, begin_frame, delivered, receive, way_s
+from .reception import DISC, FRAME, PROMISE, Sent, begin_frame, delivered, receive, way_s
 
 
 class Deliveries:
@@ -105,16 +108,14 @@ class FrameBand(NamedTuple):
     """What holds for all frames: AUVs within a `reach` (m), seen from above unless `slant`, decode
     them, or as often as the `channel` says, where one is asked; they travel at `sound_speed` (m/s).
     Frames that overlap at an AUV destroy each other, but for `capture` as of
-    :class:`...acoustics.channel.Receiver`.  An AUV hears none while it sends a ping of
-    `deafening_s` (s); 0: it hears one band as it sends on the other. What a channel lets be lost is
-    lost in `bursts` (AUVs, ASVs), :data:`...acoustics.bursts.PAIR`, if not None.
+    :class:`...acoustics.channel.Receiver`.  What a channel lets be lost is lost in `bursts` (AUVs,
+    ASVs), :data:`...acoustics.bursts.PAIR`, if not None.
     """
 
     reach: float
     sound_speed: float
     channel: FrameChannel | None
     capture: float = math.inf
-    deafening_s: float = 0.0
     bursts: Rows | None = None
     slant: bool = False
 
@@ -144,38 +145,33 @@ class MfDownlink(Deliveries):
         self._luck = cache(partial(streams.of, Purpose.FRAME))
         self._overheard = cache(partial(streams.of, Purpose.OVERHEARD))
         self._asvs, self._clock, self._record = asvs, clock, record
-        self._frames, self._promises = EventBuffer(FRAME), EventBuffer(PROMISE)
+        self._frames = EventBuffer(FRAME)
+        #: What sounds where: frames, and where AUVs are deaf meanwhile their own pings.
+        self.sounds = Sounds(auvs, asvs, band.sound_speed, long=True)
+        #: Where ASVs hear nothing while they send frames, if they do: on the HF band.
+        self.deafens: Sounds | None = None
         self._sent_in = self._packed(band)
         self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
         self._foreseen_s = asvs.sure_s if auvs.foreseen else -math.inf
         self._passed_at = 0.0  # by then (s) all frames so far have passed
-        self._is_deaf = band.deafening_s > 0.0  # whether AUVs are, to frames, as they ping
-        self._is_shared = self._is_deaf  # whether anything may ever have met a frame
+        self._is_shared = False  # whether anything may ever have met a frame
 
     def _packed(self, band: FrameBand) -> Packed:
         """Return what frames are sent in, :class:`Sent`."""
-        fixes, pings = self._record.fixes, self._record.pings
-        packed = Packed(
-            Sent(
-                self._frames.array,
-                fixes.array,
-                self._promises.array,
-                pings.array,
-                self._auvs.motion,
-                self._asvs.motion,
-                band.slant,
-                math.inf if band.channel else band.reach,  # who is asked has no limit
-                band.sound_speed,
-                band.capture,
-                band.deafening_s,
-                self._clock.rate,
-            )
-        )
+        fixes, rate = self._record.fixes, self._clock.rate
+        frames = self._frames.array
+        packed = Packed(Sent(frames, fixes.array, band.slant, band.reach, band.capture, rate))
         self._frames.hand_on(packed, "frames")
-        self._promises.hand_on(packed, "promises")
         fixes.hand_on(packed, "fixes")
-        pings.hand_on(packed, "pings")
         return packed
+
+    def deafen(self, pings: Iterable[tuple[int, int]], time: float, lasts: float) -> None:
+        """Let AUVs hear no frames while they ping, by number and AUV, at an instant (s), for so
+        long (s).
+        """
+        self._is_shared = True
+        for ping, auv in pings:
+            self.sounds.deafen(BY_OWN_PING, ping, auv, time, lasts)
 
     def send(
         self, round_number: int, rows: Ints, asv: int, time: float, message: Message, part: int = 0
@@ -195,26 +191,33 @@ class MfDownlink(Deliveries):
             self.on_broadcast()
         for fleet in self._moving:
             fleet.advance(time)
-        foreseen, frames = airtime <= self._foreseen_s, self._frames
+        foreseen, number, sounds = airtime <= self._foreseen_s, self._frames.count, self.sounds
         if on_air < airtime:  # the frame is cut
             self._fixes.array["outcome"][rows] = LOST
+        promised, auvs = DISC, len(self._auvs)
         if self._channel is not None:
-            self._ask(self._channel(size, airtime), rows, asv, time)
+            promised = self._ask(self._channel(size, airtime), rows, asv, time)
         self._is_shared |= time < self._passed_at
-        frames.room_for(1)
-        last, self._passed_at = begin_frame(
-            self._sent_in.address, frames.count, asv, time, on_air, airtime, processing, rows,
-            foreseen,
-        )  # fmt: skip
-        frames.count += 1
+        self._frames.room_for(1)[number] = on_air, airtime, processing, sounds.count
+        sounds.room_for(auvs)
+        last = begin_frame(
+            self._sent_in.address, sounds.sea.address, number, asv, time, rows, foreseen, promised
+        )
+        self._frames.count += 1
+        sounds.count += auvs
+        self._passed_at = max(self._passed_at, time + float(sounds.rows[-1]["longest_s"]))
+        if self.deafens is not None and on_air > 0.0:
+            self.deafens.deafen(BY_OWN_FRAME, number, auvs + asv, time, on_air)
         if last >= 0.0:
             self._deliver_by(last, rows)
         elif len(rows) and not foreseen:  # they steer meanwhile by other fixes, or who knows
             event = self._env.timeout(airtime)
             event.callbacks.append(partial(self._leave, rows, asv, (time, airtime, processing)))
 
-    def _ask(self, channel: AskedChannel, carried: Ints, asv: int, time: float) -> None:
-        """Note which AUVs would decode a frame of fixes that an ASV begins at an instant (s)."""
+    def _ask(self, channel: AskedChannel, carried: Ints, asv: int, time: float) -> Rows:
+        """Return what becomes of a frame of fixes at AUVs (n,), :data:`PROMISE`, that an ASV begins
+        at an instant (s).
+        """
         auvs = places(self._auvs.motion, time)[:, :3]
         vessel = places(self._asvs.motion, time)[asv : asv + 1, :3]
         signals = between(time, auvs, vessel, self._range, calling=True)
@@ -225,8 +228,7 @@ class MfDownlink(Deliveries):
         if self._bursts is not None:
             pairs = np.ascontiguousarray(self._bursts[:, asv])
             luck = burst_chances(pairs, time, np.ascontiguousarray(found["loss"]))
-        promised, loss = self._promises.room_for(len(auvs))[self._promises.count :], found["loss"]
-        promised = promised[: len(auvs)]
+        promised, loss = np.empty(len(auvs), PROMISE), found["loss"]
         promised["outcome"] = np.where(
             loss < 1.0, np.where(luck < loss, LOST, IN_FLIGHT), OUT_OF_RANGE
         )
@@ -234,16 +236,7 @@ class MfDownlink(Deliveries):
         promised["why"][promised["outcome"] == LOST] = CHANCE if self._bursts is None else BURST
         for name in ("loss", "sound", "late_s"):
             promised[name] = found[name]
-        self._promises.count += len(auvs)
-        fixes = self._fixes.array
-        promised = promised["outcome"][fixes["auv"][carried]]
-        missed = promised != IN_FLIGHT
-        fixes["outcome"][carried[missed]] = promised[missed]
-
-    @property
-    def frames(self) -> EventBuffer:
-        """All frames so far, :data:`.reception.FRAME`."""
-        return self._frames
+        return promised
 
     def deliver(self, time: float) -> None:
         """Let AUVs have every fix that has reached them by an instant (s), in a frame that nothing
@@ -299,10 +292,8 @@ class MfDownlink(Deliveries):
         self._asvs.advance(time)
         received = np.empty(len(frames), FRAME_RECEPTION)
         received["broadcast"], received["auv"] = frames, auvs
-        receive(
-            self._sent_in.address, received, time, self._frames.count, self._promises.count,
-            self._record.pings.count if self._is_deaf else 0,
-        )  # fmt: skip
+        sea = self.sounds.sea.address
+        receive(self._sent_in.address, sea, received, time, self.sounds.count)
         return received
 
     def _leave(
@@ -322,7 +313,8 @@ class MfDownlink(Deliveries):
         if self._channel is None:
             return 0.0
         row = self._fixes.array[fix]
-        return float(self._promises.array[row["frame"] * len(self._auvs) + row["auv"]]["late_s"])
+        first = int(self._frames.array[row["frame"]]["first"])
+        return float(self.sounds.array[first + row["auv"]]["late_s"])
 
     def _nearly_there(self, fix: int, vessel: Place, time: float, late: float) -> simpy.Timeout:
         """Return the event at which what left a vessel at an instant (s) is nearly at its AUV, so
@@ -348,7 +340,7 @@ class MfDownlink(Deliveries):
         auv = int(self._fixes.array[fix]["auv"])
         if self._auvs.foreseen:
             self._asvs.advance(time)
-            return way_s(self._sent_in.address, asv, auv, time, late)
+            return way_s(self.sounds.sea.address, asv, auv, time, late)
         # the AUV's way is made known as it is asked for
         vessel, at = self._asvs.vehicles[asv].at(time), self._auvs.vehicles[auv].at
         return late + travel_time(vessel, at, time + late, self._sound_speed)
