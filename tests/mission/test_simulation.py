@@ -305,8 +305,13 @@ def test_a_mission_leaves_its_memory_as_it_ends(keys: dict[str, str]) -> None:
     simulate(plan)  # what numba compiles meanwhile leaves circles of its own
     gc.disable()
     try:
+        before = records()
         simulate(plan)
-        left = [it for it in gc.get_objects() if type(it).__name__ in ("Recorder", "Streams")]
-        assert left == []
+        assert records() <= before
     finally:
         gc.enable()
+
+
+def records() -> set[int]:
+    """Return the records of missions, and their streams of noise, that are in memory."""
+    return {id(it) for it in gc.get_objects() if type(it).__name__ in ("Recorder", "Streams")}
