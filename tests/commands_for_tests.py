@@ -1,5 +1,6 @@
 """How tests run the command line."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -17,7 +18,13 @@ def call(*words: object) -> Result:
 def explained(result: bindusbl_des.Result, **which: int) -> str:
     """Return what `explain` tells of a mission's ping or fix, as one line."""
     [(kind, number)] = which.items()
+    return each_explained(result, kind, [number])[0]
+
+
+def each_explained(result: bindusbl_des.Result, kind: str, numbers: Iterable[int]) -> list[str]:
+    """Return what `explain` tells of each of some pings or fixes, a line for each."""
     with TemporaryDirectory() as folder:
-        told = call("explain", result.write(Path(folder) / "r"), f"--{kind}", number)
-    assert told.exit_code == 0, told.output
-    return " ".join(told.stdout.split())
+        written = result.write(Path(folder) / "r")
+        told = [call("explain", written, f"--{kind}", number) for number in numbers]
+    assert {it.exit_code for it in told} <= {0}, told[-1].output
+    return [" ".join(it.stdout.split()) for it in told]

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from bindusbl_des.core import plugins
-from bindusbl_des.core.plugins import PERMISSION, Family
+from bindusbl_des.core.plugins import Family
 from bindusbl_des.scenario.families import FAMILIES
 
 MISSION: dict[str, Any] = {
@@ -53,6 +53,17 @@ def forget() -> None:
     plugins._loaded.clear()
 
 
+def unknown(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have this process know no parts of one's own, and allow none, until the test ends."""
+    monkeypatch.setattr(plugins, "_admitted", set())
+    monkeypatch.setattr(plugins, "_loaded", {})
+
+
+def forget_objects(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have this process know no objects that were given in Python, until the test ends."""
+    monkeypatch.setattr(plugins, "_here", {})
+
+
 def home_of(folder: Path, monkeypatch: pytest.MonkeyPatch, **modules: str) -> Iterator[Path]:
     """Work in a folder with modules of one's own; nothing has been allowed in this process."""
     for name, text in modules.items():
@@ -60,9 +71,8 @@ def home_of(folder: Path, monkeypatch: pytest.MonkeyPatch, **modules: str) -> It
     monkeypatch.syspath_prepend(str(folder))
     monkeypatch.setenv("PYTHONPATH", str(folder), prepend=":")
     monkeypatch.chdir(folder)
-    monkeypatch.delenv(PERMISSION, raising=False)
-    monkeypatch.setattr(plugins, "_admitted", set())
-    monkeypatch.setattr(plugins, "_loaded", {})
+    monkeypatch.delenv("BINDUSBL_ALLOW_PLUGINS", raising=False)
+    unknown(monkeypatch)
     yield folder
     for name in modules:
         sys.modules.pop(name, None)

@@ -3,8 +3,28 @@
 from dataclasses import fields
 from typing import Any
 
+import numpy as np
+
+from bindusbl_des.geometry.paths import Path, Pose, Segment
 from bindusbl_des.vehicles.guidance.departure import DeparturePlan, SteeringIntervals
 from bindusbl_des.vehicles.guidance.guided_fleet import GuidedFleet
+from bindusbl_des.vehicles.guidance.sensing import SteeringDrift
+from bindusbl_des.vehicles.reckoning import steady
+
+
+def way(*parts: tuple[float, float], begin: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Path:
+    """Return the path of so many parts, each of a curvature (1/m) and a length (m), that begins at
+    x, y (m) with a heading (rad).
+    """
+    return Path(Pose(*begin), tuple(Segment(*part) for part in parts))
+
+
+def drift(
+    walk: np.ndarray, hz: float = 1.0, bias: tuple[float, float] = (0.0, 0.0),
+    in_body: bool = False, through_water: bool = False,
+) -> SteeringDrift:  # fmt: skip
+    """Return how wrong (m) vehicles' dead reckoning is, by walks (n, k, 2) and a bias (m/s)."""
+    return SteeringDrift(steady(walk, hz, bias, in_body), through_water)
 
 
 def voyage(model: str, overrides: dict[str, float] | None = None, **told: Any) -> GuidedFleet:

@@ -6,15 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from bindusbl_des import DeadReckoning, Mission, Scenario
+from bindusbl_des import Mission, Scenario
 from bindusbl_des.geometry.area import rectangle
 from bindusbl_des.geometry.lanes import Ruling, strips
 from bindusbl_des.geometry.paths import Path
 from bindusbl_des.geometry.routes import Turning, lawnmower
-from bindusbl_des.navigation.belief import Growth, first_belief
-from bindusbl_des.navigation.fix_update import Rule
-from bindusbl_des.navigation.navigators import LinearNavigator
-from bindusbl_des.records.rows import LEARNT, NONE
 from bindusbl_des.scenario.files.scenario_file import Source
 
 
@@ -27,7 +23,7 @@ def blank(kind: np.dtype, count: int) -> np.ndarray:
     """Return records in which nothing has happened yet."""
     rows = np.zeros(count, dtype=kind)
     for name in rows.dtype.names:
-        rows[name] = np.nan if rows[name].dtype.kind == "f" else NONE
+        rows[name] = np.nan if rows[name].dtype.kind == "f" else -1
     return rows
 
 
@@ -109,6 +105,26 @@ def packets_of(plan: Scenario, seed: int, many: int) -> list[list[float]]:
     return [found[f"AUV{auv}"] for auv in range(plan.auvs.count)]
 
 
+LOUD: dict[str, Any] = {"model": "sonar", "shadowing_sd_db": 0.0, "snr_threshold_db": 10.0}
+
+
+def holding(*places: tuple[float, float], channel: dict[str, Any], **changes: Any) -> Scenario:
+    """Return AUVs that hold still 10 m deep, heard by a sonar of an ASV at the origin, without
+    noise.
+    """
+    base = {
+        "duration_s": 20.0,
+        "survey": {"side_m": 60.0, "depth_m": 10.0},
+        "auvs": {"count": len(places), "route": {"kind": "hold", "positions_m": list(places)}},
+        "asvs": {"count": 1},
+        "acoustics": {"hf": {"range_m": 50.0, "channel": {**LOUD, **channel}}},
+        "usbl": {**QUIET_USBL, "gnss_sd_m": 0.0},
+        "navigation": QUIET_NAVIGATION,
+        "record": {"detail": "full"},
+    }
+    return scenario(**merged(base, changes))
+
+
 def paper_case(asvs: int, angle_deg: float = 0.0, **changes: Any) -> Scenario:
     """Return the paper's case study: L = 140 m, three AUVs."""
     base = {
@@ -120,22 +136,3 @@ def paper_case(asvs: int, angle_deg: float = 0.0, **changes: Any) -> Scenario:
         "record": {"detail": "summary"},
     }
     return scenario(**merged(base, changes))
-
-
-def fixed_gain(
-    reckoning: DeadReckoning, gain: float, compensation: str, corrections: np.ndarray
-) -> LinearNavigator:
-    """Return the paper's navigators, which write their corrections (n, 2) to where one wants."""
-    rule, growth = Rule(gain, compensation == "shift", gate=0.0), Growth(0.0, 0.0, in_body=True)
-    learnt = np.zeros(len(corrections), dtype=LEARNT)
-    first = first_belief(0.0, (0.0, 0.0), 0.0)
-    return LinearNavigator(reckoning, rule, growth, first, corrections, learnt)
-
-
-def believed(
-    navigator: LinearNavigator, reckoning: DeadReckoning, auv: int, time: float
-) -> list[float]:
-    """Return where an AUV believes to be (m) at an instant (s)."""
-    odometry = reckoning.sample(auv, np.array([time]))[1]
-    place: list[float] = navigator.estimate(auv, odometry)[0].tolist()
-    return place

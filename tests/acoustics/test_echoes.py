@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from worlds import holding
 
-from bindusbl_des.acoustics.sonar_channel import Sea, blended, bottom_reflection, echoes, ways
+from bindusbl_des import simulate
+from bindusbl_des.acoustics.sonar_channel import Sea, blended, bottom_reflection, echoes
 
 SHALLOW = Sea(30.0)
 depths = st.floats(0.5, 29.5)
+WAYS = echoes(SHALLOW, 25.0, 10.0, 1.0, 10.0, 5).ways
 
 
 def later_ms(sea: Sea, away: float) -> dict[str, float]:
@@ -57,7 +60,7 @@ def test_bottom_of_sand() -> None:
     assert bottom_reflection(same, 0.3) == pytest.approx(0.0, abs=1e-12)  # more water
 
 
-@given(st.floats(0.0, 500.0), depths, depths, st.sampled_from(list(ways(5))))
+@given(st.floats(0.0, 500.0), depths, depths, st.sampled_from(list(WAYS)))
 def test_ways_are_those_of_a_folded_line(away: float, source: float, receiver: float, way) -> None:  # type: ignore[no-untyped-def]
     """Summed from reflection to reflection a way is as long as that of its image."""
     upright, here = 0.0, source
@@ -129,3 +132,25 @@ def test_depths_outside_the_sea_are_refused() -> None:
     for source, receiver in ((-1.0, 5.0), (5.0, 31.0)):
         with pytest.raises(ValueError, match="between 0 and 30 m"):
             echoes(SHALLOW, 25.0, 10.0, source, receiver)
+
+
+def test_a_ping_fades_and_turns_as_its_echoes_do() -> None:
+    """What a matched filter of 1 / B makes of ping and echoes, from levels to fixes."""
+    for away in np.linspace(100.0, 400.0, 7):
+        wide = {"hf": {"range_m": 450.0}, "mf": {"range_m": 500.0}}
+        tables, plain = (
+            simulate(holding((away, 0.0), channel=it, acoustics=wide), 1).tables
+            for it in ({"bottom_m": 30.0}, {})
+        )
+        found = echoes(Sea(30.0), 25.0, away, 10.0, 0.5)
+        straight, reach = math.hypot(away, 9.5), math.hypot(away, 10.0)
+        blend = blended(found, -9.5 / straight, 10.0)
+        met = tables["receptions"].query("outcome == 'heard'")
+        straight_db = plain["receptions"].query("outcome == 'heard'").snr_db.iloc[0]
+        level = straight_db + 20.0 * math.log10(blend.amplitude)
+        assert np.allclose(met.snr_db, level, atol=0.01)
+        fix = tables["fixes"].iloc[0]
+        sine = 10.0 / reach - 9.5 / straight - float(blend.from_above)
+        heard_at = reach + 1500.0 * float(blend.later_s)
+        assert fix.x_m == pytest.approx(heard_at * math.sqrt(1.0 - sine**2), abs=0.05)
+        assert fix.y_m == pytest.approx(0.0, abs=1e-6)

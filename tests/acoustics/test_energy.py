@@ -2,13 +2,11 @@
 
 from typing import Any
 
-import numpy as np
 import pytest
+from played_for_tests import at, played
 from worlds import scenario, still
 
 from bindusbl_des import Result, simulate
-from bindusbl_des.acoustics.energy import on_mf
-from bindusbl_des.records.events import Broadcast
 
 HF = {"transmit_w": 20.0, "receive_w": 2.0, "idle_w": 0.5}
 MF = {"transmit_w": 10.0, "receive_w": 1.0, "idle_w": 0.1}
@@ -50,15 +48,19 @@ def test_frames_cost_the_vessel_and_all_in_range() -> None:
 
 
 def test_who_receives_two_frames_at_once_does_so_once() -> None:
-    """Frames of 2 s from 0 s and from 1.5 s on last 3.5 s together at an AUV in range of both."""
-    frames = [Broadcast(0, 0, 0.0, 2.0, 8, 0), Broadcast(0, 1, 1.5, 2.0, 8, 0)]
-    auvs, asvs = np.array([[0.0, 0.0], [80.0, 0.0]]), np.array([[20.0, 0.0], [-20.0, 0.0]])
-    heard, sent = on_mf(frames, (lambda _: auvs, lambda _: asvs), 90.0, 60.0)
-    assert heard.receiving.tolist() == [3.5, 2.0]
-    assert sent.sending.tolist() == [2.0, 2.0]
-    assert sent.receiving.tolist() == [2.0, 2.0]  # each the other's
-    failed = on_mf(frames, (lambda _: auvs, lambda _: asvs), 90.0, 60.0, lambda _: (1,))[1]
-    assert failed.receiving.tolist() == [2.0, 0.0]
+    """Frames from 1 s on and from 2.5 s on, which overlap, at an AUV in range of both."""
+    world = played(
+        [at(0.0), at(500.0)], [at(20.0), at(-20.0)], pings=[(0.01, 0)],
+        frames=[(1.0, 0), (2.5, 1)], airtime=2.0, acoustics={"mf": {**MF, "range_m": 90.0}},
+    )  # fmt: skip
+    result = simulate(world)
+    airtimes = result.tables["broadcasts"].airtime_s
+    on_air = 1.5 + airtimes[1]  # from 1 s to the end of the second
+    assert airtimes.tolist() == pytest.approx([2.0, 2.0 / 3.0])  # the second tells of nothing
+    auv = 1.0 * on_air + 0.1 * (10.0 - on_air)
+    assert result.auvs.energy_j.tolist() == pytest.approx([auv, 1.0], abs=1e-6)
+    asvs = 10.0 * airtimes.sum() + 1.0 * airtimes.sum() + 0.1 * (20.0 - 2.0 * airtimes.sum())
+    assert result.mission.energy_j[0] == pytest.approx(auv + 1.0 + asvs, abs=1e-6)
 
 
 @pytest.mark.parametrize("ranging", ["owtt_sync", "twtt", "passive"])

@@ -9,23 +9,19 @@ import pyarrow as pa
 import pyarrow.csv as arrow_csv
 import pyarrow.parquet as parquet
 import pytest
+from numpy.typing import NDArray
 
-from bindusbl_des.acoustics import table_channel as ray_tracing
-from bindusbl_des.acoustics.ray_tables import (
-    Floats,
-    SoundTable,
-    TableAxes,
-    read_table,
-    straight_time_s,
-)
-from bindusbl_des.acoustics.table_channel import SILENT_DB, cache_folder, kept_table, traced
-from bindusbl_des.sea.water_column import Profile, uniform_profile
+from bindusbl_des.acoustics.ray_tables import TableAxes, read_table
+from bindusbl_des.acoustics.table_channel import kept_table, traced
+from bindusbl_des.sea.water_column import Profile
 
+Floats = NDArray[np.float64]
 SURFACE, GRADIENT = 1480.0, 0.5
 LINEAR = Profile(np.array([0.0, 100.0]), np.array([SURFACE, SURFACE + 100.0 * GRADIENT]))
 GRID = TableAxes(
     np.geomspace(5.0, 1000.0, 30), np.array([0.5, 1.0, 2.0]), np.linspace(1.0, 60.0, 13)
 )
+UNIFORM = Profile(np.array([0.0, 100.0]), np.array([1500.0, 1500.0]))
 TENTH_OF_MS = 1e-4
 
 
@@ -37,7 +33,7 @@ def circular(away: Floats, one: Floats, other: Floats) -> Floats:
 
 
 @pytest.fixture(scope="module")
-def bent() -> SoundTable:
+def bent() -> Any:
     return traced(LINEAR, GRID, 100.0)
 
 
@@ -50,22 +46,24 @@ def drawn(count: int, least: float = 1.0) -> tuple[Floats, Floats, Floats]:
     )
 
 
-def test_circular_rays(bent: SoundTable) -> None:
+def test_circular_rays(bent: Any) -> None:
     """In a linear gradient BELLHOP's times are those of circles, within 5 us on the grid."""
     places = np.meshgrid(*GRID, indexing="ij")
     assert np.abs(bent.travel_time_s(*places) - circular(*places)).max() < 5e-6
 
 
-def test_between_places_of_the_grid(bent: SoundTable) -> None:
+def test_between_places_of_the_grid(bent: Any) -> None:
     """Interpolated times are within 0.1 ms; straight ways would be 3 ms too long."""
     places = drawn(5000)
     assert np.abs(bent.travel_time_s(*places) - circular(*places)).max() < TENTH_OF_MS
-    straight = straight_time_s(LINEAR, *places)
+    (away, one, other), rise = places, 1480.0 + GRADIENT * np.array(places[1:])
+    slowness = np.log(rise[1] / rise[0]) / (GRADIENT * (other - one))
+    straight = np.hypot(away, other - one) * slowness
     assert 3e-3 < np.abs(straight - circular(*places)).max() < 4e-3
     assert (bent.excess_time_s(*places) <= 1e-5).all()  # a ray is never slower, by Fermat
 
 
-def test_nearer_than_the_grid_and_beyond_it(bent: SoundTable) -> None:
+def test_nearer_than_the_grid_and_beyond_it(bent: Any) -> None:
     """Straight below its source sound takes the way straight down; far off nothing breaks."""
     down = bent.travel_time_s(0.0, 1.0, 41.0)
     assert down == pytest.approx(np.log((1480.0 + 20.5) / 1480.5) / GRADIENT, abs=2e-6)
@@ -76,7 +74,7 @@ def test_nearer_than_the_grid_and_beyond_it(bent: SoundTable) -> None:
 def test_without_a_gradient_rays_are_straight() -> None:
     """Times are distance over speed within 1 us, and losses those of spherical spreading."""
     grid = TableAxes(np.geomspace(5.0, 1000.0, 12), np.array([1.0]), np.linspace(1.0, 60.0, 5))
-    table = traced(uniform_profile(1500.0), grid, 80.0)
+    table = traced(UNIFORM, grid, 80.0)
     away, _, other = drawn(1000)
     slant = np.hypot(away, other - 1.0)
     assert np.abs(table.travel_time_s(away, 1.0, other) - slant / 1500.0).max() < 1e-6
@@ -91,7 +89,7 @@ def test_what_comes_into_a_shadow_is_reflected() -> None:
     assert table.longer_s[0, 0, 0] <= 0.0  # a direct ray
     assert abs(table.beyond_db[0, 0, 0]) < 3.0
     assert table.longer_s[1, 0, 0] > 1e-3
-    assert table.beyond_db[1, 0, 0] < SILENT_DB
+    assert table.beyond_db[1, 0, 0] < 100.0  # heard
 
 
 def test_nothing_is_mixed_at_the_edge_of_a_shadow() -> None:
@@ -133,24 +131,24 @@ def test_a_table_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr("sys.platform", "linux")
     grid = TableAxes(np.array([10.0, 100.0]), np.array([1.0]), np.array([5.0, 20.0]))
-    calls = []
 
-    def counted(*asked: Any) -> SoundTable:
-        calls.append(asked)
-        return traced(*asked)
+    def files() -> dict[Path, int]:
+        return {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*.npz")}
 
-    monkeypatch.setattr(ray_tracing, "traced", counted)
-    first, again = kept_table(LINEAR, grid, 60.0), kept_table(LINEAR, grid, 60.0)
-    assert len(calls) == 1
+    first, before = kept_table(LINEAR, grid, 60.0), files()
+    again = kept_table(LINEAR, grid, 60.0)
+    assert files() == before
+    assert len(before) == 1
     assert np.array_equal(first.longer_s, again.longer_s)
     assert np.array_equal(first.beyond_db, again.beyond_db)
     kept_table(LINEAR, grid, 61.0)
-    kept_table(uniform_profile(1500.0), grid, 60.0)
-    assert len(calls) == 3
-    for file in cache_folder().glob("*.npz"):
+    kept_table(UNIFORM, grid, 60.0)
+    assert len(files()) == 3
+    for file in files():
         file.write_bytes(file.read_bytes()[:-20])
+    damaged = files()
     assert np.array_equal(kept_table(LINEAR, grid, 60.0).longer_s, first.longer_s)
-    assert len(calls) == 4
+    assert len(set(files().items()) - set(damaged.items())) == 1
 
 
 def test_a_disk_that_cannot_be_written_does_not_matter(
@@ -175,7 +173,7 @@ def test_grids_that_no_sea_has_are_refused() -> None:
         traced(LINEAR, GRID._replace(ranges_m=np.array([0.0, 10.0])), 100.0)
 
 
-def rows_of(table: SoundTable) -> pa.Table:
+def rows_of(table: Any) -> pa.Table:
     """Return a table as the rows of a file, in no order."""
     away, one, other = (it.ravel() for it in np.meshgrid(*table.grid, indexing="ij"))
     mixed = np.random.default_rng(0).permutation(away.size)
@@ -190,7 +188,7 @@ def rows_of(table: SoundTable) -> pa.Table:
 
 
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
-def test_a_table_of_ones_own(tmp_path: Path, bent: SoundTable, ending: str) -> None:
+def test_a_table_of_ones_own(tmp_path: Path, bent: Any, ending: str) -> None:
     """A file with the rows of a table is that table."""
     write: Callable[..., Any] = arrow_csv.write_csv if ending == "csv" else parquet.write_table
     write(rows_of(bent), tmp_path / f"sound.{ending}")

@@ -1,13 +1,12 @@
 """Files that are whole or not there: drafts, links, failures half way."""
 
-import errno
 import os
 import stat
 from pathlib import Path
 
 import pytest
 
-from bindusbl_des.core.files import draft_of, write_text
+from bindusbl_des.core.files import write_text
 
 
 def test_file_is_written_with_the_rights_of_any_file(tmp_path: Path) -> None:
@@ -25,16 +24,6 @@ def test_failure_half_way_leaves_what_was_there(tmp_path: Path) -> None:
         write_text(path, "half \ud800")
     assert os.listdir(tmp_path) == ["a.txt"]
     assert path.read_text() == "before"
-
-
-def test_a_disk_that_is_full_is_told_with_the_name_of_the_file(tmp_path: Path) -> None:
-    full = OSError(errno.ENOSPC, "No space left on device")
-    with (
-        pytest.raises(OSError, match=r"left on device: .*out\.txt'"),
-        draft_of(tmp_path / "out.txt"),
-    ):
-        raise full
-    assert not list(tmp_path.iterdir())
 
 
 def test_link_is_replaced_and_not_followed(tmp_path: Path) -> None:

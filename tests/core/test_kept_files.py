@@ -1,66 +1,84 @@
-"""Files that a scenario names, by their contents."""
+"""Files that a scenario names, kept beside what came of them, by their contents."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
+import yaml
+from commands_for_tests import call
 
-from bindusbl_des.core.kept_files import (
-    FILES,
-    KEPT,
-    check_kept,
-    copies_of,
-    keep,
-    kept_name,
-    named_files,
-    portable,
-    renamed_point,
-)
+from bindusbl_des import Scenario, load_scenario, simulate, sweep
+
+AREA = """{"type": "Polygon", "coordinates":
+[[[10.15, 54.40], [10.153, 54.40], [10.153, 54.402], [10.15, 54.402], [10.15, 54.40]]]}"""
 
 
-def test_a_copy_is_named_by_folder_contents_and_ending(tmp_path: Path) -> None:
-    file = tmp_path / "Kiel fjord.geojson"
-    file.write_text("{}")
-    name = kept_name(str(file), "charts")
-    # the first digits of the sha256 of "{}"
-    assert name == "charts/Kiel_fjord-44136fa355b3678a.geojson"
-    assert KEPT.fullmatch(name)
-    file.write_text("[]")
-    assert kept_name(str(file), "charts") != name
+@pytest.fixture
+def named(tmp_path: Path) -> dict[str, Any]:
+    """Write files of several kinds; return a mission that names them."""
+    (tmp_path / "Kiel fjord.geojson").write_text(AREA)
+    (tmp_path / "cast.csv").write_text("depth_m,sound_speed_m_per_s\n0,1480\n40,1490\n")
+    (tmp_path / "way.csv").write_text("time_s,x_m,y_m,depth_m\n0,0,0,5\n100,50,0,5\n")
+    return {
+        "name": "kept", "duration_s": 4.0,
+        "survey": {"area": str(tmp_path / "Kiel fjord.geojson")},
+        "environment": {"ctd": str(tmp_path / "cast.csv")},
+        "auvs": {"count": 2, "route": {"kind": "track", "files": [str(tmp_path / "way.csv")] * 2}},
+    }  # fmt: skip
 
 
-def test_files_of_all_ways_are_found_and_kept(tmp_path: Path) -> None:
-    """Copies named by a copied scenario have the same names again."""
-    data: dict[str, object] = {"auvs": {"route": {"files": []}}, "survey": {"area": None}}
-    assert named_files(data) == []
-    assert copies_of(data) == {}
-    (tmp_path / "a.csv").write_text("a")
-    (tmp_path / "b.kml").write_text("b")
-    track, area = str(tmp_path / "a.csv"), str(tmp_path / "b.kml")
-    data = {"auvs": {"route": {"files": [track, track]}}, "survey": {"area": area}}
-    assert named_files(data) == [track, track, area]
-    copies = copies_of(data)
-    assert list(copies.values()) == [track, area]
-    keep(copies, tmp_path)
-    check_kept(list(copies), tmp_path)
-    kept = {"survey": {"area": str(tmp_path / portable(data)["survey"]["area"])}}
-    assert portable(kept)["survey"] == portable(data)["survey"]
-    (tmp_path / list(copies)[1]).write_text("c")
-    with pytest.raises(ValueError, match="has been changed since; put the file back"):
-        check_kept(list(copies), tmp_path)
+def files_in(folder: Path) -> set[str]:
+    """Return the copies in a folder of results."""
+    return {
+        it.relative_to(folder).as_posix()
+        for it in folder.rglob("*-*.*")
+        if it.suffix in (".csv", ".geojson") and it.parent != folder
+    }
 
 
-@pytest.mark.parametrize("way", FILES)
-def test_points_of_campaigns_name_files_on_every_level(way: tuple[str, ...]) -> None:
-    for depth in range(1, len(way) + 1):
-        value: object = "x"
-        for name in reversed(way[depth:]):
-            value = {name: value}
-        point = {".".join(way[:depth]): value, "auvs.count": 3}
-        seen: list[str] = []
+def test_a_copy_is_named_by_folder_contents_and_ending(
+    tmp_path: Path, named: dict[str, Any]
+) -> None:
+    """Each file once; the folder's own scenario has the same names again, and another content
+    another one.
+    """
+    scenario = Scenario.model_validate(named)
+    kept = files_in(simulate(scenario).write(tmp_path / "a"))
+    assert len(kept) == 3
+    [area] = [it for it in kept if it.endswith(".geojson")]
+    assert Path(area).name.startswith("Kiel_fjord-")
+    again = simulate(load_scenario(tmp_path / "a" / "scenario.yaml")).write(tmp_path / "b")
+    assert files_in(again) == kept
+    (tmp_path / "Kiel fjord.geojson").write_text(AREA + "\n")
+    other = files_in(simulate(Scenario.model_validate(named)).write(tmp_path / "c"))
+    assert len(kept & other) == 2
 
-        def note(name: str, folder: str, seen: list[str] = seen) -> str:
-            seen.append(f"{folder}/{name}")
-            return name
 
-        assert renamed_point(point, note) == point
-        assert seen == [f"{FILES[way]}/x"]
+@pytest.mark.usefixtures("in_this_process")
+def test_a_copy_that_was_changed_is_told(tmp_path: Path, named: dict[str, Any]) -> None:
+    """A campaign does not go on with another file than it began with."""
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump(named))
+    folder = tmp_path / "c"
+    sweep(tmp_path / "m.yaml", folder, vary={"auvs.count": [2]}, workers=1)
+    for file in (folder / "missions").iterdir():
+        file.unlink()
+    [cast] = [it for it in files_in(folder) if "cast" in it]
+    (folder / cast).write_text("depth_m,sound_speed_m_per_s\n0,1500\n40,1490\n")
+    told = call("resume", folder, "--workers", 1)
+    assert told.exit_code != 0
+    assert "has been changed since; put the file back" in told.output
+
+
+@pytest.mark.parametrize("vary", ["environment.ctd", "environment"])
+@pytest.mark.usefixtures("in_this_process")
+def test_points_of_campaigns_name_files_on_every_level(
+    tmp_path: Path, named: dict[str, Any], vary: str
+) -> None:
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump(named))
+    path = str(tmp_path / "cast.csv")
+    value = path if vary == "environment.ctd" else {"ctd": path}
+    campaign = sweep(tmp_path / "m.yaml", tmp_path / "c", vary={vary: [value]}, workers=1)
+    assert campaign.state().done == 1
+    [cast] = [it for it in files_in(tmp_path / "c") if "cast" in it]
+    assert (tmp_path / "c" / cast).read_text() == (tmp_path / "cast.csv").read_text()
+    assert path not in (tmp_path / "c" / "campaign.json").read_text()

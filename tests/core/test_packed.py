@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from typing_extensions import TypeAliasType
 
 from bindusbl_des.core.compiled import compiled
-from bindusbl_des.core.packed import ArrayKind, Packed, fields_of, unpacked
+from bindusbl_des.core.packed import Packed, unpacked
 
 FLAG = np.dtype([("number", "i8"), ("value", "f8")])
 
@@ -61,7 +61,10 @@ class Aliased(NamedTuple):
 
 
 def test_an_alias_of_arrays_says_what_it_is_of() -> None:
-    assert fields_of(Aliased) == {"plane": ArrayKind(np.dtype("f8"), 2)}
+    Packed(Aliased(np.zeros((2, 2))))
+    for wrong in (np.zeros(2), np.zeros((2, 2), dtype="f4")):
+        with pytest.raises(TypeError, match="is an array of"):
+            Packed(Aliased(wrong))
 
 
 @pytest.mark.parametrize("is_doubled", [False, True])

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bindusbl_des.core.plugins import source_sha256, sources_of
+from bindusbl_des.core.plugins import sources_of
 
 FILES = {
     "mine.py": """
@@ -52,14 +52,6 @@ def test_what_is_imported_from_beside_a_plug_in_is_its_own(home: Path) -> None:
     assert found("near.right:part", home) == ["near/right.py", "near/__init__.py"]
     assert found("lazily:part", home) == ["lazily.py"]
     assert found("no_such:part", home) == found("mine", home) == []
-
-
-@pytest.mark.parametrize("name", FILES)
-def test_a_change_is_seen_in_what_is_used_alone(home: Path, name: str) -> None:
-    before = source_sha256("mine:part")
-    assert source_sha256("mine:part") == before
-    (home / name).write_text(FILES[name] + "# another\n")
-    assert (source_sha256("mine:part") != before) == (name in USED)
 
 
 def test_an_installed_plug_in_is_its_package(

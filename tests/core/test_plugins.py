@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 import schedules_for_tests
 from campaigns_for_tests import OneThread
-from click.testing import CliRunner
 from commands_for_tests import call
+from families_for_tests import allow, forbid, forget, forget_objects, unknown
 
 from bindusbl_des import (
     Odometry,
@@ -28,10 +28,6 @@ from bindusbl_des import (
     sweep,
 )
 from bindusbl_des.campaigns import running
-from bindusbl_des.cli import main
-from bindusbl_des.commands.console import ended_in_order
-from bindusbl_des.core import plugins
-from bindusbl_des.core.plugins import PERMISSION, PluginError, allow, is_plugin
 
 # A module that says by a file that it was imported, with parts good and bad.
 STRANGER = """
@@ -100,6 +96,7 @@ class Dumb:
     def __init__(self, reckoning, auvs): pass
 """
 
+PERMISSION = "BINDUSBL_ALLOW_PLUGINS"
 MISSION = "name: m\nduration_s: 2\nauvs: {count: 2}\n"
 
 
@@ -117,16 +114,15 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv(PERMISSION, raising=False)
-    monkeypatch.setattr(plugins, "_admitted", set())
-    monkeypatch.setattr(plugins, "_loaded", {})
+    unknown(monkeypatch)
     yield tmp_path
     forgotten()
 
 
 def forgotten() -> None:
     """Leave this process as one that has loaded none of it and has leave for nothing."""
-    plugins._admitted.clear()
-    plugins._loaded.clear()
+    forbid()
+    forget()
     for name in ("stranger", "leaving", "unwell"):
         sys.modules.pop(name, None)
 
@@ -169,9 +165,9 @@ def test_python_loads_no_plug_in_without_leave(home: Path, key: str) -> None:
     scenario = named(name, key)
     with pytest.raises(ValueError, match=f"{key}: '{name}' is a plug-in"):
         simulate(scenario)
-    with pytest.raises(PluginError, match="is a plug-in"):
+    with pytest.raises(ValueError, match="is a plug-in"):
         simulate(load_scenario(home / "m.yaml"))
-    with pytest.raises(PluginError, match="is a plug-in"):
+    with pytest.raises(ValueError, match="is a plug-in"):
         sweep(home / "e.yaml", home / "out")
     assert not imported(home)
     assert not (home / "out").exists()
@@ -182,15 +178,15 @@ def test_with_leave_a_plug_in_is_loaded(home: Path, monkeypatch: pytest.MonkeyPa
     assert call("run", "m.yaml", "--allow-plugins", "--no-advice", "--out", "a").exit_code == 0
     assert simulate(load_scenario(home / "m.yaml", allow_plugins=True)).mission.rounds[0] > 1
     still = named("stranger:Navigator", "navigation.filter")
-    with pytest.raises(PluginError, match="is a plug-in"):
+    with pytest.raises(ValueError, match="is a plug-in"):
         simulate(still)
     assert simulate(still, allow_plugins=True).mission.rounds[0] > 1
-    with pytest.raises(PluginError, match="has no"):
+    with pytest.raises(ValueError, match="has no"):
         simulate(named("stranger:nobody"), allow_plugins=True)
-    with pytest.raises(PluginError, match="is a plug-in"):
+    with pytest.raises(ValueError, match="is a plug-in"):
         simulate(named("stranger:framed"))
     monkeypatch.setenv(PERMISSION, "0")
-    with pytest.raises(PluginError, match="is a plug-in"):
+    with pytest.raises(ValueError, match="is a plug-in"):
         simulate(named("stranger:framed"))
     monkeypatch.setenv(PERMISSION, "1")
     assert simulate(named("stranger:framed")).mission.rounds[0] == 2  # frames of 1 s
@@ -243,15 +239,15 @@ def test_a_campaign_is_resumed_with_leave_only(home: Path, monkeypatch: pytest.M
     for file in (home / "c" / "missions").iterdir():
         file.unlink()
     (home / "imported").unlink()
-    plugins._admitted.clear()
+    forbid()
     outcome = call("resume", "c")
     assert (outcome.exit_code, "'stranger:fair' is a plug-in" in outcome.stderr) == (2, True)
     assert not imported(home)
     outcome = call("resume", "c", "--workers", 1, "--allow-plugins")
     assert outcome.exit_code == 0, outcome.stderr
     assert imported(home)
-    plugins._admitted.clear()
-    with pytest.raises(PluginError):
+    forbid()
+    with pytest.raises(ValueError, match="is a plug-in"):
         resume(home / "c")
 
 
@@ -350,7 +346,7 @@ def test_what_a_schedule_does_wrong_fails_the_run(home: Path, name: str, said: s
 def test_what_a_navigator_does_wrong_fails_the_run(home: Path, name: str, said: str) -> None:
     """What it answers is finite, real and of its shape, or the mission ends and says why."""
     allow([f"stranger:{name}"])
-    with pytest.raises(PluginError, match=f"navigation.filter: 'stranger:{name}' {said}"):
+    with pytest.raises(ValueError, match=f"navigation.filter: 'stranger:{name}' {said}"):
         simulate(named(f"stranger:{name}", "navigation.filter"))
 
 
@@ -366,10 +362,8 @@ def test_a_request_to_end_is_nobodys_mistake(home: Path) -> None:
     """SIGTERM while a part is at work ends the program with 143, as elsewhere."""
     text = "import os, signal\ndef part(view): os.kill(os.getpid(), signal.SIGTERM)\n"
     (home / "stranger.py").write_text(text)
-    allow(["stranger:part"])
-    with ended_in_order(), pytest.raises(SystemExit) as ended:
-        simulate(named("stranger:part"))
-    assert ended.value.code == 143
+    (home / "m.yaml").write_text(f"{MISSION}protocol: {{schedule: 'stranger:part'}}\n")
+    assert call("run", "m.yaml", "--allow-plugins").exit_code == 143
 
 
 class Believing:
@@ -438,19 +432,19 @@ def test_an_object_without_a_module_works_in_this_process(
         again = Scenario.model_validate(scenario.model_dump(mode="json"))
         assert simulate(again).arrow["fixes"].equals(result.arrow["fixes"])
         found.append(str(scenario.protocol.schedule))
-        with pytest.raises(PluginError, match="is known to this process alone, and workers"):
+        with pytest.raises(ValueError, match="is known to this process alone, and workers"):
             sweep(scenario)
-        with pytest.raises(PluginError, match="is known to this process alone, and workers"):
+        with pytest.raises(ValueError, match="is known to this process alone, and workers"):
             plan(scenario, below={"position_error_m": 1.0})
     names = ["within", "within_2", "_lambda_", "partial", "Cell", "within"]
     assert [re.sub(r"(?<=Cell|tial|bda_)_\d+", "", name) for name in found] == [
         f"__main__:{name}" for name in names
     ]
-    with pytest.raises(PluginError, match="is known to this process alone"):
+    with pytest.raises(ValueError, match="is known to this process alone"):
         sweep(Scenario(name="m"), vary={"protocol.schedule": [within, "dsatur"]})
     simulate(Scenario(name="m", duration_s=2.0, protocol={"schedule": within})).write(home / "r")
     assert load_result(home / "r").scenario.protocol.schedule == "__main__:within"
-    monkeypatch.setattr(plugins, "_here", {})  # as in another process
+    forget_objects(monkeypatch)  # as in another process
     told = call("run", home / "r" / "scenario.yaml", "--allow-plugins")
     assert told.exit_code == 2
     assert "it was of a notebook or script that has ended: put it into a modu" in told.stderr
@@ -458,8 +452,11 @@ def test_an_object_without_a_module_works_in_this_process(
 
 def test_what_is_a_plug_in_by_its_form() -> None:
     """Two dotted Python names and one colon between."""
-    assert all(map(is_plugin, ("a:b", "a.b:c.d", "módulo:función")))
-    assert not any(map(is_plugin, ("a", "a:", ":b", "a:b:c", ".a:b", "a b:c", "a/b:c", "a:b()")))
+    for name in ("a:b", "a.b:c.d", "módulo:función"):
+        assert named(name).plugins == {"protocol.schedule": name}
+    for name in ("a", "a:", ":b", "a:b:c", ".a:b", "a b:c", "a/b:c", "a:b()"):
+        with pytest.raises(ValueError, match="is no schedule"):
+            named(name)
 
 
 DECLARING = """
@@ -528,6 +525,6 @@ def test_what_no_part_can_declare_is_refused(
 ) -> None:
     for command in ("validate", "run", "timing"):
         words = [command, "quickstart", "--set", f"{key}=declares:{own}"]
-        outcome = CliRunner().invoke(main, [*words, "--allow-plugins"])
+        outcome = call(*words, "--allow-plugins")
         assert outcome.exit_code == 2
         assert f"declares {told}" in outcome.output

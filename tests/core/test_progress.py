@@ -6,7 +6,6 @@ import pytest
 from worlds import scenario
 
 from bindusbl_des import simulate
-from bindusbl_des.commands.missions import MissionProgress
 from bindusbl_des.core import process as progress
 from bindusbl_des.core.process import ProgressLine
 
@@ -40,7 +39,7 @@ def test_a_terminal_has_one_line_and_a_file_many(monkeypatch: pytest.MonkeyPatch
     assert told(Terminal(), quiet=True) == ""
 
 
-def test_a_watched_mission_is_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_watched_mission_is_the_same() -> None:
     """Instants come in order, up to the end, and no row differs."""
     world, instants = scenario(duration_s=20.0), []
     watched = simulate(world, 3, progress=instants.append)
@@ -49,10 +48,3 @@ def test_a_watched_mission_is_the_same(capsys: pytest.CaptureFixture[str]) -> No
     assert instants[-1] < 20.0
     plain = simulate(world, 3)
     assert all(watched.arrow[name].equals(plain.arrow[name]) for name in plain.arrow)
-    line = MissionProgress(20.0, quiet=False)
-    line.note(instants[99])
-    line.end()
-    assert capsys.readouterr().err == ""
-    assert line._text() == "10 of 20 s simulated"  # one instant tells of no speed
-    line.note(instants[-1])
-    assert line._text().endswith(" of 20 s simulated, 0 s left")

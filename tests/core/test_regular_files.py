@@ -8,9 +8,8 @@ from multiprocessing.synchronize import SemLock
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
+from commands_for_tests import call
 
-from bindusbl_des.cli import main
 from bindusbl_des.core.files import regular
 
 SCENARIO = "name: s\nduration_s: 20\n"
@@ -19,7 +18,7 @@ ROUTE = "auvs: {{count: 1, route: {{kind: track, files: [{0}]}}}}\n"
 
 def refused(*words: str) -> str:
     """Return the one line with which a command refuses what it was given."""
-    done = CliRunner().invoke(main, words)
+    done = call(*words)
     assert done.exit_code == 2, done.output
     return done.output
 
@@ -63,7 +62,7 @@ def test_nor_is_what_a_command_is_given(tmp_path: Path, command: str) -> None:
     for ending in ("pyfg", "mcap"):
         pipe = tmp_path / f"it.{ending}"
         os.mkfifo(pipe)
-        assert CliRunner().invoke(main, [command, str(pipe)]).exit_code == 2
+        assert call(command, pipe).exit_code == 2
 
 
 def test_files_of_a_bounded_size(tmp_path: Path) -> None:
@@ -113,7 +112,7 @@ def test_workers_without_a_place_for_semaphores_are_one_line(
     monkeypatch.setattr(SemLock, "__init__", refuse)
     (tmp_path / "s.yaml").write_text(SCENARIO)
     words = ["sweep", str(tmp_path / "s.yaml"), "--seeds", "2", "--out", str(tmp_path / "out")]
-    done = CliRunner().invoke(main, words)
+    done = call(*words)
     assert done.exit_code == 1
     assert done.output.splitlines()[-1].endswith(
         "/dev/shm: Read-only file system; workers have their semaphores there: make it writable"

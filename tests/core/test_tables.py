@@ -1,6 +1,5 @@
 """Tables as programs save them: how fields are parted, how it is encoded, rows that cannot be."""
 
-import os
 from itertools import pairwise
 from pathlib import Path
 
@@ -8,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bindusbl_des.core.tables import of_file, ordered, read_table, sifted
+from bindusbl_des.core.tables import ordered, read_table
 
 ROWS = [["time_s", "x_m", "name"], ["0", "1.5", "Ort"], ["10", "-2.25e-1", "Größe"]]
 EXPECTED = [
@@ -101,17 +100,6 @@ def test_two_lines_in_one_do_not_cost_the_table(tmp_path: Path) -> None:
     assert "t.csv:3: has 4 values under 2 names" in table.left_out[0]
 
 
-def test_rows_that_cannot_be_are_left_out_as_long_as_they_are_the_fewer() -> None:
-    kept, told = sifted(["1", "x", "2", "y", "3", "z", "4"], int)
-    assert kept == [1, 2, 3, 4]
-    assert told[0].startswith("3 of 7 rows are left out: invalid literal")
-    assert "'y'" in told[0]
-    assert told[0].endswith("; and 1 more")
-    with pytest.raises(ValueError, match="'x'"):
-        sifted(["1", "x"], int)
-    assert sifted([], int) == ([], ())
-
-
 @given(st.lists(st.integers(0, 12), max_size=9))
 def test_as_many_rows_as_can_be_rise(values: list[int]) -> None:
     """Compared with all subsets, once equal neighbours are one."""
@@ -135,21 +123,3 @@ def test_as_many_rows_as_can_be_rise(values: list[int]) -> None:
 
 def _rises(values: list[int]) -> bool:
     return all(one < following for one, following in pairwise(values))
-
-
-def test_what_is_read_of_a_file_is_kept_until_it_changes(tmp_path: Path) -> None:
-    path, reads = tmp_path / "f.txt", []
-
-    @of_file(4)
-    def read(path: str, word: str = "") -> str:
-        reads.append(word)
-        return Path(path).read_text() + word
-
-    path.write_text("a")
-    assert [read(path, "x"), read(str(path), "x"), read(path)] == ["ax", "ax", "a"]
-    assert reads == ["x", ""]
-    path.write_text("b")
-    os.utime(path, ns=(1, 1))
-    assert read(path, "x") == "bx"
-    with pytest.raises(FileNotFoundError):
-        read(tmp_path / "gone.txt")

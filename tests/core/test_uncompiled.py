@@ -16,7 +16,6 @@ from test_golden import BASE, MISSIONS
 from worlds import merged, scenario
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.core.compiled import TOLD
 from bindusbl_des.core.uncompiled import as_compiled, uncompiled
 
 TESTS = Path(__file__).parents[1]
@@ -52,7 +51,7 @@ def test_missions_that_are_not_compiled_have_the_same_tables(tmp_path: Path) -> 
     file = tmp_path / "tables"
     paths = os.pathsep.join([str(TESTS), os.environ.get("PYTHONPATH", "")])
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": paths}
-    environment.pop(TOLD, None)
+    environment.pop("BINDUSBL_DES_CODE_CACHE_TOLD", None)
     ran = subprocess.run(
         [sys.executable, "-W", "error", __file__, str(file)],
         env=environment,

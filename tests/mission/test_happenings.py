@@ -23,7 +23,7 @@ from bindusbl_des import (
     simulate,
     until,
 )
-from bindusbl_des.protocol.happenings import KINDS, Happening
+from bindusbl_des.protocol.happenings import KINDS
 
 # Where somebody waits, the band is busy: pings are lost, collide, and come in whatever order.
 BUSY: dict[str, Any] = {
@@ -141,9 +141,9 @@ def test_who_begins_to_wait_hears_of_fixes_that_are_under_way() -> None:
         assert found.time == mission.time == pytest.approx(instant, abs=1e-9)
 
 
-def listening(mission: Mission, *kinds: str) -> list[tuple[float, Happening]]:
+def listening(mission: Mission, *kinds: str) -> list[tuple[float, Any]]:
     """Run a mission to its end; return all happenings of some kinds, and when they were told."""
-    told: list[tuple[float, Happening]] = []
+    told: list[tuple[float, Any]] = []
 
     def listen() -> Iterator[simpy.Event]:
         watch = mission._world.network.happenings(*kinds)

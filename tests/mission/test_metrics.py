@@ -6,18 +6,10 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from worlds import blank, scenario, still
+from worlds import scenario, still
 
-from bindusbl_des import Mission, Odometry, ScenarioError, load_scenario, simulate
-from bindusbl_des.mission import metrics
-from bindusbl_des.mission.metrics import AUV_METRICS, worst_of
-from bindusbl_des.mission.service import fix_ages, mean, note_service, quantile, quantile_of
+from bindusbl_des import Odometry, ScenarioError, load_scenario, simulate
 from bindusbl_des.navigation.navigators import LinearNavigator
-from bindusbl_des.records.events import DELIVERED
-from bindusbl_des.records.metrics import WORST_IS_LARGEST
-from bindusbl_des.records.rows import FIX
 
 
 def test_a_ping_under_way_at_the_end_counts_for_nothing() -> None:
@@ -81,42 +73,31 @@ def test_intervals_and_rates_of_clockwork() -> None:
     assert auv.latency_from_slot_s == pytest.approx(7 / 30)
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 7, 8, 20, 21, 22, 129, 1000])
-def test_means_and_quantiles_are_those_of_numpy(count: int) -> None:
-    """95 % of the time: linear between the two values beside that place.  Means are bit for bit."""
-    values = np.random.default_rng(count).random(count)
-    assert mean(values) == values.mean()
-    assert quantile_of(values, 0.95) == pytest.approx(np.quantile(values, 0.95), abs=1e-15)
-    assert quantile(np.sort(values), 0.95) == quantile_of(values, 0.95)
-    assert math.isnan(mean(np.empty(0)))
-    assert math.isnan(quantile(np.empty(0), 0.95))
-
-
-@given(st.lists(st.tuples(st.floats(0.0, 99.0), st.floats(0.0, 40.0)), max_size=30))
-def test_the_age_of_a_fix_is_that_of_a_fine_clock(fixes: list[tuple[float, float]]) -> None:
+@pytest.mark.parametrize("gnss", [None, {"every_s": 3.7}])
+def test_the_age_of_a_fix_is_that_of_a_fine_clock(gnss: dict[str, float] | None) -> None:
     """Mean, quantile and maximum of the sawtooth are those of a hundred thousand samples of it.
 
     An age begins at the ping of the newest fix, however late that or others came.
     """
-    taken = np.array(sorted(fixes)).reshape(-1, 2)
-    pinged = np.maximum(taken[:, 0] - taken[:, 1], 0.0)
-    times = (np.arange(100_000) + 0.5) / 1000
-    newest = np.append(0.0, np.maximum.accumulate(pinged))
-    since = newest[np.searchsorted(taken[:, 0], times, side="right")]
-    average, oldest, largest = fix_ages(taken[:, 0].copy(), pinged, 100.0)
-    assert average == pytest.approx((times - since).mean(), abs=2e-3)
-    assert oldest == pytest.approx(np.quantile(times - since, 0.95), abs=2e-2)
-    assert largest == pytest.approx((times - since).max(), abs=1e-2)
-
-
-def test_the_age_of_fixes_goes_by_when_they_come() -> None:
-    """Of two pings at 3 s and 4 s the first is fixed at 5 s, the second at 9 s; on record after."""
-    fixes, found = blank(FIX, 2), np.zeros(1, dtype=AUV_METRICS)
-    fixes["auv"], fixes["outcome"], fixes["correction_m"] = 0, DELIVERED, 0.0
-    fixes["delivered_at_s"], fixes["pinged_at_s"] = [9.0, 5.0], [4.0, 3.0]
-    note_service(found, fixes, 10.0, math.nan)
-    # from 0 to 5 s, from 2 to 6 s, from 5 to 6 s
-    assert found["fix_age_mean_s"] == pytest.approx((12.5 + 16.0 + 5.5) / 10.0)
+    world = scenario(
+        duration_s=100.0, survey={"side_m": 80.0, "depth_m": 0.3},
+        acoustics={"mf": {"bit_rate_bps": 150.0}}, navigation={"gnss_fix": gnss, "nis_gate": None},
+    )  # fmt: skip
+    result = simulate(world, 3)
+    for auv in result.auvs.itertuples():
+        fixes = result.tables["fixes"].query("auv == @auv.auv and outcome == 'delivered'")
+        taken = fixes[["delivered_at_s", "pinged_at_s"]].to_numpy(float)
+        if gnss:
+            own = result.tables["gnss_fixes"].query("auv == @auv.auv").fixed_at_s.to_numpy()
+            taken = np.vstack([taken, np.column_stack([own, own])])
+        taken = taken[np.argsort(taken[:, 0])]
+        assert len(taken) > 8
+        times = (np.arange(100_000) + 0.5) / 1000
+        newest = np.append(0.0, np.maximum.accumulate(taken[:, 1]))
+        since = times - newest[np.searchsorted(taken[:, 0], times, side="right")]
+        assert auv.fix_age_mean_s == pytest.approx(since.mean(), abs=2e-3)
+        assert auv.fix_age_p95_s == pytest.approx(np.quantile(since, 0.95), abs=2e-2)
+        assert auv.fix_age_max_s == pytest.approx(since.max(), abs=1e-2)
 
 
 def test_what_all_fixes_say_of_a_network() -> None:
@@ -159,35 +140,27 @@ def test_who_lost_his_fixes_early_is_the_worst() -> None:
     assert "worst_pings" not in mission
 
 
-def worst(metric: str, values: list[float | None]) -> tuple[float | None, float | None]:
-    """Return the worst value of a fleet's of one metric, and whose it is."""
-    auvs = np.zeros(len(values), dtype=[(name, float) for name in WORST_IS_LARGEST])
-    auvs[metric] = np.array(values, dtype=np.float64)
-    found = worst_of(auvs)
-    return found[f"worst_{metric}"], found[f"worst_{metric}_auv"]
-
-
-@pytest.mark.parametrize("metric", ["latency_from_slot_s", "path_error_m", "latency_mean_s"])
-def test_who_lacks_what_others_have_is_the_worst(metric: str) -> None:
-    """What no AUV of a mission can have makes none the worst; else who lacks it is."""
-    assert worst(metric, [1.0, None]) == (None, 1)
-    assert worst(metric, [None, None]) == (None, 0 if metric == "latency_mean_s" else None)
-
-
-@given(
-    st.sampled_from(sorted(WORST_IS_LARGEST)),
-    st.lists(st.one_of(st.none(), st.floats(-1e3, 1e3)), min_size=1, max_size=8),
-)
-def test_nobody_is_worse_than_the_worst(metric: str, values: list[float | None]) -> None:
-    """An AUV without a value is the worst; else none has more (or less, of what is good)."""
-    value, auv = worst(metric, values)
-    known = [it for it in values if it is not None]
-    if value is not None and auv is not None:
-        assert values[auv] == value
-        assert value == (max(known) if WORST_IS_LARGEST[metric] else min(known))
-        assert auv == values.index(value)
-    else:
-        assert len(known) < len(values)
+def test_nobody_is_worse_than_the_worst() -> None:
+    """Of errors, ages and losses who has most, of fixes and shares who has least; the first of
+    equals, and who lacks what others have before all.
+    """
+    least = {"pings_in_range", "pings_heard", "hf_coverage", "fixes", "fixes_delivered",
+             "fix_rate_hz", "fix_benefit_m"}  # fmt: skip
+    result = simulate(scenario(duration_s=60.0, auvs={"count": 6}, survey={"side_m": 200.0}), 2)
+    auvs, mission = result.auvs, result.mission.iloc[0]
+    names = [it[6:-4] for it in result.mission if it[:6] == "worst_" and it[-4:] == "_auv"]
+    assert len(names) > 25
+    assert least < set(names)
+    for name in names:
+        found, whose = mission[f"worst_{name}"], mission[f"worst_{name}_auv"]
+        values = auvs[name].astype(float)
+        if values.isna().all():
+            assert pd.isna(found), name
+        elif values.isna().any():
+            assert auvs.auv[values.isna()].iloc[0] == whose, name
+        else:
+            assert found == (values.min() if name in least else values.max()), name
+            assert whose == auvs.auv[values == found].iloc[0], name
 
 
 def test_an_estimate_that_is_no_number_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -200,40 +173,6 @@ def test_an_estimate_that_is_no_number_is_told(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(LinearNavigator, "estimate", lost)
     with pytest.raises(ArithmeticError, match=r"AUV1's estimate is no number from 12\.5 s on"):
         simulate(still(2, duration_s=20.0, record={"detail": "summary"}))
-    monkeypatch.undo()
-    whole = metrics.note_service
-
-    def unsure(auvs: np.ndarray, *known: object) -> None:
-        whole(auvs, *known)
-        auvs["fix_error_rms_m"] = math.nan
-
-    monkeypatch.setattr(metrics, "note_service", unsure)
-    with pytest.raises(ArithmeticError, match="AUV0's fix_error_rms_m is no number"):
-        simulate(still(2, duration_s=20.0, record={"detail": "summary"}))
-
-
-def test_ways_are_looked_back_on_once_for_all_seeds() -> None:
-    """What follows from them alone is shared by missions of the same ways; not if these differ."""
-    world = scenario(duration_s=20.0, auvs={"count": 2}, survey={"swath_m": 10.0})
-    first, other = (Mission(world, seed=seed)._world for seed in (1, 2))
-    assert first.trajectories is other.trajectories
-    longer = Mission(world.model_copy(update={"duration_s": 21.0}), seed=1)._world
-    assert (
-        longer.trajectories.metrics["distance_m"].tolist()
-        > first.trajectories.metrics["distance_m"].tolist()
-    )
-    assert first.trajectories.swept_m2.shape == (2, 40)
-    steered = scenario(
-        duration_s=5.0,
-        auvs={
-            "count": 1,
-            "vehicle": "bluerov2",
-            "speed_m_per_s": 0.6,
-            "feedback": "estimate",
-        },
-    )
-    whole = [simulate(steered, seed=seed).auvs.distance_m[0] for seed in (1, 2)]
-    assert whole[0] != whole[1]
 
 
 @pytest.mark.parametrize("ranging", ["owtt_sync", "passive"])

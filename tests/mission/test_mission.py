@@ -12,9 +12,6 @@ from numpy.typing import NDArray
 from worlds import merged, scenario
 
 from bindusbl_des import Mission, Result, Scenario, View, simulate
-from bindusbl_des.core.plugins import PluginError
-from bindusbl_des.protocol.schedules.named import one_per_slot
-from bindusbl_des.protocol.schedules.view import Groups
 
 DURATION_S, RATE_HZ = 20.0, 30
 
@@ -254,7 +251,11 @@ def test_a_seed_is_a_whole_number(seed: Any) -> None:
         Mission(flown("sequential"), seed)
 
 
-def failing(view: View) -> Groups:
+def one_per_slot(view: View) -> list[list[int]]:
+    return [[auv] for auv in range(len(view.auvs))]
+
+
+def failing(view: View) -> list[list[int]]:
     """Schedule two rounds, and fail at the third."""
     if view.round == 2:
         raise ArithmeticError("no idea")
@@ -274,7 +275,7 @@ def test_events_are_run_by_the_mission_alone() -> None:
 def test_a_mission_that_failed_does_not_go_on_in_silence() -> None:
     """After an error a mission is where the error was, and says so; it makes no result."""
     mission = Mission(scenario(**merged(ON_TICKS, {"protocol": {"schedule": failing}})))
-    with pytest.raises(PluginError, match="no idea"):
+    with pytest.raises(ValueError, match="no idea"):
         mission.advance(15.0)
     failed_at = mission.time
     assert 0.0 < failed_at < 15.0

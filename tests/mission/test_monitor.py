@@ -1,12 +1,12 @@
 """The monitor names what broke a schedule first, whatever is recorded."""
 
+import json
 from typing import Any
 
 import pytest
 from worlds import scenario
 
 from bindusbl_des import Scenario, load_result, simulate, verify
-from bindusbl_des.results.violations import Violation, Violations, is_violations
 
 COLLIDING = {
     "pings": {},
@@ -63,14 +63,19 @@ def test_whoever_pings_as_he_likes_breaks_no_schedule() -> None:
     free = simulate(scenario(duration_s=20.0, protocol={"schedule": "aloha", "frame_s": 0.2}))
     assert free.violations is None
     kept = simulate(scenario(duration_s=20.0, asvs={"count": 1}))
-    assert kept.violations == Violations(0, None)
+    assert kept.violations is not None
+    assert (kept.violations.count, kept.violations.first) == (0, None)
     assert "violated" not in kept.summary()
 
 
-def test_violations_read_back_are_checked() -> None:
-    first = Violation("ping", 1.5, "AUV0", "ASV1", 3, 1, ("that of AUV2",))
-    data = Violations(2, first).data()
-    assert is_violations(data)
-    assert is_violations(None)
-    for wrong in ({**data, "count": -1}, {**data, "first": {"kind": "song"}}, {"count": 1}, 7):
-        assert not is_violations(wrong)
+def test_violations_read_back_are_checked(tmp_path: Any) -> None:
+    witness = verify("recovery_140m").witness
+    assert witness is not None
+    simulate(Scenario.model_validate(witness.plan)).write(tmp_path / "r")
+    file = tmp_path / "r" / "run.json"
+    data = json.loads(file.read_text())
+    told = data["violations"]
+    for wrong in ({**told, "count": -1}, {**told, "first": {"kind": "song"}}, {"count": 1}, 7):
+        file.write_text(json.dumps({**data, "violations": wrong}))
+        with pytest.raises(ValueError, match="violations"):
+            load_result(tmp_path / "r")

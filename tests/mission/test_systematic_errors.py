@@ -4,15 +4,12 @@ import math
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy import stats
 from worlds import QUIET_USBL, merged, paper_case, scenario, still
 
 from bindusbl_des import Mission, Result, Setup, simulate, warnings_of
-from bindusbl_des.core.streams import Streams
-from bindusbl_des.mission.closed_loop import slow_gnss
-from bindusbl_des.mission.sensor_errors import clocks, misalignments
-from bindusbl_des.vehicles.currents import CONTROL_S
 
 EVERYTHING = {
     "usbl": {
@@ -25,19 +22,20 @@ EVERYTHING = {
 }
 
 
-def quiet(seed: int = 4, **changes: Any) -> tuple[Any, Result]:
-    """Return a mission of an AUV at (20, 0, 10) m of one ASV, without noise, and its scenario."""
-    data = merged({"usbl": QUIET_USBL, "duration_s": 60.0}, changes)
-    world = still(1, **data)
-    return world, simulate(world, seed)
+def quiet(**changes: Any) -> tuple[Result, pd.DataFrame]:
+    """Return a mission of an AUV at (20, 0, 10) m of one ASV, without noise; and its fixes, with
+    what was wrong as each ping was heard.
+    """
+    result = simulate(still(1, **merged({"usbl": QUIET_USBL, "duration_s": 60.0}, changes)), 4)
+    return result, result.tables["fixes"].merge(result.tables["receptions"], on=["ping", "auv"])
 
 
 def test_a_misaligned_array_turns_every_fix() -> None:
     """All fixes of an ASV lie beside the AUV by the same angle."""
-    world, result = quiet(usbl={"misalignment_sd_deg": 3.0})
-    [turn] = misalignments(Setup(world), Streams(4))
-    fixes = result.tables["fixes"]
+    _, fixes = quiet(usbl={"misalignment_sd_deg": 3.0})
     assert len(fixes) > 50
+    turn = math.radians(fixes.misalignment_deg.iloc[0])
+    assert abs(turn) > 1e-3
     found = np.arctan2(fixes.y_m, fixes.x_m).to_numpy()
     assert found == pytest.approx(np.full(len(fixes), turn), abs=1e-4)
     assert fixes.sd_y_m.iloc[0] == pytest.approx(20.0 * math.radians(3.0), rel=0.01)
@@ -45,36 +43,42 @@ def test_a_misaligned_array_turns_every_fix() -> None:
 
 def test_slow_gnss_errors_are_those_of_the_instant() -> None:
     """A fix is off by what the ASV's GNSS is off as the ping arrives (and its array's size)."""
-    world, result = quiet(usbl={"gnss_correlated_sd_m": 0.8, "gnss_time_constant_s": 20.0})
-    [astray], fixes = slow_gnss(Setup(world), Streams(4)), result.tables["fixes"]
-    arrived = result.tables["receptions"].arrived_at_s.to_numpy()[: len(fixes)]
-    off = astray[(arrived / CONTROL_S).astype(int)]
+    _, fixes = quiet(usbl={"gnss_correlated_sd_m": 0.8, "gnss_time_constant_s": 20.0})
+    off = fixes[["gnss_error_x_m", "gnss_error_y_m"]].to_numpy()
     assert fixes[["x_m", "y_m"]].to_numpy() - (20.0, 0.0) == pytest.approx(off, abs=0.02)
     assert np.std(off, axis=0).min() > 0.1
 
 
 def test_slow_gnss_errors_fade_as_they_should() -> None:
     """Their variance, and what is left of them after half and after twice the time constant."""
-    world = scenario(
-        duration_s=20_000.0, asvs={"count": 8},
+    world = still(
+        1, duration_s=20_000.0, asvs={"count": 8},
         usbl={"gnss_correlated_sd_m": 2.0, "gnss_time_constant_s": 10.0},
+        acoustics={"hf": {"range_m": 200.0}}, protocol={"shortest_uplink_slot_s": 4.8},
+        navigation={"filter": "dead_reckoning"}, record={"tracks_hz": 0.01},
     )  # fmt: skip
-    found = slow_gnss(Setup(world), Streams(1))
-    independent = found.size * CONTROL_S / 20.0
+    met = simulate(world, 1).tables["receptions"].query("outcome == 'heard'")
+    every_s = float(np.median(np.diff(met.arrived_at_s[met.asv == "ASV0"])))
+    found = np.array([
+        own[name] for _, own in met.groupby("asv", observed=True)
+        for name in ("gnss_error_x_m", "gnss_error_y_m")
+    ])  # fmt: skip
+    independent = found.size * every_s / 20.0
     assert found.var() == pytest.approx(4.0, rel=4 * math.sqrt(2 / independent))
-    for lag in (5.0, 20.0):
-        steps = round(lag / CONTROL_S)
+    for steps in (1, 4):
         product = (found[:, :-steps] * found[:, steps:]).mean() / 4.0
-        assert product == pytest.approx(math.exp(-lag / 10.0), abs=4 * math.sqrt(2 / independent))
+        expected = math.exp(-steps * every_s / 10.0)
+        assert product == pytest.approx(expected, abs=4 * math.sqrt(2 / independent))
+    assert 4.0 < every_s < 6.0
 
 
 def test_sound_that_is_taken_for_too_fast_makes_ranges_too_long() -> None:
     """By the ratio of both speeds, true places of arrival notwithstanding."""
-    _, result = quiet(environment={"assumed_sound_speed_m_per_s": 1530.0})
-    fixes, slant = result.tables["fixes"], math.hypot(20.0, 10.0)
+    _, fixes = quiet(environment={"assumed_sound_speed_m_per_s": 1530.0})
+    slant = math.hypot(20.0, 10.0)
     found = np.sqrt(fixes.x_m**2 + fixes.y_m**2 + fixes.z_m**2).to_numpy()
     assert found == pytest.approx(np.full(len(fixes), slant * 1.02), abs=1e-4)
-    assert result.tables["receptions"].travel_time_s.iloc[0] == pytest.approx(slant / 1500.0)
+    assert fixes.travel_time_s.iloc[0] == pytest.approx(slant / 1500.0)
 
 
 def test_the_fleet_plans_with_the_sound_speed_that_it_assumes() -> None:
@@ -87,20 +91,20 @@ def test_the_fleet_plans_with_the_sound_speed_that_it_assumes() -> None:
 def test_late_clocks_make_ranges_too_long() -> None:
     """By the sound's way in what a clock is late, which grows; never where AUVs are called."""
     late = {"clock_offset_sd_s": 1e-3, "clock_drift_sd": 2e-5}
-    world, result = quiet(navigation=late)
-    [[offset, drift]], fixes = clocks(Setup(world), Streams(4)), result.tables["fixes"]
+    _, fixes = quiet(navigation=late)
     found = np.sqrt(fixes.x_m**2 + fixes.y_m**2 + fixes.z_m**2) - math.hypot(20.0, 10.0)
-    late_s = offset + drift * fixes.pinged_at_s.to_numpy()
+    late_s = fixes.clock_late_s.to_numpy()
     assert found.to_numpy() == pytest.approx(1500.0 * late_s, abs=1e-3)
-    _, called = quiet(navigation=late, protocol={"ranging": "twtt"})
+    assert late_s[0] != late_s[-1]
+    called, _ = quiet(navigation=late, protocol={"ranging": "twtt"})
     assert called.tables["fixes"].error_m.max() < 0.01
 
 
 def test_outliers_are_so_many_and_no_others_change() -> None:
     """Share and spread as asked; whoever is none is measured as without them."""
     share, spread = 0.2, 25.0
-    _, plain = quiet(usbl={"heading_sd_deg": 1.0}, duration_s=300.0)
-    _, result = quiet(
+    plain, _ = quiet(usbl={"heading_sd_deg": 1.0}, duration_s=300.0)
+    result, _ = quiet(
         usbl={"heading_sd_deg": 1.0, "outlier_share": share, "outlier_sd_m": spread},
         duration_s=300.0,
     )
@@ -116,13 +120,25 @@ def test_outliers_are_so_many_and_no_others_change() -> None:
 
 def test_a_further_vehicle_leaves_what_others_have() -> None:
     """Each ASV and AUV draws by itself."""
-    few, many = (
-        Setup(scenario(**merged(EVERYTHING, {"asvs": {"count": n}, "auvs": {"count": n}})))
-        for n in (2, 4)
-    )
-    for draw in (misalignments, clocks, slow_gnss):
-        assert np.array_equal(draw(few, Streams(7)), draw(many, Streams(7))[:2])
-        assert not np.array_equal(draw(few, Streams(7)), draw(few, Streams(8)))
+    drawn = merged(EVERYTHING, {"navigation": {"clock_drift_sd": 0.0}})
+
+    def wrong(count: int, seed: int) -> dict[tuple[str, str], list[float]]:
+        """Return what is wrong as the first ping is heard by each ASV."""
+        stations = [[10.0 * k, 0.0] for k in range(count)]
+        near = {
+            "asvs": {"count": count, "formation": {"positions_m": stations}},
+            "auvs": {"count": count}, "duration_s": 5.0,
+            "acoustics": {"hf": {"range_m": 200.0}, "loss": {"law": "none"}},
+        }  # fmt: skip
+        world = scenario(**merged(drawn, near))
+        met = simulate(world, seed).tables["receptions"].dropna(subset="misalignment_deg")
+        names = ["misalignment_deg", "clock_late_s"]
+        return {pair: own[names].iloc[0].tolist() for pair, own in met.groupby(["asv", "auv"])}
+
+    few, many, others = wrong(2, 7), wrong(4, 7), wrong(2, 8)
+    assert len(few) == 4
+    assert few.items() <= many.items()
+    assert not {it[0] for it in few.values()} & {it[0] for it in others.values()}
 
 
 @pytest.mark.parametrize("ranging", ["owtt_sync", "twtt", "passive"])
@@ -239,12 +255,13 @@ def test_a_vessel_keeps_its_station_by_where_gnss_says_it_is() -> None:
     world = scenario(
         duration_s=150.0, auvs={"count": 1}, asvs={"count": 2, "vehicle": "otter"}, usbl=slow
     )
-    tracks, astray = simulate(world, 5).tables["tracks"], slow_gnss(Setup(world), Streams(5))
-    stations = Setup(world).stations_m
+    tables, stations = simulate(world, 5).tables, Setup(world).stations_m
     for asv in range(2):
-        last = tracks[tracks.vehicle == f"ASV{asv}"].iloc[-1]
+        last = tables["tracks"].query(f"vehicle == 'ASV{asv}'").iloc[-1]
+        heard = tables["receptions"].query(f"asv == 'ASV{asv}' and outcome == 'heard'")
+        astray = heard.iloc[-1]
         off = np.array([last.x_m, last.y_m]) - stations[asv]
-        assert off == pytest.approx(-astray[asv, -1], abs=1.0)
+        assert off == pytest.approx([-astray.gnss_error_x_m, -astray.gnss_error_y_m], abs=1.5)
         assert np.hypot(*off) > 1.0
 
 

@@ -4,12 +4,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from commands_for_tests import call, explained
 from worlds import merged, scenario
 
 from bindusbl_des import Mission, Scenario, load_result, simulate
-from bindusbl_des.cli import main
-from bindusbl_des.explain import chain_of_fix
 
 
 def afloat(**changes: Any) -> Scenario:
@@ -66,18 +64,6 @@ def test_fixes_by_gnss_correct_every_navigator_but_dead_reckoning(name: str) -> 
     assert (found.position_error_m < found.imu_error_m).all()
     # none is older than two, of which the gate has refused one
     assert (found.fix_age_max_s <= 10.0 + 1e-9).all()
-
-
-@pytest.mark.parametrize("name", ["kalman", "smoother"])
-def test_a_fix_by_gnss_is_taken_for_what_it_says(name: str) -> None:
-    """A place and its noise, no range and direction that turn with an array."""
-    usbl = {"misalignment_sd_deg": 1.0}
-    mission = Mission(afloat(navigation={"filter": name}, usbl=usbl), seed=1)
-    mission.result()
-    fixes = mission._world.record.gnss_fixes.rows
-    assert len(fixes) == 36
-    assert (fixes["said_x_m"] == fixes["x_m"]).all()
-    assert not fixes["said_polar"].any()
 
 
 def test_dead_reckoning_ignores_them() -> None:
@@ -169,13 +155,13 @@ def test_a_folder_keeps_them_and_explain_tells_of_the_last(tmp_path: Any) -> Non
     again = load_result(run.write(tmp_path / "out"))
     assert again.arrow["gnss_fixes"].equals(run.arrow["gnss_fixes"])
     late = run.tables["fixes"].query("outcome == 'delivered' and delivered_at_s > 10").iloc[0]
-    told = chain_of_fix(again, int(late.fix)).steps[-1].why
+    told = explained(again, fix=int(late.fix))
     assert "its last GNSS fix at the surface, which moved the estimate by" in told
 
 
 def test_a_receiver_that_never_surfaces_is_told(tmp_path: Any) -> None:
     path = tmp_path / "deep.yaml"
     path.write_text("name: deep\nnavigation: {gnss_fix: {sd_m: 1}}\n")
-    said = CliRunner().invoke(main, ["validate", str(path)])
+    said = call("validate", path)
     assert "navigation.gnss_fix" in said.output
     assert "brings no fix: AUVs stay at 10 m and deeper" in said.output

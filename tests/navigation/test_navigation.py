@@ -3,71 +3,43 @@
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
-from worlds import believed, blank, fixed_gain, lanes_over_square, scenario
+from played_for_tests import played
+from test_estimates import Keeping
+from worlds import merged, scenario
 
-from bindusbl_des import DeadReckoning, simulate
-from bindusbl_des.core.arrays import Floats
-from bindusbl_des.core.spreads import drift_rms
-from bindusbl_des.geometry.paths import Path as RoutePath
-from bindusbl_des.geometry.paths import Pose, Segment
-from bindusbl_des.navigation.dead_reckoning import random_walk
-from bindusbl_des.records.rows import FIX
-from bindusbl_des.vehicles.motion import together
-from bindusbl_des.vehicles.reckoning import steady
-from bindusbl_des.vehicles.vehicle import Place, SegmentedTrajectory, kinematic, moored, recorded
+from bindusbl_des import Setup, Sounding, broadcast, ping_group, simulate, until
 
 CHECKS = json.loads((Path(__file__).parents[1] / "reference" / "physics_checks.json").read_text())
-BIAS = (0.06, 0.06)
+BIAS = (0.06, 0.03)
 
 
-def boustrophedon() -> SegmentedTrajectory:
-    """Return a vehicle on legs of 60 m, 10 m apart, at 1.5 m/s (legs of 40 s, turns of 10.47 s)."""
-    turn = math.pi * 5
-    legs = []
-    for leg in range(4):
-        legs += [Segment(0.0, 60.0), Segment(0.2 if leg % 2 == 0 else -0.2, turn)]
-    return kinematic(RoutePath(Pose(0, 0, 0), tuple(legs)), 1.5, 10.0)
-
-
-def bias_drift(frame: str, times: Floats, headings: Floats) -> Floats:
-    """Return the drift (n, 2), m, of the bias by eq. dead_reckoning."""
-    if frame == "world":
-        return np.outer(times, BIAS)
-    (ahead, aside), (cosine, sine) = BIAS, headings.T
-    return np.column_stack((cosine * ahead - sine * aside, sine * ahead + cosine * aside))
-
-
-def test_body_bias_cancels_on_legs_there_and_back() -> None:
-    """On a boustrophedon the drift is a triangle wave: legs cancel pairwise, turns accumulate."""
-    vehicle, turn = boustrophedon(), math.pi * 5 / 1.5
-    times = np.cumsum([40, turn, 40, turn, 40, turn, 40])
-    drift = bias_drift("body", times, vehicle.heading_integral(times))
-    expected = [
-        (2.4, 2.4),
-        (2.0, 2.8),
-        (-0.4, 0.4),
-        (-0.8, 0.8),
-        (1.6, 3.2),
-        (1.2, 3.6),
-        (-1.2, 1.2),
-    ]
-    assert drift == pytest.approx(np.array(expected), abs=1e-9)
-
-
-def test_heading_integrals_agree_with_quadrature() -> None:
-    """Whatever the path, the integral of the heading is that of fine steps."""
-    track = recorded(np.array([1.0, 4.0, 9.0]), np.array([[0, 0, 5], [3, 0, 5], [3, 5, 6.0]]))
-    lanes = lanes_over_square(60, 3, 1, spacing=5.0, margin=5.0, radius=4.0)
-    for vehicle in (track, kinematic(lanes, 0.9, 10.0), boustrophedon()):
-        steps = (np.arange(200_000) + 0.5) * 1e-3
-        yaw = vehicle.sample(steps)[:, 3]
-        sums = np.cumsum(np.column_stack((np.cos(yaw), np.sin(yaw))), axis=0) * 1e-3
-        ends = steps[999::20_000] + 0.5e-3
-        assert vehicle.heading_integral(ends) == pytest.approx(sums[999::20_000], abs=2e-3)
+@pytest.mark.parametrize("frame", ["body", "world"])
+def test_a_bias_carries_dead_reckoning_along_the_way_travelled(frame: str) -> None:
+    """Dead reckoning is truth plus the integral of the bias, which turns with the body, on legs and
+    in turns; there and back it cancels.
+    """
+    world = scenario(
+        duration_s=200.0, survey={"side_m": 60.0},
+        navigation={
+            "velocity_bias_m_per_s": list(BIAS), "random_walk_m_per_sqrt_s": 0.0,
+            "bias_frame": frame,
+        },
+        record={"tracks_hz": 50.0},
+    )  # fmt: skip
+    for _, own in simulate(world).tables["tracks"].groupby("vehicle", observed=True):
+        if own.imu_x_m.isna().any():
+            continue  # an ASV
+        yaw = own.yaw_rad.to_numpy() if frame == "body" else np.zeros(len(own))
+        rates = np.exp(1j * yaw) * complex(*BIAS)
+        sums = np.append(0.0, np.cumsum((rates[1:] + rates[:-1]) / 2.0)) / 50.0
+        drift = (own.imu_x_m - own.x_m) + 1j * (own.imu_y_m - own.y_m)
+        assert np.abs(drift - sums).max() < 5e-3
+        assert (np.abs(drift).max() > 10.0) == (frame == "world")
 
 
 def test_drift_has_the_mean_and_covariance_of_its_model() -> None:
@@ -95,62 +67,30 @@ def test_drift_has_the_mean_and_covariance_of_its_model() -> None:
     [(1.59, 0.143249921), (4.02, 0.349594108), (60, 5.099752935), (300, 25.464434021)],
 )
 def test_drift_rms(time: float, rms: float) -> None:
-    """The RMS drift on a straight leg is linear in time, not quadratic."""
-    assert drift_rms(time, BIAS, 0.027) == pytest.approx(rms)
+    """The RMS drift of the paper on a straight leg is linear in time, not quadratic."""
+    found = Setup(scenario()).own_sensors.straight_drift_rms(time, 0.627)
+    assert found == pytest.approx(rms)
 
 
 def test_between_samples_the_drift_is_linear() -> None:
-    """The IMU holds its velocity between samples."""
-    noise = np.zeros((1, 5, 2))
-    noise[0, 1:] = np.random.default_rng(0).standard_normal((4, 2))
-    still = together([moored(Place(3.0, 4.0, 5.0, 0.0)).legs])
-    [walk] = walks = random_walk(2.0, 1.0, noise)
-    reckoning = DeadReckoning(still, steady(walks, 2.0, (0.0, 0.0), False))
-    middle = (np.array(reckoning.at(0, 0.5)) + np.array(reckoning.at(0, 1.0))) / 2
-    assert reckoning.at(0, 0.75) == pytest.approx(middle)
-    truth, odometry = reckoning.sample(0, np.array([0.75, 2.0]))
-    drift = odometry.position - truth[:, :2]
-    assert truth[0].tolist() == [3.0, 4.0, 5.0, 0.0]
-    assert truth[0, :2] + drift[0] == pytest.approx(middle)
-    assert reckoning.at(0, 2.0) == pytest.approx(truth[1, :2] + drift[1])
-    assert np.array(reckoning.at(0, 2.0)) - (3.0, 4.0) == pytest.approx(walk[4])
-    last = np.array(reckoning.at(0, 1.75)) - (3.0, 4.0)
-    assert last == pytest.approx((walk[3] + walk[4]) / 2)
-
-
-def test_a_random_walk_sums_up_steps_of_its_own_scale() -> None:
-    """At 4 Hz a walk of 3 m/sqrt(s) takes steps of 1.5 m times its noise, from where it begins."""
-    noise = np.array([[[10.0, 0.0], [1.0, 2.0], [-1.0, 0.0]], [[0.0, 0.0], [0.0, 4.0], [2.0, 0.0]]])
-    assert random_walk(4.0, 3.0, noise).tolist() == [
-        [[10.0, 0.0], [11.5, 3.0], [10.0, 3.0]],
-        [[0.0, 0.0], [0.0, 6.0], [3.0, 6.0]],
-    ]
-
-
-@pytest.mark.parametrize("frame", ["body", "world"])
-def test_a_bias_carries_dead_reckoning_along_the_way_travelled(frame: str) -> None:
-    """Dead reckoning is truth plus the drift of its bias, on legs and in turns."""
-    vehicle = boustrophedon()
-    reckoning = DeadReckoning(
-        together([vehicle.legs]), steady(np.zeros((1, 2, 2)), 1.0, BIAS, frame == "body")
-    )
-    times = np.array([0.0, 12.3, 45.0, 130.7, 250.0])
-    expected = bias_drift(frame, times, vehicle.heading_integral(times))
-    truth, odometry = reckoning.sample(0, times)
-    drift = odometry.position - truth[:, :2]
-    assert odometry.headings == pytest.approx(vehicle.heading_integral(times))
-    assert truth == pytest.approx(vehicle.sample(times))
-    assert drift == pytest.approx(expected, abs=1e-12)
-    assert reckoning.at(0, 45.0) == pytest.approx(truth[2, :2] + expected[2])
-
-
-def fixes_of(auvs: int, valid_at: float, delivered_at: float) -> np.ndarray:
-    """Return the rows of one fix for each AUV, at (0, 0) and of the same instants (s)."""
-    fixes = blank(FIX, auvs)
-    fixes["auv"] = np.arange(auvs)
-    fixes["valid_at_s"], fixes["delivered_at_s"] = valid_at, delivered_at
-    fixes["x_m"] = fixes["y_m"] = 0.0
-    return fixes
+    """The IMU holds its velocity between samples; from one to the next its steps are a walk's."""
+    hold = {"kind": "hold", "positions_m": [[3.0, 4.0]] * 200}
+    world = scenario(
+        duration_s=20.0, auvs={"count": 200, "route": hold}, asvs={"count": 1},
+        navigation={"imu_rate_hz": 2.0, "velocity_bias_m_per_s": [0, 0],
+                    "random_walk_m_per_sqrt_s": 3.0, "initial_position_sd_m": 1.0},
+        record={"tracks_hz": 8.0},
+    )  # fmt: skip
+    tracks = simulate(world).tables["tracks"]
+    tracks = tracks[tracks.vehicle.str.startswith("AUV")]
+    drift = np.stack([own.imu_x_m - 3.0 for _, own in tracks.groupby("vehicle", observed=True)])
+    samples = drift[:, ::4]
+    for part in (1, 2, 3):
+        between = samples[:, :-1] + part / 4.0 * np.diff(samples, axis=1)
+        assert drift[:, part::4][:, : between.shape[1]] == pytest.approx(between, abs=1e-9)
+    steps = np.diff(samples, axis=1)
+    assert steps.std() == pytest.approx(3.0 / math.sqrt(2.0), rel=4 / math.sqrt(2 * steps.size))
+    assert np.abs(np.corrcoef(steps.T) - np.eye(steps.shape[1])).max() < 5.0 / math.sqrt(200)
 
 
 CASES = {
@@ -160,68 +100,92 @@ CASES = {
 }
 
 
+def half_a_metre_off(sounding: Sounding) -> tuple[np.ndarray, np.ndarray]:
+    """Measure a place with an error of 0.5 m along each axis."""
+    off = sounding.random.normal(0.0, 0.5, (len(sounding.asvs), 3))
+    return sounding.source + off, np.tile(np.eye(3) / 4.0, (len(sounding.asvs), 1, 1))
+
+
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("period", [1.59, 4.02])
 def test_fixed_gain_reaches_its_closed_form(case: str, period: float) -> None:
-    """Under regular fixes the error settles at the closed forms, before and after each."""
-    latency, speed, compensation = CASES[case]
-    runs, fixes, bias, sigma, fix_sd, gain = 4000, 12, 0.06, 0.027, 0.5, 0.9
-    step, auvs = 0.03, 500  # a whole number of steps in every period and latency; a fleet's size
-    rng = np.random.default_rng(3)
-    track = recorded(np.array([0.0, 100.0]), np.array([[0, 0, 5], [speed * 100, 0, 5]]))
-    motion, steps = together([track.legs] * auvs), round(fixes * period / step)
-    before, after = np.empty((2, runs // auvs, auvs))
-    for fleet in range(runs // auvs):
-        noise = np.zeros((auvs, steps + 1, 2))
-        noise[:, 1:] = rng.standard_normal((auvs, steps, 2))
-        walks = random_walk(1 / step, sigma, noise)
-        reckoning = DeadReckoning(motion, steady(walks, 1 / step, (bias, 0.0), False))
-        navigator = fixed_gain(reckoning, gain, compensation, np.zeros((auvs, 2)))
-        for k in range(1, fixes + 1):
-            pinged, now = k * period - latency, k * period
-            if k == fixes:
-                before[fleet] = [believed(navigator, reckoning, it, now)[0] for it in range(auvs)]
-            made = fixes_of(auvs, pinged, now)
-            made["x_m"] = speed * pinged + fix_sd * rng.standard_normal(auvs)
-            navigator.correct(made, np.arange(auvs))
-        after[fleet] = [believed(navigator, reckoning, it, now)[0] for it in range(auvs)]
+    """Under regular fixes the error settles at the closed forms, before and after each: over 2000
+    fixes of a mission, of which neighbours hardly depend on each other with a gain of 0.9.
+    """
+    (latency, speed, compensation), count, step = CASES[case], 2000, 0.03
+    lasts = (count + 1) * period
+    told = {"model": "fixed_gain", "gain": 0.9, "delay_compensation": compensation}
+    navigation = {
+        "velocity_bias_m_per_s": [0.06, 0.0], "bias_frame": "world", "imu_rate_hz": 1.0 / step,
+        "random_walk_m_per_sqrt_s": 0.027, "filter": told,
+    }  # fmt: skip
+    if latency == 0.0:
+        gnss = {"every_s": period, "sd_m": 0.5}
+        world = scenario(
+            duration_s=lasts, survey={"depth_m": 0.3}, asvs={"count": 1},
+            auvs={"count": 1, "route": {"kind": "hold", "positions_m": [[5e3, 0.0]]}},
+            navigation=merged(navigation, {"gnss_fix": gnss}), record={"tracks_hz": 1.0 / step},
+        )  # fmt: skip
+    else:
+
+        def downlink(network: Any, turn: Any, time: float) -> Any:
+            yield from ping_group(network, turn, 0, time)
+            yield until(network, time + latency - 0.5 - 3.0 / 1500.0)
+            broadcast(network, turn, time + latency - 0.5 - 3.0 / 1500.0)
+            yield until(network, time + period)
+            return time + period
+
+        way = [[(0.0, 0.0, 0.0, z), (lasts, speed * lasts, 0.0, z)] for z in (3.0, 0.0)]
+        world = played(
+            way[:1], way[1:], duration_s=lasts, hf_range=20.0, downlink=downlink,
+            ranging="owtt_sync", protocol={"shortest_uplink_slot_s": 0.0, "broadcaster": "rotate"},
+            usbl={"model": half_a_metre_off}, navigation=navigation,
+            record={"tracks_hz": 1.0 / step},
+        )  # fmt: skip
+    tables = simulate(world, 3).tables
+    fixes = tables["fixes"] if latency else tables["gnss_fixes"]
+    track = tables["tracks"].query("vehicle == 'AUV0'")
+    errors = (track.estimate_x_m - track.x_m).to_numpy()
+    given = np.arange(10, count) * period + latency
+    assert len(fixes) >= count
     expected = {m: CHECKS[f"fixed_gain T={period:g} {case} {m}"]["value"] for m in
                 ("m_minus", "m_plus", "V_minus", "V_plus")}  # fmt: skip
-    for places, side in ((before, "minus"), (after, "plus")):
-        spread = math.sqrt(expected[f"V_{side}"])
-        errors = places - speed * fixes * period
-        assert errors.mean() == pytest.approx(expected[f"m_{side}"], abs=4 * spread / runs**0.5)
-        assert errors.var() == pytest.approx(expected[f"V_{side}"], rel=4 * math.sqrt(2 / runs))
+    for later, side in ((-1.5, "minus"), (1.5, "plus")):
+        found = errors[np.floor(given / step + later).astype(int)]
+        spread, bound = math.sqrt(expected[f"V_{side}"]), 4.0 / math.sqrt(0.8 * found.size)
+        close = bound * spread + 0.12 * step  # by which the bias goes on in two steps
+        assert found.mean() == pytest.approx(expected[f"m_{side}"], abs=close)
+        assert found.var() == pytest.approx(expected[f"V_{side}"], rel=bound * math.sqrt(2.0))
 
 
-def test_overlapping_fixes_are_not_charged_twice() -> None:
-    """A fix pinged before, but delivered after another's correction, does not correct again."""
-    still = together([moored(Place(10.0, 0.0, 5.0, 0.0)).legs])
-    reckoning = DeadReckoning(still, steady(np.zeros((1, 2, 2)), 1.0, (0.0, 0.0), False))
-    navigator = fixed_gain(reckoning, 1.0, "shift", np.zeros((1, 2)))
-    fixes = np.concatenate((fixes_of(1, 1.0, 3.0), fixes_of(1, 2.0, 4.0)))
-    navigator.correct(fixes, np.array([0]))
-    assert believed(navigator, reckoning, 0, 3.0) == [0.0, 0.0]
-    navigator.correct(fixes, np.array([1]))
-    assert fixes["innovation_m"].tolist() == [10.0, 0.0]
-    assert fixes["correction_m"].tolist() == [10.0, 0.0]
-    assert believed(navigator, reckoning, 0, 4.0) == [0.0, 0.0]
-
-
-def test_a_fix_corrects_only_the_auv_that_it_locates() -> None:
-    """Navigators of a fleet keep apart; corrections go where they are wanted."""
-    places = ((10.0, 0.0), (20.0, 5.0), (30.0, 7.0))
-    still = together([moored(Place(x, y, 5.0, 0.0)).legs for x, y in places])
-    reckoning = DeadReckoning(still, steady(np.zeros((3, 2, 2)), 1.0, (0.0, 0.0), False))
-    wanted = np.zeros((3, 2))
-    navigator = fixed_gain(reckoning, 0.5, "none", wanted)
-    fixes = fixes_of(3, 1.0, 3.0)
-    navigator.correct(fixes, np.array([2, 0]))
-    assert wanted.tolist() == [[-5.0, 0.0], [0.0, 0.0], [-15.0, -3.5]]
-    places = [believed(navigator, reckoning, auv, 3.0) for auv in range(3)]
-    assert places == [[5, 0], [20, 5], [15, 3.5]]
-    assert fixes["correction_m"][[0, 2]] == pytest.approx([5.0, np.hypot(15.0, 3.5)])
-    assert np.isnan([fixes[1]["innovation_m"], fixes[1]["correction_m"]]).all()
+@pytest.mark.parametrize("compensation", ["none", "shift"])
+def test_a_fixed_gain_moves_whom_the_fix_locates_by_its_share(compensation: str) -> None:
+    """Of what it is off as it is delivered, or was off at its ping by all that is known then: so a
+    fix that was pinged before, but delivered after another's correction, corrects by the rest.
+    """
+    told = {"model": "fixed_gain", "gain": 0.6, "delay_compensation": compensation}
+    changes: dict[str, Any] = {
+        "duration_s": 40.0, "survey": {"side_m": 60.0, "depth_m": 0.3}, "auvs": {"count": 2},
+        "acoustics": {"mf": {"bit_rate_bps": 300.0}},
+        "navigation": {"gnss_fix": {"every_s": 0.9}, "initial_position_sd_m": 3.0},
+    }  # fmt: skip
+    runs = [
+        simulate(scenario(**merged(changes, {"navigation": {"filter": it}})), 3)
+        for it in (Keeping, told)
+    ]
+    late = runs[1].tables["fixes"].query("outcome == 'delivered'")
+    gnss = runs[1].tables["gnss_fixes"]
+    gnss = gnss.assign(valid_at_s=gnss.fixed_at_s, delivered_at_s=gnss.fixed_at_s)
+    both = pd.concat([late, gnss]).sort_values("delivered_at_s")
+    off = dict.fromkeys(("AUV0", "AUV1"), np.zeros(2))
+    for fix in both.itertuples():
+        at = fix.valid_at_s if compensation == "shift" else fix.delivered_at_s
+        [told_place] = Keeping.last.odometry(int(fix.auv[3:]), np.array([at])).position
+        innovation = np.array([fix.x_m, fix.y_m]) - told_place - off[fix.auv]
+        assert fix.innovation_m == pytest.approx(np.hypot(*innovation), abs=1e-9)
+        assert fix.correction_m == pytest.approx(0.6 * np.hypot(*innovation), abs=1e-9)
+        off[fix.auv] = off[fix.auv] + 0.6 * innovation
+    assert len(late) > 10
 
 
 def test_fixes_beat_dead_reckoning_in_a_mission() -> None:

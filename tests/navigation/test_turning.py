@@ -17,7 +17,6 @@ from bindusbl_des.navigation.fix_update import Said
 from bindusbl_des.navigation.turning import PingBelief, turned
 from bindusbl_des.records.events import HEARD
 from bindusbl_des.records.rows import RECEPTION
-from bindusbl_des.usbl.sights import unknown_sights
 
 DEPTH = 10.0
 
@@ -246,17 +245,6 @@ def test_more_drawn_missions_end_with_numbers(
 ) -> None:
     """The same, and of the smoother."""
     assert 3 * flown(navigator, drawn, tmp_path) >= len(drawn)
-
-
-def test_an_instrument_of_ones_own_tells_of_no_caller() -> None:
-    """Whatever lay in memory where its rows begin: the way to a caller was looked up at instants
-    that never were, and the process died of it.
-    """
-    rows = blank(RECEPTION, 3)
-    rows["range_m2"] = rows["caller_x_m"] = rows["called_before_s"] = 1e9
-    unknown_sights(rows)
-    assert np.isnan(rows["range_m2"]).all()
-    assert np.isnan(rows["caller_x_m"]).all()
 
 
 @pytest.mark.parametrize(

@@ -1,36 +1,18 @@
 """Echoes of pings in missions: they fade and turn what they blend into, and drown others later."""
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
-from commands_for_tests import explained
-from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
+import yaml
+from commands_for_tests import call, explained
+from played_for_tests import at, moving, played
+from worlds import LOUD, holding
 
-from bindusbl_des import Scenario, Setup, simulate, verify, warnings_of
-from bindusbl_des.acoustics.channel import between
-from bindusbl_des.acoustics.sonar_channel import EchoingSonar, Sea, blended, echoes
-from bindusbl_des.acoustics.sonar_equation import link_budget
-from bindusbl_des.scenario.channel_settings import PingSonar
-from bindusbl_des.verification.verdict_text import verdict_text
-
-LOUD: dict[str, Any] = {"model": "sonar", "shadowing_sd_db": 0.0, "snr_threshold_db": 10.0}
-
-
-def holding(*places: tuple[float, float], channel: dict[str, Any], **changes: Any) -> Scenario:
-    """Return AUVs that hold still 10 m deep, heard by an ASV at the origin without noise."""
-    base = {
-        "duration_s": 20.0,
-        "survey": {"side_m": 60.0, "depth_m": 10.0},
-        "auvs": {"count": len(places), "route": {"kind": "hold", "positions_m": list(places)}},
-        "asvs": {"count": 1},
-        "acoustics": {"hf": {"range_m": 50.0, "channel": {**LOUD, **channel}}},
-        "usbl": {**QUIET_USBL, "gnss_sd_m": 0.0},
-        "navigation": QUIET_NAVIGATION,
-        "record": {"detail": "full"},
-    }
-    return scenario(**merged(base, changes))
+from bindusbl_des import Scenario, simulate, verify, warnings_of
 
 
 def outcomes(world: Scenario, auv: str) -> set[str]:
@@ -38,7 +20,7 @@ def outcomes(world: Scenario, auv: str) -> set[str]:
     return set(met[met.auv == auv].outcome) - {"in_flight"}
 
 
-def test_the_echo_of_a_ping_drowns_another() -> None:
+def test_the_echo_of_a_ping_drowns_another(tmp_path: Path) -> None:
     """AUV0's ping by way of surface and bottom comes 21.7 ms after the straight one, AUV1's 20.7;
     one that is 6 dB above it survives where the stronger does.
     """
@@ -53,55 +35,44 @@ def test_the_echo_of_a_ping_drowns_another() -> None:
     assert outcomes(holding(near, far, channel=sea, **hf), "AUV0") == {"heard"}
     result = simulate(holding(near, far, channel=sea, **hf), 1)
     assert "overlaps the echo of ping 0 of AUV0" in explained(result, ping=1)
-    verdict = verify(holding(near, far, channel=sea, **hf))
-    told = " ".join(verdict_text(verdict).split())
-    assert verdict.verdict == "undecided"
+    world = holding(near, far, channel=sea, **hf)
+    assert verify(world).verdict == "undecided"
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump(world.model_dump(mode="json")))
+    told = " ".join(call("verify", tmp_path / "m.yaml").output.split())
     assert "not proved safe, and signals are lost" in told
     assert "(round 0, slot 0) was overlapped at ASV0." in told
 
 
-def test_a_ping_fades_and_turns_as_its_echoes_do() -> None:
-    """What a matched filter of 1 / B makes of ping and echoes, from levels to fixes."""
-    for away in np.linspace(100.0, 400.0, 7):
-        world = holding(
-            (away, 0.0), channel={"bottom_m": 30.0},
-            acoustics={"hf": {"range_m": 450.0}, "mf": {"range_m": 500.0}},
-        )  # fmt: skip
-        tables = simulate(world, 1).tables
-        found = echoes(Sea(30.0), 25.0, away, 10.0, 0.5)
-        straight, reach = math.hypot(away, 9.5), math.hypot(away, 10.0)
-        blend = blended(found, -9.5 / straight, 10.0)
-        met = tables["receptions"].query("outcome == 'heard'")
-        level = float(link_budget(PingSonar()).snr_db(reach)) + 20.0 * math.log10(blend.amplitude)
-        assert np.allclose(met.snr_db, level, atol=0.01)
-        fix = tables["fixes"].iloc[0]
-        sine = 10.0 / reach - 9.5 / straight - float(blend.from_above)
-        heard_at = reach + 1500.0 * float(blend.later_s)
-        assert fix.x_m == pytest.approx(heard_at * math.sqrt(1.0 - sine**2), abs=0.05)
-        assert fix.y_m == pytest.approx(0.0, abs=1e-6)
-
-
 def test_there_are_outliers_where_echoes_cancel_pings() -> None:
     """Over ranges of a wave of the pattern: most directions are a bit off, a few are far off."""
-    settings = {**LOUD, "bottom_m": 30.0}
-    world = holding((200.0, 0.0), channel=settings)
-    channel = Setup(world).ping_channel
-    assert isinstance(channel, EchoingSonar)
-    away = np.linspace(150.0, 400.0, 20_001)
-    auvs = np.column_stack((away, np.zeros_like(away), np.full_like(away, 10.0)))
-    told, found = channel.heard(between(0.0, auvs, np.zeros((1, 3)), 500.0, calling=False))
-    off, fade = np.abs(found["lowered"][:, 0]), told["snr_db"][:, 0]
-    fade -= channel.plain.prospects(between(0.0, auvs, np.zeros((1, 3)), 500.0, False))["snr_db"][
-        :, 0
+
+    def told(shift: float, **channel: Any) -> pd.DataFrame:
+        world = played(
+            [moving(150.0 + shift, 1.0, z=10.0)], [at(shift)], duration_s=100.0,
+            ranging="owtt_sync", downlink="sequential", airtime=0.05, usbl={"gnss_sd_m": 0.0},
+            acoustics={"hf": {"range_m": 500.0, "channel": {**LOUD, **channel}}},
+            protocol={"shortest_uplink_slot_s": 0.0, "broadcaster": "rotate"},
+        )  # fmt: skip
+        tables = simulate(world, 1).tables
+        met = tables["receptions"].query("outcome == 'heard'").merge(
+            tables["pings"][["ping", "x_m", "z_m"]], on="ping"
+        )  # fmt: skip
+        straight = np.degrees(np.arctan2(met.z_m, met.x_m - shift))
+        return met.assign(off_deg=met.elevation_deg - straight)
+
+    plain, echoing = told(0.0), told(0.0, bottom_m=30.0)
+    assert len(plain) == len(echoing) > 100
+    assert plain.off_deg.abs().max() < 0.2
+    off, fade = echoing.off_deg.abs(), echoing.snr_db - plain.snr_db
+    assert np.corrcoef(off > 3.0 * off.median(), fade)[0, 1] < 0.0
+    assert off.max() > 3.0 * off.median()
+    elsewhere = told(37.0, bottom_m=30.0)  # in the sea it is the same
+    assert elsewhere.off_deg.to_numpy() == pytest.approx(echoing.off_deg.to_numpy(), abs=1e-6)
+    near = [
+        simulate(holding((15.0, 0.0), channel=it), 1).tables["receptions"].elevation_deg
+        for it in ({}, {"bottom_m": 30.0})
     ]
-    assert np.corrcoef(off > 3.0 * np.median(off), fade)[0, 1] < 0.0
-    assert np.median(off) < 0.2
-    assert off.max() > 3.0 * np.median(off)
-    near = between(0.0, auvs[:5] * [0.1, 1.0, 1.0], np.zeros((1, 3)), 500.0, calling=False)
-    assert np.isnan(channel.heard(near)[1]["lowered"]).all()  # echoes come apart
-    by = np.array([[37.0, -12.0, 0.0]])  # elsewhere in the sea it is the same
-    moved = channel.heard(between(0.0, auvs[:50] + by, by, 500.0, calling=False))[1]
-    assert moved["lowered"] == pytest.approx(found["lowered"][:50], rel=1e-6, abs=1e-9)
+    assert near[0].equals(near[1])  # echoes come apart
 
 
 @pytest.mark.parametrize(

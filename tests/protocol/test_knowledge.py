@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from commands_for_tests import explained
+from commands_for_tests import each_explained, explained
 from hypothesis import given
 from hypothesis import strategies as st
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, paper_case, scenario, still
@@ -447,5 +447,5 @@ def test_a_last_slot_that_is_another_s_by_now_is_told(schedule: str) -> None:
     beside = pings.merge(known, on=["round", "slot", "auv"], how="left")
     reckoned = pings.ping[beside.outcome.isna().to_numpy()].tolist()
     assert len(reckoned) > 10
-    told = [explained(result, ping=int(ping)) for ping in reckoned[:8]]
+    told = each_explained(result, "ping", reckoned[:8])
     assert any("by now, of AUV" in it for it in told)

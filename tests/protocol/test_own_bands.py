@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from commands_for_tests import explained
+from commands_for_tests import each_explained
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
 from bindusbl_des import Result, Scenario, Signals, Slot, Sounding, View, simulate, sweep
@@ -173,7 +173,7 @@ def test_workers_and_explain_know_parts_of_ones_own(part: str, tmp_path: Path) -
     errors = table.position_error_m.round(12).tolist()
     assert round(float(alone.mission.position_error_m[0]), 12) in errors
     result = simulate(world, 0)
-    told = "".join(explained(result, ping=int(ping)) for ping in range(8))
+    told = "".join(each_explained(result, "ping", range(8)))
     words = {"channel": "by the channel test_own_bands:half", "ranging": ":called: the plug-in"}
     assert words.get(part, "") in " ".join(told.split())
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from commands_for_tests import explained
+from commands_for_tests import each_explained
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -193,7 +193,7 @@ def test_what_it_takes_is_estimated(schedule: str) -> None:
 def test_each_ping_and_fix_is_explained(schedule: str) -> None:
     """Why it was sent then, who else was on the air, and what its fix has waited for."""
     result = simulate(moving(schedule, protocol={"frame_s": 0.2}, duration_s=4.0), 1)
-    told = [explained(result, ping=int(number)) for number in result.tables["pings"].ping[:24]]
+    told = each_explained(result, "ping", result.tables["pings"].ping[:24])
     assert all("AUVs ping as they like" in it for it in told)
     assert any("nobody else" in it for it in told)
     assert any("others ping meanwhile: AUV" in it for it in told)
@@ -206,7 +206,7 @@ def test_each_ping_and_fix_is_explained(schedule: str) -> None:
     assert any(rule in " ".join(it.split()) for it in told)
     fixes = result.tables["fixes"]
     broadcast = fixes.fix[fixes.broadcast_by.notna()]
-    known = [explained(result, fix=int(number)) for number in broadcast[:4]]
+    known = each_explained(result, "fix", broadcast[:4])
     plain = [" ".join(it.split()) for it in known]
     assert any("MF was free, so that it is broadcast at once" in it for it in plain)
     assert any("frames before it held the band until now" in it for it in plain)

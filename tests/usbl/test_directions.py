@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.spatial.transform import Rotation
 
 from bindusbl_des import Scenario, ScenarioError, Setup, simulate, warnings_of
-from bindusbl_des.usbl.array import rotation
 
 # A tetrahedron, and a pyramid of five with another two, in places that lean on no axis
 TETRAHEDRON = [[0.05, 0.0, -0.02], [-0.02, 0.045, -0.03], [-0.03, -0.04, -0.01], [0.0, 0.01, 0.06]]
@@ -126,7 +126,7 @@ def test_fixes_by_an_array_of_ones_own_are_as_sure_as_they_say(array: Any) -> No
 
 def test_the_noise_of_an_array_is_that_of_its_least_squares() -> None:
     """An array that is turned sees as well as before; its noise by the normal equations."""
-    turn = rotation(0.3, -0.5, 1.0)
+    turn = Rotation.from_euler("xyz", (0.3, -0.5, 1.0)).as_matrix()
     usbl = {**QUIET, "tdoa_sd_s": 1e-7}
     plain = Setup(scenario_of(usbl={**usbl, "array": SEVEN})).usbl.level_sds()
     places = np.array(SEVEN) - np.mean(SEVEN, axis=0)

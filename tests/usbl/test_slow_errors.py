@@ -5,27 +5,29 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from test_systematic import FLEET, PINGED, SOUND, STATIONS
+from test_systematic import NOISE_WIDTH, STATIONS, Sea
+from worlds import QUIET_USBL, scenario, still
 
-from bindusbl_des.core.streams import Streams
-from bindusbl_des.records.events import HEARD, LOST
-from bindusbl_des.records.rows import NONE, PING, RECEPTION
-from bindusbl_des.usbl.array import ARRAYS
-from bindusbl_des.usbl.instrument import Sheet, Usbl
-from bindusbl_des.usbl.measuring import NOISE_WIDTH, Instrument
-from bindusbl_des.usbl.slow_errors import FIRST, advance, blend, slow_numbers
+from bindusbl_des import Setup, simulate
 from bindusbl_des.usbl.systematic_effects import SLOW
-from bindusbl_des.usbl.systematic_fixes import SYSTEMATIC, Systematic, measured_astray
-from bindusbl_des.usbl.two_way import Heard
 
 Array = NDArray[np.float64]
 
 SOURCE = np.array([25.0, 18.0, 12.0])
 SHARE = 0.6
+FIRST = 6  # numbers of a measurement that may change slowly: five elements and the range
+
+
+def sheet(**stated: float) -> Any:
+    return Setup(scenario(usbl={"model": {"model": "datasheet", **stated}})).usbl.sheet
+
+
 SHEETS = {
     "array": None,
-    "angles": Sheet(bearing_sd=0.01, elevation_sd=0.008, path_sd=0.1, path_share=0.002),
-    "place": Sheet(spread_sd=0.5, spread_share=0.01),
+    "angles": sheet(
+        bearing_sd_deg=0.6, elevation_sd_deg=0.45, range_sd_m=0.1, range_sd_percent=0.2
+    ),
+    "place": sheet(accuracy_m=0.7, accuracy_percent=1.4),
 }
 WAYS: dict[str, dict[str, Any]] = {
     "one": {"heard": (1,)}, "three": {}, "call": {"called_by": 0},
@@ -34,36 +36,11 @@ WAYS: dict[str, dict[str, Any]] = {
 
 
 def measured(
-    noise: Array, sheet: Sheet | None, heard: tuple[int, ...] = (0, 1, 2), called_by: int = NONE,
-    share: float = SHARE, source: Array = SOURCE,
-) -> tuple[Array, Array, Array, Array]:  # fmt: skip
+    noise: Array, sheet: Any, share: float = SHARE, source: Array = SOURCE, **way: Any
+) -> tuple[Array, Array, Array, Array]:
     """Return fix, covariance, J and what is left, where ASVs tell slow errors from others."""
-    ping, receptions = np.zeros(1, dtype=PING), np.zeros(3, dtype=RECEPTION)
-    travel = np.linalg.norm(source - STATIONS, axis=1) / SOUND
-    ping["auv"], ping["sent_at_s"], ping["called_by"] = 0, PINGED, called_by
-    ping["x_m"], ping["y_m"], ping["z_m"] = source
-    ping["called_at_s"] = ping["call_time_s"] = np.nan
-    if called_by != NONE:
-        ping["call_time_s"] = travel[called_by]
-        ping["called_at_s"] = PINGED - travel[called_by]
-    receptions["asv"], receptions["travel_time_s"] = np.arange(3), travel
-    receptions["arrived_at_s"], receptions["outcome"] = PINGED + travel, LOST
-    receptions["outcome"][list(heard)] = HEARD
-    receptions["lowered"] = receptions["snr_db"] = np.nan
-    usbl = Usbl(
-        ARRAYS["oem5"], 2.6e-7, 6.7e-6, 0.0, (0.003, 0.003, 0.015), 0.02, SOUND, sheet=sheet,
-        slow_share=share,
-    )  # fmt: skip
-    levels = np.zeros(1, dtype=SYSTEMATIC)
-    for kind in ("misalignment", "gnss", "sound_speed", "clock"):
-        levels[f"{kind}_at"] = NONE
-    known = np.ones(3 * SLOW)
-    systematic = Systematic(levels[0], known, np.zeros(3), np.zeros((3, 1, 2)), np.zeros((1, 2)))
-    instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0])
-    strayed = np.zeros(1)
-    return measured_astray(
-        Heard(ping[0], receptions, noise), FLEET, instrument, strayed, systematic
-    )
+    told = Sea(noise=noise, sheet=sheet, slow_share=share, source=source, **way)
+    return told.measured()
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -112,37 +89,39 @@ def test_the_covariance_of_a_fix_is_what_it_was(kind: str, way: str) -> None:
     assert own @ own.T + rest == pytest.approx(covariance[:2, :2], rel=0.02, abs=1e-3)
 
 
-@pytest.mark.parametrize("elements", [5, 8])
-def test_slow_numbers_last_as_long_as_they_say(elements: int) -> None:
-    """Of each number: variance 1, a share of it with the correlation exp(-T / tau), at any pace."""
-    tau, share, pace = 4.0, 0.7, (0.5, 1.5)
-    numbers = slow_numbers(share, tau, elements, Streams(3), 1, 2)
-    assert numbers is not None
-    rng, rows, time = np.random.default_rng(1), [], 0.0
-    for k in range(40_000):
-        row = rng.standard_normal(NOISE_WIDTH + 4 + elements - 5)
-        advance(numbers[0, 1], time)
-        blend(row, numbers[0, 1])
-        rows.append(row)
-        time += pace[k % 2]
-    found, count = np.array(rows), FIRST + elements - 5
-    slow = [*range(FIRST), *range(found.shape[1] - elements + 5, found.shape[1])]
-    assert len(slow) == count
-    assert found.var(axis=0) == pytest.approx(np.ones(found.shape[1]), abs=0.06)
-    for after, passed in ((2, 2.0), (8, 8.0)):
-        beside = (found[after:] * found[:-after]).mean(axis=0)
-        expected = np.zeros(found.shape[1])
-        expected[slow] = share * np.exp(-passed / tau)
-        assert beside == pytest.approx(expected, abs=0.05)
-    both = found[:, slow].T @ found[:, slow] / len(found)
-    assert both == pytest.approx(np.eye(count), abs=0.07)  # independent of each other
-
-
-def test_none_are_drawn_without_a_share() -> None:
-    assert slow_numbers(0.0, 60.0, 5, Streams(0), 2, 2) is None
-    some = slow_numbers(0.5, 60.0, 5, Streams(0), 2, 2)
-    more = slow_numbers(0.5, 60.0, 5, Streams(0), 2, 3)
-    assert some is not None
-    assert more is not None
-    assert np.array_equal(some["key"], more["key"][:, :2])  # a further ASV leaves them as they are
-    assert len(np.unique(more["key"][:, :, 0])) == 6
+@pytest.mark.parametrize("elements", [5, 7])
+def test_slow_errors_last_as_long_as_they_say(elements: int) -> None:
+    """Bearing, elevation and range of a ping every second: a share of the variance has the
+    correlation exp(-T / tau), the rest has none.
+    """
+    tau, share = 4.0, 0.7
+    places = [[0.04, 0.01, 0.0], [-0.01, 0.04, 0.01], [-0.04, -0.02, -0.01], [0.02, -0.04, 0.005],
+              [0.01, 0.0, 0.06], [0.03, 0.03, -0.03], [-0.02, 0.01, 0.02]]  # fmt: skip
+    world = still(
+        1,
+        duration_s=8000.0,
+        asvs={"count": 2, "formation": {"positions_m": [[0.0, 0.0], [5.0, 25.0]]}},
+        usbl={
+            **QUIET_USBL, "tdoa_sd_s": 1e-6, "travel_time_sd_s": 1e-5, "slow_share": share,
+            "correlation_s": tau, "array": "oem5" if elements == 5 else places,
+        },
+        protocol={"shortest_uplink_slot_s": 1.0},
+        navigation={"filter": "dead_reckoning"},
+        record={"tracks_hz": 0.01},
+    )  # fmt: skip
+    met = simulate(world, 3).tables["receptions"].query("outcome == 'heard'")
+    each = {}
+    for asv, own in met.groupby("asv", observed=True):
+        every_s = float(np.median(np.diff(own.arrived_at_s)))
+        for name in ("body_azimuth_deg", "body_elevation_deg", "slow_range_error_m"):
+            found = (own[name].to_numpy() + 90.0) % 360.0
+            each[asv, name] = (found - found.mean()) / found.std()
+        assert own.slow_range_error_m.std() == pytest.approx(1500.0 * 1e-5 * share**0.5, rel=0.1)
+    for (_, name), found in each.items():
+        lasting = 1.0 if name == "slow_range_error_m" else share
+        for lag in (2, 8):
+            beside = float((found[lag:] * found[:-lag]).mean())
+            assert beside == pytest.approx(lasting * np.exp(-lag * every_s / tau), abs=0.07), name
+    both = np.abs(np.corrcoef(list(each.values())))
+    assert both[:3, 3:].max() < 0.12  # each ASV errs by itself
+    assert max(both[2, :2].max(), both[5, 3:5].max()) < 0.12

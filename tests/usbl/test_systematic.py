@@ -5,33 +5,57 @@ Worked examples of common errors: physics of the MVLUE with a stacked covariance
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
-from worlds import blank
+from worlds import blank, scenario
 
-from bindusbl_des.records.events import HEARD, LOST
-from bindusbl_des.records.rows import NONE, PING, RECEPTION
-from bindusbl_des.usbl.array import ARRAYS
+from bindusbl_des import Setup
+from bindusbl_des.records.events import HEARD
+from bindusbl_des.records.rows import PING, RECEPTION
 from bindusbl_des.usbl.fusion import fuse_shared
-from bindusbl_des.usbl.instrument import Usbl
-from bindusbl_des.usbl.measuring import NOISE_WIDTH, Instrument, gnss_noise
-from bindusbl_des.usbl.systematic_effects import EFFECTS, changes
+from bindusbl_des.usbl.inverted import HeardBeacon, located_astray
+from bindusbl_des.usbl.measuring import Instrument
+from bindusbl_des.usbl.systematic_effects import SLOW
 from bindusbl_des.usbl.systematic_fixes import SYSTEMATIC, Systematic, measured_astray
-from bindusbl_des.usbl.two_way import Heard, Sighting, way_to_caller
+from bindusbl_des.usbl.two_way import Heard
 from bindusbl_des.vehicles.motion import together
-from bindusbl_des.vehicles.vehicle import Place, moored
+from bindusbl_des.vehicles.vehicle import moored
 
 Array = np.ndarray
+NONE, NOISE_WIDTH = -1, 12
 SOUND = 1500.0
 STATIONS = np.array([[40.0, 5.0, 0.0], [-25.0, 30.0, 0.0], [-10.0, -35.0, 0.0]])
-FLEET = together([moored(Place(*place, 0.7 * k)).legs for k, place in enumerate(STATIONS)])
+FLEET = together([moored((*place, 0.7 * k)).legs for k, place in enumerate(STATIONS)])
 SOURCE = np.array([3.0, -6.0, 12.0])
 PINGED, TURNAROUND = 200.0, 0.5  # s
 # columns of J: three misalignments, three GNSS errors along x and y, sound speed, clock and drift
 COLUMNS = 12
 SDS = np.array([*[0.03] * 3, *[0.8] * 6, 0.007, 5e-4, 2e-6])
+INSTRUMENT = Setup(scenario()).usbl
+
+
+@cache
+def array_of(name: str) -> Array:
+    return Setup(scenario(usbl={"array": name})).usbl.array
+
+
+def instrument_of(array: str, sds: Any, wrong: float, **more: Any) -> Instrument:
+    """Return an instrument by the noise of TDOAs, travel time, steps, attitude and GNSS, and by how
+    much it takes sound for too fast.
+    """
+    named = ("tdoa_sd", "travel_time_sd", "quantum", "attitude_sd", "gnss_sd")
+    usbl = replace(
+        INSTRUMENT,
+        array=array_of(array),
+        **dict(zip(named, sds, strict=True)),
+        sound_speed=SOUND / (1.0 - wrong),
+        true_sound_speed=SOUND,
+        **more,
+    )
+    return Instrument(usbl.array, usbl.metric, usbl.levels[0])
 
 
 @dataclass(frozen=True)
@@ -49,6 +73,8 @@ class Sea:
     source: Array = field(default_factory=lambda: SOURCE)
     called_from: Array = field(default_factory=lambda: np.zeros(3))  # on the way since the call
     strayed: float = 0.0
+    sheet: Any = None
+    slow_share: float | None = None  # of errors of which J is then
 
     def measured(self) -> tuple[Array, Array, Array, Array]:
         """Return fix (3,), covariance (3, 3), J with its derivatives, and by the way since the
@@ -65,27 +91,37 @@ class Sea:
             ping["called_at_s"] = PINGED - TURNAROUND - ping["call_time_s"]
         receptions["asv"], receptions["travel_time_s"] = np.arange(3), travel
         receptions["arrived_at_s"] = PINGED + travel
-        receptions["outcome"] = LOST
+        receptions["outcome"] = NONE
         receptions["outcome"][list(self.heard)] = HEARD
         heard = Heard(ping[0], receptions, self.noise)
-        usbl = Usbl(
-            ARRAYS[self.array], *((0.0, 0.0, 0.0, (0.0, 0.0, 0.0), 0.0) if self.quiet else
-            (2.6e-7, 6.7e-6, 0.0, (0.003, 0.003, 0.015), 0.02)),
-            sound_speed=SOUND / (1.0 - self.wrong[9]), true_sound_speed=SOUND,
+        noise = (2.6e-7, 6.7e-6, 0.0, (0.003, 0.003, 0.015), 0.02)
+        quiet = (0.0, 0.0, 0.0, (0.0, 0.0, 0.0), 0.0)
+        instrument = instrument_of(
+            self.array, quiet if self.quiet else noise, self.wrong[9], sheet=self.sheet,
+            slow_share=self.slow_share or 0.0,
         )  # fmt: skip
         levels = np.zeros(1, dtype=SYSTEMATIC)
-        levels["sd"] = [*self.sds[[0, 3, 4, 3, 4]], self.sds[9]]
-        levels["clock_offset_sd_s"], levels["clock_drift_sd"] = self.sds[10:]
+        for kind in ("misalignment", "gnss", "sound_speed", "clock", "slow"):
+            levels[f"{kind}_at"] = NONE
+        if self.slow_share is None:
+            tell(levels, self.sds, misalignment=0, gnss=3, sound_speed=9, clock=10)
+            variances = self.sds**2
+        else:
+            levels["slow_at"], variances = 0, np.ones(3 * SLOW)
         levels["outliers_below"], levels["outlier_sd_m"] = self.outliers
-        levels["slow_at"] = NONE
-        for kind, at in (("misalignment", 0), ("gnss", 3), ("sound_speed", 9), ("clock", 10)):
-            levels[f"{kind}_at"] = at
         systematic = Systematic(
-            levels[0], self.sds**2, self.wrong[:3],
+            levels[0], variances, self.wrong[:3],
             self.wrong[3:9].reshape(3, 1, 2), self.wrong[None, 10:],
         )  # fmt: skip
-        instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0])
         return measured_astray(heard, FLEET, instrument, np.array([self.strayed]), systematic)
+
+
+def tell(levels: Array, sds: Array, **begin: int) -> None:
+    """Have all that lasts be told, each kind at a column of J."""
+    levels["sd"] = [*sds[[0, 3, 4, 3, 4]], sds[9]]
+    levels["clock_offset_sd_s"], levels["clock_drift_sd"] = sds[10:]
+    for kind, at in begin.items():
+        levels[f"{kind}_at"] = at
 
 
 WAYS = [
@@ -301,27 +337,54 @@ def test_measurements_that_contradict_each_other_make_no_sure_fix() -> None:
         assert off @ np.linalg.solve(covariance[:2, :2], off) < 20.0
 
 
-@pytest.mark.parametrize("aside", [0.0, 1e-16, 1e-4])
-def test_a_fix_at_the_array_has_no_direction_to_turn(aside: float) -> None:
+@pytest.mark.parametrize("left_m", [0.0, 1e-16, 1e-4])
+def test_a_fix_at_the_array_has_no_direction_to_turn(left_m: float) -> None:
     """A clock that is off may leave nothing of a range; rounding of the rest is not a direction."""
-    usbl = Usbl(ARRAYS["oem5"], 0.0, 0.0, 0.0, (0.0, 0.0, 0.0), 0.0, SOUND)
-    instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0])
-    seen = Sighting((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), np.eye(3), 10.0, math.nan, 10.0)
-    found = changes(np.ones((4, EFFECTS)), (aside, -aside, 10.0), seen, instrument, 0.0)
-    assert not found.any()
-    assert changes(np.ones((4, EFFECTS)), (1.0, 0.0, 10.0), seen, instrument, 0.0).any()
+    early = np.zeros(COLUMNS)
+    early[10] = left_m / SOUND - np.linalg.norm(SOURCE - STATIONS[1]) / SOUND
+    for quiet in (True, False):
+        found = Sea(early, heard=(1,), quiet=quiet).measured()
+        assert all(np.isfinite(it).all() for it in found)
+        assert np.abs(found[2][:, 1]).max() < 1e-3 + left_m  # by a turn
 
 
-@pytest.mark.parametrize("row", [0, 1, 2])
-def test_where_the_call_came_from_errs_as_both_receivers_do(row: int) -> None:
-    """Who calls and hears the answer has one GNSS error for both, another ASV has its own."""
-    usbl = Usbl(ARRAYS["oem5"], 0.0, 0.0, 0.0, (0.0, 0.0, 0.0), 2.0, SOUND)
-    noise = np.random.default_rng(5).standard_normal((3, NOISE_WIDTH + 4))
-    ping, receptions = blank(PING, 1), blank(RECEPTION, 3)
-    ping["called_by"], ping["called_at_s"], receptions["asv"] = 0, PINGED - 1.0, np.arange(3)
-    instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0])
-    seen = Sighting(tuple(STATIONS[row]), (0.0, 0.0, 1.0), np.eye(3), 10.0, math.nan, 10.0)
-    found = way_to_caller(Heard(ping[0], receptions, noise), row, seen, FLEET, instrument)
-    off = 2.0 * (np.array(gnss_noise(noise[0])) - np.array(gnss_noise(noise[row])))
-    assert found == pytest.approx(STATIONS[0] - STATIONS[row] + off)
-    assert row == 0 or np.abs(off).max() > 1.0
+def beacon(wrong: Array, place: Array, **told: int) -> tuple[Array, Array, Array, Array]:
+    """Return what an AUV makes of itself of a ping of the ASV at (30, -20, 0), all quiet but what
+    is wrong: heading, GNSS along x and y, sound speed, clock and its drift.
+    """
+    source, at, yaw = np.array([30.0, -20.0, 0.0]), 7.0, 0.7
+    way = np.linalg.norm(source - place) / SOUND
+    ping, reception = blank(PING, 1), np.zeros(1, dtype=RECEPTION)
+    ping["x_m"], ping["y_m"], ping["z_m"] = source
+    ping["sent_at_s"] = at - way
+    reception["arrived_at_s"], reception["travel_time_s"] = at, way
+    own = HeardBeacon(ping[0], reception[0], tuple(place.tolist()), yaw, np.zeros(20))
+    instrument = instrument_of("oem5", (0.0, 0.0, 0.0, (0.0, 0.0, 0.0), 0.0), wrong[3])
+    levels, sds = np.zeros(1, dtype=SYSTEMATIC), SDS[[0, *[1] * 2, *range(3, 12)]]
+    for kind in ("misalignment", "gnss", "sound_speed", "clock", "slow"):
+        levels[f"{kind}_at"] = NONE
+    tell(levels, sds, misalignment=0, gnss=1, sound_speed=3, clock=4)
+    systematic = Systematic(
+        levels[0], SDS[[0, 3, 4, 9, 10, 11]] ** 2, wrong[:1], wrong[1:3].reshape(1, 1, 2),
+        wrong[None, 4:],
+    )  # fmt: skip
+    return located_astray(own, instrument, systematic)
+
+
+@pytest.mark.parametrize("column", range(6))
+def test_a_fix_of_oneself_moves_with_what_is_wrong_as_it_says(column: int) -> None:
+    """J equals differences, and how it changes from place to place."""
+    place, count = np.array([-4.0, 9.0, 15.0]), 6
+    sd = SDS[[0, 3, 4, 9, 10, 11]][column]
+    step = 1e-3 * sd * np.eye(count)[column]
+    jacobian = beacon(0.0 * step, place)[2]
+    found = (beacon(step, place)[0] - beacon(-step, place)[0]) / (2.0 * step[column])
+    own = jacobian[:, column]
+    assert found == pytest.approx(own, rel=2e-3, abs=2e-3 * np.abs(own).max())
+    assert np.abs(own).max() > 0.0
+    for axis in range(2):
+        aside = 1e-3 * np.eye(3)[axis]
+        there = beacon(0.0 * step, place + aside)[2][:2, column]
+        told = jacobian[:2, count * (1 + axis) + column]
+        largest = np.abs(jacobian[:2, count : 3 * count].reshape(2, 2, count)[..., column]).max()
+        assert (there - own[:2]) / 1e-3 == pytest.approx(told, abs=0.2 * largest + 1e-6)

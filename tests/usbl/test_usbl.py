@@ -3,7 +3,9 @@
 import json
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,33 +14,31 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from worlds import scenario
 
-from bindusbl_des import fuse
-from bindusbl_des.scenario.sections.usbl import NAMED_SIZES_M
-from bindusbl_des.usbl.array import ARRAYS, arrival_differences, direction, rotation, scatter
+from bindusbl_des import Setup, fuse
 from bindusbl_des.usbl.covariance import across_by_array, fix_covariance
-from bindusbl_des.usbl.instrument import Usbl, element_sd, stepped_sd
 
 CHECKS = json.loads((Path(__file__).parents[1] / "reference" / "physics_checks.json").read_text())
-OEM = ARRAYS["oem5"]
-METRIC = scatter(OEM)
+NAMED = {name: Setup(scenario(usbl={"array": name})).usbl for name in ("oem5", "cross5")}
+ARRAYS = {name: it.array for name, it in NAMED.items()}
+OEM, METRIC = NAMED["oem5"].array, NAMED["oem5"].metric
 THESIS_TDOA = 2.60296781192103e-7
 Array = NDArray[np.float64]
 
 
-def instrument(**changes: object) -> Usbl:
+def instrument(**changes: Any) -> Any:
     """Return the thesis simulator's instrument with changes."""
-    values: dict[str, object] = {
+    values: dict[str, Any] = {
         "array": OEM, "tdoa_sd": THESIS_TDOA, "travel_time_sd": 6.66667e-6, "quantum": 1e-6,
         "attitude_sd": tuple(np.radians((0.2, 0.2, 1.0)).tolist()), "gnss_sd": 0.0,
         "sound_speed": 1500.0,
     }  # fmt: skip
-    return Usbl(**(values | changes))  # type: ignore[arg-type]
+    return replace(NAMED["oem5"], **(values | changes))
 
 
 QUIET = {"tdoa_sd": 0.0, "travel_time_sd": 0.0, "quantum": 0.0, "attitude_sd": (0.0, 0.0, 0.0)}
 
 
-def measure(usbl: Usbl, source: Array, yaw: float, noise: Array) -> tuple[Array, Array]:
+def measure(usbl: Any, source: Array, yaw: float, noise: Array) -> tuple[Array, Array]:
     travel = float(np.linalg.norm(source)) / usbl.sound_speed
     return usbl.locate(source, np.zeros(3), yaw, travel, noise)
 
@@ -77,7 +77,7 @@ def lots(draw: st.DrawFn, low: float, high: float) -> float:
 
 
 @st.composite
-def noisy_instruments(draw: st.DrawFn) -> Usbl:
+def noisy_instruments(draw: st.DrawFn) -> Any:
     """Draw an instrument whose noises and steps are nothing, small or absurd."""
     turns = tuple(math.radians(min(lots(draw, -3, 2), 45.0)) for _ in range(3))
     return instrument(
@@ -105,7 +105,7 @@ NEARLY_SINGULAR = instrument(
 @example(usbl=NEARLY_SINGULAR, offset=(27.0, 0.0, 2.0), seed=0, asvs=2)
 @given(usbl=noisy_instruments(), offset=OFFSETS, seed=st.integers(0, 1000), asvs=st.integers(1, 4))
 def test_no_fix_is_no_number_or_out_of_this_world(
-    usbl: Usbl, offset: tuple[float, float, float], seed: int, asvs: int
+    usbl: Any, offset: tuple[float, float, float], seed: int, asvs: int
 ) -> None:
     """Whatever the geometry and the noise: finite, no farther than was measured, a covariance."""
     rng = np.random.default_rng(seed)
@@ -115,7 +115,8 @@ def test_no_fix_is_no_number_or_out_of_this_world(
         vessel = np.array([*rng.normal(0.0, 50.0, 2), 0.0]) if fixes else np.zeros(3)
         travel = float(np.linalg.norm(source - vessel)) / usbl.sound_speed
         fix, covariance = usbl.locate(source, vessel, float(rng.uniform(-4, 4)), travel, noise)
-        measured = travel + stepped_sd(usbl.travel_time_sd, usbl.quantum) * abs(noise[5])
+        stepped_sd = math.hypot(usbl.travel_time_sd, usbl.quantum / math.sqrt(12.0))
+        measured = travel + stepped_sd * abs(noise[5])
         reach = usbl.sound_speed * measured + usbl.gnss_sd * float(np.linalg.norm(noise[9:]))
         assert float(np.linalg.norm(fix - vessel)) <= reach * (1 + 1e-9) + 1e-9
         fixes.append(fix)
@@ -150,12 +151,12 @@ def test_noise_larger_than_the_array_is_refused(array: str) -> None:
     size = max(
         float(np.linalg.norm(one - other)) for one in ARRAYS[array] for other in ARRAYS[array]
     )
-    assert NAMED_SIZES_M[array] == pytest.approx(size, abs=1e-4)
     with pytest.raises(
         ValueError, match=rf"usbl.tdoa_sd_s: .* 750 m of sound, .*{array}"
     ) as refusal:
         scenario(usbl={"array": array, "tdoa_sd_s": 0.5})
     [most] = re.findall(r"use (\S+) at most", str(refusal.value))
+    assert float(most) == pytest.approx(size / 1500.0, rel=0.1)
     scenario(usbl={"array": array, "tdoa_sd_s": float(most)})
 
 
@@ -183,8 +184,8 @@ def test_first_order_covariance(name: str, elevation_sine: float, azimuth: float
     offset = 50 * level * math.cos(turn), 50 * level * math.sin(turn), 50 * elevation_sine
     found = fix_covariance(
         offset, np.eye(3),
-        across_by_array(offset, np.eye(3), METRIC, 1500 * element_sd(THESIS_TDOA)),
-        Usbl(np.eye(3), 0.0, 0.01 / 1500, 1e-6, (0.0,) * 3, 0.0, 1500.0).range_sd(2),
+        across_by_array(offset, np.eye(3), METRIC, 1500 * THESIS_TDOA / math.sqrt(2.0)),
+        instrument(travel_time_sd=0.01 / 1500).range_sd(2),
         np.radians([0.2, 0.2, 1.0]), 0.0,
     )  # fmt: skip
     assert found == pytest.approx(np.array(CHECKS[name]["value"]), abs=2e-8)
@@ -192,14 +193,14 @@ def test_first_order_covariance(name: str, elevation_sine: float, azimuth: float
 
 def test_covariance_turns_with_the_vessel() -> None:
     """A vessel that turns with its surroundings has the same errors, turned."""
-    offset, turn = np.array([30.0, 20.0, 10.0]), rotation(0.0, 0.0, 0.8)
-
-    def found(offset: Array, turn: Array) -> Array:
-        x, y, z = offset.tolist()
-        across = across_by_array((x, y, z), turn, METRIC, 3e-4)
-        return fix_covariance((x, y, z), turn, across, 0.01, np.radians([0.2, 0.5, 1.0]), 0.02)
-
-    still, turned = found(offset, np.eye(3)), found(turn @ offset, turn)
+    usbl, yaw = instrument(gnss_sd=0.02), 0.8
+    turn = np.array([
+        [math.cos(yaw), -math.sin(yaw), 0.0], [math.sin(yaw), math.cos(yaw), 0.0], [0.0, 0.0, 1.0]
+    ])  # fmt: skip
+    offset, quiet = np.array([30.0, 20.0, 10.0]), np.zeros(12)
+    one, still = measure(usbl, offset, 0.0, quiet)
+    other, turned = measure(usbl, turn @ offset, yaw, quiet)
+    assert other == pytest.approx(turn @ one, abs=1e-9)
     assert turned == pytest.approx(turn @ still @ turn.T, abs=1e-9)
 
 
@@ -210,11 +211,12 @@ def test_direction_attains_the_cramer_rao_bound(elevation: float) -> None:
     az, el = math.radians(30.0), math.radians(elevation)
     unit = np.array([math.cos(el) * math.cos(az), math.cos(el) * math.sin(az), math.sin(el)])
     angles = []
-    source = (1e5 * unit).tolist()
-    for noise in rng.standard_normal((count, 5)):
-        times = arrival_differences(OEM, tuple(source), 1500.0, noise, sigma)
-        found = direction(OEM, times, 1500.0, METRIC)
-        angles.append((math.atan2(found[1], found[0]), math.asin(found[2])))
+    usbl = instrument(**QUIET | {"tdoa_sd": sigma * math.sqrt(2.0)})
+    for noise in rng.standard_normal((count, 12)):
+        found, _ = measure(usbl, 1e5 * unit, 0.0, noise)
+        angles.append(
+            (math.atan2(found[1], found[0]), math.atan2(found[2], math.hypot(found[0], found[1])))
+        )
     tangent = np.array(
         [[-math.sin(az) * math.cos(el), math.cos(az) * math.cos(el), 0.0],
          [-math.cos(az) * math.sin(el), -math.sin(az) * math.sin(el), math.cos(el)]]
@@ -224,7 +226,7 @@ def test_direction_attains_the_cramer_rao_bound(elevation: float) -> None:
     assert np.std(angles, axis=0) == pytest.approx(bound, rel=0.03)
 
 
-def sample_nees(usbl: Usbl, count: int, axes: int) -> float:
+def sample_nees(usbl: Any, count: int, axes: int) -> float:
     rng = np.random.default_rng(2)
     total = 0.0
     for _ in range(count):
@@ -280,7 +282,7 @@ def test_steps_of_the_clock_are_noise_of_ranges_alone() -> None:
 
 def test_two_way_ranges_are_twice_as_good() -> None:
     """A round trip halves the range noise of one travel time."""
-    usbl = Usbl(np.eye(3), 0.0, 6.66667e-6, 1e-6, (0.0,) * 3, 0.0, 1500.0)
+    usbl = instrument()
     assert usbl.range_sd(1) == pytest.approx(2 * usbl.range_sd(2))
 
 

@@ -14,18 +14,14 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp  # type: ignore[import-untyped,unused-ignore]
 
-from bindusbl_des.core.compiled import compiled
 from bindusbl_des.vehicles.hulls import (
     MODELS,
-    DivergenceError,
     Fleet,
     parameters,
-    rk4,
     steady_speed,
     steady_turn,
     trajectory,
 )
-from bindusbl_des.vehicles.hulls.frames import ANGLES, Current
 
 Floats = NDArray[np.float64]
 REFERENCE = Path(__file__).parents[1] / "reference" / "dynamics"
@@ -341,29 +337,33 @@ SPREAD: dict[str, tuple[list[float], list[float], float]] = {
 
 @pytest.mark.parametrize("model", FIELD)
 def test_the_equations_agree_with_their_second_writing(model: str) -> None:
-    """In 500 random seas the compiled rates are those of full matrices solved anew."""
-    random = np.random.default_rng(7)
+    """In 500 random seas a step moves a vehicle as full matrices, solved anew, do."""
+    random, step = np.random.default_rng(7), 1e-3
     kind = MODELS[model]
-    packed = kind.pack(parameters(model))
     state_spread, command_spread, tolerance = SPREAD[model]
     for _ in range(500):
         state = random.uniform(-1, 1, len(kind.states)) * state_spread
         command = random.uniform(-1, 1, len(kind.commands)) * command_spread
         current = random.uniform(-0.5, 0.5, 2)
-        ours = np.empty(state.shape)
-        rates_of(kind.equations, state, command, *current, packed, ours)
-        theirs = RATES[model](state, command, current)
-        assert np.abs(ours - theirs).max() < tolerance * np.abs(theirs).max()
+        ours = trajectory(
+            model, [0.0, step], [command] * 2, initial=state, current_m_per_s=current, step_s=step
+        )[1]
+        theirs, first = runge_kutta(model, state, command, current, step), ours - state
+        rounding = 1e-15 * np.abs(state).max()
+        assert np.abs(first - theirs).max() < 2 * tolerance * np.abs(theirs).max() + 4 * rounding
 
 
-@compiled
-def rates_of(
-    model: int, state: Floats, command: Floats, north: float, east: float, p: Floats, rates: Floats
-) -> None:
-    """Write the rates of a vehicle."""
-    angles = np.empty(ANGLES)
-    rk4.look(state, angles, rates)
-    rk4.accelerate(model, state, angles, command, Current(north, east), p, rates)
+def runge_kutta(model: str, state: Floats, command: Floats, current: Floats, step: float) -> Floats:
+    """Return how far a step of fourth order (s) moves a state."""
+
+    def rates(at: Floats) -> Floats:
+        return RATES[model](at, command, current)
+
+    one = rates(state)
+    two = rates(state + step / 2 * one)
+    three = rates(state + step / 2 * two)
+    four = rates(state + step * three)
+    return np.asarray(step / 6 * (one + 2 * two + 2 * three + four))
 
 
 # ---------------------------------------------------------------- manoeuvres nobody has published
@@ -758,7 +758,7 @@ def test_standing_on_end_is_said_with_its_time() -> None:
     """A BlueROV2 pitched up without end is stopped at 89 degrees, not integrated through."""
     command = [[0, 0, -TRIM, 0, 5.0, 0]] * 2
     said = r"bluerov2, vehicle 0, at .* s: pitch .* beyond \+-89"
-    with pytest.raises(DivergenceError, match=said) as caught:
+    with pytest.raises(FloatingPointError, match=said) as caught:
         trajectory("bluerov2", [0, 60], command)
     assert 0.0 < caught.value.time_s < 5.0
 
@@ -768,7 +768,7 @@ def test_a_state_without_bounds_is_said_with_its_time() -> None:
     absurd = np.zeros((2, 3))
     absurd[1, 0] = 1e308
     fleet = Fleet("cybership2", np.zeros((2, 6)), commands=absurd)
-    with pytest.raises(DivergenceError, match=r"cybership2, vehicle 1, at 0.05 s: the state"):
+    with pytest.raises(FloatingPointError, match=r"cybership2, vehicle 1, at 0.05 s: the state"):
         fleet.at(1.0)
 
 

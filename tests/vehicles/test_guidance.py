@@ -1,31 +1,20 @@
 """Vehicles under their controllers: do they go where they are told, in currents and in error?"""
 
 import math
-import time
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from voyages import voyage
-from worlds import lanes_over_square
+from voyages import drift, voyage, way
+from worlds import lanes_over_square, scenario
 
-from bindusbl_des.geometry.area import rectangle
-from bindusbl_des.geometry.paths import Path, Pose, Segment
-from bindusbl_des.geometry.routes import there_and_back
-from bindusbl_des.vehicles import logs, motion
-from bindusbl_des.vehicles.guidance import otter as autopilot
-from bindusbl_des.vehicles.guidance import tracks
+from bindusbl_des import simulate
 from bindusbl_des.vehicles.guidance.bluerov2 import share_thrust
-from bindusbl_des.vehicles.guidance.departure import GuidanceError, smallest_turn, top_speed
-from bindusbl_des.vehicles.guidance.guided_fleet import GuidedFleet, GuidedVehicle
-from bindusbl_des.vehicles.guidance.sensing import Posture, Sensed, SteeringDrift
-from bindusbl_des.vehicles.hulls import MODELS, Fleet, otter, parameters
-from bindusbl_des.vehicles.motion import Motion, lines
-from bindusbl_des.vehicles.reckoning import error, steady
-from bindusbl_des.vehicles.vehicle import Vehicle
+from bindusbl_des.vehicles.guidance.departure import smallest_turn
 
 Floats = NDArray[np.float64]
-LINE = Path(Pose(0.0, 0.0, 0.0), (Segment(0.0, 300.0),))
+LINE = way((0.0, 300.0))
 CURRENTS = {  # m/s, over lanes that run along x
     "still": (0.0, 0.0),
     "across": (0.0, 0.2),
@@ -40,7 +29,7 @@ def rms(errors: Floats) -> float:
 
 
 def on_lanes(
-    guided: GuidedFleet, times: Floats, longer_than: float, after: float = 0.0
+    guided: Any, times: Floats, longer_than: float, after: float = 0.0
 ) -> NDArray[np.bool_]:
     """Return when the first vehicle is on a lane, `after` metres into it."""
     interval = np.minimum((times / guided.control_s).astype(int), guided.active.shape[1] - 1)
@@ -52,66 +41,19 @@ def on_lanes(
     return np.asarray(lane & (into > after))
 
 
-# ---------------------------------------------------------------- paths
-
-
-def locate(path: Path, place: tuple[float, float], start: float = 0.0) -> tuple[float, ...]:
-    """Return what a vehicle finds that looks for its place on a path, having begun at `start`."""
-    packed, progress = tracks.pack([path]), np.zeros(1, tracks.PROGRESS)[0]
-    for along in np.arange(0.0, start, 0.5):
-        tracks.locate(packed.rows, packed.bounds[0], progress, *path.at(along)[:2])
-    found = tracks.locate(packed.rows, packed.bounds[0], progress, *place)
-    return (*found, tracks.travelled(packed.rows, progress))
-
-
-@pytest.mark.parametrize("bend", [0.0, 0.05, -0.05])
-def test_starboard_of_the_path_is_positive(bend: float) -> None:
-    """A vehicle 1.5 m to starboard of a line or a circle finds +1.5 m, heading and distance."""
-    path = Path(Pose(3.0, -2.0, 0.7), (Segment(bend, 50.0),))
-    for along in (0.5, 20.0, 49.0):
-        x, y, yaw = path.at(along)
-        place = (x - 1.5 * math.sin(yaw), y + 1.5 * math.cos(yaw))
-        cross, heading, *direction, curvature, left, travelled = locate(path, place, along)
-        assert direction == [math.cos(heading), math.sin(heading)]
-        assert cross == pytest.approx(1.5, abs=1e-9)
-        assert math.remainder(heading - yaw, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
-        assert (curvature, left) == pytest.approx((bend, 50.0 - along), abs=1e-9)
-        assert travelled == pytest.approx(along, abs=1e-9)
-
-
 def test_a_tour_goes_on_where_it_repeats() -> None:
-    """Along three rounds of a tour the distance grows evenly and the vehicle is never beside it."""
-    tour = there_and_back(
-        lanes_over_square(60, 1, 0, spacing=10, margin=5, radius=1),
-        rectangle(60, 60).box,
-        1,
-        math.radians(20),
-    )
-    packed, progress = tracks.pack([tour]), np.zeros(1, tracks.PROGRESS)[0]
-    for along in np.arange(0.0, 3 * tour.length, 0.06):
-        x, y, yaw = tour.at(along)
-        cross, heading, _, _, _, left = tracks.locate(packed.rows, packed.bounds[0], progress, x, y)
-        assert abs(cross) < 1e-6
-        assert abs(math.remainder(heading - yaw, 2 * math.pi)) < 1e-6
-        assert left == math.inf
-        assert tracks.travelled(packed.rows, progress) == pytest.approx(along, abs=1e-5)
-
-
-def test_a_neighbouring_lane_is_not_mistaken_for_ones_own() -> None:
-    """Carried 9 m sideways, next to the lane 10 m away, a vehicle still knows its own."""
-    path = lanes_over_square(60, 1, 0, spacing=10, margin=5, radius=1, start="strip_corner")
-    x, y, _ = path.at(25.0)
-    cross, *_, travelled = locate(path, (x, y + 9.0), 25.0)
-    assert cross == pytest.approx(9.0)
-    assert travelled == pytest.approx(25.0)
-
-
-def test_a_bend_is_seen_ahead() -> None:
-    """One metre before an arc the curvature two metres ahead is the arc's."""
-    packed = tracks.pack([Path(Pose(0, 0, 0), (Segment(0.0, 10.0), Segment(-0.5, 3.0)))])
-    progress = np.array([(0, 9.0, 0.0)], tracks.PROGRESS)[0]
-    ahead = [tracks.bend_ahead(packed.rows, packed.bounds[0], progress, m) for m in (0.5, 2.0, 9.0)]
-    assert ahead == [0.0, -0.5, 0.0]
+    """A BlueROV2 that has done its lanes does them again, and is never beside them."""
+    tour = scenario(
+        duration_s=600.0, survey={"side_m": 30.0}, asvs={"count": 1},
+        auvs={"count": 1, "vehicle": "bluerov2", "speed_m_per_s": 0.5},
+    )  # fmt: skip
+    result = simulate(tour)
+    auv, track = result.auvs.iloc[0], result.tables["tracks"].query("vehicle == 'AUV0'")
+    assert auv.lanes_flown_share == 1.0
+    assert auv.distance_m == pytest.approx(0.5 * 600.0, rel=0.05)
+    assert track.path_error_m.max() < 0.25
+    half = track[track.time_s > 300.0]
+    assert np.ptp(half.x_m) > 20.0 < np.ptp(half.y_m)
 
 
 # ---------------------------------------------------------------- BlueROV2
@@ -207,21 +149,9 @@ def test_a_share_of_a_mission_does_not_count_what_comes_later() -> None:
     assert early.vehicle(0).saturated(90.0) == late.vehicle(0).saturated(90.0)
 
 
-def test_a_vehicle_rests_where_its_log_ends() -> None:
-    """Beyond its voyage a vehicle is where it ended: sound sent last may still be under way."""
-    guided = voyage(
-        "bluerov2", paths=[LINE], speed_m_per_s=0.6, depth_m=5.0, currents=[(0.0, 0.1)],
-        duration_s=20.0,
-    )  # fmt: skip
-    guided.advance(20.0)
-    end, beyond = lines(*guided.motion, 0, np.array([20.0, 500.0]))
-    assert end.tolist() == beyond.tolist()
-    assert end[:4] == pytest.approx(guided.logs[0, -1, :4], abs=1e-12)
-
-
 def test_bluerov2_hovers_at_its_paths_end() -> None:
     """Having arrived it stays there, in a current from abeam."""
-    path = Path(Pose(1.0, 2.0, 0.5), (Segment(0.0, 30.0),))
+    path = way((0.0, 30.0), begin=(1.0, 2.0, 0.5))
     guided = voyage(
         "bluerov2", paths=[path], speed_m_per_s=0.6, depth_m=5.0, currents=[(0.1, 0.2)],
         duration_s=300.0,
@@ -259,7 +189,7 @@ def test_remus_turns_at_any_speed(speed: float, yaw_time_constant: float) -> Non
     """Round a circle of its smallest turn it stays within 2 m, slow or fast, in still water."""
     changed = {"yaw_time_constant_s": yaw_time_constant}
     bend = 1.0 / smallest_turn("remus100", speed, changed)
-    path = Path(Pose(0, 0, 0), (Segment(0, 50), Segment(-bend, 7 / bend), Segment(0, 200)))
+    path = way((0, 50), (-bend, 7 / bend), (0, 200))
     guided = voyage(
         "remus100", changed, paths=[path], speed_m_per_s=speed, depth_m=4.0,
         duration_s=path.length / speed,
@@ -272,7 +202,7 @@ def test_remus_turns_at_any_speed(speed: float, yaw_time_constant: float) -> Non
 
 def test_remus_circles_at_its_paths_end() -> None:
     """Since it cannot stop it goes round to starboard, a few metres beside its circle at most."""
-    path = Path(Pose(0, 0, 0), (Segment(0, 100),))
+    path = way((0, 100))
     guided = voyage("remus100", paths=[path], speed_m_per_s=1.5, depth_m=4.0, duration_s=900.0)
     times = np.arange(100.0, 900.0)
     sea = guided.vehicle(0).sample(times)
@@ -345,7 +275,7 @@ def test_cybership_does_not_lie_with_its_stern_to_the_current() -> None:
 # ---------------------------------------------------------------- time
 
 
-def guided_fleets() -> list[tuple[str, GuidedFleet]]:
+def guided_fleets() -> list[tuple[str, Any]]:
     """Return a small voyage of each model, noise and changing current included."""
     random = np.random.default_rng(7)
     made = []
@@ -355,7 +285,7 @@ def guided_fleets() -> list[tuple[str, GuidedFleet]]:
         if model in ("otter", "cybership2"):
             plan: dict[str, object] = {"stations": [(0.0, 0.0), (3.0, 4.0)]}
         else:
-            bend = Path(Pose(0, 0, 1), (Segment(0, 8), Segment(0.03, 20), Segment(-0.03, 90)))
+            bend = way((0, 8), (0.03, 20), (-0.03, 90), begin=(0, 0, 1))
             plan = {"paths": [LINE, bend], "speed_m_per_s": 0.55, "depth_m": (5.0, 7.0)}
         made.append((model, voyage(model, currents=currents, duration_s=40.0,
                                    position_noise=noise, **plan)))  # fmt: skip
@@ -379,73 +309,11 @@ def test_looking_changes_nothing(number: int) -> None:
     )
 
 
-def note(log: Floats, line: int, step: float, moves: tuple[float, ...]) -> None:
-    """Write a line of a log: place and rates, and what has summed up to it."""
-    log[line, : logs.COS] = moves
-    if line > 0:
-        x, y, _, yaw, u, v, _, turning = moves
-        sums = logs.headings(log, line - 1, step, yaw, turning)
-        log[line, logs.COS], log[line, logs.SIN] = sums
-        log[line, logs.DISTANCE] = logs.distance(log, line - 1, step, x, y, u, v)
-
-
-@pytest.mark.parametrize("model", ["bluerov2", "remus100", "otter", "cybership2"])
-def test_between_two_lines_of_the_log_lies_the_motion(model: str) -> None:
-    """Any instant between two boundaries is within a micrometre of the integrated motion."""
-    command, step = {
-        "bluerov2": ([30.0, 10.0, 6.0, 0.0, 0.2, 0.5], 0.05),
-        "remus100": ([0.26, 0.1, 1200.0], 0.05),
-        "otter": ([60.0, -60.0], 0.02),
-        "cybership2": ([2.0, 1.0, 1.0], 0.05),
-    }[model]
-    kind, rest = MODELS[model], np.zeros((1, len(MODELS[model].states)))
-    columns = [kind.states.index(name) if name in kind.states else None for name in ("x", "y", "z")]
-
-    def places(fleet: Fleet, times: Floats) -> Floats:
-        rows = np.array([fleet.at(t)[0] for t in times])
-        flat = np.zeros(len(rows))
-        space = [flat if c is None else rows[:, c] for c in columns]
-        return np.column_stack((*space, rows[:, kind.heading]))
-
-    lines = np.arange(81) * step
-    sea = {"commands": [command], "current_m_per_s": (0.1, -0.2), "step_s": step}
-    log = np.zeros((len(lines), logs.COLUMNS))
-    table = places(Fleet(model, rest, **sea), lines)  # type: ignore[arg-type]
-    tiny = 1e-4
-    fine = Fleet(model, rest, **sea)  # type: ignore[arg-type]
-    for k, line in enumerate(lines):
-        after = places(fine, np.array([line, line + tiny, line + 2 * tiny]))
-        rates = (-3 * after[0] + 4 * after[1] - after[2]) / (2 * tiny)
-        note(log, k, step, (*table[k], *rates))
-    times = np.sort(np.random.default_rng(2).uniform(0.0, lines[-1], 300))
-    read = motion.lines(*Motion(log, np.array([0, len(log)]), step), 0, times)
-    truth = places(Fleet(model, rest, **sea), times)  # type: ignore[arg-type]
-    assert np.abs(read[:, :3] - truth[:, :3]).max() < 1e-6
-    assert np.abs(read[:, 3] - truth[:, 3]).max() < 3e-6
-
-
-def test_headings_sum_up_exactly_on_a_circle() -> None:
-    """Half a turn a second round a circle of 1 m: sums within 1e-6 s and metres."""
-    rate, step = math.pi, 0.05
-    log = np.zeros((21, logs.COLUMNS))
-    for line in range(21):
-        yaw = rate * line * step
-        c, s = math.cos(yaw), math.sin(yaw)
-        place, rates = (s, 1.0 - c, 5.0, yaw), (rate * c, rate * s, 0.0, rate)
-        note(log, line, step, (*place, *rates))
-    circle, instants = Motion(log, np.array([0, 21]), step), np.array([0.31, 1.0])
-    for instant, row in zip(instants, motion.lines(*circle, 0, instants), strict=True):
-        yaw = rate * instant
-        sums = (math.sin(yaw) / rate, (1.0 - math.cos(yaw)) / rate)
-        assert row[motion.HEADINGS] == pytest.approx(sums, abs=1e-6)
-        assert motion.distance_at(*circle, 0, instant) == pytest.approx(yaw, abs=1e-6)
-
-
 @pytest.mark.parametrize("number", range(4))
 def test_sums_of_heading_and_distance(number: int) -> None:
     """Integrals of the heading and distances agree with a fine sum over the track itself."""
     _, guided = guided_fleets()[number]
-    vehicle: Vehicle = guided.vehicle(1)
+    vehicle = guided.vehicle(1)
     times = np.linspace(0.0, 40.0, 20001)
     track = vehicle.sample(times)
     middle = (track[1:, 3] + track[:-1, 3]) / 2
@@ -471,19 +339,16 @@ def test_half_the_step_leads_to_the_same_place(number: int) -> None:
 # ---------------------------------------------------------------- belief
 
 
-def offset(x: float, y: float, duration: float) -> SteeringDrift:
+def offset(x: float, y: float, duration: float) -> Any:
     """Return the drift of one vehicle that believes to be (x, y) m from where it is."""
-    walk = np.tile([x, y], (1, math.ceil(duration) + 1, 1))
-    return SteeringDrift(steady(walk, 1.0, (0.0, 0.0), False))
+    return drift(np.tile([x, y], (1, math.ceil(duration) + 1, 1)))
 
 
-def believing(
-    model: str, drift: SteeringDrift | None, duration: float = 160.0, path: Path = LINE
-) -> GuidedFleet:
+def believing(model: str, wrong: Any, duration: float = 160.0, path: Any = LINE) -> Any:
     """Return a voyage of one vehicle along a line, along x unless given."""
     speed = 0.6 if model == "bluerov2" else 1.5
     return voyage(
-        model, paths=[path], speed_m_per_s=speed, depth_m=5.0, duration_s=duration, drift=drift
+        model, paths=[path], speed_m_per_s=speed, depth_m=5.0, duration_s=duration, drift=wrong
     )
 
 
@@ -492,7 +357,7 @@ def believing(
 def test_the_path_flown_is_off_by_what_is_believed(model: str, bearing: float) -> None:
     """Who believes to be 2 m to starboard flies 2 m to port, until a correction tells it so."""
     x, y = -math.sin(bearing), math.cos(bearing)  # starboard
-    path = Path(Pose(0.0, 0.0, bearing), LINE.segments)
+    path = way((0.0, 300.0), begin=(0.0, 0.0, bearing))
     guided = believing(model, offset(2.0 * x, 2.0 * y, 160.0), path=path)
     vehicle = guided.vehicle(0)
     place = vehicle.at(80.0)
@@ -503,21 +368,11 @@ def test_the_path_flown_is_off_by_what_is_believed(model: str, bearing: float) -
     assert vehicle.path_error(np.array([80.0, 160.0])) == pytest.approx([2.0, 0.0], abs=0.05)
 
 
-def test_drift_is_straight_between_samples() -> None:
-    """A quarter of the way between two samples a quarter of the step has been walked."""
-    walk = np.array([[0.0, 0.0], [1.0, -2.0], [1.0, 6.0]])
-    heading, way, bias = (3.0, 4.0), (0.0, 0.0), (0.1, 0.2)
-    world = error(0.625, heading, way, steady(walk[None], 2.0, bias, False), 0)
-    assert world == pytest.approx((0.0625 + 1.0, 0.125 - 2.0 + 0.25 * 8.0))
-    body = error(0.5, heading, way, steady(walk[None], 2.0, bias, True), 0)
-    assert body == pytest.approx((0.3 - 0.8 + 1.0, 0.4 + 0.6 - 2.0))
-
-
 @pytest.mark.parametrize("in_body", [True, False])
 def test_a_velocity_bias_carries_the_path_away(in_body: bool) -> None:
     """A bias of 5 cm/s to starboard: after 100 s the vehicle flies 5 m to port of its path."""
-    drift = SteeringDrift(steady(np.zeros((1, 161, 2)), 1.0, (0.0, 0.05), in_body))
-    vehicle = believing("bluerov2", drift).vehicle(0)
+    wrong = drift(np.zeros((1, 161, 2)), bias=(0.0, 0.05), in_body=in_body)
+    vehicle = believing("bluerov2", wrong).vehicle(0)
     assert vehicle.at(100.0).y == pytest.approx(-5.0, abs=0.05)
 
 
@@ -525,17 +380,17 @@ def test_corrections_count_from_the_next_control_instant() -> None:
     """Two runs with the same corrections between the same control instants agree bit for bit."""
     random = np.random.default_rng(11)
     walk = np.cumsum(random.normal(scale=0.02, size=(1, 401, 2)), axis=1)
-    drift = SteeringDrift(steady(walk, 10.0, (0.05, -0.02), True))
+    wrong = drift(walk, 10.0, (0.05, -0.02), True)
     runs = []
     for nudges in ((10.04, 20.01), (10.09, 20.07)):
-        guided = believing("bluerov2", drift, 40.0)
+        guided = believing("bluerov2", wrong, 40.0)
         for number, instant in enumerate(nudges):
             guided.vehicle(0).at(instant)
             guided.corrections[0] += (0.3 + number, -0.2)
         guided.advance(40.0)
         runs.append(guided.logs)
     assert np.array_equal(runs[0], runs[1])
-    late = believing("bluerov2", drift, 40.0)
+    late = believing("bluerov2", wrong, 40.0)
     late.vehicle(0).at(10.11)
     late.corrections[0] += (0.3, -0.2)
     late.advance(20.0)
@@ -548,7 +403,7 @@ def test_corrections_count_from_the_next_control_instant() -> None:
 def test_a_speed_above_the_vehicles_own_is_refused() -> None:
     """A BlueROV2 does not make 0.9 m/s, and says so before it starts."""
     with pytest.raises(
-        GuidanceError, match=r"AUV2 at 0 s: asked for 0.9 m/s, .* reaches 0\.733"
+        RuntimeError, match=r"AUV2 at 0 s: asked for 0.9 m/s, .* reaches 0\.733"
     ) as e:
         voyage("bluerov2", paths=[LINE], speed_m_per_s=0.9, duration_s=10.0, names=["AUV2"])
     assert (e.value.vehicle, e.value.time_s) == ("AUV2", 0.0)
@@ -563,7 +418,7 @@ def test_a_current_that_carries_everyone_away_is_refused(model: str, current: fl
     auv = model in ("remus100", "bluerov2")
     speed = 1.5 if model == "remus100" else 0.6
     plan = {"paths": [LINE], "speed_m_per_s": speed} if auv else {"stations": [(0.0, 0.0)]}
-    with pytest.raises(GuidanceError, match="would carry it away"):
+    with pytest.raises(RuntimeError, match="would carry it away"):
         voyage(model, currents=[(0.0, current)], duration_s=10.0, **plan)
 
 
@@ -572,7 +427,7 @@ def test_a_ship_adrift_is_reported() -> None:
     current = np.repeat([[0.0, 0.9], [0.0, -0.9]], 4000, axis=0)
     guided = voyage("cybership2", stations=[(0.0, 0.0)], currents=current, duration_s=900.0,
                     names=["ASV7"])  # fmt: skip
-    with pytest.raises(GuidanceError, match=r"ASV7 .* off its station for 120 s") as error:
+    with pytest.raises(RuntimeError, match=r"ASV7 .* off its station for 120 s") as error:
         guided.advance(900.0)
     assert 120.0 < error.value.time_s < 900.0
 
@@ -584,7 +439,7 @@ def test_an_auv_without_headway_is_reported() -> None:
         "bluerov2", paths=[LINE], speed_m_per_s=0.6, depth_m=5.0, currents=currents,
         duration_s=1200.0,
     )  # fmt: skip
-    with pytest.raises(GuidanceError, match="no headway along its path for 360 s"):
+    with pytest.raises(RuntimeError, match="no headway along its path for 360 s"):
         guided.advance(1200.0)
 
 
@@ -599,7 +454,7 @@ def test_a_broken_state_is_reported_with_its_instant() -> None:
         step_s=0.5,
         names=["AUV1"],
     )
-    with pytest.raises(GuidanceError, match=r"AUV1 at .* s: (its state|pitch)"):
+    with pytest.raises(RuntimeError, match=r"AUV1 at .* s: (its state|pitch)"):
         guided.advance(10.0)
 
 
@@ -608,8 +463,7 @@ def test_company_changes_no_bit(model: str) -> None:
     """Seven AUVs, which are moved four at a time, go where each of them goes alone."""
     random, currents = np.random.default_rng(5), [(0.1, -0.05), (0.08, -0.02)]
     speeds = random.uniform(0.2, 0.6, 7) + (1.0 if model != "bluerov2" else 0.0)
-    paths = [Path(Pose(9.0 * k, k, 0.4 * k), (Segment(0.0, 5.0), Segment(0.03, 90.0)))
-             for k in range(7)]  # fmt: skip
+    paths = [way((0.0, 5.0), (0.03, 90.0), begin=(9.0 * k, k, 0.4 * k)) for k in range(7)]
     plan = {"depth_m": 5.0, "duration_s": 20.0, "currents": currents}
     together = voyage(model, paths=paths, speed_m_per_s=speeds, **plan)
     for instant in (0.35, 7.0, 20.0):
@@ -629,7 +483,7 @@ def test_the_first_in_the_fleet_that_is_lost_is_named() -> None:
             "bluerov2", paths=[LINE] * len(speeds), speed_m_per_s=speeds, duration_s=60.0,
             control_s=1.0, step_s=0.5, names=[f"AUV{speed:g}" for speed in speeds],
         )  # fmt: skip
-        with pytest.raises(GuidanceError) as error:
+        with pytest.raises(RuntimeError) as error:
             rough.advance(60.0)
         return error.value.vehicle, error.value.time_s, error.value.reason
 
@@ -649,39 +503,18 @@ def test_plans_that_do_not_fit_are_refused() -> None:
         voyage("otter", stations=[(0, 0)], duration_s=10.0, currents=(0.1, 0.1))
     with pytest.raises(ValueError, match=r"position_noise has shape \(1, 3, 2\)"):
         voyage("otter", stations=[(0, 0)], duration_s=10.0, position_noise=np.zeros((1, 3, 2)))
-    drift = SteeringDrift(steady(np.zeros((1, 5, 2)), 1.0, (0.0, 0.0), False))
+    short = drift(np.zeros((1, 5, 2)))
     with pytest.raises(
         ValueError, match=r"drift.walks has shape \(1, 5, 2\), not \(1, 11 or more, 2\)"
     ):
-        voyage("otter", stations=[(0, 0)], duration_s=10.0, drift=drift)
+        voyage("otter", stations=[(0, 0)], duration_s=10.0, drift=short)
     with pytest.raises(ValueError, match="beyond the trajectory of 10"):
         believing("bluerov2", None, 10.0).vehicle(0).at(10.5)
-    assert top_speed("otter") > 2.8
-
-
-# ---------------------------------------------------------------- cost
-
-
-@pytest.mark.parametrize(("model", "speed"), [("bluerov2", 0.6), ("remus100", 1.5)])
-def test_ten_vehicles_cost_little(model: str, speed: float) -> None:
-    """Five minutes of ten vehicles take a small part of a second of one core (measured: 0.07)."""
-
-    def sail() -> float:
-        guided = voyage(
-            model, paths=[LINE] * 10, speed_m_per_s=speed, depth_m=5.0, duration_s=300.0
-        )
-        begin = time.process_time()
-        guided.advance(300.0)
-        assert isinstance(guided.vehicle(9), GuidedVehicle)
-        return time.process_time() - begin
-
-    sail()  # compiles
-    assert sail() < 1.0
 
 
 def test_kept_path_errors_are_those_of_the_instants_asked_for() -> None:
     """Read-only instants are known by identity: others, as many, get their own answer."""
-    path = Path(Pose(0.0, 0.0, 0.0), (Segment(0.0, 20.0),))
+    path = way((0.0, 20.0))
     fleet = {"paths": [path], "speed_m_per_s": 0.5, "depth_m": 5.0, "duration_s": 20.0}
     vehicle = voyage("bluerov2", currents=[(0.0, 0.2)], **fleet).vehicle(0)
     early, late = np.array([1.0, 2.0]), np.array([8.0, 9.0])
@@ -691,28 +524,3 @@ def test_kept_path_errors_are_those_of_the_instants_asked_for() -> None:
     assert expected[0] != expected[1]
     for _ in range(2):
         assert [vehicle.path_error(times).tolist() for times in (early, late)] == expected
-
-
-@pytest.mark.parametrize(("off", "turning"), [(0.02, 0.0), (0.0, 0.03), (-0.02, 0.01)])
-def test_an_otter_turns_by_the_frequency_and_damping_that_are_stated(
-    off: float, turning: float
-) -> None:
-    """Near its heading: the moment of its propellers, less the hull's damping, gives yaw as a
-    spring and a damper would: -w^2 yaw - 2 d w r.
-    """
-    p = MODELS["otter"].pack(parameters("otter", {}))
-    memory = np.zeros(1, autopilot.MEMORY)[0]
-    memory["begun"], (memory["most_ahead"], memory["most_astern"]) = (
-        True, autopilot.greatest_thrust(p),
-    )  # fmt: skip
-    calm = dict.fromkeys(Posture._fields, 0.0) | {"yaw": off, "turning": turning}
-    calm |= {"c_yaw": math.cos(off), "s_yaw": math.sin(off)}
-    still = dict.fromkeys(Sensed._fields, 0.0) | {"posture": Posture(**calm)}
-    speeds = np.zeros(2)
-    autopilot.steer(Sensed(**still), 0.1, p, memory, speeds)
-    ahead = np.where(speeds > 0.0, p[otter.AHEAD], -p[otter.ASTERN])
-    port, starboard = ahead * speeds**2
-    moment = p[otter.LEVER] * (port - starboard)
-    frequency, damping = autopilot.YAW_FREQUENCY, autopilot.YAW_DAMPING
-    wanted = -(frequency**2) * off - 2.0 * damping * frequency * turning
-    assert p[otter.I33] * (moment - p[otter.NR] * turning) == pytest.approx(wanted, rel=1e-9)

@@ -1,15 +1,15 @@
 """How far a place is from a path: the nearest of the row that is flown and those beside it."""
 
 from itertools import pairwise
-from math import cos, pi, sin
+from math import cos, pi, remainder, sin
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from voyages import way
 
 from bindusbl_des.core.compiled import compiled
-from bindusbl_des.geometry.paths import Path, Pose, Segment
-from bindusbl_des.records.rows import Rows
 from bindusbl_des.vehicles.guidance.tracks import PROGRESS, distance_from, locate, pack
 
 Floats = NDArray[np.float64]
@@ -18,16 +18,14 @@ STEP = 0.01  # m between the samples of a path that places are held against
 
 
 @compiled
-def distances(rows: Rows, bounds: Rows, row: int, places: Floats, found: Floats) -> None:
+def distances(rows: Any, bounds: Any, row: int, places: Floats, found: Floats) -> None:
     """Write how far (m) places (n, 2) are from the path about one of its rows."""
     for k in range(len(places)):
         found[k] = distance_from(rows, bounds[0], row, places[k, 0], places[k, 1])
 
 
 @compiled
-def placed(
-    rows: Rows, bounds: Rows, progress: Rows, north: float, east: float
-) -> tuple[float, float]:
+def placed(rows: Any, bounds: Any, progress: Any, north: float, east: float) -> tuple[float, float]:
     """Return the cross-track error (m) at a place, and its path's heading (rad)."""
     point = locate(rows, bounds[0], progress[0], north, east)
     return point.cross, point.yaw
@@ -36,12 +34,12 @@ def placed(
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_past_a_path_that_ends_in_an_arc_it_is_taken_as_straight(side: float) -> None:
     """A right angle of radius 8 m, turned by 0.4 rad; past its end, so far on and so far aside."""
-    begin, bend, on, aside = Pose(3.0, -7.0, 0.4), side / 8.0, 2.0, 1.5
-    tracks = pack([Path(begin, (Segment(bend, 4.0 * pi),))])
-    yaw = begin.yaw + side * pi / 2
+    x, y, turned, bend, on, aside = 3.0, -7.0, 0.4, side / 8.0, 2.0, 1.5
+    tracks = pack([way((bend, 4.0 * pi), begin=(x, y, turned))])
+    yaw = turned + side * pi / 2
     ahead, across = 8.0, side * 8.0  # the end of the arc, in the frame of its beginning
-    north = begin.x + ahead * cos(begin.yaw) - across * sin(begin.yaw)
-    east = begin.y + ahead * sin(begin.yaw) + across * cos(begin.yaw)
+    north = x + ahead * cos(turned) - across * sin(turned)
+    east = y + ahead * sin(turned) + across * cos(turned)
     north, east = north + on * cos(yaw) - aside * sin(yaw), east + on * sin(yaw) + aside * cos(yaw)
     found = placed(tracks.rows, tracks.bounds, np.zeros(1, PROGRESS), north, east)
     assert found == pytest.approx((aside, yaw), abs=1e-9)
@@ -54,16 +52,16 @@ WAYS = [
 ]
 
 
-@pytest.mark.parametrize("way", WAYS)
-def test_no_row_that_is_nearest_is_left_out(way: list[tuple[float, float]]) -> None:
-    path = Path(Pose(3.0, -7.0, 0.4), tuple(Segment(*it) for it in way))
+@pytest.mark.parametrize("parts", WAYS)
+def test_no_row_that_is_nearest_is_left_out(parts: list[tuple[float, float]]) -> None:
+    path = way(*parts, begin=(3.0, -7.0, 0.4))
     tracks, random = pack([path]), np.random.default_rng(4)
-    joints = np.concatenate(([0.0], np.cumsum([length for _, length in way])))
+    joints = np.concatenate(([0.0], np.cumsum([length for _, length in parts])))
     lines = [
         path.sample(np.linspace(begin, end, int((end - begin) / STEP) + 2))[:, :2]
         for begin, end in pairwise(joints)
     ]
-    for row in range(len(way)):
+    for row in range(len(parts)):
         about = np.concatenate(lines[max(row - 1, 0) : row + 2])
         ends = lines[row][[0, -1]]  # near them another row may be the nearest
         near = np.concatenate((random.choice(about, 100), random.choice(ends, 100)))
@@ -74,3 +72,37 @@ def test_no_row_that_is_nearest_is_left_out(way: list[tuple[float, float]]) -> N
         sampled = np.hypot(away[..., 0], away[..., 1]).min(axis=1)
         assert (found <= sampled + 1e-9).all()
         assert (sampled <= found + STEP).all()
+
+
+def found_from(path: Any, start: float, place: tuple[float, float]) -> tuple[float, ...]:
+    """Return cross-track error (m), heading, its cosine and sine, curvature, and what is left (m),
+    as a vehicle finds them that has come so far (m) along a path.
+    """
+    tracks, progress = pack([path]), np.zeros(1, PROGRESS)[0]
+    for along in np.arange(0.0, start, 0.5):
+        locate(tracks.rows, tracks.bounds[0], progress, *path.at(along)[:2])
+    return tuple(locate(tracks.rows, tracks.bounds[0], progress, *place))
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.05, -0.05])
+def test_starboard_of_the_path_is_positive(bend: float) -> None:
+    """A vehicle 1.5 m to starboard of a line or a circle finds +1.5 m, heading and distance."""
+    path = way((bend, 50.0), begin=(3.0, -2.0, 0.7))
+    for along in (0.5, 20.0, 49.0):
+        x, y, yaw = path.at(along)
+        place = (x - 1.5 * sin(yaw), y + 1.5 * cos(yaw))
+        cross, heading, *direction, curvature, left = found_from(path, along, place)
+        assert direction == [cos(heading), sin(heading)]
+        assert cross == pytest.approx(1.5, abs=1e-9)
+        assert remainder(heading - yaw, 2 * pi) == pytest.approx(0.0, abs=1e-9)
+        assert (curvature, left) == pytest.approx((bend, 50.0 - along), abs=1e-9)
+
+
+def test_a_neighbouring_lane_is_not_mistaken_for_ones_own() -> None:
+    """Carried 9 m sideways, next to the lane 10 m away, a vehicle still knows its own."""
+    path = way(
+        (0.0, 50.0), (pi / 10.0, 5.0), (0.0, 10.0 - 20.0 / pi), (pi / 10.0, 5.0), (0.0, 50.0)
+    )
+    cross, *_, left = found_from(path, 25.0, (25.0, 9.0))
+    assert cross == pytest.approx(9.0)
+    assert left == pytest.approx(path.length - 25.0)

@@ -3,24 +3,20 @@
 import math
 import pickle
 from pathlib import Path as FilePath
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from voyages import voyage
+from voyages import drift, voyage, way
 from worlds import QUIET_NAVIGATION, merged, scenario
 
 from bindusbl_des import Scenario, load_scenario, simulate
-from bindusbl_des.geometry.paths import Path, Pose, Segment
 from bindusbl_des.vehicles.guidance import sensing
-from bindusbl_des.vehicles.guidance.departure import GuidanceError
-from bindusbl_des.vehicles.guidance.guided_fleet import GuidedFleet
-from bindusbl_des.vehicles.guidance.sensing import SteeringDrift
-from bindusbl_des.vehicles.reckoning import steady
 
 Floats = NDArray[np.float64]
 SCENARIOS = FilePath(__file__).parents[2] / "scenarios"
-LINE = Path(Pose(0.0, 0.0, 0.0), (Segment(0.0, 300.0),))
+LINE = way((0.0, 300.0))
 
 
 def blind_mission(
@@ -84,13 +80,13 @@ def test_a_speed_asked_for_is_that_of_the_log(towards_deg: float, ground: float)
         assert made / 100.0 == pytest.approx(expected, abs=1e-4)
 
 
-def crossing(model: str, speed: float, fix_every_s: float, duration: float) -> GuidedFleet:
+def crossing(model: str, speed: float, fix_every_s: float, duration: float) -> Any:
     """Return a voyage along x in 0.3 m/s from abeam, its log through the water, its fixes exact."""
     walk = np.zeros((1, math.ceil(duration) + 2, 2))
     walk[0, :, 1] = -0.3 * np.arange(walk.shape[1])
     guided = voyage(
         model, paths=[LINE], speed_m_per_s=speed, depth_m=5.0, currents=[(0.0, 0.3)],
-        duration_s=duration, drift=SteeringDrift(steady(walk, 1.0, (0.0, 0.0), False), True),
+        duration_s=duration, drift=drift(walk, through_water=True),
     )  # fmt: skip
     for instant in np.arange(fix_every_s, duration, fix_every_s):
         guided.advance(instant)
@@ -121,7 +117,7 @@ def test_fixes_that_show_no_headway_make_it_push_harder() -> None:
     walk[0, :, 0] = 0.25 * np.arange(152)
     guided = voyage(
         "bluerov2", paths=[LINE], speed_m_per_s=0.3, depth_m=5.0, currents=[(-0.25, 0.0)],
-        duration_s=duration, drift=SteeringDrift(steady(walk, 1.0, (0.0, 0.0), False), True),
+        duration_s=duration, drift=drift(walk, through_water=True),
     )  # fmt: skip
     for instant in range(1, 150):
         guided.advance(float(instant))
@@ -204,7 +200,7 @@ def test_who_is_swept_back_says_so(navigator: str) -> None:
         ],
     )  # fmt: skip
     with pytest.raises(
-        GuidanceError, match="no headway along its path for 360 s: asked for"
+        RuntimeError, match="no headway along its path for 360 s: asked for"
     ) as error:
         simulate(mission)
     again = pickle.loads(pickle.dumps(error.value))
