@@ -1,10 +1,13 @@
 """How tests run the command line."""
 
+from typing import Any
+
 from click.testing import CliRunner, Result
 
 from bindusbl_des.cli import main
 
 
-def call(*words: object) -> Result:
+def call(*words: object, **settings: Any) -> Result:
     """Run a command; an exception that is no exit is a failure of the test."""
-    return CliRunner().invoke(main, [str(word) for word in words], catch_exceptions=False)
+    line = [str(word) for word in words]
+    return CliRunner().invoke(main, line, catch_exceptions=False, **settings)
