@@ -8,9 +8,9 @@ import pytest
 from campaigns_for_tests import OneThread, same
 from commands_for_tests import call
 
+from bindusbl_des import load_campaign, sweep
 from bindusbl_des.campaigns import running
-from bindusbl_des.campaigns.campaign import load_campaign, unfinished_campaign
-from bindusbl_des.campaigns.running import sweep
+from bindusbl_des.campaigns.campaign import unfinished_campaign
 from bindusbl_des.campaigns.storage.folder import locked
 from bindusbl_des.campaigns.storage.parts import part_names, part_path
 from bindusbl_des.campaigns.workers.batches import Batch, Row, run_batch

@@ -14,11 +14,9 @@ from pathlib import Path
 import pytest
 from campaigns_for_tests import OneThread, same
 
+from bindusbl_des import Campaign, sweep
 from bindusbl_des.campaigns import running
-from bindusbl_des.campaigns.campaign import Campaign
-from bindusbl_des.campaigns.running import sweep
 from bindusbl_des.campaigns.storage.parts import committed
-from bindusbl_des.core.plugins import PERMISSION
 
 SLOW = """
 import os, time
@@ -64,7 +62,7 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         "scenario: base.yaml\nvary: {asvs.count: [2, 3]}\nseeds: 20\n"
     )
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(PERMISSION, "1")
+        patch.setenv("BINDUSBL_ALLOW_PLUGINS", "1")
         patch.syspath_prepend(str(folder))
         yield folder
 

@@ -11,11 +11,9 @@ import pytest
 from campaigns_for_tests import same
 from commands_for_tests import call
 
-from bindusbl_des.campaigns.campaign import load_campaign
-from bindusbl_des.campaigns.running import sweep
+from bindusbl_des import load_campaign, sweep
 from bindusbl_des.campaigns.storage.folder import read_record
 from bindusbl_des.campaigns.storage.part_rows import done
-from bindusbl_des.core.plugins import PERMISSION
 
 # A schedule that never works for seed 450, and meets each other accident once where asked to.
 ACCIDENTS = """
@@ -78,7 +76,7 @@ def test_every_accident_in_one_campaign(tmp_path: Path, monkeypatch: pytest.Monk
     (tmp_path / "perils.py").write_text(ACCIDENTS)
     scenario, folder = tmp_path / "short.yaml", tmp_path / "disturbed"
     scenario.write_text("name: short\nduration_s: 3\nprotocol: {schedule: 'perils:schedule'}\n")
-    monkeypatch.setenv(PERMISSION, "1")
+    monkeypatch.setenv("BINDUSBL_ALLOW_PLUGINS", "1")
     monkeypatch.syspath_prepend(str(tmp_path))
     undisturbed = sweep(scenario, tmp_path / "undisturbed", seeds=500, workers=2)
 

@@ -13,7 +13,6 @@ from commands_for_tests import call
 
 from bindusbl_des import Campaign, Scenario, compare, sweep
 from bindusbl_des.campaigns.drawing import means_of
-from bindusbl_des.campaigns.page import sweep_page
 from bindusbl_des.campaigns.statistics.findings import (
     NEEDED,
     Findings,
@@ -208,7 +207,7 @@ def test_fixes_that_harm_are_said_to(made: Make) -> None:
     )
     told = call("compare", "c").stdout
     assert found.harm[0] in flat(told)
-    page = sweep_page(made(harming, out="d", gain=[0.9]))
+    page = made(harming, out="d", gain=[0.9]).report()
     assert "Fixes make AUV2 worse at point 0 (gain=0.9): 1.39 m with, 0.77 m without" in page
 
 
@@ -353,7 +352,7 @@ def test_collisions_of_a_schedule_are_told(tmp_path: Path) -> None:
             f"Signals of the schedule collided in 2 of 2 missions, {significant(mean)} times a "
             "mission in the mean; `verify` tells why."
         )
-        assert ("Signals of the schedule collided" in sweep_page(campaign)) == (name == "shared")
+        assert ("Signals of the schedule collided" in campaign.report()) == (name == "shared")
 
 
 def test_nothing_is_found_where_all_fails(made: Make) -> None:
@@ -367,7 +366,7 @@ def test_nothing_is_found_where_all_fails(made: Make) -> None:
     assert said(campaign).sentences() == [why]
     assert "0/4      -" in campaign.summary()
     assert why in campaign.summary()
-    assert why in sweep_page(campaign)
+    assert why in campaign.report()
     assert " ".join(call("compare", "c").stderr.split()) == (
         "nothing to compare: no seed has a result at both points; 8 failed missions and those they "
         "would be paired with are left out: RuntimeError: no water"
@@ -389,7 +388,7 @@ def test_why_missions_failed_is_told_wherever_they_are_counted(made: Make) -> No
     why = "3 of 8 missions failed, 2 of them: RuntimeError: no water."
     assert why in said(campaign).sentences()
     assert why in " ".join(campaign.summary().split())
-    assert why in sweep_page(campaign)
+    assert why in campaign.report()
     told = " ".join(call("compare", "c", "--by", "count").stdout.split())
     assert (
         "3 failed missions and those they would be paired with are left out, 2 of them: "
@@ -409,7 +408,7 @@ def test_intervals_of_many_seeds_do_not_look_like_nothing(made: Make) -> None:
     told = campaign.summary()
     assert "0.123400 +- 0.000019  0.246800 +- 0.000037    1.0" in told
     assert "0.12 m with, 0.0011 m without, +0.122300 m [+0.122281, +0.122319]" in flat(told)
-    assert "0.123277 ± 0.000019" in sweep_page(campaign)
+    assert "0.123277 ± 0.000019" in campaign.report()
     rows = call("compare", "c", "--by", "count").stdout
     assert "0.123400  0.123277  -0.000123 [-0.000123, -0.000123]" in rows
 
@@ -442,7 +441,7 @@ def test_a_campaign_without_numbers_says_so(made: Make) -> None:
     """Where no mission has an error there is no best point."""
     campaign = made(lambda scenario, seed: [auv(float("nan"))], count=[2, 3])
     assert said(campaign).sentences() == ["No mission that went well has a worst_position_error_m."]
-    assert "No mission that went well has a" in sweep_page(campaign)
+    assert "No mission that went well has a" in campaign.report()
 
 
 CONTENTS = {
@@ -464,7 +463,7 @@ def test_intervals_say_what_they_contain(made: Make, sd: tuple[float, ...]) -> N
     campaign = made(fleet, sd=list(sd), count=[2, 3])
     told = flat(campaign.summary())
     compared = flat(call("compare", "c", "--by", "count").stdout)
-    for text in (told, compared, sweep_page(campaign)):
+    for text in (told, compared, campaign.report()):
         assert CONTENTS[sd].lower() in text.lower()
 
 

@@ -10,8 +10,8 @@ import pytest
 from campaigns_for_tests import OneThread, same
 from commands_for_tests import call
 
+from bindusbl_des import load_campaign
 from bindusbl_des.campaigns import running
-from bindusbl_des.campaigns.campaign import load_campaign
 from bindusbl_des.campaigns.storage.folder import RECORD, read_record
 from bindusbl_des.campaigns.storage.part_rows import done
 from bindusbl_des.campaigns.storage.parts import CHECKSUMS, commit

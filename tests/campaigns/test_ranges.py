@@ -9,12 +9,11 @@ from commands_for_tests import call
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bindusbl_des import load_campaign
+from bindusbl_des import Scenario, load_campaign
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.experiments.experiment_points import MOST_POINTS, is_range, spread
 from bindusbl_des.campaigns.experiments.options import Options
-from bindusbl_des.scenario.scenario import Scenario
 
 
 @pytest.fixture(autouse=True)

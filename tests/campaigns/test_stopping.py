@@ -10,15 +10,13 @@ import pytest
 from campaigns_for_tests import OneThread
 from commands_for_tests import call
 
-from bindusbl_des import load_campaign
+from bindusbl_des import load_campaign, resume, sweep
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import unfinished_campaign
 from bindusbl_des.campaigns.experiments.experiment import Target, checkpoints
-from bindusbl_des.campaigns.running import resume, sweep
 from bindusbl_des.campaigns.statistics.intervals import interval
 from bindusbl_des.campaigns.statistics.outcomes import MissionOutcomes
 from bindusbl_des.campaigns.statistics.points_table import seeds_wanted, wide_points
-from bindusbl_des.campaigns.storage.folder import CampaignError
 from bindusbl_des.campaigns.storage.part_rows import done
 from bindusbl_des.campaigns.storage.parts import part_path
 from bindusbl_des.campaigns.workers.pools import pool_for
@@ -113,7 +111,7 @@ def test_a_campaign_that_lost_rows_runs_them_again() -> None:
     part_path(Path("lost"), "missions", "all-0001").unlink()
     assert len(done(Path("lost"))) == 0
     assert unfinished_campaign("lost").state().missing == 16
-    with pytest.raises(CampaignError, match=r"lost the rows of 16 of 16 missions; .*resume lost"):
+    with pytest.raises(ValueError, match=r"lost the rows of 16 of 16 missions; .*resume lost"):
         load_campaign("lost")
     resume("lost")
     pd.testing.assert_frame_equal(table("lost"), whole)

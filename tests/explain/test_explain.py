@@ -8,18 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from commands_for_tests import call
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
-from bindusbl_des import Result, Scenario, Setup, load_scenario, simulate
-from bindusbl_des.acoustics.channel import Signals
-from bindusbl_des.cli import main
+from bindusbl_des import Odometry, Result, Scenario, Setup, Signals, limits, load_scenario, simulate
 from bindusbl_des.explain import Chain, Step, chain_of_fix, chain_of_ping
 from bindusbl_des.explain.correcting import errors_around
-from bindusbl_des.navigation.dead_reckoning import Odometry
 from bindusbl_des.navigation.navigators import Reckoning
 from bindusbl_des.preflight.fix_chance import fix_chance
-from bindusbl_des.preflight.limits import limits
 
 # Error (m) at 22 m of a fix without noise: the array takes a spherical wave for a plane one.
 PLANE_WAVE = 6e-3
@@ -501,7 +497,7 @@ def test_explain_prints_json(tmp_path: Path) -> None:
     """`--json` holds the steps with their numbers."""
     run: Result = simulate(scenario(duration_s=5.0))
     folder = str(run.write(tmp_path / "run"))
-    done = CliRunner().invoke(main, ["explain", folder, "--fix", "0", "--json"])
+    done = call("explain", folder, "--fix", "0", "--json")
     assert done.exit_code == 0, done.output
     data = json.loads(done.stdout)
     fix = run.tables["fixes"].iloc[0]

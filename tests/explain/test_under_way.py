@@ -4,11 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from commands_for_tests import call
 
 from bindusbl_des import Result, Scenario, Setup, simulate
 from bindusbl_des.acoustics.channel import between
-from bindusbl_des.cli import main
 from bindusbl_des.explain import chain_of_ping
 from bindusbl_des.explain.hearing import on_its_way
 from bindusbl_des.export.chart_files import drawn
@@ -57,7 +56,7 @@ def test_no_coverage_where_there_are_no_stations(repeated: Result, tmp_path: Pat
     assert "keep no stations" in without_stations(repeated)
     file = tmp_path / "m.yaml"
     file.write_text("name: m\nasvs: {formation: {model: follow}}\n")
-    refused = CliRunner().invoke(main, ["coverage", str(file)])
+    refused = call("coverage", file)
     assert refused.exit_code == 2
     assert "with follow ASVs move and keep no stations; use ring or positions" in refused.stderr
 

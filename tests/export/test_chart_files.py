@@ -8,14 +8,13 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from commands_for_tests import call
 from shapely import LinearRing, LineString, distance, points
 from worlds import scenario
 
 from bindusbl_des import Setup, load_result, load_scenario, simulate
 from bindusbl_des.charts.areas import read_area, read_geojson
 from bindusbl_des.charts.xml_charts import read_kml
-from bindusbl_des.cli import main
 from bindusbl_des.core.palette import COLOURS_ON_DARK
 from bindusbl_des.export.chart_files import WRITERS, planned, write_chart, write_plan
 from bindusbl_des.geometry.geodesy import ned_at_depth
@@ -32,7 +31,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     asked = scenario(name="Kiel <Fjord>", duration_s=20.0, environment={"origin": place})
     simulate(asked, seed=3).write(folder)
     for kind in ("geojson", "kml", "csv", "mcap"):
-        outcome = CliRunner().invoke(main, ["export", str(folder), "--to", kind])
+        outcome = call("export", folder, "--to", kind)
         assert outcome.exit_code == 0, outcome.output
     return folder
 
@@ -122,9 +121,7 @@ def test_far_from_the_origin_depths_are_what_they_were(tmp_path: Path) -> None:
         record={"tracks_hz": 0.01},
     )
     simulate(asked, seed=1).write(tmp_path / "run")
-    assert (
-        CliRunner().invoke(main, ["export", str(tmp_path / "run"), "--to", "mcap"]).exit_code == 0
-    )
+    assert call("export", tmp_path / "run", "--to", "mcap").exit_code == 0
     for track in ("/AUV0/location", "/AUV0/tracks"):
         times, places = read_track(tmp_path / "run" / "far.mcap", which=track, origin=ORIGIN)
         np.testing.assert_allclose(places[:, 2], 10.0, atol=1e-6)
@@ -143,7 +140,7 @@ def pacific(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         environment={"origin": {"lat_deg": -16.8, "lon_deg": 180.0}},
     )
     simulate(asked, 1).write(folder)
-    CliRunner().invoke(main, ["export", str(folder), "--to", "geojson"], catch_exceptions=False)
+    call("export", folder, "--to", "geojson")
     read: dict[str, Any] = json.loads((folder / "Taveuni.geojson").read_text())
     return {**read, "path": folder / "Taveuni.geojson"}
 
@@ -189,7 +186,7 @@ def test_exports_are_no_strangers_in_a_folder(run: Path) -> None:
     load_result(run).write(run, force=True)
     assert not (run / "Kiel_Fjord_.kml").exists()
     nowhere = simulate(scenario(name="nowhere", duration_s=2.0), 0).write(run.parent / "nowhere")
-    outcome = CliRunner().invoke(main, ["export", str(nowhere), "--to", "kml"])
+    outcome = call("export", nowhere, "--to", "kml")
     assert outcome.exit_code == 2
     assert "has no environment.origin, so it is nowhere on Earth; set" in outcome.output
     assert json.loads((nowhere / "run.json").read_text())["status"] == "complete"

@@ -15,13 +15,13 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
+from commands_for_tests import call
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 from worlds import QUIET_NAVIGATION, scenario
 
 from bindusbl_des import Setup, load_result, simulate
-from bindusbl_des.cli import main
 from bindusbl_des.export import mcap_file, scenery
 from bindusbl_des.export import messages as streamed
 from bindusbl_des.geometry.geodesy import ned_from_geodetic
@@ -36,7 +36,7 @@ TABLES = (
 
 
 def invoke(*arguments: str | Path) -> Result:
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+    return call(*([str(argument) for argument in arguments]))
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ from typing import Any
 
 from worlds import merged
 
-from bindusbl_des import Mission, Scenario, Setup
-from bindusbl_des.live.readings import Earth, Instruments, Reading, earth_of
+from bindusbl_des import Instruments, Mission, Scenario, Setup
+from bindusbl_des.live.readings import Earth, Reading, earth_of
 
 ORIGIN = {"lat_deg": 54.33, "lon_deg": 10.18}
 START = datetime(2026, 6, 1, 8, 0, tzinfo=UTC)

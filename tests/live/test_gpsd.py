@@ -15,9 +15,9 @@ from typing import Any
 import pytest
 from live_for_tests import START, at_sea
 
-from bindusbl_des import Mission, Setup
+from bindusbl_des import Instruments, Mission, Setup
 from bindusbl_des.live.outputs import FORMATS
-from bindusbl_des.live.readings import Gnss, Instruments, earth_of
+from bindusbl_des.live.readings import Gnss, earth_of
 from bindusbl_des.live.session import Output, Session
 from bindusbl_des.live.sinks import Datagrams, Sink, Terminal
 

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 from live_for_tests import START, at_sea
 
-from bindusbl_des import Mission, Setup
+from bindusbl_des import Instruments, Mission, Setup
 from bindusbl_des.live.outputs import FORMATS
-from bindusbl_des.live.readings import Instruments, earth_of
+from bindusbl_des.live.readings import earth_of
 from bindusbl_des.live.session import Output, Session
 from bindusbl_des.live.sinks import Datagrams
 

@@ -21,9 +21,9 @@ import pytest
 from commands_for_tests import call
 from live_for_tests import BEGINS, YAML, at_sea, written
 
-from bindusbl_des import Mission, Setup, load_result, simulate
+from bindusbl_des import Instruments, Mission, Setup, load_result, simulate
 from bindusbl_des.live.outputs import Opening, asked, opened
-from bindusbl_des.live.readings import Instruments, earth_of
+from bindusbl_des.live.readings import earth_of
 from bindusbl_des.live.session import Lateness, Output, Session
 from bindusbl_des.live.sinks import BACKLOG, MOST_CLIENTS, Datagrams, File, Port, Terminal
 from bindusbl_des.live.ugps import Topside

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from bindusbl_des import Scenario, load_scenario, simulate
+from bindusbl_des import Scenario, formation, load_scenario, simulate
 from bindusbl_des.campaigns.statistics.intervals import interval
-from bindusbl_des.geometry.formation import formation
 
 GOAL = {"metric": "position_error_p95_m", "below": 1.0, "of": "worst"}
 ATTACK = "</code></script><script>window.owned = 1</script><img src=x onerror='window.owned = 2'>"

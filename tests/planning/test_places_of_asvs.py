@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from worlds import scenario
 
-from bindusbl_des import Scenario, Setup
-from bindusbl_des.geometry.formation import formation
+from bindusbl_des import Scenario, Setup, formation
 from bindusbl_des.planning.placement import best_ring, free_places, objective_of, reach_of
 from bindusbl_des.planning.prediction.gathering import inputs_of
 

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Any, get_args
 
 import pytest
-from click.testing import CliRunner
+from commands_for_tests import call
 
 from bindusbl_des import Scenario, Setup, warnings_of
-from bindusbl_des.cli import main
 from bindusbl_des.presets.catalogue import CATALOGUE, preset, selected
 from bindusbl_des.presets.modems import airtime_table, table_file
 from bindusbl_des.presets.preset import Preset, Tag
@@ -157,14 +156,14 @@ def test_names_that_are_nearly_right() -> None:
 
 
 def test_the_command_lists_number_unit_tag_and_source() -> None:
-    told = CliRunner().invoke(main, ["presets", "micromodem_psk6"])
+    told = call("presets", "micromodem_psk6")
     assert told.exit_code == 0
     assert "transmit_w     50 W       [M] http://acomms.whoi.edu/micro-modem" in told.output
-    found = json.loads(CliRunner().invoke(main, ["presets", "modem", "--json"]).output)
+    found = json.loads(call("presets", "modem", "--json").output)
     assert {it["name"] for it in found} == {it.name for it in CATALOGUE["modem"]}
     figure = next(it for it in found if it["name"] == "s2cr_48_78")["figures"]["receive_w"]
     assert (figure["value"], figure["unit"], figure["tag"]) == (1.1, "W", "2")
-    wrong = CliRunner().invoke(main, ["presets", "modm"])
+    wrong = call("presets", "modm")
     assert (wrong.exit_code, wrong.output) == (
         2,
         "no preset, and no kind of presets, is named 'modm'; did you mean 'modem'?\n",
@@ -190,6 +189,6 @@ def test_presets_say_since_when_where_their_source_does() -> None:
         [(_, preset)] = selected(name)
         named = "october2018" if name == "nanomodem_v3" else year
         assert any(named in figure.source for figure in preset.figures.values())
-    said = CliRunner().invoke(main, ["presets"]).output
+    said = call("presets").output
     assert "measured, 2013)" in said
     assert "stated, no date stated)" in said

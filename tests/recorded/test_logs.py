@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from logs_for_tests import write_pyfg
 
+from bindusbl_des import read_log
 from bindusbl_des.recorded.log import BadLog
-from bindusbl_des.recorded.reading import read_log
 
 ODOMETRY = "time_s,x_m,y_m,yaw_rad\n10,0,0,0\n11,1,0,0\n13,3,0,0\n"
 BEACONS = "beacon,x_m,y_m\nN,0,50\nE,50,0\n"

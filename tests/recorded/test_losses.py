@@ -6,16 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from commands_for_tests import call
 
-from bindusbl_des import load_scenario, simulate
+from bindusbl_des import load_scenario, read_log, simulate
 from bindusbl_des.acoustics.bursts import PAIR, burst_luck
 from bindusbl_des.acoustics.loss import chance_of
-from bindusbl_des.cli import main
 from bindusbl_des.core.streams import Purpose, Streams, pair_keys
 from bindusbl_des.recorded.log import BadLog, Receptions
 from bindusbl_des.recorded.losses import losses_of
-from bindusbl_des.recorded.reading import read_log
 from bindusbl_des.recorded.replay_text import outage_text
 from bindusbl_des.results.result_folder import write_csv
 
@@ -106,7 +104,7 @@ def dive(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(*words: str) -> str:
-    outcome = CliRunner().invoke(main, words)
+    outcome = call(*words)
     assert outcome.exit_code == 0, outcome.output
     return outcome.stdout
 

@@ -8,19 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from commands_for_tests import call
 from logs_for_tests import BEACONS, Sea, lost, made_up, still, write_pyfg
 from worlds import scenario
 
-from bindusbl_des import Setup, load_scenario, simulate
-from bindusbl_des.cli import main
-from bindusbl_des.recorded.fitting import fit
+from bindusbl_des import Setup, fit, load_scenario, read_log, replay, simulate
 from bindusbl_des.recorded.log import BadLog, Log, LoggedFixes, Ranges
 from bindusbl_des.recorded.navigating import Noise, filter_log, noise_of, prepared, smooth_log
 from bindusbl_des.recorded.outcome import tables
-from bindusbl_des.recorded.reading import read_log
 from bindusbl_des.recorded.replay_text import _lost, _rival, noise_file, summary
-from bindusbl_des.recorded.replaying import find_start, mean_nis, outlier_share, replay, rms_between
+from bindusbl_des.recorded.replaying import find_start, mean_nis, outlier_share, rms_between
 from bindusbl_des.results.result_folder import write_csv
 
 ROOT = Path(__file__).parents[2]
@@ -162,7 +159,7 @@ def test_an_absurd_range_does_not_keep_the_search_going(metres: float, tmp_path:
     tables["ranges"].append(f"7,L1,{metres}")
     for name, lines in tables.items():
         (tmp_path / f"{name}.csv").write_text("\n".join(lines))
-    told = CliRunner().invoke(main, ["fit", str(tmp_path)])
+    told = call("fit", tmp_path)
     said = {0: "a range of", 2: "no noise makes what was measured likely"}[told.exit_code]
     assert said in told.output
     assert "nan" not in told.output
@@ -293,7 +290,7 @@ def test_the_navigator_that_noise_names_is_replayed(
     noise = tmp_path / "noise.yaml"
     noise.write_text("name: own\nnavigation: {filter: 'test_replays:Halfway'}\n")
     words = ["replay", str(folder), "--noise", str(noise), "--json"]
-    refused = CliRunner().invoke(main, words)
+    refused = call(*words)
     assert refused.exit_code == 2
     assert "'test_replays:Halfway' is a plug-in" in refused.output
     flown = json.loads(run(*words, "--allow-plugins"))["logs"][0]
@@ -301,7 +298,7 @@ def test_the_navigator_that_noise_names_is_replayed(
     ours = json.loads(run(*words))["logs"][0]
     assert flown["filter_nis"] != ours["filter_nis"]
     noise.write_text("name: paper\nnavigation: {filter: fixed_gain}\n")
-    outcome = CliRunner().invoke(main, words)
+    outcome = call(*words)
     assert "not navigation.filter: fixed_gain" in outcome.stderr
 
 
@@ -400,7 +397,7 @@ def test_our_exports_are_one_log(tmp_path: Path) -> None:
 
 def run(*words: str) -> str:
     """Return what a command prints."""
-    outcome = CliRunner().invoke(main, words)
+    outcome = call(*words)
     assert outcome.exit_code == 0, outcome.output
     return outcome.stdout
 
@@ -436,10 +433,10 @@ def test_commands_replay_and_fit_what_one_has_recorded(tmp_path: Path) -> None:
           for end in ("csv", "parquet")),
     }  # fmt: skip
     assert '"smoother_to_reference_m": null' in run("replay", log, "--noise", noise, "--json")
-    refused = CliRunner().invoke(main, ["replay", log, "--noise", noise, "--out", str(out)])
+    refused = call("replay", log, "--noise", noise, "--out", out)
     assert (refused.exit_code, "--force" in refused.output) == (2, True)
     (tmp_path / "mine" / "ranges.csv").write_text("time_s,beacon,range_m\n4,L0,far\n")
-    refused = CliRunner().invoke(main, ["replay", log])
+    refused = call("replay", log)
     assert refused.exit_code == 2
     assert "ranges.csv:2: needs a number in the column range_m" in refused.output
 
@@ -449,7 +446,7 @@ def test_a_speed_that_is_none_is_refused(speed: str, tmp_path: Path) -> None:
     """One line names the option, whatever the log."""
     path = write_pyfg(tmp_path / "log.pyfg")
     for command in ("replay", "fit"):
-        refused = CliRunner().invoke(main, [command, str(path), "--speed", speed])
+        refused = call(command, path, "--speed", speed)
         assert refused.exit_code == 2
         assert "Invalid value for '--speed': " in refused.output
 
@@ -458,7 +455,7 @@ def test_ranges_that_determine_no_pose_have_no_optimum(tmp_path: Path) -> None:
     """The filter and the smoother are told all the same, and why GTSAM's optimum is not."""
     pytest.importorskip("gtsam", reason="the optimum is GTSAM's, the extra `replay`")
     path = write_pyfg(tmp_path / "log.pyfg", ("L1 0 40", "L1 1000 40"))
-    told = CliRunner().invoke(main, ["replay", str(path), "--json"])
+    told = call("replay", path, "--json")
     assert told.exit_code == 0, told.output
     assert told.stderr == (
         "log: no robust optimum to compare with: its ranges do not determine all poses\n"

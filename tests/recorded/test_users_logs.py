@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 from commands_for_tests import call
 
-from bindusbl_des import read_log
-from bindusbl_des.recorded.fitting import fit
+from bindusbl_des import fit, read_log
 from bindusbl_des.recorded.log import BadLog
 
 CASES = Path(__file__).parents[1] / "reference" / "cases"

@@ -24,7 +24,6 @@ from bindusbl_des.report.calibration import (
 from bindusbl_des.report.page import Packer
 from bindusbl_des.report.recording import recording
 from bindusbl_des.report.run_data import run_data
-from bindusbl_des.report.run_page import run_page
 from bindusbl_des.report.story import story
 
 COUNT = 20_000
@@ -148,7 +147,7 @@ def test_a_mission_tells_on_its_filter(
         assert it is not None
         cells = "".join(f"<td>{100 * share:.1f}</td>" for share in it.inside)
         assert f"{cells}<td>{it.verdict}</td>" in told
-    assert told in run_page(believing(weighed, factor))
+    assert told in believing(weighed, factor).report()
 
 
 def test_a_drift_alone_is_not_judged() -> None:
@@ -161,7 +160,7 @@ def test_a_drift_alone_is_not_judged() -> None:
     assert "worth some 3 independent ones, too few to say whether it is over-" in told
     assert "<td>cannot be told</td>" in told
     assert calibration_text(recording(sure)) == ""
-    assert "Truth inside the ellipses" not in run_page(sure)
+    assert "Truth inside the ellipses" not in sure.report()
 
 
 def test_the_ellipses_of_a_page_are_those_of_the_tracks(weighed: Result) -> None:

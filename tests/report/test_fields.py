@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 from worlds import scenario
 
-from bindusbl_des import Result, Scenario, Setup, simulate
-from bindusbl_des.acoustics.channel import Signals
+from bindusbl_des import Result, Scenario, Setup, Signals, simulate
 from bindusbl_des.preflight.fix_chance import survey_grid
 from bindusbl_des.report.page import Packer
 from bindusbl_des.report.possible import expected_age, fields
 from bindusbl_des.report.recording import recording
-from bindusbl_des.report.run_page import run_page
 
 
 def world(**changes: Any) -> Scenario:
@@ -91,6 +89,6 @@ def half(signals: Signals) -> np.ndarray:
 
 def test_nothing_is_shaded_where_ones_own_channel_decides() -> None:
     """It is not asked again, and no legend speaks of a range that cuts nothing."""
-    page = run_page(simulate(world(duration_s=20.0, acoustics={"hf": {"channel": half}}), 1))
+    page = simulate(world(duration_s=20.0, acoustics={"hf": {"channel": half}}), 1).report()
     assert '"fields":null' in page.replace(" ", "")
     assert '"hf":false' in page.replace(" ", "")

@@ -13,7 +13,7 @@ from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.patches import Polygon
 from worlds import scenario
 
-from bindusbl_des import Result, simulate
+from bindusbl_des import Result, replay, simulate
 from bindusbl_des.charts.xml_charts import read_kml
 from bindusbl_des.core.palette import COLOURS
 from bindusbl_des.export.chart_files import write_chart
@@ -22,9 +22,7 @@ from bindusbl_des.geometry.area import polygon
 from bindusbl_des.geometry.coverage import coverage_map
 from bindusbl_des.geometry.geodesy import geodetic_from_ned
 from bindusbl_des.recorded.drawing import drawn
-from bindusbl_des.recorded.replaying import replay
 from bindusbl_des.report.comparison import comparison_page
-from bindusbl_des.report.run_page import run_page
 
 ORIGIN = (54.33, 10.18)
 # A bay that opens to the north, its east side shorter than its west side.
@@ -66,7 +64,7 @@ def result() -> Result:
 def page(result: Result, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Its report."""
     path = tmp_path_factory.mktemp("maps") / "report.html"
-    path.write_text(run_page(result), encoding="utf-8")
+    path.write_text(result.report(), encoding="utf-8")
     return path
 
 
@@ -120,7 +118,7 @@ def test_what_is_painted_is_on_a_chart(opened: Open, tmp_path: Path) -> None:
     """Hulls of AUVs that hold their places, in their colours, beside two runs as in one."""
     held = {"kind": "hold", "positions_m": [MIDDLE, NORTH, EAST]}
     still = simulate(bay(auvs={"count": 3, "route": held}, duration_s=5.0), 0)
-    (tmp_path / "report.html").write_text(run_page(still), encoding="utf-8")
+    (tmp_path / "report.html").write_text(still.report(), encoding="utf-8")
     (tmp_path / "both.html").write_text(
         comparison_page([("one", still), ("two", still)]), encoding="utf-8"
     )

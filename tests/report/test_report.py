@@ -13,13 +13,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from commands_for_tests import call
 from worlds import paper_case, scenario, still
 
-from bindusbl_des import Result, load_result, load_scenario, simulate
-from bindusbl_des.acoustics.channel import Signals
-from bindusbl_des.cli import main
+from bindusbl_des import Result, Signals, load_result, load_scenario, simulate
 from bindusbl_des.core.wording import timed
 from bindusbl_des.report import run_data
 from bindusbl_des.report.comparison import comparison_page
@@ -28,7 +25,7 @@ from bindusbl_des.report.gaps import patience, service
 from bindusbl_des.report.page import Packer, as_script
 from bindusbl_des.report.recording import FATES, recording
 from bindusbl_des.report.remedies import causes, remedies
-from bindusbl_des.report.run_page import AUV_COLUMNS, TILES, run_page
+from bindusbl_des.report.run_page import AUV_COLUMNS, TILES
 from bindusbl_des.report.story import story
 from bindusbl_des.results.effects import HELPS, Advice, Effect, Foreseen
 
@@ -117,7 +114,7 @@ class Cells(HTMLParser):
 def test_the_table_of_a_page_is_the_table_of_the_run(recovery: Result) -> None:
     """Each AUV's rows hold its metrics, in the units that the headings name."""
     cells = Cells()
-    cells.feed(run_page(recovery).partition('<section id="auvs">')[2])
+    cells.feed(recovery.report().partition('<section id="auvs">')[2])
     rows: dict[str, list[str]] = {}
     for row in cells.rows:
         rows.setdefault(row[0], []).extend(row[1:])
@@ -132,7 +129,7 @@ def test_the_worst_auv_stands_out(recovery: Result) -> None:
     """In a column whose AUVs differ the worst one's cell is marked; each of at most four tiles is
     of the AUV that it is worst of, and names it.
     """
-    page, mission = run_page(recovery), recovery.arrow["mission"].to_pylist()[0]
+    page, mission = recovery.report(), recovery.arrow["mission"].to_pylist()[0]
     marked = re.findall(r'<td class="worst">([^<]*)</td>', page)
     expected = [
         f"{mission['worst_' + metric] * factor:.{digits}f}"
@@ -151,7 +148,7 @@ def test_the_worst_auv_stands_out(recovery: Result) -> None:
 
 def test_the_tracks_of_a_page_are_those_of_the_run(recovery: Result) -> None:
     """Positions are true to a centimetre, errors to a millimetre."""
-    page = run_page(recovery)
+    page = recovery.report()
     data = json.loads(re.findall(r'id="data">(.*?)</script>', page)[0])
     packed = re.findall(r'id="packed">(.*?)</script>', page)[0]
     track = recovery.tables["tracks"]
@@ -173,7 +170,7 @@ def test_the_tracks_of_a_page_are_those_of_the_run(recovery: Result) -> None:
 
 def test_a_page_loads_nothing_and_is_small(recovery: Result) -> None:
     """The recovery mission's page is below 2 MB and refers to no other file."""
-    page = run_page(recovery)
+    page = recovery.report()
     assert len(page.encode()) < 0.5 * MEGABYTE
     assert not re.search(r"""(src|href)\s*=\s*["']?(https?:)?//|@import|url\((?!#)""", page)
     assert "default-src 'none'" in page
@@ -183,7 +180,7 @@ def test_a_page_loads_nothing_and_is_small(recovery: Result) -> None:
 def test_names_cannot_break_a_page() -> None:
     """A scenario's name is shown as it is, whatever it looks like."""
     mission = scenario(name="</script><b>&", duration_s=3.0)
-    page = run_page(simulate(mission))
+    page = simulate(mission).report()
     assert "</script><b>" not in page
     assert "<h1>&lt;/script&gt;&lt;b&gt;&amp;</h1>" in page
     assert json.loads(as_script({"a": "</script>\u2028"})) == {"a": "</script>\u2028"}
@@ -192,7 +189,7 @@ def test_names_cannot_break_a_page() -> None:
 def test_a_run_without_events_says_so() -> None:
     """With `detail: summary` the page has the metrics, and says why it has no more."""
     result = simulate(paper_case(3, duration_s=10.0))
-    page = run_page(result)
+    page = result.report()
     assert "record.detail=full" in page
     assert 'id="slider"' not in page
     assert f"{result.auvs.position_error_m[0]:.2f}" in page
@@ -300,7 +297,7 @@ def test_turns_without_an_answer_are_no_pings() -> None:
     result = simulate(
         scenario(duration_s=60.0, asvs={"count": 1}, protocol={"ranging": "twtt"}), seed=0
     )
-    page, pings = run_page(result), result.tables["pings"]
+    page, pings = result.report(), result.tables["pings"]
     data = run_data.run_data(recording(result), story(recording(result)).services, Packer())
     assert data["calls"]
     assert data["pings"]["called"]["length"] == len(pings)
@@ -314,13 +311,13 @@ def test_a_title_says_what_was_set(tmp_path: Path) -> None:
     what is not as the package's defaults, which a scenario of one's own names no base for.
     """
     words = ["run", "quickstart", "--set", "duration_s=5", "--set", "protocol.ranging=twtt"]
-    outcome = CliRunner().invoke(main, [*words, "--no-advice", "--out", str(tmp_path / "run")])
+    outcome = call(*words, "--no-advice", "--out", tmp_path / "run")
     assert outcome.exit_code == 0, outcome.output
     result = load_result(tmp_path / "run")
-    for page in ((tmp_path / "run" / "report.html").read_text(), run_page(result)):
+    for page in ((tmp_path / "run" / "report.html").read_text(), result.report()):
         assert "<title>quickstart with duration_s=5, protocol.ranging=twtt, seed 0</title>" in page
         assert "<h1>quickstart with duration_s=5, protocol.ranging=twtt</h1>" in page
-    page = run_page(simulate(scenario(duration_s=5.0, survey={"depth_m": 7.0}), 0))
+    page = simulate(scenario(duration_s=5.0, survey={"depth_m": 7.0}), 0).report()
     [changed] = re.findall(r"<dt>Not as the package's defaults</dt><dd>(.*?)</dd>", page)
     assert "duration_s: 5" in changed
     assert "survey.depth_m: 7" in changed
@@ -416,8 +413,8 @@ def test_the_envelope_of_a_filter_that_weighs_is_its_own() -> None:
             held.append((error <= bound + 1e-9).mean())
             wide.append(np.median(bound) / np.median(error))
     assert np.mean(held) > 0.975
-    assert "envelope, of what the filter kalman believes of" in run_page(simulate(world))
-    assert "of what the filter" not in run_page(simulate(paper_case(3, record={"detail": "full"})))
+    assert "envelope, of what the filter kalman believes of" in simulate(world).report()
+    assert "of what the filter" not in simulate(paper_case(3, record={"detail": "full"})).report()
     assert np.median(wide) < 6
 
 
@@ -475,7 +472,7 @@ def test_the_command_writes_what_the_run_wrote(recovery: Result, tmp_path: Path)
     outcome = call("report", str(folder))
     assert outcome.exit_code == 0
     assert outcome.stdout.strip() == str(folder / "report.html")
-    assert (folder / "report.html").read_text() == first == run_page(load_result(folder))
+    assert (folder / "report.html").read_text() == first == load_result(folder).report()
     assert [path.name for path in folder.iterdir() if path.name.startswith(".")] == []
 
 
@@ -533,7 +530,7 @@ def test_long_missions_are_thinned_and_say_so(
     """Too many rows: tracks keep every k-th, pings those of every k-th round; sums hold all."""
     monkeypatch.setattr(run_data, "MOST_TRACK_POINTS", 1200)
     monkeypatch.setattr(run_data, "MOST_PINGS", 300)
-    page = run_page(recovery)
+    page = recovery.report()
     data = json.loads(re.findall(r'id="data">(.*?)</script>', page)[0])
     packed = re.findall(r'id="packed">(.*?)</script>', page)[0]
     assert data["auvs"][0]["x"]["length"] == data["time"]["length"] == 200
@@ -557,7 +554,7 @@ def test_gaps_of_refused_fixes_are_told_as_such() -> None:
     result = simulate(load_scenario("quickstart", overrides=more), 0)
     row = result.auvs.iloc[0]
     assert row.fixes_refused > 0.5 * row.fixes_delivered
-    page = run_page(result)
+    page = result.report()
     why, _ = re.findall(r"<b>Why:</b> of (\d+) pings it sent in those gaps, (\d+) [^<]*", page)
     assert int(why[1]) > 0.5 * int(why[0])
     assert "were located, but refused by its filter as it was told (navigation.nis_gate)" in page
@@ -595,7 +592,7 @@ def hours() -> Result:
 
 def test_tiles_are_of_the_auvs_that_they_are_worst_of(hours: Result) -> None:
     """Who waits longest need not be who errs most; times from ten minutes on are h:mm."""
-    page, row = run_page(hours), hours.arrow["mission"].to_pylist()[0]
+    page, row = hours.report(), hours.arrow["mission"].to_pylist()[0]
     tiles = dict(re.findall(r"<div><dt>([^<]*)</dt>(.*?)</div>", page))
     whose, age = row["worst_fix_age_max_s_auv"], row["worst_fix_age_max_s"]
     assert age > 3600.0
@@ -609,7 +606,7 @@ def test_tiles_are_of_the_auvs_that_they_are_worst_of(hours: Result) -> None:
 
 def test_long_times_of_pages_are_hours_and_minutes(hours: Result) -> None:
     """How long, since when, from when to when; no number of seconds above ten minutes is left."""
-    page = run_page(hours)
+    page = hours.report()
     page = re.sub(r'<section id="knowing">.*?</section>', "", page)  # of keys, in their seconds
     text = " ".join(unescape(re.sub(r"<[^>]+>", " ", page[: page.index("What made this")])).split())
     text = text[text.index("navigated worst") :]

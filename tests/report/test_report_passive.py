@@ -14,7 +14,6 @@ from bindusbl_des.report.gaps import patience, service
 from bindusbl_des.report.page import Packer
 from bindusbl_des.report.recording import FATES, recording
 from bindusbl_des.report.run_data import run_data
-from bindusbl_des.report.run_page import run_page
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +78,7 @@ def test_a_page_plays_who_pings_and_who_hears(lossy: Result) -> None:
     assert rows["x"] == pytest.approx(pings.x_m.to_numpy()[receptions.ping], abs=0.01)
     shown = unpacked(data["receptions"]["ping"], packed)
     assert shown.tolist() == np.flatnonzero(receptions.outcome != "out_of_range").tolist()
-    assert "passive ranging, fixed_gain navigation" in run_page(lossy)
+    assert "passive ranging, fixed_gain navigation" in lossy.report()
 
 
 @pytest.mark.parametrize("kind", ["fixes", "coverage", "timeline", "round", "latency"])

@@ -5,16 +5,14 @@ import re
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 from commands_for_tests import call
 from test_report import SCENARIOS, Cells, unpacked
 
 from bindusbl_des import Campaign, load_scenario, simulate, sweep
-from bindusbl_des.campaigns.page import FIRST, sweep_page
+from bindusbl_des.campaigns.page import FIRST
 from bindusbl_des.campaigns.statistics.intervals import interval
 from bindusbl_des.campaigns.statistics.outcomes import outcomes
 from bindusbl_des.campaigns.sweep_tables import ACCURACIES, fewest_tables
-from bindusbl_des.cli import main
 from bindusbl_des.report.comparison import comparison_page
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
@@ -46,7 +44,7 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
 
 def test_points_have_the_intervals_of_the_missions(campaign: Campaign) -> None:
     """Mean and half width in the page are those that `interval` gives for the missions."""
-    page = sweep_page(campaign)
+    page = campaign.report()
     data = json.loads(re.findall(r'id="data">(.*?)</script>', page)[0])
     packed = re.findall(r'id="packed">(.*?)</script>', page)[0]
     missions = campaign.missions
@@ -71,7 +69,7 @@ def test_points_have_the_intervals_of_the_missions(campaign: Campaign) -> None:
 def test_the_table_of_points_needs_no_script(campaign: Campaign) -> None:
     """It has each point's mean of the missions that went well, and how many of them did."""
     cells = Cells()
-    cells.feed(sweep_page(campaign))
+    cells.feed(campaign.report())
     rows = [row for row in cells.rows if len(row) == 11 and row[0].isdigit()]
     missions = campaign.missions
     assert len(rows) == 12
@@ -91,7 +89,7 @@ def test_the_fewest_asvs_are_there_without_scripts(campaign: Campaign) -> None:
     """They are the smallest number whose interval ends below a metre, for each of the other keys,
     by any kind of error; only where none does more than the largest number is named.
     """
-    page, points = sweep_page(campaign), campaign.plan.points
+    page, points = campaign.report(), campaign.plan.points
     missions = campaign.missions[campaign.missions.status == "ok"]
     answers = set()
     for metric in ACCURACIES:
@@ -117,7 +115,7 @@ def test_the_fewest_asvs_are_there_without_scripts(campaign: Campaign) -> None:
 def test_failures_tell_how_to_see_them_again(campaign: Campaign) -> None:
     """Each failed mission has its error and the command that does it again."""
     cells = Cells()
-    cells.feed(sweep_page(campaign))
+    cells.feed(campaign.report())
     failed = [row for row in cells.rows if len(row) == 5 and row[0].isdigit()]
     assert len(failed) == 18
     told = r"RuntimeError in round 0: no <schedule> today, at test_report_sweep\.py:\d+$"
@@ -133,7 +131,7 @@ def test_sweep_leaves_its_report_and_report_makes_it_again(tmp_path: Path) -> No
     )
     out = tmp_path / "out"
     words = ["-q", "sweep", str(tmp_path / "one.yaml"), "--out", str(out), "--workers", "1"]
-    outcome = CliRunner().invoke(main, words, catch_exceptions=False)
+    outcome = call(*words)
     assert outcome.exit_code == 0, outcome.output
     first = (out / "report.html").read_text()
     assert "2 points with 1 seed each: 2 missions done, 0 failed" in first
@@ -227,7 +225,7 @@ def test_points_without_a_mission_yet_are_not_judged(tmp_path: Path) -> None:
     half = sweep(given, vary=plan, seeds=2, until_ci=limits, shard=(1, 2), workers=1, out=out)
     assert set(half.missions["point"]) == {0}
     assert "1 has no mission yet." in " ".join(half.summary().split())
-    page = sweep_page(half)
+    page = half.report()
     found = outcomes(half.folder, FIRST)
     told = fewest_tables(half, found, {"counts": ["1", "2"], "points": [[0, 1]]}, limit=1e-6)
     assert "no mission yet" in page
@@ -238,7 +236,7 @@ def test_points_without_a_mission_yet_are_not_judged(tmp_path: Path) -> None:
 def test_where_nothing_varies_there_is_nothing_to_choose(tmp_path: Path) -> None:
     """One point has neither a curve nor a map: it shows its missions."""
     given = load_scenario(SCENARIOS / "quickstart.yaml", overrides=["duration_s=5"])
-    page = sweep_page(sweep(given, seeds=2, workers=1, out=tmp_path / "one"))
+    page = sweep(given, seeds=2, workers=1, out=tmp_path / "one").report()
     assert "1 point with 2 seeds each" in page
     assert "over the varied keys" not in page
     for control in ("<label hidden>along", "<label hidden>one line", 'id="heat-figure" hidden'):
