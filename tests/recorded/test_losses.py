@@ -82,7 +82,9 @@ def test_an_outage_that_one_mean_does_not_explain_is_told(dive: Path, tmp_path: 
     lost = (plain.is_lost | behind)[plain.pairs == 0]
     rows = [f"{t},{int(not it)}" for t, it in zip(plain.times[::2], lost, strict=True)]
     (tmp_path / "receptions.csv").write_text("\n".join(["time_s,valid", *rows]))
-    assert "the longest outage, 16 s, is met in" in run("replay", str(tmp_path), "--vehicle", "AUV0")
+    assert "the longest outage, 16 s, is met in" in run(
+        "replay", str(tmp_path), "--vehicle", "AUV0"
+    )
 
 
 def test_a_log_that_tells_nothing_of_losses() -> None:

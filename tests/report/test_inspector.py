@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 from browser_for_tests import Open, without_browser
+from explain_for_tests import chain_of_ping
 
 from bindusbl_des import Result, load_scenario, simulate
-from bindusbl_des.explain import chain_of_ping
 
 pytestmark = without_browser
 
