@@ -17,6 +17,7 @@ from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.workers import batches
 from bindusbl_des.campaigns.workers.batches import run_batch
 from bindusbl_des.mission.metrics import AUV_METRICS, mission_metrics
+from bindusbl_des.planning import flying
 from bindusbl_des.records.metrics import Utilisation
 from bindusbl_des.results.tables import from_numbers, from_row
 
@@ -58,8 +59,9 @@ class Singly(OneThread):
 
 
 def fly_with(patch: pytest.MonkeyPatch, pool: Callable[..., Any] = OneThread) -> None:
-    """Have campaigns flown by a pool of the tests' own."""
-    patch.setattr(running, "pool_for", pool)
+    """Have campaigns and plans flown by a pool of the tests' own."""
+    for module in (running, flying):
+        patch.setattr(module, "pool_for", pool)
 
 
 class Killed(BaseException):
@@ -152,5 +154,6 @@ def hand_made(
         )
 
     fly_with(monkeypatch)
-    monkeypatch.setattr(running, "compile_kernels", lambda *_: None)
+    for module in (running, flying):
+        monkeypatch.setattr(module, "compile_kernels", lambda *_: None)
     monkeypatch.setattr(batches, "simulate", simulate)

@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from campaigns_for_tests import OneThread, auv, hand_made
+from campaigns_for_tests import auv, hand_made
 from shapely import LineString, distance, points
 
 import bindusbl_des
 from bindusbl_des import Scenario, ScenarioError, Setup, load_scenario, plan, simulate
 from bindusbl_des.core.wording import amount
 from bindusbl_des.export.chart_files import planned
-from bindusbl_des.planning import flying
 from bindusbl_des.planning.flying import Budget
 from bindusbl_des.planning.folder import drawn_team
 from bindusbl_des.planning.prediction.inputs import STATED_ERROR
@@ -50,8 +49,6 @@ def begin(folder: Path, patch: pytest.MonkeyPatch) -> None:
     """Go to a folder, where missions are those of `fleet`."""
     patch.chdir(folder)
     hand_made(patch, fleet)
-    patch.setattr(flying, "pool_for", OneThread)
-    patch.setattr(flying, "compile_kernels", lambda *_: None)
 
 
 @pytest.fixture(scope="module")
