@@ -12,11 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from campaigns_for_tests import OneThread, same
+from campaigns_for_tests import fly_with, parts, same
 
 from bindusbl_des import Campaign, sweep
-from bindusbl_des.campaigns import running
-from bindusbl_des.campaigns.storage.parts import committed
 
 SLOW = """
 import os, time
@@ -91,7 +89,7 @@ def cluster(home: Path) -> Iterator[Cluster]:
 def undisturbed(home: Path) -> Campaign:
     """The campaign run in one process."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(running, "pool_for", OneThread)
+        fly_with(patch)
         return sweep(home / "experiment.yaml", home / "undisturbed")
 
 
@@ -117,9 +115,9 @@ def test_a_worker_of_a_cluster_that_is_killed_costs_nothing(
 
     def kill() -> None:
         until = time.monotonic() + 120
-        while len(committed(folder)) < 2 and time.monotonic() < until:
+        while len(parts(folder)) < 2 and time.monotonic() < until:
             time.sleep(0.02)
-        killed.append(len(committed(folder)))
+        killed.append(len(parts(folder)))
         cluster.workers[0].send_signal(signal.SIGKILL)
 
     killer = threading.Thread(target=kill)
