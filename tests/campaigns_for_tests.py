@@ -58,6 +58,10 @@ class Singly(OneThread):
     size = 100_000
 
 
+# What flies campaigns where no test says otherwise
+WORKERS = running.pool_for
+
+
 def fly_with(patch: pytest.MonkeyPatch, pool: Callable[..., Any] = OneThread) -> None:
     """Have campaigns and plans flown by a pool of the tests' own."""
     for module in (running, flying):
