@@ -8,15 +8,15 @@ from typing import Any
 
 import pytest
 from browser_for_tests import Open, without_browser
+from campaigns_for_tests import read_record, write_record
 from commands_for_tests import call
+from pages_for_tests import beside
 from policy_for_tests import Parsed, assert_allows_its_own_alone
 from test_report_sweep import BASE
 from worlds import scenario
 
 from bindusbl_des import Result, load_campaign, simulate, sweep
-from bindusbl_des.campaigns.storage.folder import read_record, write_record
 from bindusbl_des.core.mistakes import ScenarioWarning
-from bindusbl_des.report.comparison import comparison_page
 from bindusbl_des.report.page import as_script, assembled
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
@@ -58,7 +58,7 @@ def pages(result: Result, campaign: Path) -> dict[str, str]:
     return {
         "run": result.report(),
         "summary": simulate(bare).report(),
-        "comparison": comparison_page([(ATTACK, result), (ATTACK, result)]),
+        "comparison": beside((ATTACK, result), (ATTACK, result)),
         "sweep": load_campaign(campaign).report(),
     }
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from browser_for_tests import Open, Opened, without_browser
 from campaigns_for_tests import UNSERVED, auv, hand_made
+from pages_for_tests import beside
 from test_report_sweep import BASE, EXPERIMENT
 
 from bindusbl_des import Result, Scenario, load_scenario, simulate, sweep
 from bindusbl_des.core.palette import COLOURS
 from bindusbl_des.core.wording import instant, significant, timed, with_ends, with_half
-from bindusbl_des.report.comparison import comparison_page
 from bindusbl_des.report.gaps import shown_until
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -527,7 +527,7 @@ def test_runs_open_beside_each_other(opened: Open, tmp_path: Path, scheme: str, 
     for name in ("failure_140m", "recovery_140m"):
         scenario = load_scenario(SCENARIOS / f"{name}.yaml", overrides=["duration_s=60"])
         runs.append((name, simulate(scenario, seed=0)))
-    (tmp_path / "both.html").write_text(comparison_page(runs), encoding="utf-8")
+    (tmp_path / "both.html").write_text(beside(*runs), encoding="utf-8")
     it = opened(tmp_path / "both.html", scheme, width)
     before = it.ask("[...document.querySelectorAll('.map')].map((map) => map.toDataURL())")
     slide(it, 30)
@@ -551,7 +551,7 @@ def test_the_other_run_is_a_ghost(
     opened: Open, tmp_path: Path, runs: list[tuple[str, Result]]
 ) -> None:
     """Each map has the AUVs of the other run where these believed to be, until it is unticked."""
-    (tmp_path / "both.html").write_text(comparison_page(runs), encoding="utf-8")
+    (tmp_path / "both.html").write_text(beside(*runs), encoding="utf-8")
     it = opened(tmp_path / "both.html", width=390)
     assert it.ask("[...document.querySelectorAll('.named .scroll')]"
                   ".every((it) => it.scrollWidth <= it.clientWidth)")  # fmt: skip
@@ -577,7 +577,7 @@ def test_a_drag_selects_in_both_runs(
     opened: Open, tmp_path: Path, runs: list[tuple[str, Result]]
 ) -> None:
     """Across the plot of errors: all plots show that interval, and the maps its paths alone."""
-    (tmp_path / "both.html").write_text(comparison_page(runs), encoding="utf-8")
+    (tmp_path / "both.html").write_text(beside(*runs), encoding="utf-8")
     it = opened(tmp_path / "both.html")
     it.page.locator("#error-plot").scroll_into_view_if_needed()
     box = it.page.locator("#error-plot .u-over").bounding_box()
@@ -846,7 +846,7 @@ def test_a_sweep_without_javascript_has_its_points(browser: Any, swept: Path) ->
 def test_two_runs_without_javascript_show_no_empty_headings(browser: Any, tmp_path: Path) -> None:
     """Scripts are off: the tables that compare are there, the frames of plots are not."""
     run = simulate(load_scenario("quickstart", overrides=["duration_s=10"]), 1)
-    (tmp_path / "both.html").write_text(comparison_page([("one", run), ("two", run)]))
+    (tmp_path / "both.html").write_text(beside(("one", run), ("two", run)))
     context = browser.new_context(java_script_enabled=False)
     page = context.new_page()
     page.goto((tmp_path / "both.html").as_uri())
