@@ -9,10 +9,10 @@ import pytest
 from campaigns_for_tests import fly_with
 from numpy.typing import NDArray
 from pandas.testing import assert_frame_equal
+from plans_for_tests import Candidate, Goal
 
 from bindusbl_des import Scenario, load_scenario, plan, simulate
 from bindusbl_des.campaigns.experiments.experiment import laid_over
-from bindusbl_des.planning.candidates import Candidate
 from bindusbl_des.planning.doubting import (
     SEEDS,
     Doubt,
@@ -23,7 +23,6 @@ from bindusbl_des.planning.doubting import (
     became_of,
     doubted,
 )
-from bindusbl_des.planning.selection.goals import Goal
 
 Floats = NDArray[np.float64]
 TEAM = Candidate({}, Scenario(name="bay"), 1.0)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from campaigns_for_tests import auv, hand_made
+from plans_for_tests import STATED_ERROR
 from shapely import LineString, distance, points
 
 import bindusbl_des
@@ -17,7 +18,6 @@ from bindusbl_des.core.wording import amount
 from bindusbl_des.export.chart_files import planned
 from bindusbl_des.planning.flying import Budget
 from bindusbl_des.planning.folder import drawn_team
-from bindusbl_des.planning.prediction.inputs import STATED_ERROR
 
 TEAMS = {"asvs.count": [1, 2, 3], "protocol.schedule": ["spatial_reuse"],
          "protocol.downlink": ["sequential"], "asvs.formation.angle_deg": [0, 30]}  # fmt: skip
