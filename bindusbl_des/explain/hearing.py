@@ -87,6 +87,8 @@ def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
         return "would hear it, but the mission ends", lines(near, ends)
     if why == "own_frame":
         return "hears nothing", _own_frame(result, reception)
+    if why == "own_signal":
+        return "hears nothing", f"it sends {_signal(result, reception)}"
     if outcome == "collided":
         return "hears pings mixed", lines(near, _overlapping(result, reception))
     alone = "nothing drowns it" if _levels(reception) else "no other ping overlaps"
@@ -183,6 +185,8 @@ def _overlapping(result: "Result", reception: Any) -> str:
     needs = "" if capture is None else f"; it had to be {capture:g} dB above noise and others"
     if why == "call":
         return f"overlaps the call of ASV{by:.0f}{needs}"
+    if why == "signal":
+        return f"overlaps {_signal(result, reception)}{needs}"
     protocol, lasts = result.scenario.protocol, result.scenario.acoustics.hf.ping_s
     here = {protocol.listening: getattr(reception, protocol.listening)}
     other = rows_where(result.tables["receptions"], ping=by, **here).iloc[0]
@@ -193,6 +197,16 @@ def _overlapping(result: "Result", reception: Any) -> str:
     return (
         f"overlaps {ping} at {other.arrived_at_s:.4f} s (overlap {1e3 * beside:.1f} of "
         f"{1e3 * lasts:.1f} ms){needs}"
+    )
+
+
+def _signal(result: "Result", reception: Any) -> str:
+    """Tell which signal of a program overlapped a ping where it arrived."""
+    signal = result.tables["signals"].iloc[int(reception.overlapped_by)]
+    over = signal.sent_at_s + signal.lasts_s
+    return (
+        f"signal {signal.signal}, {signal.kind!r} of {signal.sender}, sent from "
+        f"{signal.sent_at_s:.4f} to {over:.4f} s"
     )
 
 

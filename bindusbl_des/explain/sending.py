@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.wording import counted
 from ..results.round_timeline import uplink_slots
-from .chain import Step, Why, apart, failed, lines, place, row_of, rows_where
+from .chain import Step, Why, apart, failed, known, lines, place, row_of, rows_where
 from .hearing import is_sent, why_unanswered
 
 if TYPE_CHECKING:
@@ -101,7 +101,11 @@ def _why_now(result: "Result", ping: Any) -> Why:
     if protocol.random_access:
         waited = ping.get("waited_s")
         facts = {} if waited is None else {"held_back_s": waited}
-        return [_at_random(result, ping), _others_on_air(result, ping)], facts
+        return [
+            _at_random(result, ping),
+            *_signals(result, ping),
+            _others_on_air(result, ping),
+        ], facts
     facts = {"slot": ping.slot}
     if _is_reckoned(result, ping):
         return [_by_reckoning(result, ping)], facts
@@ -214,7 +218,7 @@ def _at_random(result: "Result", ping: Any) -> str:
             f"{protocol.program}: slot {round(ping.sent_at_s / length)} of {length:.4f} s begins, "
             "and in the one before it has had something to send"
         )
-    waited = float(ping.waited_s)
+    waited = float(known(ping.waited_s) or 0.0)
     if access == "program":
         held = f", {waited:.4f} s after it had something to send" if waited > 0.0 else ""
         return f"{protocol.program}: its program lets it ping{held}"
@@ -228,6 +232,18 @@ def _at_random(result: "Result", ping: Any) -> str:
         f"but heard a ping then, or sent one; it held back for {waited:.4f} s, until its backoff "
         "was counted down in quiet"
     )
+
+
+def _signals(result: "Result", ping: Any) -> Iterator[str]:
+    """Yield what an AUV sent, and what it was sent, while it had a ping to send."""
+    if "signals" not in result.tables:
+        return
+    signals, since = result.tables["signals"], ping.sent_at_s - float(known(ping.waited_s) or 0.0)
+    meant = (signals.sender == ping.auv) | (signals.to == ping.auv)
+    begun = (signals.sent_at_s >= since) & (signals.sent_at_s < ping.sent_at_s)
+    for it in signals[begun & meant].itertuples():
+        to = f" to {it.to}" if known(it.to) else ""
+        yield f"{it.sent_at_s:.4f} s: {it.sender} sends {it.kind!r}{to}, {1e3 * it.lasts_s:.1f} ms"
 
 
 def _others_on_air(result: "Result", ping: Any) -> str:
