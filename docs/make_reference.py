@@ -70,6 +70,8 @@ TABLE_MEANING = {
     "assignments": "a slot of an AUV that it has to be told (`knowledge: broadcast`)",
     "fixes": "a fix, fused over the ASVs that heard the same ping",
     "gnss_fixes": "a fix of an AUV at the surface; written with `navigation.gnss_fix`",
+    "signals": "a signal that a program sent beside pings; written with `protocol.access`",
+    "signal_receptions": "a signal, or AUV's ping, at a vehicle; written with `protocol.access`",
     "tracks": "a vehicle at an instant, at `record.tracks_hz`",
     "auvs": "the metrics of an AUV",
     "mission": "the metrics of the mission: fleet means of `auvs`, and what it has as a whole",

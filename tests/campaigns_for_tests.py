@@ -1,7 +1,10 @@
-"""What tests of campaigns share: campaigns without workers, tables that are equal."""
+"""What tests of campaigns share: campaigns without workers, or cut short; tables that are equal."""
 
-from collections.abc import Callable, Sequence
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,11 +12,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bindusbl_des import Campaign, Scenario
+from bindusbl_des import Campaign, CampaignState, Scenario, sweep
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.workers import batches
-from bindusbl_des.campaigns.workers.batches import Batch, Row, run_batch
+from bindusbl_des.campaigns.workers.batches import run_batch
 from bindusbl_des.mission.metrics import AUV_METRICS, mission_metrics
+from bindusbl_des.planning import flying
 from bindusbl_des.records.metrics import Utilisation
 from bindusbl_des.results.tables import from_numbers, from_row
 
@@ -33,19 +37,74 @@ class OneThread:
     def has_room(self) -> bool:
         return self._running == 0
 
-    def submit(self, batch: Batch) -> "Future[list[Row]]":
+    def submit(self, batch: Any) -> "Future[Any]":
         self._running += 1
         return self._executor.submit(run_batch, batch)
 
-    def end(self, future: "Future[list[Row]]") -> None:
+    def end(self, future: "Future[Any]") -> None:
         pass
 
-    def release(self, future: "Future[list[Row]]") -> int | None:
+    def release(self, future: "Future[Any]") -> int | None:
         self._running -= 1
         return None
 
     def close(self) -> None:
         self._executor.shutdown()
+
+
+class Singly(OneThread):
+    """A pool that is given a mission at a time, so that each is a part of its campaign."""
+
+    size = 100_000
+
+
+# What flies campaigns where no test says otherwise
+WORKERS = running.pool_for
+
+
+def fly_with(patch: pytest.MonkeyPatch, pool: Callable[..., Any] = OneThread) -> None:
+    """Have campaigns and plans flown by a pool of the tests' own."""
+    for module in (running, flying):
+        patch.setattr(module, "pool_for", pool)
+
+
+class Killed(BaseException):
+    """The process of a campaign is gone."""
+
+
+def cut_short(experiment: Any, folder: str | Path, after: int = 1, **settings: Any) -> Path:
+    """Sweep into a folder until so many missions are flown, then end as if killed; return it."""
+
+    def kill(state: CampaignState) -> None:
+        if state.done + state.failed >= after:
+            raise Killed
+
+    with pytest.raises(Killed):
+        sweep(experiment, folder, progress=kill, **settings)
+    return Path(folder)
+
+
+def parts(folder: str | Path) -> list[str]:
+    """Return the names of the parts in which a campaign has the rows of its missions."""
+    return sorted(path.stem.removeprefix("part-") for path in Path(folder).glob("missions/part-*"))
+
+
+def read_record(folder: str | Path) -> dict[str, Any]:
+    """Return what `campaign.json` says."""
+    found: dict[str, Any] = json.loads(Path(folder, "campaign.json").read_text())
+    return found
+
+
+def sealed(record: Mapping[str, Any]) -> str:
+    """Return the text of a record with its SHA-256, as a stranger would forge it."""
+    data = {key: record[key] for key in record if key != "sha256"}
+    seal = hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
+    return json.dumps({**data, "sha256": seal})
+
+
+def write_record(folder: str | Path, record: Mapping[str, Any]) -> None:
+    """Have `campaign.json` say something else."""
+    Path(folder, "campaign.json").write_text(sealed(record))
 
 
 def same(one: Campaign, other: Campaign) -> None:
@@ -98,6 +157,7 @@ def hand_made(
             }
         )
 
-    monkeypatch.setattr(running, "pool_for", OneThread)
-    monkeypatch.setattr(running, "compile_kernels", lambda *_: None)
+    fly_with(monkeypatch)
+    for module in (running, flying):
+        monkeypatch.setattr(module, "compile_kernels", lambda *_: None)
     monkeypatch.setattr(batches, "simulate", simulate)

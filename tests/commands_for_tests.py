@@ -3,16 +3,20 @@
 from collections.abc import Iterable
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 from click.testing import CliRunner, Result
 
 import bindusbl_des
 from bindusbl_des.cli import main
 
+COMMANDS = main.commands
 
-def call(*words: object) -> Result:
+
+def call(*words: object, **settings: Any) -> Result:
     """Run a command; an exception that is no exit is a failure of the test."""
-    return CliRunner().invoke(main, [str(word) for word in words], catch_exceptions=False)
+    line = [str(word) for word in words]
+    return CliRunner().invoke(main, line, **{"catch_exceptions": False, **settings})
 
 
 def explained(result: bindusbl_des.Result, **which: int) -> str:

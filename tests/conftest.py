@@ -13,10 +13,9 @@ os.environ.setdefault("NUMBA_OPT", "1")  # as of the command line
 
 import pytest
 from browser_for_tests import browser, opened  # noqa: F401 (fixtures)
-from campaigns_for_tests import OneThread
+from campaigns_for_tests import fly_with
 from hypothesis import settings
 
-from bindusbl_des.campaigns import running
 from bindusbl_des.core.plugins import allow
 
 # The first example may compile equations.  Every day a property is tried with the same examples,
@@ -75,7 +74,7 @@ allow(["math:sqrt", "test_report_sweep:raising", "test_explain:Trusting"])
 def in_this_process() -> Iterator[None]:
     """Campaigns of a module have no workers, whose start takes longer than small missions."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(running, "pool_for", OneThread)
+        fly_with(patch)
         yield
 
 

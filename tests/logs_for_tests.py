@@ -12,6 +12,7 @@ BEACONS = SurveyedBeacons(
     ("L0", "L1", "L2"), np.array([[0.0, 250.0, 0], [300.0, -50.0, 0], [50.0, -80.0, 0]])
 )
 NO_FIXES = LoggedFixes(np.zeros(0), np.zeros((0, 2)), np.zeros((0, 3)))
+NO_RANGES = Ranges(np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros(0))
 
 
 class Sea(NamedTuple):
@@ -70,8 +71,8 @@ def still(
     measured += wrong * outlier_sd * rng.standard_normal((count, 2))
     fixes = LoggedFixes(times, measured, np.tile((sd**2, sd**2, 0.0), (count, 1)))
     nothing, nobody = np.zeros(count), SurveyedBeacons((), np.zeros((0, 3)))
-    ranges = Ranges(np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros(0))
-    return Log("still", times, np.zeros((count, 2)), nothing, nothing, nobody, ranges, fixes), truth
+    places = np.zeros((count, 2))
+    return Log("still", times, places, nothing, nothing, nobody, NO_RANGES, fixes), truth
 
 
 def lost(log: Log, turn: float = 2.0) -> tuple[Log, LoggedPose]:

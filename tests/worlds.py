@@ -1,11 +1,12 @@
 """Small worlds that tests put together."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import islice
 from typing import Any
 
 import numpy as np
 
-from bindusbl_des import Scenario
+from bindusbl_des import Mission, Scenario
 from bindusbl_des.geometry.area import rectangle
 from bindusbl_des.geometry.lanes import Ruling, strips
 from bindusbl_des.geometry.paths import Path
@@ -90,6 +91,18 @@ def still(count: int = 3, *, side: float = 60.0, at: float = 20.0, **changes: An
         "protocol": {"tick_rate_hz": 30.0},
     }
     return scenario(**merged(base, changes))
+
+
+def packets_of(plan: Scenario, seed: int, many: int) -> list[list[float]]:
+    """Return the first instants (s) at which each AUV has something to send."""
+    found: dict[str, list[float]] = {}
+
+    def spy(node: Any) -> Iterator[Any]:
+        found[node.name] = list(islice(node.packets, many))
+        yield node.wait(0.0)
+
+    Mission(Scenario.model_validate(merged(plan.model_dump(), {"protocol": {"access": spy}})), seed)
+    return [found[f"AUV{auv}"] for auv in range(plan.auvs.count)]
 
 
 LOUD: dict[str, Any] = {"model": "sonar", "shadowing_sd_db": 0.0, "snr_threshold_db": 10.0}

@@ -20,15 +20,13 @@ from collections.abc import Iterator
 from itertools import chain, count, takewhile
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 from ns3_uan import compiled_driver
 
-from bindusbl_des import Result, Scenario, simulate
-from bindusbl_des.core.streams import Purpose, Streams
-from bindusbl_des.protocol.access import serving as named
-from bindusbl_des.protocol.access.serving import packets_of
+from bindusbl_des import Mission, Result, Scenario, simulate
+from bindusbl_des.protocol.access.aloha import aloha
+from bindusbl_des.protocol.access.csma import csma
 
 Case = dict[str, Any]
 Heard = list[tuple[int, float, str]]
@@ -69,8 +67,15 @@ def cases() -> Iterator[Case]:
 
 def instants_of(case: Case) -> list[list[float]]:
     """Return the Poisson instants (s) of each AUV."""
-    packets = packets_of(Streams(case["seed"]), len(case["auvs_m"]), case["every_s"])
-    return [list(takewhile(lambda it: it < DURATION_S, own)) for own in packets]
+    found: list[list[float]] = []
+
+    def spy(node: Any) -> Iterator[Any]:
+        if not node.is_asv:
+            found.append(list(takewhile(lambda it: it < DURATION_S, node.packets)))
+        yield node.wait(0.0)
+
+    Mission(scenario_of(case, spy), case["seed"])
+    return found
 
 
 def traffic_of(case: Case) -> list[list[float]]:
@@ -81,9 +86,8 @@ def traffic_of(case: Case) -> list[list[float]]:
     ]
 
 
-def scenario_of(case: Case) -> Scenario:
+def scenario_of(case: Case, program: Any) -> Scenario:
     """Return a case as a scenario: nothing is lost but by pings that overlap."""
-    settings = {"model": "csma", "window": case["window"], "slot_s": case["slot_s"]}
     return Scenario.model_validate({
         "name": f"{case['access']} {case['seed']}",
         "duration_s": DURATION_S,
@@ -98,16 +102,13 @@ def scenario_of(case: Case) -> Scenario:
         },
         "environment": {"sound_speed_m_per_s": SPEED},
         "acoustics": {"hf": {"ping_s": PING_S}, "loss": {"law": "none"}},
-        "protocol": {
-            "schedule": settings if case["access"] == "csma" else "aloha",
-            "frame_s": case["every_s"],
-        },
+        "protocol": {"access": program, "frame_s": case["every_s"]},
     })  # fmt: skip
 
 
 def theirs(case: Case, program: Path) -> tuple[Heard, list[list[int]]]:
     """Return what ns-3 makes of a case, and the backoffs (slots) that each AUV draws."""
-    plan = scenario_of(case)
+    plan = scenario_of(case, case["access"])
     auvs, asvs = case["auvs_m"], case["asvs_m"]
     lines = [
         f"{case['access']} {len(auvs)} {len(asvs)} {plan.acoustics.hf.range_m!r} {SPEED!r} "
@@ -148,17 +149,15 @@ class Dealt:
 
 def flown(case: Case, draws: list[list[int]]) -> Result:
     """Fly a case with the backoffs that each AUV is to draw."""
-    streams = Streams.of
+    settings, traffic = {"window": case["window"], "slot_s": case["slot_s"]}, traffic_of(case)
 
-    def dealt(self: Streams, purpose: Purpose, *vehicles: int) -> Any:
-        if purpose is Purpose.BACKOFF:
-            return Dealt(draws[vehicles[0]])
-        return streams(self, purpose, *vehicles)
+    def program(node: Any) -> Iterator[Any]:
+        if not node.is_asv:
+            node.packets = chain(traffic[node.number], count(DURATION_S + 1.0))
+            node.random = Dealt(draws[node.number])
+            yield from csma(node, **settings) if case["access"] == "csma" else aloha(node)
 
-    after = DURATION_S + 1.0
-    packets = [chain(own, count(after)) for own in traffic_of(case)]
-    with patch.object(Streams, "of", dealt), patch.object(named, "packets_of", lambda *_: packets):
-        return simulate(scenario_of(case), case["seed"])
+    return simulate(scenario_of(case, program), case["seed"])
 
 
 def ours(case: Case, draws: list[list[int]]) -> Heard:

@@ -22,6 +22,11 @@ Two signals that overlap at a receiver by more than rounding destroy each other,
 (`bursts`): then luck is a function of pair and instant alone, so that neither how often somebody
 pings nor what is decided first changes the sea.
 
+All vehicles share one sea, whoever sends and whoever listens (`sounds`): a ping at an ASV, a call
+or another AUV's signal at an AUV, a frame there are rows of one kind, in the order in which they
+were sent, and one search finds what else is there as one of them arrives.  A vehicle that sends is
+deaf by a sound of its own, louder than all others.
+
 Numbers are drawn for each pair of vehicles from a stream of its own, one row for each signal that
 may be decoded, whatever becomes of it.  Two scenarios that differ in a schedule, or in a vehicle
 more, share the noise of all pairs that both have: their difference is not noise.

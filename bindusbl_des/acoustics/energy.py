@@ -11,7 +11,7 @@ import numpy as np
 
 from ..core.arrays import Floats, Ints
 from ..records.events import HEARD, OUT_OF_RANGE, Broadcast
-from ..records.rows import NONE, Recorder
+from ..records.rows import NONE, Recorder, Rows
 from ..vehicles.fleet import VehicleFleet
 
 
@@ -129,6 +129,43 @@ def covered(starts: Floats, length: float, end: float) -> float:
     """
     gaps = np.minimum(np.diff(starts, append=end), length)
     return float(np.maximum(gaps, 0.0).sum())
+
+
+def together(begins: Floats, lasts: Floats, end: float) -> float:
+    """Return the time (s) before `end` that intervals (n,) cover which begin in this order.
+
+    >>> together(np.array([0.0, 1.0, 5.0]), np.array([2.0, 0.5, 3.0]), 6.0)
+    3.0
+    """
+    ends = np.minimum(begins + lasts, end)
+    until = np.maximum.accumulate(np.append(0.0, ends))[:-1]
+    overlapping = np.maximum(ends - until, 0.0)
+    added = np.where(begins >= until, np.minimum(lasts, end - begins), overlapping)
+    return float(np.cumsum(np.append(0.0, added))[-1])
+
+
+def on_sea(record: Recorder, sounds: Rows, auvs: int, asvs: int, end: float) -> dict[str, OnAir]:
+    """Return how long AUVs and ASVs send and receive on HF where they run programs, by all `sounds`
+    and receptions of a mission that lasts until an instant (s).
+    """
+    met = record.receptions.rows
+    met = met[(met["outcome"] != OUT_OF_RANGE) & ~np.isnan(met["arrived_at_s"])]
+    found = OnAir(*np.zeros((2, auvs + asvs)))
+    for vehicle in range(auvs + asvs):
+        here = sounds[(sounds["listener"] == vehicle) & (sounds["arrived_at_s"] < end)]
+        own = here["sender"] == vehicle
+        pings = met[met["asv"] == vehicle - auvs]
+        begins, ends = (
+            np.concatenate((here[name][~own], pings[name]))
+            for name in ("arrived_at_s", "ended_at_s")
+        )
+        sent, order = here[own], np.argsort(begins, kind="stable")
+        found.sending[vehicle] = together(sent["sent_at_s"], sent["lasts_s"], end)
+        found.receiving[vehicle] = together(begins[order], (ends - begins)[order], end)
+    return {
+        "auv": OnAir(*(each[:auvs] for each in found)),
+        "asv": OnAir(*(each[auvs:] for each in found)),
+    }
 
 
 def on_mf(

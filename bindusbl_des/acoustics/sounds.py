@@ -13,9 +13,11 @@ from dataclasses import dataclass
 from math import inf, isnan, nan
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from ..core.arrays import Floats
 from ..core.compiled import compiled
-from ..core.packed import Packed
+from ..core.packed import Packed, unpacked
 from ..records.events import IN_FLIGHT
 from ..records.rows import NONE, EventBuffer, Row, Rows, row_type
 from ..vehicles.fleet import VehicleFleet
@@ -218,6 +220,31 @@ def _meanwhile(
                 if meet(begins, ends, sound.arrived_at_s + later, sound.ended_at_s + later):
                     strength += echo.sound[way]
     return strength
+
+
+@compiled
+def heard_meanwhile(
+    packed: int, count: int, listener: int, since: float, time: float, known: float
+) -> Floats:
+    """Return from when to when (s) sounds are at a listener, (n, 2) in the order in which they
+    begin, that it has had anything of between two instants (s), the later of which is now.
+
+    `packed` is the address of a :class:`Sea` with so many sounds; `known` as of :func:`expect`.
+    One that begins as another ends counts; of a signal that begins at this very instant nobody
+    knows.
+    """
+    sea, size = unpacked(packed, Sea), 0
+    expect(listener, since, known, count, sea)
+    spans = np.empty((count, 2))
+    for row in range(count - 1, -1, -1):
+        sound = sea.sounds[row]
+        if sound.sent_at_s + sea.sounds[count - 1].longest_s < since - TOUCH:
+            break
+        there = sound.arrived_at_s <= time + TOUCH and sound.ended_at_s > since + TOUCH
+        if sound.listener == listener and sound.sent_at_s < time - TOUCH and there:
+            spans[size, 0], spans[size, 1] = sound.arrived_at_s, sound.ended_at_s
+            size += 1
+    return spans[:size][np.argsort(spans[:size, 0], kind="mergesort")]
 
 
 class Sounds(EventBuffer):

@@ -230,7 +230,7 @@ def models(scenario: "Scenario") -> str:
     auvs, asvs, protocol = scenario.auvs, scenario.asvs, scenario.protocol
     rate = protocol.tick_rate_hz
     clock = "exact clock" if rate is None else f"{rate:g} Hz ticks"
-    parts = f"{protocol.schedule} / {protocol.downlink} / {protocol.broadcaster}, "
+    parts = f"{protocol.rule} / {protocol.downlink} / {protocol.broadcaster}, "
     if protocol.asvs_ping:
         parts = ""
     return (

@@ -83,7 +83,7 @@ def _load(setup: "Setup", load: "OfferedLoad") -> Iterator[str]:
 
     protocol = setup.scenario.protocol
     yield (
-        f"{protocol.schedule.words}: each AUV has something to send every {protocol.frame_s:g} s "
+        f"{protocol.program.words}: each AUV has something to send every {protocol.frame_s:g} s "
         "on average, at Poisson instants."
     )
     unit = "slots" if setup.schedule.access == "slotted" else "pings"
@@ -94,9 +94,9 @@ def _load(setup: "Setup", load: "OfferedLoad") -> Iterator[str]:
         yield f"{alone:<22}{100 * load.success:>10.1f} % at an ASV that hears all AUVs"
         clear = load.pings_per_s * load.lasts_s * load.success
         yield f"{'throughput S':<22}{clear:>10.3f} {unit} clear, per {unit[:-1]}'s length"
+    elif load.window is None or load.slot_s is None:
+        yield f"{'meet no other':<22}{'-':>10}   not bounded: no closed form tells of the program"
     else:
-        assert load.window is not None
-        assert load.slot_s is not None
         most = load.window - 1
         yield (
             f"{'held back':<22}{f'0 to {most}':>10} slots of {1e3 * load.slot_s:.3f} ms, at most "
@@ -278,7 +278,7 @@ def _timing(setup: "Setup", rounds: "Rounds") -> dict[str, Any]:
         )
     ]  # fmt: skip
     return {
-        "schedule": None if protocol.asvs_ping else protocol.schedule,
+        "schedule": None if protocol.asvs_ping else protocol.rule,
         "downlink": None if protocol.asvs_ping else protocol.downlink,
         "ranging": protocol.ranging,
         "tick_rate_hz": protocol.tick_rate_hz,

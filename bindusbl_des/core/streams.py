@@ -52,6 +52,7 @@ class Purpose(IntEnum):
     PACKET = 40
     BACKOFF = 41
     CONTENTION = 45
+    SIGNAL = 46
     BURST = 50
     FRAME_BURST = 51
     SLOW_ERROR = 52

@@ -18,7 +18,7 @@ def sending(result: "Result", ping: Any) -> Iterator[Step]:
     """Yield the round, the call where there is one, and the ping."""
     protocol, row = result.scenario.protocol, row_of(result, "rounds", "round", ping["round"])
     facts = {"round": ping["round"], "conflicts": row.conflicts}
-    begins, why = f"begins: {_round(result, row)} ({protocol.schedule.words})", ""
+    begins, why = f"begins: {_round(result, row)} ({protocol.rule.words})", ""
     if protocol.random_access:
         pairs = counted(row.conflicts, "pair")
         why = f"AUVs ping as they like; {pairs} of them could collide at an ASV"
@@ -204,24 +204,27 @@ def _at_random(result: "Result", ping: Any) -> str:
     protocol, access = result.scenario.protocol, result.setup.schedule.access
     if access == "poisson":
         return (
-            f"{protocol.schedule}: an instant of its own Poisson process, on average every "
+            f"{protocol.program}: an instant of its own Poisson process, on average every "
             f"{protocol.frame_s:g} s; it asks nobody"
         )
     if access == "slotted":
         slots = result.setup.slots
         length = slots.clock.after(0.0, slots.uplink_slot)
         return (
-            f"{protocol.schedule}: slot {round(ping.sent_at_s / length)} of {length:.4f} s begins, "
+            f"{protocol.program}: slot {round(ping.sent_at_s / length)} of {length:.4f} s begins, "
             "and in the one before it has had something to send"
         )
     waited = float(ping.waited_s)
+    if access == "program":
+        held = f", {waited:.4f} s after it had something to send" if waited > 0.0 else ""
+        return f"{protocol.program}: its program lets it ping{held}"
     if waited <= 0.0:
         return (
-            f"{protocol.schedule}: it hears no other AUV, so that it pings as soon as it has "
+            f"{protocol.program}: it hears no other AUV, so that it pings as soon as it has "
             "something to send"
         )
     return (
-        f"{protocol.schedule}: it has had something to send since {ping.sent_at_s - waited:.4f} s, "
+        f"{protocol.program}: it has had something to send since {ping.sent_at_s - waited:.4f} s, "
         f"but heard a ping then, or sent one; it held back for {waited:.4f} s, until its backoff "
         "was counted down in quiet"
     )

@@ -138,6 +138,8 @@ INSTANT = {
     "assignments": "starts_at_s",
     "fixes": "pinged_at_s",
     "gnss_fixes": "fixed_at_s",
+    "signals": "sent_at_s",
+    "signal_receptions": "arrived_at_s",
     "tracks": "time_s",
 }
 VEHICLE = {
@@ -148,6 +150,8 @@ VEHICLE = {
     "assignments": "auv",
     "fixes": "auv",
     "gnss_fixes": "auv",
+    "signals": "sender",
+    "signal_receptions": "listener",
     "tracks": "vehicle",
     "auvs": "auv",
 }

@@ -12,7 +12,7 @@ from ..acoustics.bursts import pairs
 from ..core.streams import Purpose, Streams
 from ..navigation.gnss import GnssReceivers
 from ..navigation.navigators import Navigator
-from ..protocol.access.serving import access_of, serve_at_random
+from ..protocol.access.serving import run_programs
 from ..protocol.broadcasters import broadcaster_named
 from ..protocol.dissemination import Announcing, Dissemination, Knowledge, LastHeard
 from ..protocol.downlinks import downlink_named
@@ -84,11 +84,10 @@ def build_world(
     if isinstance(network, PassiveNetwork):
         env.process(take_turns(network))
     elif setup.scenario.protocol.random_access:
-        access = access_of(
-            setup.schedule.access, setup.scenario.protocol, setup.slots, streams, auvs,
-            setup.hf_band, setup.ping_channel,
+        run_programs(
+            network, setup.scenario.protocol, streams, setup.ping_channel or setup.ping_loss,
+            setup.scenario.acoustics.hf.bit_rate_bps, setup.scenario.auvs.ping_late_s,
         )  # fmt: skip
-        env.process(serve_at_random(network, access))
     else:
         env.process(serve(network))
     return World(setup, auvs, asvs, reckoning, navigator, network, record, streams)

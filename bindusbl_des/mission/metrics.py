@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from ..acoustics.energy import Hf, Powers, covered, energy, on_hf, on_mf
+from ..acoustics.energy import Hf, Powers, covered, energy, on_hf, on_mf, on_sea, together
 from ..core.arrays import Floats
 from ..protocol.broadcasters import hearers
 from ..records.events import (
@@ -25,6 +25,7 @@ from ..records.metrics import WORST_IS_LARGEST, AuvMetrics, Utilisation
 from ..records.rows import NONE, Recorder, Rows, row_type
 from ..results.schemas import never_null
 from ..results.tables import from_numbers, from_rows
+from ..scenario.declared import access_named
 from ..scenario.sections.acoustics import Band
 from ..vehicles.motion import places
 from .accuracy import note_accuracy, refuse, track_points
@@ -47,6 +48,7 @@ def event_tables(world: World) -> dict[str, pa.Table]:
     if world.setup.scenario.record.detail == "summary":
         return {}
     record, gnss = world.record, world.setup.scenario.navigation.gnss_fix is not None
+    protocol = world.setup.scenario.protocol
     return {
         "rounds": from_rows("rounds", record.rounds),
         "pings": from_numbers("pings", record.pings.rows),
@@ -56,6 +58,7 @@ def event_tables(world: World) -> dict[str, pa.Table]:
         "assignments": from_rows("assignments", record.assignments),
         "fixes": _fixes_table(record, len(world.asv_fleet)),
         **({"gnss_fixes": _gnss_fixes_table(record)} if gnss else {}),
+        **(_signal_tables(world) if access_named(protocol.program).signals else {}),
         "tracks": _tracks_table(world),
     }
 
@@ -85,6 +88,19 @@ def _gnss_fixes_table(record: Recorder) -> pa.Table:
     rows = record.gnss_fixes.rows
     named = {"gnss_fix": "fix", "fixed_at_s": "delivered_at_s", "sd_m": "sd_x_m"}
     return from_numbers("gnss_fixes", rows, {name: rows[own] for name, own in named.items()})
+
+
+def _signal_tables(world: World) -> dict[str, pa.Table]:
+    """Return the tables of what programs of access sent and heard."""
+    record, counts = world.record, (len(world.auv_fleet), len(world.asv_fleet))
+    rows = record.signal_receptions.rows
+    names = [f"{kind}{n}" for kind, count in zip(("AUV", "ASV"), counts, strict=True)
+             for n in range(count)]  # fmt: skip
+    whose = {"listener": len(WORDS) + rows["vehicle"]}
+    return {
+        "signals": from_rows("signals", record.signals),
+        "signal_receptions": from_numbers("signal_receptions", rows, whose, (*WORDS, *names)),
+    }
 
 
 @lru_cache(maxsize=1024)
@@ -181,7 +197,7 @@ def _missed(record: Recorder, auvs: int) -> NDArray[np.int64]:
 def utilisation(world: World) -> Utilisation:
     """Return what only the mission as a whole has."""
     record, duration = world.record, world.setup.scenario.duration_s
-    ping = world.network.slots.ping_duration
+    ping, frames = world.network.slots.ping_duration, world.broadcasts
     swept, area = world.trajectories.covered_m2, world.setup.area
     energies = modem_energies(world)
     drawn = None if energies is None else float(energies[0].sum() + energies[1].sum())
@@ -190,8 +206,8 @@ def utilisation(world: World) -> Utilisation:
         rounds=len(record.rounds),
         collisions=len(destroyed(record)) + len(calls_destroyed(record)),
         frame_collisions=len(frames_destroyed(record)),
-        hf_utilisation=covered(_sounds(record), ping, duration) / duration,
-        mf_utilisation=_on_air(world.broadcasts, duration) / duration,
+        hf_utilisation=_hf_in_use(record, ping, duration) / duration,
+        mf_utilisation=together(frames["sent_at_s"], frames["airtime_s"], duration) / duration,
         energy_j=drawn,
         energy_per_fix_j=None if drawn is None or not delivered else drawn / delivered,
         duration_s=float(duration),
@@ -220,18 +236,6 @@ def _service(world: World) -> dict[str, float | None]:
     }  # fmt: skip
 
 
-def _on_air(broadcasts: Rows, end: float) -> float:
-    """Return the time (s) before `end` in which some of the frames is on the air; they are in the
-    order in which they were sent.
-    """
-    sent, airtime = broadcasts["sent_at_s"], broadcasts["airtime_s"]
-    ends = np.minimum(sent + airtime, end)
-    until = np.maximum.accumulate(np.append(0.0, ends))[:-1]
-    overlapping = np.maximum(ends - until, 0.0)
-    added = np.where(sent >= until, np.minimum(airtime, end - sent), overlapping)
-    return float(np.cumsum(np.append(0.0, added))[-1])
-
-
 def modem_energies(world: World) -> tuple[Floats, Floats] | None:
     """Return what the modems of the n AUVs and of the m ASVs draw (J), (n,) and (m,); None where
     no band in use has powers.
@@ -250,7 +254,11 @@ def modem_energies(world: World) -> tuple[Floats, Floats] | None:
             world.setup.sound_speed_m_per_s,
             end,
         )
-        on_air = on_hf(record, protocol.pinging, {"auv": fleets[0], "asv": fleets[1]}, signals)
+        if access_named(protocol.program).signals:
+            sounds = world.network.uplink.sounds.rows
+            on_air = on_sea(record, sounds, len(fleets[0]), len(fleets[1]), end)
+        else:
+            on_air = on_hf(record, protocol.pinging, {"auv": fleets[0], "asv": fleets[1]}, signals)
         drawn.append((energy(on_air["auv"], powers, end), energy(on_air["asv"], powers, worked)))
     if protocol.sends_frames and (powers := _powers(bands.mf)) is not None:
         where = partial(places, fleets[0].motion), partial(places, fleets[1].motion)
@@ -271,6 +279,19 @@ def _powers(band: Band) -> Powers | None:
         return None
     waiting = band.receive_w if band.idle_w is None else band.idle_w
     return Powers(band.transmit_w, band.receive_w, waiting)
+
+
+def _hf_in_use(record: Recorder, ping: float, end: float) -> float:
+    """Return the time (s) before `end` in which some signal is sent on HF; pings and calls last as
+    long as a `ping` (s).
+    """
+    begun = _sounds(record)
+    if not record.signals:
+        return covered(begun, ping, end)
+    sent = np.array([(signal.sent_at_s, signal.lasts_s) for signal in record.signals])
+    begins = np.concatenate((begun, sent[:, 0]))
+    lasts, order = np.append(np.full(len(begun), ping), sent[:, 1]), np.argsort(begins)
+    return together(begins[order], lasts[order], end)
 
 
 def _sounds(record: Recorder) -> Floats:

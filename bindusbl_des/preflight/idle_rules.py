@@ -45,6 +45,7 @@ CALLS = names(declared.RANGINGS, lambda traits: traits.calls)
 OWN_CLOCKS = names(declared.RANGINGS, lambda traits: traits.own_clocks)
 REPLIES = names(declared.DOWNLINKS, lambda traits: traits.replies)
 FRAMED = names(declared.SCHEDULES, lambda traits: traits.framed)
+PROGRAMS = tuple(name for name in declared.ACCESSES if name != "scheduled")
 RANDOM = names(declared.SCHEDULES, lambda traits: traits.random_access)
 UNSLOTTED = names(declared.SCHEDULES, lambda traits: traits.access in ("poisson", "sensing"))
 POLLED = names(declared.SCHEDULES, lambda traits: traits.calls)
@@ -81,6 +82,11 @@ KNOWLEDGE = (
         {"protocol.schedule": RANDOM + POLLED},
         ("protocol.knowledge", *TOLD),
         "AUVs ping as they like, or are called: they need no slot",
+    ),
+    Idle(
+        {"protocol.access": PROGRAMS},
+        ("protocol.schedule", "protocol.knowledge", *TOLD),
+        "AUVs ping as they like: they need no slot",
     ),
     Idle(
         {"protocol.knowledge": names(declared.KNOWLEDGES, lambda traits: not traits.by_frames)},
@@ -196,6 +202,7 @@ PROTOCOL = (
         {"protocol.schedule": UNFRAMED},
         ("protocol.frame_s",),
         "a round begins as soon as the one before it has ended",
+        but=lambda setup: setup.scenario.protocol.random_access,
     ),
     Idle(
         {
@@ -211,6 +218,22 @@ PROTOCOL = (
         ("protocol.positions",),
         "AUVs ping as they like, wherever they are believed to be",
         "changes only the conflicts that are counted in `rounds`",
+    ),
+    Idle(
+        {"protocol.access": PROGRAMS},
+        ("protocol.positions", "protocol.conflict_margin_m"),
+        "AUVs ping as they like, wherever they are believed to be",
+        "changes only the conflicts that are counted in `rounds`",
+    ),
+    Idle(
+        {"protocol.access": PROGRAMS},
+        ("auvs.ping_late_s",),
+        "AUVs ping as they like",
+    ),
+    Idle(
+        {"protocol.access": tuple(name for name in PROGRAMS if name != "slotted_aloha")},
+        ("protocol.uplink_guard_s", "protocol.shortest_uplink_slot_s"),
+        "AUVs ping as they like, in no slots",
     ),
     Idle(
         {"protocol.schedule": UNSLOTTED},

@@ -6,10 +6,11 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from ..protocol.access.serving import backoff_slot_s, sensing_of
+from ..protocol.access.csma import backoff_slot_s
 from ..protocol.cycles import STAND_IN, cycle
 from ..protocol.slots import Slots
 from ..scenario import declared
+from ..scenario.shipped_settings import CarrierSense
 from ..setup import Setup
 from .bounds import (
     aloha_success,
@@ -175,7 +176,7 @@ class OfferedLoad:
     """The load of a scenario's random access.
 
     `load` is G, of pings or of slots (`lasts_s` each).  `success` is how likely a ping meets no
-    other at an ASV that hears all AUVs, None where no closed form tells (csma).  All AUVs send
+    other at an ASV that hears all AUVs, None where no closed form tells.  All AUVs send
     about `pings_per_s`.  One that holds back (csma) waits for `window` - 1 slots of `slot_s` in
     quiet at most.  An ASV hears no ping while it answers one for `answer_s`.
     """
@@ -231,8 +232,10 @@ def offered(setup: Setup, slots: Slots | None = None) -> OfferedLoad:
     if access == "poisson":
         pings, success = senders / (every + ping), aloha_success(load, senders)
         return OfferedLoad(senders, ping, load, success, pings, answer_s=answer)
-    sensing = sensing_of(scenario.protocol.schedule)
-    slot, busy = backoff_slot_s(sensing, slots), load / (1.0 + load)
+    if access == "program":
+        return OfferedLoad(senders, ping, load, None, senders / (every + ping), answer_s=answer)
+    sensing = protocol.program.settings_as(CarrierSense, CarrierSense)
+    slot, busy = backoff_slot_s(sensing.slot_s, slots), load / (1.0 + load)
     held_back = busy * slot * (sensing.window - 1) / 2
     pings = senders / (every + ping + held_back)
     return OfferedLoad(senders, ping, load, None, pings, sensing.window, slot, answer)

@@ -3,12 +3,14 @@
 Theory of operation
 -------------------
 A mission runs on a SimPy environment.  One process, `tdma.serve`, goes through the rounds as the
-paper's timeline reads (`access.serving` does with random access, `passive.take_turns` where ASVs
-ping):
+paper's timeline reads (`passive.take_turns` where ASVs ping):
 
     fleet's predicted positions -> conflict graph -> colours -> one slot T_UL for each colour
     in a slot its AUVs ping (`ranging`: by their clocks, or called)
     then T_DL: the fixes that wait go into frames, sent by the ASVs that a broadcaster chooses
+
+With random access each vehicle runs a program of its own, beside the cycles of the downlink
+(`access`).
 
 Only what somebody waits for is an event: starts of slots, calls and answers, frames, replies, and
 deliveries to AUVs that steer by them.  All instants are exact, or those of a clock with ticks.

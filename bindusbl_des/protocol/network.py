@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import simpy
 from numpy.random import Generator as RandomStream
@@ -24,6 +25,9 @@ from .schedules.named import Schedule
 from .schedules.polling import Answers
 from .schedules.view import Groups, KnownFixes, View
 from .slots import Slots
+
+if TYPE_CHECKING:
+    from .access.air import Air
 
 Steps = Generator[simpy.Event, None, float]
 
@@ -80,6 +84,7 @@ class Network(Watched):
     replies: Replies | None = None
     downlink_free_at: float = 0.0
     paused: float = 0.0
+    air: "Air | None" = None  # where AUVs run programs of their own
     broadcasts: int = field(default=0, init=False)  # so far
     fixes_taken: int = field(default=0, init=False)  # fixes before this one wait no more
 
@@ -134,5 +139,7 @@ class Network(Watched):
         if self.replies is None:
             self.outcomes.resolve_passed(before_the_end)  # heard, but not broadcast any more
         self.outcomes.close(time)
+        if self.air is not None:
+            self.air.close(time)
         self.ranging.close()
         self.deliveries.close(before_the_end)

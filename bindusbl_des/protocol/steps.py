@@ -124,7 +124,7 @@ def some_work(
 
 
 def checked_steps(
-    key: str, name: str, steps: Any, env: simpy.Environment, when: str
+    key: str, name: str, steps: Any, env: simpy.Environment, when: str | Callable[[], str]
 ) -> Generator[simpy.Event, Any, Any]:
     """Go through the steps of a part of somebody's own, and return what they return.
 
@@ -132,17 +132,19 @@ def checked_steps(
         PluginError: naming key, part and instance (`when`), if they are no generator, raise
             anything, or yield what is no event of this mission.
     """
+    now = when() if callable(when) else when
     if not isinstance(steps, Generator):
         needed = "it must be a generator function, with `yield`"
-        _refuse(key, name, "returned", steps, f"{when}; {needed}", when)
+        _refuse(key, name, "returned", steps, f"{now}; {needed}", now)
     advance, value = steps.send, None
     while True:
-        event, ends = asked(key, name, _advanced, advance, value, when=when)
+        now = when() if callable(when) else when
+        event, ends = asked(key, name, _advanced, advance, value, when=now)
         if event is _NONE:
             return ends
         if not isinstance(event, simpy.Event) or event.env is not env:
             needed = "it must be an event, as `yield from` gives"
-            _refuse(key, name, "yielded", event, f"{when}; {needed}", when)
+            _refuse(key, name, "yielded", event, f"{now}; {needed}", now)
         try:
             advance, value = steps.send, (yield event)
         except Exception as error:

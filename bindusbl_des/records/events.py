@@ -31,11 +31,12 @@ HEARD, OUT_OF_RANGE, LOST, COLLIDED, IN_FLIGHT, DELIVERED = range(6)
 # Why a signal was not decoded: beyond the range, or what else; numbers go on behind the outcomes.
 REASONS = (
     *("failed", "failed_meanwhile", "unanswered", "chance", "burst"),
-    *("ping", "echo", "call", "frame", "own_frame", "own_ping"),
+    *("ping", "echo", "call", "frame", "own_frame", "own_ping", "signal", "own_signal"),
 )
 WORDS = (*OUTCOMES, *REASONS)
 FAILED, FAILED_MEANWHILE, UNANSWERED, CHANCE, BURST = range(6, 11)
 BY_PING, BY_ECHO, BY_CALL, BY_FRAME, BY_OWN_FRAME, BY_OWN_PING = range(11, 17)
+BY_SIGNAL, BY_OWN_SIGNAL = 17, 18
 
 # Columns that tell why, and those of errors that were there all the time as a ping was measured
 TOLD_WHY = ("why", "overlapped_by", "loss_probability")
@@ -240,6 +241,45 @@ class Fix:
     )
     body_elevation_deg: float | None = column(
         "deg", f"the same as the array sees it, {DOWN}; null as above", None
+    )
+
+
+@dataclass(slots=True)
+class Signal:
+    """One signal on HF that a vehicle's program of access sent, beside pings."""
+
+    signal: int = column("1", "number of the signal")
+    kind: str = column("", "kind, as the program names it")
+    sender: str = column("", "vehicle that sent it")
+    to: str | None = column("", "vehicle that it is sent to; null: to all")
+    sent_at_s: float = column("s", "instant at which it began")
+    lasts_s: float = column("s", "how long it lasts")
+    size_bytes: int = column("B", "size of what it says")
+
+
+@dataclass(slots=True)
+class SignalReception:
+    """One signal, or ping of an AUV, at one vehicle that it reaches (protocol.access)."""
+
+    signal: int | None = column("1", "signal that arrives; null: a ping")
+    ping: int | None = column("1", "ping that arrives at another AUV; null: a signal")
+    listener: str = column("", "vehicle at which it arrives")
+    arrived_at_s: float | None = column(
+        "s", "instant at which it begins there; null if it did not by the end"
+    )
+    outcome: str = column(
+        "", "heard, out_of_range (a sound, but not decoded), lost, collided or in_flight"
+    )
+    why: str | None = column(
+        "",
+        "why it was not decoded: out_of_range, chance, ping, signal, call or own_frame (that "
+        "overlapped it), own_ping or own_signal (it sent itself meanwhile)",
+    )
+    overlapped_by: int | None = column(
+        "1", "number of the strongest that overlapped it; of a call the ASV's"
+    )
+    loss_probability: float | None = column(
+        "1", "how likely it was lost, had nothing overlapped it"
     )
 
 

@@ -26,6 +26,8 @@ from .events import (
     Ping,
     Reception,
     Round,
+    Signal,
+    SignalReception,
 )
 from .events import NONE as NONE
 
@@ -117,6 +119,12 @@ RECEPTION = row_type(
 FRAME_RECEPTION = row_type(
     FrameReception,
     {"ended_at_s": float},  # when the end of the frame has come; infinite while it has not
+)
+
+SIGNAL_RECEPTION = row_type(
+    SignalReception,
+    {"vehicle": int},  # who listens, among all vehicles: AUVs come first, then ASVs
+    without=("listener",),
 )
 
 FIX = row_type(
@@ -256,6 +264,8 @@ class Recorder:
     broadcasts: list[Broadcast] = field(default_factory=list)
     frame_receptions: EventBuffer = field(default_factory=lambda: EventBuffer(FRAME_RECEPTION))
     assignments: list[Assignment] = field(default_factory=list)
+    signals: list[Signal] = field(default_factory=list)
+    signal_receptions: EventBuffer = field(default_factory=lambda: EventBuffer(SIGNAL_RECEPTION))
     fixes: EventBuffer = field(default_factory=lambda: EventBuffer(FIX))
     jacobians: Jacobians = field(default_factory=lambda: Jacobians(0))
     gnss_fixes: EventBuffer = field(default_factory=lambda: EventBuffer(FIX))  # AUVs' own

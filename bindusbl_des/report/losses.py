@@ -65,7 +65,7 @@ def _losses(mission: Recording) -> list[str]:
 
 
 def _collisions(mission: Recording) -> list[str]:
-    hf, schedule = mission.metrics.mission["collisions"], mission.scenario.protocol.schedule
+    hf, schedule = mission.metrics.mission["collisions"], mission.scenario.protocol.rule
     if not hf:
         return []
     met = f"<b>Collisions:</b> {counted(hf, 'reception')} on HF met another"

@@ -151,7 +151,7 @@ def described(result: "Result") -> str:
     setup = result.setup
     auvs, asvs, area = scenario.auvs, scenario.asvs, setup.area
     over = f"{area.side:g} m by {area.side:g} m" if area.side else area.words
-    parts = f"{protocol.schedule}, {protocol.downlink} downlink, {protocol.ranging} ranging"
+    parts = f"{protocol.rule}, {protocol.downlink} downlink, {protocol.ranging} ranging"
     if protocol.asvs_ping:
         parts = "passive ranging"
     elif protocol.calls:

@@ -9,6 +9,7 @@ import pyarrow as pa
 from ..core.files import check_seal, read_json, unreadable
 from ..core.kept_files import placed
 from ..core.mistakes import ScenarioWarning
+from ..scenario.declared import access_named
 from ..scenario.files.former_keys import as_now
 from ..scenario.scenario import Scenario
 from .effects import Advice, from_data
@@ -24,7 +25,7 @@ from .result_folder import (
     read_table,
 )
 from .result_folder import RECORD as RUN
-from .schemas import BY_GNSS, EVENT_TABLES, SCHEMA_VERSION
+from .schemas import EVENT_TABLES, SCHEMA_VERSION, SOMETIMES
 from .violations import is_violations, violations_in
 
 T = TypeVar("T")
@@ -99,8 +100,10 @@ def _tables(folder: Path, scenario: Scenario, run: Mapping[str, Any]) -> dict[st
         _Damaged: naming each table that is.
     """
     names = ("auvs", "mission", *(EVENT_TABLES if scenario.record.detail == "full" else ()))
-    if scenario.navigation.gnss_fix is None:
-        names = tuple(name for name in names if name != BY_GNSS)
+    kept = {"gnss_fixes"} if scenario.navigation.gnss_fix is not None else set()
+    if access_named(scenario.protocol.program).signals:
+        kept |= {"signals", "signal_receptions"}
+    names = tuple(name for name in names if name not in SOMETIMES or name in kept)
     paths = {name: folder / f"{name}.parquet" for name in names}
     origin = {
         "bindusbl.scenario_sha256": run["scenario_sha256"],

@@ -16,6 +16,8 @@ from ..records.events import (
     Ping,
     Reception,
     Round,
+    Signal,
+    SignalReception,
     TrackPoint,
 )
 from ..records.metrics import WORST_IS_LARGEST, AuvMetrics, Utilisation
@@ -29,15 +31,18 @@ ROWS: dict[str, type] = {
     "assignments": Assignment,
     "fixes": Fix,
     "gnss_fixes": GnssFix,
+    "signals": Signal,
+    "signal_receptions": SignalReception,
     "tracks": TrackPoint,
     "auvs": AuvMetrics,
 }
 EVENT_TABLES = (
     *("rounds", "pings", "receptions", "broadcasts", "frame_receptions", "assignments"),
-    *("fixes", "gnss_fixes", "tracks"),
+    *("fixes", "gnss_fixes", "signals", "signal_receptions", "tracks"),
 )
-# What only missions have in which AUVs carry GNSS (navigation.gnss_fix).
-BY_GNSS = "gnss_fixes"
+# What only missions have in which AUVs carry GNSS (navigation.gnss_fix), or in which vehicles hear
+# each other by a program (protocol.access).
+SOMETIMES = ("gnss_fixes", "signals", "signal_receptions")
 TABLES = (*ROWS, "mission")
 
 # Columns that hold a vehicle's number in the record and its name in the table.

@@ -23,10 +23,12 @@ from .shipped_settings import (
     FixedGain,
     Kalman,
     Kinematic,
+    Macau,
     Polling,
     ScheduleSettings,
     Smoothing,
     SuperTdma,
+    TLohi,
     TwoWaySettings,
     WorstFirst,
 )
@@ -51,7 +53,8 @@ class ScheduleTraits(Traits):
     is free (`first_fit`) or the most constrained AUV first (`saturation`); "" where nobody knows
     beforehand.  With a frame, whose `turn` it is: by `rotation` or by `lot`.  AUVs ping in slots
     that they are given (`access`), or as they like: at the instants of a Poisson process
-    (`poisson`), at the next of equal slots (`slotted`), or once they hear nobody (`sensing`).
+    (`poisson`), at the next of equal slots (`slotted`), once they hear nobody (`sensing`), or by
+    another program (`program`, of `protocol.access`).
 
     `is_proved` says that the verifier's rules hold for it, `renumbers` that an AUV's slot is
     another in each round.  What a prediction leaves out of it is its `approximation`: then `groups`
@@ -65,7 +68,7 @@ class ScheduleTraits(Traits):
     framed: bool = False
     groups: Literal["frame", "each", "first_fit", "saturation", ""] = ""
     turn: Literal["each", "rotation", "lot"] = "each"
-    access: Literal["slots", "poisson", "slotted", "sensing"] = "slots"
+    access: Literal["slots", "poisson", "slotted", "sensing", "program"] = "slots"
     is_proved: bool = False
     renumbers: bool = False
     approximation: str = ""
@@ -103,6 +106,21 @@ class ScheduleTraits(Traits):
     def has_exact_groups(self) -> bool:
         """Whether its groups follow from who hears whom alone."""
         return self.groups not in ("", "frame") and not self.approximation
+
+
+@dataclass(frozen=True)
+class AccessTraits(Traits):
+    """How AUVs ping that run a program each, as they like.
+
+    By which `law` it pings is told as a schedule's `access`: no closed form tells of a `program`.
+    Whether AUVs hear each other (`hears`), send `signals` beside pings, and ASVs run the program as
+    well (`on_asvs`).
+    """
+
+    law: Literal["program", "poisson", "slotted", "sensing"] = "program"
+    hears: bool = True
+    signals: bool = True
+    on_asvs: bool = True
 
 
 @dataclass(frozen=True)
@@ -248,6 +266,22 @@ SCHEDULES: Mapping[str, ScheduleTraits] = {
     "slotted_aloha": ScheduleTraits(access="slotted"),
     "csma": ScheduleTraits(settings=CarrierSense, access="sensing"),
 }
+ACCESSES: Mapping[str, AccessTraits] = {
+    "scheduled": AccessTraits(hears=False, signals=False, on_asvs=False),
+    "aloha": AccessTraits(law="poisson", hears=False, signals=False, on_asvs=False),
+    "slotted_aloha": AccessTraits(law="slotted", hears=False, signals=False, on_asvs=False),
+    "csma": AccessTraits(settings=CarrierSense, law="sensing", signals=False, on_asvs=False),
+    "t_lohi": AccessTraits(settings=TLohi, on_asvs=False),
+    "macau": AccessTraits(settings=Macau),
+}
+# The programs of schedules by which AUVs ping as they like, by their `access`
+BY_SCHEDULE = {
+    "slots": "scheduled",
+    "poisson": "aloha",
+    "slotted": "slotted_aloha",
+    "sensing": "csma",
+    "program": "csma",
+}
 DOWNLINKS: Mapping[str, DownlinkTraits] = {
     "sequential": DownlinkTraits(
         waits=True,
@@ -360,6 +394,7 @@ def declared_mistakes(key: str, name: str) -> Iterator[PluginError]:
 
 # What a part declares, by its name.
 schedule_named = partial(_declared, "protocol.schedule", SCHEDULES, ScheduleTraits())
+access_named = partial(_declared, "protocol.access", ACCESSES, AccessTraits())
 downlink_named = partial(_declared, "protocol.downlink", DOWNLINKS, DownlinkTraits())
 broadcaster_named = partial(_declared, "protocol.broadcaster", BROADCASTERS, BroadcasterTraits())
 ranging_named = partial(_declared, "protocol.ranging", RANGINGS, RangingTraits())
@@ -371,6 +406,7 @@ navigator_named = partial(_declared, "navigation.filter", NAVIGATORS, NavigatorT
 # What a part of one's own declares that says nothing, by the key that names it
 DEFAULTS: dict[str, Traits] = {
     "protocol.schedule": ScheduleTraits(),
+    "protocol.access": AccessTraits(),
     "protocol.downlink": DownlinkTraits(),
     "protocol.broadcaster": BroadcasterTraits(),
     "protocol.ranging": RangingTraits(),

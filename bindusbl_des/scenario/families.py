@@ -26,6 +26,10 @@ SCHEDULE = Family(
     *("protocol.schedule", "schedule", tuple(declared.SCHEDULES), ("view",)),
     settings=_of(declared.SCHEDULES),
 )
+ACCESS = Family(
+    *("protocol.access", "access", tuple(declared.ACCESSES), ("node",)),
+    settings=_of(declared.ACCESSES),
+)
 DOWNLINK = Family(
     *("protocol.downlink", "downlink", tuple(declared.DOWNLINKS), ("network", "turn", "time")),
     settings=_of(declared.DOWNLINKS),
@@ -70,8 +74,8 @@ ASV = Family(
     *("asvs.vehicle", "vessel", tuple(declared.ASVS), ("way",)), settings=_of(declared.ASVS)
 )
 FAMILIES = (
-    *(SCHEDULE, DOWNLINK, BROADCASTER, RANGING, KNOWLEDGE, CHANNEL, MF_CHANNEL, INSTRUMENT),
-    *(NAVIGATOR, PLACEMENT, ROUTE, AUV, ASV),
+    *(SCHEDULE, ACCESS, DOWNLINK, BROADCASTER, RANGING, KNOWLEDGE, CHANNEL, MF_CHANNEL),
+    *(INSTRUMENT, NAVIGATOR, PLACEMENT, ROUTE, AUV, ASV),
 )
 
 

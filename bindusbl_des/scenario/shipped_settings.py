@@ -90,6 +90,31 @@ class CarrierSense(ScheduleSettings):
     )
 
 
+class TLohi(Settings):
+    """The settings of the program `t_lohi`."""
+
+    tone_s: Real = key(0.005, "s", "duration of a tone", gt=0, le=10)
+    rounds: Literal["conservative", "aggressive"] = key(
+        "conservative",
+        "",
+        "length of a contention round: a tone and the longest way there and back, or one way",
+    )
+    recontend_s: Real = key(
+        0.015, "s", "an AUV contends again up to so long after another's turn, at random", ge=0,
+        le=3600,
+    )  # fmt: skip
+
+
+class Macau(Settings):
+    """The settings of the program `macau`."""
+
+    request_bytes: Whole = key(4, "B", "size of a request", ge=1, le=65_535)
+    clear_bytes: Whole = key(4, "B", "size of a clear", ge=1, le=65_535)
+    most_rounds: Whole = key(
+        64, "1", "an AUV that is not cleared backs off for up to so many rounds", ge=1, le=1_000_000
+    )
+
+
 class WorstFirst(ScheduleSettings):
     """The settings of the schedule `worst_first`."""
 

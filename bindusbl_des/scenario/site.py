@@ -68,7 +68,7 @@ class Site(Facts):
     @fact
     def schedule(self) -> ScheduleTraits:
         """What the schedule declares: who pings when."""
-        return declared.schedule_named(self.scenario.protocol.schedule)
+        return self.scenario.protocol.scheduling
 
     @fact
     def schedule_settings(self) -> ScheduleSettings:

@@ -139,7 +139,7 @@ def two_way_needed(case: Case) -> float:
 def random_access(case: Case) -> Iterator[SignalPair]:
     """Yield that two AUVs within range of one ASV may ping at any two instants, and so at once."""
     scenario = case.scenario
-    name, kind = str(scenario.protocol.schedule), "random access"
+    name, kind = str(scenario.protocol.program), "random access"
     if scenario.auvs.count == 1:
         yield SignalPair(kind, "pings of AUVs", ACCEPTED, "there is no other AUV")
     else:

@@ -15,7 +15,16 @@ import pytest
 from commands_for_tests import call
 from worlds import GOOD, paper_case, parse_scenario, scenario, still
 
-from bindusbl_des import Result, Scenario, Setup, advise, load_result, load_scenario, simulate
+from bindusbl_des import (
+    Result,
+    Scenario,
+    Setup,
+    advise,
+    formation,
+    load_result,
+    load_scenario,
+    simulate,
+)
 from bindusbl_des.advice import choosing as trials_module
 from bindusbl_des.advice.advising import (
     CHOOSING,
@@ -28,8 +37,6 @@ from bindusbl_des.advice.changes import PAIR, Change, both, changed, may_be_pair
 from bindusbl_des.advice.choosing import Race, Trial, Trials, missions_for
 from bindusbl_des.advice.stations import Ways
 from bindusbl_des.campaigns.statistics.intervals import intervals
-from bindusbl_des.geometry.formation import formation
-from bindusbl_des.report.run_page import run_page
 from bindusbl_des.results.effects import GAIN, HARMS, HELPS, NEGLIGIBLE, NO_EFFECT, Advice
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -387,13 +394,13 @@ def test_advice_stays_with_the_result(recovery: Result, tmp_path: Path) -> None:
     again = load_result(folder)
     assert again.advice == recovery.advice
     page = (folder / "report.html").read_text()
-    assert run_page(again) == page
+    assert again.report() == page
     assert recovery.advice is not None
     for it in recovery.advice.of(HELPS):
         assert f"<code>{' '.join(it.options)}</code>" in page
     (folder / "advice.json").unlink()  # as the folders of older versions are
     assert load_result(folder).advice is None
-    assert "No change was tried" in run_page(load_result(folder))
+    assert "No change was tried" in load_result(folder).report()
     (folder / "advice.json").write_text('{"budget_missions": 3}')
     with pytest.raises(ValueError, match=r"advice.json is damaged or of another version"):
         load_result(folder)
@@ -459,7 +466,7 @@ def test_an_interruption_keeps_the_mission(tmp_path: Path, monkeypatch: pytest.M
 
 def test_a_run_with_metrics_only_is_advised_on(watched: tuple[Result, list[int]]) -> None:
     """`detail: summary` has no events to explain, but its worst AUV and its advice are told."""
-    page = run_page(watched[0])
+    page = watched[0].report()
     assert "AUV0 navigated worst" in page
     assert "<h3>What would help</h3>" in page
     assert "record.detail=full" in page

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from click.testing import CliRunner
+from commands_for_tests import call
 
-from bindusbl_des import Scenario, Setup, simulate
+from bindusbl_des import Scenario, Setup, covered_area, covering_radius, formation, simulate
 from bindusbl_des.benchmarks import command_lines
 from bindusbl_des.benchmarks.bench import last_alike, ratios, recorded
 from bindusbl_des.benchmarks.missions import FLEETS, patch_lanes, spread, standard_missions
@@ -28,9 +28,6 @@ from bindusbl_des.benchmarks.timing import (
     profiled,
     shares,
 )
-from bindusbl_des.cli import main
-from bindusbl_des.geometry.coverage import covered_area, covering_radius
-from bindusbl_des.geometry.formation import formation
 
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "benchmarks"), str(ROOT / "benchmarks" / "peers")]  # programs
@@ -111,7 +108,7 @@ def test_the_largest_missions_are_measured_by_name(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr("bindusbl_des.benchmarks.bench.bench", note)
     for words in ([], ["--only", "kinematic"], ["--only", "(10000,200)"]):
-        CliRunner().invoke(main, ["-q", "bench", *words])
+        call("-q", "bench", *words)
     largest = "(10000,200) kinematic"
     assert [largest in names for names in measured] == [False, False, True]
 
@@ -122,7 +119,7 @@ WORDS = ["-q", "bench", "--quick", "--only", "(3,1) kinematic"]
 @pytest.fixture(scope="module")
 def printed() -> str:
     """What `bench --json` has measured and printed."""
-    return CliRunner().invoke(main, [*WORDS, "--json"], catch_exceptions=False).stdout
+    return call(*WORDS, "--json").stdout
 
 
 def test_bench_prints_every_number_as_json(printed: str) -> None:
@@ -145,7 +142,7 @@ def test_bench_prints_every_number_as_json(printed: str) -> None:
 def test_bench_prints_a_table(printed: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without --json the same numbers come as a table, with the shares below."""
     monkeypatch.setattr("bindusbl_des.benchmarks.bench.bench", lambda *_, **__: json.loads(printed))
-    outcome = CliRunner().invoke(main, WORDS)
+    outcome = call(*WORDS)
     assert outcome.exit_code == 0
     assert re.search(r"^\(3,1\) kinematic +[0-9.]+ ", outcome.stdout, re.MULTILINE)
     assert "share of time, %" in outcome.stdout
@@ -174,16 +171,16 @@ def test_who_made_a_mission_slower_is_named(
         ("new configuration", 1.0, False),
     ]
     monkeypatch.setattr("bindusbl_des.benchmarks.bench.bench", lambda *_, **__: now)
-    told = CliRunner().invoke(main, [*WORDS, "--against", str(tmp_path / "history.json")]).stdout
+    told = call(*WORDS, "--against", tmp_path / "history.json").stdout
     assert re.search(r"^\(3,1\) kinematic +mission +1\.25 .*SLOWER$", told, re.MULTILINE)
     (tmp_path / "one.json").write_text(printed)
-    told = CliRunner().invoke(main, [*WORDS, "--against", str(tmp_path / "one.json")]).stdout
+    told = call(*WORDS, "--against", tmp_path / "one.json").stdout
     assert re.search(r"^\(3,1\) kinematic +mission +1\.00 .*was [0-9.]+\)$", told, re.MULTILINE)
     (tmp_path / "one.json").write_text(json.dumps(times(1.0, processor="abacus")))
-    told = CliRunner().invoke(main, [*WORDS, "--against", str(tmp_path / "one.json")]).stdout
+    told = call(*WORDS, "--against", tmp_path / "one.json").stdout
     assert "no earlier record of such a machine" in told
     monkeypatch.setattr("bindusbl_des.benchmarks.bench.HISTORY", tmp_path / "none.json")
-    assert "no earlier record here" in CliRunner().invoke(main, WORDS).stdout
+    assert "no earlier record here" in call(*WORDS).stdout
 
 
 @pytest.mark.parametrize("content", ["", "[]", "{}x", '{"a": {"missions": {"m": {}}}}', '{"a": 1}'])
@@ -191,14 +188,14 @@ def test_what_is_no_record_is_refused(content: str, tmp_path: Path) -> None:
     """Nothing is measured before it is known with what to compare."""
     (tmp_path / "r.json").write_text(content)
     for name, said in (("r.json", "holds no measurement"), ("none.json", "cannot be read")):
-        outcome = CliRunner().invoke(main, ["bench", "--against", str(tmp_path / name)])
+        outcome = call("bench", "--against", tmp_path / name)
         assert (outcome.exit_code, outcome.stdout) == (2, "")
         assert said in outcome.stderr
 
 
 def test_an_unknown_mission_is_refused() -> None:
     """A name that fits no mission is told with those there are."""
-    outcome = CliRunner().invoke(main, ["bench", "--only", "(7,7)"])
+    outcome = call("bench", "--only", "(7,7)", catch_exceptions=True)
     assert outcome.exit_code == 2
     assert "(3,3) remus100" in outcome.stderr
 

@@ -1,26 +1,26 @@
 """A clock that is set while a campaign runs, back or by a day: it costs nothing but the rate."""
 
+import fcntl
 import os
 import time
 from pathlib import Path
 
 import pytest
-from campaigns_for_tests import OneThread, same
+from campaigns_for_tests import (
+    Killed,
+    Singly,
+    fly_with,
+    parts,
+    read_record,
+    same,
+    write_record,
+)
 from commands_for_tests import call
 
-from bindusbl_des.campaigns import running
-from bindusbl_des.campaigns.campaign import load_campaign, unfinished_campaign
-from bindusbl_des.campaigns.running import sweep
-from bindusbl_des.campaigns.storage.folder import locked
-from bindusbl_des.campaigns.storage.parts import part_names, part_path
-from bindusbl_des.campaigns.workers.batches import Batch, Row, run_batch
+from bindusbl_des import CampaignState, load_campaign, resume, sweep
 
 DAY_S = 86400.0
-SEEDS = 12
-
-
-class Killed(BaseException):
-    """The parent is gone."""
+SEEDS = 6
 
 
 @pytest.mark.parametrize(
@@ -39,51 +39,49 @@ def test_a_clock_that_jumps_loses_nothing(
     """
     monkeypatch.chdir(tmp_path)
     Path("base.yaml").write_text("name: tiny\nduration_s: 2\n")
-    began, jumps, left = time.time, [0], [3]
+    began, jumps = time.time, [0]
     monkeypatch.setattr(time, "time", lambda: began() + jumps[0] * jump_s)
     rates: list[float] = []
+    dated: set[Path] = set()
 
-    def flown(batch: Batch) -> list[Row]:
-        jumps[0] += 1
-        rows = run_batch(batch)
-        for path in Path("c").glob(f"*/part-{batch.part}.*"):
+    def jump(_: CampaignState) -> None:
+        new = {*Path("c").glob("*/part-*")} - dated
+        for path in new:
             os.utime(path, (time.time(), time.time()))
-        state = unfinished_campaign("c").state()
+        dated.update(new)
+        state = load_campaign("c").state()
         assert state.status == "running"
         rates.extend(it for it in (state.missions_per_s, state.seconds_left) if it is not None)
-        return rows
+        jumps[0] += 1
 
-    class Jumping(OneThread):
-        def submit(self, batch: Batch):  # type: ignore[no-untyped-def]
-            if not left[0]:
-                raise Killed
-            left[0] -= 1
-            self._running += 1
-            return self._executor.submit(flown, batch)
+    def killed(state: CampaignState) -> None:
+        jump(state)
+        if len(parts("c")) >= 3:
+            raise Killed
 
-    monkeypatch.setattr(running, "pool_for", Jumping)
+    fly_with(monkeypatch, Singly)
     with pytest.raises(Killed):
-        sweep("base.yaml", "c", seeds=SEEDS)
-    assert len(part_names(Path("c"))) == 3
-    left[0] = 99
+        sweep("base.yaml", "c", seeds=SEEDS, progress=killed)
+    assert 3 <= len(parts("c")) < SEEDS
     assert call("status", "c").exit_code == 0
-    resumed = call("resume", "c")
-    assert resumed.exit_code == 0, resumed.stderr
+    resume("c", progress=jump)
     same(sweep("base.yaml", "undisturbed", seeds=SEEDS), load_campaign("c"))
     assert all(it >= 0 for it in rates)
     assert len(rates) > 0 or jump_s < 0
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_rows_that_go_while_a_campaign_runs_make_no_rate_below_zero(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(running, "pool_for", OneThread)
     Path("base.yaml").write_text("name: tiny\nduration_s: 2\n")
-    campaign = sweep("base.yaml", "c", seeds=SEEDS)
+    sweep("base.yaml", "c", seeds=SEEDS)
     session = {"began_at": 0.0, "rows_before": SEEDS + 5}
-    campaign.record = {**campaign.record, "status": "running", "session": session}
-    with locked(Path("c")):
+    write_record("c", {**read_record("c"), "status": "running", "session": session})
+    with open("c/campaign.lock", "w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        campaign = load_campaign("c")
         assert campaign.state().seconds_left is None
-        part_path(Path("c"), "missions", "all-0001").unlink()
+        Path("c/missions/part-all-0001.parquet").unlink()
         assert campaign.state().seconds_left is None

@@ -12,13 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from campaigns_for_tests import OneThread, same
+from campaigns_for_tests import fly_with, parts, same
 
-from bindusbl_des.campaigns import running
-from bindusbl_des.campaigns.campaign import Campaign
-from bindusbl_des.campaigns.running import sweep
-from bindusbl_des.campaigns.storage.parts import committed
-from bindusbl_des.core.plugins import PERMISSION
+from bindusbl_des import Campaign, sweep
 
 SLOW = """
 import os, time
@@ -64,7 +60,7 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         "scenario: base.yaml\nvary: {asvs.count: [2, 3]}\nseeds: 20\n"
     )
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(PERMISSION, "1")
+        patch.setenv("BINDUSBL_ALLOW_PLUGINS", "1")
         patch.syspath_prepend(str(folder))
         yield folder
 
@@ -93,7 +89,7 @@ def cluster(home: Path) -> Iterator[Cluster]:
 def undisturbed(home: Path) -> Campaign:
     """The campaign run in one process."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(running, "pool_for", OneThread)
+        fly_with(patch)
         return sweep(home / "experiment.yaml", home / "undisturbed")
 
 
@@ -119,9 +115,9 @@ def test_a_worker_of_a_cluster_that_is_killed_costs_nothing(
 
     def kill() -> None:
         until = time.monotonic() + 120
-        while len(committed(folder)) < 2 and time.monotonic() < until:
+        while len(parts(folder)) < 2 and time.monotonic() < until:
             time.sleep(0.02)
-        killed.append(len(committed(folder)))
+        killed.append(len(parts(folder)))
         cluster.workers[0].send_signal(signal.SIGKILL)
 
     killer = threading.Thread(target=kill)

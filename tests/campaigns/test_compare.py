@@ -2,22 +2,18 @@
 
 import json
 import re
+from collections.abc import Callable
 from math import nan
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
-from campaigns_for_tests import OneThread
+from campaigns_for_tests import auv, fly_with, hand_made
 from commands_for_tests import call
 
-from bindusbl_des import compare, load_campaign
-from bindusbl_des.campaigns import running
-from bindusbl_des.campaigns.statistics.comparison_table import comparison_table, sentence
-from bindusbl_des.campaigns.statistics.differences import Difference, Pair, Side, difference
-from bindusbl_des.campaigns.statistics.outcomes import MissionOutcomes
+from bindusbl_des import compare, load_campaign, sweep
 
 SCENARIO = "name: short\nduration_s: 15\nsurvey: {side_m: 140}\n"
 ANGLE = "asvs.formation.angle_deg"
@@ -27,43 +23,52 @@ ANGLE = "asvs.formation.angle_deg"
 def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each test runs in a folder with a scenario alone; missions run in this process."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(running, "pool_for", OneThread)
+    fly_with(monkeypatch)
     Path("short.yaml").write_text(SCENARIO)
 
 
-def paired(metric: str, one: list[float], other: list[float]) -> Difference:
-    """Return the difference between two points, seeds 0, 1, ... at the first, 1, 2, ... there."""
-    campaign: Any = SimpleNamespace(folder=Path("c"))
-    pair = Pair(Side(campaign, 0, "1", "A"), Side(campaign, 1, "2", "B"), {}, "key")
-    count = len(one) + len(other)
-    point = np.repeat([0, 1], [len(one), len(other)])
-    seed = np.concatenate([np.arange(len(one)), 1 + np.arange(len(other))])
-    values = np.array([*one, *other], float)
-    ok = ~(values == -1)
-    metrics = {metric: values}
-    outcomes = MissionOutcomes(np.arange(count), point, seed, ok, metrics)
-    return difference(pair, metric, {Path("c"): outcomes}, {})
+@pytest.fixture
+def paired(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
+    """Return what compares two campaigns of one AUV, by a metric of theirs: its values at the
+    seeds 0, 1, ... of one, and 1, 2, ... of the other; -1 stands for a failed mission.
+    """
+
+    def compared(metric: str, one: list[float], other: list[float]) -> Any:
+        for first, name, values in ((0, "A", one), (1, "B", other)):
+
+            def fleet(_: object, seed: int, values: Any = values, first: int = first) -> Any:
+                if (value := values[seed - first]) == -1:
+                    raise RuntimeError("no water")
+                return [auv(1.0) | {metric.removeprefix("worst_"): value}]
+
+            hand_made(monkeypatch, fleet)
+            sweep("short.yaml", name, seeds=range(first, first + len(values)))
+        (row,) = compare("A", "B", metrics=[metric]).itertuples()
+        return row
+
+    Path("short.yaml").write_text(f"{SCENARIO}auvs: {{count: 1}}\n")
+    return compared
 
 
-def test_differences_are_paired_by_seed() -> None:
+def test_differences_are_paired_by_seed(paired: Callable[..., Any]) -> None:
     """Seeds of one point alone, failed missions and missions without a value are left out."""
     found = paired("position_error_m", [9, 1, 2, 3, nan, 5], [2, 4, 6, 1, -1, 7])
     # Pairs: seeds 1, 2, 3 with differences 1, 2, 3; t(2) = 4.303.
-    assert found.found.count == 3
-    assert (found.baseline.mean, found.other.mean, found.found.mean) == (2.0, 4.0, 2.0)
-    assert (found.missions, found.baseline.whole) == (4, 3)
-    assert found.found.half_width == pytest.approx(4.303 / 3**0.5)
+    assert found.pairs == 3
+    assert (found.baseline_mean, found.other_mean, found.difference) == (2.0, 4.0, 2.0)
+    assert (found.missions, found.baseline_whole) == (4, 3)
+    assert (found.high - found.low) / 2 == pytest.approx(4.303 / 3**0.5)
     assert found.relative == 1.0
     assert found.verdict == "no difference shown"
 
 
-def test_intervals_are_those_of_scipy() -> None:
+def test_intervals_are_those_of_scipy(paired: Callable[..., Any]) -> None:
     """Student's t of the paired differences, by another hand."""
     stats = pytest.importorskip("scipy.stats")
-    draws = np.random.default_rng(1).normal(size=(2, 31))
+    draws = 9.0 + np.random.default_rng(1).normal(size=(2, 31))
     found = paired("position_error_m", draws[0].tolist(), draws[1].tolist())
     theirs = stats.ttest_rel(draws[1][:30], draws[0][1:]).confidence_interval(0.95)
-    assert (found.found.low, found.found.high) == pytest.approx((theirs.low, theirs.high), abs=2e-4)
+    assert (found.low, found.high) == pytest.approx((theirs.low, theirs.high), abs=2e-4)
 
 
 @pytest.mark.parametrize(
@@ -82,10 +87,10 @@ def test_intervals_are_those_of_scipy() -> None:
             "B is better than A: fix_rate_hz +0.500 Hz [+0.500, +0.500] over 2 paired seeds.",
         ),
         (
-            "rounds",
+            "pings",
             [0, 9, 9],
             [8, 8],
-            "B has lower rounds than A: -1.00 [-1.00, -1.00] over 2 paired seeds.",
+            "B has lower pings than A: -1.00 [-1.00, -1.00] over 2 paired seeds.",
         ),
         (
             "latency_mean_s",
@@ -101,23 +106,22 @@ def test_intervals_are_those_of_scipy() -> None:
             "B is better than A: the worst AUV's fix_age_p95_s -2.00 s [-2.00, -2.00] over 2 "
             "paired seeds.",
         ),
-        ("rounds", [0, 9, 7], [9, 7], "B and A are equal in rounds, in all 2 paired seeds."),
+        ("pings", [0, 9, 7], [9, 7], "B and A are equal in pings, in all 2 paired seeds."),
         (
-            "rounds",
+            "pings",
             [0, 9],
             [8],
-            "rounds: -1.00 in one paired seed, which shows nothing; run more seeds.",
+            "pings: -1.00 in one paired seed, which shows nothing; run more seeds.",
         ),
-        ("rounds", [9], [8], "No seed has rounds at both."),
+        ("nis", [9, nan], [8], "No value of nis in any of 1 seed that both have."),
     ],
 )
 def test_findings_are_said_in_words(
-    metric: str, one: list[float], other: list[float], said: str
+    metric: str, one: list[float], other: list[float], said: str, paired: Callable[..., Any]
 ) -> None:
     """Better or worse where one knows; never more sure than the interval is."""
-    found = paired(metric, one, other)
-    assert sentence(found) == said
-    assert said in " ".join(comparison_table([found]).split())
+    assert paired(metric, one, other).said == said
+    assert said in " ".join(call("compare", "A", "B", "--metric", metric).stdout.split())
 
 
 def test_two_commands_answer_a_question() -> None:
@@ -365,7 +369,7 @@ def test_options_are_laid_over_an_experiment() -> None:
     assert list(missions["auvs.count"]) == [1, 1, 2, 2] * 2
     assert list(missions["seed"]) == [0, 1] * 4
     assert Path("over/pings").is_dir()
-    python = running.sweep("e.yaml", "python", vary={"auvs.count": [1, 2]}, seeds=2)
+    python = sweep("e.yaml", "python", vary={"auvs.count": [1, 2]}, seeds=2)
     told = compare(python, by="asvs.count")  # as object or by its folder
     assert told.equals(compare("python", by="asvs.count"))
     assert python.plan.experiment.points == load_campaign("over").plan.experiment.points

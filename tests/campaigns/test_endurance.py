@@ -8,14 +8,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from campaigns_for_tests import same
+from campaigns_for_tests import read_record, same
 from commands_for_tests import call
 
-from bindusbl_des.campaigns.campaign import load_campaign
-from bindusbl_des.campaigns.running import sweep
-from bindusbl_des.campaigns.storage.folder import read_record
-from bindusbl_des.campaigns.storage.part_rows import done
-from bindusbl_des.core.plugins import PERMISSION
+from bindusbl_des import load_campaign, sweep
 
 # A schedule that never works for seed 450, and meets each other accident once where asked to.
 ACCIDENTS = """
@@ -78,7 +74,7 @@ def test_every_accident_in_one_campaign(tmp_path: Path, monkeypatch: pytest.Monk
     (tmp_path / "perils.py").write_text(ACCIDENTS)
     scenario, folder = tmp_path / "short.yaml", tmp_path / "disturbed"
     scenario.write_text("name: short\nduration_s: 3\nprotocol: {schedule: 'perils:schedule'}\n")
-    monkeypatch.setenv(PERMISSION, "1")
+    monkeypatch.setenv("BINDUSBL_ALLOW_PLUGINS", "1")
     monkeypatch.syspath_prepend(str(tmp_path))
     undisturbed = sweep(scenario, tmp_path / "undisturbed", seeds=500, workers=2)
 
@@ -87,12 +83,12 @@ def test_every_accident_in_one_campaign(tmp_path: Path, monkeypatch: pytest.Monk
     assert (tmp_path / "worker").exists()
     code, _, message = (tmp_path / "second").read_text().partition(" ")
     assert (code, "is running this campaign" in message) == ("2", True)
-    rows = len(done(folder))
+    rows = len(load_campaign(folder).done())
     assert 100 < rows < 500
     for largest_file in (1_000, 12_000):  # no room for the record; for the record, but no table
         ended, talk = command(tmp_path, "resume", folder, largest_file=largest_file)
         assert (ended, "results cannot be written" in talk) == (1, True), talk
-    assert rows <= len(done(folder)) < 500
+    assert rows <= len(load_campaign(folder).done()) < 500
 
     again = call("resume", folder, "--workers", 2, "--json")
     assert again.exit_code == 3, again.stderr

@@ -1,27 +1,15 @@
 """Seeds run until a point is known well enough: the same ones, whoever runs them."""
 
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import pytest
-from campaigns_for_tests import OneThread
+from campaigns_for_tests import WORKERS, auv, fly_with, hand_made
 from commands_for_tests import call
+from scipy import stats
 
-from bindusbl_des import load_campaign
-from bindusbl_des.campaigns import running
-from bindusbl_des.campaigns.campaign import unfinished_campaign
-from bindusbl_des.campaigns.experiments.experiment import Target, checkpoints
-from bindusbl_des.campaigns.running import resume, sweep
-from bindusbl_des.campaigns.statistics.intervals import interval
-from bindusbl_des.campaigns.statistics.outcomes import MissionOutcomes
-from bindusbl_des.campaigns.statistics.points_table import seeds_wanted, wide_points
-from bindusbl_des.campaigns.storage.folder import CampaignError
-from bindusbl_des.campaigns.storage.part_rows import done
-from bindusbl_des.campaigns.storage.parts import part_path
-from bindusbl_des.campaigns.workers.pools import pool_for
+from bindusbl_des import Scenario, load_campaign, resume, sweep
 
 METRIC = "position_error_m"
 VARY = {"asvs.formation.angle_deg": [0, 60]}
@@ -31,38 +19,31 @@ VARY = {"asvs.formation.angle_deg": [0, 60]}
 def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each test runs in a folder with a scenario alone; missions run in this process."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(running, "pool_for", OneThread)
+    fly_with(monkeypatch)
     Path("short.yaml").write_text("name: short\nduration_s: 10\nsurvey: {side_m: 140}\n")
 
 
-def found(*points: list[float], seeds: int = 20) -> MissionOutcomes:
-    """Return the outcomes of the first seeds of each point; -1 stands for a failed mission."""
-    values = np.array([value for point in points for value in point])
-    point = np.repeat(np.arange(len(points)), [len(it) for it in points])
-    seed = np.concatenate([np.arange(len(it)) for it in points])
-    return MissionOutcomes(point * seeds + seed, point, seed, values != -1, {METRIC: values})
+def test_points_stop_at_fixed_numbers_of_seeds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A point wants seeds up to the next checkpoint (8, 12, 16, ...) until it is narrow there, or
+    all are used; one whose missions all fail wants no more.
+    """
 
+    def fleet(asked: Scenario, seed: int) -> list[dict[str, float | None]]:
+        if asked.asvs.count == 3:
+            raise RuntimeError("no water")
+        return [auv([1.0, 1.1][seed % 2] if asked.asvs.count == 1 else [1.0, 9.0][seed % 2])]
 
-def plan(*targets: Target, points: int = 1, seeds: int = 20) -> Any:
-    """Return what the rule needs to know of a plan."""
-    experiment = SimpleNamespace(seeds=range(seeds), until_ci=targets)
-    return SimpleNamespace(points=[None] * points, experiment=experiment)
-
-
-def test_points_stop_at_fixed_numbers_of_seeds() -> None:
-    """A point wants seeds up to the next checkpoint until it is narrow there, or all are used."""
-    assert list(checkpoints(20)) == [8, 12, 16, 20]
-    assert list(checkpoints(5)) == [5]
-    even, wild = [1.0, 1.1] * 4, [1.0, 9.0] * 4
-    # Half width of `even`: t(7) 2.365 x 0.0535 / sqrt(8) = 0.0447, 4.3 % of 1.05.
-    rule = plan(Target(METRIC, "5%"), points=5)
-    points = (even, wild, even[:7], [*wild, *wild, *[5.0] * 4], [-1.0] * 8)
-    assert seeds_wanted(rule, found(*points)) == [8, 12, 8, 20, 8]
-    assert wide_points(rule, found(*points)) == [1, 3, 4]
-    assert seeds_wanted(plan(Target(METRIC, 0.045)), found(even)) == [8]
-    assert seeds_wanted(plan(Target(METRIC, 0.044)), found(even)) == [12]
-    # Rows beyond a checkpoint that another worker has written already change no decision.
-    assert seeds_wanted(rule, found([*even, 50.0, 60.0], *points[1:])) == [8, 12, 8, 20, 8]
+    # Half width of the first: t(7) 2.365 x 0.0535 / sqrt(8) = 0.0447, 4.3 % of 1.05.
+    hand_made(monkeypatch, fleet)
+    for width, seeds, wanted in (
+        ("5%", 20, [8, 20, 8]), (0.045, 20, [8, 20, 8]), (0.044, 20, [12, 20, 8]),
+        ("5%", 5, [5, 5, 5]),
+    ):  # fmt: skip
+        asked = {"vary": {"asvs.count": [1, 2, 3]}, "until_ci": {METRIC: width}}
+        campaign = sweep("short.yaml", seeds=seeds, **asked)
+        assert campaign.missions.groupby("point").size().tolist() == wanted
+        told = "reached at 1 of 3 points" if seeds == 20 else "reached at 0 of 3 points"
+        assert told in campaign.summary()
 
 
 def test_seeds_are_run_until_the_interval_is_narrow() -> None:
@@ -73,8 +54,8 @@ def test_seeds_are_run_until_the_interval_is_narrow() -> None:
     assert counts[0] == [8, 8]
     assert 16 < sum(counts[1]) < 2 * 64
     for _, rows in fine.missions.groupby("point"):
-        known = interval(rows[METRIC].tolist())
-        assert known.half_width <= 0.07 * known.mean
+        half = stats.t.ppf(0.975, len(rows) - 1) * rows[METRIC].std() / len(rows) ** 0.5
+        assert half <= 0.0701 * rows[METRIC].mean()
         assert rows["seed"].tolist() == list(range(len(rows)))
     assert fine.state().status == "complete"
     assert fine.state().missions == sum(counts[1])
@@ -101,7 +82,7 @@ def test_shards_run_the_same_missions() -> None:
 @pytest.mark.slow
 def test_two_workers_run_the_same_missions(monkeypatch: pytest.MonkeyPatch) -> None:
     sweep("short.yaml", "whole", **ASKED)
-    monkeypatch.setattr(running, "pool_for", pool_for)
+    fly_with(monkeypatch, WORKERS)
     sweep("short.yaml", "two", workers=2, **ASKED)
     pd.testing.assert_frame_equal(table("two"), table("whole"))
 
@@ -110,10 +91,9 @@ def test_a_campaign_that_lost_rows_runs_them_again() -> None:
     """What is wanted follows from the rows that are there."""
     sweep("short.yaml", "lost", **ASKED)
     whole = table("lost")
-    part_path(Path("lost"), "missions", "all-0001").unlink()
-    assert len(done(Path("lost"))) == 0
-    assert unfinished_campaign("lost").state().missing == 16
-    with pytest.raises(CampaignError, match=r"lost the rows of 16 of 16 missions; .*resume lost"):
+    Path("lost/missions/part-all-0001.parquet").unlink()
+    assert "lost the rows of 16 of 16 missions" in call("status", "lost").stderr
+    with pytest.raises(ValueError, match=r"lost the rows of 16 of 16 missions; .*resume lost"):
         load_campaign("lost")
     resume("lost")
     pd.testing.assert_frame_equal(table("lost"), whole)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from worlds import scenario
 
+from bindusbl_des import Setup
 from bindusbl_des.charts.recordings import read_recording
-from bindusbl_des.charts.shapes import BadChart
-from bindusbl_des.vehicles.tracks import read_track
 
 GPX = """<?xml version="1.0"?>
 <gpx version="1.1" creator="test" xmlns="http://www.topografix.com/GPX/1/1">
@@ -67,9 +67,11 @@ def test_several_tracks_in_a_file_are_told_apart(tmp_path: Path) -> None:
     )
     path = written(tmp_path, text, "tracks.csv")
     assert read_recording(path, "AUV1").places[:, 0].tolist() == [1.0, 1.0, 1.0]
-    with pytest.raises(BadChart, match=r"holds 'AUV0', 'AUV1'; name one for each AUV in auvs.rou"):
+    with pytest.raises(
+        ValueError, match=r"holds 'AUV0', 'AUV1'; name one for each AUV in auvs.rou"
+    ):
         read_recording(path)
-    with pytest.raises(BadChart, match=r"no track 'AUV7'; holds 'AUV0'"):
+    with pytest.raises(ValueError, match=r"no track 'AUV7'; holds 'AUV0'"):
         read_recording(path, "AUV7")
 
 
@@ -175,7 +177,7 @@ def test_what_is_no_track_is_told_with_its_line_and_a_remedy(
     tmp_path: Path, text: str, name: str, said: str
 ) -> None:
     path = written(tmp_path, text, name)
-    with pytest.raises(BadChart, match=said) as told:
+    with pytest.raises(ValueError, match=said) as told:
         read_recording(path)
     assert str(told.value).startswith(str(path))
 
@@ -213,17 +215,29 @@ def test_what_is_no_track_is_told_with_its_line_and_a_remedy(
 def test_messages_that_are_no_positions_are_told(
     tmp_path: Path, content: Any, schema: str, said: str
 ) -> None:
-    with pytest.raises(BadChart, match=said):
+    with pytest.raises(ValueError, match=said):
         read_recording(mcap(tmp_path / "a.mcap", [("/a", schema, content)]))
+
+
+def flown(path: Path, track: str, depth_m: float = 10.0) -> Any:
+    """Return the places of an AUV that is to go along a track of a file."""
+    route = {"kind": "track", "files": [str(path)], "tracks": [track]}
+    asked = scenario(
+        auvs={"count": 1, "route": route}, survey={"depth_m": depth_m},
+        environment={"origin": {"lat_deg": 54.33, "lon_deg": 10.18}},
+    )  # fmt: skip
+    tracks = Setup(asked).auv_tracks
+    assert tracks is not None
+    return tracks[0][1]
 
 
 def test_heights_above_the_ellipsoid_are_depths_below_the_plane_of_the_survey(
     tmp_path: Path,
 ) -> None:
     """10 km from its centre that plane is 7.84 m above the ellipsoid (pymap3d 3.2.0)."""
-    origin, there = (54.33, 10.18), (54.4198375206246, 10.18, 7.839823805987634)
+    there = (54.4198375206246, 10.18, 7.839823805987634)
     messages = [("/a", LOCATION, fix(*there)), ("/a", LOCATION, fix(there[0], 10.18, None))]
-    _, places = read_track(mcap(tmp_path / "a.mcap", messages), origin=origin, depth_m=12.0)
+    places = flown(mcap(tmp_path / "a.mcap", messages), "/a", 12.0)
     assert places[0] == pytest.approx([10_000.0, 0.0, 0.0], abs=1e-6)
     assert places[1, 2] == 12.0
 
@@ -239,14 +253,16 @@ def test_a_height_far_above_the_sea_is_refused_of_the_track_that_is_asked_for(
         ("/auv/tracks", "row", row),
         ("/auv/tracks", "row", {**row, "time_s": 1}),
     ]
-    path, origin = mcap(tmp_path / "a.mcap", messages), (54.33, 10.18)
-    with pytest.raises(BadChart, match=r"message 2 on /ship/location: is 41 m above the sea; .*R"):
-        read_track(path, which="/ship/location", origin=origin)
-    assert read_track(path, which="/auv/tracks", origin=origin)[1][:, 2].tolist() == [3.0, 3.0]
+    path = mcap(tmp_path / "a.mcap", messages)
+    with pytest.raises(
+        ValueError, match=r"message 2 on /ship/location: is 41 m above the sea; .*R"
+    ):
+        flown(path, "/ship/location")
+    assert flown(path, "/auv/tracks")[:, 2].tolist() == [3.0, 3.0]
 
 
 def test_a_file_that_is_none_is_told(tmp_path: Path) -> None:
-    with pytest.raises(BadChart, match=r"gone.csv: cannot be read as a CSV file: No such file"):
+    with pytest.raises(ValueError, match=r"gone.csv: cannot be read as a CSV file: No such file"):
         read_recording(tmp_path / "gone.csv")
 
 
@@ -263,7 +279,7 @@ def test_whatever_stands_in_a_track_file_nothing_but_a_bad_chart_is_raised(
     path.write_text("time_s,x_m,y_m,depth_m\n0,0,0,0\n" + "".join(words))
     try:
         found = read_recording(path)
-    except BadChart as error:
+    except ValueError as error:
         said = str(error)
     else:
         said = str(path)

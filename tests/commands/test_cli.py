@@ -12,11 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from click.testing import CliRunner
 from commands_for_tests import call
 from worlds import parse_scenario
 
-from bindusbl_des import load_result, load_scenario, simulate
+from bindusbl_des import Scenario, load_result, load_scenario, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.commands import doctor as doctor_module
 from bindusbl_des.commands.console import ended_in_order
@@ -26,7 +25,6 @@ from bindusbl_des.core.plain_yaml import read_yaml
 from bindusbl_des.mission import simulation
 from bindusbl_des.scenario.key_types import Part
 from bindusbl_des.scenario.keys import items, json_schema, keys, settings
-from bindusbl_des.scenario.scenario import Scenario
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 COMMANDS = (
@@ -691,8 +689,8 @@ def test_leave_for_plug_ins_holds_for_validate_as_well(
     """By the variable as by the option: what cannot be loaded is a mistake."""
     file = tmp_path / "own.yaml"
     file.write_text("name: own\nprotocol: {schedule: 'nowhere_at_all:part'}\n")
-    asked = CliRunner().invoke(main, ["validate", str(file), "--allow-plugins"])
+    asked = call("validate", file, "--allow-plugins")
     monkeypatch.setenv("BINDUSBL_ALLOW_PLUGINS", "1")
-    given = CliRunner().invoke(main, ["validate", str(file)])
+    given = call("validate", file)
     assert (asked.exit_code, given.exit_code) == (2, 2)
     assert given.output == asked.output

@@ -5,9 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from commands_for_tests import call
-
-from bindusbl_des.cli import main
+from commands_for_tests import COMMANDS, call
 
 TINY = "name: tiny\nduration_s: 5\nrecord: {detail: summary}\n"
 
@@ -24,10 +22,10 @@ def _in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def options_of(name: str) -> dict[str, Any]:
-    return {word: it for it in main.commands[name].params for word in it.opts}
+    return {word: it for it in COMMANDS[name].params for word in it.opts}
 
 
-@pytest.mark.parametrize("name", main.commands)
+@pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_has_what_it_can_have(name: str) -> None:
     """-q is everywhere, --json where data are printed, --set where a scenario is read."""
     options = options_of(name)

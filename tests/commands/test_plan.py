@@ -8,11 +8,10 @@ import time
 from pathlib import Path
 
 import pytest
-from campaigns_for_tests import OneThread, auv, hand_made
+from campaigns_for_tests import auv, hand_made
 from commands_for_tests import call
 
 from bindusbl_des import Scenario
-from bindusbl_des.planning import flying
 
 BAY = "name: bay\nduration_s: 60\nsurvey: {side_m: 100}\nauvs: {count: 1}\n"
 FEW = ("--vary", "asvs.count=1:3", "--vary", "protocol.downlink=sequential",
@@ -31,8 +30,6 @@ def _in_this_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each test runs in a folder with a scenario; missions come to what `fleet` says."""
     monkeypatch.chdir(tmp_path)
     hand_made(monkeypatch, fleet)
-    monkeypatch.setattr(flying, "pool_for", OneThread)
-    monkeypatch.setattr(flying, "compile_kernels", lambda *_: None)
     Path("bay.yaml").write_text(BAY)
 
 

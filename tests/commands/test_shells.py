@@ -7,10 +7,9 @@ from pathlib import Path
 
 import click
 import pytest
-from commands_for_tests import call
+from commands_for_tests import COMMANDS, call
 
 from bindusbl_des import load_result
-from bindusbl_des.cli import main
 from bindusbl_des.planning.question import Asking, read_plan
 from bindusbl_des.planning.selection.goals import goals_in
 
@@ -70,13 +69,13 @@ def test_a_link_that_leads_nowhere_is_named(words: tuple[str, ...], place: str) 
     assert os.listdir() == ["link"]
 
 
-OUT = sorted(name for name, it in main.commands.items() if any(p.name == "out" for p in it.params))
+OUT = sorted(name for name, it in COMMANDS.items() if any(p.name == "out" for p in it.params))
 
 
 @pytest.mark.parametrize("name", OUT)
 def test_an_empty_name_is_not_taken_for_none(name: str) -> None:
     """`--out "$WHERE"`, where WHERE was never set, must not write into a place by default."""
-    taken = [it for it in main.commands[name].params if isinstance(it, click.Argument)]
+    taken = [it for it in COMMANDS[name].params if isinstance(it, click.Argument)]
     done = call(name, *("quickstart" for it in taken if it.required), "--out", "")
     assert done.exit_code == 2
     assert "'--out': is empty" in done.stderr

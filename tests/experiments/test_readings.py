@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from campaigns_for_tests import OneThread
-from click.testing import CliRunner, Result
+from click.testing import Result
+from commands_for_tests import call
 
 from bindusbl_des.campaigns.experiments.experiment import Experiment, ExperimentPlan
-from bindusbl_des.cli import main
 from bindusbl_des.experiments.reproduction import campaigns, counting, readings_page
 from bindusbl_des.experiments.reproduction.campaigns import ANGLE
 from bindusbl_des.experiments.reproduction.counting import Tally, asked, gap, is_put_in, sign_test
@@ -262,7 +262,7 @@ def run(*options: str) -> Result:
         patch.setattr(campaigns, "load", tiny)
         patch.setattr(counting, "SHUFFLES", 20)
         patch.setattr("bindusbl_des.campaigns.running.pool_for", OneThread)
-        return CliRunner().invoke(main, ["-q", "reproduce", "--quick", *options])
+        return call("-q", "reproduce", "--quick", *options)
 
 
 @pytest.fixture(scope="module")
@@ -326,7 +326,7 @@ def test_one_reading_is_run_by_name(tmp_path: Path) -> None:
 def test_an_unknown_reading_ends_with_2(tmp_path: Path) -> None:
     """The nearest word and the whole list are told; nothing is written."""
     out = tmp_path / "out"
-    result = CliRunner().invoke(main, ["reproduce", "--reading", "likly", "--out", str(out)])
+    result = call("reproduce", "--reading", "likly", "--out", out)
     assert result.exit_code == 2
     assert "did you mean 'likely'?" in result.output
     assert "published_speeds" in result.output
@@ -335,7 +335,7 @@ def test_an_unknown_reading_ends_with_2(tmp_path: Path) -> None:
 
 def test_one_reading_and_all_of_them_are_two_commands() -> None:
     """Both at once have no meaning."""
-    result = CliRunner().invoke(main, ["reproduce", "--readings", "--reading", "likely"])
+    result = call("reproduce", "--readings", "--reading", "likely")
     assert result.exit_code == 2
     assert "give one of them" in result.output
 

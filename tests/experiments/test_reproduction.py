@@ -9,13 +9,12 @@ from pathlib import Path
 
 import pytest
 from campaigns_for_tests import OneThread
-from click.testing import CliRunner
+from commands_for_tests import call
 
 from bindusbl_des import Setup
 from bindusbl_des.campaigns.experiments.experiment import Experiment, ExperimentPlan, Point
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.storage.folder import read_record, write_record
-from bindusbl_des.cli import main
 from bindusbl_des.experiments.reproduction import campaigns, document, measuring, sentences
 from bindusbl_des.experiments.reproduction.document import CAPTIONS
 from bindusbl_des.experiments.reproduction.drawings import DRAWINGS
@@ -213,9 +212,7 @@ def tiny_plans() -> Iterator[None]:
 def small(tiny_plans: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A whole, tiny reproduction made by the command; its answer is in answer.json."""
     folder = tmp_path_factory.mktemp("reproduction") / "out"
-    result = CliRunner().invoke(
-        main, ["-q", "reproduce", "--quick", "--json", "--out", str(folder)]
-    )
+    result = call("-q", "reproduce", "--quick", "--json", "--out", folder)
     assert result.exit_code == 0, result.output
     (folder / "answer.json").write_text(result.stdout)
     return folder
@@ -272,7 +269,7 @@ def test_a_second_call_runs_nothing_again(small: Path, monkeypatch: pytest.Monke
     """
     monkeypatch.setattr(campaigns, "sweep", None)
     monkeypatch.setattr(campaigns, "resume", None)
-    result = CliRunner().invoke(main, ["-q", "reproduce", "--quick", "--out", str(small)])
+    result = call("-q", "reproduce", "--quick", "--out", small)
     assert result.exit_code == 0, result.output
     lines = result.stdout.splitlines()
     assert max(map(len, lines[:-1])) <= 80
@@ -298,7 +295,7 @@ def test_a_folder_of_other_missions_is_refused(small: Path) -> None:
     """With and without --quick other missions are planned; neither may continue the other."""
     text = (small / "sweep" / "campaign.json").read_text()
     write_record(small / "sweep", {**read_record(small / "sweep"), "plan_sha256": "0" * 64})
-    result = CliRunner().invoke(main, ["reproduce", "--quick", "--out", str(small)])
+    result = call("reproduce", "--quick", "--out", small)
     (small / "sweep" / "campaign.json").write_text(text)
     assert result.exit_code == 2
     assert "holds other missions" in result.output
@@ -309,7 +306,7 @@ def test_a_folder_of_other_missions_is_refused(small: Path) -> None:
 def test_a_folder_of_other_things_is_left_alone(words: tuple[str, ...], tmp_path: Path) -> None:
     """Nothing is added to what is no reproduction."""
     (tmp_path / "notes.txt").write_text("mine")
-    result = CliRunner().invoke(main, ["reproduce", *words, "--out", str(tmp_path)])
+    result = call("reproduce", *words, "--out", tmp_path)
     assert result.exit_code == 2
     assert "is not empty and no reproduction; name another folder" in result.stderr
     assert [it.name for it in tmp_path.iterdir()] == ["notes.txt"]
@@ -322,7 +319,7 @@ def test_a_failed_mission_ends_with_3(small: Path, monkeypatch: pytest.MonkeyPat
         raise campaigns.SomeFailed("sweep: 1 missions failed; see sweep/failures")
 
     monkeypatch.setattr("bindusbl_des.experiments.reproduction.reproduce.run_all", failed)
-    result = CliRunner().invoke(main, ["reproduce", "--quick", "--out", str(small)])
+    result = call("reproduce", "--quick", "--out", small)
     assert result.exit_code == 3
     assert "see sweep/failures" in result.output
 
@@ -336,7 +333,7 @@ def test_an_interrupted_reproduction_ends_with_130(
         raise KeyboardInterrupt
 
     monkeypatch.setattr("bindusbl_des.experiments.reproduction.reproduce.run_all", interrupted)
-    assert CliRunner().invoke(main, ["reproduce", "--quick", "--out", str(small)]).exit_code == 130
+    assert call("reproduce", "--quick", "--out", small).exit_code == 130
 
 
 def test_the_page_in_the_manual_lists_every_number() -> None:

@@ -3,11 +3,11 @@
 import math
 
 import pytest
+from explain_for_tests import chain_of_fix, chain_of_ping
 from test_explain import PLANE_WAVE, step
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
 
 from bindusbl_des import Result, simulate
-from bindusbl_des.explain import chain_of_fix, chain_of_ping
 
 WORLD = {
     "duration_s": 3.0,

@@ -1,18 +1,16 @@
 """Where vessels that move were going, and what is said where they keep no stations."""
 
+import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from commands_for_tests import call
+from explain_for_tests import chain_of_ping
 
 from bindusbl_des import Result, Scenario, Setup, simulate
 from bindusbl_des.acoustics.channel import between
-from bindusbl_des.cli import main
-from bindusbl_des.explain import chain_of_ping
-from bindusbl_des.explain.hearing import on_its_way
-from bindusbl_des.export.chart_files import drawn
-from bindusbl_des.figures.coverage import without_stations
 
 
 @pytest.fixture(scope="module")
@@ -25,39 +23,35 @@ def repeated(tmp_path_factory: pytest.TempPathFactory) -> Result:
     return simulate(Scenario(name="m", duration_s=60.0, asvs=asvs, environment=place), 1)
 
 
-@pytest.mark.parametrize(
-    ("time", "told"),
-    [
-        (0.0, "; ASV0 was on its way to x -460, y 0 m at 2 m/s"),
-        (19.9, "; ASV0 was on its way to x -460, y 0 m at 2 m/s"),
-        (20.1, "; ASV0 was on its way to x -460, y 20 m at 2 m/s"),
-        (31.0, ""),
-        (59.9, ""),
-    ],
-)
-def test_the_track_tells_where_a_vessel_was_going(repeated: Result, time: float, told: str) -> None:
-    assert on_its_way(repeated, "ASV0", time) == told
-
-
 def test_a_ping_that_nobody_hears_tells_who_was_on_its_way(repeated: Result) -> None:
-    met = repeated.tables["receptions"]
-    ping = int(met[(met.arrived_at_s > 5.0) & (met.outcome == "out_of_range")].ping.iloc[0])
-    told = "\n".join(step.why for step in chain_of_ping(repeated, ping).steps)
-    assert "ASV0 was on its way to x -460, y 0 m" in told
+    """As the way was when the ping came by: east from 20 s on, and at rest from 30 s on."""
+    met = repeated.tables["receptions"].query("outcome == 'out_of_range'")
+    told = set()
+    for ping, time in zip(met.ping, met.arrived_at_s, strict=True):
+        why = "\n".join(step.why for step in chain_of_ping(repeated, int(ping)).steps)
+        bound = re.findall(r"; ASV0 was on its way to x -460, y (\d+) m at 2 m/s", why)
+        assert bound == ([] if time > 30.0 else ["0" if time < 20.0 else "20"])
+        told.update(bound)
+    assert told == {"0", "20"}
     still = simulate(Scenario(name="m", duration_s=10.0, asvs={"count": 2}), 1)
-    assert on_its_way(still, "ASV0", 3.0) == ""
+    assert "on its way" not in chain_of_ping(still, 0).text()
 
 
-def test_charts_show_the_way_of_a_vessel(repeated: Result) -> None:
-    kinds = [(shape.kind, shape.name) for shape in drawn(repeated) if "ASV" in shape.name]
-    assert kinds == [("Point", "ASV0"), ("LineString", "ASV0 (way)")]
+def test_charts_show_the_way_of_a_vessel(repeated: Result, tmp_path: Path) -> None:
+    folder, chart = repeated.write(tmp_path / "run"), tmp_path / "chart.geojson"
+    assert call("export", folder, "--to", "geojson", "--out", chart).exit_code == 0
+    shapes = json.loads(chart.read_text())["features"]
+    kinds = [(it["geometry"]["type"], it["properties"]["name"]) for it in shapes]
+    found = [it for it in kinds if "ASV" in it[1]]
+    assert found == [("Point", "ASV0"), ("LineString", "ASV0 (way)")]
 
 
 def test_no_coverage_where_there_are_no_stations(repeated: Result, tmp_path: Path) -> None:
-    assert "keep no stations" in without_stations(repeated)
+    with pytest.raises(ValueError, match="keep no stations"):
+        repeated.plot("coverage")
     file = tmp_path / "m.yaml"
     file.write_text("name: m\nasvs: {formation: {model: follow}}\n")
-    refused = CliRunner().invoke(main, ["coverage", str(file)])
+    refused = call("coverage", file)
     assert refused.exit_code == 2
     assert "with follow ASVs move and keep no stations; use ring or positions" in refused.stderr
 

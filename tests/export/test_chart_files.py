@@ -8,20 +8,17 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from campaigns_for_tests import auv, hand_made
+from commands_for_tests import call
 from shapely import LinearRing, LineString, distance, points
 from worlds import scenario
 
-from bindusbl_des import Setup, load_result, load_scenario, simulate
-from bindusbl_des.charts.areas import read_area, read_geojson
-from bindusbl_des.charts.xml_charts import read_kml
-from bindusbl_des.cli import main
-from bindusbl_des.core.palette import COLOURS_ON_DARK
-from bindusbl_des.export.chart_files import WRITERS, planned, write_chart, write_plan
+from bindusbl_des import Scenario, Setup, load_result, load_scenario, plan, simulate
 from bindusbl_des.geometry.geodesy import ned_at_depth
-from bindusbl_des.vehicles.tracks import read_track
 
 ORIGIN = (54.33, 10.18)
+KML = "{http://www.opengis.net/kml/2.2}"
+GPX = "{http://www.topografix.com/GPX/1/1}"
 
 
 @pytest.fixture(scope="module")
@@ -32,29 +29,47 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     asked = scenario(name="Kiel <Fjord>", duration_s=20.0, environment={"origin": place})
     simulate(asked, seed=3).write(folder)
     for kind in ("geojson", "kml", "csv", "mcap"):
-        outcome = CliRunner().invoke(main, ["export", str(folder), "--to", kind])
+        outcome = call("export", folder, "--to", kind)
         assert outcome.exit_code == 0, outcome.output
     return folder
+
+
+def shapes_of(chart: Path) -> dict[str, tuple[str, np.ndarray]]:
+    """Return what a GeoJSON or KML file draws by its names: kind, and corners (lat, lon) in deg."""
+    if chart.suffix == ".geojson":
+        features = json.loads(chart.read_text())["features"]
+        found = [(it["properties"]["name"], *it["geometry"].values()) for it in features]
+    else:
+        found = []
+        for mark in ElementTree.parse(chart).iter(f"{KML}Placemark"):
+            shape = mark[-1]
+            corners = [list(map(float, it.split(","))) for it in "".join(shape.itertext()).split()]
+            found.append((mark.findtext(f"{KML}name"), shape.tag.removeprefix(KML), corners))
+    return {
+        name: (kind, np.array(corners).reshape(-1, np.shape(corners)[-1])[:, 1::-1])
+        for name, kind, corners in found
+    }
+
+
+def metres(corners: np.ndarray, origin: tuple[float, float] = ORIGIN) -> np.ndarray:
+    """Return where corners (lat, lon) in degrees lie (x, y) about an origin."""
+    return ned_at_depth(*corners.T, np.zeros(len(corners)), origin)[:, :2]
 
 
 @pytest.mark.parametrize("ending", ["geojson", "kml"])
 def test_a_chart_shows_area_vessels_and_ways(run: Path, ending: str) -> None:
     """To the micrometre where they were."""
     result = load_result(run)
-    read = read_geojson if ending == "geojson" else read_kml
-    shapes = {
-        it.where.rpartition("('")[2].rstrip("')"): it for it in read(run / f"Kiel_Fjord_.{ending}")
-    }
+    shapes = shapes_of(run / f"Kiel_Fjord_.{ending}")
     auvs, asvs = result.scenario.auvs.count, result.scenario.asvs.count
     assert len(shapes) == 1 + asvs + 2 * auvs
     tracks = result.tables["tracks"].groupby("vehicle")
     for name, columns in (("AUV1", ["x_m", "y_m"]), ("ASV0", ["x_m", "y_m"])):
-        lat, lon = np.array(shapes[name].corners).T
-        expected = tracks.get_group(name)[columns].to_numpy()[: len(lat)]
-        found = ned_at_depth(lat, lon, np.zeros(len(lat)), ORIGIN)[:, :2]
+        found = metres(shapes[name][1])
+        expected = tracks.get_group(name)[columns].to_numpy()[: len(found)]
         np.testing.assert_allclose(found, expected, atol=1e-6)
-    assert shapes["ASV0"].kind == "point"
-    assert shapes["AUV1 (estimate"].kind == "line"
+    assert shapes["ASV0"][0] == "Point"
+    assert shapes["AUV1 (estimate)"][0] == "LineString"
 
 
 @pytest.mark.parametrize("ending", ["geojson", "kml"])
@@ -63,10 +78,10 @@ def test_a_way_of_one_place_is_a_point(ending: str, tmp_path: Path) -> None:
     place = {"lat_deg": ORIGIN[0], "lon_deg": ORIGIN[1]}
     asked = scenario(duration_s=5.0, environment={"origin": place}, record={"tracks_hz": 0.1})
     simulate(asked, seed=3).write(tmp_path / "run")
-    chart = tmp_path / f"chart.{ending}"
-    write_chart(load_result(tmp_path / "run"), chart, ending)
-    shapes = (read_geojson if ending == "geojson" else read_kml)(chart)
-    assert {shape.kind for shape in shapes} == {"polygon", "point"}
+    assert call("export", tmp_path / "run", "--to", ending).exit_code == 0
+    [chart] = (tmp_path / "run").glob(f"*.{ending}")
+    shapes = shapes_of(chart)
+    assert {kind for kind, _ in shapes.values()} == {"Polygon", "Point"}
     assert len(shapes) == 1 + asked.asvs.count + 2 * asked.auvs.count
 
 
@@ -122,11 +137,14 @@ def test_far_from_the_origin_depths_are_what_they_were(tmp_path: Path) -> None:
         record={"tracks_hz": 0.01},
     )
     simulate(asked, seed=1).write(tmp_path / "run")
-    assert (
-        CliRunner().invoke(main, ["export", str(tmp_path / "run"), "--to", "mcap"]).exit_code == 0
-    )
+    assert call("export", tmp_path / "run", "--to", "mcap").exit_code == 0
     for track in ("/AUV0/location", "/AUV0/tracks"):
-        times, places = read_track(tmp_path / "run" / "far.mcap", which=track, origin=ORIGIN)
+        route = {"kind": "track", "files": [str(tmp_path / "run/far.mcap")], "tracks": [track]}
+        tracks = Setup(Scenario.model_validate(
+            {**asked.model_dump(exclude_unset=True), "auvs": {"count": 1, "route": route}}
+        )).auv_tracks  # fmt: skip
+        assert tracks is not None
+        times, places = tracks[0]
         np.testing.assert_allclose(places[:, 2], 10.0, atol=1e-6)
         np.testing.assert_allclose(places[times == 4000.0], [reached[1]], atol=1e-6)
 
@@ -143,7 +161,7 @@ def pacific(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         environment={"origin": {"lat_deg": -16.8, "lon_deg": 180.0}},
     )
     simulate(asked, 1).write(folder)
-    CliRunner().invoke(main, ["export", str(folder), "--to", "geojson"], catch_exceptions=False)
+    call("export", folder, "--to", "geojson")
     read: dict[str, Any] = json.loads((folder / "Taveuni.geojson").read_text())
     return {**read, "path": folder / "Taveuni.geojson"}
 
@@ -167,9 +185,9 @@ def test_what_crosses_the_antimeridian_is_cut_there(pacific: dict[str, Any]) -> 
 
 
 def test_an_area_that_was_cut_is_read_as_one(pacific: dict[str, Any]) -> None:
-    outline = Setup(scenario()).area.outline
-    lat, lon = np.array(read_area(pacific["path"])).T
-    found = ned_at_depth(lat, lon, np.zeros(len(lat)), (-16.8, 180.0))[:, :2]
+    place = {"origin": {"lat_deg": -16.8, "lon_deg": 180.0}}
+    again = scenario(survey={"area": str(pacific["path"])}, environment=place)
+    outline, found = (np.array(Setup(it).area.outline) for it in (scenario(), again))
     assert len(found) == len(outline)
     for corner in outline:
         assert np.hypot(*(found - corner).T).min() < 1e-6
@@ -189,58 +207,46 @@ def test_exports_are_no_strangers_in_a_folder(run: Path) -> None:
     load_result(run).write(run, force=True)
     assert not (run / "Kiel_Fjord_.kml").exists()
     nowhere = simulate(scenario(name="nowhere", duration_s=2.0), 0).write(run.parent / "nowhere")
-    outcome = CliRunner().invoke(main, ["export", str(nowhere), "--to", "kml"])
+    outcome = call("export", nowhere, "--to", "kml")
     assert outcome.exit_code == 2
     assert "has no environment.origin, so it is nowhere on Earth; set" in outcome.output
     assert json.loads((nowhere / "run.json").read_text())["status"] == "complete"
 
 
-@pytest.mark.parametrize("kind", ["geojson", "kml", "gpx"])
-def test_the_team_of_a_plan_is_a_chart(tmp_path: Path, kind: str) -> None:
+@pytest.fixture(scope="module")
+def team(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a plan in Greenwich, whose missions all come to 0.5 m."""
+    folder, origin = tmp_path_factory.mktemp("plan"), {"lat_deg": ORIGIN[0], "lon_deg": 0.0}
+    with pytest.MonkeyPatch.context() as patch:
+        hand_made(patch, lambda asked, _: [auv(0.5)] * asked.auvs.count)
+        asked = scenario(name="bay", environment={"origin": origin}, asvs={"count": 2})
+        goal, teams = (
+            {"position_error_m": 1.0},
+            {"asvs.count": [2], "asvs.formation.angle_deg": [0]},
+        )
+        plan(asked, folder / "plan", below=goal, vary=teams)
+    for kind in ("geojson", "kml", "gpx"):
+        assert call("export", folder / "plan", "--to", kind).exit_code == 0
+    return folder / "plan"
+
+
+@pytest.mark.parametrize("kind", ["geojson", "kml"])
+def test_the_team_of_a_plan_is_a_chart(team: Path, kind: str) -> None:
     """Vessels where they lie, ranges around them, lanes thinned and yet where AUVs are to go."""
-    place = {"lat_deg": ORIGIN[0], "lon_deg": ORIGIN[1]}
-    asked = scenario(name="bay", environment={"origin": place}, asvs={"count": 2})
-    counts = write_plan(Setup(asked), tmp_path / f"plan.{kind}", kind)
-    auvs = asked.auvs.count
-    assert counts == {"Polygon": 1 + 2 * 2, "Point": 2, "LineString": auvs}
-    text = (tmp_path / f"plan.{kind}").read_text()
-    if kind == "gpx":
-        track = ElementTree.fromstring(text)
-        tags = [it.tag.rpartition("}")[2] for it in track]
-        assert tags == ["metadata", *["wpt"] * 2, *["rte"] * auvs, *["trk"] * 5]
-        return
-    read = read_geojson if kind == "geojson" else read_kml
-    shapes = {
-        it.where.rpartition("('")[2].rstrip("')"): np.array(it.corners)
-        for it in read(tmp_path / f"plan.{kind}")
-    }
-
-    def metres(corners: np.ndarray) -> np.ndarray:
-        return ned_at_depth(*corners.T, np.zeros(len(corners)), ORIGIN)[:, :2]
-
-    stations = np.array(Setup(asked).stations_m)
-    ring = metres(shapes["ASV1 HF range"]) - stations[1]
-    np.testing.assert_allclose(np.hypot(*ring.T), Setup(asked).horizontal_reach_m, atol=1e-5)
-    lane, path = metres(shapes["AUV0 (plan"]), Setup(asked).plans[0].path
+    shapes, setup = shapes_of(team / f"plan.{kind}"), Setup(load_scenario(team / "best.yaml"))
+    kinds = [kind for kind, _ in shapes.values()]
+    counts = {kind: kinds.count(kind) for kind in kinds}
+    assert counts == {"Polygon": 1 + 2 * 2, "Point": 2, "LineString": setup.scenario.auvs.count}
+    origin = (ORIGIN[0], 0.0)
+    corners = shapes["ASV1 HF range"][1]
+    assert tuple(corners[0]) == tuple(corners[-1])  # cos and sin of a whole turn are not, quite
+    ring = metres(corners, origin) - np.array(setup.stations_m)[1]
+    np.testing.assert_allclose(np.hypot(*ring.T), setup.horizontal_reach_m, atol=1e-5)
+    lane, path = metres(shapes["AUV0 (plan)"][1], origin), setup.plans[0].path
     way = path.sample(np.linspace(0.0, path.length, 4001))[:, :2]
     assert len(lane) < 0.1 * path.length
     off = distance(LineString(lane), points(way))
     assert off.max() <= 0.3  # what a chart shows, and half a step
-
-
-def test_rings_are_closed_on_the_meridian_of_greenwich() -> None:
-    """Their last corner is their first, to the last bit: cos and sin of a whole turn are not."""
-    world = scenario(
-        duration_s=10.0, asvs={"count": 1, "formation": {"positions_m": [(0.0, 0.0)]}},
-        environment={"origin": {"lat_deg": 51.5, "lon_deg": 0.0}},
-    )  # fmt: skip
-    rings = [it.positions for it in planned(Setup(world)) if it.kind == "Polygon"]
-    assert len(rings) == 3
-    assert all(tuple(ring[0]) == tuple(ring[-1]) for ring in rings)
-
-
-KML = "{http://www.opengis.net/kml/2.2}"
-GPX = "{http://www.topografix.com/GPX/1/1}"
 
 
 def look_of(document: ElementTree.Element, mark: ElementTree.Element) -> ElementTree.Element:
@@ -249,45 +255,43 @@ def look_of(document: ElementTree.Element, mark: ElementTree.Element) -> Element
     return style
 
 
-def test_kml_covers_nothing_and_tells_auvs_apart() -> None:
-    """Areas and ranges are outlines, since KML's own default fills them with opaque white; lanes
-    have the colours of their AUVs; vessels are pins with place and goal.
+def test_kml_covers_nothing_and_tells_auvs_apart(team: Path) -> None:
+    """Areas and ranges are outlines, since KML's own default fills them with opaque white; each AUV
+    has a colour of its own; vessels are pins with place and goal.
     """
-    place = {"lat_deg": -16.8, "lon_deg": -178.25}
-    asked = scenario(environment={"origin": place}, asvs={"count": 2}, auvs={"count": 3})
-    shapes = list(planned(Setup(asked), "below 1 m: met"))
-    kml, gpx, geojson = (WRITERS[kind]("b", "why", shapes) for kind in ("kml", "gpx", "geojson"))
-    [document] = ElementTree.fromstring(kml)
+    [document] = ElementTree.parse(team / "plan.kml").getroot()
     marks = list(document.iter(f"{KML}Placemark"))
-    assert len(marks) == len(shapes)
-    assert document.findtext(f"{KML}description") == "why"
     lines = {}
     for mark in marks:
         style, name = look_of(document, mark), mark.findtext(f"{KML}name") or ""
         if mark.find(f"{KML}Polygon") is not None:
             assert style.findtext(f"{KML}PolyStyle/{KML}fill") == "0"
         lines[name] = style.findtext(f"{KML}LineStyle/{KML}color") or ""
-    of_auvs = [lines[f"AUV{number} (plan)"] for number in range(3)]
-    assert of_auvs == [f"ff{code[5:]}{code[3:5]}{code[1:3]}" for code in COLOURS_ON_DARK[:3]]
+    assert len({lines[f"AUV{number} (plan)"] for number in range(3)}) == 3
     assert len({lines["survey area"], lines["ASV0 HF range"], lines["ASV0 MF range"]}) == 3
     folders = [it.findtext(f"{KML}name") for it in document.iter(f"{KML}Folder")]
     assert folders == ["survey", "vessels", "HF ranges", "MF ranges", "AUVs"]
     [pin] = [mark for mark in marks if mark.findtext(f"{KML}name") == "ASV1"]
     told = (pin.findtext(f"{KML}description") or "").splitlines()
     lon, lat = map(float, (pin.findtext(f"{KML}Point/{KML}coordinates") or "").split(","))
-    assert told[0] == f"{-lat:.6f} S, {-lon:.6f} W"
-    degrees, minutes = told[1].split(" S, ")[0].rstrip("'").split(" ")
-    assert int(degrees) + float(minutes) / 60.0 == pytest.approx(-lat, abs=1e-6)
-    assert told[2] == "below 1 m: met"
-    [waypoint] = [it for it in ElementTree.fromstring(gpx) if it.findtext(f"{GPX}name") == "ASV1"]
+    assert told[0] == f"{lat:.6f} N, {abs(lon):.6f} {'E' if lon > 0 else 'W'}"
+    degrees, minutes = told[1].split(" N, ")[0].rstrip("'").split(" ")
+    assert int(degrees) + float(minutes) / 60.0 == pytest.approx(lat, abs=1e-6)
+    assert told[2] == document.findtext(f"{KML}description")
+    assert "at most 1 m, with 95 % confidence" in told[2]
+    gpx = ElementTree.parse(team / "plan.gpx").getroot()
+    tags = [it.tag.rpartition("}")[2] for it in gpx]
+    assert tags == ["metadata", *["wpt"] * 2, *["rte"] * 3, *["trk"] * 5]
+    [waypoint] = [it for it in gpx if it.findtext(f"{GPX}name") == "ASV1"]
     assert (waypoint.findtext(f"{GPX}desc") or "").splitlines() == told
-    [feature] = [it for it in json.loads(geojson)["features"] if it["properties"]["name"] == "ASV1"]
+    geojson = json.loads((team / "plan.geojson").read_text())
+    [feature] = [it for it in geojson["features"] if it["properties"]["name"] == "ASV1"]
     assert feature["properties"]["description"].splitlines() == told
 
 
 def test_what_was_believed_has_the_colour_of_its_auv(run: Path, tmp_path: Path) -> None:
     """Paler than the way that was gone, on charts of missions as well."""
-    write_chart(load_result(run), tmp_path / "run.kml", "kml")
+    call("export", run, "--to", "kml", "--out", tmp_path / "run.kml", "--force")
     [document] = ElementTree.parse(tmp_path / "run.kml").getroot()
     colours = {
         mark.findtext(f"{KML}name"): look_of(document, mark).findtext(f"{KML}LineStyle/{KML}color")

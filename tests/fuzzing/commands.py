@@ -4,8 +4,8 @@ from pathlib import Path
 from random import Random
 
 import click
+from commands_for_tests import COMMANDS
 
-from bindusbl_des.cli import main
 from bindusbl_des.scenario.keys import keys
 
 from .files import EXPERIMENT, SCENARIO, TINY, Lines
@@ -60,7 +60,7 @@ ALMOST = {
 
 def command(seed: int, draw: Random) -> Lines:
     """Lay out files and folders here; return a command line about them."""
-    names = sorted(main.commands)
+    names = sorted(COMMANDS)
     name = names[seed % len(names)]
     line = [*_common(draw), name, *_words(name, draw)]
     lay_out([word for word in ("run", "campaign") if any(word in it for it in line)])
@@ -81,7 +81,7 @@ def _words(name: str, draw: Random) -> list[str]:
     """Return arguments and options of a command, in any order."""
     guard = GUARDS.get(name, [])
     parts: Lines = []
-    for parameter in main.commands[name].params:
+    for parameter in COMMANDS[name].params:
         if isinstance(parameter, click.Argument):
             count = draw.choice(
                 (1, 1, 1, 1, 0, 2, 3) if parameter.nargs == -1 else (1, 1, 1, 1, 1, 1, 0, 2)

@@ -5,7 +5,8 @@ from contextlib import suppress
 from pathlib import Path
 from random import Random
 
-from bindusbl_des.cli import main
+from commands_for_tests import COMMANDS
+
 from bindusbl_des.commands.plot import RUN_KINDS, SWEEP_KINDS
 
 from .damages import DAMAGES
@@ -49,7 +50,7 @@ def _reading_folders() -> list[str]:
     """Return the names of all commands with an argument that is a folder."""
     return [
         name
-        for name, command in main.commands.items()
+        for name, command in COMMANDS.items()
         if any((it.metavar or "").startswith("DIR") for it in command.params[:1])
     ]
 

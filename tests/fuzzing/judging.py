@@ -13,10 +13,10 @@ from pathlib import Path
 from time import process_time
 from typing import Any
 
-from click.testing import CliRunner, Result
+from click.testing import Result
+from commands_for_tests import call
 
 from bindusbl_des import load_campaign, load_result
-from bindusbl_des.cli import main
 
 CODES = (0, 1, 2, 3)
 
@@ -60,7 +60,7 @@ def ending(words: list[str], told: Callable[[str], object] | None = None) -> End
 
 
 def _command(words: list[str], told: Callable[[str], object] | None) -> tuple[int, str]:
-    ended = CliRunner().invoke(main, words)
+    ended = call(*words, catch_exceptions=True)
     if told is not None:
         told(ended.output)
     return ended.exit_code, _wrong(ended)

@@ -11,10 +11,9 @@ from typing import Any
 from unittest.mock import patch
 
 from campaigns_for_tests import OneThread
-from click.testing import CliRunner
+from commands_for_tests import call
 
 from bindusbl_des.campaigns import running
-from bindusbl_des.cli import main
 from bindusbl_des.commands import missions, sweeps
 from bindusbl_des.commands.console import refuse, weigh
 from bindusbl_des.planning import flying
@@ -45,7 +44,7 @@ def prepare(folder: Path) -> None:
     ticks = count()
     with patch("time.perf_counter", lambda: 0.25 * next(ticks)), patch("time.time", lambda: 1.7e9):
         for line in MASTERS.values():  # the same, byte by byte, whenever they are made
-            ended = CliRunner().invoke(main, line.split(), catch_exceptions=False)
+            ended = call(*line.split())
             assert ended.exit_code == 0, ended.output
 
 

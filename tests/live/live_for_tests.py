@@ -7,8 +7,30 @@ from typing import Any
 
 from worlds import merged
 
-from bindusbl_des import Mission, Scenario, Setup
-from bindusbl_des.live.readings import Earth, Instruments, Reading, earth_of
+from bindusbl_des import Instruments, Mission, Scenario, Setup
+from bindusbl_des.geometry.geodesy import ned_at_depth
+from bindusbl_des.live.outputs import FORMATS, asked
+from bindusbl_des.live.readings import (
+    Earth,
+    EstimateReading,
+    FixReading,
+    Gnss,
+    Reading,
+    Truth,
+    UsblReading,
+    earth_of,
+)
+from bindusbl_des.live.session import Output, Session
+from bindusbl_des.live.sinks import Datagrams, Terminal
+from bindusbl_des.live.ugps import Topside
+
+# What tests of this room share of it, named once
+__all__ = [
+    "BEGINS", "FORMATS", "ORIGIN", "START", "YAML", "Datagrams", "EstimateReading",
+    "FixReading", "Gnss", "Output", "Session", "Terminal", "Topside", "Truth", "UsblReading",
+    "asked", "at_sea", "earth_of", "heard", "ned_at_depth", "written",
+]  # fmt: skip
+
 
 ORIGIN = {"lat_deg": 54.33, "lon_deg": 10.18}
 START = datetime(2026, 6, 1, 8, 0, tzinfo=UTC)

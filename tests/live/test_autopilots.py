@@ -12,10 +12,19 @@ from urllib.request import Request, urlopen
 
 import pytest
 from commands_for_tests import call
-from live_for_tests import at_sea, heard, written
+from live_for_tests import (
+    FixReading,
+    Gnss,
+    Topside,
+    UsblReading,
+    asked,
+    at_sea,
+    heard,
+    ned_at_depth,
+    written,
+)
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from bindusbl_des.geometry.geodesy import ned_at_depth
 from bindusbl_des.live.mavlink import (
     ATTITUDE,
     GLOBAL_POSITION_INT,
@@ -25,9 +34,7 @@ from bindusbl_des.live.mavlink import (
     mavproxy,
     messages,
 )
-from bindusbl_des.live.outputs import asked, encoder
-from bindusbl_des.live.readings import FixReading, Gnss, UsblReading
-from bindusbl_des.live.ugps import Topside
+from bindusbl_des.live.outputs import encoder
 
 # By so many seconds TAI is ahead of UTC from some instant on (NTP seconds): leap-seconds.list of
 # IERS, which expires on 2026-06-28.  GPS time is 19 s behind TAI.

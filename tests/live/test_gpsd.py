@@ -13,13 +13,20 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from live_for_tests import START, at_sea
+from live_for_tests import (
+    FORMATS,
+    START,
+    Datagrams,
+    Gnss,
+    Output,
+    Session,
+    Terminal,
+    at_sea,
+    earth_of,
+)
 
-from bindusbl_des import Mission, Setup
-from bindusbl_des.live.outputs import FORMATS
-from bindusbl_des.live.readings import Gnss, Instruments, earth_of
-from bindusbl_des.live.session import Output, Session
-from bindusbl_des.live.sinks import Datagrams, Sink, Terminal
+from bindusbl_des import Instruments, Mission, Setup
+from bindusbl_des.live.sinks import Sink
 
 GPSD = shutil.which("gpsd", path=f"{os.environ.get('PATH', '')}:/usr/sbin:/usr/local/sbin")
 

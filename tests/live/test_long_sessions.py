@@ -9,13 +9,9 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from live_for_tests import START, at_sea
+from live_for_tests import FORMATS, START, Datagrams, Output, Session, at_sea, earth_of
 
-from bindusbl_des import Mission, Setup
-from bindusbl_des.live.outputs import FORMATS
-from bindusbl_des.live.readings import Instruments, earth_of
-from bindusbl_des.live.session import Output, Session
-from bindusbl_des.live.sinks import Datagrams
+from bindusbl_des import Instruments, Mission, Setup
 
 # Flies eight hours, with or without a session, and prints by how much memory (MB) has grown from
 # the second to the eighth.

@@ -15,16 +15,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from live_for_tests import START, at_sea, written
+from live_for_tests import FORMATS, START, Output, Session, at_sea, earth_of, written
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from bindusbl_des import Mission, Setup, load_result
+from bindusbl_des import Instruments, Mission, Setup, load_result
 from bindusbl_des.geometry.geodesy import geodetic_from_ned
 from bindusbl_des.live.nmea import sentence
-from bindusbl_des.live.outputs import FORMATS
 from bindusbl_des.live.poses import Received
-from bindusbl_des.live.readings import Instruments, earth_of
-from bindusbl_des.live.session import Output, Session
 
 ORIGIN = (54.33, 10.18)
 

@@ -8,13 +8,23 @@ from typing import Any
 import numpy as np
 import pytest
 from commands_for_tests import call
-from live_for_tests import BEGINS, START, at_sea, heard, written
+from live_for_tests import (
+    BEGINS,
+    START,
+    EstimateReading,
+    FixReading,
+    Gnss,
+    Truth,
+    UsblReading,
+    at_sea,
+    heard,
+    ned_at_depth,
+    written,
+)
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bindusbl_des import Mission
-from bindusbl_des.geometry.geodesy import ned_at_depth
-from bindusbl_des.live.readings import EstimateReading, FixReading, Gnss, Truth, UsblReading
 from bindusbl_des.live.ros2 import DEFINITIONS, Bag, definition
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)

@@ -19,14 +19,24 @@ from typing import Any
 
 import pytest
 from commands_for_tests import call
-from live_for_tests import BEGINS, YAML, at_sea, written
+from live_for_tests import (
+    BEGINS,
+    YAML,
+    Datagrams,
+    Output,
+    Session,
+    Terminal,
+    Topside,
+    asked,
+    at_sea,
+    earth_of,
+    written,
+)
 
-from bindusbl_des import Mission, Setup, load_result, simulate
-from bindusbl_des.live.outputs import Opening, asked, opened
-from bindusbl_des.live.readings import Instruments, earth_of
-from bindusbl_des.live.session import Lateness, Output, Session
-from bindusbl_des.live.sinks import BACKLOG, MOST_CLIENTS, Datagrams, File, Port, Terminal
-from bindusbl_des.live.ugps import Topside
+from bindusbl_des import Instruments, Mission, Setup, load_result, simulate
+from bindusbl_des.live.outputs import Opening, opened
+from bindusbl_des.live.session import Lateness
+from bindusbl_des.live.sinks import BACKLOG, MOST_CLIENTS, File, Port
 
 from live_for_tests import START  # isort: skip
 

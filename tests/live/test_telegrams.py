@@ -7,20 +7,21 @@ from typing import Any
 import numpy as np
 import pynmea2
 import pytest
-from live_for_tests import at_sea, heard
-
-from bindusbl_des import simulate
-from bindusbl_des.geometry.geodesy import ned_at_depth
-from bindusbl_des.live.nmea import _over_ground, sentences
-from bindusbl_des.live.outputs import line
-from bindusbl_des.live.readings import (
-    Compass,
+from live_for_tests import (
     EstimateReading,
     FixReading,
     Gnss,
     Truth,
     UsblReading,
+    at_sea,
+    heard,
+    ned_at_depth,
 )
+
+from bindusbl_des import simulate
+from bindusbl_des.live.nmea import _over_ground, sentences
+from bindusbl_des.live.outputs import line
+from bindusbl_des.live.readings import Compass
 
 MISSIONS: dict[str, dict[str, Any]] = {
     "paper": {},

@@ -5,12 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from plans_for_tests import Candidate, Estimate, Goal, Selection
 
 from bindusbl_des import Scenario
-from bindusbl_des.planning.candidates import Candidate
 from bindusbl_des.planning.doubting import with_costlier
-from bindusbl_des.planning.selection.evidence import Estimate, Selection
-from bindusbl_des.planning.selection.goals import Goal
 
 Floats = NDArray[np.float64]
 GOALS = (Goal("position_error_m", below=1.0),)

@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from campaigns_for_tests import OneThread
+from campaigns_for_tests import fly_with
 from numpy.typing import NDArray
 from pandas.testing import assert_frame_equal
+from plans_for_tests import Candidate, Goal
 
 from bindusbl_des import Scenario, load_scenario, plan, simulate
 from bindusbl_des.campaigns.experiments.experiment import laid_over
-from bindusbl_des.planning import flying
-from bindusbl_des.planning.candidates import Candidate
 from bindusbl_des.planning.doubting import (
     SEEDS,
     Doubt,
@@ -24,7 +23,6 @@ from bindusbl_des.planning.doubting import (
     became_of,
     doubted,
 )
-from bindusbl_des.planning.selection.goals import Goal
 
 Floats = NDArray[np.float64]
 TEAM = Candidate({}, Scenario(name="bay"), 1.0)
@@ -154,7 +152,7 @@ def test_a_loss_is_judged_after_it_and_beside_the_same_missions_without_it(
             "protocol.downlink": ["sequential"]}  # fmt: skip
     goal = {"position_error_max_m": 30.0}
     scenario = load_scenario("recovery_140m", overrides=["record.metrics_hz=2"])
-    monkeypatch.setattr(flying, "pool_for", OneThread)
+    fly_with(monkeypatch)
     found = plan(scenario, tmp_path / "out", below=goal, vary=vary, workers=1)
     cases = {it["told"].partition(" ")[2]: it for it in found.record["sensitivity"]}
     lost = cases["lost halfway, from then on"]
@@ -181,7 +179,7 @@ def test_filters_stay_as_planned_in_doubts(tmp_path: Path, monkeypatch: pytest.M
             "protocol.downlink": ["sequential"]}  # fmt: skip
     options = ["navigation.filter=kalman", "duration_s=120", "record.metrics_hz=2"]
     scenario = load_scenario("recovery_140m", overrides=options)
-    monkeypatch.setattr(flying, "pool_for", OneThread)
+    fly_with(monkeypatch)
     goal = {"position_error_m": 30.0}
     found = plan(scenario, tmp_path / "out", below=goal, vary=vary, workers=1)
     cases = {it["told"]: it for it in found.record["sensitivity"]}

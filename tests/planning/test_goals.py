@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from plans_for_tests import Goal
 
-from bindusbl_des.planning.selection.goals import Goal, goal_of, goals_in
+from bindusbl_des.planning.selection.goals import goal_of, goals_in
 
 NAN = float("nan")
 

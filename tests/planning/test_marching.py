@@ -6,18 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from plans_for_tests import Inputs, Turns, inputs_of, predict
 
 from bindusbl_des import Scenario, Setup
-from bindusbl_des.planning.prediction.gathering import inputs_of
-from bindusbl_des.planning.prediction.inputs import (
-    DriftSource,
-    Inputs,
-    PlannedWays,
-    PredictedNavigator,
-)
+from bindusbl_des.planning.prediction.inputs import DriftSource, PlannedWays, PredictedNavigator
 from bindusbl_des.planning.prediction.march import errors_of
-from bindusbl_des.planning.prediction.predicting import predict
-from bindusbl_des.planning.prediction.rounds import Turns
 from bindusbl_des.planning.prediction.sights import Fixes
 from bindusbl_des.scenario.declared import NAVIGATORS
 

@@ -5,11 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 from in_node import NODE, asked, moved
+from plans_for_tests import error_map, inputs_of, predict
 
 from bindusbl_des import Scenario, Setup, load_scenario
-from bindusbl_des.planning.prediction.gathering import inputs_of
-from bindusbl_des.planning.prediction.mapping import error_map
-from bindusbl_des.planning.prediction.predicting import predict
 
 pytestmark = pytest.mark.skipif(NODE is None, reason="Node is not installed")
 

@@ -5,12 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from plans_for_tests import inputs_of
 from worlds import scenario
 
-from bindusbl_des import Scenario, Setup
-from bindusbl_des.geometry.formation import formation
+from bindusbl_des import Scenario, Setup, formation
 from bindusbl_des.planning.placement import best_ring, free_places, objective_of, reach_of
-from bindusbl_des.planning.prediction.gathering import inputs_of
 
 
 def holding(*places: tuple[float, float], **changes: Any) -> Scenario:

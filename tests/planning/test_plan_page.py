@@ -5,12 +5,11 @@ import json
 from typing import Any
 
 import pytest
-from plans_for_tests import GOAL, attacked, base, record
+from plans_for_tests import GOAL, attacked, base, chart_of, inputs_of, plan_page, record
 from policy_for_tests import Parsed, assert_allows_its_own_alone
 
 from bindusbl_des import Setup
-from bindusbl_des.planning.plan_page import chart_of, plan_page, setting, shown_first
-from bindusbl_des.planning.prediction.gathering import inputs_of
+from bindusbl_des.planning.plan_page import setting, shown_first
 
 Record = dict[str, Any]
 

@@ -10,16 +10,21 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from browser_for_tests import Open, Opened, without_browser
-from plans_for_tests import attacked, base, record
+from plans_for_tests import (
+    Inputs,
+    attacked,
+    base,
+    chart_of,
+    error_map,
+    inputs_of,
+    plan_page,
+    predict,
+    record,
+)
 from shapely import LineString, Point, Polygon, box
 
-from bindusbl_des import Setup, load_scenario
-from bindusbl_des.planning.plan_page import chart_of, plan_page
-from bindusbl_des.planning.prediction.gathering import inputs_of
-from bindusbl_des.planning.prediction.inputs import Inputs
-from bindusbl_des.planning.prediction.mapping import error_map
-from bindusbl_des.planning.prediction.predicting import Prediction, predict
-from bindusbl_des.scenario.scenario import Scenario
+from bindusbl_des import Scenario, Setup, load_scenario
+from bindusbl_des.planning.prediction.predicting import Prediction
 
 pytestmark = without_browser
 

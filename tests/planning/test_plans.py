@@ -8,19 +8,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from campaigns_for_tests import OneThread, auv, hand_made
+from campaigns_for_tests import auv, hand_made
+from plans_for_tests import STATED_ERROR
 from shapely import LineString, distance, points
 
 import bindusbl_des
-from bindusbl_des import Scenario, Setup, load_scenario, plan, simulate
-from bindusbl_des.campaigns.storage.folder import CampaignError
-from bindusbl_des.core.mistakes import ScenarioError
+from bindusbl_des import Scenario, ScenarioError, Setup, load_scenario, plan, simulate
 from bindusbl_des.core.wording import amount
 from bindusbl_des.export.chart_files import planned
-from bindusbl_des.planning import flying
 from bindusbl_des.planning.flying import Budget
 from bindusbl_des.planning.folder import drawn_team
-from bindusbl_des.planning.prediction.inputs import STATED_ERROR
 
 TEAMS = {"asvs.count": [1, 2, 3], "protocol.schedule": ["spatial_reuse"],
          "protocol.downlink": ["sequential"], "asvs.formation.angle_deg": [0, 30]}  # fmt: skip
@@ -52,8 +49,6 @@ def begin(folder: Path, patch: pytest.MonkeyPatch) -> None:
     """Go to a folder, where missions are those of `fleet`."""
     patch.chdir(folder)
     hand_made(patch, fleet)
-    patch.setattr(flying, "pool_for", OneThread)
-    patch.setattr(flying, "compile_kernels", lambda *_: None)
 
 
 @pytest.fixture(scope="module")
@@ -274,22 +269,20 @@ def test_a_plan_that_was_cut_short_goes_on(
 def test_folders_are_never_mixed_up(home: Path) -> None:
     """A finished plan, another plan and anything else stay as they are unless forced."""
     shutil.copytree(home / "out", "out")
-    with pytest.raises(CampaignError, match="holds this plan, which is finished; --force"):
+    with pytest.raises(ValueError, match="holds this plan, which is finished; --force"):
         made()
-    with pytest.raises(
-        CampaignError, match=r"holds another plan; --force \(in Python force=True\)"
-    ):
+    with pytest.raises(ValueError, match=r"holds another plan; --force \(in Python force=True\)"):
         made(confidence=0.9)
     assert made(confidence=0.9, force=True).record["confidence"] == 0.9
     Path("out/mine.txt").write_text("mine")
-    with pytest.raises(CampaignError, match=r"holds mine\.txt, which no plan wrote"):
+    with pytest.raises(ValueError, match=r"holds mine\.txt, which no plan wrote"):
         made(force=True)
     Path("other").mkdir()
     Path("other/file").touch()
-    with pytest.raises(CampaignError, match="is not empty and no plan"):
+    with pytest.raises(ValueError, match="is not empty and no plan"):
         made("other")
     Path("out/question.json").write_text("{}")
-    with pytest.raises(CampaignError, match=r"question\.json: cannot be used \(it has no 'fing"):
+    with pytest.raises(ValueError, match=r"question\.json: cannot be used \(it has no 'fing"):
         made()
 
 
@@ -429,7 +422,7 @@ def test_the_team_of_a_plan_can_be_drawn(
     assert team.scenario.asvs.count == found.record["candidates"][nearest]["asvs"]
     assert team.whose == f"candidate {nearest + 1}, the nearest so far"
     (folder / "plan.json").unlink()
-    with pytest.raises(CampaignError, match="no team was flown yet"):
+    with pytest.raises(ValueError, match="no team was flown yet"):
         drawn_team(folder)
 
 

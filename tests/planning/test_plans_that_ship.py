@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from plans_for_tests import Asking, read_plan
 
 from bindusbl_des import load_scenario, plan
-from bindusbl_des.planning.question import Asking, read_plan
 
 PLANS = Path(__file__).parents[2] / "experiments" / "plans"
 SIDES = {"survey_60m": 60, "survey_100m": 100, "survey_140m": 140, "rectangle": 500}

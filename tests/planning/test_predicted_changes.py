@@ -8,7 +8,6 @@ import pytest
 from bindusbl_des import load_scenario, simulate
 from bindusbl_des.planning import relief
 from bindusbl_des.planning.relief import foreseen
-from bindusbl_des.report.run_page import run_page
 from bindusbl_des.results.effects import Advice, from_data
 
 
@@ -26,7 +25,7 @@ def test_changes_are_predicted_where_none_is_flown() -> None:
         assert abs(predicted - error) < 0.35 * error
     result.advice = Advice(0, foreseen=found, shortage="too large")
     assert from_data(json.loads(json.dumps(asdict(result.advice)))).foreseen == found
-    page = run_page(result)
+    page = result.report()
     assert "<b>Predicted, not flown:</b>" in page
     assert f"<b>{best.now_m:.2f} to {best.then_m:.2f} m</b>" in page
 

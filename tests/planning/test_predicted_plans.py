@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
+from plans_for_tests import STATED_ERROR
 from predicted_for_tests import compared, drawn_plan, off, rank_correlation, ratios
-
-from bindusbl_des.planning.prediction.inputs import STATED_ERROR
 
 PLANS, SEEDS = 520, 4
 

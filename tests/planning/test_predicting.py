@@ -6,12 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from plans_for_tests import error_map, inputs_of, predict
 from predicted_for_tests import compared
 
 from bindusbl_des import Scenario, Setup
-from bindusbl_des.planning.prediction.gathering import inputs_of
-from bindusbl_des.planning.prediction.mapping import error_map
-from bindusbl_des.planning.prediction.predicting import predict
 from bindusbl_des.planning.prediction.rounds import planned_rounds, turns_of
 from bindusbl_des.planning.prediction.sights import located, seen
 from bindusbl_des.planning.relief import IMPROVED

@@ -4,12 +4,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from plans_for_tests import Asking, read_plan
 
 from bindusbl_des import ScenarioError, load_scenario
 from bindusbl_des.campaigns.experiments.options import PythonArguments
 from bindusbl_des.planning.candidates import DOWNLINK, SCHEDULE, SHORTEST_SLOT, Predictor
 from bindusbl_des.planning.proposals import proposed
-from bindusbl_des.planning.question import Asking, goals_of_arguments, read_plan
+from bindusbl_des.planning.question import goals_of_arguments
 
 # Two ASVs side by side in the midst
 TEAM = {"asvs.count": [2], "asvs.formation.radius_m": [5]}

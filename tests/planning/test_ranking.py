@@ -1,10 +1,9 @@
 """Teams are ranked by cost where they meet the goals, else by how near they come."""
 
+from plans_for_tests import Candidate, Estimate, Goal, Selection
+
 from bindusbl_des import Scenario
 from bindusbl_des.planning.answer_text import ranked
-from bindusbl_des.planning.candidates import Candidate
-from bindusbl_des.planning.selection.evidence import Estimate, Selection
-from bindusbl_des.planning.selection.goals import Goal
 
 MEANS = (0.9, 0.2, 0.4, 0.3)
 

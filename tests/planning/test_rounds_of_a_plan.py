@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from plans_for_tests import inputs_of
 
 from bindusbl_des import Setup, load_scenario
-from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.rounds import timed, uplink_slot
 from bindusbl_des.protocol.cycles import cycle
 from bindusbl_des.scenario.declared import DOWNLINKS

@@ -7,11 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from plans_for_tests import Choice, Goal, Selection, select
 from toy_selections import ZONE, Floats, toy
-
-from bindusbl_des.planning.selection.evidence import Choice, Selection
-from bindusbl_des.planning.selection.goals import Goal
-from bindusbl_des.planning.selection.search import select
 
 METRE = (Goal("position_error_p95_m", below=1.0),)
 Pairs = Sequence[tuple[int, int]]

@@ -9,13 +9,9 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "reference" / "selection"))
 
 import numpy as np
 import pytest
+from plans_for_tests import Choice, Goal, Selection, interval, select
 from sim_tools_runs import PROBLEMS, REPETITIONS, ZONE, noise
 from toy_selections import Floats
-
-from bindusbl_des.campaigns.statistics.intervals import interval
-from bindusbl_des.planning.selection.evidence import Choice, Selection
-from bindusbl_des.planning.selection.goals import Goal
-from bindusbl_des.planning.selection.search import select
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "selection"
 KN_AND_OCBA = json.loads((REFERENCE / "sim_tools.json").read_text())

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from plans_for_tests import Turns
 
 from bindusbl_des.mission.service import fix_ages
 from bindusbl_des.planning.prediction.predicting import Waiting, waiting
-from bindusbl_des.planning.prediction.rounds import Turns
 
 # How old fixes are as they come (s)
 LAG = 0.7

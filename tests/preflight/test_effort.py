@@ -4,10 +4,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from click.testing import CliRunner
+from commands_for_tests import call
 
 from bindusbl_des import Scenario, Setup
-from bindusbl_des.cli import main
 from bindusbl_des.preflight import effort
 from bindusbl_des.preflight import effort as machine
 from bindusbl_des.preflight.effort import Effort
@@ -63,7 +62,7 @@ def small_machine(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 def refused(command: str, text: str) -> str:
     """Return the one line in which a command refuses a scenario, with exit code 2."""
     Path("f.yaml").write_text(f"name: m\n{text}\n")
-    result = CliRunner().invoke(main, [command, "f.yaml", *(["--seeds", "2"] * (command != "run"))])
+    result = call(command, "f.yaml", *(["--seeds", "2"] * (command != "run")))
     assert result.exit_code == 2
     return result.stderr.splitlines()[-1]
 

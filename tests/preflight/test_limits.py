@@ -6,19 +6,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from commands_for_tests import call
 from numpy.typing import NDArray
 from worlds import merged
 
 import bindusbl_des
-from bindusbl_des import Scenario, Setup, load_scenario, simulate
-from bindusbl_des.cli import main
+from bindusbl_des import Scenario, Setup, load_scenario, simulate, warnings_of
 from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.predicting import predict
 from bindusbl_des.preflight.bounds import fewest_groups
 from bindusbl_des.preflight.limits import Limits, instants
 from bindusbl_des.preflight.round_lengths import carried_per_s
-from bindusbl_des.preflight.warnings import warnings_of
 from bindusbl_des.protocol.conflicts import GROUPINGS
 from bindusbl_des.protocol.cycles import cycle
 
@@ -222,7 +220,7 @@ def test_an_asv_that_fails_hears_nobody() -> None:
 
 def timing(data: dict[str, Any], *options: str) -> str:
     Path("m.yaml").write_text(json.dumps(data))
-    return CliRunner().invoke(main, ["timing", "m.yaml", *options]).stdout
+    return call("timing", "m.yaml", *options).stdout
 
 
 @pytest.mark.usefixtures("in_empty_folder")

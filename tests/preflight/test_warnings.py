@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from commands_for_tests import call
 from toggles import BASES, alternatives, columns_that_differ, modes, owners, put, toggled, value_of
 from worlds import merged, scenario
 
@@ -15,6 +15,7 @@ from bindusbl_des import (
     Navigator,
     Odometry,
     Scenario,
+    ScenarioError,
     Setup,
     Signals,
     Sounding,
@@ -23,9 +24,7 @@ from bindusbl_des import (
     simulate,
     warnings_of,
 )
-from bindusbl_des.cli import main
 from bindusbl_des.commands.starters import TEMPLATES, template
-from bindusbl_des.core.mistakes import ScenarioError
 from bindusbl_des.core.wording import timed
 from bindusbl_des.preflight.idle_keys import RULES, idle_keys
 from bindusbl_des.preflight.warnings import read_scenario
@@ -597,8 +596,7 @@ def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_validate_tells_warnings_and_strict_refuses_them() -> None:
     """Warnings leave the exit code at 0, but for `--strict`; JSON has them apart from mistakes."""
     plain, strict, as_json = (
-        CliRunner().invoke(main, ["validate", "f.yaml", *options])
-        for options in ((), ("--strict",), ("--json",))
+        call("validate", "f.yaml", *options) for options in ((), ("--strict",), ("--json",))
     )
     assert (plain.exit_code, strict.exit_code, as_json.exit_code) == (0, 2, 0)
     assert plain.stdout.startswith(LINE)
@@ -612,7 +610,7 @@ def test_validate_tells_warnings_and_strict_refuses_them() -> None:
 @pytest.mark.usefixtures("in_folder")
 def test_a_run_tells_and_keeps_its_warnings() -> None:
     """On stderr with their places, in run.json, in the report, and in the result read back."""
-    ran = CliRunner().invoke(main, ["run", "f.yaml", "--out", "o", "--no-advice"])
+    ran = call("run", "f.yaml", "--out", "o", "--no-advice")
     assert ran.exit_code == 0
     assert "\nWarnings:\n" + LINE in ran.stderr
     assert LINE not in ran.stdout
@@ -624,7 +622,7 @@ def test_a_run_tells_and_keeps_its_warnings() -> None:
     assert "<h2>Warnings</h2>" in page
     assert "<code>protocol.broadcaster</code>: has no effect" in page
     words = ["-q", "run", "f.yaml", "--out", "q", "--no-advice"]
-    assert CliRunner().invoke(main, words).stderr == ""
+    assert call(*words).stderr == ""
 
 
 @pytest.mark.usefixtures("in_folder")
@@ -632,7 +630,7 @@ def test_a_report_without_warnings_has_no_such_section() -> None:
     """Where there is nothing to warn of, nothing is said."""
     Path("f.yaml").write_text("name: m\nduration_s: 5\n")
     words = ["-q", "run", "f.yaml", "--out", "o", "--no-advice"]
-    assert CliRunner().invoke(main, words).exit_code == 0
+    assert call(*words).exit_code == 0
     assert "Warnings" not in Path("o/report.html").read_text()
 
 
@@ -640,9 +638,9 @@ def test_a_report_without_warnings_has_no_such_section() -> None:
 def test_a_sweep_tells_the_warnings_of_its_base_once() -> None:
     """Those that hold at every point; not those of a key that the points vary."""
     words = ["sweep", "f.yaml", "--dry-run", "--vary"]
-    held = CliRunner().invoke(main, [*words, "asvs.count=2,3"])
+    held = call(*words, "asvs.count=2,3")
     assert held.stderr.count(LINE) == 1
-    varied = CliRunner().invoke(main, [*words, "protocol.downlink=sequential,direct_reply"])
+    varied = call(*words, "protocol.downlink=sequential,direct_reply")
     assert (varied.exit_code, "Warnings" in varied.stderr) == (0, False)
 
 
@@ -653,11 +651,11 @@ def test_a_sweep_over_a_key_that_does_nothing_is_told(tmp_path: Path) -> None:
     vary = "--vary protocol.broadcaster=rotate,fixed"
     words = ["sweep", str(file), "--dry-run", *vary.split()]
     line = f"{vary}: protocol.broadcaster: has no effect with protocol.downlink"
-    assert CliRunner().invoke(main, words).stderr.count(line) == 1
+    assert call(*words).stderr.count(line) == 1
     downlinks = ["--vary", "protocol.downlink=sequential,direct_reply"]
-    assert "no effect" not in CliRunner().invoke(main, [*words, *downlinks]).stderr
+    assert "no effect" not in call(*words, *downlinks).stderr
     idle = ["--vary", "asvs.count=2,3"]
-    assert CliRunner().invoke(main, [*words, *idle]).stderr.count(line) == 1
+    assert call(*words, *idle).stderr.count(line) == 1
 
 
 @pytest.mark.parametrize("name", TEMPLATES)

@@ -1,6 +1,7 @@
 """Carrier sense: an AUV that hears another's ping holds back, by the rule and by nothing else."""
 
 from bisect import bisect_right
+from itertools import takewhile
 from math import exp
 from typing import Any
 
@@ -9,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
-from test_aloha import crowd, packets, share_heard
-from worlds import merged, scenario
+from test_aloha import crowd, share_heard
+from worlds import merged, packets_of, scenario
 
 from bindusbl_des import Mission, Scenario, simulate, travel_time
 
@@ -85,10 +86,11 @@ def test_an_auv_pings_by_the_rule_and_by_nothing_else(
     if places is not None:
         spots = np.random.default_rng(places).uniform(-55.0, 55.0, (5, 2)).tolist()
         changes["auvs"] = {"route": {"kind": "hold", "positions_m": spots}}
-    heard, own = flown(sensing(every_s, window, slot_s, **changes), seed)
-    due = packets(5, every_s, 6.0, seed)
+    plan = sensing(every_s, window, slot_s, **changes)
+    heard, own = flown(plan, seed)
+    packets = packets_of(plan, seed, 400)
     for auv, sent in enumerate(own):
-        instants = due[auv].tolist()
+        instants = list(takewhile(lambda it: it < 6.0, packets[auv]))
         before = -1.0
         for at, waited in sent:
             packet = instants[bisect_right(instants, before)]

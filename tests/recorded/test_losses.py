@@ -6,37 +6,29 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from commands_for_tests import call
 
-from bindusbl_des import load_scenario, simulate
-from bindusbl_des.acoustics.bursts import PAIR, burst_luck
-from bindusbl_des.acoustics.loss import chance_of
-from bindusbl_des.cli import main
-from bindusbl_des.core.streams import Purpose, Streams, pair_keys
-from bindusbl_des.recorded.log import BadLog, Receptions
+from bindusbl_des import load_scenario, read_log, simulate
+from bindusbl_des.recorded.log import Receptions
 from bindusbl_des.recorded.losses import losses_of
-from bindusbl_des.recorded.reading import read_log
-from bindusbl_des.recorded.replay_text import outage_text
-from bindusbl_des.results.result_folder import write_csv
 
 
 def received(
     burst_s: float, seed: int, *, count: int = 2000, every_s: float = 0.41, swing: float = 0.0
 ) -> Receptions:
-    """Return receptions of two pairs in the sea of a mission, at ranges from 0 to 100 m and back
-    over which the share lost swings about 0.2.
+    """Return receptions of two pairs, at ranges from 0 to 100 m and back over which the share lost
+    swings about 0.2.  The luck of a pair is drawn anew at the rate 1 / ((1 - p) burst), and a
+    signal is lost if it is below p, so that losses last for `burst_s` on average (Gilbert's chain).
     """
+    rng = np.random.default_rng(seed)
     times = every_s * np.arange(count)
     ranges = 50.0 - 50.0 * np.cos(2.0 * np.pi * times / times[-1])
     shares = 0.2 + swing * (ranges / 50.0 - 1.0)
-    rows = []
-    for asv in range(2):
-        key = pair_keys(Streams(seed), Purpose.BURST, 0, 2)[asv]
-        pair = np.array([(key, burst_s)], dtype=PAIR)[0]
-        rows.append(
-            [chance_of(burst_luck(pair, t, p)) < p for t, p in zip(times, shares, strict=True)]
-        )
-    is_lost = np.array(rows).T.ravel()
+    anew = rng.random((2, count)) < 1.0 - np.exp(-every_s / ((1.0 - shares) * burst_s))
+    anew[:, 0] = True
+    drawn = np.maximum.accumulate(np.where(anew, np.arange(count), 0), axis=1)
+    luck = np.take_along_axis(rng.random((2, count)), drawn, axis=1)
+    is_lost = (luck < shares).T.ravel()
     pairs = np.tile(np.arange(2), count)
     return Receptions(np.repeat(times, 2), pairs, is_lost, np.repeat(ranges, 2))
 
@@ -72,7 +64,7 @@ def test_losses_one_by_one_are_no_bursts() -> None:
     assert found_there.burst_s is not None
 
 
-def test_an_outage_that_one_mean_does_not_explain_is_told() -> None:
+def test_an_outage_that_one_mean_does_not_explain_is_told(dive: Path, tmp_path: Path) -> None:
     """A pile between the two for 15 s."""
     plain = received(0.5, 1)
     found = losses_of(plain)
@@ -85,7 +77,14 @@ def test_an_outage_that_one_mean_does_not_explain_is_told() -> None:
     assert found.longest is not None
     assert found.longest.is_rare
     assert found.longest.lasted_s == pytest.approx(15.0, abs=2.0)
-    assert "the longest outage, 15 s," in outage_text(15.0, found.longest.chance)
+    for name in ("tracks.csv", "fixes.csv"):
+        (tmp_path / name).write_text((dive / name).read_text())
+    lost = (plain.is_lost | behind)[plain.pairs == 0]
+    rows = [f"{t},{int(not it)}" for t, it in zip(plain.times[::2], lost, strict=True)]
+    (tmp_path / "receptions.csv").write_text("\n".join(["time_s,valid", *rows]))
+    assert "the longest outage, 16 s, is met in" in run(
+        "replay", str(tmp_path), "--vehicle", "AUV0"
+    )
 
 
 def test_a_log_that_tells_nothing_of_losses() -> None:
@@ -100,13 +99,14 @@ def test_a_log_that_tells_nothing_of_losses() -> None:
 @pytest.fixture(scope="module")
 def dive(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the export of the dive that ships."""
-    folder = tmp_path_factory.mktemp("dive") / "csv"
-    write_csv(simulate(load_scenario("ugps_100m"), 1).arrow, folder)
-    return folder
+    folder = tmp_path_factory.mktemp("dive")
+    simulate(load_scenario("ugps_100m"), 1).write(folder / "run")
+    run("export", str(folder / "run"), "--to", "csv", "--out", str(folder / "csv"))
+    return folder / "csv"
 
 
 def run(*words: str) -> str:
-    outcome = CliRunner().invoke(main, words)
+    outcome = call(*words)
     assert outcome.exit_code == 0, outcome.output
     return outcome.stdout
 
@@ -137,8 +137,10 @@ def test_receptions_of_one_s_own(dive: Path, tmp_path: Path) -> None:
     assert log.receptions.times.tolist() == [1.0, 2.0, 3.0, 4.0]
     assert log.receptions.is_lost.tolist() == [True, True, False, False]
     assert np.isnan(log.receptions.ranges).all()
+    (tmp_path / "receptions.csv").write_text("time_s,valid\n3,1\n1,1\n")
+    assert "all 2 signals were heard" in run("replay", str(tmp_path), "--vehicle", "AUV0")
     (tmp_path / "receptions.csv").write_text("time_s,valid\n3,1\n1,perhaps\n")
-    with pytest.raises(BadLog, match=r"receptions.csv:3: valid is 'perhaps'; .* valid \(1 or 0"):
+    with pytest.raises(ValueError, match=r"receptions.csv:3: valid is 'perhaps'; .* \(1 or 0"):
         read_log(str(tmp_path), "AUV0")
     (tmp_path / "receptions.csv").write_text("time_s,outcome\n,lost\n2,lost\n3,collided\n")
     log = read_log(str(tmp_path), "AUV0")

@@ -1,32 +1,20 @@
 """Whether a filter knows how far off it is: shares inside its ellipses, against closed forms."""
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pyarrow as pa
 import pytest
-from test_report import unpacked
+from pages_for_tests import page_data
 from worlds import QUIET_NAVIGATION, paper_case, scenario
 
 from bindusbl_des import Result, simulate
-from bindusbl_des.report.calibration import (
-    CONSISTENT,
-    LEVELS,
-    OVERCONFIDENT,
-    UNDECIDED,
-    UNDERCONFIDENT,
-    Calibration,
-    calibration,
-    calibration_text,
-    independent,
-    normalised,
-    of_auv,
-    of_fleet,
-)
-from bindusbl_des.report.page import Packer
-from bindusbl_des.report.recording import recording
-from bindusbl_des.report.run_data import run_data
-from bindusbl_des.report.run_page import run_page
-from bindusbl_des.report.story import story
+from bindusbl_des.report.calibration import calibration, independent, normalised, of_fleet
 
+CONSISTENT, UNDECIDED = "consistent", "cannot be told"
+OVERCONFIDENT, UNDERCONFIDENT = "overconfident", "underconfident"
+LEVELS = (0.5, 0.95, 0.99)
 COUNT = 20_000
 
 
@@ -97,8 +85,8 @@ def test_few_errors_say_nothing() -> None:
     assert found is not None
     assert (found.independent, found.verdict) == (1.0, UNDECIDED)
     assert of_fleet([found] * 10).verdict == OVERCONFIDENT
-    assert Calibration((0.2, 0.9, 0.95), 20.0).verdict == CONSISTENT
-    assert Calibration((0.2, 0.9, 0.95), 400.0).verdict == OVERCONFIDENT
+    for worth, verdict in ((20.0, CONSISTENT), (400.0, OVERCONFIDENT)):
+        assert replace(found, inside=(0.2, 0.9, 0.95), independent=worth).verdict == verdict
 
 
 def test_whoever_is_sure_is_not_asked() -> None:
@@ -138,17 +126,20 @@ def test_a_mission_tells_on_its_filter(
     weighed: Result, factor: float, verdict: str, words: str
 ) -> None:
     """The report has the shares of each AUV and of the fleet, and says in words what they mean."""
-    mission = recording(believing(weighed, factor))
-    told = calibration_text(mission)
+    result = believing(weighed, factor)
+    told = result.report().partition("Truth inside the ellipses")[2].partition("</section>")[0]
     assert words in told
-    found = [of_auv(mission, auv) for auv in range(3)]
-    fleet = of_fleet([it for it in found if it is not None])
-    assert fleet.verdict == verdict
-    for it in (*found, fleet):
-        assert it is not None
-        cells = "".join(f"<td>{100 * share:.1f}</td>" for share in it.inside)
-        assert f"{cells}<td>{it.verdict}</td>" in told
-    assert told in run_page(believing(weighed, factor))
+    judged = dict(re.findall(r"<th[^>]*>([^<]*)</th>((?:<td>[^<]*</td>)+)</tr>", told))
+    assert verdict in judged["fleet"]
+    tracks = result.tables["tracks"]
+    for auv in range(3):
+        own = tracks[tracks.vehicle == f"AUV{auv}"].dropna(subset=["estimate_x_m"])
+        xx, yy, xy = own.estimate_sd_x_m**2, own.estimate_sd_y_m**2, own.estimate_cov_xy_m2
+        x, y = own.estimate_x_m - own.x_m, own.estimate_y_m - own.y_m
+        square = (yy * x * x - 2 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
+        for level in LEVELS:
+            share = 100 * (square.dropna() <= -2 * np.log(1 - level)).mean()
+            assert f"<td>{share:.1f}</td>" in judged[f"AUV{auv}"]
 
 
 def test_a_drift_alone_is_not_judged() -> None:
@@ -157,22 +148,19 @@ def test_a_drift_alone_is_not_judged() -> None:
         simulate(scenario(duration_s=20.0, navigation={"filter": "dead_reckoning", **noise}))
         for noise in ({}, QUIET_NAVIGATION)
     )
-    told = calibration_text(recording(drifting))
+    told = drifting.report()
     assert "worth some 3 independent ones, too few to say whether it is over-" in told
     assert "<td>cannot be told</td>" in told
-    assert calibration_text(recording(sure)) == ""
-    assert "Truth inside the ellipses" not in run_page(sure)
+    assert "Truth inside the ellipses" not in sure.report()
 
 
 def test_the_ellipses_of_a_page_are_those_of_the_tracks(weighed: Result) -> None:
     """Both sds within half a millimetre, their covariance within half a hundredth of both."""
-    mission, packer = recording(weighed), Packer()
-    data = run_data(mission, story(mission).services, packer)
-    packed = packer.text()
-    for number, auv in enumerate(data["auvs"]):
-        x, y, together = (unpacked(auv[name], packed) for name in ("sd_x", "sd_y", "together"))
-        xx, yy, xy = mission.covariance(number).T
-        assert np.abs(x - np.sqrt(xx)).max() <= 0.0005 + 1e-9
-        assert np.abs(y - np.sqrt(yy)).max() <= 0.0005 + 1e-9
-        assert np.abs(together * np.sqrt(xx * yy) - xy).max() <= 0.005 * np.sqrt(xx * yy).max()
-        assert np.abs(together).max() > 0.1
+    tracks = weighed.tables["tracks"]
+    for auv in page_data(weighed)["auvs"]:
+        own = tracks[tracks.vehicle == auv["name"]]
+        x, y, xy = own.estimate_sd_x_m, own.estimate_sd_y_m, own.estimate_cov_xy_m2
+        assert np.abs(auv["sd_x"] - x).max() <= 0.0005 + 1e-9
+        assert np.abs(auv["sd_y"] - y).max() <= 0.0005 + 1e-9
+        assert np.abs(auv["together"] * x * y - xy).max() <= 0.005 * (x * y).max()
+        assert np.abs(auv["together"]).max() > 0.1

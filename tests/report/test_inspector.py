@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pytest
 from browser_for_tests import Open, without_browser
+from explain_for_tests import chain_of_ping
 
 from bindusbl_des import Result, load_scenario, simulate
-from bindusbl_des.explain import chain_of_ping
-from bindusbl_des.report.run_page import run_page
 
 pytestmark = without_browser
 
@@ -21,7 +20,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, Path]:
     """A short mission in which pings are lost and fixes come from too far away, and its page."""
     result = simulate(load_scenario("recovery_140m", overrides=["duration_s=60"]), seed=0)
     path = tmp_path_factory.mktemp("inspected") / "report.html"
-    path.write_text(run_page(result), encoding="utf-8")
+    path.write_text(result.report(), encoding="utf-8")
     return result, path
 
 

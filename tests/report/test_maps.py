@@ -1,5 +1,6 @@
 """Maps are charts: north is up and east to the right on pages, figures and in a terminal."""
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -7,24 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 from browser_for_tests import Open, Opened, without_browser
+from commands_for_tests import call
 from logs_for_tests import Sea, made_up
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.patches import Polygon
+from pages_for_tests import beside
 from worlds import scenario
 
-from bindusbl_des import Result, simulate
-from bindusbl_des.charts.xml_charts import read_kml
-from bindusbl_des.core.palette import COLOURS
-from bindusbl_des.export.chart_files import write_chart
-from bindusbl_des.figures.style import styled
-from bindusbl_des.geometry.area import polygon
-from bindusbl_des.geometry.coverage import coverage_map
+from bindusbl_des import Result, replay, simulate
 from bindusbl_des.geometry.geodesy import geodetic_from_ned
 from bindusbl_des.recorded.drawing import drawn
-from bindusbl_des.recorded.replaying import replay
-from bindusbl_des.report.comparison import comparison_page
-from bindusbl_des.report.run_page import run_page
 
 ORIGIN = (54.33, 10.18)
 # A bay that opens to the north, its east side shorter than its west side.
@@ -66,7 +60,7 @@ def result() -> Result:
 def page(result: Result, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Its report."""
     path = tmp_path_factory.mktemp("maps") / "report.html"
-    path.write_text(run_page(result), encoding="utf-8")
+    path.write_text(result.report(), encoding="utf-8")
     return path
 
 
@@ -120,13 +114,11 @@ def test_what_is_painted_is_on_a_chart(opened: Open, tmp_path: Path) -> None:
     """Hulls of AUVs that hold their places, in their colours, beside two runs as in one."""
     held = {"kind": "hold", "positions_m": [MIDDLE, NORTH, EAST]}
     still = simulate(bay(auvs={"count": 3, "route": held}, duration_s=5.0), 0)
-    (tmp_path / "report.html").write_text(run_page(still), encoding="utf-8")
-    (tmp_path / "both.html").write_text(
-        comparison_page([("one", still), ("two", still)]), encoding="utf-8"
-    )
+    (tmp_path / "report.html").write_text(still.report(), encoding="utf-8")
+    (tmp_path / "both.html").write_text(beside(("one", still), ("two", still)), encoding="utf-8")
     for name, canvas in (("report.html", "#map"), ("both.html", ".map")):
         it = opened(tmp_path / name)
-        places = drawn_at(it, canvas, COLOURS[:3])
+        places = drawn_at(it, canvas, it.ask("colours.series.slice(0, 3)"))
         assert is_charted(*places), (name, places)
 
 
@@ -175,9 +167,13 @@ def test_a_page_is_the_chart_that_is_exported(
     """To the right is what has a greater longitude in the KML, up what has a greater latitude; and
     the place under the cursor is told with the latitude and longitude that are exported.
     """
-    write_chart(result, tmp_path / "bay.kml", "kml")
-    exported = read_kml(tmp_path / "bay.kml")
-    shapes = {it.where.rpartition("('")[2].rstrip("')"): it.corners for it in exported}
+    words = ("--to", "geojson", "--out", tmp_path / "bay.geojson")
+    assert call("export", result.write(tmp_path / "run"), *words).exit_code == 0
+    shapes = {}
+    for feature in json.loads((tmp_path / "bay.geojson").read_text())["features"]:
+        corners = np.array(feature["geometry"]["coordinates"])
+        flat = corners.reshape(-1, corners.shape[-1])
+        shapes[feature["properties"]["name"]] = flat[:, 1::-1]
     tracks = result.tables["tracks"].groupby("vehicle")
     it = opened(page)
     for name in ("AUV0", "ASV1", "ASV2"):
@@ -230,8 +226,7 @@ def screen(axes: Axes, points: Any) -> np.ndarray:
 @pytest.mark.parametrize("kind", ["trajectory", "coverage"])
 def test_figures_are_charts(result: Result, kind: str) -> None:
     """Vessels and survey lie as at sea, and a turn to starboard is clockwise."""
-    with styled():
-        axes = result.plot(kind).axes[0]
+    axes = result.plot(kind).axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("east (m)", "north (m)")
     rings = (them for them in axes.collections if isinstance(them, PatchCollection))
     around = (path.get_extents() for them in rings for path in them.get_paths())
@@ -250,8 +245,7 @@ def test_the_chance_of_a_fix_is_shaded_on_a_chart() -> None:
     """Around a vessel in the north-west of the bay, and nowhere else."""
     near = {"positions_m": [[70.0, -50.0]]}
     mission = bay(asvs={"count": 1, "formation": near}, acoustics={"hf": {"range_m": 20.0}})
-    with styled():
-        (image,) = simulate(mission, 0).plot("coverage").axes[0].images
+    (image,) = simulate(mission, 0).plot("coverage").axes[0].images
     shades = np.asarray(image.get_array())
     rows, columns = np.nonzero(shades > 0.5)  # from the south, from the west
     assert shades.shape[1] / shades.shape[0] == pytest.approx(120.0 / 80.0, rel=0.05)
@@ -268,9 +262,16 @@ def test_a_replay_is_a_chart() -> None:
     assert beacons == pytest.approx(log.beacons.places[:, 1::-1])
 
 
-def test_a_map_in_the_terminal_is_a_chart() -> None:
+def test_a_map_in_the_terminal_is_a_chart(tmp_path: Path) -> None:
     """North is up and east to the right, and the bay opens upwards."""
-    lines = coverage_map(polygon(BAY), [MIDDLE, NORTH, EAST], 20.0, columns=60)
+    (tmp_path / "bay.yaml").write_text(
+        f"name: bay\nsurvey: {{polygon_m: {json.dumps(BAY)}}}\n"
+        f"asvs: {{count: 3, formation: {{positions_m: {[MIDDLE, NORTH, EAST]}}}}}\n"
+        "auvs: {count: 1}\nacoustics: {hf: {range_m: 20}}\n"
+    )
+    told = call("coverage", tmp_path / "bay.yaml")
+    assert told.exit_code == 0, told.stderr
+    lines = told.stdout.partition("to the right:\n")[2].splitlines()
     places = {
         mark: (line.index(mark), row)
         for row, line in enumerate(lines)
@@ -279,5 +280,5 @@ def test_a_map_in_the_terminal_is_a_chart() -> None:
     }
     assert places["0"][1] == places["2"][1]
     assert places["2"][0] > places["0"][0]
-    assert lines[0] == "." * 10 + " " * 50  # the west side reaches further north
-    assert len(lines) == 20
+    assert lines[0].rstrip() == "." * 8  # the west side reaches further north
+    assert len(lines) == 16

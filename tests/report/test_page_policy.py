@@ -8,19 +8,16 @@ from typing import Any
 
 import pytest
 from browser_for_tests import Open, without_browser
-from click.testing import CliRunner
+from campaigns_for_tests import read_record, write_record
+from commands_for_tests import call
+from pages_for_tests import beside
 from policy_for_tests import Parsed, assert_allows_its_own_alone
 from test_report_sweep import BASE
 from worlds import scenario
 
 from bindusbl_des import Result, load_campaign, simulate, sweep
-from bindusbl_des.campaigns.page import sweep_page
-from bindusbl_des.campaigns.storage.folder import read_record, write_record
-from bindusbl_des.cli import main
 from bindusbl_des.core.mistakes import ScenarioWarning
-from bindusbl_des.report.comparison import comparison_page
 from bindusbl_des.report.page import as_script, assembled
-from bindusbl_des.report.run_page import run_page
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
 
@@ -59,10 +56,10 @@ def pages(result: Result, campaign: Path) -> dict[str, str]:
     """Return each kind of page."""
     bare = scenario(name=ATTACK, duration_s=5.0, record={"detail": "summary"})
     return {
-        "run": run_page(result),
-        "summary": run_page(simulate(bare)),
-        "comparison": comparison_page([(ATTACK, result), (ATTACK, result)]),
-        "sweep": sweep_page(load_campaign(campaign)),
+        "run": result.report(),
+        "summary": simulate(bare).report(),
+        "comparison": beside((ATTACK, result), (ATTACK, result)),
+        "sweep": load_campaign(campaign).report(),
     }
 
 
@@ -126,10 +123,10 @@ def test_a_terminal_obeys_no_file(campaign: Path, tmp_path: Path) -> None:
         ("status", str(campaign)), ("status", str(campaign), "--json"), ("status", str(broken)),
         ("report", str(broken)), ("validate", str(tmp_path / "x.yaml")),
     ):  # fmt: skip
-        done = CliRunner().invoke(main, list(words))
+        done = call(*words)
         assert ("owned" in done.output) == (str(broken) not in words), words
         assert not OBEYED.search(done.stdout + done.stderr), words
-    shown = CliRunner().invoke(main, ["status", str(campaign), "--json"]).stdout
+    shown = call("status", campaign, "--json").stdout
     assert json.loads(shown)["name"] == ATTACK
 
 
@@ -138,7 +135,7 @@ def test_what_cannot_be_a_fingerprint_is_refused(campaign: Path, tmp_path: Path,
     """Scripts in the place of hashes reach no page."""
     folder = shutil.copytree(campaign, tmp_path / "c")
     write_record(folder, {**read_record(folder), key: ATTACK + TERMINAL})
-    done = CliRunner().invoke(main, ["report", str(folder)])
+    done = call("report", folder)
     assert done.exit_code == 2
     assert key in done.stderr
     assert not OBEYED.search(done.output)
@@ -149,7 +146,7 @@ def test_a_damaged_failure_is_told(campaign: Path, tmp_path: Path) -> None:
     folder = shutil.copytree(campaign, tmp_path / "c")
     for text in ("[]", "null", "[" * 10_000, '{"mission": "0"}', ""):
         (folder / "failures" / "0.json").write_text(text)
-        done = CliRunner().invoke(main, ["report", str(folder)])
+        done = call("report", folder)
         assert done.exit_code == 2
         assert "0.json is damaged" in done.stderr
         assert "resume" in done.stderr

@@ -9,7 +9,6 @@ from worlds import merged, scenario
 
 from bindusbl_des import load_scenario, simulate
 from bindusbl_des.figures.fixes import latency
-from bindusbl_des.report.run_page import run_page
 
 FIVE = {"auvs": {"count": 5}, "duration_s": 60.0}
 CASES: dict[str, dict[str, Any]] = {
@@ -74,7 +73,7 @@ def seen(case: str) -> tuple[Any, Page]:
     result = simulate(load_scenario("harbour_current", overrides=["duration_s=60"]), 0) if (
         case == "harbour_current"
     ) else simulate(scenario(**CASES[case]), 3)  # fmt: skip
-    return result, Page(run_page(result))
+    return result, Page(result.report())
 
 
 @pytest.mark.parametrize("case", ["harbour_current", *CASES])

@@ -10,7 +10,6 @@ from worlds import scenario, still
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.report.possible import Reached, reached
 from bindusbl_des.report.recording import recording
-from bindusbl_des.report.run_page import run_page
 from bindusbl_des.scenario.declared import BROADCASTERS, DOWNLINKS, RANGINGS, SCHEDULES
 
 
@@ -43,7 +42,7 @@ def test_rates_are_those_of_the_time_that_is_judged() -> None:
 def test_the_page_shows_each_limit_with_a_bar() -> None:
     """A bar says how much of a limit was reached; what reached it is told in a sentence."""
     mission = still(3, duration_s=20.0)
-    page = run_page(simulate(mission, seed=0))
+    page = simulate(mission, seed=0).report()
     section = page.split('<section id="possible">')[1].split("</section>")[0]
     rows = found(mission)
     full = {name for name, row in rows.items() if row.share is not None and row.share > 0.995}
@@ -89,7 +88,7 @@ def test_a_mission_without_any_round_has_a_page() -> None:
     names = {row.name for row in reached(recording(result))}
     assert "Fixes per AUV, mean" in names
     assert "Ping groups in a round" not in names
-    assert '<section id="possible">' in run_page(result)
+    assert '<section id="possible">' in result.report()
 
 
 def drawn(draw: random.Random) -> Scenario:

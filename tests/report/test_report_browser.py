@@ -9,15 +9,13 @@ import numpy as np
 import pytest
 from browser_for_tests import Open, Opened, without_browser
 from campaigns_for_tests import UNSERVED, auv, hand_made
+from pages_for_tests import beside
 from test_report_sweep import BASE, EXPERIMENT
 
 from bindusbl_des import Result, Scenario, load_scenario, simulate, sweep
-from bindusbl_des.campaigns.page import sweep_page
 from bindusbl_des.core.palette import COLOURS
 from bindusbl_des.core.wording import instant, significant, timed, with_ends, with_half
-from bindusbl_des.report.comparison import comparison_page
 from bindusbl_des.report.gaps import shown_until
-from bindusbl_des.report.run_page import run_page
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 pytestmark = without_browser
@@ -34,7 +32,7 @@ def recovery(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page of the paper's recovery mission."""
     path = tmp_path_factory.mktemp("report") / "recovery.html"
     result = simulate(load_scenario(SCENARIOS / "recovery_140m.yaml"), seed=0)
-    path.write_text(run_page(result), encoding="utf-8")
+    path.write_text(result.report(), encoding="utf-8")
     return path
 
 
@@ -308,7 +306,7 @@ def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("report") / "fleet.html"
     changes = ["name=fleet", "auvs.count=20", "survey.side_m=300", "duration_s=30"]
     scenario = load_scenario(SCENARIOS / "recovery_140m.yaml", overrides=changes)
-    path.write_text(run_page(simulate(scenario, seed=1)), encoding="utf-8")
+    path.write_text(simulate(scenario, seed=1).report(), encoding="utf-8")
     return path
 
 
@@ -454,7 +452,7 @@ def test_fixes_in_frames_that_collided_are_not_delivered(opened: Open, tmp_path:
     result = simulate(load_scenario(SCENARIOS / "recovery_140m.yaml", overrides=overrides), seed=0)
     outcomes = result.tables["fixes"].outcome
     assert (outcomes == "collided").sum() > 10
-    (tmp_path / "met.html").write_text(run_page(result), encoding="utf-8")
+    (tmp_path / "met.html").write_text(result.report(), encoding="utf-8")
     it = opened(tmp_path / "met.html")
     assert it.ask("bindusbl.mission.deliveredOrder.length") == (outcomes == "delivered").sum()
 
@@ -464,7 +462,7 @@ def test_calls_are_drawn(opened: Open, tmp_path: Path) -> None:
     plan = {"asvs.count": 1, "duration_s": 60, "protocol.ranging": "twtt"}
     overrides = [f"{key}={value}" for key, value in plan.items()]
     result = simulate(load_scenario(SCENARIOS / "recovery_140m.yaml", overrides=overrides), seed=0)
-    (tmp_path / "twtt.html").write_text(run_page(result), encoding="utf-8")
+    (tmp_path / "twtt.html").write_text(result.report(), encoding="utf-8")
     it = opened(tmp_path / "twtt.html")
     it.ask(
         """(() => {
@@ -529,7 +527,7 @@ def test_runs_open_beside_each_other(opened: Open, tmp_path: Path, scheme: str, 
     for name in ("failure_140m", "recovery_140m"):
         scenario = load_scenario(SCENARIOS / f"{name}.yaml", overrides=["duration_s=60"])
         runs.append((name, simulate(scenario, seed=0)))
-    (tmp_path / "both.html").write_text(comparison_page(runs), encoding="utf-8")
+    (tmp_path / "both.html").write_text(beside(*runs), encoding="utf-8")
     it = opened(tmp_path / "both.html", scheme, width)
     before = it.ask("[...document.querySelectorAll('.map')].map((map) => map.toDataURL())")
     slide(it, 30)
@@ -553,7 +551,7 @@ def test_the_other_run_is_a_ghost(
     opened: Open, tmp_path: Path, runs: list[tuple[str, Result]]
 ) -> None:
     """Each map has the AUVs of the other run where these believed to be, until it is unticked."""
-    (tmp_path / "both.html").write_text(comparison_page(runs), encoding="utf-8")
+    (tmp_path / "both.html").write_text(beside(*runs), encoding="utf-8")
     it = opened(tmp_path / "both.html", width=390)
     assert it.ask("[...document.querySelectorAll('.named .scroll')]"
                   ".every((it) => it.scrollWidth <= it.clientWidth)")  # fmt: skip
@@ -579,7 +577,7 @@ def test_a_drag_selects_in_both_runs(
     opened: Open, tmp_path: Path, runs: list[tuple[str, Result]]
 ) -> None:
     """Across the plot of errors: all plots show that interval, and the maps its paths alone."""
-    (tmp_path / "both.html").write_text(comparison_page(runs), encoding="utf-8")
+    (tmp_path / "both.html").write_text(beside(*runs), encoding="utf-8")
     it = opened(tmp_path / "both.html")
     it.page.locator("#error-plot").scroll_into_view_if_needed()
     box = it.page.locator("#error-plot .u-over").bounding_box()
@@ -603,7 +601,7 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "base.yaml").write_text(BASE)
     (folder / "experiment.yaml").write_text(EXPERIMENT)
     campaign = sweep(folder / "experiment.yaml", folder / "out", workers=1)
-    (folder / "sweep.html").write_text(sweep_page(campaign), encoding="utf-8")
+    (folder / "sweep.html").write_text(campaign.report(), encoding="utf-8")
     return folder / "sweep.html"
 
 
@@ -682,7 +680,7 @@ def test_a_sweep_of_one_point_shows_its_missions(opened: Open, tmp_path: Path) -
     given = load_scenario("quickstart", overrides=["duration_s=5"])
     campaign = sweep(given, seeds=[3, 4, 8], workers=1, out=tmp_path / "one")
     path = tmp_path / "one.html"
-    path.write_text(sweep_page(campaign), encoding="utf-8")
+    path.write_text(campaign.report(), encoding="utf-8")
     it = opened(path)
     assert not it.page.locator("#heat-figure").is_visible()
     for metric in ("worst_position_error_m", "position_error_p95_m"):
@@ -750,7 +748,7 @@ def test_a_sweep_shows_whom_it_leaves_alone(
     (tmp_path / "base.yaml").write_text(BASE)
     campaign = sweep(tmp_path / "base.yaml", tmp_path / "c", vary={"asvs.count": [2, 3]}, seeds=4)
     page = tmp_path / "sweep.html"
-    page.write_text(sweep_page(campaign), encoding="utf-8")
+    page.write_text(campaign.report(), encoding="utf-8")
     it = opened(page)
     fewest = "bindusbl.lookup.fewest[0]"
     assert it.ask(fewest) == "3"
@@ -802,7 +800,7 @@ def test_legends_name_what_there_is(
     """No band that nothing is sent on, and no range for a channel that cuts nothing at one."""
     changes = [*changes, "duration_s=20"]
     path = tmp_path / "run.html"
-    path.write_text(run_page(simulate(load_scenario("quickstart", overrides=changes), 1)))
+    path.write_text(simulate(load_scenario("quickstart", overrides=changes), 1).report())
     told = opened(path).page.inner_text("#marks")
     assert all(words in told for words in there), told
     assert not any(words in told for words in absent), told
@@ -848,7 +846,7 @@ def test_a_sweep_without_javascript_has_its_points(browser: Any, swept: Path) ->
 def test_two_runs_without_javascript_show_no_empty_headings(browser: Any, tmp_path: Path) -> None:
     """Scripts are off: the tables that compare are there, the frames of plots are not."""
     run = simulate(load_scenario("quickstart", overrides=["duration_s=10"]), 1)
-    (tmp_path / "both.html").write_text(comparison_page([("one", run), ("two", run)]))
+    (tmp_path / "both.html").write_text(beside(("one", run), ("two", run)))
     context = browser.new_context(java_script_enabled=False)
     page = context.new_page()
     page.goto((tmp_path / "both.html").as_uri())

@@ -1,20 +1,17 @@
 """Pages, figures and exports of passive ranging: who pings has changed, what is told adds up."""
 
+import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from commands_for_tests import call
 from damage_for_tests import changed, column_set
-from test_report import told, unpacked
+from pages_for_tests import page_data, told
 from worlds import scenario
 
 from bindusbl_des import Result, load_result, simulate
-from bindusbl_des.export.mcap_file import write_mcap
-from bindusbl_des.report.gaps import patience, service
-from bindusbl_des.report.page import Packer
-from bindusbl_des.report.recording import FATES, recording
-from bindusbl_des.report.run_data import run_data
-from bindusbl_des.report.run_page import run_page
 
 
 @pytest.fixture(scope="module")
@@ -35,24 +32,20 @@ def lossy() -> Result:
 
 def test_gaps_and_fates_add_up(lossy: Result) -> None:
     """A ping of an ASV is a chance for each AUV: their fates are those of the receptions."""
-    mission, tables = recording(lossy), lossy.tables
-    fates = [FATES[code] for code in mission.fate]
+    data, tables = page_data(lossy), lossy.tables
+    fates = [data["fates"][int(code)] for code in data["pings"]["fate"]]
     outcomes = tables["receptions"].outcome.replace(
         {"heard": "delivered", "out_of_range": "out_of_hf"}
     )
     assert fates == outcomes.tolist()
     assert {"delivered", "out_of_hf", "lost"} <= set(fates)
-    wait, sent = patience(mission), np.array([it.sent_at_s for it in tables["pings"].itertuples()])
-    for auv in range(3):
-        own = service(mission, auv, wait)
-        inside = sum(
-            any((it.is_first or it.start < ping) and ping < it.end for it in own.gaps)
-            for ping in sent
-        )
-        assert sum(own.fates.values()) == inside
-    beyond = mission.nearest[np.array(fates) == "out_of_hf"]
-    assert beyond.min() > 199.9
-    assert mission.nearest[np.array(fates) == "delivered"].max() < 200.1
+    told_of = re.findall(r"<b>Why:</b> of (\d+) pings of the ASVs in those gaps", told(lossy))
+    sent, inside = tables["pings"].sent_at_s.to_numpy(), set()
+    for auv in data["auvs"]:
+        in_gaps = [(sent > start - (start == 0.0)) & (sent < end) for start, end in auv["gaps"]]
+        inside.add(str(np.sum(np.any(in_gaps, axis=0))))
+    assert told_of
+    assert set(told_of) <= inside
 
 
 def test_the_story_is_of_who_hears(lossy: Result) -> None:
@@ -67,19 +60,17 @@ def test_the_story_is_of_who_hears(lossy: Result) -> None:
 
 def test_a_page_plays_who_pings_and_who_hears(lossy: Result) -> None:
     """Each AUV has a row for each ping, with its ASV's place; receptions are of these rows."""
-    mission, packer = recording(lossy), Packer()
-    data = run_data(mission, (), packer)
-    packed = packer.text()
+    data = page_data(lossy)
     pings, receptions = lossy.tables["pings"], lossy.tables["receptions"]
     assert data["asvsPing"]
-    rows = {name: unpacked(data["pings"][name], packed) for name in ("id", "auv", "asv", "x")}
+    rows = data["pings"]
     assert rows["id"].tolist() == receptions.ping.tolist()
     assert [f"AUV{it:.0f}" for it in rows["auv"]] == receptions.auv.tolist()
     assert [f"ASV{it:.0f}" for it in rows["asv"]] == receptions.asv.tolist()
     assert rows["x"] == pytest.approx(pings.x_m.to_numpy()[receptions.ping], abs=0.01)
-    shown = unpacked(data["receptions"]["ping"], packed)
+    shown = data["receptions"]["ping"]
     assert shown.tolist() == np.flatnonzero(receptions.outcome != "out_of_range").tolist()
-    assert "passive ranging, fixed_gain navigation" in run_page(lossy)
+    assert "passive ranging, fixed_gain navigation" in lossy.report()
 
 
 @pytest.mark.parametrize("kind", ["fixes", "coverage", "timeline", "round", "latency"])
@@ -89,7 +80,8 @@ def test_figures_are_drawn(lossy: Result, kind: str) -> None:
 
 def test_rays_go_from_asvs_to_auvs(lossy: Result, tmp_path: Path) -> None:
     """The MCAP has the pings of each ASV on its topic, and all that is in the tables."""
-    counts = write_mcap(lossy, tmp_path / "run.mcap")
+    words = ("--to", "mcap", "--out", tmp_path / "run.mcap", "--json")
+    counts = json.loads(call("export", lossy.write(tmp_path / "run"), *words).stdout)["counts"]
     pings = lossy.tables["pings"]
     for asv in ("ASV0", "ASV1"):
         assert counts[f"/{asv}/pings"] == (pings.asv == asv).sum()

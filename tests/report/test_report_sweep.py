@@ -1,21 +1,19 @@
 """Reports of campaigns and of several runs: their numbers are those of the tables."""
 
 import json
+import math
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
-from click.testing import CliRunner
+from campaigns_for_tests import auv, hand_made
 from commands_for_tests import call
-from test_report import SCENARIOS, Cells, unpacked
+from pages_for_tests import beside, unpacked
+from scipy import stats
+from test_report import SCENARIOS, Cells
 
 from bindusbl_des import Campaign, load_scenario, simulate, sweep
-from bindusbl_des.campaigns.page import FIRST, sweep_page
-from bindusbl_des.campaigns.statistics.intervals import interval
-from bindusbl_des.campaigns.statistics.outcomes import outcomes
-from bindusbl_des.campaigns.sweep_tables import ACCURACIES, fewest_tables
-from bindusbl_des.cli import main
-from bindusbl_des.report.comparison import comparison_page
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
 
@@ -44,9 +42,16 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
     return sweep(folder / "experiment.yaml", folder / "out", workers=1)
 
 
+def interval(values: Any) -> tuple[float, float]:
+    """Return mean and half the width of the 95 % interval of values; NaN where there are none."""
+    if not len(values):
+        return math.nan, math.nan
+    return values.mean(), stats.t.ppf(0.975, len(values) - 1) * values.std() / len(values) ** 0.5
+
+
 def test_points_have_the_intervals_of_the_missions(campaign: Campaign) -> None:
-    """Mean and half width in the page are those that `interval` gives for the missions."""
-    page = sweep_page(campaign)
+    """Mean and half width in the page are those of the missions."""
+    page = campaign.report()
     data = json.loads(re.findall(r'id="data">(.*?)</script>', page)[0])
     packed = re.findall(r'id="packed">(.*?)</script>', page)[0]
     missions = campaign.missions
@@ -55,11 +60,9 @@ def test_points_have_the_intervals_of_the_missions(campaign: Campaign) -> None:
         mean, half = (unpacked(columns[name], packed) for name in ("mean", "half"))
         for point in range(12):
             values = missions[(missions.point == point) & (missions.status == "ok")][metric]
-            expected = interval(values.tolist())
-            assert mean[point] == pytest.approx(expected.mean, rel=1e-4, abs=1e-5, nan_ok=True)
-            assert half[point] == pytest.approx(
-                expected.half_width, rel=1e-3, abs=1e-5, nan_ok=True
-            )
+            expected, wide = interval(values)
+            assert mean[point] == pytest.approx(expected, rel=1e-4, abs=1e-5, nan_ok=True)
+            assert half[point] == pytest.approx(wide, rel=1e-3, abs=1e-5, nan_ok=True)
     assert [key["key"] for key in data["keys"]] == list(campaign.plan.columns)
     for key, column in zip(data["keys"], data["points"], strict=True):
         numbers = unpacked(column, packed).astype(int)
@@ -71,7 +74,7 @@ def test_points_have_the_intervals_of_the_missions(campaign: Campaign) -> None:
 def test_the_table_of_points_needs_no_script(campaign: Campaign) -> None:
     """It has each point's mean of the missions that went well, and how many of them did."""
     cells = Cells()
-    cells.feed(sweep_page(campaign))
+    cells.feed(campaign.report())
     rows = [row for row in cells.rows if len(row) == 11 and row[0].isdigit()]
     missions = campaign.missions
     assert len(rows) == 12
@@ -82,19 +85,21 @@ def test_the_table_of_points_needs_no_script(campaign: Campaign) -> None:
             continue
         assert row[4] == "3"
         mean, half = map(float, row[10].split(" ± "))
-        expected = interval(went.position_error_m.tolist())
-        assert mean == pytest.approx(expected.mean, abs=0.01)
-        assert half == pytest.approx(expected.half_width, rel=0.1, abs=0.005)
+        expected, wide = interval(went.position_error_m)
+        assert mean == pytest.approx(expected, abs=0.01)
+        assert half == pytest.approx(wide, rel=0.1, abs=0.005)
 
 
 def test_the_fewest_asvs_are_there_without_scripts(campaign: Campaign) -> None:
     """They are the smallest number whose interval ends below a metre, for each of the other keys,
     by any kind of error; only where none does more than the largest number is named.
     """
-    page, points = sweep_page(campaign), campaign.plan.points
+    page, points = campaign.report(), campaign.plan.points
     missions = campaign.missions[campaign.missions.status == "ok"]
     answers = set()
-    for metric in ACCURACIES:
+    metrics = re.findall('<div id="lookup-(\\w+)"', page)
+    assert {"position_error_m", "worst_position_error_m"} <= set(metrics)
+    for metric in metrics:
         cells = Cells()
         cells.feed(page.partition(f'<div id="lookup-{metric}"')[2].partition("</table>")[0])
         rows = {row[0]: row[1:] for row in cells.rows[1:]}
@@ -102,12 +107,10 @@ def test_the_fewest_asvs_are_there_without_scripts(campaign: Campaign) -> None:
         for number, point in enumerate(points):
             varied = point.varied
             key = f"{varied['acoustics.hf.range_m']:g}, {varied['protocol.schedule']}"
-            found = interval(missions[missions.point == number][metric].tolist())
+            mean, half = interval(missions[missions.point == number][metric])
             count = varied["asvs.count"]
-            expected.setdefault(key, []).extend(
-                [str(count)] * (found.mean + found.half_width < 1.0)
-            )
-            assert rows[key][count - 1].startswith(f"{found.mean:.2f}"[:3] if found.count else "-")
+            expected.setdefault(key, []).extend([str(count)] * int(mean + half < 1.0))
+            assert rows[key][count - 1].startswith("-" if math.isnan(mean) else f"{mean:.2f}"[:3])
         for key, counts in expected.items():
             assert rows[key][-1] == (min(counts) if counts else "more than 3")
             answers.add(rows[key][-1])
@@ -117,7 +120,7 @@ def test_the_fewest_asvs_are_there_without_scripts(campaign: Campaign) -> None:
 def test_failures_tell_how_to_see_them_again(campaign: Campaign) -> None:
     """Each failed mission has its error and the command that does it again."""
     cells = Cells()
-    cells.feed(sweep_page(campaign))
+    cells.feed(campaign.report())
     failed = [row for row in cells.rows if len(row) == 5 and row[0].isdigit()]
     assert len(failed) == 18
     told = r"RuntimeError in round 0: no <schedule> today, at test_report_sweep\.py:\d+$"
@@ -133,7 +136,7 @@ def test_sweep_leaves_its_report_and_report_makes_it_again(tmp_path: Path) -> No
     )
     out = tmp_path / "out"
     words = ["-q", "sweep", str(tmp_path / "one.yaml"), "--out", str(out), "--workers", "1"]
-    outcome = CliRunner().invoke(main, words, catch_exceptions=False)
+    outcome = call(*words)
     assert outcome.exit_code == 0, outcome.output
     first = (out / "report.html").read_text()
     assert "2 points with 1 seed each: 2 missions done, 0 failed" in first
@@ -154,7 +157,7 @@ def test_runs_beside_each_other(tmp_path: Path) -> None:
         changes = ["duration_s=40", "record.detail=full"]
         result = simulate(load_scenario(SCENARIOS / f"{name}.yaml", overrides=changes), seed=0)
         runs.append((str(result.write(tmp_path / name)), result))
-    page = comparison_page(runs)
+    page = beside(*runs)
     cells = Cells()
     cells.feed(page)
     rows = {row[0]: row[1:] for row in cells.rows}
@@ -196,7 +199,7 @@ def test_runs_beside_each_other_say_who_got_no_fix() -> None:
         )
     assert runs[0][1].mission.worst_latency_mean_s.isna()[0]
     cells = Cells()
-    cells.feed(comparison_page(runs))
+    cells.feed(beside(*runs))
     told = [row[1:] for row in cells.rows if row[0] == "latency (s)"]
     assert told[0][0] == "none, AUV0"
     assert told[1][0].endswith(", without AUV0")
@@ -210,7 +213,7 @@ def test_the_same_run_twice_differs_in_nothing() -> None:
             SCENARIOS / "quickstart.yaml", overrides=["duration_s=5", "record.detail=summary"]
         )
     )
-    page = comparison_page([("a", result), ("b", result)])
+    page = beside(("a", result), ("b", result))
     assert "they are the same scenario with the same seed" in page
     assert "<b>A</b>: quickstart (a)</p>" in page
     assert "2 AUVs" in page.partition('id="origin"')[2]
@@ -218,8 +221,11 @@ def test_the_same_run_twice_differs_in_nothing() -> None:
     assert 'id="slider"' not in page
 
 
-def test_points_without_a_mission_yet_are_not_judged(tmp_path: Path) -> None:
-    """One point of two was flown, in the first of two shards."""
+def test_points_without_a_mission_yet_are_not_judged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One point of two was flown, in the first of two shards, and is not below a metre."""
+    hand_made(monkeypatch, lambda *_: [auv(3.0)])
     plan = {"asvs.count": [1, 2]}
     limits = {"worst_position_error_m": 0.001}  # so that a shard has whole points
     given = load_scenario(SCENARIOS / "quickstart.yaml", overrides=["duration_s=5"])
@@ -227,18 +233,16 @@ def test_points_without_a_mission_yet_are_not_judged(tmp_path: Path) -> None:
     half = sweep(given, vary=plan, seeds=2, until_ci=limits, shard=(1, 2), workers=1, out=out)
     assert set(half.missions["point"]) == {0}
     assert "1 has no mission yet." in " ".join(half.summary().split())
-    page = sweep_page(half)
-    found = outcomes(half.folder, FIRST)
-    told = fewest_tables(half, found, {"counts": ["1", "2"], "points": [[0, 1]]}, limit=1e-6)
+    page = half.report()
     assert "no mission yet" in page
-    assert "not known yet" in told
-    assert "more than" not in told
+    assert "not known yet" in page
+    assert "more than 2" not in page
 
 
 def test_where_nothing_varies_there_is_nothing_to_choose(tmp_path: Path) -> None:
     """One point has neither a curve nor a map: it shows its missions."""
     given = load_scenario(SCENARIOS / "quickstart.yaml", overrides=["duration_s=5"])
-    page = sweep_page(sweep(given, seeds=2, workers=1, out=tmp_path / "one"))
+    page = sweep(given, seeds=2, workers=1, out=tmp_path / "one").report()
     assert "1 point with 2 seeds each" in page
     assert "over the varied keys" not in page
     for control in ("<label hidden>along", "<label hidden>one line", 'id="heat-figure" hidden'):

@@ -12,7 +12,6 @@ from worlds import scenario
 
 import bindusbl_des
 from bindusbl_des import Mission, Result, Scenario, load_campaign, load_result, simulate, sweep
-from bindusbl_des.report.run_page import run_page
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
 
@@ -25,7 +24,7 @@ def result() -> Result:
 def test_a_result_makes_its_report(result: Result, tmp_path: Path) -> None:
     """It is the page of `run`, and written where it is wanted."""
     text = result.report(tmp_path / "page.html")
-    assert text == run_page(result) == (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert text == result.report() == (tmp_path / "page.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("kind", ["trajectory", "latency"])

@@ -9,12 +9,11 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from click.testing import CliRunner
+from commands_for_tests import call
 from damage_for_tests import changed, of_a_table, of_any_file, of_json, with_value
 from worlds import scenario
 
 from bindusbl_des import Result, load_result, simulate
-from bindusbl_des.cli import main
 from bindusbl_des.core.files import read_json, sealed
 from bindusbl_des.core.wording import printable
 from bindusbl_des.results.effects import GAIN, HELPS, Advice, Effect, Harm
@@ -59,9 +58,9 @@ def folder(written: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pa
     return Path(shutil.copytree(written, tmp_path / "run"))
 
 
-def call(words: tuple[str, ...], folder: Path) -> tuple[int, str]:
+def ended(words: tuple[str, ...], folder: Path) -> tuple[int, str]:
     """Return how a command on a folder ended, and what it said if it refused."""
-    done = CliRunner().invoke(main, [words[0], str(folder), *words[1:]])
+    done = call(words[0], folder, *words[1:])
     assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
     return done.exit_code, done.stderr
 
@@ -69,7 +68,7 @@ def call(words: tuple[str, ...], folder: Path) -> tuple[int, str]:
 @pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
 def test_a_sound_folder_is_read(folder: Path, command: tuple[str, ...]) -> None:
     """All commands that the damaged ones are tried on."""
-    assert call(command, folder)[0] == 0
+    assert ended(command, folder)[0] == 0
 
 
 @pytest.mark.parametrize("name", ["run.json", "advice.json"])
@@ -84,7 +83,7 @@ def test_a_record_that_is_not_ours_to_read_is_not_called_damaged(
         return read_json(path)
 
     monkeypatch.setattr("bindusbl_des.results.loading.read_json", denied)
-    code, told = call(("report", "--out", "page.html"), folder)
+    code, told = ended(("report", "--out", "page.html"), folder)
     assert code == 2
     assert f"{folder / name} cannot be read (Permission denied); ask its owner" in told
 
@@ -120,10 +119,10 @@ def test_whatever_happens_to_a_file_is_told(folder: Path, name: str, every: int)
         if refused:
             assert file in refused, what
             assert "bindusbl-des" in refused, what
-            assert call(COMMANDS[number % 5], folder) == (2, f"{refused}\n"), what
+            assert ended(COMMANDS[number % 5], folder) == (2, f"{refused}\n"), what
         else:
             for command in (COMMANDS[0], COMMANDS[1 + number % 4]):
-                assert call(command, folder)[0] in (0, 2), what
+                assert ended(command, folder)[0] in (0, 2), what
         if (folder / file).is_dir():
             (folder / file).rmdir()
         (folder / file).write_bytes(whole)
@@ -232,7 +231,7 @@ def test_what_says_what_tables_are_has_its_checksum(folder: Path, name: str, dam
     try:
         with pytest.raises(ValueError, match="run the mission again: bindusbl-des run") as caught:
             load_result(folder)
-        told, status = str(caught.value), call(("report",), folder)
+        told, status = str(caught.value), ended(("report",), folder)
         assert status == (2, f"{printable(told)}\n")
     finally:
         if damage == "a folder":

@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 from missions_against import Data, collisions, drawn_protocol, uncompiled
 
-from bindusbl_des import Scenario, verify
-from bindusbl_des.verification.verdict import Verdict
+from bindusbl_des import Scenario, Verdict, verify
 
 # Missions of the everyday test are short.
 DRAWN, MISSIONS, SHORT_S = 16, 3, 4.0

@@ -48,7 +48,7 @@ def inputs_of(setup: Setup) -> Inputs:
     scenario = setup.scenario
     if scenario.protocol.random_access:
         raise ValueError(
-            f"protocol.schedule: {scenario.protocol.schedule} has no rounds to predict errors by; "
+            f"protocol.schedule: {scenario.protocol.rule} has no rounds to predict errors by; "
             "simulate it, or use a schedule with slots"
         )
     route, has_gnss = scenario.auvs.route, scenario.navigation.gnss_fix is not None

@@ -1,38 +1,81 @@
 """Random access: AUVs ping as they like, ASVs broadcast what they make of it.
 
-One process goes from instant to instant, whoever has something to do at each.  A round is a cycle
-of the downlink: from when MF is free, over the broadcast that begins as soon as a fix waits, to
-the end of its slot.  Nobody waits for it on HF.
+Each vehicle runs its program (:mod:`.node`), beside the downlink.  A round is a cycle of that: from
+when MF is free, over the broadcast that begins as soon as a fix waits, to the end of its slot.
+Nobody waits for it on HF.
 """
 
-from collections.abc import Generator, Iterator
-from functools import cache, partial
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from heapq import heappop, heappush
 from math import inf
+from typing import Any
 
 import numpy as np
-import simpy
 
 from ...acoustics.channel import AskedChannel
-from ...acoustics.propagation import SignalBand
-from ...core.plugins import is_plugin
+from ...acoustics.loss import LossTerms
+from ...core.arrays import Floats
+from ...core.plugins import asked
 from ...core.streams import Purpose, Streams
 from ...records.events import Round
-from ...scenario.families import SCHEDULE
-from ...scenario.part_choice import settings_of
+from ...scenario.declared import access_named
+from ...scenario.families import ACCESS
+from ...scenario.part_choice import own_part, shipped_part
 from ...scenario.sections.protocol import Protocol
-from ...scenario.shipped_settings import CarrierSense
-from ...vehicles.fleet import VehicleFleet
 from ..conflicts import conflict_count
 from ..network import Network, Turn
-from ..slots import Slots
-from ..steps import moment
+from ..steps import checked_steps, moment
 from ..tdma import broadcast
-from .aloha import Access, Aloha, SlottedAloha
-from .csma import Csma, Listening
+from .air import Air
+from .aloha import aloha, slotted_aloha
+from .csma import csma
+from .macau import macau
+from .node import Node, Program, Steps
+from .t_lohi import t_lohi
 
 # Intervals that are drawn at a time.
 DRAWN = 64
+
+PROGRAMS: dict[str, Program] = {
+    "aloha": aloha,
+    "slotted_aloha": slotted_aloha,
+    "csma": csma,
+    "t_lohi": t_lohi,
+    "macau": macau,
+}
+
+
+def program_named(choice: str) -> Program:
+    """Return a program by its name in the scenario; one's own is named ``module:object``.
+
+    Raises:
+        PluginError: when one's own is not allowed, or cannot be loaded or called.
+    """
+    if choice in PROGRAMS:
+        return shipped_part(ACCESS, choice, PROGRAMS[choice])
+    return OwnProgram(choice, own_part(ACCESS, choice))
+
+
+@dataclass(frozen=True)
+class OwnProgram:
+    """A program of somebody's own: each of its steps is checked."""
+
+    name: str
+    begin: Program
+
+    def __call__(self, node: Node) -> Steps:
+        """Go through its steps.
+
+        Raises:
+            PluginError: when it raises anything, or yields what is no event of the mission.
+        """
+
+        def when() -> str:
+            return f" for {node.name} at {node.air.env.now:g} s"
+
+        steps = asked(ACCESS.key, self.name, self.begin, node, when=when())
+        yield from checked_steps(ACCESS.key, self.name, steps, node.air.env, when)
 
 
 def poisson(draw: np.random.Generator, mean_s: float) -> Iterator[float]:
@@ -49,70 +92,46 @@ def poisson(draw: np.random.Generator, mean_s: float) -> Iterator[float]:
             yield time
 
 
-def packets_of(streams: Streams, auvs: int, mean_s: float) -> list[Iterator[float]]:
-    """Return the instants (s) at which each of so many AUVs has something to send.
-
-    Each has a stream of its own, so that a further AUV leaves those of the others as they were.
-    """
-    return [poisson(streams.of(Purpose.PACKET, auv), mean_s) for auv in range(auvs)]
-
-
-def access_of(
-    access: str,
+def run_programs(
+    network: Network,
     protocol: Protocol,
-    slots: Slots,
     streams: Streams,
-    auvs: VehicleFleet,
-    band: SignalBand,
-    channel: AskedChannel | None,
-) -> Access:
-    """Return who pings when, by the `access` that a schedule declares; a channel is asked what AUVs
-    hear of each other, None is the disc.
+    channel: LossTerms | AskedChannel,
+    bit_rate_bps: float,
+    late_s: Sequence[float] | None,
+) -> None:
+    """Have each AUV, and each ASV whose program has a part for it, run its program; serve the
+    downlink meanwhile.  Clocks of AUVs are late by so much (n,), s, if they are.
+
+    Each has something to send by a stream of its own, so that a further AUV leaves those of the
+    others as they were.
     """
-    packets = packets_of(streams, len(auvs), protocol.frame_s)
-    if access == "poisson":
-        return Aloha(packets, band.duration)
-    if access == "slotted":
-        return SlottedAloha(packets, slots.uplink_slot, slots.clock)
-    settings = sensing_of(protocol.schedule)
-    slot_s = backoff_slot_s(settings, slots)
-    draw = cache(partial(streams.of, Purpose.BACKOFF))
+    cycles, fleets = Cycles(network), (network.auv_fleet, network.asv_fleet)
 
-    def backoff(auv: int) -> float:
-        return slot_s * int(draw(auv).integers(settings.window))
+    def ping(auvs: Any, time: float, waited: Floats | None) -> range:
+        pings = network.uplink.send(cycles.number, 0, auvs, time, waited=waited)
+        cycles.expect(pings)
+        return pings
 
-    return Csma(packets, Listening(auvs, band, channel), backoff, band.duration)
-
-
-def sensing_of(schedule: str) -> CarrierSense:
-    """Return the settings by which AUVs listen first, of a user-defined schedule the defaults."""
-    if is_plugin(schedule):
-        return CarrierSense()
-    settings = settings_of(SCHEDULE, schedule)
-    assert isinstance(settings, CarrierSense)
-    return settings
-
-
-def backoff_slot_s(settings: CarrierSense, slots: Slots) -> float:
-    """Return the length (s) of a backoff slot: by default a ping and its longest way."""
-    if settings.slot_s is not None:
-        return settings.slot_s
-    return slots.ping_duration + slots.longest_travel_time
-
-
-def serve_at_random(network: Network, access: Access) -> Generator[simpy.Event, None, None]:
-    """Serve AUVs that ping as they like, from the start of the mission to its end."""
-    cycles = Cycles(network)
-    while True:
-        time = min(access.next_at, cycles.next_at)
-        yield moment(network.env, time)
-        if cycles.next_at <= time:
-            cycles.go_on(time)
-            continue
-        auvs, waited = access.due()
-        if len(auvs):
-            pings = network.uplink.send(cycles.number, 0, auvs, time, waited=waited)
-            cycles.expect(pings)
+    traits, program = access_named(protocol.program), program_named(protocol.program)
+    air = Air(
+        network.env, network.uplink, fleets, network.record, streams, channel=channel,
+        bit_rate_bps=bit_rate_bps, hearing=traits.hears, ping=ping,
+    )  # fmt: skip
+    for number, name in enumerate(air.names if traits.on_asvs else air.names[: air.auvs]):
+        whose = (number,) if number < air.auvs else (number - air.auvs, 0)
+        node = Node(
+            name,
+            network.slots,
+            streams.of(Purpose.BACKOFF, *whose),
+            poisson(streams.of(Purpose.PACKET, *whose), protocol.frame_s),
+            air,
+            number,
+            late_s[number] if late_s is not None and number < air.auvs else 0.0,
+        )
+        network.env.process(program(node))
+    if traits.signals:
+        network.air = air
 
 
 class Cycles:
@@ -123,6 +142,7 @@ class Cycles:
         self._network = network
         self._passing: list[tuple[float, int]] = []  # when (s) pings will have passed, a heap
         self._is_sending, self._resumes_at = False, inf  # when an ASV works again, if none does
+        self._awaited = inf  # the instant (s) at which it goes on
         self._turn = self._begun(0, 0.0)
         if network.replies is not None:
             self._turn.row.downlink_s = 0.0
@@ -154,8 +174,23 @@ class Cycles:
             passed = float(self._network.record.pings.array[ping]["passed_at_s"])
             if passed < inf:
                 heappush(self._passing, (self._network.slots.clock.after(passed, 0.0), ping))
+        self._await_next()
 
-    def go_on(self, time: float) -> None:
+    def _await_next(self) -> None:
+        """Go on at the next instant at which there is something to do."""
+        time = self.next_at
+        if time < self._awaited:
+            self._awaited = time
+            moment(self._network.env, time).callbacks.append(lambda _: self._wake(time))
+
+    def _wake(self, time: float) -> None:
+        if time == self._awaited:
+            self._awaited = inf
+            if self.next_at <= time:
+                self._go_on(time)
+            self._await_next()
+
+    def _go_on(self, time: float) -> None:
         """Do what is to be done at an instant (s): end a cycle, broadcast the fixes that wait."""
         network = self._network
         if self._is_sending:

@@ -200,7 +200,7 @@ class HfBand:
         group: Sequence[int],
         time: float,
         called: Rows = NO_CALL,
-        waited: float | None = None,
+        waited: float | Floats | None = None,
     ) -> range:
         """Let a group ping now, at `time` (s); return the pings.
 

@@ -47,7 +47,7 @@ def _unslotted(site: Site) -> Iterator[Problem]:
         if refused[name]:
             yield Problem(
                 f"protocol.{name}",
-                f"{getattr(protocol, name)} works in slots, and with {protocol.schedule} AUVs ping "
+                f"{getattr(protocol, name)} works in slots, and with {protocol.program} AUVs ping "
                 f"as they like; use {known}, or a schedule with slots",
                 ("protocol.schedule",),
             )

@@ -2,7 +2,15 @@
 
 from typing import Annotated, ClassVar, Literal
 
-from ..declared import downlink_named, knowledge_named, ranging_named, schedule_named
+from ..declared import (
+    BY_SCHEDULE,
+    ScheduleTraits,
+    access_named,
+    downlink_named,
+    knowledge_named,
+    ranging_named,
+    schedule_named,
+)
 from ..key_types import PAPER, Moved, Real, Section, Whole, formerly, key
 from ..part_choice import SET, PartChoice
 from ..shipped_settings import BroadcastSettings, DirectReply, TwoWaySettings
@@ -20,6 +28,11 @@ class Protocol(Section):
     )
 
     schedule: PartChoice = key("spatial_reuse", "", "which AUVs ping in which slot" + SET, PAPER)
+    access: PartChoice = key(
+        "scheduled",
+        "",
+        "by which program each AUV pings as it likes, in place of a schedule's slots" + SET,
+    )
     downlink: PartChoice = key("sequential", "", "when fixes are broadcast" + SET, PAPER)
     broadcaster: PartChoice = key("rotate", "", "which ASV broadcasts a round's fixes" + SET)
     ranging: PartChoice = key(
@@ -127,7 +140,32 @@ class Protocol(Section):
     @property
     def random_access(self) -> bool:
         """Whether AUVs ping as they like: nobody gives them slots, and no round waits for them."""
-        return schedule_named(self.schedule).random_access and not self.asvs_ping
+        return self.program != "scheduled"
+
+    @property
+    def scheduling(self) -> ScheduleTraits:
+        """What the schedule declares; where AUVs run a program, that they ping as they like."""
+        if self.access == "scheduled":
+            return schedule_named(self.schedule)
+        return ScheduleTraits(access=access_named(self.access).law)
+
+    @property
+    def program(self) -> PartChoice:
+        """The program by which each AUV pings as it likes; `scheduled` where it does not.
+
+        A schedule may be one, too (`aloha`): it has its settings.
+        """
+        if self.asvs_ping:
+            return PartChoice("scheduled")
+        if self.access != "scheduled":
+            return self.access
+        named = BY_SCHEDULE[self.scheduling.access]
+        return PartChoice(named, self.schedule.settings if named == self.schedule else None)
+
+    @property
+    def rule(self) -> PartChoice:
+        """What decides who pings when: a program of AUVs, or the schedule."""
+        return self.program if self.random_access else self.schedule
 
     @property
     def replies(self) -> bool:
@@ -153,7 +191,7 @@ class Protocol(Section):
     def calls(self) -> bool:
         """Whether ASVs call the AUVs, which ping in answer."""
         asked = ranging_named(self.ranging)
-        return asked.calls or (schedule_named(self.schedule).calls and not asked.asvs_ping)
+        return asked.calls or (self.scheduling.calls and not asked.asvs_ping)
 
     @property
     def pinging(self) -> str:

@@ -1,0 +1,446 @@
+"""The HF band as programs of access have it: everybody sends, everybody hears.
+
+Pings of AUVs are receptions at ASVs, as ever (:mod:`..hf`).  At AUVs they are sounds beside all
+other signals, on the same sea (:mod:`...acoustics.sounds`): a signal is lost as a ping is over the
+same way, destroyed by what overlaps it, and who sends hears nothing meanwhile.
+"""
+
+from collections.abc import Callable, Sequence
+from heapq import heappop, heappush
+from math import inf, isfinite, nan
+
+import numpy as np
+import simpy
+from numpy.typing import NDArray
+from simpy.events import EventPriority
+
+from ...acoustics.channel import NO_LOSS, AskedChannel, between
+from ...acoustics.loss import LossTerms, loss_probability
+from ...acoustics.propagation import PROSPECT, drowns, within
+from ...acoustics.sounds import Sea, emit, expect, heard_meanwhile, interference, place_of, solve
+from ...acoustics.travel_time import NEARLY_THERE, PASSED, distance
+from ...core.arrays import Floats
+from ...core.compiled import compiled
+from ...core.packed import unpacked
+from ...core.streams import Purpose, Streams, uniform
+from ...core.wording import did_you_mean, refuse
+from ...records.events import (
+    BY_OWN_PING,
+    BY_OWN_SIGNAL,
+    BY_PING,
+    BY_SIGNAL,
+    CHANCE,
+    COLLIDED,
+    HEARD,
+    IN_FLIGHT,
+    LOST,
+    OUT_OF_RANGE,
+    Signal,
+)
+from ...records.rows import NONE, Recorder, Rows
+from ...vehicles.fleet import VehicleFleet
+from ...vehicles.motion import places
+from ..hf.band import HfBand
+from ..steps import moment
+from .node import PING, ROUNDING, Heard, Message, Node
+
+# Sends of one instant become one ping group: after whatever else happens then.
+LATE = EventPriority(2)
+
+# Bytes of a signal, at most
+MOST_BYTES = 65_535
+
+# A signal that nobody waits to decode is looked at again so much later (s), where it is not known
+# when it will be there.
+SOON = 1e-3
+
+
+class Air:
+    """What vehicles send and hear on HF, each by its own program."""
+
+    def __init__(
+        self,
+        env: simpy.Environment,
+        uplink: HfBand,
+        fleets: tuple[VehicleFleet, VehicleFleet],
+        record: Recorder,
+        streams: Streams,
+        *,
+        channel: LossTerms | AskedChannel,
+        bit_rate_bps: float,
+        hearing: bool,
+        ping: Callable[[Sequence[int], float, Floats | None], range],
+    ) -> None:
+        """Take AUVs and ASVs, and what lets AUVs ping at an instant (s), each held back for so long
+        (s), and returns their pings.  Unless programs are `hearing` nobody hears AUVs but ASVs.
+        """
+        self.env, self.auvs = env, len(fleets[0])
+        self._uplink, self._fleets, self._record = uplink, fleets, record
+        self._channel = None if isinstance(channel, LossTerms) else channel
+        self._loss = channel if isinstance(channel, LossTerms) else NO_LOSS
+        self.bit_rate_bps, self._hearing, self._ping = bit_rate_bps, hearing, ping
+        self._sounds, self._lasts = uplink.sounds, uplink.band.duration
+        self._foreseen = all(fleet.foreseen for fleet in fleets)
+        self.names = [
+            f"{kind}{number}"
+            for kind, fleet in zip(("AUV", "ASV"), fleets, strict=True)
+            for number in range(len(fleet))
+        ]
+        self._keys = _keys(streams, len(fleets[0]), len(fleets[1])) if hearing else None
+        self._sent = np.zeros(len(self.names), dtype=np.int64)  # signals of each so far
+        self._sends_until = np.full(len(self.names), -inf)
+        self._due: list[tuple[int, float | None]] = []  # AUVs that ping now, and how long held back
+        self._said: list[Message] = []
+        self._inboxes: dict[int, _Inbox] = {}
+
+    # Sending
+
+    def send(self, node: Node, message: Message, waited_s: float | None) -> simpy.Event:
+        """Send a signal of a vehicle now, as :meth:`.node.Node.send` says."""
+        time, lasts = node.clock + node.clock_late_s, self._duration(node, message)
+        if time < self._sends_until[node.number] - ROUNDING:
+            refuse(
+                "send", message.kind, "wait until the vehicle's last signal is over",
+                "`yield` what the send before it returned",
+            )  # fmt: skip
+        self._sends_until[node.number] = time + lasts
+        if message.kind == PING:
+            if not self._due:
+                flush = self.env.event()
+                flush.callbacks.append(lambda _: self._let_ping(time))
+                flush._ok, flush._value = True, None
+                self.env.schedule(flush, LATE)
+            self._due.append((node.number, waited_s))
+        else:
+            self._signal(node.number, message, time, lasts)
+        return node.until(time + lasts - node.clock_late_s)
+
+    def _duration(self, node: Node, message: Message) -> float:
+        """Return how long (s) a signal lasts."""
+        kind, size = message.kind, message.bytes
+        if not isinstance(kind, str) or not kind:
+            refuse("`kind`", repr(kind), "be a word", f"name it as you like, or {PING!r}")
+        if not 0 <= size <= MOST_BYTES:
+            refuse("`bytes`", size, f"be 0 to {MOST_BYTES}", "send it in several signals")
+        if message.to is not None and message.to not in self.names:
+            hint = did_you_mean(str(message.to), self.names)
+            refuse("`to`", message.to, "name a vehicle, such as ASV0", f"send it to all{hint}")
+        if message.kind == PING:
+            if node.is_asv:
+                refuse("`kind`", PING, "be another one where an ASV sends", "name it as you like")
+            return self._lasts
+        lasts = message.lasts_s
+        if lasts is None:
+            lasts = node.lasts_s(message.bytes)
+        if not (0.0 < lasts < inf and isfinite(lasts)):
+            refuse(
+                "duration (s) of a signal", lasts, "be finite and above 0", "give bytes, or lasts_s"
+            )
+        return lasts
+
+    def _let_ping(self, time: float) -> None:
+        """Let all AUVs ping that are to at an instant (s), in the order of their numbers."""
+        due, self._due = sorted(self._due), []
+        auvs, waits = [auv for auv, _ in due], [wait for _, wait in due]
+        waited = None if None in waits else np.array(waits, dtype=np.float64)
+        for ping, auv in zip(self._ping(auvs, time, waited), auvs, strict=True):
+            if self._hearing:
+                self._emit(BY_PING, ping, auv, time, self._lasts, self.auvs)
+                self._sounds.deafen(BY_OWN_PING, ping, auv, time, self._lasts)
+
+    def _signal(self, sender: int, message: Message, time: float, lasts: float) -> None:
+        number = len(self._record.signals)
+        kind, to, size = message.kind, message.to, message.bytes
+        name = self.names[sender]
+        self._record.signals.append(Signal(number, kind, name, to, time, lasts, size))
+        self._said.append(message)
+        fleet, own = (0, sender) if sender < self.auvs else (1, sender - self.auvs)
+        if own not in self._fleets[fleet].failed(time):
+            self._emit(BY_SIGNAL, number, sender, time, lasts, len(self.names))
+            self._sounds.deafen(BY_OWN_SIGNAL, number, sender, time, lasts)
+
+    def _emit(
+        self, kind: int, number: int, sender: int, time: float, lasts: float, listeners: int
+    ) -> None:
+        """Let a signal sound at the first so many of all vehicles, but at its sender and at those
+        that have failed.
+        """
+        for fleet in self._fleets:
+            fleet.advance(time)
+        sounds, band, first = self._sounds, self._uplink.band, self._sounds.count
+        deaf = np.zeros(listeners, dtype=np.bool_)
+        deaf[sender] |= sender < listeners
+        for before, fleet in zip((0, self.auvs), self._fleets, strict=True):
+            if fleet.failures is not None and before < listeners:
+                deaf[[before + it for it in fleet.failed(time)]] = True
+        sounds.room_for(listeners)
+        assert self._keys is not None
+        sounds.count = _spread(
+            sounds.sea.address, first, kind, number, sender, time, lasts, deaf, band.slant,
+            band.reach, self._loss, self._prospects(sender, time, listeners),
+            self._keys[sender, :listeners], int(self._sent[sender]),
+        )  # fmt: skip
+        self._sent[sender] += 1
+        for row in range(first, sounds.count):
+            inbox = self._inboxes.get(int(sounds.array[row]["listener"]))
+            if inbox is not None:
+                inbox.coming.append(row)
+                self._look_for(inbox, row)
+
+    def _prospects(self, sender: int, time: float, listeners: int) -> Rows:
+        """Return what becomes of a signal at the first so many of all vehicles (listeners,),
+        :data:`PROSPECT`, where a channel is asked; none on the disc.
+        """
+        if self._channel is None:
+            return np.empty(0, PROSPECT)
+        around = np.concatenate([places(fleet.motion, time)[:, :3] for fleet in self._fleets])
+        here, there, reach = around[[sender]], around[:listeners], self._uplink.band.reach
+        if sender < self.auvs:
+            asked = between(time, here, there, reach, calling=False)
+            return np.ascontiguousarray(self._channel.prospects(asked)[0])
+        asked = between(time, there, here, reach, calling=True)
+        return np.ascontiguousarray(self._channel.prospects(asked)[:, 0])
+
+    # Hearing
+
+    def _known(self, time: float) -> float:
+        """Return up to when (s) it is known how everybody moves, at least to an instant (s)."""
+        if self._foreseen:
+            return inf
+        for fleet in self._fleets:
+            fleet.advance(time)
+        return time
+
+    def heard(self, node: Node, since: float) -> list[tuple[float, float]]:
+        """Return the sounds at a vehicle, as :meth:`.node.Node.heard` says."""
+        sea, count, late = self._sounds.sea.address, self._sounds.count, node.clock_late_s
+        time = node.clock + late
+        spans = heard_meanwhile(sea, count, node.number, since + late, time, self._known(time))
+        return [(begins, ends) for begins, ends in (spans - late).tolist()]
+
+    def hears(self, node: Node) -> simpy.Event:
+        """Return the event of the next signal that a vehicle decodes, as :meth:`.node.Node.hears`
+        says.
+        """
+        inbox = self._inboxes.get(node.number)
+        if inbox is None:
+            rows = self._sounds.rows
+            here = (rows["listener"] == node.number) & (rows["sender"] != node.number)
+            inbox = _Inbox(node, np.flatnonzero(here).tolist())
+            self._inboxes[node.number] = inbox
+        if inbox.waiting is not None and not inbox.waiting.triggered:
+            refuse("hears", node.name, "be waited for once at a time", "`yield` it before the next")
+        inbox.waiting = self.env.event()
+        self._look(inbox)
+        if not inbox.waiting.triggered:
+            for row in inbox.coming:
+                self._look_for(inbox, row)
+        return inbox.waiting
+
+    def give_up(self, node: Node, event: simpy.Event) -> None:
+        """Let a vehicle wait no more for the event of a signal: nothing has come."""
+        if not event.triggered:
+            event.succeed(None)
+
+    def _look_for(self, inbox: "_Inbox", row: int) -> None:
+        """Look again once a sound, a row, may be over at a vehicle that waits."""
+        if inbox.waiting is None or inbox.waiting.triggered or row in inbox.awaited:
+            return
+        inbox.awaited.add(row)
+        event = moment(self.env, self._expected_end(row))
+
+        def look(_: simpy.Event) -> None:
+            inbox.awaited.discard(row)
+            self._look(inbox)
+            if row in inbox.coming:
+                self._look_for(inbox, row)
+
+        event.callbacks.append(look)
+
+    def _expected_end(self, row: int) -> float:
+        """Return when (s) a sound is over, or an instant before that at which to look again."""
+        sound, now = self._sounds.array[row], self.env.now
+        if not self._foreseen:
+            place = [
+                self._fleets[0].vehicles[it].at(now)
+                if it < self.auvs
+                else self._fleets[1].vehicles[it - self.auvs].at(now)
+                for it in (int(sound["sender"]), int(sound["listener"]))
+            ]
+            away = np.linalg.norm(np.subtract(place[0][:3], place[1][:3]))
+            way = float(away) / self._uplink.band.sound_speed
+            near = float(sound["sent_at_s"] + sound["late_s"]) + NEARLY_THERE * way
+            if near > now:
+                return near
+            known = self._known(now + (1.0 - NEARLY_THERE) * way + SOON)
+        else:
+            known = inf
+        _solve_row(self._sounds.sea.address, row, known)
+        end = float(self._sounds.array[row]["ended_at_s"])
+        return end if end < inf else now + SOON
+
+    def _look(self, inbox: "_Inbox") -> None:
+        """Decide what has come to an end at a vehicle by now; tell it of the first it has heard."""
+        now, over = self.env.now, []
+        for row in inbox.coming:
+            outcome, *_ = self._outcome(row, now)
+            sound = self._sounds.array[row]
+            if outcome != IN_FLIGHT:
+                over.append(row)
+                if outcome == HEARD:
+                    heappush(inbox.heard, (float(sound["ended_at_s"]), row))
+        inbox.coming = [row for row in inbox.coming if row not in over]
+        if inbox.heard and inbox.waiting is not None and not inbox.waiting.triggered:
+            inbox.waiting.succeed(self._told(inbox.node, heappop(inbox.heard)[1]))
+
+    def _outcome(self, row: int, time: float) -> tuple[int, int, int]:
+        """Return what has become of a sound by an instant (s), why, and by what."""
+        record, uplink = self._record, self._uplink
+        return _outcome(
+            self._sounds.sea.address, row, time + ROUNDING, self._known(time), self._sounds.count,
+            record.receptions.rows, record.pings.rows, self._lasts, self.auvs,
+            uplink.receiver.capture,
+        )  # fmt: skip
+
+    def _told(self, node: Node, row: int) -> Heard:
+        """Return a signal as a vehicle has it that has decoded it."""
+        sound, late = self._sounds.array[row], node.clock_late_s
+        began, ended = float(sound["arrived_at_s"]) - late, float(sound["ended_at_s"]) - late
+        sender = self.names[sound["sender"]]
+        if sound["kind"] == BY_PING:
+            return Heard(PING, sender, None, began, ended, 0, None)
+        message = self._said[sound["signal"]]
+        return Heard(message.kind, sender, message.to, began, ended, message.bytes, message.data)
+
+    def close(self, time: float) -> None:
+        """Put on record what became of each signal at each vehicle by an instant (s), the end."""
+        rows = self._sounds.rows
+        numbers = np.flatnonzero((rows["kind"] == BY_SIGNAL) | (rows["kind"] == BY_PING))
+        table = self._record.signal_receptions
+        for row in numbers.tolist():
+            outcome, why, by = self._outcome(row, time)
+            sound = self._sounds.array[row]
+            begun = sound["arrived_at_s"] < time
+            line = table.room_for(1)[table.count]
+            table.count += 1
+            of_ping = sound["kind"] == BY_PING
+            line["signal"] = NONE if of_ping else sound["signal"]
+            line["ping"] = sound["signal"] if of_ping else NONE
+            line["vehicle"] = sound["listener"]
+            line["arrived_at_s"] = sound["arrived_at_s"] if begun else nan
+            line["outcome"], line["why"], line["overlapped_by"] = outcome, why, by
+            line["loss_probability"] = sound["loss"]
+
+
+class _Inbox:
+    """What a vehicle is yet to hear that waits for signals: sounds that are coming, by their rows;
+    what it has heard but was not told of, by the instant (s) of its end; and who waits.
+    """
+
+    def __init__(self, node: Node, coming: list[int]) -> None:
+        self.node, self.coming = node, coming
+        self.heard: list[tuple[float, int]] = []
+        self.awaited: set[int] = set()
+        self.waiting: simpy.Event | None = None
+
+
+def _keys(streams: Streams, auvs: int, asvs: int) -> NDArray[np.uint64]:
+    """Return what the luck of signals is drawn by from each vehicle to each: a further one leaves
+    the others' as they were.
+    """
+    senders = [(0, auv) for auv in range(auvs)] + [(1, asv) for asv in range(asvs)]
+    return np.array(
+        [
+            np.concatenate([
+                streams.of(Purpose.SIGNAL, *sender, kind).integers(2**64, size=n, dtype=np.uint64)
+                for kind, n in enumerate((auvs, asvs))
+            ])
+            for sender in senders
+        ]
+    )  # fmt: skip
+
+
+@compiled
+def _spread(
+    packed: int, row: int, kind: int, signal: int, sender: int, time: float, lasts: float,
+    deaf: NDArray[np.bool_], slant: bool, reach: float, loss: LossTerms, prospects: Rows,
+    keys: NDArray[np.uint64], nth: int,
+) -> int:  # fmt: skip
+    """Write the sounds of a signal from a row on, at all that are not `deaf` (n,); return the row
+    after the last.
+
+    Each is lost by a chance of its pair of vehicles, by its key of `keys` (n,): that of the `nth`
+    signal of its sender.  On the disc there are no `prospects`, else (n,).
+    """
+    sea = unpacked(packed, Sea)
+    strengths, lates, here = np.full(deaf.size, nan), np.zeros(deaf.size), place_of(
+        sender, time, sea
+    )  # fmt: skip
+    chances = np.ones(deaf.size)
+    for listener in range(deaf.size):
+        if deaf[listener]:
+            continue
+        there = place_of(listener, time, sea)
+        if prospects.size:
+            prospect = prospects[listener]
+            chances[listener] = prospect.loss
+            if prospect.loss < 1.0 or prospect.sound > 0.0:
+                strengths[listener], lates[listener] = prospect.sound, prospect.late_s
+        elif within(here, there, slant, reach):
+            strengths[listener] = 1.0
+            chances[listener] = loss_probability(distance(here, there), loss)
+    end = emit(sea, row, kind, signal, sender, time, lasts, strengths, lates)
+    for number in range(row, end):
+        sound = sea.sounds[number]
+        sound.loss = chances[sound.listener]
+        if sound.loss >= 1.0:
+            sound.outcome, sound.why = OUT_OF_RANGE, OUT_OF_RANGE
+        elif uniform(keys[sound.listener], 0, nth, 0) < sound.loss:
+            sound.outcome, sound.why = LOST, CHANCE
+        if sound.listener >= sea.auvs.first.size - 1:  # what pings meet at ASVs
+            solve(sound, inf, sea)
+    return end
+
+
+@compiled
+def _solve_row(packed: int, row: int, known: float) -> None:
+    sea = unpacked(packed, Sea)
+    solve(sea.sounds[row], known, sea)
+
+
+@compiled
+def _outcome(
+    packed: int, row: int, time: float, known: float, count: int, receptions: Rows, pings: Rows,
+    ping_s: float, auvs: int, capture: float,
+) -> tuple[int, int, int]:  # fmt: skip
+    """Return what has become of a sound, a row of the first `count`, by an instant (s), why and by
+    what; in flight if it is not over by then.  How vehicles move is `known` up to another one.
+
+    At ASVs pings sound as well: `receptions`.
+    """
+    sea = unpacked(packed, Sea)
+    sound, sounds = sea.sounds[row], sea.sounds[:count]
+    solve(sound, known, sea)
+    if sound.outcome == OUT_OF_RANGE:
+        return OUT_OF_RANGE, OUT_OF_RANGE, NONE
+    if sound.ended_at_s > time:
+        return IN_FLIGHT, NONE, NONE
+    begins, ends, listener = sound.arrived_at_s, sound.ended_at_s, sound.listener
+    expect(listener, begins, known, count, sea)
+    others, strongest = interference(
+        sounds, row, row + 1, listener, begins, ends, sounds[count - 1].longest_s, None
+    )
+    why, by, most = NONE, NONE, 0.0
+    if strongest != NONE:
+        why, by, most = sounds[strongest].kind, sounds[strongest].signal, sounds[strongest].sound
+    if listener >= auvs and len(pings):
+        longest, met = PASSED * pings[-1].longest_s + ping_s, len(receptions)
+        more, strongest = interference(
+            receptions, met, met, listener - auvs, begins, ends, longest, None
+        )
+        others += more
+        if strongest != NONE and receptions[strongest].sound > most:
+            why, by = BY_PING, receptions[strongest].ping
+    if drowns(sound.sound, others, capture):
+        return COLLIDED, why, by
+    return (LOST, sound.why, NONE) if sound.outcome == LOST else (HEARD, NONE, NONE)
