@@ -2,8 +2,8 @@
 
 Theory of operation
 -------------------
-A program (`aloha`, `csma`, `t_lohi`, `macau`) is a generator of SimPy's steps: it waits, listens and
-sends, by the verbs of `node.Node`, and knows nothing but what its vehicle hears.  `air.Air` lets
+A program (`aloha`, `csma`, `t_lohi`, `macau`) is a generator of SimPy's steps: it waits, listens
+and sends by the verbs of `node.Node`; it knows nothing but what its vehicle hears.  `air.Air` lets
 what it sends sound at all others, on the sea of the HF band (`...acoustics.sounds`): pings of AUVs
 become receptions at ASVs as with any schedule, and are sounds at other AUVs; every other signal is
 a sound everywhere.

@@ -21,6 +21,7 @@ from ...acoustics.sounds import Sea, emit, expect, heard_meanwhile, interference
 from ...acoustics.travel_time import NEARLY_THERE, PASSED, distance
 from ...core.arrays import Floats
 from ...core.compiled import compiled
+from ...core.facts import cached_property
 from ...core.packed import unpacked
 from ...core.streams import Purpose, Streams, uniform
 from ...core.wording import did_you_mean, refuse
@@ -86,12 +87,26 @@ class Air:
             for kind, fleet in zip(("AUV", "ASV"), fleets, strict=True)
             for number in range(len(fleet))
         ]
-        self._keys = _keys(streams, len(fleets[0]), len(fleets[1])) if hearing else None
+        self._streams = streams
         self._sent = np.zeros(len(self.names), dtype=np.int64)  # signals of each so far
         self._sends_until = np.full(len(self.names), -inf)
         self._due: list[tuple[int, float | None]] = []  # AUVs that ping now, and how long held back
         self._said: list[Message] = []
         self._inboxes: dict[int, _Inbox] = {}
+
+    @cached_property
+    def _keys(self) -> NDArray[np.uint64]:
+        """What the luck of signals is drawn by from each vehicle to each: a further one leaves the
+        others' as they were.
+        """
+        counts = len(self._fleets[0]), len(self._fleets[1])
+        senders = [(kind, number) for kind in (0, 1) for number in range(counts[kind])]
+
+        def drawn(sender: tuple[int, int], kind: int) -> NDArray[np.uint64]:
+            stream = self._streams.of(Purpose.SIGNAL, *sender, kind)
+            return stream.integers(2**64, size=counts[kind], dtype=np.uint64)
+
+        return np.array([np.concatenate((drawn(it, 0), drawn(it, 1))) for it in senders])
 
     # Sending
 
@@ -174,7 +189,6 @@ class Air:
             if fleet.failures is not None and before < listeners:
                 deaf[[before + it for it in fleet.failed(time)]] = True
         sounds.room_for(listeners)
-        assert self._keys is not None
         sounds.count = _spread(
             sounds.sea.address, first, kind, number, sender, time, lasts, deaf, band.slant,
             band.reach, self._loss, self._prospects(sender, time, listeners),
@@ -342,22 +356,6 @@ class _Inbox:
         self.heard: list[tuple[float, int]] = []
         self.awaited: set[int] = set()
         self.waiting: simpy.Event | None = None
-
-
-def _keys(streams: Streams, auvs: int, asvs: int) -> NDArray[np.uint64]:
-    """Return what the luck of signals is drawn by from each vehicle to each: a further one leaves
-    the others' as they were.
-    """
-    senders = [(0, auv) for auv in range(auvs)] + [(1, asv) for asv in range(asvs)]
-    return np.array(
-        [
-            np.concatenate([
-                streams.of(Purpose.SIGNAL, *sender, kind).integers(2**64, size=n, dtype=np.uint64)
-                for kind, n in enumerate((auvs, asvs))
-            ])
-            for sender in senders
-        ]
-    )  # fmt: skip
 
 
 @compiled

@@ -198,14 +198,15 @@ class MfDownlink(Deliveries):
         if self._channel is not None:
             promised = self._ask(self._channel(size, airtime), rows, asv, time)
         self._is_shared |= time < self._passed_at
-        self._frames.room_for(1)[number] = on_air, airtime, processing, sounds.count
+        self._frames.room_for(1)
         sounds.room_for(auvs)
-        last = begin_frame(
-            self._sent_in.address, sounds.sea.address, number, asv, time, rows, foreseen, promised
-        )
+        last, longest = begin_frame(
+            self._sent_in.address, sounds.sea.address, number, sounds.count, asv, time, on_air,
+            airtime, processing, rows, foreseen, promised,
+        )  # fmt: skip
         self._frames.count += 1
         sounds.count += auvs
-        self._passed_at = max(self._passed_at, time + float(sounds.rows[-1]["longest_s"]))
+        self._passed_at = max(self._passed_at, time + longest)
         if self.deafens is not None and on_air > 0.0:
             self.deafens.deafen(BY_OWN_FRAME, number, auvs + asv, time, on_air)
         if last >= 0.0:

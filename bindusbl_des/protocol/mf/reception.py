@@ -72,22 +72,24 @@ class Sent(NamedTuple):
 
 @compiled
 def begin_frame(
-    packed: int, packed_sea: int, number: int, asv: int, time: float, carried: Ints, foreseen: bool,
-    promised: Rows,
-) -> float:  # fmt: skip
-    """Let an ASV send fixes, the rows `carried` (k,), in a frame at an instant (s), `number` of the
-    frames: write its sounds.
+    packed: int, packed_sea: int, number: int, count: int, asv: int, time: float, on_air: float,
+    airtime: float, processing: float, carried: Ints, foreseen: bool, promised: Rows,
+) -> tuple[float, float]:  # fmt: skip
+    """Let an ASV send fixes, the rows `carried` (k,), in a frame at an instant (s), which is to
+    last `airtime` (s) and is on the air for `on_air` (s); write it as `number` of the frames, and
+    its sounds behind the first `count`.
 
-    `packed` is the address of a :class:`Sent`, `packed_sea` that of a :class:`Sea`, which has room
+    `packed` is the address of a :class:`Sent`, `packed_sea` that of a :class:`Sea`, which have room
     for them.  What becomes of it at each AUV is `promised` (n,), :data:`PROMISE`, or nothing on the
-    disc.  The fixes tell when their AUVs will have them: once its modem has handed the frame over.
+    disc.  The fixes tell when their AUVs will have them: `processing` (s) after the end has come.
     An AUV out of range when the frame begins never gets its fix, nor one that loses it, and where
     its way is not `foreseen` the arrival is left open (NaN).  Return the last instant (s) of those
-    known, or -1.
+    known, or -1, and how long (s) after it was sent no sound is over later.
     """
     into, sea, last = unpacked(packed, Sent), unpacked(packed_sea, Sea), -1.0
     fixes, auvs, rate, frame = into.fixes, sea.auvs, into.rate, into.frames[number]
-    airtime = frame.airtime_s
+    frame.on_air_s, frame.airtime_s, frame.processing_s = on_air, airtime, processing
+    frame.first = count
     ends = where(sea.asvs, asv, time + airtime)
     _sound(number, asv, time, frame, promised, into, sea)
     for row in carried:
@@ -102,7 +104,7 @@ def begin_frame(
             travel = late + travel_time_to(ends, auvs, line.auv, sent_at, sea.sound_speed)
             line.arrives_at_s = after(rate, time, airtime + travel + frame.processing_s)
             last = max(last, line.arrives_at_s)
-    return last
+    return last, sea.sounds[count + auvs.first.size - 2].longest_s
 
 
 @compiled
