@@ -6,11 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bindusbl_des import Mission, Scenario
-from bindusbl_des.geometry.area import rectangle
-from bindusbl_des.geometry.lanes import Ruling, strips
-from bindusbl_des.geometry.paths import Path
-from bindusbl_des.geometry.routes import Turning, lawnmower
+from bindusbl_des import Mission, Scenario, Setup
 from bindusbl_des.scenario.files.scenario_file import Source
 
 
@@ -54,12 +50,12 @@ def lanes_over_square(
     radius: float,
     start: str = "strip_centre",
     turns: str = "shortest",
-) -> Path:
+) -> Any:
     """Return the path of one AUV of a team over its strip of a square (m)."""
-    area = rectangle(side, side)
-    share = strips(area, Ruling(spacing, margin), total)[number]
-    begin = share.centre if start == "strip_centre" else None
-    return lawnmower(share, spacing, Turning(radius, turns), begin=begin, box=area.box)[0]
+    route = {"lane_spacing_m": spacing, "end_margin_m": margin, "start": start, "turns": turns}
+    vehicle = {"model": "kinematic", "turning_radius_m": radius}
+    auvs = {"count": total, "vehicle": vehicle, "route": {"kind": "lawnmower", **route}}
+    return Setup(scenario(survey={"side_m": side}, auvs=auvs)).plans[number].path
 
 
 def merged(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:

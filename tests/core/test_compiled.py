@@ -195,7 +195,7 @@ def test_the_doctor_says_where_code_is_kept(home: Path, monkeypatch: pytest.Monk
         told = command("doctor").stdout.splitlines()
         return next(it for it in told if "compiled code" in it)
 
-    # Its tiny mission would be compiled in that folder, for minutes, and have its code there.
+    # Its tiny mission is not asked about: where no code is kept yet, that is compiled for minutes.
     monkeypatch.setitem(sys.modules, "bindusbl_des.mission.simulation", None)
     monkeypatch.setattr(module, "PACKAGE", PACKAGE)
     monkeypatch.setattr(module, "_roots", lambda: [home / "code"])

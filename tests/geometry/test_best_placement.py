@@ -3,6 +3,7 @@
 import math
 import tracemalloc
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,17 +13,17 @@ from numpy.typing import NDArray
 
 from bindusbl_des import covered_area, covering_radius, formation
 from bindusbl_des.geometry import covering
-from bindusbl_des.geometry.area import Area, polygon
+from bindusbl_des.geometry.area import polygon
 from bindusbl_des.geometry.covering import max_cover
 from bindusbl_des.geometry.placement import descended, det, information, trace_of_inverse
-from bindusbl_des.planning.placement import Ring, least_ring
+from bindusbl_des.planning.placement import least_ring
 
 Floats = NDArray[np.float64]
 
 
 def least_covering_ring(
-    survey: Area | float, count: int, widest: float, middle: tuple[float, float] = (0.0, 0.0)
-) -> Ring:
+    survey: Any, count: int, widest: float, middle: tuple[float, float] = (0.0, 0.0)
+) -> Any:
     """Return the regular formation that hears everywhere with the least range."""
     return least_ring(count, lambda places: covering_radius(survey, places), widest, middle)
 

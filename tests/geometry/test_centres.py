@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bindusbl_des.geometry import covering
 from bindusbl_des.geometry.covering import circumscribed, diametral, enclosing_circle, k_centre
-from bindusbl_des.geometry.placement import NOWHERE, assignment, least_sum
+from bindusbl_des.geometry.placement import assignment, least_sum
 
 Floats = NDArray[np.float64]
 # On a lattice places coincide, lie in a row and four of them on one circle.
@@ -124,7 +124,7 @@ def test_vessels_move_no_more_than_they_must(
     vessels: list[tuple[float, float]], places: list[tuple[float, float]]
 ) -> None:
     chosen = assignment(vessels, places).tolist()
-    gone = [(n, it) for n, it in enumerate(chosen) if it != NOWHERE]
+    gone = [(n, it) for n, it in enumerate(chosen) if it >= 0]
     moved = sum(dist(vessels[n], places[it]) ** 2 for n, it in gone)
     few, many = sorted((vessels, places), key=len)
     least = min(

@@ -2,26 +2,29 @@
 
 import math
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path as FilePath
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from voyages import way
 from worlds import lanes_over_square, scenario
 
 from bindusbl_des import simulate
-from bindusbl_des.geometry.area import Box, rectangle
-from bindusbl_des.geometry.lanes import Ruling, lane_ordinates, strips
-from bindusbl_des.geometry.paths import Path, Pose, Segment, through
+from bindusbl_des.geometry.area import rectangle
+from bindusbl_des.geometry.lanes import Ruling, strips
+from bindusbl_des.geometry.paths import through
 from bindusbl_des.geometry.routes import lane_order, there_and_back, turn_about, waypoint_poses
 from bindusbl_des.vehicles.tracks import read_track
-from bindusbl_des.vehicles.vehicle import Place, kinematic, moored, recorded
+from bindusbl_des.vehicles.vehicle import kinematic
 
 JOIN = math.radians(20)
 
 
-def smooth_and_round(path: Path, radius: float, length: float) -> None:
+def smooth_and_round(path: Any, radius: float, length: float) -> None:
     """Check that a path never jumps, nor turns tighter than its radius."""
     step = 0.01
     poses = path.sample(np.arange(0.0, length, step))
@@ -61,9 +64,10 @@ def test_lanes_cover_each_strip() -> None:
     assert [lane.y for lane in share.lanes] == pytest.approx(
         [-18.333333, -8.333333, 1.666667, 11.666667]
     )
-    assert lane_ordinates(-30, 15, 10) == [-25.0]
-    assert lane_ordinates(24, 6, 10) == [27.0]
-    assert len(lane_ordinates(-50, 100, 10)) == 10
+    [whole] = strips(rectangle(140, 100), Ruling(10.0, 5.0), 1)
+    assert len(whole.lanes) == 10
+    [narrow] = strips(rectangle(140, 6), Ruling(10.0, 5.0), 1)
+    assert [lane.y for lane in narrow.lanes] == [0.0]
 
 
 @given(st.integers(1, 40), st.integers(1, 6))
@@ -98,7 +102,7 @@ def test_turning_about_ends_on_the_line(
 ) -> None:
     """After the turn the vehicle is on the line, heads along it, as far along as promised."""
     turn, joined = turn_about(yaw, radius, angle, hand)
-    end = Path(Pose(0.0, 0.0, yaw), turn).end
+    end = way(*turn, begin=(0.0, 0.0, yaw)).end
     assert end.x == pytest.approx(joined, abs=1e-9 * radius + 1e-9)
     assert end.y == pytest.approx(0.0, abs=1e-9 * radius + 1e-9)
     assert math.remainder(end.yaw, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
@@ -117,31 +121,12 @@ def test_waypoints_are_passed() -> None:
 
 def test_at_and_sample_agree() -> None:
     """One instant or many: the same place."""
-    segments = (Segment(0.0, 10.0), Segment(0.2, 7.0), Segment(-0.1, 9.0))
-    for path in (Path(Pose(1, 2, 0.3), segments), Path(Pose(0, 0, 0), segments, repeats_from=3.0)):
+    parts = (0.0, 10.0), (0.2, 7.0), (-0.1, 9.0)
+    for path in (way(*parts, begin=(1, 2, 0.3)), replace(way(*parts), repeats_from=3.0)):
         distances = np.linspace(0, 80, 333)
         many = path.sample(distances)
         for distance, row in zip(distances.tolist(), many, strict=True):
             assert row == pytest.approx(np.array(path.at(distance)), abs=1e-9)
-
-
-def test_vehicles_know_their_place() -> None:
-    """Vehicles answer for any instant, one or many at a time."""
-    times = np.array([0.0, 1.0, 7.5, 12.0])
-    path = Path(Pose(0, 0, 0), (Segment(0.0, 10.0), Segment(0.5, 3.0)))
-    track = recorded(np.array([1.0, 5.0, 6.0]), np.array([[0, 0, 2], [4, 0, 4], [4, 0, 5.0]]))
-    for vehicle in (kinematic(path, 1.0, 10.0), moored(Place(1, 2, 3, 0.4)), track):
-        many = vehicle.sample(times)
-        for time, row in zip(times.tolist(), many, strict=True):
-            assert tuple(vehicle.at(time)) == pytest.approx(tuple(row))
-    assert kinematic(path, 1.0, 10.0).distance(99.0) == 13.0
-    assert track.at(3.0) == pytest.approx((2.0, 0.0, 3.0, 0.0))
-    assert track.distance(10.0) == 4.0
-    assert moored(Place(1, 2, 3, 0.4)).distance(9.0) == 0.0
-    late = recorded(np.array([5.0, 6.0]), np.array([[0, 0, 2], [0, 4, 4.0]]))
-    assert late.at(1.0) == (0.0, 0.0, 2.0, math.pi / 2)  # already as it will set out
-    turns = recorded(np.array([0.0, 2.0, 3.0]), np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0.0]]))
-    assert turns.at(2.0).yaw == math.pi / 2  # a new leg begins at its sample
 
 
 GOOD = "time_s,x_m,y_m,depth_m\n0,0,0,1\n2,4,0,1\n"
@@ -198,8 +183,7 @@ def test_a_track_in_the_air_is_refused(
 
 def test_a_tour_goes_on_as_long_as_it_must() -> None:
     """A vehicle on its tenth lap is where its tour has it, and has come as far."""
-    segments = (Segment(0.0, 10.0), Segment(0.2, 7.0), Segment(-0.1, 9.0))
-    tour = Path(Pose(0, 0, 0), segments, repeats_from=3.0)
+    tour = replace(way((0.0, 10.0), (0.2, 7.0), (-0.1, 9.0)), repeats_from=3.0)
     vehicle = kinematic(tour, 2.0, 10.0, until=120.0)
     for time in np.linspace(0.0, 120.0, 77):
         x, y, yaw = tour.at(2.0 * time)
@@ -223,7 +207,7 @@ def test_the_box_of_a_path_is_as_far_as_it_comes(
     start: tuple[float, float, float], pieces: list[tuple[float, float]]
 ) -> None:
     """Joints and the points where arcs turn back are enough: sampling finds nothing farther."""
-    path = Path(Pose(*start), tuple(Segment(*piece) for piece in pieces))
+    path = way(*pieces, begin=start)
     places = path.sample(np.linspace(0.0, path.length, 4001))[:, :2]
-    found = Box(*places.min(axis=0), *places.max(axis=0))
-    assert path.box == pytest.approx(found, abs=1e-4)
+    found = [*places.min(axis=0), *places.max(axis=0)]
+    assert tuple(path.box) == pytest.approx(found, abs=1e-4)

@@ -1,21 +1,22 @@
 """AUVs that come up to the surface on their way, and take it up again where they left it."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from voyages import way
 from worlds import merged, scenario
 
 from bindusbl_des import Scenario, Setup, simulate
-from bindusbl_des.geometry.paths import Path, Pose, Segment
 from bindusbl_des.geometry.routes import Surfacing, surfaced
 from bindusbl_des.verification.case import Case, bounds_of
 
 # Up and down 10 m at 45 degrees are 20 m, in circles of 5 m radius one of 31.4 m
 ASKED = Surfacing(every=100.0, radius=5.0, depth=10.0, angle=math.radians(45.0), stay=3.0)
-LINE = Path(Pose(0.0, 0.0, 0.0), (Segment(0.0, 150.0), Segment(0.1, 50.0)))
+LINE = way((0.0, 150.0), (0.1, 50.0))
 
 
 def moved(distance: float, breaks: list[float], asked: Surfacing) -> float:
@@ -44,7 +45,7 @@ def test_it_comes_up_in_whole_circles_and_goes_on_where_it_left_its_path() -> No
 @pytest.mark.parametrize("every", [30.0, 60.0, 77.0, 170.0])
 def test_a_tour_comes_up_as_often_in_each_of_its_laps(every: float) -> None:
     asked = ASKED._replace(every=every)
-    tour = Path(LINE.start, LINE.segments, repeats_from=30.0)
+    tour = replace(LINE, repeats_from=30.0)
     path, breaks = surfaced(tour, asked)
     first = path.repeats_from
     assert first is not None
@@ -131,6 +132,6 @@ def test_hulls_that_know_no_surface_are_refused(vehicle: str) -> None:
 
 def test_a_path_on_which_it_would_come_up_without_end_is_refused() -> None:
     """A thousand kilometres, up every metre: planned as a whole, that took minutes."""
-    line = Path(Pose(0.0, 0.0, 0.0), (Segment(0.0, 1e6),))
+    line = way((0.0, 1e6))
     with pytest.raises(ValueError, match=r"come up 1,000,000 times on its path of 1e\+03 km"):
         surfaced(line, ASKED._replace(every=1.0))

@@ -11,12 +11,6 @@ from hypothesis import strategies as st
 from worlds import merged, packets_of, scenario, still
 
 from bindusbl_des import Result, Scenario, Setup, simulate
-from bindusbl_des.preflight.bounds import (
-    aloha_success,
-    offered_load,
-    slot_share,
-    slotted_success,
-)
 
 PING_S = 0.010
 
@@ -51,9 +45,9 @@ def share_heard(result: Result) -> float:
 )
 def test_pure_aloha_meets_its_closed_form(count: int, every_s: float, pings: float) -> None:
     """e^(-2 G (N - 1) / N) within 1 %, G = N T / F the load that AUVs offer (Abramson)."""
-    load = offered_load(count, PING_S, every_s)
+    load = count * PING_S / every_s
     found = share_heard(simulate(crowd(count, "aloha", every_s, pings), 1))
-    assert found == pytest.approx(aloha_success(load, count), rel=0.01)
+    assert found == pytest.approx(exp(-2.0 * load * (count - 1) / count), rel=0.01)
 
 
 @pytest.mark.parametrize(
@@ -66,7 +60,7 @@ def test_what_an_auv_leaves_out_is_counted(count: int, every_s: float, pings: fl
     found = share_heard(simulate(crowd(count, "aloha", every_s, pings), 1))
     exact = (exp(-own) / (1.0 + own)) ** (count - 1)
     assert found == pytest.approx(exact, rel=0.01)
-    textbook = aloha_success(count * own, count)
+    textbook = exp(-2.0 * own * (count - 1))
     assert log(exact / textbook) == pytest.approx((count - 1) * own**2 / 2, rel=0.15)
 
 
@@ -83,18 +77,18 @@ def test_slotted_aloha_meets_its_closed_form(count: int, every_s: float, pings: 
     plan = crowd(count, "slotted_aloha", every_s, pings)
     slot = Setup(plan).slots.uplink_slot
     result = simulate(plan, 1)
-    load = offered_load(count, slot, every_s)
-    assert share_heard(result) == pytest.approx(slotted_success(load, count), rel=0.01)
+    load = count * slot / every_s
+    assert share_heard(result) == pytest.approx(exp(-load * (count - 1) / count), rel=0.01)
     slots = plan.duration_s / slot
     sent = result.tables["auvs"].pings.sum() / (count * slots)
-    assert sent == pytest.approx(slot_share(slot, every_s), rel=0.01)
+    assert sent == pytest.approx(1.0 - exp(-slot / every_s), rel=0.01)
 
 
 def test_two_of_a_slot_are_heard_where_their_ways_differ_by_more_than_a_ping() -> None:
     """Two AUVs 4 and 30 m away, 17 ms apart by sound, lose nothing, though they share slots."""
     places = {"route": {"kind": "hold", "positions_m": [[4.0, 0.0], [30.0, 0.0]]}}
     plan = crowd(2, "slotted_aloha", 0.2, 2_000, auvs=places)
-    assert slotted_success(offered_load(2, Setup(plan).slots.uplink_slot, 0.2), 2) < 0.7
+    assert exp(-Setup(plan).slots.uplink_slot / 0.2) < 0.7
     assert share_heard(simulate(plan, 1)) == 1.0
 
 

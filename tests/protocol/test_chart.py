@@ -3,12 +3,12 @@
 import math
 
 import pytest
+from voyages import way
 
-from bindusbl_des.geometry.paths import Path, Pose, Segment
 from bindusbl_des.protocol.predicted_positions import Touring
 
 # There and back, on legs two metres apart.
-HAIRPIN = Path(Pose(0, 0, 0), (Segment(0.0, 100.0), Segment(1.0, math.pi), Segment(0.0, 100.0)))
+HAIRPIN = way((0.0, 100.0), (1.0, math.pi), (0.0, 100.0))
 
 
 @pytest.mark.parametrize(("along", "aside"), [(91.0, 1.4), (93.0, 1.2), (95.0, 1.1)])

@@ -19,7 +19,6 @@ from bindusbl_des import (
     downlink_slot,
     simulate,
 )
-from bindusbl_des.acoustics.messages import payload_bytes
 
 PASSIVE: dict[str, Any] = {"protocol": {"ranging": "passive"}}
 
@@ -210,7 +209,7 @@ def test_the_rate_of_an_auv_does_not_fall_with_the_team() -> None:
     slots = Setup(still(3, **PASSIVE)).slots
     for auvs in (3, 10, 30):
         assert rate(auvs, "passive") == pytest.approx(1 / slots.uplink_slot, rel=0.01)
-        down = downlink_slot(airtime(payload_bytes(auvs)), slots.crossing_time)
+        down = downlink_slot(airtime(8 + 16 * auvs), slots.crossing_time)
         bound = 1 / (auvs * slots.uplink_slot + down)
         assert rate(auvs, "owtt_sync") == pytest.approx(bound, abs=1 / 120)
     assert rate(30, "passive") == rate(3, "passive")

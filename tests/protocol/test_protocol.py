@@ -8,11 +8,19 @@ import pytest
 from worlds import scenario, still
 
 from bindusbl_des import Setup, airtime, downlink_slot, load_scenario, simulate, uplink_slot
-from bindusbl_des.acoustics.messages import payload_bytes
-from bindusbl_des.core.clock import ExactClock, TickClock
-from bindusbl_des.protocol.slots import crossing_time
 
 TICK = 1 / 30
+ON_TICKS = Setup(still()).slots.clock  # of 30 Hz
+
+
+def payload_bytes(fixes: int) -> int:
+    """Return the bytes of a header and so many fixes."""
+    return 8 + 16 * fixes
+
+
+def crossing_time(side: float) -> float:
+    """Return how long (s) sound takes across a survey."""
+    return Setup(scenario(survey={"side_m": float(side)})).slots.crossing_time
 
 
 @pytest.mark.parametrize(
@@ -25,7 +33,7 @@ TICK = 1 / 30
 )
 def test_slots_are_the_papers(side: int, slot_ticks: int, downlink_ticks: list[int]) -> None:
     """The slots of the paper's three surveys, in ticks, for 0 to 5 fixes."""
-    slots, clock = Setup(still(side=float(side))).slots, TickClock(30)
+    slots, clock = Setup(still(side=float(side))).slots, ON_TICKS
     assert clock.after(0, slots.uplink_slot) * 30 == pytest.approx(slot_ticks)
     found = [round(clock.after(0, slots.downlink_slot(k)) * 30) for k in range(6)]
     assert found == downlink_ticks
@@ -34,9 +42,9 @@ def test_slots_are_the_papers(side: int, slot_ticks: int, downlink_ticks: list[i
 def test_ticks_are_rounded_up_robustly() -> None:
     """An uplink slot of L / 600 s is L / 20 ticks for every survey, whatever the float says."""
     for side in range(20, 2001, 20):
-        crossing = crossing_time(side)
-        assert TickClock(30).after(0, 2.5 * crossing) * 30 == pytest.approx(side / 20)
-        assert TickClock(30).after(0, 10 * crossing) * 30 == pytest.approx(side / 5)
+        crossing = side / 1500.0
+        assert ON_TICKS.after(0, 2.5 * crossing) * 30 == pytest.approx(side / 20)
+        assert ON_TICKS.after(0, 10 * crossing) * 30 == pytest.approx(side / 5)
 
 
 @pytest.mark.parametrize(("fixes", "ticks"), [(1, [6, 7, 7, 8]), (3, [14, 14, 15, 16])])
@@ -44,7 +52,7 @@ def test_delivery_takes_one_ceiling(fixes: int, ticks: list[int]) -> None:
     """Airtime and travel time are added before they are rounded up to a tick."""
     for distance, expected in zip((0, 20, 50, 100), ticks, strict=True):
         duration = airtime(payload_bytes(fixes)) + distance / 1500
-        assert round(TickClock(30).after(0, duration) * 30) == expected
+        assert round(ON_TICKS.after(0, duration) * 30) == expected
 
 
 def test_guard_is_inert_in_the_papers_surveys() -> None:
@@ -59,7 +67,7 @@ def test_downlink_slot_grows_with_the_payload() -> None:
     """Ten fixes take 1.344 s on the air, beyond the shortest slot of a 60 m survey."""
     assert airtime(payload_bytes(10)) == pytest.approx(1.344)
     assert downlink_slot(1.344, 0.04) == pytest.approx(1.394)
-    assert ExactClock().after(1.0, 0.498) == 1.498
+    assert Setup(scenario(protocol={"tick_rate_hz": None})).slots.clock.after(1.0, 0.498) == 1.498
 
 
 def expected_fixes(side: float, count: int, duration: float = 300.0) -> tuple[int, list[float]]:

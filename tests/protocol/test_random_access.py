@@ -11,12 +11,10 @@ from pydantic import ValidationError
 from worlds import merged, scenario
 
 from bindusbl_des import Mission, Result, Scenario, Setup, simulate, warnings_of
-from bindusbl_des.advice.changes import _downlinks
 from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.preflight.effort import effort
-from bindusbl_des.scenario.declared import SCHEDULES
 
-RANDOM_ACCESS = [name for name, it in SCHEDULES.items() if it.random_access]
+RANDOM_ACCESS = ["aloha", "slotted_aloha", "csma"]
 
 MOVING = {
     "duration_s": 40.0,
@@ -210,13 +208,3 @@ def test_each_ping_and_fix_is_explained(schedule: str) -> None:
     plain = [" ".join(it.split()) for it in known]
     assert any("MF was free, so that it is broadcast at once" in it for it in plain)
     assert any("frames before it held the band until now" in it for it in plain)
-
-
-@pytest.mark.parametrize(
-    ("downlink", "tried"), [("sequential", "direct_reply"), ("direct_reply", "sequential")]
-)
-def test_advice_tries_no_downlink_that_means_the_same(downlink: str, tried: str) -> None:
-    """Of the downlinks only direct replies differ from broadcasts."""
-    plan = moving("aloha", protocol={"downlink": downlink})
-    assert _downlinks(plan) == (tried,)
-    assert len(_downlinks(scenario())) > 2

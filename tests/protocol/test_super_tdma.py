@@ -9,11 +9,8 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from worlds import merged, scenario, still
 
-from bindusbl_des import Scenario, Setup, simulate, travel_time
-from bindusbl_des.preflight.idle_keys import idle_keys
-from bindusbl_des.preflight.round_lengths import rounds_of
+from bindusbl_des import Scenario, Setup, simulate, travel_time, warnings_of
 from bindusbl_des.protocol.schedules.super_tdma import departures
-from bindusbl_des.vehicles.vehicle import Place
 
 PLACES = [[20.0, 0.0], [-36.0, 0.0], [0.0, 45.0]]
 PING, SOUND, CLEAR = 0.01, 1500.0, 0.02
@@ -103,11 +100,11 @@ def test_no_two_arrivals_overlap(
     step = moves * np.array([np.cos(turn), np.sin(turn), 0.0])
     for asv in range(len(asvs)):
 
-        def at(time: float, asv: int = asv) -> Place:
-            return Place(*(there[asv] + step * time), 0.0)
+        def at(time: float, asv: int = asv) -> np.ndarray:
+            return np.append(there[asv] + step * time, 0.0)
 
         comes = np.sort([
-            departs[auv] + travel_time(Place(*here[auv], 0.0), at, float(departs[auv]), SOUND)
+            departs[auv] + travel_time(np.append(here[auv], 0.0), at, float(departs[auv]), SOUND)
             for auv in np.flatnonzero(heard[:, asv])
         ])  # fmt: skip
         assert (np.diff(comes) >= lasts - 2e-9).all()
@@ -151,11 +148,8 @@ def test_the_uplink_is_shorter_than_slots_and_no_shorter_than_its_bound() -> Non
         spots = [[40.0 * np.cos(k), 40.0 * np.sin(k)] for k in range(count)]
         world = packed(spots, duration_s=5.0)
         uplink = simulate(world).tables["rounds"].uplink_s[0]
-        slots = rounds_of(Setup(world))
-        assert uplink < count * slots.slots.uplink_slot
+        assert uplink < count * Setup(world).slots.uplink_slot
         assert uplink >= count * (PING + CLEAR)
-        downlink = slots.slots.downlink_slot(count)
-        assert slots.least(count, count) <= uplink + downlink <= slots.length(count, count) + 1e-9
 
 
 def test_an_auv_that_nobody_hears_pings_at_once() -> None:
@@ -180,6 +174,7 @@ def test_what_packing_does_not_go_with_is_refused(protocol: Any, told: str) -> N
 
 def test_guards_of_slots_are_idle_where_there_are_no_slots() -> None:
     keys = {"uplink_guard_s": 0.1, "shortest_uplink_slot_s": 0.1}
-    told = {it.key for it in idle_keys(Setup(packed(protocol=keys)))}
+    told = {it.key for it in warnings_of(packed(protocol=keys))}
     assert {f"protocol.{name}" for name in keys} <= told
-    assert not {it.key for it in idle_keys(Setup(packed(protocol={**keys, "schedule": "dsatur"})))}
+    slotted = warnings_of(packed(protocol={**keys, "schedule": "dsatur"}))
+    assert not any(it.key.startswith("protocol.") for it in slotted)

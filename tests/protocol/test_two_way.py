@@ -11,7 +11,6 @@ from played_for_tests import PING, Track, at, moving, played
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
 from bindusbl_des import Result, Scenario, range_loss, simulate
-from bindusbl_des.usbl.fusion import fuse_shared
 from bindusbl_des.usbl.two_way import own_range
 
 TWTT = {"ranging": "twtt", "tick_rate_hz": None}
@@ -333,26 +332,6 @@ def test_calls_change_no_other_noise() -> None:
     every, some = errors(0.0), errors(0.5)
     assert 50 < len(some) < 0.7 * len(every)
     assert some == every[: len(some)]
-
-
-@given(st.integers(0, 10_000), st.integers(1, 4))
-def test_shared_errors_are_fused_as_by_all_at_once(seed: int, others: int) -> None:
-    """Fix by fix or all in one weighted least squares: the same estimate and covariance."""
-    rng = np.random.default_rng(seed)
-    root = rng.standard_normal((4, 4))
-    prior, first = root @ root.T + 0.1 * np.eye(4), rng.standard_normal(4)
-    information, vector = np.linalg.inv(prior), np.linalg.inv(prior) @ first
-    state, spread = first, prior
-    for _ in range(others):
-        unit, root = rng.standard_normal(3), rng.standard_normal((3, 3))
-        unit /= np.linalg.norm(unit)
-        noise, fix = root @ root.T + 0.1 * np.eye(3), rng.standard_normal(3)
-        design = np.column_stack((np.eye(3), -unit))
-        information = information + design.T @ np.linalg.inv(noise) @ design
-        vector = vector + design.T @ np.linalg.inv(noise) @ fix
-        state, spread, _, _ = fuse_shared(state, spread, fix, noise, -unit.reshape(3, 1))
-    assert spread == pytest.approx(np.linalg.inv(information), abs=1e-7)
-    assert state == pytest.approx(np.linalg.solve(information, vector), abs=1e-6)
 
 
 @pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])

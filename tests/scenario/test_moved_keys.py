@@ -4,11 +4,10 @@ import json
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
+from commands_for_tests import call
 from worlds import merged
 
 from bindusbl_des import Scenario, ScenarioError, load_campaign, load_scenario
-from bindusbl_des.cli import main
 from bindusbl_des.preflight.warnings import Reading, read_scenario
 
 # section, key, value, where it belongs, the part that has it
@@ -92,7 +91,7 @@ def test_with_another_part_it_is_a_mistake_that_names_the_one_that_has_it(
 ) -> None:
     other = OTHERS[key]
     file = written(tmp_path, section, **{key: other, name: value})
-    refused = CliRunner().invoke(main, ["validate", str(file)])
+    refused = call("validate", str(file))
     assert refused.exit_code == 2
     why = f"is a setting of the {key} {part}, and {key} is {other}"
     remedy = f"remove it, or write `{key}: {{model: {part}, {name}: "
@@ -116,7 +115,7 @@ def test_a_sweep_over_the_former_spelling_varies_the_setting(tmp_path: Path) -> 
     """Its points have the key of today, and say so."""
     file = written(tmp_path, "navigation", filter="fixed_gain")
     words = ["sweep", str(file), "--vary", "navigation.gain=0.3,0.6", "--seeds", "1"]
-    ran = CliRunner().invoke(main, [*words, "--out", str(tmp_path / "c"), "--json"])
+    ran = call(*words, "--out", str(tmp_path / "c"), "--json")
     assert ran.exit_code == 0, ran.output
     missions = load_campaign(tmp_path / "c").missions
     assert missions["navigation.filter.gain"].tolist() == [0.3, 0.6]

@@ -10,12 +10,10 @@ import numpy as np
 import pytest
 import yaml
 from commands_for_tests import call
-from families_for_tests import home_of
+from families_for_tests import allow, forbid, home_of
 from pydantic import ValidationError
 
 from bindusbl_des import PlanView, Scenario, load_scenario, simulate
-from bindusbl_des.core import plugins
-from bindusbl_des.core.plugins import PluginError, allow
 
 OWN = """
 import numpy as np
@@ -119,7 +117,7 @@ def test_auvs_go_where_the_route_says() -> None:
 def test_vehicles_with_dynamics_fly_way_points_of_ones_own() -> None:
     own = mission(auvs={"vehicle": "bluerov2", "route": {"kind": "own_plans:ladder"}})
     assert simulate(own, 1).auvs.distance_m.min() > 5.0
-    with pytest.raises(PluginError, match="bluerov2 flies way points; with tracks use kinematic"):
+    with pytest.raises(ValueError, match="bluerov2 flies way points; with tracks use kinematic"):
         simulate(mission(auvs={"vehicle": "bluerov2", "route": {"kind": "own_plans:circles"}}), 1)
 
 
@@ -132,7 +130,7 @@ def test_whoever_reads_a_result_asks_nobody(home: Path) -> None:
     simulate(own, 1).write(home / "r")
     (home / "own_plans.py").unlink()
     sys.modules.pop("own_plans")
-    plugins._admitted.clear()
+    forbid()
     for words in (
         ("plot", "r", "coverage", "--out", "c.png"),
         ("plot", "r", "trajectory", "--out", "t.png"),

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from click.testing import CliRunner
+from commands_for_tests import call
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from worlds import parse_scenario
@@ -23,7 +23,6 @@ from bindusbl_des import (
     simulate,
     sweep,
 )
-from bindusbl_des.cli import main
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.results.result import scenario_sha256
 from bindusbl_des.scenario.keys import json_schema
@@ -165,10 +164,10 @@ def test_names_of_all_kinds_are_run(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "m.yaml").write_text(json.dumps({**MISSION, "name": name}, ensure_ascii=False))
     options = ("--no-advice", "--set", "duration_s=2")
-    assert CliRunner().invoke(main, ["run", "m.yaml", *options]).exit_code == 0
+    assert call("run", "m.yaml", *options).exit_code == 0
     (folder,) = (tmp_path / "results").iterdir()
     again = ["run", str(folder / "scenario.yaml"), "--no-advice", "--out", "again"]
-    outcome = CliRunner().invoke(main, again)
+    outcome = call(*again)
     assert outcome.exit_code == 0, outcome.output
     assert load_scenario("again/scenario.yaml").name == name
 
@@ -181,7 +180,7 @@ def test_names_that_differ_have_folders_that_differ(
     names = ["⚓", "⛵", "⛵⛵", "bay ⚓", "bay ⛵", *(("日" * 99 + end) for end in "ab")]
     for name in (*names, "bay 1", "лодка"):
         (tmp_path / "m.yaml").write_text(json.dumps({**MISSION, "name": name}, ensure_ascii=False))
-        ran = CliRunner().invoke(main, ["run", "m.yaml", "--set", "duration_s=1"])
+        ran = call("run", "m.yaml", "--set", "duration_s=1")
         assert ran.exit_code == 0, ran.output
     folders = {path.name for path in (tmp_path / "results").iterdir()}
     assert len(folders) == len(names) + 2
@@ -206,7 +205,7 @@ def test_the_scenario_kept_beside_results_finds_its_tracks(
     for file in ("t.csv", tmp_path / "t.csv"):
         (tmp_path / "m.yaml").write_text(text % file)
         words = ["run", "m.yaml", "--no-advice", "--out", "out/r", "--force"]
-        assert CliRunner().invoke(main, words).exit_code == 0
+        assert call(*words).exit_code == 0
         kept, first = load_scenario("out/r/scenario.yaml"), load_scenario("m.yaml")
         assert scenario_sha256(kept) == scenario_sha256(first)
         assert simulate(kept).tables["tracks"].equals(simulate(first).tables["tracks"])

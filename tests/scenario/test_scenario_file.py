@@ -5,12 +5,11 @@ import pickle
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
+from commands_for_tests import call
 from worlds import parse_scenario
 from wrong_scenarios import HEAD, ROUTE, WRONG, text_of
 
 from bindusbl_des import Scenario, ScenarioError, load_scenario
-from bindusbl_des.cli import main
 from bindusbl_des.core.mistakes import Mistake
 from bindusbl_des.core.plain_yaml import read_yaml, scalar
 
@@ -31,7 +30,7 @@ def test_wrong_file_ends_a_command_with_2(
     """A wrong file ends every command with its messages, exit code 2 and nothing left behind."""
     monkeypatch.chdir(tmp_path)
     Path("f.yaml").write_text(text_of(case), encoding="utf-8")
-    result = CliRunner().invoke(main, [command, "f.yaml"])
+    result = call(command, "f.yaml")
     assert result.exit_code == 2
     assert [line for line in result.output.splitlines() if line.startswith("f.yaml")] == [
         f"f.yaml:{line}" for line in WRONG[case][1]
@@ -302,7 +301,7 @@ def test_validate_tells_machines_the_same(tmp_path: Path) -> None:
     """The JSON of `validate` holds file, line, column, key and message."""
     path = tmp_path / "f.yaml"
     path.write_text("name: m\nduration_s: 0\n")
-    result = CliRunner().invoke(main, ["-q", "validate", str(path), "--json"])
+    result = call("-q", "validate", str(path), "--json")
     report = json.loads(result.stdout)
     assert report == {
         "valid": False,

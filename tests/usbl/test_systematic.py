@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from worlds import blank, scenario
 
 from bindusbl_des import Setup
@@ -203,6 +205,26 @@ def fused(
     for fix, covariance, jacobian in zip(fixes[1:], covariances[1:], jacobians[1:], strict=True):
         state, spread, _, _ = fuse_shared(state, spread, fix, covariance, jacobian)
     return state[:3], spread[:3, :3]
+
+
+@given(st.integers(0, 10_000), st.integers(1, 4))
+def test_shared_errors_are_fused_as_by_all_at_once(seed: int, others: int) -> None:
+    """Fix by fix or all in one weighted least squares: the same estimate and covariance."""
+    rng = np.random.default_rng(seed)
+    root = rng.standard_normal((4, 4))
+    prior, first = root @ root.T + 0.1 * np.eye(4), rng.standard_normal(4)
+    information, vector = np.linalg.inv(prior), np.linalg.inv(prior) @ first
+    state, spread = first, prior
+    for _ in range(others):
+        unit, root = rng.standard_normal(3), rng.standard_normal((3, 3))
+        unit /= np.linalg.norm(unit)
+        noise, fix = root @ root.T + 0.1 * np.eye(3), rng.standard_normal(3)
+        design = np.column_stack((np.eye(3), -unit))
+        information = information + design.T @ np.linalg.inv(noise) @ design
+        vector = vector + design.T @ np.linalg.inv(noise) @ fix
+        state, spread, _, _ = fuse_shared(state, spread, fix, noise, -unit.reshape(3, 1))
+    assert spread == pytest.approx(np.linalg.inv(information), abs=1e-7)
+    assert state == pytest.approx(np.linalg.solve(information, vector), abs=1e-6)
 
 
 @pytest.mark.parametrize(
