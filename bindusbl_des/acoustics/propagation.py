@@ -114,12 +114,6 @@ def drowns(strength: float, others: float, capture: float) -> bool:
 
 
 @compiled
-def overlap(one: float, other: float, duration: float) -> bool:
-    """Tell whether two sounds of one length (s) that begin at two instants (s) overlap."""
-    return meet(one, one + duration, other, other + duration)
-
-
-@compiled
 def meet(begins: float, ends: float, other_begins: float, other_ends: float) -> bool:
     """Tell whether two sounds overlap that last from an instant (s) to another; touching is none.
 

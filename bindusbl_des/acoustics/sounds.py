@@ -2,7 +2,7 @@
 
 A signal spreads from where its sender is as it begins (:func:`emit`): a sound for each vehicle that
 it reaches.  When it is there follows from where the listener is by then, the light-time equation;
-that is solved once somebody asks and it is known (:func:`expect`).  Sounds stay on record in the
+that is solved once somebody asks and it is known (:func:`solve`).  Sounds stay on record in the
 order in which their signals were sent, so that what else arrives meanwhile stands beside them
 (:func:`interference`): one search for all kinds of signals and listeners.
 
@@ -126,22 +126,9 @@ def deafen(
 
 
 @compiled
-def expect(listener: int, since: float, known: float, count: int, sea: Sea) -> None:
-    """Work out when sounds are at a listener, of the first `count` those that may not be over by an
-    instant (s), as far as it is known how who sends and who listens move: up to another one.
-    """
-    for row in range(count - 1, -1, -1):
-        sound = sea.sounds[row]
-        if sound.sent_at_s + sea.sounds[count - 1].longest_s < since - TOUCH:
-            break
-        if sound.listener == listener:
-            solve(sound, known, sea)
-
-
-@compiled
 def solve(sound: Row, known: float, sea: Sea) -> None:
-    """Write when a sound is at its listener, by the light-time equation; arguments as of
-    :func:`expect`.
+    """Write when a sound is at its listener, by the light-time equation, as far as it is known how
+    who sends and who listens move: up to an instant (s), infinite if to the end.
     """
     if isnan(sound.travel_s):
         way = _way(sound, sound.sent_at_s, known, sea)
@@ -176,28 +163,29 @@ def _way(sound: Row, leaves: float, known: float, sea: Sea) -> float:
 @compiled
 def interference(
     sounds: Rows, before: int, after: int, listener: int, begins: float, ends: float,
-    longest: float, echoes: Rows | None,
+    longest: float, echoes: Rows | None, sea: Sea | None, known: float,
 ) -> tuple[float, int]:  # fmt: skip
     """Return how strong sounds are together that a listener has between two instants (s), and the
     row of the strongest, of equally strong ones the last that was sent before; NONE if none is.
 
     Rows `before` a number and from another on, `after`, are sought: what stands between is not
     asked.  None is over later than `longest` (s) after it was sent.  Their `echoes`, row by row, as
-    of :data:`.sonar_channel.ECHO`, sound too, where there are any.  `sounds` are those of a
-    :class:`Sea`, or rows that have the same columns.
+    of :data:`.sonar_channel.ECHO`, sound too, where there are any.  `sounds` are those of a `sea`,
+    where vehicles' motion is `known` up to an instant (s); or rows that have the same columns, and
+    are worked out.
     """
     total, most, strongest = 0.0, 0.0, NONE
     for row in range(before - 1, -1, -1):
         if sounds[row].sent_at_s + longest < begins:
             break
-        strength = _meanwhile(row, sounds, listener, begins, ends, echoes)
+        strength = _meanwhile(row, sounds, listener, begins, ends, echoes, sea, known)
         total += strength
         if strength > most:
             most, strongest = strength, row
     for row in range(after, len(sounds)):
         if sounds[row].sent_at_s > ends:
             break
-        strength = _meanwhile(row, sounds, listener, begins, ends, echoes)
+        strength = _meanwhile(row, sounds, listener, begins, ends, echoes, sea, known)
         total += strength
         if strength > most:
             most, strongest = strength, row
@@ -206,11 +194,14 @@ def interference(
 
 @compiled
 def _meanwhile(
-    row: int, sounds: Rows, listener: int, begins: float, ends: float, echoes: Rows | None
-) -> float:
+    row: int, sounds: Rows, listener: int, begins: float, ends: float, echoes: Rows | None,
+    sea: Sea | None, known: float,
+) -> float:  # fmt: skip
     """Return how strong a sound and its echoes are at a listener between two instants (s)."""
     sound, strength = sounds[row], 0.0
     if sound.listener == listener:
+        if sea is not None:
+            solve(sound, known, sea)
         if meet(begins, ends, sound.arrived_at_s, sound.ended_at_s):
             strength = sound.sound
         if echoes is not None:
@@ -229,21 +220,21 @@ def heard_meanwhile(
     """Return from when to when (s) sounds are at a listener, (n, 2) in the order in which they
     begin, that it has had anything of between two instants (s), the later of which is now.
 
-    `packed` is the address of a :class:`Sea` with so many sounds; `known` as of :func:`expect`.
+    `packed` is the address of a :class:`Sea` with so many sounds; `known` as of :func:`solve`.
     One that begins as another ends counts; of a signal that begins at this very instant nobody
     knows.
     """
     sea, size = unpacked(packed, Sea), 0
-    expect(listener, since, known, count, sea)
     spans = np.empty((count, 2))
     for row in range(count - 1, -1, -1):
         sound = sea.sounds[row]
         if sound.sent_at_s + sea.sounds[count - 1].longest_s < since - TOUCH:
             break
-        there = sound.arrived_at_s <= time + TOUCH and sound.ended_at_s > since + TOUCH
-        if sound.listener == listener and sound.sent_at_s < time - TOUCH and there:
-            spans[size, 0], spans[size, 1] = sound.arrived_at_s, sound.ended_at_s
-            size += 1
+        if sound.listener == listener and sound.sent_at_s < time - TOUCH:
+            solve(sound, known, sea)
+            if sound.arrived_at_s <= time + TOUCH and sound.ended_at_s > since + TOUCH:
+                spans[size, 0], spans[size, 1] = sound.arrived_at_s, sound.ended_at_s
+                size += 1
     return spans[:size][np.argsort(spans[:size, 0], kind="mergesort")]
 
 

@@ -25,7 +25,6 @@ from ..records.metrics import WORST_IS_LARGEST, AuvMetrics, Utilisation
 from ..records.rows import NONE, Recorder, Rows, row_type
 from ..results.schemas import never_null
 from ..results.tables import from_numbers, from_rows
-from ..scenario.declared import access_named
 from ..scenario.sections.acoustics import Band
 from ..vehicles.motion import places
 from .accuracy import note_accuracy, refuse, track_points
@@ -58,7 +57,7 @@ def event_tables(world: World) -> dict[str, pa.Table]:
         "assignments": from_rows("assignments", record.assignments),
         "fixes": _fixes_table(record, len(world.asv_fleet)),
         **({"gnss_fixes": _gnss_fixes_table(record)} if gnss else {}),
-        **(_signal_tables(world) if access_named(protocol.program).signals else {}),
+        **(_signal_tables(world) if protocol.signals else {}),
         "tracks": _tracks_table(world),
     }
 
@@ -254,7 +253,7 @@ def modem_energies(world: World) -> tuple[Floats, Floats] | None:
             world.setup.sound_speed_m_per_s,
             end,
         )
-        if access_named(protocol.program).signals:
+        if protocol.signals:
             sounds = world.network.uplink.sounds.rows
             on_air = on_sea(record, sounds, len(fleets[0]), len(fleets[1]), end)
         else:

@@ -6,14 +6,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..acoustics.propagation import TOUCH
-from ..protocol.conflicts import hearing
-from ..records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
+from ..records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, NONE, OUT_OF_RANGE, WORDS
 from ..records.rows import Recorder, Row, Rows
 from ..results.violations import Violation, Violations
 from .world import World
 
 Counts = dict[str, list[Any]]
+
+# What somebody sent itself as a signal came, by the reason of the record
+OWN = {"own_ping": "a ping of its own", "own_frame": "a frame of its own"}
 
 
 def heard_of_auvs(record: Recorder, auvs: int, begin: float) -> Counts:
@@ -123,41 +124,25 @@ def _ping(world: World, receptions: Rows) -> Iterator[Violation]:
     sender, receiver = f"AUV{ping['auv']}", f"ASV{reception['asv']}"
     if passive:
         sender, receiver = f"ASV{ping['asv']}", f"AUV{reception['auv']}"
-    others = tuple(_overlapping(world, reception))
+    others = tuple(_strongest(world, reception))
     yield Violation(
         "ping", float(reception["arrived_at_s"]), sender, receiver, int(ping["round"]),
         int(ping["slot"]), others,
     )  # fmt: skip
 
 
-def _overlapping(world: World, reception: Row) -> Iterator[str]:
-    """Yield who sent what overlaps a reception at its receiver: other pings, and calls."""
-    lasts = world.setup.scenario.acoustics.hf.ping_s - TOUCH
-    receptions, pings = world.record.receptions.rows, world.record.pings.rows
-    passive = world.setup.scenario.protocol.asvs_ping
-    there = "auv" if passive else "asv"
-    near = np.abs(receptions["arrived_at_s"] - reception["arrived_at_s"]) < lasts
-    near &= receptions["ping"] != reception["ping"]
-    for other in np.flatnonzero(near & (receptions[there] == reception[there])):
-        if receptions["sound"][other] > 0.0:
-            ping = pings[receptions["ping"][other]]
-            yield f"that of ASV{ping['asv']}" if passive else f"that of AUV{ping['auv']}"
-    called = pings[pings["called_by"] >= 0]
-    if not len(called):
-        return
-    here = np.array(
-        world.asv_fleet.vehicles[reception["asv"]].at(float(reception["arrived_at_s"]))[:3]
-    )
-    seen = set()
-    for ping in called[np.abs(called["called_at_s"] - reception["arrived_at_s"]) < 1.0 + lasts]:
-        caller, sent = int(ping["called_by"]), float(ping["called_at_s"])
-        source = np.array(world.asv_fleet.vehicles[caller].at(sent)[:3])
-        band = world.network.uplink.band
-        arrives = sent + float(np.linalg.norm(source - here)) / band.sound_speed
-        is_near = hearing(source[None], here[None], band.reach, band.slant)[0, 0]
-        if is_near and abs(arrives - reception["arrived_at_s"]) < lasts:
-            seen.add(f"a call of ASV{caller}")
-    yield from sorted(seen)
+def _strongest(world: World, line: Row) -> Iterator[str]:
+    """Yield who sent what destroyed a reception of a ping or frame, the strongest of all."""
+    why, by = WORDS[line["why"]], int(line["overlapped_by"])
+    if why in OWN:
+        yield OWN[why]
+    elif why == "ping":
+        ping = world.record.pings.rows[by]
+        yield f"that of AUV{ping['auv']}" if ping["asv"] == NONE else f"that of ASV{ping['asv']}"
+    elif why == "frame":
+        yield f"that of ASV{world.record.broadcasts[by].asv}"
+    elif why == "call":
+        yield f"a call of ASV{by}"
 
 
 def _call(world: World, destroyed: Rows) -> Iterator[Violation]:
@@ -181,5 +166,6 @@ def _frame(world: World, frames: Rows) -> Iterator[Violation]:
     frame = frames[np.argmin(frames["broadcast"])]
     sent = world.record.broadcasts[int(frame["broadcast"])]
     yield Violation(
-        "frame", sent.sent_at_s, f"ASV{sent.asv}", f"AUV{frame['auv']}", sent.round, None, ()
+        "frame", sent.sent_at_s, f"ASV{sent.asv}", f"AUV{frame['auv']}", sent.round, None,
+        tuple(_strongest(world, frame)),
     )  # fmt: skip

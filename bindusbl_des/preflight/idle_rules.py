@@ -45,7 +45,8 @@ CALLS = names(declared.RANGINGS, lambda traits: traits.calls)
 OWN_CLOCKS = names(declared.RANGINGS, lambda traits: traits.own_clocks)
 REPLIES = names(declared.DOWNLINKS, lambda traits: traits.replies)
 FRAMED = names(declared.SCHEDULES, lambda traits: traits.framed)
-PROGRAMS = tuple(name for name in declared.ACCESSES if name != "scheduled")
+PROGRAMS = names(declared.ACCESSES, lambda traits: traits.law != "slots")
+SLOTLESS = names(declared.ACCESSES, lambda traits: traits.law not in ("slots", "slotted"))
 RANDOM = names(declared.SCHEDULES, lambda traits: traits.random_access)
 UNSLOTTED = names(declared.SCHEDULES, lambda traits: traits.access in ("poisson", "sensing"))
 POLLED = names(declared.SCHEDULES, lambda traits: traits.calls)
@@ -231,7 +232,7 @@ PROTOCOL = (
         "AUVs ping as they like",
     ),
     Idle(
-        {"protocol.access": tuple(name for name in PROGRAMS if name != "slotted_aloha")},
+        {"protocol.access": SLOTLESS},
         ("protocol.uplink_guard_s", "protocol.shortest_uplink_slot_s"),
         "AUVs ping as they like, in no slots",
     ),

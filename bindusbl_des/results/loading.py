@@ -9,7 +9,6 @@ import pyarrow as pa
 from ..core.files import check_seal, read_json, unreadable
 from ..core.kept_files import placed
 from ..core.mistakes import ScenarioWarning
-from ..scenario.declared import access_named
 from ..scenario.files.former_keys import as_now
 from ..scenario.scenario import Scenario
 from .effects import Advice, from_data
@@ -101,7 +100,7 @@ def _tables(folder: Path, scenario: Scenario, run: Mapping[str, Any]) -> dict[st
     """
     names = ("auvs", "mission", *(EVENT_TABLES if scenario.record.detail == "full" else ()))
     kept = {"gnss_fixes"} if scenario.navigation.gnss_fix is not None else set()
-    if access_named(scenario.protocol.program).signals:
+    if scenario.protocol.signals:
         kept |= {"signals", "signal_receptions"}
     names = tuple(name for name in names if name not in SOMETIMES or name in kept)
     paths = {name: folder / f"{name}.parquet" for name in names}

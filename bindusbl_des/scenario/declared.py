@@ -112,12 +112,12 @@ class ScheduleTraits(Traits):
 class AccessTraits(Traits):
     """How AUVs ping that run a program each, as they like.
 
-    By which `law` it pings is told as a schedule's `access`: no closed form tells of a `program`.
-    Whether AUVs hear each other (`hears`), send `signals` beside pings, and ASVs run the program as
-    well (`on_asvs`).
+    By which `law` it pings is told as a schedule's `access` is: no closed form tells of a
+    `program`.  Whether AUVs hear each other (`hears`), send `signals` beside pings, and ASVs run
+    the program as well (`on_asvs`).
     """
 
-    law: Literal["program", "poisson", "slotted", "sensing"] = "program"
+    law: Literal["slots", "program", "poisson", "slotted", "sensing"] = "program"
     hears: bool = True
     signals: bool = True
     on_asvs: bool = True
@@ -267,7 +267,7 @@ SCHEDULES: Mapping[str, ScheduleTraits] = {
     "csma": ScheduleTraits(settings=CarrierSense, access="sensing"),
 }
 ACCESSES: Mapping[str, AccessTraits] = {
-    "scheduled": AccessTraits(hears=False, signals=False, on_asvs=False),
+    "scheduled": AccessTraits(law="slots", hears=False, signals=False, on_asvs=False),
     "aloha": AccessTraits(law="poisson", hears=False, signals=False, on_asvs=False),
     "slotted_aloha": AccessTraits(law="slotted", hears=False, signals=False, on_asvs=False),
     "csma": AccessTraits(settings=CarrierSense, law="sensing", signals=False, on_asvs=False),
@@ -280,7 +280,6 @@ BY_SCHEDULE = {
     "poisson": "aloha",
     "slotted": "slotted_aloha",
     "sensing": "csma",
-    "program": "csma",
 }
 DOWNLINKS: Mapping[str, DownlinkTraits] = {
     "sequential": DownlinkTraits(

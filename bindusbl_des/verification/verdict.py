@@ -14,7 +14,6 @@ from ..core.facts import cached_property
 from ..core.plugins import is_plugin
 from ..core.wording import plain
 from ..preflight.round_lengths import rounds_of
-from ..scenario.declared import access_named
 from ..scenario.files.overrides import put
 from ..scenario.files.scenario_file import load_scenario
 from ..scenario.scenario import Scenario
@@ -244,7 +243,7 @@ def _unknown(case: Case) -> Iterator[SignalPair]:
         if is_plugin(str(name)):
             why = "who sends when only the plug-in says: nothing is proved beyond what was played"
             yield undecided("part of one's own", str(name), why, None)
-    if protocol.random_access and access_named(protocol.program).law == "program":
+    if protocol.random_access and case.setup.schedule.access == "program":
         why = "who sends when its program says, by what it hears: nothing is proved beyond play"
         yield undecided("program of access", str(protocol.program), why, "hf")
     if protocol.duplex != "per_band":

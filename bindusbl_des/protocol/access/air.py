@@ -17,7 +17,7 @@ from simpy.events import EventPriority
 from ...acoustics.channel import NO_LOSS, AskedChannel, between
 from ...acoustics.loss import LossTerms, loss_probability
 from ...acoustics.propagation import PROSPECT, drowns, within
-from ...acoustics.sounds import Sea, emit, expect, heard_meanwhile, interference, place_of, solve
+from ...acoustics.sounds import Sea, emit, heard_meanwhile, interference, place_of, solve
 from ...acoustics.travel_time import NEARLY_THERE, PASSED, distance
 from ...core.arrays import Floats
 from ...core.compiled import compiled
@@ -106,7 +106,9 @@ class Air:
             stream = self._streams.of(Purpose.SIGNAL, *sender, kind)
             return stream.integers(2**64, size=counts[kind], dtype=np.uint64)
 
-        return np.array([np.concatenate((drawn(it, 0), drawn(it, 1))) for it in senders])
+        return np.array(
+            [np.concatenate((drawn(sender, 0), drawn(sender, 1))) for sender in senders]
+        )
 
     # Sending
 
@@ -187,7 +189,7 @@ class Air:
         deaf[sender] |= sender < listeners
         for before, fleet in zip((0, self.auvs), self._fleets, strict=True):
             if fleet.failures is not None and before < listeners:
-                deaf[[before + it for it in fleet.failed(time)]] = True
+                deaf[[before + number for number in fleet.failed(time)]] = True
         sounds.room_for(listeners)
         sounds.count = _spread(
             sounds.sea.address, first, kind, number, sender, time, lasts, deaf, band.slant,
@@ -251,8 +253,8 @@ class Air:
                 self._look_for(inbox, row)
         return inbox.waiting
 
-    def give_up(self, node: Node, event: simpy.Event) -> None:
-        """Let a vehicle wait no more for the event of a signal: nothing has come."""
+    def give_up(self, event: simpy.Event) -> None:
+        """Let nobody wait any more for the event of a signal: nothing has come."""
         if not event.triggered:
             event.succeed(None)
 
@@ -275,13 +277,9 @@ class Air:
         """Return when (s) a sound is over, or an instant before that at which to look again."""
         sound, now = self._sounds.array[row], self.env.now
         if not self._foreseen:
-            place = [
-                self._fleets[0].vehicles[it].at(now)
-                if it < self.auvs
-                else self._fleets[1].vehicles[it - self.auvs].at(now)
-                for it in (int(sound["sender"]), int(sound["listener"]))
-            ]
-            away = np.linalg.norm(np.subtract(place[0][:3], place[1][:3]))
+            away = np.linalg.norm(
+                np.subtract(self._place(int(sound["sender"])), self._place(int(sound["listener"])))
+            )
             way = float(away) / self._uplink.band.sound_speed
             near = float(sound["sent_at_s"] + sound["late_s"]) + NEARLY_THERE * way
             if near > now:
@@ -292,6 +290,12 @@ class Air:
         _solve_row(self._sounds.sea.address, row, known)
         end = float(self._sounds.array[row]["ended_at_s"])
         return end if end < inf else now + SOON
+
+    def _place(self, vehicle: int) -> tuple[float, float, float]:
+        """Return where (m) a vehicle is now."""
+        fleet, number = (0, vehicle) if vehicle < self.auvs else (1, vehicle - self.auvs)
+        x, y, z, _ = self._fleets[fleet].vehicles[number].at(self.env.now)
+        return x, y, z
 
     def _look(self, inbox: "_Inbox") -> None:
         """Decide what has come to an end at a vehicle by now; tell it of the first it has heard."""
@@ -424,9 +428,8 @@ def _outcome(
     if sound.ended_at_s > time:
         return IN_FLIGHT, NONE, NONE
     begins, ends, listener = sound.arrived_at_s, sound.ended_at_s, sound.listener
-    expect(listener, begins, known, count, sea)
     others, strongest = interference(
-        sounds, row, row + 1, listener, begins, ends, sounds[count - 1].longest_s, None
+        sounds, row, row + 1, listener, begins, ends, sounds[count - 1].longest_s, None, sea, known
     )
     why, by, most = NONE, NONE, 0.0
     if strongest != NONE:
@@ -434,7 +437,7 @@ def _outcome(
     if listener >= auvs and len(pings):
         longest, met = PASSED * pings[-1].longest_s + ping_s, len(receptions)
         more, strongest = interference(
-            receptions, met, met, listener - auvs, begins, ends, longest, None
+            receptions, met, met, listener - auvs, begins, ends, longest, None, None, inf
         )
         others += more
         if strongest != NONE and receptions[strongest].sound > most:

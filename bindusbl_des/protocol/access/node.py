@@ -15,7 +15,7 @@ on the HF band, where it costs airtime and may drown what others hear (:mod:`.ai
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from math import inf, isfinite
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import simpy
 from numpy.random import Generator as RandomStream
@@ -23,9 +23,6 @@ from numpy.random import Generator as RandomStream
 from ...core.wording import refuse
 from ..slots import Slots
 from ..steps import moment
-
-if TYPE_CHECKING:
-    from .air import Air
 
 Steps = Generator[simpy.Event, Any, None]
 Program = Callable[["Node"], Steps]
@@ -62,7 +59,7 @@ class Node:
     slots: Slots
     random: RandomStream
     packets: Iterator[float]
-    air: "Air"
+    air: "Medium"
     number: int  # among all vehicles: AUVs come first, then ASVs
     clock_late_s: float = 0.0
     _woken: float = 0.0
@@ -136,7 +133,7 @@ class Node:
         """
         event = self.air.hears(self)
         if within_s is not None:
-            self.wait(within_s).callbacks.append(lambda _: self.air.give_up(self, event))
+            self.wait(within_s).callbacks.append(lambda _: self.air.give_up(event))
         return event
 
     def send(
@@ -160,6 +157,29 @@ class Node:
                 the name of whom it is sent to, or it does not last a finite time above 0.
         """
         return self.air.send(self, Message(kind, to, bytes, lasts_s, data), waited_s)
+
+
+class Medium(Protocol):
+    """What carries what nodes send and hear (:class:`.air.Air`): the names of all vehicles, AUVs
+    first, of which so many are `auvs`.
+    """
+
+    env: simpy.Environment
+    names: list[str]
+    auvs: int
+    bit_rate_bps: float
+
+    def send(self, node: Node, message: "Message", waited_s: float | None) -> simpy.Event:
+        """Let a node send a signal; return the event of its end."""
+
+    def heard(self, node: Node, since: float) -> list[tuple[float, float]]:
+        """Return from when to when a node had sounds."""
+
+    def hears(self, node: Node) -> simpy.Event:
+        """Return the event of the next signal that a node decodes."""
+
+    def give_up(self, event: simpy.Event) -> None:
+        """Let nobody wait for the event of a signal any more."""
 
 
 class Message(NamedTuple):

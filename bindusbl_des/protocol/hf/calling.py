@@ -10,7 +10,7 @@ import numpy as np
 from ...acoustics.bursts import burst_luck
 from ...acoustics.loss import chance_of
 from ...acoustics.propagation import Spread, drowns, late, lost, reaches, sound, within
-from ...acoustics.sounds import DEAFENING, Sea, emit, expect, interference
+from ...acoustics.sounds import DEAFENING, Sea, emit, interference, solve
 from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled
 from ...core.packed import unpacked
@@ -57,8 +57,9 @@ def interrogate(
     fleet = auvs.first.size - 1
     for caller in np.unique(callers):
         count = _call(caller, time, count, into, sea)
-    for asv in range(asvs.first.size - 1):
-        expect(fleet + asv, time, inf, count, sea)
+    for row in range(first, count):
+        if sea.sounds[row].listener >= fleet:  # what pings meet at ASVs
+            solve(sea.sounds[row], inf, sea)
     for k in range(len(group)):
         answer, auv, caller = answers[k], group[k], callers[k]
         here, there = where(auvs, auv, time), where(asvs, caller, time)
@@ -67,11 +68,11 @@ def interrogate(
         answer.call_why = OUT_OF_RANGE
         if not reaches(here, there, auv, caller, way):
             continue
-        expect(auv, time, inf, count, sea)  # where it will be is known, or predicted
         row = first
         while sea.sounds[row].sender != fleet + caller or sea.sounds[row].listener != auv:
             row += 1
         call = sea.sounds[row]
+        solve(call, inf, sea)  # where the AUV will be is known, or predicted
         chance = lost((call.travel_s - call.late_s) * band.sound_speed, auv, caller, way)
         drawn = chances[k]
         if bursts is not None:
@@ -81,7 +82,7 @@ def interrogate(
             answer.call, answer.call_why = LOST, CHANCE if bursts is None else BURST
         others, _ = interference(
             sea.sounds[:count], row, row + 1, auv, call.arrived_at_s, call.ended_at_s,
-            sea.sounds[count - 1].longest_s, None,
+            sea.sounds[count - 1].longest_s, None, sea, inf,
         )  # fmt: skip
         if drowns(call.sound, others, capture):
             answer.call, answer.call_why = COLLIDED, BY_CALL

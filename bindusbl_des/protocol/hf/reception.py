@@ -325,7 +325,7 @@ def _meanwhile(row: int, air: Air, echoes: Rows | None) -> tuple[float, int, int
     begins, ends, ping = reception.arrived_at_s, reception.ended_at_s, pings[reception.ping]
     why, number, longest = BY_PING, NONE, PASSED * ping.longest_s + air.duration
     others, strongest = interference(
-        air.receptions, row, row + 1, reception.listener, begins, ends, longest, echoes
+        air.receptions, row, row + 1, reception.listener, begins, ends, longest, echoes, None, inf
     )
     if strongest != NONE:
         other = air.receptions[strongest]
@@ -335,7 +335,7 @@ def _meanwhile(row: int, air: Air, echoes: Rows | None) -> tuple[float, int, int
     if len(sounds):
         listener, longest = air.first_listener + reception.listener, sounds[-1].longest_s
         further, strongest = interference(
-            sounds, ping.calls, ping.calls, listener, begins, ends, longest, None
+            sounds, ping.calls, ping.calls, listener, begins, ends, longest, None, None, inf
         )
         others += further
         if strongest != NONE:  # who hears it is deaf then, however strong a ping is

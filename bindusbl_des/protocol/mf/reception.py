@@ -12,7 +12,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from ...acoustics.propagation import drowns, within
-from ...acoustics.sounds import Sea, emit, expect, interference, solve
+from ...acoustics.sounds import Sea, emit, interference, solve
 from ...acoustics.travel_time import travel_time_to
 from ...core.arrays import Ints
 from ...core.clock import after
@@ -180,10 +180,9 @@ def _outcome(
         return LOST, FAILED_MEANWHILE if frame.on_air_s > 0.0 else FAILED, NONE
     if sound.outcome == LOST:
         return LOST, sound.why, NONE
-    expect(sound.listener, sound.arrived_at_s, known, count, sea)
     others, strongest = interference(
         sounds, row, row + 1, sound.listener, sound.arrived_at_s, sound.ended_at_s,
-        sounds[count - 1].longest_s, None,
+        sounds[count - 1].longest_s, None, sea, known,
     )  # fmt: skip
     if drowns(sound.sound, others, of.capture):
         return COLLIDED, sounds[strongest].kind, sounds[strongest].signal

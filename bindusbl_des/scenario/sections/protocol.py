@@ -140,14 +140,13 @@ class Protocol(Section):
     @property
     def random_access(self) -> bool:
         """Whether AUVs ping as they like: nobody gives them slots, and no round waits for them."""
-        return self.program != "scheduled"
+        return access_named(self.program).law != "slots"
 
     @property
     def scheduling(self) -> ScheduleTraits:
         """What the schedule declares; where AUVs run a program, that they ping as they like."""
-        if self.access == "scheduled":
-            return schedule_named(self.schedule)
-        return ScheduleTraits(access=access_named(self.access).law)
+        law = access_named(self.access).law
+        return schedule_named(self.schedule) if law == "slots" else ScheduleTraits(access=law)
 
     @property
     def program(self) -> PartChoice:
@@ -157,10 +156,15 @@ class Protocol(Section):
         """
         if self.asvs_ping:
             return PartChoice("scheduled")
-        if self.access != "scheduled":
+        if access_named(self.access).law != "slots":
             return self.access
-        named = BY_SCHEDULE[self.scheduling.access]
+        named = BY_SCHEDULE.get(self.scheduling.access, "scheduled")
         return PartChoice(named, self.schedule.settings if named == self.schedule else None)
+
+    @property
+    def signals(self) -> bool:
+        """Whether vehicles send signals beside pings, by their programs."""
+        return access_named(self.program).signals
 
     @property
     def rule(self) -> PartChoice:
