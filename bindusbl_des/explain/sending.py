@@ -241,9 +241,11 @@ def _signals(result: "Result", ping: Any) -> Iterator[str]:
     signals, since = result.tables["signals"], ping.sent_at_s - float(known(ping.waited_s) or 0.0)
     meant = (signals.sender == ping.auv) | (signals.to == ping.auv)
     begun = (signals.sent_at_s >= since) & (signals.sent_at_s < ping.sent_at_s)
-    for it in signals[begun & meant].itertuples():
-        to = f" to {it.to}" if known(it.to) else ""
-        yield f"{it.sent_at_s:.4f} s: {it.sender} sends {it.kind!r}{to}, {1e3 * it.lasts_s:.1f} ms"
+    for signal in signals[begun & meant].itertuples():
+        to, lasts = f" to {signal.to}" if known(signal.to) else "", 1e3 * signal.lasts_s
+        yield (
+            f"{signal.sent_at_s:.4f} s: {signal.sender} sends {signal.kind!r}{to}, {lasts:.1f} ms"
+        )
 
 
 def _others_on_air(result: "Result", ping: Any) -> str:

@@ -140,7 +140,7 @@ class Protocol(Section):
     @property
     def random_access(self) -> bool:
         """Whether AUVs ping as they like: nobody gives them slots, and no round waits for them."""
-        return access_named(self.program).law != "slots"
+        return self.scheduling.access != "slots" and not self.asvs_ping
 
     @property
     def scheduling(self) -> ScheduleTraits:
