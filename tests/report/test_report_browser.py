@@ -344,11 +344,11 @@ def test_the_table_of_auvs_fits(opened: Open, fleet: Path) -> None:
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_pages_print_light_and_whole(opened: Open, fleet: Path, scheme: str) -> None:
     """On paper a page is light, not wider than A4, its bars keep their colours; then as before."""
+    light = opened(fleet, "light").ask("colours.series[0]")
     it = opened(fleet, scheme)
     it.page.emulate_media(media="print")
     it.until("onPaper()")
     assert it.ask("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
-    light = opened(fleet, "light").ask("colours.series[0]")
     assert it.ask("[colours.paper, colours.series[0]]") == ["#ffffff", light]
     a4 = 186 / 25.4 * 96  # what its margins leave, in CSS pixels
     widest = "Math.max(...[...document.querySelectorAll('main *')].map((it) => it.scrollWidth))"
