@@ -7,6 +7,14 @@ from typing import Any
 from bindusbl_des import Result, load_result
 
 
+def effect(kind: str, *settings: str, **given: Any) -> dict[str, Any]:
+    """Return an effect of a change as advice has it: one that helps, unless given otherwise."""
+    return {
+        "kind": kind, "words": f"a {kind}", "settings": list(settings), "mean_m": -1.0,
+        "low_m": -2.0, "high_m": -0.5, "seeds": 8, "verdict": "helps", **given,
+    }  # fmt: skip
+
+
 def advised(result: Result, folder: Path, **advice: Any) -> Result:
     """Write a result into a folder with advice, of which some keys are given; return it as read."""
     given = {

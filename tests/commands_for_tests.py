@@ -1,5 +1,6 @@
 """How tests run the command line."""
 
+import json
 from collections.abc import Iterable
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -11,6 +12,14 @@ import bindusbl_des
 from bindusbl_des.cli import main
 
 COMMANDS = main.commands
+
+
+def params(word: str = "") -> list[dict[str, Any]]:
+    """Return the keys of a scenario, and metrics, as `params` lists them, or those of a word."""
+    found: list[dict[str, Any]] = json.loads(
+        call("params", *([word] * bool(word)), "--json").stdout
+    )
+    return found
 
 
 def call(*words: object, **settings: Any) -> Result:

@@ -17,6 +17,11 @@ from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.predicting import Prediction, predict
 from bindusbl_des.records.metrics import WORST_IS_LARGEST
 
+__all__ = [
+    "METRICS", "Compared", "compared", "drawn_plan", "inputs_of", "off", "predict",
+    "rank_correlation", "ratios",
+]  # fmt: skip
+
 METRICS = (
     *("position_error_m", "position_error_rms_m", "position_error_p95_m"),
     *("fix_rate_hz", "fix_age_mean_s", "fix_age_p95_s", "fix_age_max_s", "hf_coverage"),

@@ -9,6 +9,17 @@ from numpy.typing import NDArray
 from bindusbl_des.planning.selection.evidence import Choice
 from bindusbl_des.planning.selection.goals import Goal
 
+__all__ = [
+    "SEEDS",
+    "ZONE",
+    "Choice",
+    "Floats",
+    "Goal",
+    "Toy",
+    "_noise",
+    "toy",
+]  # fmt: skip
+
 Floats = NDArray[np.float64]
 SEEDS = 128
 ZONE = 0.05

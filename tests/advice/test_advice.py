@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from commands_for_tests import call
+from scipy import stats
 from worlds import GOOD, paper_case, parse_scenario, scenario, still
 
 from bindusbl_des import (
@@ -26,18 +27,12 @@ from bindusbl_des import (
     simulate,
 )
 from bindusbl_des.advice import choosing as trials_module
-from bindusbl_des.advice.advising import (
-    CHOOSING,
-    MEASURING,
-    MOST_CHANGES,
-    effect,
-    measured,
-)
-from bindusbl_des.advice.changes import PAIR, Change, both, changed, may_be_paired, proposals
+from bindusbl_des.advice.advising import effect, measured
+from bindusbl_des.advice.changes import Change, both, changed, may_be_paired, proposals
 from bindusbl_des.advice.choosing import Race, Trial, Trials, missions_for
 from bindusbl_des.advice.stations import Ways
-from bindusbl_des.campaigns.statistics.intervals import intervals
-from bindusbl_des.results.effects import GAIN, HARMS, HELPS, NEGLIGIBLE, NO_EFFECT, Advice
+
+HELPS, NEGLIGIBLE, NO_EFFECT, HARMS = "helps", "negligible", "no measurable effect", "harms"
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
@@ -179,14 +174,14 @@ def test_the_winner_has_no_curse() -> None:
     for seed in range(300):
         dice = Dice(seed, {})
         race, effects = reported(dice, changes)
-        assert len(effects) <= MOST_CHANGES
+        assert len(effects) <= 8
         hold += all(it.low_m <= 0 <= it.high_m for it in effects)
         boasts += any(it.verdict == HELPS for it in effects)
         if effects:
             winners += 1
-            seeming += (
-                intervals(dice.differences(race.promising()[0], race.seeds)[None]).at(0).high < 0
-            )
+            apart = dice.differences(race.promising()[0], race.seeds)
+            half = stats.t.ppf(0.975, len(apart) - 1) * apart.std(ddof=1) / math.sqrt(len(apart))
+            seeming += apart.mean() + half < 0
     assert hold >= 300 * 0.91
     assert boasts <= 15
     assert seeming > winners / 6 > 40
@@ -210,7 +205,7 @@ def test_what_helps_is_found_and_its_size_is_not_overstated() -> None:
 
 def test_verdicts() -> None:
     """Below zero helps, unless by less than 1 %; across zero is no effect; above zero harms."""
-    change, noise = Change(GAIN, "", {}), np.array([-0.02, 0.0, 0.02] * 5)
+    change, noise = Change("gain", "", {}), np.array([-0.02, 0.0, 0.02] * 5)
     for size, verdict in ((-1.0, HELPS), (-0.05, NEGLIGIBLE), (0.0, NO_EFFECT), (1.0, HARMS)):
         found = effect(change, noise + size, 10.0, 3)
         assert (found.verdict, found.seeds) == (verdict, 15)
@@ -241,8 +236,7 @@ def test_seeds_of_the_mission_of_choice_and_of_measurement_are_apart(
     advice = result.advice
     assert advice is not None
     assert advice.missions == len(flown)
-    assert set(flown) == {*range(7 + CHOOSING, 7 + CHOOSING + 7), *range(1008, 1028)}
-    assert 7 + MEASURING == 1008
+    assert set(flown) == {*range(8, 15), *range(1008, 1028)}
     assert {it.seeds for it in advice.effects} == {20}
 
 
@@ -251,7 +245,7 @@ def test_hf_range_alone_gives_no_fix_where_mf_is_forgotten() -> None:
     acoustics = {"hf": {"range_m": 100.0}, "mf": {"range_m": 120.0}}
     plan = still(1, side=400.0, at=150.0, acoustics=acoustics, duration_s=100.0)
     advice = advise(mission(plan), missions=AMPLE)
-    helps = [it for it in advice.effects if it.verdict == HELPS and it.kind != PAIR]
+    helps = [it for it in advice.effects if it.verdict == HELPS and it.kind != "pair"]
     ranges = [set(it.settings) for it in helps if it.kind == "ranges"]
     assert ranges in (
         [{"acoustics.hf.range_m=150", "acoustics.mf.range_m=180"}],
@@ -309,8 +303,8 @@ def test_fixes_that_do_harm_are_told() -> None:
     assert {it.auv for it in advice.harms} == {"AUV0", "AUV1", "AUV2"}
     assert all(it.low_m > 0.1 for it in advice.harms)
     found = {it.kind: it for it in advice.of(HELPS)}
-    assert found["filter"].mean_m < found[GAIN].mean_m < -1.0
-    assert found[GAIN].settings[0] in [f"navigation.filter.gain={it}" for it in (0.02, 0.05, 0.1)]
+    assert found["filter"].mean_m < found["gain"].mean_m < -1.0
+    assert found["gain"].settings[0] in [f"navigation.filter.gain={it}" for it in (0.02, 0.05, 0.1)]
 
 
 @pytest.mark.slow
@@ -453,7 +447,7 @@ def test_mistakes_of_the_options(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 def test_an_interruption_keeps_the_mission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whoever interrupts the trials has the mission's results all the same."""
 
-    def interrupt(*_: object, **__: object) -> Advice:
+    def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.chdir(tmp_path)

@@ -1,5 +1,6 @@
 """What a shell hands over: streams that are closed, pipes, variables that were never set."""
 
+import json
 import os
 import subprocess
 import sys
@@ -7,11 +8,10 @@ from pathlib import Path
 
 import click
 import pytest
+from campaigns_for_tests import auv, hand_made
 from commands_for_tests import COMMANDS, call
 
 from bindusbl_des import load_result
-from bindusbl_des.planning.question import Asking, read_plan
-from bindusbl_des.planning.selection.goals import goals_in
 
 TINY = "name: tiny\nduration_s: 5\nrecord: {detail: summary}\n"
 
@@ -44,11 +44,18 @@ def test_a_pipe_is_read_once() -> None:
     assert told.stdout.startswith("missions  3 (")
 
 
-def test_a_plan_does_not_name_the_pipe_that_it_was_read_from() -> None:
+def test_a_plan_does_not_name_the_pipe_that_it_was_read_from(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """It is not there to be read again; the plan's folder has a copy of the scenario."""
-    asking = Asking(goals_in({"metric": "position_error_m", "below": 1}))
+    hand_made(monkeypatch, lambda asked, seed: [auv(0.5 + 0.01 * seed)] * asked.auvs.count)
     Path("f.yaml").write_text(TINY)
-    assert [read_plan(it, asking).source for it in (pipe(TINY), "f.yaml")] == ["", "f.yaml"]
+    words = ("--below", "position_error_m=1", "--vary", "asvs.count=1")
+    sources = []
+    for given, out in ((pipe(TINY), "a"), ("f.yaml", "b")):
+        assert call("plan", given, *words, "--out", out).exit_code == 0
+        sources.append(json.loads(Path(out, "plan.json").read_text())["scenario"])
+    assert sources == ["a/missions/scenario.yaml", "f.yaml"]
 
 
 @pytest.mark.parametrize(

@@ -5,23 +5,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from paper_for_tests import campaigns
 
 from bindusbl_des import load_scenario, simulate
-from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
-from bindusbl_des.experiments.reproduction.campaigns import CATALOGUE
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 EXPERIMENTS = SCENARIOS.parent / "experiments"
 SEEDS = range(12)
 
 
-@pytest.mark.parametrize("name", [entry.name for entry in CATALOGUE])
+@pytest.mark.parametrize("name", [entry.name for entry in campaigns.CATALOGUE])
 def test_the_paper_corrects_by_its_gain(name: str) -> None:
     """Every point of the paper's experiments has its gain, whatever the default filter is.
 
     The ablations have one line with another, and say so.
     """
-    experiment = load_experiment(EXPERIMENTS / f"{name}.yaml")
+    experiment = campaigns.load(name)
     navigator = experiment.given["navigation"]["filter"]
     assert (navigator["model"], navigator["gain"]) == ("fixed_gain", 0.9)
     others = {"navigation.filter", "navigation.filter.gain"} & set(experiment.varied())

@@ -1,40 +1,24 @@
 """Joint readings of the paper: their names, their missions, and the count of what each meets."""
 
 import json
+import re
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from campaigns_for_tests import OneThread
+from campaigns_for_tests import fly_with
 from click.testing import Result
 from commands_for_tests import call
+from paper_for_tests import Measured, Prediction, Published, Reason, campaigns, published
 
-from bindusbl_des.campaigns.experiments.experiment import Experiment, ExperimentPlan
-from bindusbl_des.experiments.reproduction import campaigns, counting, readings_page
-from bindusbl_des.experiments.reproduction.campaigns import ANGLE
 from bindusbl_des.experiments.reproduction.counting import Tally, asked, gap, is_put_in, sign_test
-from bindusbl_des.experiments.reproduction.document import READINGS_CAPTION
-from bindusbl_des.experiments.reproduction.numbers import (
-    Measured,
-    Prediction,
-    Published,
-    Reason,
-    published,
-)
-from bindusbl_des.experiments.reproduction.readings import (
-    DEFAULT,
-    FACTOR_OF,
-    FACTORS,
-    LIKELY,
-    Reading,
-    UnknownReading,
-    reading_named,
-    readings,
-)
+from bindusbl_des.experiments.reproduction.readings import Reading, reading_named, readings
 
+DEFAULT, LIKELY = Reading(), reading_named("likely")
 PAGE = Path(__file__).parents[2] / "docs" / "reproduction.md"
 
 LOADED = campaigns.load  # which a test replaces
@@ -66,9 +50,10 @@ def makes(*choices: str) -> Callable[[Reading], bool]:
 
 def test_every_choice_has_one_factor_and_every_field_is_a_factor() -> None:
     """Choices can be named in any order, as no two factors share a word."""
-    assert list(asdict(DEFAULT)) == [factor.name for factor in FACTORS]
-    assert len(FACTOR_OF) == sum(len(factor.choices) for factor in FACTORS)
-    assert DEFAULT.words == tuple(next(iter(factor.choices)) for factor in FACTORS)
+    choices = [{it.words[n] for it in readings()} for n in range(len(DEFAULT.words))]
+    assert sorted(map(len, choices)) == [2, 2, 2, 2, 2, 2, 4, 5]
+    assert len(set.union(*choices)) == sum(map(len, choices))
+    assert len(asdict(DEFAULT)) == len(choices)
 
 
 def test_there_are_1280_readings_each_with_a_name() -> None:
@@ -88,15 +73,15 @@ def test_names_begin_where_they_say() -> None:
 
 def test_an_unknown_name_is_told_with_the_nearest_and_the_list() -> None:
     """A slip of the pen finds its word; all words are listed."""
-    with pytest.raises(UnknownReading) as error:
+    with pytest.raises(ValueError, match="unknown") as error:
         reading_named("position/wrold")
     assert "'wrold' is unknown; did you mean 'world'?" in str(error.value)
-    assert all(choice in str(error.value) for choice in FACTOR_OF)
+    assert all(choice in str(error.value) for it in readings() for choice in it.words)
 
 
 def test_two_choices_of_one_factor_are_refused() -> None:
     """A mission has one frame."""
-    with pytest.raises(UnknownReading, match="body and world are both choices of bias"):
+    with pytest.raises(ValueError, match="body and world are both choices of bias"):
         reading_named("body/world")
 
 
@@ -107,8 +92,9 @@ def test_two_choices_of_one_factor_are_refused() -> None:
 def test_each_distinct_mission_is_run_once() -> None:
     """Readings that differ in nothing that a mission depends on share its row."""
     for experiment in campaigns.all_readings(quick=False):
-        points = ExperimentPlan(experiment).points
-        assert len({point.scenario for point in points}) == len(points)
+        count = len(experiment.points)
+        flown = {experiment.scenario(number).model_dump_json() for number in range(count)}
+        assert len(flown) == count
     sizes = {it.name: len(it.points) for it in campaigns.all_readings(quick=False)}
     assert sizes == {
         "baseline": 3 * 2 * 2,  # losses, turns, replies
@@ -173,7 +159,7 @@ def test_the_best_reading_is_the_one_that_was_measured() -> None:
     """Of numbers that each depend on one choice of a known reading, that reading meets all."""
     counted = tally_of(*(makes(choice) for choice in TRUTH.words))
     assert counted.best == TRUTH
-    assert counted.counts.max() == len(FACTORS)
+    assert counted.counts.max() == len(TRUTH.words)
     assert counted.foretold[counted.place(DEFAULT)] == 2  # ping_front, equal_time
 
 
@@ -221,7 +207,7 @@ def test_readings_are_told_apart_by_the_numbers_they_do_not_share() -> None:
 
 def test_luck_finds_a_best_reading_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """Numbers that favour one reading together are beyond luck; numbers on their own are not."""
-    monkeypatch.setattr(counting, "SHUFFLES", 60)
+    monkeypatch.setattr(f"{Tally.__module__}.SHUFFLES", 60)
     joint = tally_of(*[makes("position", "paper_raw", "shift")] * 8)
     assert joint.by_chance.share == 0.0
     assert joint.by_chance.mean < 6
@@ -245,13 +231,14 @@ def test_gaps_are_shares_of_what_was_published() -> None:
 # The command
 
 
-def tiny(name: str) -> Experiment:
+def tiny(name: str) -> Any:
     """Return an experiment of the paper with 30 s missions, small teams and two seeds."""
     experiment = LOADED(name)
     points = tuple(
         {**point, "duration_s": 30.0}
         for point in experiment.points
-        if point.get("auvs.count", 3) == 3 and (name == "two_asvs" or not point.get(ANGLE))
+        if point.get("auvs.count", 3) == 3
+        and (name == "two_asvs" or not point.get("asvs.formation.angle_deg"))
     )
     return replace(experiment, points=points, seeds=(0, 1))
 
@@ -260,8 +247,8 @@ def run(*options: str) -> Result:
     """Run `reproduce --quick` with tiny missions in this process."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(campaigns, "load", tiny)
-        patch.setattr(counting, "SHUFFLES", 20)
-        patch.setattr("bindusbl_des.campaigns.running.pool_for", OneThread)
+        patch.setattr(f"{Tally.__module__}.SHUFFLES", 20)
+        fly_with(patch)
         return call("-q", "reproduce", "--quick", *options)
 
 
@@ -348,14 +335,14 @@ def test_the_page_in_the_manual_is_what_the_program_writes(counted: Path) -> Non
     """Titles, tables and wording of the section are the program's, its best reading is `likely`."""
     section = PAGE.read_text().partition("## The paper in one reading\n")[2]
     section = section.partition("\n## ")[0]
-    assert readings_page.choices_in_markdown() in section
-    assert readings_page.FIXED.format(readings=1280) in section
-    assert f"](figures/reproduction/readings.png)\n\n*{READINGS_CAPTION}*\n" in section
     assert f"**The authors most likely ran `{LIKELY.name}`** (`likely`)" in section
     assert f"| 1 | `{LIKELY.name}` |" in section
     assert (PAGE.parent / "figures" / "reproduction" / "readings.png").is_file()
     page = (counted / "readings.md").read_text().partition("\n## ")[0]
     assert heads(section) == heads(page)
+    told = [line for line in page.splitlines() if re.match(r"\|[^|]*\| `\w+`:|\*[A-Z]", line)]
+    assert len(told) > 3
+    assert not [line for line in told if line not in section]  # choices, and the caption
 
 
 def heads(text: str) -> list[str]:

@@ -6,12 +6,10 @@ from random import Random
 import click
 from commands_for_tests import COMMANDS
 
-from bindusbl_des.scenario.keys import keys
-
 from .files import EXPERIMENT, SCENARIO, TINY, Lines
 from .material import lay_out
 from .trees import as_yaml
-from .values import NUMBERS, PATHS, WORDS
+from .values import KEYS, NUMBERS, PATHS, WORDS
 
 # What keeps a command from doing what takes long; options that would undo it are not drawn.
 GUARDS = {
@@ -116,5 +114,5 @@ def _value(parameter: click.Parameter, draw: Random) -> str:
         return draw.choice(("0", "1", "2", "5", "1000000000", "-1", str(draw.choice(NUMBERS))))
     if "=" in metavar:
         values = ",".join(str(draw.choice(NUMBERS)) for _ in range(draw.choice((1, 1, 2))))
-        return f"{draw.choice(keys()).key}={values}"
+        return f"{draw.choice(KEYS)}={values}"
     return draw.choice(PATHS)

@@ -5,14 +5,12 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+import yaml
 from drawn_scenarios import drawn
-
-from bindusbl_des.core.plain_yaml import read_yaml
-from bindusbl_des.scenario.keys import keys
 
 from .texts import bytes_mutated, encoded, lines_mutated
 from .trees import Raw, as_yaml, mutated, odd, put
-from .values import LIKELY, NUMBERS, YAML
+from .values import KEYS, LIKELY, NUMBERS, YAML
 
 HOME = Path(__file__).parents[2]
 Lines = list[list[str]]
@@ -45,7 +43,7 @@ def _scenario(seed: int, draw: Random) -> Any:
     if how < 0.65:
         return drawn(seed, Path())
     file = draw.choice(sorted((HOME / "scenarios").glob("*.yaml")))
-    return read_yaml(file.read_text(encoding="utf-8"), str(file)).data
+    return yaml.safe_load(file.read_text(encoding="utf-8"))
 
 
 def _damaged(data: Any, draw: Random, seed: int) -> bytes:
@@ -59,7 +57,7 @@ def _damaged(data: Any, draw: Random, seed: int) -> bytes:
         other = drawn(seed + OTHERS, Path())
         data |= {name: other[name] for name in other if draw.random() < 0.5}
     elif how < 0.7:
-        put(data, keys()[seed % len(keys())].key, _value(draw))
+        put(data, KEYS[seed % len(KEYS)], _value(draw))
     for _ in range(draw.choice((0, 0, 0, 0, 1) if how < 0.7 else (1, 1, 1, 2, 10))):
         data = mutated(data, draw, raw=True)
     return _written(as_yaml(data), draw)
@@ -86,7 +84,7 @@ def experiment(seed: int, draw: Random) -> Lines:
     if draw.random() < 0.2:
         Path(SCENARIO).write_bytes(_damaged(copy.deepcopy(TINY), draw, seed))
     if draw.random() < 0.3:
-        varied = {keys()[seed % len(keys())].key: [_value(draw) for _ in range(draw.randrange(3))]}
+        varied = {KEYS[seed % len(KEYS)]: [_value(draw) for _ in range(draw.randrange(3))]}
         data["vary"] = varied if draw.random() < 0.5 else data.get("vary", {}) | varied
     for _ in range(draw.choice((0, 0, 1, 1, 4))):
         data = mutated(data, draw, raw=True)

@@ -7,8 +7,6 @@ from random import Random
 
 from commands_for_tests import COMMANDS
 
-from bindusbl_des.commands.plot import RUN_KINDS, SWEEP_KINDS
-
 from .damages import DAMAGES
 from .files import Lines
 from .material import lay_out
@@ -57,11 +55,12 @@ def _reading_folders() -> list[str]:
 
 def _options(command: str, name: str, draw: Random) -> Lines:
     """Return the options a command is tried with, some of them; one not known here gets none."""
-    kinds = RUN_KINDS if name == "run" else SWEEP_KINDS
+    of_runs = ("trajectory", "error", "fixes", "coverage", "timeline", "round", "latency")
+    kinds = of_runs if name == "run" else ("curves", "heatmap")
     return {
         "explain": [["--ping", str(draw.randrange(9))], ["--fix", str(draw.randrange(9))]],
         "export": [["--to", "csv", "--out", "out"], ["--to", "mcap", "--out", "out.mcap"]],
-        "plot": [[draw.choice(list(kinds)), "--out", "out.svg"]],
+        "plot": [[draw.choice(kinds), "--out", "out.svg"]],
         "report": [[], ["whole", "--out", "out.html"]],
         "compare": [["whole"], ["--by", "asvs.count", "--out", "out.csv"]],
         "merge": [["--out", "merged"], ["whole", "--out", "twice"]],

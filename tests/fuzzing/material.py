@@ -10,14 +10,12 @@ from stat import S_IFCHR
 from typing import Any
 from unittest.mock import patch
 
-from campaigns_for_tests import OneThread
+import pytest
+from campaigns_for_tests import WORKERS, OneThread, fly_with
 from commands_for_tests import call
 
-from bindusbl_des.campaigns import running
 from bindusbl_des.commands import missions, sweeps
 from bindusbl_des.commands.console import refuse, weigh
-from bindusbl_des.planning import flying
-from bindusbl_des.preflight.effort import Effort
 
 MASTERS = {
     "run": "run master.yaml --no-advice --out run",
@@ -35,9 +33,10 @@ def prepare(folder: Path) -> None:
     """Make the folders that others are copied from; have campaigns run in this process."""
     global _masters
     _masters = folder
-    for module in (running, flying):
-        module.pool_for = _pool_for  # type: ignore[attr-defined]
-        module.compile_kernels = lambda *_: None  # type: ignore[attr-defined]
+    here = pytest.MonkeyPatch()  # for as long as this process lasts
+    fly_with(here, _pool_for)
+    for module in ("campaigns.running", "planning.flying"):
+        here.setattr(f"bindusbl_des.{module}.compile_kernels", lambda *_: None)
     missions.weigh = sweeps.weigh = _weigh
     os.chdir(folder)
     Path("master.yaml").write_text(MASTER, encoding="utf-8")
@@ -49,13 +48,10 @@ def prepare(folder: Path) -> None:
 
 
 def _pool_for(backend: str, workers: int) -> Any:
-    return OneThread() if backend == "local" else _real_pool_for(backend, workers)
+    return OneThread() if backend == "local" else WORKERS(backend, workers)
 
 
-_real_pool_for = running.pool_for
-
-
-def _weigh(name: str, cost: Effort, anyway: bool, at_once: int = 1) -> None:
+def _weigh(name: str, cost: Any, anyway: bool, at_once: int = 1) -> None:
     weigh(name, cost, anyway, at_once)
     if cost.seconds > WORTH_RUNNING_S or cost.bytes > WORTH_RUNNING_BYTES:
         refuse(f"{name}: takes {cost}, more than an input may")

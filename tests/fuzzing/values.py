@@ -3,6 +3,11 @@
 import math
 from typing import Any
 
+from commands_for_tests import params
+
+# All keys of scenarios, with those of their parts
+KEYS = tuple(dict.fromkeys(row["key"] for row in params()))
+
 # What stands where something else belongs, in any nested data.
 VALUES: tuple[Any, ...] = (
     None, True, False, 0, 1, -1, 2, 17, -0.0, 0.5, 1e-9, 1e-300, 5e-324, 1e5, 1e9, 1e300, -1e300,

@@ -6,51 +6,27 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from predicted_for_tests import inputs_of, predict
+from toy_selections import Choice, Goal
 
 from bindusbl_des import Scenario, formation, load_scenario, simulate
 from bindusbl_des.campaigns.statistics.intervals import interval
 from bindusbl_des.planning.candidates import Candidate
 from bindusbl_des.planning.plan_page import chart_of, plan_page
-from bindusbl_des.planning.prediction.gathering import inputs_of
 from bindusbl_des.planning.prediction.inputs import STATED_ERROR, Inputs
 from bindusbl_des.planning.prediction.mapping import error_map
-from bindusbl_des.planning.prediction.predicting import predict
 from bindusbl_des.planning.prediction.rounds import Turns
 from bindusbl_des.planning.question import Asking, read_plan
-from bindusbl_des.planning.selection.evidence import Choice, Estimate, Selection
-from bindusbl_des.planning.selection.goals import Goal
+from bindusbl_des.planning.selection.evidence import Estimate, Selection
 from bindusbl_des.planning.selection.search import select
 
 # What tests of this room share of it, named once
 __all__ = [
-    "ATTACK",
-    "FIELDS",
-    "GOAL",
-    "STATED_ERROR",
-    "Asking",
-    "Candidate",
-    "Choice",
-    "Estimate",
-    "Goal",
-    "Inputs",
-    "Record",
-    "Selection",
-    "Turns",
-    "_guess",
-    "attacked",
-    "base",
-    "chart_of",
-    "error_map",
-    "flown",
-    "inputs_of",
-    "interval",
-    "plan_page",
-    "predict",
-    "read_plan",
-    "record",
-    "select",
-    "team",
-]  # fmt: skip
+    "ATTACK", "FIELDS", "GOAL", "STATED_ERROR", "Asking", "Candidate", "Choice", "Estimate",
+    "Goal", "Inputs", "Record", "Selection", "Turns", "attacked", "base", "chart_of",
+    "error_map", "flown", "inputs_of", "interval", "plan_page", "predict", "read_plan",
+    "record", "select", "team",
+]  # fmt: skip  # fmt: skip
 
 
 GOAL = {"metric": "position_error_p95_m", "below": 1.0, "of": "worst"}

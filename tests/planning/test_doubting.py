@@ -1,5 +1,6 @@
 """Whether a team still meets its goals where the world is worse: told as early as it is sure."""
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,13 +11,11 @@ from campaigns_for_tests import fly_with
 from numpy.typing import NDArray
 from pandas.testing import assert_frame_equal
 from plans_for_tests import Candidate, Goal
+from worlds import parse_scenario
 
 from bindusbl_des import Scenario, load_scenario, plan, simulate
-from bindusbl_des.campaigns.experiments.experiment import laid_over
 from bindusbl_des.planning.doubting import (
-    SEEDS,
     Doubt,
-    Doubted,
     _bursts,
     _drift,
     _ranges,
@@ -25,11 +24,18 @@ from bindusbl_des.planning.doubting import (
 )
 
 Floats = NDArray[np.float64]
+SEEDS = 32  # of a condition, at most
 TEAM = Candidate({}, Scenario(name="bay"), 1.0)
 BELOW, ABOVE = Goal("position_error_m", below=1.0), Goal("fix_rate_hz", above=0.1)
 
 
-def told(values: Floats, goals: Sequence[Goal] = (BELOW,), most: int = 10**6) -> list[Doubted]:
+def laid_over(scenario: Scenario, keys: dict[str, Any]) -> Scenario:
+    """Return a scenario with other values of some keys."""
+    changes = [f"{key}={json.dumps(value)}" for key, value in keys.items()]
+    return parse_scenario(scenario.model_dump_json(exclude_unset=True), overrides=changes)
+
+
+def told(values: Floats, goals: Sequence[Goal] = (BELOW,), most: int = 10**6) -> list[Any]:
     """Return what is told of conditions with values (c, seeds, goals), of `most` missions."""
     conditions = [Doubt(f"condition {n}", {}, TEAM) for n in range(len(values))]
     left = most
@@ -160,7 +166,7 @@ def test_a_loss_is_judged_after_it_and_beside_the_same_missions_without_it(
     answer, seeds = found.scenario, range(lost["missions"])
     assert answer is not None
     for keys, told in ((lost["keys"], lost), ({"record.metrics_from_s": 150}, lost["as_planned"])):
-        data = laid_over(answer.model_dump(mode="json"), {**keys, "record.detail": "summary"})
+        data = laid_over(answer, {**keys, "record.detail": "summary"})
         worst = [simulate(data, seed).mission.worst_position_error_max_m[0] for seed in seeds]
         assert told["mean"] == [pytest.approx(np.mean(worst))]
     assert lost["mean"][0] > 1.5 * lost["as_planned"]["mean"][0]
@@ -186,7 +192,7 @@ def test_filters_stay_as_planned_in_doubts(tmp_path: Path, monkeypatch: pytest.M
     assert {it["known"] for it in cases.values()} == {False}
     assert "filter as planned" in found.summary()
     assert found.scenario is not None
-    answer = found.scenario.model_dump(mode="json")
+    answer = found.scenario
 
     def flown(case: dict[str, Any], filter_: Any) -> float:
         keys = {key: it for key, it in case["keys"].items() if "assumes" not in key}
@@ -245,8 +251,8 @@ def test_the_range_of_one_band_is_not_called_that_of_both() -> None:
 def test_losses_that_last_are_a_doubt_where_anything_is_lost(
     acoustics: dict[str, Any], what: str, keys: dict[str, float]
 ) -> None:
-    given = {"name": "bay", "acoustics": acoustics}
-    found = dict(_bursts(Candidate({}, Scenario.model_validate(given), 1.0)))
+    given = Scenario.model_validate({"name": "bay", "acoustics": acoustics})
+    found = dict(_bursts(Candidate({}, given, 1.0)))
     expected = {f"acoustics.{band}.channel.burst_s": it for band, it in keys.items()}
     assert found == ({what: expected} if keys else {})
     for name, value in expected.items():

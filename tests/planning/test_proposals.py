@@ -4,14 +4,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from plans_for_tests import Asking, read_plan
+from plans_for_tests import Asking, Goal, read_plan
 
 from bindusbl_des import ScenarioError, load_scenario
 from bindusbl_des.campaigns.experiments.options import PythonArguments
-from bindusbl_des.planning.candidates import DOWNLINK, SCHEDULE, SHORTEST_SLOT, Predictor
+from bindusbl_des.planning.candidates import Predictor
 from bindusbl_des.planning.proposals import proposed
-from bindusbl_des.planning.question import goals_of_arguments
 
+SCHEDULE, DOWNLINK = "protocol.schedule", "protocol.downlink"
+GOALS = (Goal("position_error_m", below=1.0),)
 # Two ASVs side by side in the midst
 TEAM = {"asvs.count": [2], "asvs.formation.radius_m": [5]}
 
@@ -19,10 +20,9 @@ TEAM = {"asvs.count": [2], "asvs.formation.radius_m": [5]}
 def pairs(side_m: float, schedules: list[str] | None = None) -> list[tuple[str, str]]:
     """Return the schedules and downlinks proposed for a team over a square (m)."""
     scenario = load_scenario("recovery_140m", overrides=[f"survey.side_m={side_m}"])
-    goals = goals_of_arguments({"position_error_m": 1.0}, None, None)
     vary = TEAM if schedules is None else {**TEAM, SCHEDULE: schedules}
-    question = read_plan(scenario, Asking(goals, options=PythonArguments(vary)))
-    found = proposed(question, Predictor(goals), print)
+    question = read_plan(scenario, Asking(GOALS, options=PythonArguments(vary)))
+    found = proposed(question, Predictor(GOALS), print)
     return [
         (it.keys.get(SCHEDULE, "spatial_reuse"), it.keys.get(DOWNLINK, "sequential"))
         for it in found
@@ -50,11 +50,13 @@ def test_schedules_that_are_asked_for_are_all_flown() -> None:
 def slots(side_m: float, *overrides: str, **vary: list[Any]) -> list[tuple[str, float | None]]:
     """Return downlinks proposed for a team over a square (m), and their shortest slots (s)."""
     scenario = load_scenario("recovery_140m", overrides=[f"survey.side_m={side_m}", *overrides])
-    goals = goals_of_arguments({"position_error_m": 1.0}, None, None)
     named = {f"protocol.{key}": values for key, values in vary.items()}
-    question = read_plan(scenario, Asking(goals, options=PythonArguments({**TEAM, **named})))
-    found = proposed(question, Predictor(goals), print)
-    return [(it.keys.get(DOWNLINK, "sequential"), it.keys.get(SHORTEST_SLOT)) for it in found]
+    question = read_plan(scenario, Asking(GOALS, options=PythonArguments({**TEAM, **named})))
+    found = proposed(question, Predictor(GOALS), print)
+    return [
+        (it.keys.get(DOWNLINK, "sequential"), it.keys.get("protocol.shortest_downlink_slot_s"))
+        for it in found
+    ]
 
 
 def test_downlink_slots_that_wait_for_nothing_are_shortened() -> None:
@@ -78,14 +80,13 @@ def test_downlink_slots_that_wait_for_nothing_are_shortened() -> None:
 
 def test_answers_without_airtime_are_never_proposed() -> None:
     """Whatever the scenario says, direct replies of a plan are frames."""
-    goals = goals_of_arguments({"position_error_m": 1.0}, None, None)
     for downlink in ("sequential", "direct_reply"):
         keys = [f"protocol.downlink={downlink}"]
         if downlink == "direct_reply":
             keys += ["protocol.downlink.reply=instant"]
         scenario = load_scenario("recovery_140m", overrides=keys)
-        question = read_plan(scenario, Asking(goals, options=PythonArguments(TEAM)))
-        found = proposed(question, Predictor(goals), print)
+        question = read_plan(scenario, Asking(GOALS, options=PythonArguments(TEAM)))
+        found = proposed(question, Predictor(GOALS), print)
         assert any(it.scenario.protocol.replies for it in found) or downlink == "sequential"
         assert {it.scenario.protocol.answer.reply for it in found} == {"frame"}
         assert {it.keys.get("protocol.downlink.reply") for it in found} <= {"frame", None}
@@ -111,9 +112,8 @@ def test_candidates_that_nobody_could_predict_are_refused(
 
 
 def test_how_far_proposing_is_is_told() -> None:
-    goals = goals_of_arguments({"position_error_m": 1.0}, None, None)
     options = PythonArguments({"asvs.count": [1, 2]})
-    question = read_plan(load_scenario("quickstart"), Asking(goals, options=options))
+    question = read_plan(load_scenario("quickstart"), Asking(GOALS, options=options))
     said = list[str]()
-    proposed(question, Predictor(goals), said.append)
+    proposed(question, Predictor(GOALS), said.append)
     assert said == ["proposing teams, 1 of 2 choices", "proposing teams, 2 of 2 choices"]

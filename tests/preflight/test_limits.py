@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 from commands_for_tests import call
 from numpy.typing import NDArray
+from predicted_for_tests import inputs_of, predict
 from worlds import merged
 
 import bindusbl_des
 from bindusbl_des import Scenario, Setup, load_scenario, simulate, warnings_of
-from bindusbl_des.planning.prediction.gathering import inputs_of
-from bindusbl_des.planning.prediction.predicting import predict
 from bindusbl_des.preflight.bounds import fewest_groups
-from bindusbl_des.preflight.limits import Limits, instants
+from bindusbl_des.preflight.limits import instants
 from bindusbl_des.preflight.round_lengths import carried_per_s
 from bindusbl_des.protocol.conflicts import GROUPINGS
 from bindusbl_des.protocol.cycles import cycle
@@ -43,7 +42,7 @@ def rates_flown(asked: Scenario, missions: int) -> NDArray[np.float64]:
     return np.array([simulate(short, seed).auvs.fix_rate_hz for seed in range(missions)])
 
 
-def limits(**changes: dict[str, Any]) -> Limits:
+def limits(**changes: dict[str, Any]) -> Any:
     return bindusbl_des.limits(scenario(**changes))
 
 

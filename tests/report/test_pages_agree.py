@@ -8,7 +8,6 @@ import pytest
 from worlds import merged, scenario
 
 from bindusbl_des import load_scenario, simulate
-from bindusbl_des.figures.fixes import latency
 
 FIVE = {"auvs": {"count": 5}, "duration_s": 60.0}
 CASES: dict[str, dict[str, Any]] = {
@@ -123,7 +122,7 @@ def test_what_a_page_says_twice_is_the_same(case: str) -> None:
         assert float(possible) == pytest.approx(float(means[0]), abs=0.006)
     drawn = [
         [text.get_text() for text in axes.get_legend().get_texts()] if axes.get_legend() else []
-        for axes in latency(result, 7.0).axes
+        for axes in result.plot("latency").axes
     ]
     for mean, labels in zip(means, drawn, strict=True):
         assert f"mean {mean} s" in labels if mean else not labels

@@ -4,16 +4,23 @@ import random
 from typing import Any
 
 import pytest
+from commands_for_tests import params
 from pydantic import ValidationError
 from worlds import scenario, still
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.report.possible import Reached, reached
+from bindusbl_des.report.possible import reached
 from bindusbl_des.report.recording import recording
-from bindusbl_des.scenario.declared import BROADCASTERS, DOWNLINKS, RANGINGS, SCHEDULES
+
+# The parts of a protocol that come with the package
+PARTS = {
+    row["key"].rpartition(".")[2]: tuple(it for it in row["choices"] if ":" not in it)
+    for row in params("protocol.*")
+    if row["choices"]
+}
 
 
-def found(mission: Scenario, seed: int = 0) -> dict[str, Reached]:
+def found(mission: Scenario, seed: int = 0) -> dict[str, Any]:
     return {row.name: row for row in reached(recording(simulate(mission, seed=seed)))}
 
 
@@ -94,10 +101,10 @@ def test_a_mission_without_any_round_has_a_page() -> None:
 def drawn(draw: random.Random) -> Scenario:
     """Return a fleet, a survey and a protocol drawn at random; what contradicts itself anew."""
     protocol: dict[str, Any] = {
-        "schedule": draw.choice(tuple(SCHEDULES)),
-        "downlink": draw.choice(tuple(DOWNLINKS)),
-        "broadcaster": draw.choice(tuple(BROADCASTERS)),
-        "ranging": draw.choice((*RANGINGS, "owtt_sync")),
+        "schedule": draw.choice(PARTS["schedule"]),
+        "downlink": draw.choice(PARTS["downlink"]),
+        "broadcaster": draw.choice(PARTS["broadcaster"]),
+        "ranging": draw.choice((*PARTS["ranging"], "owtt_sync")),
         "frame_s": draw.choice((0.5, 1.0, 3.0)),
         "tick_rate_hz": draw.choice((None, 30.0)),
         "positions": draw.choice(("truth", "last_fix", "carried_forward")),

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from advice_for_tests import advised
+from advice_for_tests import advised, effect
 from commands_for_tests import call
 from pages_for_tests import beside, page_data, told, unpacked
 from worlds import paper_case, scenario, still
@@ -217,11 +217,8 @@ def test_a_remedy_for_what_went_wrong_comes_first(recovery: Result, tmp_path: Pa
     lost = sum(ping not in heard for ping in np.flatnonzero(in_range))
     assert str(lost) in [it.split()[0] for it in items if "asvs.count=4" in it]
     assert text.index(items[0]) < text.index("No change was tried")
-    nearest = {"kind": "broadcaster", "words": "", "settings": ["protocol.broadcaster=nearest"]}
-    effect = {
-        **nearest, "mean_m": -0.2, "low_m": -0.3, "high_m": -0.1, "seeds": 6, "verdict": "helps"
-    }  # fmt: skip
-    flown = advised(recovery, tmp_path / "flown", error_m=0.7, effects=[effect])
+    nearest = effect("broadcaster", "protocol.broadcaster=nearest", mean_m=-0.2)
+    flown = advised(recovery, tmp_path / "flown", error_m=0.7, effects=[nearest])
     assert "nearest</code> (measured: &minus;0.20 m" in told(flown)
     seen = {**nearest, "now_m": 0.76, "then_m": 0.71}
     none = advised(recovery, tmp_path / "none", foreseen=[seen])

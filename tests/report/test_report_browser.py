@@ -13,9 +13,7 @@ from pages_for_tests import beside
 from test_report_sweep import BASE, EXPERIMENT
 
 from bindusbl_des import Result, Scenario, load_scenario, simulate, sweep
-from bindusbl_des.core.palette import COLOURS
 from bindusbl_des.core.wording import instant, significant, timed, with_ends, with_half
-from bindusbl_des.report.gaps import shown_until
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 pytestmark = without_browser
@@ -272,7 +270,8 @@ def test_plots_are_saved_as_they_are_drawn(opened: Open, recovery: Path) -> None
     """An SVG has a line for each series that is shown, as high as its values; a CSV has these."""
     it = opened(recovery)
     landed = it.ask("bindusbl.mission.landed.map((times) => times.length)")
-    lines = polylines(saved(it, "fixes"), list(COLOURS[:3]))
+    colours = it.ask("colours.series")
+    lines = polylines(saved(it, "fixes"), colours[:3])
     assert len(lines) == 3
     heights = [line[0][1] - line[-1][1] for line in lines]  # each begins at no fix
     assert np.array(heights) / heights[0] == pytest.approx(np.array(landed) / landed[0], abs=0.01)
@@ -281,8 +280,8 @@ def test_plots_are_saved_as_they_are_drawn(opened: Open, recovery: Path) -> None
     assert rows[0] == '"time","AUV0","AUV1","AUV2"'
     assert [int(number) for number in rows[-1].split(",")[1:]] == landed
     it.page.click("#fixes-plot .u-legend tr:has-text('AUV1') th")
-    assert len(polylines(saved(it, "fixes"), list(COLOURS[:3]))) == 2
-    assert len(polylines(saved(it, "error AUV0"), [COLOURS[0]])) == 2  # with its envelope
+    assert len(polylines(saved(it, "fixes"), colours[:3])) == 2
+    assert len(polylines(saved(it, "error AUV0"), [colours[0]])) == 2  # with its envelope
     names = it.ask(
         "[...document.querySelectorAll('.save button[aria-label$=SVG]')].map((it) => it.ariaLabel)"
     )
@@ -345,11 +344,12 @@ def test_the_table_of_auvs_fits(opened: Open, fleet: Path) -> None:
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_pages_print_light_and_whole(opened: Open, fleet: Path, scheme: str) -> None:
     """On paper a page is light, not wider than A4, its bars keep their colours; then as before."""
+    light = opened(fleet, "light").ask("colours.series[0]")
     it = opened(fleet, scheme)
     it.page.emulate_media(media="print")
     it.until("onPaper()")
     assert it.ask("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
-    assert it.ask("[colours.paper, colours.series[0]]") == ["#ffffff", COLOURS[0]]
+    assert it.ask("[colours.paper, colours.series[0]]") == ["#ffffff", light]
     a4 = 186 / 25.4 * 96  # what its margins leave, in CSS pixels
     widest = "Math.max(...[...document.querySelectorAll('main *')].map((it) => it.scrollWidth))"
     assert it.ask(widest) <= a4
@@ -487,7 +487,7 @@ def test_histograms_hold_every_value(opened: Open, recovery: Path) -> None:
     """They end where nearly all values do; what lies beyond is in the last bar."""
     it = opened(recovery)
     for values in ([0.8] * 19 + [230.0], [0.8, 0.9, 1.1], [0.0] * 20 + [5.0], [3.0]):
-        top = shown_until(np.array(values))
+        top = 1.2 * float(np.quantile(values, 0.9)) or 1.0
         it.ask(
             f"""(() => {{
                 const make = Plot.prototype.make;
@@ -700,7 +700,7 @@ def test_curves_and_maps_of_a_sweep_are_saved(opened: Open, swept: Path) -> None
     """An SVG of the curves has a line for each row, and names it; a CSV of the map its means."""
     it = opened(swept)
     svg = saved(it, "curves")
-    assert len(polylines(svg, list(COLOURS[:2]))) == 2
+    assert len(polylines(svg, it.ask("colours.series.slice(0, 2)"))) == 2
     words = [text.text for text in ElementTree.fromstring(svg).iter(f"{SVG}text")]
     assert {"range_m 40", "range_m 80"} <= set(words)
     rows = [row.split(",") for row in saved(it, "heatmap", "CSV").decode().splitlines()]

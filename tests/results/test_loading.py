@@ -1,5 +1,6 @@
 """Result folders that were damaged, mixed up or made up: told in a line, never believed."""
 
+import hashlib
 import json
 import random
 import shutil
@@ -9,21 +10,24 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from advice_for_tests import advised, effect
+from campaigns_for_tests import sealed
 from commands_for_tests import call
 from damage_for_tests import changed, of_a_table, of_any_file, of_json, with_value
+from results_for_tests import TABLES
 from worlds import scenario
 
 from bindusbl_des import Result, load_result, simulate
-from bindusbl_des.core.files import read_json, sealed
 from bindusbl_des.core.wording import printable
-from bindusbl_des.results.effects import GAIN, HELPS, Advice, Effect, Harm
-from bindusbl_des.results.schemas import TABLES, schema
 
-ADVICE = Advice(
-    150, None, False, 8, 0.5,
-    (Effect(GAIN, "a gain of 0.5", ("navigation.filter.gain=0.5",), -0.1, -0.2, -0.05, 4, HELPS),),
-    (Harm("AUV0", 0.5, 0.4, 0.1, 0.05, 0.15, 4),), 4, ("more ASVs",),
-)  # fmt: skip
+HARM = {
+    "auv": "AUV0", "with_m": 0.5, "without_m": 0.4, "mean_m": 0.1, "low_m": 0.05, "high_m": 0.15,
+    "seeds": 4,
+}  # fmt: skip
+ADVICE = {
+    "missions": 8, "error_m": 0.5, "effects": [effect("gain", "navigation.filter.gain=0.5")],
+    "harms": [HARM], "harm_seeds": 4, "inert": ["more ASVs"],
+}  # fmt: skip
 COMMANDS: tuple[tuple[str, ...], ...] = (
     ("report", "--out", "page.html", "--force"),
     ("explain", "--ping", "0"),
@@ -36,13 +40,12 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
 
 
 @pytest.fixture(scope="module")
-def result() -> Result:
+def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
     """A short mission with every table, and advice."""
     at_surface = {"survey": {"depth_m": 0.3}, "navigation": {"gnss_fix": {}}}
     short = {"duration_s": 20.0, "auvs": {"count": 2}, "record": {"tracks_hz": 1.0}}
     found = simulate(scenario(**short, **at_surface), 7)
-    found.advice = ADVICE
-    return found
+    return advised(found, tmp_path_factory.mktemp("result") / "run", **ADVICE)
 
 
 @pytest.fixture(scope="module")
@@ -77,12 +80,14 @@ def test_a_record_that_is_not_ours_to_read_is_not_called_damaged(
 ) -> None:
     """Chmod stops no administrator, who may be running the tests."""
 
-    def denied(path: Path) -> Any:
-        if path.name == name:
-            raise PermissionError(13, "Permission denied", str(path))
-        return read_json(path)
+    plain = open
 
-    monkeypatch.setattr("bindusbl_des.results.loading.read_json", denied)
+    def denied(path: Any, *given: Any, **more: Any) -> Any:
+        if Path(str(path)).name == name:
+            raise PermissionError(13, "Permission denied", str(path))
+        return plain(path, *given, **more)
+
+    monkeypatch.setattr("builtins.open", denied)
     code, told = ended(("report", "--out", "page.html"), folder)
     assert code == 2
     assert f"{folder / name} cannot be read (Permission denied); ask its owner" in told
@@ -188,7 +193,7 @@ def test_a_table_without_a_checksum_is_told(folder: Path) -> None:
     run = json.loads((folder / "run.json").read_text())
     assert set(run["tables_sha256"]) == set(TABLES)
     del run["tables_sha256"]["fixes"]
-    (folder / "run.json").write_text(json.dumps(sealed(run)))
+    (folder / "run.json").write_text(sealed(run))
     with pytest.raises(ValueError, match=r"fixes\.parquet has no checksum in run\.json; run"):
         load_result(folder)
 
@@ -253,12 +258,11 @@ def test_an_edited_scenario_is_told(folder: Path) -> None:
 
 def test_a_folder_of_an_older_version_is_read(folder: Path) -> None:
     """Its scenario lacks a key that came later: its fingerprint is of what was written then."""
-    from bindusbl_des.results.result import sha256_as_written
-
     run = json.loads((folder / "run.json").read_text())
     before = run["scenario_sha256"]
     del run["scenario"]["usbl"]["quantum_s"], run["warnings"], run["tables_sha256"], run["sha256"]
-    after = run["scenario_sha256"] = sha256_as_written(run["scenario"])
+    written = json.dumps(run["scenario"], sort_keys=True, separators=(",", ":"))
+    after = run["scenario_sha256"] = hashlib.sha256(written.encode()).hexdigest()
     (folder / "run.json").write_text(json.dumps(run))
     for name in TABLES:
         metadata = pq.read_schema(folder / f"{name}.parquet").metadata
@@ -268,7 +272,7 @@ def test_a_folder_of_an_older_version_is_read(folder: Path) -> None:
     assert load_result(folder).seed == 7
 
 
-def test_units_are_the_packages_own(folder: Path) -> None:
+def test_units_are_the_packages_own(folder: Path, result: Result) -> None:
     """What a file calls its columns' units and meanings reaches nobody, nor do further columns."""
     without_sums(folder)
 
@@ -280,18 +284,16 @@ def test_units_are_the_packages_own(folder: Path) -> None:
         return table.append_column("more", pa.array(["x"] * len(table)))
 
     changed("pings", stranger)(folder)
-    assert load_result(folder).arrow["pings"].schema.equals(schema("pings"), check_metadata=True)
+    read, own = (it.arrow["pings"].schema for it in (load_result(folder), result))
+    assert read.equals(own, check_metadata=True)
 
 
-def test_what_would_fill_the_memory_is_not_read(folder: Path, tmp_path: Path) -> None:
+def test_what_would_fill_the_memory_is_not_read(folder: Path) -> None:
     """A large JSON file."""
     with open(folder / "run.json", "r+b") as file:
         file.truncate(10**12)  # with a hole: it takes no place on the disk
     with pytest.raises(ValueError, match=r"run\.json is damaged .*larger than 32,000,000 bytes"):
         load_result(folder)
-    shutil.copy(folder / "advice.json", folder / "a.json")
-    with pytest.raises(ValueError, match="larger than 10 bytes"):
-        read_json(folder / "a.json", 10)
 
 
 @pytest.mark.parametrize(
@@ -301,11 +303,11 @@ def test_what_would_fill_the_memory_is_not_read(folder: Path, tmp_path: Path) ->
         ('["\\ud800"]', "half a letter"), ("{", "Expecting"), ("1" * 5000, "digits"),
     ],
 )  # fmt: skip
-def test_json_that_is_none_is_told(tmp_path: Path, text: str, said: str) -> None:
+def test_json_that_is_none_is_told(folder: Path, text: str, said: str) -> None:
     """Depth, numbers and letters that Python would take, and what it would not."""
-    (tmp_path / "x.json").write_text(text)
-    with pytest.raises(ValueError, match=said):
-        read_json(tmp_path / "x.json")
+    (folder / "run.json").write_text(text)
+    with pytest.raises(ValueError, match=rf"run\.json is damaged .*{said}"):
+        load_result(folder)
 
 
 @pytest.mark.parametrize(

@@ -1,12 +1,13 @@
 """The summary of a mission: a table that fits a terminal, whatever the size of the fleet."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
+from advice_for_tests import advised, effect
 from worlds import GOOD, paper_case, scenario
 
 from bindusbl_des import Result, simulate
-from bindusbl_des.results.effects import FILTER, GAIN, HELPS, NO_EFFECT, Advice, Effect, Harm
 
 
 def table(result: Result) -> list[str]:
@@ -64,20 +65,18 @@ def test_harm_is_said_first_and_as_a_fact_where_nothing_was_tried() -> None:
     assert "It may be chance: other seeds, which would tell, were not tried" in said
 
 
-def test_harm_that_was_measured_names_the_gain_that_was_tried() -> None:
+def test_harm_that_was_measured_names_the_gain_that_was_tried(tmp_path: Path) -> None:
     """Harm over many seeds is said first, with the gain that helps and the real remedy."""
     result = simulate(scenario(**GOOD), seed=0)
-    gain = Effect(GAIN, "a gain", ("navigation.filter.gain=0.05",), -1.4, -1.5, -1.3, 20, HELPS)
-    kalman = Effect(FILTER, "a filter", ("navigation.filter=kalman",), -1.9, -2, -1.8, 20, HELPS)
-    harm = Harm("AUV2", 2.0, 0.7, 1.3, 1.1, 1.5, 26)
-    result.advice = Advice(
-        budget_missions=99,
-        missions=99,
-        error_m=2.1,
-        effects=(kalman, gain),
-        harms=(harm,),
-        harm_seeds=26,
-    )
+    gain = effect("gain", "navigation.filter.gain=0.05", mean_m=-1.4, low_m=-1.5, high_m=-1.3)
+    kalman = effect("filter", "navigation.filter=kalman", mean_m=-1.9, low_m=-2.0, high_m=-1.8)
+    harm = {
+        "auv": "AUV2", "with_m": 2.0, "without_m": 0.7, "mean_m": 1.3, "low_m": 1.1,
+        "high_m": 1.5, "seeds": 26,
+    }  # fmt: skip
+    measured = {"error_m": 2.1, "effects": [kalman, gain], "harms": [harm], "harm_seeds": 26}
+    result = advised(result, tmp_path / "run", **measured)
+    assert result.advice is not None
     said = " ".join(result.summary().split())
     assert said.startswith(
         "Fixes make AUV2 worse: 1.87 m with, 0.88 m without; try navigation.filter.gain 0.05 "
@@ -92,19 +91,14 @@ def test_harm_that_was_measured_names_the_gain_that_was_tried() -> None:
     assert "worse" not in result.summary()
 
 
-def test_options_can_be_copied_from_a_terminal() -> None:
+def test_options_can_be_copied_from_a_terminal(tmp_path: Path) -> None:
     """Options that do not fit into 80 columns are continued on the next line."""
     result = simulate(paper_case(1, duration_s=20.0), seed=0)
     settings = tuple(f"asvs.formation.{name}=12.5" for name in ("radius_m", "angle_deg", "other"))
-    helps = Effect("formation", "a formation " * 9, settings, -1.0, -2.0, -0.5, 8, HELPS)
-    none = replace(helps, words="nothing", verdict=NO_EFFECT)
-    result.advice = Advice(
-        budget_missions=50,
-        missions=50,
-        error_m=4.5,
-        effects=(helps, none),
-        untried=("more", "most"),
-    )
+    helps = effect("formation", *settings, words="a formation " * 9)
+    none = {**helps, "words": "nothing", "verdict": "no measurable effect"}
+    untried = ["more", "most"]
+    result = advised(result, tmp_path / "run", error_m=4.5, effects=[helps, none], untried=untried)
     lines = result.summary().splitlines()
     assert max(map(len, lines)) <= 80
     start = lines.index(

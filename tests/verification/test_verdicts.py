@@ -1,25 +1,22 @@
 """What is accepted keeps every adversary out; what is refused goes wrong in a mission."""
 
+import json
 import time
-from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from adversary import overlaps
+from cases_for_tests import case_of, most_fixes
+from commands_for_tests import call
 from verification_cases import drawn_case
-from worlds import merged
+from worlds import merged, parse_scenario
 
 from bindusbl_des import Result, Scenario, Setup, Verdict, load_scenario, simulate, verify
-from bindusbl_des.core.plugins import allow
 from bindusbl_des.preflight.effort import effort
-from bindusbl_des.scenario.files.overrides import put
 from bindusbl_des.verification import playing
-from bindusbl_des.verification.case import ACCEPTED, REFUSED, UNDECIDED, Case, bounds_of
-from bindusbl_des.verification.frames import most_fixes
 from bindusbl_des.verification.playing import played, staged
-from bindusbl_des.verification.verdict_text import verdict_text, write
 
 # As many as it takes for every rule to accept and to refuse
 DRAWN = 60
@@ -39,10 +36,8 @@ def test_fleets_are_verified_as_far_as_their_pairs_go() -> None:
 def mended(data: dict[str, Any], verdict: Verdict) -> Scenario:
     """Return a scenario with what was proposed."""
     assert verdict.remedy is not None
-    changed = deepcopy(data)
-    for key, value in verdict.remedy.changes:
-        assert put(changed, key, value) == ""
-    return Scenario.model_validate(changed)
+    changes = [f"{key}={json.dumps(value)}" for key, value in verdict.remedy.changes]
+    return parse_scenario(json.dumps(data), overrides=changes)
 
 
 def accepted_and_refused(seeds: range, rounds: int) -> tuple[int, int, dict[str, set[str]]]:
@@ -261,7 +256,9 @@ def test_a_round_longer_than_its_frame_is_told_and_no_overlap() -> None:
         "frame_s": 1.0, "round_s": pytest.approx(12.5 * 140 / 1500), "fits": False,
     }  # fmt: skip
     assert verdict.accepted
-    assert "A round may last 1.167 s, its frame 1 s: rounds begin late." in verdict_text(verdict)
+    words = ("--set", "protocol={schedule: round_robin, frame_s: 1.0}", "--set", "duration_s=60")
+    told = call("verify", "recovery_140m", *words, "--set", "protocol.tick_rate_hz=null").stdout
+    assert "A round may last 1.167 s, its frame 1 s: rounds begin late." in told
 
 
 @pytest.mark.parametrize(
@@ -365,13 +362,14 @@ def test_pings_that_meet_refuse_no_frames() -> None:
     bands = {"hf": {"channel": {"model": "sonar", "snr_threshold_db": 20.0}}}
     verdict = judged({"acoustics": {**bands, "mf": {"channel": "sonar"}}})
     assert {pair.what: pair.verdict for pair in verdict.pairs} == {
-        "pings": REFUSED, "frames": UNDECIDED,
+        "pings": "refused", "frames": "undecided",
     }  # fmt: skip
     assert verdict.witness is not None
     assert all(signal.what.startswith("ping") for signal in verdict.witness.signals)
     proved = judged({"acoustics": {"mf": bands["hf"]}, "protocol": {"conflict_margin_m": 20.0}})
     assert {pair.kind: pair.verdict for pair in proved.pairs} == {
-        "sound without a range": UNDECIDED, "same slot": ACCEPTED, "consecutive slots": ACCEPTED,
+        "sound without a range": "undecided", "same slot": "accepted",
+        "consecutive slots": "accepted",
     }  # fmt: skip
 
 
@@ -393,7 +391,7 @@ def test_witnesses_of_large_fleets_are_short(monkeypatch: pytest.MonkeyPatch) ->
 def test_a_witness_is_a_scenario_of_its_own(tmp_path: Path) -> None:
     """Written, read again and run, the two signals named collide at the ASV named."""
     verdict = verify("recovery_140m")
-    write(verdict, tmp_path / "out")
+    call("verify", "recovery_140m", "--out", tmp_path / "out")
     assert sorted(it.name for it in (tmp_path / "out").iterdir()) == ["verify.json", "witness.yaml"]
     scenario = load_scenario(tmp_path / "out" / "witness.yaml")
     again = played("same slot", scenario.model_dump(mode="json"))
@@ -419,26 +417,23 @@ def test_a_frame_is_as_long_as_the_most_fixes_that_a_mission_sends(
         {"name": "most", "duration_s": 20.0, "auvs": {"count": 4}, "protocol": protocol}
     )
     sent = simulate(scenario, seed=0).tables["broadcasts"]["fixes"].max()
-    assert (
-        most_fixes(Case(Setup(scenario), bounds_of(Setup(scenario), None, None, None)))
-        == most
-        == sent
-    )
+    assert most_fixes(case_of(scenario)) == most == sent
 
 
 def test_a_witness_that_lasts_weeks_needs_no_more_memory_than_others() -> None:
     """Frames of 1 bit/s: sampled as often as a short one, it took 31 GB."""
     scenario = Scenario.model_validate({"name": "slow", "acoustics": {"mf": {"bit_rate_bps": 1}}})
-    case = Case(Setup(scenario), bounds_of(Setup(scenario), None, None, None))
-    witness = Scenario.model_validate(staged(case, {}, 2.3e6, 1500.0))
+    witness = Scenario.model_validate(staged(case_of(scenario), {}, 2.3e6, 1500.0))
     assert effort(Setup(witness)).bytes < 1e9
 
 
-def test_a_schedule_of_one_s_own_is_judged_by_the_groups_it_makes() -> None:
+def test_a_schedule_of_one_s_own_is_judged_by_the_groups_it_makes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """On planned ways and at the edge of range: who has all ping at once is refused, who gives each
     AUV a slot is undecided, since nobody knows what it will do.
     """
-    allow(f"schedules_for_tests:{name}" for name in ("all_at_once", "each_alone"))
+    monkeypatch.setenv("BINDUSBL_ALLOW_PLUGINS", "1")
     both = {"protocol": {"schedule": "schedules_for_tests:all_at_once"}}
     refused = judged(both)
     assert refused.verdict == "refused"
