@@ -38,7 +38,7 @@ from ...records.events import (
     OUT_OF_RANGE,
     Signal,
 )
-from ...records.rows import NONE, Recorder, Rows
+from ...records.rows import NONE, SIGNAL_RECEPTION, Recorder, Rows
 from ...vehicles.fleet import VehicleFleet
 from ...vehicles.motion import places
 from ..hf.band import HfBand
@@ -197,7 +197,7 @@ class Air:
             self._keys[sender, :listeners], int(self._sent[sender]),
         )  # fmt: skip
         self._sent[sender] += 1
-        for row in range(first, sounds.count):
+        for row in range(first, sounds.count) if self._inboxes else ():
             inbox = self._inboxes.get(int(sounds.array[row]["listener"]))
             if inbox is not None:
                 inbox.coming.append(row)
@@ -313,11 +313,9 @@ class Air:
 
     def _outcome(self, row: int, time: float) -> tuple[int, int, int]:
         """Return what has become of a sound by an instant (s), why, and by what."""
-        record, uplink = self._record, self._uplink
-        return _outcome(
+        return _outcome_of(
             self._sounds.sea.address, row, time + ROUNDING, self._known(time), self._sounds.count,
-            record.receptions.rows, record.pings.rows, self._lasts, self.auvs,
-            uplink.receiver.capture,
+            *self._met(), self._uplink.receiver.capture,
         )  # fmt: skip
 
     def _told(self, node: Node, row: int) -> Heard:
@@ -332,22 +330,23 @@ class Air:
 
     def close(self, time: float) -> None:
         """Put on record what became of each signal at each vehicle by an instant (s), the end."""
-        rows = self._sounds.rows
-        numbers = np.flatnonzero((rows["kind"] == BY_SIGNAL) | (rows["kind"] == BY_PING))
-        table = self._record.signal_receptions
-        for row in numbers.tolist():
-            outcome, why, by = self._outcome(row, time)
-            sound = self._sounds.array[row]
-            begun = sound["arrived_at_s"] < time
-            line = table.room_for(1)[table.count]
-            table.count += 1
-            of_ping = sound["kind"] == BY_PING
-            line["signal"] = NONE if of_ping else sound["signal"]
-            line["ping"] = sound["signal"] if of_ping else NONE
-            line["vehicle"] = sound["listener"]
-            line["arrived_at_s"] = sound["arrived_at_s"] if begun else nan
-            line["outcome"], line["why"], line["overlapped_by"] = outcome, why, by
-            line["loss_probability"] = sound["loss"]
+        rows, table = self._sounds.rows, self._record.signal_receptions
+        _solve_all(self._sounds.sea.address, len(rows), self._known(time))
+        told = (rows["kind"] == BY_SIGNAL) | (rows["kind"] == BY_PING)
+        place = np.cumsum(told) - 1
+        table.room_for(len(rows))
+        table.count = int(told.sum())
+        for vehicle in range(len(self.names)):  # each alone: nothing else is in its way
+            here = np.flatnonzero(rows["listener"] == vehicle)
+            lines = np.empty(len(here), SIGNAL_RECEPTION)
+            _note(rows[here], lines, time, *self._met(), self._uplink.receiver.capture)
+            table.rows[place[here[told[here]]]] = lines[told[here]]
+
+    def _met(self) -> tuple[Rows, Rows, float, int]:
+        """Return what pings are at ASVs: receptions, pings, how long (s) these last, and the first
+        ASV among all vehicles.
+        """
+        return self._record.receptions.rows, self._record.pings.rows, self._lasts, self.auvs
 
 
 class _Inbox:
@@ -411,25 +410,63 @@ def _solve_row(packed: int, row: int, known: float) -> None:
 
 
 @compiled
-def _outcome(
+def _solve_all(packed: int, count: int, known: float) -> None:
+    sea = unpacked(packed, Sea)
+    for row in range(count):
+        solve(sea.sounds[row], known, sea)
+
+
+@compiled
+def _note(
+    sounds: Rows, lines: Rows, time: float, receptions: Rows, pings: Rows, ping_s: float,
+    auvs: int, capture: float,
+) -> None:  # fmt: skip
+    """Write what has become of the sounds (n,) of one vehicle by an instant (s) to lines (n,),
+    :data:`...records.rows.SIGNAL_RECEPTION`; other arguments as of :func:`_outcome`.
+    """
+    for row in range(len(sounds)):
+        line, sound = lines[row], sounds[row]
+        line.outcome, line.why, line.overlapped_by = _outcome(
+            row, sounds, time, receptions, pings, ping_s, auvs, capture, None, inf
+        )
+        line.signal = sound.signal if sound.kind == BY_SIGNAL else NONE
+        line.ping = sound.signal if sound.kind == BY_PING else NONE
+        line.vehicle, line.loss_probability = sound.listener, sound.loss
+        line.arrived_at_s = sound.arrived_at_s if sound.arrived_at_s < time else nan
+
+
+@compiled
+def _outcome_of(
     packed: int, row: int, time: float, known: float, count: int, receptions: Rows, pings: Rows,
     ping_s: float, auvs: int, capture: float,
 ) -> tuple[int, int, int]:  # fmt: skip
-    """Return what has become of a sound, a row of the first `count`, by an instant (s), why and by
-    what; in flight if it is not over by then.  How vehicles move is `known` up to another one.
-
-    At ASVs pings sound as well: `receptions`.
-    """
+    """Return :func:`_outcome` of a sound of the first `count` of a sea, by its address."""
     sea = unpacked(packed, Sea)
-    sound, sounds = sea.sounds[row], sea.sounds[:count]
-    solve(sound, known, sea)
+    solve(sea.sounds[row], known, sea)
+    return _outcome(
+        row, sea.sounds[:count], time, receptions, pings, ping_s, auvs, capture, sea, known
+    )
+
+
+@compiled
+def _outcome(
+    row: int, sounds: Rows, time: float, receptions: Rows, pings: Rows, ping_s: float, auvs: int,
+    capture: float, sea: Sea | None, known: float,
+) -> tuple[int, int, int]:  # fmt: skip
+    """Return what has become of a sound by an instant (s), why and by what; in flight if it is not
+    over by then.
+
+    At ASVs pings of `ping_s` (s) sound as well: `receptions`.  `sea` and `known` as of
+    :func:`...acoustics.sounds.interference`.
+    """
+    sound = sounds[row]
     if sound.outcome == OUT_OF_RANGE:
         return OUT_OF_RANGE, OUT_OF_RANGE, NONE
     if sound.ended_at_s > time:
         return IN_FLIGHT, NONE, NONE
     begins, ends, listener = sound.arrived_at_s, sound.ended_at_s, sound.listener
     others, strongest = interference(
-        sounds, row, row + 1, listener, begins, ends, sounds[count - 1].longest_s, None, sea, known
+        sounds, row, row + 1, listener, begins, ends, sounds[-1].longest_s, None, sea, known
     )
     why, by, most = NONE, NONE, 0.0
     if strongest != NONE:
