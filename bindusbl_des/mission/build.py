@@ -86,7 +86,7 @@ def build_world(
     elif setup.scenario.protocol.random_access:
         run_programs(
             network, setup.scenario.protocol, streams, setup.ping_channel or setup.ping_loss,
-            setup.scenario.acoustics.hf.bit_rate_bps, setup.scenario.auvs.ping_late_s,
+            setup.scenario.acoustics.hf.bit_rate_bps,
         )  # fmt: skip
     else:
         env.process(serve(network))

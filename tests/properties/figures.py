@@ -139,13 +139,18 @@ def _of_mission(result: Result) -> Metrics:
     found = {name: auvs[name].astype(float).mean() for name in own}
     sent = pings[pings.call.isna() | (pings.call == "heard")].sent_at_s
     begun = np.concatenate((sent, pings.called_at_s.dropna()))
+    over = begun + scenario.acoustics.hf.ping_s
+    if "signals" in tables:  # what programs of access sent beside pings
+        signals = tables["signals"]
+        begun = np.append(begun, signals.sent_at_s)
+        over = np.append(over, signals.sent_at_s + signals.lasts_s)
     met = tables["receptions"][lambda it: (it.outcome == "collided") & it.arrived_at_s.notna()]
     destroyed = (tables["frame_receptions"].outcome == "collided").sum()
     return found | {
         "rounds": len(tables["rounds"]),
         "collisions": len(met) + (pings.call == "collided").sum(),
         "frame_collisions": destroyed,
-        "hf_utilisation": _covered(begun, begun + scenario.acoustics.hf.ping_s, end) / end,
+        "hf_utilisation": _covered(begun, over, end) / end,
         "mf_utilisation": _covered(frames.sent_at_s, frames.sent_at_s + frames.airtime_s, end)
         / end,
         "fix_latency_p50_s": done.latency_s.median(),

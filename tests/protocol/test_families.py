@@ -38,6 +38,14 @@ from bindusbl_des.protocol.tdma import broadcast, downlink_free, ping_group, unt
 def schedule(view: View):
     return [[auv] for auv in reversed(range(len(view.auvs)))]
 
+def access(node):
+    while True:
+        yield node.wait(0.05 + 0.3 * node.random.random())
+        if node.is_asv:
+            yield node.send("go", bytes=1)
+        else:
+            yield node.send("ping")
+
 def downlink(network, turn, time):
     for slot in range(len(turn.groups)):
         yield until(network, time + 0.25)  # a pause before each slot

@@ -114,7 +114,7 @@ class Air:
 
     def send(self, node: Node, message: Message, waited_s: float | None) -> simpy.Event:
         """Send a signal of a vehicle now, as :meth:`.node.Node.send` says."""
-        time, lasts = node.clock + node.clock_late_s, self._duration(node, message)
+        time, lasts = node.clock, self._duration(node, message)
         if time < self._sends_until[node.number] - ROUNDING:
             refuse(
                 "send", message.kind, "wait until the vehicle's last signal is over",
@@ -130,7 +130,7 @@ class Air:
             self._due.append((node.number, waited_s))
         else:
             self._signal(node.number, message, time, lasts)
-        return node.until(time + lasts - node.clock_late_s)
+        return node.until(time + lasts)
 
     def _duration(self, node: Node, message: Message) -> float:
         """Return how long (s) a signal lasts."""
@@ -229,10 +229,9 @@ class Air:
 
     def heard(self, node: Node, since: float) -> list[tuple[float, float]]:
         """Return the sounds at a vehicle, as :meth:`.node.Node.heard` says."""
-        sea, count, late = self._sounds.sea.address, self._sounds.count, node.clock_late_s
-        time = node.clock + late
-        spans = heard_meanwhile(sea, count, node.number, since + late, time, self._known(time))
-        return [(begins, ends) for begins, ends in (spans - late).tolist()]
+        sea, count, time = self._sounds.sea.address, self._sounds.count, node.clock
+        spans = heard_meanwhile(sea, count, node.number, since, time, self._known(time))
+        return [(begins, ends) for begins, ends in spans.tolist()]
 
     def hears(self, node: Node) -> simpy.Event:
         """Return the event of the next signal that a vehicle decodes, as :meth:`.node.Node.hears`
@@ -242,7 +241,7 @@ class Air:
         if inbox is None:
             rows = self._sounds.rows
             here = (rows["listener"] == node.number) & (rows["sender"] != node.number)
-            inbox = _Inbox(node, np.flatnonzero(here).tolist())
+            inbox = _Inbox(np.flatnonzero(here).tolist())
             self._inboxes[node.number] = inbox
         if inbox.waiting is not None and not inbox.waiting.triggered:
             refuse("hears", node.name, "be waited for once at a time", "`yield` it before the next")
@@ -309,7 +308,7 @@ class Air:
                     heappush(inbox.heard, (float(sound["ended_at_s"]), row))
         inbox.coming = [row for row in inbox.coming if row not in over]
         if inbox.heard and inbox.waiting is not None and not inbox.waiting.triggered:
-            inbox.waiting.succeed(self._told(inbox.node, heappop(inbox.heard)[1]))
+            inbox.waiting.succeed(self._told(heappop(inbox.heard)[1]))
 
     def _outcome(self, row: int, time: float) -> tuple[int, int, int]:
         """Return what has become of a sound by an instant (s), why, and by what."""
@@ -318,10 +317,10 @@ class Air:
             *self._met(), self._uplink.receiver.capture,
         )  # fmt: skip
 
-    def _told(self, node: Node, row: int) -> Heard:
+    def _told(self, row: int) -> Heard:
         """Return a signal as a vehicle has it that has decoded it."""
-        sound, late = self._sounds.array[row], node.clock_late_s
-        began, ended = float(sound["arrived_at_s"]) - late, float(sound["ended_at_s"]) - late
+        sound = self._sounds.array[row]
+        began, ended = float(sound["arrived_at_s"]), float(sound["ended_at_s"])
         sender = self.names[sound["sender"]]
         if sound["kind"] == BY_PING:
             return Heard(PING, sender, None, began, ended, 0, None)
@@ -354,8 +353,8 @@ class _Inbox:
     what it has heard but was not told of, by the instant (s) of its end; and who waits.
     """
 
-    def __init__(self, node: Node, coming: list[int]) -> None:
-        self.node, self.coming = node, coming
+    def __init__(self, coming: list[int]) -> None:
+        self.coming = coming
         self.heard: list[tuple[float, int]] = []
         self.awaited: set[int] = set()
         self.waiting: simpy.Event | None = None

@@ -36,7 +36,7 @@ ROUNDING = 1e-9
 
 class Heard(NamedTuple):
     """A signal that a vehicle has decoded: of which kind, from whom, and to whom (None: to all);
-    when (s) it began and ended there, by the vehicle's own clock; its size and what it says.
+    when (s) it began and ended there; its size and what it says.
     """
 
     kind: str
@@ -61,7 +61,6 @@ class Node:
     packets: Iterator[float]
     air: "Medium"
     number: int  # among all vehicles: AUVs come first, then ASVs
-    clock_late_s: float = 0.0
     _woken: float = 0.0
 
     @property
@@ -71,8 +70,8 @@ class Node:
 
     @property
     def clock(self) -> float:
-        """What its own clock says (s): as much less than the mission's as that is late."""
-        now = self.air.env.now - self.clock_late_s
+        """What its clock says (s): the mission's time."""
+        now = self.air.env.now
         return self._woken if abs(self._woken - now) < ROUNDING else now
 
     @property
@@ -85,14 +84,14 @@ class Node:
         return 8 * bytes / self.air.bit_rate_bps
 
     def until(self, instant: float) -> simpy.Event:
-        """Return the event of an instant (s) of its own clock, now if that is past.
+        """Return the event of an instant (s), now if that is past.
 
         Raises:
             ValueError: when it is no instant.
         """
         if not isfinite(instant):
             refuse("instant (s) to wait for", instant, "be finite", "end the program with `return`")
-        event = moment(self.air.env, instant + self.clock_late_s)
+        event = moment(self.air.env, instant)
         event.callbacks.append(lambda _: self._wake(instant))
         return event
 

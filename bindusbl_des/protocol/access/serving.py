@@ -5,7 +5,7 @@ when MF is free, over the broadcast that begins as soon as a fix waits, to the e
 Nobody waits for it on HF.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from heapq import heappop, heappush
 from math import inf
@@ -98,10 +98,9 @@ def run_programs(
     streams: Streams,
     channel: LossTerms | AskedChannel,
     bit_rate_bps: float,
-    late_s: Sequence[float] | None,
 ) -> None:
     """Have each AUV, and each ASV whose program has a part for it, run its program; serve the
-    downlink meanwhile.  Clocks of AUVs are late by so much (n,), s, if they are.
+    downlink meanwhile.
 
     Each has something to send by a stream of its own, so that a further AUV leaves those of the
     others as they were.
@@ -127,7 +126,6 @@ def run_programs(
             poisson(streams.of(Purpose.PACKET, *whose), protocol.frame_s),
             air,
             number,
-            late_s[number] if late_s is not None and number < air.auvs else 0.0,
         )
         network.env.process(program(node))
     if traits.signals:
