@@ -23,6 +23,7 @@ BY_KEY = {family.key: family for family in OPEN}
 ASV, AUV = BY_KEY["asvs.vehicle"], BY_KEY["auvs.vehicle"]
 CHANNEL, MF_CHANNEL = BY_KEY["acoustics.hf.channel"], BY_KEY["acoustics.mf.channel"]
 SCHEDULE, DOWNLINK = BY_KEY["protocol.schedule"], BY_KEY["protocol.downlink"]
+ACCESS = BY_KEY["protocol.access"]
 BROADCASTER, RANGING = BY_KEY["protocol.broadcaster"], BY_KEY["protocol.ranging"]
 INSTRUMENT, NAVIGATOR = BY_KEY["usbl.model"], BY_KEY["navigation.filter"]
 PLACEMENT, ROUTE = BY_KEY["asvs.formation"], BY_KEY["auvs.route"]

@@ -46,6 +46,7 @@ OWN_CLOCKS = names(declared.RANGINGS, lambda traits: traits.own_clocks)
 REPLIES = names(declared.DOWNLINKS, lambda traits: traits.replies)
 FRAMED = names(declared.SCHEDULES, lambda traits: traits.framed)
 PROGRAMS = names(declared.ACCESSES, lambda traits: traits.law != "slots")
+SCHEDULED = names(declared.ACCESSES, lambda traits: traits.law == "slots")
 SLOTLESS = names(declared.ACCESSES, lambda traits: traits.law not in ("slots", "slotted"))
 RANDOM = names(declared.SCHEDULES, lambda traits: traits.random_access)
 UNSLOTTED = names(declared.SCHEDULES, lambda traits: traits.access in ("poisson", "sensing"))
@@ -200,10 +201,9 @@ PROTOCOL = (
         but=passive,
     ),
     Idle(
-        {"protocol.schedule": UNFRAMED},
+        {"protocol.schedule": UNFRAMED, "protocol.access": SCHEDULED},
         ("protocol.frame_s",),
         "a round begins as soon as the one before it has ended",
-        but=lambda setup: setup.scenario.protocol.random_access,
     ),
     Idle(
         {

@@ -14,6 +14,7 @@ import yaml
 from campaigns_for_tests import OneThread
 from commands_for_tests import call
 from families_for_tests import (
+    ACCESS,
     ASV,
     AUV,
     BROADCASTER,
@@ -50,6 +51,12 @@ open(__file__ + ".imported", "a").close()
 
 def schedule(view, *, most: int = 9):
     return [[auv] for auv in range(len(view.auvs))][:most]
+
+def access(node, *, every_s: float = 1.0):
+    while not node.is_asv:
+        yield node.wait(every_s)
+        yield node.send("ping")
+    yield node.wait(every_s)
 
 def downlink(network, turn, time, *, pause_s: float = 0.25):
     for slot in range(len(turn.groups)):
@@ -118,6 +125,7 @@ OWN_PARTS = {family: f"set_parts:{family.noun}" for family in OPEN}
 # Of each part of one's own: its setting, two values of it that tell, and one that is wrong.
 SETTINGS: dict[Family, tuple[str, Any, Any, Any, str]] = {
     SCHEDULE: ("most", 1, 2, 1.5, "needs a whole number; got 1.5"),
+    ACCESS: ("every_s", 0.5, 0.8, "often", "needs a number; got the text 'often'"),
     DOWNLINK: ("pause_s", 0.5, 1, "long", "needs a number; got the text 'long'"),
     BROADCASTER: ("copy", 0, 2, True, "needs a whole number; got true"),
     RANGING: ("later_s", 0.02, 0.03, "late", "needs a number; got the text 'late'"),

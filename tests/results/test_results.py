@@ -76,7 +76,7 @@ def test_every_column_says_what_it_is(result: Result, tmp_path: Path) -> None:
                 if field.name.endswith(suffix) and not field.name.endswith("_per_s"):
                     assert field.metadata[b"unit"] == unit, field.name
     dictionary = json.loads((folder / "data_dictionary.json").read_text())
-    assert set(dictionary) == set(TABLES)
+    assert set(dictionary) == {*TABLES, "signals", "signal_receptions"}
     for name in WRITTEN:
         assert list(dictionary[name]) == pq.read_schema(folder / f"{name}.parquet").names
     assert dictionary["pings"]["x_m"]["frame"].startswith("survey")
