@@ -27,7 +27,7 @@ from .schedules.view import Groups, KnownFixes, View
 from .slots import Slots
 
 if TYPE_CHECKING:
-    from .access.air import Air
+    from .access.air import SharedAir
 
 Steps = Generator[simpy.Event, None, float]
 
@@ -84,7 +84,7 @@ class Network(Watched):
     replies: Replies | None = None
     downlink_free_at: float = 0.0
     paused: float = 0.0
-    air: "Air | None" = None  # where AUVs run programs of their own
+    air: "SharedAir | None" = None  # where AUVs run programs of their own
     broadcasts: int = field(default=0, init=False)  # so far
     fixes_taken: int = field(default=0, init=False)  # fixes before this one wait no more
 

@@ -43,7 +43,7 @@ from ...vehicles.fleet import VehicleFleet
 from ...vehicles.motion import places
 from ..hf.band import HfBand
 from ..steps import moment
-from .node import PING, ROUNDING, Heard, Message, Node
+from .node import PING, ROUNDING, HeardSignal, Node, ToSend
 
 # Sends of one instant become one ping group: after whatever else happens then.
 LATE = EventPriority(2)
@@ -56,7 +56,7 @@ MOST_BYTES = 65_535
 SOON = 1e-3
 
 
-class Air:
+class SharedAir:
     """What vehicles send and hear on HF, each by its own program."""
 
     def __init__(
@@ -91,7 +91,7 @@ class Air:
         self._sent = np.zeros(len(self.names), dtype=np.int64)  # signals of each so far
         self._sends_until = np.full(len(self.names), -inf)
         self._due: list[tuple[int, float | None]] = []  # AUVs that ping now, and how long held back
-        self._said: list[Message] = []
+        self._said: list[ToSend] = []
         self._inboxes: dict[int, _Inbox] = {}
 
     @cached_property
@@ -112,7 +112,7 @@ class Air:
 
     # Sending
 
-    def send(self, node: Node, message: Message, waited_s: float | None) -> simpy.Event:
+    def send(self, node: Node, message: ToSend, waited_s: float | None) -> simpy.Event:
         """Send a signal of a vehicle now, as :meth:`.node.Node.send` says."""
         time, lasts = node.clock, self._duration(node, message)
         if time < self._sends_until[node.number] - ROUNDING:
@@ -132,7 +132,7 @@ class Air:
             self._signal(node.number, message, time, lasts)
         return node.until(time + lasts)
 
-    def _duration(self, node: Node, message: Message) -> float:
+    def _duration(self, node: Node, message: ToSend) -> float:
         """Return how long (s) a signal lasts."""
         kind, size = message.kind, message.bytes
         if not isinstance(kind, str) or not kind:
@@ -165,7 +165,7 @@ class Air:
                 self._emit(BY_PING, ping, auv, time, self._lasts, self.auvs)
                 self._sounds.deafen(BY_OWN_PING, ping, auv, time, self._lasts)
 
-    def _signal(self, sender: int, message: Message, time: float, lasts: float) -> None:
+    def _signal(self, sender: int, message: ToSend, time: float, lasts: float) -> None:
         number = len(self._record.signals)
         kind, to, size = message.kind, message.to, message.bytes
         name = self.names[sender]
@@ -317,15 +317,17 @@ class Air:
             *self._met(), self._uplink.receiver.capture,
         )  # fmt: skip
 
-    def _told(self, row: int) -> Heard:
+    def _told(self, row: int) -> HeardSignal:
         """Return a signal as a vehicle has it that has decoded it."""
         sound = self._sounds.array[row]
         began, ended = float(sound["arrived_at_s"]), float(sound["ended_at_s"])
         sender = self.names[sound["sender"]]
         if sound["kind"] == BY_PING:
-            return Heard(PING, sender, None, began, ended, 0, None)
+            return HeardSignal(PING, sender, None, began, ended, 0, None)
         message = self._said[sound["signal"]]
-        return Heard(message.kind, sender, message.to, began, ended, message.bytes, message.data)
+        return HeardSignal(
+            message.kind, sender, message.to, began, ended, message.bytes, message.data
+        )
 
     def close(self, time: float) -> None:
         """Put on record what became of each signal at each vehicle by an instant (s), the end."""

@@ -11,7 +11,7 @@ from typing import Any
 
 import simpy
 
-from .node import PING, Heard, Node, Steps
+from .node import PING, HeardSignal, Node, Steps
 from .t_lohi import waiting
 
 REQUEST, CLEAR = "request", "clear"
@@ -49,10 +49,10 @@ def macau(
         yield node.send(PING, waited_s=node.clock - packet)
 
 
-def awaited(node: Node, to: str, until: float) -> Generator[simpy.Event, Any, Heard | None]:
+def awaited(node: Node, to: str, until: float) -> Generator[simpy.Event, Any, HeardSignal | None]:
     """Return the answer of an ASV to a request; None if it has not come by an instant (s)."""
     while until > node.clock:
-        heard: Heard | None = yield node.hears(within_s=until - node.clock)
+        heard: HeardSignal | None = yield node.hears(within_s=until - node.clock)
         if heard is not None and (heard.kind, heard.sender, heard.to) == (CLEAR, to, node.name):
             return heard
     return None
@@ -64,7 +64,7 @@ def keep_quiet(node: Node, answered_s: float, pinged_s: float, backoff: float) -
     """
     until = node.clock + backoff
     while True:
-        heard: Heard | None = yield node.hears(within_s=max(until - node.clock, 0.0))
+        heard: HeardSignal | None = yield node.hears(within_s=max(until - node.clock, 0.0))
         if heard is None:
             return
         if heard.kind in (REQUEST, CLEAR):
@@ -76,7 +76,7 @@ def clear(node: Node, clear_bytes: int, pinged_s: float) -> Steps:
     """Clear who asks, one after the other: nobody until the ping of the one before has passed."""
     taken_until = 0.0
     while True:
-        heard: Heard = yield node.hears()
+        heard: HeardSignal = yield node.hears()
         if heard.kind == REQUEST and heard.to == node.name and node.clock >= taken_until:
             yield node.send(CLEAR, to=heard.sender, bytes=clear_bytes)
             taken_until = node.clock + pinged_s

@@ -34,7 +34,7 @@ PING = "ping"
 ROUNDING = 1e-9
 
 
-class Heard(NamedTuple):
+class HeardSignal(NamedTuple):
     """A signal that a vehicle has decoded: of which kind, from whom, and to whom (None: to all);
     when (s) it began and ended there; its size and what it says.
     """
@@ -122,8 +122,8 @@ class Node:
         return self.air.heard(self, since)
 
     def hears(self, within_s: float | None = None) -> simpy.Event:
-        """Return the event of the next signal that it decodes: its value is that, :class:`Heard`;
-        None, once so long a time (s) has gone by without.
+        """Return the event of the next signal that it decodes: its value is that
+        (:class:`HeardSignal`), or None once so long a time (s) has gone by without.
 
         What it has decoded since it last asked comes first; the first time, since it was launched.
 
@@ -155,12 +155,12 @@ class Node:
             ValueError: when an ASV is to ping, a vehicle that still sends is to send, nobody has
                 the name of whom it is sent to, or it does not last a finite time above 0.
         """
-        return self.air.send(self, Message(kind, to, bytes, lasts_s, data), waited_s)
+        return self.air.send(self, ToSend(kind, to, bytes, lasts_s, data), waited_s)
 
 
 class Medium(Protocol):
-    """What carries what nodes send and hear (:class:`.air.Air`): the names of all vehicles, AUVs
-    first, of which so many are `auvs`.
+    """What carries what nodes send and hear (:class:`.air.SharedAir`): the names of all vehicles,
+    AUVs first, of which so many are `auvs`.
     """
 
     env: simpy.Environment
@@ -168,7 +168,7 @@ class Medium(Protocol):
     auvs: int
     bit_rate_bps: float
 
-    def send(self, node: Node, message: "Message", waited_s: float | None) -> simpy.Event:
+    def send(self, node: Node, message: "ToSend", waited_s: float | None) -> simpy.Event:
         """Let a node send a signal; return the event of its end."""
 
     def heard(self, node: Node, since: float) -> list[tuple[float, float]]:
@@ -181,7 +181,7 @@ class Medium(Protocol):
         """Let nobody wait for the event of a signal any more."""
 
 
-class Message(NamedTuple):
+class ToSend(NamedTuple):
     """What a program sends, as of :meth:`Node.send`."""
 
     kind: str

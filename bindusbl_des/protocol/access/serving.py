@@ -27,7 +27,7 @@ from ..conflicts import conflict_count
 from ..network import Network, Turn
 from ..steps import checked_steps, moment
 from ..tdma import broadcast
-from .air import Air
+from .air import SharedAir
 from .aloha import aloha, slotted_aloha
 from .csma import csma
 from .macau import macau
@@ -113,7 +113,7 @@ def run_programs(
         return pings
 
     traits, program = access_named(protocol.program), program_named(protocol.program)
-    air = Air(
+    air = SharedAir(
         network.env, network.uplink, fleets, network.record, streams, channel=channel,
         bit_rate_bps=bit_rate_bps, hearing=traits.hears, ping=ping,
     )  # fmt: skip
