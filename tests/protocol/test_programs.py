@@ -1,7 +1,10 @@
 """Programs of access: what a vehicle hears and sends by its own, as its program asks it to."""
 
 import re
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -208,6 +211,21 @@ def test_moving_vehicles_hear_when_they_are_met() -> None:
         assert [at for name, at in told if name == f"ASV{asv}"] == pytest.approx(ends, abs=1e-9)
         met += len(ends)
     assert met > 10
+
+
+def test_tables_of_ones_own_are_read_where_it_is_not_loaded(tmp_path: Path) -> None:
+    """Whatever it declares: who reads a folder may not have the part."""
+
+    def program(node: Any) -> Iterator[Any]:
+        yield node.send("x", bytes=1)
+
+    program.signals = False  # type: ignore[attr-defined]  # of a function
+    folder = flown([[30.0, 0.0]], program).write(tmp_path / "r")
+    reader = (
+        "import sys, bindusbl_des as b; print(len(b.load_result(sys.argv[1]).tables['signals']))"
+    )
+    told = subprocess.run([sys.executable, "-c", reader, folder], capture_output=True, text=True)
+    assert told.stdout == "2\n", told.stderr
 
 
 def wrong_send(node: Any) -> Iterator[Any]:

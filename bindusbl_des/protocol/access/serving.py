@@ -128,7 +128,7 @@ def run_programs(
             number,
         )
         network.env.process(program(node))
-    if traits.signals:
+    if protocol.signals:
         network.air = air
 
 

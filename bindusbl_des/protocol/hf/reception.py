@@ -318,18 +318,19 @@ def _outcome(row: int, luck: float, air: Air, echoes: Rows | None) -> tuple[int,
 @compiled
 def _meanwhile(row: int, air: Air, echoes: Rows | None) -> tuple[float, int, int]:
     """Return how strong all is together that is where a ping arrives while it does; what the
-    strongest of that is, and its number: of a ping, or of the ASV that calls, or of a frame of who
-    listens, who then hears nothing.
+    strongest of that is, and its number: of a ping or signal, of the ASV that calls, or of a frame
+    of who listens, who then hears nothing.
     """
     pings, sounds, reception = air.pings, air.sounds, air.receptions[row]
     begins, ends, ping = reception.arrived_at_s, reception.ended_at_s, pings[reception.ping]
     why, number, longest = BY_PING, NONE, PASSED * ping.longest_s + air.duration
+    most = 0.0
     others, strongest = interference(
         air.receptions, row, row + 1, reception.listener, begins, ends, longest, echoes, None, inf
     )
     if strongest != NONE:
         other = air.receptions[strongest]
-        number = other.ping
+        number, most = other.ping, other.sound
         if not meet(begins, ends, other.arrived_at_s, other.ended_at_s):
             why = BY_ECHO
     if len(sounds):
@@ -338,7 +339,7 @@ def _meanwhile(row: int, air: Air, echoes: Rows | None) -> tuple[float, int, int
             sounds, ping.calls, ping.calls, listener, begins, ends, longest, None, None, inf
         )
         others += further
-        if strongest != NONE:  # who hears it is deaf then, however strong a ping is
+        if strongest != NONE and sounds[strongest].sound > most:
             why, number = sounds[strongest].kind, sounds[strongest].signal
     return others, why, number
 

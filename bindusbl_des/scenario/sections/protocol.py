@@ -163,8 +163,10 @@ class Protocol(Section):
 
     @property
     def signals(self) -> bool:
-        """Whether vehicles send signals beside pings, by their programs."""
-        return access_named(self.program).signals
+        """Whether vehicles may send signals beside pings, by their programs: one's own always may,
+        whether or not it is loaded where its tables are read.
+        """
+        return self.program.is_own or access_named(self.program).signals
 
     @property
     def rule(self) -> PartChoice:
