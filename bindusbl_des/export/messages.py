@@ -140,6 +140,7 @@ INSTANT = {
     "gnss_fixes": "fixed_at_s",
     "signals": "sent_at_s",
     "signal_receptions": "arrived_at_s",
+    "peer_ranges": "heard_at_s",
     "tracks": "time_s",
 }
 VEHICLE = {
@@ -152,6 +153,7 @@ VEHICLE = {
     "gnss_fixes": "auv",
     "signals": "sender",
     "signal_receptions": "listener",
+    "peer_ranges": "auv",
     "tracks": "vehicle",
     "auvs": "auv",
 }

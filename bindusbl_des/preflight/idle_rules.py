@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from ..core.plugins import is_plugin
 from ..scenario import declared
+from ..scenario.sections.navigation import PeersSection
 from ..scenario.sections.usbl import UsblSection
 from ..setup import Setup
 
@@ -272,6 +273,12 @@ BESIDES = ("preset", "model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_co
 ARRAY = tuple(f"usbl.{name}" for name in UsblSection.model_fields if name not in BESIDES)
 
 
+def peers_of(setup: Setup) -> str:
+    """Return by what AUVs range each other; nothing if they do not."""
+    peers = setup.scenario.navigation.peers
+    return "" if peers is None else peers.kind
+
+
 def wanders(setup: Setup) -> bool:
     """Tell whether the errors of a sheet of drift wander, as biases that have a frame."""
     return setup.drift_line_m is not None
@@ -292,6 +299,12 @@ MEASURING = (
         {"protocol.ranging": CALLS},
         CLOCKS,
         "AUVs answer calls, whatever their clocks say",
+        but=lambda setup: peers_of(setup) == "owtt",
+    ),
+    Idle(
+        {"auvs.count": (1,)},
+        tuple(f"navigation.peers.{name}" for name in PeersSection.model_fields),
+        "there is no other AUV",
     ),
     Idle(
         {"usbl.gnss_correlated_sd_m": (0.0,)},

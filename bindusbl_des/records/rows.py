@@ -23,6 +23,7 @@ from .events import (
     Broadcast,
     Fix,
     FrameReception,
+    PeerRange,
     Ping,
     Reception,
     Round,
@@ -269,3 +270,4 @@ class Recorder:
     fixes: EventBuffer = field(default_factory=lambda: EventBuffer(FIX))
     jacobians: Jacobians = field(default_factory=lambda: Jacobians(0))
     gnss_fixes: EventBuffer = field(default_factory=lambda: EventBuffer(FIX))  # AUVs' own
+    peer_ranges: list[PeerRange] = field(default_factory=list)

@@ -100,8 +100,10 @@ def _tables(folder: Path, scenario: Scenario, run: Mapping[str, Any]) -> dict[st
     """
     names = ("auvs", "mission", *(EVENT_TABLES if scenario.record.detail == "full" else ()))
     kept = {"gnss_fixes"} if scenario.navigation.gnss_fix is not None else set()
-    if scenario.protocol.signals:
+    if scenario.has_signals:
         kept |= {"signals", "signal_receptions"}
+    if scenario.navigation.peers is not None:
+        kept |= {"peer_ranges"}
     names = tuple(name for name in names if name not in SOMETIMES or name in kept)
     paths = {name: folder / f"{name}.parquet" for name in names}
     origin = {

@@ -13,6 +13,7 @@ from ..records.events import (
     Fix,
     FrameReception,
     GnssFix,
+    PeerRange,
     Ping,
     Reception,
     Round,
@@ -33,16 +34,17 @@ ROWS: dict[str, type] = {
     "gnss_fixes": GnssFix,
     "signals": Signal,
     "signal_receptions": SignalReception,
+    "peer_ranges": PeerRange,
     "tracks": TrackPoint,
     "auvs": AuvMetrics,
 }
 EVENT_TABLES = (
     *("rounds", "pings", "receptions", "broadcasts", "frame_receptions", "assignments"),
-    *("fixes", "gnss_fixes", "signals", "signal_receptions", "tracks"),
+    *("fixes", "gnss_fixes", "signals", "signal_receptions", "peer_ranges", "tracks"),
 )
-# What only missions have in which AUVs carry GNSS (navigation.gnss_fix), or in which vehicles hear
-# each other by a program (protocol.access).
-SOMETIMES = ("gnss_fixes", "signals", "signal_receptions")
+# What only missions have in which AUVs carry GNSS (navigation.gnss_fix), vehicles hear each other
+# by programs (protocol.access), or AUVs range each other (navigation.peers).
+SOMETIMES = ("gnss_fixes", "signals", "signal_receptions", "peer_ranges")
 TABLES = (*ROWS, "mission")
 
 # Columns that hold a vehicle's number in the record and its name in the table.

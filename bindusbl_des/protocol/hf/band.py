@@ -92,6 +92,8 @@ class HfBand:
         self.deafens: Callable[[Iterable[tuple[int, int]], float, float], None] | None = None
         self.answered_by: Callable[[range], None] | None = None
         self.on_sent: Callable[[range], None] | None = None
+        #: Where other AUVs hear pings as well, beside who listens.
+        self.overheard: Callable[[range], None] | None = None
 
     def _packed(self) -> Packed:
         """Return the packed state that pings spread in, :class:`Spread`."""
@@ -236,6 +238,8 @@ class HfBand:
         sent = range(first, pings.count)
         if self.deafens is not None and called[0]["call"] in (NONE, HEARD):
             self.deafens(zip(sent, group, strict=True), time, self.band.duration)
+        if self.overheard is not None and called[0]["call"] in (NONE, HEARD):
+            self.overheard(sent)
         if self.on_sent is not None:
             self.on_sent(sent)
         if self.answered_by is not None:
