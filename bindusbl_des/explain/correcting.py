@@ -32,7 +32,7 @@ def arriving(result: "Result", fix: Any) -> Step:
         why.append(f"half the length of its 95 % ellipse {_changed(was, became)}")
     if (by_gnss := _by_gnss(result, fix)) is not None:
         why.append(_at_surface(by_gnss[by_gnss.fixed_at_s <= fix.delivered_at_s], fix))
-    if result.scenario.navigation.peers is not None:
+    if result.scenario.has_peers:
         why.append(_from_peers(result, fix))
     moved = known(fix.correction_m)
     return Step(

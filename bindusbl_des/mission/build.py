@@ -130,7 +130,7 @@ def begin_peers(
         turned_arrays(setup, streams), depth, scenario.navigation.depth_sd_m,
     )  # fmt: skip
     peers = Peers(
-        air, fleet, team, network.deliveries, record, streams, sensors, asked.kind, asked.every_s,
+        air, fleet, team, network.deliveries, record, streams, sensors, asked.traits, asked.every_s,
         asked.message_bytes, PASSED * band.reach / band.sound_speed,
     )  # fmt: skip
     peers.begin(

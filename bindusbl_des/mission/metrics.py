@@ -58,7 +58,7 @@ def event_tables(world: World) -> dict[str, pa.Table]:
         "fixes": _fixes_table(record, len(world.asv_fleet)),
         **({"gnss_fixes": _gnss_fixes_table(record)} if navigation.gnss_fix is not None else {}),
         **(_signal_tables(world) if scenario.has_signals else {}),
-        **(_peer_table(record) if navigation.peers is not None else {}),
+        **(_peer_table(record) if scenario.has_peers else {}),
         "tracks": _tracks_table(world),
     }
 

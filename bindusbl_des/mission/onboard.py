@@ -50,7 +50,7 @@ def equip_auvs(
         record.receptions,
         record.gnss_fixes,
     )
-    if navigation.peers is not None:
+    if navigation.peers is not None and len(fleet) > 1:
         return reckoning, Team(
             *made_of,
             fusion=navigation.peers.fusion,

@@ -97,7 +97,7 @@ def peer_errors(setup: Sensors) -> Errors:
     scenario, taken = setup.scenario, setup.taken.scenario
     peers, untold = scenario.navigation.peers, settings_of(scenario.navigation).untold
     assert peers is not None
-    has_clock = peers.kind == "owtt" and "clock" not in untold
+    has_clock = peers.traits.ranges and not peers.traits.asks and "clock" not in untold
     navigation = taken.navigation
     turned = peers.bearing == "array" and "misalignment" not in untold
     return Errors(

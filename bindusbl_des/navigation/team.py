@@ -42,7 +42,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.arrays import Floats, Ints
-from ..records.rows import FIX, NONE, EventBuffer, Jacobians, Rows, fix_numbered
+from ..records.rows import FIX, NONE, EventBuffer, Jacobians, Rows
 from ..vehicles.reckoning import DeadReckoned, expected_error, learn, way_since
 from .belief import STATES, Belief, Growth, carry, expected, next_stop
 from .correcting import REMEMBERED, turning_of
@@ -197,13 +197,18 @@ class Team(LinearNavigator):
             )
         return self._drs[key]
 
+    def row(self, number: int) -> Rows:
+        """Return the row (1,) of a fix, by its number as of :func:`..records.rows.fix_numbered`."""
+        rows, at = (self.fixes, number) if number >= 0 else (self.gnss.array, -1 - number)
+        return rows[at : at + 1]
+
     def correct(self, fixes: Rows, due: Ints) -> None:
         """Take in the fixes whose rows are due; note innovation, its weight, and the change (m)."""
         self.fixes = fixes
         for number in due.tolist():
-            fix = fix_numbered(fixes, self.gnss.array, number)
-            auv, now = int(fix["auv"]), float(fix["delivered_at_s"])
-            moved, outcome = self._take(auv, now, float(fix["valid_at_s"]), Fix(auv, number))
+            fix = self.row(number)
+            auv, now = int(fix["auv"][0]), float(fix["delivered_at_s"][0])
+            moved, outcome = self._take(auv, now, float(fix["valid_at_s"][0]), Fix(auv, number))
             fix["innovation_m"], fix["nis"] = outcome.off, outcome.nis
             fix["correction_m"] = moved if outcome.is_taken else nan
 
@@ -405,7 +410,7 @@ class Joint:
     def _fix(self, state: State, event: Fix) -> Outcome:
         """Take a fix in, expanded about what is believed (:func:`.correcting.expand`)."""
         team, a = self.team, self._place[event.auv]
-        row = self._row(event.number)
+        row = team.row(event.number)
         own, belief = self._block(a), self.belief(event.auv, state)
         noise = np.array([(row["sd_x_m"][0] ** 2, row["sd_y_m"][0] ** 2, row["cov_xy_m2"][0])])
         jacobians = np.zeros((1, 2, 4 * team.common.columns + 2))
@@ -426,10 +431,6 @@ class Joint:
         angle, along, aside, whose = turning_of(team._known.address, row, was, now)
         self._turn_about(state, own, angle, along, aside, whose)
         return outcome._replace(off=hypot(*off.tolist()))
-
-    def _row(self, number: int) -> Rows:
-        rows, at = (self.team.fixes, number) if number >= 0 else (self.team.gnss.array, -1 - number)
-        return rows[at : at + 1]
 
     def _turn_about(
         self, state: State, own: slice, angle: float, along: float, aside: float, whose: int

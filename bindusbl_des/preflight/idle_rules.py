@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 from ..core.plugins import is_plugin
 from ..scenario import declared
-from ..scenario.sections.navigation import PeersSection
 from ..scenario.sections.usbl import UsblSection
 from ..setup import Setup
 
@@ -268,15 +267,19 @@ PROTOCOL = (
 
 CLOCKS = ("navigation.clock_offset_sd_s", "navigation.clock_drift_sd")
 
+PEERS = tuple(
+    f"navigation.peers.{name}" for name in ("every_s", "kind", "bearing", "message_bytes", "fusion")
+)
+
 # Vessels keep their stations by GNSS, too.
 BESIDES = ("preset", "model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_constant_s")
 ARRAY = tuple(f"usbl.{name}" for name in UsblSection.model_fields if name not in BESIDES)
 
 
-def peers_of(setup: Setup) -> str:
-    """Return by what AUVs range each other; nothing if they do not."""
+def peers_by_clock(setup: Setup) -> bool:
+    """Tell whether AUVs range each other by their clocks."""
     peers = setup.scenario.navigation.peers
-    return "" if peers is None else peers.kind
+    return peers is not None and peers.traits.ranges and not peers.traits.asks
 
 
 def wanders(setup: Setup) -> bool:
@@ -299,11 +302,11 @@ MEASURING = (
         {"protocol.ranging": CALLS},
         CLOCKS,
         "AUVs answer calls, whatever their clocks say",
-        but=lambda setup: peers_of(setup) == "owtt",
+        but=peers_by_clock,
     ),
     Idle(
         {"auvs.count": (1,)},
-        tuple(f"navigation.peers.{name}" for name in PeersSection.model_fields),
+        PEERS,
         "there is no other AUV",
     ),
     Idle(

@@ -18,7 +18,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import count
 from math import atan2, cos, hypot, nan, sin, sqrt
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from ..core.streams import Purpose, Streams
 from ..navigation.team import PeerSight, Team, Told
 from ..records.events import PeerRange
 from ..records.rows import Recorder
+from ..scenario.declared import PeerTraits
 from ..usbl.instrument import Usbl
 from ..usbl.measuring import NOISE_WIDTH
 from ..vehicles.fleet import VehicleFleet
@@ -89,7 +90,7 @@ class Peers:
     record: Recorder
     streams: Streams
     sensors: PeerSensors
-    kind: Literal["owtt", "twtt", "angles"]
+    kind: PeerTraits
     every_s: float
     message_bytes: int
     longest_s: float  # how long a signal is under way to who decodes it
@@ -112,7 +113,7 @@ class Peers:
         for turn in count():
             yield node.until((turn + (node.number + 1) / self.air.auvs) * self.every_s)
             yield from self._when_free(node)
-            if self.kind != "twtt":
+            if not self.kind.asks:
                 yield node.send(TELLS, bytes=self.message_bytes, data=self._message(node))
             else:
                 yield node.send(ASKS, bytes=QUESTION_BYTES, data=node.clock)
@@ -169,7 +170,7 @@ class Peers:
         seen = Direction(nan, nan, nan, nan)
         if self.sensors.has_array:
             seen = self._direction(auv, sender, said.told.sent_at_s, came, chance)
-        if self.kind != "angles":  # a range and depths say as much
+        if self.kind.ranges:  # a range and depths say as much
             seen = seen._replace(steep=nan, steep_sd=nan)
         legs = np.zeros((1, 2))
         if said.gone is not None:
@@ -200,7 +201,7 @@ class Peers:
         """Return the range (m) that an AUV measures by a signal that took so long (s), and its
         standard deviation.
         """
-        if self.kind == "angles":
+        if not self.kind.ranges:
             return nan, nan
         usbl, one_way = self.sensors.usbl, said.gone is None
         sd = usbl.range_sd(1 if one_way else 2)

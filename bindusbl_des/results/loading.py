@@ -102,7 +102,7 @@ def _tables(folder: Path, scenario: Scenario, run: Mapping[str, Any]) -> dict[st
     kept = {"gnss_fixes"} if scenario.navigation.gnss_fix is not None else set()
     if scenario.has_signals:
         kept |= {"signals", "signal_receptions"}
-    if scenario.navigation.peers is not None:
+    if scenario.has_peers:
         kept |= {"peer_ranges"}
     names = tuple(name for name in names if name not in SOMETIMES or name in kept)
     paths = {name: folder / f"{name}.parquet" for name in names}

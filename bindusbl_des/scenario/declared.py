@@ -222,6 +222,21 @@ class NavigatorTraits(Traits):
 
 
 @dataclass(frozen=True)
+class PeerTraits:
+    """How AUVs measure each other: by asking first (`asks`), and whether that `ranges`."""
+
+    asks: bool = False
+    ranges: bool = True
+
+
+PEERS: Mapping[str, PeerTraits] = {
+    "owtt": PeerTraits(),
+    "twtt": PeerTraits(asks=True),
+    "angles": PeerTraits(ranges=False),
+}
+
+
+@dataclass(frozen=True)
 class HullTraits(Traits):
     """What a vehicle is: it moves by equations of motion (`has_dynamics`), or as it is planned."""
 

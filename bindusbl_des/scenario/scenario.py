@@ -114,7 +114,12 @@ class Scenario(ScenarioKeys):
     @property
     def has_signals(self) -> bool:
         """Whether vehicles may send signals beside pings: by a program of access, or to peers."""
-        return self.protocol.signals or self.navigation.peers is not None
+        return self.protocol.signals or self.has_peers
+
+    @property
+    def has_peers(self) -> bool:
+        """Whether AUVs range each other; a single one has no peers."""
+        return self.navigation.peers is not None and self.auvs.count > 1
 
     @property
     def plugins(self) -> dict[str, str]:

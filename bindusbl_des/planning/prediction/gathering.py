@@ -86,7 +86,7 @@ def approximations(setup: Setup) -> Iterator[str]:
         yield "AUVs are taken to follow their plans exactly, whatever moves them."
     if scenario.asvs.vehicle.is_steered:
         yield "ASVs are taken to keep their stations exactly."
-    if scenario.navigation.peers is not None:
+    if scenario.has_peers:
         yield (
             "What AUVs learn from each other (navigation.peers) is left out, and what their "
             "messages cost on HF."

@@ -67,7 +67,7 @@ def peers_problems(site: Site) -> Iterator[Problem]:
             "pings",
             ("protocol.ranging", "protocol.access", "protocol.schedule"),
         )
-    if str(filter_) != "kalman":
+    if filter_.is_own or site.navigator.is_smoother or not site.navigator.weighs:
         yield Problem(
             "navigation.filter",
             f"{filter_} takes nothing in of what AUVs measure of each other (navigation.peers); "
@@ -75,7 +75,7 @@ def peers_problems(site: Site) -> Iterator[Problem]:
             ("navigation.peers",),
         )
     has_array = peers.bearing == "array"
-    if peers.kind == "angles" and not has_array:
+    if not peers.traits.ranges and not has_array:
         yield Problem(
             "navigation.peers.bearing",
             "none leaves nothing to measure with kind: angles; use array",
@@ -90,7 +90,7 @@ def peers_problems(site: Site) -> Iterator[Problem]:
             ("usbl.model",),
         )
     airtime = 8.0 * peers.message_bytes / scenario.acoustics.hf.bit_rate_bps
-    answers = scenario.auvs.count - 1 if peers.kind == "twtt" else 1
+    answers = scenario.auvs.count - 1 if peers.traits.asks else 1
     crossing = scenario.acoustics.hf.range_m / site.sound_speed_m_per_s
     needed = scenario.auvs.count * answers * (airtime + crossing)
     if needed > peers.every_s:

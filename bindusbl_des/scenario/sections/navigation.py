@@ -15,7 +15,7 @@ from pydantic import (
 
 from ...core.spreads import Statistic
 from ...presets.catalogue import CATALOGUE, preset
-from ..declared import navigator_named
+from ..declared import PEERS, PeerTraits, navigator_named
 from ..key_types import PAPER, Moved, Part, Point, Real, Section, key, known_preset
 from ..part_choice import SET, PartChoice
 from ..shipped_settings import FixedGain
@@ -143,6 +143,11 @@ class PeersSection(Part):
         "intersection: what AUVs may have in common is not counted twice; centralised: one filter "
         "that has all at once, the bound; naive: messages are taken for news, to compare with",
     )
+
+    @property
+    def traits(self) -> PeerTraits:
+        """What its kind declares."""
+        return PEERS[self.kind]
 
 
 class Navigation(Section):
