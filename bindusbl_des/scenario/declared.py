@@ -17,6 +17,7 @@ from .part_choice import Settings
 from .shipped_settings import (
     BroadcastSettings,
     CarrierSense,
+    Dacap,
     Datasheet,
     DirectReply,
     Fixed,
@@ -288,6 +289,7 @@ ACCESSES: Mapping[str, AccessTraits] = {
     "csma": AccessTraits(settings=CarrierSense, law="sensing", signals=False, on_asvs=False),
     "t_lohi": AccessTraits(settings=TLohi, on_asvs=False),
     "macau": AccessTraits(settings=Macau),
+    "dacap": AccessTraits(settings=Dacap),
 }
 # The programs of schedules by which AUVs ping as they like, by their `access`
 BY_SCHEDULE = {
