@@ -54,6 +54,7 @@ def equip_auvs(
         return reckoning, Team(
             *made_of,
             fusion=navigation.peers.fusion,
+            raw=navigation.peers.share == "raw",
             fleet=common_to_all(setup.taken),
             errors=peer_errors(setup),
             every_s=float(navigation.peers.every_s),

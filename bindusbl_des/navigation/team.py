@@ -24,6 +24,10 @@ which is no overconfidence whatever both have in common, and w is that which lea
 has of the sender is common from then on.  Errors that all AUVs have from the start (a current, an
 array of a vessel, a bias that is known of all) are common at once.
 
+raw (`share`): messages carry measurements, all that the sender knows of, so that one that is lost
+is made good by the next.  Each AUV has a belief about all of them, from those that have come to it:
+what `centralised` would make of the same.
+
 `naive` takes a message for news: the same without D.  It is there to be compared with.
 
 Sources: S. J. Julier, J. K. Uhlmann, A Non-divergent Estimation Algorithm in the Presence of
@@ -51,19 +55,24 @@ from .fix_update import EXPECTED, MOST_REFUSED, SURE, Rule
 from .navigators import LinearNavigator
 from .smoothing import transition
 
+# So many times as many measurements are remembered where messages carry them.
+MANY = 16
+
 # Shares w that are tried: most of what AUVs have in common is little, or nearly all.
 SHARES = np.array((0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98, 0.995))
 
 
 class Told(NamedTuple):
     """What an AUV tells of itself: where it believed to be (2,), m, as it began to send (s), the
-    covariance (2, 2), m2, of that, and the part of it that others may have as well.
+    covariance (2, 2), m2, of that, and the part of it that others may have as well.  Or all the
+    measurements that it knows of, the first so many of its `log`.
     """
 
     sent_at_s: float
     place: Floats
     spread: Floats
     shared: Floats
+    known: int
 
 
 class Errors(NamedTuple):
@@ -161,13 +170,13 @@ class Team(LinearNavigator):
     def __init__(
         self, reckoning: DeadReckoning, rule: Rule, growth: Growth, first: Belief,
         corrections: Floats, learnt: Rows, common: Jacobians, receptions: EventBuffer,
-        gnss: EventBuffer, *, fusion: str, fleet: Common, errors: Errors, every_s: float,
+        gnss: EventBuffer, *, fusion: str, raw: bool, fleet: Common, errors: Errors, every_s: float,
         sound_speed: float, columns: dict[str, int],
     ) -> None:  # fmt: skip
-        """Take what :class:`LinearNavigator` takes; what AUVs have in common, their own `errors`,
-        how often (s) they tell each other what they believe, the sound speed (m/s) that they
-        assume, and at which of the states of what fixes have in common the `clock` and the
-        `sound_speed` begin, where they are told.
+        """Take what :class:`LinearNavigator` takes; whether messages carry measurements (`raw`),
+        what AUVs have in common, their own `errors`, how often (s) they tell each other what they
+        believe, the sound speed (m/s) that they assume, and at which of the states of what fixes
+        have in common the `clock` and the `sound_speed` begin, where they are told.
         """
         super().__init__(
             reckoning, rule, growth, first, corrections, learnt, common, receptions, gnss
@@ -178,12 +187,19 @@ class Team(LinearNavigator):
         self.sound_speed, self.fixes = sound_speed, np.zeros(0, FIX)
         self._corrections, self._learnt = corrections, learnt
         self._drs: dict[tuple[int, float], DeadReckoned] = {}
-        teams = [range(self.count)] if fusion == "centralised" else [[k] for k in range(self.count)]
-        begun = self._held.all.beliefs
-        self._joints = [
-            Joint(self, list(members), begun, splits=fusion == "intersection") for members in teams
-        ]
-        self._of = {auv: joint for joint in self._joints for auv in joint.members}
+        begun, everybody = self._held.all.beliefs, list(range(self.count))
+        is_one = fusion == "centralised" and not raw
+        joints = [
+            Joint(
+                self, everybody if is_one or raw else [auv], begun,
+                splits=fusion == "intersection" and not raw, depth=MANY if raw else 1,
+            )
+            for auv in everybody[: 1 if is_one else self.count]
+        ]  # fmt: skip
+        #: Whose belief each AUV goes by; with one for all, each is of all of them.
+        self._of = {auv: joints[0 if is_one else auv] for auv in everybody}
+        self.raw, self._whose = raw, everybody if is_one else None
+        self._read: dict[tuple[int, int], int] = {}  # of whose log each has read how much
 
     def dr(self, auv: int, time: float) -> DeadReckoned:
         """Return what an AUV's own sensors have told it by an instant (s)."""
@@ -208,28 +224,37 @@ class Team(LinearNavigator):
         for number in due.tolist():
             fix = self.row(number)
             auv, now = int(fix["auv"][0]), float(fix["delivered_at_s"][0])
-            moved, outcome = self._take(auv, now, float(fix["valid_at_s"][0]), Fix(auv, number))
+            event = float(fix["valid_at_s"][0]), Fix(auv, number)
+            moved, outcome = self._take(auv, now, event)
             fix["innovation_m"], fix["nis"] = outcome.off, outcome.nis
             fix["correction_m"] = moved if outcome.is_taken else nan
 
     def meet(self, sight: PeerSight) -> tuple[float, Outcome]:
-        """Take in what an AUV has measured of another; return how far (m) that moved its estimate,
-        and what became of it.
+        """Take in what an AUV has measured of another, and was told; return how far (m) that moved
+        its estimate, and what became of the measurement.
         """
-        return self._take(sight.auv, sight.heard_at_s, sight.valid_at_s, sight)
+        auv, sender, log = sight.auv, sight.sender, self._of[sight.sender].log
+        begin = self._read.get((auv, sender), 0)
+        self._read[auv, sender] = max(sight.told.known, begin)
+        return self._take(
+            auv, sight.heard_at_s, *log[begin : sight.told.known], (sight.valid_at_s, sight)
+        )
 
     def told(self, auv: int, time: float) -> Told:
         """Return what an AUV tells all others at an instant (s); from then on they have it, too."""
         return self._of[auv].tell(auv, time)
 
-    def _take(self, auv: int, now: float, valid_at: float, event: Event) -> tuple[float, Outcome]:
-        joint = self._of[auv]
+    def _take(self, auv: int, now: float, *events: tuple[float, Event]) -> tuple[float, Outcome]:
+        """Take in measurements, each with the instant (s) that it is of; return what became of the
+        last of them.
+        """
+        joint, whose = self._of[auv], self._whose or [auv]
         was = joint.error(auv, now)
-        outcome = joint.take(event, valid_at)
+        outcome = joint.take(*events)
         is_now = joint.error(auv, now)
-        self._held.make_room(len(joint.members), self._known)
+        self._held.make_room(len(whose), self._known)
         held, row = self._held.all, self._held.count
-        for member in joint.members:
+        for member in whose:
             belief = joint.belief(member)
             held.whose[row], held.since[row] = member, now
             held.beliefs.moments[row] = belief.moment[0]
@@ -247,8 +272,13 @@ class Joint:
     may come before.
     """
 
-    def __init__(self, team: Team, members: list[int], begun: Any, *, splits: bool) -> None:
-        """Begin with the beliefs `begun` of all AUVs; `splits`: others may have part of it."""
+    def __init__(
+        self, team: Team, members: list[int], begun: Any, *, splits: bool, depth: int
+    ) -> None:
+        """Begin with the beliefs `begun` of all AUVs; `splits`: others may have part of it.
+
+        `depth` times as many measurements are remembered as of fixes alone.
+        """
         self.team, self.members, self._splits = team, members, splits
         self._place = {auv: number for number, auv in enumerate(members)}
         n, k, sds = len(members), team.size, team.errors
@@ -276,7 +306,10 @@ class Joint:
         self._now = State(begun.moments[members].copy(), states, spread, shared)
         self._events: list[tuple[float, Event]] = []
         self._before: list[State] = []
-        self._most = REMEMBERED * n * (1 + splits)
+        self._most = REMEMBERED * n * (1 + splits) * depth
+        #: All measurements that have come here, in the order in which they did.
+        self.log: list[tuple[float, Event]] = []
+        self._have: set[tuple[str, int, int, float]] = set()
 
     def _block(self, member: int) -> slice:
         return slice(member * self.team.size, (member + 1) * self.team.size)
@@ -305,8 +338,8 @@ class Joint:
         spread = state.spread[at, at].copy()
         shared = np.zeros((2, 2)) if state.shared is None else state.shared[at, at].copy()
         if self._splits:
-            self.take(Sent(auv), time)
-        return Told(time, own, spread, shared)
+            self.take((time, Sent(auv)))
+        return Told(time, own, spread, shared, len(self.log) * self.team.raw)
 
     def _place_of(self, state: State, auv: int) -> Floats:
         """Return where an AUV is believed to be (2,), m, at the instant of a state."""
@@ -314,28 +347,34 @@ class Joint:
         dr = self.team.dr(auv, float(state.moments["at_s"][a]))
         return np.array((dr.x, dr.y)) - state.states[self._block(a)][:2]
 
-    def take(self, event: Event, time: float) -> Outcome:
-        """Take in what is about an instant (s), in its place, and anew what comes after it; what is
-        older than all that is remembered comes too late.
+    def take(self, *events: tuple[float, Event]) -> Outcome:
+        """Take in what is about some instants (s), each in its place, and anew what comes after it;
+        what is older than all that is remembered comes too late, what is known already is left out.
+        Return what became of the last.
         """
-        place = len(self._events)
-        while place > 0 and self._events[place - 1][0] > time:
-            place -= 1
-        if place == 0 and len(self._events) == self._most:
-            return Outcome(nan, nan, False)
-        state = self._before[place].copy() if place < len(self._events) else self._now
-        self._events.insert(place, (time, event))
-        del self._before[place:]
-        outcome = None
-        for valid_at, taken in self._events[place:]:
+        first, last = len(self._events), events[-1][1]
+        for time, event in events:
+            if (key := _key(time, event)) in self._have:
+                continue
+            self._have.add(key)
+            self.log.append((time, event))
+            place = len(self._events)
+            while place > 0 and self._events[place - 1][0] > time:
+                place -= 1
+            if place > 0 or len(self._events) < self._most:
+                self._events.insert(place, (time, event))
+                first = min(first, place)
+        state = self._before[first].copy() if first < len(self._before) else self._now
+        del self._before[first:]
+        outcome = Outcome(nan, nan, False)
+        for time, event in self._events[first:]:
             self._before.append(state.copy())
-            self._carry(state, valid_at)
-            found = self._apply(state, taken)
-            outcome = found if outcome is None else outcome
+            self._carry(state, time)
+            found = self._apply(state, event)
+            outcome = found if event is last else outcome
         self._now = state
-        if len(self._events) > self._most:
-            del self._events[0], self._before[0]
-        assert outcome is not None
+        over = max(len(self._events) - self._most, 0)
+        del self._events[:over], self._before[:over]
         return outcome
 
     # Between measurements
@@ -599,6 +638,15 @@ class Joint:
             if theirs is not None:
                 state.shared = state.shared + gain @ theirs @ gain.T
         return Outcome(nan, nis, True)
+
+
+def _key(time: float, event: Event) -> tuple[str, int, int, float]:
+    """Return by what an event of an instant (s) is told from others."""
+    if isinstance(event, Fix):
+        return "fix", event.auv, event.number, time
+    if isinstance(event, Sent):
+        return "sent", event.auv, NONE, time
+    return "peer", event.auv, event.sender, time
 
 
 class Seen(NamedTuple):

@@ -268,7 +268,8 @@ PROTOCOL = (
 CLOCKS = ("navigation.clock_offset_sd_s", "navigation.clock_drift_sd")
 
 PEERS = tuple(
-    f"navigation.peers.{name}" for name in ("every_s", "kind", "bearing", "message_bytes", "fusion")
+    f"navigation.peers.{name}"
+    for name in ("every_s", "kind", "bearing", "message_bytes", "share", "fusion")
 )
 
 # Vessels keep their stations by GNSS, too.
@@ -308,6 +309,11 @@ MEASURING = (
         {"auvs.count": (1,)},
         PEERS,
         "there is no other AUV",
+    ),
+    Idle(
+        {"navigation.peers.share": ("raw",)},
+        ("navigation.peers.fusion",),
+        "each AUV works out all from the measurements that have come to it, and fuses no estimates",
     ),
     Idle(
         {"usbl.gnss_correlated_sd_m": (0.0,)},

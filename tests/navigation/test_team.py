@@ -232,6 +232,30 @@ def test_centralised_is_least_squares_over_all_ranges() -> None:
     assert np.allclose(covariances(result), spreads, atol=1e-8)
 
 
+def test_who_is_told_all_measurements_knows_what_centralised_does() -> None:
+    """At each message that it decodes, losses or not: what was lost before comes with the next
+    (Webster et al. 2013; Walls and Eustice).
+    """
+    missions = []
+    for share, fusion in (("raw", "intersection"), ("estimate", "centralised")):
+        asked = held(
+            [[0.0, 0.0], [250.0, 30.0]],
+            {"every_s": 2.0, "share": share, "fusion": fusion, "bearing": "array"},
+            navigation={"initial_position_sd_m": 2.0},
+            acoustics={"loss": {"law": "paper"}},
+        )
+        missions.append(Mission(asked, 3))
+    told = ranges(simulate(missions[0].scenario, 3))
+    assert 10 < len(told) < 36  # of 40
+    for row in told.itertuples():
+        auv = int(row.auv[3:])
+        for mission in missions:
+            mission.advance(row.heard_at_s + 1e-6)
+        one, other = (mission.auvs() for mission in missions)
+        assert np.abs(one.estimate[auv] - other.estimate[auv]).max() < 1e-9
+        assert np.abs(one.covariance[auv] - other.covariance[auv]).max() < 1e-9
+
+
 def test_intersection_never_knows_more_than_all_together_and_naive_does() -> None:
     """AUVs that tell each other the same again and again learn nothing new by that."""
     found = {}

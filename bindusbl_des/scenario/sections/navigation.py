@@ -134,8 +134,11 @@ class PeersSection(Part):
     message_bytes: int = key(
         32, "B", "size of a message: place, covariance, depth, instant", ge=1, le=65_535
     )
-    share: Literal["estimate"] = key(
-        "estimate", "", "what messages carry: where the sender believes to be, and how sure it is"
+    share: Literal["estimate", "raw"] = key(
+        "estimate",
+        "",
+        "what messages carry: where the sender believes to be, and how sure it is; or all the "
+        "measurements that it knows of, from which each AUV works out all others as well",
     )
     fusion: Literal["intersection", "centralised", "naive"] = key(
         "intersection",
