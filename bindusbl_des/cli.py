@@ -9,6 +9,7 @@ from typing import Any, TextIO
 import click
 
 from .commands.bench import bench
+from .commands.benchmark import benchmark
 from .commands.console import BAD_INPUT, ended_in_order
 from .commands.coverage import coverage
 from .commands.doctor import doctor
@@ -173,7 +174,7 @@ GROUPS: dict[str, tuple[click.Command, ...]] = {
     "Ask what became of it": (report, explain, plot, compare, export),
     "Plan": (plan, coverage, timing, verify),
     "Recorded missions": (replay, fit),
-    "The paper and this machine": (reproduce, bench, doctor),
+    "The paper and this machine": (reproduce, benchmark, bench, doctor),
 }
 for _group in GROUPS.values():
     for _command in _group:

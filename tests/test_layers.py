@@ -24,7 +24,17 @@ ROOMS = [
     *("core", "geometry", "sea", "records", "charts", "vehicles", "presets", "scenario"),
     *("acoustics", "usbl", "navigation", "protocol", "setup", "results", "mission"),
     *("preflight", "verification", "explain", "report", "figures", "export", "live", "gym"),
-    *("recorded", "campaigns", "advice", "planning", "commands", "cli", "dynamics", "__main__"),
+    *(
+        "recorded",
+        "campaigns",
+        "advice",
+        "planning",
+        "benchmark",
+        "commands",
+        "cli",
+        "dynamics",
+        "__main__",
+    ),
 ]
 
 # What commands run that is not the library: folders of the repository, which the wheel has, too.
@@ -44,7 +54,7 @@ HOMES = {
     "pydantic": "scenario campaigns",
     "pydantic_core": "scenario",
     "matplotlib": "figures recorded",
-    "pandas": "results campaigns",
+    "pandas": "results campaigns benchmark",
     "foxglove": "export live.ros2",
     "gsw": "sea.water",
     "gtsam": "recorded.replaying",
