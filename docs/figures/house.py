@@ -23,7 +23,7 @@ ROOMS = {
     "planning": (500, "how many, where, how sure", MANY),
     "advice": (500, "what would help", MANY),
     "campaigns": (500, "many missions, statistics", MANY),
-    "benchmark": (720, "tasks that methods enter", MANY),
+    "benchmark": (797, "tasks that methods enter", MANY),
     "recorded": (300, "recorded missions", MANY),
     "figures": (300, "matplotlib", FACES),
     "report": (510, "one HTML page", FACES),
