@@ -91,6 +91,8 @@ class HfBand:
         #: who answers each of them, if anybody does, and who waits for them.
         self.deafens: Callable[[Iterable[tuple[int, int]], float, float], None] | None = None
         self.answered_by: Callable[[range], None] | None = None
+        #: Who has data to send behind pings, which AUVs begin at an instant (s).
+        self.followed_by: Callable[[Sequence[int], float], None] | None = None
         self.on_sent: Callable[[range], None] | None = None
 
     def _packed(self) -> Packed:
@@ -236,6 +238,8 @@ class HfBand:
         sent = range(first, pings.count)
         if self.deafens is not None and called[0]["call"] in (NONE, HEARD):
             self.deafens(zip(sent, group, strict=True), time, self.band.duration)
+        if self.followed_by is not None and called[0]["call"] in (NONE, HEARD):
+            self.followed_by(group, time)
         if self.on_sent is not None:
             self.on_sent(sent)
         if self.answered_by is not None:
