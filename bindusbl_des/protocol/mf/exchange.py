@@ -116,7 +116,8 @@ class Exchange(MfDownlink):
         self._came = dict[int, tuple[int, int, int]]()  # fixes: hops, who forwarded them, frame
         self._repeats, self._duplicates = Counter[int](), Counter[int]()
         self._owed: list[list[tuple[float, int]]] = [[] for _ in range(count)]  # by pings
-        self._pings_heard = 0  # of these account has been taken
+        self._pings_seen = 0  # before this one all are decided, but for those that are undecided
+        self._undecided: list[int] = []
 
     def _luck_of(self, streams: Streams, auv: int) -> Any:
         """Return what frames of an AUV are lost by on their way to each vehicle."""
@@ -362,11 +363,10 @@ class Exchange(MfDownlink):
         """
         assert self.acknowledged is not None
         pings, receptions = self._record.pings.rows, self._record.receptions.rows
-        while self._pings_heard < len(pings):
-            ping = pings[self._pings_heard]
-            if isfinite(ping["passed_at_s"]):  # it is not decided
-                return
-            self._pings_heard += 1
+        asked = [*self._undecided, *range(self._pings_seen, len(pings))]
+        self._pings_seen = len(pings)
+        self._undecided = [ping for ping in asked if isfinite(pings["passed_at_s"][ping])]
+        for ping in pings[sorted({*asked}.difference(self._undecided))]:
             if ping["call"] not in (NONE, HEARD):  # its AUV did not hear the call
                 continue
             auv, sent_at = int(ping["auv"]), float(ping["sent_at_s"])

@@ -6,12 +6,12 @@ has, from where the ASV is by then.
 """
 
 from dataclasses import dataclass
-from math import inf, nan
+from math import nan
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from ...acoustics.propagation import drowns, within
+from ...acoustics.propagation import TOUCH, drowns, within
 from ...acoustics.sounds import Sea, emit, interference, place_of, solve
 from ...acoustics.travel_time import travel_time_to
 from ...core.arrays import Ints
@@ -165,7 +165,7 @@ def receive(packed: int, packed_sea: int, receptions: Rows, known: float, count:
         row = frame.first + line.auv
         sound = sea.sounds[row]
         solve(sound, known, sea)
-        line.arrived_at_s = sound.arrived_at_s if sound.arrived_at_s < inf else nan
+        line.arrived_at_s = sound.arrived_at_s if sound.arrived_at_s <= known + TOUCH else nan
         line.ended_at_s, line.loss_probability = sound.ended_at_s, sound.loss
         line.outcome, line.why, line.overlapped_by = _outcome(row, frame, known, count, of, sea)
 
@@ -180,7 +180,7 @@ def _outcome(
     sound, sounds = sea.sounds[row], sea.sounds[:count]
     if sound.outcome == OUT_OF_RANGE:
         return OUT_OF_RANGE, OUT_OF_RANGE, NONE
-    if sound.ended_at_s == inf:
+    if sound.ended_at_s > known + TOUCH:
         return IN_FLIGHT, NONE, NONE
     if frame.on_air_s < frame.airtime_s:  # it is cut
         return LOST, FAILED_MEANWHILE if frame.on_air_s > 0.0 else FAILED, NONE
