@@ -1,10 +1,10 @@
-"""Environments of Gymnasium over missions: where vessels go, and who pings next.
+"""Environments of Gymnasium and PettingZoo over missions: where vessels go, and who pings next.
 
-They are registered as this module is imported: ``gymnasium.make("Placement-v0")``, or without an
-import of one's own ``gymnasium.make("bindusbl_des.gym:Placement-v0")``.  What is observed is what
-the surface fleet knows; the reward is the truth: less the error (m) of the worst AUV.  An episode
-is a mission, truncated at its `duration_s`, since nothing of it is terminal; its seed is drawn from
-that of `reset`.
+Those of Gymnasium are registered as this module is imported: ``gymnasium.make("Placement-v0")``, or
+without an import of one's own ``gymnasium.make("bindusbl_des.gym:Placement-v0")``.  What is
+observed is what the surface fleet knows; the reward is the truth: less the error (m) of the worst
+AUV.  An episode is a mission, truncated at its `duration_s`, since nothing of it is terminal; its
+seed is drawn from that of `reset`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,6 +14,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+import pettingzoo
 import simpy
 from gymnasium.spaces import Box, Discrete
 from numpy.typing import NDArray
@@ -204,6 +205,81 @@ class Schedule(gymnasium.Env[Observation, np.int64]):
         if is_over:  # no round begins any more
             self._seen[-1] = 1.0
         return self._seen.copy(), -error, False, is_over, {"worst_error_m": error}
+
+
+class Vessels(pettingzoo.ParallelEnv):  # type: ignore[misc]  # it has no types
+    """Each vessel decides where it goes: :class:`Placement` with an agent for each, `ASV0` and so
+    on.
+
+    An action (2,) is the velocity of an agent's own vessel.  Each observes what Placement does,
+    its own place first of those of all vessels.  All have the same reward.
+    """
+
+    metadata: dict[str, Any] = {"name": "vessels_v0", "render_modes": []}  # noqa: RUF012 - as above
+
+    def __init__(
+        self,
+        scenario: Scenario | str | Path = "recovery_140m",
+        step_s: float = 10.0,
+        speed_m_per_s: float = 1.5,
+        render_mode: str | None = None,
+    ) -> None:
+        """Fly missions of a scenario; what it raises is as of :class:`Placement`."""
+        self._fleet = Placement(scenario=scenario, step_s=step_s, speed_m_per_s=speed_m_per_s)
+        self.render_mode = render_mode
+        count = self._fleet.scenario.asvs.count
+        self.possible_agents = [f"ASV{asv}" for asv in range(count)]
+        self.agents = list(self.possible_agents)
+        self._observes, self._acts = (
+            self._fleet.observation_space,
+            Box(-1.0, 1.0, (2,), np.float32),
+        )
+
+    def observation_space(self, agent: str) -> Box:
+        """Return what an agent observes."""
+        assert isinstance(self._observes, Box)
+        return self._observes
+
+    def action_space(self, agent: str) -> Box:
+        """Return the velocities that an agent chooses from, as shares of the speed."""
+        return self._acts
+
+    def reset(
+        self, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
+        """Begin a mission; its seed is drawn, and in the infos that are returned."""
+        seen, info = self._fleet.reset(seed=seed, options=options)
+        self.agents = list(self.possible_agents)
+        return self._of_each(seen), {agent: dict(info) for agent in self.agents}
+
+    def step(
+        self, actions: dict[str, NDArray[np.float32]]
+    ) -> tuple[
+        dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool],
+        dict[str, dict[str, Any]],
+    ]:  # fmt: skip
+        """Move all vessels for a step."""
+        moved = np.concatenate([actions[agent] for agent in self.possible_agents])
+        seen, reward, is_terminal, is_over, info = self._fleet.step(moved)
+        seens, agents = self._of_each(seen), self.agents
+        if is_over:
+            self.agents = []
+        return (
+            seens,
+            dict.fromkeys(agents, reward),
+            dict.fromkeys(agents, is_terminal),
+            dict.fromkeys(agents, is_over),
+            {agent: dict(info) for agent in agents},
+        )
+
+    def _of_each(self, seen: Observation) -> dict[str, Observation]:
+        """Return what each agent observes, of what the fleet does: itself first."""
+        count = len(self.possible_agents)
+        places, rest = seen[: 2 * count].reshape(count, 2), seen[2 * count :]
+        return {
+            agent: np.concatenate((np.roll(places, -number, axis=0).ravel(), rest))
+            for number, agent in enumerate(self.possible_agents)
+        }
 
 
 for _name, _env in (("Placement-v0", Placement), ("Schedule-v0", Schedule)):

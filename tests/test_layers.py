@@ -34,6 +34,7 @@ BESIDE = ("benchmarks", "properties", "experiments")
 HOMES = {
     "simpy": "protocol mission live.readings gym",
     "gymnasium": "gym",
+    "pettingzoo": "gym",
     "networkx": "protocol.conflicts protocol.schedules.view",
     "pelagic": "acoustics.table_channel",
     "pyarrow": "acoustics.ray_tables results mission.metrics campaigns export recorded",

@@ -217,6 +217,12 @@ def _downlink(setup: "Setup", rounds: "Rounds") -> Iterator[str]:
         yield f"{schedule} / {downlink}: {own}"
         return
     yield f"{schedule} / {downlink}: {setup.downlink.in_words}"
+    if (peers := scenario.navigation.peers) is not None:
+        lasts = 8e3 * peers.message_bytes / scenario.acoustics.hf.bit_rate_bps
+        yield (
+            f"Beside the slots each AUV speaks to its peers every {peers.every_s:g} s, in messages "
+            f"of {lasts:.4g} ms on HF: pings that one overlaps are lost, which nothing here counts."
+        )
     if scenario.protocol.replies:
         yield f"There, {answered(rounds.slots)}."
     yield from rounds.pace_lines(setup.schedule)

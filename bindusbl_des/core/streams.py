@@ -62,6 +62,8 @@ class Purpose(IntEnum):
     GNSS_FIX = 53
     GNSS_TELEGRAM = 60
     COMPASS_TELEGRAM = 61
+    PEER = 70
+    PEER_ARRAY = 71
 
 
 class Streams:

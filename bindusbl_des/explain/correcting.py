@@ -32,6 +32,8 @@ def arriving(result: "Result", fix: Any) -> Step:
         why.append(f"half the length of its 95 % ellipse {_changed(was, became)}")
     if (by_gnss := _by_gnss(result, fix)) is not None:
         why.append(_at_surface(by_gnss[by_gnss.fixed_at_s <= fix.delivered_at_s], fix))
+    if result.scenario.has_peers:
+        why.append(_from_peers(result, fix))
     moved = known(fix.correction_m)
     return Step(
         fix.delivered_at_s,
@@ -53,6 +55,19 @@ def _by_gnss(result: "Result", fix: Any) -> Any:
     if result.scenario.navigation.gnss_fix is None:
         return None
     return rows_where(result.tables["gnss_fixes"], auv=fix.auv)
+
+
+def _from_peers(result: "Result", fix: Any) -> str:
+    """Return in words what an AUV had from its peers before a fix."""
+    earlier = rows_where(result.tables["peer_ranges"], auv=fix.auv)
+    earlier = earlier[(earlier.heard_at_s <= fix.delivered_at_s) & earlier.correction_m.notna()]
+    if not len(earlier):
+        return "no measurement of a peer before it moved the estimate"
+    last, ago = earlier.iloc[-1], fix.delivered_at_s - earlier.heard_at_s.iloc[-1]
+    return (
+        f"the last measurement of a peer that was taken, of {last.sender}, moved the estimate by "
+        f"{last.correction_m:.2f} m {ago:.1f} s ago"
+    )
 
 
 def _at_surface(earlier: Any, fix: Any) -> str:

@@ -143,6 +143,7 @@ INSTANT = {
     "packets": "made_at_s",
     "auv_frames": "sent_at_s",
     "auv_frame_receptions": "arrived_at_s",
+    "peer_ranges": "heard_at_s",
     "tracks": "time_s",
 }
 VEHICLE = {
@@ -158,6 +159,7 @@ VEHICLE = {
     "packets": "auv",
     "auv_frames": "auv",
     "auv_frame_receptions": "listener",
+    "peer_ranges": "auv",
     "tracks": "vehicle",
     "auvs": "auv",
 }

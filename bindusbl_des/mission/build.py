@@ -10,9 +10,13 @@ import numpy as np
 import simpy
 
 from ..acoustics.bursts import pairs
+from ..acoustics.travel_time import PASSED
 from ..core.streams import Purpose, Streams
 from ..navigation.gnss import GnssReceivers
 from ..navigation.navigators import Navigator
+from ..navigation.team import Team
+from ..protocol.access.air import SharedAir
+from ..protocol.access.node import Node
 from ..protocol.access.serving import run_programs
 from ..protocol.acknowledged import Acknowledged
 from ..protocol.broadcasters import broadcaster_named
@@ -25,6 +29,7 @@ from ..protocol.mf.downlink import Deliveries, FrameBand, MfDownlink
 from ..protocol.mf.exchange import Exchange
 from ..protocol.network import Network
 from ..protocol.passive import OwnFixes, PassiveNetwork, take_turns
+from ..protocol.peers import Peers, PeerSensors
 from ..protocol.predicted_positions import PredictedPositions, prediction_of
 from ..protocol.ranging import ranging_of, strayed
 from ..protocol.repeating import Repeating
@@ -48,7 +53,13 @@ from ..vehicles.poses import Poses, PoseSource
 from .closed_loop import MissionCurrent
 from .launch import launch_anchors, launch_asvs, launch_auvs, posed
 from .onboard import equip_auvs
-from .sensor_errors import systematic_errors_of, wrong_reckoning
+from .sensor_errors import (
+    clocks,
+    pressure_errors,
+    systematic_errors_of,
+    turned_arrays,
+    wrong_reckoning,
+)
 from .world import World
 
 
@@ -87,6 +98,8 @@ def build_world(
     if anchors is not None:
         known = None if setup.scenario.protocol.asvs_ping else record.fixes
         env.process(anchors.keep_placing(env, known))
+    if isinstance(navigator, Team) and isinstance(network, Network):
+        begin_peers(env, setup, network, navigator, record, streams)
     if isinstance(network, PassiveNetwork):
         env.process(take_turns(network))
     elif setup.scenario.protocol.random_access:
@@ -97,6 +110,41 @@ def build_world(
     else:
         env.process(serve(network))
     return World(setup, auvs, asvs, reckoning, navigator, network, record, streams)
+
+
+def begin_peers(
+    env: simpy.Environment, setup: Setup, network: Network, team: Team, record: Recorder,
+    streams: Streams,
+) -> None:  # fmt: skip
+    """Let AUVs range each other."""
+    scenario, fleet, band = setup.scenario, network.auv_fleet, network.uplink.band
+    asked = scenario.navigation.peers
+    assert asked is not None
+    air = SharedAir(
+        env, network.uplink, (fleet, network.asv_fleet), record, streams,
+        channel=setup.ping_channel or setup.ping_loss,
+        bit_rate_bps=scenario.acoustics.hf.bit_rate_bps, hearing=True,
+    )  # fmt: skip
+    network.air = air
+
+    def depth(auv: int, time: float) -> float:
+        below = fleet.vehicles[auv].at(time).z
+        return below + float(pressure_errors(setup, streams, auv, np.array([time]))[0])
+
+    sensors = PeerSensors(
+        replace(setup.usbl, gnss_sd=0.0), asked.bearing == "array", clocks(setup, streams),
+        turned_arrays(setup, streams), depth, scenario.navigation.depth_sd_m,
+    )  # fmt: skip
+    peers = Peers(
+        air, fleet, team, network.deliveries, record, streams, sensors, asked.traits, asked.every_s,
+        asked.message_bytes, PASSED * band.reach / band.sound_speed,
+    )  # fmt: skip
+    peers.begin(
+        [
+            Node(name, network.slots, streams.of(Purpose.PEER, auv), iter(()), air, auv)
+            for auv, name in enumerate(air.names[: air.auvs])
+        ]
+    )
 
 
 def equip_with_gnss(

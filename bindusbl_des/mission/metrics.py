@@ -51,8 +51,8 @@ def event_tables(world: World) -> dict[str, pa.Table]:
     """Return the event tables of a finished mission, as far as it keeps any."""
     if world.setup.scenario.record.detail == "summary":
         return {}
-    record, gnss = world.record, world.setup.scenario.navigation.gnss_fix is not None
-    protocol = world.setup.scenario.protocol
+    record, scenario = world.record, world.setup.scenario
+    navigation = scenario.navigation
     return {
         "rounds": from_rows("rounds", record.rounds),
         "pings": from_numbers("pings", record.pings.rows),
@@ -60,15 +60,16 @@ def event_tables(world: World) -> dict[str, pa.Table]:
         "broadcasts": from_numbers("broadcasts", world.broadcasts),
         "frame_receptions": from_numbers("frame_receptions", record.frame_receptions.rows),
         "assignments": from_rows("assignments", record.assignments),
-        "fixes": _fixes_table(record, len(world.asv_fleet), protocol.exchanges),
-        **({"gnss_fixes": _gnss_fixes_table(record)} if gnss else {}),
-        **(_signal_tables(world) if protocol.signals else {}),
+        "fixes": _fixes_table(record, len(world.asv_fleet), scenario.protocol.exchanges),
+        **({"gnss_fixes": _gnss_fixes_table(record)} if navigation.gnss_fix is not None else {}),
+        **(_signal_tables(world) if scenario.has_signals else {}),
         **(
             {"packets": from_rows("packets", record.packets)}
-            if world.setup.scenario.traffic is not None
+            if scenario.traffic is not None
             else {}
         ),
-        **(_auv_frame_tables(world) if protocol.sends_auv_frames else {}),
+        **(_auv_frame_tables(world) if scenario.protocol.sends_auv_frames else {}),
+        **(_peer_table(record) if scenario.has_peers else {}),
         "tracks": _tracks_table(world),
     }
 
@@ -102,6 +103,10 @@ def _gnss_fixes_table(record: Recorder) -> pa.Table:
     rows = record.gnss_fixes.rows
     named = {"gnss_fix": "fix", "fixed_at_s": "delivered_at_s", "sd_m": "sd_x_m"}
     return from_numbers("gnss_fixes", rows, {name: rows[own] for name, own in named.items()})
+
+
+def _peer_table(record: Recorder) -> dict[str, pa.Table]:
+    return {"peer_ranges": from_rows("peer_ranges", record.peer_ranges)}
 
 
 def _signal_tables(world: World) -> dict[str, pa.Table]:
@@ -304,7 +309,7 @@ def modem_energies(world: World) -> tuple[Floats, Floats] | None:
             world.setup.sound_speed_m_per_s,
             end,
         )
-        if protocol.signals:
+        if scenario.has_signals:
             sounds = world.network.uplink.sounds.rows
             on_air = on_sea(record, sounds, len(fleets[0]), len(fleets[1]), end)
         else:

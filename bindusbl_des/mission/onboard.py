@@ -2,10 +2,12 @@
 
 import numpy as np
 
+from ..navigation.assumptions import columns_of, common_to_all, peer_errors
 from ..navigation.dead_reckoning import DeadReckoning
 from ..navigation.fix_update import WEIGHED, Rule
 from ..navigation.navigators import LinearNavigator, Navigator, OwnNavigator
 from ..navigation.smoother import Smoother
+from ..navigation.team import Team
 from ..records.rows import LEARNT, Recorder
 from ..scenario.families import NAVIGATOR
 from ..scenario.part_choice import own_part
@@ -38,7 +40,7 @@ def equip_auvs(
         made = navigation.filter, make, reckoning, steering[0]
         return reckoning, OwnNavigator(*made, record.receptions, record.gnss_fixes)
     first, growth = setup.beliefs
-    navigator = LinearNavigator(
+    made_of = (
         reckoning,
         _rule(navigation, setup.navigator.has_gain),
         growth,
@@ -48,6 +50,18 @@ def equip_auvs(
         record.receptions,
         record.gnss_fixes,
     )
+    if navigation.peers is not None and len(fleet) > 1:
+        return reckoning, Team(
+            *made_of,
+            fusion=navigation.peers.fusion,
+            raw=navigation.peers.share == "raw",
+            fleet=common_to_all(setup.taken),
+            errors=peer_errors(setup),
+            every_s=float(navigation.peers.every_s),
+            sound_speed=setup.assumed_sound_speed_m_per_s,
+            columns=columns_of(setup),
+        )
+    navigator = LinearNavigator(*made_of)
     if not setup.navigator.is_smoother:
         return reckoning, navigator
     lag = navigation.filter.settings.get("lag_s")

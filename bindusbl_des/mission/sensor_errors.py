@@ -126,6 +126,16 @@ def misalignments(setup: Setup, streams: Streams) -> Floats:
     return np.asarray(turned + sd * np.array(drawn))
 
 
+def turned_arrays(setup: Setup, streams: Streams) -> Floats:
+    """Return by how much (rad) what AUVs see by arrays of their own is turned, (n,): by the compass
+    and the array of each.
+    """
+    turned = headings(setup, streams)
+    sd = math.radians(setup.scenario.usbl.misalignment_sd_deg)
+    own = _drawn(streams, Purpose.PEER_ARRAY, len(turned), sd)[:, 0]
+    return np.asarray(turned + own)
+
+
 def clocks(setup: Setup, streams: Streams) -> Floats:
     """Return how late (s) each AUV's clock is at first, and how much later each second, (n, 2)."""
     navigation, count = setup.scenario.navigation, setup.scenario.auvs.count

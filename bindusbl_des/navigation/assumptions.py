@@ -16,6 +16,10 @@ from ..scenario.scenario_keys import Environment
 from ..scenario.sections.navigation import Navigation
 from ..scenario.shipped_settings import Kalman
 from .belief import STATES, Belief, Growth, first_belief
+from .team import Common, Errors
+
+# Kinds of errors of fixes that each AUV has by itself
+OF_ONE_AUV = ("clock", "slow")
 
 # By this share of its time constant, at most, a bias that turns with the body is carried at a time.
 SHARE_AT_A_TIME = 1.0 / 16.0
@@ -60,6 +64,56 @@ def assumed(setup: Sensors) -> tuple[Belief, Growth]:
         both = first.covariance[turn, turn]
         first.covariance[turn, growth.aligned] = first.covariance[growth.aligned, turn] = both
     return first, growth
+
+
+def common_to_all(setup: Sensors) -> Common:
+    """Return what of the first belief all AUVs have in common: a velocity bias that is the same for
+    all, a current, and what is wrong with vessels and sound.
+    """
+    navigation, water = setup.scenario.navigation, setup.scenario.environment
+    given = setup.own_sensors.bias_m_per_s
+    sensors = setup.own_sensors
+    drawn = sensors.bias_sd_m_per_s if sensors.bias_time_constant_s is None else 0.0
+    share = [
+        (own * sd) ** 2 / (own**2 + drawn**2) if own else 0.0
+        for own, sd in zip(given, _bias(setup), strict=True)
+    ]
+    current = _current(navigation, water) ** 2
+    own = len(_skew(setup).sds) + len(_wandering(setup).sds)
+    variances, driven = [0.0, 0.0, *share, current, current], [0.0] * STATES
+    driven[4] = driven[5] = float(current > 0.0)
+    variances, driven = [*variances, *[0.0] * own], [*driven, *[0.0] * own]
+    for kind in setup.estimated_errors:
+        is_common = kind.name not in OF_ONE_AUV
+        variances += [sd**2 * is_common for sd in kind.sds * kind.times]
+        driven += [float(is_common)] * len(kind.sds) * kind.times
+    return Common(np.array(variances), np.array(driven))
+
+
+def peer_errors(setup: Sensors) -> Errors:
+    """Return the errors that AUVs' measurements of each other contain, as far as the filter is told
+    of them.
+    """
+    scenario, taken = setup.scenario, setup.taken.scenario
+    peers, untold = scenario.navigation.peers, settings_of(scenario.navigation).untold
+    assert peers is not None
+    has_clock = peers.traits.ranges and not peers.traits.asks and "clock" not in untold
+    navigation = taken.navigation
+    turned = peers.bearing == "array" and "misalignment" not in untold
+    return Errors(
+        navigation.clock_offset_sd_s if has_clock else 0.0,
+        navigation.clock_drift_sd if has_clock else 0.0,
+        math.radians(taken.usbl.misalignment_sd_deg) if turned else 0.0,
+    )
+
+
+def columns_of(setup: Sensors) -> dict[str, int]:
+    """Return where each kind of error that fixes have in common begins among these."""
+    found, column = dict[str, int](), 0
+    for kind in setup.estimated_errors:
+        found[kind.name] = column
+        column += len(kind.sds) * kind.times
+    return found
 
 
 def settings_of(navigation: Navigation) -> Kalman:

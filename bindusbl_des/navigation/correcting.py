@@ -208,6 +208,18 @@ def turn_on(packed: int, fixes: Rows, belief: Belief, was: Floats, now: Floats) 
 
 
 @compiled
+def turning_of(
+    packed: int, fixes: Rows, was: Floats, now: Floats
+) -> tuple[float, float, float, int]:
+    """Return how :func:`turn_on` turns: by which angle (rad), how far (m) along x and y the place
+    moves beside that, and with which state; 0: none.
+    """
+    by, fix = unpacked(packed, Known), fixes[0]
+    dr = reckoned(fix.auv, fix.valid_at_s, by.reckoning)
+    return _turning(fix, dr, (was[0], was[1]), (now[0], now[1]), packed)
+
+
+@compiled
 def _turn(
     fix: Row, spread: Floats, dr: DeadReckoned, was: tuple[float, float],
     now: tuple[float, float], packed: int,
@@ -215,6 +227,17 @@ def _turn(
     """Turn what is believed at the instant of a fix, the covariance `spread` of all states, with
     the place: its error (m) `was` another than it is `now`.
     """
+    angle, x, y, whose = _turning(fix, dr, was, now, packed)
+    turn_about(spread, angle)
+    if whose > 0:
+        turn_with(spread, whose, x, y)
+
+
+@compiled
+def _turning(
+    fix: Row, dr: DeadReckoned, was: tuple[float, float], now: tuple[float, float], packed: int
+) -> tuple[float, float, float, int]:
+    """Return how what is believed turns with the place, as :func:`turning_of` does."""
     by = unpacked(packed, Known)
     growth, angle, whose = by.growth, 0.0, by.growth.aligned
     x, y = was[0] - now[0], was[1] - now[1]
@@ -227,9 +250,7 @@ def _turn(
         x, y = x + angle * aside, y - angle * ahead
         if whose == 0 and growth.misaligned > 0:
             whose = growth.misaligned + reception.asv
-    turn_about(spread, angle)
-    if whose > 0:
-        turn_with(spread, whose, x, y)
+    return angle, x, y, whose
 
 
 @compiled

@@ -267,9 +267,20 @@ PROTOCOL = (
 
 CLOCKS = ("navigation.clock_offset_sd_s", "navigation.clock_drift_sd")
 
+PEERS = tuple(
+    f"navigation.peers.{name}"
+    for name in ("every_s", "kind", "bearing", "message_bytes", "share", "fusion")
+)
+
 # Vessels keep their stations by GNSS, too.
 BESIDES = ("preset", "model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_constant_s")
 ARRAY = tuple(f"usbl.{name}" for name in UsblSection.model_fields if name not in BESIDES)
+
+
+def peers_by_clock(setup: Setup) -> bool:
+    """Tell whether AUVs range each other by their clocks."""
+    peers = setup.scenario.navigation.peers
+    return peers is not None and peers.traits.ranges and not peers.traits.asks
 
 
 def wanders(setup: Setup) -> bool:
@@ -292,6 +303,17 @@ MEASURING = (
         {"protocol.ranging": CALLS},
         CLOCKS,
         "AUVs answer calls, whatever their clocks say",
+        but=peers_by_clock,
+    ),
+    Idle(
+        {"auvs.count": (1,)},
+        PEERS,
+        "there is no other AUV",
+    ),
+    Idle(
+        {"navigation.peers.share": ("raw",)},
+        ("navigation.peers.fusion",),
+        "each AUV works out all from the measurements that have come to it, and fuses no estimates",
     ),
     Idle(
         {"usbl.gnss_correlated_sd_m": (0.0,)},

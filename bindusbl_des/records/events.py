@@ -376,6 +376,41 @@ class SignalReception:
 
 
 @dataclass(slots=True)
+class PeerRange:
+    """What one AUV has measured of another by a message of that (navigation.peers)."""
+
+    peer_range: int = column("1", "number of the measurement")
+    auv: int = column("", "AUV that measured")
+    sender: str = column("", "AUV whose message it decoded")
+    sent_at_s: float = column("s", "instant at which the message began to be sent")
+    valid_at_s: float = column("s", "instant at which its front arrived, of which it tells")
+    heard_at_s: float = column("s", "instant at which it was decoded")
+    range_m: float | None = column("m", "measured slant range; null of angles alone")
+    range_error_m: float | None = column(
+        "m", "that less the true distance from where it was sent to where it arrived"
+    )
+    range_sd_m: float | None = column("m", "standard deviation of its white noise")
+    azimuth_deg: float | None = column(
+        "deg", f"measured direction of the sender, in [0, 360), {NORTH}; null without an array"
+    )
+    azimuth_error_deg: float | None = column("deg", "that less the true direction")
+    azimuth_sd_deg: float | None = column("deg", "standard deviation of its white noise")
+    innovation_m: float | None = column(
+        "m", "how far it was off from what was believed; null if it came too late"
+    )
+    correction_m: float | None = column(
+        "m", "how far it moved the estimate; null if the navigator refused it, or had no use for it"
+    )
+    nis: float | None = column(
+        "1", "normalised innovation squared, a degree of freedom for each that was measured"
+    )
+    share: float | None = column(
+        "1",
+        "share w of covariance intersection: near 1 the AUV keeps what it knows; null elsewhere",
+    )
+
+
+@dataclass(slots=True)
 class GnssFix:
     """One fix of an AUV at the surface by its own GNSS (navigation.gnss_fix): it has it at once."""
 

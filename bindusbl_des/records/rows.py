@@ -27,6 +27,7 @@ from .events import (
     FixService,
     FrameReception,
     Packet,
+    PeerRange,
     Ping,
     Reception,
     Round,
@@ -283,6 +284,7 @@ class Recorder:
     fixes: EventBuffer = field(default_factory=lambda: EventBuffer(FIX))
     jacobians: Jacobians = field(default_factory=lambda: Jacobians(0))
     gnss_fixes: EventBuffer = field(default_factory=lambda: EventBuffer(FIX))  # AUVs' own
+    peer_ranges: list[PeerRange] = field(default_factory=list)
 
     @property
     def frames(self) -> list[Broadcast | AuvFrame]:

@@ -91,6 +91,9 @@ class Recording:
     what became of each ping, `nearest` how far (m) the nearest ASV that works, as HF range counts,
     `metrics` what came of it all.
 
+    `signals` are those that came to a vehicle, a row for each of these, by number: AUVs come first;
+    none where vehicles send no signals.
+
     With passive ranging each AUV has a row of `pings` for each ping of an ASV, its own chance to be
     fixed; `receptions` count these rows.
     """
@@ -105,6 +108,7 @@ class Recording:
     fixes: Columns
     broadcasts: Columns
     rounds: Columns
+    signals: Columns
     fate: Ints
     nearest: Floats
     metrics: "Metrics"
@@ -168,6 +172,7 @@ def recording(result: "Result") -> Recording:
         fixes=fixes,
         broadcasts=_events(result, "broadcasts"),
         rounds=_events(result, "rounds"),
+        signals=_signals(result),
         fate=_fates(len(pings["ping"]), receptions, fixes, of),
         nearest=_nearest(setup, depth, pings["sent_at_s"], receptions),
         metrics=metrics_of(result),
@@ -191,6 +196,29 @@ def _events(result: "Result", name: str) -> Columns:
                 [int(vehicle[3:]) if vehicle else -1 for vehicle in columns[column]], dtype=np.int64
             )
     return columns
+
+
+def _signals(result: "Result") -> Columns:
+    """Return which signals came to which vehicles, when (s), and what became of them there."""
+    if "signals" not in result.arrow:
+        return {}
+    sent, came = _events(result, "signals"), _events(result, "signal_receptions")
+    own = ~np.isnan(came["signal"].astype(np.float64)) & (came["outcome"] != "out_of_range")
+    own &= ~np.isnan(came["arrived_at_s"])
+    number = came["signal"][own].astype(np.int64)
+    auvs = result.scenario.auvs.count
+
+    def vehicles(names: NDArray[Any]) -> Ints:
+        return np.array([int(name[3:]) + auvs * name.startswith("ASV") for name in names], np.int64)
+
+    return {
+        "signal": number,
+        "sender": vehicles(sent["sender"])[number],
+        "listener": vehicles(came["listener"][own]),
+        "sent_at_s": sent["sent_at_s"][number],
+        "arrived_at_s": came["arrived_at_s"][own],
+        "outcome": came["outcome"][own],
+    }
 
 
 def _fates(pings: int, receptions: Columns, fixes: Columns, of: Ints) -> Ints:

@@ -65,6 +65,7 @@ def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer
         "receptions": _receptions(mission, kept, packer),
         "fixes": _fixes(mission, packer),
         "broadcasts": _broadcasts(mission, packer),
+        "signals": _signals(mission, packer) if mission.signals else None,
         "covered": _covered(mission, track_step, packer),
         "shownUntil": {
             "latency": shown_until(latencies(mission)),
@@ -243,6 +244,24 @@ def _broadcasts(mission: Recording, packer: Packer) -> dict[str, Any]:
         "at": packer.add(broadcasts["sent_at_s"], quantum=TENTH_OF_MS),
         "airtime": packer.add(broadcasts["airtime_s"], quantum=TENTH_OF_MS),
         "fixes": packer.add(broadcasts["fixes"]),
+    }
+
+
+def _signals(mission: Recording, packer: Packer) -> dict[str, Any]:
+    """Pack which vehicle had which one's signals, and what became of them, as they arrived; of too
+    many those of every k-th.
+    """
+    signals = mission.signals
+    kept = signals["signal"] % _step(len(signals["signal"]), MOST_RECEPTIONS) == 0
+    order = np.flatnonzero(kept)[np.argsort(signals["arrived_at_s"][kept], kind="stable")]
+    outcome = signals["outcome"][order]
+    codes = np.select([outcome == name for name in OUTCOMES], range(len(OUTCOMES)))
+    return {
+        "from": packer.add(signals["sender"][order]),
+        "to": packer.add(signals["listener"][order]),
+        "sent": packer.add(signals["sent_at_s"][order], quantum=TENTH_OF_MS),
+        "at": packer.add(signals["arrived_at_s"][order], quantum=TENTH_OF_MS),
+        "outcome": packer.add(codes),
     }
 
 

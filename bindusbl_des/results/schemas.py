@@ -18,6 +18,7 @@ from ..records.events import (
     FrameReception,
     GnssFix,
     Packet,
+    PeerRange,
     Ping,
     Reception,
     Round,
@@ -41,19 +42,21 @@ ROWS: dict[str, type] = {
     "packets": Packet,
     "auv_frames": AuvFrame,
     "auv_frame_receptions": AuvFrameReception,
+    "peer_ranges": PeerRange,
     "tracks": TrackPoint,
     "auvs": AuvMetrics,
 }
 EVENT_TABLES = (
     *("rounds", "pings", "receptions", "broadcasts", "frame_receptions", "assignments"),
     *("fixes", "gnss_fixes", "signals", "signal_receptions", "auv_frames", "auv_frame_receptions"),
-    *("packets", "tracks"),
+    *("packets", "peer_ranges", "tracks"),
 )
-# What only missions have in which AUVs carry GNSS (navigation.gnss_fix), in which vehicles hear
-# each other by a program (protocol.access), or in which AUVs send frames or data (traffic).
+# What only missions have in which AUVs carry GNSS (navigation.gnss_fix), vehicles hear each other
+# by programs (protocol.access), AUVs send frames or data (traffic), or range each other
+# (navigation.peers).
 SOMETIMES = (
     *("gnss_fixes", "signals", "signal_receptions", "auv_frames", "auv_frame_receptions"),
-    "packets",
+    *("packets", "peer_ranges"),
 )
 # Columns that only missions have in which frames are acknowledged, repeated or relayed.
 FURTHER: dict[str, type] = {"fixes": FixService}

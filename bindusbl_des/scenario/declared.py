@@ -17,6 +17,7 @@ from .part_choice import Settings
 from .shipped_settings import (
     BroadcastSettings,
     CarrierSense,
+    Dacap,
     Datasheet,
     DirectReply,
     Fixed,
@@ -222,6 +223,21 @@ class NavigatorTraits(Traits):
 
 
 @dataclass(frozen=True)
+class PeerTraits:
+    """How AUVs measure each other: by asking first (`asks`), and whether that `ranges`."""
+
+    asks: bool = False
+    ranges: bool = True
+
+
+PEERS: Mapping[str, PeerTraits] = {
+    "owtt": PeerTraits(),
+    "twtt": PeerTraits(asks=True),
+    "angles": PeerTraits(ranges=False),
+}
+
+
+@dataclass(frozen=True)
 class HullTraits(Traits):
     """What a vehicle is: it moves by equations of motion (`has_dynamics`), or as it is planned."""
 
@@ -273,6 +289,7 @@ ACCESSES: Mapping[str, AccessTraits] = {
     "csma": AccessTraits(settings=CarrierSense, law="sensing", signals=False, on_asvs=False),
     "t_lohi": AccessTraits(settings=TLohi, on_asvs=False),
     "macau": AccessTraits(settings=Macau),
+    "dacap": AccessTraits(settings=Dacap),
 }
 # The programs of schedules by which AUVs ping as they like, by their `access`
 BY_SCHEDULE = {

@@ -18,7 +18,12 @@ from ..core.plugins import is_plugin
 from ..core.wording import did_you_mean, plain, shortened
 from ..presets.catalogue import CATALOGUE
 from .agreement.instruments import instruments_problems, sizes_problems, water_problems
-from .agreement.protocol import acoustics_problems, protocol_problems, telling_problems
+from .agreement.protocol import (
+    acoustics_problems,
+    peers_problems,
+    protocol_problems,
+    telling_problems,
+)
 from .agreement.vehicles import (
     failures_problems,
     formation_problems,
@@ -106,6 +111,16 @@ class Scenario(ScenarioKeys):
     def ends_with_survey(self) -> bool:
         """Whether the mission lasts until all AUVs have flown their lanes."""
         return isinstance(self.duration_s, SurveyEnd)
+
+    @property
+    def has_signals(self) -> bool:
+        """Whether vehicles may send signals beside pings: by a program of access, or to peers."""
+        return self.protocol.signals or self.has_peers
+
+    @property
+    def has_peers(self) -> bool:
+        """Whether AUVs range each other; a single one has no peers."""
+        return self.navigation.peers is not None and self.auvs.count > 1
 
     @property
     def plugins(self) -> dict[str, str]:
@@ -229,6 +244,7 @@ SUBJECTS = (
     failures_problems,
     _parts_problems,
     protocol_problems,
+    peers_problems,
     telling_problems,
     acoustics_problems,
     instruments_problems,

@@ -115,6 +115,20 @@ class Macau(Settings):
     )
 
 
+class Dacap(Macau):
+    """The settings of the program `dacap`."""
+
+    warning_bytes: Whole = key(2, "B", "size of a warning", ge=1, le=65_535)
+    handshake_s: Real | None = key(
+        None,
+        "s",
+        "shortest time from request to ping, less what request and clear last; null = twice the "
+        "longest way",
+        ge=0,
+        le=3600,
+    )
+
+
 class WorstFirst(ScheduleSettings):
     """The settings of the schedule `worst_first`."""
 

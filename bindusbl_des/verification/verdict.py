@@ -246,6 +246,9 @@ def _unknown(case: Case) -> Iterator[SignalPair]:
     if protocol.random_access and case.setup.schedule.access == "program":
         why = "who sends when its program says, by what it hears: nothing is proved beyond play"
         yield undecided("program of access", str(protocol.program), why, "hf")
+    if case.scenario.has_peers:
+        why = "AUVs speak to each other beside the slots: nothing is proved beyond what was played"
+        yield undecided("peers", "messages and pings", why, "hf")
     if protocol.duplex != "per_band":
         why = "who sends on one band is deaf on both"
         yield undecided("half duplex", "pings and frames", why, None)

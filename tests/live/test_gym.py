@@ -6,6 +6,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
+from pettingzoo.test import parallel_api_test
 
 import bindusbl_des.gym
 from bindusbl_des import Mission, Scenario, Setup
@@ -176,3 +177,28 @@ def test_vessels_stay_about_a_survey_that_is_elsewhere() -> None:
         assert then[:count] == pytest.approx(first[:count])
         seen.append(then)
     assert seen[0][:count] == pytest.approx(seen[1][:count], abs=1e-5)
+
+
+def test_vessels_decide_each_for_itself() -> None:
+    """PettingZoo finds nothing wrong; together they do what one does who moves all of them."""
+    scenario = Scenario(name="short", duration_s=25.0, asvs={"count": 3})
+    parallel_api_test(bindusbl_des.gym.Vessels(scenario), num_cycles=20)
+    fleet, one = bindusbl_des.gym.Vessels(scenario), Placement(scenario)
+    seen, infos = fleet.reset(seed=4)
+    alone, info = one.reset(seed=4)
+    assert infos == dict.fromkeys(fleet.agents, info)
+    moves, lasts = np.random.default_rng(0).uniform(-1, 1, (3, 6)).astype(np.float32), []
+    for move in moves:
+        seen, rewards, ended, over, _ = fleet.step(
+            {agent: move[2 * k : 2 * k + 2] for k, agent in enumerate(fleet.possible_agents)}
+        )
+        alone, reward, _, is_over, _ = one.step(move)
+        assert set(rewards.values()) == {reward}
+        assert not any(ended.values())
+        assert set(over.values()) == {is_over}
+        lasts.append(is_over)
+        for k, agent in enumerate(fleet.possible_agents):
+            assert seen[agent][:2].tolist() == alone[2 * k : 2 * k + 2].tolist()
+            assert seen[agent][6:].tolist() == alone[6:].tolist()
+    assert lasts == [False, False, True]
+    assert fleet.agents == []

@@ -415,6 +415,39 @@ def test_macau_keeps_hidden_auvs_apart() -> None:
     assert met["macau"] == 0 < met["aloha"]
 
 
+# DACAP
+
+
+@pytest.mark.parametrize("away", [20.0, 90.0])
+def test_dacap_waits_the_longer_the_nearer_its_asv_is(away: float) -> None:
+    """By hand: request and clear of 32 ms, the way there and back, and t_min less that."""
+    plan = held([[away, 0.0]], {"model": "dacap", "handshake_s": 0.1}, duration_s=40.0)
+    (packets,) = packets_of(plan, 1, 30)
+    result = simulate(plan, 1)
+    signals, pings = result.tables["signals"], result.tables["pings"].sent_at_s.to_numpy()
+    way = way_s([away, 0.0], [0.0, 0.0], 10.0)
+    clear = signals[signals.kind == "clear"].sent_at_s.iloc[0]
+    assert clear == pytest.approx(packets[0] + 0.032 + way)
+    assert pings[0] == pytest.approx(clear + 0.032 + way + max(0.1 - 2.0 * way, 0.0))
+    assert (signals.kind == "warning").sum() == 0
+
+
+def test_dacap_warns_of_hidden_auvs_and_no_ping_is_met() -> None:
+    """Two AUVs that do not hear each other ask one ASV; a handshake too short lets pings meet."""
+    places, met = [[70.0, 0.0], [-70.0, 0.0], [0.0, 40.0]], {}
+    for handshake in (None, 0.0):
+        access = {"model": "dacap", "handshake_s": handshake, "request_bytes": 1}
+        plan = held(places, access, protocol={"frame_s": 0.2}, duration_s=300.0)
+        result = simulate(plan, 5)
+        signals, receptions = result.tables["signals"], result.tables["receptions"]
+        met[handshake] = int((receptions.outcome == "collided").sum())
+        warnings = signals[signals.kind == "warning"]
+        assert len(warnings) > 5
+        assert set(warnings.sender) == {"ASV0"}
+        assert len(result.tables["pings"]) > 100
+    assert met[None] == 0 < met[0.0]
+
+
 def test_a_request_is_repeated_after_a_backoff_and_to_the_next_asv() -> None:
     """An AUV out of range of the one it asks first is cleared by the other."""
     plan = held(

@@ -583,3 +583,22 @@ def test_long_times_of_pages_are_hours_and_minutes(hours: Result) -> None:
     assert not re.search(r"\b(6\d\d|[7-9]\d\d|[1-9]\d{3,})(\.\d+)? s\b", text)
     both = beside(("a", hours), ("b", hours))
     assert re.search(r"largest age of the last fix.*?<td>1:\d\d h, AUV\d", both)
+
+
+@pytest.mark.parametrize(
+    "heard", [{"navigation": {"peers": {"every_s": 2}}}, {"protocol": {"access": "macau"}}]
+)
+def test_a_page_shows_which_vehicle_had_which_ones_signals(heard: dict[str, Any]) -> None:
+    """As the tables have them, in the order of their arrival; other missions send none."""
+    asked = scenario(duration_s=30.0, auvs={"count": 3}, **heard)
+    result = simulate(asked, 1)
+    drawn, tables = page_data(result)["signals"], result.tables
+    came = tables["signal_receptions"].dropna(subset=["signal", "arrived_at_s"])
+    came = came[came.outcome != "out_of_range"].sort_values("arrived_at_s", kind="stable")
+    senders = tables["signals"].sender.to_numpy()[came.signal.astype(int)]
+    names = np.array([*(f"AUV{k}" for k in range(3)), *(f"ASV{k}" for k in range(9))])
+    assert len(came) > 10
+    assert names[drawn["from"].astype(int)].tolist() == senders.tolist()
+    assert names[drawn["to"].astype(int)].tolist() == came.listener.tolist()
+    assert np.abs(drawn["at"] - came.arrived_at_s).max() < 1e-4
+    assert page_data(simulate(scenario(duration_s=5.0), 1))["signals"] is None

@@ -97,6 +97,11 @@ def approximations(setup: Setup) -> Iterator[str]:
         yield "AUVs are taken to follow their plans exactly, whatever moves them."
     if scenario.asvs.vehicle.is_steered:
         yield "ASVs are taken to keep their stations exactly."
+    if scenario.has_peers:
+        yield (
+            "What AUVs learn from each other (navigation.peers) is left out, and what their "
+            "messages cost on HF."
+        )
     if scenario.asvs.failures:
         yield "ASVs that fail are taken to serve all the time."
     if setup.tells_slots:

@@ -2,11 +2,11 @@
 
 Theory of operation
 -------------------
-A program (`aloha`, `csma`, `t_lohi`, `macau`) is a generator of SimPy's steps: it waits, listens
-and sends by the verbs of `node.Node`; it knows nothing but what its vehicle hears.  What it sends
-sounds at all others (`air.SharedAir`), on the sea of the HF band (`...acoustics.sounds`): pings of
-AUVs become receptions at ASVs as with any schedule, and are sounds at other AUVs; every other
-signal is a sound everywhere.
+A program (`aloha`, `csma`, `t_lohi`, `macau`, `dacap`) is a generator of SimPy's steps: it waits,
+listens and sends by the verbs of `node.Node`; it knows nothing but what its vehicle hears.  What it
+sends sounds at all others (`air.SharedAir`), on the sea of the HF band (`...acoustics.sounds`):
+pings of AUVs become receptions at ASVs as with any schedule, and are sounds at other AUVs; every
+other signal is a sound everywhere.
 
 What a vehicle hears is worked out when its program asks.  Carrier (`busy`, `heard`) is whatever
 arrives, decoded or not.  A signal is decided once it is over there and a program waits for it: no

@@ -63,11 +63,11 @@ class SharedAir:
         channel: LossTerms | AskedChannel,
         bit_rate_bps: float,
         hearing: bool,
-        ping: Callable[[Sequence[int], float, Floats | None], range],
-        data: Data | None,
+        ping: Callable[[Sequence[int], float, Floats | None], object] | None = None,
+        data: Data | None = None,
     ) -> None:
         """Take AUVs and ASVs, and what lets AUVs ping at an instant (s), each held back for so long
-        (s), and returns their pings.  Unless programs are `hearing` nobody hears AUVs but ASVs.
+        (s); None where no program pings.  Unless they are `hearing` nobody hears pings but ASVs.
         Behind its pings an AUV sends its `data`, where it has any.
         """
         self._data = data
@@ -75,7 +75,9 @@ class SharedAir:
         self._uplink, self._fleets, self._record = uplink, fleets, record
         self._channel = None if isinstance(channel, LossTerms) else channel
         self._loss = channel if isinstance(channel, LossTerms) else NO_LOSS
-        self.bit_rate_bps, self._hearing, self._ping = bit_rate_bps, hearing, ping
+        self.bit_rate_bps, self._ping = bit_rate_bps, ping
+        if hearing:
+            uplink.overheard = self.overhear
         self._sounds, self._lasts = uplink.sounds, uplink.band.duration
         self._to_come = Hearing(env, fleets, uplink.sounds, uplink.band.sound_speed)
         self.names = [
@@ -158,10 +160,21 @@ class SharedAir:
         due, self._due = sorted(self._due), []
         auvs, waits = [auv for auv, _ in due], [wait for _, wait in due]
         waited = None if None in waits else np.array(waits, dtype=np.float64)
-        for ping, auv in zip(self._ping(auvs, time, waited), auvs, strict=True):
-            if self._hearing:
-                self._emit(BY_PING, ping, auv, time, self._lasts, self.auvs)
-                self._sounds.deafen(BY_OWN_PING, ping, auv, time, self._lasts)
+        assert self._ping is not None
+        self._ping(auvs, time, waited)
+
+    def overhear(self, pings: range) -> None:
+        """Let AUVs hear pings of each other, and nothing else while they ping themselves."""
+        for ping in pings:
+            row = self._record.pings.array[ping]
+            auv, time = int(row["auv"]), float(row["sent_at_s"])
+            self._emit(BY_PING, ping, auv, time, self._lasts, self.auvs)
+            self._sounds.deafen(BY_OWN_PING, ping, auv, time, self._lasts)
+            self._sends_until[auv] = max(self._sends_until[auv], time + self._lasts)
+
+    def sends_until(self, vehicle: int) -> float:
+        """Return when (s) a vehicle will be through with what it sends."""
+        return float(self._sends_until[vehicle])
 
     def _signal(self, sender: int, message: ToSend, time: float, lasts: float) -> None:
         number = len(self._record.signals)

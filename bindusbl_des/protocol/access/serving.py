@@ -30,6 +30,7 @@ from ..tdma import broadcast
 from .air import SharedAir
 from .aloha import aloha, slotted_aloha
 from .csma import csma
+from .dacap import dacap
 from .macau import macau
 from .node import Node, Program, Steps
 from .t_lohi import t_lohi
@@ -43,6 +44,7 @@ PROGRAMS: dict[str, Program] = {
     "csma": csma,
     "t_lohi": t_lohi,
     "macau": macau,
+    "dacap": dacap,
 }
 
 

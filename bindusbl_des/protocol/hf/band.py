@@ -94,6 +94,8 @@ class HfBand:
         #: Who has data to send behind pings, which AUVs begin at an instant (s).
         self.followed_by: Callable[[Sequence[int], float], None] | None = None
         self.on_sent: Callable[[range], None] | None = None
+        #: Where other AUVs hear pings as well, beside who listens.
+        self.overheard: Callable[[range], None] | None = None
 
     def _packed(self) -> Packed:
         """Return the packed state that pings spread in, :class:`Spread`."""
@@ -240,6 +242,8 @@ class HfBand:
             self.deafens(zip(sent, group, strict=True), time, self.band.duration)
         if self.followed_by is not None and called[0]["call"] in (NONE, HEARD):
             self.followed_by(group, time)
+        if self.overheard is not None and called[0]["call"] in (NONE, HEARD):
+            self.overheard(sent)
         if self.on_sent is not None:
             self.on_sent(sent)
         if self.answered_by is not None:

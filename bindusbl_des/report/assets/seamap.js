@@ -4,17 +4,18 @@
 const LAYERS = [
   ["plan", "planned path"], ["truth", "true path"], ["fused", "fused estimate"], ["sure", "95 % ellipse of the estimate"], ["imu", "IMU only"],
   ["hf", "HF range"], ["mf", "MF range"], ["pings", "pings and what became of them"],
-  ["downlink", "broadcasts and fixes"],
+  ["downlink", "broadcasts and fixes"], ["signals", "signals, from who sends to who hears"],
 ];
 
 // Those of a mission, and what they are called in it: no band that nothing is sent on, and no range
 // of the protocol for one that decides what is decoded.
-function layersOf({ discs, broadcasting, asvsPing }) {
+function layersOf({ discs, broadcasting, asvsPing, signals }) {
   const names = {
     hf: discs.hf ? "HF range" : "HF range that the protocol plans with",
     mf: broadcasting && (discs.mf ? "MF range" : "MF range as set; the channel decides"),
     downlink: broadcasting ? "broadcasts and fixes" : asvsPing ? "fixes" : "answers and fixes",
   };
+  if (!signals) names.signals = "";
   return LAYERS.map(([layer, words]) => [layer, names[layer] ?? words]).filter(([, words]) => words);
 }
 
@@ -155,6 +156,7 @@ class SeaMap {
     if (!this.hidden.has("downlink")) this.drawBroadcasts(context);
     if (!this.hidden.has("pings") && this.mission.calls) this.drawCalls(context);
     if (!this.hidden.has("pings")) this.drawPings(context);
+    if (!this.hidden.has("signals") && this.mission.signals) this.drawSignals(context);
     this.mission.asvs.forEach((_, number) => this.drawAsv(context, number));
     this.labelled = [];
     for (const number of this.mission.order ?? this.mission.auvs.keys()) this.drawAuv(context, number);
@@ -429,6 +431,33 @@ class SeaMap {
         if (age >= passed * growing / crossing) this.reception(context, i, row, fade);
       }
     }
+  }
+  // What vehicles say to each other, as it arrives.
+  drawSignals(context) {
+    const { signals, auvs, outcomes } = this.mission, linger = this.linger(), most = MOST_RINGS * (auvs.length + 1);
+    const where = (vehicle, t) => vehicle < auvs.length ? this.mission.auvAt(vehicle, t) : this.mission.asvAt(vehicle - auvs.length, t);
+    const latest = above(signals.at, this.now) - 1;
+    for (let i = latest; i >= 0 && i > latest - most && this.now - signals.at[i] < linger; i--) {
+      const outcome = outcomes[signals.outcome[i]], from = where(signals.from[i], signals.sent[i]), to = where(signals.to[i], signals.at[i]);
+      if (outcome === "in_flight") continue;
+      const [x1, y1] = this.at(from.x, from.y), [x2, y2] = this.at(to.x, to.y);
+      const colour = outcome === "collided" ? colours.collided : signals.from[i] < auvs.length ? seriesColour(signals.from[i]) : colours.hf;
+      context.save();
+      context.globalAlpha = 1 - (this.now - signals.at[i]) / linger;
+      this.arrow(context, colour, x1, y1, x2, y2, outcome === "heard" ? [] : [5, 4]);
+      if (outcome !== "heard") this.sign(context, outcome, x1 + 0.8 * (x2 - x1), y1 + 0.8 * (y2 - y1), colour);
+      context.restore();
+    }
+  }
+  arrow(context, colour, x1, y1, x2, y2, dash = []) {
+    const length = Math.hypot(x2 - x1, y2 - y1), [ux, uy] = length ? [(x2 - x1) / length, (y2 - y1) / length] : [0, 0];
+    this.stroke(context, colour, x1, y1, x2 - 8 * ux, y2 - 8 * uy, 1.5, dash);
+    context.beginPath();
+    context.moveTo(x2, y2);
+    for (const side of [-1, 1]) context.lineTo(x2 - 9 * ux - 4 * side * uy, y2 - 9 * uy + 4 * side * ux);
+    context.closePath();
+    context.fillStyle = colour;
+    context.fill();
   }
   // A call of an ASV, which an AUV answers by its ping (twtt, polling).
   drawCalls(context) {

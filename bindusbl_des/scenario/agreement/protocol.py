@@ -55,6 +55,55 @@ def _unslotted(site: Site) -> Iterator[Problem]:
             )
 
 
+def peers_problems(site: Site) -> Iterator[Problem]:
+    """Yield why AUVs cannot range each other as asked for."""
+    scenario, peers = site.scenario, site.scenario.navigation.peers
+    if peers is None:
+        return
+    protocol, filter_, usbl = scenario.protocol, scenario.navigation.filter, scenario.usbl
+    if protocol.asvs_ping or protocol.random_access:
+        yield Problem(
+            "navigation.peers",
+            "needs AUVs that ping in slots, beside which they speak to each other; remove it, or "
+            f"use a schedule with slots in the place of {protocol.rule}, and ranging by their "
+            "pings",
+            ("protocol.ranging", "protocol.access", "protocol.schedule"),
+        )
+    if filter_.is_own or site.navigator.is_smoother or not site.navigator.weighs:
+        yield Problem(
+            "navigation.filter",
+            f"{filter_} takes nothing in of what AUVs measure of each other (navigation.peers); "
+            "use kalman",
+            ("navigation.peers",),
+        )
+    has_array = peers.bearing == "array"
+    if not peers.traits.ranges and not has_array:
+        yield Problem(
+            "navigation.peers.bearing",
+            "none leaves nothing to measure with kind: angles; use array",
+            ("navigation.peers.kind",),
+        )
+    states_angles = usbl.model.settings.get("bearing_sd_deg", 0.0) is not None
+    if has_array and (usbl.model.is_own or not states_angles):
+        yield Problem(
+            "navigation.peers.bearing",
+            f"array: AUVs carry what usbl says, and {usbl.model} says nothing of angles; use "
+            "bearing: none, or usbl.model: array",
+            ("usbl.model",),
+        )
+    airtime = 8.0 * peers.message_bytes / scenario.acoustics.hf.bit_rate_bps
+    answers = scenario.auvs.count - 1 if peers.traits.asks else 1
+    crossing = scenario.acoustics.hf.range_m / site.sound_speed_m_per_s
+    needed = scenario.auvs.count * answers * (airtime + crossing)
+    if needed > peers.every_s:
+        yield Problem(
+            "navigation.peers.every_s",
+            f"{scenario.auvs.count} AUVs need {needed:.4g} s for their turns, of messages of "
+            f"{airtime:.4g} s; use at least that, or fewer message_bytes; got {peers.every_s:g}",
+            ("navigation.peers.message_bytes", "acoustics.hf.bit_rate_bps", "auvs.count"),
+        )
+
+
 def _ordered(site: Site) -> Iterator[Problem]:
     """Yield what schedules that call AUVs, or tell them when to ping, do not go with."""
     protocol, others = site.scenario.protocol, ("protocol.schedule",)
@@ -158,6 +207,13 @@ def _laden(site: Site) -> Iterator[Problem]:
             f"{protocol.downlink} answers a ping while its data arrive; remove it, or use "
             f"{' or '.join(FORESEEN_DOWNLINKS)}",
             ("protocol.downlink",),
+        )
+    elif site.scenario.navigation.peers is not None:
+        yield Problem(
+            "traffic",
+            "AUVs that range each other (navigation.peers) may send at any time, also while their "
+            "data are on the air; remove one of both",
+            ("navigation.peers",),
         )
     elif site.schedule.pace:
         yield Problem(

@@ -15,7 +15,7 @@ from pydantic import (
 
 from ...core.spreads import Statistic
 from ...presets.catalogue import CATALOGUE, preset
-from ..declared import navigator_named
+from ..declared import PEERS, PeerTraits, navigator_named
 from ..key_types import PAPER, Moved, Part, Point, Real, Section, key, known_preset
 from ..part_choice import SET, PartChoice
 from ..shipped_settings import FixedGain
@@ -115,6 +115,44 @@ class GnssFixSection(Part):
     every_s: Real = key(1.0, "s", "time between fixes there", ge=0.01, le=1e6)
 
 
+class PeersSection(Part):
+    """AUVs that range each other by messages on HF, and correct themselves by that."""
+
+    every_s: Real = key(
+        10.0, "s", "time between two messages of an AUV; AUVs take turns", ge=0.1, le=1e6
+    )
+    kind: Literal["owtt", "twtt", "angles"] = key(
+        "owtt",
+        "",
+        "owtt: each message gives whoever decodes it a range by both clocks; twtt: each asks, and "
+        "all answer in turn; angles: no range, but bearing and elevation, and how much deeper the "
+        "sender is",
+    )
+    bearing: Literal["none", "array"] = key(
+        "none", "", "array: AUVs carry the array of usbl, and measure the direction as well"
+    )
+    message_bytes: int = key(
+        32, "B", "size of a message: place, covariance, depth, instant", ge=1, le=65_535
+    )
+    share: Literal["estimate", "raw"] = key(
+        "estimate",
+        "",
+        "what messages carry: where the sender believes to be, and how sure it is; or all the "
+        "measurements that it knows of, from which each AUV works out all others as well",
+    )
+    fusion: Literal["intersection", "centralised", "naive"] = key(
+        "intersection",
+        "",
+        "intersection: what AUVs may have in common is not counted twice; centralised: one filter "
+        "that has all at once, the bound; naive: messages are taken for news, to compare with",
+    )
+
+    @property
+    def traits(self) -> PeerTraits:
+        """What its kind declares."""
+        return PEERS[self.kind]
+
+
 class Navigation(Section):
     """Dead reckoning of the AUVs and how a fix corrects it."""
 
@@ -197,6 +235,11 @@ class Navigation(Section):
     imu_rate_hz: Real = key(30.0, "Hz", "rate of the IMU samples", PAPER, ge=0.001, le=1e3)
     depth_sd_m: Real = key(0.05, "m", "pressure sensor noise sigma_z", PAPER, ge=0, le=1e3)
     filter: PartChoice = key("kalman", "", "how a fix corrects (the paper: fixed_gain)" + SET)
+    peers: PeersSection | None = Field(
+        default=None,
+        description="AUVs that range each other; null, unless one of its keys is given = they do "
+        "not",
+    )
     nis_gate: Real | None = key(
         9.210340372,
         "1",
