@@ -68,8 +68,12 @@ TABLE_MEANING = {
     "broadcasts": "an MF frame",
     "frame_receptions": "an MF frame at an AUV; instant answers are none",
     "assignments": "a slot of an AUV that it has to be told (`knowledge: broadcast`)",
-    "fixes": "a fix, fused over the ASVs that heard the same ping",
+    "fixes": "a fix, fused over the ASVs that heard the same ping; columns from `hops` on are "
+    "written with `protocol.acknowledge`, `repeat` or `relay`",
     "gnss_fixes": "a fix of an AUV at the surface; written with `navigation.gnss_fix`",
+    "packets": "a data packet of an AUV; written with `traffic`",
+    "auv_frames": "a frame that an AUV sent; written with `protocol.relay` or `acknowledge: frame`",
+    "auv_frame_receptions": "such a frame at a vehicle that it reaches; written with them",
     "signals": "a signal sent beside pings; written with `protocol.access` or `navigation.peers`",
     "signal_receptions": "a signal, or AUV's ping, at a vehicle; written with those",
     "peer_ranges": "what an AUV measured of another; written with `navigation.peers`",

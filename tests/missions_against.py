@@ -67,6 +67,11 @@ def drawn_protocol(seed: int, folder: Path) -> Data:
         protocol.pop("duplex", None)
     if draw.random() > RARE:
         data["asvs"].pop("failures", None)
+    for name in ("acknowledge", "repeat", "relay"):
+        if draw.random() > RARE:
+            protocol.pop(name, None)
+    if draw.random() > RARE:
+        data.pop("traffic", None)
     for name, values in (
         ("uplink_guard_s", (None, None, 0.0, 0.001, 0.02)),
         ("shortest_uplink_slot_s", (None, 0.0)),

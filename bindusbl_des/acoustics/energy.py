@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.arrays import Floats, Ints
-from ..records.events import HEARD, OUT_OF_RANGE, Broadcast
+from ..records.events import HEARD, OUT_OF_RANGE, AuvFrame, Broadcast
 from ..records.rows import NONE, Recorder, Rows
 from ..vehicles.fleet import VehicleFleet
 
@@ -58,10 +58,10 @@ def energy(on_air: OnAir, powers: Powers, duration: float | Floats) -> Floats:
 
 
 def on_hf(
-    record: Recorder, pinging: str, fleets: Mapping[str, VehicleFleet], hf: Hf
+    record: Recorder, pinging: str, fleets: Mapping[str, VehicleFleet], hf: Hf, packets: Rows
 ) -> dict[str, OnAir]:
-    """Return how long the vehicles of each of the `fleets`, "auv" and "asv", send and receive pings
-    and calls; two at once are received once.
+    """Return how long the vehicles of each of the `fleets`, "auv" and "asv", send and receive
+    pings, calls, and `packets`, which are sounds; two at once are received once.
 
     Those of the kind `pinging` ping.  Who hears pings of the other kind is on record; all else is
     heard within HF range.
@@ -92,9 +92,24 @@ def on_hf(
             if kind == "asv":
                 own = np.append(own, by_call.at[by_call.by == number])
             times = (np.sort(own), np.sort(np.concatenate(heard)))
+            if len(packets):
+                vehicle = number if kind == "auv" else len(fleets["auv"]) + number
+                here = packets[packets["listener"] == vehicle]
+                is_own = here["sender"] == vehicle
+                rows = here[is_own], here[~is_own & (here["arrived_at_s"] < hf.mission)]
+                for total, begins, beside in zip(found[kind], times, rows, strict=True):
+                    total[number] = _beside(begins, beside, hf)
+                continue
             for total, begins in zip(found[kind], times, strict=True):
                 total[number] = covered(begins, hf.signal, hf.mission)
     return found
+
+
+def _beside(begins: Floats, packets: Rows, hf: Hf) -> float:
+    """Return the time (s) that pings and calls cover, and the sounds of packets beside them."""
+    every = np.concatenate((begins, packets["arrived_at_s"]))
+    lasts, order = np.append(np.full(len(begins), hf.signal), packets["lasts_s"]), np.argsort(every)
+    return together(every[order], lasts[order], hf.mission)
 
 
 class SentSignals(NamedTuple):
@@ -169,14 +184,15 @@ def on_sea(record: Recorder, sounds: Rows, auvs: int, asvs: int, end: float) -> 
 
 
 def on_mf(
-    broadcasts: Sequence[Broadcast],
+    frames: Sequence[Broadcast | AuvFrame],
     places: tuple[Callable[[float], Floats], Callable[[float], Floats]],
     reach: float,
     duration: float,
     failed: Callable[[float], Sequence[int]] = lambda _: (),
     by_slant: bool = False,
 ) -> tuple[OnAir, OnAir]:
-    """Return how long AUVs and ASVs send and receive frames; two at once are received once.
+    """Return how long AUVs and ASVs send and receive frames, in the order in which they begin; two
+    at once are received once.
 
     `places` tell where AUVs (n, 3+) and ASVs (m, 3+) are at an instant (s), m; frames reach
     `reach` (m), as seen from above unless `by_slant`.  ASVs that have `failed` by then receive
@@ -185,14 +201,18 @@ def on_mf(
     axes = 3 if by_slant else 2
     found = [OnAir(*np.zeros((2, len(where(0.0))))) for where in places]
     over = [np.zeros(len(on_air.receiving)) for on_air in found]  # counted until then
-    for frame in broadcasts:
+    for frame in frames:
         begins, lasts = frame.sent_at_s, min(frame.airtime_s, duration - frame.sent_at_s)
         if lasts <= 0.0:
             continue
-        here = places[1](begins)[frame.asv, :axes]
-        found[1].sending[frame.asv] += lasts
+        of_asv = isinstance(frame, Broadcast)
+        sender = frame.asv if isinstance(frame, Broadcast) else frame.auv
+        here = places[of_asv](begins)[sender, :axes]
+        found[of_asv].sending[sender] += lasts
+        own = (sender,)
+        deaf_auvs, deaf_asvs = ((), own) if of_asv else (own, ())
         for where, on_air, until, deaf in zip(
-            places, found, over, ((), (frame.asv, *failed(begins))), strict=True
+            places, found, over, (deaf_auvs, (*deaf_asvs, *failed(begins))), strict=True
         ):
             near = np.linalg.norm(where(begins)[:, :axes] - here, axis=1) <= reach
             near[list(deaf)] = False

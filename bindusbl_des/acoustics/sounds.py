@@ -248,7 +248,7 @@ class Sounds(EventBuffer):
         super().__init__(SOUND)
         #: What compiled code is handed, a :class:`Sea`, and who may hear a signal.
         self.sea = Packed(Sea(self.array, auvs.motion, asvs.motion, sound_speed, long))
-        self.vehicles = len(auvs) + len(asvs)
+        self.vehicles, self.long = len(auvs) + len(asvs), long
         self.hand_on(self.sea, "sounds")
 
     def deafen(self, kind: int, signal: int, vehicle: int, time: float, lasts: float) -> None:

@@ -38,6 +38,28 @@ def assignments(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
         yield f"A contention slot makes each round {1e3 * slots.uplink_slot:.1f} ms longer."
 
 
+def behind(slots: "Slots", auvs: int) -> Iterator[str]:
+    """Yield what AUVs send behind a broadcast of a fix for each of so many AUVs."""
+    if (after := slots.behind) is None:
+        return
+    longest = max(message.airtime_s for message in slots.messages.packed(auvs))
+    held = slots.held_s(auvs) - slots.airtime(auvs)
+    yield f"Behind a broadcast of {auvs} fixes AUVs send for {1e3 * held:.1f} ms of T_DL:"
+    if after.hops:
+        who, turn = len(after.relays), 1e3 * after.relay_turn_s(longest)
+        yield (
+            f"  {counted(who, 'AUV')} forward each frame over {counted(after.hops, 'hop')}, in "
+            f"turns of {turn:.1f} ms;"
+        )
+    if after.acknowledgement is not None:
+        size, airtime, _ = after.acknowledging(1)
+        turn = 1e3 * after.acknowledgement_turn_s()
+        yield (
+            f"  each AUV acknowledges its fix by {size} B, {1e3 * airtime:.1f} ms, in turns of "
+            f"{turn:.1f} ms."
+        )
+
+
 def messages(slots: "Slots") -> Iterator[str]:
     """Yield what a modem does with messages, where it does more than to send them at its rate."""
     messages = slots.messages
@@ -86,7 +108,8 @@ def _load(setup: "Setup", load: "OfferedLoad") -> Iterator[str]:
         f"{protocol.program.words}: each AUV has something to send every {protocol.frame_s:g} s "
         "on average, at Poisson instants."
     )
-    unit = "slots" if setup.schedule.access == "slotted" else "pings"
+    slotted = setup.schedule.access == "slotted" and setup.scenario.traffic is None
+    unit = "slots" if slotted else "pings"
     yield f"{'offered load G':<22}{load.load:>10.3f} {unit} of {1e3 * load.lasts_s:.3f} ms"
     yield f"{'pings of all AUVs':<22}{load.pings_per_s:>10.3f} per s, about"
     if load.success is not None:
@@ -95,7 +118,8 @@ def _load(setup: "Setup", load: "OfferedLoad") -> Iterator[str]:
         clear = load.pings_per_s * load.lasts_s * load.success
         yield f"{'throughput S':<22}{clear:>10.3f} {unit} clear, per {unit[:-1]}'s length"
     elif load.window is None or load.slot_s is None:
-        yield f"{'meet no other':<22}{'-':>10}   not bounded: no closed form tells of the program"
+        of = "the program" if setup.scenario.traffic is None else "data behind pings"
+        yield f"{'meet no other':<22}{'-':>10}   not bounded: no closed form tells of {of}"
     else:
         most = load.window - 1
         yield (
@@ -109,6 +133,7 @@ def _cycles(rounds: "Rounds", fixes: list[int]) -> Iterator[str]:
     if not rounds.broadcasts:
         yield f"{rounds.downlink}: {answered(rounds.slots)}; there are no rounds."
         return
+    yield from behind(rounds.slots, 1)
     yield "A fix is broadcast as soon as MF is free, with all that wait; a round of K fixes takes"
     yield f"{'K':>6}{'bytes':>8}{'T_tx ms':>10}{'T_DL ms':>10}{'fixes/s':>10}"
     for count in fixes:
@@ -160,6 +185,7 @@ def _durations(setup: "Setup", slots: "Slots") -> Iterator[str]:
         ("longest travel time", slots.longest_travel_time),
         *((("AUV turnaround", scenario.protocol.turnaround_s),) if two_way else ()),
         *((("answer and its guard", slots.answer),) if slots.answer else ()),
+        *((("data behind a ping", slots.data),) if slots.data else ()),
         ("two-way slot T_UL" if two_way else "uplink slot T_UL", slots.uplink_slot),
     ):
         yield f"{name:<22}{1e3 * value:>10.3f} ms"
@@ -201,6 +227,7 @@ def _downlink(setup: "Setup", rounds: "Rounds") -> Iterator[str]:
         yield f"There, {answered(rounds.slots)}."
     yield from rounds.pace_lines(setup.schedule)
     yield from assignments(scenario, rounds)
+    yield from behind(rounds.slots, rounds.auvs)
     if rounds.frame:
         yield from _frames(setup, rounds)
     else:
@@ -293,12 +320,14 @@ def _timing(setup: "Setup", rounds: "Rounds") -> dict[str, Any]:
         "ping_s": slots.ping_duration,
         "longest_travel_time_s": slots.longest_travel_time,
         "uplink_slot_s": slots.uplink_slot,
+        "data_s": slots.data,
         "shortest_uplink_slot_s": (rounds.pace or [slots])[0].uplink_slot,
         "uplink_guard_s": slots.uplink_guard,
         "downlink_guard_s": slots.downlink_guard,
         "shortest_downlink_slot_s": slots.shortest_downlink,
         "most_fixes": slots.messages.most,
         "processing_s": slots.messages.delay(slots.messages.most or 0),
+        "behind_s": slots.held_s(most) - slots.airtime(most),
         "named": rounds.named,
         "assignment_bytes": rounds.named * protocol.dissemination.assignment_bytes,
         "frame_s": rounds.frame or None,

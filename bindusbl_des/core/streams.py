@@ -53,6 +53,9 @@ class Purpose(IntEnum):
     BACKOFF = 41
     CONTENTION = 45
     SIGNAL = 46
+    AUV_FRAME = 47
+    DATA = 48
+    DATA_LOSS = 49
     BURST = 50
     FRAME_BURST = 51
     SLOW_ERROR = 52

@@ -115,6 +115,56 @@ def frame_of(result: "Result", fix: Any) -> Any:
     return rows_where(frames, sent_at_s=fix.broadcast_at_s, asv=fix.broadcast_by).iloc[0]
 
 
+def carrier_of(result: "Result", fix: Any) -> Any:
+    """Return the row of the frame by which a fix came: of those in which it was broadcast, where it
+    was repeated.
+    """
+    came_in = known(fix.get("came_in"))
+    return (
+        frame_of(result, fix) if came_in is None else result.tables["broadcasts"].iloc[int(came_in)]
+    )
+
+
+def relay_of(result: "Result", fix: Any) -> Any:
+    """Return the row of the frame of an AUV by which a fix came; None where its ASV sent it."""
+    by = known(fix.get("relayed_by"))
+    if by is None:
+        return None
+    sent = rows_where(result.tables["auv_frames"], auv=by, broadcast=int(fix.came_in))
+    return sent[sent.kind == "relay"].iloc[0]
+
+
+def forwarding(result: "Result", fix: Any) -> Iterator[Step]:
+    """Yield how a fix came that did not come in the frame that carried it first, from its ASV; and
+    since when the fleet knows that its AUV has it.
+    """
+    protocol, frame = result.scenario.protocol, carrier_of(result, fix)
+    if known(fix.get("came_in")) is not None and frame.sent_at_s > fix.broadcast_at_s:
+        times = int(fix.repeats)
+        why = f"repeat {protocol.repeat}: {times} further broadcast{'s' * (times > 1)} carried it"
+        facts = {"repeats": times}
+        yield Step(frame.sent_at_s, frame.asv, "broadcasts it once more", why, facts)
+    if (relay := relay_of(result, fix)) is not None:
+        met = rows_where(
+            result.tables["auv_frame_receptions"], auv_frame=relay.auv_frame, listener=fix.auv
+        ).iloc[0]
+        words = lines(
+            f"hop {relay.hops}: in its turn, once it had decoded the frame of {frame.asv}",
+            f"{relay.payload_bytes} B, {relay.airtime_s:.4f} s on the air; {fix.auv} hears it from "
+            f"{met.arrived_at_s:.4f} s on",
+        )
+        sent = {"hops": int(relay.hops), "airtime_s": float(relay.airtime_s)}
+        yield Step(relay.sent_at_s, fix.relayed_by, "forwards it", words, sent)
+    if (since := known(fix.get("acknowledged_at_s"))) is not None:
+        how = "a frame of its own" if protocol.acknowledge == "frame" else "its ping"
+        why = f"acknowledge {protocol.acknowledge}: {how} tells of it"
+        if fix.duplicates:
+            copies = f"{int(fix.duplicates)} further cop{'ies' if fix.duplicates > 1 else 'y'}"
+            why = lines(why, f"{copies} that {fix.auv} decoded corrected nothing")
+        told = {"acknowledged_at_s": float(since), "duplicates": int(fix.duplicates)}
+        yield Step(since, "The fleet", f"knows that {fix.auv} has it", why, told)
+
+
 def broadcasting(result: "Result", fix: Any) -> Step:
     """Return the step at which an ASV broadcasts a fix: why then, why this ASV, who is in range."""
     frame, protocol = frame_of(result, fix), result.scenario.protocol
@@ -213,6 +263,14 @@ def _overlapped(result: "Result", fix: Any, met: Any) -> str:
     if met.why == "own_ping":
         sent_at = row_of(result, "pings", "ping", int(by)).sent_at_s
         return f"{here} its own ping at {sent_at:.4f} s (duplex per_node)"
+    if met.why == "own_frame":
+        sent_at = row_of(result, "auv_frames", "auv_frame", int(by)).sent_at_s
+        return f"{here} the frame that it sent itself at {sent_at:.4f} s"
+    if met.why == "auv_frame":
+        own = row_of(result, "auv_frames", "auv_frame", int(by))
+        heard = result.tables["auv_frame_receptions"]
+        at = rows_where(heard, auv_frame=int(by), listener=fix.auv).iloc[0].arrived_at_s
+        return f"{here} the {own.kind} of {own.auv} from {at:.4f} to {at + own.airtime_s:.4f} s"
     frame = result.tables["broadcasts"].iloc[int(by)]
     other = rows_where(result.tables["frame_receptions"], broadcast=int(by), auv=fix.auv).iloc[0]
     its_end = other.arrived_at_s + frame.airtime_s
@@ -320,12 +378,17 @@ def latency(result: "Result", fix: Any) -> Iterator[LatencyPart]:
         yield LatencyPart("way down: the ping's front reaches the AUV", front)
         yield LatencyPart("the ping's own length, until it is decoded", rest)
         return
-    frame, made, protocol = frame_of(result, fix), known_at(result, fix), result.scenario.protocol
-    on_air = fix.broadcast_at_s + float(frame.airtime_s)
+    frame, made, protocol = carrier_of(result, fix), known_at(result, fix), result.scenario.protocol
+    on_air = frame.sent_at_s + float(frame.airtime_s)
     until = "is heard by the first ASV" if protocol.replies else "has passed every ASV in range"
     yield LatencyPart(f"way up: the ping {until}", made - fix.pinged_at_s)
-    yield LatencyPart("wait for the broadcast", fix.broadcast_at_s - made)
+    yield LatencyPart("wait for the broadcast", frame.sent_at_s - made)
     yield LatencyPart("frame on the air", float(frame.airtime_s))
+    sender = fix.broadcast_by if known(fix.get("came_in")) is None else frame.asv
+    if (relay := relay_of(result, fix)) is not None:
+        yield LatencyPart("turns of AUVs that forward it", relay.sent_at_s - on_air)
+        yield LatencyPart("forwarded frame on the air", float(relay.airtime_s))
+        on_air, sender = relay.sent_at_s + float(relay.airtime_s), fix.relayed_by
     load = int(frame.fixes), int(frame.named)
     handing = result.setup.slots.messages.delay(*load) if protocol.sends_frames else 0.0
     if handing:
@@ -334,7 +397,7 @@ def latency(result: "Result", fix: Any) -> Iterator[LatencyPart]:
     if protocol.tick_rate_hz is None:
         yield LatencyPart("way down", fix.delivered_at_s - on_air)
         return
-    auv, asv = (place(result, name, on_air) for name in (fix.auv, fix.broadcast_by))
+    auv, asv = (place(result, name, on_air) for name in (fix.auv, sender))
     travel = math.dist(auv, asv) / result.setup.sound_speed_m_per_s
     travel = min(travel, fix.delivered_at_s - on_air)
     yield LatencyPart("way down", travel)

@@ -185,6 +185,11 @@ def _overlapping(result: "Result", reception: Any) -> str:
     needs = "" if capture is None else f"; it had to be {capture:g} dB above noise and others"
     if why == "call":
         return f"overlaps the call of ASV{by:.0f}{needs}"
+    if why == "packet":
+        sent = rows_where(result.tables["packets"], packet=int(by)).iloc[0]
+        return (
+            f"overlaps data of {sent.auv} (packet {by:.0f}, from {sent.sent_at_s:.4f} s on){needs}"
+        )
     if why == "signal":
         return f"overlaps {_signal(result, reception)}{needs}"
     protocol, lasts = result.scenario.protocol, result.scenario.acoustics.hf.ping_s

@@ -4,9 +4,9 @@ ping, by which AUVs fix themselves (ranging passive).
 
 from typing import TYPE_CHECKING, Any
 
-from .chain import Chain, LatencyPart, Step, failed, row_of, rows_where
+from .chain import Chain, LatencyPart, Step, failed, known, row_of, rows_where
 from .correcting import arriving
-from .delivering import broadcasting, fixing, latency, why_missed
+from .delivering import broadcasting, fixing, forwarding, latency, why_missed
 from .hearing import is_sent, receptions, why_unanswered
 from .sending import beaconing, sending
 
@@ -63,12 +63,14 @@ def chain_of_ping(result: "Result", number: int) -> Chain:
     if fix.broadcast_by is None:
         words = f"fix {fix.fix}, but the mission ends before any ASV broadcasts it"
     else:
-        steps.append(broadcasting(result, fix))
+        steps += [broadcasting(result, fix), *forwarding(result, fix)]
         words = f"fix {fix.fix}, but the mission ends while it is on its way down"
     if fix.outcome == "delivered":
         steps.append(arriving(result, fix))
         parts = tuple(latency(result, fix))
         words = f"fix {fix.fix}, delivered {fix.latency_s:.4f} s after the ping"
+        hops = known(fix.get("hops"))
+        words += f" by {int(hops)} hop{'s' * (hops > 1)}" if hops else ""
     elif fix.outcome != "in_flight":
         frame = "its frame was " if fix.outcome == "collided" else ""
         words = f"fix {fix.fix}, never delivered: {frame}{why_missed(result, fix)}"

@@ -140,6 +140,9 @@ INSTANT = {
     "gnss_fixes": "fixed_at_s",
     "signals": "sent_at_s",
     "signal_receptions": "arrived_at_s",
+    "packets": "made_at_s",
+    "auv_frames": "sent_at_s",
+    "auv_frame_receptions": "arrived_at_s",
     "peer_ranges": "heard_at_s",
     "tracks": "time_s",
 }
@@ -153,6 +156,9 @@ VEHICLE = {
     "gnss_fixes": "auv",
     "signals": "sender",
     "signal_receptions": "listener",
+    "packets": "auv",
+    "auv_frames": "auv",
+    "auv_frame_receptions": "listener",
     "peer_ranges": "auv",
     "tracks": "vehicle",
     "auvs": "auv",
@@ -206,7 +212,7 @@ def json_schema(table: str) -> dict[str, Any]:
                 "type": JSON_TYPES[str(field.type)],
                 "description": _description(field.metadata),
             }
-            for field in schema(table)
+            for field in schema(table, None)
         },
     }
 

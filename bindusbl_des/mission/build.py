@@ -4,6 +4,7 @@ import math
 from collections.abc import Generator
 from dataclasses import replace
 from itertools import count
+from typing import Any
 
 import numpy as np
 import simpy
@@ -17,21 +18,26 @@ from ..navigation.team import Team
 from ..protocol.access.air import SharedAir
 from ..protocol.access.node import Node
 from ..protocol.access.serving import run_programs
+from ..protocol.acknowledged import Acknowledged
 from ..protocol.broadcasters import broadcaster_named
+from ..protocol.data import Data
 from ..protocol.dissemination import Announcing, Dissemination, Knowledge, LastHeard
 from ..protocol.downlinks import downlink_named
 from ..protocol.hf.band import HfBand
 from ..protocol.hf.outcomes import Measuring, Outcomes
 from ..protocol.mf.downlink import Deliveries, FrameBand, MfDownlink
+from ..protocol.mf.exchange import Exchange
 from ..protocol.network import Network
 from ..protocol.passive import OwnFixes, PassiveNetwork, take_turns
 from ..protocol.peers import Peers, PeerSensors
 from ..protocol.predicted_positions import PredictedPositions, prediction_of
 from ..protocol.ranging import ranging_of, strayed
+from ..protocol.repeating import Repeating
 from ..protocol.replies import Replies
 from ..protocol.schedules.named import schedule_named
 from ..protocol.schedules.polling import Answers
 from ..protocol.schedules.view import known_of
+from ..protocol.slots import gap_s, packet_s
 from ..protocol.steps import moment
 from ..protocol.tdma import serve
 from ..records.rows import Jacobians, Recorder, Rows
@@ -193,16 +199,20 @@ def _network(
     """Return both bands, and the surface fleet that works with them."""
     slots, protocol = setup.slots, setup.scenario.protocol
     uplink = _on_hf(setup, auvs, asvs, record, streams)
-    deliveries = MfDownlink(
-        env,
-        auvs,
-        asvs,
-        navigator,
-        record,
-        band=frame_band(setup, streams),
-        clock=slots.clock,
-        streams=streams,
-    )
+    given = env, auvs, asvs, navigator, record
+    named: Any = {"band": frame_band(setup, streams), "clock": slots.clock, "streams": streams}
+    exchange = repeating = acknowledged = None
+    if (protocol.acknowledge, protocol.repeat, protocol.relay) != ("none", "none", None):
+        if protocol.acknowledge != "none":
+            acknowledged = Acknowledged(record.fixes, len(auvs))
+        exchange = Exchange(
+            *given, **named, behind=slots.behind, acknowledged=acknowledged,
+            by_ping=protocol.acknowledge == "ping", asked={*protocol.relays(len(auvs))},
+            ping_s=slots.ping_duration,
+        )  # fmt: skip
+        if protocol.most_repeats != 0:
+            repeating = Repeating(record, protocol.most_repeats, acknowledged)
+    deliveries = exchange or MfDownlink(*given, **named)
     outcomes = Outcomes(
         uplink,
         _measuring(setup, record, streams),
@@ -214,6 +224,8 @@ def _network(
         deliveries.deafens = uplink.sounds
     if protocol.duplex == "per_node":
         uplink.deafens = deliveries.deafen
+        if exchange is not None:
+            exchange.deafens_auvs = uplink.sounds
     replies = answers = None
     if protocol.replies:
         message = slots.messages.packed(1)[0] if protocol.replies_in_frames else None
@@ -252,7 +264,17 @@ def _network(
         estimates=known_of(setup, auvs, record),
         answers=answers,
         replies=replies,
+        exchange=exchange,
+        acknowledged=acknowledged,
+        repeating=repeating,
     )
+    if (traffic := setup.scenario.traffic) is not None:
+        hf = setup.scenario.acoustics.hf
+        network.data = Data(
+            env, uplink, (auvs, asvs), record, streams, traffic, lasts_s=packet_s(hf, traffic),
+            gap_s=gap_s(hf), channel=setup.ping_channel or setup.ping_loss,
+        )  # fmt: skip
+        uplink.followed_by = network.data.follow
     if setup.tells_slots:
         network.dissemination = dissemination_of(setup, network, streams)
     return network

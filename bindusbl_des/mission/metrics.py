@@ -1,6 +1,7 @@
 """What a finished mission came to: its event tables, and its metrics, also of the worst AUV."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import fields
 from functools import lru_cache, partial
 from typing import Any
@@ -13,6 +14,8 @@ from ..acoustics.energy import Hf, Powers, covered, energy, on_hf, on_mf, on_sea
 from ..core.arrays import Floats
 from ..protocol.broadcasters import hearers
 from ..records.events import (
+    BY_OWN_PACKET,
+    BY_PACKET,
     DELIVERED,
     FAILED,
     FAILED_MEANWHILE,
@@ -20,10 +23,12 @@ from ..records.events import (
     OUT_OF_RANGE,
     UNANSWERED,
     WORDS,
+    Packet,
 )
 from ..records.metrics import WORST_IS_LARGEST, AuvMetrics, Utilisation
 from ..records.rows import NONE, Recorder, Rows, row_type
-from ..results.schemas import never_null
+from ..results.columns import arrow
+from ..results.schemas import never_null, schema
 from ..results.tables import from_numbers, from_rows
 from ..scenario.sections.acoustics import Band
 from ..vehicles.motion import places
@@ -55,9 +60,15 @@ def event_tables(world: World) -> dict[str, pa.Table]:
         "broadcasts": from_numbers("broadcasts", world.broadcasts),
         "frame_receptions": from_numbers("frame_receptions", record.frame_receptions.rows),
         "assignments": from_rows("assignments", record.assignments),
-        "fixes": _fixes_table(record, len(world.asv_fleet)),
+        "fixes": _fixes_table(record, len(world.asv_fleet), scenario.protocol.exchanges),
         **({"gnss_fixes": _gnss_fixes_table(record)} if navigation.gnss_fix is not None else {}),
         **(_signal_tables(world) if scenario.has_signals else {}),
+        **(
+            {"packets": from_rows("packets", record.packets)}
+            if scenario.traffic is not None
+            else {}
+        ),
+        **(_auv_frame_tables(world) if scenario.protocol.sends_auv_frames else {}),
         **(_peer_table(record) if scenario.has_peers else {}),
         "tracks": _tracks_table(world),
     }
@@ -73,7 +84,7 @@ def _receptions_table(world: World) -> pa.Table:
     return from_numbers("receptions", rows, {**levels, **errors, "loss_probability": chance})
 
 
-def _fixes_table(record: Recorder, asvs: int) -> pa.Table:
+def _fixes_table(record: Recorder, asvs: int, exchanges: bool) -> pa.Table:
     rows = record.fixes.rows
     heard = np.zeros((len(rows), -(-asvs // 64) * 64), dtype=np.bool_)
     heard[:, :asvs] = hearers(record, range(len(rows)), asvs)
@@ -81,7 +92,11 @@ def _fixes_table(record: Recorder, asvs: int) -> pa.Table:
     together = np.uint64 if asvs <= 64 else f"V{packed.shape[1]}"  # which is slower to compare
     groups, group = np.unique(packed.view(together)[:, 0], return_inverse=True)
     names = [_together(own.tobytes()) for own in groups]
-    return from_numbers("fixes", rows, {"asvs": len(WORDS) + group}, (*WORDS, *names))
+    table = from_numbers("fixes", rows, {"asvs": len(WORDS) + group}, (*WORDS, *names))
+    for field in list(schema("fixes", None))[table.num_columns :] if exchanges else ():
+        values = [getattr(service, field.name) for service in record.services]
+        table = table.append_column(field, arrow(values, field.type))
+    return table
 
 
 def _gnss_fixes_table(record: Recorder) -> pa.Table:
@@ -96,15 +111,31 @@ def _peer_table(record: Recorder) -> dict[str, pa.Table]:
 
 def _signal_tables(world: World) -> dict[str, pa.Table]:
     """Return the tables of what programs of access sent and heard."""
-    record, counts = world.record, (len(world.auv_fleet), len(world.asv_fleet))
-    rows = record.signal_receptions.rows
+    record = world.record
+    return {
+        "signals": from_rows("signals", record.signals),
+        "signal_receptions": _heard_by(world, "signal_receptions", record.signal_receptions.rows),
+    }
+
+
+def _auv_frame_tables(world: World) -> dict[str, pa.Table]:
+    """Return the tables of what AUVs sent on MF, and who heard it."""
+    record = world.record
+    return {
+        "auv_frames": from_rows("auv_frames", record.auv_frames),
+        "auv_frame_receptions": _heard_by(
+            world, "auv_frame_receptions", record.auv_frame_receptions
+        ),
+    }
+
+
+def _heard_by(world: World, table: str, rows: Rows) -> pa.Table:
+    """Return a table of what vehicles heard, each by its name."""
+    counts = len(world.auv_fleet), len(world.asv_fleet)
     names = [f"{kind}{n}" for kind, count in zip(("AUV", "ASV"), counts, strict=True)
              for n in range(count)]  # fmt: skip
     whose = {"listener": len(WORDS) + rows["vehicle"]}
-    return {
-        "signals": from_rows("signals", record.signals),
-        "signal_receptions": from_numbers("signal_receptions", rows, whose, (*WORDS, *names)),
-    }
+    return from_numbers(table, rows, whose, (*WORDS, *names))
 
 
 @lru_cache(maxsize=1024)
@@ -211,7 +242,7 @@ def utilisation(world: World) -> Utilisation:
         collisions=len(destroyed(record)) + len(calls_destroyed(record)),
         frame_collisions=len(frames_destroyed(record)),
         hf_utilisation=_hf_in_use(record, ping, duration) / duration,
-        mf_utilisation=together(frames["sent_at_s"], frames["airtime_s"], duration) / duration,
+        mf_utilisation=_mf_in_use(frames, record, duration) / duration,
         energy_j=drawn,
         energy_per_fix_j=None if drawn is None or not delivered else drawn / delivered,
         duration_s=float(duration),
@@ -231,6 +262,8 @@ def _service(world: World) -> dict[str, float | None]:
     each = np.bincount(auvs, minlength=len(world.auv_fleet)).astype(np.float64)
     throughput = 8.0 * scenario.acoustics.mf.fix_bytes * len(auvs) / lasts
     found = {"throughput_bps": throughput if scenario.protocol.sends_frames else None}
+    if scenario.traffic is not None:
+        found |= _carried(world.record.packets, len(world.auv_fleet), begin, lasts)
     if not len(auvs):
         return found
     median, most = np.quantile(latencies, (0.5, MOST)).tolist()
@@ -238,6 +271,24 @@ def _service(world: World) -> dict[str, float | None]:
     return {
         **found, "fairness": fairness, "fix_latency_p50_s": median, "fix_latency_p95_s": most
     }  # fmt: skip
+
+
+def _carried(
+    packets: Sequence[Packet], auvs: int, begin: float, lasts: float
+) -> dict[str, float | None]:
+    """Return what became of the data that AUVs made from an instant (s) on, in a time (s)."""
+    made = [packet for packet in packets if packet.made_at_s >= begin]
+    delivered = [packet for packet in made if packet.latency_s is not None]
+    bits = 8.0 * sum(packet.size_bytes for packet in delivered)
+    found: dict[str, float | None] = {"goodput_bps": bits / lasts}
+    if made:
+        found["packet_delivery_ratio"] = len(delivered) / len(made)
+    if delivered:
+        late = [packet.latency_s for packet in delivered if packet.latency_s is not None]
+        found["packet_latency_s"] = math.fsum(late) / len(late)
+        each = np.bincount([packet.auv for packet in delivered], minlength=auvs).astype(float)
+        found["packet_fairness"] = float(each.sum() ** 2 / (each.size * (each**2).sum()))
+    return found
 
 
 def modem_energies(world: World) -> tuple[Floats, Floats] | None:
@@ -262,12 +313,15 @@ def modem_energies(world: World) -> tuple[Floats, Floats] | None:
             sounds = world.network.uplink.sounds.rows
             on_air = on_sea(record, sounds, len(fleets[0]), len(fleets[1]), end)
         else:
-            on_air = on_hf(record, protocol.pinging, {"auv": fleets[0], "asv": fleets[1]}, signals)
+            sounds = world.network.uplink.sounds.rows
+            packets = sounds[np.isin(sounds["kind"], (BY_PACKET, BY_OWN_PACKET))]
+            both = {"auv": fleets[0], "asv": fleets[1]}
+            on_air = on_hf(record, protocol.pinging, both, signals, packets)
         drawn.append((energy(on_air["auv"], powers, end), energy(on_air["asv"], powers, worked)))
     if protocol.sends_frames and (powers := _powers(bands.mf)) is not None:
         where = partial(places, fleets[0].motion), partial(places, fleets[1].motion)
         auvs, asvs = on_mf(
-            record.broadcasts, where, bands.mf.range_m, end, fleets[1].failed,
+            record.frames, where, bands.mf.range_m, end, fleets[1].failed,
             bands.mf.range_metric == "slant",
         )  # fmt: skip
         drawn.append((energy(auvs, powers, end), energy(asvs, powers, worked)))
@@ -290,11 +344,24 @@ def _hf_in_use(record: Recorder, ping: float, end: float) -> float:
     long as a `ping` (s).
     """
     begun = _sounds(record)
-    if not record.signals:
+    further = [(signal.sent_at_s, signal.lasts_s) for signal in record.signals]
+    further += [(data.sent_at_s, data.airtime_s) for data in record.packets
+                if data.sent_at_s is not None and data.airtime_s is not None]  # fmt: skip
+    if not further:
         return covered(begun, ping, end)
-    sent = np.array([(signal.sent_at_s, signal.lasts_s) for signal in record.signals])
+    sent = np.array(further)
     begins = np.concatenate((begun, sent[:, 0]))
     lasts, order = np.append(np.full(len(begun), ping), sent[:, 1]), np.argsort(begins)
+    return together(begins[order], lasts[order], end)
+
+
+def _mf_in_use(frames: Rows, record: Recorder, end: float) -> float:
+    """Return the time (s) before `end` in which some frame is sent on MF, of ASVs or AUVs."""
+    if not record.auv_frames:
+        return together(frames["sent_at_s"], frames["airtime_s"], end)
+    own = np.array([(frame.sent_at_s, frame.airtime_s) for frame in record.auv_frames])
+    begins = np.concatenate((frames["sent_at_s"], own[:, 0]))
+    lasts, order = np.concatenate((frames["airtime_s"], own[:, 1])), np.argsort(begins)
     return together(begins[order], lasts[order], end)
 
 

@@ -14,7 +14,11 @@ from .world import World
 Counts = dict[str, list[Any]]
 
 # What somebody sent itself as a signal came, by the reason of the record
-OWN = {"own_ping": "a ping of its own", "own_frame": "a frame of its own"}
+OWN = {
+    "own_ping": "a ping of its own",
+    "own_frame": "a frame of its own",
+    "own_packet": "data of its own",
+}
 
 
 def heard_of_auvs(record: Recorder, auvs: int, begin: float) -> Counts:
@@ -141,6 +145,10 @@ def _strongest(world: World, line: Row) -> Iterator[str]:
         yield f"that of AUV{ping['auv']}" if ping["asv"] == NONE else f"that of ASV{ping['asv']}"
     elif why == "frame":
         yield f"that of ASV{world.record.broadcasts[by].asv}"
+    elif why == "packet":
+        yield f"data of AUV{world.record.packets[by].auv}"
+    elif why == "auv_frame":
+        yield f"that of AUV{world.record.auv_frames[by].auv}"
     elif why == "call":
         yield f"a call of ASV{by}"
 

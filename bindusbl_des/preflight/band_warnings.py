@@ -338,6 +338,11 @@ def left_out(setup: Setup) -> Iterator[str]:
         )
     if protocol.asvs_ping or protocol.replies:
         return
+    if protocol.relay is not None or protocol.most_repeats != 0:
+        yield (
+            "What AUVs have by relays and repetition is not bounded: fixes are counted that come "
+            "by the first frame, from its ASV."
+        )
     if rule.at_once:
         yield "Rounds are taken to have one frame; with one behind another they are longer."
     by_group = setup.downlink.by_group and setup.schedule.groups != "each"

@@ -278,6 +278,11 @@ RULES = (
     ),
     Idle({"asvs.count": (1,)}, ("protocol.broadcaster",), "there is no other ASV"),
     Idle(
+        {"protocol.acknowledge": ("none", "ping")},
+        ("protocol.acknowledgement_bytes",),
+        "AUVs send no frame to acknowledge",
+    ),
+    Idle(
         {"auvs.count": (1,)},
         ("acoustics.loss.contention_per_auv", "acoustics.loss.combine"),
         "there is no other AUV",

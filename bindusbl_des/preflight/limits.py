@@ -523,7 +523,7 @@ def _capacity(setup: Setup, sights: SurveySights, slots: Slots) -> float | None:
     None where no closed form tells, and where nobody is heard.
     """
     auvs = round(float(each(sights.heard, most_heard).mean()))
-    if not setup.scenario.protocol.random_access or auvs == 0:
+    if not setup.scenario.protocol.random_access or auvs == 0 or setup.scenario.traffic is not None:
         return None
     match setup.schedule.access:
         case "poisson":

@@ -222,6 +222,8 @@ def offered(setup: Setup, slots: Slots | None = None) -> OfferedLoad:
     slots, protocol = slots or setup.slots, scenario.protocol
     senders, every, ping = scenario.auvs.count, protocol.frame_s, slots.ping_duration
     access = setup.schedule.access
+    if scenario.traffic is not None:  # data follow pings
+        access = "program"
     if access == "slotted":
         slot = slots.clock.after(0.0, slots.uplink_slot)
         load = offered_load(senders, slot, every)

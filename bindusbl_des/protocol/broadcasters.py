@@ -14,15 +14,19 @@ from ..core.arrays import Flags, Floats, Ints
 from ..core.facts import cached_property
 from ..core.plugins import PluginError, asked, is_whole, shown
 from ..records.events import HEARD
-from ..records.rows import Recorder
+from ..records.rows import Recorder, Rows
 from ..scenario.families import BROADCASTER
 from ..scenario.part_choice import own_part, shipped_part
 from ..vehicles.fleet import VehicleFleet
 from ..vehicles.motion import places
+from .acknowledged import Acknowledged, known_by
 from .conflicts import greedy_groups
 
 # What an ASV sends of a broadcast: its number, and which of the k fixes
 Share = tuple[int, Ints]
+
+# Fixes by their rows of the record: those that wait follow each other.
+Fixes = range | Ints
 
 # ASVs, or fixes, whose distances to all others are worked out at a time.
 BLOCK = 64
@@ -41,19 +45,21 @@ class BroadcastView:
         number: int,
         time: float,
         record: Recorder,
-        rows: range,
+        rows: Fixes,
         fleet: VehicleFleet,
         random: np.random.Generator,
         reached: Callable[[float], Flags],
+        acknowledged: Acknowledged | None = None,
     ) -> None:
-        """Take the fixes, `rows` of the record."""
+        """Take the fixes, `rows` of the record; what AUVs have `acknowledged`, if they do."""
+        self._acknowledged = acknowledged
         self.number, self.time, self.count, self.random = number, time, len(fleet.vehicles), random
         self._record, self._rows, self._fleet, self._reached = record, rows, fleet, reached
 
     @cached_property
     def fixes(self) -> Floats:
         """Where the fixes say that the AUVs were (m), shape (k, 3)."""
-        fixes = self._record.fixes.array[self._rows.start : self._rows.stop]
+        fixes = rows_of(self._record, self._rows)
         return np.column_stack((fixes["x_m"], fixes["y_m"], fixes["z_m"]))
 
     @cached_property
@@ -76,12 +82,30 @@ class BroadcastView:
         """Which AUVs the fleet believes within MF range of each ASV, shape (n, m)."""
         return self._reached(self.time)
 
+    @property
+    def acknowledged_at_s(self) -> Floats:
+        """Since when (s) the fleet knows of each AUV's newest fix that it knows to be delivered,
+        (n,), NaN before the first.
 
-def hearers(record: Recorder, rows: range, asvs: int) -> Flags:
+        Raises:
+            LookupError: where AUVs do not acknowledge (`protocol.acknowledge`).
+        """
+        return known_by(self._acknowledged).at_s
+
+
+def rows_of(record: Recorder, rows: Fixes) -> Rows:
+    """Return some fixes of a record."""
+    if isinstance(rows, range):
+        return record.fixes.array[rows.start : rows.stop]
+    chosen: Rows = record.fixes.array[rows]
+    return chosen
+
+
+def hearers(record: Recorder, rows: Fixes, asvs: int) -> Flags:
     """Return whose measurements were fused for each of some fixes of a record, (k, `asvs`)."""
     fused = np.zeros((len(rows), asvs), dtype=np.bool_)
     if len(rows):
-        fixes = record.fixes.array[rows.start : rows.stop]
+        fixes = rows_of(record, rows)
         begin = int(fixes["first"].min())
         receptions = record.receptions.array[begin : int(fixes["end"].max())]
         heard = np.flatnonzero(receptions["outcome"] == HEARD)

@@ -12,6 +12,8 @@ from typing import Any, cast
 
 import simpy
 
+from ..acoustics.messages import Message
+from ..core.arrays import Ints
 from ..records.events import Round
 from .downlinks import DOWNLINKS, direct_reply, sequential
 from .network import Network, Turn
@@ -82,12 +84,16 @@ class _Dry:
         self.env, self.slots = simpy.Environment(), slots
         self.bands = self.ranging = self.deliveries = _Bands(brings, self.env)
         self.dissemination = _Dissemination(named) if named else None
-        self.answers = self.broadcaster_draw = self.listeners = None
+        self.answers = self.broadcaster_draw = self.listeners = self.acknowledged = None
         self.asv_fleet = self.record = _Nobody()
         self.broadcasts, self.downlink_free_at = 0, busy_s
 
     def broadcaster(self, view: Any) -> int:
         return 0
+
+    def behind_s(self, asv: int, time: float, messages: Sequence[Message], fixes: Ints) -> float:
+        assert self.slots.behind is not None
+        return self.slots.behind.lasts_s(messages, (1,) * len(fixes))
 
     def take_fixes(self, time: float) -> range:
         bands, messages = self.bands, self.slots.messages

@@ -8,18 +8,23 @@ from typing import TYPE_CHECKING
 import simpy
 from numpy.random import Generator as RandomStream
 
-from ..core.arrays import Flags
+from ..acoustics.messages import Message
+from ..core.arrays import Flags, Ints
 from ..records.events import Round
 from ..records.rows import Recorder
 from ..vehicles.fleet import VehicleFleet
-from .broadcasters import Broadcaster
+from .acknowledged import Acknowledged
+from .broadcasters import Broadcaster, Fixes
+from .data import Data
 from .dissemination import Dissemination
 from .happenings import Happenings, Watched
 from .hf.band import HfBand
 from .hf.outcomes import Outcomes
 from .mf.downlink import MfDownlink
+from .mf.exchange import Exchange
 from .predicted_positions import PredictedPositions
 from .ranging import OneWay, OwnRanging, TwoWay
+from .repeating import Repeating
 from .replies import Replies
 from .schedules.named import Schedule
 from .schedules.polling import Answers
@@ -57,7 +62,10 @@ class Network(Watched):
     The fleet goes by the predicted `positions` of AUVs.  What it expects of their `estimates`
     schedules may ask; slots that end with `answers` wait for these.
     `dissemination` is how AUVs come to know their slots; without it all know them at once.
-    Fixes wait for a broadcast, unless `replies` answer each ping by itself.
+    Fixes wait for a broadcast, unless `replies` answer each ping by itself.  Where AUVs acknowledge
+    or relay frames, or fixes are repeated, `deliveries` are that `exchange`, and the fleet knows
+    what they have `acknowledged`.  AUVs may have `data`
+    to send behind their pings.
     """
 
     env: simpy.Environment
@@ -85,6 +93,10 @@ class Network(Watched):
     downlink_free_at: float = 0.0
     paused: float = 0.0
     air: "SharedAir | None" = None  # where AUVs run programs of their own
+    exchange: Exchange | None = None
+    acknowledged: Acknowledged | None = None
+    repeating: Repeating | None = None
+    data: Data | None = None
     broadcasts: int = field(default=0, init=False)  # so far
     fixes_taken: int = field(default=0, init=False)  # fixes before this one wait no more
 
@@ -104,12 +116,15 @@ class Network(Watched):
         """Return what the fleet knows when it schedules a round."""
         if self.positions.follow_fixes and self.replies is None:
             self.outcomes.resolve_passed(time)  # fixes that came after the last broadcast, too
+        if self.exchange is not None:
+            self.outcomes.resolve_passed(time)  # by pings AUVs may acknowledge fixes
         auvs, asvs, heard = self.positions.seen(time)
         band = self.uplink.band
         return View(
             round_number, time, auvs, asvs, heard, band.reach,
             "slant" if band.slant else "horizontal", self.schedule_draw,
             self.asv_fleet.failed(time), self.slots, self.estimates,
+            acknowledged=self.acknowledged,
         )  # fmt: skip
 
     def listeners(self, time: float) -> Flags:
@@ -120,8 +135,16 @@ class Network(Watched):
         """Tell whether a fix waits, of pings that have been heard by an instant (s)."""
         return self.outcomes.resolve_passed(time).stop > self.fixes_taken
 
-    def take_fixes(self, time: float) -> range:
-        """Return the fixes that wait, the oldest first, as many as one broadcast carries.
+    def behind_s(self, asv: int, time: float, messages: Sequence[Message], fixes: Ints) -> float:
+        """Return how long (s) AUVs send behind a broadcast of these messages, which carry fixes,
+        rows of the record, and begin at an instant (s).
+        """
+        assert self.exchange is not None
+        return self.exchange.follow(asv, time, messages, fixes)
+
+    def take_fixes(self, time: float) -> Fixes:
+        """Return the fixes that wait, the oldest first, as many as one broadcast carries; then
+        those that are to be repeated, as far as there is room for them.
 
         Pings that have passed all ASVs by now are decided and measured here.
         """
@@ -130,7 +153,10 @@ class Network(Watched):
         if messages.most is not None and not messages.splits:
             end = min(end, first + messages.most)
         self.fixes_taken = end
-        return range(first, end)
+        if self.repeating is None:
+            return range(first, end)
+        room = None if messages.most is None or messages.splits else messages.most - (end - first)
+        return self.repeating.with_due(range(first, end), room)
 
     def close(self, time: float) -> None:
         """Settle what is under way as the mission ends at an instant (s)."""
@@ -141,5 +167,7 @@ class Network(Watched):
         self.outcomes.close(time)
         if self.air is not None:
             self.air.close(time)
+        if self.data is not None:
+            self.data.close(time)
         self.ranging.close()
         self.deliveries.close(before_the_end)

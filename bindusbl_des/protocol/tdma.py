@@ -15,7 +15,7 @@ import simpy
 from ..acoustics.messages import Message
 from ..core.arrays import Ints
 from ..records.events import Round
-from .broadcasters import BroadcastView
+from .broadcasters import BroadcastView, Fixes
 from .conflicts import conflict_count
 from .network import Network, Steps, Turn
 from .schedules.view import TimedGroups
@@ -85,7 +85,8 @@ def ping_group(network: Network, turn: Turn, slot: int, time: float) -> Steps:
 
 
 def broadcast(network: Network, turn: Turn, time: float) -> None:
-    """Broadcast every fix made since the last broadcast; none still costs a header (eq. payload).
+    """Broadcast every fix made since the last broadcast, and those that are to be repeated; none
+    still costs a header (eq. payload).
 
     One ASV does, or several share it: those that send at once are given time for the longest of
     their frames and its guard (eq. DL_slot), and the others follow them.  Where one message does
@@ -111,7 +112,10 @@ def broadcast(network: Network, turn: Turn, time: float) -> None:
         longest = 0.0
         for asv, fixes in at_once:
             sends_at, airtime, names = begins, 0.0, named.get(asv, ())
-            for part, message in enumerate(slots.messages.packed(len(fixes), len(names))):
+            messages = slots.messages.packed(len(fixes), len(names))
+            if slots.behind is not None:
+                airtime = network.behind_s(asv, begins, messages, fixes)
+            for part, message in enumerate(messages):
                 own = fixes[: message.fixes], names[: message.named]
                 frame = network, turn, asv, sends_at, message, part, *own
                 if sends_at == time:
@@ -130,15 +134,15 @@ def broadcast(network: Network, turn: Turn, time: float) -> None:
     turn.row.downlink_s += ends - time
 
 
-def _shared(network: Network, waiting: range, time: float) -> list[list[tuple[int, Ints]]]:
+def _shared(network: Network, waiting: Fixes, time: float) -> list[list[tuple[int, Ints]]]:
     """Return which ASVs send which fixes, rows of the record: those of a list at once, one list
     after the other.
     """
-    number, fixes = network.broadcasts, np.arange(waiting.start, waiting.stop)
+    number, fixes = network.broadcasts, np.asarray(waiting, dtype=np.int64)
     network.broadcasts += 1
     view = BroadcastView(
         number, time, network.record, waiting, network.asv_fleet, network.broadcaster_draw,
-        network.listeners,
+        network.listeners, network.acknowledged,
     )  # fmt: skip
     chosen = network.broadcaster(view)
     if isinstance(chosen, int):

@@ -32,11 +32,12 @@ HEARD, OUT_OF_RANGE, LOST, COLLIDED, IN_FLIGHT, DELIVERED = range(6)
 REASONS = (
     *("failed", "failed_meanwhile", "unanswered", "chance", "burst"),
     *("ping", "echo", "call", "frame", "own_frame", "own_ping", "signal", "own_signal"),
+    *("auv_frame", "packet", "own_packet"),
 )
 WORDS = (*OUTCOMES, *REASONS)
 FAILED, FAILED_MEANWHILE, UNANSWERED, CHANCE, BURST = range(6, 11)
 BY_PING, BY_ECHO, BY_CALL, BY_FRAME, BY_OWN_FRAME, BY_OWN_PING = range(11, 17)
-BY_SIGNAL, BY_OWN_SIGNAL = 17, 18
+BY_SIGNAL, BY_OWN_SIGNAL, BY_AUV_FRAME, BY_PACKET, BY_OWN_PACKET = range(17, 22)
 
 # Columns that tell why, and those of errors that were there all the time as a ping was measured
 TOLD_WHY = ("why", "overlapped_by", "loss_probability")
@@ -143,13 +144,14 @@ class Reception:
         "",
         "why it was not decoded: out_of_range, failed (its ASV, before it came), failed_meanwhile "
         "(passive: as it pinged), unanswered (no call made the AUV ping), chance, burst (lost with "
-        "those before), or what overlapped it: ping, echo, call, own_frame (that the ASV sent)",
+        "those before), or what overlapped it: ping, packet, echo, call, own_frame (that the ASV "
+        "sent)",
         None,
     )
     overlapped_by: int | None = column(
         "1",
-        "number of the ping that overlapped it (or whose echo did), the strongest of several; of "
-        "the ASV that called; of the frame, row of broadcasts from 0",
+        "number of the ping that overlapped it (or whose echo did) or packet, the strongest of "
+        "several; of the ASV that called; of the frame, row of broadcasts from 0",
         None,
     )
     loss_probability: float | None = column(
@@ -241,6 +243,96 @@ class Fix:
     )
     body_elevation_deg: float | None = column(
         "deg", f"the same as the array sees it, {DOWN}; null as above", None
+    )
+
+
+@dataclass(slots=True)
+class Packet:
+    """One data packet of an AUV to the vessels, which it sends behind a ping (traffic)."""
+
+    packet: int = column("1", "number of the packet")
+    auv: int = column("", "AUV that has made it")
+    made_at_s: float = column("s", "instant from which it waits for a ping of its AUV")
+    size_bytes: int = column("B", "size of its data")
+    sent_at_s: float | None = column("s", "instant at which it began; null if it did not", None)
+    airtime_s: float | None = column("s", "how long it lasts", None)
+    in_range_of: int = column("1", "ASVs that may decode it where nothing overlaps it", 0)
+    heard_by: int = column("1", "ASVs that decoded it", 0)
+    delivered_at_s: float | None = column(
+        "s", "instant at which the first of them had it in full", None
+    )
+    delivered_to: int | None = column("", "that ASV", None)
+    latency_s: float | None = column("s", "from when it was made to when it was delivered", None)
+    outcome: str = column(
+        "",
+        "delivered; collided (at an ASV, and heard by none), lost, out_of_range, or in_flight: "
+        "under way, or waiting, as the mission ended",
+        "in_flight",
+    )
+
+
+@dataclass(slots=True)
+class FixService:
+    """Further columns of a fix, where AUVs acknowledge or relay frames, or ASVs repeat fixes."""
+
+    hops: int | None = column(
+        "1", "AUVs that forwarded the frame by which it came; null: it was not delivered"
+    )
+    relayed_by: str | None = column("", "AUV that forwarded it last; null: its ASV sent it")
+    came_in: int | None = column(
+        "1", "row of broadcasts, from 0, by which it came, or which was forwarded"
+    )
+    repeats: int = column("1", "further broadcasts that it was put into (protocol.repeat)")
+    duplicates: int = column(
+        "1", "copies that its AUV decoded once it had it, which correct nothing"
+    )
+    acknowledged_at_s: float | None = column(
+        "s", "instant from which the fleet knows that its AUV has it; null: never"
+    )
+
+
+@dataclass(slots=True)
+class AuvFrame:
+    """One frame on MF that an AUV sent: a frame of fixes forwarded, or an acknowledgement."""
+
+    auv_frame: int = column("1", "number of the frame among those of AUVs")
+    kind: str = column("", "relay, or acknowledgement")
+    auv: int = column("", "AUV that sent it")
+    broadcast: int = column(
+        "1", "row of broadcasts, from 0: the frame that it forwards, or was decoded by its sender"
+    )
+    hops: int = column(
+        "1", "AUVs that have forwarded it, its sender among them; of an acknowledgement, how many "
+        "had forwarded what it acknowledges",
+    )  # fmt: skip
+    sent_at_s: float = column("s", "instant at which it began")
+    airtime_s: float = column("s", "how long it lasts")
+    payload_bytes: int = column("B", "size of what it says")
+    fixes: int = column("1", "fix records that it forwards, or fixes that it acknowledges")
+
+
+@dataclass(slots=True)
+class AuvFrameReception:
+    """One frame of an AUV at one vehicle that it reaches."""
+
+    auv_frame: int = column("1", "number of the frame among those of AUVs")
+    listener: str = column("", "vehicle at which it arrives")
+    arrived_at_s: float | None = column(
+        "s", "instant at which it begins there; null if it did not by the end"
+    )
+    outcome: str = column(
+        "", "heard, out_of_range (a sound, but not decoded), lost, collided or in_flight"
+    )
+    why: str | None = column(
+        "",
+        "why it was not decoded: out_of_range, chance, auv_frame or frame (that overlapped it), "
+        "own_frame or own_ping (the listener sent it meanwhile)",
+    )
+    overlapped_by: int | None = column(
+        "1", "number of the strongest that overlapped it; of a frame its row of broadcasts"
+    )
+    loss_probability: float | None = column(
+        "1", "how likely it was lost, had nothing overlapped it"
     )
 
 
@@ -369,12 +461,14 @@ class FrameReception:
     why: str | None = column(
         "",
         "why it was not decoded: out_of_range, failed (its ASV, before), failed_meanwhile, chance, "
-        "burst (lost with those before), frame (another overlapped it) or own_ping (the AUV "
-        "pinged meanwhile)",
+        "burst (lost with those before), frame or auv_frame (of an ASV or AUV, overlapped it), "
+        "own_ping or own_frame (the AUV sent meanwhile)",
         None,
     )
     overlapped_by: int | None = column(
-        "1", "row of broadcasts of the strongest frame that overlapped it, or number of the ping",
+        "1",
+        "row of broadcasts of the strongest frame that overlapped it, or number of the ping, or "
+        "AUV's frame",
         None,
     )  # fmt: skip
     loss_probability: float | None = column(

@@ -205,6 +205,21 @@ class Utilisation:
     fix_latency_p95_s: float | None = column(
         "s", "95 % quantile of the time from ping to delivery of all fixes delivered", None
     )
+    packet_delivery_ratio: float | None = column(
+        "1",
+        "data packets that an ASV decoded / made, those that wait at the end among them; null "
+        "without any (traffic)",
+        None,
+    )
+    goodput_bps: float | None = column(
+        "bit/s", "bits of data packets delivered / duration; null without traffic", None
+    )
+    packet_latency_s: float | None = column(
+        "s", "mean time from when a data packet is made to its delivery; null without any", None
+    )
+    packet_fairness: float | None = column(
+        "1", "Jain's index of the AUVs' data packets delivered; null without any", None
+    )
 
 
 NAMES = {
@@ -264,6 +279,10 @@ NAMES = {
     "throughput_bps": "throughput of fixes",
     "fix_latency_p50_s": "median latency of all fixes",
     "fix_latency_p95_s": "latency of all fixes, 95 % below",
+    "packet_delivery_ratio": "data delivered",
+    "goodput_bps": "goodput of data",
+    "packet_latency_s": "mean latency of data",
+    "packet_fairness": "fairness of data",
 }
 
 UNITS: dict[str, str] = {
@@ -274,7 +293,7 @@ UNITS: dict[str, str] = {
 # What has no unit is a count, but for these.
 SHARES = (
     "hf_coverage", "saturated_share", "hf_utilisation", "mf_utilisation", "lanes_flown_share",
-    "area_covered_share", "fairness",
+    "area_covered_share", "fairness", "packet_delivery_ratio", "packet_fairness",
 )  # fmt: skip
 
 WORST = "worst_"

@@ -20,9 +20,13 @@ from .events import (
     LASTING_ERRORS,
     WORDS,
     Assignment,
+    AuvFrame,
+    AuvFrameReception,
     Broadcast,
     Fix,
+    FixService,
     FrameReception,
+    Packet,
     PeerRange,
     Ping,
     Reception,
@@ -126,6 +130,12 @@ SIGNAL_RECEPTION = row_type(
     SignalReception,
     {"vehicle": int},  # who listens, among all vehicles: AUVs come first, then ASVs
     without=("listener",),
+)
+
+AUV_FRAME_RECEPTION = row_type(
+    AuvFrameReception,
+    {"vehicle": int},
+    without=("listener",),  # among all vehicles, AUVs first
 )
 
 FIX = row_type(
@@ -267,7 +277,18 @@ class Recorder:
     assignments: list[Assignment] = field(default_factory=list)
     signals: list[Signal] = field(default_factory=list)
     signal_receptions: EventBuffer = field(default_factory=lambda: EventBuffer(SIGNAL_RECEPTION))
+    auv_frames: list[AuvFrame] = field(default_factory=list)
+    auv_frame_receptions: Rows = field(default_factory=lambda: np.empty(0, AUV_FRAME_RECEPTION))
+    packets: list[Packet] = field(default_factory=list)
+    services: list[FixService] = field(default_factory=list)  # of the first so many fixes
     fixes: EventBuffer = field(default_factory=lambda: EventBuffer(FIX))
     jacobians: Jacobians = field(default_factory=lambda: Jacobians(0))
     gnss_fixes: EventBuffer = field(default_factory=lambda: EventBuffer(FIX))  # AUVs' own
     peer_ranges: list[PeerRange] = field(default_factory=list)
+
+    @property
+    def frames(self) -> list[Broadcast | AuvFrame]:
+        """All frames on MF, of ASVs and AUVs, in the order in which they began."""
+        if not self.auv_frames:
+            return list(self.broadcasts)
+        return sorted([*self.broadcasts, *self.auv_frames], key=lambda frame: frame.sent_at_s)

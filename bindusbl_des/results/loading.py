@@ -102,6 +102,10 @@ def _tables(folder: Path, scenario: Scenario, run: Mapping[str, Any]) -> dict[st
     kept = {"gnss_fixes"} if scenario.navigation.gnss_fix is not None else set()
     if scenario.has_signals:
         kept |= {"signals", "signal_receptions"}
+    if scenario.traffic is not None:
+        kept |= {"packets"}
+    if scenario.protocol.sends_auv_frames:
+        kept |= {"auv_frames", "auv_frame_receptions"}
     if scenario.has_peers:
         kept |= {"peer_ranges"}
     names = tuple(name for name in names if name not in SOMETIMES or name in kept)

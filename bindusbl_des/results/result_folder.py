@@ -142,9 +142,9 @@ def read_table(path: Path, name: str, origin: Mapping[str, str]) -> pa.Table:
     Raises:
         DamagedFile: when it is another table, another mission's, or of another version.
     """
-    described = schema(name)
     with _opened(path) as file:
         found = file.schema_arrow
+        described = schema(name, found.names)
         _check_origin(path, name, origin, found.metadata or {})
         added = ADDED.get(name, set()).difference(found.names)
         names = [column for column in described.names if column not in added]

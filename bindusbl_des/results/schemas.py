@@ -1,6 +1,7 @@
 """What the columns of the result tables are: type, unit, meaning and frame."""
 
 import types
+from collections.abc import Collection
 from dataclasses import Field, fields
 from functools import cache
 from typing import Any, get_args, get_type_hints
@@ -9,10 +10,14 @@ import pyarrow as pa
 
 from ..records.events import (
     Assignment,
+    AuvFrame,
+    AuvFrameReception,
     Broadcast,
     Fix,
+    FixService,
     FrameReception,
     GnssFix,
+    Packet,
     PeerRange,
     Ping,
     Reception,
@@ -34,21 +39,34 @@ ROWS: dict[str, type] = {
     "gnss_fixes": GnssFix,
     "signals": Signal,
     "signal_receptions": SignalReception,
+    "packets": Packet,
+    "auv_frames": AuvFrame,
+    "auv_frame_receptions": AuvFrameReception,
     "peer_ranges": PeerRange,
     "tracks": TrackPoint,
     "auvs": AuvMetrics,
 }
 EVENT_TABLES = (
     *("rounds", "pings", "receptions", "broadcasts", "frame_receptions", "assignments"),
-    *("fixes", "gnss_fixes", "signals", "signal_receptions", "peer_ranges", "tracks"),
+    *("fixes", "gnss_fixes", "signals", "signal_receptions", "auv_frames", "auv_frame_receptions"),
+    *("packets", "peer_ranges", "tracks"),
 )
 # What only missions have in which AUVs carry GNSS (navigation.gnss_fix), vehicles hear each other
-# by programs (protocol.access), or AUVs range each other (navigation.peers).
-SOMETIMES = ("gnss_fixes", "signals", "signal_receptions", "peer_ranges")
+# by programs (protocol.access), AUVs send frames or data (traffic), or range each other
+# (navigation.peers).
+SOMETIMES = (
+    *("gnss_fixes", "signals", "signal_receptions", "auv_frames", "auv_frame_receptions"),
+    *("packets", "peer_ranges"),
+)
+# Columns that only missions have in which frames are acknowledged, repeated or relayed.
+FURTHER: dict[str, type] = {"fixes": FixService}
 TABLES = (*ROWS, "mission")
 
 # Columns that hold a vehicle's number in the record and its name in the table.
-VEHICLES = {"auv": "AUV", "asv": "ASV", "broadcast_by": "ASV", "called_by": "ASV", "told_by": "ASV"}
+VEHICLES = {
+    "auv": "AUV",
+    **dict.fromkeys(("asv", "broadcast_by", "called_by", "told_by", "delivered_to"), "ASV"),
+}
 
 SURVEY_FRAME = "survey: x north, y east, z down from the surface, origin as in the scenario"
 SCHEMA_VERSION = 1
@@ -72,9 +90,21 @@ def _field(name: str, kind: pa.DataType, unit: str, meaning: str) -> pa.Field:
     return pa.field(name, kind, metadata=metadata)
 
 
+def schema(table: str, found: Collection[str] | None = ()) -> pa.Schema:
+    """Return the Arrow schema of a table, each field with unit, meaning and frame; with those
+    columns that only some missions have that are `found`, None: with all of them.
+    """
+    row = FURTHER.get(table)
+    if row is None or (found is not None and not found):
+        return _schema(table)
+    more = [_described(c, _arrow_type(row, c.name)) for c in fields(row)]
+    return pa.schema(
+        [*_schema(table), *(field for field in more if found is None or field.name in found)]
+    )
+
+
 @cache
-def schema(table: str) -> pa.Schema:
-    """Return the Arrow schema of a table, each field with unit, meaning and frame."""
+def _schema(table: str) -> pa.Schema:
     if table == "mission":
         own = {column.name: column for column in fields(Utilisation)}
         metrics = fields(AuvMetrics)[1:]
@@ -121,7 +151,7 @@ def data_dictionary() -> dict[str, dict[str, dict[str, str]]]:
                 "type": str(field.type),
                 **{k.decode(): v.decode() for k, v in (field.metadata or {}).items()},
             }
-            for field in schema(table)
+            for field in schema(table, None)
         }
         for table in TABLES
     }

@@ -34,7 +34,7 @@ from .agreement.vehicles import (
 )
 from .families import loaded_parts, parts_of
 from .part_choice import shipped_mistakes
-from .scenario_keys import Environment, Record, ScenarioKeys
+from .scenario_keys import Environment, Record, ScenarioKeys, Traffic
 from .sections.acoustics import Acoustics
 from .sections.navigation import Navigation
 from .sections.protocol import Protocol
@@ -59,6 +59,7 @@ class GivenKeys(TypedDict, total=False):
     protocol: Protocol | Keys
     usbl: UsblSection | Keys
     navigation: Navigation | Keys
+    traffic: Traffic | Keys | None
     record: Record | Keys
 
 

@@ -15,6 +15,7 @@ from .key_types import (
     Part,
     Real,
     Text,
+    Whole,
     key,
 )
 from .sections.acoustics import Acoustics
@@ -97,6 +98,18 @@ class Environment(Part):
         return {} if origin is None else origin
 
 
+class Traffic(Part):
+    """Data that AUVs send to the vessels beside their pings."""
+
+    bytes: Whole = key(64, "B", "size of a packet", ge=1, le=65_535)
+    every_s: Real = key(
+        20.0, "s", "time, or mean time, between packets of an AUV", ge=0.001, le=1e6
+    )
+    arrivals: Literal["periodic", "poisson"] = key(
+        "periodic", "", "packets are made at multiples of every_s from 0 on, or at Poisson instants"
+    )
+
+
 class Record(Part):
     """What is kept of a mission."""
 
@@ -125,4 +138,9 @@ class ScenarioKeys(Part):
     protocol: Protocol = Field(default=Protocol(), description="medium access")
     usbl: UsblSection = Field(default=UsblSection(), description="USBL measurement")
     navigation: Navigation = Field(default=Navigation(), description="AUV navigation")
+    traffic: Traffic | None = Field(
+        default=None,
+        description="data packets of AUVs, each behind a ping; null, unless one of its keys is "
+        "given = AUVs have none",
+    )
     record: Record = Field(default=Record(), description="what is recorded")

@@ -321,7 +321,7 @@ def _call(
 
 
 def _frames(result: Result) -> Iterator[tuple[str, Signal, Signal]]:
-    """Yield AUVs at which two frames of fixes met."""
+    """Yield AUVs at which two frames of fixes met, and vehicles at which those of AUVs did."""
     frames, tracks = result.arrow["broadcasts"].to_pylist(), _tracks(result)
     there: dict[str, list[Signal]] = {}
     for row in _collided(result, "frame_receptions"):
@@ -333,6 +333,15 @@ def _frames(result: Result) -> Iterator[tuple[str, Signal, Signal]]:
             arrived, arrived + frame["airtime_s"],
         )  # fmt: skip
         there.setdefault(row["auv"], []).append(signal)
+    sent = result.arrow["auv_frames"].to_pylist() if "auv_frames" in result.arrow else []
+    for row in _collided(result, "auv_frame_receptions") if sent else ():
+        frame, arrived = sent[row["auv_frame"]], row["arrived_at_s"]
+        signal = Signal(
+            f"{frame['kind']} {frame['auv_frame']} of broadcast {frame['broadcast']}", frame["auv"],
+            frame["sent_at_s"], _place(tracks[frame["auv"]], frame["sent_at_s"]),
+            arrived, arrived + frame["airtime_s"],
+        )  # fmt: skip
+        there.setdefault(row["listener"], []).append(signal)
     for auv, signals in there.items():
         yield from _neighbours(auv, signals)
 

@@ -252,6 +252,12 @@ def _unknown(case: Case) -> Iterator[SignalPair]:
     if protocol.duplex != "per_band":
         why = "who sends on one band is deaf on both"
         yield undecided("half duplex", "pings and frames", why, None)
+    if case.scenario.traffic is not None:
+        why = "data follow pings, as long as some wait: nothing is proved beyond what was played"
+        yield undecided("data behind pings", "pings and data", why, "hf")
+    if protocol.sends_auv_frames or protocol.most_repeats != 0:
+        why = "AUVs send behind broadcasts by what they have decoded, or fixes are repeated"
+        yield undecided("acknowledged, repeated, relayed", "frames on MF", why, "mf")
     bands = {"hf": ("pings", acoustics.hf.traits, acoustics.hf.channel)}
     if not protocol.asvs_ping:
         bands["mf"] = "frames", acoustics.mf.traits, acoustics.mf.channel

@@ -184,3 +184,25 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
     }
     keys["acoustics"]["mf"]["range_metric"] = draw.choice(["horizontal", "slant"])
     return keys
+
+
+def exchanging(seed: int, folder: Path) -> dict:
+    """Return a scenario in which fixes are acknowledged, repeated or relayed."""
+    keys, draw = scenario(seed, folder), random.Random(f"exchange {seed}")
+    protocol, count = keys["protocol"], keys["auvs"]["count"]
+    if protocol["ranging"] == "passive":
+        protocol["ranging"] = "owtt_sync"
+    if named(protocol["downlink"]) == "direct_reply":
+        protocol["downlink"] = "sequential"
+    protocol["acknowledge"] = draw.choice(["none", "ping", "frame", "frame"])
+    protocol["acknowledgement_bytes"] = draw.choice([0, 2, 5])
+    repeats = ["none", 1, 2, 5] + ["until_acknowledged"] * (protocol["acknowledge"] != "none")
+    protocol["repeat"] = draw.choice(repeats)
+    if "knowledge" not in protocol and draw.random() < 0.6:
+        some = sorted(draw.sample(range(count), draw.randint(1, count)))
+        protocol["relay"] = {"hops": draw.randint(1, 3), "who": draw.choice(["all", some])}
+        keys["acoustics"]["mf"]["range_m"] = round(draw.uniform(0.2, 0.8) * 1.4 * 60.0, 2)
+    sends = protocol["acknowledge"] == "frame" or "relay" in protocol
+    if sends and protocol["broadcaster"] == "parallel":
+        protocol["broadcaster"] = "rotate"
+    return keys

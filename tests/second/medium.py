@@ -28,7 +28,7 @@ class Medium:
         """Take a scenario's keys, of which all that matter here are given."""
         self.keys, self.end = dict(keys["protocol"]), keys["duration_s"] - AN_INSTANT
         for part, value in keys["protocol"].items():
-            if isinstance(value, dict):  # a part with settings
+            if isinstance(value, dict) and "model" in value:  # a part with settings
                 self.keys |= value | {part: value["model"]}
         self.hf, self.mf = keys["acoustics"]["hf"], keys["acoustics"]["mf"]
         self.replies = self.keys["downlink"] == "direct_reply"
@@ -87,7 +87,9 @@ class Medium:
         sound.airtime_s = lasts
         for i in to:
             begin = self.arrival(place, i, time)
-            until = begin + lasts if band == "hf" else self.arrival(place, i, time + lasts)
+            until = begin + lasts
+            if band == "mf":
+                until = self.arrival(self.where(sender, time + lasts), i, time + lasts)
             sound.at[i] = begin, until
             if within(limits, place, self.where(i, time)) or (self.instant and band == "mf"):
                 if sound.in_vain is None:

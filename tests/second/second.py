@@ -8,11 +8,11 @@ import math
 from itertools import pairwise
 
 import numpy as np
-from dissemination import Dissemination
+from exchange import Exchange
 from medium import AN_INSTANT, Row, horizontal, within
 
 
-class Second(Dissemination):
+class Second(Exchange):
     """A mission, flown by `fly`; its events are in `rounds`, `pings`, `frames` and `fixes`."""
 
     def __init__(self, keys: dict, given: Row) -> None:
@@ -57,6 +57,7 @@ class Second(Dissemination):
         self.reply_s = self.byte_s * self.payload(1) + self.down_guard if in_frames else 0.0
         shortest = given("shortest_uplink_slot_s", 2.5)
         self.slot_s = self.after(0.0, max(slot, shortest) + self.reply_s)
+        self.plan_turns(keys)
 
     def payload(self, fixes: int, slots: int = 0) -> int:
         """Return how many bytes a frame of so many fixes and slots has."""
@@ -74,8 +75,9 @@ class Second(Dissemination):
 
     def downlink_slot(self, fixes: int, slots: int) -> float:
         """Return how long a downlink slot of so many fixes and slots is."""
-        payload = sum(self.payload(*frame) for frame in self.frames_of(fixes, slots))
-        return max(self.byte_s * payload + self.down_guard, self.down_shortest)
+        airtimes = [self.byte_s * self.payload(*frame) for frame in self.frames_of(fixes, slots)]
+        behind = self.turns(airtimes, [1] * fixes).all_s
+        return max(sum(airtimes) + behind + self.down_guard, self.down_shortest)
 
     def opens(self, number: int) -> float:
         """Return when a round begins at the earliest: with its frame."""
@@ -141,7 +143,7 @@ class Second(Dissemination):
         """Return the error that is expected of an AUV, less after turns in vain."""
         variance, at = 0.0, 0.0
         frames = [frame for frame in self.frames if frame.sent_at_s <= time]
-        fixes = [fix for frame in frames for fix in frame.holds if fix.auv == auv]
+        fixes = dict.fromkeys(fix for frame in frames for fix in frame.holds if fix.auv == auv)
         for fix in sorted(fixes, key=lambda fix: fix.pinged_at_s):
             age, at = fix.pinged_at_s - at, fix.pinged_at_s
             variance += self.drift(age)
@@ -220,10 +222,13 @@ class Second(Dissemination):
     def decide(self, until: float) -> None:
         """Decide all pings that have passed by an instant; what was heard becomes fixes."""
         self.guess(until)
+        self.run(until)
         for ping in sorted(self.passing, key=lambda ping: ping.passed_at):
             if ping.passed_at <= until:
                 self.passing.remove(ping)
                 by = [j for j in self.asvs if self.outcome(ping, j) == "heard"]
+                if ping.passed_at <= self.end:
+                    self.told_by_ping(ping, bool(by))
                 if by and ping.passed_at <= self.end:
                     self.waiting.append(self.fix(ping, ping.auv, by))
 
@@ -234,6 +239,7 @@ class Second(Dissemination):
         *place, variance = self.given.measured.get((auv, round(time, 6)), exact)
         fix = Row(auv=auv, ping=ping, place=place, variance=variance)
         fix.asvs, fix.pinged_at_s, fix.outcome = " ".join(asvs), time, "in_flight"
+        fix.hops, fix.acknowledged_at_s, fix.repeats, fix.duplicates = None, None, 0, 0
         self.fixes.append(fix)
         self.fixed[auv] = time, np.array([*place[:2], self.where(auv, 0.0)[2]])
         return fix
@@ -263,10 +269,13 @@ class Second(Dissemination):
         """Return who sends what: fixes of each ASV, of those that broadcast at once."""
         fixes, self.waiting = self.waiting, []
         self.broadcasts += 1
+        left = None
+        if self.mf["overfull"] == "oldest_first":
+            room, _ = self.frames_of(10**6)[0]
+            fixes, self.waiting = fixes[:room], fixes[room:]
+            left = room - len(fixes)
+        fixes = fixes + self.again(fixes, self.fixes, left)
         if self.broadcaster != "parallel":
-            if self.mf["overfull"] == "oldest_first":
-                room, _ = self.frames_of(len(fixes))[0]
-                fixes, self.waiting = fixes[:room], fixes[room:]
             return [{self.chosen(working, fixes): fixes}]
         shares = {}
         for fix in fixes:
@@ -292,6 +301,7 @@ class Second(Dissemination):
 
     def send(self, asv: str, start: float, fixes: list[Row], names: list | tuple = ()) -> float:
         """Send slots and fixes, in several frames if need be; return when that ends."""
+        frames, carried = [], fixes
         for part, (count, slots) in enumerate(self.frames_of(len(fixes), len(names))):
             size = 0 if self.instant else self.payload(count, slots)
             airtime = self.byte_s * size
@@ -300,8 +310,14 @@ class Second(Dissemination):
                 frame.round, frame.payload_bytes = len(self.rounds) - 1, size
                 frame.fixes, frame.holds, frame.names = count, fixes[:count], names
                 self.frames.append(frame)
+                if self.exchanges:
+                    self.ears["mf", asv].append((start, start + airtime, frame))
+            else:
+                frame = Row(sent_at_s=start)
+            frame.meant_s = airtime
+            frames.append(frame)
             start, fixes = start + airtime, fixes[count:]
-        return start
+        return start + (self.follow(frames, carried) if self.exchanges else 0.0)
 
     def decoded(self, frame: Row, auv: str) -> float:
         """Return when an AUV has decoded a frame."""
@@ -377,6 +393,8 @@ class Second(Dissemination):
         for frame in self.frames:
             self.rounds[frame.round].fixes += frame.fixes
             for fix in frame.holds:
+                if "broadcast_at_s" in vars(fix):  # it is repeated
+                    continue
                 fix.broadcast_at_s, fix.broadcast_by = frame.sent_at_s, frame.asv
                 fix.outcome, at = self.outcome(frame, fix.auv), self.decoded(frame, fix.auv)
                 if self.instant:  # however near the AUV is, not before the ping is decoded
@@ -385,6 +403,8 @@ class Second(Dissemination):
                     fix.outcome = "in_flight"
                 if fix.outcome == "heard":
                     fix.outcome, fix.delivered_at_s = "delivered", at
+                if self.exchanges:
+                    self.settle_fix(fix, frame)
 
     def one_round(self, start: float) -> float:
         """Play a round; return when the next begins."""

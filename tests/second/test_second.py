@@ -1,18 +1,25 @@
 """The simulator agrees event for event with a second implementation, over drawn scenarios."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from comparing import disagreements
-from drawing import scenario
+from drawing import exchanging, scenario
 
 
-def agree(first: int, count: int, folder: Path, longest_s: float = math.inf) -> None:
+def agree(
+    first: int,
+    count: int,
+    folder: Path,
+    longest_s: float = math.inf,
+    draw: Callable[[int, Path], dict] = scenario,
+) -> None:
     """Fly scenarios twice; fail with the first differences found."""
     rows = 0
     for number in range(first, first + count):
-        keys = scenario(number, folder)
+        keys = draw(number, folder)
         keys["duration_s"] = min(keys["duration_s"], longest_s)
         found, counts = disagreements(keys)
         assert not found, f"scenario {number}: " + "\n".join(found)
@@ -29,6 +36,17 @@ def test_a_second_implementation_agrees(tmp_path: Path) -> None:
 def test_a_second_implementation_agrees_a_thousand_times(tmp_path: Path) -> None:
     """A thousand further ones."""
     agree(1000, 1000, tmp_path)
+
+
+def test_a_second_implementation_acknowledges_repeats_and_relays_alike(tmp_path: Path) -> None:
+    """Twelve drawn scenarios: when who forwards and acknowledges what, and what the fleet knows."""
+    agree(2000, 12, tmp_path, longest_s=15.873, draw=exchanging)
+
+
+@pytest.mark.slow
+def test_a_second_implementation_does_two_hundred_times(tmp_path: Path) -> None:
+    """Two hundred further ones."""
+    agree(3000, 200, tmp_path, draw=exchanging)
 
 
 def test_a_fix_is_known_once_its_ping_has_passed(tmp_path: Path) -> None:

@@ -143,7 +143,7 @@ def _rows_of(rows: pa.Table, mission: int) -> pa.Table:
 
 def of_schema(rows: pa.Table, table: str) -> pa.Table:
     """Return rows of a campaign's table as the mission had them."""
-    known = schema(table)
+    known = schema(table, rows.column_names)
     columns = [(rows[field.name], field.type) for field in known]  # varied, it may be another type
     whole = [own if own.type == kind else own.cast(kind) for own, kind in columns]
     return pa.Table.from_arrays(whole, schema=known)

@@ -43,7 +43,8 @@ def inputs_of(setup: Setup) -> Inputs:
 
     Raises:
         ValueError: when the route cannot be flown, the file of a channel cannot be read, AUVs ping
-            as they like, in no rounds, or come up to fix by GNSS, or fixes wait for rounds.
+            as they like, in no rounds, or come up to fix by GNSS, fixes wait for rounds, or are
+            repeated, relayed or acknowledged in frames.
     """
     scenario = setup.scenario
     if scenario.protocol.random_access:
@@ -51,6 +52,16 @@ def inputs_of(setup: Setup) -> Inputs:
             f"protocol.schedule: {scenario.protocol.rule} has no rounds to predict errors by; "
             "simulate it, or use a schedule with slots"
         )
+    for key, is_asked in (
+        ("acknowledge: frame", scenario.protocol.acknowledge == "frame"),
+        ("repeat", scenario.protocol.most_repeats != 0),
+        ("relay", scenario.protocol.relay is not None),
+    ):
+        if is_asked:
+            raise ValueError(
+                f"protocol.{key}: what AUVs send behind a broadcast, and what it brings them, is "
+                "not predicted; simulate it"
+            )
     route, has_gnss = scenario.auvs.route, scenario.navigation.gnss_fix is not None
     if has_gnss and route.surfacing is not None:
         raise ValueError(

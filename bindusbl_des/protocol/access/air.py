@@ -15,32 +15,29 @@ from numpy.typing import NDArray
 from simpy.events import EventPriority
 
 from ...acoustics.channel import NO_LOSS, AskedChannel, between
-from ...acoustics.loss import LossTerms, loss_probability
-from ...acoustics.propagation import PROSPECT, drowns, within
-from ...acoustics.sounds import Sea, emit, heard_meanwhile, interference, place_of, solve
-from ...acoustics.travel_time import NEARLY_THERE, PASSED, distance
+from ...acoustics.loss import LossTerms
+from ...acoustics.propagation import PROSPECT
+from ...acoustics.signals import outcome_of, signal_outcome, solve_all, spread_signal
+from ...acoustics.sounds import heard_meanwhile
 from ...core.arrays import Floats
 from ...core.compiled import compiled
 from ...core.facts import cached_property
-from ...core.packed import unpacked
-from ...core.streams import Purpose, Streams, uniform
+from ...core.streams import Purpose, Streams
 from ...core.wording import did_you_mean, refuse
 from ...records.events import (
     BY_OWN_PING,
     BY_OWN_SIGNAL,
     BY_PING,
     BY_SIGNAL,
-    CHANCE,
-    COLLIDED,
     HEARD,
     IN_FLIGHT,
-    LOST,
-    OUT_OF_RANGE,
     Signal,
 )
 from ...records.rows import NONE, SIGNAL_RECEPTION, Recorder, Rows
 from ...vehicles.fleet import VehicleFleet
 from ...vehicles.motion import places
+from ..data import Data
+from ..hearing import Hearing
 from ..hf.band import HfBand
 from ..steps import moment
 from .node import PING, ROUNDING, HeardSignal, Node, ToSend
@@ -50,10 +47,6 @@ LATE = EventPriority(2)
 
 # Bytes of a signal, at most
 MOST_BYTES = 65_535
-
-# A signal that nobody waits to decode is looked at again so much later (s), where it is not known
-# when it will be there.
-SOON = 1e-3
 
 
 class SharedAir:
@@ -71,10 +64,13 @@ class SharedAir:
         bit_rate_bps: float,
         hearing: bool,
         ping: Callable[[Sequence[int], float, Floats | None], object] | None = None,
+        data: Data | None = None,
     ) -> None:
         """Take AUVs and ASVs, and what lets AUVs ping at an instant (s), each held back for so long
         (s); None where no program pings.  Unless they are `hearing` nobody hears pings but ASVs.
+        Behind its pings an AUV sends its `data`, where it has any.
         """
+        self._data = data
         self.env, self.auvs = env, len(fleets[0])
         self._uplink, self._fleets, self._record = uplink, fleets, record
         self._channel = None if isinstance(channel, LossTerms) else channel
@@ -83,7 +79,7 @@ class SharedAir:
         if hearing:
             uplink.overheard = self.overhear
         self._sounds, self._lasts = uplink.sounds, uplink.band.duration
-        self._foreseen = all(fleet.foreseen for fleet in fleets)
+        self._to_come = Hearing(env, fleets, uplink.sounds, uplink.band.sound_speed)
         self.names = [
             f"{kind}{number}"
             for kind, fleet in zip(("AUV", "ASV"), fleets, strict=True)
@@ -117,6 +113,8 @@ class SharedAir:
     def send(self, node: Node, message: ToSend, waited_s: float | None) -> simpy.Event:
         """Send a signal of a vehicle now, as :meth:`.node.Node.send` says."""
         time, lasts = node.clock, self._duration(node, message)
+        if message.kind == PING and self._data is not None:
+            lasts += self._data.lasts_s(node.number, time)
         if time < self._sends_until[node.number] - ROUNDING:
             refuse(
                 "send", message.kind, "wait until the vehicle's last signal is over",
@@ -204,7 +202,7 @@ class SharedAir:
             if fleet.failures is not None and before < listeners:
                 deaf[[before + number for number in fleet.failed(time)]] = True
         sounds.room_for(listeners)
-        sounds.count = _spread(
+        sounds.count = spread_signal(
             sounds.sea.address, first, kind, number, sender, time, lasts, deaf, band.slant,
             band.reach, self._loss, self._prospects(sender, time, listeners),
             self._keys[sender, :listeners], int(self._sent[sender]),
@@ -232,18 +230,10 @@ class SharedAir:
 
     # Hearing
 
-    def _known(self, time: float) -> float:
-        """Return up to when (s) it is known how everybody moves, at least to an instant (s)."""
-        if self._foreseen:
-            return inf
-        for fleet in self._fleets:
-            fleet.advance(time)
-        return time
-
     def heard(self, node: Node, since: float) -> list[tuple[float, float]]:
         """Return the sounds at a vehicle, as :meth:`.node.Node.heard` says."""
         sea, count, time = self._sounds.sea.address, self._sounds.count, node.clock
-        spans = heard_meanwhile(sea, count, node.number, since, time, self._known(time))
+        spans = heard_meanwhile(sea, count, node.number, since, time, self._to_come.known(time))
         return [(begins, ends) for begins, ends in spans.tolist()]
 
     def hears(self, node: Node) -> simpy.Event:
@@ -254,6 +244,7 @@ class SharedAir:
         if inbox is None:
             rows = self._sounds.rows
             here = (rows["listener"] == node.number) & (rows["sender"] != node.number)
+            here &= (rows["kind"] == BY_PING) | (rows["kind"] == BY_SIGNAL)
             inbox = _Inbox(np.flatnonzero(here).tolist())
             self._inboxes[node.number] = inbox
         if inbox.waiting is not None and not inbox.waiting.triggered:
@@ -275,7 +266,7 @@ class SharedAir:
         if inbox.waiting is None or inbox.waiting.triggered or row in inbox.awaited:
             return
         inbox.awaited.add(row)
-        event = moment(self.env, self._expected_end(row))
+        event = moment(self.env, self._to_come.expected_end(row))
 
         def look(_: simpy.Event) -> None:
             inbox.awaited.discard(row)
@@ -284,30 +275,6 @@ class SharedAir:
                 self._look_for(inbox, row)
 
         event.callbacks.append(look)
-
-    def _expected_end(self, row: int) -> float:
-        """Return when (s) a sound is over, or an instant before that at which to look again."""
-        sound, now = self._sounds.array[row], self.env.now
-        if not self._foreseen:
-            away = np.linalg.norm(
-                np.subtract(self._place(int(sound["sender"])), self._place(int(sound["listener"])))
-            )
-            way = float(away) / self._uplink.band.sound_speed
-            near = float(sound["sent_at_s"] + sound["late_s"]) + NEARLY_THERE * way
-            if near > now:
-                return near
-            known = self._known(now + (1.0 - NEARLY_THERE) * way + SOON)
-        else:
-            known = inf
-        _solve_row(self._sounds.sea.address, row, known)
-        end = float(self._sounds.array[row]["ended_at_s"])
-        return end if end < inf else now + SOON
-
-    def _place(self, vehicle: int) -> tuple[float, float, float]:
-        """Return where (m) a vehicle is now."""
-        fleet, number = (0, vehicle) if vehicle < self.auvs else (1, vehicle - self.auvs)
-        x, y, z, _ = self._fleets[fleet].vehicles[number].at(self.env.now)
-        return x, y, z
 
     def _look(self, inbox: "_Inbox") -> None:
         """Decide what has come to an end at a vehicle by now; tell it of the first it has heard."""
@@ -325,9 +292,9 @@ class SharedAir:
 
     def _outcome(self, row: int, time: float) -> tuple[int, int, int]:
         """Return what has become of a sound by an instant (s), why, and by what."""
-        return _outcome_of(
-            self._sounds.sea.address, row, time + ROUNDING, self._known(time), self._sounds.count,
-            *self._met(), self._uplink.receiver.capture,
+        return outcome_of(
+            self._sounds.sea.address, row, time + ROUNDING, self._to_come.known(time),
+            self._sounds.count, *self._met(), self._uplink.receiver.capture,
         )  # fmt: skip
 
     def _told(self, row: int) -> HeardSignal:
@@ -345,7 +312,7 @@ class SharedAir:
     def close(self, time: float) -> None:
         """Put on record what became of each signal at each vehicle by an instant (s), the end."""
         rows, table = self._sounds.rows, self._record.signal_receptions
-        _solve_all(self._sounds.sea.address, len(rows), self._known(time))
+        solve_all(self._sounds.sea.address, len(rows), self._to_come.known(time))
         told = (rows["kind"] == BY_SIGNAL) | (rows["kind"] == BY_PING)
         place = np.cumsum(told) - 1
         table.room_for(len(rows))
@@ -376,123 +343,20 @@ class _Inbox:
 
 
 @compiled
-def _spread(
-    packed: int, row: int, kind: int, signal: int, sender: int, time: float, lasts: float,
-    deaf: NDArray[np.bool_], slant: bool, reach: float, loss: LossTerms, prospects: Rows,
-    keys: NDArray[np.uint64], nth: int,
-) -> int:  # fmt: skip
-    """Write the sounds of a signal from a row on, at all that are not `deaf` (n,); return the row
-    after the last.
-
-    Each is lost by a chance of its pair of vehicles, by its key of `keys` (n,): that of the `nth`
-    signal of its sender.  On the disc there are no `prospects`, else (n,).
-    """
-    sea = unpacked(packed, Sea)
-    strengths, lates, here = np.full(deaf.size, nan), np.zeros(deaf.size), place_of(
-        sender, time, sea
-    )  # fmt: skip
-    chances = np.ones(deaf.size)
-    for listener in range(deaf.size):
-        if deaf[listener]:
-            continue
-        there = place_of(listener, time, sea)
-        if prospects.size:
-            prospect = prospects[listener]
-            chances[listener] = prospect.loss
-            if prospect.loss < 1.0 or prospect.sound > 0.0:
-                strengths[listener], lates[listener] = prospect.sound, prospect.late_s
-        elif within(here, there, slant, reach):
-            strengths[listener] = 1.0
-            chances[listener] = loss_probability(distance(here, there), loss)
-    end = emit(sea, row, kind, signal, sender, time, lasts, strengths, lates)
-    for number in range(row, end):
-        sound = sea.sounds[number]
-        sound.loss = chances[sound.listener]
-        if sound.loss >= 1.0:
-            sound.outcome, sound.why = OUT_OF_RANGE, OUT_OF_RANGE
-        elif uniform(keys[sound.listener], 0, nth, 0) < sound.loss:
-            sound.outcome, sound.why = LOST, CHANCE
-        if sound.listener >= sea.auvs.first.size - 1:  # what pings meet at ASVs
-            solve(sound, inf, sea)
-    return end
-
-
-@compiled
-def _solve_row(packed: int, row: int, known: float) -> None:
-    sea = unpacked(packed, Sea)
-    solve(sea.sounds[row], known, sea)
-
-
-@compiled
-def _solve_all(packed: int, count: int, known: float) -> None:
-    sea = unpacked(packed, Sea)
-    for row in range(count):
-        solve(sea.sounds[row], known, sea)
-
-
-@compiled
 def _note(
     sounds: Rows, lines: Rows, time: float, receptions: Rows, pings: Rows, ping_s: float,
     auvs: int, capture: float,
 ) -> None:  # fmt: skip
     """Write what has become of the sounds (n,) of one vehicle by an instant (s) to lines (n,),
-    :data:`...records.rows.SIGNAL_RECEPTION`; other arguments as of :func:`_outcome`.
+    :data:`...records.rows.SIGNAL_RECEPTION`; other arguments as of
+    :func:`...acoustics.signals.signal_outcome`.
     """
     for row in range(len(sounds)):
         line, sound = lines[row], sounds[row]
-        line.outcome, line.why, line.overlapped_by = _outcome(
+        line.outcome, line.why, line.overlapped_by = signal_outcome(
             row, sounds, time, receptions, pings, ping_s, auvs, capture, None, inf
         )
         line.signal = sound.signal if sound.kind == BY_SIGNAL else NONE
         line.ping = sound.signal if sound.kind == BY_PING else NONE
         line.vehicle, line.loss_probability = sound.listener, sound.loss
         line.arrived_at_s = sound.arrived_at_s if sound.arrived_at_s < time else nan
-
-
-@compiled
-def _outcome_of(
-    packed: int, row: int, time: float, known: float, count: int, receptions: Rows, pings: Rows,
-    ping_s: float, auvs: int, capture: float,
-) -> tuple[int, int, int]:  # fmt: skip
-    """Return :func:`_outcome` of a sound of the first `count` of a sea, by its address."""
-    sea = unpacked(packed, Sea)
-    solve(sea.sounds[row], known, sea)
-    return _outcome(
-        row, sea.sounds[:count], time, receptions, pings, ping_s, auvs, capture, sea, known
-    )
-
-
-@compiled
-def _outcome(
-    row: int, sounds: Rows, time: float, receptions: Rows, pings: Rows, ping_s: float, auvs: int,
-    capture: float, sea: Sea | None, known: float,
-) -> tuple[int, int, int]:  # fmt: skip
-    """Return what has become of a sound by an instant (s), why and by what; in flight if it is not
-    over by then.
-
-    At ASVs pings of `ping_s` (s) sound as well: `receptions`.  `sea` and `known` as of
-    :func:`...acoustics.sounds.interference`.
-    """
-    sound = sounds[row]
-    if sound.outcome == OUT_OF_RANGE:
-        return OUT_OF_RANGE, OUT_OF_RANGE, NONE
-    if sound.ended_at_s > time:
-        return IN_FLIGHT, NONE, NONE
-    begins, ends, listener = sound.arrived_at_s, sound.ended_at_s, sound.listener
-    others, strongest = interference(
-        sounds, row, row + 1, listener, begins, ends, sounds[-1].longest_s, None, sea, known
-    )
-    why, by, most = NONE, NONE, 0.0
-    if strongest != NONE:
-        why, by, most = sounds[strongest].kind, sounds[strongest].signal, sounds[strongest].sound
-    if listener >= auvs and len(pings):
-        longest, met = PASSED * pings[-1].longest_s + ping_s, len(receptions)
-        more, strongest = interference(
-            receptions, met, met, listener - auvs, begins, ends, longest, None, None, inf
-        )
-        others += more
-        if strongest != NONE and receptions[strongest].sound > most:
-            why, by = BY_PING, receptions[strongest].ping
-    if drowns(sound.sound, others, capture):
-        return COLLIDED, why, by
-    return (LOST, sound.why, NONE) if sound.outcome == LOST else (HEARD, NONE, NONE)

@@ -117,7 +117,7 @@ def run_programs(
     traits, program = access_named(protocol.program), program_named(protocol.program)
     air = SharedAir(
         network.env, network.uplink, fleets, network.record, streams, channel=channel,
-        bit_rate_bps=bit_rate_bps, hearing=traits.hears, ping=ping,
+        bit_rate_bps=bit_rate_bps, hearing=traits.hears, ping=ping, data=network.data,
     )  # fmt: skip
     for number, name in enumerate(air.names if traits.on_asvs else air.names[: air.auvs]):
         whose = (number,) if number < air.auvs else (number - air.auvs, 0)

@@ -91,6 +91,8 @@ class HfBand:
         #: who answers each of them, if anybody does, and who waits for them.
         self.deafens: Callable[[Iterable[tuple[int, int]], float, float], None] | None = None
         self.answered_by: Callable[[range], None] | None = None
+        #: Who has data to send behind pings, which AUVs begin at an instant (s).
+        self.followed_by: Callable[[Sequence[int], float], None] | None = None
         self.on_sent: Callable[[range], None] | None = None
         #: Where other AUVs hear pings as well, beside who listens.
         self.overheard: Callable[[range], None] | None = None
@@ -238,6 +240,8 @@ class HfBand:
         sent = range(first, pings.count)
         if self.deafens is not None and called[0]["call"] in (NONE, HEARD):
             self.deafens(zip(sent, group, strict=True), time, self.band.duration)
+        if self.followed_by is not None and called[0]["call"] in (NONE, HEARD):
+            self.followed_by(group, time)
         if self.overheard is not None and called[0]["call"] in (NONE, HEARD):
             self.overheard(sent)
         if self.on_sent is not None:

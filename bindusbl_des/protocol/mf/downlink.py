@@ -153,6 +153,7 @@ class MfDownlink(Deliveries):
         self._sent_in = self._packed(band)
         self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
         self._foreseen_s = asvs.sure_s if auvs.foreseen else -math.inf
+        self._listeners = len(auvs)  # the first of all vehicles: who hears frames
         self._passed_at = 0.0  # by then (s) all frames so far have passed
         self._is_shared = False  # whether anything may ever have met a frame
 
@@ -174,15 +175,26 @@ class MfDownlink(Deliveries):
             self.sounds.deafen(BY_OWN_PING, ping, auv, time, lasts)
 
     def send(
-        self, round_number: int, rows: Ints, asv: int, time: float, message: Message, part: int = 0
+        self,
+        round_number: int,
+        rows: Ints,
+        asv: int,
+        time: float,
+        message: Message,
+        part: int = 0,
+        told: Ints | None = None,
     ) -> None:
         """Send fixes of a round in a frame that starts at `time`, and lasts as long as its message
         (eq. deliver_tick).
 
         A modem hands a frame over so much later than its end has arrived.  A channel is asked by
-        its size.
+        its size.  When AUVs will have those fixes that are `told` so (None: all) is noted at once.
         """
-        airtime, processing = message.airtime_s, message.delay_s
+        told, airtime, processing = (
+            rows if told is None else told,
+            message.airtime_s,
+            message.delay_s,
+        )
         on_air = self._asvs.works_for(asv, time, airtime)
         size, count, named = message.size_bytes, message.fixes, message.named
         row = Broadcast(round_number, asv, time, on_air, size, count, part, named)
@@ -193,43 +205,48 @@ class MfDownlink(Deliveries):
             fleet.advance(time)
         foreseen, number, sounds = airtime <= self._foreseen_s, self._frames.count, self.sounds
         if on_air < airtime:  # the frame is cut
-            self._fixes.array["outcome"][rows] = LOST
+            self._fixes.array["outcome"][told] = LOST
         promised, auvs = DISC, len(self._auvs)
         if self._channel is not None:
             promised = self._ask(self._channel(size, airtime), rows, asv, time)
         self._is_shared |= time < self._passed_at
         self._frames.room_for(1)
-        sounds.room_for(auvs)
+        sounds.room_for(self._listeners)
         last, longest = begin_frame(
             self._sent_in.address, sounds.sea.address, number, sounds.count, asv, time, on_air,
-            airtime, processing, rows, foreseen, promised,
+            airtime, processing, told, foreseen, promised, self._listeners,
         )  # fmt: skip
         self._frames.count += 1
-        sounds.count += auvs
+        sounds.count += self._listeners - (self._listeners > auvs)  # its sender hears nothing
         self._passed_at = max(self._passed_at, time + longest)
         if self.deafens is not None and on_air > 0.0:
             self.deafens.deafen(BY_OWN_FRAME, number, auvs + asv, time, on_air)
         if last >= 0.0:
-            self._deliver_by(last, rows)
-        elif len(rows) and not foreseen:  # they steer meanwhile by other fixes, or who knows
+            self._deliver_by(last, told)
+        elif len(told) and not foreseen:  # they steer meanwhile by other fixes, or who knows
             event = self._env.timeout(airtime)
-            event.callbacks.append(partial(self._leave, rows, asv, (time, airtime, processing)))
+            event.callbacks.append(partial(self._leave, told, asv, (time, airtime, processing)))
 
     def _ask(self, channel: AskedChannel, carried: Ints, asv: int, time: float) -> Rows:
-        """Return what becomes of a frame of fixes at AUVs (n,), :data:`PROMISE`, that an ASV begins
-        at an instant (s).
+        """Return what becomes of a frame of fixes at those who listen (n,), :data:`PROMISE`, that
+        an ASV begins at an instant (s).
         """
         auvs = places(self._auvs.motion, time)[:, :3]
-        vessel = places(self._asvs.motion, time)[asv : asv + 1, :3]
-        signals = between(time, auvs, vessel, self._range, calling=True)
+        asvs = places(self._asvs.motion, time)[:, :3]
+        further = self._listeners - len(auvs)  # ASVs, which decode no frame of another
+        around = np.concatenate((auvs, asvs)) if further else auvs
+        signals = between(time, around, asvs[asv : asv + 1], self._range, calling=True)
         found = channel.prospects(signals)[:, 0]
         luck = self._overheard(asv).random(len(auvs))
         for auv in set(self._fixes.array["auv"][carried].tolist()):
             luck[auv] = self._luck(auv, asv).random()
         if self._bursts is not None:
             pairs = np.ascontiguousarray(self._bursts[:, asv])
-            luck = burst_chances(pairs, time, np.ascontiguousarray(found["loss"]))
-        promised, loss = np.empty(len(auvs), PROMISE), found["loss"]
+            losses = np.ascontiguousarray(found["loss"][: len(auvs)])
+            luck = burst_chances(pairs, time, losses)
+        if further:
+            luck = np.append(luck, np.ones(further))
+        promised, loss = np.empty(len(around), PROMISE), found["loss"]
         promised["outcome"] = np.where(
             loss < 1.0, np.where(luck < loss, LOST, IN_FLIGHT), OUT_OF_RANGE
         )

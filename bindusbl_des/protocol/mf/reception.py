@@ -6,13 +6,13 @@ has, from where the ASV is by then.
 """
 
 from dataclasses import dataclass
-from math import inf, nan
+from math import nan
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from ...acoustics.propagation import drowns, within
-from ...acoustics.sounds import Sea, emit, interference, solve
+from ...acoustics.propagation import TOUCH, drowns, within
+from ...acoustics.sounds import Sea, emit, interference, place_of, solve
 from ...acoustics.travel_time import travel_time_to
 from ...core.arrays import Ints
 from ...core.clock import after
@@ -74,24 +74,26 @@ class Sent(NamedTuple):
 def begin_frame(
     packed: int, packed_sea: int, number: int, count: int, asv: int, time: float, on_air: float,
     airtime: float, processing: float, carried: Ints, foreseen: bool, promised: Rows,
+    listeners: int,
 ) -> tuple[float, float]:  # fmt: skip
     """Let an ASV send fixes, the rows `carried` (k,), in a frame at an instant (s), which is to
     last `airtime` (s) and is on the air for `on_air` (s); write it as `number` of the frames, and
     its sounds behind the first `count`.
 
     `packed` is the address of a :class:`Sent`, `packed_sea` that of a :class:`Sea`, which have room
-    for them.  What becomes of it at each AUV is `promised` (n,), :data:`PROMISE`, or nothing on the
-    disc.  The fixes tell when their AUVs will have them: `processing` (s) after the end has come.
-    An AUV out of range when the frame begins never gets its fix, nor one that loses it, and where
-    its way is not `foreseen` the arrival is left open (NaN).  Return the last instant (s) of those
-    known, or -1, and how long (s) after it was sent no sound is over later.
+    for them.  It sounds at the first so many `listeners` of all vehicles, AUVs first, but at its
+    sender.  What becomes of it at each is `promised` (listeners,), :data:`PROMISE`, or nothing on
+    the disc.  The fixes tell when their AUVs will have them: `processing` (s) after the end has
+    come.  An AUV out of range when the frame begins never gets its fix, nor one that loses it, and
+    where its way is not `foreseen` the arrival is left open (NaN).  Return the last instant (s) of
+    those known, or -1, and how long (s) after it was sent no sound is over later.
     """
     into, sea, last = unpacked(packed, Sent), unpacked(packed_sea, Sea), -1.0
     fixes, auvs, rate, frame = into.fixes, sea.auvs, into.rate, into.frames[number]
     frame.on_air_s, frame.airtime_s, frame.processing_s = on_air, airtime, processing
     frame.first = count
     ends = where(sea.asvs, asv, time + airtime)
-    _sound(number, asv, time, frame, promised, into, sea)
+    _sound(number, asv, time, frame, promised, into, sea, listeners)
     for row in carried:
         line, sound = fixes[row], sea.sounds[frame.first + fixes[row].auv]
         line.broadcast_at_s, line.broadcast_by, line.arrives_at_s = time, asv, nan
@@ -109,22 +111,26 @@ def begin_frame(
 
 @compiled
 def _sound(
-    number: int, asv: int, time: float, frame: Row, promised: Rows, into: Sent, sea: Sea
-) -> None:
-    """Write the sounds of a frame at all AUVs; arguments as of :func:`begin_frame`."""
-    auvs, here, fleet = sea.auvs, where(sea.asvs, asv, time), sea.auvs.first.size - 1
-    strengths, lates = np.zeros(fleet), np.zeros(fleet)
-    for auv in range(fleet):
-        if promised.size:
-            strengths[auv], lates[auv] = promised[auv].sound, promised[auv].late_s
-        elif within(where(auvs, auv, time), here, into.slant, into.reach):
-            strengths[auv] = 1.0
+    number: int, asv: int, time: float, frame: Row, promised: Rows, into: Sent, sea: Sea,
+    listeners: int,
+) -> None:  # fmt: skip
+    """Write the sounds of a frame at those who listen; arguments as of :func:`begin_frame`."""
+    here, sender = where(sea.asvs, asv, time), sea.auvs.first.size - 1 + asv
+    strengths, lates = np.zeros(listeners), np.zeros(listeners)
+    for listener in range(listeners):
+        if listener == sender:
+            strengths[listener] = nan
+        elif promised.size:
+            strengths[listener] = promised[listener].sound
+            lates[listener] = promised[listener].late_s
+        elif within(place_of(listener, time, sea), here, into.slant, into.reach):
+            strengths[listener] = 1.0
     lasts = frame.on_air_s
-    emit(sea, frame.first, BY_FRAME, number, fleet + asv, time, lasts, strengths, lates)
-    for auv in range(fleet):
-        sound = sea.sounds[frame.first + auv]
+    end = emit(sea, frame.first, BY_FRAME, number, sender, time, lasts, strengths, lates)
+    for row in range(frame.first, end):
+        sound = sea.sounds[row]
         if promised.size:
-            promise = promised[auv]
+            promise = promised[sound.listener]
             sound.outcome, sound.why, sound.loss = promise.outcome, promise.why, promise.loss
         elif sound.sound == 0.0:
             sound.outcome = OUT_OF_RANGE
@@ -159,7 +165,7 @@ def receive(packed: int, packed_sea: int, receptions: Rows, known: float, count:
         row = frame.first + line.auv
         sound = sea.sounds[row]
         solve(sound, known, sea)
-        line.arrived_at_s = sound.arrived_at_s if sound.arrived_at_s < inf else nan
+        line.arrived_at_s = sound.arrived_at_s if sound.arrived_at_s <= known + TOUCH else nan
         line.ended_at_s, line.loss_probability = sound.ended_at_s, sound.loss
         line.outcome, line.why, line.overlapped_by = _outcome(row, frame, known, count, of, sea)
 
@@ -174,7 +180,7 @@ def _outcome(
     sound, sounds = sea.sounds[row], sea.sounds[:count]
     if sound.outcome == OUT_OF_RANGE:
         return OUT_OF_RANGE, OUT_OF_RANGE, NONE
-    if sound.ended_at_s == inf:
+    if sound.ended_at_s > known + TOUCH:
         return IN_FLIGHT, NONE, NONE
     if frame.on_air_s < frame.airtime_s:  # it is cut
         return LOST, FAILED_MEANWHILE if frame.on_air_s > 0.0 else FAILED, NONE

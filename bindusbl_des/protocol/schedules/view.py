@@ -16,6 +16,7 @@ from ...core.facts import cached_property
 from ...records.rows import Recorder, Rows
 from ...scenario.own_sensors import Sensors
 from ...vehicles.fleet import VehicleFleet
+from ..acknowledged import Acknowledged, known_by
 from ..conflicts import conflict_graph
 from ..predicted_positions import planned_speeds
 from ..slots import Slots
@@ -179,7 +180,8 @@ class View:
     to `ahead_s` (s) later, where frames have to tell of it first.  `conflicts` is the conflict
     graph of the AUVs, and `slots` what the protocol's slots are made of.  What it knows of each AUV
     is worked out when it is asked for: of its estimate `since_s`, `expected_error_m` and
-    `turns_in_vain`, of its place `misplaced_m` and `range_rates_m_per_s`.
+    `turns_in_vain`, of its place `misplaced_m` and `range_rates_m_per_s`, of what it is known to
+    have `acknowledged_at_s` and `acknowledged_ping_s`.
     """
 
     round: int
@@ -195,6 +197,7 @@ class View:
     known: KnownFixes | None = field(default=None, repr=False)
     lost: tuple[int, ...] = ()
     ahead_s: float = 0.0
+    acknowledged: Acknowledged | None = field(default=None, repr=False)
 
     @cached_property
     def conflicts(self) -> "nx.Graph[int]":
@@ -226,6 +229,23 @@ class View:
     def range_rates_m_per_s(self) -> Floats:
         """How fast (m/s) each AUV and an ASV may come nearer to each other, or go apart, (n,)."""
         return self._known.range_rates_m_per_s
+
+    @cached_property
+    def acknowledged_at_s(self) -> Floats:
+        """Since when (s) the fleet knows of each AUV's newest fix that it knows to be delivered,
+        shape (n,), NaN before the first.
+
+        Raises:
+            LookupError: where AUVs do not acknowledge (`protocol.acknowledge`).
+        """
+        return known_by(self.acknowledged).at_s
+
+    @cached_property
+    def acknowledged_ping_s(self) -> Floats:
+        """When (s) each AUV sent the ping of that fix, shape (n,); errors as of
+        `acknowledged_at_s`.
+        """
+        return known_by(self.acknowledged).pinged_at_s
 
     def misplaced_m(self, sds: float) -> Floats:
         """Return how far (m) each AUV may be from where it is believed, (n,), by so many standard

@@ -22,6 +22,8 @@ def protocol_problems(site: Site) -> Iterator[Problem]:
     yield from _fixed(site)
     yield from _unslotted(site)
     yield from _ordered(site)
+    yield from _exchanged(site)
+    yield from _laden(site)
 
 
 def _fixed(site: Site) -> Iterator[Problem]:
@@ -132,6 +134,93 @@ def _ordered(site: Site) -> Iterator[Problem]:
             f"{protocol.schedule} packs the pings of a whole round, and {protocol.downlink} would "
             f"hold them up for each frame; use {', '.join(known)} or {last}",
             others,
+        )
+
+
+def _exchanged(site: Site) -> Iterator[Problem]:
+    """Yield why frames cannot be acknowledged, repeated or relayed."""
+    protocol, count = site.scenario.protocol, site.scenario.auvs.count
+    asked = {
+        "acknowledge": protocol.acknowledge != "none",
+        "repeat": protocol.most_repeats != 0,
+        "relay": protocol.relay is not None,
+    }
+    words = {
+        "acknowledge": protocol.acknowledge,
+        "repeat": protocol.repeat,
+        "relay": "AUVs that forward frames",
+    }
+    for name in (name for name, is_asked in asked.items() if is_asked):
+        message = f"{words[name]} needs frames that ASVs broadcast; "
+        if protocol.asvs_ping:
+            message += (
+                f"with ranging {protocol.ranging} AUVs fix themselves, and nobody broadcasts; "
+                f"remove it, or use ranging {' or '.join(OWN_CLOCKS)}"
+            )
+            yield Problem(f"protocol.{name}", message, ("protocol.ranging",))
+        elif protocol.replies:
+            message += (
+                f"with downlink {protocol.downlink} each ping is answered by itself; remove it, or "
+                f"use {' or '.join(FORESEEN_DOWNLINKS)}"
+            )
+            yield Problem(f"protocol.{name}", message, ("protocol.downlink",))
+    if protocol.most_repeats is None and not asked["acknowledge"]:
+        yield Problem(
+            "protocol.repeat",
+            f"{protocol.repeat} needs AUVs that acknowledge; set protocol.acknowledge to ping or "
+            "frame, or give how many more times",
+            ("protocol.acknowledge",),
+        )
+    if site.broadcaster.at_once and protocol.sends_auv_frames:
+        name = "relay" if asked["relay"] else "acknowledge"
+        yield Problem(
+            f"protocol.{name}",
+            f"what AUVs send behind broadcasts of several ASVs at once (broadcaster "
+            f"{protocol.broadcaster}) would meet; remove it, use acknowledge ping, or another "
+            "broadcaster",
+            ("protocol.broadcaster",),
+        )
+    for auv in protocol.relays(count):
+        if auv >= count:
+            yield Problem(
+                "protocol.relay.who",
+                f"there is no AUV{auv}; {count} AUVs have numbers from 0 to {count - 1}",
+                ("auvs.count",),
+            )
+
+
+def _laden(site: Site) -> Iterator[Problem]:
+    """Yield why AUVs cannot send data behind their pings."""
+    protocol = site.scenario.protocol
+    if site.scenario.traffic is None:
+        return
+    if protocol.asvs_ping:
+        yield Problem(
+            "traffic",
+            f"data follow pings of AUVs, and with ranging {protocol.ranging} ASVs ping; remove it, "
+            f"or use {' or '.join(OWN_CLOCKS)}",
+            ("protocol.ranging",),
+        )
+    elif protocol.replies:
+        yield Problem(
+            "traffic",
+            f"{protocol.downlink} answers a ping while its data arrive; remove it, or use "
+            f"{' or '.join(FORESEEN_DOWNLINKS)}",
+            ("protocol.downlink",),
+        )
+    elif site.scenario.navigation.peers is not None:
+        yield Problem(
+            "traffic",
+            "AUVs that range each other (navigation.peers) may send at any time, also while their "
+            "data are on the air; remove one of both",
+            ("navigation.peers",),
+        )
+    elif site.schedule.pace:
+        yield Problem(
+            "traffic",
+            f"{protocol.schedule} leaves no room for data behind pings; remove it, or use a "
+            "schedule with slots of T_UL, such as one_per_slot",
+            ("protocol.schedule",),
         )
 
 

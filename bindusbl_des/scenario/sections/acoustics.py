@@ -123,7 +123,11 @@ class UplinkSection(Band):
     )
     ping_s: Real = key(0.010, "s", "duration T_P of a ping", PAPER, ge=1e-6, le=10)
     bit_rate_bps: Real = key(
-        1000.0, "bit/s", "bit rate of signals that programs send (protocol.access)", ge=1, le=1e9
+        1000.0,
+        "bit/s",
+        "bit rate of data (traffic), and of signals of programs (protocol.access)",
+        ge=1,
+        le=1e9,
     )
     channel: PartChoice = key(
         "disc",

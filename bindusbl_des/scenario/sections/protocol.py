@@ -1,7 +1,11 @@
 """The keys of the protocol: who pings when, who answers how, and what the clock is."""
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
+from pydantic import BeforeValidator, Field, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+from ...core.wording import described
 from ..declared import (
     BY_SCHEDULE,
     ScheduleTraits,
@@ -11,9 +15,60 @@ from ..declared import (
     ranging_named,
     schedule_named,
 )
-from ..key_types import PAPER, Moved, Real, Section, Whole, formerly, key
+from ..key_types import PAPER, Moved, Part, Real, Section, Whole, formerly, key
 from ..part_choice import SET, PartChoice
 from ..shipped_settings import BroadcastSettings, DirectReply, TwoWaySettings
+
+MOST_REPEATS, MOST_AUVS = 1000, 10_000
+
+UNTIL_ACKNOWLEDGED = "until_acknowledged"
+
+
+NUMBERS = {"type": "integer", "minimum": 0}
+REPEATS = {"anyOf": [{**NUMBERS, "maximum": MOST_REPEATS}, {"enum": ["none", UNTIL_ACKNOWLEDGED]}]}
+RELAYING = {
+    "anyOf": [
+        {"type": "array", "items": {**NUMBERS, "maximum": MOST_AUVS}, "minItems": 1},
+        {"const": "all"},
+    ]
+}
+
+
+def _is_count(value: Any, most: int) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= most
+
+
+def _repeats(value: Any) -> Any:
+    if value in ("none", UNTIL_ACKNOWLEDGED) or _is_count(value, MOST_REPEATS):
+        return value
+    text = (
+        f"must be none, {UNTIL_ACKNOWLEDGED}, or how many more times (0 to {MOST_REPEATS}); "
+        f"got {described(value)}"
+    )
+    raise PydanticCustomError("part", "{text}", {"text": text})
+
+
+def _relaying(value: Any) -> Any:
+    if value == "all" or (
+        isinstance(value, list | tuple)
+        and value
+        and all(_is_count(auv, MOST_AUVS) for auv in value)
+        and len(set(value)) == len(value)
+    ):
+        return value
+    text = f"must be all, or a list of AUVs by number, each once, as [0, 2]; got {described(value)}"
+    raise PydanticCustomError("part", "{text}", {"text": text})
+
+
+class RelaySection(Part):
+    """AUVs that forward frames of fixes: which, and over how many hops."""
+
+    hops: Whole = key(
+        1, "1", "how often a frame is forwarded on its way, one AUV after the other", ge=1, le=4
+    )
+    who: Annotated[
+        tuple[int, ...] | Literal["all"], BeforeValidator(_relaying), WithJsonSchema(RELAYING)
+    ] = key("all", "", "AUVs that forward: all, or a list of their numbers")
 
 
 class Protocol(Section):
@@ -112,6 +167,56 @@ class Protocol(Section):
         "",
         "what a vehicle does not hear while it sends: its own band, or the other, too (per_node)",
     )
+    acknowledge: Literal["none", "ping", "frame"] = key(
+        "none",
+        "",
+        "how AUVs tell that they have a fix: by their next ping, or by a frame of their own on MF",
+    )
+    acknowledgement_bytes: Whole = key(
+        2,
+        "B",
+        "bytes of each fix that a frame of acknowledgement names, beside its header (frame)",
+        ge=0,
+        le=1000,
+    )
+    repeat: Annotated[
+        int | Literal["none", "until_acknowledged"],
+        BeforeValidator(_repeats),
+        WithJsonSchema(REPEATS),
+    ] = key(
+        "none",
+        "",
+        "how often a fix is put into further broadcasts, unless the fleet knows that its AUV has "
+        "it, or has made a newer one: never, so many times, or until_acknowledged",
+    )
+    relay: RelaySection | None = Field(
+        default=None,
+        description="AUVs forward frames of fixes that they have decoded, each once; null, unless "
+        "one of its keys is given = they do not",
+    )
+
+    @property
+    def exchanges(self) -> bool:
+        """Whether AUVs answer or forward frames, or ASVs repeat fixes."""
+        return (self.acknowledge, self.repeat, self.relay) != ("none", "none", None)
+
+    @property
+    def sends_auv_frames(self) -> bool:
+        """Whether AUVs send frames on MF: they forward them, or acknowledge by them."""
+        return self.acknowledge == "frame" or self.relay is not None
+
+    @property
+    def most_repeats(self) -> int | None:
+        """How many more times a fix is broadcast; None: until it is acknowledged."""
+        if self.repeat == UNTIL_ACKNOWLEDGED:
+            return None
+        return 0 if self.repeat == "none" else int(self.repeat)
+
+    def relays(self, auvs: int) -> tuple[int, ...]:
+        """Return which of so many AUVs forward frames, in the order in which they do."""
+        if self.relay is None:
+            return ()
+        return tuple(range(auvs)) if self.relay.who == "all" else tuple(sorted(self.relay.who))
 
     @property
     def answer(self) -> DirectReply:
