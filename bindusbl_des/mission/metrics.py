@@ -14,6 +14,7 @@ from ..core.arrays import Floats
 from ..protocol.broadcasters import hearers
 from ..records.events import (
     DELIVERED,
+    DOPPLER,
     FAILED,
     FAILED_MEANWHILE,
     HEARD,
@@ -35,7 +36,7 @@ from .trajectories import instants
 from .world import World
 
 # Of what is not heard for these reasons nobody asks how likely it was lost.
-NO_CHANCE = (OUT_OF_RANGE, FAILED, FAILED_MEANWHILE, UNANSWERED)
+NO_CHANCE = (OUT_OF_RANGE, FAILED, FAILED_MEANWHILE, UNANSWERED, DOPPLER)
 
 # What some missions have not at all: where no AUV has it, none is worse for it.
 UNDEFINED = ("latency_from_slot_s", "path_error_m", "saturated_share")
@@ -69,7 +70,9 @@ def _receptions_table(world: World) -> pa.Table:
     levels = network.uplink.receiver.levels(rows["snr_db"])
     errors = lasting_errors(world.setup, network.outcomes.systematic, rows, record.pings.rows)
     chance = np.where(np.isin(rows["why"], NO_CHANCE), np.nan, rows["loss"])
-    return from_numbers("receptions", rows, {**levels, **errors, "loss_probability": chance})
+    table = from_numbers("receptions", rows, {**levels, **errors, "loss_probability": chance})
+    measured = world.setup.scenario.usbl.range_rate_sd_m_per_s is not None
+    return table if measured else table.drop(["range_rate_m_per_s"])
 
 
 def _fixes_table(record: Recorder, asvs: int) -> pa.Table:

@@ -5,6 +5,7 @@ import numpy as np
 from ..navigation.dead_reckoning import DeadReckoning
 from ..navigation.fix_update import WEIGHED, Rule
 from ..navigation.navigators import LinearNavigator, Navigator, OwnNavigator
+from ..navigation.range_rates import Rates
 from ..navigation.smoother import Smoother
 from ..records.rows import LEARNT, Recorder
 from ..scenario.families import NAVIGATOR
@@ -47,11 +48,19 @@ def equip_auvs(
         record.jacobians,
         record.receptions,
         record.gnss_fixes,
+        _rates(setup) if navigation.filter.settings.get("range_rate") else None,
     )
     if not setup.navigator.is_smoother:
         return reckoning, navigator
     lag = navigation.filter.settings.get("lag_s")
     return reckoning, Smoother(navigator, reckoning, growth, first, lag)
+
+
+def _rates(setup: Setup) -> Rates:
+    """Return how range rates err that the filter takes in."""
+    sd = setup.scenario.usbl.range_rate_sd_m_per_s or 0.0
+    is_told = any(kind.name == "sound_speed" for kind in setup.estimated_errors)
+    return Rates(sd**2, abs(setup.taken.sound_speed_error) if is_told else 0.0)
 
 
 def _rule(navigation: Navigation, has_gain: bool) -> Rule:

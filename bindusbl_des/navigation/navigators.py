@@ -17,7 +17,8 @@ from ..core.arrays import Floats, Ints, lengthened, real_numbers
 from ..core.compiled import compiled
 from ..core.packed import Packed, unpacked
 from ..core.plugins import PluginError, asked
-from ..records.rows import FIX, RECEPTION, EventBuffer, Jacobians, Rows, in_words
+from ..records.events import HEARD
+from ..records.rows import FIX, NONE, RECEPTION, EventBuffer, Jacobians, Rows, in_words
 from ..scenario.families import NAVIGATOR
 from ..vehicles.reckoning import ExpectedDrift, expected_error, way_since
 from .belief import (
@@ -40,12 +41,14 @@ from .correcting import (
     Scratch,
     correct,
     expand,
+    expand_rates,
     memory_of,
     scratch_for,
     turn_on,
 )
 from .dead_reckoning import DeadReckoning, Odometry, dr_at
 from .fix_update import Rule, normalised_square
+from .range_rates import Rates
 
 
 class Held:
@@ -181,13 +184,17 @@ class LinearNavigator:
         common: Jacobians = NOTHING,
         receptions: EventBuffer | None = None,
         gnss: EventBuffer | None = None,
+        rates: Rates | None = None,
     ) -> None:
         """Take dead reckoning, how to correct it, and what is believed at first.
 
         `first` as of :func:`.belief.first_belief`; for autopilots, `corrections` and `learnt` are
         written as of :class:`.correcting.Known`.  Fixes contain of the last states what `common`
         says, and are made of some of the `receptions`; those by `gnss` are rows of their own.
+        Their range rates, which err by `rates`, are taken in where that is not None.
         """
+        #: How range rates err that are taken in with fixes; None: none are.
+        self.rates = rates
         #: What each fix contains of the last states.
         self.common = common
         start = copies(first, len(corrections))
@@ -204,14 +211,16 @@ class LinearNavigator:
             Known(rule, growth, known, memory, held, scratch, *rows, corrections, learnt)
         )
         receptions.hand_on(self._known, "receptions")
+        self._receptions = receptions
         self.gnss.hand_on(self._known, "gnss")
 
     def correct(self, fixes: Rows, due: Ints) -> None:
         """Take in the fixes whose rows are due; note innovation, its weight, and the change (m)."""
         self._held.make_room(len(due), self._known)
-        common, left = self.common.of, self.common.left
-        errors = (common, left) if self.common.columns else (None, None)
-        correct(self._known.address, self._held.count, fixes, due, *errors)
+        has_common = self.common.columns > 0
+        common, left = (self.common.of, self.common.left) if has_common else (None, None)
+        count = self._held.count
+        correct(self._known.address, count, fixes, due, common, left, self.rates)
         self._held.count += len(due)
 
     def expanded(
@@ -221,6 +230,35 @@ class LinearNavigator:
         said, common = np.empty((len(fixes), 5)), np.empty((len(fixes), 2, self.common.columns))
         expand(self._known.address, fixes, noise, jacobians, states, spreads, said, common)
         return said, common
+
+    def rated(self, fixes: Rows) -> tuple[Ints, Ints]:
+        """Return the receptions whose range rates come with fixes (n,): of which fix each is (m,),
+        and its row (m,).
+        """
+        receptions, found = self._receptions.array, []
+        for k, fix in enumerate(fixes if self.rates is not None else ()):
+            rows = np.arange(fix["first"], fix["end"] if fix["first"] != NONE else NONE)
+            own = receptions[rows]
+            is_rated = (own["outcome"] == HEARD) & ~np.isnan(own["range_rate_m_per_s"])
+            found += [(k, row) for row in rows[is_rated & ~np.isnan(own["from_x_m"])].tolist()]
+        both = np.array(found, dtype=np.int64).reshape(-1, 2)
+        return np.ascontiguousarray(both[:, 0]), np.ascontiguousarray(both[:, 1])
+
+    def expanded_rates(
+        self, fixes: Rows, since: Floats, which: tuple[Ints, Ints], states: Floats, spreads: Floats
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return what range rates, `which` as of :meth:`rated`, say as sights; their rows (m, k),
+        values (m,) and variances (m,); :func:`expand_rates`.
+        """
+        owners, lines = which
+        rows, values = np.empty((len(owners), states.shape[1])), np.empty(len(owners))
+        variances, rates = np.empty(len(owners)), self.rates
+        if rates is not None and len(owners):
+            expand_rates(
+                self._known.address, fixes, since, owners, lines, states, spreads, rates, rows,
+                values, variances,
+            )  # fmt: skip
+        return rows, values, variances
 
     def turn(self, fix: Rows, belief: Belief, was: Floats, now: Floats) -> None:
         """Turn a belief of the instant of a fix, whose error (2,), m, `was` another than it is

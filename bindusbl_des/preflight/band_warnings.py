@@ -167,6 +167,60 @@ def echoes(setup: Setup) -> Iterator[Problem]:
         )
 
 
+def fastest_m_per_s(setup: Setup) -> float | None:
+    """Return how fast (m/s) a way between an AUV and an ASV changes at most, by what is planned;
+    None where that is not known: of vehicles that a log, an autopilot or a program moves.
+    """
+    scenario, route = setup.scenario, setup.route
+    moves = scenario.auvs.vehicle.is_steered or scenario.auvs.vehicle.choice.is_own
+    if moves or route.is_recorded or scenario.asvs.formation.moored is None:
+        return None
+    if scenario.asvs.vehicle.is_steered or scenario.asvs.vehicle.choice.is_own:
+        return None
+    if route.is_held:
+        return 0.0
+    steep = 0.0 if route.surfacing is None else route.surfacing.climb_angle_deg
+    return max(scenario.auvs.speeds) / math.cos(math.radians(steep))
+
+
+def shifted_bands(setup: Setup) -> dict[str, float]:
+    """Return the bands on which Doppler may lose signals, and the limit (m/s) of each."""
+    scenario, fastest = setup.scenario, fastest_m_per_s(setup)
+    bands = ["hf"] + ["mf"] * scenario.protocol.sends_frames
+    limits = {name: scenario.acoustics.bands[name].doppler_limit_m_per_s for name in bands}
+    return {
+        name: limit
+        for name, limit in limits.items()
+        if limit is not None and (fastest is None or fastest > limit)
+    }
+
+
+def shifts(setup: Setup) -> Iterator[Problem]:
+    """Yield that AUVs are faster than a band bears, or that none ever is."""
+    fastest, beyond = fastest_m_per_s(setup), shifted_bands(setup)
+    for name, band in setup.scenario.acoustics.bands.items():
+        limit = band.doppler_limit_m_per_s
+        given = "doppler_limit_m_per_s" in band.channel.settings
+        key = f"acoustics.{name}.{'channel.doppler_limit_m_per_s' if given else 'modem'}"
+        if limit is None or fastest is None:
+            continue
+        if name in beyond:
+            yield Problem(
+                key,
+                f"loses signals over ways that change faster than {limit:g} m/s, and AUVs go "
+                f"{fastest:.3g} m/s: straight towards an ASV, or away, none is decoded; go slower, "
+                "or use another modem",
+                ("auvs.speed_m_per_s",),
+            )
+        elif given:
+            yield Problem(
+                key,
+                f"has no effect: no AUV goes faster than {fastest:.3g} m/s, and ASVs rest; remove "
+                "it",
+                ("auvs.speed_m_per_s",),
+            )
+
+
 def _may_lose_half(scenario: Scenario, band: str) -> bool:
     """Tell whether a band's channel has to be asked, for which `validate` does not wait where a
     disc cannot lose half the signals.
@@ -336,6 +390,8 @@ def left_out(setup: Setup) -> Iterator[str]:
             "Answers are taken not to meet: of AUVs that share a slot, those that hear two ASVs "
             "are fixed less often, or never."
         )
+    if any(shifted_bands(setup)):
+        yield "Signals that Doppler loses (doppler_limit_m_per_s) are taken to be decoded."
     if protocol.asvs_ping or protocol.replies:
         return
     if rule.at_once:

@@ -268,7 +268,10 @@ PROTOCOL = (
 CLOCKS = ("navigation.clock_offset_sd_s", "navigation.clock_drift_sd")
 
 # Vessels keep their stations by GNSS, too.
-BESIDES = ("preset", "model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_constant_s")
+BESIDES = (
+    *("preset", "model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_constant_s"),
+    "range_rate_sd_m_per_s",
+)
 ARRAY = tuple(f"usbl.{name}" for name in UsblSection.model_fields if name not in BESIDES)
 
 
@@ -305,6 +308,11 @@ MEASURING = (
         tuple(f"usbl.{name}" for name in ("array", "tdoa_sd_s", "travel_time_sd_s", "quantum_s")),
         "the data sheet says what all of them make together",
         remedy="remove it, or set usbl.model: array",
+    ),
+    Idle(
+        {"usbl.model": OWN},
+        ("navigation.filter.range_rate",),
+        "from where the plug-in has measured, no frame tells",
     ),
     Idle({"usbl.model": OWN}, ARRAY + CLOCKS, "how well fixes are measured only the plug-in says"),
     Idle(

@@ -31,6 +31,7 @@ from .band_warnings import (
     messages,
     modems,
     overheads,
+    shifts,
     steep,
     tables,
 )
@@ -104,6 +105,7 @@ def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
             receivers,
             levels,
             bursts,
+            shifts,
             cast,
             routes,
             idle,

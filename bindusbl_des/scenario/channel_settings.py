@@ -12,7 +12,7 @@ from .part_choice import PartChoice, Settings
 
 
 class Lossy(Settings):
-    """What every channel has, one's own as well: how long losses last."""
+    """What every channel has, one's own as well: how long losses last, and which speed it bears."""
 
     burst_s: Real | None = key(
         None,
@@ -21,6 +21,14 @@ class Lossy(Settings):
         "share lost being the channel's; null = each is lost by itself",
         gt=0,
         le=1e5,
+    )
+    doppler_limit_m_per_s: Real | None = key(
+        None,
+        "m/s",
+        "how fast the way between two vehicles may change, either way, for a signal to be decoded; "
+        "null = as the band's modem states, else any",
+        gt=0,
+        le=100,
     )
 
 

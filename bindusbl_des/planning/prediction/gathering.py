@@ -15,7 +15,7 @@ from ...acoustics.channel import AskedChannel, between
 from ...core.arrays import Floats
 from ...core.plugins import loaded
 from ...core.wording import plain
-from ...preflight.band_warnings import ALWAYS_HEARING, messages
+from ...preflight.band_warnings import ALWAYS_HEARING, messages, shifted_bands
 from ...preflight.fix_chance import below, frame_chance, loses_pings, ping_chance
 from ...preflight.round_lengths import pace_of
 from ...protocol.slots import Slots
@@ -110,6 +110,13 @@ def approximations(setup: Setup) -> Iterator[str]:
             f"Losses that last {plain(max(bursts))} s are taken to come one by one: times without "
             "a fix, and errors, may be several times those predicted."
         )
+    if shifted_bands(setup):
+        yield (
+            "Signals that Doppler loses (doppler_limit_m_per_s) are taken to be decoded: where "
+            "AUVs go towards an ASV or away from it there are fewer fixes, and errors are larger."
+        )
+    if scenario.navigation.filter.settings.get("range_rate"):
+        yield "Range rates are left out: errors may be somewhat smaller than predicted."
     open_ended = not all(band.traits.ends_at_range for band in bands)
     if len(set(map(scenario.survey.depth, range(scenario.auvs.count)))) > 1 and open_ended:
         yield (

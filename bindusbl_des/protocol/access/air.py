@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from simpy.events import EventPriority
 
 from ...acoustics.channel import NO_LOSS, AskedChannel, between
+from ...acoustics.doppler import beyond
 from ...acoustics.loss import LossTerms, loss_probability
 from ...acoustics.propagation import PROSPECT, drowns, within
 from ...acoustics.sounds import Sea, emit, heard_meanwhile, interference, place_of, solve
@@ -32,6 +33,7 @@ from ...records.events import (
     BY_SIGNAL,
     CHANCE,
     COLLIDED,
+    DOPPLER,
     HEARD,
     IN_FLIGHT,
     LOST,
@@ -196,6 +198,12 @@ class SharedAir:
             band.reach, self._loss, self._prospects(sender, time, listeners),
             self._keys[sender, :listeners], int(self._sent[sender]),
         )  # fmt: skip
+        if (limit := self._uplink.doppler_limit) is not None:
+            heard = sounds.rows[first:]
+            senders, others = heard["sender"].copy(), heard["listener"].copy()
+            shifted = beyond(sounds.sea.address, senders, others, time, limit)
+            shifted &= heard["outcome"] == IN_FLIGHT
+            heard["outcome"][shifted], heard["why"][shifted] = LOST, DOPPLER
         self._sent[sender] += 1
         for row in range(first, sounds.count) if self._inboxes else ():
             inbox = self._inboxes.get(int(sounds.array[row]["listener"]))

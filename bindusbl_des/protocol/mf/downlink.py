@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...acoustics.bursts import burst_chances
 from ...acoustics.channel import AskedChannel, between
+from ...acoustics.doppler import beyond
 from ...acoustics.messages import Message
 from ...acoustics.named_channels import FrameChannel
 from ...acoustics.sounds import Sounds
@@ -27,6 +28,7 @@ from ...records.events import (
     BY_OWN_PING,
     CHANCE,
     COLLIDED,
+    DOPPLER,
     HEARD,
     IN_FLIGHT,
     LOST,
@@ -109,7 +111,8 @@ class FrameBand(NamedTuple):
     them, or as often as the `channel` says, where one is asked; they travel at `sound_speed` (m/s).
     Frames that overlap at an AUV destroy each other, but for `capture` as of
     :class:`...acoustics.channel.Receiver`.  What a channel lets be lost is lost in `bursts` (AUVs,
-    ASVs), :data:`...acoustics.bursts.PAIR`, if not None.
+    ASVs), :data:`...acoustics.bursts.PAIR`, if not None; and where its way changes faster than a
+    `doppler_limit` (m/s).
     """
 
     reach: float
@@ -118,6 +121,7 @@ class FrameBand(NamedTuple):
     capture: float = math.inf
     bursts: Rows | None = None
     slant: bool = False
+    doppler_limit: float | None = None
 
 
 class MfDownlink(Deliveries):
@@ -141,7 +145,7 @@ class MfDownlink(Deliveries):
     ) -> None:
         super().__init__(env, auvs, navigator, record)
         self._channel, self._range, self._sound_speed = band.channel, band.reach, band.sound_speed
-        self._bursts = band.bursts
+        self._bursts, self._doppler_limit = band.bursts, band.doppler_limit
         self._luck = cache(partial(streams.of, Purpose.FRAME))
         self._overheard = cache(partial(streams.of, Purpose.OVERHEARD))
         self._asvs, self._clock, self._record = asvs, clock, record
@@ -204,6 +208,8 @@ class MfDownlink(Deliveries):
             self._sent_in.address, sounds.sea.address, number, sounds.count, asv, time, on_air,
             airtime, processing, rows, foreseen, promised,
         )  # fmt: skip
+        if self._doppler_limit is not None:
+            self._lose_shifted(rows, asv, time, self._doppler_limit)
         self._frames.count += 1
         sounds.count += auvs
         self._passed_at = max(self._passed_at, time + longest)
@@ -214,6 +220,19 @@ class MfDownlink(Deliveries):
         elif len(rows) and not foreseen:  # they steer meanwhile by other fixes, or who knows
             event = self._env.timeout(airtime)
             event.callbacks.append(partial(self._leave, rows, asv, (time, airtime, processing)))
+
+    def _lose_shifted(self, rows: Ints, asv: int, time: float, limit: float) -> None:
+        """Let AUVs lose the frame with fixes that an ASV begins at an instant (s) where their way
+        changes faster than a limit (m/s).
+        """
+        auvs, first, fixes = len(self._auvs), self.sounds.count, self._fixes.array
+        sender = np.full(auvs, auvs + asv)
+        shifted = beyond(self.sounds.sea.address, sender, np.arange(auvs), time, limit)
+        sounds = self.sounds.array[first : first + auvs]
+        shifted &= sounds["outcome"] == IN_FLIGHT
+        sounds["outcome"][shifted], sounds["why"][shifted] = LOST, DOPPLER
+        lost = rows[shifted[fixes["auv"][rows]] & (fixes["outcome"][rows] == IN_FLIGHT)]
+        fixes["outcome"][lost], fixes["arrives_at_s"][lost] = LOST, math.nan
 
     def _ask(self, channel: AskedChannel, carried: Ints, asv: int, time: float) -> Rows:
         """Return what becomes of a frame of fixes at AUVs (n,), :data:`PROMISE`, that an ASV begins

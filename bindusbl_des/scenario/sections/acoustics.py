@@ -83,6 +83,16 @@ class Band(Part):
         return given
 
     @property
+    def doppler_limit_m_per_s(self) -> float | None:
+        """How fast (m/s) ways may change over which signals are decoded: as its channel says, else
+        as the sheet of its modem does; None: as fast as they like.
+        """
+        given = self.channel.settings.get("doppler_limit_m_per_s")
+        if given is None and self.modem is not None:
+            given = preset("modem", self.modem).values.get("doppler_limit_m_per_s")
+        return None if given is None else float(given)
+
+    @property
     def frequency_khz(self) -> float:
         """The centre frequency of sound whose level is known."""
         usual = Sound.model_fields["frequency_khz"].default
