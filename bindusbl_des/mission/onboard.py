@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..acoustics.channel import PLAIN
 from ..navigation.dead_reckoning import DeadReckoning
 from ..navigation.fix_update import WEIGHED, Rule
 from ..navigation.navigators import LinearNavigator, Navigator, OwnNavigator
@@ -37,7 +38,9 @@ def equip_auvs(
     if navigation.filter.is_own:
         make = own_part(NAVIGATOR, navigation.filter)
         made = navigation.filter, make, reckoning, steering[0]
-        return reckoning, OwnNavigator(*made, record.receptions, record.gnss_fixes)
+        receiver = PLAIN if setup.ping_channel is None else setup.ping_channel.receiver
+        fixes = record.receptions, record.gnss_fixes
+        return reckoning, OwnNavigator(*made, *fixes, receiver.levels)
     first, growth = setup.beliefs
     navigator = LinearNavigator(
         reckoning,

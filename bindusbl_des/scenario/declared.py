@@ -212,13 +212,14 @@ class ChannelTraits(Traits):
 class NavigatorTraits(Traits):
     """What an AUV makes of a fix: nothing (`ignores_fixes`), a fixed share of it (`has_gain`), or
     as much as it is worth by its covariance (`weighs`); `is_smoother` if it revises what was
-    before.
+    before.  One of somebody's own is given what it `wants`: fused fixes, or receptions.
     """
 
     weighs: bool = False
     ignores_fixes: bool = False
     has_gain: bool = False
     is_smoother: bool = False
+    wants: Literal["fixes", "receptions"] = "fixes"
 
 
 @dataclass(frozen=True)
