@@ -70,9 +70,7 @@ def _receptions_table(world: World) -> pa.Table:
     levels = network.uplink.receiver.levels(rows["snr_db"])
     errors = lasting_errors(world.setup, network.outcomes.systematic, rows, record.pings.rows)
     chance = np.where(np.isin(rows["why"], NO_CHANCE), np.nan, rows["loss"])
-    table = from_numbers("receptions", rows, {**levels, **errors, "loss_probability": chance})
-    measured = world.setup.scenario.usbl.range_rate_sd_m_per_s is not None
-    return table if measured else table.drop(["range_rate_m_per_s"])
+    return from_numbers("receptions", rows, {**levels, **errors, "loss_probability": chance})
 
 
 def _fixes_table(record: Recorder, asvs: int) -> pa.Table:

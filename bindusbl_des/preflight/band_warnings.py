@@ -10,7 +10,7 @@ from typing import Any
 from ..core.mistakes import Problem
 from ..core.wording import plain
 from ..presets.modems import airtime_table
-from ..scenario.channel_settings import read_curve
+from ..scenario.channel_settings import read_measured
 from ..scenario.scenario import Scenario
 from ..setup import Setup
 from .whereabouts import shapes
@@ -69,7 +69,8 @@ def overheads(setup: Setup) -> Iterator[Problem]:
 def _same(key: str, given: Any, value: Any) -> bool:
     """Tell whether a key has the value of a sheet; of tables and curves what is in them counts."""
     if key == "channel" and str(given) == str(value) and "file" in given.settings:
-        return read_curve(given.settings["file"])[:2] == read_curve(value.settings["file"])[:2]
+        files = given.settings["file"], value.settings["file"]
+        return read_measured(files[0])[:2] == read_measured(files[1])[:2]
     if key == "airtimes" and given is not None:
         return airtime_table(given) == airtime_table(value)
     return bool(given == value)
@@ -171,7 +172,10 @@ def fastest_m_per_s(setup: Setup) -> float | None:
     """Return how fast (m/s) a way between an AUV and an ASV changes at most, by what is planned;
     None where that is not known: of vehicles that a log, an autopilot or a program moves.
     """
-    scenario, route = setup.scenario, setup.route
+    scenario = setup.scenario
+    if "auvs.route" in scenario.plugins:
+        return None
+    route = setup.route
     moves = scenario.auvs.vehicle.is_steered or scenario.auvs.vehicle.choice.is_own
     if moves or route.is_recorded or scenario.asvs.formation.moored is None:
         return None
@@ -185,26 +189,28 @@ def fastest_m_per_s(setup: Setup) -> float | None:
 
 def shifted_bands(setup: Setup) -> dict[str, float]:
     """Return the bands on which Doppler may lose signals, and the limit (m/s) of each."""
-    scenario, fastest = setup.scenario, fastest_m_per_s(setup)
+    limits = doppler_limits(setup)
+    fastest = fastest_m_per_s(setup) if limits else 0.0
+    return {name: limit for name, limit in limits.items() if fastest is None or fastest > limit}
+
+
+def doppler_limits(setup: Setup) -> dict[str, float]:
+    """Return the limits (m/s) of bands that are used, of those that have any."""
+    scenario = setup.scenario
     bands = ["hf"] + ["mf"] * scenario.protocol.sends_frames
     limits = {name: scenario.acoustics.bands[name].doppler_limit_m_per_s for name in bands}
-    return {
-        name: limit
-        for name, limit in limits.items()
-        if limit is not None and (fastest is None or fastest > limit)
-    }
+    return {name: limit for name, limit in limits.items() if limit is not None}
 
 
 def shifts(setup: Setup) -> Iterator[Problem]:
     """Yield that AUVs are faster than a band bears, or that none ever is."""
-    fastest, beyond = fastest_m_per_s(setup), shifted_bands(setup)
-    for name, band in setup.scenario.acoustics.bands.items():
-        limit = band.doppler_limit_m_per_s
-        given = "doppler_limit_m_per_s" in band.channel.settings
+    limits = doppler_limits(setup)
+    if not limits or (fastest := fastest_m_per_s(setup)) is None:
+        return
+    for name, limit in limits.items():
+        given = "doppler_limit_m_per_s" in setup.scenario.acoustics.bands[name].channel.settings
         key = f"acoustics.{name}.{'channel.doppler_limit_m_per_s' if given else 'modem'}"
-        if limit is None or fastest is None:
-            continue
-        if name in beyond:
+        if fastest > limit:
             yield Problem(
                 key,
                 f"loses signals over ways that change faster than {limit:g} m/s, and AUVs go "

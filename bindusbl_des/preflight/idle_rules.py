@@ -309,11 +309,6 @@ MEASURING = (
         "the data sheet says what all of them make together",
         remedy="remove it, or set usbl.model: array",
     ),
-    Idle(
-        {"usbl.model": OWN},
-        ("navigation.filter.range_rate",),
-        "from where the plug-in has measured, no frame tells",
-    ),
     Idle({"usbl.model": OWN}, ARRAY + CLOCKS, "how well fixes are measured only the plug-in says"),
     Idle(
         {

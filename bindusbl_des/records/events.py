@@ -144,7 +144,7 @@ class Reception:
     body_elevation_deg: float | None = column("deg", f"the same as the array sees it, {DOWN}", None)
     range_rate_m_per_s: float | None = column(
         "m/s",
-        "measured rate of that way, positive where it grows, of those heard; a column only with "
+        "measured rate of that way, positive where it grows, of those heard; null without "
         "usbl.range_rate_sd_m_per_s",
         None,
     )

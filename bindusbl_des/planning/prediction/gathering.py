@@ -123,6 +123,11 @@ def approximations(setup: Setup) -> Iterator[str]:
             f"All AUVs are taken to be heard, and to hear, as well as the deepest, from "
             f"{plain(scenario.survey.deepest)} m."
         )
+    if any(band.traits.by_link for band in bands):
+        yield (
+            "Links are taken to be as good as the disc's within range_m, whatever was measured of "
+            "each."
+        )
     if scenario.acoustics.hf.traits.traces_rays:
         yield (
             "Sound is taken to come straight: by what bent rays and echoes make of ranges, fixes "
@@ -366,7 +371,7 @@ def hf_chances(setup: Setup) -> Chances:
     scenario = setup.scenario
     hf, farthest = scenario.acoustics.hf, farthest_of(setup)
     ranges = np.linspace(0.0, farthest, STEPS + 1)
-    is_cut = hf.traits.ends_at_range or hf.channel.is_own
+    is_cut = hf.traits.ends_at_range or not hf.by_place
     chances = ping_chance(setup, ranges, scenario.survey.deepest)
     if chances is None:
         chances = 1.0 - setup.ping_loss.over(ranges)
@@ -378,7 +383,7 @@ def mf_chances(setup: Setup) -> Chances:
     """Return how likely an AUV decodes a frame with the fixes of all."""
     scenario = setup.scenario
     mf, farthest = scenario.acoustics.mf, farthest_of(setup)
-    is_cut = mf.traits.ends_at_range or mf.channel.is_own
+    is_cut = mf.traits.ends_at_range or not mf.by_place
     ranges = np.linspace(0.0, farthest, STEPS + 1)
     chances = frame_chance(setup, ranges, scenario.survey.deepest)
     if chances is None:
@@ -410,7 +415,7 @@ def fix_noise(setup: Setup) -> FixNoise:
     farthest, away = farthest_of(setup), np.linspace(0.0, farthest_of(setup), STEPS + 1)
     survey, count = scenario.survey, scenario.auvs.count
     hf = scenario.acoustics.hf
-    channel = None if hf.channel.is_own else setup.ping_channel
+    channel = setup.ping_channel if hf.by_place else None
     rows: dict[float, Floats] = {}
     shares = 0.0, scenario.usbl.slow_share
     whole, white = (replace(setup.usbl, slow_share=share) for share in shares)

@@ -14,7 +14,7 @@ import simpy
 from numpy.typing import NDArray
 from simpy.events import EventPriority
 
-from ...acoustics.channel import NO_LOSS, AskedChannel, between
+from ...acoustics.channel import NO_LOSS, AskedChannel, Named, between
 from ...acoustics.doppler import beyond
 from ...acoustics.loss import LossTerms, loss_probability
 from ...acoustics.propagation import PROSPECT, drowns, within
@@ -219,10 +219,15 @@ class SharedAir:
             return np.empty(0, PROSPECT)
         around = np.concatenate([places(fleet.motion, time)[:, :3] for fleet in self._fleets])
         here, there, reach = around[[sender]], around[:listeners], self._uplink.band.reach
+        numbers, own, random = np.arange(listeners), np.array([sender]), self._uplink.random
         if sender < self.auvs:
-            asked = between(time, here, there, reach, calling=False)
+            others = np.where(numbers < self.auvs, -1 - numbers, numbers - self.auvs)
+            named = Named(own, others, "hf", random)
+            asked = between(time, here, there, reach, False, named)
             return np.ascontiguousarray(self._channel.prospects(asked)[0])
-        asked = between(time, there, here, reach, calling=True)
+        others = np.where(numbers < self.auvs, numbers, self.auvs - 1 - numbers)
+        named = Named(others, own - self.auvs, "hf", random)
+        asked = between(time, there, here, reach, True, named)
         return np.ascontiguousarray(self._channel.prospects(asked)[:, 0])
 
     # Hearing

@@ -7,7 +7,7 @@ from math import hypot
 
 import numpy as np
 
-from ...acoustics.channel import AskedChannel, Prospects, Signals, between, deciding
+from ...acoustics.channel import AskedChannel, Named, Prospects, Signals, between, deciding
 from ...acoustics.doppler import beyond
 from ...acoustics.loss import LossTerms
 from ...acoustics.propagation import (
@@ -84,6 +84,8 @@ class HfBand:
         self._spread_in = self._packed()
         self._call_late_s: dict[int, Floats] = {}  # of the last call for each AUV, by each ASV
         self._luck = cache(partial(streams.of, Purpose.CALL))
+        #: What the channel may draw from, where one is asked.
+        self.random = None if self._channel is None else streams.of(Purpose.CHANNEL, 0)
         self._predicted = 0  # pings before this one have arrived everywhere
         self._nearly_there: list[tuple[float, int]] = []  # instants (s) and receptions, a heap
         self._prospects: dict[int, Prospects] = {}  # of pings, where a channel was asked
@@ -187,9 +189,10 @@ class HfBand:
         self._auvs.advance(time)
         self._asvs.advance(time)
         auvs, asvs = (places(fleet.motion, time)[:, :3] for fleet in (self._auvs, self._asvs))
-        if not self.asvs_ping:
-            auvs = auvs.take(members(tuple(group)), axis=0)
-        return between(time, auvs, asvs, self.band.reach, calling)
+        numbers = members(tuple(self._all_auvs if self.asvs_ping else group))
+        auvs = auvs.take(numbers, axis=0)
+        named = Named(numbers, members(tuple(range(len(asvs)))), "hf", self.random)
+        return between(time, auvs, asvs, self.band.reach, calling, named)
 
     def _foresee(self, group: Sequence[int], time: float) -> None:
         """Make known where AUVs are until a sound sent at an instant (s) has met or passed them."""

@@ -10,7 +10,7 @@ import simpy
 from numpy.typing import NDArray
 
 from ...acoustics.bursts import burst_chances
-from ...acoustics.channel import AskedChannel, between
+from ...acoustics.channel import AskedChannel, Named, between
 from ...acoustics.doppler import beyond
 from ...acoustics.messages import Message
 from ...acoustics.named_channels import FrameChannel
@@ -147,6 +147,7 @@ class MfDownlink(Deliveries):
         self._channel, self._range, self._sound_speed = band.channel, band.reach, band.sound_speed
         self._bursts, self._doppler_limit = band.bursts, band.doppler_limit
         self._luck = cache(partial(streams.of, Purpose.FRAME))
+        self._random = None if band.channel is None else streams.of(Purpose.CHANNEL, 1)
         self._overheard = cache(partial(streams.of, Purpose.OVERHEARD))
         self._asvs, self._clock, self._record = asvs, clock, record
         self._frames = EventBuffer(FRAME)
@@ -240,7 +241,8 @@ class MfDownlink(Deliveries):
         """
         auvs = places(self._auvs.motion, time)[:, :3]
         vessel = places(self._asvs.motion, time)[asv : asv + 1, :3]
-        signals = between(time, auvs, vessel, self._range, calling=True)
+        named = Named(np.arange(len(auvs)), np.array([asv]), "mf", self._random)
+        signals = between(time, auvs, vessel, self._range, True, named)
         found = channel.prospects(signals)[:, 0]
         luck = self._overheard(asv).random(len(auvs))
         for auv in set(self._fixes.array["auv"][carried].tolist()):

@@ -103,6 +103,13 @@ def instruments_problems(site: Site) -> Iterator[Problem]:
 
 def _range_rates(site: Site) -> Iterator[Problem]:
     usbl, asked = site.scenario.usbl, site.scenario.navigation.filter.settings.get("range_rate")
+    if asked is True and usbl.model.is_own:
+        yield Problem(
+            "navigation.filter.range_rate",
+            "needs to know from where ASVs measured, which an instrument of one's own does not "
+            "tell; remove it",
+            ("usbl.model",),
+        )
     if asked is True and usbl.range_rate_sd_m_per_s is None:
         yield Problem(
             "navigation.filter.range_rate",

@@ -77,6 +77,11 @@ class Band(Part):
         return channel_named(self.channel)
 
     @property
+    def by_place(self) -> bool:
+        """Whether one can ask its channel by places: not one's own, nor one of named links."""
+        return not (self.channel.is_own or self.traits.by_link)
+
+    @property
     def burst_s(self) -> float | None:
         """How long (s) signals are lost, on average; None where each is lost by itself."""
         given: float | None = self.channel.settings.get("burst_s")
