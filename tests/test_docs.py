@@ -240,11 +240,11 @@ def test_notebooks_ask_and_answer(path: Path) -> None:
     assert f"(notebooks/{path.name})" in (ROOT / "docs" / "index.md").read_text()
 
 
-def test_a_part_of_ones_own_is_a_file_of_forty_lines() -> None:
+def test_a_part_of_ones_own_is_a_file_of_fifty_lines() -> None:
     """Each family has one in the manual, and none is patched into the program."""
     text = (ROOT / "docs" / "extending.md").read_text()
     files = re.findall(r"```python\n# (\w+\.py)\n(.*?)```", text, flags=re.DOTALL)
-    assert {name for name, body in files if body.count("\n") > 40} == set()
+    assert {name for name, body in files if body.count("\n") > 50} == set()
     assert "patch" not in text
     for family in [it for it in FAMILIES if it.is_open]:
         assert f"`{family.key}" in text, family.key

@@ -1,7 +1,7 @@
 """The channels of both bands, as a scenario names them, and `curve`: a share decoded over range."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from operator import attrgetter
@@ -12,12 +12,21 @@ import numpy as np
 from ..core.arrays import Floats
 from ..core.plugins import Family, is_plugin
 from ..presets.catalogue import preset
-from ..scenario.channel_settings import Curve, PingSonar, Sonar, Sound, Table, read_curve
+from ..scenario.channel_settings import (
+    Curve,
+    PingSonar,
+    Series,
+    Sonar,
+    Sound,
+    Table,
+    read_curve,
+    read_series,
+)
 from ..scenario.families import CHANNEL, MF_CHANNEL
 from ..scenario.part_choice import settings_of
 from ..scenario.sections.acoustics import Loss, UplinkSection
 from ..scenario.site import Site
-from .channel import PLAIN, AskedChannel, Prospects, Receiver, Signals, own_channel
+from .channel import PLAIN, SELDOM, AskedChannel, Prospects, Receiver, Signals, own_channel
 from .loss import COMBINERS, LossTerms, contention_loss, loss_law
 from .propagation import PROSPECT
 from .sonar_channel import echoing_sonar, sonar_channel
@@ -55,6 +64,104 @@ def curve_channel(settings: Curve) -> CurveChannel:
     ranges, ratios, _ = read_curve(settings.file)
     farthest = max(settings.interference_m or 0.0, ranges[-1])
     return CurveChannel(np.array(ranges), np.array(ratios), farthest)
+
+
+@dataclass(frozen=True)
+class SeriesChannel:
+    """Signals of each link are decoded as was measured of it: the last value holds until the next,
+    the first before it too.
+
+    A link of which the file has one direction alone holds both ways; one that it does not have
+    hears nothing.  `links` have instants and values of (sender, listener), by AUVs' numbers from 0
+    on and ASVs' from -1 down.  Levels are those of a receiver with a threshold.
+    """
+
+    links: Mapping[tuple[int, int], tuple[Floats, Floats]]
+    has_levels: bool
+    receiver: Receiver = PLAIN
+    audible_m: float | None = None
+
+    def prospects(self, signals: Signals) -> Prospects:
+        """Return what becomes of each signal between vehicles that are named.
+
+        Raises:
+            ValueError: when nobody says which vehicles they are.
+        """
+        if signals.auv_numbers is None or signals.asv_numbers is None:
+            raise ValueError("what was measured of links tells of no places, but of vehicles alone")
+        found = np.full(signals.ranges.shape, np.nan)
+        for row, auv in enumerate(signals.auv_numbers.tolist()):
+            for column, asv in enumerate(signals.asv_numbers.tolist()):
+                ends = auv, -1 - asv
+                link = ends[::-1] if signals.calling else ends
+                found[row, column] = self._at(signals.time, *link)
+        out, deaf = np.empty(found.shape, PROSPECT), np.isnan(found)
+        out["snr_db"], out["late_s"] = math.nan, 0.0
+        out["loss"], out["sound"] = (
+            np.where(deaf, 1.0, 1.0 - found),
+            np.where(found > 0.0, 1.0, 0.0),
+        )
+        if self.has_levels:
+            receiver = self.receiver
+            snr = np.where(deaf, -math.inf, found - receiver.noise_db)
+            chance = normal_chance(snr - receiver.threshold_db, receiver.shadowing_sd_db)
+            out["loss"], out["snr_db"] = 1.0 - chance, np.where(deaf, math.nan, snr)
+            out["sound"] = np.where(chance > SELDOM, 10.0 ** (np.where(deaf, 0.0, snr) / 10.0), 0.0)
+        out["loss"][out["loss"] > 1.0 - SELDOM] = 1.0
+        return out
+
+    def _at(self, time: float, sender: int, listener: int) -> float:
+        """Return what held of a link at an instant (s); NaN of one that nobody measured."""
+        link = self.links.get((sender, listener)) or self.links.get((listener, sender))
+        if link is None:
+            return math.nan
+        return float(link[1][max(int(np.searchsorted(link[0], time, side="right")) - 1, 0)])
+
+
+def normal_chance(margin_db: Floats, sd: float) -> Floats:
+    """Return how likely a level above its threshold by so much (dB) stays so if it varies by `sd`
+    (dB).
+
+    >>> normal_chance(np.array([-1.0, 0.0, 3.0]), 0.0), normal_chance(np.array([3.0]), 3.0).round(4)
+    (array([0., 1., 1.]), array([0.8413]))
+    """
+    if sd == 0.0:
+        return np.where(margin_db >= 0.0, 1.0, 0.0)
+    return np.array(
+        [0.5 * math.erfc(-each / sd / math.sqrt(2.0)) for each in margin_db.ravel()]
+    ).reshape(margin_db.shape)
+
+
+def series_channel(settings: Series, auvs: int, asvs: int) -> SeriesChannel:
+    """Return the channel of what was measured of links in a file, of so many AUVs and ASVs.
+
+    Raises:
+        ValueError: naming file, line and remedy, when it is none, or names a vehicle that there is
+            not.
+    """
+    series = read_series(settings.file)
+    if series.has_levels and settings.threshold_db is None:
+        raise ValueError(
+            f"{settings.file} has levels, of which nobody says which are decoded; give threshold_db"
+        )
+    found: dict[tuple[int, int], list[tuple[float, float]]] = {}
+    for row in series.rows:
+        ends = []
+        for column, name in (("from", row.sender), ("to", row.listener)):
+            kind, number, count = name[:3], int(name[3:]), auvs if name[:3] == "AUV" else asvs
+            if number >= count:
+                raise ValueError(
+                    f"{row.where}: {column} is {name!r}, and the mission has {count} {kind}s, "
+                    f"{kind}0 to {kind}{count - 1}; leave the line out, or add vehicles"
+                )
+            ends.append(number if kind == "AUV" else -1 - number)
+        found.setdefault((ends[0], ends[1]), []).append((row.time, row.value))
+    links = {link: (np.array(rows)[:, 0], np.array(rows)[:, 1]) for link, rows in found.items()}
+    if not series.has_levels:
+        return SeriesChannel(links, False)
+    threshold = (settings.threshold_db or 0.0) - settings.noise_db
+    receiver = Receiver(math.inf, settings.shadowing_sd_db, settings.noise_db, threshold)
+    return SeriesChannel(links, True, receiver)
 
 
 # The settings of a channel that knows levels
@@ -104,6 +211,8 @@ def _channel(
     settings = settings_of(family, choice)
     if isinstance(settings, Curve):
         return curve_channel(settings)
+    if isinstance(settings, Series):
+        return series_channel(settings, site.scenario.auvs.count, site.scenario.asvs.count)
     modem = attrgetter(family.key.rpartition(".")[0])(site.scenario).modem
     if isinstance(settings, Table):
         from .table_channel import table_channel  # brings pyarrow

@@ -223,7 +223,7 @@ def _reach(
             line.sound, line.snr_db = strength, snr(number, listener, way)
             line.late_s = line.lowered = nan
             line.azimuth_deg = line.elevation_deg = nan  # until it is measured
-            line.body_azimuth_deg = line.body_elevation_deg = nan
+            line.body_azimuth_deg = line.body_elevation_deg = line.range_rate_m_per_s = nan
             row += 1
             if strength > 0.0:
                 ping.longest_s = max(ping.longest_s, line.travel_time_s)

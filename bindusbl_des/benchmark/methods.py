@@ -135,7 +135,7 @@ SHIPPED: dict[Kind, dict[str, dict[str, Any]]] = {
     }
     | {name: {"protocol.access": name} for name in ("aloha", "csma", "t_lohi", "macau", "dacap")},
     "placement": {
-        "ring": {"asvs.formation": {"model": "ring", "radius_m": 75}},
+        "ring": {"asvs.formation": {"model": "ring", "radius_m": 75, "angle_deg": 90}},
         "follow": {"asvs.formation": {"model": "follow"}},
         "assign": {"asvs.formation": {"model": "assign"}},
         "zigzag": {"asvs.formation": {"model": "zigzag"}},

@@ -60,6 +60,8 @@ class Purpose(IntEnum):
     FRAME_BURST = 51
     SLOW_ERROR = 52
     GNSS_FIX = 53
+    RANGE_RATE = 54
+    CHANNEL = 55
     GNSS_TELEGRAM = 60
     COMPASS_TELEGRAM = 61
     PEER = 70

@@ -21,6 +21,9 @@ INDENT = 15
 # A distance this near to a limit (m) is told with all its digits.
 MOST_DIGITS = 6
 
+# How fast a way changes is told by where both were so long (s) before and after.
+SHIFT_S = 0.25
+
 # Lines of one step, and the numbers that it is told by.
 Why = tuple[list[str], dict[str, Any]]
 
@@ -158,6 +161,23 @@ def place(result: "Result", vehicle: str, time: float) -> NDArray[np.float64]:
     times = track.time_s.to_numpy(float)
     return np.array([np.interp(time, times, track[name].to_numpy(float))
                      for name in ("x_m", "y_m", "z_m")])  # fmt: skip
+
+
+def too_fast(result: "Result", band: str, ends: tuple[str, str], time: float) -> str:
+    """Tell that the way between two vehicles changed faster at an instant (s) than a band bears,
+    and how fast by their tracks.
+    """
+    one, other = ends
+    begin, end = [
+        math.dist(place(result, one, at), place(result, other, at))
+        for at in (max(time - SHIFT_S, 0.0), time + SHIFT_S)
+    ]
+    rate = (end - begin) / (time + SHIFT_S - max(time - SHIFT_S, 0.0))
+    limit = result.scenario.acoustics.bands[band].doppler_limit_m_per_s
+    return (
+        f"the way between {one} and {other} changes by some {rate:+.2f} m/s, and more than "
+        f"{limit:g} m/s either way is lost to Doppler (doppler_limit_m_per_s)"
+    )
 
 
 def failed(result: "Result", time: float) -> list[int]:

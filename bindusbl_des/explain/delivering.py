@@ -21,6 +21,7 @@ from .chain import (
     place,
     row_of,
     rows_where,
+    too_fast,
 )
 
 if TYPE_CHECKING:
@@ -241,6 +242,9 @@ def why_missed(result: "Result", fix: Any) -> str:
         return f"{asv} {failed_at(result, asv, over)}, while it broadcast the frame"
     if fix.outcome == "collided":
         return _overlapped(result, fix, met)
+    if met.why == "doppler":
+        words = too_fast(result, "mf", (fix.auv, asv), fix.broadcast_at_s)
+        return f"{fix.auv} does not decode the frame of {asv}: {words}"
     if fix.outcome == "lost":
         words = f"{fix.auv} does not decode the frame of {asv}, by the chance of {mf.channel}"
         if met.why != "burst":

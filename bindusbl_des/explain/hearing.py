@@ -20,6 +20,7 @@ from .chain import (
     lost_in_a_row,
     place,
     rows_where,
+    too_fast,
 )
 
 if TYPE_CHECKING:
@@ -91,6 +92,10 @@ def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
         return "hears nothing", f"it sends {_signal(result, reception)}"
     if outcome == "collided":
         return "hears pings mixed", lines(near, _overlapping(result, reception))
+    if why == "doppler":
+        pair = str(reception.auv), str(reception.asv)
+        sent = begin - float(reception.travel_time_s)
+        return "loses it", lines(near, too_fast(result, "hf", pair, sent))
     alone = "nothing drowns it" if _levels(reception) else "no other ping overlaps"
     if outcome == "heard":
         return "decodes it", lines(near, alone, chance)
@@ -98,8 +103,8 @@ def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
         chance += ", and the draw (not recorded) was below"
     lasts = ""
     if why == "burst":
-        pair = {"auv": reception.auv, "asv": reception.asv}
-        lasts = lost_in_a_row(hf, rows_where(result.tables["receptions"], **pair), begin)
+        both = {"auv": reception.auv, "asv": reception.asv}
+        lasts = lost_in_a_row(hf, rows_where(result.tables["receptions"], **both), begin)
     return "loses it", lines(near, alone, chance, lasts)
 
 
@@ -256,6 +261,8 @@ def why_unanswered(result: "Result", ping: Any) -> str:
         return f"{auv} is {away:.1f} m away, {hf.beyond}"
     if ping.call == "collided":
         return f"another ASV's call overlaps it at {auv}"
+    if ping.call_why == "doppler":
+        return f"{auv} loses the call: {too_fast(result, 'hf', (auv, asv), ping.called_at_s)}"
     words = f"{auv}, {away:.1f} m away, loses the call by chance"
     if ping.call_why != "burst":
         return words

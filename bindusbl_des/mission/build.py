@@ -40,11 +40,12 @@ from ..protocol.schedules.view import known_of
 from ..protocol.slots import gap_s, packet_s
 from ..protocol.steps import moment
 from ..protocol.tdma import serve
-from ..records.rows import Jacobians, Recorder, Rows
+from ..records.rows import Jacobians, Recorder
 from ..setup import Setup
 from ..usbl.array import elements_of
 from ..usbl.instrument import Usbl
 from ..usbl.own_instrument import instrument_named
+from ..usbl.range_rates import RangeRates
 from ..usbl.slow_errors import slow_numbers
 from ..usbl.systematic_fixes import Astray
 from ..vehicles.fleet import VehicleFleet
@@ -322,12 +323,18 @@ def _passive(
 
 def _measuring(setup: Setup, record: Recorder, streams: Streams) -> Measuring:
     """Return how the instrument of a scenario measures a ping between an AUV and an ASV."""
-    instrument = instrument_named(setup.scenario.usbl.model) or carried(setup, streams)
-    counts, slow = (
-        (setup.scenario.auvs.count, setup.scenario.asvs.count),
-        slow_errors(setup, streams),
-    )
-    return Measuring(instrument, streams, *counts, record, slow)
+    usbl = setup.scenario.usbl
+    instrument = instrument_named(usbl.model) or carried(setup, streams)
+    counts, slow = (setup.scenario.auvs.count, setup.scenario.asvs.count), None
+    if not usbl.model.is_own:
+        elements = len(elements_of(usbl.array))
+        slow = slow_numbers(usbl.slow_share, usbl.correlation_s, elements, streams, *counts)
+    rates, sd = None, usbl.range_rate_sd_m_per_s
+    if sd is not None:
+        scale = setup.assumed_sound_speed_m_per_s / setup.sound_speed_m_per_s
+        passive = setup.scenario.protocol.asvs_ping
+        rates = RangeRates(sd, scale, streams, *counts, asvs_ping=passive)
+    return Measuring(instrument, streams, *counts, record, slow, rates)
 
 
 def _on_hf(
@@ -349,6 +356,7 @@ def _on_hf(
         None
         if hf.burst_s is None
         else pairs(hf.burst_s, streams, Purpose.BURST, len(auvs), len(asvs)),
+        doppler_limit=hf.doppler_limit_m_per_s,
         asvs_ping=setup.scenario.protocol.asvs_ping,
     )
 
@@ -365,6 +373,7 @@ def frame_band(setup: Setup, streams: Streams) -> FrameBand:
         capture,
         None if mf.burst_s is None else pairs(mf.burst_s, streams, Purpose.FRAME_BURST, *counts),
         mf.range_metric == "slant",
+        mf.doppler_limit_m_per_s,
     )
 
 
@@ -374,17 +383,3 @@ def carried(setup: Setup, streams: Streams) -> Usbl | Astray:
     """
     usbl, systematic = setup.usbl, systematic_errors_of(setup, streams)
     return usbl if systematic is None else Astray(usbl, systematic)
-
-
-def slow_errors(setup: Setup, streams: Streams) -> Rows | None:
-    """Return the slow acoustic errors of each AUV and ASV; None where there are none."""
-    usbl = setup.scenario.usbl
-    if usbl.model.is_own:
-        return None
-    counts = (
-        len(elements_of(usbl.array)),
-        streams,
-        setup.scenario.auvs.count,
-        setup.scenario.asvs.count,
-    )
-    return slow_numbers(usbl.slow_share, usbl.correlation_s, *counts)

@@ -17,6 +17,7 @@ from ..records.events import (
     BY_OWN_PACKET,
     BY_PACKET,
     DELIVERED,
+    DOPPLER,
     FAILED,
     FAILED_MEANWHILE,
     HEARD,
@@ -40,7 +41,7 @@ from .trajectories import instants
 from .world import World
 
 # Of what is not heard for these reasons nobody asks how likely it was lost.
-NO_CHANCE = (OUT_OF_RANGE, FAILED, FAILED_MEANWHILE, UNANSWERED)
+NO_CHANCE = (OUT_OF_RANGE, FAILED, FAILED_MEANWHILE, UNANSWERED, DOPPLER)
 
 # What some missions have not at all: where no AUV has it, none is worse for it.
 UNDEFINED = ("latency_from_slot_s", "path_error_m", "saturated_share")

@@ -144,6 +144,11 @@ class Mission:
         return self._time
 
     @property
+    def navigator(self) -> Any:
+        """The navigator of one's own, the object itself; None where one that ships navigates."""
+        return getattr(self._world.navigator, "own", None)
+
+    @property
     def env(self) -> "MissionEnvironment":
         """The environment of the mission's events, for processes of one's own beside it."""
         return self._env
@@ -415,9 +420,11 @@ class Mission:
             tables["auvs"] = from_numbers("auvs", auvs)
             tables["mission"] = from_row("mission", mission_metrics(auvs, utilisation(world)))
             broken = violations_of(world)
-        return Result(
+        result = Result(
             self.scenario, self.seed, tables, self._worked_s, notes=self._notes(), violations=broken
         )
+        result.navigator = self.navigator
+        return result
 
     def _notes(self) -> "list[ScenarioWarning]":
         """Return warnings of what no scenario says: vehicles that another program moved."""

@@ -2,10 +2,12 @@
 
 import numpy as np
 
+from ..acoustics.channel import PLAIN
 from ..navigation.assumptions import columns_of, common_to_all, peer_errors
 from ..navigation.dead_reckoning import DeadReckoning
 from ..navigation.fix_update import WEIGHED, Rule
 from ..navigation.navigators import LinearNavigator, Navigator, OwnNavigator
+from ..navigation.range_rates import Rates
 from ..navigation.smoother import Smoother
 from ..navigation.team import Team
 from ..records.rows import LEARNT, Recorder
@@ -38,7 +40,9 @@ def equip_auvs(
     if navigation.filter.is_own:
         make = own_part(NAVIGATOR, navigation.filter)
         made = navigation.filter, make, reckoning, steering[0]
-        return reckoning, OwnNavigator(*made, record.receptions, record.gnss_fixes)
+        receiver = PLAIN if setup.ping_channel is None else setup.ping_channel.receiver
+        fixes = record.receptions, record.gnss_fixes
+        return reckoning, OwnNavigator(*made, *fixes, receiver.levels)
     first, growth = setup.beliefs
     made_of = (
         reckoning,
@@ -61,11 +65,19 @@ def equip_auvs(
             sound_speed=setup.assumed_sound_speed_m_per_s,
             columns=columns_of(setup),
         )
-    navigator = LinearNavigator(*made_of)
+    rates = _rates(setup) if navigation.filter.settings.get("range_rate") else None
+    navigator = LinearNavigator(*made_of, rates)
     if not setup.navigator.is_smoother:
         return reckoning, navigator
     lag = navigation.filter.settings.get("lag_s")
     return reckoning, Smoother(navigator, reckoning, growth, first, lag)
+
+
+def _rates(setup: Setup) -> Rates:
+    """Return how range rates err that the filter takes in."""
+    sd = setup.scenario.usbl.range_rate_sd_m_per_s or 0.0
+    is_told = any(kind.name == "sound_speed" for kind in setup.estimated_errors)
+    return Rates(sd**2, abs(setup.taken.sound_speed_error) if is_told else 0.0)
 
 
 def _rule(navigation: Navigation, has_gain: bool) -> Rule:

@@ -31,6 +31,7 @@ from .belief import (
 )
 from .dead_reckoning import Reckoned, reckoned
 from .fix_update import WEIGHED, Expected, Rule, Said, at_place, said_of, take
+from .range_rates import Rates, rate_sights, take_rates
 from .turning import EXACT, PingBelief, turned
 
 # Fixes that a late one may be earlier than, and still be put in its place.
@@ -114,8 +115,9 @@ class Known(NamedTuple):
 
 @compiled
 def correct(
-    packed: int, count: int, fixes: Rows, due: Ints, common: Floats | None, left: Floats | None
-) -> None:
+    packed: int, count: int, fixes: Rows, due: Ints, common: Floats | None, left: Floats | None,
+    rates: Rates | None,
+) -> None:  # fmt: skip
     """Take in the fixes `due`, by their numbers (:func:`fix_numbered`); note what is believed
     then in the rows from `count` on of what has been held, and for autopilots.  `packed` is the
     address of a :class:`.correcting.Known`.
@@ -123,7 +125,7 @@ def correct(
     Each fix contains of the m last states, errors that fixes have in common, beside the true
     position `common` (n or more, 2, 4 m + 2), as of :class:`..records.rows.Jacobians`; its noise is
     what is `left` of its covariance without them, xx, yy, xy (n or more, 3), m2.  None: there are
-    none.
+    none.  Range rates that err by `rates` are taken in as well, if not None.
     """
     by = unpacked(packed, Known)
     whose, since, beliefs = by.held
@@ -132,7 +134,7 @@ def correct(
         auv, now = fix.auv, fix.delivered_at_s
         latest, dr = one(by.memory.latest, auv), reckoned(auv, now, by.reckoning)
         was_x, was_y = _error_at(dr, auv, latest, packed)
-        taken = _take_in(fixes, common, left, due[number], packed)
+        taken = _take_in(fixes, common, left, due[number], packed, rates)
         now_x, now_y = _error_at(dr, auv, latest, packed)
         moved = hypot(now_x - was_x, now_y - was_y)
         fix.correction_m = moved if taken else nan
@@ -156,8 +158,9 @@ def _error_at(dr: DeadReckoned, auv: int, belief: Belief, packed: int) -> tuple[
 
 @compiled
 def _take_in(
-    fixes: Rows, common: Floats | None, left: Floats | None, row: int, packed: int
-) -> bool:
+    fixes: Rows, common: Floats | None, left: Floats | None, row: int, packed: int,
+    rates: Rates | None,
+) -> bool:  # fmt: skip
     """Put a fix in its place among those of its AUV, and weigh anew those that come after it.
 
     Note its innovation and normalised square; tell whether the gate let it pass.
@@ -184,6 +187,12 @@ def _take_in(
         step_on(latest, auv, time, growth, by.reckoning)
         dr = reckoned(auv, time, by.reckoning)
         carry(latest, dr, growth)
+        if rates is not None and fix.first != NONE:
+            since = 0.0
+            if k > 0:
+                since = fix_numbered(fixes, by.gnss, past[k - 1].fix).valid_at_s
+            receptions = by.receptions[fix.first : fix.end]
+            take_rates(fix, receptions, since, latest, dr, growth, by.reckoning, rates)
         said = _expanded(fix, said, jacobians, latest, dr, packed)
         x, y = latest.state[0], latest.state[1]
         off, weight, is_taken = take(
@@ -306,18 +315,50 @@ def expand(
     """
     by = unpacked(packed, Known)
     belief = by.scratch.belief
-    moment = belief.moment[0]
     for k in range(fixes.size):
         fix = fixes[k]
         dr = reckoned(fix.auv, fix.valid_at_s, by.reckoning)
-        moment.at_s, moment.cosine_s, moment.sine_s = dr.time, dr.cosine, dr.sine
-        moment.x_m, moment.y_m = dr.x, dr.y
-        belief.state[:], belief.covariance[:] = states[k], spreads[k]
+        _believe(belief, dr, states[k], spreads[k])
         alone = Said(fix.x_m, fix.y_m, (noise[k, 0], noise[k, 1], noise[k, 2]))
         expanded = _expanded(fix, alone, jacobians[k], belief, dr, packed)
         said[k, 0], said[k, 1] = expanded.x, expanded.y
         said[k, 2], said[k, 3], said[k, 4] = expanded.noise
         common[k] = by.scratch.common
+
+
+@compiled
+def _believe(belief: Belief, dr: DeadReckoned, state: Floats, spread: Floats) -> None:
+    """Have in the place of a belief one about an instant of dead reckoning."""
+    moment = belief.moment[0]
+    moment.at_s, moment.cosine_s, moment.sine_s = dr.time, dr.cosine, dr.sine
+    moment.x_m, moment.y_m = dr.x, dr.y
+    belief.state[:], belief.covariance[:] = state, spread
+
+
+@compiled
+def expand_rates(
+    packed: int, fixes: Rows, since: Floats, owners: Ints, lines: Ints, states: Floats,
+    spreads: Floats, rates: Rates, rows: Floats, values: Floats, variances: Floats,
+) -> None:  # fmt: skip
+    """Write what range rates say, each of the fix `owners` (m,) and of the reception `lines` (m,),
+    those of a fix one after the other, to AUVs that believe in states (n, k), covariances (n, k, k)
+    of the instants of fixes (n,), before each of which another held `since` (n,), s: as of
+    :func:`.range_rates.rate_sights`.  `packed` is the address of a :class:`Known`.
+    """
+    by, begin = unpacked(packed, Known), 0
+    belief = by.scratch.belief
+    while begin < owners.size:
+        k, end = owners[begin], begin
+        while end < owners.size and owners[end] == k:
+            end += 1
+        fix = fixes[k]
+        dr = reckoned(fix.auv, fix.valid_at_s, by.reckoning)
+        _believe(belief, dr, states[k], spreads[k])
+        rate_sights(
+            fix, by.receptions, lines[begin:end], since[k], belief, dr, by.growth, by.reckoning,
+            rates, rows[begin:end], values[begin:end], variances[begin:end],
+        )  # fmt: skip
+        begin = end
 
 
 @compiled

@@ -8,7 +8,8 @@ somebody's own answers is checked.  All that AUVs have believed is kept (:class:
 is asked later where they took themselves for.
 """
 
-from math import inf
+from collections.abc import Mapping
+from math import inf, nan
 from typing import Any, Protocol
 
 import numpy as np
@@ -16,8 +17,9 @@ import numpy as np
 from ..core.arrays import Floats, Ints, lengthened, real_numbers
 from ..core.compiled import compiled
 from ..core.packed import Packed, unpacked
-from ..core.plugins import PluginError, asked
-from ..records.rows import FIX, RECEPTION, EventBuffer, Jacobians, Rows, in_words
+from ..core.plugins import PluginError, asked, shown
+from ..records.events import HEARD
+from ..records.rows import FIX, NONE, RECEPTION, EventBuffer, Jacobians, Row, Rows, in_words
 from ..scenario.families import NAVIGATOR
 from ..vehicles.reckoning import ExpectedDrift, expected_error, way_since
 from .belief import (
@@ -40,12 +42,15 @@ from .correcting import (
     Scratch,
     correct,
     expand,
+    expand_rates,
     memory_of,
     scratch_for,
     turn_on,
 )
 from .dead_reckoning import DeadReckoning, Odometry, dr_at
 from .fix_update import Rule, normalised_square
+from .range_rates import Rates
+from .raw_receptions import Levels, raw
 
 
 class Held:
@@ -152,8 +157,9 @@ class Navigator(Protocol):
     def correct(self, fixes: Rows, due: Ints) -> None:
         """Take in the fixes in rows `due` (k,), in the order of delivery.
 
-        Those of somebody's own are given record arrays with the columns of table `fixes`, those
-        that ship the buffer (:data:`FIX`), in which -1 - k is row k of the fixes by GNSS.
+        Those of somebody's own are given record arrays with the columns of table `fixes`, or of
+        :data:`.raw_receptions.RAW` if they want receptions; those that ship the buffer
+        (:data:`FIX`), in which -1 - k is row k of the fixes by GNSS.
         """
 
     def estimate(self, auv: int, odometry: Odometry) -> Floats:
@@ -181,13 +187,17 @@ class LinearNavigator:
         common: Jacobians = NOTHING,
         receptions: EventBuffer | None = None,
         gnss: EventBuffer | None = None,
+        rates: Rates | None = None,
     ) -> None:
         """Take dead reckoning, how to correct it, and what is believed at first.
 
         `first` as of :func:`.belief.first_belief`; for autopilots, `corrections` and `learnt` are
         written as of :class:`.correcting.Known`.  Fixes contain of the last states what `common`
         says, and are made of some of the `receptions`; those by `gnss` are rows of their own.
+        Their range rates, which err by `rates`, are taken in where that is not None.
         """
+        #: How range rates err that are taken in with fixes; None: none are.
+        self.rates = rates
         #: What each fix contains of the last states.
         self.common = common
         start = copies(first, len(corrections))
@@ -204,14 +214,16 @@ class LinearNavigator:
             Known(rule, growth, known, memory, held, scratch, *rows, corrections, learnt)
         )
         receptions.hand_on(self._known, "receptions")
+        self._receptions = receptions
         self.gnss.hand_on(self._known, "gnss")
 
     def correct(self, fixes: Rows, due: Ints) -> None:
         """Take in the fixes whose rows are due; note innovation, its weight, and the change (m)."""
         self._held.make_room(len(due), self._known)
-        common, left = self.common.of, self.common.left
-        errors = (common, left) if self.common.columns else (None, None)
-        correct(self._known.address, self._held.count, fixes, due, *errors)
+        has_common = self.common.columns > 0
+        common, left = (self.common.of, self.common.left) if has_common else (None, None)
+        count = self._held.count
+        correct(self._known.address, count, fixes, due, common, left, self.rates)
         self._held.count += len(due)
 
     def expanded(
@@ -221,6 +233,35 @@ class LinearNavigator:
         said, common = np.empty((len(fixes), 5)), np.empty((len(fixes), 2, self.common.columns))
         expand(self._known.address, fixes, noise, jacobians, states, spreads, said, common)
         return said, common
+
+    def rated(self, fixes: Rows) -> tuple[Ints, Ints]:
+        """Return the receptions whose range rates come with fixes (n,): of which fix each is (m,),
+        and its row (m,).
+        """
+        receptions, found = self._receptions.array, []
+        for k, fix in enumerate(fixes if self.rates is not None else ()):
+            rows = np.arange(fix["first"], fix["end"] if fix["first"] != NONE else NONE)
+            own = receptions[rows]
+            is_rated = (own["outcome"] == HEARD) & ~np.isnan(own["range_rate_m_per_s"])
+            found += [(k, row) for row in rows[is_rated & ~np.isnan(own["from_x_m"])].tolist()]
+        both = np.array(found, dtype=np.int64).reshape(-1, 2)
+        return np.ascontiguousarray(both[:, 0]), np.ascontiguousarray(both[:, 1])
+
+    def expanded_rates(
+        self, fixes: Rows, since: Floats, which: tuple[Ints, Ints], states: Floats, spreads: Floats
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return what range rates, `which` as of :meth:`rated`, say as sights; their rows (m, k),
+        values (m,) and variances (m,); :func:`expand_rates`.
+        """
+        owners, lines = which
+        rows, values = np.empty((len(owners), states.shape[1])), np.empty(len(owners))
+        variances, rates = np.empty(len(owners)), self.rates
+        if rates is not None and len(owners):
+            expand_rates(
+                self._known.address, fixes, since, owners, lines, states, spreads, rates, rows,
+                values, variances,
+            )  # fmt: skip
+        return rows, values, variances
 
     def turn(self, fix: Rows, belief: Belief, was: Floats, now: Floats) -> None:
         """Turn a belief of the instant of a fix, whose error (2,), m, `was` another than it is
@@ -265,9 +306,17 @@ class Reckoning:
         """Return where an AUV that has had no fix believes to be (m) at an instant (s)."""
         return self._whole.at(auv, time)
 
+    def depth(self, auv: int, time: float) -> float:
+        """Return how deep an AUV is (m) at an instant (s), as its pressure sensor has it."""
+        return float(self._whole.sample(auv, np.array((time,)))[0][0, 2])
+
     def odometry(self, auv: int, times: Floats) -> Odometry:
         """Return what an AUV's own sensors have told it by instants (n,), s."""
         return self._whole.sample(auv, np.asarray(times, dtype=np.float64))[1]
+
+
+# What one of somebody's own may want
+WANTS = ("fixes", "receptions")
 
 
 class OwnNavigator:
@@ -285,14 +334,15 @@ class OwnNavigator:
         corrections: Floats,
         receptions: EventBuffer | None = None,
         gnss: EventBuffer | None = None,
+        levels: Levels | None = None,
     ) -> None:
         """Make the navigator; `corrections` (n, 2), m, is where autopilots read what it adds.
 
-        Fixes are made of some of the `receptions`; it is given each fix by `gnss` as one of which
-        no ping is known: `ping` is -1.
+        Fixes are made of some of the `receptions`, whose `levels` are those of a receiver; it is
+        given each fix by `gnss` as one of which no ping is known: `ping` is -1.
 
         Raises:
-            PluginError: when it cannot be made, or lacks a verb.
+            PluginError: when it cannot be made, lacks a verb, or wants what there is not.
         """
         self._name, self._reckoning, self._corrections = name, reckoning, corrections
         self._receptions = EventBuffer(RECEPTION) if receptions is None else receptions
@@ -305,6 +355,23 @@ class OwnNavigator:
         ]
         if missing:
             raise PluginError(NAVIGATOR.key, f"{name!r} lacks {', '.join(missing)}")
+        wanted = self._asked(getattr, make, "wants", "fixes")
+        wanted = self._asked(getattr, self._navigator, "wants", wanted)
+        if wanted not in WANTS:
+            raise PluginError(
+                NAVIGATOR.key, f"{name!r} wants {wanted!r}; give one of {', '.join(WANTS)}"
+            )
+        self._levels = levels if wanted == "receptions" else None
+        if wanted == "receptions" and levels is None:
+            raise PluginError(
+                NAVIGATOR.key,
+                f"{name!r} wants receptions, which a log does not have; replay one of fixes",
+            )
+
+    @property
+    def own(self) -> Any:
+        """The object of somebody's own."""
+        return self._navigator
 
     def correct(self, fixes: Rows, due: Ints) -> None:
         """Hand the fixes whose rows are due on, each in the words of table `fixes`; note how far it
@@ -323,12 +390,41 @@ class OwnNavigator:
             spread = xx + fix["sd_x_m"] ** 2, yy + fix["sd_y_m"] ** 2, xy + fix["cov_xy_m2"]
             fix["innovation_m"], fix["nis"] = np.hypot(x, y), normalised_square(x, y, *spread)
             was = self.estimate(auv, odometry)
-            told = in_words(fix, self._receptions.array)
-            told["error_m"] = np.nan  # nobody on board knows it
-            self._asked(self._navigator.correct, told, np.array([0]))
+            if self._levels is not None:
+                told = raw(fix, self._receptions.array, self._levels)
+            else:
+                told = in_words(fix, self._receptions.array)
+                told["error_m"] = np.nan  # nobody on board knows it
+            answer = self._asked(self._navigator.correct, told, np.arange(len(told)))
             moved = self.estimate(auv, odometry)
             fix["correction_m"] = np.hypot(*(moved - was)[0])
             self._corrections[auv] = (moved - odometry.position)[0]
+            if answer is not None:
+                self._note(fix, answer)
+
+    def _note(self, fix: Row, answer: Any) -> None:
+        """Note what a navigator has told of a fix, in the place of what was noted around it."""
+        found = self._asked(lambda: dict(answer)) if isinstance(answer, Mapping) else None
+        known = found is not None and set(found) <= {"nis", "innovation_m", "refused"}
+        if found is None or not known:
+            said = shown(NAVIGATOR.key, self._name, answer)
+            raise PluginError(
+                NAVIGATOR.key,
+                f"{self._name!r} returned {said} from correct; it must be None, or a mapping of "
+                "nis, innovation_m and refused",
+            )
+        for name in ("nis", "innovation_m"):
+            if name in found:
+                number = self._asked(float, found[name])
+                if not number >= 0.0 or number == inf:
+                    raise PluginError(
+                        NAVIGATOR.key,
+                        f"{self._name!r} returned {name} = {number:g} from correct; it must be a "
+                        "finite number of 0 or more",
+                    )
+                fix[name] = number
+        if self._asked(bool, found.get("refused", False)):
+            fix["correction_m"] = nan
 
     def estimate(self, auv: int, odometry: Odometry) -> Floats:
         """Return where an AUV believed to be (n, 2), m, at the instants of its odometry."""

@@ -52,6 +52,17 @@ class FixHistory(NamedTuple):
         return FixHistory(self.rows[which], self.common[which], self.noise[which])
 
 
+class Told(NamedTuple):
+    """All that fixes (n,) say, as m sights: of which fix each is, `owners` (m,), two of each fix
+    first; the receptions of the range rates that follow; and since when (s) no fix held, (n,).
+    """
+
+    sights: Sights
+    owners: Ints
+    rated: tuple[Ints, Ints]
+    since: Floats
+
+
 class Smoother:
     """A Kalman navigator for afterwards: an estimate knows the fixes delivered up to a lag later.
 
@@ -107,7 +118,7 @@ class Smoother:
 
     def _worked_out(self, auv: int, odometry: Odometry) -> SmoothedTrack:
         known = self._of(auv)
-        sights = self._as_sights(auv, known)
+        told = self._as_sights(auv, known)
         valid, delivered = known.rows["valid_at_s"], known.rows["delivered_at_s"]
         times, count = odometry.times, len(odometry.times)
         found = SmoothedTrack(np.empty((count, 2)), np.empty((count, 3)))
@@ -121,23 +132,23 @@ class Smoother:
             settled = min(float(times[first]), float(np.min(valid[is_new], initial=inf)))
             sure = is_open & ~is_new & (valid <= settled)
             if sure.any():
-                begin = filtered(begin, *self._between(auv, begin, valid, sights, sure), growth)
+                begin = filtered(begin, *self._between(auv, begin, valid, told, sure), growth)
                 is_open &= ~sure
                 last = np.flatnonzero(sure)[-1:]
             taken = is_open & is_delivered
-            nodes, own = self._between(auv, begin, valid, sights, taken, times[first:end])
+            nodes, own = self._between(auv, begin, valid, told, taken, times[first:end])
             states, spreads = smooth(begin, nodes, own, growth)
             which = np.flatnonzero(taken)
             for _ in range(MOST_PASSES if which.size else 0):
-                told = np.concatenate((last, which))
-                at, was = np.searchsorted(nodes.times, valid[told]), errors[told]
-                errors[told] = states[at, :2]
+                looked = np.concatenate((last, which))
+                at, was = np.searchsorted(nodes.times, valid[looked]), errors[looked]
+                errors[looked] = states[at, :2]
                 for fix in last:
                     self._filter.turn(known.rows[fix], begin, was[0], errors[fix])
-                self._expand_anew(known.of(which), nodes, states, spreads, sights, which)
-                nodes, own = self._between(auv, begin, valid, sights, taken, times[first:end])
+                self._expand_anew(known.of(which), nodes, states, spreads, told, which)
+                nodes, own = self._between(auv, begin, valid, told, taken, times[first:end])
                 states, spreads = smooth(begin, nodes, own, growth)
-                if _are_near(states[at, :2] - errors[told], spreads[at]):
+                if _are_near(states[at, :2] - errors[looked], spreads[at]):
                     break
             at = np.searchsorted(nodes.times, times[first:end])
             found.places[first:end] = odometry.position[first:end] - states[at, :2]
@@ -170,7 +181,7 @@ class Smoother:
         auv: int,
         begin: Belief,
         valid: Floats,
-        sights: Sights,
+        told: Told,
         which: NDArray[np.bool_],
         times: Floats = NONE,
     ) -> tuple[Odometry, Sights]:
@@ -179,13 +190,15 @@ class Smoother:
         """
         instants = np.unique(np.concatenate((begin.moment["at_s"], times, valid[which])))
         nodes = self._reckoning.sample(auv, self._stepped(begin, instants))[1]
-        own = np.repeat(which, 2)
-        at = np.repeat(np.searchsorted(nodes.times, valid[which]), 2)
+        own, sights = np.flatnonzero(which[told.owners]), told.sights
+        if len(told.rated[0]):  # all of a fix together
+            own = own[np.argsort(told.owners[own], kind="stable")]
+        at = np.searchsorted(nodes.times, valid[told.owners[own]])
         return nodes, Sights(at, sights.rows[own], sights.values[own], sights.variances[own])
 
-    def _as_sights(self, auv: int, known: FixHistory) -> Sights:
+    def _as_sights(self, auv: int, known: FixHistory) -> Told:
         """Return fixes as two sights each, by the fixes' numbers: what they say along x, and what
-        they say along y less what its noise has in common with that along x.
+        they say along y less what its noise has in common with that along x; then range rates.
         """
         rows, states = known.rows, len(self._first.state)
         then = self._reckoning.sample(auv, rows["valid_at_s"])[1]
@@ -207,11 +220,23 @@ class Smoother:
                 np.diag(spread)[-count:].copy(),
             )
             xx, yy, xy = noise.T
-        return _sights_of(then.position - places, common, states, xx, yy, xy)
+        sights = _sights_of(then.position - places, common, states, xx, yy, xy)
+        rated, since = self._filter.rated(rows), np.append(0.0, rows["valid_at_s"][:-1])
+        owners = np.repeat(np.arange(len(rows)), 2)
+        if not len(rated[0]):
+            return Told(sights, owners, rated, since)
+        at_fixes, covariance = np.zeros((len(rows), states)), self._first.covariance
+        at_fixes[:, :2] = then.position - self._filter.estimate(auv, then)
+        unsure = np.broadcast_to(covariance, (len(rows), *covariance.shape)).copy()
+        further = self._filter.expanded_rates(rows, since, rated, at_fixes, unsure)
+        both = [np.concatenate(two) for two in zip(sights[1:], further, strict=True)]
+        return Told(
+            Sights(np.append(owners, rated[0]), *both), np.append(owners, rated[0]), rated, since
+        )
 
     def _expand_anew(
         self, known: FixHistory, nodes: Odometry, states: Floats, spreads: Floats,
-        sights: Sights, which: Ints,
+        told: Told, which: Ints,
     ) -> None:  # fmt: skip
         """Expand fixes, which these are of all, about what has been smoothed; write their sights.
 
@@ -226,9 +251,18 @@ class Smoother:
         )
         off = nodes.position[at] - said[:, :2]
         anew = _sights_of(off, common, states.shape[1], *said[:, 2:].T)
-        rows = (2 * which[:, None] + [0, 1]).ravel()
+        rows, sights = (2 * which[:, None] + [0, 1]).ravel(), told.sights
         sights.rows[rows], sights.values[rows] = anew.rows, anew.values
         sights.variances[rows] = anew.variances
+        owners, lines = told.rated
+        own = np.flatnonzero(np.isin(owners, which))
+        if own.size:
+            rated = np.searchsorted(which, owners[own]), lines[own]
+            further = self._filter.expanded_rates(
+                known.rows, told.since[which], rated, states[at], spreads[at]
+            )
+            own += len(told.owners) - len(owners)
+            sights.rows[own], sights.values[own], sights.variances[own] = further
 
     def _stepped(self, begin: Belief, instants: Floats) -> Floats:
         """Return instants (s) with those between at which a belief must be stepped on."""

@@ -10,7 +10,7 @@ from typing import Any
 from ..core.mistakes import Problem
 from ..core.wording import plain
 from ..presets.modems import airtime_table
-from ..scenario.channel_settings import read_curve
+from ..scenario.channel_settings import read_measured
 from ..scenario.scenario import Scenario
 from ..setup import Setup
 from .whereabouts import shapes
@@ -69,7 +69,8 @@ def overheads(setup: Setup) -> Iterator[Problem]:
 def _same(key: str, given: Any, value: Any) -> bool:
     """Tell whether a key has the value of a sheet; of tables and curves what is in them counts."""
     if key == "channel" and str(given) == str(value) and "file" in given.settings:
-        return read_curve(given.settings["file"])[:2] == read_curve(value.settings["file"])[:2]
+        files = given.settings["file"], value.settings["file"]
+        return read_measured(files[0])[:2] == read_measured(files[1])[:2]
     if key == "airtimes" and given is not None:
         return airtime_table(given) == airtime_table(value)
     return bool(given == value)
@@ -165,6 +166,65 @@ def echoes(setup: Setup) -> Iterator[Problem]:
             "surface_sd_m, such as 0.1",
             ("navigation.filter",),
         )
+
+
+def fastest_m_per_s(setup: Setup) -> float | None:
+    """Return how fast (m/s) a way between an AUV and an ASV changes at most, by what is planned;
+    None where that is not known: of vehicles that a log, an autopilot or a program moves.
+    """
+    scenario = setup.scenario
+    if "auvs.route" in scenario.plugins:
+        return None
+    route = setup.route
+    moves = scenario.auvs.vehicle.is_steered or scenario.auvs.vehicle.choice.is_own
+    if moves or route.is_recorded or scenario.asvs.formation.moored is None:
+        return None
+    if scenario.asvs.vehicle.is_steered or scenario.asvs.vehicle.choice.is_own:
+        return None
+    if route.is_held:
+        return 0.0
+    steep = 0.0 if route.surfacing is None else route.surfacing.climb_angle_deg
+    return max(scenario.auvs.speeds) / math.cos(math.radians(steep))
+
+
+def shifted_bands(setup: Setup) -> dict[str, float]:
+    """Return the bands on which Doppler may lose signals, and the limit (m/s) of each."""
+    limits = doppler_limits(setup)
+    fastest = fastest_m_per_s(setup) if limits else 0.0
+    return {name: limit for name, limit in limits.items() if fastest is None or fastest > limit}
+
+
+def doppler_limits(setup: Setup) -> dict[str, float]:
+    """Return the limits (m/s) of bands that are used, of those that have any."""
+    scenario = setup.scenario
+    bands = ["hf"] + ["mf"] * scenario.protocol.sends_frames
+    limits = {name: scenario.acoustics.bands[name].doppler_limit_m_per_s for name in bands}
+    return {name: limit for name, limit in limits.items() if limit is not None}
+
+
+def shifts(setup: Setup) -> Iterator[Problem]:
+    """Yield that AUVs are faster than a band bears, or that none ever is."""
+    limits = doppler_limits(setup)
+    if not limits or (fastest := fastest_m_per_s(setup)) is None:
+        return
+    for name, limit in limits.items():
+        given = "doppler_limit_m_per_s" in setup.scenario.acoustics.bands[name].channel.settings
+        key = f"acoustics.{name}.{'channel.doppler_limit_m_per_s' if given else 'modem'}"
+        if fastest > limit:
+            yield Problem(
+                key,
+                f"loses signals over ways that change faster than {limit:g} m/s, and AUVs go "
+                f"{fastest:.3g} m/s: straight towards an ASV, or away, none is decoded; go slower, "
+                "or use another modem",
+                ("auvs.speed_m_per_s",),
+            )
+        elif given:
+            yield Problem(
+                key,
+                f"has no effect: no AUV goes faster than {fastest:.3g} m/s, and ASVs rest; remove "
+                "it",
+                ("auvs.speed_m_per_s",),
+            )
 
 
 def _may_lose_half(scenario: Scenario, band: str) -> bool:
@@ -336,6 +396,8 @@ def left_out(setup: Setup) -> Iterator[str]:
             "Answers are taken not to meet: of AUVs that share a slot, those that hear two ASVs "
             "are fixed less often, or never."
         )
+    if any(shifted_bands(setup)):
+        yield "Signals that Doppler loses (doppler_limit_m_per_s) are taken to be decoded."
     if protocol.asvs_ping or protocol.replies:
         return
     if protocol.relay is not None or protocol.most_repeats != 0:

@@ -133,13 +133,14 @@ def fix_chance(setup: Setup, stations: ArrayLike, places: ArrayLike) -> Floats |
     `places` (n, 3) are those of AUVs, `stations` (m, 2) those of ASVs at the surface, in m.  No
     other sound overlaps the ping, nor the call, the answer or the frame that belong to it; an AUV
     is called, and answered directly, by its nearest ASV, and ASVs broadcast equally often where
-    nothing fixes who does.  None where a channel of somebody's own decides: it is not asked.
+    nothing fixes who does.  None where a channel of somebody's own decides, or one of links: it is
+    not asked.
     """
     scenario = setup.scenario
     auvs = np.asarray(places, dtype=float)
     asvs = np.pad(np.asarray(stations, dtype=float), ((0, 0), (0, 1)))
     acoustics, frames = scenario.acoustics, scenario.protocol.sends_frames
-    if acoustics.hf.channel.is_own or (frames and acoustics.mf.channel.is_own):
+    if not acoustics.hf.by_place or (frames and not acoustics.mf.by_place):
         return None
     ahead = told_ahead(setup, scenario.protocol.downlink)
 
@@ -265,10 +266,11 @@ def _summed(frame: Ints, score: Floats) -> Floats:
 def ping_chance(setup: Setup, slants: Floats, depth: float) -> Floats | None:
     """Return how likely one ASV decodes pings over slant ranges (n,), m, from a depth (m).
 
-    Of the disc inside its reach, which does not count here.  None: a channel of somebody's own.
+    Of the disc inside its reach, which does not count here.  None: a channel of somebody's own, or
+    of links.
     """
     scenario = setup.scenario
-    if scenario.acoustics.hf.channel.is_own:
+    if not scenario.acoustics.hf.by_place:
         return None
     channel = setup.ping_channel
     if channel is None:
@@ -283,7 +285,7 @@ def frame_chance(
     :func:`ping_chance`.
     """
     mf = setup.scenario.acoustics.mf
-    if mf.channel.is_own:
+    if not mf.by_place:
         return None
     channel = _frames(setup, fixes)
     if channel is None:
@@ -295,7 +297,8 @@ def delivery(setup: Setup, band: str) -> tuple[float, float, float] | None:
     """Return how well a band (hf or mf) carries over its range: that slant range (m), the
     chance there, and the range (m) up to which it is nowhere less than a half.
 
-    A disc's horizontal HF range is that to the deepest AUV.  None: a channel of somebody's own.
+    A disc's horizontal HF range is that to the deepest AUV.  None: a channel of somebody's own, or
+    of links.
     """
     scenario = setup.scenario
     hf, depth = scenario.acoustics.hf, scenario.survey.deepest
@@ -314,7 +317,7 @@ def loses_pings(setup: Setup) -> bool:
     """Tell whether an ASV that should hear a ping may miss it, were nothing to overlap it."""
     scenario = setup.scenario
     hf = scenario.acoustics.hf
-    if hf.channel.is_own or not hf.traits.ends_at_range:
+    if not (hf.by_place and hf.traits.ends_at_range):
         return True
     reach = hf.longest_path_m(scenario.survey.deepest)
     ranges = np.linspace(0.0, reach, LOOKED_UP)
@@ -333,7 +336,7 @@ def heard_rings(setup: Setup) -> Rings:
     scenario = setup.scenario
     hf, depth = scenario.acoustics.hf, scenario.survey.deepest
     reach = setup.horizontal_reach_m
-    if hf.channel.is_own:
+    if not hf.by_place:
         return ((0.0, reach),)
     farthest = reach if hf.traits.ends_at_range else FARTHEST_M
     level = np.append(0.0, farthest * np.geomspace(1e-6, 1.0, MANY))

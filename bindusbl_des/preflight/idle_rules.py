@@ -273,7 +273,10 @@ PEERS = tuple(
 )
 
 # Vessels keep their stations by GNSS, too.
-BESIDES = ("preset", "model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_constant_s")
+BESIDES = (
+    *("preset", "model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_constant_s"),
+    "range_rate_sd_m_per_s",
+)
 ARRAY = tuple(f"usbl.{name}" for name in UsblSection.model_fields if name not in BESIDES)
 
 

@@ -51,9 +51,16 @@ def perhaps_carried_away(setup: Setup) -> Iterator[Problem]:
 
 
 def _tables(setup: Setup) -> Iterator[Problem]:
-    """Yield what is wrong with tables of sound, which are held to the scenario's water."""
+    """Yield what is wrong with tables of sound, which are held to the scenario's water, and with
+    links, which are held to its vehicles.
+    """
     for band in ("hf", "mf"):
         channel = setup.scenario.acoustics.bands[band].channel
+        if setup.scenario.acoustics.bands[band].traits.by_link and not channel.is_own:
+            try:
+                _ = setup.ping_channel if band == "hf" else setup.frame_channel
+            except ValueError as error:
+                yield Problem(f"acoustics.{band}.channel.file", str(error))
         file = channel.settings.get("rays") if channel == "table" else None
         if file is None:
             continue

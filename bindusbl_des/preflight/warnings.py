@@ -15,7 +15,7 @@ from ..core.mistakes import Mistake, Problem, ScenarioWarning
 from ..core.plain_yaml import Document
 from ..core.plugins import is_plugin, refusal
 from ..presets.modems import airtime_table
-from ..scenario.channel_settings import read_curve
+from ..scenario.channel_settings import read_measured
 from ..scenario.files.scenario_file import Source
 from ..scenario.own_sensors import MOST_TOLD
 from ..scenario.scenario import Scenario
@@ -31,6 +31,7 @@ from .band_warnings import (
     messages,
     modems,
     overheads,
+    shifts,
     steep,
     tables,
 )
@@ -104,6 +105,7 @@ def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
             receivers,
             levels,
             bursts,
+            shifts,
             cast,
             routes,
             idle,
@@ -142,7 +144,7 @@ def _readings(scenario: Scenario) -> Iterator[tuple[Any, ...]]:
     acoustics = scenario.acoustics
     for name, channel in (("hf", acoustics.hf.channel), ("mf", acoustics.mf.channel)):
         if "file" in channel.settings and not is_plugin(str(channel)):
-            yield f"acoustics.{name}.channel.file", read_curve, channel.settings["file"]
+            yield f"acoustics.{name}.channel.file", read_measured, channel.settings["file"]
     if acoustics.mf.airtimes is not None:
         yield "acoustics.mf.airtimes", airtime_table, acoustics.mf.airtimes
 

@@ -298,6 +298,7 @@ MODEMS = (
             "range_m": Figure(1000.0, "m", "M", UWAVE),
             "bit_rate_bps": Figure(78.0, "bit/s", "M", UWAVE),
             "overhead": Figure(1.0, "1", "M", f"{UWAVE}: its 78 bit/s are of the payload"),
+            "doppler_limit_m_per_s": Figure(1.0, "m/s", "M", f"{UWAVE}: largest relative velocity"),
             "transmit_w": Figure(6.0, "W", "M", UWAVE),
             "receive_w": Figure(0.33, "W", "M", UWAVE),
             "frequency_khz": Figure(20.0, "kHz", "calc", f"middle {OF_THE_BAND}, 10-30 kHz"),

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 import simpy
 
-from ..acoustics.channel import NO_LOSS, AskedChannel, between
+from ..acoustics.channel import NO_LOSS, AskedChannel, heard_from
+from ..acoustics.doppler import lose_shifted
 from ..acoustics.loss import LossTerms
 from ..acoustics.propagation import PROSPECT
 from ..acoustics.signals import outcome_of, solve_all, spread_signal
@@ -125,6 +126,7 @@ class Data:
             band.reach, self._loss, self._prospects(auv, time), self._keys[auv],
             int(self._sent[auv]),
         )  # fmt: skip
+        lose_shifted(sounds, first, time, self._uplink.doppler_limit)
         self._sent[auv] += 1
         packet.packet = number
         sounds.deafen(BY_OWN_PACKET, number, auv, time, self._lasts)
@@ -135,9 +137,11 @@ class Data:
         """
         if self._channel is None:
             return np.empty(0, PROSPECT)
-        around = np.concatenate([places(fleet.motion, time)[:, :3] for fleet in self._fleets])
-        signals = between(time, around[[auv]], around, self._uplink.band.reach, calling=False)
-        return np.ascontiguousarray(self._channel.prospects(signals)[0])
+        auvs, asvs = (places(fleet.motion, time)[:, :3] for fleet in self._fleets)
+        return heard_from(
+            self._channel, time, auv, (auvs, asvs), self._auvs + self._asvs,
+            self._uplink.band.reach, "hf", self._uplink.random,
+        )  # fmt: skip
 
     def close(self, time: float) -> None:
         """Put on record what became of each packet by an instant (s), the mission's end."""

@@ -157,6 +157,7 @@ def _refuse_value(kind: str, name: str, value: Any, hint: Any, counts: Mapping[s
 LEVELS = (
     *("snr_db", "level_db", "margin_db"),
     *("azimuth_deg", "elevation_deg", "body_azimuth_deg", "body_elevation_deg"),
+    "range_rate_m_per_s",
     *TOLD_WHY,
     *LASTING_ERRORS,
 )

@@ -32,12 +32,13 @@ HEARD, OUT_OF_RANGE, LOST, COLLIDED, IN_FLIGHT, DELIVERED = range(6)
 REASONS = (
     *("failed", "failed_meanwhile", "unanswered", "chance", "burst"),
     *("ping", "echo", "call", "frame", "own_frame", "own_ping", "signal", "own_signal"),
-    *("auv_frame", "packet", "own_packet"),
+    *("auv_frame", "packet", "own_packet", "doppler"),
 )
 WORDS = (*OUTCOMES, *REASONS)
 FAILED, FAILED_MEANWHILE, UNANSWERED, CHANCE, BURST = range(6, 11)
 BY_PING, BY_ECHO, BY_CALL, BY_FRAME, BY_OWN_FRAME, BY_OWN_PING = range(11, 17)
 BY_SIGNAL, BY_OWN_SIGNAL, BY_AUV_FRAME, BY_PACKET, BY_OWN_PACKET = range(17, 22)
+DOPPLER = 22
 
 # Columns that tell why, and those of errors that were there all the time as a ping was measured
 TOLD_WHY = ("why", "overlapped_by", "loss_probability")
@@ -100,7 +101,8 @@ class Ping:
     call_why: str | None = column(
         "",
         "why the AUV did not decode the call: out_of_range, chance, burst (lost with those "
-        "before), call (another ASV's overlapped it) or failed_meanwhile (its ASV, as it called)",
+        "before), doppler (the way changed too fast), call (another ASV's overlapped it) or "
+        "failed_meanwhile (its ASV, as it called)",
         None,
     )
 
@@ -140,12 +142,18 @@ class Reception:
         "deg", f"the same as the array sees it, {AHEAD}, in [0, 360)", None
     )
     body_elevation_deg: float | None = column("deg", f"the same as the array sees it, {DOWN}", None)
+    range_rate_m_per_s: float | None = column(
+        "m/s",
+        "measured rate of that way, positive where it grows, of those heard; null without "
+        "usbl.range_rate_sd_m_per_s",
+        None,
+    )
     why: str | None = column(
         "",
         "why it was not decoded: out_of_range, failed (its ASV, before it came), failed_meanwhile "
         "(passive: as it pinged), unanswered (no call made the AUV ping), chance, burst (lost with "
-        "those before), or what overlapped it: ping, packet, echo, call, own_frame (that the ASV "
-        "sent)",
+        "those before), doppler (the way changed faster than doppler_limit_m_per_s), or what "
+        "overlapped it: ping, packet, echo, call, own_frame (that the ASV sent)",
         None,
     )
     overlapped_by: int | None = column(
@@ -364,8 +372,8 @@ class SignalReception:
     )
     why: str | None = column(
         "",
-        "why it was not decoded: out_of_range, chance, ping, signal, call or own_frame (that "
-        "overlapped it), own_ping or own_signal (it sent itself meanwhile)",
+        "why it was not decoded: out_of_range, chance, doppler, ping, signal, call or own_frame "
+        "(that overlapped it), own_ping or own_signal (it sent itself meanwhile)",
     )
     overlapped_by: int | None = column(
         "1", "number of the strongest that overlapped it; of a call the ASV's"
@@ -461,8 +469,8 @@ class FrameReception:
     why: str | None = column(
         "",
         "why it was not decoded: out_of_range, failed (its ASV, before), failed_meanwhile, chance, "
-        "burst (lost with those before), frame or auv_frame (of an ASV or AUV, overlapped it), "
-        "own_ping or own_frame (the AUV sent meanwhile)",
+        "burst (lost with those before), doppler (the way changed too fast), frame or auv_frame "
+        "(of an ASV or AUV, overlapped it), own_ping or own_frame (the AUV sent meanwhile)",
         None,
     )
     overlapped_by: int | None = column(

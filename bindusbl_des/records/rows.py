@@ -104,6 +104,10 @@ SIGHT = dict.fromkeys(
     float,
 )
 
+# How fast (m/s) the ASV of a reception went as it heard, or was heard: where range rates are
+# measured; NaN where none is.
+OWN_WAY = dict.fromkeys(("own_x_m_per_s", "own_y_m_per_s", "own_z_m_per_s"), float)
+
 RECEPTION = row_type(
     Reception,
     {
@@ -117,6 +121,7 @@ RECEPTION = row_type(
         "late_s": float,  # how much later than that it seems to come where echoes blend into it,
         "lowered": float,  # and by how much more the sine of its depression; NaN where none do
         **SIGHT,
+        **OWN_WAY,
     },
     without=("level_db", "margin_db", "loss_probability", *LASTING_ERRORS),
 )

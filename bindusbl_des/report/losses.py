@@ -106,7 +106,10 @@ def _beyond_reach(mission: Recording) -> list[str]:
     away, nearest = broadcast_distances(mission)
     reach, cut = mission.scenario.acoustics.mf.range_m, missed - len(away)
     if cut:  # of the disc, only a failure loses frames that nothing met
-        text.append(f"<b>Downlink:</b> {cut} of {made} fixes were on the air as their ASV failed.")
+        why = "on the air as their ASV failed"
+        if (limit := mission.scenario.acoustics.mf.doppler_limit_m_per_s) is not None:
+            why += f", or over ways that changed faster than {limit:g} m/s (doppler_limit_m_per_s)"
+        text.append(f"<b>Downlink:</b> {cut} of {made} fixes were {why}.")
     if not len(away):
         return text
     missed = len(away)

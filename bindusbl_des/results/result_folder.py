@@ -127,7 +127,7 @@ def read_schema(path: Path) -> pa.Schema:
 # Columns that a table was given since folders of it were first kept
 ADDED = {
     "pings": {"call_why"},
-    "receptions": {*TOLD_WHY, *LASTING_ERRORS},
+    "receptions": {*TOLD_WHY, *LASTING_ERRORS, "range_rate_m_per_s"},
     "frame_receptions": {*TOLD_WHY},
 }
 

@@ -1,6 +1,8 @@
 """The settings of the channels that ship, and the curves of delivery over range that files have."""
 
 import math
+import re
+from functools import partial
 from itertools import pairwise
 from typing import Literal, NamedTuple
 
@@ -12,7 +14,7 @@ from .part_choice import PartChoice, Settings
 
 
 class Lossy(Settings):
-    """What every channel has, one's own as well: how long losses last."""
+    """What every channel has, one's own as well: how long losses last, and which speed it bears."""
 
     burst_s: Real | None = key(
         None,
@@ -21,6 +23,14 @@ class Lossy(Settings):
         "share lost being the channel's; null = each is lost by itself",
         gt=0,
         le=1e5,
+    )
+    doppler_limit_m_per_s: Real | None = key(
+        None,
+        "m/s",
+        "how fast the way between two vehicles may change, either way, for a signal to be decoded; "
+        "null = as the band's modem states, else any",
+        gt=0,
+        le=100,
     )
 
 
@@ -42,6 +52,30 @@ class Curve(Lossy):
         "how far signals drown others that they overlap; null = to the last range of the file",
         ge=0,
         le=1e6,
+    )
+
+
+class Series(Lossy):
+    """The settings of the channel `series`: what was measured of each link over time."""
+
+    file: Text = key(
+        ...,
+        "",
+        "CSV with columns time_s, from, to (AUV0, ASV1, ...) and chance or level_db; relative to "
+        "the scenario file",
+    )
+    threshold_db: Real | None = key(
+        None,
+        "dB",
+        "level at which half of all signals are decoded, of a file with levels",
+        ge=-300,
+        le=300,
+    )
+    shadowing_sd_db: Real = key(
+        0.0, "dB", "standard deviation of a signal's level about that of the file", ge=0, le=40
+    )
+    noise_db: Real = key(
+        0.0, "dB", "level of the noise in the band, above which levels are SNRs", ge=-300, le=300
     )
 
 
@@ -261,3 +295,106 @@ def _point(row: TableRow) -> tuple[str, float, float]:
         remedy = "divide per cent by 100" if 1.0 < ratio <= 100.0 else "give a share of 1"
         raise ValueError(f"{row.where}: delivery_ratio is {ratio:g}, not within 0 and 1; {remedy}")
     return row.where, away, ratio
+
+
+# What a file with links has beside what was measured, and a vehicle's name
+LINK = ("time_s", "from", "to")
+MEASURED = ("chance", "level_db")
+VEHICLE = re.compile(r"(AUV|ASV)(\d{1,6})")
+LINKS_EXAMPLE = "such as `0,AUV0,ASV1,0.9`"
+
+
+class LinkRow(NamedTuple):
+    """Where a row stands (file:line), its instant (s), who sends and who listens, the value."""
+
+    where: str
+    time: float
+    sender: str
+    listener: str
+    value: float
+
+
+class LinkSeries(NamedTuple):
+    """Rows of links, those of each by rising instants; whether their values are levels (dB), not
+    chances; and what is to be said of rows that do not count.
+    """
+
+    rows: tuple[LinkRow, ...]
+    has_levels: bool
+    left_out: tuple[str, ...] = ()
+
+
+@of_file(16)
+def read_series(path: str) -> LinkSeries:
+    """Return the measured time series of links in a CSV file.
+
+    Its header line has the columns time_s, from and to, and either chance, in [0, 1], or level_db;
+    instants of one link rise.
+
+    Raises:
+        ValueError: naming file, line, column, value and remedy, when it is none.
+    """
+    table = read_table(path)
+    missing = [name for name in LINK if name not in table.names]
+    measured = [name for name in MEASURED if name in table.names]
+    if missing or len(measured) != 1:
+        lacks = (
+            f"column {', '.join(missing)} missing"
+            if missing
+            else (
+                "has both chance and level_db" if measured else "column chance or level_db missing"
+            )
+        )
+        raise ValueError(
+            f"{path}:1: {lacks}; the header needs time_s, from, to and one of chance, level_db"
+        )
+    [value] = measured
+    rows, unread = sifted(table.rows(), partial(_link, value))
+    if not rows:
+        raise ValueError(f"{path}: has no rows; give at least one {LINKS_EXAMPLE}")
+    last: dict[tuple[str, str], float] = {}
+    for row in rows:
+        link = row.sender, row.listener
+        if row.time <= last.get(link, -math.inf):
+            raise ValueError(
+                f"{row.where}: time_s is {row.time:g} after {last[link]:g} of the same link; sort "
+                "the lines of each link by time, each instant once"
+            )
+        last[link] = row.time
+    return LinkSeries(tuple(rows), value == "level_db", (*table.left_out, *unread))
+
+
+def _link(column: str, row: TableRow) -> LinkRow:
+    """Return a row of links, with what was measured in a column."""
+    numbers = []
+    for name in ("time_s", column):
+        text = row.cells[name]
+        try:
+            numbers.append(float(text))
+        except ValueError:
+            numbers.append(math.nan)
+        if not math.isfinite(numbers[-1]):
+            raise ValueError(f"{row.where}: {name} is {text!r}; give a number, {LINKS_EXAMPLE}")
+    for name in ("from", "to"):
+        if VEHICLE.fullmatch(row.cells[name].strip()) is None:
+            raise ValueError(
+                f"{row.where}: {name} is {row.cells[name]!r}; name a vehicle, AUV0 or ASV1"
+            )
+    time, value = numbers
+    sender, listener = row.cells["from"].strip(), row.cells["to"].strip()
+    if sender == listener:
+        raise ValueError(f"{row.where}: to is {listener!r}, as from is; name another vehicle")
+    if column == "chance" and not 0.0 <= value <= 1.0:
+        remedy = "divide per cent by 100" if 1.0 < value <= 100.0 else "give a share of 1"
+        raise ValueError(f"{row.where}: chance is {value:g}, not within 0 and 1; {remedy}")
+    return LinkRow(row.where, time, sender, listener, value)
+
+
+def read_measured(path: str) -> DeliveryCurve | LinkSeries:
+    """Return what a channel's file has: links over time, or a curve over ranges.
+
+    Raises:
+        ValueError: as of :func:`read_series` and :func:`read_curve`.
+    """
+    names = read_table(path).names
+    return read_series(path) if {*LINK[1:], *MEASURED} & {*names} else read_curve(path)

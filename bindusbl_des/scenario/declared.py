@@ -198,7 +198,8 @@ class ChannelTraits(Traits):
     """What becomes of sound: if it `ends_at_range` nothing is heard beyond; with a channel that
     `has_levels` one knows how loud it is.  Within its range it may lose pings, and frames unless it
     `keeps_frames`.  Pings may have echoes (`has_echoes`), or rays are traced (`traces_rays`), where
-    the bottom is given; what was measured has a `reach_of_its_own`.
+    the bottom is given; what was measured has a `reach_of_its_own`.  Of one that goes `by_link`
+    nobody can tell by places alone, but which vehicles there are.
     """
 
     ends_at_range: bool = False
@@ -207,19 +208,21 @@ class ChannelTraits(Traits):
     has_echoes: bool = False
     traces_rays: bool = False
     reach_of_its_own: bool = False
+    by_link: bool = False
 
 
 @dataclass(frozen=True)
 class NavigatorTraits(Traits):
     """What an AUV makes of a fix: nothing (`ignores_fixes`), a fixed share of it (`has_gain`), or
     as much as it is worth by its covariance (`weighs`); `is_smoother` if it revises what was
-    before.
+    before.  One of somebody's own is given what it `wants`: fused fixes, or receptions.
     """
 
     weighs: bool = False
     ignores_fixes: bool = False
     has_gain: bool = False
     is_smoother: bool = False
+    wants: Literal["fixes", "receptions"] = "fixes"
 
 
 @dataclass(frozen=True)
@@ -345,6 +348,7 @@ CHANNELS: Mapping[str, ChannelTraits] = {
     "curve": ChannelTraits(reach_of_its_own=True),
     "sonar": ChannelTraits(has_levels=True, has_echoes=True),
     "table": ChannelTraits(has_levels=True, traces_rays=True),
+    "series": ChannelTraits(reach_of_its_own=True, by_link=True),
 }
 NAVIGATORS: Mapping[str, NavigatorTraits] = {
     "fixed_gain": NavigatorTraits(settings=FixedGain, has_gain=True),

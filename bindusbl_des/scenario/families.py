@@ -9,7 +9,7 @@ from operator import attrgetter
 
 from ..core.plugins import Family, PluginError, allow, is_plugin, loaded
 from . import declared
-from .channel_settings import Curve, Disc, Lossy, PingSonar, PingTable, Sonar, Table
+from .channel_settings import Curve, Disc, Lossy, PingSonar, PingTable, Series, Sonar, Table
 from .declared import Traits
 from .part_choice import PartChoice, Settings, own_mistakes, own_part
 from .scenario_keys import ScenarioKeys
@@ -49,12 +49,18 @@ KNOWLEDGE = Family(
 )
 CHANNEL = Family(
     *("acoustics.hf.channel", "channel", tuple(declared.CHANNELS), ("signals",)),
-    settings={"disc": Disc, "curve": Curve, "sonar": PingSonar, "table": PingTable},
+    settings={
+        "disc": Disc,
+        "curve": Curve,
+        "sonar": PingSonar,
+        "table": PingTable,
+        "series": Series,
+    },
     common=Lossy,
 )
 MF_CHANNEL = Family(
     *("acoustics.mf.channel", "mf_channel", tuple(declared.CHANNELS), ("signals",)),
-    settings={"disc": Disc, "curve": Curve, "sonar": Sonar, "table": Table},
+    settings={"disc": Disc, "curve": Curve, "sonar": Sonar, "table": Table, "series": Series},
     common=Lossy,
 )
 INSTRUMENT = Family(

@@ -36,6 +36,12 @@ class Kalman(Settings):
     initial_position_sd_m: Real | None = key(
         None, "m", "prior of the start along each axis; null = the scenario's", ge=0, le=1e5
     )
+    range_rate: bool = key(
+        False,
+        "",
+        "whether range rates (usbl.range_rate_sd_m_per_s), which come with fixes, correct velocity "
+        "bias and current as well",
+    )
     assumes: Mapping[str, Mapping[str, Any]] = key(
         {},
         "",

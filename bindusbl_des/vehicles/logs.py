@@ -140,6 +140,18 @@ def place_at(log: Floats, first: int, end: int, step: float, time: float) -> Pla
 
 
 @inlined
+def velocity_at(
+    log: Floats, first: int, end: int, step: float, time: float
+) -> tuple[float, float, float]:
+    """Return the velocity (m/s) along x, y and z at an instant (s)."""
+    line, share, _ = before(first, end, step, time)
+    _, u = read(log, line, share, step, X)
+    _, v = read(log, line, share, step, Y)
+    _, w = read(log, line, share, step, Z)
+    return u, v, w
+
+
+@inlined
 def headings_at(log: Floats, first: int, end: int, step: float, time: float) -> tuple[float, float]:
     """Return the integrals of cos(yaw) and sin(yaw) from 0 to an instant (s)."""
     line, share, past = before(first, end, step, time)

@@ -115,6 +115,18 @@ def where(motion: Motion, vehicle: int, time: float) -> Place:
     return x, y, z, yaw
 
 
+@compiled
+def velocity(motion: Motion, vehicle: int, time: float) -> tuple[float, float, float]:
+    """Return the velocity (m/s) of a vehicle along x, y and z at an instant (s)."""
+    begin, end = motion.first[vehicle], motion.first[vehicle + 1]
+    if motion.step > 0.0:
+        return logs.velocity_at(motion.table, begin, end, motion.step, time)
+    leg = _leg_at(motion.table, begin, end, time)
+    _, _, _, yaw, _, _, _ = _on_leg(motion.table, leg, time)
+    speed: float = motion.table[leg, SPEED]
+    return speed * cos(yaw), speed * sin(yaw), motion.table[leg, CLIMB]
+
+
 @inlined
 def headed(
     motion: Motion, vehicle: int, time: float

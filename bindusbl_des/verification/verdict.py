@@ -262,6 +262,12 @@ def _unknown(case: Case) -> Iterator[SignalPair]:
     if not protocol.asvs_ping:
         bands["mf"] = "frames", acoustics.mf.traits, acoustics.mf.channel
     for band, (what, traits, channel) in bands.items():
+        limit = acoustics.bands[band].doppler_limit_m_per_s
+        if limit is not None and case.closing_m_per_s > limit:
+            why = (
+                f"ways that change by up to {case.closing_m_per_s:.3g} m/s lose signals to Doppler"
+            )
+            yield undecided("Doppler limit", what, why, band)
         if not traits.ends_at_range:
             why = f"with the channel {str(channel)!r} sound ends at no range"
             yield undecided("sound without a range", what, why, band)

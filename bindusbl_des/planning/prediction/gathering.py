@@ -15,7 +15,7 @@ from ...acoustics.channel import AskedChannel, between
 from ...core.arrays import Floats
 from ...core.plugins import loaded
 from ...core.wording import plain
-from ...preflight.band_warnings import ALWAYS_HEARING, messages
+from ...preflight.band_warnings import ALWAYS_HEARING, messages, shifted_bands
 from ...preflight.fix_chance import below, frame_chance, loses_pings, ping_chance
 from ...preflight.round_lengths import pace_of
 from ...protocol.slots import Slots
@@ -126,11 +126,23 @@ def approximations(setup: Setup) -> Iterator[str]:
             f"Losses that last {plain(max(bursts))} s are taken to come one by one: times without "
             "a fix, and errors, may be several times those predicted."
         )
+    if shifted_bands(setup):
+        yield (
+            "Signals that Doppler loses (doppler_limit_m_per_s) are taken to be decoded: where "
+            "AUVs go towards an ASV or away from it there are fewer fixes, and errors are larger."
+        )
+    if scenario.navigation.filter.settings.get("range_rate"):
+        yield "Range rates are left out: errors may be somewhat smaller than predicted."
     open_ended = not all(band.traits.ends_at_range for band in bands)
     if len(set(map(scenario.survey.depth, range(scenario.auvs.count)))) > 1 and open_ended:
         yield (
             f"All AUVs are taken to be heard, and to hear, as well as the deepest, from "
             f"{plain(scenario.survey.deepest)} m."
+        )
+    if any(band.traits.by_link for band in bands):
+        yield (
+            "Links are taken to be as good as the disc's within range_m, whatever was measured of "
+            "each."
         )
     if scenario.acoustics.hf.traits.traces_rays:
         yield (
@@ -375,7 +387,7 @@ def hf_chances(setup: Setup) -> Chances:
     scenario = setup.scenario
     hf, farthest = scenario.acoustics.hf, farthest_of(setup)
     ranges = np.linspace(0.0, farthest, STEPS + 1)
-    is_cut = hf.traits.ends_at_range or hf.channel.is_own
+    is_cut = hf.traits.ends_at_range or not hf.by_place
     chances = ping_chance(setup, ranges, scenario.survey.deepest)
     if chances is None:
         chances = 1.0 - setup.ping_loss.over(ranges)
@@ -387,7 +399,7 @@ def mf_chances(setup: Setup) -> Chances:
     """Return how likely an AUV decodes a frame with the fixes of all."""
     scenario = setup.scenario
     mf, farthest = scenario.acoustics.mf, farthest_of(setup)
-    is_cut = mf.traits.ends_at_range or mf.channel.is_own
+    is_cut = mf.traits.ends_at_range or not mf.by_place
     ranges = np.linspace(0.0, farthest, STEPS + 1)
     chances = frame_chance(setup, ranges, scenario.survey.deepest)
     if chances is None:
@@ -419,7 +431,7 @@ def fix_noise(setup: Setup) -> FixNoise:
     farthest, away = farthest_of(setup), np.linspace(0.0, farthest_of(setup), STEPS + 1)
     survey, count = scenario.survey, scenario.auvs.count
     hf = scenario.acoustics.hf
-    channel = None if hf.channel.is_own else setup.ping_channel
+    channel = setup.ping_channel if hf.by_place else None
     rows: dict[float, Floats] = {}
     shares = 0.0, scenario.usbl.slow_share
     whole, white = (replace(setup.usbl, slow_share=share) for share in shares)

@@ -14,7 +14,8 @@ import simpy
 from numpy.typing import NDArray
 from simpy.events import EventPriority
 
-from ...acoustics.channel import NO_LOSS, AskedChannel, between
+from ...acoustics.channel import NO_LOSS, AskedChannel, heard_from
+from ...acoustics.doppler import lose_shifted
 from ...acoustics.loss import LossTerms
 from ...acoustics.propagation import PROSPECT
 from ...acoustics.signals import outcome_of, signal_outcome, solve_all, spread_signal
@@ -207,6 +208,7 @@ class SharedAir:
             band.reach, self._loss, self._prospects(sender, time, listeners),
             self._keys[sender, :listeners], int(self._sent[sender]),
         )  # fmt: skip
+        lose_shifted(sounds, first, time, self._uplink.doppler_limit)
         self._sent[sender] += 1
         for row in range(first, sounds.count) if self._inboxes else ():
             inbox = self._inboxes.get(int(sounds.array[row]["listener"]))
@@ -220,13 +222,11 @@ class SharedAir:
         """
         if self._channel is None:
             return np.empty(0, PROSPECT)
-        around = np.concatenate([places(fleet.motion, time)[:, :3] for fleet in self._fleets])
-        here, there, reach = around[[sender]], around[:listeners], self._uplink.band.reach
-        if sender < self.auvs:
-            asked = between(time, here, there, reach, calling=False)
-            return np.ascontiguousarray(self._channel.prospects(asked)[0])
-        asked = between(time, there, here, reach, calling=True)
-        return np.ascontiguousarray(self._channel.prospects(asked)[:, 0])
+        auvs, asvs = (places(fleet.motion, time)[:, :3] for fleet in self._fleets)
+        return heard_from(
+            self._channel, time, sender, (auvs, asvs), listeners, self._uplink.band.reach, "hf",
+            self._uplink.random,
+        )  # fmt: skip
 
     # Hearing
 

@@ -7,7 +7,8 @@ from math import hypot
 
 import numpy as np
 
-from ...acoustics.channel import AskedChannel, Prospects, Signals, between, deciding
+from ...acoustics.channel import AskedChannel, Named, Prospects, Signals, between, deciding
+from ...acoustics.doppler import beyond
 from ...acoustics.loss import LossTerms
 from ...acoustics.propagation import (
     TOUCH,
@@ -22,10 +23,10 @@ from ...acoustics.propagation import (
 from ...acoustics.sonar_channel import ECHO, EchoingSonar
 from ...acoustics.sounds import Sounds
 from ...acoustics.travel_time import PASSED, travel_time
-from ...core.arrays import Floats, Ints
+from ...core.arrays import Flags, Floats, Ints
 from ...core.packed import Packed
 from ...core.streams import Purpose, Streams
-from ...records.events import FAILED_MEANWHILE, HEARD, IN_FLIGHT, LOST
+from ...records.events import DOPPLER, FAILED_MEANWHILE, HEARD, IN_FLIGHT, LOST
 from ...records.rows import CALLED, NONE, EventBuffer, Recorder, Rows
 from ...vehicles.fleet import VehicleFleet
 from ...vehicles.motion import places
@@ -58,13 +59,15 @@ class HfBand:
         record: Recorder,
         bursts: Rows | None = None,
         *,
+        doppler_limit: float | None = None,
         asvs_ping: bool = False,
     ) -> None:
         """Put a band together; the channel is the compiled disc with its loss, or one asked.
 
         Pings and calls are lost in `bursts` (AUVs, ASVs), :data:`...acoustics.bursts.PAIR`, if not
-        None.
+        None; and where their way changes faster than a `doppler_limit` (m/s).
         """
+        self.doppler_limit = doppler_limit
         self.band, self.bursts, self.asvs_ping = band, bursts, asvs_ping
         self._channel, self.receiver, self._way = deciding(channel, band)
         self._auvs, self._asvs, self._record = auvs, asvs, record
@@ -81,6 +84,8 @@ class HfBand:
         self._spread_in = self._packed()
         self._call_late_s: dict[int, Floats] = {}  # of the last call for each AUV, by each ASV
         self._luck = cache(partial(streams.of, Purpose.CALL))
+        #: What the channel may draw from, where one is asked.
+        self.random = None if self._channel is None else streams.of(Purpose.CHANNEL, 0)
         self._predicted = 0  # pings before this one have arrived everywhere
         self._nearly_there: list[tuple[float, int]] = []  # instants (s) and receptions, a heap
         self._prospects: dict[int, Prospects] = {}  # of pings, where a channel was asked
@@ -132,7 +137,17 @@ class HfBand:
             _, cut = self._asvs.failures.met(callers, time, time + self.band.duration)
             cut &= answers["call"] == HEARD
             answers["call"][cut], answers["call_why"][cut] = LOST, FAILED_MEANWHILE
+        if self.doppler_limit is not None:
+            cut = self._shifted(members(tuple(group)), callers, time, self.doppler_limit)
+            cut &= answers["call"] == HEARD
+            answers["call"][cut], answers["call_why"][cut] = LOST, DOPPLER
         return answers
+
+    def _shifted(self, auvs: Ints, asvs: Ints, time: float, limit: float) -> Flags:
+        """Tell which ways between AUVs and ASVs (n,) change faster than a limit (m/s)."""
+        numbers = len(self._auvs) + np.ascontiguousarray(asvs)
+        sea = self.sounds.sea.address
+        return beyond(sea, np.ascontiguousarray(auvs), numbers, time, limit)
 
     def failed(self, time: float) -> tuple[int, ...]:
         """Return the ASVs that have failed by an instant (s): they neither hear nor call."""
@@ -178,9 +193,10 @@ class HfBand:
         self._auvs.advance(time)
         self._asvs.advance(time)
         auvs, asvs = (places(fleet.motion, time)[:, :3] for fleet in (self._auvs, self._asvs))
-        if not self.asvs_ping:
-            auvs = auvs.take(members(tuple(group)), axis=0)
-        return between(time, auvs, asvs, self.band.reach, calling)
+        numbers = members(tuple(self._all_auvs if self.asvs_ping else group))
+        auvs = auvs.take(numbers, axis=0)
+        named = Named(numbers, members(tuple(range(len(asvs)))), "hf", self.random)
+        return between(time, auvs, asvs, self.band.reach, calling, named)
 
     def _foresee(self, group: Sequence[int], time: float) -> None:
         """Make known where AUVs are until a sound sent at an instant (s) has met or passed them."""
@@ -230,6 +246,13 @@ class HfBand:
             self._echo(group, first, row, self.echoes)
         if self._may_fail:
             self._cut_short(group, first, row, time)
+        if self.doppler_limit is not None:
+            receptions_now = receptions.rows[row:]
+            cut = self._shifted(
+                receptions_now["auv"], receptions_now["asv"], time, self.doppler_limit
+            )
+            cut &= receptions_now["outcome"] == IN_FLIGHT
+            receptions_now["outcome"][cut], receptions_now["why"][cut] = LOST, DOPPLER
         if called[0]["call"] not in (NONE, HEARD):
             silence(receptions.rows[row:], called[0]["call"])
         if not self._is_sure:

@@ -22,6 +22,7 @@ from ...usbl.array import ELEMENTS, plus, scaled
 from ...usbl.instrument import Usbl, measured, note
 from ...usbl.measuring import HEADING_NOISE, NO_INSTRUMENT, NOISE_WIDTH, Instrument, gnss_noise
 from ...usbl.own_instrument import OwnInstrument, mirrored, sounding_of
+from ...usbl.range_rates import RangeRates
 from ...usbl.slow_errors import SLOW, advance, blend
 from ...usbl.systematic_fixes import (
     OUTLIER_WIDTH,
@@ -52,11 +53,13 @@ class Measuring:
         asvs: int,
         record: Recorder,
         slow: Rows | None = None,
+        range_rates: RangeRates | None = None,
     ) -> None:
         """Measure pings between so many AUVs and ASVs, and write fixes to a record.
 
-        `slow` numbers as of :func:`...usbl.slow_errors.slow_numbers`.
+        `slow` numbers as of :func:`...usbl.slow_errors.slow_numbers`; `range_rates` if not None.
         """
+        self.range_rates = range_rates
         self._record, self._errors, outliers = record, None, 0
         #: What is wrong all the time, if anything.
         self.systematic: Systematic | None = None
@@ -206,6 +209,8 @@ class Outcomes:
             self._band.sounds.count, count, measuring.errors, self._echoes,
             None if self._gnss_noise is None else self._drawn(self._gnss_noise),
         )  # fmt: skip
+        if measuring.range_rates is not None:
+            self._note_rates(measuring.range_rates, ping, only)
         if measuring.own is not None:
             for fix in fixes.array[count : fixes.count]:
                 self._measure(measuring.own, fix)
@@ -213,6 +218,14 @@ class Outcomes:
             for number in fixes.array["round"][count : fixes.count].tolist():
                 self._record.rounds[number].fixes += 1
         return undecided, auv, asv
+
+    def _note_rates(self, rates: RangeRates, ping: int, only: int) -> None:
+        """Have the range rates measured of what was heard, of pings from one on or `only` a row."""
+        pings, receptions = self._record.pings.rows, self._record.receptions.rows
+        if only != NONE:
+            rates.note(self._band.sounds, pings, receptions[only : only + 1])
+        elif ping < len(pings):
+            rates.note(self._band.sounds, pings, receptions[pings["first"][ping] :])
 
     def _drawn(self, noise: EventBuffer) -> Floats:
         """Return how far off ASVs believed to be as they pinged (pings, 3)."""

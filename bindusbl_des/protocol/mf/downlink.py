@@ -10,7 +10,8 @@ import simpy
 from numpy.typing import NDArray
 
 from ...acoustics.bursts import burst_chances
-from ...acoustics.channel import AskedChannel, between
+from ...acoustics.channel import AskedChannel, heard_from
+from ...acoustics.doppler import beyond
 from ...acoustics.messages import Message
 from ...acoustics.named_channels import FrameChannel
 from ...acoustics.sounds import Sounds
@@ -27,6 +28,7 @@ from ...records.events import (
     BY_OWN_PING,
     CHANCE,
     COLLIDED,
+    DOPPLER,
     HEARD,
     IN_FLIGHT,
     LOST,
@@ -109,7 +111,8 @@ class FrameBand(NamedTuple):
     them, or as often as the `channel` says, where one is asked; they travel at `sound_speed` (m/s).
     Frames that overlap at an AUV destroy each other, but for `capture` as of
     :class:`...acoustics.channel.Receiver`.  What a channel lets be lost is lost in `bursts` (AUVs,
-    ASVs), :data:`...acoustics.bursts.PAIR`, if not None.
+    ASVs), :data:`...acoustics.bursts.PAIR`, if not None; and where its way changes faster than a
+    `doppler_limit` (m/s).
     """
 
     reach: float
@@ -118,6 +121,7 @@ class FrameBand(NamedTuple):
     capture: float = math.inf
     bursts: Rows | None = None
     slant: bool = False
+    doppler_limit: float | None = None
 
 
 class MfDownlink(Deliveries):
@@ -141,8 +145,9 @@ class MfDownlink(Deliveries):
     ) -> None:
         super().__init__(env, auvs, navigator, record)
         self._channel, self._range, self._sound_speed = band.channel, band.reach, band.sound_speed
-        self._bursts = band.bursts
+        self._bursts, self._doppler_limit = band.bursts, band.doppler_limit
         self._luck = cache(partial(streams.of, Purpose.FRAME))
+        self._random = None if band.channel is None else streams.of(Purpose.CHANNEL, 1)
         self._overheard = cache(partial(streams.of, Purpose.OVERHEARD))
         self._asvs, self._clock, self._record = asvs, clock, record
         self._frames = EventBuffer(FRAME)
@@ -216,6 +221,8 @@ class MfDownlink(Deliveries):
             self._sent_in.address, sounds.sea.address, number, sounds.count, asv, time, on_air,
             airtime, processing, told, foreseen, promised, self._listeners,
         )  # fmt: skip
+        if self._doppler_limit is not None:
+            self._lose_shifted(told, asv, time, self._doppler_limit)
         self._frames.count += 1
         sounds.count += self._listeners - (self._listeners > auvs)  # its sender hears nothing
         self._passed_at = max(self._passed_at, time + longest)
@@ -227,16 +234,28 @@ class MfDownlink(Deliveries):
             event = self._env.timeout(airtime)
             event.callbacks.append(partial(self._leave, told, asv, (time, airtime, processing)))
 
+    def _lose_shifted(self, rows: Ints, asv: int, time: float, limit: float) -> None:
+        """Let AUVs lose the frame with fixes that an ASV begins at an instant (s) where their way
+        changes faster than a limit (m/s).
+        """
+        auvs, first, fixes = len(self._auvs), self.sounds.count, self._fixes.array
+        sender = np.full(auvs, auvs + asv)
+        shifted = beyond(self.sounds.sea.address, sender, np.arange(auvs), time, limit)
+        sounds = self.sounds.array[first : first + auvs]
+        shifted &= sounds["outcome"] == IN_FLIGHT
+        sounds["outcome"][shifted], sounds["why"][shifted] = LOST, DOPPLER
+        lost = rows[shifted[fixes["auv"][rows]] & (fixes["outcome"][rows] == IN_FLIGHT)]
+        fixes["outcome"][lost], fixes["arrives_at_s"][lost] = LOST, math.nan
+
     def _ask(self, channel: AskedChannel, carried: Ints, asv: int, time: float) -> Rows:
         """Return what becomes of a frame of fixes at those who listen (n,), :data:`PROMISE`, that
         an ASV begins at an instant (s).
         """
-        auvs = places(self._auvs.motion, time)[:, :3]
-        asvs = places(self._asvs.motion, time)[:, :3]
-        further = self._listeners - len(auvs)  # ASVs, which decode no frame of another
-        around = np.concatenate((auvs, asvs)) if further else auvs
-        signals = between(time, around, asvs[asv : asv + 1], self._range, calling=True)
-        found = channel.prospects(signals)[:, 0]
+        auvs, asvs = (places(fleet.motion, time)[:, :3] for fleet in (self._auvs, self._asvs))
+        found = heard_from(
+            channel, time, len(auvs) + asv, (auvs, asvs), self._listeners, self._range, "mf",
+            self._random,
+        )  # fmt: skip
         luck = self._overheard(asv).random(len(auvs))
         for auv in set(self._fixes.array["auv"][carried].tolist()):
             luck[auv] = self._luck(auv, asv).random()
@@ -244,9 +263,8 @@ class MfDownlink(Deliveries):
             pairs = np.ascontiguousarray(self._bursts[:, asv])
             losses = np.ascontiguousarray(found["loss"][: len(auvs)])
             luck = burst_chances(pairs, time, losses)
-        if further:
-            luck = np.append(luck, np.ones(further))
-        promised, loss = np.empty(len(around), PROMISE), found["loss"]
+        luck = np.append(luck, np.ones(len(found) - len(auvs)))  # ASVs decode no other's frame
+        promised, loss = np.empty(len(found), PROMISE), found["loss"]
         promised["outcome"] = np.where(
             loss < 1.0, np.where(luck < loss, LOST, IN_FLIGHT), OUT_OF_RANGE
         )

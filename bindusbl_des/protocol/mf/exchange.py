@@ -18,7 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...acoustics.channel import NO_LOSS, between
+from ...acoustics.channel import NO_LOSS, heard_from
+from ...acoustics.doppler import lose_shifted
 from ...acoustics.messages import Message
 from ...acoustics.propagation import PROSPECT
 from ...acoustics.signals import outcome_of, spread_signal
@@ -318,6 +319,7 @@ class Exchange(MfDownlink):
             row.airtime_s, deaf, self._band.slant, self._band.reach, NO_LOSS, self._prospects(row),
             self._keys[row.auv], self._sent_by[row.auv],
         )  # fmt: skip
+        lose_shifted(sounds, first, row.sent_at_s, self._doppler_limit)
         self._sent_by[row.auv] += 1
         heard = {int(sounds.array[at]["listener"]): at for at in range(first, sounds.count)}
         deafened = BY_OWN_FRAME, row.auv_frame, row.auv, row.sent_at_s, row.airtime_s
@@ -332,12 +334,13 @@ class Exchange(MfDownlink):
         """
         if self._channel is None:
             return np.empty(0, PROSPECT)
-        around = np.concatenate(
-            [places(fleet.motion, row.sent_at_s)[:, :3] for fleet in (self._auvs, self._asvs)]
+        auvs, asvs = (
+            places(fleet.motion, row.sent_at_s)[:, :3] for fleet in (self._auvs, self._asvs)
         )
-        signals = between(row.sent_at_s, around[[row.auv]], around, self._band.reach, calling=False)
-        channel = self._channel(row.payload_bytes, row.airtime_s)
-        return np.ascontiguousarray(channel.prospects(signals)[0])
+        return heard_from(
+            self._channel(row.payload_bytes, row.airtime_s), row.sent_at_s, row.auv, (auvs, asvs),
+            self._listeners, self._band.reach, "mf", self._random,
+        )  # fmt: skip
 
     def _became(self, row: int, time: float) -> tuple[int, int, int]:
         """Return what has become of the sound of an AUV's frame by an instant (s), why, and by

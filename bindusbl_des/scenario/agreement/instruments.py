@@ -96,8 +96,27 @@ REPLACED_BY_DRIFT = {
 def instruments_problems(site: Site) -> Iterator[Problem]:
     """Yield what instruments' keys contradict each other in."""
     yield from _usbl(site)
+    yield from _range_rates(site)
     yield from _drift(site)
     yield from _assumed(site.scenario)
+
+
+def _range_rates(site: Site) -> Iterator[Problem]:
+    usbl, asked = site.scenario.usbl, site.scenario.navigation.filter.settings.get("range_rate")
+    if asked is True and usbl.model.is_own:
+        yield Problem(
+            "navigation.filter.range_rate",
+            "needs to know from where ASVs measured, which an instrument of one's own does not "
+            "tell; remove it",
+            ("usbl.model",),
+        )
+    if asked is True and usbl.range_rate_sd_m_per_s is None:
+        yield Problem(
+            "navigation.filter.range_rate",
+            "needs range rates, which nobody measures; set usbl.range_rate_sd_m_per_s, or remove "
+            "it",
+            ("usbl.range_rate_sd_m_per_s",),
+        )
 
 
 def _usbl(site: Site) -> Iterator[Problem]:

@@ -76,6 +76,12 @@ def peers_problems(site: Site) -> Iterator[Problem]:
             "use kalman",
             ("navigation.peers",),
         )
+    if filter_.settings.get("range_rate"):
+        yield Problem(
+            "navigation.filter.range_rate",
+            "is not taken in where AUVs range each other (navigation.peers); remove it",
+            ("navigation.peers",),
+        )
     has_array = peers.bearing == "array"
     if not peers.traits.ranges and not has_array:
         yield Problem(

@@ -19,7 +19,7 @@ from ...core.plain_yaml import Document, read_text, read_yaml
 from ...core.shipped import located
 from ...core.wording import described, printable
 from ...presets.modems import airtime_table
-from ..channel_settings import read_curve
+from ..channel_settings import read_measured
 from ..families import load_plugins
 from ..scenario import Scenario, site_of
 from ..sections.placements import AsvTrack
@@ -293,8 +293,8 @@ READERS: Mapping[Way, Callable[[str], object]] = {
     ("auvs", "route", "files"): _check_track,
     ("asvs", "formation", "files"): _check_track,
     ("environment", "ctd"): _check_cast,
-    ("acoustics", "hf", "channel", "file"): read_curve,
-    ("acoustics", "mf", "channel", "file"): read_curve,
+    ("acoustics", "hf", "channel", "file"): read_measured,
+    ("acoustics", "mf", "channel", "file"): read_measured,
     ("acoustics", "mf", "airtimes"): airtime_table,
 }
 

@@ -77,10 +77,25 @@ class Band(Part):
         return channel_named(self.channel)
 
     @property
+    def by_place(self) -> bool:
+        """Whether one can ask its channel by places: not one's own, nor one of named links."""
+        return not (self.channel.is_own or self.traits.by_link)
+
+    @property
     def burst_s(self) -> float | None:
         """How long (s) signals are lost, on average; None where each is lost by itself."""
         given: float | None = self.channel.settings.get("burst_s")
         return given
+
+    @property
+    def doppler_limit_m_per_s(self) -> float | None:
+        """How fast (m/s) ways may change over which signals are decoded: as its channel says, else
+        as the sheet of its modem does; None: as fast as they like.
+        """
+        given = self.channel.settings.get("doppler_limit_m_per_s")
+        if given is None and self.modem is not None:
+            given = preset("modem", self.modem).values.get("doppler_limit_m_per_s")
+        return None if given is None else float(given)
 
     @property
     def frequency_khz(self) -> float:

@@ -212,6 +212,14 @@ class UsblSection(Part):
     correlation_s: Real = key(
         60.0, "s", "time constant of that share (Gauss-Markov)", ge=0.1, le=1e6
     )
+    range_rate_sd_m_per_s: Real | None = key(
+        None,
+        "m/s",
+        "noise of the rate at which the way of a ping changes, measured by its Doppler shift; null "
+        "= it is not measured",
+        ge=0,
+        le=100,
+    )
     outlier_share: Real = key(
         0.0, "1", "share of the measurements of single arrays that are outliers", ge=0, le=0.5
     )
