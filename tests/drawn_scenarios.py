@@ -68,7 +68,21 @@ def drawn(seed: int, folder: Path) -> dict[str, Any]:
     _matched(data, draw, folder)
     if draw.random() < SETTLED:
         _settled(data, draw)
+    _quieter(data, random.Random(f"quieter {seed}"))
     return data
+
+
+def _quieter(data: dict[str, Any], draw: random.Random) -> None:
+    """Take out most of what AUVs say beside pings: little goes with it, and less is proved."""
+    protocol, navigation = data.get("protocol") or {}, data.get("navigation") or {}
+    for section, name, kept in (
+        (navigation, "peers", 0.3), (data, "traffic", 0.3), (protocol, "relay", 0.4),
+        (protocol, "acknowledge", 0.4), (protocol, "repeat", 0.4),
+    ):  # fmt: skip
+        if draw.random() > kept:
+            section.pop(name, None)
+    if "who" in (relay := protocol.get("relay") or {}):  # or a list of AUVs, each once
+        relay["who"] = "all"
 
 
 def _object(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -> dict[str, Any]:

@@ -376,9 +376,11 @@ def _is_given(scenario: Scenario, key: str, *, but_defaults: bool) -> bool:
     part: Any = scenario
     *sections, last = key.split(".")
     for name in sections:
-        if name not in part.model_fields_set:
+        if part is None or name not in part.model_fields_set:
             return False
         part = getattr(part, name)
+    if part is None:
+        return False
     choice = part.choice if isinstance(part, VehicleChoice) else part
     if isinstance(choice, PartChoice):
         return last in choice.settings

@@ -129,6 +129,7 @@ ADDED = {
     "pings": {"call_why"},
     "receptions": {*TOLD_WHY, *LASTING_ERRORS, "range_rate_m_per_s"},
     "frame_receptions": {*TOLD_WHY},
+    "mission": {"packet_delivery_ratio", "goodput_bps", "packet_latency_s", "packet_fairness"},
 }
 
 

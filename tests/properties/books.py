@@ -131,8 +131,9 @@ def collide_by_overlap(result: Result) -> None:
     bands, protocol, tables = result.scenario.acoustics, result.scenario.protocol, result.tables
     if protocol.duplex == "per_node":
         return
-    # an ASV hears no ping while it calls or replies
+    # an ASV hears no ping while it calls or replies, and other signals and data destroy some
     sends = protocol.replies_in_frames or tables["pings"].call.notna().any()
+    sends |= not {"signals", "packets"}.isdisjoint(tables)
     if bands.hf.channel == "disc":
         receiver = "auv" if protocol.ranging == "passive" else "asv"
         at = tables["receptions"][lambda it: it.arrived_at_s.notna()]
@@ -152,14 +153,17 @@ def collide_by_overlap(result: Result) -> None:
             begins = own.arrived_at_s.to_numpy()
             slack = 2 * speed * own.airtime.max() / SLOWEST_SOUND + 2 * TOUCH
             ends = begins + own.airtime.to_numpy()
-            _judge(own.outcome, begins, ends, slack, also_else=False)
+            _judge(own.outcome, begins, ends, slack, also_else="auv_frames" in tables)
 
 
 # What may have decided of a signal with each outcome
 REASONS = {
     "heard": {None}, "in_flight": {None}, "out_of_range": {"out_of_range", "failed"},
-    "lost": {"chance", "burst", "failed", "failed_meanwhile"},
-    "collided": {"ping", "echo", "call", "frame", "own_frame", "own_ping"},
+    "lost": {"chance", "burst", "failed", "failed_meanwhile", "doppler"},
+    "collided": {
+        "ping", "echo", "call", "frame", "own_frame", "own_ping", "signal", "own_signal",
+        "packet", "own_packet", "auv_frame",
+    },
 }  # fmt: skip
 
 

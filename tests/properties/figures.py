@@ -144,6 +144,13 @@ def _of_mission(result: Result) -> Metrics:
         signals = tables["signals"]
         begun = np.append(begun, signals.sent_at_s)
         over = np.append(over, signals.sent_at_s + signals.lasts_s)
+    if "packets" in tables:  # data of AUVs
+        sent = tables["packets"].dropna(subset="sent_at_s")
+        begun = np.append(begun, sent.sent_at_s)
+        over = np.append(over, sent.sent_at_s + sent.airtime_s)
+    on_mf = frames[["sent_at_s", "airtime_s"]]
+    if "auv_frames" in tables:
+        on_mf = pd.concat((on_mf, tables["auv_frames"][["sent_at_s", "airtime_s"]]))
     met = tables["receptions"][lambda it: (it.outcome == "collided") & it.arrived_at_s.notna()]
     destroyed = (tables["frame_receptions"].outcome == "collided").sum()
     return found | {
@@ -151,8 +158,7 @@ def _of_mission(result: Result) -> Metrics:
         "collisions": len(met) + (pings.call == "collided").sum(),
         "frame_collisions": destroyed,
         "hf_utilisation": _covered(begun, over, end) / end,
-        "mf_utilisation": _covered(frames.sent_at_s, frames.sent_at_s + frames.airtime_s, end)
-        / end,
+        "mf_utilisation": _covered(on_mf.sent_at_s, on_mf.sent_at_s + on_mf.airtime_s, end) / end,
         "fix_latency_p50_s": done.latency_s.median(),
         "fix_latency_p95_s": _most(done.latency_s),
         "fairness": each.sum() ** 2 / (len(each) * (each**2).sum()) if len(done) else np.nan,

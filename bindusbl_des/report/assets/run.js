@@ -94,7 +94,7 @@ function legendMark(context, mark, width, height) {
   const oval = (of) => { context.fillStyle = context.strokeStyle = of; context.beginPath(); context.ellipse(x, y, 11, 5.5, 0, 0, 2 * Math.PI); context.globalAlpha = 0.12; context.fill(); context.globalAlpha = 0.6; context.lineWidth = 1; context.stroke(); context.globalAlpha = 1; };
   const marks = {
     plan: () => line(colours.plan, 1), truth: () => line(colour, 5, [], 0.3), fused: () => line(colour, 1.3), sure: () => oval(colour), imu: () => line(colour, 1.5, [1.5, 3.5]),
-    hf: () => line(colours.hf, 1.5, [7, 4]), mf: () => line(colours.mf, 1.5, [2, 4]), pings: () => ring(colour, 6), signals: () => map.arrow(context, colour, 2, y, width - 2, y), downlink: () => ring(colours.mf, 6, [2, 2]),
+    hf: () => line(colours.hf, 1.5, [7, 4]), mf: () => line(colours.mf, 1.5, [2, 4]), pings: () => ring(colour, 6), signals: () => map.pointed(context, colour, 2, y, width - 2, y), downlink: () => ring(colours.mf, 6, [2, 2]),
     star: () => map.star(context, x, y), hull: () => map.hull(context, x, y, Math.PI / 2, colour),
     plus: () => { map.stroke(context, colour, x - 5, y, x + 5, y, 2); map.stroke(context, colour, x, y - 5, x, y + 5, 2); },
     heard: () => line(colour, 2), lost: () => { line(colour, 2.5, [5, 4]); map.sign(context, "lost", x, y, colour); },

@@ -444,12 +444,12 @@ class SeaMap {
       const colour = outcome === "collided" ? colours.collided : signals.from[i] < auvs.length ? seriesColour(signals.from[i]) : colours.hf;
       context.save();
       context.globalAlpha = 1 - (this.now - signals.at[i]) / linger;
-      this.arrow(context, colour, x1, y1, x2, y2, outcome === "heard" ? [] : [5, 4]);
+      this.pointed(context, colour, x1, y1, x2, y2, outcome === "heard" ? [] : [5, 4]);
       if (outcome !== "heard") this.sign(context, outcome, x1 + 0.8 * (x2 - x1), y1 + 0.8 * (y2 - y1), colour);
       context.restore();
     }
   }
-  arrow(context, colour, x1, y1, x2, y2, dash = []) {
+  pointed(context, colour, x1, y1, x2, y2, dash = []) {
     const length = Math.hypot(x2 - x1, y2 - y1), [ux, uy] = length ? [(x2 - x1) / length, (y2 - y1) / length] : [0, 0];
     this.stroke(context, colour, x1, y1, x2 - 8 * ux, y2 - 8 * uy, 1.5, dash);
     context.beginPath();
