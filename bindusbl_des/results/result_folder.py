@@ -90,6 +90,8 @@ def read_parquet(
 ) -> pa.Table:
     """Return a table from its file, or those of some columns that it has; it must have all needed.
 
+    Metrics that missions were given since are null where they are wanted of an older file.
+
     Raises:
         DamagedFile: saying what is wrong with the file.
     """
@@ -97,7 +99,10 @@ def read_parquet(
         known = file.schema_arrow.names
         _check_columns(path, known, needed)
         wanted = columns and [name for name in columns if name in known]
-        return file.read(wanted, use_threads=file.metadata.num_rows > ROWS)
+        rows = file.read(wanted, use_threads=file.metadata.num_rows > ROWS)
+    for name in sorted(ADDED["mission"].intersection(columns or ()).difference(known)):
+        rows = rows.append_column(name, pa.nulls(len(rows), pa.float64()))
+    return rows
 
 
 def read_pieces(path: Path) -> Iterator[pa.Table]:

@@ -11,7 +11,7 @@ import pyarrow as pa
 
 from ...core.arrays import Ints
 from ...results.columns import arrow
-from ...results.result_folder import ADDED, read_parquet, read_pieces, read_schema
+from ...results.result_folder import read_parquet, read_pieces, read_schema
 from ...results.schemas import schema
 from .done import Done, done_in, mission_numbers, united
 from .folder import CampaignError
@@ -106,20 +106,9 @@ def read_table(folder: Path, table: str, columns: Sequence[str] | None = None) -
             if len(parts) == MOST_APART:
                 joined.append(_together(folder, parts).combine_chunks())
                 parts.clear()
-        if not lengths:
-            return None
-        return _each_once(with_added(_together(folder, [*joined, *parts]), wanted), lengths)
+        return _each_once(_together(folder, [*joined, *parts]), lengths) if lengths else None
 
     return _in_peace(folder, read)
-
-
-def with_added(rows: pa.Table, wanted: Sequence[str] | None) -> pa.Table:
-    """Return rows with those columns that are wanted and that missions were given since: they are
-    null of an older campaign.
-    """
-    for name in ADDED["mission"].intersection(wanted or ()).difference(rows.schema.names):
-        rows = rows.append_column(name, pa.nulls(len(rows), pa.float64()))
-    return rows
 
 
 def of_mission(folder: Path, mission: int) -> dict[str, pa.Table] | None:
