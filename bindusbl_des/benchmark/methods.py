@@ -19,7 +19,7 @@ from .tasks import KEYS, Kind, Task
 
 
 @dataclass
-class Held:
+class FilterState:
     """What an AUV knows after a fix: of which instant it is (s), the integrals of the cosine and
     sine of its heading by then (2,), s; since when it knew that (s); the error of its dead
     reckoning and its bias ahead and to starboard (4,), m and m/s, and their covariance.
@@ -46,7 +46,7 @@ class BiasFilter(Navigator):
         self.reckoning, self.drops, self.late_s = reckoning, late == "drop", late_s
         self.walk = np.diag([walk_m_per_sqrt_s**2] * 2 + [0.0] * 2)
         first = np.diag([0.0, 0.0] + [bias_sd_m_per_s**2] * 2)
-        begun = Held(0.0, np.zeros(2), 0.0, np.zeros(4), first, None)
+        begun = FilterState(0.0, np.zeros(2), 0.0, np.zeros(4), first, None)
         self.past = [[begun] for _ in range(auvs)]
         self.known = [[past[0]] for past in self.past]
 
@@ -62,7 +62,7 @@ class BiasFilter(Navigator):
                 past.append(self._taken(past[-1], one, fix.delivered_at_s))
             self.known[fix.auv].append(past[-1])
 
-    def _taken(self, held: Held, fix: Any, now: float) -> Held:
+    def _taken(self, held: FilterState, fix: Any, now: float) -> FilterState:
         sensed = self.reckoning.odometry(fix.auv, np.array([fix.valid_at_s]))
         state, spread = self._at(held, fix.valid_at_s, sensed.headings[0])
         noise = np.array(((fix.sd_x_m**2, fix.cov_xy_m2), (fix.cov_xy_m2, fix.sd_y_m**2)))
@@ -71,9 +71,9 @@ class BiasFilter(Navigator):
         left = np.eye(4) - gain @ np.eye(2, 4)
         spread = left @ spread @ left.T + gain @ noise @ gain.T
         state, turned = state + gain @ off, sensed.headings[0]
-        return Held(float(fix.valid_at_s), turned, float(now), state, spread, fix)
+        return FilterState(float(fix.valid_at_s), turned, float(now), state, spread, fix)
 
-    def _at(self, held: Held, time: float, turned: Floats) -> tuple[Floats, Floats]:
+    def _at(self, held: FilterState, time: float, turned: Floats) -> tuple[Floats, Floats]:
         passed, (ahead, aside) = time - held.valid_at_s, turned - held.turned
         move = np.eye(4)
         move[:2, 2:] = (ahead, -aside), (aside, ahead)

@@ -16,7 +16,7 @@ from ..scenario.scenario_keys import Environment
 from ..scenario.sections.navigation import Navigation
 from ..scenario.shipped_settings import Kalman
 from .belief import STATES, Belief, Growth, first_belief
-from .team import Common, Errors
+from .team import Common, PeerErrors
 
 # Kinds of errors of fixes that each AUV has by itself
 OF_ONE_AUV = ("clock", "slow")
@@ -90,7 +90,7 @@ def common_to_all(setup: Sensors) -> Common:
     return Common(np.array(variances), np.array(driven))
 
 
-def peer_errors(setup: Sensors) -> Errors:
+def peer_errors(setup: Sensors) -> PeerErrors:
     """Return the errors that AUVs' measurements of each other contain, as far as the filter is told
     of them.
     """
@@ -100,7 +100,7 @@ def peer_errors(setup: Sensors) -> Errors:
     has_clock = peers.traits.ranges and not peers.traits.asks and "clock" not in untold
     navigation = taken.navigation
     turned = peers.bearing == "array" and "misalignment" not in untold
-    return Errors(
+    return PeerErrors(
         navigation.clock_offset_sd_s if has_clock else 0.0,
         navigation.clock_drift_sd if has_clock else 0.0,
         math.radians(taken.usbl.misalignment_sd_deg) if turned else 0.0,

@@ -75,7 +75,7 @@ class Told(NamedTuple):
     known: int
 
 
-class Errors(NamedTuple):
+class PeerErrors(NamedTuple):
     """Errors of each AUV's own that its peers' measurements contain, as standard deviations: its
     clock's (s, s/s) and the turn of its array (rad); 0: none, or nobody is told.
     """
@@ -148,20 +148,20 @@ class State:
         return State(self.moments.copy(), self.states.copy(), self.spread.copy(), shared)
 
 
-class Fix(NamedTuple):
+class FixOf(NamedTuple):
     """A fix of an AUV, by its number as of :func:`..records.rows.fix_numbered`."""
 
     auv: int
     number: int
 
 
-class Sent(NamedTuple):
+class SharedAt(NamedTuple):
     """An AUV tells all others what it believes."""
 
     auv: int
 
 
-Event = Fix | Sent | PeerSight
+Event = FixOf | SharedAt | PeerSight
 
 
 class Team(LinearNavigator):
@@ -170,8 +170,8 @@ class Team(LinearNavigator):
     def __init__(
         self, reckoning: DeadReckoning, rule: Rule, growth: Growth, first: Belief,
         corrections: Floats, learnt: Rows, common: Jacobians, receptions: EventBuffer,
-        gnss: EventBuffer, *, fusion: str, raw: bool, fleet: Common, errors: Errors, every_s: float,
-        sound_speed: float, columns: dict[str, int],
+        gnss: EventBuffer, *, fusion: str, raw: bool, fleet: Common, errors: PeerErrors,
+        every_s: float, sound_speed: float, columns: dict[str, int],
     ) -> None:  # fmt: skip
         """Take what :class:`LinearNavigator` takes; whether messages carry measurements (`raw`),
         what AUVs have in common, their own `errors`, how often (s) they tell each other what they
@@ -224,7 +224,7 @@ class Team(LinearNavigator):
         for number in due.tolist():
             fix = self.row(number)
             auv, now = int(fix["auv"][0]), float(fix["delivered_at_s"][0])
-            event = float(fix["valid_at_s"][0]), Fix(auv, number)
+            event = float(fix["valid_at_s"][0]), FixOf(auv, number)
             moved, outcome = self._take(auv, now, event)
             fix["innovation_m"], fix["nis"] = outcome.off, outcome.nis
             fix["correction_m"] = moved if outcome.is_taken else nan
@@ -338,7 +338,7 @@ class Joint:
         spread = state.spread[at, at].copy()
         shared = np.zeros((2, 2)) if state.shared is None else state.shared[at, at].copy()
         if self._splits:
-            self.take((time, Sent(auv)))
+            self.take((time, SharedAt(auv)))
         return Told(time, own, spread, shared, len(self.log) * self.team.raw)
 
     def _place_of(self, state: State, auv: int) -> Floats:
@@ -431,9 +431,9 @@ class Joint:
     # Measurements
 
     def _apply(self, state: State, event: Event) -> Outcome:
-        if isinstance(event, Sent):
+        if isinstance(event, SharedAt):
             return self._share(state, event.auv)
-        if isinstance(event, Fix):
+        if isinstance(event, FixOf):
             return self._fix(state, event)
         return self._peer(state, event)
 
@@ -446,7 +446,7 @@ class Joint:
         state.shared += goes_with @ np.linalg.pinv(own[at, at], hermitian=True) @ goes_with.T
         return Outcome(nan, nan, True)
 
-    def _fix(self, state: State, event: Fix) -> Outcome:
+    def _fix(self, state: State, event: FixOf) -> Outcome:
         """Take a fix in, expanded about what is believed (:func:`.correcting.expand`)."""
         team, a = self.team, self._place[event.auv]
         row = team.row(event.number)
@@ -642,9 +642,9 @@ class Joint:
 
 def _key(time: float, event: Event) -> tuple[str, int, int, float]:
     """Return by what an event of an instant (s) is told from others."""
-    if isinstance(event, Fix):
+    if isinstance(event, FixOf):
         return "fix", event.auv, event.number, time
-    if isinstance(event, Sent):
+    if isinstance(event, SharedAt):
         return "sent", event.auv, NONE, time
     return "peer", event.auv, event.sender, time
 

@@ -66,7 +66,7 @@ class Direction(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Message:
+class PeerMessage:
     """What one AUV says to others: what it believes, and how deep it takes itself to be (m).  Of an
     answer also when its question was sent and had come (s), and how far (m) the AUV has gone by its
     own dead reckoning since.
@@ -123,11 +123,11 @@ class Peers:
         while (until := self.air.sends_until(node.number)) > node.clock:
             yield node.until(until)
 
-    def _message(self, node: Node) -> Message:
+    def _message(self, node: Node) -> PeerMessage:
         time = node.clock
         self.fleet.advance(time)
         self.deliveries.settle(time)
-        return Message(self.team.told(node.number, time), self.sensors.depth(node.number, time))
+        return PeerMessage(self.team.told(node.number, time), self.sensors.depth(node.number, time))
 
     def _listen(self, node: Node) -> Steps:
         while True:
@@ -152,14 +152,14 @@ class Peers:
         came, before = heard.began_at_s, self._reckoned(node.number, heard.began_at_s)
         message = self._message(node)
         gone = self._reckoned(node.number, message.told.sent_at_s) - before
-        message = Message(message.told, message.depth_m, heard.data, came, gone)
+        message = PeerMessage(message.told, message.depth_m, heard.data, came, gone)
         yield node.send(ANSWERS, to=heard.sender, bytes=self.message_bytes, data=message)
 
     def _reckoned(self, auv: int, time: float) -> Floats:
         dr = self.team.dr(auv, time)
         return np.array((dr.x, dr.y))
 
-    def _meet(self, node: Node, heard: HeardSignal, said: Message, took: float) -> None:
+    def _meet(self, node: Node, heard: HeardSignal, said: PeerMessage, took: float) -> None:
         """Let a navigator have what its AUV has measured of a message, which took so long (s)."""
         auv, sender, now = node.number, self.air.names.index(heard.sender), node.clock
         self.fleet.advance(now)
@@ -195,7 +195,7 @@ class Peers:
         )  # fmt: skip
 
     def _range(
-        self, auv: int, sender: int, said: Message, came: float, took: float,
+        self, auv: int, sender: int, said: PeerMessage, came: float, took: float,
         chance: np.random.Generator,
     ) -> tuple[float, float]:  # fmt: skip
         """Return the range (m) that an AUV measures by a signal that took so long (s), and its
