@@ -71,12 +71,11 @@ def common_to_all(setup: Sensors) -> Common:
     all, a current, and what is wrong with vessels and sound.
     """
     navigation, water = setup.scenario.navigation, setup.scenario.environment
-    given = setup.own_sensors.bias_m_per_s
     sensors = setup.own_sensors
     drawn = sensors.bias_sd_m_per_s if sensors.bias_time_constant_s is None else 0.0
     share = [
-        (own * sd) ** 2 / (own**2 + drawn**2) if own else 0.0
-        for own, sd in zip(given, _bias(setup), strict=True)
+        (given * sd) ** 2 / (given**2 + drawn**2) if given else 0.0
+        for given, sd in zip(sensors.bias_m_per_s, _bias(setup), strict=True)
     ]
     current = _current(navigation, water) ** 2
     own = len(_skew(setup).sds) + len(_wandering(setup).sds)
