@@ -47,7 +47,7 @@ ROOMS = {
     "protocol": ("protocol",),
     "navigation": ("navigation",),
     "verification": ("verification",),
-    "selection": ("planning/selection",),
+    "selection": ("planning/goals.py", "planning/selecting.py"),
     "metrics": (
         "mission/service.py",
         "mission/accuracy.py",

@@ -27,7 +27,7 @@ from bindusbl_des.campaigns.statistics.differences import Verdict as PairedVerdi
 from bindusbl_des.campaigns.statistics.points_table import METRICS
 from bindusbl_des.cli import main
 from bindusbl_des.planning import flying
-from bindusbl_des.planning.selection.evidence import Verdict as PlanVerdict
+from bindusbl_des.planning.selecting import Verdict as PlanVerdict
 from bindusbl_des.records.events import OUTCOMES
 from bindusbl_des.results.schemas import data_dictionary
 from bindusbl_des.results.summary import COLUMNS

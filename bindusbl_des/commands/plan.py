@@ -31,9 +31,9 @@ from .options import (
 )
 
 if TYPE_CHECKING:
+    from ..planning.goals import Of
     from ..planning.planning import Plan
     from ..planning.question import Question
-    from ..planning.selection.goals import Of
 
 
 CUT = "cut"

@@ -4,9 +4,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import Any
 
 from ..core.kept_files import portable
 from ..core.wording import amount, counted, filled, significant, with_ends
@@ -15,15 +13,14 @@ from ..preflight.whereabouts import idle
 from ..results.result import scenario_sha256, versions
 from ..scenario.scenario import Scenario
 from ..setup import Setup
-from .candidates import Candidate, LeftOut, Predictor, band, excess, team_text
-from .doubting import Doubted, became_of, plainly
+from .doubting import became_of, plainly
 from .folder import COMPLETE, CUT, shown_first
+from .goals import Goal, limits_text, unit_of_goal, value_text
 from .prediction.inputs import STATED_ERROR
-from .proposals import is_instant
 from .question import UNPRICED, Question
 from .relief import Relief
-from .selection.evidence import Estimate, Selection
-from .selection.goals import Goal, limits_text, unit_of_goal, value_text
+from .selecting import Estimate, Selection
+from .teams import Team, band, excess, is_instant
 
 # Said of the conditions that are worse
 UNTOLD = "(each flown with the filter as planned: nobody tells it)"
@@ -32,61 +29,48 @@ UNTOLD = "(each flown with the filter as planned: nobody tells it)"
 MOST_RUNNERS_UP = 3
 
 
-class Ways(NamedTuple):
-    """The ways (n, 2), m, of vessels that move, in a mission of some seed."""
-
-    seed: int
-    places_m: list[list[list[float]]]
-
-    def record(self) -> dict[str, Any]:
-        """Return it as plain data."""
-        asvs = [{"asv": f"ASV{n}", "places_m": way} for n, way in enumerate(self.places_m)]
-        return {"seed": self.seed, "asvs": asvs}
-
-
 @dataclass(frozen=True)
 class Found:
     """All that was found out for a plan.
 
-    `missions` is how many were flown, those of doubts included; `cut` is the option that cut the
-    plan off, empty if none did; `failed` how many missions failed, and why, empty if none did.
+    `left_out` and `doubted` are rows of `plan.json`; `missions` is how many were flown, those of
+    doubts included; `cut` is the option that cut the plan off, empty if none did; `failed` how many
+    missions failed, and why, empty if none did.
     """
 
     question: Question
-    candidates: Sequence[Candidate]
+    teams: Sequence[Team]
     selection: Selection
-    predictor: Predictor
-    left_out: Sequence[LeftOut]
+    left_out: Sequence[Mapping[str, Any]]
     reliefs: Sequence[Relief]
     further: str
-    doubted: Sequence[Doubted]
+    doubted: Sequence[Mapping[str, Any]]
     missions: int
     cut: str
     failed: str
 
     @property
-    def team(self) -> Candidate | None:
+    def team(self) -> Team | None:
         """The least team that is shown to meet the goals."""
         answer = self.selection.answer
-        return None if answer is None else self.candidates[answer]
-
-    @property
-    def shown(self) -> int | None:
-        """The candidate that is drawn: the answer, or else the nearest; None if none was flown."""
-        ranked = self.ranked[:1] if self.selection.answer is None else [self.selection.answer]
-        return next(iter(ranked), None)
+        return None if answer is None else self.teams[answer]
 
     @property
     def ranked(self) -> list[int]:
-        """The candidates that were flown by how good they are: met ones by cost, then the rest."""
-        return ranked(self.question.goals, self.candidates, self.selection)
+        """The teams that were flown by how good they are: met ones by cost, then the rest."""
+        return ranked(self.question.goals, self.teams, self.selection)
+
+    @property
+    def shown(self) -> int | None:
+        """The team that is drawn: the answer, or else the nearest; None if none was flown."""
+        if self.selection.answer is not None:
+            return self.selection.answer
+        return next(iter(self.ranked), None)
 
 
-def ranked(
-    goals: Sequence[Goal], candidates: Sequence[Candidate], selection: Selection
-) -> list[int]:
-    """Return the numbers of candidates that were flown: those that meet the goals by their cost and
-    then by their means, and after them those that do not, the nearest first.
+def ranked(goals: Sequence[Goal], teams: Sequence[Team], selection: Selection) -> list[int]:
+    """Return the numbers of teams that were flown: those that meet the goals by their cost and then
+    by their means, and after them those that do not, the nearest first.
     """
 
     def far(number: int) -> tuple[float, float]:
@@ -97,7 +81,7 @@ def ranked(
 
     flown = [n for n, missions in enumerate(selection.missions) if missions]
     meets = {n: far(n)[0] < 0 for n in flown}
-    return sorted(flown, key=lambda n: (not meets[n], meets[n] * candidates[n].cost, far(n)))
+    return sorted(flown, key=lambda n: (not meets[n], meets[n] * teams[n].cost, far(n)))
 
 
 def reached(goals: Sequence[Goal], estimates: Sequence[Estimate]) -> str:
@@ -118,73 +102,52 @@ def _with_ends(goal: Goal, estimate: Estimate) -> tuple[str, str]:
     return f"{mean} {unit_of_goal(goal)}".strip(), f"{low} to {high}"
 
 
-def best_text(goals: Sequence[Goal], candidates: Sequence[Candidate], found: Selection) -> str:
+def best_text(goals: Sequence[Goal], teams: Sequence[Team], found: Selection) -> str:
     """Return which of the teams that were flown is the best so far; empty where none was."""
-    flown = ranked(goals, candidates, found)[:1]
-    if not flown:
-        return ""
-    number = flown[0]
-    means = ", ".join(
-        f"{f'{goal.metric} ' if len(goals) > 1 else ''}{mean}"
-        + (f" ({ends})" if estimate.low == estimate.low else "")
-        for goal, estimate in zip(goals, found.estimates[number], strict=True)
-        for mean, ends in [_with_ends(goal, estimate)]
-    )
-    after = counted(found.missions[number], "mission")
-    return f"{counted(candidates[number].asvs, 'ASV')}, {means} after {after}"
+    for best in ranked(goals, teams, found)[:1]:
+        means = ", ".join(
+            f"{f'{goal.metric} ' if len(goals) > 1 else ''}{mean}"
+            + (f" ({ends})" if estimate.low == estimate.low else "")
+            for goal, estimate in zip(goals, found.estimates[best], strict=True)
+            for mean, ends in [_with_ends(goal, estimate)]
+        )
+        after = counted(found.missions[best], "mission")
+        return f"{counted(teams[best].asvs, 'ASV')}, {means} after {after}"
+    return ""
 
 
 def answer_text(found: Found) -> str:
     """Return the answer in one sentence."""
     question, selection, answer = found.question, found.selection, found.selection.answer
-    goals = limits_text(question.goals)
-    flown = f"{counted(found.missions, 'mission')} in all"
+    goals, flown = limits_text(question.goals), f"{counted(found.missions, 'mission')} in all"
+    came_to = "" if answer is None else reached(question.goals, selection.estimates[answer])
     if not selection.is_settled:
+        open_verdicts = ("met", "needs more missions", "not flown")
+        still = sum(verdict in open_verdicts for verdict in selection.verdicts)
+        teams = counted(len(found.teams), "team")
+        best = best_text(question.goals, found.teams, selection)
         known = ""
         if answer is not None:
-            came_to = reached(question.goals, selection.estimates[answer])
             known = f"{_priced(found, answer)} will do, {came_to}; whether less does: "
-        return f"Not settled: {known}{_open(found)}; {goals} ({flown})."
+        so_far = f"; best so far {best}" if best else ""
+        return f"Not settled: {known}{still} of {teams} may do{so_far}; {goals} ({flown})."
     if answer is None:
         return f"No team that was flown is shown to keep {goals} ({flown})."
-    estimates = selection.estimates[answer]
-    came_to = (
-        f"{reached(question.goals, estimates)} of {counted(selection.missions[answer], 'mission')}"
-    )
+    came_to += f" of {counted(selection.missions[answer], 'mission')}"
     sure = f"{100 * question.confidence:g} % confidence"
     return f"{_priced(found, answer)}: {came_to}; {goals}, with {sure} ({flown})."
 
 
 def _priced(found: Found, number: int) -> str:
     """Return a team in words, with its cost where anything has a price."""
-    team, costs = found.candidates[number], found.question.costs
-    price = "" if costs == UNPRICED else f", cost {amount(team.cost)}"
-    return f"{team_text(team)}{price}"
-
-
-def _open(found: Found) -> str:
-    """Return how many teams may still be the answer, and which is the best so far."""
-    selection = found.selection
-    still = sum(
-        verdict in ("met", "needs more missions", "not flown") for verdict in selection.verdicts
-    )
-    best = best_text(found.question.goals, found.candidates, selection)
-    return f"{still} of {counted(len(found.candidates), 'team')} may do" + (
-        f"; best so far {best}" if best else ""
-    )
-
-
-def _doubt_text(doubted: Mapping[str, Any]) -> str:
-    """Return what becomes of the goals in a condition."""
-    means, planned = (
-        ", ".join("-" if mean is None else significant(mean) for mean in case["mean"])
-        for case in (doubted, doubted["as_planned"])
-    )
-    return f"{doubted['told']}: {means} instead of {planned}, {became_of(doubted)}"
+    team = found.teams[number]
+    priced = found.question.costs != UNPRICED
+    return team.words + (f", cost {amount(team.cost)}" if priced else "")
 
 
 def caveats(found: Found) -> Iterator[str]:
     """Yield what the answer lacks, and how predictions compare with flights."""
+    question = found.question
     _, _, doubts = found.selection.why.partition(". ")  # its first sentence is the answer
     if doubts and not found.selection.is_settled and found.team is not None:
         yield doubts
@@ -192,16 +155,18 @@ def caveats(found: Found) -> Iterator[str]:
         yield f"{found.failed}. Failed missions meet no goal."
     if found.cut:
         yield f"Cut off by {found.cut}; the same command goes on from here."
-    if any(is_instant(found.question, point) for point in found.question.experiment.points):
+    if any(is_instant(question, point) for point in question.experiment.points):
         yield (
             "protocol.downlink.reply: instant costs no time on the air, which no modem can do; all "
             "teams were flown with protocol.downlink.reply: frame."
         )
-    shown = found.question.base if found.shown is None else found.candidates[found.shown].scenario
+    shown = question.base if found.shown is None else found.teams[found.shown].scenario
     for longer in idle(Setup.of(shown)):
         yield f"{longer.key} {longer.message}."
-    yield from _unvaried(found)
-    yield from _predicted(found)
+    if found.team is not None:
+        yield from _unvaried(found)
+    if found.team is not None and not found.cut:
+        yield from _predicted(found, found.team)
 
 
 def _unvaried(found: Found) -> Iterator[str]:
@@ -210,10 +175,9 @@ def _unvaried(found: Found) -> Iterator[str]:
     What happens in a share p of missions is not seen in n of them with a probability (1 - p)^n.
     """
     answer, question = found.selection.answer, found.question
-    if answer is None:
-        return
-    estimates, missions = found.selection.estimates[answer], found.selection.missions[answer]
-    pairs = zip(question.goals, estimates, strict=True)
+    assert answer is not None
+    missions = found.selection.missions[answer]
+    pairs = zip(question.goals, found.selection.estimates[answer], strict=True)
     same = [goal.metric for goal, estimate in pairs if estimate.low == estimate.high]
     if same:
         unseen = 100 * (1 - (1 - question.confidence) ** (1 / missions))
@@ -223,21 +187,19 @@ def _unvaried(found: Found) -> Iterator[str]:
         )
 
 
-def _predicted(found: Found) -> Iterator[str]:
+def _predicted(found: Found, answer: Team) -> Iterator[str]:
     """Yield what was predicted of the answer, how wrong predictions are, and were in this plan."""
-    answer, selection = found.selection.answer, found.selection
-    if answer is None or found.cut:
-        return
     for place, goal in enumerate(found.question.goals):
-        values = [float(found.predictor.values(candidate)[place]) for candidate in found.candidates]
-        low, high = band(goal, values[answer])
-        means = [estimates[place].mean for estimates in selection.estimates]
-        ratios = [mean / value for mean, value in zip(means, values, strict=True) if value > 0]
+        value = answer.values[place]
+        low, high = band(goal, value)
         if not low <= high:
             continue
+        pairs = zip(found.selection.estimates, found.teams, strict=True)
+        ratios = [own[place].mean / team.values[place] for own, team in pairs
+                  if team.values[place] > 0]  # fmt: skip
         known = [ratio for ratio in ratios if isfinite(ratio)]
         yield (
-            f"{goal.metric} of the answer was predicted to be {value_text(goal, values[answer])}; "
+            f"{goal.metric} of the answer was predicted to be {value_text(goal, value)}; "
             f"nine in ten teams so predicted lie from {significant(low)} to "
             f"{value_text(goal, high)}. The missions of this plan gave "
             f"{significant(min(known))} to {significant(max(known))} times what was predicted."
@@ -248,21 +210,19 @@ def remedy_text(found: Found) -> str | None:
     """Return what would meet the goals, where it is settled that no team does, or the nearest does
     not; None otherwise.
     """
-    nearest = found.ranked[0] if found.ranked else None
-    if found.team is not None or found.cut or nearest is None:
+    if found.team is not None or found.cut or not found.ranked:
         return None
+    nearest, goals = found.ranked[0], found.question.goals
     estimates = found.selection.estimates[nearest]
-    goals = found.question.goals
-    if all(
-        excess(goal, estimate.mean) <= 0 for goal, estimate in zip(goals, estimates, strict=True)
-    ):
+    pairs = zip(goals, estimates, strict=True)
+    if all(excess(goal, estimate.mean) <= 0 for goal, estimate in pairs):
         return None
     first = f"The nearest is {_priced(found, nearest)}: {reached(goals, estimates)}."
-    helping = [relief.text for relief in found.reliefs if relief.meets]
+    helping = [relief.told for relief in found.reliefs if relief.meets]
     if helping:
         return f"{first} It is predicted to meet the goal with: {'; '.join(helping)}."
-    rest = f" Most would help {found.reliefs[0].text}." if found.reliefs else ""
-    return f"{first} {found.further}{rest}".replace("  ", " ").strip()
+    most = [f"Most would help {relief.told}." for relief in found.reliefs[:1]]
+    return " ".join(filter(None, [first, found.further, *most]))
 
 
 def summary(record: Mapping[str, Any], folder: str) -> str:
@@ -277,12 +237,16 @@ def summary(record: Mapping[str, Any], folder: str) -> str:
         for place in places
         if None not in (where := (place["lat_deg"], place["lon_deg"]))
     ]
-    lines += _section("begin at" if record["ways"] else "places", on_earth)
     next_best = [record["candidates"][number] for number in record["runners_up"]]
-    lines += _section("runners-up", [f"{team['team']}: {team['told']}" for team in next_best])
-    lines += _section("what binds", [relief["told"] for relief in record["binding"]][:2])
     doubts = [_doubt_text(doubt) for doubt in record["sensitivity"]]
-    lines += _section("and if", [*doubts, UNTOLD] if doubts else [])
+    for name, items in (
+        ("begin at" if record["ways"] else "places", on_earth),
+        ("runners-up", [f"{team['team']}: {team['told']}" for team in next_best]),
+        ("what binds", [relief["told"] for relief in record["binding"]][:2]),
+        ("and if", [*doubts, UNTOLD] if doubts else []),
+    ):
+        for number, item in enumerate(items):
+            lines.append(filled(f"{'' if number else name:<12}{item}", " " * 12))
     lines += map(filled, record["told"][1:])
     lines += ["", f"Results: {folder}"]
     if record["answer"] is not None:
@@ -290,26 +254,28 @@ def summary(record: Mapping[str, Any], folder: str) -> str:
     return "\n".join(lines)
 
 
-def _section(name: str, items: Sequence[str]) -> Iterator[str]:
-    for number, item in enumerate(items):
-        yield filled(f"{name if number == 0 else '':<12}{item}", " " * 12)
+def _doubt_text(doubted: Mapping[str, Any]) -> str:
+    """Return what becomes of the goals in a condition."""
+    means, planned = (
+        ", ".join("-" if mean is None else significant(mean) for mean in case["mean"])
+        for case in (doubted, doubted["as_planned"])
+    )
+    return f"{doubted['told']}: {means} instead of {planned}, {became_of(doubted)}"
 
 
-def record(found: Found, run: str, ways: Ways | None) -> dict[str, Any]:
+def record(found: Found, run: str, ways: Mapping[str, Any] | None) -> dict[str, Any]:
     """Return what `plan.json` holds; `run` is the command that flies the answer, and `ways` are
     those of the vessels that are drawn, where they move.
     """
     question, answer = found.question, found.selection.answer
-    others = [n for n in found.ranked if n != answer][:MOST_RUNNERS_UP]
-    goals = question.goals
-    sentences = [answer_text(found), *caveats(found)]
+    metrics = [goal.metric for goal in question.goals if goal.metric in STATED_ERROR]
     return {
         "name": question.name,
         "scenario": question.source,
         "scenario_sha256": scenario_sha256(question.base),
         "versions": versions(),
         "seed": question.seed,
-        "goal": [goal.record() for goal in goals],
+        "goal": [goal.record() for goal in question.goals],
         "duration_s": float(question.base.duration_s),
         "confidence": question.confidence,
         "costs": dict(question.costs),
@@ -321,67 +287,58 @@ def record(found: Found, run: str, ways: Ways | None) -> dict[str, Any]:
         "answer": None if found.team is None else dict(found.team.keys),
         "chosen": answer,
         "would": remedy_text(found),
-        "told": sentences,
+        "told": [answer_text(found), *caveats(found)],
         "run": run,
         "candidates": [
             _candidate(found, n, ways if n == found.shown else None)
-            for n in range(len(found.candidates))
+            for n in range(len(found.teams))
         ],
-        "excluded": [
-            {"told": group.words, "count": len(group.candidates)} for group in found.left_out
+        "excluded": list(found.left_out),
+        "runners_up": [n for n in found.ranked if n != answer][:MOST_RUNNERS_UP],
+        "binding": [
+            {"what": relief.what, "told": relief.told, "value": relief.value}
+            for relief in found.reliefs
         ],
-        "runners_up": others,
-        "binding": [relief.record() for relief in found.reliefs],
-        "sensitivity": [doubt.record() for doubt in found.doubted],
-        "ways": None if ways is None else ways.record(),
-        "prediction_error": {
-            goal.metric: STATED_ERROR[goal.metric]._asdict()
-            for goal in goals
-            if goal.metric in STATED_ERROR
-        }
-        or None,
+        "sensitivity": list(found.doubted),
+        "ways": ways,
+        "prediction_error": {it: STATED_ERROR[it]._asdict() for it in metrics} or None,
     }
 
 
-def _candidate(found: Found, number: int, ways: Ways | None) -> dict[str, Any]:
-    candidate, selection = found.candidates[number], found.selection
+def _candidate(found: Found, number: int, ways: Mapping[str, Any] | None) -> dict[str, Any]:
+    team, selection = found.teams[number], found.selection
     estimates, missions = selection.estimates[number], selection.missions[number]
-    values = found.predictor.values(candidate).tolist()
-    bands = [band(goal, value) for goal, value in zip(found.question.goals, values, strict=True)]
-    predicted = {
-        "value": [_known(value) for value in values],
-        "low": [_known(low) for low, _ in bands],
-        "high": [_known(high) for _, high in bands],
-    }
-    simulated = {"missions": missions, **plainly(estimates)}
+    bands = [band(*pair) for pair in zip(found.question.goals, team.values, strict=True)]
+    low, high = zip(*bands, strict=True)
+    predicted = {"value": team.values, "low": low, "high": high}
     return {
-        "keys": dict(candidate.keys),
-        "cost": candidate.cost,
-        "asvs": candidate.asvs,
-        "stations": candidate.stations.round(3).tolist(),
-        "places": _places(candidate, ways),
-        "predicted": predicted,
-        "simulated": simulated if missions else None,
+        "keys": dict(team.keys),
+        "cost": team.cost,
+        "asvs": team.asvs,
+        "stations": team.stations.round(3).tolist(),
+        "places": _places(team, ways),
+        "predicted": {
+            name: [value if isfinite(value) else None for value in own]
+            for name, own in predicted.items()
+        },
+        "simulated": {"missions": missions, **plainly(estimates)} if missions else None,
         "verdict": selection.verdicts[number],
         "team": _priced(found, number),
         "told": reached(found.question.goals, estimates) if missions else "",
     }
 
 
-def _places(candidate: Candidate, ways: Ways | None) -> list[dict[str, Any]]:
+def _places(team: Team, ways: Mapping[str, Any] | None) -> list[dict[str, Any]]:
     """Return where each ASV of a team lies, or begins, also on Earth."""
-    origin = candidate.setup.origin_deg
-    places = candidate.stations.tolist() if ways is None else [way[0] for way in ways.places_m]
+    origin, places = team.setup.origin_deg, team.stations.tolist()
+    if ways is not None:
+        places = [asv["places_m"][0] for asv in ways["asvs"]]
     found = []
     for number, (x, y) in enumerate(places):
         lat, lon = (None, None) if origin is None else geodetic_from_ned((x, y, 0.0), *origin)[:2]
         metres = {"x_m": round(x, 3) + 0.0, "y_m": round(y, 3) + 0.0}
         found.append({"asv": f"ASV{number}", **metres, "lat_deg": lat, "lon_deg": lon})
     return found
-
-
-def _known(value: float) -> float | None:
-    return value if np.isfinite(value) else None
 
 
 def best_yaml(scenario: Scenario, sentence: str) -> str:

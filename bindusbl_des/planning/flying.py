@@ -42,8 +42,8 @@ from ..core.files import sync
 from ..core.kept_files import keep, portable
 from ..core.process import ProgressLine, answered, duration, end_now
 from ..core.wording import counted
+from .goals import Goal
 from .question import Question
-from .selection.goals import Goal
 
 AUVS = "auvs"
 

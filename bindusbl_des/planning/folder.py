@@ -14,8 +14,8 @@ from ..core.files import read_json, sync, write_text
 from ..core.kept_files import FOLDERS, copies_of, keep, placed, renamed_point
 from ..scenario.files.scenario_file import load_scenario
 from ..scenario.scenario import Scenario
+from .goals import goals_in
 from .question import Question
-from .selection.goals import goals_in
 
 QUESTION, PLAN, BEST, PAGE = "question.json", "plan.json", "best.yaml", "plan.html"
 MISSIONS, DOUBTS = "missions", "sensitivity"

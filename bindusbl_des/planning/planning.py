@@ -36,6 +36,7 @@ Any number that is not known is null.
 import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
 from shlex import quote
@@ -49,7 +50,6 @@ from ..campaigns.experiments.experiment import Experiment
 from ..campaigns.experiments.experiment import ExperimentPlan as Missions
 from ..campaigns.experiments.options import PythonArguments
 from ..campaigns.running import check_plugins, remove_own
-from ..core.arrays import Floats
 from ..core.files import write_text
 from ..core.process import in_notebook
 from ..core.shipped import located
@@ -59,19 +59,16 @@ from ..mission.simulation import simulate
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Record
 from ..setup import Setup
-from .answer_text import Found, Ways, best_text, best_yaml, ranked, record, summary
-from .candidates import Candidate, Predictor, further, narrowed
-from .doubting import SEEDS, Doubted, doubted, doubts, teams_of, with_costlier
-from .flying import Budget, flights, limit_of, local_workers, wanted
+from .answer_text import Found, best_text, best_yaml, ranked, record, summary
+from .doubting import SEEDS, doubted, doubts, teams_of, with_costlier
+from .flying import Budget, Flights, flights, limit_of, local_workers, wanted
 from .folder import BEST, DOUBTS, MISSIONS, PAGE, PLAN, begin
+from .goals import Goal, Of
 from .plan_page import chart_of, plan_page
-from .prediction.inputs import Inputs
-from .proposals import proposed
 from .question import Asking, Question, goals_of_arguments, read_plan
 from .relief import binding
-from .selection.evidence import Choice, Sample, Selection
-from .selection.goals import Of
-from .selection.search import select
+from .selecting import Choice, Selection, select
+from .teams import Team, further, inputs_for, narrowed, proposed
 
 
 class Plan:
@@ -189,7 +186,7 @@ def plan(
 
 
 def admitted(question: Question, allow_plugins: bool) -> None:
-    """Load the parts of somebody's own that a question names, and ask where its ASVs lie.
+    """Load the user-defined parts that a question names, and ask where its ASVs lie.
 
     Raises:
         PluginError: when one is not allowed.
@@ -208,51 +205,59 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
         NotWritten: when the folder cannot be written; what was flown is kept.
     """
     goals = question.goals
-    predictor = Predictor(goals)
     try:
         with local_workers(workers) as pool:
-            teams_proposed = proposed(question, predictor, budget.begin)
-            candidates, left_out = narrowed(teams_proposed, predictor, goals)
-            fly = partial(
-                flights,
-                asked=wanted(goals),
-                pool=pool,
-                note=budget.note,
-                limit_m=limit_of(goals),
-            )
-            budget.begin(f"choosing among {counted(len(candidates), 'team')}")
-            teams = _experiment(question, candidates, question.seeds())
-            with fly(teams, folder / MISSIONS) as missions:
+
+            def fly(
+                flown: Sequence[Team], seeds: range, name: str
+            ) -> AbstractContextManager[Flights]:
+                points, given = tuple(team.keys for team in flown), question.experiment.given
+                missions = Experiment(question.name, given, points, tuple(seeds))
+                return flights(
+                    missions, folder / name, wanted(goals), pool, budget.note, limit_of(goals)
+                )
+
+            teams, left_out = narrowed(proposed(question, budget.begin))
+            budget.begin(f"choosing among {counted(len(teams), 'team')}")
+            with fly(teams, question.seeds(), MISSIONS) as missions:
                 sample = partial(budget.sample, missions)
-                selection = _selected(question, candidates, predictor, sample, budget)
-                selection = with_costlier(selection, candidates, goals, sample)
-                looked_at = _looked_at(question, candidates, selection, predictor)
+
+                def note(found: Selection) -> None:
+                    budget.best = best_text(goals, teams, found)
+
+                selection = select(
+                    [Choice(team.cost, team.values) for team in teams],
+                    sample,
+                    goals,
+                    confidence=question.confidence,
+                    most_seeds=len(question.seeds()),
+                    note=note,
+                )
+                selection = with_costlier(selection, teams, goals, sample)
+                number = _looked_at(teams, goals, selection)
                 is_found = selection.answer is not None and not budget.cut_by
-                number = candidates.index(looked_at)
-
-                def as_planned(seeds: Sequence[int]) -> Floats:
-                    return sample([(number, seed) for seed in seeds])
-
-                conditions = doubts(question, looked_at, predictor) if is_found else []
-                doubts_flown, flown_in_doubt, failed_in_doubt = list[Doubted](), 0, ""
+                conditions = doubts(teams[number]) if is_found else []
+                rows, flown_in_doubt, failed_in_doubt = list[dict[str, Any]](), 0, ""
                 if conditions:
                     budget.begin("doubting the answer")
-                    worse = _experiment(question, teams_of(conditions), question.seeds()[:SEEDS])
-                    with fly(worse, folder / DOUBTS) as doubtful:
-                        sampled = partial(budget.sample, doubtful)
-                        doubts_flown = doubted(conditions, goals, sampled, as_planned)
+                    with fly(teams_of(conditions), question.seeds()[:SEEDS], DOUBTS) as doubtful:
+                        rows = doubted(
+                            conditions,
+                            goals,
+                            partial(budget.sample, doubtful),
+                            lambda seeds: sample([(number, seed) for seed in seeds]),
+                        )
                         flown_in_doubt, failed_in_doubt = len(doubtful), doubtful.failed
     finally:
         budget.end()
     found = Found(
         question=question,
-        candidates=candidates,
+        teams=teams,
         selection=selection,
-        predictor=predictor,
         left_out=left_out,
-        reliefs=[] if budget.cut_by else binding(looked_at, predictor, goals),
-        further="" if is_found else further(question, candidates, predictor),
-        doubted=doubts_flown,
+        reliefs=[] if budget.cut_by else binding(teams[number]),
+        further="" if is_found else further(teams),
+        doubted=rows,
         missions=len(missions) + flown_in_doubt,
         cut=budget.cut_by,
         failed=missions.failed or failed_in_doubt,
@@ -260,47 +265,12 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
     return _written(found, folder)
 
 
-def _experiment(
-    question: Question, candidates: Sequence[Candidate], seeds: Sequence[int]
-) -> Experiment:
-    """Return the experiment whose points are candidates."""
-    points = tuple(candidate.keys for candidate in candidates)
-    return Experiment(question.name, question.experiment.given, points, tuple(seeds))
-
-
-def _selected(
-    question: Question,
-    candidates: Sequence[Candidate],
-    predictor: Predictor,
-    sample: Sample,
-    budget: Budget,
-) -> Selection:
-    """Fly what it takes to know which team is the least that keeps to the goals."""
-
-    def note(selection: Selection) -> None:
-        budget.best = best_text(question.goals, candidates, selection)
-
-    return select(
-        [Choice(candidate.cost, predictor.values(candidate).tolist()) for candidate in candidates],
-        sample,
-        question.goals,
-        confidence=question.confidence,
-        most_seeds=len(question.seeds()),
-        note=note,
-    )
-
-
-def _looked_at(
-    question: Question,
-    candidates: Sequence[Candidate],
-    selection: Selection,
-    predictor: Predictor,
-) -> Candidate:
-    """Return the answer, or else the team that comes nearest to the goals."""
+def _looked_at(teams: Sequence[Team], goals: Sequence[Goal], selection: Selection) -> int:
+    """Return the number of the answer, or else of the team that comes nearest to the goals."""
     if selection.answer is not None:
-        return candidates[selection.answer]
-    nearest = ranked(question.goals, candidates, selection)[:1]
-    return candidates[nearest[0]] if nearest else min(candidates, key=predictor.rank)
+        return selection.answer
+    flown = ranked(goals, teams, selection)
+    return flown[0] if flown else min(range(len(teams)), key=lambda n: teams[n].rank)
 
 
 def _written(found: Found, folder: Path) -> Plan:
@@ -309,44 +279,38 @@ def _written(found: Found, folder: Path) -> Plan:
     Raises:
         OSError: when one cannot be written.
     """
-    scenario = found.question.source or str(folder / MISSIONS / "scenario.yaml")
-    team = found.team
-    file, keys = (str(folder / BEST), team.scenario) if team else (scenario, found.question.base)
-    run = f"bindusbl-des run {quote(file)}{keys.leave}"
-    plan_record = {**record(found, run, _ways(found)), "scenario": scenario}
-    if found.team is None:
+    question, team = found.question, found.team
+    scenario = question.source or str(folder / MISSIONS / "scenario.yaml")
+    file, flown = (str(folder / BEST), team.scenario) if team else (scenario, question.base)
+    ways = _ways(found)
+    told = record(found, f"bindusbl-des run {quote(file)}{flown.leave}", ways)
+    told["scenario"] = scenario
+    if team is None:
         (folder / BEST).unlink(missing_ok=True)
     else:
-        write_text(folder / BEST, best_yaml(found.team.scenario, plan_record["told"][0]))
-    write_text(folder / PAGE, _page(found, plan_record))
-    text = json.dumps(plan_record, indent=2, allow_nan=False, ensure_ascii=False)
+        write_text(folder / BEST, best_yaml(team.scenario, told["told"][0]))
+    chart, inputs = None, inputs_for(question, question.base)
+    if inputs is not None:
+        each = [team.inputs for team in found.teams]
+        moving = {} if ways is None or found.shown is None else {found.shown: ways}
+        chart = chart_of(Setup.of(question.base), inputs, each, moving)
+    write_text(folder / PAGE, plan_page(told, chart))
+    text = json.dumps(told, indent=2, allow_nan=False, ensure_ascii=False)
     write_text(folder / PLAN, f"{text}\n")
-    return Plan(folder, plan_record)
+    return Plan(folder, told)
 
 
-def _ways(found: Found) -> Ways | None:
+def _ways(found: Found) -> dict[str, Any] | None:
     """Return where the vessels of the team that is drawn go in the plan's first mission, if they
     move; None if they keep their stations.
     """
-    shown = found.shown
-    if shown is None or not found.candidates[shown].moves:
+    if found.shown is None or not found.teams[found.shown].moves:
         return None
-    team, seed = found.candidates[shown].scenario, found.question.seeds()[0]
+    team, seed = found.teams[found.shown].scenario, found.question.seeds()[0]
     full = Record(detail="full", metrics_from_s=team.record.metrics_from_s)
     tracks = simulate(team.model_copy(update={"record": full}), seed).tables["tracks"]
-    vessels = [tracks[tracks.vehicle == f"ASV{asv}"] for asv in range(team.asvs.count)]
-    ways = [thinned(rows[["x_m", "y_m"]].to_numpy()).round(2).tolist() for rows in vessels]
-    return Ways(seed, ways)
-
-
-def _page(found: Found, plan_record: dict[str, Any]) -> str:
-    base = found.question.base
-    inputs = found.predictor.inputs(base)
-    if inputs is None:
-        return plan_page(plan_record)
-    each: list[Inputs | None] = [
-        found.predictor.inputs(candidate.scenario) for candidate in found.candidates
-    ]
-    ways = plan_record["ways"]
-    moving = {} if ways is None or found.shown is None else {found.shown: ways}
-    return plan_page(plan_record, chart_of(Setup.of(base), inputs, each, moving))
+    asvs = []
+    for asv in (f"ASV{number}" for number in range(team.asvs.count)):
+        rows = tracks.loc[tracks.vehicle == asv, ["x_m", "y_m"]].to_numpy()
+        asvs.append({"asv": asv, "places_m": thinned(rows).round(2).tolist()})
+    return {"seed": seed, "asvs": asvs}

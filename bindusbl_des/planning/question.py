@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path as FilePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..campaigns.experiments.experiment import Experiment, model_version
 from ..campaigns.experiments.experiment_file import (
@@ -29,7 +29,10 @@ from ..core.shipped import shipped
 from ..core.wording import described, did_you_mean
 from ..scenario.files.scenario_file import Source
 from ..scenario.scenario import Scenario
-from .selection.goals import Goal, Of, goal_of, goals_in
+from .goals import Goal, Of, goal_of, goals_in
+
+if TYPE_CHECKING:
+    from .prediction.inputs import Inputs
 
 CONFIDENCE = 0.95
 ASV = "asv"  # whose price is that of one vessel
@@ -61,6 +64,8 @@ class Question:
     budget_missions: int | None = None
     costs: Mapping[str, float] = field(default_factory=lambda: dict(UNPRICED))
     seed: int = 0
+    # What predictions of its scenarios are made of (None: nothing is predicted), once worked out
+    inputs: dict[str, "Inputs | None"] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def name(self) -> str:
@@ -186,8 +191,13 @@ MOST_ASVS = 5000
 
 FORM = "{metric: position_error_p95_m, below: 1}"
 
-# Of which numbers there is no sense beyond.
-CONFIDENCES, BUDGETS_S, LARGEST_SEED, MOST_MISSIONS = (0.5, 0.9999), (1.0, 1e7), 10**12, 10**9
+# The default of each number, and between which two it makes sense; whole where these are.
+NUMBERS = {
+    "confidence": (CONFIDENCE, 0.5, 0.9999),
+    "budget_s": (None, 1.0, 1e7),
+    "budget_missions": (None, 1, 10**9),
+    "seed": (0, 0, 10**12),
+}
 
 
 def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
@@ -199,15 +209,7 @@ def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
     """
     document, source = _document(given, asking.options.overrides)
     goals, costs = _goals(document, asking), _costs(document)
-    confidence = _number(document, "confidence", asking.confidence, CONFIDENCE, *CONFIDENCES)
-    budget_s: float | None = asking.budget_s
-    if budget_s is not None or "budget_s" in document.data:
-        budget_s = _number(document, "budget_s", budget_s, BUDGETS_S[0], *BUDGETS_S)
-    budget_missions: int | None = asking.budget_missions
-    if budget_missions is not None or "budget_missions" in document.data:
-        asked = (document, "budget_missions", budget_missions)
-        budget_missions = _whole_number(*asked, 1, MOST_MISSIONS)
-    seed = _whole_number(document, "seed", asking.seed, 0, LARGEST_SEED)
+    numbers = {name: _number(document, name, getattr(asking, name)) for name in NUMBERS}
     inner = _experiment_document(document)
     allow = asking.allow_plugins
     try:
@@ -230,11 +232,8 @@ def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
         goals=goals,
         source="" if isinstance(given, Scenario) or asking.options.overrides else _named(document),
         listed=isinstance(document.data.get("candidates"), list),
-        confidence=confidence,
-        budget_s=budget_s,
-        budget_missions=budget_missions,
         costs=costs,
-        seed=seed,
+        **numbers,
     )
 
 
@@ -317,28 +316,22 @@ def _goals(document: Document, asking: Asking) -> tuple[Goal, ...]:
     return tuple(goals)
 
 
-def _number(
-    document: Document, key: str, asked: float | None, default: float, low: float, high: float
-) -> float:
-    """Return a number as it was asked for, or else that of the file."""
-    value = document.data.get(key, default) if asked is None else asked
-    if is_number(value) and low <= value <= high:
-        return float(value)
+def _number(document: Document, key: str, asked: float | None) -> Any:
+    """Return a number as it was asked for, or else that of the file, or else its default."""
+    default, low, high = NUMBERS[key]
+    if asked is None and key not in document.data:
+        return default
+    value = document.data[key] if asked is None else asked
+    whole = isinstance(low, int)
+    fits = isinstance(value, int) and not isinstance(value, bool) if whole else is_number(value)
+    if fits and low <= value <= high:
+        return value if whole else float(value)
     place = None if asked is None else FilePlace(f"--{key.replace('_', '-')} {value}")
-    message = f"needs a number >= {low:g} and <= {high:g}; got {described(value)}"
-    _note(document, (key,), message, place)
+    bounds = f"a whole number >= {low} and <= {high}" if whole else (
+        f"a number >= {low:g} and <= {high:g}"
+    )  # fmt: skip
+    _note(document, (key,), f"needs {bounds}; got {described(value)}", place)
     return default
-
-
-def _whole_number(document: Document, key: str, asked: int | None, least: int, most: int) -> int:
-    """Return a whole number as it was asked for, or else that of the file, or else the least."""
-    value = document.data.get(key, least) if asked is None else asked
-    if isinstance(value, int) and not isinstance(value, bool) and least <= value <= most:
-        return value
-    place = None if asked is None else FilePlace(f"--{key.replace('_', '-')} {value}")
-    message = f"needs a whole number >= {least} and <= {most}; got {described(value)}"
-    _note(document, (key,), message, place)
-    return least
 
 
 def _costs(document: Document) -> dict[str, float]:

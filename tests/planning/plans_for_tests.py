@@ -11,22 +11,21 @@ from toy_selections import Choice, Goal
 
 from bindusbl_des import Scenario, formation, load_scenario, simulate
 from bindusbl_des.campaigns.statistics.intervals import interval
-from bindusbl_des.planning.candidates import Candidate
 from bindusbl_des.planning.plan_page import chart_of, plan_page
 from bindusbl_des.planning.prediction.inputs import STATED_ERROR, Inputs
 from bindusbl_des.planning.prediction.mapping import error_map
 from bindusbl_des.planning.prediction.rounds import Turns
 from bindusbl_des.planning.question import Asking, read_plan
-from bindusbl_des.planning.selection.evidence import Estimate, Selection
-from bindusbl_des.planning.selection.search import select
+from bindusbl_des.planning.selecting import Estimate, Selection, select
+from bindusbl_des.planning.teams import Team
 
 # What tests of this room share of it, named once
 __all__ = [
-    "ATTACK", "FIELDS", "GOAL", "STATED_ERROR", "Asking", "Candidate", "Choice", "Estimate",
-    "Goal", "Inputs", "Record", "Selection", "Turns", "attacked", "base", "chart_of",
-    "error_map", "flown", "inputs_of", "interval", "plan_page", "predict", "read_plan",
-    "record", "select", "team",
-]  # fmt: skip  # fmt: skip
+    "ATTACK", "FIELDS", "GOAL", "STATED_ERROR", "Asking", "Choice", "Estimate", "Goal", "Inputs",
+    "Record", "Selection", "Team", "Turns", "attacked", "base", "chart_of", "error_map", "flown",
+    "inputs_of", "interval", "plan_page", "predict", "read_plan", "record", "select", "team",
+    "team_in",
+]  # fmt: skip
 
 
 GOAL = {"metric": "position_error_p95_m", "below": 1.0, "of": "worst"}
@@ -39,6 +38,13 @@ def base(auvs: int = 3, duration: float = 120.0, changes: Sequence[str] = ()) ->
     """Return a survey that vessels are sought for."""
     own = [f"auvs.count={auvs}", "survey.side_m=140", f"duration_s={duration}"]
     return load_scenario("quickstart", overrides=["record.detail=summary", *own, *changes])
+
+
+def team_in(scenario: Scenario, cost: float = 1.0) -> Team:
+    """Return the team of a scenario as it is, at a cost."""
+    return Team(
+        read_plan(scenario, Asking((Goal("position_error_m", below=1.0),))), {}, scenario, cost
+    )
 
 
 def team(keys: Record) -> list[list[float]]:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from plans_for_tests import Candidate, Estimate, Goal, Selection
+from plans_for_tests import Estimate, Goal, Selection, team_in
 
 from bindusbl_des import Scenario
 from bindusbl_des.planning.doubting import with_costlier
@@ -20,7 +20,7 @@ def shown(values: Floats, most: int = 100) -> Selection:
     nothing = tuple((Estimate(*4 * [float("nan")]),) for _ in COSTS)
     verdicts = ("met", "not needed", "not needed", "not needed")
     before = Selection(0, verdicts, nothing, (8, 0, 0, 0), True, "")
-    candidates = [Candidate({}, Scenario(name="bay"), cost) for cost in COSTS]
+    teams = [team_in(Scenario(name="bay"), cost) for cost in COSTS]
     left = most
 
     def sample(pairs: Sequence[tuple[int, int]]) -> Floats:
@@ -29,7 +29,7 @@ def shown(values: Floats, most: int = 100) -> Selection:
         left -= len(found)
         return np.array(found).reshape(-1, 1)
 
-    return with_costlier(before, candidates, GOALS, sample)
+    return with_costlier(before, teams, GOALS, sample)
 
 
 def test_the_best_of_each_higher_cost_is_flown_until_its_mean_is_known_about() -> None:

@@ -10,22 +10,15 @@ import pytest
 from campaigns_for_tests import fly_with
 from numpy.typing import NDArray
 from pandas.testing import assert_frame_equal
-from plans_for_tests import Candidate, Goal
+from plans_for_tests import Goal, team_in
 from worlds import parse_scenario
 
 from bindusbl_des import Scenario, load_scenario, plan, simulate
-from bindusbl_des.planning.doubting import (
-    Doubt,
-    _bursts,
-    _drift,
-    _ranges,
-    became_of,
-    doubted,
-)
+from bindusbl_des.planning.doubting import Doubt, became_of, doubted, worse
 
 Floats = NDArray[np.float64]
 SEEDS = 32  # of a condition, at most
-TEAM = Candidate({}, Scenario(name="bay"), 1.0)
+TEAM = team_in(Scenario(name="bay"))
 BELOW, ABOVE = Goal("position_error_m", below=1.0), Goal("fix_rate_hz", above=0.1)
 
 
@@ -58,11 +51,11 @@ def around(*means: float, spread: float = 0.1) -> Floats:
 def test_what_is_clear_takes_few_missions_and_what_is_close_takes_all() -> None:
     """Far from the limit 8 are enough, nearer 16, and at the limit 32 do not tell."""
     found = told(around(0.4, 2.0, 0.92, 1.0))
-    assert [it.met for it in found] == [True, False, True, None]
-    assert [it.missions for it in found] == [8, 8, 16, 32]
-    assert found[0].record()["mean"] == [pytest.approx(0.4)]
+    assert [it["met"] for it in found] == [True, False, True, None]
+    assert [it["missions"] for it in found] == [8, 8, 16, 32]
+    assert found[0]["mean"] == [pytest.approx(0.4)]
     as_planned = {"mean": [1.0], "low": [1.0], "high": [1.0], "met": True}
-    assert found[0].record()["as_planned"] == as_planned
+    assert found[0]["as_planned"] == as_planned
 
 
 def test_what_misses_without_the_condition_as_well_is_said_to() -> None:
@@ -78,7 +71,7 @@ def test_what_misses_without_the_condition_as_well_is_said_to() -> None:
     def answer(seeds: Sequence[int]) -> Floats:
         return np.full((len(seeds), 1), 1.01)  # of all its seeds it is surely met
 
-    found = [it.record() for it in doubted(conditions, (BELOW,), sample, answer)]
+    found = doubted(conditions, (BELOW,), sample, answer)
     assert [became_of(it) for it in found] == ["not met, nor without it", "not met", "not met"]
     assert [it["as_planned"]["met"] for it in found] == [False, None, True]
     del found[0]["as_planned"]
@@ -91,16 +84,16 @@ def test_all_goals_have_to_be_met_and_one_that_is_missed_is_enough() -> None:
     errors, rates = around(0.4, 0.4, 0.4), around(0.2, 0.05, 0.2, spread=0.01)
     rates[2, 5] = np.nan
     found = told(np.concatenate([errors, rates], axis=2), (BELOW, ABOVE))
-    assert [it.met for it in found] == [True, False, False]
-    assert found[2].record()["mean"] == [pytest.approx(0.4), None]
+    assert [it["met"] for it in found] == [True, False, False]
+    assert found[2]["mean"] == [pytest.approx(0.4), None]
 
 
 def test_what_is_cut_off_leaves_what_was_told_before() -> None:
     """A look that is not whole tells nothing of the goal; what earlier ones told stays."""
     clear, close = 0.4, 0.97
     found = told(around(clear, close), most=20)
-    assert [(it.met, it.missions) for it in found] == [(True, 8), (None, 12)]
-    assert [(it.met, it.missions) for it in told(around(clear, close), most=3)] == [(None, 3)]
+    assert [(it["met"], it["missions"]) for it in found] == [(True, 8), (None, 12)]
+    assert [(it["met"], it["missions"]) for it in told(around(clear, close), most=3)] == [(None, 3)]
 
 
 @pytest.mark.parametrize("shape", [pytest.param(None, marks=pytest.mark.slow), 16.0])
@@ -114,7 +107,7 @@ def test_verdicts_at_the_limit_are_wrong_as_seldom_as_was_asked(shape: float | N
         if shape is None
         else (rng.gamma(shape, size=(count, SEEDS, 1)) - shape) / np.sqrt(shape)
     )
-    found = [it.met for it in told(1.0 + 0.2 * noise)]
+    found = [it["met"] for it in told(1.0 + 0.2 * noise)]
     wrong = {met: found.count(met) / count for met in (True, False)}
     assert 0.005 < wrong[True] < 0.03
     assert sum(wrong.values()) < 0.05
@@ -216,7 +209,7 @@ def test_how_the_drift_of_a_sheet_is_drawn_is_doubted(line: float | None, tried:
     """Errors wander over a third of the way, or at all where they were constant."""
     drift = {"percent_of_distance": 0.3, "line_m": line}
     own = Scenario.model_validate({"name": "m", "navigation": {"drift": drift}})
-    keys = [keys for _, keys in _drift(Candidate({}, own, 1.0))]
+    keys = [keys for words, keys in worse(team_in(own)) if words.startswith("drift")]
     assert keys == [
         {"navigation.drift.percent_of_distance": 0.6}, {"navigation.drift.line_m": tried},
     ]  # fmt: skip
@@ -225,9 +218,9 @@ def test_how_the_drift_of_a_sheet_is_drawn_is_doubted(line: float | None, tried:
 def test_the_range_of_one_band_is_not_called_that_of_both() -> None:
     """A channel that goes by levels knows no range that could be less."""
     acoustics = {"mf": {"channel": "sonar"}}
-    team = Candidate({}, Scenario.model_validate({"name": "bay", "acoustics": acoustics}), 1.0)
-    assert [words for words, _ in _ranges(team)] == ["HF range -20 %"]
-    assert [words for words, _ in _ranges(TEAM)] == ["ranges -20 %"]
+    team = team_in(Scenario.model_validate({"name": "bay", "acoustics": acoustics}))
+    for one, told in ((team, "HF range -20 %"), (TEAM, "ranges -20 %")):
+        assert [words for words, _ in worse(one) if "range" in words] == [told]
 
 
 @pytest.mark.parametrize(
@@ -252,7 +245,7 @@ def test_losses_that_last_are_a_doubt_where_anything_is_lost(
     acoustics: dict[str, Any], what: str, keys: dict[str, float]
 ) -> None:
     given = Scenario.model_validate({"name": "bay", "acoustics": acoustics})
-    found = dict(_bursts(Candidate({}, given, 1.0)))
+    found = {words: it for words, it in worse(team_in(given)) if words.startswith("losses")}
     expected = {f"acoustics.{band}.channel.burst_s": it for band, it in keys.items()}
     assert found == ({what: expected} if keys else {})
     for name, value in expected.items():

@@ -12,7 +12,7 @@ from predicted_for_tests import compared
 from bindusbl_des import Scenario, Setup
 from bindusbl_des.planning.prediction.rounds import planned_rounds, turns_of
 from bindusbl_des.planning.prediction.sights import located, seen
-from bindusbl_des.planning.relief import IMPROVED
+from bindusbl_des.planning.relief import IMPROVED, improved
 from bindusbl_des.preflight.fix_chance import fix_chance
 from bindusbl_des.preflight.round_lengths import rounds_of
 
@@ -172,8 +172,8 @@ def test_what_would_help_leaves_clocks_as_wrong_as_they_are() -> None:
     inputs = inputs_of(Setup(scenario(navigation={"clock_offset_sd_s": 0.002})))
     off = {
         what: it.systematic.clock_s * it.slots.sound_speed_m_per_s
-        for what, _, improved in IMPROVED
-        for it in (improved(inputs),)
+        for what, _, divisors in IMPROVED
+        for it in (improved(inputs, divisors),)
     }
     now = inputs.systematic.clock_s * inputs.slots.sound_speed_m_per_s
     assert now > 2.0

@@ -8,8 +8,7 @@ from plans_for_tests import Asking, Goal, read_plan
 
 from bindusbl_des import ScenarioError, load_scenario
 from bindusbl_des.campaigns.experiments.options import PythonArguments
-from bindusbl_des.planning.candidates import Predictor
-from bindusbl_des.planning.proposals import proposed
+from bindusbl_des.planning.teams import proposed
 
 SCHEDULE, DOWNLINK = "protocol.schedule", "protocol.downlink"
 GOALS = (Goal("position_error_m", below=1.0),)
@@ -22,7 +21,7 @@ def pairs(side_m: float, schedules: list[str] | None = None) -> list[tuple[str, 
     scenario = load_scenario("recovery_140m", overrides=[f"survey.side_m={side_m}"])
     vary = TEAM if schedules is None else {**TEAM, SCHEDULE: schedules}
     question = read_plan(scenario, Asking(GOALS, options=PythonArguments(vary)))
-    found = proposed(question, Predictor(GOALS), print)
+    found = proposed(question, print)
     return [
         (it.keys.get(SCHEDULE, "spatial_reuse"), it.keys.get(DOWNLINK, "sequential"))
         for it in found
@@ -52,7 +51,7 @@ def slots(side_m: float, *overrides: str, **vary: list[Any]) -> list[tuple[str, 
     scenario = load_scenario("recovery_140m", overrides=[f"survey.side_m={side_m}", *overrides])
     named = {f"protocol.{key}": values for key, values in vary.items()}
     question = read_plan(scenario, Asking(GOALS, options=PythonArguments({**TEAM, **named})))
-    found = proposed(question, Predictor(GOALS), print)
+    found = proposed(question, print)
     return [
         (it.keys.get(DOWNLINK, "sequential"), it.keys.get("protocol.shortest_downlink_slot_s"))
         for it in found
@@ -86,7 +85,7 @@ def test_answers_without_airtime_are_never_proposed() -> None:
             keys += ["protocol.downlink.reply=instant"]
         scenario = load_scenario("recovery_140m", overrides=keys)
         question = read_plan(scenario, Asking(GOALS, options=PythonArguments(TEAM)))
-        found = proposed(question, Predictor(GOALS), print)
+        found = proposed(question, print)
         assert any(it.scenario.protocol.replies for it in found) or downlink == "sequential"
         assert {it.scenario.protocol.answer.reply for it in found} == {"frame"}
         assert {it.keys.get("protocol.downlink.reply") for it in found} <= {"frame", None}
@@ -115,5 +114,5 @@ def test_how_far_proposing_is_is_told() -> None:
     options = PythonArguments({"asvs.count": [1, 2]})
     question = read_plan(load_scenario("quickstart"), Asking(GOALS, options=options))
     said = list[str]()
-    proposed(question, Predictor(GOALS), said.append)
+    proposed(question, said.append)
     assert said == ["proposing teams, 1 of 2 choices", "proposing teams, 2 of 2 choices"]

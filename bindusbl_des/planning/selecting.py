@@ -1,7 +1,8 @@
-"""What the missions of candidates show: who meets the goals, who does not, who is outdone.
+"""Which of many candidates meets all goals at the least cost, and is the best of that cost.
 
-A mean has a bound that knows of skewed values; a verdict is given where that is far enough from the
-limit.  Candidates of one cost are looked at together until one is the best that meets the goals.
+A mean of missions has a bound that knows of skewed values; a verdict is given where that is far
+enough from the limit.  Candidates of one cost are looked at together until one is the best that
+meets the goals.
 
 Who looks often, at many, is wrong often: each look at each candidate is one more chance to be
 misled.  Looks are therefore at numbers of seeds that were fixed before, and the risk that is left
@@ -14,17 +15,20 @@ by the confidence is shared among three mistakes, and of each among the occasion
 * it is outdone by one that is worse: among those that could do so, and their looks.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
-from math import inf, nan, sqrt
+from itertools import groupby
+from math import inf, isfinite, nan, sqrt
 from typing import Literal
 
 import numpy as np
 
-from ...campaigns.experiments.experiment import checkpoints
-from ...campaigns.statistics.intervals import ROUND_OFF, intervals, student
-from ...core.arrays import Floats
+from ..campaigns.experiments.experiment import FEWEST_SEEDS, checkpoints
+from ..campaigns.statistics.intervals import ROUND_OFF, intervals, student
+from ..core.arrays import Floats
+from ..core.wording import counted, plain, refuse
 from .goals import Goal
 
 # A skewness that makes no difference
@@ -37,6 +41,9 @@ FEW_SEEDS = (4, 6)
 # takes.  Little is spent early, so that the last look is hardly stricter than a single one would be
 # (O'Brien and Fleming 1979, Biometrics 35:549; Lan and DeMets 1983, Biometrika 70:659).
 SPENT = {8: 0.1, 16: 0.1, 32: 0.8}
+
+# Who is still open after so many seeds is close to a limit: costlier ones come before more seeds.
+PATIENCE = 24
 
 # Return the goals' values (k, goals) of k missions, each of a candidate's and a seed's number from
 # 0.  nan: that mission failed, or had no value, and does not meet the goal.  Where the budget is
@@ -285,61 +292,195 @@ def estimated(values: Floats) -> Estimate:
     return Estimate(found.mean, found.low, found.high, nan)
 
 
-class Group:
-    """Candidates of one cost.  Who cannot be the best that meets the goals is flown no further."""
+class Search:
+    """A search among candidates of which nothing is known but their costs and predictions.
 
-    def __init__(self, evidence: Evidence, members: Sequence[int]) -> None:
-        self.members = members
-        self._evidence = evidence
-        self._next_look = 0
+    Candidates of one cost are a group, which is looked at together until one is the best that meets
+    the goals.  Who cannot be that is flown no further.
+    """
+
+    def __init__(
+        self,
+        candidates: Sequence[Choice],
+        evidence: Evidence,
+        note: Callable[[Selection], None] = lambda _: None,
+    ) -> None:
+        self._candidates, self._evidence, self._note = candidates, evidence, note
+        by_cost = sorted(range(len(candidates)), key=lambda number: candidates[number].cost)
+        groups = groupby(by_cost, key=lambda number: candidates[number].cost)
+        self._groups = [list(members) for _, members in groups]
+        self._next_look = [0] * len(self._groups)
         self._outdone: set[int] = set()
+        self._cheapest: int | None = None  # number of the group in which one meets the goals
 
-    def having(self, verdict: Verdict | None) -> list[int]:
-        """Return the candidates with a verdict, or without any."""
-        return [member for member in self.members if self._evidence.verdicts[member] == verdict]
+    def run(self) -> None:
+        """Find the cheapest group in which a candidate meets the goals, then the best of them.
 
-    @property
-    def meets(self) -> bool:
-        """Whether one is shown to meet the goals."""
-        return bool(self.having("met"))
+        Costs are tried downwards from the one that is predicted to do, then upwards, and first with
+        few seeds, so that there is an answer early; in the end all that are cheaper have been tried
+        with as many as it takes.
 
-    @property
-    def running(self) -> list[int]:
-        """Return who may still be the best of those that meet the goals."""
-        either = self.having("met") + self.having(None)
-        return [candidate for candidate in either if candidate not in self._outdone]
+        Raises:
+            CutOff: when the budget was used up before.
+        """
+        looks = self._evidence.looks
+        for seeds in (min(PATIENCE, looks[-1].seeds), looks[-1].seeds):
+            self._look_for_cheapest(seeds)
+        best = self._cheapest
+        if best is not None:
+            while len(self._running(best)) > 1 and self._next_look[best] < len(looks):
+                self._look(best)
 
-    @property
-    def leader(self) -> int:
-        """Return the best of those that are shown to meet the goals."""
-        met = [candidate for candidate in self.having("met") if candidate not in self._outdone]
+    def _look_for_cheapest(self, seeds: int) -> None:
+        """Try each cost below that of the answer with so many seeds at most."""
+        start = self._predicted()
+        for group in (*range(start, -1, -1), *range(start + 1, len(self._groups))):
+            if self._cheapest is not None and group >= self._cheapest:
+                continue
+            while (
+                self._having(group, None)
+                and not self._having(group, "met")
+                and self._evidence.looks[self._next_look[group]].seeds <= seeds
+            ):
+                self._look(group)
+            if self._having(group, "met"):
+                self._cheapest = group
+
+    def _predicted(self) -> int:
+        """Return the number of the cheapest group in which one is predicted to meet the goals."""
+        for group, members in enumerate(self._groups):
+            for member in members:
+                prior = self._candidates[member].prior
+                if prior is not None and self._evidence.keeps(prior):
+                    return group
+        return 0
+
+    def _having(self, group: int, verdict: Verdict | None) -> list[int]:
+        """Return the candidates of a group with a verdict, or without any."""
+        return [n for n in self._groups[group] if self._evidence.verdicts[n] == verdict]
+
+    def _running(self, group: int) -> list[int]:
+        """Return who may still be the best of those of a group that meet the goals."""
+        either = self._having(group, "met") + self._having(group, None)
+        return [number for number in either if number not in self._outdone]
+
+    def _leader(self, group: int) -> int:
+        """Return the best of those of a group that are shown to meet the goals."""
+        met = [number for number in self._having(group, "met") if number not in self._outdone]
         return min(met, key=self._evidence.mean)
 
-    @property
-    def is_flown(self) -> bool:
-        """Whether no more seeds are allowed."""
-        return self._next_look == len(self._evidence.looks)
-
-    @property
-    def next_seeds(self) -> int:
-        """Return how many seeds the next look takes."""
-        return self._evidence.looks[self._next_look].seeds
-
-    def look(self) -> None:
+    def _look(self, group: int) -> None:
         """Fly those that run at more seeds; see who meets the goals, who does not, who is outdone.
 
         Raises:
             CutOff: when not all of them were flown.
         """
-        look, verdicts = self._next_look, self._evidence.verdicts
-        self._evidence.fly(self.running, look)
-        self._next_look += 1
-        for candidate in self.having(None):
-            self._evidence.judge(candidate, look)
-        if not self.meets:
+        look, evidence = self._next_look[group], self._evidence
+        evidence.fly(self._running(group), look)
+        self._next_look[group] += 1
+        for number in self._having(group, None):
+            evidence.judge(number, look)
+        if self._having(group, "met"):
+            leader = self._leader(group)
+            for number in self._running(group):
+                if number != leader and evidence.outdoes(leader, number, look):
+                    self._outdone.add(number)
+                    evidence.verdicts[number] = evidence.verdicts[number] or "outdone"
+        self._note(self.selection())
+
+    def selection(self) -> Selection:
+        """Return what is known now."""
+        best, evidence = self._cheapest, self._evidence
+        numbers = range(len(self._candidates))
+        verdicts = [
+            verdict or ("needs more missions" if evidence.missions(number) else "not flown")
+            for number, verdict in enumerate(evidence.verdicts)
+        ]
+        for group in [] if best is None else range(best + 1, len(self._groups)):
+            for number in self._having(group, None):
+                verdicts[number] = "not needed"
+        answer = None if best is None else self._leader(best)
+        doubts = list(self._doubts())
+        return Selection(
+            answer,
+            tuple(verdicts),
+            tuple(map(evidence.estimates, numbers)),
+            tuple(map(evidence.missions, numbers)),
+            not doubts,
+            " ".join([self._found(answer), *doubts]),
+        )
+
+    def _found(self, answer: int | None) -> str:
+        if answer is not None:
+            cost = plain(self._candidates[answer].cost)
+            return f"Candidate {answer} meets the goals at cost {cost}."
+        if all(verdict == "not met" for verdict in self._evidence.verdicts):
+            return "No candidate meets the goals."
+        return "No candidate is shown to meet the goals."
+
+    def _doubts(self) -> Iterator[str]:
+        """Yield what keeps the answer from being as sure as was asked."""
+        best, is_cut_short = self._cheapest, self._evidence.is_cut_short
+        cheaper = range(len(self._groups) if best is None else best)
+        whose = "candidate" if best is None else "cheaper candidate"
+        flown = f"not settled with {self._evidence.looks[-1].seeds} seeds"
+        if untold := sum(len(self._having(group, None)) for group in cheaper):
+            yield f"{counted(untold, whose)} may meet the goals."
+        if unsure := sum(is_cut_short[n] for group in cheaper for n in self._groups[group]):
+            yield f"{counted(unsure, whose)} may meet the goals: {flown}."
+        if best is None:
             return
-        leader = self.leader
-        for candidate in self.running:
-            if candidate != leader and self._evidence.outdoes(leader, candidate, look):
-                self._outdone.add(candidate)
-                verdicts[candidate] = verdicts[candidate] or "outdone"
+        unsure = sum(is_cut_short[number] for number in self._groups[best])
+        if rivals := len(self._running(best)) - 1 + unsure:
+            is_flown = self._next_look[best] == len(self._evidence.looks)
+            until = f": {flown}" if is_flown else ""
+            yield f"{counted(rivals, 'rival')} of equal cost may be better{until}."
+
+
+CONFIDENCE = 0.95
+ZONE = 0.05
+MOST_SEEDS = 128
+
+
+def select(
+    candidates: Sequence[Choice],
+    sample: Sample,
+    goals: Sequence[Goal],
+    *,
+    confidence: float = CONFIDENCE,
+    zone: float = ZONE,
+    most_seeds: int = MOST_SEEDS,
+    note: Callable[[Selection], None] = lambda _: None,
+) -> Selection:
+    """Return the candidate of the least cost that meets all goals, with the stated confidence.
+
+    With that confidence it meets them, none of less cost meets them by `zone` or more, and none of
+    equal cost that does is better in the first goal by more than it; `zone` is a share of a goal's
+    limit.  This holds over all looks at all candidates if means of missions are normal.
+
+    Candidates are flown at seeds 0, 1, ... alike, so that their noise is.  What is found depends on
+    the missions alone; where `sample` returns fewer than it was asked for, it is not settled.
+    `note` hears of what is known after each look.
+
+    Raises:
+        ValueError: when there is nothing to choose from, or nothing to choose it by.
+    """
+    if not candidates or not goals:
+        raise ValueError("a selection needs one candidate and one goal at least")
+    if not 0.5 <= confidence < 1:
+        refuse("confidence", plain(confidence), "lie in [0.5, 1)", "0.95 is usual")
+    if not 0 <= zone < 1:
+        refuse("zone", plain(zone), "be a share of the goal in [0, 1)", "0.05 is usual")
+    if most_seeds < FEWEST_SEEDS:
+        rule = f"be at least {FEWEST_SEEDS}"
+        refuse("most_seeds", most_seeds, rule, "fewer seeds tell too little of their spread")
+    for number, candidate in enumerate(candidates):
+        if not isfinite(candidate.cost):
+            raise ValueError(f"candidate {number}: needs a cost; got {plain(candidate.cost)}")
+        if candidate.prior is not None and len(candidate.prior) != len(goals):
+            raise ValueError(f"candidate {number}: needs one prediction for each goal")
+    seen = looks(most_seeds, confidence, len(candidates), len(goals))
+    search = Search(candidates, Evidence(len(candidates), goals, seen, zone, sample), note)
+    with suppress(CutOff):
+        search.run()
+    return search.selection()

@@ -7,9 +7,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ...core.arrays import Floats
-from ...core.wording import described, did_you_mean, plain, refuse, significant
-from ...records.metrics import (
+from ..core.arrays import Floats
+from ..core.wording import described, did_you_mean, plain, refuse, significant
+from ..records.metrics import (
     METRICS_ARE,
     WORST,
     WORST_IS_LARGEST,
