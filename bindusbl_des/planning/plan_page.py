@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from html import escape
 from string import Template
 from types import MappingProxyType
@@ -81,21 +82,19 @@ def worded(text: str, goals: Sequence[Record]) -> str:
     return text
 
 
-def value_of(candidate: Record, part: str, name: str, goal: int) -> float | None:
-    """Return one number of a candidate for a goal, None where it has none."""
-    values = (candidate.get(part) or {}).get(name) or ()
+def value_of(part: Record | None, name: str, goal: int) -> float | None:
+    """Return one number for a goal of what was predicted or simulated, None where there is none."""
+    values = (part or {}).get(name) or ()
     return values[goal] if goal < len(values) else None
 
 
-def parted(candidate: Record, goal: int, factor: float = 1.0) -> tuple[str, str]:
+def parted(simulated: Record | None, goal: int, factor: float = 1.0) -> tuple[str, str]:
     """Return a simulated mean, and the interval that holds it: "" where it is not known.
 
-    >>> parted({"simulated": {"mean": [0.8], "low": [0.75], "high": [0.85]}}, 0)
+    >>> parted({"mean": [0.8], "low": [0.75], "high": [0.85]}, 0)
     ('0.800', '(0.750 to 0.850)')
     """
-    mean, low, high = (
-        value_of(candidate, "simulated", name, goal) for name in ("mean", "low", "high")
-    )
+    mean, low, high = (value_of(simulated, name, goal) for name in ("mean", "low", "high"))
     if mean is None:
         return "-", ""
     if low is None or high is None:
@@ -104,13 +103,13 @@ def parted(candidate: Record, goal: int, factor: float = 1.0) -> tuple[str, str]
     return told, f"({begin} to {end})"
 
 
-def interval(candidate: Record, goal: int, factor: float = 1.0) -> str:
+def interval(simulated: Record | None, goal: int, factor: float = 1.0) -> str:
     """Return a simulated mean with the interval that holds it, in one text.
 
-    >>> interval({"simulated": {"mean": [0.8], "low": [None], "high": [None]}}, 0)
+    >>> interval({"mean": [0.8], "low": [None], "high": [None]}, 0)
     '0.800'
     """
-    return " ".join(filter(None, parted(candidate, goal, factor)))
+    return " ".join(filter(None, parted(simulated, goal, factor)))
 
 
 def setting(key: str, value: Any) -> str:
@@ -195,6 +194,20 @@ CHART = ("saving.js", "seamap.js", *PREDICTOR, "team.js", "planmap.js", "sliders
 SCRIPTS = (*CHART, "pareto.js", "plan.js")
 
 
+# What a page makes of a record, and of a candidate, that lacks something
+PLAN = {
+    **{"name": "plan", "settled": True},
+    **dict.fromkeys(("goal", "told", "candidates", "runners_up", "binding", "sensitivity"), ()),
+    **dict.fromkeys(("duration_s", "confidence", "missions", "scenario_sha256", "ways")),
+    **dict.fromkeys(("scenario", "chosen", "answer", "would", "run")),
+    **{"excluded": (), "versions": {}, "prediction_error": {}},
+}
+CANDIDATE = {
+    **dict.fromkeys(("asvs", "cost", "predicted", "simulated", "stations")),
+    **{"places": (), "keys": {}, "verdict": "", "told": ""},
+}
+
+
 def plan_page(record: Record, inputs: Mapping[str, Any] | None = None) -> str:
     """Return the page of a plan as HTML, one file that asks the network for nothing.
 
@@ -202,65 +215,68 @@ def plan_page(record: Record, inputs: Mapping[str, Any] | None = None) -> str:
     (:func:`chart_of`); without it no vessel can be moved, and the page says so.  What the
     record lacks, the page leaves out.
     """
-    goals = record.get("goal") or []
+    whole = _whole(record, PLAN)
+    candidates = whole["candidates"]
+    whole["candidates"] = [_whole(candidate, CANDIDATE) for candidate in candidates]
+    for name in ("chosen", "runners_up"):
+        if not candidates:
+            whole[name] = PLAN[name]
     data = {
         "scenario": record.get("scenario", "SCENARIO.yaml"),
-        "goal": [{**goal, **units(goal["metric"])} for goal in goals],
-        "candidates": record.get("candidates") or [],
+        "goal": [{**goal, **units(goal["metric"])} for goal in whole["goal"]],
+        "candidates": list(candidates),
         "chosen": record.get("chosen"),
         "first": shown_first(record),
         "chart": inputs,
     }
-    body = (
-        _head(record)
-        + _answer(record)
-        + _chart(record, inputs)
-        + _candidates(record)
-        + _sensitivity(record)
-        + _origin(record)
-    )
-    title = f"{record.get('name', 'plan')}: plan"
-    return assembled(title, body, SCRIPTS, data, "", ("plan.css",))
+    sections = (_head, _answer, partial(_chart, inputs), _candidates, _sensitivity, _origin)
+    body = "".join(section(whole) for section in sections)
+    return assembled(f"{whole['name']}: plan", body, SCRIPTS, data, "", ("plan.css",))
+
+
+def _whole(given: Record, usual: Record) -> dict[str, Any]:
+    return {**usual, **{name: value for name, value in given.items() if value is not None}}
 
 
 def _head(record: Record) -> str:
-    goals = "; ".join(map(goal_text, record.get("goal") or []))
-    if record.get("duration_s"):
+    goals = "; ".join(map(goal_text, record["goal"]))
+    if record["duration_s"]:
         goals += f"; missions of {timed(record['duration_s'])}"
-    head = filled("<h1>{name}</h1><p>{goals}</p>", name=record.get("name", "plan"), goals=goals)
+    head = filled("<h1>{name}</h1><p>{goals}</p>", name=record["name"], goals=goals)
     return f"<header><div>{head}</div>{THEME}</header>"
 
 
 def _answer(record: Record) -> str:
     """Return the answer: in sentences, in numbers, what binds, and the command that flies it."""
-    goals = record.get("goal") or []
-    sentences = [worded(text, goals) for text in record.get("told") or []]
-    is_open, none = not record.get("settled", True), not record.get("answer")
-    kind = "verdict open" if is_open else "verdict warning" if none else "verdict"
-    first = sentences[0] if sentences else _plainly(record)
-    beside = _fragile(record) + _binding(record)
+    goals, answer = record["goal"], record["answer"]
+    first, *others = [worded(text, goals) for text in record["told"]] or [_plainly(answer)]
+    kind = "verdict" if answer else "verdict warning"
+    kind = kind if record["settled"] else "verdict open"
     parts = [filled(f'<p class="{kind}">{{text}}</p>', text=first), _tiles(record)]
-    parts += [f'<div class="pair">{beside}</div>'] if beside else []
-    parts += [
-        filled("<p>{text}</p>", text=sentence[:1].upper() + sentence[1:])
-        for sentence in sentences[1:]
-    ]
-    if record.get("would"):
+    if beside := _fragile(record) + _binding(record):
+        parts.append(f'<div class="pair">{beside}</div>')
+    parts += [filled("<p>{text}</p>", text=text[:1].upper() + text[1:]) for text in others]
+    if record["would"]:
         would = worded(record["would"], goals)
         parts.append(filled("<p><b>What would:</b> {text}</p>", text=would))
-    if record.get("run") and record.get("answer"):
+    if record["run"] and answer:
         fly = '<p class="copied">To fly it: <code id="answer-run">{run}</code></p>'
         parts.append(filled(fly, run=record["run"]))
     parts.append(_places(record))
     return f'<section id="answer"><h2>The answer</h2>{"".join(parts)}</section>'
 
 
+def _plainly(answer: Record | None) -> str:
+    """Return the answer where the record has no words for it."""
+    if not answer:
+        return "No candidate is known to meet the goal."
+    return f"Least team that meets the goal: {named(answer)}."
+
+
 def _places(record: Record) -> str:
     """Return where the vessels of the team that is drawn lie, "" where that is nowhere on Earth."""
     if (shown := shown_first(record)) is None:
         return ""
-    candidates = record.get("candidates") or []
-    places = (candidates[shown].get("places") if shown < len(candidates) else None) or []
     rows = [
         (
             str(place.get("asv")),
@@ -268,48 +284,44 @@ def _places(record: Record) -> str:
             degrees_text(*where),
             minutes_text(*where),
         )
-        for place in places
+        for place in record["candidates"][shown]["places"]
         if None not in (where := (place.get("lat_deg"), place.get("lon_deg")))
     ]
     if not rows:
         return ""
-    whose = "" if record.get("chosen") is not None else f" of candidate {shown + 1}"
+    whose = "" if record["chosen"] is not None else f" of candidate {shown + 1}"
     headings = [("vessel", ""), ("north", "m"), ("east", "m"), ("in degrees (WGS-84)", ""),
                 ("in degrees and minutes", "")]  # fmt: skip
-    title = f"Where the vessels{whose} {'begin' if record.get('ways') else 'lie'}"
+    title = f"Where the vessels{whose} {'begin' if record['ways'] else 'lie'}"
     return f'<h3>{title}</h3><div class="places">{table(headings, rows, title)}</div>'
 
 
 def _binding(record: Record) -> str:
     """Return in a list what keeps the team from being better, "" where it is not known."""
-    binding = [relief for relief in record.get("binding") or [] if relief.get("told")]
-    if not binding:
+    told = [relief["told"] for relief in record["binding"] if relief.get("told")]
+    if not told:
         return ""
-    goals, team = record.get("goal") or [], shown_first(record)
-    of = "" if team is None or record.get("chosen") is not None else f" candidate {team + 1}"
-    items = "".join(
-        filled("<li>{text}</li>", text=worded(relief["told"], goals)) for relief in binding
-    )
-    return f"<div><h3>What binds{of}</h3><ul>{items}</ul></div>"
+    shown = shown_first(record)
+    of = "" if shown is None or record["chosen"] is not None else f" candidate {shown + 1}"
+    items = [filled("<li>{text}</li>", text=worded(text, record["goal"])) for text in told]
+    return f"<div><h3>What binds{of}</h3><ul>{''.join(items)}</ul></div>"
 
 
 def _fragile(record: Record) -> str:
     """Return in a list what becomes of the goals if it is not as planned, the worst first."""
-    cases, goals = record.get("sensitivity") or [], record.get("goal") or []
+    cases, goals = record["sensitivity"], record["goal"]
     if not cases or not goals:
         return ""
     order = {False: 0, None: 1, True: 2}
     shown = units(goals[0]["metric"])
     items = ""
     for case in sorted(cases, key=lambda case: order[case.get("met")]):
-        mean = parted({"simulated": case}, 0, shown["factor"])[0]
-        planned = parted({"simulated": case.get("as_planned")}, 0, shown["factor"])[0]
         items += filled(
             "<li>{what}: <b>{verdict}</b> ({mean} {unit} instead of {planned})</li>",
-            what=case.get("told") or named(case.get("keys") or {}),
+            what=_condition(case),
             verdict=_verdict(case),
-            mean=mean,
-            planned=planned,
+            mean=parted(case, 0, shown["factor"])[0],
+            planned=parted(case.get("as_planned"), 0, shown["factor"])[0],
             unit=shown["unit"],
         )
     untold = f'<p class="note">{escape(UNTOLD)}</p>' if _is_untold(cases) else ""
@@ -324,34 +336,31 @@ def _is_untold(cases: Sequence[Record]) -> bool:
     return all(case.get("known") is False for case in cases)
 
 
+def _condition(case: Record) -> str:
+    return case.get("told") or named(case.get("keys") or {})
+
+
 def _verdict(case: Record) -> str:
     marks = {True: "✓ ", False: "✗ ", None: ""}
     return marks[case.get("met")] + became_of(case)
 
 
-def _plainly(record: Record) -> str:
-    """Return the answer where the record has no words for it."""
-    if not record.get("answer"):
-        return "No candidate is known to meet the goal."
-    return "Least team that meets the goal: " + named(record["answer"]) + "."
-
-
 def _tiles(record: Record) -> str:
     """Return the numbers of the answer; of a null answer what was flown, and how sure one asked."""
-    found = [("missions simulated", number(record.get("missions"), 0), "", "")]
-    if record.get("confidence") is not None and record.get("settled", True):
+    found = [("missions simulated", number(record["missions"], 0), "", "")]
+    if record["confidence"] is not None and record["settled"]:
         found.append(("confidence", number(record["confidence"], 0, 100), "%", ""))
-    chosen = _chosen(record)
-    if chosen is not None:
-        first = [("vessels", number(chosen.get("asvs"), 0), "", "")]
+    if record["chosen"] is not None:
+        chosen = record["candidates"][record["chosen"]]
+        first = [("vessels", number(chosen["asvs"], 0), "", "")]
         if _is_priced(record):
             first.append(("cost", amount(chosen["cost"]), "", ""))
-        for place, goal in enumerate(record.get("goal") or []):
+        for place, goal in enumerate(record["goal"]):
             shown = units(goal["metric"])
-            mean, span = parted(chosen, place, shown["factor"])
+            mean, span = parted(chosen["simulated"], place, shown["factor"])
             first.append((f"{shown['words']}, simulated", mean, shown["unit"], span))
-            missed, flown = _missed(chosen, place)
-            if missed is not None:
+            if (missed := _missed(chosen, place)) is not None:
+                flown = int(chosen["simulated"].get("missions") or 0)
                 first.append(("missions that miss the goal", f"{missed:.0f}", f"of {flown}", ""))
         found = [*first, *found][:MOST_TILES]
     tiles = ""
@@ -364,20 +373,17 @@ def _tiles(record: Record) -> str:
 
 def _is_priced(record: Record) -> bool:
     """Tell whether teams cost anything else than one for each vessel."""
-    teams = record.get("candidates") or []
-    return any(team.get("cost") not in (None, team.get("asvs")) for team in teams)
+    return any(team["cost"] not in (None, team["asvs"]) for team in record["candidates"])
 
 
-def _missed(candidate: Record, goal: int) -> tuple[float | None, int]:
-    """Return how many missions of a candidate missed a goal, None where it is not known, of how
-    many.
-    """
-    share = value_of(candidate, "simulated", "missed", goal)
-    flown = int((candidate.get("simulated") or {}).get("missions") or 0)
-    return None if share is None else share * flown, flown
+def _missed(candidate: Record, goal: int) -> float | None:
+    """Return how many missions of a candidate missed a goal, None where it is not known."""
+    simulated = candidate["simulated"]
+    share = value_of(simulated, "missed", goal)
+    return None if share is None else share * int(simulated.get("missions") or 0)
 
 
-def _chart(record: Record, inputs: Mapping[str, Any] | None) -> str:
+def _chart(inputs: Mapping[str, Any] | None, record: Record) -> str:
     """Return the section in which vessels are moved; what its numbers are worth, and leave out."""
     if inputs is None:
         return (
@@ -385,38 +391,31 @@ def _chart(record: Record, inputs: Mapping[str, Any] | None) -> str:
             "what the predictor needs to know of this scenario is not in the plan. What was "
             "simulated is below.</p></section>"
         )
-    stated = record.get("prediction_error") or {}
+    metrics = [goal["metric"] for goal in record["goal"]]
     said = [
         f"{units(metric)['words']}: of half of the teams by less than "
         f"{number(error.get('median'), 0, 100)} %, of nine in ten by less than "
         f"{number(error.get('p90'), 0, 100)} %"
-        for metric, error in stated.items()
-        if any(metric == goal["metric"] for goal in record.get("goal") or [])
+        for metric, error in record["prediction_error"].items()
+        if metric in metrics
     ]
     precision = f"Beside simulations they are off ({'; '.join(said)})." if said else ""
     left_out = " ".join(inputs["inputs"].get("approximations") or ())
-    if any(candidate.get("stations") == [] for candidate in record.get("candidates") or []):
+    if any(candidate["stations"] == [] for candidate in record["candidates"]):
         precision += " Vessels that move are not predicted: they were simulated."
     return Template(asset("plan.html")).substitute(
         stated=escape(precision), left_out=escape(left_out)
     )
 
 
-def _chosen(record: Record) -> Record | None:
-    """Return the candidate that is the answer, None where nothing is."""
-    place, candidates = record.get("chosen"), record.get("candidates") or []
-    return candidates[place] if place is not None and place < len(candidates) else None
-
-
 def _candidates(record: Record) -> str:
     """Return the plot of candidates and the tables of those that were simulated."""
-    candidates = record.get("candidates") or []
-    flown = [place for place, candidate in enumerate(candidates) if candidate.get("simulated")]
+    candidates = record["candidates"]
     if not candidates:
         return ""
-    runners = record.get("runners_up") or []
-    chosen = [] if record.get("chosen") is None else [record["chosen"]]
-    first = [place for place in (*chosen, *runners) if 0 <= place < len(candidates)]
+    chosen = [] if record["chosen"] is None else [record["chosen"]]
+    first = [*chosen, *record["runners_up"]]
+    flown = [place for place, candidate in enumerate(candidates) if candidate["simulated"]]
     rest = [place for place in flown if place not in first]
     tables = ""
     if first:
@@ -433,8 +432,7 @@ def _candidates(record: Record) -> str:
 
 def _table(record: Record, places: Sequence[int], caption: str) -> str:
     """Return candidates as a table; a script makes of each row's name a button that shows it."""
-    goals, candidates = record.get("goal") or [], record["candidates"]
-    priced = _is_priced(record)
+    goals, priced = record["goal"], _is_priced(record)
     headings = [("candidate", ""), ("vessels", ""), *([("cost", "")] * priced)]
     for goal in goals:
         shown = units(goal["metric"])
@@ -442,44 +440,41 @@ def _table(record: Record, places: Sequence[int], caption: str) -> str:
     headings += [("missions", ""), ("verdict", ""), ("settings", "")]
     rows = []
     for place in places:
-        candidate = candidates[place]
-        row = [
-            f"{place + 1}",
-            number(candidate.get("asvs"), 0),
-            *([amount(candidate["cost"])] * priced),
-        ]
+        candidate = record["candidates"][place]
+        row = [f"{place + 1}", number(candidate["asvs"], 0)]
+        row += [amount(candidate["cost"])] * priced
         for which, goal in enumerate(goals):
             factor = units(goal["metric"])["factor"]
-            row += [number(value_of(candidate, "predicted", "value", which), 2, factor)]
-            row += [interval(candidate, which, factor)]
-        missions = number((candidate.get("simulated") or {}).get("missions", 0), 0)
-        missed = [_missed(candidate, which)[0] or 0.0 for which in range(len(goals))]
-        if max(missed, default=0.0):
-            missions += f", {max(missed):.0f} miss"
-        verdict = candidate.get("verdict") or candidate.get("told") or ""
-        rows.append([*row, missions, verdict, named(candidate.get("keys") or {})])
+            row += [number(value_of(candidate["predicted"], "value", which), 2, factor)]
+            row += [interval(candidate["simulated"], which, factor)]
+        missions = number((candidate["simulated"] or {}).get("missions", 0), 0)
+        missed = max((_missed(candidate, which) or 0.0 for which in range(len(goals))), default=0.0)
+        if missed:
+            missions += f", {missed:.0f} miss"
+        verdict = candidate["verdict"] or candidate["told"]
+        rows.append([*row, missions, verdict, named(candidate["keys"])])
     return f'<div class="candidates">{table(headings, rows, caption)}</div>'
 
 
 def _sensitivity(record: Record) -> str:
     """Return what becomes of the answer when the sea, the drift or the fleet is not as planned."""
-    cases, goals = record.get("sensitivity") or [], record.get("goal") or []
+    cases = record["sensitivity"]
     if not cases:
         return ""
+    goals = [units(goal["metric"]) for goal in record["goal"]]
     headings = [("if", "")]
-    for goal in goals:
-        shown = units(goal["metric"])
+    for shown in goals:
         headings += [(shown["words"], shown["unit"]), ("as planned", shown["unit"])]
     headings += [("missions", ""), ("goal", "")]
     untold = f" {UNTOLD}" if _is_untold(cases) else ""
     rows = []
     for case in cases:
-        row = [case.get("told") or named(case.get("keys") or {})]
-        for place, goal in enumerate(goals):
-            factor = units(goal["metric"])["factor"]
-            for simulated in (case, case.get("as_planned")):
-                row.append(interval({"simulated": simulated}, place, factor))
-        rows.append([*row, number(case.get("missions"), 0), _verdict(case)])
+        numbers = [
+            interval(simulated, place, shown["factor"])
+            for place, shown in enumerate(goals)
+            for simulated in (case, case.get("as_planned"))
+        ]
+        rows.append([_condition(case), *numbers, number(case.get("missions"), 0), _verdict(case)])
     return (
         '<section id="sensitivity"><h2>If it is not as planned, in numbers</h2>'
         '<p class="note">The answer, '
@@ -490,18 +485,19 @@ def _sensitivity(record: Record) -> str:
 
 
 def _origin(record: Record) -> str:
-    parts = [("Scenario", record.get("scenario")), ("sha256", record.get("scenario_sha256"))]
-    versions = record.get("versions") or {}
-    parts.append(("Versions", ", ".join(f"{name} {version}" for name, version in versions.items())))
-    excluded = record.get("excluded") or []
-    if excluded:
-        parts.append(("Not simulated", "; ".join(str(group.get("told")) for group in excluded)))
+    versions = record["versions"].items()
+    parts = {
+        "Scenario": record["scenario"],
+        "sha256": record["scenario_sha256"],
+        "Versions": ", ".join(f"{name} {version}" for name, version in versions),
+        "Not simulated": "; ".join(str(group.get("told")) for group in record["excluded"]),
+    }
     items = "".join(
         f"<dt>{name}</dt><dd><code>{escape(str(value))}</code></dd>"
-        for name, value in parts
+        for name, value in parts.items()
         if value
     )
-    if record.get("answer"):
+    if record["answer"]:
         keys = "".join(f"{setting(key, value)}\n" for key, value in record["answer"].items())
         items += f"<dt>The answer's keys</dt><dd><pre>{escape(keys)}</pre></dd>"
     return (
