@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..core.arrays import Flags, Floats
 from .area import Area, Point, rectangle
-from .formation import stations
+from .formation import distances, stations
 
 # Decimals of metres to which ASVs are told apart: bisectors of nearer ones are only rounding.
 MICROMETRES = 6
@@ -263,18 +263,12 @@ def _heard_by(
         )
     count, places = np.zeros(array.shape[:-1], dtype=np.intp), stations(asvs)
     for first in range(0, len(places), BLOCK):
-        away = _distances(array, places[first : first + BLOCK])
+        away = distances(array, places[first : first + BLOCK])
         heard: Flags = np.zeros(away.shape, bool)
         for begin, end in rings:
             heard |= (away >= begin) & (away <= end)
         count += heard.sum(axis=-1, dtype=np.intp)
     return count
-
-
-def _distances(points: Floats, places: Floats) -> Floats:
-    """Return the distance (m) from each point (..., 2) to each place (n, 2), shape (..., n)."""
-    offsets = points[..., None, :] - places
-    return np.hypot(offsets[..., 0], offsets[..., 1])
 
 
 def _area(survey: Area | float) -> Area:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.arrays import Flags, Floats
-from .formation import stations
+from .formation import distances, stations
 
 # A place beyond a circle by no more than this share of its radius lies on it: rounding.
 CIRCLE_ROUNDING = 1e-12
@@ -147,12 +147,6 @@ def k_centre(places: ArrayLike, count: int) -> Centres:
     centres = centres[np.lexsort(centres.T[::-1])]  # by x, then y
     away = distances(points, centres)
     return Centres(centres, away.argmin(axis=1), float(away.min(axis=1).max()))
-
-
-def distances(points: Floats, centres: Floats) -> Floats:
-    """Return the distance (m) of each point (n, 2) from each centre (k, 2), shape (n, k)."""
-    apart = points[:, None, :] - centres
-    return np.hypot(apart[..., 0], apart[..., 1])
 
 
 def _exact(points: Floats, count: int) -> Floats:

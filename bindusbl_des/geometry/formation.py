@@ -71,8 +71,7 @@ def corner_distance(survey: Area | float, asvs: ArrayLike) -> float:
     else:
         _check_length("side", survey)
         corners = survey / 2.0 * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-    offsets = corners[:, None, :] - stations(asvs)
-    return float(np.hypot(offsets[..., 0], offsets[..., 1]).min(axis=1).max())
+    return float(distances(corners, stations(asvs)).min(axis=1).max())
 
 
 def formation_radius_bound(side: float, hf_range: float) -> float:
@@ -115,6 +114,12 @@ def stations(asvs: ArrayLike) -> Floats:
     if not np.isfinite(array).all():
         raise ValueError(f"ASV positions must be finite; met {array.tolist()}; give metres")
     return array
+
+
+def distances(points: Floats, places: Floats) -> Floats:
+    """Return the distance (m) from each point (..., 2) to each place (n, 2), shape (..., n)."""
+    offsets = points[..., None, :] - places
+    return np.hypot(offsets[..., 0], offsets[..., 1])
 
 
 def _check_length(name: str, value: float) -> None:
