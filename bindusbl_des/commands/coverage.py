@@ -248,7 +248,7 @@ def _by_slant(setup: "Setup", stations: Stations) -> dict[str, Any]:
 
 def _chances(setup: "Setup", stations: Stations) -> dict[str, Any]:
     """Return how likely pings from the survey make fixes that are delivered: everywhere, and where
-    it is least likely; None where somebody's own channel decides it.
+    it is least likely; None where a user-defined channel decides it.
     """
     import numpy as np
 
@@ -270,7 +270,7 @@ def _chances(setup: "Setup", stations: Stations) -> dict[str, Any]:
 
 def _directions(setup: "Setup") -> dict[str, Any]:
     """Return the noise of a level target's bearing and elevation by the array or its sheet, without
-    that of the AHRS; None where no angles are stated, or somebody's own instrument measures.
+    that of the AHRS; None where no angles are stated, or a user-defined instrument measures.
     """
 
     if setup.scenario.usbl.model.is_own:

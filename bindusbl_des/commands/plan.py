@@ -32,7 +32,6 @@ from .options import (
 
 if TYPE_CHECKING:
     from ..planning.goals import Of
-    from ..planning.planning import Plan
     from ..planning.question import Question
 
 
@@ -123,6 +122,8 @@ def plan(
         from ..planning.folder import begin
         from ..planning.planning import admitted
         from ..planning.question import Asking, goals_of_options, read_plan
+        from ..preflight.effort import effort
+        from ..setup import Setup
 
         of: Of | None = "mean" if mean else share
         goals = goals_of_options(below, above, of)
@@ -134,19 +135,11 @@ def plan(
         experiment = question.experiment
         refuse_plugins(experiment.unloaded)
         talk_of(experiment.warnings)
-        _weigh(question, anyway)
+        weigh(f"each mission of {question.name}", effort(Setup.of(question.base)), anyway)
         admitted(question, allow_plugins)
         folder = Path(out) if out else default_folder(question.name)
         begun = begin(question, folder, force=force)
     _make(begun, folder, workers, as_json)
-
-
-def _weigh(question: "Question", anyway: bool) -> None:
-    """Tell what each mission takes, or refuse it."""
-    from ..preflight.effort import effort
-    from ..setup import Setup
-
-    weigh(f"each mission of {question.name}", effort(Setup.of(question.base)), anyway)
 
 
 def default_folder(name: str) -> Path:
@@ -165,13 +158,8 @@ def resume_plan(folder: Path, workers: int | None, as_json: bool, allow_plugins:
     _make(question, folder, workers, as_json)
 
 
-def _make(
-    question: "Question",
-    folder: Path,
-    workers: int | None,
-    as_json: bool,
-) -> None:
-    """Make a plan and tell it."""
+def _make(question: "Question", folder: Path, workers: int | None, as_json: bool) -> None:
+    """Make a plan and print it."""
     with mistakes_text():
         from ..planning.flying import Budget
         from ..planning.planning import planned
@@ -179,19 +167,15 @@ def _make(
         budget = Budget(question, quiet=is_quiet())
         try:
             with compiling_shown():
-                found = planned(question, folder, budget, workers)
+                made = planned(question, folder, budget, workers)
         except KeyboardInterrupt:
             talk(f"What was flown is kept; `bindusbl-des resume {folder}` goes on from there.")
             raise
-    _tell(found, as_json)
-
-
-def _tell(found: "Plan", as_json: bool) -> None:
-    if found.record["status"] == CUT:
-        warn(CUT_OFF.format(found.folder))
+    if made.record["status"] == CUT:
+        warn(CUT_OFF.format(folder))
     if as_json:
-        print_json(found.record)
-        talk(f"Results: {found.folder}")
-        return
-    say(found.summary())
-    talk(f"Open {found.folder / 'plan.html'} in a browser.")
+        print_json(made.record)
+        talk(f"Results: {folder}")
+    else:
+        say(made.summary())
+        talk(f"Open {folder / 'plan.html'} in a browser.")

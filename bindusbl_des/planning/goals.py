@@ -171,11 +171,16 @@ def goals_in(written: object) -> tuple[Goal, ...]:
         ValueError: when one is no goal; it names the key.
     """
     if isinstance(written, list) and written:
-        return tuple(_goal(goal, f"goal[{n}]") for n, goal in enumerate(written))
-    return (_goal(written, "goal"),)
+        return tuple(goal_in(goal, f"goal[{n}]") for n, goal in enumerate(written))
+    return (goal_in(written),)
 
 
-def _goal(written: object, where: str) -> Goal:
+def goal_in(written: object, where: str = "goal") -> Goal:
+    """Return the goal of one mapping; what is wrong with it begins with its place.
+
+    Raises:
+        ValueError: when it is none.
+    """
     if not isinstance(written, Mapping):
         example = "such as {metric: position_error_p95_m, below: 1}"
         raise ValueError(f"{where}: needs keys and values, {example}; got {described(written)}")

@@ -1,6 +1,6 @@
 """Where few ASVs serve the AUVs of a scenario best: in a regular formation, or each by itself.
 
-Nothing is simulated here: places are judged by who is heard along the ways that are planned, by
+Nothing is simulated here: places are judged by which AUVs are heard along their planned paths, by
 what ranges and bearings tell of AUVs there, or by the error that is predicted.
 """
 
@@ -205,7 +205,7 @@ def free_places(
 
     It begins with the best ring, with every place as near as possible (k centres) and, where that
     is too far, with most places heard, and descends from the best of these to a minimum nearby.
-    `inputs` are those of the scenario's prediction, where somebody has them already.  The same
+    `inputs` are those of the scenario's prediction, where they are known already.  The same
     scenario has the same places.
 
     Raises:

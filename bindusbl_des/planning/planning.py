@@ -151,7 +151,7 @@ def plan(
     Raises:
         ScenarioError: when a file, a key, a value or a goal is wrong, listing every mistake.
         TypeError: when an argument is of another kind, or there is none of that name.
-        PluginError: when a part of one's own is not allowed.
+        PluginError: when a user-defined part is not allowed.
         CampaignError: when the folder holds something else.
         NotWritten: when the disk is full or the folder gone; what was flown counts.
     """

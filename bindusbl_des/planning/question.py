@@ -6,7 +6,7 @@ every mistake at once, each with its place.
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path as FilePath
@@ -29,7 +29,7 @@ from ..core.shipped import shipped
 from ..core.wording import described, did_you_mean
 from ..scenario.files.scenario_file import Source
 from ..scenario.scenario import Scenario
-from .goals import Goal, Of, goal_of, goals_in
+from .goals import Goal, Of, goal_in, goal_of
 
 if TYPE_CHECKING:
     from .prediction.inputs import Inputs
@@ -50,9 +50,9 @@ class Question:
 
     `experiment` is the scenario with the points that the user varies; `listed` tells that these
     points are all there is to choose from, and nothing is to be proposed besides but places, where
-    nobody gives any.  `costs` are of
-    one ASV (``asv``) and of what a key is set to (``acoustics.mf.range_m=200``).  What is flown in
-    one go is cut off after `budget_s` (s) or `budget_missions`; None: not before it is settled.
+    none are given.  `costs` are of one ASV (``asv``) and of what a key is set to
+    (``acoustics.mf.range_m=200``).  What is flown in one go is cut off after `budget_s` (s) or
+    `budget_missions`; None: not before it is settled.
     """
 
     experiment: Experiment
@@ -125,13 +125,11 @@ def goals_of_options(below: Sequence[str], above: Sequence[str], of: Of | None) 
     Raises:
         ScenarioError: listing those that are none.
     """
-
-    def read() -> Iterator[tuple[str, Callable[[], Any]]]:
-        for name, texts in (("below", below), ("above", above)):
-            for text in texts:
-                yield f"--{name} {text}", partial(goal_of, text, name == "below", of or "worst")
-
-    return _all_of(read())
+    return _all_of(
+        (f"--{name} {text}", partial(goal_of, text, name == "below", of or "worst"))
+        for name, texts in (("below", below), ("above", above))
+        for text in texts
+    )
 
 
 def goals_of_arguments(
@@ -143,27 +141,26 @@ def goals_of_arguments(
         TypeError: when these are no mappings.
         ScenarioError: listing those that are no goals.
     """
-    for name, limits in (("below", below), ("above", above)):
+    sides = {"below": below, "above": above}
+    for name, limits in sides.items():
         if limits is not None and not isinstance(limits, Mapping):
             example = "{'position_error_p95_m': 1.0}"
             raise TypeError(f"{name} needs a mapping such as {example}; got {described(limits)}")
+    return _all_of(
+        (
+            f"{name}={{{metric!r}: {limit!r}}}",
+            partial(goal_in, {"metric": metric, name: limit, "of": of or "worst"}),
+        )
+        for name, limits in sides.items()
+        for metric, limit in (limits or {}).items()
+    )
 
-    def read() -> Iterator[tuple[str, Callable[[], Any]]]:
-        for name, limits in (("below", below), ("above", above)):
-            for metric, limit in (limits or {}).items():
-                written = {"metric": metric, name: limit, "of": of or "worst"}
-                yield f"{name}={{{metric!r}: {limit!r}}}", partial(goals_in, written)
 
-    return _all_of(read())
-
-
-def _all_of(asked: Iterator[tuple[str, Callable[[], Any]]]) -> tuple[Goal, ...]:
-    goals: list[Goal] = []
-    mistakes = []
+def _all_of(asked: Iterable[tuple[str, Callable[[], Goal]]]) -> tuple[Goal, ...]:
+    goals, mistakes = [], []
     for place, read in asked:
         try:
-            found = read()
-            goals += [found] if isinstance(found, Goal) else found
+            goals.append(read())
         except ValueError as error:
             mistakes.append(Mistake.at(FilePlace(place), "goal", without_key(error)))
     if mistakes:
@@ -310,7 +307,7 @@ def _goals(document: Document, asking: Asking) -> tuple[Goal, ...]:
         if isinstance(goal, dict) and asking.of is not None:
             goal = {**goal, "of": asking.of}
         try:
-            goals += goals_in(goal)
+            goals.append(goal_in(goal))
         except ValueError as error:
             _note(document, path, without_key(error))
     return tuple(goals)

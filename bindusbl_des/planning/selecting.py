@@ -4,14 +4,14 @@ A mean of missions has a bound that knows of skewed values; a verdict is given w
 enough from the limit.  Candidates of one cost are looked at together until one is the best that
 meets the goals.
 
-Who looks often, at many, is wrong often: each look at each candidate is one more chance to be
-misled.  Looks are therefore at numbers of seeds that were fixed before, and the risk that is left
-by the confidence is shared among three mistakes, and of each among the occasions of making it
-(Bonferroni's inequality, which seeds that are paired cannot break):
+Many looks at many candidates mislead: each is one more chance of a wrong verdict.  Looks are
+therefore at numbers of seeds that were fixed before, and the risk that is left by the confidence is
+shared among three mistakes, and of each among the occasions of making it (Bonferroni's inequality,
+which seeds that are paired cannot break):
 
 * a candidate that misses a goal is chosen: among all candidates and their looks;
 * the right candidate, one and unknown, drops out as missing a goal: among its looks and goals, not
-  among candidates, since nobody minds what happens to others;
+  among candidates, since what happens to others does not matter;
 * it is outdone by one that is worse: among those that could do so, and their looks.
 """
 
@@ -42,7 +42,7 @@ FEW_SEEDS = (4, 6)
 # (O'Brien and Fleming 1979, Biometrics 35:549; Lan and DeMets 1983, Biometrika 70:659).
 SPENT = {8: 0.1, 16: 0.1, 32: 0.8}
 
-# Who is still open after so many seeds is close to a limit: costlier ones come before more seeds.
+# Still open after so many seeds, a candidate is close to a limit: costlier ones come first.
 PATIENCE = 24
 
 # Return the goals' values (k, goals) of k missions, each of a candidate's and a seed's number from
@@ -296,7 +296,7 @@ class Search:
     """A search among candidates of which nothing is known but their costs and predictions.
 
     Candidates of one cost are a group, which is looked at together until one is the best that meets
-    the goals.  Who cannot be that is flown no further.
+    the goals.  One that cannot be that is flown no further.
     """
 
     def __init__(
@@ -360,7 +360,7 @@ class Search:
         return [n for n in self._groups[group] if self._evidence.verdicts[n] == verdict]
 
     def _running(self, group: int) -> list[int]:
-        """Return who may still be the best of those of a group that meet the goals."""
+        """Return which candidates of a group may still be the best that meets the goals."""
         either = self._having(group, "met") + self._having(group, None)
         return [number for number in either if number not in self._outdone]
 
@@ -370,7 +370,7 @@ class Search:
         return min(met, key=self._evidence.mean)
 
     def _look(self, group: int) -> None:
-        """Fly those that run at more seeds; see who meets the goals, who does not, who is outdone.
+        """Fly those that run at more seeds; judge which meet the goals, miss them, are outdone.
 
         Raises:
             CutOff: when not all of them were flown.

@@ -176,7 +176,7 @@ def inputs_for(question: Question, scenario: Scenario) -> Inputs | None:
     if key not in question.inputs:
         try:
             question.inputs[key] = inputs_of(Setup.of(scenario))
-        except ValueError:  # a part of one's own, of which nothing is known beforehand
+        except ValueError:  # a user-defined part, of which nothing is known beforehand
             question.inputs[key] = None
     return question.inputs[key]
 
@@ -276,7 +276,7 @@ def _taken_back(question: Question, *names: str) -> dict[str, Any]:
     return keys
 
 
-# Nobody is asked to send more.
+# More are not suggested.
 MOST_ASVS = 12
 
 
