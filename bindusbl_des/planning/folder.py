@@ -2,7 +2,8 @@
 
 import json
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -100,25 +101,23 @@ def drawn_team(folder: Path) -> DrawnTeam:
     Raises:
         PlanError: when nothing was flown yet, or a file cannot be used.
     """
-    try:
-        record = read_json(folder / PLAN)
-        shown = shown_first(record)
-        candidate = None if shown is None else record["candidates"][shown]
-        moving = record.get("ways") or {"asvs": []}
-        ways = tuple([list(place) for place in way["places_m"]] for way in moving["asvs"])
-        team = "" if candidate is None else candidate["team"]
-        about = shown or 0, team, record["told"][0], record["goal"], ways
-    except FileNotFoundError:
-        raise PlanError(f"{folder}: no team was flown yet; `bindusbl-des resume` goes on") from None
-    except (OSError, ValueError, LookupError, TypeError) as error:
-        raise _damaged(folder, _said(error)) from None
-    if shown is None or candidate is None:
+    shown = None
+    with _undamaged(folder):
+        if (folder / PLAN).exists():
+            record = read_json(folder / PLAN)
+            shown = shown_first(record)
+        if shown is not None:
+            candidate = record["candidates"][shown]
+            moving = record.get("ways") or {"asvs": []}
+            ways = tuple([list(place) for place in way["places_m"]] for way in moving["asvs"])
+            about = shown, candidate["team"], record["told"][0], record["goal"], ways
+            is_met, keys = record["answer"] is not None, candidate["keys"]
+    if shown is None:
         raise PlanError(f"{folder}: no team was flown yet; `bindusbl-des resume` goes on")
-    if record["answer"] is not None and (folder / BEST).is_file():
-        return DrawnTeam(load_scenario(folder / BEST), "the answer", *about)
-    whose = "the answer" if record["answer"] else f"candidate {shown + 1}, the nearest so far"
-    scenario = laid_over(resumed(folder).experiment.given, candidate["keys"])
-    return DrawnTeam(scenario, whose, *about)
+    whose = "the answer" if is_met else f"candidate {shown + 1}, the nearest so far"
+    if is_met and (folder / BEST).is_file():
+        return DrawnTeam(load_scenario(folder / BEST), whose, *about)
+    return DrawnTeam(laid_over(resumed(folder).experiment.given, keys), whose, *about)
 
 
 def resumed(folder: Path) -> Question:
@@ -130,13 +129,10 @@ def resumed(folder: Path) -> Question:
     record = _record(folder)
     if record is None:
         raise PlanError(f"{folder}: is no folder of a plan (it has no {QUESTION})")
-    try:
+    with _undamaged(folder):
         question = _question(record, folder)
-        same = question.fingerprint() == record["fingerprint"]
-    except (AttributeError, LookupError, TypeError, ValueError) as error:
-        raise _damaged(folder, _said(error)) from None
-    if not same:
-        raise _damaged(folder, "it was edited, or another version of bindusbl-des wrote it")
+        if question.fingerprint() != record["fingerprint"]:
+            raise ValueError("it was edited, or another version of bindusbl-des wrote it")
     return question
 
 
@@ -163,21 +159,22 @@ def _record(folder: Path) -> dict[str, Any] | None:
     """Return what is asked in a folder; None where it is no plan's."""
     if not is_plan_folder(folder):
         return None
-    try:
-        record = read_json(folder / QUESTION)
+    with _undamaged(folder):
+        record = dict(read_json(folder / QUESTION))
         record["fingerprint"]
-    except (OSError, ValueError, LookupError, TypeError) as error:
-        raise _damaged(folder, _said(error)) from None
-    return dict(record)
+    return record
 
 
-def _said(error: Exception) -> str:
-    return f"it has no {error}" if isinstance(error, KeyError) else str(error)
-
-
-def _damaged(folder: Path, why: str) -> PlanError:
-    said = (why.splitlines() or [""])[0][:200]
-    return PlanError(f"{folder / QUESTION}: cannot be used ({said}); plan anew into another folder")
+@contextmanager
+def _undamaged(folder: Path) -> Iterator[None]:
+    """Say of a file that lacks something, or holds something else, that it cannot be used."""
+    try:
+        yield
+    except (AttributeError, LookupError, OSError, TypeError, ValueError) as error:
+        why = f"it has no {error}" if isinstance(error, KeyError) else str(error)
+        said = (why.splitlines() or [""])[0][:200]
+        remedy = "plan anew into another folder"
+        raise PlanError(f"{folder / QUESTION}: cannot be used ({said}); {remedy}") from None
 
 
 def _status(folder: Path) -> str:

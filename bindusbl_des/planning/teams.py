@@ -87,7 +87,7 @@ class Team:
         kept = {key: value for key, value in self.keys.items() if not key.startswith(FORMATION)}
         return team_of(self.question, {**kept, **places})
 
-    @property
+    @cached_property
     def inputs(self) -> Inputs | None:
         """What its prediction is made of; None where it cannot be predicted."""
         return inputs_for(self.question, self.scenario)
