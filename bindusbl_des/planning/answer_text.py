@@ -301,7 +301,7 @@ def record(found: Found, run: str, ways: Mapping[str, Any] | None) -> dict[str, 
         ],
         "sensitivity": list(found.doubted),
         "ways": ways,
-        "prediction_error": {it: STATED_ERROR[it]._asdict() for it in metrics} or None,
+        "prediction_error": {name: STATED_ERROR[name]._asdict() for name in metrics} or None,
     }
 
 

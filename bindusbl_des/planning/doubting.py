@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..campaigns.statistics.intervals import intervals
+from ..campaigns.statistics.intervals import Intervals, intervals
 from ..core.arrays import Floats
 from ..core.plain_data import value_at
 from ..geometry.formation import ring_radius
@@ -54,8 +54,7 @@ def with_costlier(
     shown = [n for n in first.values() if selection.verdicts[n] == "not needed"]
     values = {n: np.empty((0, len(goals))) for n in shown if not selection.missions[n]}
     for seeds in (FIRST, ALL):
-        means = {n: intervals(known.T) for n, known in values.items()}
-        wide = [n for n, it in means.items() if np.any(~(it.half_width <= NARROW * abs(it.mean)))]
+        wide = [n for n, known in values.items() if not _is_narrow(intervals(known.T))]
         pairs = [(n, seed) for n in wide for seed in range(len(values[n]), seeds)]
         found = sample(pairs)
         if not wide or len(found) < len(pairs):
@@ -67,6 +66,11 @@ def with_costlier(
         if len(known):
             estimates[n], missions[n] = tuple(map(estimated, known.T)), len(known)
     return replace(selection, estimates=tuple(estimates), missions=tuple(missions))
+
+
+def _is_narrow(means: Intervals) -> bool:
+    """Tell whether the means of all goals are known well enough."""
+    return bool(np.all(means.half_width <= NARROW * np.abs(means.mean)))
 
 
 # So much shorter are the ranges, so much is the speed of sound taken too high, so many times drifts
@@ -154,7 +158,8 @@ def worse(team: Team) -> Iterator[tuple[str, dict[str, Any]]]:
     drift = sheet or {name: size for name in DRIFTS if np.any(size := getattr(navigation, name))}
     if drift:
         twice = {name: (DRIFTIER * np.array(size)).tolist() for name, size in drift.items()}
-        yield f"drift x {DRIFTIER:g}", {f"{NAVIGATION}.{name}": it for name, it in twice.items()}
+        keys = {f"{NAVIGATION}.{name}": size for name, size in twice.items()}
+        yield f"drift x {DRIFTIER:g}", keys
     line = navigation.drift.line_m
     if setup.drift_line_m or (navigation.drift.is_stated and line is None):
         sooner = USUAL_LINE_M if line is None else max(line / SOONER, 1.0)  # what the key allows
@@ -291,6 +296,6 @@ def plainly(estimates: Sequence[Estimate]) -> dict[str, list[float | None]]:
     """
     counted = any(isfinite(estimate.missed) for estimate in estimates)
     return {
-        name: [value if isfinite(value := getattr(it, name)) else None for it in estimates]
+        name: [value if isfinite(value := getattr(own, name)) else None for own in estimates]
         for name in ("mean", "low", "high", *(["missed"] * counted))
     }

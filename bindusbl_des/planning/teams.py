@@ -36,7 +36,8 @@ from .question import ASV, Question
 Keys = Mapping[str, Any]
 
 COUNT, FORMATION, PLACEMENT = "asvs.count", "asvs.formation", "asvs.formation.model"
-RADIUS, ANGLE, POSITIONS = (f"{FORMATION}.{it}" for it in ("radius_m", "angle_deg", "positions_m"))
+RADIUS, ANGLE = f"{FORMATION}.radius_m", f"{FORMATION}.angle_deg"
+POSITIONS = f"{FORMATION}.positions_m"
 SCHEDULE, DOWNLINK, REPLY = "protocol.schedule", "protocol.downlink", "protocol.downlink.reply"
 SHORTEST_SLOT = "protocol.shortest_downlink_slot_s"
 
