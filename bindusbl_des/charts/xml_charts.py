@@ -295,8 +295,7 @@ def _depth(where: str, point: Element) -> float:
     if not text:
         return math.nan
     try:
-        return above_sea(where, float(text))
-    except ValueError as error:
-        if isinstance(error, BadChart):
-            raise
+        height = float(text)
+    except ValueError:
         raise BadChart(f"{where}: {text[:40]!r} is no elevation in metres") from None
+    return above_sea(where, height)

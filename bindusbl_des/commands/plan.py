@@ -128,9 +128,9 @@ def plan(
         of: Of | None = "mean" if mean else share
         goals = goals_of_options(below, above, of)
         options = Options(vary=vary, overrides=overrides)
-        asking = Asking(
-            goals, of, options, confidence, budget_s, budget_missions, seed, allow_plugins
-        )
+        numbers = {"confidence": confidence, "budget_s": budget_s, "seed": seed}
+        numbers["budget_missions"] = budget_missions
+        asking = Asking(goals, of, options, numbers, allow_plugins)
         question = read_plan(file, asking)
         experiment = question.experiment
         refuse_plugins(experiment.unloaded)

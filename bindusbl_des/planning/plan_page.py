@@ -49,26 +49,18 @@ def units(metric: str) -> dict[str, Any]:
     return {"words": words, "unit": "" if unit == "count" else unit, "factor": 1.0}
 
 
-def bound(goal: Record) -> str:
-    """Return the bound of a goal with its unit.
-
-    >>> bound({"metric": "position_error_p95_m", "below": 1.0})
-    'below 1.00 m'
-    """
-    shown = units(goal["metric"])
-    side = "below" if goal.get("below") is not None else "above"
-    return f"{side} {significant(goal[side] * shown['factor'])} {shown['unit']}".strip()
-
-
 def goal_text(goal: Record) -> str:
-    """Return a goal in words: what, of whom, below what.
+    """Return a goal with its units in words: what, of whom, below what.
 
-    >>> goal_text({"metric": "position_error_p95_m", "below": 1.0, "of": "worst"})
+    >>> goal = {"metric": "position_error_p95_m", "below": 1.0, "of": "worst"}
+    >>> goal_text({**goal, **units(goal["metric"])})
     'Goal for the worst AUV: position error, 95 % of the time below 1.00 m'
     """
     whose = goal.get("of", "worst")
     who = f"the {WHOSE[whose]}" if whose in WHOSE else f"{100 * float(whose):g} % of the AUVs"
-    return f"Goal for {who}: {units(goal['metric'])['words']} {bound(goal)}"
+    side = "below" if goal.get("below") is not None else "above"
+    bound = f"{side} {significant(goal[side] * goal['factor'])} {goal['unit']}".strip()
+    return f"Goal for {who}: {goal['words']} {bound}"
 
 
 def worded(text: str, goals: Sequence[Record]) -> str:
@@ -217,13 +209,14 @@ def plan_page(record: Record, inputs: Mapping[str, Any] | None = None) -> str:
     """
     whole = _whole(record, PLAN)
     candidates = whole["candidates"]
+    whole["goal"] = [{**goal, **units(goal["metric"])} for goal in whole["goal"]]
     whole["candidates"] = [_whole(candidate, CANDIDATE) for candidate in candidates]
     for name in ("chosen", "runners_up"):
         if not candidates:
             whole[name] = PLAN[name]
     data = {
         "scenario": record.get("scenario", "SCENARIO.yaml"),
-        "goal": [{**goal, **units(goal["metric"])} for goal in whole["goal"]],
+        "goal": whole["goal"],
         "candidates": list(candidates),
         "chosen": record.get("chosen"),
         "first": shown_first(record),
@@ -312,8 +305,7 @@ def _fragile(record: Record) -> str:
     cases, goals = record["sensitivity"], record["goal"]
     if not cases or not goals:
         return ""
-    order = {False: 0, None: 1, True: 2}
-    shown = units(goals[0]["metric"])
+    order, shown = {False: 0, None: 1, True: 2}, goals[0]
     items = ""
     for case in sorted(cases, key=lambda case: order[case.get("met")]):
         items += filled(
@@ -356,9 +348,8 @@ def _tiles(record: Record) -> str:
         if _is_priced(record):
             first.append(("cost", amount(chosen["cost"]), "", ""))
         for place, goal in enumerate(record["goal"]):
-            shown = units(goal["metric"])
-            mean, span = parted(chosen["simulated"], place, shown["factor"])
-            first.append((f"{shown['words']}, simulated", mean, shown["unit"], span))
+            mean, span = parted(chosen["simulated"], place, goal["factor"])
+            first.append((f"{goal['words']}, simulated", mean, goal["unit"], span))
             if (missed := _missed(chosen, place)) is not None:
                 flown = int(chosen["simulated"].get("missions") or 0)
                 first.append(("missions that miss the goal", f"{missed:.0f}", f"of {flown}", ""))
@@ -391,13 +382,13 @@ def _chart(inputs: Mapping[str, Any] | None, record: Record) -> str:
             "what the predictor needs to know of this scenario is not in the plan. What was "
             "simulated is below.</p></section>"
         )
-    metrics = [goal["metric"] for goal in record["goal"]]
+    words = {goal["metric"]: goal["words"] for goal in record["goal"]}
     said = [
-        f"{units(metric)['words']}: of half of the teams by less than "
+        f"{words[metric]}: of half of the teams by less than "
         f"{number(error.get('median'), 0, 100)} %, of nine in ten by less than "
         f"{number(error.get('p90'), 0, 100)} %"
         for metric, error in record["prediction_error"].items()
-        if metric in metrics
+        if metric in words
     ]
     precision = f"Beside simulations they are off ({'; '.join(said)})." if said else ""
     left_out = " ".join(inputs["inputs"].get("approximations") or ())
@@ -435,8 +426,7 @@ def _table(record: Record, places: Sequence[int], caption: str) -> str:
     goals, priced = record["goal"], _is_priced(record)
     headings = [("candidate", ""), ("vessels", ""), *([("cost", "")] * priced)]
     for goal in goals:
-        shown = units(goal["metric"])
-        headings += [(f"{shown['words']}, predicted", shown["unit"]), ("simulated", shown["unit"])]
+        headings += [(f"{goal['words']}, predicted", goal["unit"]), ("simulated", goal["unit"])]
     headings += [("missions", ""), ("verdict", ""), ("settings", "")]
     rows = []
     for place in places:
@@ -444,9 +434,9 @@ def _table(record: Record, places: Sequence[int], caption: str) -> str:
         row = [f"{place + 1}", number(candidate["asvs"], 0)]
         row += [amount(candidate["cost"])] * priced
         for which, goal in enumerate(goals):
-            factor = units(goal["metric"])["factor"]
-            row += [number(value_of(candidate["predicted"], "value", which), 2, factor)]
-            row += [interval(candidate["simulated"], which, factor)]
+            predicted = value_of(candidate["predicted"], "value", which)
+            row.append(number(predicted, 2, goal["factor"]))
+            row.append(interval(candidate["simulated"], which, goal["factor"]))
         missions = number((candidate["simulated"] or {}).get("missions", 0), 0)
         missed = max((_missed(candidate, which) or 0.0 for which in range(len(goals))), default=0.0)
         if missed:
@@ -458,20 +448,19 @@ def _table(record: Record, places: Sequence[int], caption: str) -> str:
 
 def _sensitivity(record: Record) -> str:
     """Return what becomes of the answer when the sea, the drift or the fleet is not as planned."""
-    cases = record["sensitivity"]
+    cases, goals = record["sensitivity"], record["goal"]
     if not cases:
         return ""
-    goals = [units(goal["metric"]) for goal in record["goal"]]
     headings = [("if", "")]
-    for shown in goals:
-        headings += [(shown["words"], shown["unit"]), ("as planned", shown["unit"])]
+    for goal in goals:
+        headings += [(goal["words"], goal["unit"]), ("as planned", goal["unit"])]
     headings += [("missions", ""), ("goal", "")]
     untold = f" {UNTOLD}" if _is_untold(cases) else ""
     rows = []
     for case in cases:
         numbers = [
-            interval(simulated, place, shown["factor"])
-            for place, shown in enumerate(goals)
+            interval(simulated, place, goal["factor"])
+            for place, goal in enumerate(goals)
             for simulated in (case, case.get("as_planned"))
         ]
         rows.append([_condition(case), *numbers, number(case.get("missions"), 0), _verdict(case)])

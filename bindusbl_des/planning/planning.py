@@ -163,10 +163,7 @@ def plan(
         goals_of_arguments(below, above, of),
         of,
         PythonArguments(vary),
-        how.get("confidence"),
-        how.get("budget_s"),
-        how.get("budget_missions"),
-        how.get("seed"),
+        how,
         allow_plugins,
     )
     question = read_plan(located(scenario) if isinstance(scenario, str) else scenario, asking)

@@ -106,16 +106,14 @@ class Question:
 class Asking:
     """What is laid over a plan's file, or asked of a scenario; None and () leave it as it is.
 
-    `of` is whose metrics the goals are of, also those of the file.
+    `of` is whose metrics the goals are of, also those of the file; `numbers` are those of a plan's
+    file by their keys (`NUMBERS`).
     """
 
     goals: tuple[Goal, ...] = ()
     of: Of | None = None
     options: Options | PythonArguments = NO_OPTIONS
-    confidence: float | None = None
-    budget_s: float | None = None
-    budget_missions: int | None = None
-    seed: int | None = None
+    numbers: Mapping[str, Any] = field(default_factory=dict)
     allow_plugins: bool = False
 
 
@@ -206,7 +204,7 @@ def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
     """
     document, source = _document(given, asking.options.overrides)
     goals, costs = _goals(document, asking), _costs(document)
-    numbers = {name: _number(document, name, getattr(asking, name)) for name in NUMBERS}
+    numbers = {name: _number(document, name, asking.numbers.get(name)) for name in NUMBERS}
     inner = _experiment_document(document)
     allow = asking.allow_plugins
     try:
