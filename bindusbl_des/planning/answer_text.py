@@ -30,7 +30,7 @@ MOST_RUNNERS_UP = 3
 
 
 @dataclass(frozen=True)
-class Found:
+class Outcome:
     """All that was found out for a plan.
 
     `left_out` and `doubted` are rows of `plan.json`; `missions` is how many were flown, those of
@@ -102,82 +102,82 @@ def _with_ends(goal: Goal, estimate: Estimate) -> tuple[str, str]:
     return f"{mean} {unit_of_goal(goal)}".strip(), f"{low} to {high}"
 
 
-def best_text(goals: Sequence[Goal], teams: Sequence[Team], found: Selection) -> str:
+def best_text(goals: Sequence[Goal], teams: Sequence[Team], selection: Selection) -> str:
     """Return which of the teams that were flown is the best so far; empty where none was."""
-    for best in ranked(goals, teams, found)[:1]:
+    for best in ranked(goals, teams, selection)[:1]:
         means = ", ".join(
             f"{f'{goal.metric} ' if len(goals) > 1 else ''}{mean}"
             + (f" ({ends})" if estimate.low == estimate.low else "")
-            for goal, estimate in zip(goals, found.estimates[best], strict=True)
+            for goal, estimate in zip(goals, selection.estimates[best], strict=True)
             for mean, ends in [_with_ends(goal, estimate)]
         )
-        after = counted(found.missions[best], "mission")
+        after = counted(selection.missions[best], "mission")
         return f"{counted(teams[best].asvs, 'ASV')}, {means} after {after}"
     return ""
 
 
-def answer_text(found: Found) -> str:
+def answer_text(outcome: Outcome) -> str:
     """Return the answer in one sentence."""
-    question, selection, answer = found.question, found.selection, found.selection.answer
-    goals, flown = limits_text(question.goals), f"{counted(found.missions, 'mission')} in all"
+    question, selection, answer = outcome.question, outcome.selection, outcome.selection.answer
+    goals, flown = limits_text(question.goals), f"{counted(outcome.missions, 'mission')} in all"
     came_to = "" if answer is None else reached(question.goals, selection.estimates[answer])
     if not selection.is_settled:
         open_verdicts = ("met", "needs more missions", "not flown")
         still = sum(verdict in open_verdicts for verdict in selection.verdicts)
-        teams = counted(len(found.teams), "team")
-        best = best_text(question.goals, found.teams, selection)
+        teams = counted(len(outcome.teams), "team")
+        best = best_text(question.goals, outcome.teams, selection)
         known = ""
         if answer is not None:
-            known = f"{_priced(found, answer)} will do, {came_to}; whether less does: "
+            known = f"{_priced(outcome, answer)} will do, {came_to}; whether less does: "
         so_far = f"; best so far {best}" if best else ""
         return f"Not settled: {known}{still} of {teams} may do{so_far}; {goals} ({flown})."
     if answer is None:
         return f"No team that was flown is shown to keep {goals} ({flown})."
     came_to += f" of {counted(selection.missions[answer], 'mission')}"
     sure = f"{100 * question.confidence:g} % confidence"
-    return f"{_priced(found, answer)}: {came_to}; {goals}, with {sure} ({flown})."
+    return f"{_priced(outcome, answer)}: {came_to}; {goals}, with {sure} ({flown})."
 
 
-def _priced(found: Found, number: int) -> str:
+def _priced(outcome: Outcome, number: int) -> str:
     """Return a team in words, with its cost where anything has a price."""
-    team = found.teams[number]
-    priced = found.question.costs != UNPRICED
+    team = outcome.teams[number]
+    priced = outcome.question.costs != UNPRICED
     return team.words + (f", cost {amount(team.cost)}" if priced else "")
 
 
-def caveats(found: Found) -> Iterator[str]:
+def caveats(outcome: Outcome) -> Iterator[str]:
     """Yield what the answer lacks, and how predictions compare with flights."""
-    question = found.question
-    _, _, doubts = found.selection.why.partition(". ")  # its first sentence is the answer
-    if doubts and not found.selection.is_settled and found.team is not None:
+    question = outcome.question
+    _, _, doubts = outcome.selection.why.partition(". ")  # its first sentence is the answer
+    if doubts and not outcome.selection.is_settled and outcome.team is not None:
         yield doubts
-    if found.failed:
-        yield f"{found.failed}. Failed missions meet no goal."
-    if found.cut:
-        yield f"Cut off by {found.cut}; the same command goes on from here."
+    if outcome.failed:
+        yield f"{outcome.failed}. Failed missions meet no goal."
+    if outcome.cut:
+        yield f"Cut off by {outcome.cut}; the same command goes on from here."
     if any(is_instant(question, point) for point in question.experiment.points):
         yield (
             "protocol.downlink.reply: instant costs no time on the air, which no modem can do; all "
             "teams were flown with protocol.downlink.reply: frame."
         )
-    shown = question.base if found.shown is None else found.teams[found.shown].scenario
+    shown = question.base if outcome.shown is None else outcome.teams[outcome.shown].scenario
     for longer in idle(Setup.of(shown)):
         yield f"{longer.key} {longer.message}."
-    if found.team is not None:
-        yield from _unvaried(found)
-    if found.team is not None and not found.cut:
-        yield from _predicted(found, found.team)
+    if outcome.team is not None:
+        yield from _unvaried(outcome)
+    if outcome.team is not None and not outcome.cut:
+        yield from _predicted(outcome, outcome.team)
 
 
-def _unvaried(found: Found) -> Iterator[str]:
+def _unvaried(outcome: Outcome) -> Iterator[str]:
     """Yield which goals' metrics never differed, and how rare what was not seen may be.
 
     What happens in a share p of missions is not seen in n of them with a probability (1 - p)^n.
     """
-    answer, question = found.selection.answer, found.question
+    answer, question = outcome.selection.answer, outcome.question
     assert answer is not None
-    missions = found.selection.missions[answer]
-    pairs = zip(question.goals, found.selection.estimates[answer], strict=True)
+    missions = outcome.selection.missions[answer]
+    pairs = zip(question.goals, outcome.selection.estimates[answer], strict=True)
     same = [goal.metric for goal, estimate in pairs if estimate.low == estimate.high]
     if same:
         unseen = 100 * (1 - (1 - question.confidence) ** (1 / missions))
@@ -187,14 +187,14 @@ def _unvaried(found: Found) -> Iterator[str]:
         )
 
 
-def _predicted(found: Found, answer: Team) -> Iterator[str]:
+def _predicted(outcome: Outcome, answer: Team) -> Iterator[str]:
     """Yield what was predicted of the answer, how wrong predictions are, and were in this plan."""
-    for place, goal in enumerate(found.question.goals):
+    for place, goal in enumerate(outcome.question.goals):
         value = answer.values[place]
         low, high = band(goal, value)
         if not low <= high:
             continue
-        pairs = zip(found.selection.estimates, found.teams, strict=True)
+        pairs = zip(outcome.selection.estimates, outcome.teams, strict=True)
         ratios = [own[place].mean / team.values[place] for own, team in pairs
                   if team.values[place] > 0]  # fmt: skip
         known = [ratio for ratio in ratios if isfinite(ratio)]
@@ -206,23 +206,23 @@ def _predicted(found: Found, answer: Team) -> Iterator[str]:
         )
 
 
-def remedy_text(found: Found) -> str | None:
+def remedy_text(outcome: Outcome) -> str | None:
     """Return what would meet the goals, where it is settled that no team does, or the nearest does
     not; None otherwise.
     """
-    if found.team is not None or found.cut or not found.ranked:
+    if outcome.team is not None or outcome.cut or not outcome.ranked:
         return None
-    nearest, goals = found.ranked[0], found.question.goals
-    estimates = found.selection.estimates[nearest]
+    nearest, goals = outcome.ranked[0], outcome.question.goals
+    estimates = outcome.selection.estimates[nearest]
     pairs = zip(goals, estimates, strict=True)
     if all(excess(goal, estimate.mean) <= 0 for goal, estimate in pairs):
         return None
-    first = f"The nearest is {_priced(found, nearest)}: {reached(goals, estimates)}."
-    helping = [relief.told for relief in found.reliefs if relief.meets]
+    first = f"The nearest is {_priced(outcome, nearest)}: {reached(goals, estimates)}."
+    helping = [relief.told for relief in outcome.reliefs if relief.meets]
     if helping:
         return f"{first} It is predicted to meet the goal with: {'; '.join(helping)}."
-    most = [f"Most would help {relief.told}." for relief in found.reliefs[:1]]
-    return " ".join(filter(None, [first, found.further, *most]))
+    most = [f"Most would help {relief.told}." for relief in outcome.reliefs[:1]]
+    return " ".join(filter(None, [first, outcome.further, *most]))
 
 
 def summary(record: Mapping[str, Any], folder: str) -> str:
@@ -263,11 +263,11 @@ def _doubt_text(doubted: Mapping[str, Any]) -> str:
     return f"{doubted['told']}: {means} instead of {planned}, {became_of(doubted)}"
 
 
-def record(found: Found, run: str, ways: Mapping[str, Any] | None) -> dict[str, Any]:
+def record(outcome: Outcome, run: str, ways: Mapping[str, Any] | None) -> dict[str, Any]:
     """Return what `plan.json` holds; `run` is the command that flies the answer, and `ways` are
     those of the vessels that are drawn, where they move.
     """
-    question, answer = found.question, found.selection.answer
+    question, answer = outcome.question, outcome.selection.answer
     metrics = [goal.metric for goal in question.goals if goal.metric in STATED_ERROR]
     return {
         "name": question.name,
@@ -281,34 +281,34 @@ def record(found: Found, run: str, ways: Mapping[str, Any] | None) -> dict[str, 
         "costs": dict(question.costs),
         "budget_s": question.budget_s,
         "budget_missions": question.budget_missions,
-        "settled": found.selection.is_settled,
-        "status": CUT if found.cut else COMPLETE,
-        "missions": found.missions,
-        "answer": None if found.team is None else dict(found.team.keys),
+        "settled": outcome.selection.is_settled,
+        "status": CUT if outcome.cut else COMPLETE,
+        "missions": outcome.missions,
+        "answer": None if outcome.team is None else dict(outcome.team.keys),
         "chosen": answer,
-        "would": remedy_text(found),
-        "told": [answer_text(found), *caveats(found)],
+        "would": remedy_text(outcome),
+        "told": [answer_text(outcome), *caveats(outcome)],
         "run": run,
         "candidates": [
-            _candidate(found, n, ways if n == found.shown else None)
-            for n in range(len(found.teams))
+            _candidate(outcome, n, ways if n == outcome.shown else None)
+            for n in range(len(outcome.teams))
         ],
-        "excluded": list(found.left_out),
-        "runners_up": [n for n in found.ranked if n != answer][:MOST_RUNNERS_UP],
+        "excluded": list(outcome.left_out),
+        "runners_up": [n for n in outcome.ranked if n != answer][:MOST_RUNNERS_UP],
         "binding": [
             {"what": relief.what, "told": relief.told, "value": relief.value}
-            for relief in found.reliefs
+            for relief in outcome.reliefs
         ],
-        "sensitivity": list(found.doubted),
+        "sensitivity": list(outcome.doubted),
         "ways": ways,
         "prediction_error": {name: STATED_ERROR[name]._asdict() for name in metrics} or None,
     }
 
 
-def _candidate(found: Found, number: int, ways: Mapping[str, Any] | None) -> dict[str, Any]:
-    team, selection = found.teams[number], found.selection
+def _candidate(outcome: Outcome, number: int, ways: Mapping[str, Any] | None) -> dict[str, Any]:
+    team, selection = outcome.teams[number], outcome.selection
     estimates, missions = selection.estimates[number], selection.missions[number]
-    bands = [band(*pair) for pair in zip(found.question.goals, team.values, strict=True)]
+    bands = [band(*pair) for pair in zip(outcome.question.goals, team.values, strict=True)]
     low, high = zip(*bands, strict=True)
     predicted = {"value": team.values, "low": low, "high": high}
     return {
@@ -323,8 +323,8 @@ def _candidate(found: Found, number: int, ways: Mapping[str, Any] | None) -> dic
         },
         "simulated": {"missions": missions, **plainly(estimates)} if missions else None,
         "verdict": selection.verdicts[number],
-        "team": _priced(found, number),
-        "told": reached(found.question.goals, estimates) if missions else "",
+        "team": _priced(outcome, number),
+        "told": reached(outcome.question.goals, estimates) if missions else "",
     }
 
 
@@ -333,12 +333,12 @@ def _places(team: Team, ways: Mapping[str, Any] | None) -> list[dict[str, Any]]:
     origin, places = team.setup.origin_deg, team.stations.tolist()
     if ways is not None:
         places = [asv["places_m"][0] for asv in ways["asvs"]]
-    found = []
+    rows = []
     for number, (x, y) in enumerate(places):
         lat, lon = (None, None) if origin is None else geodetic_from_ned((x, y, 0.0), *origin)[:2]
         metres = {"x_m": round(x, 3) + 0.0, "y_m": round(y, 3) + 0.0}
-        found.append({"asv": f"ASV{number}", **metres, "lat_deg": lat, "lon_deg": lon})
-    return found
+        rows.append({"asv": f"ASV{number}", **metres, "lat_deg": lat, "lon_deg": lon})
+    return rows
 
 
 def best_yaml(scenario: Scenario, sentence: str) -> str:

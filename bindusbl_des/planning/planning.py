@@ -59,7 +59,7 @@ from ..mission.simulation import simulate
 from ..scenario.scenario import Scenario
 from ..scenario.scenario_keys import Record
 from ..setup import Setup
-from .answer_text import Found, best_text, best_yaml, ranked, record, summary
+from .answer_text import Outcome, best_text, best_yaml, ranked, record, summary
 from .doubting import SEEDS, doubted, doubts, teams_of, with_costlier
 from .flying import Budget, Flights, flights, limit_of, local_workers, wanted
 from .folder import BEST, DOUBTS, MISSIONS, PAGE, PLAN, begin
@@ -174,12 +174,12 @@ def plan(
         return planned(begun, Path(out), budget, how.get("workers"))
     folder = Path(mkdtemp(prefix="bindusbl-plan-"))
     try:
-        found = planned(begin(question, folder), folder, budget, how.get("workers"))
+        made = planned(begin(question, folder), folder, budget, how.get("workers"))
     except BaseException:
         rmtree(folder, ignore_errors=True)
         raise
-    finalize(found, remove_own, folder, os.getpid())
-    return found
+    finalize(made, remove_own, folder, os.getpid())
+    return made
 
 
 def admitted(question: Question, allow_plugins: bool) -> None:
@@ -219,8 +219,8 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
             with fly(teams, question.seeds(), MISSIONS) as missions:
                 sample = partial(budget.sample, missions)
 
-                def note(found: Selection) -> None:
-                    budget.best = best_text(goals, teams, found)
+                def note(selection: Selection) -> None:
+                    budget.best = best_text(goals, teams, selection)
 
                 selection = select(
                     [Choice(team.cost, team.values) for team in teams],
@@ -247,7 +247,7 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
                         flown_in_doubt, failed_in_doubt = len(doubtful), doubtful.failed
     finally:
         budget.end()
-    found = Found(
+    outcome = Outcome(
         question=question,
         teams=teams,
         selection=selection,
@@ -259,7 +259,7 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
         cut=budget.cut_by,
         failed=missions.failed or failed_in_doubt,
     )
-    return _written(found, folder)
+    return _written(outcome, folder)
 
 
 def _looked_at(teams: Sequence[Team], goals: Sequence[Goal], selection: Selection) -> int:
@@ -270,40 +270,40 @@ def _looked_at(teams: Sequence[Team], goals: Sequence[Goal], selection: Selectio
     return flown[0] if flown else min(range(len(teams)), key=lambda n: teams[n].rank)
 
 
-def _written(found: Found, folder: Path) -> Plan:
+def _written(outcome: Outcome, folder: Path) -> Plan:
     """Write the files of a plan, `plan.json` last; return the plan.
 
     Raises:
         OSError: when one cannot be written.
     """
-    question, team = found.question, found.team
+    question, team = outcome.question, outcome.team
     scenario = question.source or str(folder / MISSIONS / "scenario.yaml")
     file, flown = (str(folder / BEST), team.scenario) if team else (scenario, question.base)
-    ways = _ways(found)
-    told = record(found, f"bindusbl-des run {quote(file)}{flown.leave}", ways)
-    told["scenario"] = scenario
+    ways = _ways(outcome)
+    plan_record = record(outcome, f"bindusbl-des run {quote(file)}{flown.leave}", ways)
+    plan_record["scenario"] = scenario
     if team is None:
         (folder / BEST).unlink(missing_ok=True)
     else:
-        write_text(folder / BEST, best_yaml(team.scenario, told["told"][0]))
+        write_text(folder / BEST, best_yaml(team.scenario, plan_record["told"][0]))
     chart, inputs = None, inputs_for(question, question.base)
     if inputs is not None:
-        each = [team.inputs for team in found.teams]
-        moving = {} if ways is None or found.shown is None else {found.shown: ways}
+        each = [team.inputs for team in outcome.teams]
+        moving = {} if ways is None or outcome.shown is None else {outcome.shown: ways}
         chart = chart_of(Setup.of(question.base), inputs, each, moving)
-    write_text(folder / PAGE, plan_page(told, chart))
-    text = json.dumps(told, indent=2, allow_nan=False, ensure_ascii=False)
+    write_text(folder / PAGE, plan_page(plan_record, chart))
+    text = json.dumps(plan_record, indent=2, allow_nan=False, ensure_ascii=False)
     write_text(folder / PLAN, f"{text}\n")
-    return Plan(folder, told)
+    return Plan(folder, plan_record)
 
 
-def _ways(found: Found) -> dict[str, Any] | None:
+def _ways(outcome: Outcome) -> dict[str, Any] | None:
     """Return where the vessels of the team that is drawn go in the plan's first mission, if they
     move; None if they keep their stations.
     """
-    if found.shown is None or not found.teams[found.shown].moves:
+    if outcome.shown is None or not outcome.teams[outcome.shown].moves:
         return None
-    team, seed = found.teams[found.shown].scenario, found.question.seeds()[0]
+    team, seed = outcome.teams[outcome.shown].scenario, outcome.question.seeds()[0]
     full = Record(detail="full", metrics_from_s=team.record.metrics_from_s)
     tracks = simulate(team.model_copy(update={"record": full}), seed).tables["tracks"]
     asvs = []
