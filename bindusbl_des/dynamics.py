@@ -1,16 +1,20 @@
-"""Hulls under the name that other programs know: see :mod:`.vehicles.hulls`."""
+"""Hulls under the name that other programs know: :mod:`.vehicles.hulls`.
 
-from .vehicles.hulls import (
-    MODELS,
+SI units and radians; North, East, Down; velocities over ground in body axes; yaw clockwise from
+North.
+"""
+
+from .vehicles.hulls.fleet import (
     DivergenceError,
     Fleet,
-    Model,
     SteadyTurn,
     parameters,
     steady_speed,
     steady_turn,
     trajectory,
 )
+from .vehicles.hulls.forces import Model
+from .vehicles.hulls.rk4 import MODELS
 
 __all__ = [
     "MODELS",

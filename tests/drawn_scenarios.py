@@ -22,7 +22,7 @@ from bindusbl_des.scenario.keys import json_schema
 from bindusbl_des.scenario.sections.acoustics import Downlink, modem_values
 from bindusbl_des.scenario.sections.survey import SHAPES
 from bindusbl_des.scenario.shipped_settings import OF_ACCURACY, OF_ANGLES
-from bindusbl_des.vehicles.hulls import parameters
+from bindusbl_des.dynamics import parameters
 
 SCHEMA = json_schema()
 TINIEST = 5e-324

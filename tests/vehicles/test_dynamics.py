@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp  # type: ignore[import-untyped,unused-ignore]
 
-from bindusbl_des.vehicles.hulls import (
+from bindusbl_des.dynamics import (
     MODELS,
     Fleet,
     parameters,

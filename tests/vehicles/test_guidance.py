@@ -10,7 +10,7 @@ from voyages import drift, voyage, way
 from worlds import lanes_over_square, scenario
 
 from bindusbl_des import simulate
-from bindusbl_des.vehicles.guidance.bluerov2 import share_thrust
+from bindusbl_des.vehicles.hulls.bluerov2 import share_thrust
 from bindusbl_des.vehicles.guidance.departure import smallest_turn
 
 Floats = NDArray[np.float64]

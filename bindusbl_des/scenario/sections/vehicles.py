@@ -108,7 +108,7 @@ class VehicleChoice:
             if not math.isfinite(number):
                 raise _mistake(f"{name} must be finite; got {described(number)}")
         if changes:
-            from ...vehicles.hulls import parameters
+            from ...vehicles.hulls.fleet import parameters
 
             try:
                 parameters(model, changes)

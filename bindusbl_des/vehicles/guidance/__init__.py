@@ -1,5 +1,1 @@
-"""How vehicles are steered: AUVs along their paths, ASVs at their stations, in currents and errors.
-
-`GuidedFleet` moves a fleet of one model under its controllers, lazily; `smallest_turn` and
-`top_speed` tell what may be asked of one. SI units and radians; x North, y East, z down.
-"""
+"""A fleet under its autopilots: what it senses, where its paths are, how it is moved on."""

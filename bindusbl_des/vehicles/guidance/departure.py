@@ -1,28 +1,27 @@
-"""How a mission of guided vehicles begins: what is asked of them is checked, and they are put where
-they start.
+"""Where and how guided vehicles are to go, and what may be asked of them: how fast one of a model
+is, how tightly its path may turn, and which current would carry it away.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
-from math import ceil, floor, isfinite, pi
+from math import floor
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.arrays import Floats
-from ...geometry.paths import Path, Segment
-from ...records.rows import Rows
+from ...geometry.paths import Path
 from ..currents import CONTROL_S
-from ..hulls import MODELS, parameters, steady_speed
-from ..hulls.models import Model
-from . import flight
-from .autopilots import AUTOPILOTS, InitialState, PathFollower, VehicleParameters, follower, keeper
+from ..hulls.fleet import find, parameters, steady_speed, steady_turn
+from ..hulls.rk4 import MODELS
 
-LOST_CIRCLES = 10.0  # watch circles off its station, a vessel is no longer keeping it
-PATIENCE_S = 120.0  # off or without headway for longer: ten times the memory of the slowest loop
-WHOLE = 1e-9  # rounding, in steps, within which a control interval is a whole number of them
+TURN_MARGIN = 1.3  # over the REMUS's tightest circle: curvature steps, its rudder and yaw do not
+WHOLE = 1e-9  # rounding within which a speed in mm/s, or a control interval in steps, is whole
+
+# Models that follow paths; the others keep stations.
+FOLLOWING = [name for name, model in MODELS.items() if model.follows]
 
 
 class GuidanceError(RuntimeError):
@@ -62,128 +61,6 @@ class SteeringIntervals:
     step_s: float | None = None
 
 
-@dataclass(frozen=True)
-class FlightState:
-    """The vehicles of a fleet as the compiled flight moves them; arrays change in place.
-
-    `hull` is what the equations of motion read; by vehicle: `states` (n, state), and `own`
-    (n,), flight.VESSEL, what each is told and remembers.
-    """
-
-    hull: Floats
-    states: Floats
-    own: Rows
-
-
-def begun(time: float, control: float) -> int:
-    """Return how many control intervals, k * control (s), begin before an instant (s).
-
-    >>> begun(0.0, 0.1), begun(0.05, 0.1), begun(3 * 0.1, 0.1), begun(0.31, 0.1)
-    (0, 1, 3, 4)
-    """
-    if not isfinite(time):
-        raise ValueError(f"an instant must be a finite number of seconds, not {time!r}")
-    count = max(ceil(time / control), 0)
-    while count > 0 and (count - 1) * control >= time:
-        count -= 1
-    while count * control < time:
-        count += 1
-    return count
-
-
-def whole_steps(model: str, control: float, step: float) -> int:
-    """Return the steps (s) in a control interval (s); ValueError unless a whole number of them."""
-    if not (isfinite(control) and isfinite(step) and control > 0.0 and step > 0.0):
-        raise ValueError(f"{model}: control_s {control!r} and step_s {step!r} must be above zero")
-    steps = round(control / step)
-    if steps < 1 or abs(control / step - steps) > WHOLE:
-        raise ValueError(
-            f"{model}: control_s {control} is not a whole multiple of step_s {step}; "
-            f"{max(steps, 1) * step:g} would be"
-        )
-    return steps
-
-
-def rows(model: str, what: str, values: ArrayLike, shape: tuple[int | None, ...]) -> Floats:
-    """Return a fresh array of finite numbers; None in `shape` leaves a length (above 0) open."""
-    array = np.array(values, dtype=np.float64, order="C")
-    wanted = tuple("any" if length is None else length for length in shape)
-    fits = len(array.shape) == len(shape) and all(
-        has == length or (length is None and has > 0)
-        for has, length in zip(array.shape, shape, strict=True)
-    )
-    if not fits:
-        raise ValueError(f"{model}: {what} has shape {array.shape}, not {wanted}")
-    if not np.isfinite(array).all():
-        raise ValueError(f"{model}: {what} holds a number that is not finite")
-    return array
-
-
-def for_each(model: str, what: str, value: ArrayLike, count: int) -> Floats:
-    """Return one number for each of `count` vehicles, given one for all or one for each."""
-    array = np.asarray(value, dtype=np.float64)
-    if array.shape not in ((), (count,)):
-        raise ValueError(f"{model}: {what} has shape {array.shape}, neither () nor ({count},)")
-    if not np.isfinite(array).all():
-        raise ValueError(f"{model}: {what} holds a number that is not finite")
-    return np.array(np.broadcast_to(array, (count,)))
-
-
-def circled(path: Path, radius: float) -> Path:
-    """Return the path with a circle to starboard at its end, round and round (radius in m)."""
-    if path.repeats_from is not None:
-        return path
-    circle = Segment(1.0 / radius, 2.0 * pi * radius)
-    return Path(path.start, (*path.segments, circle), repeats_from=path.length)
-
-
-def _vessels(kind: Model, body: Any, count: int) -> FlightState:
-    own = np.zeros(count, dtype=flight.VESSEL)
-    own["watch"]["patience"] = PATIENCE_S
-    return FlightState(kind.pack(body), np.zeros((count, len(kind.states))), own)
-
-
-def on_paths(
-    kind: Model, body: Any, paths: Sequence[Path], speed: Floats, depth: Floats, current: Floats,
-    missed: float,
-) -> FlightState:  # fmt: skip
-    """Return AUVs at the beginnings of their paths; speeds (m/s) and depths (m) (n,).
-
-    A BlueROV2 is at rest, in trim: over ground, or in the water if its log sees only that (`missed`
-    is 1, the share of the current that escapes it, else 0); a REMUS at its speed through the water,
-    carried by the current.
-    """
-    vessels = _vessels(kind, body, len(paths))
-    own_body, begin = (
-        VehicleParameters(kind.name, body, {}, vessels.hull),
-        follower(kind.name).begin,
-    )
-    vessels.own["order"]["speed"], vessels.own["order"]["depth"] = speed, depth
-    vessels.own["watch"]["reach"] = np.inf
-    vessels.states[:, 2] = depth
-    for number, path in enumerate(paths):
-        state, own = vessels.states[number], vessels.own[number]
-        state[0], state[1], state[kind.heading] = path.start
-        begin(own_body, InitialState(float(speed[number]), current, missed), own, state)
-    return vessels
-
-
-def at_stations(
-    kind: Model, body: Any, stations: Floats, depth: Floats, current: Floats
-) -> FlightState:
-    """Return ASVs at rest at their stations (n, 2) m, bow against the current, else North."""
-    vessels = _vessels(kind, body, len(stations))
-    vessels.states[:, :2] = stations
-    if current.any():
-        vessels.states[:, kind.heading] = np.arctan2(-current[1], -current[0])
-    order, autopilot = vessels.own["order"], keeper(kind.name)
-    order["north"], order["east"] = stations.T
-    order["depth"] = depth
-    vessels.own["watch"]["reach"] = LOST_CIRCLES * autopilot.watch_circle_m
-    autopilot.begin(VehicleParameters(kind.name, body, {}, vessels.hull), vessels.own)
-    return vessels
-
-
 def refuse_impossible(
     model: str,
     overrides: Mapping[str, float] | None,
@@ -196,9 +73,9 @@ def refuse_impossible(
     `speed` (n,) m/s, not read for vehicles that keep stations; of `currents` (k, 2) m/s the mean
     counts, since a vehicle makes up for what a gust has cost it.
     """
-    fastest, follows = top_speed(model, overrides), isinstance(AUTOPILOTS[model], PathFollower)
+    fastest = top_speed(model, overrides)
     for vehicle, asked in zip(names, speed.tolist(), strict=True):
-        if follows and not 0.0 < asked <= fastest:
+        if MODELS[model].follows and not 0.0 < asked <= fastest:
             raise GuidanceError(
                 vehicle,
                 0.0,
@@ -219,10 +96,9 @@ def too_strong(
     `speeds` (m/s) is what each is asked for, read of hulls that cannot stop; the others make up for
     a current by what they can do beyond that.
     """
-    fastest, autopilot = top_speed(model, overrides), AUTOPILOTS[model]
-    cannot_stop = isinstance(autopilot, PathFollower) and autopilot.cannot_stop
+    fastest = top_speed(model, overrides)
     for number, asked in enumerate(speeds):
-        own = asked if cannot_stop else fastest
+        own = asked if MODELS[model].cannot_stop else fastest
         if current >= own:
             return number, (
                 f"the current of {current:.3f} m/s is stronger than the {own:.3f} m/s that it "
@@ -239,14 +115,14 @@ def top_speed(model: str, overrides: Mapping[str, float] | None = None) -> float
     >>> round(top_speed("bluerov2"), 2), round(top_speed("cybership2"), 2)
     (0.73, 0.58)
     """
-    return _top_speed(model, _frozen(overrides))
+    return _top_speed(model, parameters(model, overrides))
 
 
 @cache
-def _top_speed(model: str, overrides: tuple[tuple[str, float], ...]) -> float:
-    command = AUTOPILOTS[model].full_ahead(_body(model, overrides))
-    step = AUTOPILOTS[model].settling_step_s
-    return steady_speed(model, command, overrides=dict(overrides), step_s=step)
+def _top_speed(model: str, body: Any) -> float:
+    kind = MODELS[model]
+    command = kind.full_ahead(kind.coefficients(body))
+    return steady_speed(model, command, overrides=asdict(body), step_s=kind.settling_step_s)
 
 
 def smallest_turn(model: str, speed: float, overrides: Mapping[str, float] | None = None) -> float:
@@ -259,14 +135,18 @@ def smallest_turn(model: str, speed: float, overrides: Mapping[str, float] | Non
     >>> round(smallest_turn("bluerov2", 0.6), 2), round(smallest_turn("remus100", 1.5), 1)
     (1.01, 27.2)
     """
-    follower(model)
+    if not find(model).follows:
+        raise ValueError(
+            f"{model} keeps a station and plans no turns; models that follow paths: "
+            f"{', '.join(FOLLOWING)}"
+        )
     fastest = top_speed(model, overrides)
     if not 0.0 < speed <= fastest:
         raise ValueError(
             f"{model}: a speed of {speed} m/s is not between 0 and the {_reached(fastest)} m/s "
             "that it reaches"
         )
-    return _smallest_turn(model, float(speed), _frozen(overrides))
+    return _smallest_turn(model, float(speed), parameters(model, overrides))
 
 
 def _reached(speed: float) -> str:
@@ -279,14 +159,11 @@ def _reached(speed: float) -> str:
 
 
 @cache
-def _smallest_turn(model: str, speed: float, overrides: tuple[tuple[str, float], ...]) -> float:
-    return follower(model).smallest_turn(_body(model, overrides), speed)
-
-
-def _frozen(overrides: Mapping[str, float] | None) -> tuple[tuple[str, float], ...]:
-    return tuple(sorted((overrides or {}).items()))
-
-
-def _body(model: str, overrides: tuple[tuple[str, float], ...]) -> VehicleParameters:
-    own = parameters(model, dict(overrides))
-    return VehicleParameters(model, own, dict(overrides), MODELS[model].pack(own))
+def _smallest_turn(model: str, speed: float, body: Any) -> float:
+    kind = MODELS[model]
+    hull = kind.coefficients(body)
+    if kind.smallest_turn is not None:
+        return kind.smallest_turn(hull, speed)
+    assert kind.hard_over is not None
+    command = kind.hard_over(hull, speed)
+    return TURN_MARGIN * steady_turn(model, command, overrides=asdict(body)).radius_m

@@ -13,9 +13,18 @@ from ...core.arrays import Flags, Floats, Ints
 from ...core.compiled import compiled, inlined
 from ...core.packed import unpacked
 from ...records.rows import LEARNT, Row, Rows
-from ..hulls import rk4
-from ..hulls.frames import C_PSI, S_PSI, Current, along_body
-from ..hulls.rk4 import MovedVehicle
+from ..hulls import bluerov2, cybership2, otter, remus100, rk4
+from ..hulls.forces import (
+    BLUEROV2,
+    C_PSI,
+    CYBERSHIP2,
+    OTTER,
+    PITCHING_STATE,
+    S_PSI,
+    Current,
+    MovedVehicle,
+    along_body,
+)
 from ..logs import (
     COLUMNS,
     COS,
@@ -32,7 +41,7 @@ from ..logs import (
     turned_over,
     walked,
 )
-from . import bluerov2, cybership2, otter, remus100, sensing, tracks
+from . import sensing, tracks
 from .sensing import Craft, NavigationState, Sensed, SteeringDrift
 from .tracks import PathPoint, PathTracks
 
@@ -79,7 +88,7 @@ class Flight(NamedTuple):
     """
 
     craft: Craft
-    hull: Floats
+    hull: Annotated[Rows, rk4.HULL]
     states: Annotated[Floats, 2]
     vessels: Annotated[Rows, VESSEL]
     paths: PathTracks
@@ -130,16 +139,16 @@ def _turning(
 
 @inlined
 def _steer(
-    craft: Craft, sensed: Sensed, aim: PathPoint, turning: float, p: Floats, vessel: Row,
+    craft: Craft, sensed: Sensed, aim: PathPoint, turning: float, p: Row, vessel: Row,
     work: Floats, command: Floats,
 ) -> bool:  # fmt: skip
     """Write the command for the next interval; return whether it reached a limit."""
     control, order = craft.control, vessel.order
-    if craft.model == rk4.BLUEROV2:
+    if craft.model == BLUEROV2:
         return bluerov2.steer(sensed, aim, order, control, p, vessel.bluerov2, work, command)
-    if craft.model == rk4.OTTER:
+    if craft.model == OTTER:
         return otter.steer(sensed, control, p, vessel.otter, command)
-    if craft.model == rk4.CYBERSHIP2:
+    if craft.model == CYBERSHIP2:
         return cybership2.steer(sensed, control, p, vessel.cybership2, command)
     return remus100.steer(sensed, aim, turning, order, control, p, vessel.remus100, command)
 
@@ -153,7 +162,7 @@ def fly(packed: int, has_learnt: bool, first: int, last: int) -> int:
     holding how it fares and when (s).
     """
     by = unpacked(packed, Flight)
-    craft, p, paths, currents = by.craft, by.hull, by.paths, by.currents
+    craft, p, paths, currents = by.craft, by.hull[0], by.paths, by.currents
     known = NavigationState(by.drift, by.noise, by.corrections, by.learnt, has_learnt, by.logs)
     model, size, control, step, steps = craft
     vehicle, wanted = rk4.moving(size), np.empty(6)
@@ -177,7 +186,7 @@ def fly(packed: int, has_learnt: bool, first: int, last: int) -> int:
                 aim = tracks.locate(paths.rows, bound, way, sensed.off_n, sensed.off_e)
                 by.active[i, interval] = way.row
                 reached = tracks.travelled(paths.rows, way) if aim.left > ARRIVED else nan
-                if model != rk4.BLUEROV2:  # whose turns begin where the path's do
+                if model != BLUEROV2:  # whose turns begin where the path's do
                     turning = _turning(sensed, aim, paths, bound, way)
             full = _steer(craft, sensed, aim, turning, p, vessel, wanted, vehicle.command)
             by.saturated[i, interval] = full
@@ -238,7 +247,7 @@ def _begin_line(vehicle: MovedVehicle, line: Floats) -> None:
     state, rates = vehicle.state, vehicle.rates
     line[X], line[Y] = state[0], state[1]
     line[RATES + X], line[RATES + Y] = rates[0], rates[1]
-    if state.size >= rk4.PITCHING_STATE:
+    if state.size >= PITCHING_STATE:
         line[Z], line[YAW] = state[2], state[5]
         line[RATES + Z], line[RATES + YAW] = rates[2], rates[5]
     else:

@@ -1,33 +1,78 @@
 """A fleet under way: vehicles of one model, each with its controller, in one sea."""
 
 from collections.abc import Mapping, Sequence
-from math import cos, degrees, sin
+from math import ceil, cos, degrees, isfinite, pi, sin
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.arrays import Floats
 from ...core.packed import Packed
-from ...geometry.paths import Path
+from ...geometry.paths import Path, Segment
 from ...records.rows import LEARNT
 from .. import logs
 from ..hulls import rk4
-from ..hulls.models import find, parameters
+from ..hulls.fleet import find, numbers, parameters
+from ..hulls.forces import Coefficients
 from ..motion import Motion
 from ..vehicle import VehicleInMotion
-from . import departure, flight, sensing, tracks
-from .autopilots import AUTOPILOTS, FOLLOWING, follower, keeper
+from . import flight, sensing, tracks
 from .departure import (
-    LOST_CIRCLES,
-    PATIENCE_S,
+    FOLLOWING,
+    WHOLE,
     DeparturePlan,
-    FlightState,
     GuidanceError,
     SteeringIntervals,
     refuse_impossible,
     smallest_turn,
 )
 from .sensing import Craft, SteeringDrift
+
+LOST_CIRCLES = 10.0  # watch circles off its station, a vessel is no longer keeping it
+PATIENCE_S = 120.0  # off or without headway for longer: ten times the memory of the slowest loop
+
+
+def begun(time: float, control: float) -> int:
+    """Return how many control intervals, k * control (s), begin before an instant (s).
+
+    >>> begun(0.0, 0.1), begun(0.05, 0.1), begun(3 * 0.1, 0.1), begun(0.31, 0.1)
+    (0, 1, 3, 4)
+    """
+    if not isfinite(time):
+        raise ValueError(f"an instant must be a finite number of seconds, not {time!r}")
+    count = max(ceil(time / control), 0)
+    while count > 0 and (count - 1) * control >= time:
+        count -= 1
+    while count * control < time:
+        count += 1
+    return count
+
+
+def whole_steps(model: str, control: float, step: float) -> int:
+    """Return the steps (s) in a control interval (s); ValueError unless a whole number of them."""
+    if not (isfinite(control) and isfinite(step) and control > 0.0 and step > 0.0):
+        raise ValueError(f"{model}: control_s {control!r} and step_s {step!r} must be above zero")
+    steps = round(control / step)
+    if steps < 1 or abs(control / step - steps) > WHOLE:
+        raise ValueError(
+            f"{model}: control_s {control} is not a whole multiple of step_s {step}; "
+            f"{max(steps, 1) * step:g} would be"
+        )
+    return steps
+
+
+def _for_each(model: str, what: str, value: ArrayLike, count: int) -> Floats:
+    """Return one number for each of `count` vehicles, given one for all or one for each."""
+    shape = () if np.ndim(value) == 0 else (count,)
+    return np.array(np.broadcast_to(numbers(model, what, value, shape), (count,)))
+
+
+def circled(path: Path, radius: float) -> Path:
+    """Return the path with a circle to starboard at its end, round and round (radius in m)."""
+    if path.repeats_from is not None:
+        return path
+    circle = Segment(1.0 / radius, 2.0 * pi * radius)
+    return Path(path.start, (*path.segments, circle), repeats_from=path.length)
 
 
 class GuidedVehicle(VehicleInMotion):
@@ -51,7 +96,7 @@ class GuidedVehicle(VehicleInMotion):
         if len(fleet.stations):
             return None
         _, end, again = fleet.tracks.bounds[self._number].item()
-        flown = fleet.active[self._number, : max(departure.begun(time, fleet.control_s), 1)]
+        flown = fleet.active[self._number, : max(begun(time, fleet.control_s), 1)]
         row = fleet.tracks.rows[flown[-1]]
         x, y, yaw, curvature, begin, length, *_ = row.item()
         into = (place.x - x) * cos(yaw) + (place.y - y) * sin(yaw)
@@ -64,7 +109,7 @@ class GuidedVehicle(VehicleInMotion):
     def saturated(self, time: float) -> float:
         """Return the share of its control instants before an instant (s) at an actuator's limit."""
         self._fleet.advance(time)
-        instants = max(departure.begun(time, self._fleet.control_s), 1)
+        instants = max(begun(time, self._fleet.control_s), 1)
         return float(self._fleet.at_limit[self._number, :instants].mean())
 
     def path_error(self, times: Floats) -> Floats:
@@ -113,98 +158,93 @@ class GuidedFleet:
         position_noise: Floats | None = None,
         drift: SteeringDrift | None = None,
     ) -> None:
-        self.model = find(model)
+        self.model = kind = find(model)
         _refuse_wrong_plan(model, plan)
         paths, self.stations = plan.paths, np.zeros((0, 2))
         if plan.stations is not None:
-            self.stations = departure.rows(model, "stations", plan.stations, (None, 2))
+            self.stations = numbers(model, "stations", plan.stations, (None, 2))
         count = len(self.stations) if paths is None else len(paths)
         self.names = _names(model, plan.names, count)
         self.control_s, self.duration_s = float(intervals.control_s), float(duration_s)
-        step = AUTOPILOTS[model].step_s if intervals.step_s is None else intervals.step_s
-        self.step_s = float(step)
-        self._steps = departure.whole_steps(model, self.control_s, self.step_s)
-        self._intervals = max(1, departure.begun(self.duration_s, self.control_s))
-        self._currents = departure.rows(model, "currents", currents, (None, 2))
+        self.step_s = float(kind.step_s if intervals.step_s is None else intervals.step_s)
+        steps = whole_steps(model, self.control_s, self.step_s)
+        self._intervals = max(1, begun(self.duration_s, self.control_s))
+        self._currents = numbers(model, "currents", currents, (None, 2))
         noise = np.zeros((count, 1, 2)) if position_noise is None else position_noise
         length = 1 if position_noise is None else self._intervals
-        self._noise = departure.rows(model, "position_noise", noise, (count, length, 2))
+        noise = numbers(model, "position_noise", noise, (count, length, 2))
         self._or_by_fixes = "" if drift is None else ", or thrown about by its fixes"
-        self._drift = sensing.for_fleet(model, drift, count, self.duration_s, self.control_s)
+        drift = sensing.for_fleet(model, drift, count, self.duration_s, self.control_s)
         self.corrections = np.zeros((count, 2))
         self.learnt = np.zeros(count, dtype=LEARNT)
         self.has_learnt = False
-        self.tracks, self._vessels = self._set_out(
-            paths,
-            departure.for_each(model, "speed_m_per_s", plan.speed_m_per_s, count),
-            departure.for_each(model, "depth_m", plan.depth_m, count),
-            overrides,
-        )
-        self.logs = np.zeros((count, self._intervals * self._steps + 1, logs.COLUMNS))
+        # what each vehicle is told and remembers
+        self._own = np.zeros(count, dtype=flight.VESSEL)
+        self._own["order"]["speed"] = _for_each(model, "speed_m_per_s", plan.speed_m_per_s, count)
+        self._own["order"]["depth"] = _for_each(model, "depth_m", plan.depth_m, count)
+        self._own["watch"]["patience"] = PATIENCE_S
+        self._states = np.zeros((count, len(kind.states)))
+        hull = kind.coefficients(parameters(model, overrides))
+        speeds = self._own["order"]["speed"]
+        refuse_impossible(model, overrides, self.names, speeds, self._currents)
+        if paths is None:
+            self.tracks = tracks.nowhere(count)
+            self._lie_at_stations()
+        else:
+            self._begin_paths(paths, hull, float(drift.through_water))
+            if kind.cannot_stop:
+                paths = [
+                    circled(path, smallest_turn(model, speed, overrides))
+                    for path, speed in zip(paths, speeds.tolist(), strict=True)
+                ]
+            self.tracks = tracks.pack(paths)
+        self.logs = np.zeros((count, self._intervals * steps + 1, logs.COLUMNS))
         # What lies beyond the instant that the fleet was last advanced to is not known yet.
         ends = np.arange(count + 1) * self.logs.shape[1]
         self.motion = Motion(self.logs.reshape(-1, logs.COLUMNS), ends, self.step_s)
         self.active = np.zeros((count, self._intervals), dtype=np.int64)
-        self._vessels.own["progress"]["row"] = self.tracks.bounds["first"]
+        self._own["progress"]["row"] = self.tracks.bounds["first"]
         # whether an actuator was at its limit, for each vehicle and control instant
         self.at_limit = np.zeros((count, self._intervals), dtype=np.bool_)
         self._flown, self._lost = 0, np.zeros(2)
-        self.flight = self._packed()  # what compiled code is handed once
-        self._move_on(0)  # the start is known before anybody moves
-
-    def _set_out(
-        self,
-        paths: Sequence[Path] | None,
-        speed: Floats,
-        depth: Floats,
-        overrides: Mapping[str, float] | None,
-    ) -> tuple[tracks.PathTracks, FlightState]:
-        """Return paths and vehicles as the compiled flight takes them."""
-        model, body = self.model, parameters(self.model.name, overrides)
-        refuse_impossible(model.name, overrides, self.names, speed, self._currents)
-        if paths is None:
-            return tracks.nowhere(len(self.stations)), departure.at_stations(
-                model, body, self.stations, depth, self._currents[0]
-            )
-        vessels = departure.on_paths(
-            model, body, paths, speed, depth, self._currents[0], float(self._drift.through_water)
-        )
-        if follower(model.name).cannot_stop:
-            paths = [
-                departure.circled(path, smallest_turn(model.name, own, overrides))
-                for path, own in zip(paths, speed.tolist(), strict=True)
-            ]
-        return tracks.pack(paths), vessels
-
-    def _packed(self) -> Packed:
-        """Return what compiled code is handed once, :class:`.flight.Flight`."""
-        vessels = self._vessels
-        size = vessels.states.shape[1]
-        return Packed(
+        craft = Craft(kind.equations, len(kind.states), self.control_s, self.step_s, steps)
+        #: What compiled code is handed once.
+        self.flight = Packed(
             flight.Flight(
-                Craft(self.model.equations, size, self.control_s, self.step_s, self._steps),
-                vessels.hull,
-                vessels.states,
-                vessels.own,
-                self.tracks,
-                self._currents,
-                self._drift,
-                self._noise,
-                self.corrections,
-                self.learnt,
-                self.logs,
-                self.active,
-                self.at_limit,
+                craft, rk4.packed(hull), self._states, self._own, self.tracks, self._currents,
+                drift, noise, self.corrections, self.learnt, self.logs, self.active, self.at_limit,
                 self._lost,
             )
-        )
+        )  # fmt: skip
+        self._move_on(0)  # the start is known before anybody moves
+
+    def _begin_paths(self, paths: Sequence[Path], hull: Coefficients, missed: float) -> None:
+        """Put AUVs where their paths begin; their logs miss a share of the current."""
+        kind, orders = self.model, self._own["order"]
+        self._own["watch"]["reach"] = np.inf
+        self._states[:, 2] = orders["depth"]
+        for number, path in enumerate(paths):
+            state, memory = self._states[number], self._own[number][kind.autopilot]
+            state[0], state[1], state[kind.heading] = path.start
+            assert kind.begin is not None
+            speed = float(orders["speed"][number])
+            kind.begin(hull, speed, self._currents[0], missed, memory, state)
+
+    def _lie_at_stations(self) -> None:
+        """Put ASVs at rest at their stations, bow against the current, else North."""
+        current, orders = self._currents[0], self._own["order"]
+        self._states[:, :2] = self.stations
+        if current.any():
+            self._states[:, self.model.heading] = np.arctan2(-current[1], -current[0])
+        orders["north"], orders["east"] = self.stations.T
+        self._own["watch"]["reach"] = LOST_CIRCLES * self.model.watch_circle_m
 
     def advance(self, time_s: float) -> None:
         """Move the fleet through every control interval that begins before `time_s`.
 
         Raises ValueError beyond the voyage's duration, GuidanceError for a vehicle lost on the way.
         """
-        wanted = departure.begun(time_s, self.control_s)
+        wanted = begun(time_s, self.control_s)
         if wanted <= self._flown:
             return
         if wanted > self._intervals:
@@ -223,9 +263,9 @@ class GuidedFleet:
 
     def _reason(self, vehicle: int) -> str:
         """Return why a vehicle is lost."""
-        status, state = int(self._lost[0]), self._vessels.states[vehicle]
+        status, state = int(self._lost[0]), self._states[vehicle]
         if status == flight.ADRIFT:
-            circle = LOST_CIRCLES * keeper(self.model.name).watch_circle_m
+            circle = LOST_CIRCLES * self.model.watch_circle_m
             return (
                 f"more than {circle:g} m off its station for {PATIENCE_S:g} s; the current is "
                 "stronger than its thrust, or the station was never reached"
@@ -234,7 +274,7 @@ class GuidedFleet:
             spent, current = flight.PATIENT_FOR * PATIENCE_S, self._currents.mean(axis=0)
             return (
                 f"no headway along its path for {spent:g} s: asked for "
-                f"{self._vessels.own['order']['speed'][vehicle]:g} m/s in a current of "
+                f"{self._own['order']['speed'][vehicle]:g} m/s in a current of "
                 f"{np.hypot(*current):.3g} m/s, it is held up by that{self._or_by_fixes}; ask for "
                 "more speed"
             )
@@ -256,9 +296,7 @@ class GuidedFleet:
 
 def _refuse_wrong_plan(model: str, plan: DeparturePlan) -> None:
     """Raise ValueError unless AUVs have paths and ASVs stations."""
-    if model not in AUTOPILOTS:
-        raise ValueError(f"{model} has no controller; known: {', '.join(AUTOPILOTS)}")
-    keeping = [name for name in AUTOPILOTS if name not in FOLLOWING]
+    keeping = [name for name in rk4.MODELS if name not in FOLLOWING]
     paths, stations, follows = plan.paths, plan.stations, model in FOLLOWING
     if (paths is not None) != follows or (stations is not None) == follows or paths == ():
         raise ValueError(

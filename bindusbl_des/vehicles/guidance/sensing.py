@@ -18,9 +18,18 @@ import numpy as np
 from ...core.arrays import Floats
 from ...core.compiled import compiled, inlined
 from ...records.rows import Row, Rows
-from ..hulls import rk4
-from ..hulls.frames import C_PHI, C_PSI, C_THETA, S_PHI, S_PSI, S_THETA, Current
-from ..hulls.rk4 import MovedVehicle
+from ..hulls.forces import (
+    BLUEROV2,
+    C_PHI,
+    C_PSI,
+    C_THETA,
+    PITCHING_STATE,
+    S_PHI,
+    S_PSI,
+    S_THETA,
+    Current,
+    MovedVehicle,
+)
 from ..logs import COS, RATES, SIN, X, Y, Z
 from ..reckoning import (
     DeadReckoned,
@@ -42,6 +51,9 @@ MEMORY = 20.0
 # The memory is a third of the time since the start as long as that is shorter, a second at least:
 # the line turns quickly while it is short, and noise of the first fix is no current.
 YOUNG, YOUNGEST = 3.0, 3.0
+
+# s over which who keeps a station averages its fixes
+FIX_MEMORY = 5.0
 
 AT_ONCE = 1e-9  # s, between two looks, at least
 
@@ -119,7 +131,7 @@ class SteeringDrift(NamedTuple):
 
 
 class Craft(NamedTuple):
-    """How vehicles of a model move: their equations (see `rk4`), how many numbers a state has, the
+    """How vehicles of a model move: their equations by number, how many numbers a state has, the
     control interval (s), the step (s) of the integration, and how many of them an interval has.
     """
 
@@ -156,6 +168,14 @@ def half_turn(angle: float) -> float:
     return angle - 2.0 * pi * floor(angle / (2.0 * pi) + 0.5)
 
 
+@compiled
+def average_fixes(sensed: Sensed, interval: float, memory: Row) -> None:
+    """Average noisy fixes (m, off the station) in a memory, carried along by the velocity."""
+    share = interval / FIX_MEMORY
+    memory.off_n += share * (sensed.off_n - memory.off_n) + interval * sensed.log_n
+    memory.off_e += share * (sensed.off_e - memory.off_e) + interval * sensed.log_e
+
+
 def for_fleet(
     model: str, drift: SteeringDrift | None, count: int, duration: float, control: float
 ) -> SteeringDrift:
@@ -187,7 +207,7 @@ def for_fleet(
 def posture(vehicle: MovedVehicle, turned: float) -> Posture:
     """Return how a vehicle lies, whose compass is off by an angle (rad)."""
     state, angles = vehicle.state, vehicle.angles
-    dives = state.size >= rk4.PITCHING_STATE
+    dives = state.size >= PITCHING_STATE
     yaw = state[5 if dives else 2] + turned
     s_yaw, c_yaw = angles[S_PSI], angles[C_PSI]
     if turned != 0.0:
@@ -211,7 +231,7 @@ def spot(vehicle: MovedVehicle, missed: tuple[float, float], line: Floats) -> Sp
     not ask for that.
     """
     ahead = aside = 0.0
-    if vehicle.state.size >= rk4.PITCHING_STATE:
+    if vehicle.state.size >= PITCHING_STATE:
         ahead, aside = vehicle.state[6] - missed[0], vehicle.state[7] - missed[1]
     rates = line[RATES + X], line[RATES + Y], line[RATES + Z]
     return Spot(line[X], line[Y], rates[0], rates[1], rates[2], ahead, aside)
@@ -252,7 +272,7 @@ def sense(
     """
     time, order, wrong = interval * craft.control, vessel.order, known.drift.wrong
     lies = posture(vehicle, wrong.skews[number].turned)
-    share = 1.0 if known.drift.through_water or craft.model != rk4.BLUEROV2 else 0.0
+    share = 1.0 if known.drift.through_water or craft.model != BLUEROV2 else 0.0
     at = spot(vehicle, (share * flow[0], share * flow[1]), line)
     cosine, sine = by_compass(line[COS], line[SIN], wrong, number)
     if wrong.biases.shape[1] > 1 and interval > 0:

@@ -1,17 +1,28 @@
-"""Vehicles of one model in one sea, moved only as far as somebody looks; and what one settles into
-when nothing is changed any more: its speed, its turning circle.
+"""Hulls moved under given commands: `trajectory` follows one of them, `Fleet` moves several of one
+model as far as they are asked for, `steady_turn` and `steady_speed` tell what a command leads to.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from math import cos, degrees, inf, isfinite
+from numbers import Real
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.arrays import Floats
+from ...core.wording import did_you_mean
 from . import rk4
-from .models import Model, find, parameters
+from .forces import Model
+from .rk4 import MODELS
+
+# A quantity so named is above zero: lags, masses, densities, sizes, and the limits of actuators.
+_ABOVE_ZERO = (
+    "_s", "mass_kg", "inertia_kg_m2", "_m3", "length_m", "diameter_m", "_rad", "_rpm", "_n",
+    "oswald_efficiency", "reference_area_fraction", "advance_at_speed",
+    "gravity_m_per_s2",
+)  # fmt: skip
 
 
 class DivergenceError(FloatingPointError):
@@ -33,6 +44,98 @@ class DivergenceError(FloatingPointError):
             super().__init__(
                 f"{who}: the state became infinite or NaN; take a shorter step_s "
                 "(at most 0.1 s for these models) or smaller commands"
+            )
+
+
+def find(model: str) -> Model:
+    """Return the model of that name; ValueError, with the names there are, for an unknown one."""
+    if model not in MODELS:
+        known = ", ".join(MODELS)
+        raise ValueError(
+            f"unknown model {model!r}{did_you_mean(str(model), MODELS)}; known: {known}"
+        )
+    return MODELS[model]
+
+
+def parameters(model: str, overrides: Mapping[str, float] | None = None) -> Any:
+    """Return what a vehicle of a model is made of, its published numbers changed where asked.
+
+    The result is the model's frozen dataclass (`Remus100`, `BlueRov2`, `Otter`, `CyberShip2`),
+    units in its field names. Raises ValueError for a name the model does not have, a number that is
+    not finite, and a size, mass or time constant that is not above zero.
+
+    >>> parameters("remus100", {"yaw_time_constant_s": 5}).yaw_time_constant_s
+    5.0
+    """
+    kind = find(model)
+    allowed = [field.name for field in fields(kind.body)]
+    values: dict[str, float] = {}
+    for name, value in (overrides or {}).items():
+        if name not in allowed:
+            raise ValueError(
+                f"{model}: unknown parameter {name!r}{did_you_mean(name, allowed)}; "
+                f"allowed: {', '.join(allowed)}"
+            )
+        values[name] = _checked(model, name, value)
+    return kind.body(**values)
+
+
+def _checked(model: str, name: str, value: float) -> float:
+    """Return the number as a float, or say what is wrong with it."""
+    if not isinstance(value, Real) or isinstance(value, bool) or not isfinite(value):
+        raise ValueError(f"{model}: parameter {name} must be a finite number, not {value!r}")
+    if value <= 0 and name.endswith(_ABOVE_ZERO) and "added" not in name:
+        raise ValueError(f"{model}: parameter {name} must be above zero, not {value!r}")
+    return float(value)
+
+
+def numbers(
+    model: str,
+    what: str,
+    values: ArrayLike,
+    shape: tuple[int | None, ...],
+    columns: Sequence[str] = (),
+) -> Floats:
+    """Return a fresh array of finite numbers; None in `shape` leaves a length (above 0) open.
+
+    Raises ValueError naming what has another shape, or which number is not finite; `columns` are
+    the names of the last axis.
+    """
+    array = np.array(values, dtype=np.float64, order="C")
+    row = f": [{', '.join(columns)}]" if columns else ""
+    if array.ndim != len(shape) or any(
+        has != length if length is not None else has == 0
+        for has, length in zip(array.shape, shape, strict=True)
+    ):
+        wanted = str(tuple("n" if length is None else length for length in shape)).replace("'", "")
+        raise ValueError(f"{model}: {what} has shape {array.shape}, not {wanted}{row}")
+    if not np.isfinite(array).all():
+        place = np.argwhere(~np.isfinite(array))[0]
+        names = [str(index) for index in place]
+        names[-1] = columns[place[-1]] if columns else names[-1]
+        raise ValueError(
+            f"{model}: {what}[{', '.join(names)}] is {array[tuple(place)]}; every number must be "
+            "finite"
+        )
+    return array
+
+
+def step_length(model: str, step: float) -> float:
+    """Return a step (s); ValueError for what is none."""
+    if not (isfinite(step) and step > 0):
+        raise ValueError(f"{model}: step_s must be a finite number above zero, not {step!r}")
+    return float(step)
+
+
+def _refuse_steep(model: Model, states: Floats) -> None:
+    """Raise ValueError for a vehicle that starts standing on end."""
+    if "theta" not in model.states:
+        return
+    for vehicle, pitch in enumerate(states[:, model.states.index("theta")]):
+        if cos(pitch) < rk4.COS_STEEPEST:
+            raise ValueError(
+                f"{model.name}: vehicle {vehicle} starts at pitch {degrees(pitch):.1f} deg; Euler "
+                f"angles need it within +-{degrees(rk4.STEEPEST):.0f} deg"
             )
 
 
@@ -59,21 +162,17 @@ class Fleet:
         step_s: float = 0.05,
         start_s: float = 0.0,
     ) -> None:
-        self.model = find(model)
-        self._p = self.model.pack(parameters(model, overrides))
-        self._states = _rows(self.model, "states", states, self.model.states)
-        _refuse_steep(self.model, self._states)
-        count = len(self._states)
-        idle = np.zeros((count, len(self.model.commands)))
-        self._commands = _rows(
-            self.model,
-            "commands",
-            idle if commands is None else commands,
-            self.model.commands,
-            count,
-        )
-        self._current = _current(self.model, current_m_per_s)
-        self._step, self._start = _step_length(self.model, step_s), float(start_s)
+        self.model = kind = find(model)
+        self._hull = rk4.packed(kind.coefficients(parameters(model, overrides)))
+        self._states = numbers(model, "states", states, (None, len(kind.states)), kind.states)
+        _refuse_steep(kind, self._states)
+        count, columns = len(self._states), len(kind.commands)
+        rows = np.zeros((count, columns)) if commands is None else commands
+        self._commands = numbers(model, "commands", rows, (count, columns), kind.commands)
+        compass = "North", "East"
+        current = numbers(model, "current_m_per_s", current_m_per_s, (2,), compass)
+        self._current = float(current[0]), float(current[1])
+        self._step, self._start = step_length(model, step_s), float(start_s)
         self._clocks = np.full(count, self._start)
 
     def at(self, time_s: float) -> Floats:
@@ -84,7 +183,7 @@ class Fleet:
         """
         time_s = self._advance(time_s)
         states, clocks = self._states.copy(), self._clocks.copy()
-        self._leap(states, self._commands, clocks, time_s)
+        self._move(states, self._commands, clocks, time_s, exactly=True)
         return states
 
     def command(self, time_s: float, vehicle: int, values: ArrayLike) -> None:
@@ -96,21 +195,24 @@ class Fleet:
             raise ValueError(
                 f"{self.model.name}: no vehicle {vehicle} among {len(self._states)}; count from 0"
             )
-        rows = _rows(self.model, "values", np.atleast_2d(values), self.model.commands, 1)
-        self._hold(time_s, slice(vehicle, vehicle + 1), rows)
+        self._hold(time_s, slice(vehicle, vehicle + 1), np.atleast_2d(values))
 
     def command_all(self, time_s: float, values: ArrayLike) -> None:
         """From `time_s` on, each vehicle holds its row of `values` (vehicles, command).
 
         Raises as `command` does.
         """
-        rows = _rows(self.model, "values", values, self.model.commands, len(self._states))
-        self._hold(time_s, slice(0, len(rows)), rows)
+        self._hold(time_s, slice(0, len(self._states)), values)
 
-    def _hold(self, time_s: float, due: slice, rows: Floats) -> None:
+    def _hold(self, time_s: float, due: slice, values: ArrayLike) -> None:
         """Bring these vehicles to exactly `time_s` and give them their new commands."""
+        shape, columns = self._commands[due].shape, self.model.commands
+        rows = numbers(self.model.name, "values", values, shape, columns)
         time_s = self._advance(time_s)
-        self._leap(self._states[due], self._commands[due], self._clocks[due], time_s, due.start)
+        self._move(
+            self._states[due], self._commands[due], self._clocks[due], time_s, due.start,
+            exactly=True,
+        )  # fmt: skip
         self._commands[due] = rows
 
     def _advance(self, time_s: float) -> float:
@@ -125,73 +227,67 @@ class Fleet:
         self._move(self._states, self._commands, self._clocks, time_s)
         return time_s
 
-    def _leap(
-        self, states: Floats, commands: Floats, clocks: Floats, time_s: float, first: int = 0
-    ) -> None:
-        """Move these rows, of which `first` is the first vehicle, to exactly `time_s`."""
-        self._move(states, commands, clocks, time_s, first, exactly=True)
-
     def _move(
         self, states: Floats, commands: Floats, clocks: Floats, time_s: float, first: int = 0,
         *, exactly: bool = False,
     ) -> None:  # fmt: skip
+        """Move these rows, of which `first` is the first vehicle, along the grid, or to exactly
+        `time_s`.
+        """
         lost = rk4.advance(
-            self.model.equations, self._p, states, commands, *self._current, clocks, self._start,
+            self.model.equations, self._hull, states, commands, *self._current, clocks, self._start,
             self._step, time_s, exactly,
         )  # fmt: skip
         if lost >= 0:
             raise DivergenceError(self.model.name, first + lost, clocks[lost], states[lost])
 
 
-def _rows(
-    model: Model, what: str, values: ArrayLike, columns: tuple[str, ...], count: int | None = None
+def trajectory(
+    model: str,
+    times: ArrayLike,
+    commands: ArrayLike,
+    *,
+    current_m_per_s: Sequence[float] | Floats = (0.0, 0.0),
+    initial: ArrayLike | None = None,
+    step_s: float = 0.05,
+    overrides: Mapping[str, float] | None = None,
 ) -> Floats:
-    """Return a fresh (rows, columns) array of finite numbers, or say which shape is wanted."""
-    rows = np.array(values, dtype=np.float64, order="C")
-    fits = rows.ndim == 2 and rows.shape[1] == len(columns) and count in (None, len(rows))
-    if not fits:
-        wanted = f"({'n' if count is None else count}, {len(columns)})"
+    """Follow one vehicle through the water: its state at each of `times`.
+
+    `times` (n,) increasing (s); `commands` (n, command), row k held on [t_k, t_{k+1}), the last row
+    never felt; `initial` (state,), at rest at the origin unless given; the result is (n, state).
+    Columns are those of `MODELS[model].states` and `.commands`. The current (m/s, North and East)
+    is uniform and constant; the velocities of a state are over ground. Steps of `step_s` are split
+    exactly where the command changes, and only there: which times are asked for changes no bit of
+    the rows. The Otter's propeller lag wants `step_s=0.02` for 1 mm where it reverses.
+
+    Raises ValueError for an unknown model and for arguments that do not fit it, DivergenceError
+    for a state that becomes infinite or stands on end.
+
+    >>> trajectory("cybership2", [0, 10], [[1.5, 0, 0]] * 2)[-1, :3].round(3).tolist()
+    [2.426, 0.0, 0.0]
+    """
+    kind, instants = find(model), numbers(model, "times", times, (None,))
+    if (np.diff(instants) <= 0).any():
+        k = int(np.argmax(np.diff(instants) <= 0)) + 1
         raise ValueError(
-            f"{model.name}: {what} has shape {rows.shape}, not {wanted}; "
-            f"a row is [{', '.join(columns)}]"
+            f"{model}: times[{k}] = {instants[k]} does not follow times[{k - 1}] = "
+            f"{instants[k - 1]}; times must increase"
         )
-    if not np.isfinite(rows).all():
-        row, column = np.argwhere(~np.isfinite(rows))[0]
-        raise ValueError(
-            f"{model.name}: {what} row {row}, {columns[column]}, is {rows[row, column]}; "
-            "every number must be finite"
-        )
-    return rows
-
-
-def _refuse_steep(model: Model, states: Floats) -> None:
-    """Raise ValueError for a vehicle that starts standing on end."""
-    if "theta" not in model.states:
-        return
-    for vehicle, pitch in enumerate(states[:, model.states.index("theta")]):
-        if cos(pitch) < rk4.COS_STEEPEST:
-            raise ValueError(
-                f"{model.name}: vehicle {vehicle} starts at pitch {degrees(pitch):.1f} deg; Euler "
-                f"angles need it within +-{degrees(rk4.STEEPEST):.0f} deg"
-            )
-
-
-def _current(model: Model, current: Sequence[float] | Floats) -> tuple[float, float]:
-    """Return the current's North and East components (m/s)."""
-    values = np.asarray(current, dtype=np.float64)
-    if values.shape != (2,) or not np.isfinite(values).all():
-        raise ValueError(
-            f"{model.name}: current_m_per_s must be two finite numbers, North and East, "
-            f"not {current!r}"
-        )
-    return float(values[0]), float(values[1])
-
-
-def _step_length(model: Model, step: float) -> float:
-    """Return the step (s), or say that there is none."""
-    if not (isfinite(step) and step > 0):
-        raise ValueError(f"{model.name}: step_s must be a finite number above zero, not {step!r}")
-    return float(step)
+    shape = len(instants), len(kind.commands)
+    rows = numbers(model, "commands", commands, shape, kind.commands)
+    start = np.zeros(len(kind.states)) if initial is None else initial
+    fleet = Fleet(
+        model, [numbers(model, "initial", start, (len(kind.states),), kind.states)],
+        commands=rows[:1], current_m_per_s=current_m_per_s, overrides=overrides, step_s=step_s,
+        start_s=instants[0],
+    )  # fmt: skip
+    states = np.empty((len(instants), len(kind.states)))
+    for k, instant in enumerate(instants):
+        states[k] = fleet.at(instant)[0]
+        if k and np.any(rows[k] != rows[k - 1]):
+            fleet.command(instant, 0, rows[k])
+    return states
 
 
 WINDOW_S = 5.0  # motion is averaged over this long

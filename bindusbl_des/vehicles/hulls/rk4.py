@@ -1,43 +1,61 @@
-"""Moving vehicles through time: classical Runge-Kutta of fourth order.
+"""Moving any hull through time: classical Runge-Kutta of fourth order.
 
 The boundaries of the steps lie at `start + k * step` (s) and at the instants of new commands, and
 nowhere else; what is asked in between is computed aside. So a vehicle moved once in a long while
 is bit for bit where it would be if moved at every tick.
 """
 
+from collections.abc import Mapping
 from math import floor
-from typing import NamedTuple
 
 import numpy as np
 
 from ...core.arrays import Floats
 from ...core.compiled import compiled, inlined
+from ...records.rows import Row, Rows
 from . import bluerov2, cybership2, otter, remus100
-from .frames import ANGLES, C_THETA, Current, move_rigid_body, move_surface_craft
+from .forces import (
+    ANGLES,
+    BLUEROV2,
+    C_THETA,
+    CYBERSHIP2,
+    OTTER,
+    PITCHING_STATE,
+    REMUS100,
+    Coefficients,
+    Current,
+    Model,
+    MovedVehicle,
+    move_rigid_body,
+    move_surface_craft,
+)
 
-REMUS100, REMUS100_PVS, BLUEROV2, OTTER, CYBERSHIP2 = range(5)  # which equations are taken
+_ALL = remus100.MODEL, remus100.PVS, bluerov2.MODEL, otter.MODEL, cybership2.MODEL
+MODELS: Mapping[str, Model] = {model.name: model for model in _ALL}
+
+# The coefficients of all hulls: compiled code that moves any of them reads one kind of row.
+HULL = np.dtype([
+    (name, "f8")
+    for name in dict.fromkeys(
+        name for it in MODELS.values() for name in vars(it.coefficients(it.body()))
+    )
+])  # fmt: skip
 
 # Within this part of a step of a boundary is on it: 5 ns of 50 ms, while 0.1 * 3 is not 0.3.
 SAME_INSTANT = 1e-7
 # Pitch (rad) beyond which Euler angles are no longer integrated: 89 deg. cos(89 deg) = 0.01745.
 STEEPEST = np.radians(89.0)
 COS_STEEPEST = float(np.cos(STEEPEST))
-PITCHING_STATE = 12  # states this long or longer hold a pitch angle, in place 4
 
 LONGEST_COMMAND = 6  # numbers
 
 
-class MovedVehicle(NamedTuple):
-    """A vehicle while it is moved: its `state` and `command`, the `angles` and `rates` of that
-    state, the `total` of a step's rates, and the `probe` that feels them.
-    """
-
-    state: Floats
-    command: Floats
-    angles: Floats
-    rates: Floats
-    total: Floats
-    probe: Floats
+def packed(hull: Coefficients) -> Rows:
+    """Return the coefficients of a hull as compiled equations read them: a single row."""
+    rows = np.zeros(1, dtype=HULL)
+    for name, value in vars(hull).items():
+        rows[name] = value
+    return rows
 
 
 @inlined
@@ -60,7 +78,7 @@ def look(state: Floats, angles: Floats, rates: Floats) -> None:
 
 @compiled
 def accelerate(
-    model: int, state: Floats, angles: Floats, command: Floats, current: Current, p: Floats,
+    model: int, state: Floats, angles: Floats, command: Floats, current: Current, p: Row,
     rates: Floats,
 ) -> None:  # fmt: skip
     """Write the remaining rates of vehicles by the equations of their model."""
@@ -77,7 +95,7 @@ def accelerate(
 
 
 @compiled
-def move(model: int, vehicle: MovedVehicle, current: Current, p: Floats, duration: float) -> bool:
+def move(model: int, vehicle: MovedVehicle, current: Current, p: Row, duration: float) -> bool:
     """Move a vehicle, which has looked, by `duration` (s) and have it look again.
 
     Returns whether it is still where it can be.
@@ -107,7 +125,7 @@ def move(model: int, vehicle: MovedVehicle, current: Current, p: Floats, duratio
 
 @compiled
 def advance(
-    model: int, p: Floats, states: Floats, commands: Floats, current_n: float, current_e: float,
+    model: int, hull: Rows, states: Floats, commands: Floats, current_n: float, current_e: float,
     clocks: Floats, start: float, step: float, until: float, exactly: bool,
 ) -> int:  # fmt: skip
     """Move a fleet, in place, to the last boundary `start + k * step` at or before `until` (s).
@@ -139,7 +157,7 @@ def advance(
                 clocks[vehicle] = until
             else:
                 break
-            sound = move(model, moved, current, p, duration)
+            sound = move(model, moved, current, hull[0], duration)
         states[vehicle] = moved.state
         if not sound:
             return vehicle
