@@ -14,6 +14,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from bindusbl_des import Scenario, Setup, simulate, warnings_of
+from bindusbl_des.dynamics import parameters
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.preflight.round_lengths import rounds_of
 from bindusbl_des.presets.modems import table_file
@@ -22,7 +23,6 @@ from bindusbl_des.scenario.keys import json_schema
 from bindusbl_des.scenario.sections.acoustics import Downlink, modem_values
 from bindusbl_des.scenario.sections.survey import SHAPES
 from bindusbl_des.scenario.shipped_settings import OF_ACCURACY, OF_ANGLES
-from bindusbl_des.dynamics import parameters
 
 SCHEMA = json_schema()
 TINIEST = 5e-324

@@ -128,15 +128,12 @@ def test_no_files_go_in_circles() -> None:
     assert [sorted(circle) for circle in circles if len(circle) > 1] == []
 
 
-# Where numbers have names: outcomes, models and kinds of columns, no places in a row; the
-# coefficients of hulls, one vector whatever the hull, since one integrator moves them all; and the
-# table of motions, which as records would cost each entry 0.12 us more (6 % of a mission).
+# Where numbers have names: outcomes, models and kinds of columns, no places in a row; and the table
+# of motions, which as records would cost each entry 0.12 us more (6 % of a mission).
 NUMBERED = {
     "vehicles.motion",
     *("records.events", "results.tables", "report.recording"),
-    *("vehicles.guidance.flight", "vehicles.hulls.rk4"),
-    *("vehicles.hulls.bluerov2", "vehicles.hulls.cybership2", "vehicles.hulls.otter"),
-    *("vehicles.hulls.remus100", "vehicles.hulls.frames"),
+    *("vehicles.guidance.flight", "vehicles.hulls.forces"),
 }
 
 

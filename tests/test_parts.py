@@ -54,7 +54,7 @@ HOMES = (
     *("protocol/access/", "protocol/schedules/", "protocol/downlinks.py", "protocol/ranging.py"),
     *("protocol/broadcasters.py", "acoustics/named_channels.py", "presets/", "protocol/anchors/"),
     *("scenario/sections/routes.py", "scenario/sections/placements.py", "scenario/site.py"),
-    "vehicles/guidance/autopilots.py",
+    "vehicles/hulls/",
     "benchmark/",  # methods that enter by their names
 )
 

@@ -1,7 +1,7 @@
 """The poses of vehicles that an outside program moves, and what lies between and beyond them.
 
 It is asked at equal steps, what it answers is checked, and each answer is a line of the vehicles'
-logs (:mod:`.logs`); so compiled equations read them as they read any other motion.  What has not
+logs (:mod:`.motion`); so compiled equations read them as they read any other motion.  What has not
 been asked for yet is predicted: every vehicle keeps its last velocity.
 """
 
@@ -19,11 +19,10 @@ from ..charts.shapes import HIGHEST
 from ..core.arrays import Floats
 from ..core.compiled import compiled
 from ..core.wording import plain, shortened
-from . import logs
-from .logs import COS, DISTANCE, RATES, SIN, YAW, X, Y
-from .motion import PLACE, Motion
+from . import motion
+from .motion import COS, DISTANCE, PLACE, RATES, SIN, YAW, Motion, X, Y
 from .tracks import FARTHEST, FASTEST
-from .vehicle import VehicleInMotion
+from .vehicle import Vehicle
 
 # What is said of one vehicle's pose, and how vehicles of a fleet are called.
 POSE, AXES = "x, y, z (m, z down), yaw (rad)", ("x", "y", "z", "yaw")
@@ -231,7 +230,7 @@ class Poses:
         self._lines, self._ahead = ceil(lasts_s / step_s) + 2, ceil(ahead_s / step_s) + 1
         self._logs: dict[str, Floats] = {}
         for fleet, poses in self._answers.at(0.0).items():
-            self._logs[fleet] = np.zeros((len(poses), self._lines, logs.COLUMNS))
+            self._logs[fleet] = np.zeros((len(poses), self._lines, motion.COLUMNS))
             self._logs[fleet][:, 0, PLACE] = poses
         self._known = 0
         #: Whom to tell up to which instant (s) poses are known, whenever further ones are.
@@ -247,7 +246,7 @@ class Poses:
         """Return the motion of a fleet; beyond the last instant asked for it is predicted."""
         log = self._logs[kind]
         ends = np.arange(len(log) + 1, dtype=np.int64) * self._lines
-        return Motion(log.reshape(-1, logs.COLUMNS), ends, self.step_s)
+        return Motion(log.reshape(-1, motion.COLUMNS), ends, self.step_s)
 
     def advance(self, time: float) -> None:
         """Ask for all poses up to an instant (s): up to the first sample not before it.
@@ -286,7 +285,7 @@ def _is_step(step: Any) -> bool:
 
 @compiled
 def _note(log: Floats, line: int, step: float, poses: Floats) -> None:
-    """Write the line (1 or later) of a sample to the logs of a fleet (n, lines, logs.COLUMNS)."""
+    """Write the line (1 or later) of a sample to the logs of a fleet (n, lines, motion.COLUMNS)."""
     for vehicle in range(len(log)):
         own, turn = log[vehicle], 2.0 * np.pi
         for axis in range(4):
@@ -299,10 +298,10 @@ def _note(log: Floats, line: int, step: float, poses: Floats) -> None:
             else:
                 slope = 3.0 * now - 4.0 * was + own[line - 2, axis]
                 own[line, RATES + axis] = slope / (2.0 * step)
-        own[line, COS], own[line, SIN] = logs.headings(
+        own[line, COS], own[line, SIN] = motion.headings(
             own, line - 1, step, own[line, YAW], own[line, RATES + YAW]
         )
-        own[line, DISTANCE] = logs.distance(
+        own[line, DISTANCE] = motion.distance(
             own, line - 1, step, own[line, X], own[line, Y], own[line, RATES + X],
             own[line, RATES + Y],
         )  # fmt: skip
@@ -320,7 +319,7 @@ def _carry_on(log: Floats, last: int, end: int, step: float) -> None:
                 own[line, RATES + axis] = rate
 
 
-class PosedVehicle(VehicleInMotion):
+class PosedVehicle(Vehicle):
     """A vehicle that an outside program moves; asked for later than that is, this moves on."""
 
     def __init__(self, poses: Poses, kind: str, number: int) -> None:

@@ -7,7 +7,7 @@ ordered farther ahead than anybody looks is as sure as one that is foreseen.
 
 from collections.abc import Sequence
 from math import atan2, cos, hypot, inf, sin
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,42 +26,8 @@ class Place(NamedTuple):
     yaw: float
 
 
-class Vehicle(Protocol):
-    """A vehicle knows its place at any instant of the mission."""
-
-    def at(self, time: float) -> Place:
-        """Return the true place at an instant (s)."""
-
-    def sample(self, times: Floats) -> Floats:
-        """Return x, y, z (m) and yaw (rad) at each instant (s), shape (n, 4)."""
-
-    def heading_integral(self, times: Floats) -> Floats:
-        """Return the integrals of cos(yaw) and sin(yaw) from 0 to each instant (s), shape (n, 2).
-
-        They carry a velocity that is constant in the body frame along the path actually travelled.
-        """
-
-    def distance(self, time: float) -> float:
-        """Return the distance travelled until an instant (m)."""
-
-    def path_error(self, times: Floats) -> Floats:
-        """Return the distance from the planned path (m) at each instant; empty without a plan."""
-
-    def along(self, time: float) -> float | None:
-        """Return how far (m) along its plan it is at an instant (s), tours flown again included.
-
-        None without a plan that it is known to follow.
-        """
-
-    def saturated(self, time: float) -> float | None:
-        """Return the share of control instants before an instant (s) with an actuator at its limit.
-
-        None without any actuator.
-        """
-
-
-class VehicleInMotion:
-    """A vehicle that has its lines in the motion of a fleet, and no plan or actuator to tell of."""
+class Vehicle:
+    """A vehicle knows its place at any instant of the mission: its lines in a fleet's motion."""
 
     def __init__(self, of_fleet: Motion, number: int) -> None:
         self._motion, self._number = of_fleet, number
@@ -69,42 +35,58 @@ class VehicleInMotion:
     def _advance(self, time: float) -> None:
         """Let the motion be known up to an instant (s), where it is not beforehand."""
 
-    def at(self, time: float) -> Place:
-        self._advance(time)
-        return Place(*motion.place_at(*self._motion, self._number, time))
-
-    def sample(self, times: Floats) -> Floats:
-        return self._lines(times)[:, PLACE]
-
-    def heading_integral(self, times: Floats) -> Floats:
-        return self._lines(times)[:, HEADINGS]
-
-    def _lines(self, times: Floats) -> Floats:
-        """Return the line of each instant (s) as of :func:`.motion.lines`, (n, 8)."""
-        return motion.lines(*self._motion, self._number, self._known(times))
-
-    def _known(self, times: Floats) -> Floats:
+    def _until(self, times: Floats) -> Floats:
         """Return instants (s), (n,), up to which the motion is known by now."""
         instants = np.array(times, dtype=np.float64)  # its own, as code for what is not is another
         if len(instants):
             self._advance(float(instants.max()))
         return instants
 
+    def _lines(self, times: Floats) -> Floats:
+        """Return the line of each instant (s) as of :func:`.motion.lines`, (n, 8)."""
+        return motion.lines(*self._motion, self._number, self._until(times))
+
+    def at(self, time: float) -> Place:
+        """Return the true place at an instant (s)."""
+        self._advance(time)
+        return Place(*motion.place_at(*self._motion, self._number, time))
+
+    def sample(self, times: Floats) -> Floats:
+        """Return x, y, z (m) and yaw (rad) at each instant (s), shape (n, 4)."""
+        return self._lines(times)[:, PLACE]
+
+    def heading_integral(self, times: Floats) -> Floats:
+        """Return the integrals of cos(yaw) and sin(yaw) from 0 to each instant (s), shape (n, 2).
+
+        They carry a velocity that is constant in the body frame along the path actually travelled.
+        """
+        return self._lines(times)[:, HEADINGS]
+
     def distance(self, time: float) -> float:
+        """Return the distance travelled until an instant (m)."""
         self._advance(time)
         return motion.distance_at(*self._motion, self._number, time)
 
     def path_error(self, times: Floats) -> Floats:
+        """Return the distance from the planned path (m) at each instant; empty without a plan."""
         return np.zeros(0)
 
     def along(self, time: float) -> float | None:
+        """Return how far (m) along its plan it is at an instant (s), tours flown again included.
+
+        None without a plan that it is known to follow.
+        """
         return None
 
     def saturated(self, time: float) -> float | None:
+        """Return the share of control instants before an instant (s) with an actuator at its limit.
+
+        None without any actuator.
+        """
         return None
 
 
-class SegmentedTrajectory(VehicleInMotion):
+class SegmentedTrajectory(Vehicle):
     """A vehicle without dynamics: it keeps exactly to legs that are known beforehand.
 
     `legs` are its lines as :mod:`.motion` has them; `planned` tells whether they are its plan.
@@ -140,18 +122,18 @@ def kinematic(path: Path, speed: float, depth: float, until: float = 0.0) -> Seg
         lap["begin"] += end - rows["begin"][again]
         end += path.length - rows["begin"][again]
         flown.append(lap)
-    way = np.concatenate(flown)
-    table = np.zeros((len(way) + 1, COS))
-    table[:-1, motion.X], table[:-1, motion.Y] = way["x"], way["y"]
-    table[:-1, motion.YAW] = way["yaw"]
+    rows = np.concatenate(flown)
+    table = np.zeros((len(rows) + 1, COS))
+    table[:-1, motion.X], table[:-1, motion.Y] = rows["x"], rows["y"]
+    table[:-1, motion.YAW] = rows["yaw"]
     table[:-1, motion.SPEED] = speed
-    table[:-1, motion.TURN] = way["curvature"] * speed
-    table[:-1, motion.BEGIN] = way["begin"] / speed
+    table[:-1, motion.TURN] = rows["curvature"] * speed
+    table[:-1, motion.BEGIN] = rows["begin"] / speed
     table[-1, [motion.X, motion.Y, motion.YAW]] = path.end
     table[-1, motion.BEGIN] = end / speed
     table[:, motion.Z] = depth
-    table[:-1, motion.Z] -= way["above"]
-    table[:-1, motion.CLIMB] = way["slope"] * speed
+    table[:-1, motion.Z] -= rows["above"]
+    table[:-1, motion.CLIMB] = rows["slope"] * speed
     return SegmentedTrajectory(motion.legs(table))
 
 

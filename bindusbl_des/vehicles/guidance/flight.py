@@ -13,19 +13,9 @@ from ...core.arrays import Flags, Floats, Ints
 from ...core.compiled import compiled, inlined
 from ...core.packed import unpacked
 from ...records.rows import LEARNT, Row, Rows
-from ..hulls import bluerov2, cybership2, otter, remus100, rk4
-from ..hulls.forces import (
-    BLUEROV2,
-    C_PSI,
-    CYBERSHIP2,
-    OTTER,
-    PITCHING_STATE,
-    S_PSI,
-    Current,
-    MovedVehicle,
-    along_body,
-)
-from ..logs import (
+from ..hulls import bluerov2, cybership2, forces, otter, remus100, rk4
+from ..hulls.forces import Current, MovedVehicle
+from ..motion import (
     COLUMNS,
     COS,
     DISTANCE,
@@ -37,7 +27,7 @@ from ..logs import (
     X,
     Y,
     Z,
-    place_at,
+    in_log,
     turned_over,
     walked,
 )
@@ -144,11 +134,11 @@ def _steer(
 ) -> bool:  # fmt: skip
     """Write the command for the next interval; return whether it reached a limit."""
     control, order = craft.control, vessel.order
-    if craft.model == BLUEROV2:
+    if craft.model == forces.BLUEROV2:
         return bluerov2.steer(sensed, aim, order, control, p, vessel.bluerov2, work, command)
-    if craft.model == OTTER:
+    if craft.model == forces.OTTER:
         return otter.steer(sensed, control, p, vessel.otter, command)
-    if craft.model == CYBERSHIP2:
+    if craft.model == forces.CYBERSHIP2:
         return cybership2.steer(sensed, control, p, vessel.cybership2, command)
     return remus100.steer(sensed, aim, turning, order, control, p, vessel.remus100, command)
 
@@ -178,7 +168,7 @@ def fly(packed: int, has_learnt: bool, first: int, last: int) -> int:
         for interval in range(first, last):
             time, now = interval * control, min(interval, currents.shape[0] - 1)
             current = Current(currents[now, 0], currents[now, 1])
-            ahead, aside, _ = along_body(current, vehicle.angles)
+            ahead, aside, _ = forces.along_body(current, vehicle.angles)
             sensed = sensing.sense(
                 craft, i, vehicle, line, (ahead, aside), interval, current, known, vessel
             )
@@ -186,7 +176,7 @@ def fly(packed: int, has_learnt: bool, first: int, last: int) -> int:
                 aim = tracks.locate(paths.rows, bound, way, sensed.off_n, sensed.off_e)
                 by.active[i, interval] = way.row
                 reached = tracks.travelled(paths.rows, way) if aim.left > ARRIVED else nan
-                if model != BLUEROV2:  # whose turns begin where the path's do
+                if model != forces.BLUEROV2:  # whose turns begin where the path's do
                     turning = _turning(sensed, aim, paths, bound, way)
             full = _steer(craft, sensed, aim, turning, p, vessel, wanted, vehicle.command)
             by.saturated[i, interval] = full
@@ -222,7 +212,7 @@ def beside(packed: int, vehicle: int, times: Floats, errors: Floats) -> None:
     for k in range(times.size):
         last = ceil(times[k] / control) - 1  # at the instant of a control, that before
         interval = min(max(last, 0), active.size - 1)
-        x, y, _, _ = place_at(log, 0, len(log), step, times[k])
+        x, y, _, _, _, _ = in_log(log, 0, len(log), step, times[k])
         errors[k] = tracks.distance_from(
             by.paths.rows, by.paths.bounds[vehicle], active[interval], x, y
         )
@@ -247,13 +237,13 @@ def _begin_line(vehicle: MovedVehicle, line: Floats) -> None:
     state, rates = vehicle.state, vehicle.rates
     line[X], line[Y] = state[0], state[1]
     line[RATES + X], line[RATES + Y] = rates[0], rates[1]
-    if state.size >= PITCHING_STATE:
+    if state.size >= forces.PITCHING_STATE:
         line[Z], line[YAW] = state[2], state[5]
         line[RATES + Z], line[RATES + YAW] = rates[2], rates[5]
     else:
         line[YAW], line[RATES + YAW] = state[2], rates[2]
     line[SPEED] = hypot(rates[0], rates[1])
-    line[C_YAW], line[S_YAW] = vehicle.angles[C_PSI], vehicle.angles[S_PSI]
+    line[C_YAW], line[S_YAW] = vehicle.angles[forces.C_PSI], vehicle.angles[forces.S_PSI]
 
 
 @inlined

@@ -10,12 +10,12 @@ from ...core.arrays import Floats
 from ...core.packed import Packed
 from ...geometry.paths import Path, Segment
 from ...records.rows import LEARNT
-from .. import logs
+from .. import motion
 from ..hulls import rk4
 from ..hulls.fleet import find, numbers, parameters
 from ..hulls.forces import Coefficients
 from ..motion import Motion
-from ..vehicle import VehicleInMotion
+from ..vehicle import Vehicle
 from . import flight, sensing, tracks
 from .departure import (
     FOLLOWING,
@@ -75,7 +75,7 @@ def circled(path: Path, radius: float) -> Path:
     return Path(path.start, (*path.segments, circle), repeats_from=path.length)
 
 
-class GuidedVehicle(VehicleInMotion):
+class GuidedVehicle(Vehicle):
     """A vehicle that goes where its controller, its hull and the sea take it.
 
     It answers for the past as well as for the present; asked for later, its whole fleet moves on.
@@ -118,7 +118,7 @@ class GuidedVehicle(VehicleInMotion):
         if len(fleet.stations):
             off = self._lines(times)[:, :2] - fleet.stations[self._number]
             return np.asarray(np.hypot(off[:, 0], off[:, 1]))
-        instants = self._known(times)
+        instants = self._until(times)
         errors = np.empty(len(instants))
         flight.beside(fleet.flight.address, self._number, instants, errors)
         return errors
@@ -198,10 +198,10 @@ class GuidedFleet:
                     for path, speed in zip(paths, speeds.tolist(), strict=True)
                 ]
             self.tracks = tracks.pack(paths)
-        self.logs = np.zeros((count, self._intervals * steps + 1, logs.COLUMNS))
+        self.logs = np.zeros((count, self._intervals * steps + 1, motion.COLUMNS))
         # What lies beyond the instant that the fleet was last advanced to is not known yet.
         ends = np.arange(count + 1) * self.logs.shape[1]
-        self.motion = Motion(self.logs.reshape(-1, logs.COLUMNS), ends, self.step_s)
+        self.motion = Motion(self.logs.reshape(-1, motion.COLUMNS), ends, self.step_s)
         self.active = np.zeros((count, self._intervals), dtype=np.int64)
         self._own["progress"]["row"] = self.tracks.bounds["first"]
         # whether an actuator was at its limit, for each vehicle and control instant

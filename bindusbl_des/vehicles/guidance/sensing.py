@@ -18,19 +18,9 @@ import numpy as np
 from ...core.arrays import Floats
 from ...core.compiled import compiled, inlined
 from ...records.rows import Row, Rows
-from ..hulls.forces import (
-    BLUEROV2,
-    C_PHI,
-    C_PSI,
-    C_THETA,
-    PITCHING_STATE,
-    S_PHI,
-    S_PSI,
-    S_THETA,
-    Current,
-    MovedVehicle,
-)
-from ..logs import COS, RATES, SIN, X, Y, Z
+from ..hulls import forces
+from ..hulls.forces import Current, MovedVehicle
+from ..motion import COS, RATES, SIN, X, Y, Z
 from ..reckoning import (
     DeadReckoned,
     ExpectedDrift,
@@ -207,9 +197,9 @@ def for_fleet(
 def posture(vehicle: MovedVehicle, turned: float) -> Posture:
     """Return how a vehicle lies, whose compass is off by an angle (rad)."""
     state, angles = vehicle.state, vehicle.angles
-    dives = state.size >= PITCHING_STATE
+    dives = state.size >= forces.PITCHING_STATE
     yaw = state[5 if dives else 2] + turned
-    s_yaw, c_yaw = angles[S_PSI], angles[C_PSI]
+    s_yaw, c_yaw = angles[forces.S_PSI], angles[forces.C_PSI]
     if turned != 0.0:
         s_yaw, c_yaw = sin(yaw), cos(yaw)
     depth = roll = pitch = rolling = pitching = 0.0
@@ -219,7 +209,8 @@ def posture(vehicle: MovedVehicle, turned: float) -> Posture:
         rolling, pitching, turning = state[9], state[10], state[11]
     return Posture(
         depth, roll, pitch, yaw, rolling, pitching, turning,
-        angles[S_PHI], angles[C_PHI], angles[S_THETA], angles[C_THETA], s_yaw, c_yaw,
+        angles[forces.S_PHI], angles[forces.C_PHI],
+        angles[forces.S_THETA], angles[forces.C_THETA], s_yaw, c_yaw,
     )  # fmt: skip
 
 
@@ -231,7 +222,7 @@ def spot(vehicle: MovedVehicle, missed: tuple[float, float], line: Floats) -> Sp
     not ask for that.
     """
     ahead = aside = 0.0
-    if vehicle.state.size >= PITCHING_STATE:
+    if vehicle.state.size >= forces.PITCHING_STATE:
         ahead, aside = vehicle.state[6] - missed[0], vehicle.state[7] - missed[1]
     rates = line[RATES + X], line[RATES + Y], line[RATES + Z]
     return Spot(line[X], line[Y], rates[0], rates[1], rates[2], ahead, aside)
@@ -272,7 +263,7 @@ def sense(
     """
     time, order, wrong = interval * craft.control, vessel.order, known.drift.wrong
     lies = posture(vehicle, wrong.skews[number].turned)
-    share = 1.0 if known.drift.through_water or craft.model != BLUEROV2 else 0.0
+    share = 1.0 if known.drift.through_water or craft.model != forces.BLUEROV2 else 0.0
     at = spot(vehicle, (share * flow[0], share * flow[1]), line)
     cosine, sine = by_compass(line[COS], line[SIN], wrong, number)
     if wrong.biases.shape[1] > 1 and interval > 0:

@@ -21,21 +21,8 @@ from ...core.compiled import compiled
 from ...records.rows import Row
 from ..guidance.sensing import Sensed, half_turn, within
 from ..guidance.tracks import PathPoint
-from .forces import (
-    BLUEROV2,
-    C_PHI,
-    C_THETA,
-    RIGID,
-    S_PHI,
-    S_THETA,
-    Coefficients,
-    Current,
-    Model,
-    along_body,
-    carry_along,
-    coriolis,
-    unbalanced,
-)
+from . import forces
+from .forces import Coefficients, Current, Model
 
 
 @dataclass(frozen=True)
@@ -109,9 +96,9 @@ def accelerate(
     M (nu_dot - nu_c_dot) = tau - C(nu_r) nu_r - D(nu_r) nu_r - g(eta), with M diagonal.
     Source: Fossen 2021, eq. 6.42 and section 10.3.
     """
-    s_phi, c_phi = angles[S_PHI], angles[C_PHI]
-    s_theta, c_theta = angles[S_THETA], angles[C_THETA]
-    water = along_body(current, angles)
+    s_phi, c_phi = angles[forces.S_PHI], angles[forces.C_PHI]
+    s_theta, c_theta = angles[forces.S_THETA], angles[forces.C_THETA]
+    water = forces.along_body(current, angles)
     u, v, w = state[6] - water[0], state[7] - water[1], state[8] - water[2]
     roll, pitch, yaw = state[9], state[10], state[11]
     nu = u, v, w, roll, pitch, yaw
@@ -132,10 +119,11 @@ def accelerate(
         (p.pitch_drag_linear + p.pitch_drag_quadratic * abs(pitch)) * pitch,
         (p.yaw_drag_linear + p.yaw_drag_quadratic * abs(yaw)) * yaw,
     )
-    surge, sway, heave, heel, trim, turn = unbalanced(tau, coriolis(nu, momentum), damped)
+    turned = forces.coriolis(nu, momentum)
+    surge, sway, heave, heel, trim, turn = forces.unbalanced(tau, turned, damped)
     out[6], out[7], out[8] = surge / p.m1, sway / p.m2, heave / p.m3
     out[9], out[10], out[11] = heel / p.m4, trim / p.m5, turn / p.m6
-    carry_along(state, water, out)
+    forces.carry_along(state, water, out)
 
 
 # Newtons of one thruster that a newton or newton metre of each axis costs: 1 / (4 c), c = cos 45
@@ -297,7 +285,7 @@ def smallest_turn(p: Coefficients, speed: float) -> float:
 
 
 MODEL = Model(
-    "bluerov2", BLUEROV2, RIGID, ("X", "Y", "Z", "K", "M", "N"), BlueRov2, _derived,
+    "bluerov2", forces.BLUEROV2, forces.RIGID, ("X", "Y", "Z", "K", "M", "N"), BlueRov2, _derived,
     full_ahead=lambda hull: [
         *(hull.thruster_limit_n / PER_PUSH, 0.0, -hull.sinking), *(0.0, 0.0, 0.0)
     ],

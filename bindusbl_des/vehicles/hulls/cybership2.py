@@ -17,15 +17,8 @@ from ...core.arrays import Floats
 from ...core.compiled import compiled
 from ...records.rows import Row
 from ..guidance.sensing import Sensed, average_fixes, half_turn, within
-from .forces import (
-    CYBERSHIP2,
-    IN_PLANE,
-    Current,
-    Model,
-    accelerate_in_plane,
-    along_level_body,
-    masses_in_plane,
-)
+from . import forces
+from .forces import Current, Model
 
 
 @dataclass(frozen=True)
@@ -70,7 +63,7 @@ def accelerate(
     state: Floats, angles: Floats, command: Floats, current: Current, p: Row, out: Floats
 ) -> None:
     """Write the rates of the ship's velocities into `out[3:]`: D(nu_r) by sway and by yaw rate."""
-    u_c, v_c = along_level_body(current, angles)
+    u_c, v_c = forces.along_level_body(current, angles)
     u, v, r = state[3] - u_c, state[4] - v_c, state[5]
     au, av, ar = abs(u), abs(v), abs(r)
     d11 = p.surge_drag_linear + p.surge_drag_quadratic * au + p.surge_drag_cubic * u * u
@@ -81,7 +74,7 @@ def accelerate(
     d33 = p.yaw_drag_linear + p.yaw_drag_drifting * av + p.yaw_drag_quadratic * ar
     tau = command[0], command[1], command[2]
     by_sway, by_yaw_rate = (d11 * u, d22 * v, d32 * v), (0.0, d23 * r, d33 * r)
-    accelerate_in_plane(state, (u_c, v_c), tau, by_sway, by_yaw_rate, p, out)
+    forces.accelerate_in_plane(state, (u_c, v_c), tau, by_sway, by_yaw_rate, p, out)
 
 
 # Skjetne et al. 2004: surge, sway (N), yaw (N m)
@@ -149,7 +142,8 @@ def steer(sensed: Sensed, interval: float, p: Row, memory: Row, command: Floats)
 
 
 MODEL = Model(
-    "cybership2", CYBERSHIP2, IN_PLANE, ("tau_u", "tau_v", "tau_r"), CyberShip2, masses_in_plane,
+    "cybership2", forces.CYBERSHIP2, forces.IN_PLANE, ("tau_u", "tau_v", "tau_r"),
+    CyberShip2, forces.masses_in_plane,
     full_ahead=lambda _: [SURGE_LIMIT, 0.0, 0.0],
     step_s=0.05,
     settling_step_s=0.05,

@@ -20,16 +20,8 @@ from ...core.arrays import Floats
 from ...core.compiled import compiled
 from ...records.rows import Row
 from ..guidance.sensing import Sensed, average_fixes, half_turn, within
-from .forces import (
-    IN_PLANE,
-    OTTER,
-    Current,
-    Model,
-    accelerate_in_plane,
-    along_level_body,
-    cross_flow,
-    masses_in_plane,
-)
+from . import forces
+from .forces import Current, Model
 
 
 @dataclass(frozen=True)
@@ -71,7 +63,7 @@ def _derived(otter: Otter) -> dict[str, float]:
     """Return masses, drag of a strip of the hull, and the most that one propeller gives (N)."""
     ahead, astern = otter.propeller_limit_ahead_rad_per_s, -otter.propeller_limit_astern_rad_per_s
     return {
-        **masses_in_plane(otter),
+        **forces.masses_in_plane(otter),
         "strip": 0.5 * otter.water_density_kg_per_m3 * otter.draught_m * otter.cross_flow_drag,
         "most_ahead": otter.thrust_ahead * ahead * ahead,
         "most_astern": otter.thrust_astern * astern * astern,
@@ -100,14 +92,14 @@ def accelerate(
     """Write the rates of the Otter's velocities and propellers into `out[3:]`: linear damping and
     cross-flow; propellers follow their clipped command with a first-order lag.
     """
-    u_c, v_c = along_level_body(current, angles)
+    u_c, v_c = forces.along_level_body(current, angles)
     u, v, r = state[3] - u_c, state[4] - v_c, state[5]
     port, starboard = _thrust(state[6], p), _thrust(state[7], p)
-    push, twist = cross_flow(v, r, p.length_m)
+    push, twist = forces.cross_flow(v, r, p.length_m)
     tau = port + starboard, 0.0, p.propeller_lever_m * (port - starboard)
     turning = (p.yaw_drag_linear + p.yaw_drag_quadratic * abs(r)) * r + p.strip * twist
     damped = p.surge_drag_linear * u, p.sway_drag_linear * v, turning
-    accelerate_in_plane(state, (u_c, v_c), tau, damped, (0.0, p.strip * push, 0.0), p, out)
+    forces.accelerate_in_plane(state, (u_c, v_c), tau, damped, (0.0, p.strip * push, 0.0), p, out)
     for side in range(2):
         wanted = max(command[side], -p.propeller_limit_astern_rad_per_s)
         wanted = min(wanted, p.propeller_limit_ahead_rad_per_s)
@@ -195,7 +187,7 @@ def steer(sensed: Sensed, interval: float, p: Row, memory: Row, command: Floats)
 
 
 MODEL = Model(
-    "otter", OTTER, (*IN_PLANE, "n1", "n2"), ("n1", "n2"), Otter, _derived,
+    "otter", forces.OTTER, (*forces.IN_PLANE, "n1", "n2"), ("n1", "n2"), Otter, _derived,
     full_ahead=lambda hull: [hull.propeller_limit_ahead_rad_per_s] * 2,
     step_s=0.02,  # its propellers reverse within a few hundredths of a second
     settling_step_s=0.02,

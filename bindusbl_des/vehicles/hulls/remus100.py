@@ -22,25 +22,8 @@ from ...core.compiled import compiled, inlined
 from ...records.rows import Row
 from ..guidance.sensing import Posture, Sensed, half_turn, within
 from ..guidance.tracks import PathPoint
-from .forces import (
-    C_THETA,
-    REMUS100,
-    REMUS100_PVS,
-    RIGID,
-    S_PHI,
-    S_THETA,
-    Coefficients,
-    Current,
-    Model,
-    Six,
-    Three,
-    along_body,
-    along_level_body,
-    carry_along,
-    coriolis,
-    cross_flow,
-    unbalanced,
-)
+from . import forces
+from .forces import Coefficients, Current, Model, Six, Three
 
 
 @dataclass(frozen=True)
@@ -197,7 +180,7 @@ def _turned(nu: Six, p: Row) -> Six:
         p.m55 * pitch + p.mz * u,
         p.m66 * yaw,
     )
-    c1, c2, c3, c4, c5, c6 = coriolis(nu, momentum)
+    c1, c2, c3, c4, c5, c6 = forces.coriolis(nu, momentum)
     return c1, c2 - p.across * w * roll, c3 + p.across * v * roll, c4, c5, c6
 
 
@@ -216,7 +199,7 @@ def _resistance(nu: Six, p: Row) -> Six:
     ahead = sqrt(u * u + w * w)
     c_incidence = u / ahead if ahead > 0.0 else 1.0
     s_incidence = w / ahead if ahead > 0.0 else 0.0
-    push, twist = cross_flow(v, yaw, p.length_m)
+    push, twist = forces.cross_flow(v, yaw, p.length_m)
     return (
         p.lu * fade * u + c_incidence * drag - s_incidence * lift,
         p.lv * fade * v + p.cross * push,
@@ -248,10 +231,10 @@ def _propulsion(nu: Six, inflow: float, fins: Three, p: Row) -> Six:
 @compiled
 def _resist(nu: Six, inflow: float, angles: Floats, state: Floats, p: Row, out: Floats) -> None:
     """Write M^-1 of all forces into `out[6:12]`: accelerations as if the water stood still."""
-    s_phi, s_theta, c_theta = angles[S_PHI], angles[S_THETA], angles[C_THETA]
+    s_phi, s_theta, c_theta = angles[forces.S_PHI], angles[forces.S_THETA], angles[forces.C_THETA]
     fins = (state[12], state[13], state[14])
     pushed, turned, held = _propulsion(nu, inflow, fins, p), _turned(nu, p), _resistance(nu, p)
-    surge, sway, heave, roll, pitch, yaw = unbalanced(pushed, turned, held)
+    surge, sway, heave, roll, pitch, yaw = forces.unbalanced(pushed, turned, held)
     roll -= p.righting * c_theta * s_phi
     pitch -= p.righting * s_theta
     out[6] = p.i11 * surge + p.i15 * pitch
@@ -281,11 +264,11 @@ def accelerate(
     M (nu_dot - nu_c_dot) = tau - C(nu_r) nu_r - D(nu_r) nu_r - g(eta).  Source: Fossen 2021,
     eq. 6.42 and section 10.3.
     """
-    water = along_body(current, angles)
+    water = forces.along_body(current, angles)
     u, v, w = state[6] - water[0], state[7] - water[1], state[8] - water[2]
     nu = (u, v, w, state[9], state[10], state[11])
     _resist(nu, sqrt(u * u + v * v + w * w), angles, state, p, out)
-    carry_along(state, water, out)
+    forces.carry_along(state, water, out)
     _follow(state, command, p, out)
 
 
@@ -298,7 +281,7 @@ def accelerate_pvs(
     Its propeller is fed by the speed over ground. Equal to `derivative` in still water only.
     """
     u, v, w, yaw = state[6], state[7], state[8], state[11]
-    u_c, v_c = along_level_body(current, angles)
+    u_c, v_c = forces.along_level_body(current, angles)
     nu = (u - u_c, v - v_c, w, state[9], state[10], yaw)
     _resist(nu, sqrt(u * u + v * v + w * w), angles, state, p, out)
     out[6] += yaw * v_c
@@ -425,7 +408,7 @@ def steer(
     rudder_authority = p.stern * p.rudder * (scheduled * scheduled + aside * aside)
     # line of sight learns nothing from an error that the rudder could not mend
     heading = _heading(sensed, aim, order.speed, interval, abs(memory.rudder) <= most, memory)
-    _, twist = cross_flow(aside, turning, p.length_m)
+    _, twist = forces.cross_flow(aside, turning, p.length_m)
     acceleration = YAW_FREQUENCY**2 * half_turn(heading - posture.yaw)
     acceleration += 2.0 * YAW_DAMPING * YAW_FREQUENCY * (turning - posture.turning)
     moment = p.m66 * acceleration + p.lr * turning + p.cross * twist
@@ -444,13 +427,13 @@ def steer(
     return full
 
 
+COMMANDS = ("delta_r", "delta_s", "n_rpm")
 MODEL = Model(
-    "remus100", REMUS100, (*RIGID, "delta_r", "delta_s", "n_rpm"), ("delta_r", "delta_s", "n_rpm"),
-    Remus100, _derived,
+    "remus100", forces.REMUS100, (*forces.RIGID, *COMMANDS), COMMANDS, Remus100, _derived,
     full_ahead=lambda hull: [0.0, 0.0, hull.propeller_limit_rpm],
     step_s=0.1,  # it takes its time
     settling_step_s=0.05,
     begin=_begin,
     hard_over=lambda hull, speed: [hull.fin_limit_rad, 0.0, 60.0 * _revolutions(hull, speed)],
 )  # fmt: skip
-PVS = replace(MODEL, name="remus100_pvs", equations=REMUS100_PVS)
+PVS = replace(MODEL, name="remus100_pvs", equations=forces.REMUS100_PVS)

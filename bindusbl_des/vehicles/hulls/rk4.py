@@ -13,22 +13,8 @@ import numpy as np
 from ...core.arrays import Floats
 from ...core.compiled import compiled, inlined
 from ...records.rows import Row, Rows
-from . import bluerov2, cybership2, otter, remus100
-from .forces import (
-    ANGLES,
-    BLUEROV2,
-    C_THETA,
-    CYBERSHIP2,
-    OTTER,
-    PITCHING_STATE,
-    REMUS100,
-    Coefficients,
-    Current,
-    Model,
-    MovedVehicle,
-    move_rigid_body,
-    move_surface_craft,
-)
+from . import bluerov2, cybership2, forces, otter, remus100
+from .forces import Coefficients, Current, Model, MovedVehicle
 
 _ALL = remus100.MODEL, remus100.PVS, bluerov2.MODEL, otter.MODEL, cybership2.MODEL
 MODELS: Mapping[str, Model] = {model.name: model for model in _ALL}
@@ -62,7 +48,7 @@ def packed(hull: Coefficients) -> Rows:
 def moving(size: int) -> MovedVehicle:
     """Return room for a vehicle whose state has so many numbers."""
     return MovedVehicle(
-        np.zeros(size), np.zeros(LONGEST_COMMAND), np.zeros(ANGLES), np.zeros(size),
+        np.zeros(size), np.zeros(LONGEST_COMMAND), np.zeros(forces.ANGLES), np.zeros(size),
         np.zeros(size), np.zeros(size),
     )  # fmt: skip
 
@@ -70,10 +56,10 @@ def moving(size: int) -> MovedVehicle:
 @inlined
 def look(state: Floats, angles: Floats, rates: Floats) -> None:
     """Write the angles of a state, and the rates of place and attitude."""
-    if state.size >= PITCHING_STATE:
-        move_rigid_body(state, angles, rates)
+    if state.size >= forces.PITCHING_STATE:
+        forces.move_rigid_body(state, angles, rates)
     else:
-        move_surface_craft(state, angles, rates)
+        forces.move_surface_craft(state, angles, rates)
 
 
 @compiled
@@ -82,13 +68,13 @@ def accelerate(
     rates: Floats,
 ) -> None:  # fmt: skip
     """Write the remaining rates of vehicles by the equations of their model."""
-    if model == REMUS100:
+    if model == forces.REMUS100:
         remus100.accelerate(state, angles, command, current, p, rates)
-    elif model == BLUEROV2:
+    elif model == forces.BLUEROV2:
         bluerov2.accelerate(state, angles, command, current, p, rates)
-    elif model == OTTER:
+    elif model == forces.OTTER:
         otter.accelerate(state, angles, command, current, p, rates)
-    elif model == CYBERSHIP2:
+    elif model == forces.CYBERSHIP2:
         cybership2.accelerate(state, angles, command, current, p, rates)
     else:
         remus100.accelerate_pvs(state, angles, command, current, p, rates)
@@ -117,7 +103,7 @@ def move(model: int, vehicle: MovedVehicle, current: Current, p: Row, duration: 
     for k in range(size):
         state[k] += duration / 6.0 * total[k]
     look(state, angles, rates)
-    cosine = angles[C_THETA]
+    cosine = angles[forces.C_THETA]
     for k in range(size):
         cosine += state[k] - state[k]  # no number where the state is not finite
     return bool(cosine >= COS_STEEPEST)
