@@ -23,7 +23,7 @@ MODELS: Mapping[str, Model] = {model.name: model for model in _ALL}
 HULL = np.dtype([
     (name, "f8")
     for name in dict.fromkeys(
-        name for it in MODELS.values() for name in vars(it.coefficients(it.body()))
+        name for model in _ALL for name in vars(model.coefficients(model.body()))
     )
 ])  # fmt: skip
 
