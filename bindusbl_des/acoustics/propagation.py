@@ -70,19 +70,18 @@ class SignalPath(NamedTuple):
 
 
 @compiled
-def reaches(here: Place, there: Place, number: int, listener: int, way: SignalPath) -> bool:
-    """Tell whether a signal of a sender, `number` of its group, may be decoded by a listener."""
+def prospect(
+    here: Place, there: Place, number: int, listener: int, way: SignalPath
+) -> tuple[bool, float, float, float]:
+    """Tell whether a signal of a sender, `number` of its group, may be decoded by a listener; how
+    strong it is there, its SNR (dB), and how much later (s) than straight on it comes, as of
+    :data:`PROSPECT`.
+    """
     if way.prospects.size:
-        return bool(way.prospects[number, listener].loss < 1.0)
-    return within(here, there, way.band.slant, way.band.reach)
-
-
-@compiled
-def sound(here: Place, there: Place, number: int, listener: int, way: SignalPath) -> float:
-    """Return how strong a signal between them is where it overlaps others (:data:`PROSPECT`)."""
-    if way.prospects.size:
-        return float(way.prospects[number, listener].sound)
-    return 1.0 if within(here, there, way.band.slant, way.band.reach) else 0.0
+        told = way.prospects[number, listener]
+        return bool(told.loss < 1.0), float(told.sound), float(told.snr_db), float(told.late_s)
+    near = within(here, there, way.band.slant, way.band.reach)
+    return near, 1.0 if near else 0.0, nan, 0.0
 
 
 @compiled
@@ -91,18 +90,6 @@ def lost(slant_range: float, number: int, listener: int, way: SignalPath) -> flo
     if way.prospects.size:
         return float(way.prospects[number, listener].loss)
     return loss_probability(slant_range, way.loss)
-
-
-@compiled
-def snr(number: int, listener: int, way: SignalPath) -> float:
-    """Return the SNR (dB) of a signal between them; NaN on the disc, which knows of none."""
-    return float(way.prospects[number, listener].snr_db) if way.prospects.size else nan
-
-
-@compiled
-def late(number: int, listener: int, way: SignalPath) -> float:
-    """Return how much later (s) a signal between them is there than straight on."""
-    return float(way.prospects[number, listener].late_s) if way.prospects.size else 0.0
 
 
 @compiled
@@ -201,10 +188,8 @@ def _reach(
     ping.longest_s = 0.0
     for listener in range(len(places)):
         there = places[listener, 0], places[listener, 1], places[listener, 2], 0.0
-        heard = reaches(here, there, number, listener, way)
-        strength = sound(here, there, number, listener, way)
+        heard, strength, snr_db, bent = prospect(here, there, number, listener, way)
         if heard or into.everything or strength > 0.0:
-            bent = late(number, listener, way)
             if sure:
                 sent_at = ping.sent_at_s + bent
                 straight = travel_time_to(here, into.listeners, listener, sent_at, sound_speed)
@@ -220,7 +205,7 @@ def _reach(
             line.outcome = IN_FLIGHT if heard else OUT_OF_RANGE
             line.why, line.overlapped_by = NONE if heard else OUT_OF_RANGE, NONE
             line.slow_range = nan
-            line.sound, line.snr_db = strength, snr(number, listener, way)
+            line.sound, line.snr_db = strength, snr_db
             line.late_s = line.lowered = nan
             line.azimuth_deg = line.elevation_deg = nan  # until it is measured
             line.body_azimuth_deg = line.body_elevation_deg = line.range_rate_m_per_s = nan

@@ -1,4 +1,4 @@
-"""Sounds where vehicles may hear them: any vehicle sends, any vehicle listens.
+"""Sounds where vehicles may hear them: any vehicle sends, any vehicle listens (compiled).
 
 A signal spreads from where its sender is as it begins (:func:`emit`): a sound for each vehicle that
 it reaches.  When it is there follows from where the listener is by then, the light-time equation;
@@ -6,22 +6,24 @@ that is solved once somebody asks and it is known (:func:`solve`).  Sounds stay 
 order in which their signals were sent, so that what else arrives meanwhile stands beside them
 (:func:`interference`): one search for all kinds of signals and listeners.
 
+Doppler: a signal whose path changes in length faster than its receiver bears is not decoded, though
+it is a sound as any other.  The rate is that of the instant at which the signal begins.
+
 Vehicles are numbered AUVs first, then ASVs.
 """
 
 from dataclasses import dataclass
-from math import inf, isnan, nan
+from math import inf, isnan, nan, sqrt
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from ..core.arrays import Floats
+from ..core.arrays import Flags, Floats, Ints
 from ..core.compiled import compiled
-from ..core.packed import Packed, unpacked
+from ..core.packed import unpacked
 from ..records.events import IN_FLIGHT
-from ..records.rows import NONE, EventBuffer, Row, Rows, row_type
-from ..vehicles.fleet import VehicleFleet
-from ..vehicles.motion import Motion, Place, where
+from ..records.rows import NONE, Row, Rows, row_type
+from ..vehicles.motion import Motion, Place, velocity, where
 from .propagation import TOUCH, meet
 from .travel_time import PASSED, distance, travel_time_by, travel_time_to
 
@@ -238,19 +240,42 @@ def heard_meanwhile(
     return spans[:size][np.argsort(spans[:size, 0], kind="mergesort")]
 
 
-class Sounds(EventBuffer):
-    """All sounds of a band on record, in the order in which their signals were sent."""
+Velocity = tuple[float, float, float]
 
-    def __init__(
-        self, auvs: VehicleFleet, asvs: VehicleFleet, sound_speed: float, *, long: bool
-    ) -> None:
-        """Take who sends and listens, and the sound speed (m/s); `long` as of :class:`Sea`."""
-        super().__init__(SOUND)
-        #: What compiled code is handed, a :class:`Sea`, and who may hear a signal.
-        self.sea = Packed(Sea(self.array, auvs.motion, asvs.motion, sound_speed, long))
-        self.vehicles, self.long = len(auvs) + len(asvs), long
-        self.hand_on(self.sea, "sounds")
 
-    def deafen(self, kind: int, signal: int, vehicle: int, time: float, lasts: float) -> None:
-        """Let a vehicle hear nothing while it sends a signal itself, as :func:`deafen`."""
-        self.count = deafen(self.room_for(1), self.count, kind, signal, vehicle, time, lasts)
+@compiled
+def rate_of(here: Place, moves: Velocity, there: Place, goes: Velocity) -> float:
+    """Return how fast (m/s) the path from one place to another grows, of whose vehicles one
+    `moves`, the other `goes` (m/s).
+
+    >>> rate_of((0.0, 0.0, 0.0, 0.0), (1.5, 0.0, 0.0), (30.0, 0.0, 40.0, 0.0), (0.0, 0.0, -1.0))
+    -1.7
+    """
+    x, y, z = there[0] - here[0], there[1] - here[1], there[2] - here[2]
+    away = sqrt(x * x + y * y + z * z)
+    if away == 0.0:
+        return 0.0
+    u, v, w = goes[0] - moves[0], goes[1] - moves[1], goes[2] - moves[2]
+    return (u * x + v * y + w * z) / away
+
+
+@compiled
+def velocity_of(vehicle: int, time: float, sea: Sea) -> Velocity:
+    """Return the velocity (m/s) of a vehicle at an instant (s)."""
+    auvs = sea.auvs.first.size - 1
+    if vehicle < auvs:
+        return velocity(sea.auvs, vehicle, time)
+    return velocity(sea.asvs, vehicle - auvs, time)
+
+
+@compiled
+def beyond(packed: int, senders: Ints, listeners: Ints, time: float, limit: float) -> Flags:
+    """Tell which paths from senders to listeners (n,) change in length faster than a limit (m/s) at
+    an instant (s); `packed` is the address of a :class:`Sea`.
+    """
+    sea, found = unpacked(packed, Sea), np.empty(len(senders), np.bool_)
+    for k in range(len(senders)):
+        here, there = place_of(senders[k], time, sea), place_of(listeners[k], time, sea)
+        moves, goes = velocity_of(senders[k], time, sea), velocity_of(listeners[k], time, sea)
+        found[k] = abs(rate_of(here, moves, there, goes)) > limit
+    return found

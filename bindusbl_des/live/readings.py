@@ -19,7 +19,7 @@ from ..mission.closed_loop import slow_gnss
 from ..mission.mission import Mission
 from ..mission.sensor_errors import pressure_errors
 from ..protocol.happenings import Happening, Watch
-from ..protocol.hf.outcomes import Sight
+from ..protocol.outcomes import Sight
 from ..records.events import Broadcast, Fix
 from ..setup import Setup
 from ..vehicles.currents import CONTROL_S

@@ -18,28 +18,26 @@ from ..navigation.team import Team
 from ..protocol.access.air import SharedAir
 from ..protocol.access.node import Node
 from ..protocol.access.serving import run_programs
-from ..protocol.acknowledged import Acknowledged
+from ..protocol.acknowledged import Acknowledged, Repeating
 from ..protocol.broadcasters import broadcaster_named
 from ..protocol.data import Data
+from ..protocol.deliveries import Deliveries, OwnFixes
 from ..protocol.dissemination import Announcing, Dissemination, Knowledge, LastHeard
 from ..protocol.downlinks import downlink_named
-from ..protocol.hf.band import HfBand
-from ..protocol.hf.outcomes import Measuring, Outcomes
-from ..protocol.mf.downlink import Deliveries, FrameBand, MfDownlink
-from ..protocol.mf.exchange import Exchange
-from ..protocol.network import Network
-from ..protocol.passive import OwnFixes, PassiveNetwork, take_turns
+from ..protocol.exchange import Exchange
+from ..protocol.frames import FrameBand, MfDownlink, Replies
+from ..protocol.network import Network, PassiveNetwork
+from ..protocol.outcomes import Measuring, Outcomes, OwnOutcomes
 from ..protocol.peers import Peers, PeerSensors
+from ..protocol.pings import BeaconBand, HfBand
 from ..protocol.predicted_positions import PredictedPositions, prediction_of
 from ..protocol.ranging import ranging_of, strayed
-from ..protocol.repeating import Repeating
-from ..protocol.replies import Replies
-from ..protocol.schedules.named import schedule_named
+from ..protocol.schedules.named import nobody, schedule_named
 from ..protocol.schedules.polling import Answers
 from ..protocol.schedules.view import known_of
 from ..protocol.slots import gap_s, packet_s
 from ..protocol.steps import moment
-from ..protocol.tdma import serve
+from ..protocol.tdma import serve, take_turns
 from ..records.rows import Jacobians, Recorder
 from ..setup import Setup
 from ..usbl.array import elements_of
@@ -92,24 +90,23 @@ def build_world(
     if setup.scenario.asvs.failures:
         asvs = replace(asvs, failures=setup.failures)
     reckoning, navigator = equip_auvs(setup, auvs, wrong, record)
-    make = _passive if setup.scenario.protocol.asvs_ping else _network
-    network = make(env, setup, auvs, asvs, navigator, record, streams)
+    given = env, setup, auvs, asvs, navigator, record, streams
+    passive = setup.scenario.protocol.asvs_ping
+    network = _passive(*given) if passive else _network(*given)
     if setup.scenario.navigation.gnss_fix is not None:
         equip_with_gnss(env, setup, auvs, network.deliveries, record, streams)
     if anchors is not None:
-        known = None if setup.scenario.protocol.asvs_ping else record.fixes
-        env.process(anchors.keep_placing(env, known))
-    if isinstance(navigator, Team) and isinstance(network, Network):
-        begin_peers(env, setup, network, navigator, record, streams)
+        env.process(anchors.keep_placing(env, None if passive else record.fixes))
     if isinstance(network, PassiveNetwork):
         env.process(take_turns(network))
-    elif setup.scenario.protocol.random_access:
-        run_programs(
-            network, setup.scenario.protocol, streams, setup.ping_channel or setup.ping_loss,
-            setup.scenario.acoustics.hf.bit_rate_bps,
-        )  # fmt: skip
     else:
-        env.process(serve(network))
+        if isinstance(navigator, Team):
+            begin_peers(env, setup, network, navigator, record, streams)
+        if setup.scenario.protocol.random_access:
+            rate = setup.scenario.acoustics.hf.bit_rate_bps
+            run_programs(network, setup.scenario.protocol, streams, rate)
+        else:
+            env.process(serve(network))
     return World(setup, auvs, asvs, reckoning, navigator, network, record, streams)
 
 
@@ -122,8 +119,7 @@ def begin_peers(
     asked = scenario.navigation.peers
     assert asked is not None
     air = SharedAir(
-        env, network.uplink, (fleet, network.asv_fleet), record, streams,
-        channel=setup.ping_channel or setup.ping_loss,
+        env, network.uplink, record, streams,
         bit_rate_bps=scenario.acoustics.hf.bit_rate_bps, hearing=True,
     )  # fmt: skip
     network.air = air
@@ -198,44 +194,38 @@ def _network(
     streams: Streams,
 ) -> Network:
     """Return both bands, and the surface fleet that works with them."""
-    slots, protocol = setup.slots, setup.scenario.protocol
-    uplink = _on_hf(setup, auvs, asvs, record, streams)
+    slots, protocol, mf = setup.slots, setup.scenario.protocol, setup.scenario.acoustics.mf
+    uplink = HfBand(*_on_hf(setup, auvs, asvs, record, streams))
     given = env, auvs, asvs, navigator, record
-    named: Any = {"band": frame_band(setup, streams), "clock": slots.clock, "streams": streams}
-    exchange = repeating = acknowledged = None
-    if (protocol.acknowledge, protocol.repeat, protocol.relay) != ("none", "none", None):
-        if protocol.acknowledge != "none":
-            acknowledged = Acknowledged(record.fixes, len(auvs))
+    named: Any = {
+        "band": frame_band(setup, streams), "clock": slots.clock, "streams": streams,
+        "ping_s": slots.ping_duration,
+    }  # fmt: skip
+    acknowledged = exchange = repeating = replies = answers = None
+    if protocol.acknowledge != "none":
+        acknowledged = Acknowledged(record.fixes, len(auvs))
+    if protocol.exchanges:
         exchange = Exchange(
             *given, **named, behind=slots.behind, acknowledged=acknowledged,
             by_ping=protocol.acknowledge == "ping", asked={*protocol.relays(len(auvs))},
-            ping_s=slots.ping_duration,
         )  # fmt: skip
-        if protocol.most_repeats != 0:
-            repeating = Repeating(record, protocol.most_repeats, acknowledged)
+    if protocol.most_repeats != 0:
+        repeating = Repeating(record.fixes, protocol.most_repeats, acknowledged)
     deliveries = exchange or MfDownlink(*given, **named)
-    outcomes = Outcomes(
-        uplink,
-        _measuring(setup, record, streams),
-        strayed(setup, auvs),
-        streams,
-        record,
-    )
+    measuring = _measuring(setup, record, streams)
+    outcomes = Outcomes(uplink, measuring, strayed(setup, auvs), record)
     if protocol.deafens_asvs:
         deliveries.deafens = uplink.sounds
     if protocol.duplex == "per_node":
-        uplink.deafens = deliveries.deafen
+        uplink.on_ping.append(deliveries.deafen)
         if exchange is not None:
             exchange.deafens_auvs = uplink.sounds
-    replies = answers = None
     if protocol.replies:
         message = slots.messages.packed(1)[0] if protocol.replies_in_frames else None
-        delay = setup.reply_delay_s
-        replies = Replies(env, outcomes, deliveries, record, message, delay)
+        replies = Replies(env, outcomes, deliveries, record, message, setup.reply_delay_s)
     if setup.schedule.calls:
         answers = Answers(env, outcomes, record, slots)
-    schedule = schedule_named(protocol.schedule)
-    framed = setup.schedule.framed
+    launched = places(auvs.motion, 0.0)[:, :3]
     network = Network(
         env,
         slots,
@@ -247,19 +237,15 @@ def _network(
         deliveries,
         ranging_of(protocol, setup.scenario.auvs.ping_late_s, env, uplink, streams, answers),
         downlink=downlink_named(protocol.downlink),
-        frame_s=protocol.frame_s if framed else 0.0,
-        schedule=schedule,
+        frame_s=protocol.frame_s if setup.schedule.framed else 0.0,
+        schedule=nobody if protocol.random_access else schedule_named(protocol.schedule),
         schedule_draw=streams.of(Purpose.SCHEDULE),
         broadcaster=broadcaster_named(protocol.broadcaster),
         broadcaster_draw=streams.of(Purpose.BROADCASTER),
-        mf_range=setup.scenario.acoustics.mf.range_m,
-        mf_slant=setup.scenario.acoustics.mf.range_metric == "slant",
+        mf_range=mf.range_m,
+        mf_slant=mf.range_metric == "slant",
         positions=PredictedPositions(
-            auvs,
-            asvs,
-            uplink.band,
-            protocol.conflict_margin_m,
-            prediction_of(setup, places(auvs.motion, 0.0)[:, :3]),
+            auvs, asvs, uplink.band, protocol.conflict_margin_m, prediction_of(setup, launched),
             record.fixes,
         ),
         estimates=known_of(setup, auvs, record),
@@ -268,14 +254,13 @@ def _network(
         exchange=exchange,
         acknowledged=acknowledged,
         repeating=repeating,
-    )
+    )  # fmt: skip
     if (traffic := setup.scenario.traffic) is not None:
         hf = setup.scenario.acoustics.hf
         network.data = Data(
-            env, uplink, (auvs, asvs), record, streams, traffic, lasts_s=packet_s(hf, traffic),
-            gap_s=gap_s(hf), channel=setup.ping_channel or setup.ping_loss,
-        )  # fmt: skip
-        uplink.followed_by = network.data.follow
+            env, uplink, record, streams, traffic, lasts_s=packet_s(hf, traffic), gap_s=gap_s(hf)
+        )
+        uplink.on_ping.append(network.data.follow)
     if setup.tells_slots:
         network.dissemination = dissemination_of(setup, network, streams)
     return network
@@ -314,9 +299,8 @@ def _passive(
     streams: Streams,
 ) -> PassiveNetwork:
     """Return the HF band on which ASVs ping, and AUVs that fix themselves by that."""
-    band = _on_hf(setup, auvs, asvs, record, streams)
-    still = np.zeros(len(auvs))  # nobody is called
-    outcomes = Outcomes(band, _measuring(setup, record, streams), still, streams, record)
+    band = BeaconBand(*_on_hf(setup, auvs, asvs, record, streams))
+    outcomes = OwnOutcomes(band, _measuring(setup, record, streams), streams, record)
     fixes = OwnFixes(env, auvs, navigator, record, outcomes)
     return PassiveNetwork(env, setup.slots, auvs, asvs, record, band, outcomes, fixes)
 
@@ -338,27 +322,15 @@ def _measuring(setup: Setup, record: Recorder, streams: Streams) -> Measuring:
 
 
 def _on_hf(
-    setup: Setup,
-    auvs: VehicleFleet,
-    asvs: VehicleFleet,
-    record: Recorder,
-    streams: Streams,
-) -> HfBand:
-    """Return the HF band of a scenario."""
-    hf = setup.scenario.acoustics.hf
-    return HfBand(
-        auvs,
-        asvs,
-        setup.hf_band,
-        setup.ping_channel or setup.ping_loss,
-        streams,
-        record,
-        None
-        if hf.burst_s is None
-        else pairs(hf.burst_s, streams, Purpose.BURST, len(auvs), len(asvs)),
-        doppler_limit=hf.doppler_limit_m_per_s,
-        asvs_ping=setup.scenario.protocol.asvs_ping,
-    )
+    setup: Setup, auvs: VehicleFleet, asvs: VehicleFleet, record: Recorder, streams: Streams
+) -> tuple[Any, ...]:
+    """Return what the HF band of a scenario is made of, whoever pings (:class:`HfBand`)."""
+    hf, bursts = setup.scenario.acoustics.hf, None
+    if hf.burst_s is not None:
+        bursts = pairs(hf.burst_s, streams, Purpose.BURST, len(auvs), len(asvs))
+    channel = setup.ping_channel or setup.ping_loss
+    band = setup.hf_band
+    return auvs, asvs, band, channel, streams, record, bursts, hf.doppler_limit_m_per_s
 
 
 def frame_band(setup: Setup, streams: Streams) -> FrameBand:

@@ -21,7 +21,7 @@ from ..records.events import HEARD, Broadcast, GnssFix
 if TYPE_CHECKING:
     from ..core.mistakes import ScenarioWarning
     from ..protocol.happenings import Happening, Watch
-    from ..protocol.hf.outcomes import Sight
+    from ..protocol.outcomes import Sight
     from ..protocol.schedules.named import Schedule
     from ..protocol.steps import MissionEnvironment
     from ..results.result import Result
@@ -117,22 +117,8 @@ class Mission:
             setup = Setup.of(self.scenario)
             self._world = build_world(self._env, setup, self.seed, poses, pose_step_s)
             if schedule is not None:
-                self._schedule_by(schedule)
+                self._world.network.schedule_by(schedule)
             self._happen(0.0)
-
-    def _schedule_by(self, schedule: "Schedule") -> None:
-        from ..protocol.network import Network
-        from ..protocol.schedules.named import OwnSchedule
-
-        network = self._world.network
-        if not isinstance(network, Network):
-            raise ValueError("with passive ranging ASVs ping in turn: nothing is scheduled")
-        if self.scenario.protocol.random_access or network.dissemination is not None:
-            raise ValueError(
-                "with random access, or slots that frames tell (knowledge: broadcast), a schedule "
-                "that is given is not asked; name it in the scenario at protocol.schedule"
-            )
-        network.schedule = OwnSchedule("schedule", schedule)
 
     def __repr__(self) -> str:
         end = plain(self.scenario.duration_s)
@@ -193,10 +179,7 @@ class Mission:
 
         None for what no ASV measures: with passive ranging, or by an instrument of one's own.
         """
-        from ..protocol.network import Network
-
-        network = self._world.network
-        return network.outcomes.sight_of(ping, asv) if isinstance(network, Network) else None
+        return self._world.network.outcomes.sight_of(ping, asv)
 
     def _each(self, watch: "Watch") -> "Iterator[Happening]":
         try:
@@ -334,17 +317,7 @@ class Mission:
 
         With passive ranging vessels make none.
         """
-        from ..protocol.network import Network
-
-        network, found = self._world.network, np.full((len(self._world.auv_fleet), 3), np.nan)
-        if not isinstance(network, Network):
-            return found
-        if network.replies is None:
-            network.outcomes.resolve_passed(self._last_instant(self._time))
-        fixes = self._world.record.fixes.rows
-        for fix in fixes[np.argsort(fixes["pinged_at_s"], kind="stable")]:
-            found[fix["auv"]] = fix["x_m"], fix["y_m"], fix["pinged_at_s"]
-        return found
+        return self._world.network.fleet_fixes(self._last_instant(self._time))
 
     def asvs(self) -> Floats:
         """Return where the ASVs are now: x, y, z (m), z down, yaw (rad, in (-pi, pi]), (n, 4)."""

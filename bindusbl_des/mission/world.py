@@ -7,8 +7,7 @@ from ..core.facts import cached_property
 from ..core.streams import Streams
 from ..navigation.dead_reckoning import DeadReckoning
 from ..navigation.navigators import Navigator
-from ..protocol.network import Network
-from ..protocol.passive import PassiveNetwork
+from ..protocol.network import Network, PassiveNetwork
 from ..records.rows import Recorder, Rows
 from ..results.tables import numbers_of
 from ..setup import Setup

@@ -7,7 +7,7 @@ out as the mission ends.
 """
 
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import partial
 from itertools import count
 from typing import Any
@@ -15,14 +15,9 @@ from typing import Any
 import numpy as np
 import simpy
 
-from ..acoustics.channel import NO_LOSS, AskedChannel, heard_from
-from ..acoustics.doppler import lose_shifted
-from ..acoustics.loss import LossTerms
-from ..acoustics.propagation import PROSPECT
-from ..acoustics.signals import outcome_of, solve_all, spread_signal
+from ..acoustics.signals import luck_keys
 from ..core.streams import Purpose, Streams
 from ..records.events import (
-    BY_OWN_PACKET,
     BY_PACKET,
     COLLIDED,
     HEARD,
@@ -32,12 +27,9 @@ from ..records.events import (
     WORDS,
     Packet,
 )
-from ..records.rows import Recorder, Rows
+from ..records.rows import Recorder
 from ..scenario.scenario_keys import Traffic
-from ..vehicles.fleet import VehicleFleet
-from ..vehicles.motion import places
-from .hearing import Hearing
-from .hf.band import HfBand
+from .pings import HfBand
 from .steps import moment
 
 DELIVERED = "delivered"
@@ -49,22 +41,19 @@ class Data:
     """
 
     def __init__(
-        self, env: simpy.Environment, uplink: HfBand, fleets: tuple[VehicleFleet, VehicleFleet],
-        record: Recorder, streams: Streams, traffic: Traffic, *, lasts_s: float, gap_s: float,
-        channel: LossTerms | AskedChannel,
+        self, env: simpy.Environment, uplink: HfBand, record: Recorder, streams: Streams,
+        traffic: Traffic, *, lasts_s: float, gap_s: float,
     ) -> None:  # fmt: skip
-        self._env, self._uplink, self._fleets, self._record = env, uplink, fleets, record
-        self._auvs, self._asvs = len(fleets[0]), len(fleets[1])
+        self._env, self._uplink, self._record, self._sounds = env, uplink, record, uplink.sounds
         self._size, self._lasts, self._gap = traffic.bytes, lasts_s, gap_s
-        self._channel = None if isinstance(channel, LossTerms) else channel
-        self._loss = channel if isinstance(channel, LossTerms) else NO_LOSS
-        self._to_come = Hearing(env, fleets, uplink.sounds, uplink.band.sound_speed)
-        self._made = [self._instants(traffic, streams, auv) for auv in range(self._auvs)]
+        self._auvs = auvs = self._sounds.auvs
+        self._made = [self._instants(traffic, streams, auv) for auv in range(auvs)]
         self._next = [next(instants) for instants in self._made]
-        self._waiting: list[deque[Packet]] = [deque() for _ in range(self._auvs)]
-        self._sends_until = np.full(self._auvs, -np.inf)
-        self._keys = [self._luck_of(streams, auv) for auv in range(self._auvs)]
-        self._sent = np.zeros(self._auvs, dtype=np.int64)
+        self._waiting: list[deque[Packet]] = [deque() for _ in range(auvs)]
+        self._sends_until = np.full(auvs, -np.inf)
+        fleets = self._sounds.fleets
+        self._keys = [luck_keys(streams, Purpose.DATA_LOSS, (auv,), fleets) for auv in range(auvs)]
+        self._sent = np.zeros(auvs, dtype=np.int64)
 
     def _instants(self, traffic: Traffic, streams: Streams, auv: int) -> Iterator[float]:
         """Yield the instants (s) at which an AUV makes packets."""
@@ -74,13 +63,6 @@ class Data:
         while True:
             time += traffic.every_s * float(draw.standard_exponential())
             yield time
-
-    def _luck_of(self, streams: Streams, auv: int) -> Any:
-        """Return what packets of an AUV are lost by on their way to each vehicle."""
-        return np.concatenate([
-            streams.of(Purpose.DATA_LOSS, auv, kind).integers(2**64, size=size, dtype=np.uint64)
-            for kind, size in enumerate((self._auvs, self._asvs))
-        ])  # fmt: skip
 
     def _make(self, auv: int, time: float) -> None:
         """Make the packets of an AUV that are due by an instant (s)."""
@@ -97,11 +79,12 @@ class Data:
         self._make(auv, time)
         return self._gap + self._lasts if self._waiting[auv] else 0.0
 
-    def follow(self, group: Sequence[int], time: float) -> None:
-        """Let each AUV of a group send its oldest packet behind the ping that it begins at an
-        instant (s), if one waits and it does not send still.
+    def follow(self, pings: range) -> None:
+        """Let each AUV send its oldest packet behind a ping of these that begin now, if one waits
+        and it does not send still.
         """
-        for auv in group:
+        for ping in self._record.pings.array[pings.start : pings.stop]:
+            auv, time = int(ping["auv"]), float(ping["sent_at_s"])
             self._make(auv, time)
             begins = time + self._uplink.band.duration + self._gap
             if self._waiting[auv] and self._sends_until[auv] <= time:
@@ -112,44 +95,19 @@ class Data:
 
     def _send(self, packet: Packet, time: float, _: simpy.Event) -> None:
         """Let an AUV send a packet at an instant (s)."""
-        auv, sounds, first = packet.auv, self._uplink.sounds, self._uplink.sounds.count
-        for fleet in self._fleets:
-            fleet.advance(time)
+        auv, packet.packet = packet.auv, int(self._sent.sum())
         packet.sent_at_s, packet.airtime_s = time, self._lasts
-        deaf = np.zeros(self._auvs + self._asvs, dtype=np.bool_)
-        deaf[auv] = True
-        deaf[[self._auvs + asv for asv in self._fleets[1].failed(time)]] = True
-        sounds.room_for(len(deaf))
-        number, band = int(self._sent.sum()), self._uplink.band
-        sounds.count = spread_signal(
-            sounds.sea.address, first, BY_PACKET, number, auv, time, self._lasts, deaf, band.slant,
-            band.reach, self._loss, self._prospects(auv, time), self._keys[auv],
-            int(self._sent[auv]),
-        )  # fmt: skip
-        lose_shifted(sounds, first, time, self._uplink.doppler_limit)
+        signal = BY_PACKET, packet.packet, auv, time, self._lasts
+        self._sounds.send(*signal, self._uplink.spreading, self._keys[auv], int(self._sent[auv]))
         self._sent[auv] += 1
-        packet.packet = number
-        sounds.deafen(BY_OWN_PACKET, number, auv, time, self._lasts)
-
-    def _prospects(self, auv: int, time: float) -> Rows:
-        """Return what becomes of a packet of an AUV at all vehicles, :data:`PROSPECT`, where a
-        channel is asked; none on the disc.
-        """
-        if self._channel is None:
-            return np.empty(0, PROSPECT)
-        auvs, asvs = (places(fleet.motion, time)[:, :3] for fleet in self._fleets)
-        return heard_from(
-            self._channel, time, auv, (auvs, asvs), self._auvs + self._asvs,
-            self._uplink.band.reach, "hf", self._uplink.random,
-        )  # fmt: skip
 
     def close(self, time: float) -> None:
         """Put on record what became of each packet by an instant (s), the mission's end."""
         for auv in range(self._auvs):
             self._make(auv, np.nextafter(time, 0.0))
-        packets, rows = self._record.packets, self._uplink.sounds.rows
+        packets, rows = self._record.packets, self._sounds.rows
         sent = {packet.packet: packet for packet in packets if packet.sent_at_s is not None}
-        solve_all(self._uplink.sounds.sea.address, len(rows), self._to_come.known(time))
+        self._sounds.settle(time)
         met: dict[int, list[int]] = {number: [] for number in sent}
         heard = (rows["kind"] == BY_PACKET) & (rows["listener"] >= self._auvs)
         for row in np.flatnonzero(heard).tolist():
@@ -188,15 +146,5 @@ class Data:
 
     def _became(self, row: int, time: float) -> int:
         """Return what has become of a packet at an ASV by an instant (s)."""
-        sounds, sound = self._uplink.sounds, self._uplink.sounds.array[row]
-        receptions, pings = self._record.receptions.rows, self._record.pings.rows
-        outcome, *_ = outcome_of(
-            sounds.sea.address, row, time, self._to_come.known(time), sounds.count, receptions,
-            pings, self._uplink.band.duration, self._auvs, self._uplink.receiver.capture,
-        )  # fmt: skip
-        if outcome == HEARD:
-            arrived, ended = float(sound["arrived_at_s"]), float(sound["ended_at_s"])
-            asv, lasts = int(sound["listener"]) - self._auvs, ended - arrived
-            if self._fleets[1].works_for(asv, arrived, lasts) < lasts:
-                return LOST
-        return int(outcome)
+        pings = self._record.receptions.rows, self._record.pings.rows, self._uplink.band.duration
+        return self._sounds.received(row, time, self._uplink.receiver.capture, pings)[0]

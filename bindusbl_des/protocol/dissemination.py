@@ -19,7 +19,7 @@ from ..core.arrays import Flags
 from ..core.streams import Purpose, Streams
 from ..records.events import Assignment, Round
 from ..records.rows import EventBuffer, Recorder
-from .mf.downlink import MfDownlink
+from .frames import MfDownlink
 from .ranging import OneWay, OwnRanging, TwoWay
 from .schedules.named import Schedule
 from .schedules.view import TimedGroups, View

@@ -19,7 +19,6 @@ import simpy
 from ..core.arrays import Ints
 from ..core.wording import did_you_mean
 from ..records.events import (
-    HEARD,
     IN_FLIGHT,
     LASTING_ERRORS,
     OUTCOMES,
@@ -31,9 +30,9 @@ from ..records.events import (
     Reception,
 )
 from ..records.rows import NONE, Recorder, Row, fused
-from .hf.band import HfBand
-from .hf.outcomes import Outcomes
-from .mf.downlink import Deliveries
+from .deliveries import Deliveries
+from .outcomes import Outcomes
+from .pings import HfBand
 from .steps import moment
 
 # What can be waited for, what its row is, and which column says when it happens.
@@ -164,25 +163,16 @@ LEVELS = (
 
 
 class Happenings:
-    """Who waits for what in a mission.
-
-    `counts` are how many AUVs and ASVs there are.  Where AUVs fix themselves, what one has heard it
-    has (`heard_is_had`).
-    """
+    """Who waits for what in a mission.  Where AUVs fix themselves, what one has heard it has."""
 
     def __init__(
-        self,
-        env: simpy.Environment,
-        record: Recorder,
-        uplink: HfBand,
-        outcomes: Outcomes,
+        self, env: simpy.Environment, record: Recorder, uplink: HfBand, outcomes: Outcomes,
         downlink: Deliveries,
-        counts: Mapping[str, int],
-        *,
-        heard_is_had: bool = False,
-    ) -> None:
-        self._sounds = {"arrival", "reception"} | ({"delivery"} if heard_is_had else set())
-        self._env, self._record, self._downlink, self._counts = env, record, downlink, counts
+    ) -> None:  # fmt: skip
+        self._sounds = {"arrival", "reception"}
+        if downlink.heard_is_had:
+            self._sounds.add("delivery")
+        self._env, self._record, self._downlink = env, record, downlink
         self._uplink, self._outcomes = uplink, outcomes
         self._watches: list[Watch] = []
         self._expected: set[tuple[str, int]] = set()  # kinds and rows that have their event
@@ -196,7 +186,8 @@ class Happenings:
             ValueError: for a kind or column that there is not, or a value that it never has.
         """
         watch = Watch(self._env, kinds, which, self._forget)
-        refuse_unknown(watch.kinds, which, self._counts)
+        auvs, asvs = self._uplink.sounds.fleets
+        refuse_unknown(watch.kinds, which, {"auv": len(auvs), "asv": len(asvs)})
         self._downlink.settle(since)
         waited_for = self._kinds
         self._watches.append(watch)
@@ -251,8 +242,6 @@ class Happenings:
         """Tell of pings that are sent now; expect where they will be heard."""
         kinds = self._kinds
         for ping in self._record.pings.array[pings.start : pings.stop]:
-            if ping["call"] not in (NONE, HEARD):  # it was called in vain
-                continue
             for kind in kinds & self._sounds:
                 for row in range(ping["first"], ping["end"]):
                     self._expect(kind, row, -1.0)
@@ -314,31 +303,6 @@ class Happenings:
         for fix in self._record.fixes.array[rows]:
             row = _row_of(Fix, fix, asvs=fused(fix, self._record.receptions.array))
             self._tell("delivery", float(fix["delivered_at_s"]), row)
-
-
-class Watched:
-    """A network whose happenings one can wait for, from a part of one's own."""
-
-    env: simpy.Environment
-    watching: Happenings
-
-    def happening(self, kind: str, **which: Any) -> simpy.Event:
-        """Return the event of the next happening of a kind, at its exact instant.
-
-        Its value is that :class:`Happening`, which says of what kinds there are.
-        `which` are values that columns of its row must have: ``happening("delivery", auv=1)``.
-
-        Raises:
-            ValueError: for a kind or column that there is not, or a value that it never has.
-        """
-        return self.watching.next(kind, which, self.env.now)
-
-    def happenings(self, *kinds: str, **which: Any) -> Watch:
-        """Return all happenings of some kinds from now on, one after the other by its `next()`.
-
-        For who needs each: of two at one instant :meth:`happening` tells the first alone.
-        """
-        return self.watching.watch(kinds, which, self.env.now)
 
 
 def _row_of(event: type, row: Row, **known: Any) -> Any:

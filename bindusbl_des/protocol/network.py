@@ -1,32 +1,32 @@
-"""The network of a mission: both bands, and the surface fleet that schedules and broadcasts."""
+"""The network of a mission: bands, who decides what on them, and what the surface fleet knows."""
 
-import math
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from math import nextafter
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import simpy
 from numpy.random import Generator as RandomStream
 
 from ..acoustics.messages import Message
-from ..core.arrays import Flags, Ints
+from ..core.arrays import Flags, Floats, Ints
 from ..records.events import Round
 from ..records.rows import Recorder
 from ..vehicles.fleet import VehicleFleet
-from .acknowledged import Acknowledged
+from .acknowledged import Acknowledged, Repeating
 from .broadcasters import Broadcaster, Fixes
 from .data import Data
+from .deliveries import Deliveries, OwnFixes
 from .dissemination import Dissemination
-from .happenings import Happenings, Watched
-from .hf.band import HfBand
-from .hf.outcomes import Outcomes
-from .mf.downlink import MfDownlink
-from .mf.exchange import Exchange
+from .exchange import Exchange
+from .frames import MfDownlink, Replies
+from .happenings import Happenings, Watch
+from .outcomes import Outcomes
+from .pings import HfBand
 from .predicted_positions import PredictedPositions
 from .ranging import OneWay, OwnRanging, TwoWay
-from .repeating import Repeating
-from .replies import Replies
-from .schedules.named import Schedule
+from .schedules.named import OwnSchedule, Schedule, nobody
 from .schedules.polling import Answers
 from .schedules.view import Groups, KnownFixes, View
 from .slots import Slots
@@ -54,7 +54,44 @@ Downlink = Callable[["Network", Turn, float], Steps]
 
 
 @dataclass
-class Network(Watched):
+class HfNetwork:
+    """What pings run on, whoever sends them: slots, the HF band and how fixes come to AUVs."""
+
+    env: simpy.Environment
+    slots: Slots
+    auv_fleet: VehicleFleet
+    asv_fleet: VehicleFleet
+    record: Recorder
+    uplink: HfBand
+    outcomes: Outcomes
+    deliveries: Deliveries
+
+    def __post_init__(self) -> None:
+        self.watching = Happenings(
+            self.env, self.record, self.uplink, self.outcomes, self.deliveries
+        )
+
+    def happening(self, kind: str, **which: Any) -> simpy.Event:
+        """Return the event of the next happening of a kind, at its exact instant.
+
+        Its value is that :class:`.happenings.Happening`, which says of what kinds there are.
+        `which` are values that columns of its row must have: ``happening("delivery", auv=1)``.
+
+        Raises:
+            ValueError: for a kind or column that there is not, or a value that it never has.
+        """
+        return self.watching.next(kind, which, self.env.now)
+
+    def happenings(self, *kinds: str, **which: Any) -> Watch:
+        """Return all happenings of some kinds from now on, one after the other by its `next()`.
+
+        For who needs each: of two at one instant :meth:`happening` tells the first alone.
+        """
+        return self.watching.watch(kinds, which, self.env.now)
+
+
+@dataclass
+class Network(HfNetwork):
     """What the protocol runs on: slots and bands, who decides what, and what the fleet knows.
 
     `downlink` says when which fixes travel, by `deliveries`; rounds start every `frame_s`, or as
@@ -64,17 +101,9 @@ class Network(Watched):
     `dissemination` is how AUVs come to know their slots; without it all know them at once.
     Fixes wait for a broadcast, unless `replies` answer each ping by itself.  Where AUVs acknowledge
     or relay frames, or fixes are repeated, `deliveries` are that `exchange`, and the fleet knows
-    what they have `acknowledged`.  AUVs may have `data`
-    to send behind their pings.
+    what they have `acknowledged`.  AUVs may have `data` to send behind their pings.
     """
 
-    env: simpy.Environment
-    slots: Slots
-    auv_fleet: VehicleFleet
-    asv_fleet: VehicleFleet
-    record: Recorder
-    uplink: HfBand
-    outcomes: Outcomes
     deliveries: MfDownlink
     ranging: OneWay | TwoWay | OwnRanging
     downlink: Downlink
@@ -101,12 +130,14 @@ class Network(Watched):
     fixes_taken: int = field(default=0, init=False)  # fixes before this one wait no more
 
     def __post_init__(self) -> None:
-        counts = {"auv": len(self.auv_fleet), "asv": len(self.asv_fleet)}
-        self.watching = Happenings(
-            self.env, self.record, self.uplink, self.outcomes, self.deliveries, counts
-        )
+        super().__post_init__()
         if self.replies is not None:
             self.uplink.answered_by = self.replies.expect
+
+    def _resolve(self, time: float) -> None:
+        """Decide pings that have passed by an instant (s), unless each is answered by itself."""
+        if self.replies is None:
+            self.outcomes.resolve_passed(time)
 
     def opens(self, round_number: int) -> float:
         """Return the earliest instant (s) at which a round may begin: that of its frame."""
@@ -114,10 +145,8 @@ class Network(Watched):
 
     def view(self, round_number: int, time: float) -> View:
         """Return what the fleet knows when it schedules a round."""
-        if self.positions.follow_fixes and self.replies is None:
-            self.outcomes.resolve_passed(time)  # fixes that came after the last broadcast, too
-        if self.exchange is not None:
-            self.outcomes.resolve_passed(time)  # by pings AUVs may acknowledge fixes
+        if self.positions.follow_fixes or self.exchange is not None:
+            self._resolve(time)  # fixes since the last broadcast; AUVs may acknowledge by pings
         auvs, asvs, heard = self.positions.seen(time)
         band = self.uplink.band
         return View(
@@ -158,12 +187,34 @@ class Network(Watched):
         room = None if messages.most is None or messages.splits else messages.most - (end - first)
         return self.repeating.with_due(range(first, end), room)
 
+    def fleet_fixes(self, time: float) -> Floats:
+        """Return the newest fix of each AUV that the surface fleet has made by an instant (s): x, y
+        (m) and when its ping was sent (s), (n, 3); NaN before the first.
+        """
+        self._resolve(time)
+        found, fixes = np.full((len(self.auv_fleet), 3), np.nan), self.record.fixes.rows
+        for fix in fixes[np.argsort(fixes["pinged_at_s"], kind="stable")]:
+            found[fix["auv"]] = fix["x_m"], fix["y_m"], fix["pinged_at_s"]
+        return found
+
+    def schedule_by(self, schedule: Schedule) -> None:
+        """Let another schedule than that of the scenario say who pings when.
+
+        Raises:
+            ValueError: where it would not be asked.
+        """
+        if self.schedule is nobody or self.dissemination is not None:
+            raise ValueError(
+                "with random access, or slots that frames tell (knowledge: broadcast), a schedule "
+                "that is given is not asked; name it in the scenario at protocol.schedule"
+            )
+        self.schedule = OwnSchedule("schedule", schedule)
+
     def close(self, time: float) -> None:
         """Settle what is under way as the mission ends at an instant (s)."""
-        before_the_end = math.nextafter(time, 0.0)
+        before_the_end = nextafter(time, 0.0)
         self.uplink.answered_by = self.dissemination = None  # nobody is answered any more
-        if self.replies is None:
-            self.outcomes.resolve_passed(before_the_end)  # heard, but not broadcast any more
+        self._resolve(before_the_end)  # heard, but not broadcast any more
         self.outcomes.close(time)
         if self.air is not None:
             self.air.close(time)
@@ -171,3 +222,26 @@ class Network(Watched):
             self.data.close(time)
         self.ranging.close()
         self.deliveries.close(before_the_end)
+
+
+@dataclass
+class PassiveNetwork(HfNetwork):
+    """What passive ranging runs on: ASVs ping in turn, and AUVs fix themselves."""
+
+    deliveries: OwnFixes
+
+    def fleet_fixes(self, time: float) -> Floats:
+        """Return NaN for each AUV, (n, 3): vessels make no fixes."""
+        return np.full((len(self.auv_fleet), 3), np.nan)
+
+    def schedule_by(self, schedule: Schedule) -> None:
+        """Refuse a schedule.
+
+        Raises:
+            ValueError: always.
+        """
+        raise ValueError("with passive ranging ASVs ping in turn: nothing is scheduled")
+
+    def close(self, time: float) -> None:
+        """Settle what is under way as the mission ends at an instant (s)."""
+        self.deliveries.settle(nextafter(time, 0.0))

@@ -33,7 +33,7 @@ from ..usbl.measuring import NOISE_WIDTH
 from ..vehicles.fleet import VehicleFleet
 from .access.air import SharedAir
 from .access.node import HeardSignal, Node, Steps
-from .mf.downlink import Deliveries
+from .deliveries import Deliveries
 
 # Kinds of signals: what an AUV tells all others, asks them, and answers one of them.
 TELLS, ASKS, ANSWERS = "peer", "peer_query", "peer_answer"

@@ -3,13 +3,14 @@
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from math import nan
+from math import inf, nan
 from typing import Any
 
 import numpy as np
 import simpy
 
 from ..core.arrays import Floats, Ints
+from ..core.compiled import compiled
 from ..core.plugins import asked
 from ..core.streams import Purpose, Streams
 from ..records.events import HEARD, IN_FLIGHT
@@ -19,8 +20,7 @@ from ..scenario.part_choice import own_part
 from ..scenario.sections.protocol import Protocol
 from ..scenario.site import Site
 from ..vehicles.fleet import VehicleFleet
-from .hf.band import NO_CALL, HfBand, members
-from .hf.calling import choose_callers
+from .pings import NO_CALL, HfBand, members
 from .predicted_positions import planned_speeds
 from .schedules.polling import Answers
 from .schedules.view import View
@@ -130,7 +130,7 @@ class TwoWay:
             call["call_time_s"] = nan
         pings = self._uplink.send(turn[0], turn[1], [turn[2]], time, call)
         if self._answers is not None:
-            self._answers.expect(turn[:2], pings.start, int(call["called_by"][0]))
+            self._answers.expect(turn[:2], pings, int(call["called_by"][0]))
 
     def close(self) -> None:
         """End the mission; record the calls that AUVs have not answered by now."""
@@ -277,6 +277,25 @@ def nearest(view: View, group: Sequence[int], failed: Sequence[int] = ()) -> Int
     auvs, asvs = np.ascontiguousarray(view.auvs), np.ascontiguousarray(view.asvs)
     choose_callers(auvs, asvs, members(tuple(group)), members(tuple(failed)), callers)
     return callers
+
+
+@compiled
+def choose_callers(auvs: Floats, asvs: Floats, group: Ints, failed: Ints, callers: Ints) -> None:
+    """Write who calls each AUV of a group (n,), of ASVs that have not `failed`: the nearest one.
+
+    `auvs` (k, 3) and `asvs` (m, 3) are where they are believed to be (m), seen from above here.
+    """
+    works = np.ones(len(asvs), dtype=np.bool_)
+    for asv in failed:
+        works[asv] = False
+    for k in range(len(group)):
+        callers[k], least = 0, inf
+        for asv in range(len(asvs)):
+            ahead = auvs[group[k], 0] - asvs[asv, 0]
+            aside = auvs[group[k], 1] - asvs[asv, 1]
+            square = ahead * ahead + aside * aside
+            if works[asv] and square < least:
+                callers[k], least = asv, square
 
 
 def strayed(site: Site, auvs: VehicleFleet) -> Floats:

@@ -1,8 +1,11 @@
 """The TDMA protocol: AUVs ping in groups on HF, then an ASV broadcasts their fixes on MF.
 
-``serve`` is the process that runs through the mission, round after round.  The downlink decides
-what happens when in a round (:mod:`.downlinks`); it is written with the functions that follow:
+`serve` is the process that runs through the mission, round after round.  The downlink decides what
+happens when in a round (:mod:`.downlinks`); it is written with the functions that follow:
 `ping_group`, `broadcast`, `downlink_free` and `until`.
+
+With passive ranging (piUSBL) ASVs take turns to ping instead (`take_turns`), and every AUV that
+hears one fixes itself: nobody schedules AUVs, and nobody answers them.
 """
 
 from collections.abc import Generator, Sequence
@@ -17,12 +20,34 @@ from ..core.arrays import Ints
 from ..records.events import Round
 from .broadcasters import BroadcastView, Fixes
 from .conflicts import conflict_count
-from .network import Network, Steps, Turn
+from .network import Network, PassiveNetwork, Steps, Turn
 from .schedules.view import TimedGroups
 from .steps import check_now, event_of, moment, some_work
 
 # What a downlink of one's own is told that acts at another instant than now.
 WAITING = "`time = yield from ping_group(...)` waits, and `yield until(network, time)`"
+
+
+def take_turns(network: PassiveNetwork) -> Generator[simpy.Event, None, None]:
+    """Let the ASVs ping one after the other, a slot each, from the mission's start to its end.
+
+    Nobody hears two of them in one slot, wherever the AUVs are: the ASVs need not know.  Those that
+    have failed by the start of a round have no slot in it; who fails later leaves its own empty.
+    """
+    time, asvs = 0.0, network.asv_fleet
+    for number in count():
+        time = yield from some_work(network.env, asvs, network.slots.clock, time)
+        failed = asvs.failed(time)
+        turns = [asv for asv in range(len(asvs)) if asv not in failed]
+        row = Round(number, time, colours=len(turns), conflicts=0, downlink_s=0.0)
+        network.record.rounds.append(row)
+        for slot, asv in enumerate(turns):
+            if asv not in asvs.failed(time):
+                network.deliveries.expect(network.uplink.send(number, slot, [asv], time))
+            time = network.slots.clock.after(time, network.slots.uplink_slot)
+            yield moment(network.env, time)
+            row.uplink_s = time - row.started_at_s
+            network.deliveries.settle(time)
 
 
 def serve(network: Network) -> Generator[simpy.Event, None, None]:

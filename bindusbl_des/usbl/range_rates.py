@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..acoustics.doppler import rate_of, velocity_of
-from ..acoustics.sounds import Sea, Sounds, place_of
+from ..acoustics.signals import Sounds
+from ..acoustics.sounds import Sea, place_of, rate_of, velocity_of
 from ..core.compiled import compiled
 from ..core.packed import unpacked
 from ..core.streams import Purpose, Streams, normal, pair_keys

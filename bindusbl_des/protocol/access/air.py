@@ -1,6 +1,6 @@
 """The HF band as programs of access have it: everybody sends, everybody hears.
 
-Pings of AUVs are receptions at ASVs, as ever (:mod:`..hf`).  At AUVs they are sounds beside all
+Pings of AUVs are receptions at ASVs, as ever (:mod:`..pings`).  At AUVs they are sounds beside all
 other signals, on the same sea (:mod:`...acoustics.sounds`): a signal is lost as a ping is over the
 same way, destroyed by what overlaps it, and who sends hears nothing meanwhile.
 """
@@ -14,11 +14,7 @@ import simpy
 from numpy.typing import NDArray
 from simpy.events import EventPriority
 
-from ...acoustics.channel import NO_LOSS, AskedChannel, heard_from
-from ...acoustics.doppler import lose_shifted
-from ...acoustics.loss import LossTerms
-from ...acoustics.propagation import PROSPECT
-from ...acoustics.signals import outcome_of, signal_outcome, solve_all, spread_signal
+from ...acoustics.signals import ROUNDING, Pings, luck_keys, signal_outcome
 from ...acoustics.sounds import heard_meanwhile
 from ...core.arrays import Floats
 from ...core.compiled import compiled
@@ -26,8 +22,6 @@ from ...core.facts import cached_property
 from ...core.streams import Purpose, Streams
 from ...core.wording import did_you_mean, refuse
 from ...records.events import (
-    BY_OWN_PING,
-    BY_OWN_SIGNAL,
     BY_PING,
     BY_SIGNAL,
     HEARD,
@@ -35,13 +29,10 @@ from ...records.events import (
     Signal,
 )
 from ...records.rows import NONE, SIGNAL_RECEPTION, Recorder, Rows
-from ...vehicles.fleet import VehicleFleet
-from ...vehicles.motion import places
 from ..data import Data
-from ..hearing import Hearing
-from ..hf.band import HfBand
+from ..pings import HfBand
 from ..steps import moment
-from .node import PING, ROUNDING, HeardSignal, Node, ToSend
+from .node import PING, HeardSignal, Node, ToSend
 
 # Sends of one instant become one ping group: after whatever else happens then.
 LATE = EventPriority(2)
@@ -57,33 +48,28 @@ class SharedAir:
         self,
         env: simpy.Environment,
         uplink: HfBand,
-        fleets: tuple[VehicleFleet, VehicleFleet],
         record: Recorder,
         streams: Streams,
         *,
-        channel: LossTerms | AskedChannel,
         bit_rate_bps: float,
         hearing: bool,
         ping: Callable[[Sequence[int], float, Floats | None], object] | None = None,
         data: Data | None = None,
     ) -> None:
-        """Take AUVs and ASVs, and what lets AUVs ping at an instant (s), each held back for so long
-        (s); None where no program pings.  Unless they are `hearing` nobody hears pings but ASVs.
-        Behind its pings an AUV sends its `data`, where it has any.
+        """Take what lets AUVs ping at an instant (s), each held back for so long (s); None where no
+        program pings.  Unless they are `hearing` nobody hears pings but ASVs.  Behind its pings an
+        AUV sends its `data`, where it has any.
         """
-        self._data = data
-        self.env, self.auvs = env, len(fleets[0])
-        self._uplink, self._fleets, self._record = uplink, fleets, record
-        self._channel = None if isinstance(channel, LossTerms) else channel
-        self._loss = channel if isinstance(channel, LossTerms) else NO_LOSS
-        self.bit_rate_bps, self._ping = bit_rate_bps, ping
+        self.env, self.bit_rate_bps, self._ping, self._data = env, bit_rate_bps, ping, data
+        self._uplink, self._record, self._sounds = uplink, record, uplink.sounds
+        self._lasts, self._fleets, self.auvs = (
+            uplink.band.duration, uplink.sounds.fleets, uplink.sounds.auvs
+        )  # fmt: skip
         if hearing:
-            uplink.overheard = self.overhear
-        self._sounds, self._lasts = uplink.sounds, uplink.band.duration
-        self._to_come = Hearing(env, fleets, uplink.sounds, uplink.band.sound_speed)
+            uplink.on_ping.append(self.overhear)
         self.names = [
             f"{kind}{number}"
-            for kind, fleet in zip(("AUV", "ASV"), fleets, strict=True)
+            for kind, fleet in zip(("AUV", "ASV"), self._fleets, strict=True)
             for number in range(len(fleet))
         ]
         self._streams = streams
@@ -94,20 +80,10 @@ class SharedAir:
         self._inboxes: dict[int, _Inbox] = {}
 
     @cached_property
-    def _keys(self) -> NDArray[np.uint64]:
-        """What the luck of signals is drawn by from each vehicle to each: a further one leaves the
-        others' as they were.
-        """
-        counts = len(self._fleets[0]), len(self._fleets[1])
-        senders = [(kind, number) for kind in (0, 1) for number in range(counts[kind])]
-
-        def drawn(sender: tuple[int, int], kind: int) -> NDArray[np.uint64]:
-            stream = self._streams.of(Purpose.SIGNAL, *sender, kind)
-            return stream.integers(2**64, size=counts[kind], dtype=np.uint64)
-
-        return np.array(
-            [np.concatenate((drawn(sender, 0), drawn(sender, 1))) for sender in senders]
-        )
+    def _keys(self) -> list[NDArray[np.uint64]]:
+        """What the luck of signals is drawn by from each vehicle to each."""
+        senders = [(kind, number) for kind in (0, 1) for number in range(len(self._fleets[kind]))]
+        return [luck_keys(self._streams, Purpose.SIGNAL, whose, self._fleets) for whose in senders]
 
     # Sending
 
@@ -170,7 +146,6 @@ class SharedAir:
             row = self._record.pings.array[ping]
             auv, time = int(row["auv"]), float(row["sent_at_s"])
             self._emit(BY_PING, ping, auv, time, self._lasts, self.auvs)
-            self._sounds.deafen(BY_OWN_PING, ping, auv, time, self._lasts)
             self._sends_until[auv] = max(self._sends_until[auv], time + self._lasts)
 
     def sends_until(self, vehicle: int) -> float:
@@ -186,54 +161,28 @@ class SharedAir:
         fleet, own = (0, sender) if sender < self.auvs else (1, sender - self.auvs)
         if own not in self._fleets[fleet].failed(time):
             self._emit(BY_SIGNAL, number, sender, time, lasts, len(self.names))
-            self._sounds.deafen(BY_OWN_SIGNAL, number, sender, time, lasts)
 
     def _emit(
         self, kind: int, number: int, sender: int, time: float, lasts: float, listeners: int
     ) -> None:
-        """Let a signal sound at the first so many of all vehicles, but at its sender and at those
-        that have failed.
-        """
-        for fleet in self._fleets:
-            fleet.advance(time)
-        sounds, band, first = self._sounds, self._uplink.band, self._sounds.count
-        deaf = np.zeros(listeners, dtype=np.bool_)
-        deaf[sender] |= sender < listeners
-        for before, fleet in zip((0, self.auvs), self._fleets, strict=True):
-            if fleet.failures is not None and before < listeners:
-                deaf[[before + number for number in fleet.failed(time)]] = True
-        sounds.room_for(listeners)
-        sounds.count = spread_signal(
-            sounds.sea.address, first, kind, number, sender, time, lasts, deaf, band.slant,
-            band.reach, self._loss, self._prospects(sender, time, listeners),
-            self._keys[sender, :listeners], int(self._sent[sender]),
+        """Let a signal sound at the first so many of all vehicles."""
+        sent = self._sounds.send(
+            kind, number, sender, time, lasts, self._uplink.spreading, self._keys[sender],
+            int(self._sent[sender]), listeners,
         )  # fmt: skip
-        lose_shifted(sounds, first, time, self._uplink.doppler_limit)
         self._sent[sender] += 1
-        for row in range(first, sounds.count) if self._inboxes else ():
-            inbox = self._inboxes.get(int(sounds.array[row]["listener"]))
+        for row in sent if self._inboxes else ():
+            inbox = self._inboxes.get(int(self._sounds.array[row]["listener"]))
             if inbox is not None:
                 inbox.coming.append(row)
                 self._look_for(inbox, row)
-
-    def _prospects(self, sender: int, time: float, listeners: int) -> Rows:
-        """Return what becomes of a signal at the first so many of all vehicles (listeners,),
-        :data:`PROSPECT`, where a channel is asked; none on the disc.
-        """
-        if self._channel is None:
-            return np.empty(0, PROSPECT)
-        auvs, asvs = (places(fleet.motion, time)[:, :3] for fleet in self._fleets)
-        return heard_from(
-            self._channel, time, sender, (auvs, asvs), listeners, self._uplink.band.reach, "hf",
-            self._uplink.random,
-        )  # fmt: skip
 
     # Hearing
 
     def heard(self, node: Node, since: float) -> list[tuple[float, float]]:
         """Return the sounds at a vehicle, as :meth:`.node.Node.heard` says."""
         sea, count, time = self._sounds.sea.address, self._sounds.count, node.clock
-        spans = heard_meanwhile(sea, count, node.number, since, time, self._to_come.known(time))
+        spans = heard_meanwhile(sea, count, node.number, since, time, self._sounds.known(time))
         return [(begins, ends) for begins, ends in spans.tolist()]
 
     def hears(self, node: Node) -> simpy.Event:
@@ -266,7 +215,7 @@ class SharedAir:
         if inbox.waiting is None or inbox.waiting.triggered or row in inbox.awaited:
             return
         inbox.awaited.add(row)
-        event = moment(self.env, self._to_come.expected_end(row))
+        event = moment(self.env, self._sounds.expected_end(row, self.env.now))
 
         def look(_: simpy.Event) -> None:
             inbox.awaited.discard(row)
@@ -280,7 +229,8 @@ class SharedAir:
         """Decide what has come to an end at a vehicle by now; tell it of the first it has heard."""
         now, over = self.env.now, []
         for row in inbox.coming:
-            outcome, *_ = self._outcome(row, now)
+            capture = self._uplink.receiver.capture
+            outcome, *_ = self._sounds.outcome(row, now, capture, self._met())
             sound = self._sounds.array[row]
             if outcome != IN_FLIGHT:
                 over.append(row)
@@ -289,13 +239,6 @@ class SharedAir:
         inbox.coming = [row for row in inbox.coming if row not in over]
         if inbox.heard and inbox.waiting is not None and not inbox.waiting.triggered:
             inbox.waiting.succeed(self._told(heappop(inbox.heard)[1]))
-
-    def _outcome(self, row: int, time: float) -> tuple[int, int, int]:
-        """Return what has become of a sound by an instant (s), why, and by what."""
-        return outcome_of(
-            self._sounds.sea.address, row, time + ROUNDING, self._to_come.known(time),
-            self._sounds.count, *self._met(), self._uplink.receiver.capture,
-        )  # fmt: skip
 
     def _told(self, row: int) -> HeardSignal:
         """Return a signal as a vehicle has it that has decoded it."""
@@ -312,7 +255,7 @@ class SharedAir:
     def close(self, time: float) -> None:
         """Put on record what became of each signal at each vehicle by an instant (s), the end."""
         rows, table = self._sounds.rows, self._record.signal_receptions
-        solve_all(self._sounds.sea.address, len(rows), self._to_come.known(time))
+        self._sounds.settle(time)
         told = (rows["kind"] == BY_SIGNAL) | (rows["kind"] == BY_PING)
         place = np.cumsum(told) - 1
         table.room_for(len(rows))
@@ -320,14 +263,13 @@ class SharedAir:
         for vehicle in range(len(self.names)):  # each alone: nothing else is in its way
             here = np.flatnonzero(rows["listener"] == vehicle)
             lines = np.empty(len(here), SIGNAL_RECEPTION)
-            _note(rows[here], lines, time, *self._met(), self._uplink.receiver.capture)
+            capture = self._uplink.receiver.capture
+            _note(rows[here], lines, time, *self._met(), self.auvs, capture)
             table.rows[place[here[told[here]]]] = lines[told[here]]
 
-    def _met(self) -> tuple[Rows, Rows, float, int]:
-        """Return what pings are at ASVs: receptions, pings, how long (s) these last, and the first
-        ASV among all vehicles.
-        """
-        return self._record.receptions.rows, self._record.pings.rows, self._lasts, self.auvs
+    def _met(self) -> Pings:
+        """Return the pings that sound at ASVs."""
+        return self._record.receptions.rows, self._record.pings.rows, self._lasts
 
 
 class _Inbox:

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple, Protocol
 import simpy
 from numpy.random import Generator as RandomStream
 
+from ...acoustics.signals import ROUNDING
 from ...core.wording import refuse
 from ..slots import Slots
 from ..steps import moment
@@ -29,9 +30,6 @@ Program = Callable[["Node"], Steps]
 
 # What a USBL array measures; every other kind of signal is a program's own.
 PING = "ping"
-
-# Instants (s) that differ by less are the same one, which a wait has been rounded to.
-ROUNDING = 1e-9
 
 
 class HeardSignal(NamedTuple):

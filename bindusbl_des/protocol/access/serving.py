@@ -13,8 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from ...acoustics.channel import AskedChannel
-from ...acoustics.loss import LossTerms
 from ...core.arrays import Floats
 from ...core.plugins import asked
 from ...core.streams import Purpose, Streams
@@ -98,7 +96,6 @@ def run_programs(
     network: Network,
     protocol: Protocol,
     streams: Streams,
-    channel: LossTerms | AskedChannel,
     bit_rate_bps: float,
 ) -> None:
     """Have each AUV, and each ASV whose program has a part for it, run its program; serve the
@@ -107,7 +104,7 @@ def run_programs(
     Each has something to send by a stream of its own, so that a further AUV leaves those of the
     others as they were.
     """
-    cycles, fleets = Cycles(network), (network.auv_fleet, network.asv_fleet)
+    cycles = Cycles(network)
 
     def ping(auvs: Any, time: float, waited: Floats | None) -> range:
         pings = network.uplink.send(cycles.number, 0, auvs, time, waited=waited)
@@ -116,8 +113,8 @@ def run_programs(
 
     traits, program = access_named(protocol.program), program_named(protocol.program)
     air = SharedAir(
-        network.env, network.uplink, fleets, network.record, streams, channel=channel,
-        bit_rate_bps=bit_rate_bps, hearing=traits.hears, ping=ping, data=network.data,
+        network.env, network.uplink, network.record, streams, bit_rate_bps=bit_rate_bps,
+        hearing=traits.hears, ping=ping, data=network.data,
     )  # fmt: skip
     for number, name in enumerate(air.names if traits.on_asvs else air.names[: air.auvs]):
         whose = (number,) if number < air.auvs else (number - air.auvs, 0)

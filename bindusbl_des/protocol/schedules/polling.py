@@ -5,10 +5,10 @@ from functools import partial
 
 import simpy
 
-from ...records.events import HEARD, IN_FLIGHT
+from ...records.events import HEARD
 from ...records.rows import Recorder
 from ..conflicts import greedy_groups
-from ..hf.outcomes import Outcomes
+from ..outcomes import Outcomes
 from ..slots import Slots
 from ..steps import moment
 from .view import Groups, View
@@ -41,14 +41,9 @@ class Answers:
         """Let a slot begin in which so many AUVs are called; answers to others are late."""
         self._slot, self._missing, self._complete = slot, calls, self._env.event()
 
-    def expect(self, slot: SlotNumber, number: int, caller: int) -> None:
-        """Wait until the ASV that has called can have decoded a ping, by its number."""
-        ping = self._record.pings.array[number]
-        for row in range(ping["first"], ping["end"]):
-            reception = self._record.receptions.array[row]
-            if reception["asv"] == caller and reception["outcome"] == IN_FLIGHT:
-                decoded = partial(self._decode, slot, row)
-                self._outcomes.when_over(self._env, row, decoded)
+    def expect(self, slot: SlotNumber, pings: range, caller: int) -> None:
+        """Wait until the ASV that has called can have decoded pings."""
+        self._outcomes.when_over(self._env, pings, partial(self._decode, slot), caller)
 
     def wait(self, ends: float) -> Generator[simpy.Event, None, float]:
         """Wait for the answers, at most until an instant (s); return when the slot is over."""

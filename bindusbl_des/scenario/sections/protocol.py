@@ -198,7 +198,8 @@ class Protocol(Section):
     @property
     def exchanges(self) -> bool:
         """Whether AUVs answer or forward frames, or ASVs repeat fixes."""
-        return (self.acknowledge, self.repeat, self.relay) != ("none", "none", None)
+        asked = (self.acknowledge, self.repeat, self.relay) != ("none", "none", None)
+        return asked and not self.asvs_ping
 
     @property
     def sends_auv_frames(self) -> bool:

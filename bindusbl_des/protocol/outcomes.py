@@ -11,20 +11,20 @@ from typing import NamedTuple
 import numpy as np
 import simpy
 
-from ...acoustics.bursts import PAIR, burst_luck
-from ...acoustics.travel_time import PASSED
-from ...core.arrays import Floats
-from ...core.packed import Packed
-from ...core.streams import NoiseStore, Purpose, Streams
-from ...records.events import HEARD, IN_FLIGHT
-from ...records.rows import NONE, EventBuffer, Recorder, Row, Rows
-from ...usbl.array import ELEMENTS, plus, scaled
-from ...usbl.instrument import Usbl, measured, note
-from ...usbl.measuring import HEADING_NOISE, NO_INSTRUMENT, NOISE_WIDTH, Instrument, gnss_noise
-from ...usbl.own_instrument import OwnInstrument, mirrored, sounding_of
-from ...usbl.range_rates import RangeRates
-from ...usbl.slow_errors import SLOW, advance, blend
-from ...usbl.systematic_fixes import (
+from ..acoustics.bursts import PAIR, burst_luck
+from ..acoustics.travel_time import PASSED
+from ..core.arrays import Floats
+from ..core.packed import Packed
+from ..core.streams import NoiseStore, Purpose, Streams
+from ..records.events import HEARD, IN_FLIGHT
+from ..records.rows import NONE, EventBuffer, Recorder, Row, Rows
+from ..usbl.array import ELEMENTS, plus, scaled
+from ..usbl.instrument import Usbl, measured, note
+from ..usbl.measuring import HEADING_NOISE, NO_INSTRUMENT, NOISE_WIDTH, Instrument, gnss_noise
+from ..usbl.own_instrument import OwnInstrument, mirrored, sounding_of
+from ..usbl.range_rates import RangeRates
+from ..usbl.slow_errors import SLOW, advance, blend
+from ..usbl.systematic_fixes import (
     OUTLIER_WIDTH,
     Astray,
     PackedErrors,
@@ -32,10 +32,10 @@ from ...usbl.systematic_fixes import (
     astray,
     measured_astray,
 )
-from ...usbl.two_way import Heard
-from ..steps import moment
-from .band import HfBand
+from ..usbl.two_way import Heard
+from .pings import HfBand
 from .reception import Decided, PairNoise, foretold, resolve
+from .steps import moment
 
 
 class Measuring:
@@ -57,7 +57,7 @@ class Measuring:
     ) -> None:
         """Measure pings between so many AUVs and ASVs, and write fixes to a record.
 
-        `slow` numbers as of :func:`...usbl.slow_errors.slow_numbers`; `range_rates` if not None.
+        `slow` numbers as of :func:`..usbl.slow_errors.slow_numbers`; `range_rates` if not None.
         """
         self.range_rates = range_rates
         self._record, self._errors, outliers = record, None, 0
@@ -121,11 +121,10 @@ OWN_PLACE = np.dtype(("f8", (3,)))
 
 
 class Outcomes:
-    """What becomes of the pings of a band: overlapping arrivals destroy each other.
+    """What becomes of the pings of AUVs: overlapping arrivals destroy each other.
 
     A ping is decided (what becomes of it at each ASV, and the fix of it) not before it has passed,
-    when all sound that could overlap it is on record; it does not matter how long after.  Where
-    ASVs ping, each arrival is decided by itself, and the AUV that hears it fixes itself.
+    when all sound that could overlap it is on record; it does not matter how long after.
     """
 
     def __init__(
@@ -133,7 +132,6 @@ class Outcomes:
         band: HfBand,
         measuring: Measuring,
         strayed: Floats,
-        streams: Streams,
         record: Recorder,
     ) -> None:
         """Decide pings, and have them measured by who listens.
@@ -143,9 +141,6 @@ class Outcomes:
         self.band, self.receiver, self._listeners = band.band, band.receiver, band.listeners
         self._band, self._record = band, record
         self._measuring, self._strayed = measuring, strayed
-        #: :data:`OWN_PLACE`, ping by ping, where ASVs ping.
-        self._gnss_noise = EventBuffer(OWN_PLACE) if band.asvs_ping else None
-        self._gnss = cache(partial(streams.of, Purpose.BEACON))
         self._decided_by = self._packed(record)
         self._room = 1  # for numbers of pings that are due
         self._undecided = 0  # pings before this one are decided
@@ -200,23 +195,20 @@ class Outcomes:
         pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
         count, measuring = fixes.count, self._measuring
         most = pings.count - self._undecided + 1
-        measuring.make_room(most if self._gnss_noise is None else most * len(self._listeners))
+        measuring.make_room(most * self._fixes_of_ping)
         if most > self._room:
             self._room = 2 * most
             self._decided_by.renew("due", np.empty(self._room, dtype=np.int64))
         fixes.count, undecided, auv, asv = resolve(
             self._decided_by.address, time, ping, only, pings.count, receptions.count,
             self._band.sounds.count, count, measuring.errors, self._echoes,
-            None if self._gnss_noise is None else self._drawn(self._gnss_noise),
+            self._gnss_noise(),
         )  # fmt: skip
         if measuring.range_rates is not None:
             self._note_rates(measuring.range_rates, ping, only)
         if measuring.own is not None:
             for fix in fixes.array[count : fixes.count]:
                 self._measure(measuring.own, fix)
-        if self._gnss_noise is not None:  # who makes a fix has it, nobody broadcasts it
-            for number in fixes.array["round"][count : fixes.count].tolist():
-                self._record.rounds[number].fixes += 1
         return undecided, auv, asv
 
     def _note_rates(self, rates: RangeRates, ping: int, only: int) -> None:
@@ -227,13 +219,14 @@ class Outcomes:
         elif ping < len(pings):
             rates.note(self._band.sounds, pings, receptions[pings["first"][ping] :])
 
-    def _drawn(self, noise: EventBuffer) -> Floats:
-        """Return how far off ASVs believed to be as they pinged (pings, 3)."""
-        pings = self._record.pings
-        for ping in pings.array[noise.count : pings.count]:
-            noise.room_for(1)[noise.count] = self._gnss(int(ping["asv"])).standard_normal(3)
-            noise.count += 1
-        return noise.rows.view(np.float64)
+    #: How many fixes are made of a ping at most.
+    _fixes_of_ping = 1
+
+    def _gnss_noise(self) -> Floats | None:
+        """Return how far off who pinged believed to be (pings, 3), in standard deviations: None
+        where that is no vessel.
+        """
+        return None
 
     def _measure(self, instrument: OwnInstrument, fix: Row) -> None:
         """Have a ping measured by a user-defined instrument."""
@@ -244,12 +237,7 @@ class Outcomes:
             self._listeners.vehicles[reception["listener"]].at(float(reception["arrived_at_s"]))
             for reception in heard
         ]
-        if not self._band.asvs_ping:
-            note(fix, ping, *instrument.fused(sounding_of(ping, heard, np.array(poses), draw)))
-            return
-        place, covariance = mirrored(instrument, ping, heard[0], poses[0], draw)
-        note(fix, ping, place, covariance)
-        fix["error_m"] = math.hypot(place[0] - poses[0].x, place[1] - poses[0].y)
+        note(fix, ping, *instrument.fused(sounding_of(ping, heard, np.array(poses), draw)))
 
     def _refill_noise(self) -> None:
         """Draw noise for every pair that a ping is under way between and that has none left."""
@@ -270,11 +258,21 @@ class Outcomes:
         """Amend what has arrived by now, an instant (s), at who has no sure future."""
         self._band.update_arrivals(time)
 
-    def when_over(self, env: simpy.Environment, row: int, verb: Callable[[float], None]) -> None:
-        """Call a verb with the instant (s) of an arrival, a row of receptions, once it is over.
-
-        It is waited for anew where the ASV was predicted to be nearer than it is.
+    def when_over(
+        self, env: simpy.Environment, pings: range, verb: Callable[[int, float], None],
+        only: int = NONE,
+    ) -> None:  # fmt: skip
+        """Call a verb for each arrival of some pings that may be heard, or those at one ASV `only`,
+        once it is over: with its row of receptions and the instant (s) at which it began.
         """
+        for ping in self._record.pings.array[pings.start : pings.stop]:
+            for row in range(ping["first"], ping["end"]):
+                reception = self._record.receptions.array[row]
+                if reception["outcome"] == IN_FLIGHT and only in (NONE, reception["asv"]):
+                    self._wait(env, row, verb)
+
+    def _wait(self, env: simpy.Environment, row: int, verb: Callable[[int, float], None]) -> None:
+        """Wait for the end of an arrival; anew where who listens was predicted to be nearer."""
         receptions = self._record.receptions
         expected = float(receptions.array[row]["arrived_at_s"])
 
@@ -282,9 +280,9 @@ class Outcomes:
             self.update_arrivals(env.now)
             arrived = float(receptions.array[row]["arrived_at_s"])
             if arrived > expected:
-                self.when_over(env, row, verb)
+                self._wait(env, row, verb)
             else:
-                verb(arrived)
+                verb(row, arrived)
 
         moment(env, expected + self.band.duration).callbacks.append(look)
 
@@ -314,9 +312,6 @@ class Outcomes:
         Its noise is that of the pair's next reception, after those of pings not yet decided.
         """
         record = self._record
-        if self._band.asvs_ping:
-            over = float(record.receptions.array[row]["arrived_at_s"]) + self.band.duration
-            self.resolve_passed(over)
         reception = record.receptions.rows[row]
         if reception["outcome"] != IN_FLIGHT:
             return int(reception["outcome"]), float(reception["snr_db"])
@@ -395,3 +390,48 @@ class Outcomes:
         for row in np.flatnonzero((receptions["outcome"] == IN_FLIGHT) & arrived).tolist():
             self.resolve(int(receptions["ping"][row]), row)
         fixes.count = count  # nobody waits for what others hear of them any more
+
+
+class OwnOutcomes(Outcomes):
+    """What becomes of the pings of ASVs: each arrival is decided by itself, and the AUV that hears
+    it fixes itself.  Nobody broadcasts that.
+    """
+
+    def __init__(
+        self, band: HfBand, measuring: Measuring, streams: Streams, record: Recorder
+    ) -> None:
+        """Decide pings; nobody is called."""
+        super().__init__(band, measuring, np.zeros(len(band.listeners)), record)
+        self._fixes_of_ping = len(band.listeners)
+        self._gnss = cache(partial(streams.of, Purpose.BEACON))
+        self._drawn = EventBuffer(OWN_PLACE)  # ping by ping
+
+    def _decide(self, time: float, ping: int, only: int = NONE) -> tuple[int, int, int]:
+        fixes, count = self._record.fixes, self._record.fixes.count
+        found = super()._decide(time, ping, only)
+        for number in fixes.array["round"][count : fixes.count].tolist():
+            self._record.rounds[number].fixes += 1
+        return found
+
+    def _gnss_noise(self) -> Floats:
+        noise, pings = self._drawn, self._record.pings
+        for ping in pings.array[noise.count : pings.count]:
+            noise.room_for(1)[noise.count] = self._gnss(int(ping["asv"])).standard_normal(3)
+            noise.count += 1
+        return noise.rows.view(np.float64)
+
+    def _measure(self, instrument: OwnInstrument, fix: Row) -> None:
+        ping, draw = self._record.pings.array[fix["ping"]], self._measuring.draw(int(fix["auv"]))
+        heard = self._record.receptions.array[fix["first"]]
+        pose = self._listeners.vehicles[heard["listener"]].at(float(heard["arrived_at_s"]))
+        place, covariance = mirrored(instrument, ping, heard, pose, draw)
+        note(fix, ping, place, covariance)
+        fix["error_m"] = math.hypot(place[0] - pose.x, place[1] - pose.y)
+
+    def outcome_of(self, row: int) -> tuple[int, float]:
+        over = float(self._record.receptions.array[row]["arrived_at_s"]) + self.band.duration
+        self.resolve_passed(over)
+        return super().outcome_of(row)
+
+    def sight_of(self, ping: int, asv: int) -> None:
+        return None

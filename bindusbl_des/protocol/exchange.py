@@ -1,11 +1,11 @@
 """Frames of AUVs on MF: they forward frames of fixes, and acknowledge what they have decoded.
 
 A frame of an AUV is a sound at every other vehicle, beside those of ASVs, on the same sea
-(:mod:`...acoustics.sounds`): it is lost, overlapped and not heard by who sends as any frame is.
+(:mod:`..acoustics.sounds`): it is lost, overlapped and not heard by who sends as any frame is.
 
 Who has decoded a frame counts from then on, by no clock.  Behind a broadcast there is a turn for
 each AUV that relays, hop by hop, and then one for each AUV that has a fix in it, to acknowledge
-that; how long they are, :class:`..slots.Behind` says.  Copies of a fix that come later change
+that; how long they are, :class:`.slots.Behind` says.  Copies of a fix that come later change
 nothing; each is acknowledged.
 """
 
@@ -18,40 +18,29 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...acoustics.channel import NO_LOSS, heard_from
-from ...acoustics.doppler import lose_shifted
-from ...acoustics.messages import Message
-from ...acoustics.propagation import PROSPECT
-from ...acoustics.signals import outcome_of, spread_signal
-from ...acoustics.sounds import Sounds
-from ...core.arrays import Ints
-from ...core.streams import Purpose, Streams
-from ...records.events import (
+from ..acoustics.messages import Message
+from ..acoustics.signals import ROUNDING, Sounds, luck_keys
+from ..core.arrays import Ints
+from ..core.streams import Purpose, Streams
+from ..records.events import (
     BY_AUV_FRAME,
     BY_OWN_FRAME,
     DELIVERED,
-    FAILED_MEANWHILE,
     HEARD,
     IN_FLIGHT,
-    LOST,
     NONE,
     OUT_OF_RANGE,
     AuvFrame,
     FixService,
 )
-from ...records.rows import AUV_FRAME_RECEPTION, PING, RECEPTION, Rows
-from ...vehicles.motion import places
-from ..acknowledged import Acknowledged
-from ..hearing import Hearing
-from ..slots import Behind
-from ..steps import moment
-from .downlink import Deliveries, FrameBand, MfDownlink
+from ..records.rows import AUV_FRAME_RECEPTION, Rows
+from .acknowledged import Acknowledged
+from .deliveries import Deliveries
+from .frames import MfDownlink
+from .slots import Behind
+from .steps import moment
 
 NOTHING = np.empty(0, dtype=np.int64)
-NO_PINGS = np.empty(0, RECEPTION), np.empty(0, PING), 0.0  # on MF
-
-# A sound is over by an instant (s) that its end has been rounded to.
-ROUNDING = 1e-9
 
 
 class Following(NamedTuple):
@@ -89,28 +78,22 @@ class Exchange(MfDownlink):
     ends there.
     """
 
-    _band: FrameBand
-
     def __init__(
         self, *given: Any, behind: Behind | None, acknowledged: Acknowledged | None, by_ping: bool,
-        asked: set[int], streams: Streams, ping_s: float, **named: Any,
+        asked: set[int], streams: Streams, **named: Any,
     ) -> None:  # fmt: skip
         """Take what :class:`MfDownlink` does; what AUVs send `behind` a broadcast, what is
-        `acknowledged`, by pings of `ping_s` (s) or by frames; AUVs that are `asked` to forward
-        frames, by number.
+        `acknowledged`, by pings or by frames; AUVs that are `asked` to forward frames, by number.
         """
         super().__init__(*given, streams=streams, **named)
         self._behind, self.acknowledged, self._relays = behind, acknowledged, sorted(asked)
-        self._by_ping, self._ping_s = by_ping, ping_s
         if acknowledged is not None and by_ping:
             acknowledged.update = self._hear_pings
-        count, self._band = len(self._auvs), named["band"]
-        self._listeners = count + len(self._asvs)
+        fleets = self._auvs, self._asvs
+        self._listeners, count = len(self._auvs) + len(self._asvs), len(self._auvs)
         #: Where AUVs hear no call while they send frames, if they have one transducer.
         self.deafens_auvs: Sounds | None = None
-        fleets = self._auvs, self._asvs
-        self._to_come = Hearing(self._env, fleets, self.sounds, self._sound_speed)
-        self._keys = {auv: self._luck_of(streams, auv) for auv in range(count)}
+        self._keys = [luck_keys(streams, Purpose.AUV_FRAME, (auv,), fleets) for auv in range(count)]
         self._follows: dict[int, Following] = {}  # the last broadcast of each ASV
         self._sent_by = Counter[int]()  # frames of each AUV
         self._decoded = dict[tuple[int, int], float]()  # frames, by AUVs: since when
@@ -119,13 +102,6 @@ class Exchange(MfDownlink):
         self._owed: list[list[tuple[float, int]]] = [[] for _ in range(count)]  # by pings
         self._pings_seen = 0  # before this one all are decided, but for those that are undecided
         self._undecided: list[int] = []
-
-    def _luck_of(self, streams: Streams, auv: int) -> Any:
-        """Return what frames of an AUV are lost by on their way to each vehicle."""
-        return np.concatenate([
-            streams.of(Purpose.AUV_FRAME, auv, kind).integers(2**64, size=count, dtype=np.uint64)
-            for kind, count in enumerate((len(self._auvs), len(self._asvs)))
-        ])  # fmt: skip
 
     # What ASVs send
 
@@ -162,7 +138,7 @@ class Exchange(MfDownlink):
         """Send fixes of a round in a frame that starts at `time` (s): for the first time, or once
         more.  Nothing is told beforehand.
         """
-        number, fixes = self._frames.count, self._fixes.array
+        number, fixes = len(self._first), self._fixes.array
         for row in rows:
             if isfinite(fixes[row]["broadcast_at_s"]):
                 self._repeats[int(row)] += 1
@@ -174,9 +150,8 @@ class Exchange(MfDownlink):
         self.sounds.deafen(BY_OWN_FRAME, number, len(self._auvs) + asv, time, airtime)
         following = self._follows.get(asv) if self._behind is not None else None
         sent = Sent(number, rows, message, part, time + airtime, following)
-        first = int(self._frames.array[number]["first"])
         for auv in self._waiting(sent):
-            self._when_over(first + auv, partial(self._frame_is_over, sent, auv))
+            self._when_over(self._first[number] + auv, partial(self._frame_is_over, sent, auv))
 
     def _waiting(self, sent: Sent) -> list[int]:
         """Return the AUVs that a frame matters to and that have not decoded it."""
@@ -199,13 +174,14 @@ class Exchange(MfDownlink):
             return
 
         def look(_: Any) -> None:
-            self._to_come.known(self._env.now)
-            if self._to_come.expected_end(row) > self._env.now + ROUNDING:
+            self.sounds.known(self._env.now)
+            if self.sounds.expected_end(row, self._env.now) > self._env.now + ROUNDING:
                 self._when_over(row, verb)
             else:
                 verb(row)
 
-        moment(self._env, self._to_come.expected_end(row)).callbacks.append(look)
+        expected = self.sounds.expected_end(row, self._env.now)
+        moment(self._env, expected).callbacks.append(look)
 
     def _hand_over(self, row: int, delay_s: float, verb: Callable[[float, float], None]) -> None:
         """Call a verb once a modem hands over a frame, a sound's row, so much later (s) than its
@@ -307,56 +283,21 @@ class Exchange(MfDownlink):
     def _sound(self, row: AuvFrame) -> dict[int, int]:
         """Put a frame of an AUV on the air; return the rows of its sounds, by who may hear it."""
         self._record.auv_frames.append(row)
-        for fleet in self._moving:
-            fleet.advance(row.sent_at_s)
-        auvs, sounds, first = len(self._auvs), self.sounds, self.sounds.count
-        deaf = np.zeros(self._listeners, dtype=np.bool_)
-        deaf[row.auv] = True
-        deaf[[auvs + asv for asv in self._asvs.failed(row.sent_at_s)]] = True
-        sounds.room_for(self._listeners)
-        sounds.count = spread_signal(
-            sounds.sea.address, first, BY_AUV_FRAME, row.auv_frame, row.auv, row.sent_at_s,
-            row.airtime_s, deaf, self._band.slant, self._band.reach, NO_LOSS, self._prospects(row),
-            self._keys[row.auv], self._sent_by[row.auv],
-        )  # fmt: skip
-        lose_shifted(sounds, first, row.sent_at_s, self._doppler_limit)
+        by, channel = self._spreading, self._band.channel
+        if channel is not None:
+            by = by._replace(channel=channel(row.payload_bytes, row.airtime_s))
+        signal = BY_AUV_FRAME, row.auv_frame, row.auv, row.sent_at_s, row.airtime_s
+        sent = self.sounds.send(*signal, by, self._keys[row.auv], self._sent_by[row.auv])
         self._sent_by[row.auv] += 1
-        heard = {int(sounds.array[at]["listener"]): at for at in range(first, sounds.count)}
-        deafened = BY_OWN_FRAME, row.auv_frame, row.auv, row.sent_at_s, row.airtime_s
-        sounds.deafen(*deafened)
         if self.deafens_auvs is not None:
-            self.deafens_auvs.deafen(*deafened)
-        return heard
-
-    def _prospects(self, row: AuvFrame) -> Rows:
-        """Return what becomes of a frame of an AUV at all vehicles, :data:`PROSPECT`, where a
-        channel is asked; none on the disc.
-        """
-        if self._channel is None:
-            return np.empty(0, PROSPECT)
-        auvs, asvs = (
-            places(fleet.motion, row.sent_at_s)[:, :3] for fleet in (self._auvs, self._asvs)
-        )
-        return heard_from(
-            self._channel(row.payload_bytes, row.airtime_s), row.sent_at_s, row.auv, (auvs, asvs),
-            self._listeners, self._band.reach, "mf", self._random,
-        )  # fmt: skip
+            self.deafens_auvs.deafen(BY_OWN_FRAME, *signal[1:])
+        return {int(self.sounds.array[at]["listener"]): at for at in sent}
 
     def _became(self, row: int, time: float) -> tuple[int, int, int]:
         """Return what has become of the sound of an AUV's frame by an instant (s), why, and by
         what.
         """
-        auvs, found = len(self._auvs), outcome_of(
-            self.sounds.sea.address, row, time + ROUNDING, self._to_come.known(time),
-            self.sounds.count, *NO_PINGS, len(self._auvs), self._band.capture,
-        )  # fmt: skip
-        sound = self.sounds.array[row]
-        if sound["listener"] >= auvs and found[0] in (HEARD, LOST):
-            arrived, ended = float(sound["arrived_at_s"]), float(sound["ended_at_s"])
-            lasts, asv = ended - arrived, int(sound["listener"]) - auvs
-            if self._asvs.works_for(asv, arrived, lasts) < lasts:
-                return LOST, FAILED_MEANWHILE, NONE
-        return found
+        return self.sounds.received(row, time, self._band.capture)
 
     # What was heard
 

@@ -9,15 +9,15 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from ...acoustics.bursts import PAIR, burst_luck
-from ...acoustics.loss import chance_of
-from ...acoustics.propagation import drowns, meet
-from ...acoustics.sounds import SOUND, interference
-from ...acoustics.travel_time import PASSED
-from ...core.arrays import Floats, Ints
-from ...core.compiled import compiled
-from ...core.packed import unpacked
-from ...records.events import (
+from ..acoustics.bursts import PAIR, burst_luck
+from ..acoustics.loss import chance_of
+from ..acoustics.propagation import drowns, meet
+from ..acoustics.sounds import SOUND, interference
+from ..acoustics.travel_time import PASSED
+from ..core.arrays import Floats, Ints
+from ..core.compiled import compiled
+from ..core.packed import unpacked
+from ..records.events import (
     BURST,
     BY_ECHO,
     BY_PING,
@@ -27,21 +27,21 @@ from ...records.events import (
     IN_FLIGHT,
     LOST,
 )
-from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
-from ...usbl.instrument import measured, note
-from ...usbl.inverted import HeardBeacon, located_astray, located_itself
-from ...usbl.measuring import GNSS_NOISE, NOISE_WIDTH, PackedInstrument, instrument_of
-from ...usbl.sights import copy_direction, no_sights
-from ...usbl.slow_errors import RANGE, SLOW, advance, blend
-from ...usbl.systematic_fixes import PackedErrors, measured_astray, systematic_of
-from ...usbl.two_way import Heard
-from ...vehicles.motion import Motion, where
+from ..records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
+from ..usbl.instrument import measured, note
+from ..usbl.inverted import HeardBeacon, located_astray, located_itself
+from ..usbl.measuring import GNSS_NOISE, NOISE_WIDTH, PackedInstrument, instrument_of
+from ..usbl.sights import copy_direction, no_sights
+from ..usbl.slow_errors import RANGE, SLOW, advance, blend
+from ..usbl.systematic_fixes import PackedErrors, measured_astray, systematic_of
+from ..usbl.two_way import Heard
+from ..vehicles.motion import Motion, where
 
 
 class Air(NamedTuple):
     """All sound on record: pings, their receptions, the `sounds` of calls; how long (s) each lasts;
     and the first vehicle of those who listen.  What a receiver makes of it: `capture` and the
-    shadowing (dB) as of :class:`...acoustics.channel.Receiver`.
+    shadowing (dB) as of :class:`..acoustics.channel.Receiver`.
     """
 
     pings: Rows
@@ -54,11 +54,11 @@ class Air(NamedTuple):
 
 
 class PairNoise(NamedTuple):
-    """Numbers drawn for each pair of an AUV and an ASV (:class:`...core.streams.NoiseStore`), and
+    """Numbers drawn for each pair of an AUV and an ASV (:class:`..core.streams.NoiseStore`), and
     those that a ping has `taken_now` (m or more, columns), one row for each of its receptions.
 
-    Its `slow` errors (AUVs, ASVs, n), :data:`...usbl.slow_errors.SLOW`, n = 0 if it has none; and
-    the `bursts` (AUVs, ASVs), :data:`...acoustics.bursts.PAIR`, in which pings are lost, or none.
+    Its `slow` errors (AUVs, ASVs, n), :data:`..usbl.slow_errors.SLOW`, n = 0 if it has none; and
+    the `bursts` (AUVs, ASVs), :data:`..acoustics.bursts.PAIR`, in which pings are lost, or none.
     """
 
     shelf: Annotated[Ints, 2]
@@ -106,7 +106,7 @@ def resolve(
 
     What few bands have comes with each call; what is None is not even compiled: systematic
     `errors`, the address of a :class:`PackedErrors`; `echoes`, row by row of receptions, as of
-    :data:`...acoustics.sonar_channel.ECHO`; and `gnss_noise` (pings, 3), where ASVs ping: how far
+    :data:`..acoustics.sonar_channel.ECHO`; and `gnss_noise` (pings, 3), where ASVs ping: how far
     off each believed to be, in standard deviations.  Then every reception is decided by itself,
     once it is over.
     """
