@@ -50,9 +50,8 @@ ROOMS = {
     "selection": ("planning/goals.py", "planning/selecting.py"),
     "metrics": (
         "mission/service.py",
-        "mission/accuracy.py",
-        "mission/reach.py",
         "mission/metrics.py",
+        "mission/tables.py",
     ),
 }
 

@@ -47,7 +47,7 @@ HOMES = {
     "pettingzoo": "gym",
     "networkx": "protocol.conflicts protocol.schedules.view",
     "pelagic": "acoustics.table_channel",
-    "pyarrow": "acoustics.ray_tables results mission.metrics campaigns export recorded",
+    "pyarrow": "acoustics.ray_tables results mission.tables campaigns export recorded",
     "yaml": "core.plain_yaml",
     "click": "cli commands",
     "numba": "core.compiled core.packed",

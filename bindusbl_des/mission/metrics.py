@@ -1,156 +1,41 @@
-"""What a finished mission came to: its event tables, and its metrics, also of the worst AUV."""
+"""What a finished mission came to: its metrics, of each AUV, the worst of them and the whole."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import fields
-from functools import lru_cache, partial
-from typing import Any
+from functools import partial
+from typing import Any, NoReturn
 
 import numpy as np
-import pyarrow as pa
 from numpy.typing import NDArray
 
 from ..acoustics.energy import Hf, Powers, covered, energy, on_hf, on_mf, on_sea, together
 from ..core.arrays import Floats
-from ..protocol.broadcasters import hearers
 from ..records.events import (
     BY_OWN_PACKET,
     BY_PACKET,
+    COLLIDED,
     DELIVERED,
-    DOPPLER,
-    FAILED,
-    FAILED_MEANWHILE,
     HEARD,
+    IN_FLIGHT,
+    LOST,
     OUT_OF_RANGE,
-    UNANSWERED,
-    WORDS,
     Packet,
 )
 from ..records.metrics import WORST_IS_LARGEST, AuvMetrics, Utilisation
 from ..records.rows import NONE, Recorder, Rows, row_type
-from ..results.columns import arrow
-from ..results.schemas import never_null, schema
-from ..results.tables import from_numbers, from_rows
+from ..results.schemas import never_null
 from ..scenario.sections.acoustics import Band
 from ..vehicles.motion import places
-from .accuracy import note_accuracy, refuse, track_points
-from .reach import calls_destroyed, destroyed, frames_destroyed, heard_by_auvs, heard_of_auvs
-from .sensor_errors import lasting_errors
-from .service import MOST, note_gnss, note_service
+from .service import MOST, note_errors, note_gnss, note_service, quantile_of
 from .trajectories import instants
 from .world import World
 
-# Of what is not heard for these reasons nobody asks how likely it was lost.
-NO_CHANCE = (OUT_OF_RANGE, FAILED, FAILED_MEANWHILE, UNANSWERED, DOPPLER)
+Counts = dict[str, list[Any]]
 
 # What some missions have not at all: where no AUV has it, none is worse for it.
 UNDEFINED = ("latency_from_slot_s", "path_error_m", "saturated_share")
 _LARGEST = np.array(list(WORST_IS_LARGEST.values()))[:, np.newaxis]
-
-
-def event_tables(world: World) -> dict[str, pa.Table]:
-    """Return the event tables of a finished mission, as far as it keeps any."""
-    if world.setup.scenario.record.detail == "summary":
-        return {}
-    record, scenario = world.record, world.setup.scenario
-    navigation = scenario.navigation
-    return {
-        "rounds": from_rows("rounds", record.rounds),
-        "pings": from_numbers("pings", record.pings.rows),
-        "receptions": _receptions_table(world),
-        "broadcasts": from_numbers("broadcasts", world.broadcasts),
-        "frame_receptions": from_numbers("frame_receptions", record.frame_receptions.rows),
-        "assignments": from_rows("assignments", record.assignments),
-        "fixes": _fixes_table(record, len(world.asv_fleet), scenario.protocol.exchanges),
-        **({"gnss_fixes": _gnss_fixes_table(record)} if navigation.gnss_fix is not None else {}),
-        **(_signal_tables(world) if scenario.has_signals else {}),
-        **(
-            {"packets": from_rows("packets", record.packets)}
-            if scenario.traffic is not None
-            else {}
-        ),
-        **(_auv_frame_tables(world) if scenario.protocol.sends_auv_frames else {}),
-        **(_peer_table(record) if scenario.has_peers else {}),
-        "tracks": _tracks_table(world),
-    }
-
-
-def _receptions_table(world: World) -> pa.Table:
-    """Return the table of receptions, with the errors that were in each all the time."""
-    record, network = world.record, world.network
-    rows = record.receptions.rows
-    levels = network.uplink.receiver.levels(rows["snr_db"])
-    errors = lasting_errors(world.setup, network.outcomes.systematic, rows, record.pings.rows)
-    chance = np.where(np.isin(rows["why"], NO_CHANCE), np.nan, rows["loss"])
-    return from_numbers("receptions", rows, {**levels, **errors, "loss_probability": chance})
-
-
-def _fixes_table(record: Recorder, asvs: int, exchanges: bool) -> pa.Table:
-    rows = record.fixes.rows
-    heard = np.zeros((len(rows), -(-asvs // 64) * 64), dtype=np.bool_)
-    heard[:, :asvs] = hearers(record, range(len(rows)), asvs)
-    packed = np.packbits(heard, axis=1)
-    together = np.uint64 if asvs <= 64 else f"V{packed.shape[1]}"  # which is slower to compare
-    groups, group = np.unique(packed.view(together)[:, 0], return_inverse=True)
-    names = [_together(own.tobytes()) for own in groups]
-    table = from_numbers("fixes", rows, {"asvs": len(WORDS) + group}, (*WORDS, *names))
-    for field in list(schema("fixes", None))[table.num_columns :] if exchanges else ():
-        values = [getattr(service, field.name) for service in record.services]
-        table = table.append_column(field, arrow(values, field.type))
-    return table
-
-
-def _gnss_fixes_table(record: Recorder) -> pa.Table:
-    rows = record.gnss_fixes.rows
-    named = {"gnss_fix": "fix", "fixed_at_s": "delivered_at_s", "sd_m": "sd_x_m"}
-    return from_numbers("gnss_fixes", rows, {name: rows[own] for name, own in named.items()})
-
-
-def _peer_table(record: Recorder) -> dict[str, pa.Table]:
-    return {"peer_ranges": from_rows("peer_ranges", record.peer_ranges)}
-
-
-def _signal_tables(world: World) -> dict[str, pa.Table]:
-    """Return the tables of what programs of access sent and heard."""
-    record = world.record
-    return {
-        "signals": from_rows("signals", record.signals),
-        "signal_receptions": _heard_by(world, "signal_receptions", record.signal_receptions.rows),
-    }
-
-
-def _auv_frame_tables(world: World) -> dict[str, pa.Table]:
-    """Return the tables of what AUVs sent on MF, and who heard it."""
-    record = world.record
-    return {
-        "auv_frames": from_rows("auv_frames", record.auv_frames),
-        "auv_frame_receptions": _heard_by(
-            world, "auv_frame_receptions", record.auv_frame_receptions
-        ),
-    }
-
-
-def _heard_by(world: World, table: str, rows: Rows) -> pa.Table:
-    """Return a table of what vehicles heard, each by its name."""
-    counts = len(world.auv_fleet), len(world.asv_fleet)
-    names = [f"{kind}{n}" for kind, count in zip(("AUV", "ASV"), counts, strict=True)
-             for n in range(count)]  # fmt: skip
-    whose = {"listener": len(WORDS) + rows["vehicle"]}
-    return from_numbers(table, rows, whose, (*WORDS, *names))
-
-
-@lru_cache(maxsize=1024)
-def _together(packed: bytes) -> str:
-    """Return the names of ASVs, of each of which there is a bit, that is set if it is meant."""
-    bits = np.unpackbits(np.frombuffer(packed, dtype=np.uint8))
-    return " ".join([f"ASV{asv}" for asv in np.flatnonzero(bits)])
-
-
-def _tracks_table(world: World) -> pa.Table:
-    auvs, asvs = range(len(world.auv_fleet)), range(len(world.asv_fleet))
-    names = [*(f"AUV{auv}" for auv in auvs), *(f"ASV{asv}" for asv in asvs)]
-    return from_numbers("tracks", track_points(world), words=names)
-
 
 AUV_METRICS = row_type(AuvMetrics)
 NAMES = AUV_METRICS.names or ()
@@ -178,7 +63,7 @@ def auv_metrics(world: World) -> Rows:
     if scenario.protocol.asvs_ping:
         metrics["latency_from_broadcast_s"] = math.nan
     for auv in range(count):
-        note_accuracy(metrics, world, auv, times, errors)
+        _note_accuracy(metrics, world, auv, times, errors)
     energies, every = modem_energies(world), world.record.fixes.rows  # both of the whole mission
     delivered = np.bincount(every["auv"][every["outcome"] == DELIVERED], minlength=count)
     metrics["energy_j"] = metrics["energy_per_fix_j"] = math.nan
@@ -190,6 +75,31 @@ def auv_metrics(world: World) -> Rows:
     return metrics
 
 
+def _note_accuracy(metrics: Rows, world: World, auv: int, times: Floats, errors: Floats) -> None:
+    """Write to the metrics of the fleet (n,) how far off an AUV was at instants (k,), s.
+
+    Its horizontal errors (k,), m, are written.
+
+    Raises:
+        ArithmeticError: naming the first instant at which its estimate is no number.
+    """
+    found, metric = world.sample(auv, times), metrics[auv : auv + 1]
+    sure = world.navigator.covariance(auv, found.odometry)
+    note_errors(metric, errors, found.way.lines, found.odometry.position, found.estimate, sure)
+    if not np.isfinite(metric["position_error_m"][0]):
+        lost_at = times[np.flatnonzero(~np.isfinite(errors))[0]]
+        _refuse(auv, f"estimate is no number from {lost_at:g} s on")
+    metric["position_error_p95_m"] = quantile_of(errors, MOST)
+
+
+def _refuse(auv: int, trouble: str) -> NoReturn:
+    """End the run: a NaN in a table would pass for a missing value, and be left out of means."""
+    raise ArithmeticError(
+        f"AUV{auv}'s {trouble}; this is a mistake of the program, not of the scenario: please "
+        "report it with scenario and seed"
+    )
+
+
 def _refuse_missing(metrics: Rows) -> None:
     """Refuse metrics (n,) of which one is missing that AUVs do not lack, naming it and its AUV."""
     numbers: Any = metrics.view(np.float64)
@@ -198,7 +108,7 @@ def _refuse_missing(metrics: Rows) -> None:
     for name, made_of in NUMBERS.items():
         lost = np.isnan(metrics[name]) & ((metrics[made_of] > 0) if made_of else True)
         if lost.any():
-            refuse(int(lost.argmax()), f"{name} is no number")
+            _refuse(int(lost.argmax()), f"{name} is no number")
 
 
 def _since(fixes: Rows, begin: float) -> Rows:
@@ -408,3 +318,85 @@ def worst_of(auvs: Rows) -> dict[str, float | None]:
         found[f"worst_{name}"] = None if math.isnan(value) else value
         found[f"worst_{name}_auv"] = None if none and name in UNDEFINED else auv
     return found
+
+
+def heard_of_auvs(record: Recorder, auvs: int, begin: float) -> Counts:
+    """Return what became of the pings of each AUV that were sent from an instant (s) on."""
+    pings, receptions = record.pings.rows, record.receptions.rows
+    landed = np.ones(len(pings), dtype=bool)
+    outcome = receptions["outcome"].copy()  # rows are long: what is looked at twice lies together
+    landed[receptions["ping"][outcome == IN_FLIGHT]] = False
+    late, sender = pings["sent_at_s"] >= begin, pings["auv"]
+    in_range, landed = late & (pings["in_range_of"] > 0), late & landed
+    lost = np.flatnonzero(outcome == LOST)
+    covered = _count(sender[landed & in_range], auvs)
+    return {
+        "pings": _count(sender[late], auvs),
+        "pings_in_range": _count(sender[in_range], auvs),
+        "pings_heard": _count(sender[late & (pings["heard_by"] > 0)], auvs),
+        "hf_coverage": _shares(covered, _count(sender[landed], auvs)),
+        "receptions_lost": _count(receptions["auv"][lost[late[receptions["ping"][lost]]]], auvs),
+        "collisions": _count(
+            np.append(destroyed(record, begin)["auv"], calls_destroyed(record, begin)["auv"]), auvs
+        ),
+        "frame_collisions": _count(frames_destroyed(record, begin)["auv"], auvs),
+    }
+
+
+def destroyed(record: Recorder, begin: float = 0.0) -> Rows:
+    """Return the receptions of pings, sent from an instant (s) on, that another signal destroyed.
+
+    A ping whose call was destroyed was never sent: its call counts, in :func:`calls_destroyed`.
+    """
+    rows = record.receptions.rows
+    met = rows[rows["outcome"] == COLLIDED]
+    met = met[~np.isnan(met["arrived_at_s"])]
+    since: Rows = met[record.pings.rows["sent_at_s"][met["ping"]] >= begin]
+    return since
+
+
+def calls_destroyed(record: Recorder, begin: float = 0.0) -> Rows:
+    """Return the pings whose call, sent from an instant (s) on, was destroyed at its AUV."""
+    rows = record.pings.rows
+    found: Rows = rows[(rows["call"] == COLLIDED) & (rows["sent_at_s"] >= begin)]
+    return found
+
+
+def frames_destroyed(record: Recorder, begin: float = 0.0) -> Rows:
+    """Return the receptions of frames, from an instant (s) on, that another frame, or its AUV's
+    ping, destroyed.
+    """
+    rows = record.frame_receptions.rows
+    found: Rows = rows[(rows["outcome"] == COLLIDED) & (rows["arrived_at_s"] >= begin)]
+    return found
+
+
+def heard_by_auvs(record: Recorder, auvs: int, begin: float) -> Counts:
+    """Return what became of the pings of all ASVs at each AUV (passive ranging), of those that were
+    sent from an instant (s) on.
+    """
+    late = record.pings.rows["sent_at_s"] >= begin
+    receptions, pings = record.receptions.rows, int(late.sum())
+    receptions = receptions[late[receptions["ping"]]]
+    listener, outcome = receptions["auv"], receptions["outcome"]
+    in_range = _count(listener[outcome != OUT_OF_RANGE], auvs)
+    under_way = _count(listener[outcome == IN_FLIGHT], auvs)
+    covered = [near - late for near, late in zip(in_range, under_way, strict=True)]
+    return {
+        "pings": [pings] * auvs,
+        "pings_in_range": in_range,
+        "pings_heard": _count(listener[outcome == HEARD], auvs),
+        "hf_coverage": _shares(covered, [pings - late for late in under_way]),
+        "receptions_lost": _count(listener[outcome == LOST], auvs),
+        "collisions": _count(destroyed(record, begin)["auv"], auvs),
+        "frame_collisions": [0] * auvs,
+    }
+
+
+def _count(of: NDArray[np.int64], auvs: int) -> list[int]:
+    counts: list[int] = np.bincount(of, minlength=auvs).tolist()
+    return counts
+
+
+def _shares(parts: list[int], wholes: list[int]) -> list[float | None]:
+    return [part / whole if whole else None for part, whole in zip(parts, wholes, strict=True)]

@@ -283,7 +283,7 @@ class Mission:
 
         The estimate includes every fix delivered by now, as that of `tracks` does.
         """
-        from .trajectories import turned
+        from .world import turned
 
         world, now = self._world, np.array([self._time])
         world.network.deliveries.settle(self._last_instant(self._time))
@@ -322,7 +322,7 @@ class Mission:
     def asvs(self) -> Floats:
         """Return where the ASVs are now: x, y, z (m), z down, yaw (rad, in (-pi, pi]), (n, 4)."""
         from ..vehicles.motion import places
-        from .trajectories import turned
+        from .world import turned
 
         fleet = self._world.asv_fleet
         fleet.advance(self._time)
@@ -383,8 +383,8 @@ class Mission:
     def _result(self) -> "Result":
         from ..results.result import Result
         from ..results.tables import from_numbers, from_row
-        from .metrics import auv_metrics, event_tables, mission_metrics, utilisation
-        from .reach import violations_of
+        from .metrics import auv_metrics, mission_metrics, utilisation
+        from .tables import event_tables, violations_of
 
         world = self._world
         with self._at_work():

@@ -1,4 +1,4 @@
-"""How well each AUV was served: means and quantiles of its fixes, their ages and latencies."""
+"""Equations of metrics: how well each AUV was served by fixes, and how far off its estimate was."""
 
 from math import nan, sqrt
 from typing import NamedTuple
@@ -7,6 +7,7 @@ import numpy as np
 
 from ..core.arrays import Floats, Ints
 from ..core.compiled import compiled
+from ..navigation.fix_update import SURE
 from ..records.events import COLLIDED, DELIVERED, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ..records.rows import Row, Rows
 
@@ -241,3 +242,38 @@ def _note_latencies(metric: Row, latencies: Floats, slot: float, since_slot: Flo
     latencies.sort()
     metric.latency_p95_s = quantile(latencies, MOST)
     metric.latency_max_s = latencies[-1] if n else nan
+
+
+@compiled
+def note_errors(
+    metrics: Rows, errors: Floats, lines: Floats, reckoned: Floats, estimate: Floats, sure: Floats
+) -> None:
+    """Write to the one row of metrics the errors of an estimate (n, 2), m, along a way
+    (:class:`..vehicles.fleet.VehicleTrack`), and of dead reckoning (n, 2), m; `sure` (n, 3), m2, is
+    xx, yy, xy of the estimate.
+    """
+    metric, n = metrics[0], len(lines)
+    total = square = largest = sideways = alone = 0.0
+    for k in range(n):
+        x, y = estimate[k, 0] - lines[k, 0], estimate[k, 1] - lines[k, 1]
+        drift_x, drift_y = reckoned[k, 0] - lines[k, 0], reckoned[k, 1] - lines[k, 1]
+        errors[k] = sqrt(x * x + y * y)
+        total += errors[k]
+        square += x * x + y * y
+        largest = max(largest, errors[k])
+        sideways += abs(lines[k, 6] * y - lines[k, 7] * x)
+        alone += sqrt(drift_x * drift_x + drift_y * drift_y)
+    metric.position_error_m, metric.position_error_rms_m = total / n, sqrt(square / n)
+    metric.position_error_max_m, metric.cross_track_error_m = largest, sideways / n
+    metric.imu_error_m, metric.fix_benefit_m = alone / n, alone / n - total / n
+    # the time mean of e' P^-1 e; while an AUV is sure in some direction, as at first, there is none
+    normalised, known = np.empty(len(sure)), 0
+    for k in range(len(sure)):
+        xx, yy, xy = sure[k, 0], sure[k, 1], sure[k, 2]
+        x, y = estimate[k, 0] - lines[k, 0], estimate[k, 1] - lines[k, 1]
+        determinant = xx * yy - xy * xy
+        if determinant > SURE * ((xx + yy) * (xx + yy)):
+            weighed = yy * (x * x) - 2 * xy * x * y + xx * (y * y)
+            normalised[known] = weighed / determinant
+            known += 1
+    metric.nees = mean(normalised[:known])

@@ -9,9 +9,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ..core.arrays import Floats
-from ..navigation.dead_reckoning import Odometry
 from ..setup import Setup
-from ..vehicles.fleet import VehicleFleet, VehicleTrack
+from ..vehicles.fleet import VehicleFleet
 from ..vehicles.sweeping import Sweep, sweep
 from ..vehicles.vehicle import Vehicle
 
@@ -33,27 +32,6 @@ def instants(duration: float, rate: float, begin: float = 0.0) -> Floats:
     times = times[times.searchsorted(begin) :]
     times.setflags(write=False)
     return times
-
-
-class Samples(NamedTuple):
-    """One AUV at n instants: its true way, and what it made of it.
-
-    `odometry` is what its own sensors told it, `estimate` where it believed to be (n, 2), m, with
-    every fix delivered by then.
-    """
-
-    way: VehicleTrack
-    odometry: Odometry
-    estimate: Floats
-
-
-def turned(yaw: Floats) -> Floats:
-    """Return headings (rad) in (-pi, pi].
-
-    >>> turned(np.array([0.0, np.pi, -np.pi])).round(9).tolist()
-    [0.0, 3.141592654, 3.141592654]
-    """
-    return np.asarray(np.pi - np.mod(np.pi - yaw, 2 * np.pi))
 
 
 # A lane whose end is this near (m) is flown; the instant of it is found to 2^-50 of the mission.

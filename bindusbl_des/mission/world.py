@@ -1,18 +1,42 @@
 """The world of one mission: its vehicles, what they carry, and the network between them."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
 
 from ..core.arrays import Floats
 from ..core.facts import cached_property
 from ..core.streams import Streams
-from ..navigation.dead_reckoning import DeadReckoning
+from ..navigation.dead_reckoning import DeadReckoning, Odometry
 from ..navigation.navigators import Navigator
 from ..protocol.network import Network, PassiveNetwork
 from ..records.rows import Recorder, Rows
 from ..results.tables import numbers_of
 from ..setup import Setup
-from ..vehicles.fleet import VehicleFleet
-from .trajectories import Samples, Trajectories, trajectories_of
+from ..vehicles.fleet import VehicleFleet, VehicleTrack
+from .trajectories import Trajectories, trajectories_of
+
+
+class Samples(NamedTuple):
+    """One AUV at n instants: its true way, and what it made of it.
+
+    `odometry` is what its own sensors told it, `estimate` where it believed to be (n, 2), m, with
+    every fix delivered by then.
+    """
+
+    way: VehicleTrack
+    odometry: Odometry
+    estimate: Floats
+
+
+def turned(yaw: Floats) -> Floats:
+    """Return headings (rad) in (-pi, pi].
+
+    >>> turned(np.array([0.0, np.pi, -np.pi])).round(9).tolist()
+    [0.0, 3.141592654, 3.141592654]
+    """
+    return np.asarray(np.pi - np.mod(np.pi - yaw, 2 * np.pi))
 
 
 @dataclass(frozen=True)

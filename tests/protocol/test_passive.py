@@ -279,3 +279,10 @@ def test_row_counts_that_no_such_mission_has_are_told() -> None:
     rows = {name: len(table) for name, table in simulate(world, 1).tables.items()}
     assert (rows["pings"], rows["receptions"], rows["fixes"]) == (10, 20, 15)
     assert rows["broadcasts"] == rows["frame_receptions"] == 0
+
+
+def test_fixes_have_no_columns_of_repeats_where_nothing_is_broadcast() -> None:
+    """`repeat: 0` says that fixes are repeated no times: AUVs that fix themselves have none."""
+    plain, none = (simulate(hand_worked(protocol=more)) for more in ({}, {"repeat": 0}))
+    assert len(plain.fixes)
+    assert none.fixes.equals(plain.fixes)
