@@ -109,20 +109,17 @@ class Messages:
         return found
 
     def _filled(self, fixes: int, named: int) -> Iterator[Message]:
-        if not named or self.room is None:
-            for carried in self.of(fixes):
-                yield self._message(carried, named)
-            return
-        while fixes or named:
-            each = self.assignment_bytes
-            named_now = min(named, self.room // each) if each else named
-            carried = min(fixes, (self.room - named_now * each) // self.fix_bytes)
-            yield self._message(carried, named_now)
-            fixes, named = fixes - carried, named - named_now
-
-    def _message(self, fixes: int, named: int) -> Message:
-        size = self.payload_bytes(fixes, named)
-        return Message(fixes, named, size, self.modem.airtime(size), self.modem.delay(size))
+        parts = [(carried, named) for carried in self.of(fixes)]
+        if named and self.room is not None:
+            parts, each = [], self.assignment_bytes
+            while fixes or named:
+                now = min(named, self.room // each) if each else named
+                carried = min(fixes, (self.room - now * each) // self.fix_bytes)
+                parts.append((carried, now))
+                fixes, named = fixes - carried, named - now
+        for carried, now in parts:
+            size = self.payload_bytes(carried, now)
+            yield Message(carried, now, size, self.modem.airtime(size), self.modem.delay(size))
 
     def payload_bytes(self, fixes: int, named: int = 0) -> int:
         """Return the bytes of one message."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..core.streams import Purpose, Streams
 from ..geometry.geodesy import geodetic_from_ned
-from ..mission.closed_loop import slow_gnss
+from ..mission.launch import slow_gnss
 from ..mission.mission import Mission
 from ..mission.sensor_errors import pressure_errors
 from ..protocol.happenings import Happening, Watch

@@ -27,12 +27,12 @@ from ..protocol.downlinks import downlink_named
 from ..protocol.exchange import Exchange
 from ..protocol.frames import FrameBand, MfDownlink, Replies
 from ..protocol.network import Network, PassiveNetwork
-from ..protocol.outcomes import Measuring, Outcomes, OwnOutcomes
+from ..protocol.outcomes import AnsweredOutcomes, Measuring, Outcomes, OwnOutcomes
 from ..protocol.peers import Peers, PeerSensors
 from ..protocol.pings import BeaconBand, HfBand
 from ..protocol.predicted_positions import PredictedPositions, prediction_of
 from ..protocol.ranging import ranging_of, strayed
-from ..protocol.schedules.named import nobody, schedule_named
+from ..protocol.schedules.named import schedule_named
 from ..protocol.schedules.polling import Answers
 from ..protocol.schedules.view import known_of
 from ..protocol.slots import gap_s, packet_s
@@ -49,9 +49,14 @@ from ..usbl.systematic_fixes import Astray
 from ..vehicles.fleet import VehicleFleet
 from ..vehicles.motion import places
 from ..vehicles.poses import Poses, PoseSource
-from .closed_loop import MissionCurrent
-from .launch import launch_anchors, launch_asvs, launch_auvs, posed
-from .onboard import equip_auvs
+from .launch import (
+    MissionCurrent,
+    equip_auvs,
+    launch_anchors,
+    launch_asvs,
+    launch_auvs,
+    posed,
+)
 from .sensor_errors import (
     clocks,
     pressure_errors,
@@ -213,7 +218,8 @@ def _network(
         repeating = Repeating(record.fixes, protocol.most_repeats, acknowledged)
     deliveries = exchange or MfDownlink(*given, **named)
     measuring = _measuring(setup, record, streams)
-    outcomes = Outcomes(uplink, measuring, strayed(setup, auvs), record)
+    decided = AnsweredOutcomes if protocol.replies else Outcomes
+    outcomes = decided(uplink, measuring, strayed(setup, auvs), record)
     if protocol.deafens_asvs:
         deliveries.deafens = uplink.sounds
     if protocol.duplex == "per_node":
@@ -238,7 +244,7 @@ def _network(
         ranging_of(protocol, setup.scenario.auvs.ping_late_s, env, uplink, streams, answers),
         downlink=downlink_named(protocol.downlink),
         frame_s=protocol.frame_s if setup.schedule.framed else 0.0,
-        schedule=nobody if protocol.random_access else schedule_named(protocol.schedule),
+        schedule=schedule_named(protocol.schedule),
         schedule_draw=streams.of(Purpose.SCHEDULE),
         broadcaster=broadcaster_named(protocol.broadcaster),
         broadcaster_draw=streams.of(Purpose.BROADCASTER),

@@ -117,8 +117,22 @@ class Mission:
             setup = Setup.of(self.scenario)
             self._world = build_world(self._env, setup, self.seed, poses, pose_step_s)
             if schedule is not None:
-                self._world.network.schedule_by(schedule)
+                self._schedule_by(schedule)
             self._happen(0.0)
+
+    def _schedule_by(self, schedule: "Schedule") -> None:
+        from ..protocol.network import Network
+        from ..protocol.schedules.named import OwnSchedule
+
+        network = self._world.network
+        if not isinstance(network, Network):
+            raise ValueError("with passive ranging ASVs ping in turn: nothing is scheduled")
+        if self.scenario.protocol.random_access or network.dissemination is not None:
+            raise ValueError(
+                "with random access, or slots that frames tell (knowledge: broadcast), a schedule "
+                "that is given is not asked; name it in the scenario at protocol.schedule"
+            )
+        network.schedule = OwnSchedule("schedule", schedule)
 
     def __repr__(self) -> str:
         end = plain(self.scenario.duration_s)
@@ -317,7 +331,7 @@ class Mission:
 
         With passive ranging vessels make none.
         """
-        return self._world.network.fleet_fixes(self._last_instant(self._time))
+        return self._world.network.outcomes.newest_fixes(self._last_instant(self._time))
 
     def asvs(self) -> Floats:
         """Return where the ASVs are now: x, y, z (m), z down, yaw (rad, in (-pi, pi]), (n, 4)."""

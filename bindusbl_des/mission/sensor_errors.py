@@ -14,7 +14,7 @@ from ..setup import Setup
 from ..usbl.systematic_fixes import SYSTEMATIC, Systematic
 from ..vehicles.currents import CONTROL_S, gauss_markov
 from ..vehicles.reckoning import Wrong, skews_of
-from .closed_loop import MissionCurrent, slow_gnss
+from .launch import MissionCurrent, slow_gnss
 
 
 def wrong_reckoning(setup: Setup, streams: Streams, water: MissionCurrent) -> Wrong:

@@ -5,12 +5,11 @@ from dataclasses import dataclass, field
 from math import nextafter
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import simpy
 from numpy.random import Generator as RandomStream
 
 from ..acoustics.messages import Message
-from ..core.arrays import Flags, Floats, Ints
+from ..core.arrays import Flags, Ints
 from ..records.events import Round
 from ..records.rows import Recorder
 from ..vehicles.fleet import VehicleFleet
@@ -26,7 +25,7 @@ from .outcomes import Outcomes
 from .pings import HfBand
 from .predicted_positions import PredictedPositions
 from .ranging import OneWay, OwnRanging, TwoWay
-from .schedules.named import OwnSchedule, Schedule, nobody
+from .schedules.named import Schedule
 from .schedules.polling import Answers
 from .schedules.view import Groups, KnownFixes, View
 from .slots import Slots
@@ -134,11 +133,6 @@ class Network(HfNetwork):
         if self.replies is not None:
             self.uplink.answered_by = self.replies.expect
 
-    def _resolve(self, time: float) -> None:
-        """Decide pings that have passed by an instant (s), unless each is answered by itself."""
-        if self.replies is None:
-            self.outcomes.resolve_passed(time)
-
     def opens(self, round_number: int) -> float:
         """Return the earliest instant (s) at which a round may begin: that of its frame."""
         return self.slots.clock.after(0.0, round_number * self.frame_s + self.paused)
@@ -146,7 +140,7 @@ class Network(HfNetwork):
     def view(self, round_number: int, time: float) -> View:
         """Return what the fleet knows when it schedules a round."""
         if self.positions.follow_fixes or self.exchange is not None:
-            self._resolve(time)  # fixes since the last broadcast; AUVs may acknowledge by pings
+            self.outcomes.resolve_passed(time)  # by pings AUVs may acknowledge fixes, too
         auvs, asvs, heard = self.positions.seen(time)
         band = self.uplink.band
         return View(
@@ -187,34 +181,11 @@ class Network(HfNetwork):
         room = None if messages.most is None or messages.splits else messages.most - (end - first)
         return self.repeating.with_due(range(first, end), room)
 
-    def fleet_fixes(self, time: float) -> Floats:
-        """Return the newest fix of each AUV that the surface fleet has made by an instant (s): x, y
-        (m) and when its ping was sent (s), (n, 3); NaN before the first.
-        """
-        self._resolve(time)
-        found, fixes = np.full((len(self.auv_fleet), 3), np.nan), self.record.fixes.rows
-        for fix in fixes[np.argsort(fixes["pinged_at_s"], kind="stable")]:
-            found[fix["auv"]] = fix["x_m"], fix["y_m"], fix["pinged_at_s"]
-        return found
-
-    def schedule_by(self, schedule: Schedule) -> None:
-        """Let another schedule than that of the scenario say who pings when.
-
-        Raises:
-            ValueError: where it would not be asked.
-        """
-        if self.schedule is nobody or self.dissemination is not None:
-            raise ValueError(
-                "with random access, or slots that frames tell (knowledge: broadcast), a schedule "
-                "that is given is not asked; name it in the scenario at protocol.schedule"
-            )
-        self.schedule = OwnSchedule("schedule", schedule)
-
     def close(self, time: float) -> None:
         """Settle what is under way as the mission ends at an instant (s)."""
         before_the_end = nextafter(time, 0.0)
         self.uplink.answered_by = self.dissemination = None  # nobody is answered any more
-        self._resolve(before_the_end)  # heard, but not broadcast any more
+        self.outcomes.resolve_passed(before_the_end)  # heard, but not broadcast any more
         self.outcomes.close(time)
         if self.air is not None:
             self.air.close(time)
@@ -229,18 +200,6 @@ class PassiveNetwork(HfNetwork):
     """What passive ranging runs on: ASVs ping in turn, and AUVs fix themselves."""
 
     deliveries: OwnFixes
-
-    def fleet_fixes(self, time: float) -> Floats:
-        """Return NaN for each AUV, (n, 3): vessels make no fixes."""
-        return np.full((len(self.auv_fleet), 3), np.nan)
-
-    def schedule_by(self, schedule: Schedule) -> None:
-        """Refuse a schedule.
-
-        Raises:
-            ValueError: always.
-        """
-        raise ValueError("with passive ranging ASVs ping in turn: nothing is scheduled")
 
     def close(self, time: float) -> None:
         """Settle what is under way as the mission ends at an instant (s)."""

@@ -381,6 +381,16 @@ class Outcomes:
         heading = math.remainder(yaw + heading_sd * float(noise[HEADING_NOISE]), math.tau)
         return Sight(place, covariance, own, heading)
 
+    def newest_fixes(self, time: float) -> Floats:
+        """Return the newest fix of each AUV that vessels have made by an instant (s): x, y (m) and
+        when its ping was sent (s), (n, 3); NaN before the first.
+        """
+        self.resolve_passed(time)
+        found, fixes = np.full((len(self._strayed), 3), np.nan), self._record.fixes.rows
+        for fix in fixes[np.argsort(fixes["pinged_at_s"], kind="stable")]:
+            found[fix["auv"]] = fix["x_m"], fix["y_m"], fix["pinged_at_s"]
+        return found
+
     def close(self, time: float) -> None:
         """Decide what of pings still under way has arrived by the end of the mission (s)."""
         self.update_arrivals(time)
@@ -390,6 +400,17 @@ class Outcomes:
         for row in np.flatnonzero((receptions["outcome"] == IN_FLIGHT) & arrived).tolist():
             self.resolve(int(receptions["ping"][row]), row)
         fixes.count = count  # nobody waits for what others hear of them any more
+
+
+class AnsweredOutcomes(Outcomes):
+    """What becomes of pings that are answered one by one: whoever answers has each arrival decided
+    as it is over.  Nothing is left to decide later, and no fix waits.
+    """
+
+    def resolve_passed(self, time: float) -> range:
+        """Return no new fixes."""
+        count = self._record.fixes.count
+        return range(count, count)
 
 
 class OwnOutcomes(Outcomes):
@@ -432,6 +453,9 @@ class OwnOutcomes(Outcomes):
         over = float(self._record.receptions.array[row]["arrived_at_s"]) + self.band.duration
         self.resolve_passed(over)
         return super().outcome_of(row)
+
+    def newest_fixes(self, time: float) -> Floats:
+        return np.full((len(self._strayed), 3), np.nan)
 
     def sight_of(self, ping: int, asv: int) -> None:
         return None

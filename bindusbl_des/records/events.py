@@ -50,6 +50,19 @@ LASTING_ERRORS = (
 # How angles of directions count
 NORTH, AHEAD, DOWN = "from north towards east", "from ahead towards starboard", "positive downwards"
 
+# Columns that several tables have: unit and meaning
+COMES_AT = "s", "instant at which it begins there; null if it did not by the end"
+BECAME = "", "heard, out_of_range (a sound, but not decoded), lost, collided or in_flight"
+LISTENER = "", "vehicle at which it arrives"
+CHANCE_LOST = "1", "how likely it was lost, had nothing overlapped it"
+INNOVATION = "m", "horizontal length of the innovation"
+CORRECTION = "m", "how far the fix moved the estimate; null if the navigator refused it"
+NIS = "1", "normalised innovation squared, 2 degrees of freedom"
+SLOT = "1", "uplink slot (ping group) within the round"
+AIRTIME = "s", "how long it lasts"
+BEGAN = "s", "instant at which it began"
+SIZE = "B", "size of what it says"
+
 
 @dataclass(slots=True)
 class Round:
@@ -80,7 +93,7 @@ class Ping:
 
     ping: int = column("1", "number of the ping")
     round: int = column("1", "round in which it was sent")
-    slot: int = column("1", "uplink slot (ping group) within the round")
+    slot: int = column(*SLOT)
     auv: int | None = column("", "AUV that pinged; null where an ASV did (passive)")
     sent_at_s: float = column("s", "instant at which the ping began, or of a call without answer")
     x_m: float = column("m", "true position of who pinged at that instant, north")
@@ -231,11 +244,9 @@ class Fix:
     broadcast_by: int | None = column("", "ASV that broadcast it", None)
     delivered_at_s: float | None = column("s", "instant at which the AUV has it", None)
     latency_s: float | None = column("s", "from ping to delivery", None)
-    innovation_m: float | None = column("m", "horizontal length of the innovation", None)
-    correction_m: float | None = column(
-        "m", "how far the fix moved the estimate; null if the navigator refused it", None
-    )
-    nis: float | None = column("1", "normalised innovation squared, 2 degrees of freedom", None)
+    innovation_m: float | None = column(*INNOVATION, None)
+    correction_m: float | None = column(*CORRECTION, None)
+    nis: float | None = column(*NIS, None)
     outcome: str = column(
         "",
         "delivered, out_of_range, lost (not decoded: acoustics.mf.channel; or its ASV failed as it "
@@ -313,9 +324,9 @@ class AuvFrame:
         "1", "AUVs that have forwarded it, its sender among them; of an acknowledgement, how many "
         "had forwarded what it acknowledges",
     )  # fmt: skip
-    sent_at_s: float = column("s", "instant at which it began")
-    airtime_s: float = column("s", "how long it lasts")
-    payload_bytes: int = column("B", "size of what it says")
+    sent_at_s: float = column(*BEGAN)
+    airtime_s: float = column(*AIRTIME)
+    payload_bytes: int = column(*SIZE)
     fixes: int = column("1", "fix records that it forwards, or fixes that it acknowledges")
 
 
@@ -324,13 +335,9 @@ class AuvFrameReception:
     """One frame of an AUV at one vehicle that it reaches."""
 
     auv_frame: int = column("1", "number of the frame among those of AUVs")
-    listener: str = column("", "vehicle at which it arrives")
-    arrived_at_s: float | None = column(
-        "s", "instant at which it begins there; null if it did not by the end"
-    )
-    outcome: str = column(
-        "", "heard, out_of_range (a sound, but not decoded), lost, collided or in_flight"
-    )
+    listener: str = column(*LISTENER)
+    arrived_at_s: float | None = column(*COMES_AT)
+    outcome: str = column(*BECAME)
     why: str | None = column(
         "",
         "why it was not decoded: out_of_range, chance, auv_frame or frame (that overlapped it), "
@@ -339,9 +346,7 @@ class AuvFrameReception:
     overlapped_by: int | None = column(
         "1", "number of the strongest that overlapped it; of a frame its row of broadcasts"
     )
-    loss_probability: float | None = column(
-        "1", "how likely it was lost, had nothing overlapped it"
-    )
+    loss_probability: float | None = column(*CHANCE_LOST)
 
 
 @dataclass(slots=True)
@@ -352,9 +357,9 @@ class Signal:
     kind: str = column("", "kind, as the program names it")
     sender: str = column("", "vehicle that sent it")
     to: str | None = column("", "vehicle that it is sent to; null: to all")
-    sent_at_s: float = column("s", "instant at which it began")
-    lasts_s: float = column("s", "how long it lasts")
-    size_bytes: int = column("B", "size of what it says")
+    sent_at_s: float = column(*BEGAN)
+    lasts_s: float = column(*AIRTIME)
+    size_bytes: int = column(*SIZE)
 
 
 @dataclass(slots=True)
@@ -363,13 +368,9 @@ class SignalReception:
 
     signal: int | None = column("1", "signal that arrives; null: a ping")
     ping: int | None = column("1", "ping that arrives at another AUV; null: a signal")
-    listener: str = column("", "vehicle at which it arrives")
-    arrived_at_s: float | None = column(
-        "s", "instant at which it begins there; null if it did not by the end"
-    )
-    outcome: str = column(
-        "", "heard, out_of_range (a sound, but not decoded), lost, collided or in_flight"
-    )
+    listener: str = column(*LISTENER)
+    arrived_at_s: float | None = column(*COMES_AT)
+    outcome: str = column(*BECAME)
     why: str | None = column(
         "",
         "why it was not decoded: out_of_range, chance, doppler, ping, signal, call or own_frame "
@@ -378,9 +379,7 @@ class SignalReception:
     overlapped_by: int | None = column(
         "1", "number of the strongest that overlapped it; of a call the ASV's"
     )
-    loss_probability: float | None = column(
-        "1", "how likely it was lost, had nothing overlapped it"
-    )
+    loss_probability: float | None = column(*CHANCE_LOST)
 
 
 @dataclass(slots=True)
@@ -429,11 +428,9 @@ class GnssFix:
     y_m: float = column("m", "position, east")
     sd_m: float = column("m", "standard deviation of each")
     error_m: float = column("m", "horizontal distance to the AUV's true position")
-    innovation_m: float | None = column("m", "horizontal length of the innovation", None)
-    correction_m: float | None = column(
-        "m", "how far the fix moved the estimate; null if the navigator refused it", None
-    )
-    nis: float | None = column("1", "normalised innovation squared, 2 degrees of freedom", None)
+    innovation_m: float | None = column(*INNOVATION, None)
+    correction_m: float | None = column(*CORRECTION, None)
+    nis: float | None = column(*NIS, None)
 
 
 @dataclass(slots=True)
@@ -444,7 +441,7 @@ class Assignment:
     """
 
     round: int = column("1", "round of the slot")
-    slot: int = column("1", "uplink slot (ping group) within the round")
+    slot: int = column(*SLOT)
     auv: int = column("", "AUV whose slot it is")
     starts_at_s: float = column("s", "start of the slot")
     told_at_s: float | None = column(

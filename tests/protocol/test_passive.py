@@ -284,5 +284,5 @@ def test_row_counts_that_no_such_mission_has_are_told() -> None:
 def test_fixes_have_no_columns_of_repeats_where_nothing_is_broadcast() -> None:
     """`repeat: 0` says that fixes are repeated no times: AUVs that fix themselves have none."""
     plain, none = (simulate(hand_worked(protocol=more)) for more in ({}, {"repeat": 0}))
-    assert len(plain.fixes)
-    assert none.fixes.equals(plain.fixes)
+    assert len(plain.tables["fixes"])
+    assert none.tables["fixes"].equals(plain.tables["fixes"])
