@@ -20,7 +20,6 @@ from ..core.streams import FEWEST_ROWS, MOST_ROWS, ROWS
 from ..core.wording import spoken
 from ..navigation.belief import STATES
 from ..navigation.correcting import REMEMBERED
-from ..scenario.scenario import Scenario
 from ..scenario.sections.routes import Lawnmower
 from ..setup import Setup
 from ..usbl.measuring import NOISE_WIDTH
@@ -39,90 +38,72 @@ FEW_GROUPS = 100
 
 def counts_of(setup: Setup) -> dict[str, float]:
     """Return about how many there will be of each thing that costs (:data:`.effort.COSTS`)."""
-    return {**_protocol(setup), **_sampling(setup.scenario), **_ways(setup)}
-
-
-def _passive(setup: Setup) -> dict[str, float]:
-    """Return what :func:`_protocol` does where ASVs ping, and AUVs fix themselves."""
     scenario = setup.scenario
-    auvs, asvs, rounds = scenario.auvs.count, scenario.asvs.count, rounds_of(setup)
-    heard, number = float(_heard(setup).mean()), scenario.duration_s / rounds.period(asvs, 0)
-    pings = number * asvs
+    auvs, asvs, duration = scenario.auvs, scenario.asvs, scenario.duration_s
+    record, full = scenario.record, scenario.record.detail == "full"
+    moving = auvs.count * auvs.vehicle.has_dynamics + asvs.count * asvs.vehicle.has_dynamics
+    lanes, legs = _planned(setup)
     return {
-        "rounds": math.ceil(number),
-        "pings": pings,
-        "ways": pings * auvs,
-        "receptions": pings * (auvs if scenario.record.detail == "full" else heard),
-        "frame_receptions": 0.0,
-        "fixes": pings * heard,
-        "edges": 0.0,
-        "choices": 0.0,
-        "pairs": float(auvs * asvs),
-        "noises": min(auvs * asvs, NEW_PAIRS * heard * asvs),
-    }
-
-
-def _random(setup: Setup) -> dict[str, float]:
-    """Return what :func:`_protocol` does where AUVs ping as they like."""
-    scenario = setup.scenario
-    auvs, asvs, load = scenario.auvs.count, scenario.asvs.count, offered(setup)
-    heard, duration = _heard(setup), scenario.duration_s
-    share = heard_share(setup)
-    pings = duration * load.pings_per_s
-    fixes = duration * load.fixes_per_s * min(share, 1.0)
-    rounds = rounds_of(setup)
-    replies = scenario.protocol.replies
-    cycles = 0.0 if replies else min(fixes, duration / rounds.period(0, 1))
-    met = min(auvs * asvs, NEW_PAIRS * float(heard.sum()), pings * asvs)
-    return {
-        "rounds": math.ceil(cycles) + 1,
-        "pings": pings,
-        "ways": pings * asvs,
-        "receptions": pings * (asvs if scenario.record.detail == "full" else share),
-        "fixes": fixes,
-        "edges": 0.0,
-        "choices": 0.0,
-        "pairs": float(auvs * asvs),
-        "noises": met,
+        **_protocol(setup),
+        "samples": duration * record.metrics_hz * auvs.count,
+        "imu_samples": duration * scenario.navigation.imu_rate_hz * auvs.count,
+        "track_rows": duration * record.tracks_hz * (auvs.count + asvs.count) if full else 0.0,
+        "intervals": moving * duration / CONTROL_S,
+        "lanes": lanes,
+        "legs": legs,
     }
 
 
 def _protocol(setup: Setup) -> dict[str, float]:
     """Return how many rounds, pings, receptions and fixes there will be, and edges of graphs."""
-    scenario = setup.scenario
-    if scenario.protocol.asvs_ping:
-        return _passive(setup)
-    if scenario.protocol.random_access:
-        return _random(setup)
-    auvs, asvs, rounds = scenario.auvs.count, scenario.asvs.count, rounds_of(setup)
-    heard = _heard(setup)
-    crowd = max(1.0, min(heard.max(), auvs))  # those that one ASV hears must ping one by one
-    groups = min(max(round(crowd), rounds.fewest), rounds.most)
-    pinging = 1 if rounds.frame else rounds.auvs
-    fixed = min(float(heard.sum()), pinging)
-    periods = scenario.duration_s / _period(rounds, groups, round(fixed))
-    number = math.ceil(periods)
-    pings = pinging * (periods if groups > FEW_GROUPS else number)  # of a long round only a part
-    share = min(float(heard.sum()) / auvs, asvs)
-    edges = min(auvs * (auvs - 1) / 2, float((heard**2).sum()) / 2)
-    whole, schedule = scenario.record.detail == "full", scenario.protocol.schedule
-    chosen = setup.schedule.groups == "saturation"
-    fixes = pings * min(share, 1.0)
-    frames = float(number * (groups if setup.downlink.by_group else 1))
-    if scenario.protocol.replies:
-        frames = fixes if scenario.protocol.sends_frames else 0.0
-    met = min(auvs * asvs, NEW_PAIRS * float(heard.sum()), pings * asvs)
+    scenario, rounds = setup.scenario, rounds_of(setup)
+    protocol, full, duration = (
+        scenario.protocol,
+        scenario.record.detail == "full",
+        scenario.duration_s,
+    )
+    auvs, asvs, heard = scenario.auvs.count, scenario.asvs.count, _heard(setup)
+    listeners, share, met = asvs, heard_share(setup), float(heard.sum())
+    frames = edges = choices = 0.0
+    if protocol.asvs_ping:
+        listeners, share = auvs, float(heard.mean())
+        met = share * asvs
+        periods = duration / rounds.period(asvs, 0)
+        number, pings = math.ceil(periods), periods * asvs
+        fixes = pings * share
+    elif protocol.random_access:
+        load = offered(setup)
+        pings = duration * load.pings_per_s
+        fixes = duration * load.fixes_per_s * min(share, 1.0)
+        cycles = 0.0 if protocol.replies else min(fixes, duration / rounds.period(0, 1))
+        number = math.ceil(cycles) + 1
+    else:
+        crowd = max(1.0, min(heard.max(), auvs))  # those that one ASV hears must ping one by one
+        groups = min(max(round(crowd), rounds.fewest), rounds.most)
+        pinging = 1 if rounds.frame else rounds.auvs
+        periods = duration / _period(rounds, groups, round(min(met, pinging)))
+        number = math.ceil(periods)
+        pings = pinging * (periods if groups > FEW_GROUPS else number)  # of a long round a part
+        fixes = pings * min(share, 1.0)
+        frames = float(number * (groups if setup.downlink.by_group else 1))
+        if protocol.replies:
+            frames = fixes if protocol.sends_frames else 0.0
+        if ":" in protocol.schedule:
+            edges = min(auvs * (auvs - 1) / 2, float((heard**2).sum()) / 2) * number
+        if setup.schedule.groups == "saturation":
+            choices = float(auvs) ** 2 * number
+    noises = min(auvs * asvs, NEW_PAIRS * met)
     return {
         "rounds": number,
         "pings": pings,
-        "ways": pings * asvs,
-        "receptions": pings * (asvs if whole else share),
-        "frame_receptions": frames * auvs if whole else 0.0,
+        "ways": pings * listeners,
+        "receptions": pings * (listeners if full else share),
+        "frame_receptions": frames * auvs if full else 0.0,
         "fixes": fixes,
-        "edges": edges * number if ":" in schedule else 0.0,
-        "choices": float(auvs) ** 2 * number if chosen else 0.0,
+        "edges": edges,
+        "choices": choices,
         "pairs": float(auvs * asvs),
-        "noises": met,
+        "noises": noises if protocol.asvs_ping else min(noises, pings * asvs),
     }
 
 
@@ -154,32 +135,15 @@ def heard_share(setup: Setup) -> float:
     return min(float(_heard(setup).sum()) / scenario.auvs.count, scenario.asvs.count)
 
 
-def _sampling(scenario: Scenario) -> dict[str, float]:
-    """Return how many samples of metrics, IMUs and tracks there will be."""
-    auvs, asvs, duration = scenario.auvs.count, scenario.asvs.count, scenario.duration_s
-    rows = duration * scenario.record.tracks_hz * (auvs + asvs)
-    return {
-        "samples": duration * scenario.record.metrics_hz * auvs,
-        "imu_samples": duration * scenario.navigation.imu_rate_hz * auvs,
-        "track_rows": rows if scenario.record.detail == "full" else 0.0,
-    }
-
-
-def _ways(setup: Setup) -> dict[str, float]:
-    """Return how much is planned and steered: lanes, legs, control intervals."""
-    scenario = setup.scenario
-    auvs, asvs, duration = scenario.auvs, scenario.asvs, scenario.duration_s
-    moving = auvs.count * auvs.vehicle.has_dynamics + asvs.count * asvs.vehicle.has_dynamics
-    found = {"intervals": moving * duration / CONTROL_S, "lanes": 0.0, "legs": 0.0}
-    route = setup.nominal_route
+def _planned(setup: Setup) -> tuple[float, float]:
+    """Return how many lanes are planned and legs flown."""
+    auvs, route = setup.scenario.auvs, setup.nominal_route
     if route.is_held or route.is_recorded:
-        return found
+        return 0.0, 0.0
     lanes, tour = _tour(setup)
-    found["lanes"] = auvs.count * lanes
-    if not auvs.vehicle.has_dynamics:
-        laps = 1.0 + max(auvs.speeds) * duration / tour
-        found["legs"] = auvs.count * laps * (6 * lanes + 10)
-    return found
+    laps = 1.0 + max(auvs.speeds) * setup.scenario.duration_s / tour
+    legs = 0.0 if auvs.vehicle.has_dynamics else auvs.count * laps * (6 * lanes + 10)
+    return auvs.count * lanes, legs
 
 
 def _tour(setup: Setup) -> tuple[float, float]:
