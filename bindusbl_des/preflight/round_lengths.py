@@ -12,12 +12,7 @@ from ..protocol.slots import Slots
 from ..scenario import declared
 from ..scenario.shipped_settings import CarrierSense
 from ..setup import Setup
-from .bounds import (
-    aloha_success,
-    offered_load,
-    slot_share,
-    slotted_success,
-)
+from .bounds import aloha_success, offered_load, slot_share, slotted_success
 
 
 @dataclass(frozen=True)
@@ -99,12 +94,11 @@ class Rounds:
 
 def rounds_of(setup: Setup) -> Rounds:
     """Return the rounds of a scenario's protocol; a plug-in not loaded yet has no frames."""
-    scenario = setup.scenario
-    protocol, count, asvs = scenario.protocol, scenario.auvs.count, scenario.asvs.count
-    slots = setup.slots
+    scenario, protocol, slots = setup.scenario, setup.scenario.protocol, setup.slots
+    count, asvs, schedule = scenario.auvs.count, scenario.asvs.count, setup.schedule
     if protocol.asvs_ping:
         return Rounds(slots, None, asvs, asvs, count, 0.0)
-    if scenario.protocol.random_access:
+    if protocol.random_access:
         downlink = protocol.downlink if protocol.replies else STAND_IN
         return Rounds(slots, downlink, 0, 0, count, 0.0)
     named = count if setup.tells_slots else 0
@@ -112,18 +106,15 @@ def rounds_of(setup: Setup) -> Rounds:
     rounds = Rounds(
         slots, protocol.downlink, 1, count, count, 0.0, named=named, contention=contention
     )
-    schedule = setup.schedule
     if schedule.framed:
-        one_named = replace(rounds, named=min(named, 1))
-        return replace(one_named, fewest=1, most=1, auvs=1, frame=protocol.frame_s)
+        return replace(rounds, most=1, auvs=1, frame=protocol.frame_s, named=min(named, 1))
     settings = setup.schedule_settings
     if settings.most_groups is not None:
         most = min(count, settings.most_groups)
         turns = min(count, most * asvs)
-        return replace(rounds, fewest=1, most=most, auvs=turns, named=min(named, turns))
+        return replace(rounds, most=most, auvs=turns, named=min(named, turns))
     fewest = count if schedule.groups == "each" and not settings.shares_calls else 1
-    pace = pace_of(setup, slots)
-    return replace(rounds, fewest=fewest, pace=pace)
+    return replace(rounds, fewest=fewest, pace=pace_of(setup, slots))
 
 
 def gap_s(setup: Setup, groups: int | None = None) -> float:
@@ -153,9 +144,7 @@ def pace_of(setup: Setup, slots: Slots) -> tuple[Slots, Slots] | None:
     arrivals follow each other, the first after the longest way at most; AUVs are taken to be where
     they are believed.
     """
-    scenario = setup.scenario
-    ping = slots.ping_duration
-    pace = setup.schedule.pace
+    scenario, ping, pace = setup.scenario, slots.ping_duration, setup.schedule.pace
     if pace == "answered":
         way = min(map(scenario.survey.depth, range(scenario.auvs.count))) / slots.sound_speed
         answered = 2.0 * (ping + way) + scenario.protocol.turnaround_s + slots.answer
@@ -218,26 +207,22 @@ def carried_per_s(setup: Setup) -> float:
 
 def offered(setup: Setup, slots: Slots | None = None) -> OfferedLoad:
     """Return the load that the AUVs of a scenario with random access offer."""
-    scenario = setup.scenario
-    slots, protocol = slots or setup.slots, scenario.protocol
-    senders, every, ping = scenario.auvs.count, protocol.frame_s, slots.ping_duration
-    access = setup.schedule.access
-    if scenario.traffic is not None:  # data follow pings
-        access = "program"
+    scenario, protocol = setup.scenario, setup.scenario.protocol
+    slots, senders, every = slots or setup.slots, scenario.auvs.count, protocol.frame_s
+    # data follow pings, so that no closed form tells
+    access = setup.schedule.access if scenario.traffic is None else "program"
     if access == "slotted":
         slot = slots.clock.after(0.0, slots.uplink_slot)
         load = offered_load(senders, slot, every)
         pings = senders * slot_share(slot, every) / slot
         return OfferedLoad(senders, slot, load, slotted_success(load, senders), pings)
+    ping, window, slot_s, held_back = slots.ping_duration, None, None, 0.0
     load = offered_load(senders, ping, every)
-    answer = slots.messages.airtime(1) if protocol.replies_in_frames else 0.0
-    if access == "poisson":
-        pings, success = senders / (every + ping), aloha_success(load, senders)
-        return OfferedLoad(senders, ping, load, success, pings, answer_s=answer)
-    if access == "program":
-        return OfferedLoad(senders, ping, load, None, senders / (every + ping), answer_s=answer)
-    sensing = protocol.program.settings_as(CarrierSense, CarrierSense)
-    slot, busy = backoff_slot_s(sensing.slot_s, slots), load / (1.0 + load)
-    held_back = busy * slot * (sensing.window - 1) / 2
+    if access == "sensing":
+        sensing = protocol.program.settings_as(CarrierSense, CarrierSense)
+        window, slot_s = sensing.window, backoff_slot_s(sensing.slot_s, slots)
+        held_back = load / (1.0 + load) * slot_s * (window - 1) / 2
+    success = aloha_success(load, senders) if access == "poisson" else None
     pings = senders / (every + ping + held_back)
-    return OfferedLoad(senders, ping, load, None, pings, sensing.window, slot, answer)
+    answer = slots.messages.airtime(1) if protocol.replies_in_frames else 0.0
+    return OfferedLoad(senders, ping, load, success, pings, window, slot_s, answer)

@@ -5,14 +5,13 @@ Nothing here is wrong: the mission runs as it is described, but perhaps not as i
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ..core.mistakes import Mistake, Problem, ScenarioWarning
-from ..core.plain_yaml import Document
 from ..core.plugins import is_plugin, refusal
 from ..presets.modems import airtime_table
 from ..scenario.channel_settings import read_measured
@@ -20,32 +19,17 @@ from ..scenario.files.scenario_file import Source
 from ..scenario.own_sensors import MOST_TOLD
 from ..scenario.scenario import Scenario
 from ..setup import Setup
-from .band_warnings import (
-    answers,
-    backlog,
-    believed,
-    deliveries,
-    echoes,
-    guards,
-    last_slots,
-    messages,
-    modems,
-    overheads,
-    shifts,
-    steep,
-    tables,
-)
-from .idle_keys import bursts, cast, idle_keys, levels, receivers, sheet, sonar
+from . import band_warnings as bands
+from . import idle_keys as idle
+from . import whereabouts as places
 from .refusals import perhaps_carried_away, usable
-from .whereabouts import anchors, bays, deep, formation, frames, idle, routes, shapes, tracks
 
 
 def failing(setup: Setup) -> Iterator[Problem]:
     """Yield failures that have no effect, and instants from which no ASV works."""
     scenario = setup.scenario
-    given, end = scenario.asvs.failures, float(scenario.duration_s)
-    seen: set[float] = set()  # several may fail at one instant
-    for number, failure in enumerate(given):
+    end, seen = float(scenario.duration_s), set[float]()  # several may fail at one instant
+    for number, failure in enumerate(scenario.asvs.failures):
         key = f"asvs.failures.{number}.at_s"
         if failure.at_s >= end:
             yield Problem(
@@ -76,49 +60,7 @@ def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
     asvs.formation.radius_m: is by default hf.range_m + clearance_m = 50 m, ...
     """
     setup = Setup.of(scenario)
-    return [
-        ScenarioWarning(*found)
-        for look in (
-            _former_words,
-            believed,
-            modems,
-            overheads,
-            deliveries,
-            tables,
-            echoes,
-            messages,
-            last_slots,
-            answers,
-            backlog,
-            guards,
-            formation,
-            deep,
-            steep,
-            frames,
-            anchors,
-            failing,
-            _dissemination,
-            sheet,
-            _lobes,
-            _flat,
-            sonar,
-            receivers,
-            levels,
-            bursts,
-            shifts,
-            cast,
-            routes,
-            idle,
-            bays,
-            tracks,
-            perhaps_carried_away,
-            _left_out,
-            _frames,
-            _ticks,
-            _samples,
-        )
-        for found in look(setup)
-    ] + [ScenarioWarning(*found) for found in idle_keys(setup)]
+    return [ScenarioWarning(*problem) for look in _LOOKS for problem in look(setup)]
 
 
 def _left_out(setup: Setup) -> Iterator[Problem]:
@@ -275,7 +217,7 @@ def _frames(setup: Setup) -> Iterator[Problem]:
         "protocol.frame_s",
         f"a round with a fix takes {full:.4g} s, longer than the frame of {frame:g} s, "
         f"{consequence}",
-        ("protocol.downlink", *shapes(scenario), "protocol.schedule"),
+        ("protocol.downlink", *places.shapes(scenario), "protocol.schedule"),
     )
 
 
@@ -307,6 +249,18 @@ def _samples(setup: Setup) -> Iterator[Problem]:
         )
 
 
+# What is looked at, in the order in which warnings are told
+_LOOKS: tuple[Callable[[Setup], Iterator[Problem]], ...] = (
+    *(_former_words, bands.believed, bands.modems, bands.overheads, bands.deliveries),
+    *(bands.tables, bands.echoes, bands.messages, bands.last_slots, bands.answers),
+    *(bands.backlog, bands.guards, places.formation, places.deep, bands.steep),
+    *(places.frames, places.anchors, failing, _dissemination, idle.sheet, _lobes, _flat),
+    *(idle.sonar, idle.receivers, idle.levels, idle.bursts, bands.shifts, idle.cast),
+    *(places.routes, places.idle, places.bays, places.tracks, perhaps_carried_away),
+    *(_left_out, _frames, _ticks, _samples, idle.idle_keys),
+)
+
+
 @dataclass(frozen=True)
 class Reading:
     """A scenario as it was read from a file, and warnings about it, each at its place.
@@ -336,22 +290,14 @@ def read_scenario(
     """
     source = source if isinstance(source, Source) else Source.file(source, overrides)
     document, scenario = usable(source, allow_plugins)
-    told = {found: document.mistake(found) for found in warnings_of(scenario)}
-    found = sorted(
-        told, key=lambda problem: (told[problem].file != source.name, told[problem].line)
-    )
-    warnings = (
-        *document.warnings,
-        *(told[problem] for problem in found),
-    )
+    problems = dict.fromkeys(warnings_of(scenario))  # each once
+    told = [(document.mistake(problem), problem) for problem in problems]
+    told.sort(key=lambda pair: (pair[0].file != source.name, pair[0].line))
+    warnings = (*document.warnings, *(mistake for mistake, _ in told))
     about = (
         *((warning.key,) for warning in document.warnings),
-        *((problem.key, *problem.others) for problem in found),
+        *((problem.key, *problem.others) for _, problem in told),
     )
-    unloaded = () if allow_plugins else tuple(_plugins(document, scenario))
-    return Reading(scenario, warnings, about, unloaded)
-
-
-def _plugins(document: Document, scenario: Scenario) -> Iterator[Mistake]:
-    for key, name in scenario.plugins.items():
-        yield document.mistake(Problem(key, refusal(name)))
+    plugins = {} if allow_plugins else scenario.plugins
+    unloaded = [document.mistake(Problem(key, refusal(name))) for key, name in plugins.items()]
+    return Reading(scenario, warnings, about, tuple(unloaded))
