@@ -1,4 +1,8 @@
-"""The case to be proved: vehicles within bounds, and the pairs of signals that may overlap."""
+"""The case to be proved: a scenario and the bounds that hold for its vehicles, clocks and sound.
+
+Who may be where, how late and how fast is said here once, as intervals: :mod:`.rules` prove with
+them that no two signals overlap, :mod:`.witnesses` put vehicles at their ends.
+"""
 
 import math
 from collections.abc import Callable, Iterator
@@ -11,8 +15,10 @@ from ..acoustics.propagation import TOUCH
 from ..core.arrays import Floats
 from ..core.facts import cached_property
 from ..core.plugins import PluginError
+from ..preflight.round_lengths import Rounds, rounds_of
 from ..protocol.slots import Slots
 from ..scenario.scenario import Scenario
+from ..scenario.sections.acoustics import UplinkSection
 from ..scenario.sections.vehicles import VehicleChoice
 from ..setup import Setup
 from ..vehicles.currents import CONTROL_S
@@ -110,80 +116,55 @@ def bounds_of(
     """Return the bounds of a scenario; those given (m/s, s, m/s) stand in place of its own.
 
     Its own are planned speeds, of vehicles with equations of motion the highest that they reach and
-    the current's, which they drift with; so many standard
-    deviations of clocks, currents and fixes as none exceeds in a mission but with a chance of
-    CHANCE; and how far the assumed speed of sound is off.
+    the current's, which they drift with; so many standard deviations of clocks, currents and fixes
+    as none exceeds in a mission but with a chance of CHANCE; and how far the assumed speed of sound
+    is off.
 
     Raises:
         ValueError: naming a bound that is no number, negative or larger than a mission can have.
-        PluginError: when a route of one's own is not allowed or cannot be asked.
+        PluginError: when a user-defined route is not allowed or cannot be asked.
     """
-    scenario = setup.scenario
-    sigmas = exceeded(CHANCE, _draws(scenario))
-    planned = _planned_speed(setup, sigmas) if max_speed is None else max_speed
-    found = Bounds(
-        _checked("--max-speed", planned, FASTEST_M_PER_S, "m/s"),
-        _asv_speed(setup, planned, sigmas),
-        _checked("--clock-error", _or(clock_error, _clock_error(scenario, sigmas)), LATEST_S, "s"),
-        _checked(
-            "--sound-speed-error",
-            _or(sound_speed_error, _sound_speed_error(setup)),
-            1000.0,
-            "m/s",
-        ),
-        sigmas,
-    )
-    assumed, error = setup.assumed_sound_speed_m_per_s, found.sound_speed_error_m_per_s
+    scenario, assumed = setup.scenario, setup.assumed_sound_speed_m_per_s
+    auvs, asvs, lasts = scenario.auvs.count, scenario.asvs.count, scenario.duration_s
+    # Gaussian errors, or norms of such, that a mission draws at most: of each ping at each ASV, of
+    # each interval in which currents and GNSS wander, and of each vehicle
+    pings = auvs * (1.0 + lasts / scenario.acoustics.hf.ping_s)
+    wandering = (1.0 + lasts / CONTROL_S) * (asvs + 1)
+    draws = OF_A_PING * pings * asvs + 2 * wandering + OF_A_VEHICLE * (auvs + asvs)
+    sigmas = exceeded(CHANCE, draws)
+    speed = _planned_speed(setup, sigmas) if max_speed is None else max_speed
+    late = _clock_error(scenario, sigmas) if clock_error is None else clock_error
+    error = abs(setup.sound_speed_m_per_s - assumed)
+    error = error if sound_speed_error is None else sound_speed_error
+    for option, value, most, unit in (
+        ("--max-speed", speed, FASTEST_M_PER_S, "m/s"),
+        ("--clock-error", late, LATEST_S, "s"),
+        ("--sound-speed-error", error, 1000.0, "m/s"),
+    ):
+        if not 0.0 <= value <= most:
+            raise ValueError(
+                f"{option}: must be at least 0 and at most {most:g} {unit}; got {value:g}; give "
+                "another"
+            )
     is_water = SLOWEST <= assumed - error <= assumed + error <= FASTEST
     if sound_speed_error is not None and not is_water:
         raise ValueError(
             f"--sound-speed-error: {error:g} m/s about the {assumed:g} m/s that the fleet assumes "
             f"leaves the {SLOWEST:g} to {FASTEST:g} m/s of water; give less"
         )
-    return found
-
-
-def _draws(scenario: Scenario) -> float:
-    """Return how many Gaussian errors a mission draws, or norms of such, at most: of each ping at
-    each ASV, of each interval in which currents and GNSS wander, and of each vehicle.
-    """
-    auvs, asvs, lasts = scenario.auvs.count, scenario.asvs.count, scenario.duration_s
-    pings = auvs * (1.0 + lasts / scenario.acoustics.hf.ping_s)
-    wandering = (1.0 + lasts / CONTROL_S) * (asvs + 1)
-    return OF_A_PING * pings * asvs + 2 * wandering + OF_A_VEHICLE * (auvs + asvs)
-
-
-def _or(given: float | None, own: float) -> float:
-    return own if given is None else given
-
-
-def _checked(option: str, value: float, most: float, unit: str) -> float:
-    if not 0.0 <= value <= most:
-        raise ValueError(
-            f"{option}: must be at least 0 and at most {most:g} {unit}; got {value:g}; give another"
-        )
-    return value
-
-
-def _current(scenario: Scenario, sigmas: float) -> float:
-    water = scenario.environment
-    return water.current_m_per_s + (sigmas + math.sqrt(2)) * water.current_variation_m_per_s
+    return Bounds(speed, _asv_speed(setup, speed, sigmas), late, error, sigmas)
 
 
 def _planned_speed(setup: Setup, sigmas: float) -> float:
     """Return how fast (m/s) the fastest AUV goes over ground, by what is planned."""
-    scenario = setup.scenario
-    route = setup.route
+    scenario, route = setup.scenario, setup.route
     if route.is_held:
         return 0.0
-    tracks = setup.auv_tracks
-    if tracks is not None:
-        return max(map(_fastest, tracks))
+    if setup.auv_tracks is not None:
+        return max(map(_fastest, setup.auv_tracks))
     speed = max(scenario.auvs.speeds)
-    if route.surfacing is not None:
-        speed /= math.cos(
-            math.radians(route.surfacing.climb_angle_deg)
-        )  # it is that seen from above
+    if route.surfacing is not None:  # planned speeds are those seen from above
+        speed /= math.cos(math.radians(route.surfacing.climb_angle_deg))
     return _driven(scenario, scenario.auvs.vehicle, speed, sigmas)
 
 
@@ -195,7 +176,9 @@ def _driven(scenario: Scenario, vehicle: VehicleChoice, speed: float, sigmas: fl
         return speed
     if vehicle.has_dynamics:
         speed = max(speed, vehicle.top_speed)
-    return min(speed + _current(scenario, sigmas), FASTEST_M_PER_S)
+    water = scenario.environment
+    current = water.current_m_per_s + (sigmas + math.sqrt(2)) * water.current_variation_m_per_s
+    return min(speed + current, FASTEST_M_PER_S)
 
 
 def _fastest(track: tuple[Floats, Floats]) -> float:
@@ -208,16 +191,15 @@ def _fastest(track: tuple[Floats, Floats]) -> float:
 
 
 def _asv_speed(setup: Setup, auv_speed: float, sigmas: float) -> float:
-    """Return how fast (m/s) ASVs are; of one's own, as fast as AUVs at least."""
-    scenario = setup.scenario
-    placement, vehicle = scenario.asvs.formation, scenario.asvs.vehicle
+    """Return how fast (m/s) ASVs are; user-defined ones as fast as AUVs at least."""
+    placement, vehicle = setup.scenario.asvs.formation, setup.scenario.asvs.vehicle
     if placement.recording is not None:
         return max(map(_fastest, setup.asv_tracks or ()))
     if placement.replanned is not None:
         return placement.replanned.speed_m_per_s
     if not vehicle.is_steered:
         return 0.0
-    return _driven(scenario, vehicle, auv_speed, sigmas)
+    return _driven(setup.scenario, vehicle, auv_speed, sigmas)
 
 
 def _clock_error(scenario: Scenario, sigmas: float) -> float:
@@ -228,10 +210,6 @@ def _clock_error(scenario: Scenario, sigmas: float) -> float:
     navigation = scenario.navigation
     drawn = navigation.clock_offset_sd_s + navigation.clock_drift_sd * scenario.duration_s
     return sigmas * drawn + max(scenario.auvs.ping_late_s or (0.0,)) / 2
-
-
-def _sound_speed_error(setup: Setup) -> float:
-    return abs(setup.sound_speed_m_per_s - setup.assumed_sound_speed_m_per_s)
 
 
 # Autopilots may take an AUV so much deeper than it is told to be.
@@ -250,10 +228,30 @@ class Case:
         """The scenario."""
         return self.setup.scenario
 
-    @cached_property
+    @property
+    def auvs(self) -> int:
+        """How many AUVs there are."""
+        return self.scenario.auvs.count
+
+    @property
+    def hf(self) -> UplinkSection:
+        """The band of pings."""
+        return self.scenario.acoustics.hf
+
+    @property
     def slots(self) -> Slots:
         """The durations of the protocol."""
         return self.setup.slots
+
+    @cached_property
+    def rounds(self) -> Rounds:
+        """How long rounds last."""
+        return rounds_of(self.setup)
+
+    @property
+    def shares_slots(self) -> bool:
+        """Whether several AUVs may ping in a slot, by rules that are known here."""
+        return self.setup.schedule.is_shared_and_proved and self.auvs > 1
 
     @cached_property
     def slot_s(self) -> float:
@@ -320,25 +318,30 @@ class Case:
 
         AUVs with equations of motion are taken to be anywhere down to their depth.
         """
-        scenario = self.scenario
-        setup = self.setup
-        tracks = setup.auv_tracks
-        if tracks is not None:
-            downs = [track[1][:, 2] for track in tracks]
+        if self.setup.auv_tracks is not None:
+            downs = [track[1][:, 2] for track in self.setup.auv_tracks]
             return tuple((float(z.min()), float(z.max())) for z in downs)
-        own = [scenario.survey.depth(auv) for auv in range(scenario.auvs.count)]
-        route = scenario.auvs.route
-        comes_up = route.surfacing is not None
-        flies = scenario.auvs.vehicle.is_steered or comes_up
-        return tuple((0.0 if flies else depth, depth) for depth in own)
+        auvs, depth = self.scenario.auvs, self.scenario.survey.depth
+        flies = auvs.vehicle.is_steered or auvs.route.surfacing is not None
+        return tuple((0.0 if flies else depth(auv), depth(auv)) for auv in range(auvs.count))
 
     def longest_m(self, auv: int) -> float:
         """Return the longest way (m) that a ping of an AUV is heard over."""
-        hf, deepest = self.scenario.acoustics.hf, self.depths[auv][1]
+        deepest = self.depths[auv][1]
         if self.scenario.auvs.vehicle.is_steered:
             deepest += OVERSHOOT_M
-        return hf.longest_path_m(deepest)
+        return self.hf.longest_path_m(deepest)
 
     def shortest_m(self, auv: int) -> float:
         """Return the shortest way (m) of a ping of an AUV: straight up."""
         return self.depths[auv][0]
+
+    @property
+    def farthest_m(self) -> float:
+        """The longest way (m) that a ping of any AUV is heard over."""
+        return max(map(self.longest_m, range(self.auvs)))
+
+    @property
+    def nearest_m(self) -> float:
+        """The shortest way (m) of a ping of any AUV."""
+        return min(map(self.shortest_m, range(self.auvs)))

@@ -1,9 +1,7 @@
-"""Witnesses are run before they are believed: what is told of one is what happened in it.  Its
-scenario is the one that is verified, but for where its vehicles are.
-"""
+"""Witnesses are run before they are believed: what is told of one is what happened in it."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import islice, pairwise
 from typing import Any
@@ -15,124 +13,7 @@ from ..core.arrays import Floats
 from ..mission.simulation import simulate
 from ..results.result import Result
 from ..scenario.scenario import Scenario
-from ..setup import Setup
-from .case import REFUSED, UNDECIDED, Case, Plan, SignalPair
-
-# What lies at a range is put so much nearer, or farther: roundings of its place are smaller.
-SLIVER = 1e-9
-
-# Who moves by no metre a minute counts as still: a route needs a speed.
-STILL_M_PER_S = 0.001
-
-# The other AUVs are so many reaches away from all ASVs.
-OUT_OF_THE_WAY = 20.0
-
-LATEST_S = 10.0
-
-# Of a witness that lasts longer (s), so many instants are sampled: what matters is when it sounds.
-LONG_S, SAMPLES = 5000.0, 10_000
-
-
-@dataclass(frozen=True)
-class Actor:
-    """An AUV of a witness: where it begins (m), how deep (m), where it heads for, how late (s).
-
-    It heads for a place (m) at the largest relative speed, or lies still.
-    """
-
-    x: float
-    y: float
-    depth: float
-    towards: tuple[float, float] | None = None
-    late_s: float = 0.0
-
-
-def stations_of(case: Case) -> Floats:
-    """Return where the ASVs of a witness lie (m), (m, 2): those that move on a ring."""
-    found = case.stations
-    return np.array(case.setup.nominal_stations_m) if found is None else found
-
-
-def staged(
-    case: Case,
-    actors: Mapping[int, Actor],
-    duration_s: float,
-    sound_speed: float,
-    **changes: Mapping[str, Any],
-) -> dict[str, Any]:
-    """Return the plain data of a witness: some AUVs act, all others are out of the way.
-
-    `changes` are laid over the sections of the scenario.
-    """
-    scenario = case.scenario
-    setup = case.setup
-    data = scenario.model_dump(mode="json", exclude_unset=True)
-    data = {name: data[name] for name in ("acoustics", "protocol", "usbl") if name in data}
-    auvs = [actors.get(n) or _aside(case, n) for n in range(scenario.auvs.count)]
-    stations = stations_of(case)
-    data |= {
-        "name": f"{scenario.name}: witness",
-        "duration_s": duration_s,
-        "survey": {**_survey(case), "depths_m": [auv.depth for auv in auvs]},
-        "auvs": {"count": len(auvs), **_routes(case, auvs, duration_s)},
-        "asvs": {"count": len(stations), "formation": {"positions_m": stations.tolist()}},
-        "navigation": {"filter": "dead_reckoning"},  # which changes nothing that is sent
-        "environment": {
-            "sound_speed_m_per_s": sound_speed,
-            "assumed_sound_speed_m_per_s": setup.assumed_sound_speed_m_per_s,
-        },
-    }
-    if duration_s > LONG_S:
-        rate = SAMPLES / duration_s
-        data["record"] = {"metrics_hz": rate, "tracks_hz": rate}
-        data["navigation"]["imu_rate_hz"] = max(rate, 0.001)
-    if any(auv.late_s for auv in auvs):
-        data["auvs"]["ping_late_s"] = [auv.late_s for auv in auvs]
-    data["acoustics"] = lossless(data)
-    for section, change in changes.items():
-        data[section] = {**data.get(section, {}), **change}
-    return data
-
-
-def lossless(plan: Plan) -> dict[str, Any]:
-    """Return the section `acoustics` of a scenario in which no sound is lost."""
-    acoustics = {**plan.get("acoustics", {}), "loss": {"law": "none"}}
-    mf = acoustics.get("mf", {})
-    if "modem" in mf:
-        mf.pop("airtimes", None)  # which the modem brings
-    return acoustics
-
-
-def _survey(case: Case) -> dict[str, Any]:
-    survey = case.scenario.survey.model_dump(mode="json", exclude_unset=True)
-    if "area" in survey:
-        return {"polygon_m": [list(corner) for corner in case.setup.area.outline]}
-    kept = ("side_m", "size_m", "polygon_m", "rotation_deg")
-    return {name: survey[name] for name in kept if name in survey}
-
-
-def _aside(case: Case, number: int) -> Actor:
-    """Return an AUV that no ASV hears, apart from all others."""
-    stations, protocol = stations_of(case), case.scenario.protocol
-    reach = case.scenario.acoustics.hf.range_m + protocol.conflict_margin_m
-    x, y = stations.max(axis=0) + OUT_OF_THE_WAY * reach
-    return Actor(float(x) + number, float(y), case.depths[number][1])
-
-
-def _routes(case: Case, auvs: list[Actor], duration_s: float) -> dict[str, Any]:
-    """Return the routes of AUVs, with their speeds: way points if any of them moves."""
-    if all(auv.towards is None for auv in auvs):
-        return {"route": {"kind": "hold", "positions_m": [[auv.x, auv.y] for auv in auvs]}}
-    speed = min(case.closing_m_per_s, 20.0)
-    ways, speeds = [], []
-    for auv in auvs:
-        x, y = auv.towards or (auv.x + 1.0, auv.y)
-        away = math.hypot(x - auv.x, y - auv.y)
-        far = max(1.0, 2 * speed * duration_s) / away
-        ways.append([[auv.x, auv.y], [auv.x + far * (x - auv.x), auv.y + far * (y - auv.y)]])
-        speeds.append(max(speed, STILL_M_PER_S) if auv.towards else STILL_M_PER_S)
-    return {"route": {"kind": "waypoints", "points_m": ways}, "speeds_m_per_s": speeds}
-
+from .case import REFUSED, UNDECIDED, Plan, SignalPair
 
 Row = dict[str, Any]
 Place = tuple[float, float, float]
@@ -182,7 +63,7 @@ class Witness:
 def witnessed(pair: SignalPair) -> tuple[SignalPair, Witness | None]:
     """Return a pair and the first of its witnesses in which two signals overlap when it is run.
 
-    Without any it is not refused: its bound is exceeded, but nobody has seen it collide.
+    Without any it is not refused: its bound is exceeded, but no two signals were seen to collide.
     """
     if pair.witnesses is None:
         return pair, None
@@ -196,12 +77,12 @@ def seen(pair: SignalPair, plans: Iterable[Plan]) -> tuple[Witness | None, str]:
     Without any, tell in a sentence which signals were destroyed by something else, if any were.
     """
     lost = ""
-    for result, plan in ((_run(plan), plan) for plan in plans):
-        if result is not None:
-            found = _first_overlap(pair.kind, plan, result, pair.band)
-            if found is not None:
-                return found, ""
-            lost = lost or ("" if result.violations is None else result.violations.text)
+    for plan in plans:
+        if (result := _run(plan)) is None:
+            continue
+        if (found := _first_overlap(pair.kind, plan, result, pair.band)) is not None:
+            return found, ""
+        lost = lost or ("" if result.violations is None else result.violations.text)
     return None, lost
 
 
@@ -226,33 +107,32 @@ def _run(plan: Plan, seed: int = 0) -> Result | None:
 
 
 def _first_overlap(kind: str, plan: Plan, result: Result, band: str | None) -> Witness | None:
-    for receiver, one, other in _overlaps(result, band):
-        first, second = sorted((one, other), key=lambda signal: signal.begins_at_s)
+    for receiver, *signals in _overlaps(result, band):
+        first, second = sorted(signals, key=lambda signal: signal.begins_at_s)
         return Witness(kind, plan, result.seed, receiver, (first, second))
     return None
 
 
-def _overlaps(result: Result, band: str | None) -> Iterator[tuple[str, Signal, Signal]]:
+Overlap = tuple[str, Signal, Signal]
+
+
+def _overlaps(result: Result, band: str | None) -> Iterator[Overlap]:
     """Yield receivers and two signals that overlapped there, on one band or (None) on either."""
+    tracks = _tracks(result)
     if band != "mf":
-        yield from _pings(result)
+        pings = _pings(result)
+        yield from _neighbours(pings)
+        yield from _calls(result, tracks, pings)
     if band != "hf" and "frame_receptions" in result.arrow:
-        yield from _frames(result)
+        yield from _neighbours(_frames(result, tracks))
 
 
-def _pings(result: Result) -> Iterator[tuple[str, Signal, Signal]]:
-    """Yield ASVs at which two pings met, or a call."""
-    protocol = result.scenario.protocol
-    pings = {row["ping"]: row for row in result.arrow["pings"].to_pylist()}
-    there: dict[str, list[Signal]] = {}
-    lasts = result.scenario.acoustics.hf.ping_s
-    for row in _collided(result, "receptions"):
-        if row["arrived_at_s"] is not None:
-            signal = _ping(row, pings[row["ping"]], protocol.pinging, lasts)
-            there.setdefault(row[protocol.listening], []).append(signal)
+def _neighbours(there: dict[str, list[Signal]]) -> Iterator[Overlap]:
+    """Yield signals that overlapped, by receivers at which they collided with anything."""
     for receiver, signals in there.items():
-        yield from _neighbours(receiver, signals)
-    yield from _calls(result, list(pings.values()), there)
+        for one, other in pairwise(sorted(signals, key=lambda signal: signal.begins_at_s)):
+            if other.begins_at_s < one.ends_at_s - TOUCH:
+                yield receiver, one, other
 
 
 def _collided(result: Result, table: str) -> list[Row]:
@@ -262,88 +142,85 @@ def _collided(result: Result, table: str) -> list[Row]:
     return list(rows.take(those).to_pylist())
 
 
-def _neighbours(receiver: str, signals: list[Signal]) -> Iterator[tuple[str, Signal, Signal]]:
-    for one, other in pairwise(sorted(signals, key=lambda signal: signal.begins_at_s)):
-        if other.begins_at_s < one.ends_at_s - TOUCH:
-            yield receiver, one, other
-
-
-def _ping(row: Row, ping: Row, pinging: str, lasts: float) -> Signal:
-    arrived = row["arrived_at_s"]
-    what = f"ping {row['ping']} (round {ping['round']}, slot {ping['slot']})"
-    place = (ping["x_m"], ping["y_m"], ping["z_m"])
-    return Signal(what, ping[pinging], ping["sent_at_s"], place, arrived, arrived + lasts)
+def _pings(result: Result) -> dict[str, list[Signal]]:
+    """Return the pings that collided, receiver by receiver."""
+    protocol, lasts = result.scenario.protocol, result.scenario.acoustics.hf.ping_s
+    pings = {row["ping"]: row for row in result.arrow["pings"].to_pylist()}
+    there: dict[str, list[Signal]] = {}
+    for row in _collided(result, "receptions"):
+        ping, arrived = pings[row["ping"]], row["arrived_at_s"]
+        if arrived is None:  # no call made it ping, and the outcome is that call's
+            continue
+        what = f"ping {row['ping']} (round {ping['round']}, slot {ping['slot']})"
+        place = (ping["x_m"], ping["y_m"], ping["z_m"])
+        signal = Signal(
+            what, ping[protocol.pinging], ping["sent_at_s"], place, arrived, arrived + lasts
+        )
+        there.setdefault(row[protocol.listening], []).append(signal)
+    return there
 
 
 def _calls(
-    result: Result, pings: list[Row], there: dict[str, list[Signal]]
-) -> Iterator[tuple[str, Signal, Signal]]:
+    result: Result, tracks: dict[str, Floats], there: dict[str, list[Signal]]
+) -> Iterator[Overlap]:
     """Yield calls that met another at an AUV, and answers that a call met at an ASV."""
-    tracks = _tracks(result)
-    called = [ping for ping in pings if ping["called_by"] is not None]
+    lasts, sound_speed = result.scenario.acoustics.hf.ping_s, result.setup.sound_speed_m_per_s
+    called = [ping for ping in result.arrow["pings"].to_pylist() if ping["called_by"] is not None]
     everywhere = np.concatenate(list(tracks.values()))[:, 1:]
-    farthest_m = float(np.linalg.norm(np.ptp(everywhere, axis=0)))
-    longest_s = farthest_m / result.setup.sound_speed_m_per_s + result.scenario.acoustics.hf.ping_s
-    for ping in (ping for ping in called if ping["call"] == "collided"):
-        at = (ping["x_m"], ping["y_m"], ping["z_m"])
-        for other in called:
+    longest_s = float(np.linalg.norm(np.ptp(everywhere, axis=0))) / sound_speed + lasts
+
+    def call(ping: Row, at: Place) -> Signal:
+        """Return the call for a ping as it is heard at a place (m)."""
+        place = _place(tracks[ping["called_by"]], ping["called_at_s"])
+        begins = ping["called_at_s"] + math.dist(place, at) / sound_speed
+        what = f"call (round {ping['round']}, slot {ping['slot']})"
+        sent = ping["called_by"], ping["called_at_s"]
+        return Signal(what, *sent, place, begins, begins + lasts)
+
+    for ping in called:
+        for other in called if ping["call"] == "collided" else ():
             same = math.isclose(other["called_at_s"], ping["called_at_s"])
             if same and other["called_by"] != ping["called_by"]:
-                both = (_call(sent, at, tracks, result.setup) for sent in (ping, other))
-                yield (ping["auv"], *both)
+                at = (ping["x_m"], ping["y_m"], ping["z_m"])
+                yield ping["auv"], call(ping, at), call(other, at)
     for asv, signals in there.items():
         for signal in signals:
             at = _place(tracks[asv], signal.begins_at_s)
             for ping in called:
                 if abs(ping["called_at_s"] - signal.begins_at_s) > longest_s:
                     continue  # it is not under way any more, or yet
-                call = _call(ping, at, tracks, result.setup)
-                if (
-                    call.begins_at_s < signal.ends_at_s - TOUCH
-                    and signal.begins_at_s < call.ends_at_s - TOUCH
-                ):
-                    yield asv, signal, call
+                heard = call(ping, at)
+                begins = max(heard.begins_at_s, signal.begins_at_s)
+                if begins < min(heard.ends_at_s, signal.ends_at_s) - TOUCH:
+                    yield asv, signal, heard
 
 
-def _call(
-    ping: Row,
-    at: Place,
-    tracks: dict[str, Floats],
-    setup: Setup,
-) -> Signal:
-    """Return the call for a ping's AUV as it is heard at a place (m)."""
-    caller, sent = ping["called_by"], ping["called_at_s"]
-    place = _place(tracks[caller], sent)
-    begins = sent + math.dist(place, at) / setup.sound_speed_m_per_s
-    what = f"call (round {ping['round']}, slot {ping['slot']})"
-    lasts = setup.scenario.acoustics.hf.ping_s
-    return Signal(what, caller, sent, place, begins, begins + lasts)
-
-
-def _frames(result: Result) -> Iterator[tuple[str, Signal, Signal]]:
-    """Yield AUVs at which two frames of fixes met, and vehicles at which those of AUVs did."""
-    frames, tracks = result.arrow["broadcasts"].to_pylist(), _tracks(result)
+def _frames(result: Result, tracks: dict[str, Floats]) -> dict[str, list[Signal]]:
+    """Return the frames of fixes that collided at AUVs, and those of AUVs wherever they did,
+    receiver by receiver.
+    """
     there: dict[str, list[Signal]] = {}
-    for row in _collided(result, "frame_receptions"):
-        number, arrived = row["broadcast"], row["arrived_at_s"]
-        frame = frames[number]
-        signal = Signal(
-            f"broadcast {number} (round {frame['round']})", frame["asv"],
-            frame["sent_at_s"], _place(tracks[frame["asv"]], frame["sent_at_s"]),
-            arrived, arrived + frame["airtime_s"],
-        )  # fmt: skip
-        there.setdefault(row["auv"], []).append(signal)
-    sent = result.arrow["auv_frames"].to_pylist() if "auv_frames" in result.arrow else []
-    for row in _collided(result, "auv_frame_receptions") if sent else ():
-        frame, arrived = sent[row["auv_frame"]], row["arrived_at_s"]
-        signal = Signal(
-            f"{frame['kind']} {frame['auv_frame']} of broadcast {frame['broadcast']}", frame["auv"],
-            frame["sent_at_s"], _place(tracks[frame["auv"]], frame["sent_at_s"]),
-            arrived, arrived + frame["airtime_s"],
-        )  # fmt: skip
-        there.setdefault(row["listener"], []).append(signal)
-    for auv, signals in there.items():
-        yield from _neighbours(auv, signals)
+    for sent, heard, number, sender, receiver in (
+        ("broadcasts", "frame_receptions", "broadcast", "asv", "auv"),
+        ("auv_frames", "auv_frame_receptions", "auv_frame", "auv", "listener"),
+    ):
+        frames = result.arrow[sent].to_pylist() if sent in result.arrow else []
+        for row in _collided(result, heard) if frames else ():
+            frame, arrived = frames[row[number]], row["arrived_at_s"]
+            what = f"broadcast {row[number]} (round {frame.get('round')})"
+            if sent == "auv_frames":
+                what = f"{frame['kind']} {row[number]} of broadcast {frame['broadcast']}"
+            place = _place(tracks[frame[sender]], frame["sent_at_s"])
+            signal = Signal(
+                what,
+                frame[sender],
+                frame["sent_at_s"],
+                place,
+                arrived,
+                arrived + frame["airtime_s"],
+            )
+            there.setdefault(row[receiver], []).append(signal)
+    return there
 
 
 def _tracks(result: Result) -> dict[str, Floats]:

@@ -13,26 +13,16 @@ from typing import Any
 from ..core.facts import cached_property
 from ..core.plugins import is_plugin
 from ..core.wording import plain
-from ..preflight.round_lengths import rounds_of
 from ..scenario.files.overrides import put
 from ..scenario.files.scenario_file import load_scenario
 from ..scenario.scenario import Scenario
 from ..setup import Setup
+from . import rules
 from .case import ACCEPTED, REFUSED, UNDECIDED, Bounds, Case, SignalPair, bounds_of, undecided
-from .frames import beacons, broadcasts, downlink_gap, fewest_slots, frame_spread, sizes
 from .playing import Witness, seen, witnessed
-from .reuse import age_s, believed_off_m, bounded, margin_needed, same_slot
-from .signals import groups_shown
-from .two_way import answer_and_next_call, answers, call_and_answer, calls_of_a_slot, random_access
-from .uplink import answering_s, consecutive_slots, round_s
+from .witnesses import groups_shown
 
 Rule = Callable[[Case], Iterator[SignalPair]]
-
-# What may meet where ASVs ping, where they call AUVs, and where AUVs ping by their clocks
-BEACONS: tuple[Rule, ...] = (beacons,)
-CALLED: tuple[Rule, ...] = (same_slot, calls_of_a_slot, call_and_answer, answer_and_next_call)
-BY_CLOCKS: tuple[Rule, ...] = (same_slot, consecutive_slots)
-FRAMES: tuple[Rule, ...] = (broadcasts, answers)
 
 # Pairs whose margin grows by as much as an uplink slot does
 OF_SLOTS = (
@@ -141,14 +131,14 @@ class Verdict:
     @property
     def position_age_s(self) -> float | None:
         """How old positions may be by which AUVs share a slot (s); None where none do."""
-        return age_s(self.case) if self.reuses else None
+        return rules.age_s(self.case) if self.reuses else None
 
     @property
     def position_error_m(self) -> float | None:
         """How far (m) fixes may be off by which AUVs share a slot; None where none do, or nothing
         bounds it.
         """
-        return bounded(believed_off_m(self.case)) if self.reuses else None
+        return rules.bounded(rules.believed_off_m(self.case)) if self.reuses else None
 
     @property
     def conflict_margin(self) -> dict[str, float | None] | None:
@@ -156,15 +146,15 @@ class Verdict:
         if not self.reuses:
             return None
         is_set = self.scenario.protocol.conflict_margin_m
-        return {"set_m": is_set, "needed_m": bounded(margin_needed(self.case))}
+        return {"set_m": is_set, "needed_m": rules.bounded(rules.margin_needed(self.case))}
 
     @property
     def frame(self) -> dict[str, Any] | None:
         """How long frames are, and the longest rounds (s); None where rounds have no frames."""
-        frame = rounds_of(self.case.setup).frame
+        frame = self.case.rounds.frame
         if not frame:
             return None
-        lasts = round_s(self.case)
+        lasts = rules.round_s(self.case)
         return {"frame_s": frame, "round_s": lasts, "fits": lasts <= frame}
 
 
@@ -221,19 +211,24 @@ def pairs_of(case: Case) -> list[SignalPair]:
     """
     unknown = list(_unknown(case))
     bands = {pair.band for pair in unknown}
-    if bands in ({"hf"}, {"mf"}):
-        judged = (pair for rule in _rules(case) for pair in rule(case))
-        return unknown + [pair for pair in judged if pair.band not in (*bands, None)]
-    return unknown or [pair for rule in _rules(case) for pair in rule(case)]
+    if bands not in (set(), {"hf"}, {"mf"}):
+        return unknown
+    judged = [pair for rule in _rules(case) for pair in rule(case)]
+    return unknown + [pair for pair in judged if not bands or pair.band not in (*bands, None)]
 
 
 def _rules(case: Case) -> tuple[Rule, ...]:
-    if case.scenario.protocol.random_access:
-        return (random_access,)
+    """Return what may meet where AUVs ping as they like, where ASVs ping, where they call AUVs, and
+    where AUVs ping by their clocks.
+    """
     ranging = case.setup.ranging
+    if case.scenario.protocol.random_access:
+        return (rules.random_access,)
     if ranging.asvs_ping:
-        return BEACONS
-    return (*(CALLED if ranging.calls else BY_CLOCKS), *FRAMES)
+        return (rules.beacons,)
+    called = (rules.calls_of_a_slot, rules.call_and_answer, rules.answer_and_next_call)
+    pings = called if ranging.calls else (rules.consecutive_slots,)
+    return (rules.same_slot, *pings, rules.broadcasts, rules.answers)
 
 
 def _unknown(case: Case) -> Iterator[SignalPair]:
@@ -302,7 +297,7 @@ def _busy_s(case: Case) -> float:
     """Return what an uplink slot holds beside its guard (s), at the speed of sound assumed."""
     slots = case.slots
     if case.setup.ranging.calls:
-        answered = slots.ping_duration + answering_s(case) + 2 * slots.longest_travel_time
+        answered = slots.ping_duration + rules.answering_s(case) + 2 * slots.longest_travel_time
         return answered + slots.answer
     return slots.ping_duration + slots.longest_travel_time + slots.answer
 
@@ -317,12 +312,12 @@ def downlink_guard(case: Case) -> Guard | None:
         return None
     guard = min(
         slots.clock.after(0.0, slots.downlink_slot(*size)) - slots.airtime(*size)
-        for size in sizes(case)
+        for size in rules.sizes(case)
     )
-    needed = frame_spread(case)
+    needed = spread = rules.frame_spread(case)
     if downlink.waits:
-        needed -= fewest_slots(case) * case.slot_s
-    if downlink_gap(case) >= frame_spread(case):  # whatever comes between
+        needed -= rules.fewest_slots(case) * case.slot_s
+    if rules.downlink_gap(case) >= spread:  # whatever comes between
         needed = min(needed, guard)
     return Guard(guard, max(needed, 0.0))
 
@@ -354,7 +349,7 @@ def _lacking(case: Case, pairs: list[SignalPair]) -> Iterator[tuple[str, Any]]:
     ):
         if guard is not None and guard.wasted_s < 0.0:
             yield key, _up(guard.needed_s, STEP_S)
-    margin = margin_needed(case)
+    margin = rules.margin_needed(case)
     if "same slot" in refused and margin <= MOST_RANGES * case.scenario.acoustics.hf.range_m:
         yield "conflict_margin_m", _up(margin, STEP_M)
     if case.setup.broadcaster.at_once:

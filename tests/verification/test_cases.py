@@ -11,16 +11,21 @@ from cases_for_tests import case, most_fixes, scenario
 from commands_for_tests import call
 
 from bindusbl_des import verify
-from bindusbl_des.verification.frames import frame_spread, sizes, widest
-from bindusbl_des.verification.signals import (
+from bindusbl_des.verification.rules import (
+    call_and_answer,
+    frame_spread,
+    round_gap,
+    sizes,
+    spread_s,
+    widest,
+)
+from bindusbl_des.verification.witnesses import (
     answer_late,
     answer_passing,
     groups_shown,
     rounds_shown,
     two_calls,
 )
-from bindusbl_des.verification.two_way import call_and_answer
-from bindusbl_des.verification.uplink import round_gap, spread_s
 
 PLACES = [(10.0, 0.0), (0.0, 20.0), (-30.0, 5.0)]
 PLACED = {"count": 3, "formation": {"positions_m": PLACES}}

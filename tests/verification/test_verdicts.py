@@ -16,7 +16,8 @@ from worlds import merged, parse_scenario
 from bindusbl_des import Result, Scenario, Setup, Verdict, load_scenario, simulate, verify
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.verification import playing
-from bindusbl_des.verification.playing import played, staged
+from bindusbl_des.verification.playing import played
+from bindusbl_des.verification.witnesses import staged
 
 # As many as it takes for every rule to accept and to refuse
 DRAWN = 60
