@@ -77,21 +77,6 @@ def span(values: list[float]) -> str:
     return " .. ".join(dict.fromkeys(f"{value:.3f}" for value in values))
 
 
-def random_lines(setup: "Setup", rounds: "Rounds", fixes: list[int]) -> Iterator[str]:
-    """Yield the load that AUVs offer, and how long broadcasts of some numbers of fixes take."""
-    from ..preflight.round_lengths import offered
-
-    yield from _load(setup, offered(setup, rounds.slots))
-    yield from _cycles(rounds, fixes)
-
-
-def access_data(setup: "Setup", slots: "Slots") -> dict[str, Any] | None:
-    """Return the load that AUVs offer as data; None where they have slots."""
-    from ..preflight.round_lengths import offered
-
-    return asdict(offered(setup, slots)) if setup.scenario.protocol.random_access else None
-
-
 def answered(slots: "Slots") -> str:
     """Tell how each ping is answered."""
     if not slots.answer:
@@ -102,7 +87,6 @@ def answered(slots: "Slots") -> str:
 
 def _load(setup: "Setup", load: "OfferedLoad") -> Iterator[str]:
     """Yield how often AUVs ping, and how many of these pings meet no other."""
-
     protocol = setup.scenario.protocol
     yield (
         f"{protocol.program.words}: each AUV has something to send every {protocol.frame_s:g} s "
@@ -173,17 +157,14 @@ def timing(scenario: str, overrides: tuple[str, ...], as_json: bool, allow_plugi
 
 
 def _durations(setup: "Setup", slots: "Slots") -> Iterator[str]:
-    scenario = setup.scenario
-
-    rate = scenario.protocol.tick_rate_hz
-    ranging = scenario.protocol.ranging
-    two_way = scenario.protocol.calls
+    protocol = setup.scenario.protocol
+    rate, ranging, two_way = protocol.tick_rate_hz, protocol.ranging, protocol.calls
     yield f"{'survey across L':<22}{setup.area.across:>10.2f} m"
     for name, value in (
         ("crossing time t_C", slots.crossing_time),
         ("ping T_P", slots.ping_duration),
         ("longest travel time", slots.longest_travel_time),
-        *((("AUV turnaround", scenario.protocol.turnaround_s),) if two_way else ()),
+        *((("AUV turnaround", protocol.turnaround_s),) if two_way else ()),
         *((("answer and its guard", slots.answer),) if slots.answer else ()),
         *((("data behind a ping", slots.data),) if slots.data else ()),
         ("two-way slot T_UL" if two_way else "uplink slot T_UL", slots.uplink_slot),
@@ -203,14 +184,16 @@ def _durations(setup: "Setup", slots: "Slots") -> Iterator[str]:
 
 def _downlink(setup: "Setup", rounds: "Rounds") -> Iterator[str]:
     """Yield what a round is under the scenario's downlink and schedule, and a table of rounds."""
-    scenario = setup.scenario
-
-    downlink, schedule = scenario.protocol.downlink, scenario.protocol.schedule
-    if scenario.protocol.asvs_ping:
+    scenario, protocol = setup.scenario, setup.scenario.protocol
+    downlink, schedule = protocol.downlink, protocol.schedule
+    if protocol.asvs_ping:
         yield from _passive(rounds)
         return
-    if scenario.protocol.random_access:
-        yield from random_lines(setup, rounds, _shown(1, rounds.auvs))
+    if protocol.random_access:
+        from ..preflight.round_lengths import offered
+
+        yield from _load(setup, offered(setup, rounds.slots))
+        yield from _cycles(rounds, _shown(1, rounds.auvs))
         return
     if not rounds.are_known:
         own = "the plug-in decides when fixes are broadcast and rounds end."
@@ -223,7 +206,7 @@ def _downlink(setup: "Setup", rounds: "Rounds") -> Iterator[str]:
             f"Beside the slots each AUV speaks to its peers every {peers.every_s:g} s, in messages "
             f"of {lasts:.4g} ms on HF: pings that one overlaps are lost, which nothing here counts."
         )
-    if scenario.protocol.replies:
+    if protocol.replies:
         yield f"There, {answered(rounds.slots)}."
     yield from rounds.pace_lines(setup.schedule)
     yield from assignments(scenario, rounds)
@@ -244,7 +227,6 @@ def _passive(rounds: "Rounds") -> Iterator[str]:
 
 def _frames(setup: "Setup", rounds: "Rounds") -> Iterator[str]:
     """Yield the rounds of a schedule that gives each frame to one AUV."""
-
     count, frame = setup.scenario.auvs.count, rounds.frame
     by_lot = setup.schedule.turn == "lot"
     turn, chosen = ("on average ", "drawn at random from") if by_lot else ("", "in turn of")
@@ -296,6 +278,7 @@ def _groups(rounds: "Rounds", shares: bool) -> Iterator[str]:
 
 def _timing(setup: "Setup", rounds: "Rounds") -> dict[str, Any]:
     """Return slots and rounds as data: durations in s, rounds as in the table, a row for each."""
+    from ..preflight.round_lengths import offered
 
     slots, protocol = rounds.slots, setup.scenario.protocol
     answered = not rounds.broadcasts
@@ -331,7 +314,7 @@ def _timing(setup: "Setup", rounds: "Rounds") -> dict[str, Any]:
         "named": rounds.named,
         "assignment_bytes": rounds.named * protocol.dissemination.assignment_bytes,
         "frame_s": rounds.frame or None,
-        "access": access_data(setup, slots),
+        "access": asdict(offered(setup, slots)) if protocol.random_access else None,
         "rounds": rows if rounds.are_known else None,
     }
 

@@ -48,57 +48,48 @@ def fixing(result: "Result", fix: Any) -> Step:
     asvs = fix.asvs.split()
     words, facts = _wrong(result, fix)
     located = f"x {plus_minus(fix.x_m, fix.sd_x_m)}, y {plus_minus(fix.y_m, fix.sd_y_m)} m"
+    off = f"{fix.error_m:.2f} m off the truth"
     if result.scenario.protocol.asvs_ping:
         time, who = fix.delivered_at_s, f"{fix.auv} itself, of where it was as the ping arrived"
-        why = f"the offset by its own array, AHRS and clock, taken from where {fix.asvs} was"
+        array = "the offset by its own array, AHRS and clock"
+        why = f"{array}, taken from where {fix.asvs} was; {off}"
     else:
         time, who = known_at(result, fix), ", ".join(asvs)
-        why = "one measurement" if len(asvs) == 1 else f"{len(asvs)} measurements fused (MVLUE)"
-    off = f"{fix.error_m:.2f} m off the truth"
-    joint = "; " if result.scenario.protocol.asvs_ping else ", "
-    return Step(
-        time,
-        f"Fix {fix.fix}",
-        f"is made by {who}: {located}",
-        lines(f"{why}{joint}{off}", *words),
-        {"fix": fix.fix, "asvs": asvs, "x_m": fix.x_m, "y_m": fix.y_m, "error_m": fix.error_m,
-         **facts},
-    )  # fmt: skip
+        made = "one measurement" if len(asvs) == 1 else f"{len(asvs)} measurements fused (MVLUE)"
+        why = f"{made}, {off}"
+    facts = {
+        "fix": fix.fix, "asvs": asvs, "x_m": fix.x_m, "y_m": fix.y_m, "error_m": fix.error_m,
+        **facts,
+    }  # fmt: skip
+    return Step(time, f"Fix {fix.fix}", f"is made by {who}: {located}", lines(why, *words), facts)
 
 
-def _wrong(result: "Result", fix: Any) -> tuple[list[str], dict[str, float]]:
+def _wrong(result: "Result", fix: Any) -> tuple[list[str], dict[str, Any]]:
     """Return in words, and as numbers, what was wrong all the time as a fix was measured."""
     met = rows_where(result.tables["receptions"], ping=fix.ping, auv=fix.auv)
     heard = met[met.asv.isin(fix.asvs.split())]
     passive, setup = result.scenario.protocol.asvs_ping, result.setup
-    words, facts = [], dict[str, float]()
-    turned, gnss, slow = [], [], []
+    facts, those = dict[str, Any](), dict[str, list[str]]()
     for row in heard.itertuples():
-        carrier = row.auv if passive else row.asv
-        if known(row.misalignment_deg) is not None:
-            facts[f"{carrier}_misalignment_deg"] = row.misalignment_deg
-            turned.append(f"{carrier} {row.misalignment_deg:+.2f}")
-        if known(row.gnss_error_x_m) is not None:
-            facts[f"{row.asv}_gnss_x_m"] = row.gnss_error_x_m
-            facts[f"{row.asv}_gnss_y_m"] = row.gnss_error_y_m
-            gnss.append(f"{row.asv} {row.gnss_error_x_m:+.2f} {row.gnss_error_y_m:+.2f}")
-        if known(row.slow_range_error_m) is not None:
-            facts[f"{row.asv}_slow_range_m"] = row.slow_range_error_m
-            slow.append(f"{row.asv} {row.slow_range_error_m:+.3f}")
-    for text, found in (
-        ("headings misaligned (deg)", turned),
-        ("GNSS slowly astray (x y, m)", gnss),
-        ("ranges slowly astray (m)", slow),
-    ):
-        words += [f"{text}: {', '.join(found)}"] if found else []
+        gnss = {"gnss_x_m": row.gnss_error_x_m, "gnss_y_m": row.gnss_error_y_m}
+        for text, who, digits, values in (
+            ("headings misaligned (deg)", row.auv if passive else row.asv, 2,
+             {"misalignment_deg": row.misalignment_deg}),
+            ("GNSS slowly astray (x y, m)", row.asv, 2, gnss),
+            ("ranges slowly astray (m)", row.asv, 3, {"slow_range_m": row.slow_range_error_m}),
+        ):  # fmt: skip
+            if any(known(value) is None for value in values.values()):
+                continue
+            facts |= {f"{who}_{name}": value for name, value in values.items()}
+            numbers = [f"{value:+.{digits}f}" for value in values.values()]
+            those.setdefault(text, []).append(" ".join([who, *numbers]))
+    words = [f"{text}: {', '.join(numbers)}" for text, numbers in those.items()]
     share, assumed = setup.sound_speed_error, setup.assumed_sound_speed_m_per_s
     if share and not result.scenario.usbl.model.is_own:
         facts["sound_speed_error"] = share
-        side = "long" if share > 0 else "short"
-        true = setup.sound_speed_m_per_s
         words.append(
-            f"ranges {100 * abs(share):.2f} % too {side}: sound is assumed to travel at "
-            f"{assumed:g}, not at {true:g} m/s"
+            f"ranges {100 * abs(share):.2f} % too {'long' if share > 0 else 'short'}: sound is "
+            f"assumed to travel at {assumed:g}, not at {setup.sound_speed_m_per_s:g} m/s"
         )
     late = None if heard.empty else known(heard.clock_late_s.iloc[0])
     if late is not None:
@@ -120,10 +111,9 @@ def carrier_of(result: "Result", fix: Any) -> Any:
     """Return the row of the frame by which a fix came: of those in which it was broadcast, where it
     was repeated.
     """
-    came_in = known(fix.get("came_in"))
-    return (
-        frame_of(result, fix) if came_in is None else result.tables["broadcasts"].iloc[int(came_in)]
-    )
+    if (came_in := known(fix.get("came_in"))) is None:
+        return frame_of(result, fix)
+    return result.tables["broadcasts"].iloc[int(came_in)]
 
 
 def relay_of(result: "Result", fix: Any) -> Any:
@@ -177,22 +167,22 @@ def broadcasting(result: "Result", fix: Any) -> Step:
         "range_m": _away(result, fix),
         "limit_m": result.scenario.acoustics.mf.range_m,
     }
-    reached = _reached(result, fix)
-    if protocol.replies:
+    on_air = _on_air(result, frame), _reached(result, fix)
+    if not protocol.replies:
+        number = "the fix alone" if frame.fixes == 1 else f"it among {frame.fixes} fixes"
+        what = f"broadcasts {number}"
+        why = lines(_why_then(result, fix, frame), _why_it(result, fix, frame), *on_air)
+    else:
+        what = "answers it"
         why = f"{protocol.downlink}: the first ASV to decode a ping answers it at once"
         if protocol.sends_frames:
-            why = lines(why, _on_air(result, frame), reached)
+            why = lines(why, *on_air)
         else:
             front = protocol.answer.reply_at == "ping_front"
             when = "as the ping's front arrives" if front else "when the ping has arrived in full"
             at = f"{when} (reply_at {protocol.answer.reply_at}), without airtime (reply instant)"
             why = lines(why, at)
-        return Step(fix.broadcast_at_s, fix.broadcast_by, "answers it", why, facts)
-    why = lines(
-        _why_then(result, fix, frame), _why_it(result, fix, frame), _on_air(result, frame), reached
-    )
-    number = "the fix alone" if frame.fixes == 1 else f"it among {frame.fixes} fixes"
-    return Step(fix.broadcast_at_s, fix.broadcast_by, f"broadcasts {number}", why, facts)
+    return Step(fix.broadcast_at_s, fix.broadcast_by, what, why, facts)
 
 
 def _away(result: "Result", fix: Any) -> float:
@@ -203,23 +193,19 @@ def _away(result: "Result", fix: Any) -> float:
 
 def _reached(result: "Result", fix: Any) -> str:
     """Tell from how far away an AUV decodes the frame with its fix, or why it does not."""
-    mf, away = result.scenario.acoustics.mf, _away(result, fix)
-    beyond = fix.outcome == "out_of_range"
-    if missed := why_missed(result, fix):
-        if not beyond and fix.outcome != "lost":
-            return f"the frame is {missed}"
-        if not mf.traits.ends_at_range and not _is_cut(result, fix):
-            return f"{fix.auv} is {away:.1f} m away; {missed}"
+    mf, away, missed = result.scenario.acoustics.mf, _away(result, fix), why_missed(result, fix)
+    beyond, ends = fix.outcome == "out_of_range", mf.traits.ends_at_range
+    if fix.outcome == "collided":
+        return f"the frame is {missed}"
+    if not ends and not (missed and _met(result, fix).why in ("failed", "failed_meanwhile")):
+        words = f"{fix.auv} is {away:.1f} m away"
+        return f"{words}; {missed}" if missed else words
     if missed and not beyond:
         return missed
-    if not mf.traits.ends_at_range:
+    if not ends:
         return f"{fix.auv} is {away:.1f} m away"
     words = compared(away, mf.range_m) if (away > mf.range_m) == beyond else "at the edge of the"
     return f"{mf.range_metric} range of {fix.auv} {words} MF range"
-
-
-def _is_cut(result: "Result", fix: Any) -> bool:
-    return _met(result, fix).why in ("failed", "failed_meanwhile")
 
 
 def _met(result: "Result", fix: Any) -> Any:

@@ -50,14 +50,17 @@ def receptions(result: "Result", ping: Any) -> Iterator[Step]:
         depth = ping.z_m
         if protocol.asvs_ping:
             depth = place(result, str(reception.auv), float(reception.arrived_at_s))[2]
-        what, why = _decided(result, reception, depth)
+        slant = away = float(reception.slant_range_m)
+        if hf.range_metric != "slant":  # ASVs float at the surface
+            away = math.sqrt(max(slant**2 - depth**2, 0.0))
+        what, why = _decided(result, reception, away)
         path = f"{reception.slant_range_m:.1f} m, {1e3 * reception.travel_time_s:.1f} ms"
         facts = {
             "outcome": reception.outcome,
             "why": known(reception.why),
             "slant_range_m": reception.slant_range_m,
             "travel_time_s": reception.travel_time_s,
-            "range_m": _counted_range(result, reception, depth),
+            "range_m": away,
             "limit_m": hf.range_m if hf.traits.ends_at_range else None,
             "loss_probability": known(reception.loss_probability),
             **_levels(reception),
@@ -66,22 +69,23 @@ def receptions(result: "Result", ping: Any) -> Iterator[Step]:
         yield Step(reception.arrived_at_s, who, f"{what} ({path})", why, facts)
 
 
-def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
-    """Return what became of a ping where it arrived, and why."""
+def _decided(result: "Result", reception: Any, away: float) -> tuple[str, str]:
+    """Return what became of a ping where it arrived, from so far (m) by the band's metric, and why:
+    by the column `why`, as far as that is on record.
+    """
     why, outcome, hf = known(reception.why), reception.outcome, result.scenario.acoustics.hf
-    begin = float(reception.arrived_at_s)
+    begin, asv = float(reception.arrived_at_s), str(reception.asv)
+    sent = begin - float(reception.travel_time_s)
+    near, chance = _near(result, reception, away), _chance(result, reception)
     if why == "failed":
-        return "hears nothing", f"{reception.asv} had {failed_at(result, reception.asv, begin)}"
+        return "hears nothing", f"{asv} had {failed_at(result, asv, begin)}"
     if why == "failed_meanwhile":
         passive = result.scenario.protocol.asvs_ping
-        sent = begin - float(reception.travel_time_s) if passive else begin
-        when = failed_at(result, reception.asv, sent + hf.ping_s)
-        return "loses it", f"{reception.asv} {when}, while it {_deed(passive)}"
+        when = failed_at(result, asv, (sent if passive else begin) + hf.ping_s)
+        return "loses it", f"{asv} {when}, while it {'pinged' if passive else 'was hearing it'}"
     if outcome == "out_of_range":
-        asv = str(reception.asv)
-        what, words = _too_far(result, reception, depth)
-        return what, words + on_its_way(result, asv, begin)
-    near, chance = _near(result, reception, depth), _chance(result, reception)
+        what = "is too far away" if hf.traits.ends_at_range else "hears nothing"
+        return what, (near or f"it is {hf.beyond}") + on_its_way(result, asv, begin)
     if outcome == "in_flight":
         ends = f"the ping ends at {begin + hf.ping_s:.4f} s"
         ends += f", the mission at {result.scenario.duration_s:g} s"
@@ -93,8 +97,7 @@ def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
     if outcome == "collided":
         return "hears pings mixed", lines(near, _overlapping(result, reception))
     if why == "doppler":
-        pair = str(reception.auv), str(reception.asv)
-        sent = begin - float(reception.travel_time_s)
+        pair = str(reception.auv), asv
         return "loses it", lines(near, too_fast(result, "hf", pair, sent))
     alone = "nothing drowns it" if _levels(reception) else "no other ping overlaps"
     if outcome == "heard":
@@ -108,39 +111,17 @@ def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
     return "loses it", lines(near, alone, chance, lasts)
 
 
-def _deed(passive: bool) -> str:
-    return "pinged" if passive else "was hearing it"
-
-
-def _too_far(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
-    """Return what becomes of a ping beyond all range, and why."""
+def _near(result: "Result", reception: Any, away: float) -> str:
+    """Compare the range (m) of a ping with that of the band, or tell how loud it was; "" where
+    neither counts.
+    """
     hf = result.scenario.acoustics.hf
-    if hf.traits.ends_at_range:
-        return "is too far away", _range_words(result, reception, depth)
-    return "hears nothing", _level(reception) or f"it is {hf.beyond}"
-
-
-def _near(result: "Result", reception: Any, depth: float) -> str:
-    """Tell that a ping came from within range, or how loud it was; "" where neither counts."""
-    hf = result.scenario.acoustics.hf
-    return _range_words(result, reception, depth) if hf.traits.ends_at_range else _level(reception)
-
-
-def _range_words(result: "Result", reception: Any, depth: float) -> str:
-    """Compare the range of a ping with that of the band."""
-    hf, away = result.scenario.acoustics.hf, _counted_range(result, reception, depth)
+    if not hf.traits.ends_at_range:
+        return _level(reception)
     # A vessel that moves may cross the limit while the ping is under way.
     as_decided = (away > hf.range_m) == (reception.outcome == "out_of_range")
     words = compared(away, hf.range_m) if as_decided else "at the edge of the"
     return f"{hf.range_metric} range {words} HF range"
-
-
-def _counted_range(result: "Result", reception: Any, depth: float) -> float:
-    """Return the range (m) that the rule compares; ASVs float at the surface."""
-    slant = float(reception.slant_range_m)
-    if result.scenario.acoustics.hf.range_metric == "slant":
-        return slant
-    return math.sqrt(max(slant**2 - depth**2, 0.0))
 
 
 def _levels(reception: Any) -> dict[str, float]:

@@ -32,7 +32,8 @@ def chain_of_fix(result: "Result", number: int) -> Chain:
         return chain_of_ping(result, int(fix.ping))
     ping = row_of(result, "pings", "ping", int(fix.ping))
     heard = [step for step in receptions(result, ping) if step.who == fix.auv]
-    steps = _in_order([*beaconing(result, ping), *heard, *_taken(result, fix)])
+    made = fixing(result, fix), arriving(result, fix)
+    steps = _in_order([*beaconing(result, ping), *heard, *made])
     words = f"fix {fix.fix}, the AUV's own, {fix.latency_s:.4f} s after the ping"
     parts = tuple(latency(result, fix))
     return Chain(int(fix.ping), fix.auv, fix.fix, fix.outcome, words, steps, parts, ping.asv)
@@ -51,7 +52,7 @@ def chain_of_ping(result: "Result", number: int) -> Chain:
     fixes = [row_of(result, "fixes", "fix", fix) for fix in numbers]
     if result.scenario.protocol.asvs_ping:
         steps = [*beaconing(result, ping), *receptions(result, ping)]
-        steps += [step for fix in fixes for step in _taken(result, fix)]
+        steps += [of(result, fix) for fix in fixes for of in (fixing, arriving)]
         outcome, words = _shared(result, ping, fixes)
         return Chain(number, None, None, outcome, words, _in_order(steps), (), ping.asv)
     steps = [*sending(result, ping), *receptions(result, ping)]
@@ -77,11 +78,6 @@ def chain_of_ping(result: "Result", number: int) -> Chain:
     return Chain(number, ping.auv, fix.fix, fix.outcome, words, _in_order(steps), parts)
 
 
-def _taken(result: "Result", fix: Any) -> tuple[Step, Step]:
-    """Return how a fix of an AUV's own is made, and what it makes of it."""
-    return fixing(result, fix), arriving(result, fix)
-
-
 def _without_fix(result: "Result", ping: Any) -> tuple[str, str]:
     """Return why a ping led to no fix, as a word and in words."""
     if not is_sent(ping):
@@ -93,11 +89,10 @@ def _without_fix(result: "Result", ping: Any) -> tuple[str, str]:
         beyond = result.scenario.acoustics.hf.beyond
         beyond += " or has failed" if failed(result, ping.sent_at_s) else ""
         return "out_of_range", f"no fix: every ASV is {beyond}"
-    words = [f"{word} at {outcomes.count(word)}" for word in ("lost", "collided")
-             if word in outcomes]  # fmt: skip
+    destroyed = [word for word in ("lost", "collided") if word in outcomes]
+    words = [f"{word} at {outcomes.count(word)}" for word in destroyed]
     near = sum(outcome != "out_of_range" for outcome in outcomes)
-    outcome = "lost" if "lost" in outcomes else "collided"
-    return outcome, f"no fix: {' and '.join(words)} of {near} ASVs in range"
+    return destroyed[0], f"no fix: {' and '.join(words)} of {near} ASVs in range"
 
 
 def _shared(result: "Result", ping: Any, fixes: list[Any]) -> tuple[str, str]:
