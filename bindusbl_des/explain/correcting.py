@@ -123,10 +123,11 @@ def _gate(result: "Result") -> float | None:
 
 def _gated(result: "Result", fix: Any) -> str:
     """Return in words whether the gate let a fix pass, empty where it did not come to that."""
-    navigation, square, gate = result.scenario.navigation, known(fix.nis), _gate(result)
-    if result.setup.navigator.has_gain and known(fix.innovation_m) is not None:
+    navigation, navigator = result.scenario.navigation, result.setup.navigator
+    square, gate = known(fix.nis), _gate(result)
+    if navigator.has_gain and known(fix.innovation_m) is not None:
         return f"no gate: {navigation.filter} takes every fix in"
-    if result.setup.navigator.ignores_fixes or square is None:
+    if navigator.ignores_fixes or square is None:
         return ""
     words = f"normalised, its square is {square:.2f}"
     if navigation.filter.is_own:

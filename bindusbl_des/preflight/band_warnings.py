@@ -114,28 +114,26 @@ def steep(setup: Setup) -> Iterator[Problem]:
 def _steep(scenario: Scenario) -> Iterator[tuple[str, str]]:
     """Yield the bands of which that is so, and how far they reach by either metric, in words."""
     deepest, protocol = scenario.survey.deepest, scenario.protocol
-    for name, band in (("hf", scenario.acoustics.hf), ("mf", scenario.acoustics.mf)):
+    for name, band in scenario.acoustics.bands.items():
         used = name == "hf" or protocol.sends_frames
         on_disc = used and band.traits.ends_at_range
         if on_disc and band.range_metric == "horizontal" and deepest > STEEP * band.range_m:
             slant = band.longest_path_m(deepest)
             level = math.sqrt(max(band.range_m**2 - deepest**2, 0.0))
             least = f"{level:.4g} m, seen from above" if level else "none of them"
-            yield (
-                name,
-                (
-                    f"the {name.upper()} range of {band.range_m:g} m is horizontal, which is "
-                    f"{slant:.4g} m of slant range to AUVs {deepest:g} m deep; {band.range_m:g} m "
-                    f"of slant range would reach {least}"
-                ),
+            words = (
+                f"the {name.upper()} range of {band.range_m:g} m is horizontal, which is "
+                f"{slant:.4g} m of slant range to AUVs {deepest:g} m deep; {band.range_m:g} m "
+                f"of slant range would reach {least}"
             )
+            yield name, words
 
 
 def tables(setup: Setup) -> Iterator[Problem]:
     """Yield which tables of sound end before the ranges or depths that count."""
     scenario = setup.scenario
     depths = [scenario.survey.depth(auv) for auv in range(scenario.auvs.count)]
-    for name, band in (("hf", scenario.acoustics.hf), ("mf", scenario.acoustics.mf)):
+    for name, band in scenario.acoustics.bands.items():
         if (file := band.channel.settings.get("rays")) is None:
             continue
         from ..acoustics.ray_tables import read_table  # brings numpy
@@ -173,18 +171,24 @@ def fastest_m_per_s(setup: Setup) -> float | None:
     None where that is not known: of vehicles that a log, an autopilot or a program moves.
     """
     scenario = setup.scenario
+    auvs, asvs = scenario.auvs, scenario.asvs
     if "auvs.route" in scenario.plugins:
         return None
-    route = setup.route
-    moves = scenario.auvs.vehicle.is_steered or scenario.auvs.vehicle.choice.is_own
-    if moves or route.is_recorded or scenario.asvs.formation.moored is None:
+    moved = any(of.vehicle.is_steered or of.vehicle.choice.is_own for of in (auvs, asvs))
+    if moved or setup.route.is_recorded or asvs.formation.moored is None:
         return None
-    if scenario.asvs.vehicle.is_steered or scenario.asvs.vehicle.choice.is_own:
-        return None
-    if route.is_held:
+    return planned_speed_m_per_s(setup)
+
+
+def planned_speed_m_per_s(setup: Setup) -> float:
+    """Return how fast (m/s) the fastest AUV is to go on a route that is no track; speeds that are
+    given are those seen from above.
+    """
+    if setup.route.is_held:
         return 0.0
-    steep = 0.0 if route.surfacing is None else route.surfacing.climb_angle_deg
-    return max(scenario.auvs.speeds) / math.cos(math.radians(steep))
+    surfacing = setup.route.surfacing
+    steep = 0.0 if surfacing is None else surfacing.climb_angle_deg
+    return max(setup.scenario.auvs.speeds) / math.cos(math.radians(steep))
 
 
 def shifted_bands(setup: Setup) -> dict[str, float]:
@@ -204,11 +208,11 @@ def doppler_limits(setup: Setup) -> dict[str, float]:
 
 def shifts(setup: Setup) -> Iterator[Problem]:
     """Yield that AUVs are faster than a band bears, or that none ever is."""
-    limits = doppler_limits(setup)
+    limits, bands = doppler_limits(setup), setup.scenario.acoustics.bands
     if not limits or (fastest := fastest_m_per_s(setup)) is None:
         return
     for name, limit in limits.items():
-        given = "doppler_limit_m_per_s" in setup.scenario.acoustics.bands[name].channel.settings
+        given = "doppler_limit_m_per_s" in bands[name].channel.settings
         key = f"acoustics.{name}.{'channel.doppler_limit_m_per_s' if given else 'modem'}"
         if fastest > limit:
             yield Problem(
@@ -227,17 +231,17 @@ def shifts(setup: Setup) -> Iterator[Problem]:
             )
 
 
-def _may_lose_half(scenario: Scenario, band: str) -> bool:
+def _may_lose_half(scenario: Scenario, name: str) -> bool:
     """Tell whether a band's channel has to be asked, for which `validate` does not wait where a
     disc cannot lose half the signals.
     """
-    hf, loss = scenario.acoustics.hf, scenario.acoustics.loss
-    if band == "mf":
-        return not scenario.acoustics.mf.traits.ends_at_range and scenario.protocol.sends_frames
-    if not hf.traits.ends_at_range:
-        return True
-    away = math.hypot(hf.range_m, scenario.survey.deepest)
-    shrink = min(1.0, SAFE_M / 2.0 / hf.range_m) if loss.law == "scaled" else 1.0
+    band, loss = scenario.acoustics.bands[name], scenario.acoustics.loss
+    if not band.traits.ends_at_range:
+        return name == "hf" or scenario.protocol.sends_frames
+    if name == "mf":
+        return False
+    away = math.hypot(band.range_m, scenario.survey.deepest)
+    shrink = min(1.0, SAFE_M / 2.0 / band.range_m) if loss.law == "scaled" else 1.0
     shared = loss.combine != "off" and scenario.auvs.count * loss.contention_per_auv > 0.3
     return shared or (loss.law != "none" and away * shrink > SAFE_M)
 
@@ -385,9 +389,8 @@ ALWAYS_HEARING = (
 
 def left_out(setup: Setup) -> Iterator[str]:
     """Yield what the rates of `limits` leave out, or take for granted, in sentences."""
-    scenario = setup.scenario
-    protocol, rule = scenario.protocol, setup.broadcaster
-    for _, words in _steep(setup.scenario):
+    scenario, protocol, rule = setup.scenario, setup.scenario.protocol, setup.broadcaster
+    for _, words in _steep(scenario):
         yield f"{words[0].upper()}{words[1:]}."
     if protocol.duplex == "per_node" and not protocol.asvs_ping:
         yield ALWAYS_HEARING

@@ -145,8 +145,8 @@ def fix_chance(setup: Setup, stations: ArrayLike, places: ArrayLike) -> Floats |
     ahead = told_ahead(setup, scenario.protocol.downlink)
 
     def chance(some: Floats) -> Floats:
-        heard = _heard(setup, some, asvs)
-        delivered = _delivered(setup, some, asvs) if frames else heard
+        heard = _decoded(setup, "hf", some, asvs)
+        delivered = _decoded(setup, "mf", some, asvs) if frames else heard
         return made_and_delivered(setup, heard, delivered, _apart(some, asvs), ahead=ahead)[1]
 
     parts = max(len(auvs) * len(asvs) // MOST_PAIRS, 1)
@@ -266,16 +266,10 @@ def _summed(frame: Ints, score: Floats) -> Floats:
 def ping_chance(setup: Setup, slants: Floats, depth: float) -> Floats | None:
     """Return how likely one ASV decodes pings over slant ranges (n,), m, from a depth (m).
 
-    Of the disc inside its reach, which does not count here.  None: a channel of somebody's own, or
+    Of the disc inside its reach, which does not count here.  None: a user-defined channel, or one
     of links.
     """
-    scenario = setup.scenario
-    if not scenario.acoustics.hf.by_place:
-        return None
-    channel = setup.ping_channel
-    if channel is None:
-        return np.asarray(1.0 - setup.ping_loss.over(slants))
-    return _decoded(channel, *below(slants, depth), scenario.acoustics.hf.range_m, False)[:, 0]
+    return _over(setup, "hf", slants, depth)
 
 
 def frame_chance(
@@ -284,13 +278,18 @@ def frame_chance(
     """Return how likely an AUV decodes frames with so many fixes, or those of all (None), as
     :func:`ping_chance`.
     """
-    mf = setup.scenario.acoustics.mf
-    if not mf.by_place:
+    return _over(setup, "mf", slants, depth, fixes)
+
+
+def _over(
+    setup: Setup, band: str, slants: Floats, depth: float, fixes: int | None = None
+) -> Floats | None:
+    if not setup.scenario.acoustics.bands[band].by_place:
         return None
-    channel = _frames(setup, fixes)
+    channel = _channel(setup, band, fixes)
     if channel is None:
-        return np.ones(len(slants))
-    return _decoded(channel, *below(slants, depth), mf.range_m, True)[:, 0]
+        return _on_disc(setup, band, slants)
+    return _through(channel, setup, band, *below(slants, depth))[:, 0]
 
 
 def delivery(setup: Setup, band: str) -> tuple[float, float, float] | None:
@@ -364,44 +363,41 @@ def _rings(ranges: Floats, chance: Callable[[Floats], Floats | None]) -> Rings:
     return tuple((begin, end) for begin, end in pairs if end > begin)
 
 
-def _heard(setup: Setup, auvs: Floats, asvs: Floats) -> Floats:
-    """Return how likely the ping of each AUV is decoded by each ASV (n, m)."""
-    channel, hf = setup.ping_channel, setup.scenario.acoustics.hf
-    if channel is not None:
-        return _decoded(channel, auvs, asvs, hf.range_m, False)
-    away = _apart(auvs, asvs)
-    counted = away if hf.range_metric == "slant" else _apart(auvs, asvs, axes=2)
-    lost = setup.ping_loss.over(away.ravel()).reshape(away.shape)
-    return np.where(counted <= hf.range_m, 1.0 - lost, 0.0)
-
-
-def _delivered(setup: Setup, auvs: Floats, asvs: Floats) -> Floats:
-    """Return how likely each AUV decodes the frame with its fix from each ASV (n, m)."""
-    mf, channel = setup.scenario.acoustics.mf, _frames(setup)
-    if channel is None:
-        axes = 3 if mf.range_metric == "slant" else 2
-        return (_apart(auvs, asvs, axes) <= mf.range_m).astype(float)
-    return _decoded(channel, auvs, asvs, mf.range_m, True)
-
-
-def _frames(setup: Setup, fixes: int | None = None) -> AskedChannel | None:
-    """Return the channel of a frame with so many fixes, by default those of all or, in an answer,
-    one; None for the disc.
+def _decoded(setup: Setup, band: str, auvs: Floats, asvs: Floats) -> Floats:
+    """Return how likely the ping of each AUV (hf), or the frame with its fix (mf), is decoded by,
+    or from, each ASV (n, m).
     """
-    scenario = setup.scenario
-    channel = setup.frame_channel
-    if channel is None:
-        return None
+    section, channel = setup.scenario.acoustics.bands[band], _channel(setup, band)
+    if channel is not None:
+        return _through(channel, setup, band, auvs, asvs)
+    away = _apart(auvs, asvs)
+    counted = away if section.range_metric == "slant" else _apart(auvs, asvs, axes=2)
+    return np.where(counted <= section.range_m, _on_disc(setup, band, away), 0.0)
+
+
+def _on_disc(setup: Setup, band: str, away: Floats) -> Floats:
+    """Return how likely a disc decodes signals from so far (m); it loses no frames."""
+    if band == "mf":
+        return np.ones_like(away)
+    return 1.0 - setup.ping_loss.over(away.ravel()).reshape(away.shape)
+
+
+def _channel(setup: Setup, band: str, fixes: int | None = None) -> AskedChannel | None:
+    """Return the channel of a ping, or of a frame with so many fixes: by default those of all or,
+    in an answer, one; None for the disc.
+    """
+    if band == "hf" or setup.frame_channel is None:
+        return setup.ping_channel if band == "hf" else None
     messages = setup.messages
     if fixes is None:
-        fixes = 1 if scenario.protocol.replies else messages.of(scenario.auvs.count)[0]
-    return channel(messages.payload_bytes(fixes), messages.airtime(fixes))
+        replies = setup.scenario.protocol.replies
+        fixes = 1 if replies else messages.of(setup.scenario.auvs.count)[0]
+    return setup.frame_channel(messages.payload_bytes(fixes), messages.airtime(fixes))
 
 
-def _decoded(
-    channel: AskedChannel, auvs: Floats, asvs: Floats, reach: float, calling: bool
-) -> Floats:
-    return 1.0 - channel.prospects(between(0.0, auvs, asvs, reach, calling))["loss"]
+def _through(channel: AskedChannel, setup: Setup, band: str, auvs: Floats, asvs: Floats) -> Floats:
+    reach = setup.scenario.acoustics.bands[band].range_m
+    return 1.0 - channel.prospects(between(0.0, auvs, asvs, reach, band == "mf"))["loss"]
 
 
 def below(slants: Floats, depth: float) -> tuple[Floats, Floats]:

@@ -63,11 +63,11 @@ def planned_places(setup: Setup, times: Floats) -> Floats:
     Raises:
         ValueError, PluginError: as of `Setup.planned_auvs`.
     """
-    scenario = setup.scenario
-    ways = [vehicle.sample(times)[:, :2] for vehicle in setup.planned_auvs]
-    places = np.empty((len(times), len(ways), 3))
-    for auv, way in enumerate(ways):
-        places[:, auv, :2], places[:, auv, 2] = way, scenario.survey.depth(auv)
+    vehicles = setup.planned_auvs
+    places = np.empty((len(times), len(vehicles), 3))
+    for auv, vehicle in enumerate(vehicles):
+        places[:, auv, :2] = vehicle.sample(times)[:, :2]
+        places[:, auv, 2] = setup.scenario.survey.depth(auv)
     return places
 
 
@@ -106,10 +106,8 @@ def planned_sights(setup: Setup) -> SurveySights:
         ValueError: when the route cannot be flown.
         PluginError: when one's own is not allowed, or makes none.
     """
-    scenario = setup.scenario
-    times = instants(scenario)
-    places = planned_places(setup, times)
-    return sights(setup, times, places, planned_stations(setup, len(times)))
+    times = instants(setup.scenario)
+    return sights(setup, times, planned_places(setup, times), planned_stations(setup, len(times)))
 
 
 def instants(scenario: Scenario, most: int = INSTANTS) -> Floats:
@@ -140,10 +138,8 @@ def sights(setup: Setup, times: Floats, auvs: Floats, asvs: Floats) -> SurveySig
     frames = _chances(setup, slant, reached, ~broken, "mf", frame_chance)
     at_best = made_and_delivered(setup, pings, frames, away)[0]
     if not scenario.protocol.asvs_ping:  # the shortest frames are lost least
-        alone = partial(frame_chance, fixes=1)
-        at_best = at_best * _chances(
-            setup, slant, reached, ~broken, "mf", alone
-        ).max(axis=2)  # fmt: skip
+        shortest = partial(frame_chance, fixes=1)
+        at_best = at_best * _chances(setup, slant, reached, ~broken, "mf", shortest).max(axis=2)
     return SurveySights(times, heard, reached, away, pings, frames, at_best)
 
 
@@ -360,13 +356,14 @@ def rates_of(setup: Setup, rounds: Rounds, sights: SurveySights, senders: int) -
         if protocol.replies:
             downlinks = {protocol.downlink: None}
         for downlink in downlinks:
-            if downlink in declared.DOWNLINKS:
-                is_own = downlink == protocol.downlink
-                alone = protocol.replies or declared.DOWNLINKS[downlink].by_group
-                made_then, by_it, _ = of_own if is_own else told(setup, sights, downlink)
-                share = 1.0 if alone else _carried(rounds.slots, made_then)
-                lengths = _lengths(downlink, rounds, groups, made_then)
-                found["planned" if is_own else downlink] = _shared(by_it * share, lengths)
+            if downlink not in declared.DOWNLINKS:
+                continue
+            is_own = downlink == protocol.downlink
+            alone = protocol.replies or declared.DOWNLINKS[downlink].by_group
+            made_then, by_it, _ = of_own if is_own else told(setup, sights, downlink)
+            share = 1.0 if alone else _carried(rounds.slots, made_then)
+            lengths = _lengths(downlink, rounds, groups, made_then)
+            found["planned" if is_own else downlink] = _shared(by_it * share, lengths)
     if protocol.sends_frames:  # whoever pings, told of its slot or not
         heard = made_and_delivered(setup, sights.pings, sights.frames, sights.away_m)[0]
         carried = cache(lambda auvs: _records(scenario, rounds.slots, senders, auvs)[0])
@@ -400,12 +397,10 @@ def _lengths(downlink: str, rounds: Rounds, groups: Ints, made: Floats) -> Float
     numbers = _numbers(made)
     asked = _some(np.flatnonzero(numbers.max(axis=0) > HARDLY_EVER))
     some = _some(np.unique(groups))
+    sizes = [int(fixes) for fixes in asked]
     known = np.array(
         [
-            [
-                cycle(downlink, slots, int(count) + further, int(fixes), named).length_s
-                for fixes in asked
-            ]
+            [cycle(downlink, slots, int(count) + further, fixes, named).length_s for fixes in sizes]
             for count in some
         ]
     )

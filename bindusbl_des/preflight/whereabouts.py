@@ -127,9 +127,8 @@ def frames(setup: Setup) -> Iterator[Problem]:
 
 def _may_overlap(setup: Setup) -> bool:
     """Tell whether frames of two ASVs may overlap somewhere, which takes longer to tell of AUVs."""
-    scenario = setup.scenario
-    rule, downlink = setup.broadcaster, setup.downlink
-    pings_between = downlink.waits and not (rule.at_once or scenario.protocol.random_access)
+    scenario, rule = setup.scenario, setup.broadcaster
+    pings_between = setup.downlink.waits and not (rule.at_once or scenario.protocol.random_access)
     if pings_between or rule.chosen_by == "one" or scenario.asvs.count == 1:
         return False
     stations = setup.nominal_stations_m
@@ -163,8 +162,7 @@ def _turns(setup: Setup, seen: "SurveySights") -> Iterator[Problem]:
     from .fix_chance import told_ahead
     from .limits import told
 
-    scenario = setup.scenario
-    protocol, asvs = scenario.protocol, scenario.asvs
+    protocol, asvs = setup.scenario.protocol, setup.scenario.asvs
     ahead = told_ahead(setup, protocol.downlink)
     _, delivered, cycle = told(setup, seen, protocol.downlink)
     fair = seen.at_best.mean(axis=0) / asvs.count
@@ -173,25 +171,20 @@ def _turns(setup: Setup, seen: "SurveySights") -> Iterator[Problem]:
         return
     *some, last = ANYWHERE
     others, auvs = f"use {', '.join(some)} or {last}", _named("AUV", missed)
+    free = next(n for n in itertools.count(asvs.count + 1) if math.gcd(n, cycle) == 1)
+    message = (
+        f"{protocol.broadcaster} keeps ASVs in step with the turns of AUVs, which come back "
+        f"after {cycle} broadcasts: {auvs} always told by ASVs out of reach, and never fixed; "
+        f"{others}" + ("" if asvs.failures else f", or {free} ASVs")
+    )
     if ahead:
         message = (
             f"{protocol.broadcaster} has one ASV tell AUVs their slots and another their fixes: "
             f"{auvs} hardly ever reached by both, and so hardly ever fixed; {others}, or "
             "protocol.knowledge: {model: broadcast, missed: last_slot}"
         )
-    else:
-        counts = itertools.count(asvs.count + 1)
-        free = next(count for count in counts if math.gcd(count, cycle) == 1)
-        message = (
-            f"{protocol.broadcaster} keeps ASVs in step with the turns of AUVs, which come back "
-            f"after {cycle} broadcasts: {auvs} always told by ASVs out of reach, and never fixed; "
-            f"{others}" + ("" if asvs.failures else f", or {free} ASVs")
-        )
-    yield Problem(
-        "protocol.broadcaster",
-        message,
-        ("protocol.schedule", "protocol.downlink", "asvs.count", "auvs.count"),
-    )
+    keys = ("protocol.schedule", "protocol.downlink", "asvs.count", "auvs.count")
+    yield Problem("protocol.broadcaster", message, keys)
 
 
 def _late(setup: Setup, seen: "SurveySights") -> Iterator[Problem]:
@@ -309,9 +302,9 @@ def bays(setup: Setup) -> Iterator[Problem]:
         shares = setup.lane_shares
     except ValueError:
         return  # which is told as a mistake
-    crossed: dict[int, int] = {}
-    gaps: list[tuple[float, float]] = []
+    lanes, crossed, gaps = 0, dict[int, int](), list[tuple[float, float]]()
     for auv, share in enumerate(shares):
+        lanes += len(share.lanes)
         for lane in share.lanes:
             line = shapely.LineString([(lane.x_min, lane.y), (lane.x_max, lane.y)])
             ends = lane.x_min + SHORTEST_GAP_M, lane.x_max - SHORTEST_GAP_M
@@ -322,13 +315,13 @@ def bays(setup: Setup) -> Iterator[Problem]:
                 and ends[0] < gap.bounds[0]
                 and gap.bounds[2] < ends[1]
             ]
-            crossed[auv] = crossed.get(auv, 0) + bool(own)
+            if own:
+                crossed[auv] = crossed.get(auv, 0) + 1
             for gap in own:
                 looks = [gap.interpolate(n / 20, normalized=True) for n in range(21)]
                 gaps.append((gap.length, float(shapely.distance(inside, looks).max())))
     if gaps:
-        lanes = sum(len(share.lanes) for share in shares)
-        whose = ", ".join(f"AUV{auv} on {many}" for auv, many in crossed.items() if many)
+        whose = ", ".join(f"AUV{auv} on {many}" for auv, many in crossed.items())
         yield Problem(
             f"survey.{setup.scenario.survey.shapes[0]}",
             f"{sum(crossed.values())} of {lanes} lanes leave the area and come back across a bay "
@@ -347,6 +340,7 @@ def _named(kind: str, numbers: Sequence[int]) -> str:
 
 
 def tracks(setup: Setup) -> Iterator[Problem]:
+    """Yield whose tracks leave them standing still for a while, or leave the survey."""
     scenario = setup.scenario
     route = scenario.auvs.route.recording
     if route is None:
@@ -357,7 +351,7 @@ def tracks(setup: Setup) -> Iterator[Problem]:
     instants = np.linspace(0.0, duration, LOOKS)
     late: dict[int, float] = {}
     early: dict[int, float] = {}
-    outside: dict[int, tuple[float, float]] = {}
+    away: dict[int, tuple[float, float]] = {}
     for auv in range(len(route.files)):
         try:
             times, places = setup.auv_track(auv)
@@ -366,32 +360,27 @@ def tracks(setup: Setup) -> Iterator[Problem]:
         late[auv], early[auv] = max(times[0], 0.0), max(duration - times[-1], 0.0)
         ways = [np.interp(instants, times, places[:, axis]) for axis in (0, 1)]
         beyond = np.array([area.beyond(x, y) for x, y in zip(*ways, strict=True)])
-        outside[auv] = float(beyond.max()), float(np.mean(beyond > 0.0))
-    yield from _standing("begins late", "first", late, duration)
-    yield from _standing("ends early", "last", early, duration)
-    away = {auv: strayed for auv, strayed in outside.items() if strayed[0] > 0.0}
+        if beyond.max() > 0.0:
+            away[auv] = float(beyond.max()), float(np.mean(beyond > 0.0))
+    for what, when, still in (("begins late", "first", late), ("ends early", "last", early)):
+        stood = {auv: time for auv, time in still.items() if time > 0.0}
+        for auv, time in list(stood.items())[:MOST_NAMED]:
+            yield Problem(
+                f"auvs.route.files.{auv}",
+                f"the track of AUV{auv} {what}: it lies still for the {when} {time:.4g} s of "
+                f"{duration:g} s ({100 * time / duration:.2g} %){_more(len(stood))}",
+                ("duration_s", "auvs.route.time_offset_s"),
+            )
     for auv, (excess, share) in list(away.items())[:MOST_NAMED]:
         yield Problem(
             f"auvs.route.files.{auv}",
             f"the track of AUV{auv} leaves the survey of {area.words}, by up to {excess:.3g} m "
-            f"and for {100 * share:.2g} % of the mission{_more(away)}; slots are made for sound "
-            "that crosses the survey",
+            f"and for {100 * share:.2g} % of the mission{_more(len(away))}; slots are made for "
+            "sound that crosses the survey",
             tuple(shapes(scenario)),
         )
 
 
-def _standing(what: str, when: str, still: dict[int, float], duration: float) -> Iterator[Problem]:
-    """Yield whose tracks leave them standing still for a while (s), and how long."""
-    found = {auv: time for auv, time in still.items() if time > 0.0}
-    for auv, time in list(found.items())[:MOST_NAMED]:
-        yield Problem(
-            f"auvs.route.files.{auv}",
-            f"the track of AUV{auv} {what}: it lies still for the {when} {time:.4g} s of "
-            f"{duration:g} s ({100 * time / duration:.2g} %){_more(found)}",
-            ("duration_s", "auvs.route.time_offset_s"),
-        )
-
-
-def _more(found: dict[int, object] | dict[int, float] | dict[int, tuple[float, float]]) -> str:
-    left = len(found) - MOST_NAMED
-    return f", as do {left} more" if left > 0 else ""
+def _more(tracks: int) -> str:
+    """Tell how many of so many tracks are not named."""
+    return f", as do {tracks - MOST_NAMED} more" if tracks > MOST_NAMED else ""

@@ -15,6 +15,7 @@ from ..acoustics.propagation import TOUCH
 from ..core.arrays import Floats
 from ..core.facts import cached_property
 from ..core.plugins import PluginError
+from ..preflight.band_warnings import planned_speed_m_per_s
 from ..preflight.round_lengths import Rounds, rounds_of
 from ..protocol.slots import Slots
 from ..scenario.scenario import Scenario
@@ -157,14 +158,11 @@ def bounds_of(
 
 def _planned_speed(setup: Setup, sigmas: float) -> float:
     """Return how fast (m/s) the fastest AUV goes over ground, by what is planned."""
-    scenario, route = setup.scenario, setup.route
-    if route.is_held:
-        return 0.0
     if setup.auv_tracks is not None:
         return max(map(_fastest, setup.auv_tracks))
-    speed = max(scenario.auvs.speeds)
-    if route.surfacing is not None:  # planned speeds are those seen from above
-        speed /= math.cos(math.radians(route.surfacing.climb_angle_deg))
+    speed, scenario = planned_speed_m_per_s(setup), setup.scenario
+    if setup.route.is_held:
+        return speed
     return _driven(scenario, scenario.auvs.vehicle, speed, sigmas)
 
 

@@ -3,7 +3,7 @@ what `verify` writes: `verify.json`, and `witness.yaml`, a scenario to be run.
 """
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from textwrap import wrap
@@ -23,8 +23,7 @@ Data = dict[str, Any]
 
 def record(verdict: Verdict) -> Data:
     """Return a verdict as plain data: s, m, m/s; what does not apply or is not known is None."""
-    bounds, case = verdict.bounds, verdict.case
-    slowest, fastest = case.sound_speeds
+    bounds, witness = verdict.bounds, verdict.witness
     lost = f". {verdict.lost}" if verdict.lost else ""
     return {
         "verdict": verdict.verdict,
@@ -35,7 +34,7 @@ def record(verdict: Verdict) -> Data:
             "asv_speed_m_per_s": bounds.asv_speed_m_per_s,
             "clock_error_s": bounds.clock_error_s,
             "sound_speed_error_m_per_s": bounds.sound_speed_error_m_per_s,
-            "sound_speed_m_per_s": [slowest, fastest],
+            "sound_speed_m_per_s": list(verdict.case.sound_speeds),
             "position_error_m": verdict.position_error_m,
             "position_age_s": verdict.position_age_s,
             "chance": CHANCE,
@@ -56,32 +55,28 @@ def record(verdict: Verdict) -> Data:
         "downlink": _guard_data(verdict.downlink),
         "conflict_margin": verdict.conflict_margin,
         "frame": verdict.frame,
-        "witness": None if verdict.witness is None else _witness(verdict.witness),
+        "witness": None
+        if witness is None
+        else {
+            "kind": witness.kind,
+            "told": witness.words,
+            "seed": witness.seed,
+            "receiver": witness.receiver,
+            "overlap_s": witness.overlap_s,
+            "signals": [asdict(signal) for signal in witness.signals],
+        },
         "remedy": None if verdict.remedy is None else dict(verdict.remedy.changes),
     }
 
 
 def _guard_data(guard: Guard | None) -> Data | None:
-    if guard is None:
-        return None
-    return {"set_s": guard.set_s, "needed_s": guard.needed_s, "wasted_s": guard.wasted_s}
-
-
-def _witness(witness: Witness) -> Data:
-    return {
-        "kind": witness.kind,
-        "told": witness.words,
-        "seed": witness.seed,
-        "receiver": witness.receiver,
-        "overlap_s": witness.overlap_s,
-        "signals": [asdict(signal) for signal in witness.signals],
-    }
+    return None if guard is None else {**asdict(guard), "wasted_s": guard.wasted_s}
 
 
 def witness_yaml(witness: Witness) -> str:
     """Return the scenario of a witness as a file's text, which says what happens in it."""
     plan = portable(witness.plan)
-    first = ["name", "duration_s", *(key for key in plan if key not in ("name", "duration_s"))]
+    first = dict.fromkeys(("name", "duration_s", *plan))
     lines = [
         f"# {witness.kind}: {witness.words}",
         f"# bindusbl-des run witness.yaml --seed {witness.seed}",
@@ -110,11 +105,9 @@ def objection(folder: Path) -> str | None:
     """Return why force must not replace a folder; None for an earlier verdict, or an empty one."""
     if not folder.is_dir():
         return "is no folder"
-    foreign: Sequence[str] = sorted(
-        path.name for path in folder.iterdir() if path.name not in {RECORD, WITNESS, *FOLDERS}
-    )
+    foreign = {path.name for path in folder.iterdir()} - {RECORD, WITNESS, *FOLDERS}
     if foreign:
-        return f"holds {foreign[0]}, which `verify` did not write, so --force will not replace it"
+        return f"holds {min(foreign)}, which `verify` did not write, so --force will not replace it"
     return None
 
 
@@ -202,9 +195,12 @@ def _signed(value: float) -> str:
 def _guards(verdict: Verdict) -> Iterator[str]:
     for name, guard in (("uplink", verdict.uplink), ("downlink", verdict.downlink)):
         if guard is not None:
-            yield _guard(name, guard)
-    margin = verdict.conflict_margin
-    frame = verdict.frame
+            rest = "wasted" if guard.wasted_s >= 0.0 else "lacking"
+            yield (
+                f"{name + ' guard':<16} {_ms(guard.set_s):>8} ms set, {_ms(guard.needed_s):>7} ms "
+                f"needed, {_ms(abs(guard.wasted_s)):>7} ms {rest}"
+            )
+    margin, frame = verdict.conflict_margin, verdict.frame
     if frame is not None and not frame["fits"]:
         yield (
             f"A round may last {frame['round_s']:.4g} s, its frame {frame['frame_s']:.4g} s: "
@@ -214,14 +210,6 @@ def _guards(verdict: Verdict) -> Iterator[str]:
         is_set, least = margin["set_m"] or 0.0, margin["needed_m"]
         needed = "none is enough" if least is None else f"{significant(least):>8} m needed"
         yield f"{'conflict margin':<16} {significant(is_set):>8} m set, {needed}"
-
-
-def _guard(name: str, guard: Guard) -> str:
-    rest = "wasted" if guard.wasted_s >= 0.0 else "lacking"
-    return (
-        f"{name + ' guard':<16} {_ms(guard.set_s):>8} ms set, {_ms(guard.needed_s):>7} ms needed, "
-        f"{_ms(abs(guard.wasted_s)):>7} ms {rest}"
-    )
 
 
 def _seen(witness: Witness) -> str:
