@@ -93,7 +93,7 @@ def _shapes(geometry: dict[str, Any], place: str) -> Iterator[Shape]:
     single = SINGLE[kind.removeprefix("Multi")]
     for part in given if kind.startswith("Multi") else [given]:
         if part != []:  # which is no geometry (RFC 7946, 3.1)
-            yield checked(_shape(single, part, place), place)
+            yield checked(_shape(single, part, place))
 
 
 def _shape(kind: str, given: Any, place: str) -> Shape:

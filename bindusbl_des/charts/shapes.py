@@ -63,12 +63,14 @@ def position(lat: float, lon: float, place: str, order: str) -> Degrees:
     )
 
 
-def checked(shape: Shape, place: str) -> Shape:
-    """Return a line or polygon as it is, unless it is longer than any survey.
+def checked(shape: Shape) -> Shape:
+    """Return a shape as it is, unless it is longer than any survey, or a line of one position.
 
     Raises:
         BadChart: as :func:`position`.
     """
+    if shape.kind == "line" and len(shape.corners) < 2:
+        raise BadChart(f"{shape.where}: needs two positions; it has {len(shape.corners)}")
     first, *_ = shape.corners
     lats = [lat for lat, _ in shape.corners]
     across = math.cos(math.radians(min(map(abs, lats))))
@@ -76,7 +78,7 @@ def checked(shape: Shape, place: str) -> Shape:
     for reach, what in ((max(lats) - min(lats), "latitude"), (max(wide), "longitude")):
         if reach > LONGEST_DEG:
             raise BadChart(
-                f"{place}: reaches over {reach:.3g} deg of {what}, more than "
+                f"{shape.where}: reaches over {reach:.3g} deg of {what}, more than "
                 f"{111 * LONGEST_DEG:.0f} km; are these metres? They must be degrees of WGS-84"
             )
     return shape
@@ -90,9 +92,11 @@ CLOSED = 0.02
 def around(line: Shape) -> Shape | None:
     """Return the area that a line goes around; None of a line whose ends do not meet."""
     corners = line.corners
+    if len(corners) < 4:
+        return None
     length = sum(_apart(one, following) for one, following in pairwise(corners))
     gap = _apart(corners[0], corners[-1])
-    if len(corners) < 4 or gap > CLOSED * length:
+    if gap > CLOSED * length:
         return None
     return line._replace(kind="polygon", corners=corners[: -1 if gap == 0.0 else None])
 

@@ -165,7 +165,7 @@ def _shapes(mark: Element, path: str) -> Iterator[Shape]:
     for geometry in mark.within(*KINDS):
         place = f"{path}:{geometry.line}: {geometry.name}"
         where = f"{place} ({shortened(repr(name))})" if name else place
-        yield checked(_shape(geometry, path, where), where)
+        yield checked(_shape(geometry, path, where))
 
 
 def _shape(geometry: Element, path: str, where: str) -> Shape:
@@ -176,10 +176,7 @@ def _shape(geometry: Element, path: str, where: str) -> Shape:
             raise BadChart(f"{where}: needs an outerBoundaryIs with a LinearRing")
         holes = len(list(geometry.within("innerBoundaryIs")))
         return Shape(kind, where, ring(_positions(outer, path, where), where), holes)
-    corners = tuple(_positions(geometry, path, where))
-    if len(corners) < 2 and kind == "line":
-        raise BadChart(f"{where}: needs two positions; it has {len(corners)}")
-    return Shape(kind, where, corners)
+    return Shape(kind, where, tuple(_positions(geometry, path, where)))
 
 
 def _positions(within: Element, path: str, where: str) -> list[Degrees]:
@@ -261,11 +258,8 @@ def _points(path: str | Path, line: Element, name: str) -> tuple[Degrees, ...]:
 
 def _outline(path: str | Path, line: Element, name: str) -> Shape:
     where = f"{path}:{line.line}: {line.name}"
-    corners = _points(path, line, name)
-    if len(corners) < 2:
-        raise BadChart(f"{where}: needs two positions; it has {len(corners)}")
-    line_shape = Shape("line", where, corners)
-    return checked(around(line_shape) or line_shape, where)
+    drawn = Shape("line", where, _points(path, line, name))
+    return checked(around(drawn) or drawn)
 
 
 def _place(where: str, point: Element) -> Degrees:
@@ -277,17 +271,13 @@ def _place(where: str, point: Element) -> Degrees:
 
 
 def _sample(where: str, point: Element) -> Sample:
-    place = _place(where, point)
-    return Sample(where, _unix(where, point.said("time")), place, _depth(where, point), True)
-
-
-def _unix(where: str, text: str) -> float:
-    if not text:
+    place, time = _place(where, point), point.said("time")
+    if not time:
         raise BadChart(
             f"{where}: has no <time>; a track needs one at each point, a route has none: a route "
             "(rte) is flown by auvs.route.kind: waypoints"
         )
-    return unix_time(where, text)
+    return Sample(where, unix_time(where, time), place, _depth(where, point), True)
 
 
 def _depth(where: str, point: Element) -> float:
