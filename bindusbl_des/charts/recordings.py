@@ -99,11 +99,11 @@ def read_mcap(path: str) -> Iterator[tuple[str, Reading]]:
     Raises:
         BadChart: naming file, message and remedy, or the packages that are missing.
     """
-    for told in mcap_messages(path):
-        if told.schema == LOCATION:
-            yield told.topic, partial(_location, told)
-        elif isinstance(told.content, Mapping) and all(name in told.content for name in ROW):
-            yield told.topic, partial(_row, told.where, told.content)
+    for message in mcap_messages(path):
+        if message.schema == LOCATION:
+            yield message.topic, partial(_location, message)
+        elif isinstance(message.content, Mapping) and all(name in message.content for name in ROW):
+            yield message.topic, partial(_row, message.where, message.content)
 
 
 class McapMessage(NamedTuple):
@@ -157,9 +157,9 @@ def _json(data: bytes) -> Any:
         return error
 
 
-def _location(told: McapMessage) -> Sample:
+def _location(logged: McapMessage) -> Sample:
     """Return a position on Earth at its own time, or else that of the log."""
-    where, message, at = told.where, told.content, told.at
+    where, message, at = logged.where, logged.content, logged.at
     if isinstance(message, ValueError):
         raise BadChart(f"{where}: is no JSON: {message}")
     is_json = not hasattr(message, "HasField")

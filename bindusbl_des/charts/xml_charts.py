@@ -68,7 +68,7 @@ class Element:
         """Return its first child of a name."""
         return next((child for child in self.children if child.name == name), None)
 
-    def said(self, name: str) -> str:
+    def text_in(self, name: str) -> str:
         """Return the text of its first child of a name, "" if there is none."""
         child = self.child(name)
         return child.text.strip() if child else ""
@@ -161,7 +161,7 @@ def read_kml(path: str | Path) -> list[Shape]:
 
 
 def _shapes(mark: Element, path: str) -> Iterator[Shape]:
-    name = mark.said("name")
+    name = mark.text_in("name")
     for geometry in mark.within(*KINDS):
         place = f"{path}:{geometry.line}: {geometry.name}"
         where = f"{place} ({shortened(repr(name))})" if name else place
@@ -217,7 +217,7 @@ def read_gpx(path: str) -> Iterator[tuple[str, Callable[[], Sample]]]:
             "auvs.route.kind: waypoints"
         )
     for number, track in enumerate(root.within("trk")):
-        name = track.said("name") or str(number)
+        name = track.text_in("name") or str(number)
         for point in track.within("trkpt"):
             yield name, partial(_sample, f"{path}:{point.line}", point)
 
@@ -271,7 +271,7 @@ def _place(where: str, point: Element) -> Degrees:
 
 
 def _sample(where: str, point: Element) -> Sample:
-    place, time = _place(where, point), point.said("time")
+    place, time = _place(where, point), point.text_in("time")
     if not time:
         raise BadChart(
             f"{where}: has no <time>; a track needs one at each point, a route has none: a route "
@@ -281,7 +281,7 @@ def _sample(where: str, point: Element) -> Sample:
 
 
 def _depth(where: str, point: Element) -> float:
-    text = point.said("ele")
+    text = point.text_in("ele")
     if not text:
         return math.nan
     try:

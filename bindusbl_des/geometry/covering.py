@@ -171,8 +171,8 @@ def _exact(points: Floats, count: int) -> Floats:
             low = tried + 1
         else:
             best, high = groups, tried - 1
-    found = [enclosing_circle(points[group])[:2] for group in best]
-    return np.array([*found, *[found[-1]] * (count - len(found))])
+    centres = [enclosing_circle(points[group])[:2] for group in best]
+    return np.array([*centres, *[centres[-1]] * (count - len(centres))])
 
 
 def _cover(within: NDArray[np.bool_], count: int) -> list[Numbers] | None:

@@ -36,20 +36,20 @@ def along_route(points: Sequence[Point], radius: float) -> Path:
     """
     poses = _poses(_thinned(points, STRAIGHT * radius), radius)
     places = np.array([(pose.x, pose.y) for pose in poses])
-    costs, ways = [0.0], [Path(poses[0], ())]
+    costs, paths = [0.0], [Path(poses[0], ())]
     for n in range(1, len(poses)):
-        best, chosen = math.inf, ways[0]
+        best, chosen = math.inf, paths[0]
         for before in range(n - 1, max(-1, n - 1 - BESIDE), -1):
-            way = Path(poses[before], dubins_segments(poses[before], poses[n], radius))
-            if costs[before] + way.length >= best:
+            leg = Path(poses[before], dubins_segments(poses[before], poses[n], radius))
+            if costs[before] + leg.length >= best:
                 continue
-            off = _off(way, places[before + 1 : n], radius)
-            cost = costs[before] + way.length + MISSED * max(off - NEAR * radius, 0.0)
+            off = _off(leg, places[before + 1 : n], radius)
+            cost = costs[before] + leg.length + MISSED * max(off - NEAR * radius, 0.0)
             if cost < best:
-                best, chosen = cost, Path(poses[0], (*ways[before].segments, *way.segments))
+                best, chosen = cost, Path(poses[0], (*paths[before].segments, *leg.segments))
         costs.append(best)
-        ways.append(chosen)
-    return ways[-1]
+        paths.append(chosen)
+    return paths[-1]
 
 
 def _thinned(points: Sequence[Point], off: float) -> list[Point]:
@@ -64,25 +64,25 @@ def _poses(points: Sequence[Point], radius: float) -> list[Pose]:
     """
     courses = [math.atan2(y - b, x - a) for (a, b), (x, y) in pairwise(points)]
     legs = [math.dist(one, following) for one, following in pairwise(points)]
-    found = [Pose(*points[0], courses[0])]
+    poses = [Pose(*points[0], courses[0])]
     for n in range(1, len(points) - 1):
         (x, y), into, out = points[n], courses[n - 1], courses[n]
         back = radius * math.tan(0.5 * abs(math.remainder(out - into, math.tau)))
         if 2.0 * back <= min(legs[n - 1], legs[n]):
-            found.append(Pose(x - back * math.cos(into), y - back * math.sin(into), into))
-            found.append(Pose(x + back * math.cos(out), y + back * math.sin(out), out))
+            poses.append(Pose(x - back * math.cos(into), y - back * math.sin(into), into))
+            poses.append(Pose(x + back * math.cos(out), y + back * math.sin(out), out))
             continue
         weights = ((into, legs[n - 1] ** 2), (out, legs[n] ** 2))
         north = sum(weight * math.cos(course) for course, weight in weights)
         east = sum(weight * math.sin(course) for course, weight in weights)
-        found.append(Pose(x, y, math.atan2(east, north)))
-    return [*found, Pose(*points[-1], courses[-1])]
+        poses.append(Pose(x, y, math.atan2(east, north)))
+    return [*poses, Pose(*points[-1], courses[-1])]
 
 
-def _off(way: Path, places: Floats, radius: float) -> float:
+def _off(path: Path, places: Floats, radius: float) -> float:
     """Return how far (m) the place (n, 2), m, is from a path that is the farthest from it."""
     if not len(places):
         return 0.0
-    steps = max(math.ceil(way.length / (STEP * radius)), 1)
-    looks = way.sample(np.linspace(0.0, way.length, steps + 1))[:, :2]
+    steps = max(math.ceil(path.length / (STEP * radius)), 1)
+    looks = path.sample(np.linspace(0.0, path.length, steps + 1))[:, :2]
     return float(shapely.distance(shapely.LineString(looks), shapely.points(places)).max())

@@ -145,10 +145,10 @@ def ned_from_geodetic(
     """
     on_ellipsoid, up = _on_ellipsoid(lat, lon)
     places = on_ellipsoid + up * np.asarray(height, dtype=np.float64)[..., None]
-    found: Floats = (places - ecef_from_geodetic(lat_deg, lon_deg)) @ _north_east_down(
+    ned: Floats = (places - ecef_from_geodetic(lat_deg, lon_deg)) @ _north_east_down(
         lat_deg, lon_deg
     ).T
-    return found
+    return ned
 
 
 def ned_at_depth(
@@ -175,9 +175,9 @@ def ned_at_depth(
     places = (on_ellipsoid - ecef_from_geodetic(*origin)) @ axes
     plumb = up @ axes
     down = np.asarray(depth_m, dtype=np.float64)
-    found: Floats = places + plumb * ((down - places[:, 2]) / plumb[:, 2])[:, None]
-    found[:, 2] = down
-    return found
+    ned: Floats = places + plumb * ((down - places[:, 2]) / plumb[:, 2])[:, None]
+    ned[:, 2] = down
+    return ned
 
 
 def far_apart_m(lat_deg: ArrayLike, lon_deg: ArrayLike, origin: tuple[float, float]) -> Floats:
@@ -187,8 +187,7 @@ def far_apart_m(lat_deg: ArrayLike, lon_deg: ArrayLike, origin: tuple[float, flo
     [0.0]
     """
     on_ellipsoid, _ = _on_ellipsoid(lat_deg, lon_deg)
-    found: Floats = np.linalg.norm(on_ellipsoid - ecef_from_geodetic(*origin), axis=1)
-    return found
+    return np.asarray(np.linalg.norm(on_ellipsoid - ecef_from_geodetic(*origin), axis=1))
 
 
 def degrees_text(lat_deg: float, lon_deg: float) -> str:

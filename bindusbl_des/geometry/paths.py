@@ -186,9 +186,9 @@ def through(poses: Sequence[Pose], radius: float) -> tuple[Path, list[float]]:
     """Return the path through poses along Dubins curves of a turning radius (m), and how far along
     it each of them is (m).
     """
-    ways = [dubins_segments(start, end, radius) for start, end in pairwise(poses)]
-    passed = accumulate((sum(segment.length for segment in way) for way in ways), initial=0.0)
-    return Path(poses[0], tuple(segment for way in ways for segment in way)), list(passed)
+    curves = [dubins_segments(start, end, radius) for start, end in pairwise(poses)]
+    passed = accumulate((sum(segment.length for segment in curve) for curve in curves), initial=0.0)
+    return Path(poses[0], tuple(segment for curve in curves for segment in curve)), list(passed)
 
 
 def dubins_segments(start: Pose, end: Pose, radius: float) -> tuple[Segment, Segment, Segment]:
@@ -210,16 +210,16 @@ def dubins_segments(start: Pose, end: Pose, radius: float) -> tuple[Segment, Seg
     if not 0.0 < radius < math.inf:
         raise ValueError(f"turning radius must be positive and finite; met {radius}; give metres")
     ahead, aside = (end.x - start.x) / radius, (end.y - start.y) / radius
-    ways: dict[str, Turns] = {}
+    solved: dict[str, Turns] = {}
     for word, (solve, side) in _WORDS.items():
         turns = solve(ahead, side * aside, side * start.yaw, side * end.yaw)
         if turns is not None:
-            ways[word] = turns
-    least = min(sum(turns) for turns in ways.values())
-    word = next(word for word, turns in ways.items() if sum(turns) <= least + ROUNDING)
+            solved[word] = turns
+    least = min(sum(turns) for turns in solved.values())
+    word = next(word for word, turns in solved.items() if sum(turns) <= least + ROUNDING)
     bend = {"L": 1.0 / radius, "R": -1.0 / radius, "S": 0.0}
     first, second, third = (
-        Segment(bend[kind], turn * radius) for kind, turn in zip(word, ways[word], strict=True)
+        Segment(bend[kind], turn * radius) for kind, turn in zip(word, solved[word], strict=True)
     )
     return first, second, third
 

@@ -16,7 +16,7 @@ from .formation import stations
 
 Numbers = NDArray[np.intp]
 
-# The place of a vessel that none was found for.
+# The place of a vessel that is left over.
 NOWHERE = -1
 
 
@@ -78,7 +78,7 @@ def least_sum(cost: Floats) -> Numbers:
     return chosen
 
 
-# The simplex begins anew around what was found, until that gains less than this share.
+# The simplex begins anew around where it stopped, until that gains less than this share.
 WORTH_ANOTHER = 1e-3
 
 
@@ -100,11 +100,11 @@ def descended(
 
     best, least = np.array(start, dtype=np.float64), ask(np.array(start, dtype=np.float64))
     while True:
-        found, lower = _collapsed(ask, best, least, step, lambda size: (
+        place, lower = _collapsed(ask, best, least, step, lambda size: (
             size > least_step and asked < most
         ))  # fmt: skip
         gained = least - lower
-        best, least = found, lower
+        best, least = place, lower
         if asked >= most or not gained > WORTH_ANOTHER * abs(lower):
             return best, least
 
@@ -131,21 +131,21 @@ def _collapsed(
         middle = corners[:-1].mean(axis=0)
         away = middle - corners[-1]
         tried = middle + away
-        found = ask(tried)
-        if found < values[0]:
+        reached = ask(tried)
+        if reached < values[0]:
             farther = middle + expand * away
             beyond = ask(farther)
-            tried, found = (farther, beyond) if beyond < found else (tried, found)
-        elif found >= values[-2]:
-            outside = found < values[-1]
+            tried, reached = (farther, beyond) if beyond < reached else (tried, reached)
+        elif reached >= values[-2]:
+            outside = reached < values[-1]
             nearer = middle + (contract if outside else -contract) * away
             between = ask(nearer)
-            if between >= min(found, values[-1]):
+            if between >= min(reached, values[-1]):
                 corners[1:] = corners[0] + shrink * (corners[1:] - corners[0])
                 values[1:] = [ask(corner) for corner in corners[1:]]
                 continue
-            tried, found = nearer, between
-        corners[-1], values[-1] = tried, found
+            tried, reached = nearer, between
+        corners[-1], values[-1] = tried, reached
 
 
 def information(
@@ -164,14 +164,13 @@ def information(
     yy = (along * sine**2 + across * cosine**2).sum(axis=-1)
     xy = ((along - across) * cosine * sine).sum(axis=-1)
     rows = np.stack((xx, xy), axis=-1), np.stack((xy, yy), axis=-1)
-    found: Floats = np.stack(rows, axis=-2)
-    return found
+    return np.stack(rows, axis=-2)
 
 
 def trace_of_inverse(information: Floats) -> Floats:
     """Return tr J^-1 (...), m2, the squared error of the best estimate (A-optimality).
 
-    Infinite where an axis is not told of at all.
+    Infinite where nothing measures an axis.
     """
     determinant = det(information)
     with np.errstate(divide="ignore", invalid="ignore"):

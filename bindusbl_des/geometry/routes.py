@@ -120,10 +120,10 @@ def _entered(
         whole = Path(Pose(x, y, bearing), (*onto, *path.segments))
         before = whole.length - path.length
         return whole, tuple((start + before, end + before) for start, end in lanes)
-    way = Segment(0.0, math.hypot(first.x - x, first.y - y))
-    entry = Path(Pose(x, y, bearing), (way,))
+    straight = Segment(0.0, math.hypot(first.x - x, first.y - y))
+    entry = Path(Pose(x, y, bearing), (straight,))
     turn, joined = turned_onto(entry.end, path, box, turning.radius, turning.join_angle)
-    whole = Path(entry.start, (way, *turn))
+    whole = Path(entry.start, (straight, *turn))
     later = whole.length - path.length
     return whole, tuple((max(start, joined) + later, end + later) for start, end in lanes)
 
@@ -137,18 +137,18 @@ def begun(path: Path, place: Point, radius: float) -> Path:
 def ended(path: Path, place: Point, radius: float) -> Path:
     """Return a path with the way from its end to a place (m), where it ends."""
     bearing = math.atan2(place[1] - path.end.y, place[0] - path.end.x)
-    way = dubins_segments(path.end, Pose(*place, bearing), radius)
-    return Path(path.start, (*path.segments, *way))
+    homewards = dubins_segments(path.end, Pose(*place, bearing), radius)
+    return Path(path.start, (*path.segments, *homewards))
 
 
 def there_and_back(path: Path, box: Box, radius: float, join_angle: float) -> Path:
     """Return the endless tour along a path and back again, with a turn at either end (m, rad)."""
     back, _ = turned_onto(path.end, path.reversed(), box, radius, join_angle)
-    way = (*path.segments, *back)
-    home = Path(path.start, way).end
+    there = (*path.segments, *back)
+    home = Path(path.start, there).end
     again, joined = turned_onto(home, path, box, radius, join_angle)
     turn = again[: len(again) - len(path.segments)]
-    return Path(path.start, (*way, *turn), repeats_from=joined)
+    return Path(path.start, (*there, *turn), repeats_from=joined)
 
 
 def turned_onto(
@@ -238,8 +238,8 @@ class Surfacing(NamedTuple):
         slope, circle = math.tan(self.angle), 2.0 * math.pi * self.radius
         climb = self.depth / slope
         count = max(math.ceil((2.0 * climb + self.stay) / circle - CIRCLE_ROUNDING), 1)
-        ways = (climb, -slope), (count * circle - 2.0 * climb, 0.0), (climb, slope)
-        return tuple(Segment(1.0 / self.radius, way, dip) for way, dip in ways)
+        parts = (climb, -slope), (count * circle - 2.0 * climb, 0.0), (climb, slope)
+        return tuple(Segment(1.0 / self.radius, length, dip) for length, dip in parts)
 
     @property
     def length(self) -> float:
