@@ -4,7 +4,7 @@ import errno
 import io
 import os
 import sys
-from typing import Any, TextIO
+from typing import Any, NoReturn, TextIO
 
 import click
 
@@ -92,24 +92,17 @@ class Commands(click.Group):
             if error.reason != "surrogates not allowed":
                 raise
             name = printable(shortened(error.object))
-            click.echo(f"{name}: not UTF-8, which a name must be here; rename it", err=True)
-            sys.exit(BAD_INPUT)
+            _end(f"{name}: not UTF-8, which a name must be here; rename it")
         except ValueError as error:
             if "Number of threads specified" in str(error):  # numba's, as it is imported
                 threads = os.environ.get("NUMBA_NUM_THREADS")
-                problem = (
-                    f"NUMBA_NUM_THREADS: must be 1 or more; got {threads!r}; change or unset it"
-                )
-                click.echo(problem, err=True)
-                sys.exit(BAD_INPUT)
+                _end(f"NUMBA_NUM_THREADS: must be 1 or more; got {threads!r}; change or unset it")
             if "embedded null" not in str(error):  # byte, or character
                 raise
-            click.echo("a NUL character stands in a name of a file; no file has one", err=True)
-            sys.exit(BAD_INPUT)
+            _end("a NUL character stands in a name of a file; no file has one")
         except OSError as error:
             if error.filename is not None:  # a name that no file can have, or a closed folder
-                click.echo(f"{printable(str(error.filename))}: {error.strerror}", err=True)
-                sys.exit(BAD_INPUT)
+                _end(f"{printable(str(error.filename))}: {error.strerror}")
             if error.errno not in (errno.ENOSPC, errno.EIO):
                 raise
             click.echo(f"Error: the output cannot be written: {error.strerror}", err=True)
@@ -120,8 +113,14 @@ class Commands(click.Group):
             if sys.stderr is not None and not sys.stderr.closed:
                 try:
                     sys.stderr.flush()
-                except OSError:  # work goes on when nobody hears of it
+                except OSError:  # work goes on without listeners
                     _let_go_of(sys.stderr)
+
+
+def _end(problem: str) -> NoReturn:
+    """End the program: what it was given is bad."""
+    click.echo(problem, err=True)
+    sys.exit(BAD_INPUT)
 
 
 def _open_closed_streams() -> None:

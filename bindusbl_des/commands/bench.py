@@ -1,12 +1,13 @@
 """The command `bench`: how fast missions and commands are on this machine."""
 
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import click
 
-from .console import print_json, refuse, say, talk
+from .console import answer, refuse, refusing, talk
 from .options import json_option
 
 
@@ -20,9 +21,7 @@ from .options import json_option
     help="Compare with what --json printed before (default: the record in the project's sources).",
 )
 @json_option("all numbers")
-def bench(
-    quick: bool, only: str | None, with_commands: bool, against: str | None, as_json: bool
-) -> None:
+def bench(quick: bool, only: str | None, with_commands: bool, against: str | None) -> None:
     """Measure the speed of standard missions on this machine.
 
     Missions are warm: code is compiled and the first run discarded.  A mission named (N,M) has N
@@ -44,11 +43,8 @@ def bench(
     if not names:
         refuse(f"--only {only}: no such mission; there are {', '.join(missions)}")
     records = _records(against)
-    found = measure(names, quick=quick, with_commands=with_commands, told=talk)
-    if as_json:
-        print_json(found)
-    else:
-        say("\n".join([*_lines(found), "", *_compared(found, records)]))
+    measured = measure(names, quick=quick, with_commands=with_commands, told=talk)
+    answer(measured, chain(_lines(measured), [""], _compared(measured, records)))
 
 
 def _records(against: str | None) -> dict[str, Any]:
@@ -59,18 +55,17 @@ def _records(against: str | None) -> dict[str, Any]:
         return {}
     file = Path(against) if against is not None else HISTORY
     try:
-        return dict(recorded(file))
-    except ValueError as error:
-        refuse(str(error))
+        with refusing(ValueError):
+            return dict(recorded(file))
     except OSError as error:
         refuse(f"{file}: cannot be read ({error.strerror})")
 
 
-def _compared(found: dict[str, Any], records: dict[str, Any]) -> Iterator[str]:
+def _compared(measured: dict[str, Any], records: dict[str, Any]) -> Iterator[str]:
     """Yield how each mission compares with the last record from such a machine."""
     from ..benchmarks.bench import last_alike, ratios
 
-    last = last_alike(found, records)
+    last = last_alike(measured, records)
     if last is None:
         why = "of such a machine" if records else "here"
         yield (
@@ -80,7 +75,7 @@ def _compared(found: dict[str, Any], records: dict[str, Any]) -> Iterator[str]:
         return
     name, before = last
     yield f"processor time over that of {name!r}, measured on the same kind of machine"
-    for ratio in ratios(found, before):
+    for ratio in ratios(measured, before):
         note = "  SLOWER" if ratio.is_slower else ""
         yield (
             f"{ratio.mission:<24}{ratio.what:<20}{ratio.value:>6.2f}  ({ratio.now_ms:.1f} ms, was "
@@ -88,10 +83,10 @@ def _compared(found: dict[str, Any], records: dict[str, Any]) -> Iterator[str]:
         )
 
 
-def _lines(found: dict[str, Any]) -> Iterator[str]:
+def _lines(measured: dict[str, Any]) -> Iterator[str]:
     from ..benchmarks.missions import DURATION_S
 
-    machine = found["machine"]
+    machine = measured["machine"]
     yield (
         f"{machine['processor']}, {machine['cores']} cores, Python {machine['python']}; "
         f"{DURATION_S:g} s each"
@@ -107,13 +102,13 @@ def _lines(found: dict[str, Any]) -> Iterator[str]:
         f"{'real':>8}{'MB':>8}"
     )
     yield "-" * 100
-    for name, row in found["missions"].items():
+    for name, row in measured["missions"].items():
         yield f"{name:<20}{_row(row)}"
     yield ""
-    yield from _share_lines(found["missions"])
-    if "commands" in found:
+    yield from _share_lines(measured["missions"])
+    if "commands" in measured:
         yield ""
-        yield from _command_lines(found["commands"])
+        yield from _command_lines(measured["commands"])
 
 
 def _row(row: dict[str, Any]) -> str:
@@ -138,11 +133,11 @@ def _share_lines(missions: dict[str, Any]) -> Iterator[str]:
         yield f"{name:<20}" + "".join(f"{100 * row['shares'][part]:>11.0f}" for part in parts)
 
 
-def _command_lines(found: dict[str, Any]) -> Iterator[str]:
-    sweep = found["sweep"]
+def _command_lines(times: dict[str, Any]) -> Iterator[str]:
+    sweep = times["sweep"]
     named = (("import", "import_ms"), ("--help", "help_ms"), ("run, baseline", "run_ms"))
     for name, key in named:
-        took = found[key]
+        took = times[key]
         processor = f"{took['processor']:.0f} ms of processor time"
         yield f"{name:<20}{took['median']:>9.0f} ms by the clock, {processor}"
     yield (

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
-from .console import print_json, refuse, say, talk, writing
-from .options import json_option, out_option, plugins_option
+from .console import answer, refuse, refusing, talk, writing
+from .options import force_option, json_option, out_option, plugins_option
 
 
 def _seeds(_: click.Context, __: click.Parameter, asked: str | None) -> slice:
@@ -32,7 +32,7 @@ def _seeds(_: click.Context, __: click.Parameter, asked: str | None) -> slice:
     help="Only the first N, or those from A to B, for a first look (default: all).",
 )
 @out_option("DIR", "Write scores.csv and index.html there.")
-@click.option("--force", is_flag=True, help="Replace the scores in that folder.")
+@force_option("Replace the scores in that folder.")
 @click.option(
     "--inputs",
     metavar="DIR",
@@ -48,7 +48,6 @@ def benchmark(
     force: bool,
     inputs: str | None,
     allow_plugins: bool,
-    as_json: bool,
 ) -> None:
     """Score methods in the tasks of the benchmark, each against a baseline on the same seeds.
 
@@ -62,12 +61,10 @@ def benchmark(
     from ..benchmark.tasks import task_named, tasks
     from ..core.plugins import PluginError, allow, is_plugin, refusal
 
-    try:
+    with refusing(ValueError):
         chosen = [task_named(name) for name in names] or list(tasks().values())
         for method in methods:
             check(method)
-    except ValueError as error:
-        refuse(str(error))
     own = [method for method in methods if is_plugin(method)]
     if own and not allow_plugins:
         refuse("\n".join(refusal(method) for method in own))
@@ -80,27 +77,24 @@ def benchmark(
     folder = Path(out) if out else None
     if folder is not None and not force and (folder / "scores.csv").exists():
         refuse(f"{folder}: holds scores already; name another folder, or give --force")
-    found: list[Score] = []
+    marks: list[Score] = []
     for task in chosen:
         for method in methods or method_names(task.kind):
             if fits(method, task):
                 talk(f"{task.name}: {method}")
                 try:
-                    found += scores(method, task, task.seeds[seeds])
+                    marks += scores(method, task, task.seeds[seeds])
                 except (PluginError, ValueError) as error:
                     if len(chosen) == 1 or not is_plugin(method):
                         refuse(f"{task.name}: {method}: {error}")
                     talk(f"{task.name}: {method} does not fit ({str(error).splitlines()[0]})")
-    if not found:
+    if not marks:
         refuse(f"none of {', '.join(methods)} enters {', '.join(task.name for task in chosen)}")
     if folder is not None:
         with writing(folder):
             folder.mkdir(parents=True, exist_ok=True)
-            frame(found).to_csv(folder / "scores.csv", index=False, float_format="%.6g")
-            (folder / "index.html").write_text(benchmark_page(found), encoding="utf-8")
-    if as_json:
-        print_json(frame(found).to_dict(orient="records"))
-    else:
-        say("\n".join(lines(found)))
+            frame(marks).to_csv(folder / "scores.csv", index=False, float_format="%.6g")
+            (folder / "index.html").write_text(benchmark_page(marks), encoding="utf-8")
+    answer(frame(marks).to_dict(orient="records"), lines(marks))
     if folder is not None:
         talk(f"Open {folder / 'index.html'} in a browser.")

@@ -1,6 +1,6 @@
 """What all commands share: results to stdout, talk to stderr, mistakes as exit code 2.
 
-Where the program is asked to end, whoever has a draft removes it first.
+Where the program is asked to end, drafts of files and folders are removed first.
 """
 
 import errno
@@ -79,7 +79,8 @@ if TYPE_CHECKING:
 
 BAD_INPUT = 2
 FIGURES = (".png", ".svg", ".pdf")
-QUIET = "bindusbl_des.quiet"
+# Notes in a command's context: what its user wants to hear.
+QUIET, AS_JSON = "bindusbl_des.quiet", "bindusbl_des.json"
 
 # About so many equations a first mission compiles.
 EQUATIONS = 200
@@ -102,14 +103,14 @@ class RunFailed(BadInput):
 
 
 def say(text: str, *, err: bool = False) -> None:
-    """Print lines; what a terminal would obey, from a file of whomever, is written as escapes."""
+    """Print lines; what a terminal would obey is written as escapes."""
     click.echo(printable_lines(text), err=err)
 
 
 def talk(text: str) -> None:
     """Tell the user something on stderr, unless asked to be quiet; no result is lost over it."""
     if not is_quiet():
-        with suppress(OSError):  # stderr is on a full disk, or read by nobody any more
+        with suppress(OSError):  # stderr is on a full disk, or closed
             say(text, err=True)
 
 
@@ -121,15 +122,28 @@ def warn(text: str) -> None:
             click.secho(printable_lines(text), fg="yellow", err=True, color=color)
 
 
+def _noted(note: str) -> bool:
+    context = click.get_current_context(silent=True)
+    return bool(context and context.meta.get(note))
+
+
 def is_quiet() -> bool:
     """Tell whether the user has asked to hear only what is wrong."""
-    context = click.get_current_context(silent=True)
-    return bool(context and context.meta.get(QUIET))
+    return _noted(QUIET)
 
 
-def be_quiet(context: click.Context) -> None:
-    """Tell nothing from now on but what is wrong."""
-    context.meta[QUIET] = True
+def wants_json() -> bool:
+    """Tell whether the user has asked for one JSON document on stdout."""
+    return _noted(AS_JSON)
+
+
+def answer(data: Any, text: str | Iterable[str]) -> None:
+    """Print what a command was asked for: data with ``--json``, else its text or lines of text."""
+    if wants_json():
+        print_json(data)
+    else:
+        for line in [text] if isinstance(text, str) else text:
+            say(line)
 
 
 @contextmanager
@@ -174,6 +188,15 @@ def refuse(message: str) -> NoReturn:
     raise BadInput(message)
 
 
+@contextmanager
+def refusing(*kinds: type[Exception], before: str = "") -> Iterator[None]:
+    """Have errors of some kinds end the command with exit code 2 and what they say."""
+    try:
+        yield
+    except kinds as error:
+        refuse(f"{before}{error}")
+
+
 def reading_from(
     path: str, overrides: tuple[str, ...] = (), allow_plugins: bool = False
 ) -> "Reading":
@@ -181,10 +204,8 @@ def reading_from(
     from ..core.mistakes import ScenarioError
     from ..preflight.warnings import read_scenario
 
-    try:
+    with refusing(ScenarioError):
         return read_scenario(path, overrides=overrides, allow_plugins=allow_plugins)
-    except ScenarioError as error:
-        refuse(str(error))
 
 
 def talk_of(warnings: "Iterable[Mistake]") -> None:
@@ -273,10 +294,8 @@ def result_in(folder: str | Path) -> "Result":
     """Return the result that a folder holds; refuse one that holds none, or a damaged one."""
     from ..results.loading import load_result
 
-    try:
+    with refusing(OSError, ValueError):
         return load_result(folder)
-    except (OSError, ValueError) as error:
-        refuse(str(error))
 
 
 @contextmanager

@@ -20,6 +20,7 @@ from .console import (
     refuse_plugins,
     say,
     talk,
+    wants_json,
     writing,
 )
 from .options import json_option, plugins_option, scenario_argument, set_option
@@ -153,7 +154,6 @@ def coverage(
     overrides: tuple[str, ...],
     figure: str | None,
     force: bool,
-    as_json: bool,
     allow_plugins: bool,
 ) -> None:
     """Print where the ASVs are and how much of the survey they hear."""
@@ -174,7 +174,7 @@ def coverage(
     setup = reading.setup
     heard = heard_rings(setup)
     found = _coverage(setup, stations, reach, heard)
-    if as_json:
+    if wants_json():
         print_json(found)
     else:
         say("\n".join(_told(found)))

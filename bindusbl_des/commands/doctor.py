@@ -13,7 +13,7 @@ from typing import Literal
 
 import click
 
-from .console import is_quiet, print_json, say, talk
+from .console import answer, is_quiet, talk
 from .options import json_option
 
 # Scenarios that ship, and changes of them, that together need the code of nearly all missions.
@@ -100,7 +100,7 @@ class Check:
 @click.option("--warm", is_flag=True, help="First compile what missions need, once.")
 @json_option("the findings")
 @click.pass_context
-def doctor(context: click.Context, warm: bool, as_json: bool) -> None:
+def doctor(context: click.Context, warm: bool) -> None:
     """Check packages, compiled code and a tiny mission; exit 1 if broken.
 
     With `--warm`, after an installation, the first mission need not compile.
@@ -109,11 +109,10 @@ def doctor(context: click.Context, warm: bool, as_json: bool) -> None:
         _compile_all()
     findings = list(examined())
     broken = [finding for finding in findings if finding.state in BROKEN]
-    if as_json:
-        print_json({"ok": not broken, "findings": [asdict(finding) for finding in findings]})
-    else:
-        for finding in findings:
-            say(f"{finding.state:<8}{finding.name:<16}{finding.detail}")
+    answer(
+        {"ok": not broken, "findings": [asdict(finding) for finding in findings]},
+        [f"{finding.state:<8}{finding.name:<16}{finding.detail}" for finding in findings],
+    )
     if broken:
         context.exit(1)
 
@@ -157,15 +156,15 @@ def _dependency(name: str, oldest: str) -> Check:
 
     remedy = f'python -m pip install "{name}>={oldest}"'
     try:
-        found = version(name)
+        installed = version(name)
         import_module(IMPORT_NAMES.get(name.lower(), name))
     except (PackageNotFoundError, ModuleNotFoundError):
         return Check(name, "missing", remedy)
     except Exception as error:  # a package may break in any way while it is imported
         return Check(name, "broken", f"{_first_line(error)}; {remedy} --force-reinstall")
-    if _numbers(found) < _numbers(oldest):
-        return Check(name, "broken", f"{found} is older than {oldest}; {remedy}")
-    return Check(name, "ok", found)
+    if _numbers(installed) < _numbers(oldest):
+        return Check(name, "broken", f"{installed} is older than {oldest}; {remedy}")
+    return Check(name, "ok", installed)
 
 
 def _numbers(version: str) -> tuple[int, ...]:

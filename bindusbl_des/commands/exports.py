@@ -1,13 +1,14 @@
 """The command `export`: a mission for viewers, tables for spreadsheets."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import check_file, print_json, refuse, result_in, say, talk, writing
-from .options import json_option, out_option
+from .console import answer, check_file, refuse, refusing, result_in, talk, writing
+from .options import folder_argument, force_option, json_option, out_option
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -19,7 +20,7 @@ REMEDY = (
 
 
 @click.command()
-@click.argument("folder", metavar="DIR")
+@folder_argument
 @click.option(
     "--to",
     "kind",
@@ -28,9 +29,9 @@ REMEDY = (
     help="Format.",
 )
 @out_option("PATH", "File or folder (default DIR/NAME.mcap and so on, DIR/csv).")
-@click.option("--force", is_flag=True, help="Replace an earlier export.")
+@force_option("Replace an earlier export.")
 @json_option("name and contents")
-def export(folder: str, kind: str, out: str | None, force: bool, as_json: bool) -> None:
+def export(folder: str, kind: str, out: str | None, force: bool) -> None:
     """Export a run, as CSV also a campaign, as a chart also a plan.
 
     mcap is one file for Foxglove, Lichtblick and PlotJuggler; ros2bag one for ROS 2 (fixes as they
@@ -50,10 +51,7 @@ def export(folder: str, kind: str, out: str | None, force: bool, as_json: bool) 
         path, counts = _to_csv(source, out, force)
     else:
         path, counts = _to_file(source, kind, out, force)
-    if as_json:
-        print_json({"export": str(path), "to": kind, "counts": dict(counts)})
-    else:
-        say(str(path))
+    answer({"export": str(path), "to": kind, "counts": dict(counts)}, str(path))
 
 
 def _plan_to_chart(
@@ -71,23 +69,29 @@ def _plan_to_chart(
             f"of it (`bindusbl-des run {source / 'best.yaml'}`), or the campaign "
             f"{source / 'missions'} to csv"
         )
-    try:
+    with refusing(PlanError, OSError, ValueError):
         team = drawn_team(source)
-    except (PlanError, OSError, ValueError) as error:
-        refuse(str(error))
     path = Path(out) if out else source / f"plan.{kind}"
     check_file(path, force)
+    about, setup = worded(team.told, team.goals), Setup.of(team.scenario)
+    with _chart(path, "plan anew"):
+        counts = write_plan(setup, path, kind, about=about, ways=team.ways, replace=force)
+    talk(f"{team.whose}: {_shapes(counts)}, {_size(path)}")
+    return path, counts
+
+
+@contextmanager
+def _chart(path: Path, then: str) -> Iterator[None]:
+    """Refuse to write a chart of what has no place on Earth, or where it cannot be written."""
     try:
         with writing(path):
-            about = worded(team.told, team.goals)
-            counts = write_plan(
-                Setup.of(team.scenario), path, kind, about=about, ways=team.ways, replace=force
-            )
+            yield
     except ValueError as error:
-        refuse(f"{path}: {error}; set environment.origin.lat_deg and lon_deg, and plan anew")
-    shapes = ", ".join(f"{count} {shape}" for shape, count in counts.items())
-    talk(f"{team.whose}: {shapes}, {_size(path)}")
-    return path, counts
+        refuse(f"{path}: {error}; set environment.origin.lat_deg and lon_deg, and {then}")
+
+
+def _shapes(counts: Mapping[str, int]) -> str:
+    return ", ".join(f"{count} {shape}" for shape, count in counts.items())
 
 
 def _to_file(
@@ -114,17 +118,13 @@ def _to_file(
 def _write_chart(result: "Result", path: Path, kind: str, force: bool) -> Mapping[str, int]:
     from ..export.chart_files import write_chart
 
-    try:
-        with writing(path):
-            counts = write_chart(result, path, kind, replace=force)
-    except ValueError as error:
-        refuse(f"{path}: {error}; set environment.origin.lat_deg and lon_deg, and run it again")
-    talk(f"{', '.join(f'{count} {shape}' for shape, count in counts.items())}, {_size(path)}")
+    with _chart(path, "run it again"):
+        counts = write_chart(result, path, kind, replace=force)
+    talk(f"{_shapes(counts)}, {_size(path)}")
     return counts
 
 
 def _write_mcap(result: "Result", path: Path, kind: str, force: bool) -> Mapping[str, int]:
-
     try:
         if kind == "mcap":
             from ..export.mcap_file import write_mcap as write
@@ -167,14 +167,12 @@ def _campaign_tables(source: Path) -> Mapping[str, Any]:
     from ..campaigns.storage.part_rows import read_table
     from ..campaigns.storage.parts import MISSIONS, TABLES
 
-    try:
+    with refusing(OSError, ValueError):
         campaign = unfinished_campaign(source)
-        found = {name: read_table(source, name) for name in (MISSIONS, *TABLES)}
-        if found[MISSIONS] is not None:
-            found["points"] = points_rows(source, campaign.plan)
-    except (OSError, ValueError) as error:
-        refuse(str(error))
-    tables = {name: table for name, table in found.items() if table is not None}
+        read = {name: read_table(source, name) for name in (MISSIONS, *TABLES)}
+        if read[MISSIONS] is not None:
+            read["points"] = points_rows(source, campaign.plan)
+    tables = {name: table for name, table in read.items() if table is not None}
     if not tables:
         refuse(f"{source}: no mission of this campaign has finished yet; run it, then export it")
     return tables

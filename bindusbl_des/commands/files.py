@@ -15,8 +15,16 @@ from ..core.shipped import (
     shipped,
 )
 from ..core.wording import counted, did_you_mean, plain
-from .console import BAD_INPUT, print_json, refuse, say, talk, write_new
-from .options import bare_keys, json_option, out_option, plugins_option, set_option, shipped_or_file
+from .console import BAD_INPUT, answer, print_json, refuse, refusing, talk, write_new
+from .options import (
+    bare_keys,
+    force_option,
+    json_option,
+    out_option,
+    plugins_option,
+    set_option,
+    shipped_or_file,
+)
 from .starters import TEMPLATES, template
 
 if TYPE_CHECKING:
@@ -42,7 +50,6 @@ def validate(
     overrides: tuple[str, ...],
     strict: bool,
     allow_plugins: bool,
-    as_json: bool,
 ) -> None:
     """List every mistake in scenario or experiment files, with its place and remedy.
 
@@ -50,18 +57,25 @@ def validate(
     early, frames too short for their rounds, plug-ins that were not loaded.  Such warnings leave
     the exit code at 0.
     """
-    found = {file: _findings(file, overrides, allow_plugins) for file in files}
-    mistakes, warnings = (sum(len(findings[n]) for findings in found.values()) for n in (0, 1))
+    findings_of = {file: _findings(file, overrides, allow_plugins) for file in files}
+    mistakes, warnings = (
+        sum(len(findings[n]) for findings in findings_of.values()) for n in (0, 1)
+    )
     refused = bool(mistakes or (strict and warnings))
-    if as_json:
-        listed = [
-            {file: [asdict(finding) for finding in findings[n]] for file, findings in found.items()}
-            for n in (0, 1)
-        ]
-        print_json({"valid": not refused, "files": listed[0], "warnings": listed[1]})
-    else:
-        for file, (wrong, warned) in found.items():
-            say("\n".join(map(str, (*wrong, *warned))) or f"{file}: ok")
+    listed = [
+        {
+            file: [asdict(finding) for finding in findings[n]]
+            for file, findings in findings_of.items()
+        }
+        for n in (0, 1)
+    ]
+    answer(
+        {"valid": not refused, "files": listed[0], "warnings": listed[1]},
+        [
+            "\n".join(map(str, (*wrong, *warned))) or f"{file}: ok"
+            for file, (wrong, warned) in findings_of.items()
+        ],
+    )
     if mistakes or warnings:
         found_of = ((mistakes, "mistake"), (warnings, "warning"))
         talk(", ".join(counted(count, noun) for count, noun in found_of if count))
@@ -107,7 +121,7 @@ def _findings(
 
 
 def _refused(document: "Document", scenario: "Scenario") -> "Iterator[Mistake]":
-    """Yield why a mission refuses parts of one's own, as it asks them where vehicles go."""
+    """Yield why a mission refuses user-defined parts, which it asks where vehicles go."""
     from ..core.mistakes import Problem
     from ..core.plugins import PluginError
     from ..mission.mission import Mission
@@ -116,7 +130,7 @@ def _refused(document: "Document", scenario: "Scenario") -> "Iterator[Mistake]":
         Mission(scenario)
     except PluginError as error:
         yield document.mistake(Problem(error.key, error.message))
-    except (ValueError, ArithmeticError, RuntimeError) as error:  # of hulls on ways of one's own
+    except (ValueError, ArithmeticError, RuntimeError) as error:  # of hulls on user-defined routes
         key = next(iter(scenario.plugins))
         yield document.mistake(Problem(key, str(error)))
 
@@ -124,7 +138,7 @@ def _refused(document: "Document", scenario: "Scenario") -> "Iterator[Mistake]":
 @click.command(short_help="Print the JSON Schema of scenario or experiment files.")
 @click.argument("kind", type=click.Choice(["scenario", "experiment"]), default="scenario")
 @json_option("it, with or without this option,")
-def schema(kind: str, as_json: bool) -> None:
+def schema(kind: str) -> None:
     """Print the JSON Schema of scenario or experiment files, for completion in editors."""
     if kind == "experiment":
         from ..campaigns.experiments.experiment_file import experiment_schema
@@ -141,7 +155,7 @@ def schema(kind: str, as_json: bool) -> None:
     "name", metavar="[NAME]", default="starter", shell_complete=lambda *asked: _begun(asked[-1])
 )
 @out_option("FILE", "Write it to a file instead of stdout.")
-@click.option("--force", is_flag=True, help="Replace the file if it exists.")
+@force_option("Replace the file if it exists.")
 def init(name: str, out: str | None, force: bool) -> None:
     """Write a commented starter scenario, or copy a file that ships.
 
@@ -182,7 +196,7 @@ def _text_named(name: str) -> str:
 @click.command()
 @click.argument("pattern", metavar="[WORD]", default="", shell_complete=bare_keys)
 @json_option("the keys")
-def params(pattern: str, as_json: bool) -> None:
+def params(pattern: str) -> None:
     """List the keys of a scenario: default, range, meaning, source.
 
     WORD selects keys that have it in their name, their meaning or their choices, and metrics; with
@@ -203,14 +217,10 @@ def params(pattern: str, as_json: bool) -> None:
     if not rows and not measured:
         hint = did_you_mean(pattern, [*(row.name for row in known), *metrics()])
         refuse(f"no key matches {pattern!r}{hint or '; `bindusbl-des params` lists all'}")
-    if as_json:
-        print_json([*map(asdict, rows), *measured])
-    else:
-        columns = [
-            f"{metric['key']}: metric, {metric['unit']}\n    {metric['meaning']}"
-            for metric in measured
-        ]
-        say("\n".join([*map(_paragraph, rows), *columns]))
+    columns = [
+        f"{metric['key']}: metric, {metric['unit']}\n    {metric['meaning']}" for metric in measured
+    ]
+    answer([*map(asdict, rows), *measured], [*map(_paragraph, rows), *columns])
 
 
 def _matches(row: "table.Key", pattern: str) -> bool:
@@ -234,7 +244,7 @@ def _paragraph(row: "table.Key") -> str:
 @click.command(short_help="List modems, USBLs and inertial systems by name.")
 @click.argument("word", metavar="[KIND|NAME]", default="")
 @json_option("the figures")
-def presets(word: str, as_json: bool) -> None:
+def presets(word: str) -> None:
     """List the modems, USBLs and inertial systems that a scenario can name, with their sources.
 
     KIND is modem, usbl or inertial.  Each figure is tagged: [M] the maker's own page, [S] the
@@ -244,17 +254,13 @@ def presets(word: str, as_json: bool) -> None:
     """
     from ..presets.catalogue import selected
 
-    try:
-        found = list(selected(word))
-    except ValueError as error:
-        refuse(str(error))
-    if as_json:
-        print_json([_plain(kind, preset) for kind, preset in found])
-    else:
-        say(
-            "\n\n".join("\n".join(_told(kind, preset)) for kind, preset in found)
-            or f"{word}: none yet"
-        )
+    with refusing(ValueError):
+        chosen = list(selected(word))
+    answer(
+        [_plain(kind, preset) for kind, preset in chosen],
+        "\n\n".join("\n".join(_lines(kind, preset)) for kind, preset in chosen)
+        or f"{word}: none yet",
+    )
 
 
 def _plain(kind: str, preset: "Preset") -> dict[str, Any]:
@@ -263,7 +269,7 @@ def _plain(kind: str, preset: "Preset") -> dict[str, Any]:
     return {**head, "since": preset.since or None, "figures": figures}
 
 
-def _told(kind: str, preset: "Preset") -> Iterator[str]:
+def _lines(kind: str, preset: "Preset") -> Iterator[str]:
     """Yield a head line, and one for each figure."""
     shown = {name: f"{plain(fig.value)} {fig.unit}".strip() for name, fig in preset.figures.items()}
     since = preset.since or "no date stated"

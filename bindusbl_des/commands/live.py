@@ -17,26 +17,30 @@ import click
 from ..core.process import ProgressLine
 from .console import (
     RunFailed,
+    answer,
     compiling_shown,
     is_quiet,
-    print_json,
     reading_from,
     refuse,
     refuse_plugins,
+    refusing,
     say,
     talk,
     talk_of,
+    wants_json,
     warn,
     weigh,
     writing,
 )
-from .missions import as_given, check_folder, default_folder, models
+from .missions import answer_mission, as_given, check_folder, default_folder, models, text_of
 from .options import (
     anyway_option,
+    force_option,
     json_option,
     out_option,
     plugins_option,
     scenario_argument,
+    seed_option,
     set_option,
 )
 
@@ -114,7 +118,7 @@ def _start(context: click.Context, parameter: click.Parameter, text: str | None)
 @click.option(
     "--speed", default="1", metavar="1|N|max", callback=_speed, help="Times real time (default 1)."
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, help="Random seed (default 0).")
+@seed_option
 @click.option(
     "--start", metavar="UTC", callback=_start, help="When the mission begins (default: now)."
 )
@@ -129,7 +133,7 @@ def _start(context: click.Context, parameter: click.Parameter, text: str | None)
 @click.option("--dry", is_flag=True, help="Print the first telegram of each kind, and end.")
 @out_option("DIR", "Result folder (default results/<name>-seed<N>-live).")
 @set_option
-@click.option("--force", is_flag=True, help="Replace the result folder and files that exist.")
+@force_option("Replace the result folder and files that exist.")
 @anyway_option
 @plugins_option
 @json_option("the mission's metrics")
@@ -149,7 +153,6 @@ def live(
     force: bool,
     anyway: bool,
     allow_plugins: bool,
-    as_json: bool,
 ) -> None:
     """Fly a mission against the clock, and send what its instruments measure.
 
@@ -170,11 +173,9 @@ def live(
     mission = reading.scenario
     names = [f"ASV{asv}" for asv in range(mission.asvs.count)]
     names += [f"AUV{auv}" for auv in range(mission.auvs.count)]
-    try:
+    with refusing(ValueError):
         outputs = [asked(option, names) for option in wanted]
         heard = chosen(only, names, "--only")
-    except ValueError as error:
-        refuse(str(error))
     earth = earth_of(reading.setup, start or datetime.now(UTC))
     for output in outputs:
         if FORMATS[output.format].on_earth and earth.origin is None:
@@ -188,12 +189,8 @@ def live(
     setup = Setup.of(mission)
     weigh(mission.name, effort(setup), anyway)
     if dry:
-        found = _dry(mission, seed, outputs, heard, earth, truth)
-        if as_json:
-            print_json(list(found))
-            return
-        for first in found:
-            say(first["telegram"])
+        telegrams = list(_dry(mission, seed, outputs, heard, earth, truth))
+        answer(telegrams, [first["telegram"] for first in telegrams])
         return
     if poses is not None and speed == math.inf:
         refuse("--poses comes with the clock of who sends them; give --speed 1")
@@ -204,21 +201,17 @@ def live(
     from ..live.outputs import Opening
     from ..results.result_folder import result_draft
 
-    text = as_given(scenario, mission, folder)
+    text = as_given(text_of(scenario), mission, folder)
     with writing(folder), result_draft(folder, force=force) as draft, ExitStack() as stack:
         selector = stack.enter_context(selectors.DefaultSelector())
-        opening = Opening(selector, talk if as_json else say, warn, bind, force)
+        opening = Opening(selector, talk if wants_json() else say, warn, bind, force)
         sinks = _opened(outputs, heard, opening, stack)
         mouth = Mouth(sinks, heard, earth, truth, speed, start is None)
         ear = None if poses is None else _listening(poses, bind, setup, stack)
         result = _flown(mission, seed, mouth, selector, ear, stack)
         result.overrides = overrides
         result.fill(draft, text)
-    if as_json:
-        print_json(result.arrow["mission"].to_pylist()[0])
-        talk(f"Results: {folder}")
-        return
-    say(f"Results: {folder}")
+    answer_mission(result, folder)
 
 
 def _opened(
@@ -234,9 +227,8 @@ def _opened(
     sinks = []
     for wanted in outputs:
         try:
-            output = opened(wanted, heard, opening)
-        except ValueError as error:
-            refuse(str(error))
+            with refusing(ValueError):
+                output = opened(wanted, heard, opening)
         except OSError as error:
             why = (error.strerror or str(error)).partition(" (while")[0]
             warn(f"{wanted.text}: cannot be opened ({why})")
@@ -308,13 +300,13 @@ def _listening(poses: str, bind: str, setup: "Setup", stack: ExitStack) -> "Rece
         refuse(f"--poses {poses}: cannot be opened ({error.strerror or error})")
     stack.callback(ear.close)
     talk(missing_text(ear.missing, ear.port))
-    told = {"taken"}
+    warned = {"taken"}
     while ear.missing:
         time.sleep(WAIT_S)
         ear.listen()
-        for why in ear.counts.keys() - told:
+        for why in ear.counts.keys() - warned:
             warn(f"poses are refused: {why}")
-        told |= ear.counts.keys()
+        warned |= ear.counts.keys()
     return ear
 
 

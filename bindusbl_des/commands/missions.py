@@ -16,15 +16,15 @@ from ..core.process import ProgressLine, answered, duration, end_now
 from ..core.wording import counted, file_name
 from .console import (
     RunFailed,
+    answer,
     compiling_shown,
     is_quiet,
-    print_json,
     reading_from,
     refuse,
     refuse_plugins,
-    say,
     talk,
     talk_of,
+    wants_json,
     warn,
     weigh,
     writing,
@@ -32,10 +32,13 @@ from .console import (
 from .options import (
     Range,
     anyway_option,
+    folder_argument,
+    force_option,
     json_option,
     out_option,
     plugins_option,
     scenario_argument,
+    seed_option,
     set_option,
 )
 
@@ -69,7 +72,7 @@ def advice_options(meaning: str) -> Callable[[Any], Any]:
 
     def options(command: Any) -> Any:
         @wraps(command)
-        def told(
+        def given(
             advice: bool | None, advice_missions: int | None, advice_s: float | None, **others: Any
         ) -> Any:
             return command(asked=AdviceOptions(advice, advice_missions, advice_s), **others)
@@ -87,7 +90,7 @@ def advice_options(meaning: str) -> Callable[[Any], Any]:
             type=Range(min=0),
             help="Begin no further one after so long (default: all are flown).",
         )
-        return tried(missions(within(told)))
+        return tried(missions(within(given)))
 
     return options
 
@@ -141,10 +144,10 @@ def advice_on(
 
 @click.command()
 @scenario_argument
-@click.option("--seed", type=click.IntRange(min=0), default=0, help="Random seed (default 0).")
+@seed_option
 @out_option("DIR", "Result folder (default results/<name>-seed<N>).")
 @set_option
-@click.option("--force", is_flag=True, help="Replace the result folder if it exists.")
+@force_option("Replace the result folder if it exists.")
 @anyway_option
 @plugins_option
 @json_option("the mission's metrics")
@@ -157,7 +160,6 @@ def run(
     force: bool,
     anyway: bool,
     allow_plugins: bool,
-    as_json: bool,
     asked: AdviceOptions,
 ) -> None:
     """Run one mission; write its result folder and print a summary."""
@@ -175,24 +177,29 @@ def run(
 
     cost = effort(reading.setup)
     weigh(mission.name, cost, anyway)
-    written = _text(scenario)
-    again = _as_written(written, scenario, overrides)
-    text = written if _tells(written, mission, folder) else None
+    written = text_of(scenario)
+    again = read_again(written, scenario, overrides)
+    text = as_given(written, mission, folder)
     # Made before the mission is run, so that a place that cannot be written to is told at once.
     with writing(folder), result_draft(folder, force=force) as draft:
         result = _simulated(mission, seed, draft)
         result.overrides = tuple(map(former_keys.option_now, overrides))
         result.advice = advice_on(result, asked, again)
         result.fill(draft, text, began_s)
-    if as_json:
-        print_json(result.arrow["mission"].to_pylist()[0])
-        talk(f"Results: {folder}")
+    answer_mission(result, folder, result.summary())
+    if wants_json():
         return
-    say(result.summary())
-    say(f"Results: {folder}")
     talk(f"Open {folder / 'report.html'} in a browser.")
     if not asked.tries:
         talk(f"What would help? bindusbl-des report {shlex.quote(str(folder))} --advice")
+
+
+def answer_mission(result: "Result", folder: Path, *text: str) -> None:
+    """Print the metrics of a mission as data, or its text, and where its results are."""
+    where = f"Results: {folder}"
+    answer(result.arrow["mission"].to_pylist()[0], [*text, where])
+    if wants_json():
+        talk(where)
 
 
 def default_folder(scenario: "Scenario", seed: int, ending: str = "") -> Path:
@@ -200,10 +207,20 @@ def default_folder(scenario: "Scenario", seed: int, ending: str = "") -> Path:
     return Path("results") / f"{file_name(scenario.name)}-seed{seed}{ending}"
 
 
-def as_given(path: str, scenario: "Scenario", folder: Path) -> str | None:
-    """Return the text of the scenario file, if that is what is flown, lying in the folder."""
-    text = _text(path)
-    return text if _tells(text, scenario, folder) else None
+def as_given(text: str | None, scenario: "Scenario", folder: Path) -> str | None:
+    """Return the text of a scenario file, if that is what is flown, lying in the folder.
+
+    It is not if there were overrides, or tracks that are named from where the file lay; and what
+    is spelt otherwise now is written anew.
+    """
+    from ..core.mistakes import ScenarioError
+    from ..scenario.files.scenario_file import Source
+
+    try:
+        document, read = Source(text or "", folder=folder).read()
+    except ScenarioError:
+        return None
+    return text if read == scenario and not document.warnings else None
 
 
 def check_folder(folder: Path, force: bool) -> None:
@@ -289,7 +306,7 @@ class MissionProgress:
         return f"{self._now:.0f} of {self._duration:.0f} s simulated{left}"
 
 
-def _text(path: str) -> str | None:
+def text_of(path: str) -> str | None:
     """Return the text of the scenario file; None if it can be read only once (a pipe)."""
     from ..core.mistakes import ScenarioError
     from ..core.plain_yaml import read_text
@@ -300,40 +317,24 @@ def _text(path: str) -> str | None:
         return None
 
 
-def _tells(text: str | None, scenario: "Scenario", folder: Path) -> bool:
-    """Tell whether the user's text, lying in a folder, is what was run.
-
-    It is not if there were overrides, or tracks that are named from where the file lay; and what
-    is spelt otherwise now is written anew.
-    """
-    from ..core.mistakes import ScenarioError
-    from ..scenario.files.scenario_file import Source
-
-    try:
-        document, read = Source(text or "", folder=folder).read()
-    except ScenarioError:
-        return False
-    return read == scenario and not document.warnings
-
-
-def _as_written(
-    text: str | None, path: str, overrides: tuple[str, ...]
+def read_again(
+    text: str | None, path: str | Path, overrides: Sequence[str] = ()
 ) -> "Callable[[Sequence[str]], Scenario] | None":
-    """Return what reads the user's scenario again with further options; None for a pipe."""
+    """Return what reads a scenario's text again with further options; None for a pipe."""
     from ..scenario.files.scenario_file import Source
 
     if text is None:
         return None
-    source = Source(text, path, Path(path).parent)
+    source = Source(text, str(path), Path(path).parent)
     return lambda options: source._replace(overrides=(*overrides, *options)).read()[1]
 
 
 @click.command()
-@click.argument("folder", metavar="DIR")
+@folder_argument
 @click.option("--ping", type=click.IntRange(min=0), help="Number of the ping.")
 @click.option("--fix", type=click.IntRange(min=0), help="Number of the fix.")
 @json_option("the chain")
-def explain(folder: str, ping: int | None, fix: int | None, as_json: bool) -> None:
+def explain(folder: str, ping: int | None, fix: int | None) -> None:
     """Tell what became of one ping or fix of a run, and why.
 
     Each step has its instant, its distance and the rule that decided it; the parts of the latency
@@ -349,7 +350,4 @@ def explain(folder: str, ping: int | None, fix: int | None, as_json: bool) -> No
         chain = chain_of_ping(result, ping) if ping is not None else chain_of_fix(result, fix or 0)
     except (FileNotFoundError, NotADirectoryError, ValueError, LookupError) as error:
         refuse(str(error.args[-1]) if isinstance(error, LookupError) else str(error))
-    if as_json:
-        print_json(chain.data())
-    else:
-        say(chain.text())
+    answer(chain.data(), chain.text())

@@ -14,13 +14,16 @@ from click.shell_completion import CompletionItem
 from ..core.mistakes import ScenarioError
 from ..core.plugins import allowed_everywhere
 from ..core.shipped import KINDS, located, shipped
-from .console import be_quiet, refuse
+from .console import AS_JSON, QUIET, refusing
 
 Command = Callable[[Any], Any]
 
 # What may also stand before the name of a command, and is handed on to it.
 JSON = "--json"
 SET = "--set"
+
+# Options that a command's talk and answer heed, wherever in it these are, and their notes.
+NOTED = {"quiet": QUIET, "as_json": AS_JSON}
 
 
 class Range(click.FloatRange):
@@ -29,33 +32,37 @@ class Range(click.FloatRange):
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Return the number that somebody has given."""
-        found: float = super().convert(value, param, ctx)
-        if not isfinite(found):
+        """Return the number that was given."""
+        number: float = super().convert(value, param, ctx)
+        if not isfinite(number):
             self.fail(f"{value} is no number to count with; give a finite one", param, ctx)
-        return found
+        return number
 
 
-def quiet_option(command: Any) -> Any:
-    """Give the program or a command the option ``-q``."""
+def _note(context: click.Context, option: click.Parameter, given: bool) -> None:
+    if given:
+        context.meta[NOTED[str(option.name)]] = True
 
-    def note(context: click.Context, _: click.Parameter, given: bool) -> None:
-        if given:
-            be_quiet(context)
 
+quiet_option = click.option(
+    "-q",
+    "--quiet",
+    is_flag=True,
+    expose_value=False,
+    callback=_note,
+    help="Say nothing on stderr but what is wrong.",
+)
+
+
+def json_option(what: str, *, exposed: bool = False) -> Command:
+    """Give a command the option ``--json``: one JSON document on stdout and nothing else.
+
+    What is printed is decided by :func:`.console.answer`; the program itself hands the option on.
+    """
     return click.option(
-        "-q",
-        "--quiet",
-        is_flag=True,
-        expose_value=False,
-        callback=note,
-        help="Say nothing on stderr but what is wrong.",
-    )(command)
-
-
-def json_option(what: str) -> Command:
-    """Give a command the option ``--json``: one JSON document on stdout and nothing else."""
-    return click.option(JSON, "as_json", is_flag=True, help=f"Print {what} as JSON.")
+        JSON, "as_json", is_flag=True, expose_value=exposed, callback=None if exposed else _note,
+        help=f"Print {what} as JSON.",
+    )  # fmt: skip
 
 
 def out_option(metavar: str, explained: str, *, required: bool = False) -> Command:
@@ -71,6 +78,11 @@ def _named(_: click.Context, __: click.Parameter, given: str | None) -> str | No
     if given == "":
         raise click.BadParameter("is empty; give a name, or leave the option out")
     return given
+
+
+def force_option(explained: str) -> Command:
+    """Give a command the option ``--force``."""
+    return click.option("--force", is_flag=True, help=explained)
 
 
 def scenario_keys(_: click.Context, __: click.Parameter, begun: str) -> list[CompletionItem]:
@@ -118,21 +130,19 @@ def stopping_metrics(*asked: Any) -> list[CompletionItem]:
     return [CompletionItem(f"{metric.value}=") for metric in mission_metrics(*asked)]
 
 
-def set_option(command: Any) -> Any:
-    """Give a command the option ``--set dotted.key=value``."""
-    return click.option(
-        SET,
-        "overrides",
-        metavar="KEY=VALUE",
-        multiple=True,
-        shell_complete=scenario_keys,
-        help="Override a key of the scenario, such as acoustics.hf.range_m=100; repeatable.",
-    )(command)
+set_option = click.option(
+    SET,
+    "overrides",
+    metavar="KEY=VALUE",
+    multiple=True,
+    shell_complete=scenario_keys,
+    help="Override a key of the scenario, such as acoustics.hf.range_m=100; repeatable.",
+)
 
 
 def shared_options(program: Any) -> Any:
     """Give the program the options that may stand before the name of a command."""
-    return set_option(json_option("what is found")(quiet_option(program)))
+    return set_option(json_option("what is found", exposed=True)(quiet_option(program)))
 
 
 def handed_on(given: Mapping[str, Any], command: click.Command) -> list[str]:
@@ -146,50 +156,25 @@ def handed_on(given: Mapping[str, Any], command: click.Command) -> list[str]:
     return words
 
 
-def anyway_option(command: Any) -> Any:
-    """Give a command the option ``--anyway``."""
-    return click.option(
-        "--anyway",
-        is_flag=True,
-        help="Begin even a mission that needs more memory than the machine has, or over a day.",
-    )(command)
+anyway_option = click.option(
+    "--anyway",
+    is_flag=True,
+    help="Begin even a mission that needs more memory than the machine has, or over a day.",
+)
 
+plugins_option = click.option(
+    "--allow-plugins",
+    is_flag=True,
+    callback=lambda context, parameter, given: given or allowed_everywhere(),
+    help="Load the code that the file names as module:object (or BINDUSBL_ALLOW_PLUGINS=1).",
+)
 
-def plugins_option(command: Any) -> Any:
-    """Give a command that runs missions the option ``--allow-plugins``."""
-    return click.option(
-        "--allow-plugins",
-        is_flag=True,
-        callback=lambda context, parameter, given: given or allowed_everywhere(),
-        help="Load the code that the file names as module:object (or BINDUSBL_ALLOW_PLUGINS=1).",
-    )(command)
+seed_option = click.option(
+    "--seed", type=click.IntRange(min=0), default=0, help="Random seed (default 0)."
+)
 
-
-def scenario_argument(command: Any) -> Any:
-    """Give a command the argument of a scenario: a file, or the name of one that ships."""
-    return _file_argument("scenario", "SCENARIO", KINDS[:1])(command)
-
-
-def experiment_argument(command: Any) -> Any:
-    """Give a command the argument of an experiment or a scenario: a file, or a shipped name."""
-    return _file_argument("file", "FILE", KINDS)(command)
-
-
-def plan_argument(command: Any) -> Any:
-    """Give a command the argument of a plan's file or a scenario's, or of a shipped name."""
-    return _file_argument("file", "SCENARIO|PLAN.yaml", KINDS[:1])(command)
-
-
-def _file_argument(name: str, metavar: str, kinds: tuple[str, ...]) -> Command:
-    def found(context: click.Context, _: click.Parameter, given: str) -> str:
-        try:
-            return located(given, kinds)
-        except ScenarioError as error:
-            refuse(str(error))
-
-    return click.argument(
-        name, metavar=metavar, callback=found, shell_complete=shipped_or_file(kinds)
-    )
+folder_argument = click.argument("folder", metavar="DIR")
+folders_argument = click.argument("folders", metavar="DIR...", nargs=-1, required=True)
 
 
 def shipped_or_file(kinds: tuple[str, ...] = KINDS) -> Callable[..., list[CompletionItem]]:
@@ -205,14 +190,21 @@ def shipped_or_file(kinds: tuple[str, ...] = KINDS) -> Callable[..., list[Comple
     return offered
 
 
-def shard_option(command: Any) -> Any:
-    """Give a command the option ``--shard i/N``."""
-    return click.option(
-        "--shard",
-        metavar="i/N",
-        callback=_shard,
-        help="Run the i-th of N shares; `merge` joins them.",
-    )(command)
+def _file_argument(name: str, metavar: str, kinds: tuple[str, ...]) -> Command:
+    """Return the argument of a file, or of the name of one that ships."""
+
+    def found(context: click.Context, _: click.Parameter, given: str) -> str:
+        with refusing(ScenarioError):
+            return located(given, kinds)
+
+    return click.argument(
+        name, metavar=metavar, callback=found, shell_complete=shipped_or_file(kinds)
+    )
+
+
+scenario_argument = _file_argument("scenario", "SCENARIO", KINDS[:1])
+experiment_argument = _file_argument("file", "FILE", KINDS)
+plan_argument = _file_argument("file", "SCENARIO|PLAN.yaml", KINDS[:1])
 
 
 def _shard(_: click.Context, __: click.Parameter, text: str | None) -> tuple[int, int] | None:
@@ -225,52 +217,65 @@ def _shard(_: click.Context, __: click.Parameter, text: str | None) -> tuple[int
     return int(numbers[1]), int(numbers[2])
 
 
-def workers_option(command: Any) -> Any:
-    """Give a command the option that says how many processes work."""
-    return click.option(
-        "--workers",
-        type=click.IntRange(min=1),
-        metavar="N",
-        help="Processes at once (default: one per CPU).",
-    )(command)
+shard_option = click.option(
+    "--shard", metavar="i/N", callback=_shard, help="Run the i-th of N shares; `merge` joins them."
+)
+
+workers_option = click.option(
+    "--workers",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Processes at once (default: one per CPU).",
+)
 
 
-def worker_options(command: Any) -> Any:
-    """Give a command the options that say who does the work."""
-    command = json_option("a summary")(command)
-    command = click.option(
-        "--backend", default="local", metavar="local|dask:ADDRESS", help="Who does the work."
-    )(command)
-    command = click.option(
+def given_options(*options: Command) -> Command:
+    """Return the decorator that gives a command several options, which help lists in this order."""
+
+    def give(command: Any) -> Any:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return give
+
+
+worker_options = given_options(
+    workers_option,
+    click.option(
         "--mission-timeout",
         type=float,
         metavar="SECONDS",
         help="End a mission that takes longer; it counts as failed.",
-    )(command)
-    return workers_option(command)
+    ),
+    click.option(
+        "--backend", default="local", metavar="local|dask:ADDRESS", help="Who does the work."
+    ),
+    json_option("a summary"),
+)
 
-
-def experiment_options(command: Any) -> Any:
-    """Give a command the options that are laid over an experiment or a scenario."""
-    command = click.option(
-        "--detail", type=click.Choice(["summary", "full"]), help="Keep metrics only, or all events."
-    )(command)
-    command = click.option(
-        "--until-ci",
-        metavar="METRIC=WIDTH",
-        shell_complete=stopping_metrics,
-        multiple=True,
-        help="Stop a point when half the width of the metric's 95 % CI is at most this, such as "
-        "5% of the mean or 0.02; --seeds is the largest number of seeds then (default 256).",
-    )(command)
-    command = click.option(
-        "--seeds", type=click.IntRange(min=1), metavar="N", help="Seeds 0 to N - 1 at each point."
-    )(command)
-    return click.option(
+# What is laid over an experiment or a scenario
+experiment_options = given_options(
+    click.option(
         "--vary",
         metavar="KEY=V1,V2",
         multiple=True,
         shell_complete=scenario_keys,
         help="Vary a key, such as asvs.count=2,3, 2:5 (2, 3, 4, 5) or 0:90:15 (first:last:step); "
         "several make a grid.",
-    )(command)
+    ),
+    click.option(
+        "--seeds", type=click.IntRange(min=1), metavar="N", help="Seeds 0 to N - 1 at each point."
+    ),
+    click.option(
+        "--until-ci",
+        metavar="METRIC=WIDTH",
+        shell_complete=stopping_metrics,
+        multiple=True,
+        help="Stop a point when half the width of the metric's 95 % CI is at most this, such as "
+        "5% of the mean or 0.02; --seeds is the largest number of seeds then (default 256).",
+    ),
+    click.option(
+        "--detail", type=click.Choice(["summary", "full"]), help="Keep metrics only, or all events."
+    ),
+)

@@ -15,6 +15,7 @@ from .console import (
     say,
     talk,
     talk_of,
+    wants_json,
     warn,
     weigh,
 )
@@ -107,7 +108,6 @@ def plan(
     overrides: tuple[str, ...],
     anyway: bool,
     allow_plugins: bool,
-    as_json: bool,
 ) -> None:
     """Find the least team of ASVs that keeps to a goal.
 
@@ -139,7 +139,7 @@ def plan(
         admitted(question, allow_plugins)
         folder = Path(out) if out else default_folder(question.name)
         begun = begin(question, folder, force=force)
-    _make(begun, folder, workers, as_json)
+    _make(begun, folder, workers)
 
 
 def default_folder(name: str) -> Path:
@@ -147,7 +147,7 @@ def default_folder(name: str) -> Path:
     return Path("results") / f"{file_name(name)}-plan"
 
 
-def resume_plan(folder: Path, workers: int | None, as_json: bool, allow_plugins: bool) -> None:
+def resume_plan(folder: Path, workers: int | None, allow_plugins: bool) -> None:
     """Go on with a plan that was cut short."""
     with mistakes_text():
         from ..planning.folder import resumed
@@ -155,10 +155,10 @@ def resume_plan(folder: Path, workers: int | None, as_json: bool, allow_plugins:
 
         question = resumed(folder)
         admitted(question, allow_plugins)
-    _make(question, folder, workers, as_json)
+    _make(question, folder, workers)
 
 
-def _make(question: "Question", folder: Path, workers: int | None, as_json: bool) -> None:
+def _make(question: "Question", folder: Path, workers: int | None) -> None:
     """Make a plan and print it."""
     with mistakes_text():
         from ..planning.flying import Budget
@@ -173,7 +173,7 @@ def _make(question: "Question", folder: Path, workers: int | None, as_json: bool
             raise
     if made.record["status"] == CUT:
         warn(CUT_OFF.format(folder))
-    if as_json:
+    if wants_json():
         print_json(made.record)
         talk(f"Results: {folder}")
     else:

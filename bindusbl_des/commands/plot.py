@@ -9,16 +9,22 @@ import click
 
 from .console import (
     FIGURES,
+    answer,
     check_figure,
     check_file,
-    print_json,
     refuse,
     result_in,
-    say,
     talk,
     writing,
 )
-from .options import bare_keys, json_option, mission_metrics, out_option
+from .options import (
+    bare_keys,
+    folder_argument,
+    force_option,
+    json_option,
+    mission_metrics,
+    out_option,
+)
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -26,11 +32,7 @@ if TYPE_CHECKING:
     # How to draw a figure of some width (in), or why it cannot be drawn
     Offers = dict[str, Callable[[float], Any] | str]
 
-# Each kind of figure and its usual width (in)
-RUN_KINDS = {
-    "trajectory": 4.9, "error": 7.16, "fixes": 4.2, "coverage": 4.2, "timeline": 7.16,
-    "round": 7.16, "latency": 7.16,
-}  # fmt: skip
+# Each kind of a campaign's figures and its usual width (in)
 SWEEP_KINDS = {"curves": 4.5, "heatmap": 5.0}
 # Options that choose rounds: the parameters of the figures that show rounds
 ROUND_OPTIONS = {
@@ -42,7 +44,7 @@ WIDTHS = {"1": 3.5, "2": 7.16}
 
 
 @click.command()
-@click.argument("folder", metavar="DIR")
+@folder_argument
 @click.argument("kind", metavar="[KIND]", required=False)
 @out_option("FILE", "Where one figure goes; its suffix is the format.")
 @click.option(
@@ -70,7 +72,7 @@ WIDTHS = {"1": 3.5, "2": 7.16}
     help="Varied key of the curves, or along y (heatmap).",
 )
 @click.option("--no-title", is_flag=True, help="Leave the titles out, for a figure with a caption.")
-@click.option("--force", is_flag=True, help="Replace figures that exist.")
+@force_option("Replace figures that exist.")
 @json_option("the figures' names")
 def plot(
     folder: str,
@@ -80,7 +82,6 @@ def plot(
     columns: str | None,
     no_title: bool,
     force: bool,
-    as_json: bool,
     **options: Any,
 ) -> None:
     """Draw figures of a run or a campaign as PNG, SVG or PDF.
@@ -93,11 +94,13 @@ def plot(
         raise click.UsageError("--out names one file, so give a KIND too")
     if out:
         check_figure(Path(out), force)
-    if kind in RUN_KINDS and kind not in ROUND_OPTIONS and options["first"] is not None:
+    from ..figures.kinds import KINDS, USUAL_WIDTHS
+
+    if kind in KINDS and kind not in ROUND_OPTIONS and options["first"] is not None:
         refuse(f"--from is for {' and '.join(ROUND_OPTIONS)}; {kind} shows the whole mission")
     is_sweep = (Path(folder) / "campaign.json").is_file()
     offers = _sweep_offers(folder, options) if is_sweep else _run_offers(folder, options)
-    usual = SWEEP_KINDS if is_sweep else RUN_KINDS
+    usual = SWEEP_KINDS if is_sweep else USUAL_WIDTHS
     chosen = _chosen(offers, folder, kind)
     paths = {
         name: Path(out) if out else Path(folder) / "figures" / f"{name}.{suffix}" for name in chosen
@@ -111,10 +114,7 @@ def plot(
             check_file(path, force)
     for name, path in paths.items():
         _save(chosen[name], WIDTHS.get(columns or "", usual[name]), path, no_title, force)
-        if not as_json:
-            say(str(path))
-    if as_json:
-        print_json({"figures": {name: str(path) for name, path in paths.items()}})
+    answer({"figures": {name: str(path) for name, path in paths.items()}}, map(str, paths.values()))
 
 
 def _chosen(offers: "Offers", folder: str, kind: str | None) -> "dict[str, Callable[[float], Any]]":

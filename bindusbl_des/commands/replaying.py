@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .console import (
+    answer,
     check_file,
     compiling_shown,
-    print_json,
     reading_from,
     refuse,
-    say,
+    refusing,
     talk,
     warn,
     write_new,
     writing,
 )
-from .options import Range, json_option, out_option, plugins_option
+from .options import Range, force_option, json_option, out_option, plugins_option
 
 if TYPE_CHECKING:
     from ..recorded.log import Log
@@ -59,7 +59,7 @@ def log_options(command: Any) -> Any:
 )
 @plugins_option
 @out_option("DIR", "Folder for tables (Parquet and CSV) and figures.")
-@click.option("--force", is_flag=True, help="Replace the folder of an earlier replay.")
+@force_option("Replace the folder of an earlier replay.")
 @json_option("the figures of each log")
 def replay(
     logs: tuple[str, ...],
@@ -69,7 +69,6 @@ def replay(
     allow_plugins: bool,
     out: str | None,
     force: bool,
-    as_json: bool,
 ) -> None:
     """Replay recorded missions through our filter and smoother.
 
@@ -87,25 +86,20 @@ def replay(
     if len({log.name for log in read}) < len(read):
         refuse("two logs have the same name; replay them one by one")
     replays = [_replayed(log, stated, navigator) for log in read]
-    found = tables(replays)
-    rows, beacons = found["logs"].to_pylist(), found["beacons"].to_pylist()
+    written = tables(replays)
+    rows, beacons = written["logs"].to_pylist(), written["beacons"].to_pylist()
     if out is not None:
-        _write(Path(out), replays, found, force)
-    if as_json:
-        print_json({"logs": rows, "beacons": beacons, "out": out})
-    else:
-        say(summary(rows, beacons))
+        _write(Path(out), replays, written, force)
+    answer({"logs": rows, "beacons": beacons, "out": out}, summary(rows, beacons))
 
 
 @click.command(epilog=LOGS)
 @click.argument("log")
 @log_options
 @out_option("FILE", "Write the scenario file here, not to stdout.")
-@click.option("--force", is_flag=True, help="Replace the file if it exists.")
+@force_option("Replace the file if it exists.")
 @json_option("the keys with their values")
-def fit(
-    log: str, vehicle: str | None, speed: float, out: str | None, force: bool, as_json: bool
-) -> None:
+def fit(log: str, vehicle: str | None, speed: float, out: str | None, force: bool) -> None:
     """Find the noise in a recorded mission, as keys of a scenario.
 
     Spread, heavy tail and share of outliers of what was measured, random walk and velocity bias of
@@ -120,49 +114,40 @@ def fit(
     if out is not None:
         check_file(Path(out), force)
     read = _read(log, vehicle, speed)
-    with compiling_shown():
-        try:
-            placed, _ = placed_log(read)
-            found = fitted(placed)
-        except BadLog as error:
-            refuse(str(error))
+    with compiling_shown(), refusing(BadLog):
+        placed, _ = placed_log(read)
+        noise = fitted(placed)
     if out is not None:
-        write_new(Path(out), noise_file(found, placed), force)
-    if as_json:
-        keys = {name: value for name, (value, _) in noise_keys(found, placed).items()}
-        print_json({"keys": keys, "log_likelihood": found.log_likelihood, "out": out})
-    elif out is None:
-        say(noise_file(found, placed).rstrip())
-    else:
-        say(out)
+        write_new(Path(out), noise_file(noise, placed), force)
+    keys = {name: value for name, (value, _) in noise_keys(noise, placed).items()}
+    answer(
+        {"keys": keys, "log_likelihood": noise.log_likelihood, "out": out},
+        noise_file(noise, placed).rstrip() if out is None else out,
+    )
 
 
 def _read(name: str, vehicle: str | None, speed: float) -> "Log":
     from ..recorded.log import BadLog
     from ..recorded.reading import read_log
 
-    try:
-        with warnings.catch_warnings(action="ignore"):  # which are told as all commands tell them
-            log = read_log(name, vehicle, speed)
-    except BadLog as error:
-        refuse(str(error))
-    for told in log.left_out:
-        warn(told)
+    # warnings are lack as all commands tell them
+    with refusing(BadLog), warnings.catch_warnings(action="ignore"):
+        log = read_log(name, vehicle, speed)
+    for lack in log.left_out:
+        warn(lack)
     return log
 
 
 def _navigator_of(scenario: "Scenario") -> Any:
-    """Return the navigator of one's own that a scenario names; None for one that ships."""
+    """Return the user-defined navigator that a scenario names; None for one that ships."""
     from ..core.plugins import PluginError, is_plugin
     from ..scenario.families import NAVIGATOR
     from ..scenario.part_choice import own_part
 
     chosen = scenario.navigation.filter
     if is_plugin(chosen):
-        try:
+        with refusing(PluginError):
             return own_part(NAVIGATOR, chosen)
-        except PluginError as error:
-            refuse(str(error))
     if not scenario.navigation.weighs:
         talk(f"replay flies the Kalman filter and the smoother, not navigation.filter: {chosen}")
     return None
@@ -173,20 +158,17 @@ def _replayed(log: "Log", noise: Any, navigator: Any) -> "Replay":
     from ..recorded.log import BadLog
     from ..recorded.replaying import replay as replayed
 
-    try:
-        with compiling_shown():
-            found = replayed(log, navigator=navigator, noise=noise)
-    except (BadLog, PluginError) as error:
-        refuse(str(error))
-    if found.reference is None and log.stated is not None and log.has_ranges:
+    with refusing(BadLog, PluginError), compiling_shown():
+        flown = replayed(log, navigator=navigator, noise=noise)
+    if flown.reference is None and log.stated is not None and log.has_ranges:
         lacks = "its ranges do not determine all poses"
         if find_spec("gtsam") is None:
             lacks = "python -m pip install 'bindusbl-des[replay]'"
         talk(f"{log.name}: no robust optimum to compare with: {lacks}")
-    return found
+    return flown
 
 
-def _write(folder: Path, replays: "Sequence[Replay]", found: Any, force: bool) -> None:
+def _write(folder: Path, replays: "Sequence[Replay]", written: Any, force: bool) -> None:
     """Write tables and a figure of each log into a new folder."""
     from ..core.files import folder_draft
     from ..figures.style import save, styled
@@ -194,6 +176,6 @@ def _write(folder: Path, replays: "Sequence[Replay]", found: Any, force: bool) -
     from ..recorded.outcome import objection, write_tables
 
     with writing(folder), folder_draft(folder, objection, force=force) as draft, styled():
-        write_tables(found, draft)
+        write_tables(written, draft)
         for replayed in replays:
             save(drawn(replayed), draft / f"{replayed.log.name}.png")

@@ -11,17 +11,24 @@ import click
 from ..core.wording import filled, printable
 from .console import (
     BadInput,
+    answer,
     check_file,
     mistakes_text,
-    print_json,
     refuse,
+    refusing,
     result_in,
-    say,
     talk,
     writing,
 )
-from .missions import AdviceOptions, advice_on, advice_options
-from .options import bare_keys, json_option, mission_metrics, out_option
+from .missions import AdviceOptions, advice_on, advice_options, read_again
+from .options import (
+    bare_keys,
+    folders_argument,
+    force_option,
+    json_option,
+    mission_metrics,
+    out_option,
+)
 
 if TYPE_CHECKING:
     from ..campaigns.campaign import Campaign
@@ -34,7 +41,7 @@ TABLES = (".csv", ".parquet")
 
 
 @click.command(short_help="Compare campaigns, plans, or points of one campaign.")
-@click.argument("folders", metavar="DIR...", nargs=-1, required=True)
+@folders_argument
 @click.option(
     "--by",
     metavar="KEY",
@@ -53,7 +60,7 @@ TABLES = (".csv", ".parquet")
     "--mean", "by_mean", is_flag=True, help="Judge by the fleet's means, not each worst AUV."
 )
 @out_option("FILE", "Also write all rows to a .csv or .parquet file.")
-@click.option("--force", is_flag=True, help="Replace the file if it exists.")
+@force_option("Replace the file if it exists.")
 @json_option("all rows")
 def compare(
     folders: tuple[str, ...],
@@ -63,7 +70,6 @@ def compare(
     by_mean: bool,
     out: str | None,
     force: bool,
-    as_json: bool,
 ) -> None:
     """Compare campaigns, points of one, or answers of plans.
 
@@ -87,27 +93,35 @@ def compare(
         for number, folder in enumerate(named if len(named) > 1 else []):
             if is_plan_folder(folder):
                 team, named[number] = drawn_team(folder), folder / MISSIONS
-                told = f"{folder}, {team.whose}, {team.team}"
-                chosen[folder / MISSIONS] = Chosen(team.number, told)
-        found = compared(named, by=by, metrics=judged, baseline=baseline, chosen=chosen)
+                name = f"{folder}, {team.whose}, {team.team}"
+                chosen[folder / MISSIONS] = Chosen(team.number, name)
+        comparison = compared(named, by=by, metrics=judged, baseline=baseline, chosen=chosen)
         if out:
-            _write_table(found, Path(out), force)
-    if as_json:
-        print_json({"labels": found.labels, "differences": found.records(), "notes": found.notes})
-    else:
-        labels = [f"{label}: {meaning}" for label, meaning in found.labels.items()]
-        labels[0] += " (baseline)"
-        say("\n".join([*map(filled, labels), ""]))
-        say("\n".join([comparison_table(found.differences), *map(filled, found.notes)]))
+            _write_table(comparison, Path(out), force)
+    labels = [f"{label}: {meaning}" for label, meaning in comparison.labels.items()]
+    labels[0] += " (baseline)"
+    answer(
+        {
+            "labels": comparison.labels,
+            "differences": comparison.records(),
+            "notes": comparison.notes,
+        },
+        [
+            *map(filled, labels),
+            "",
+            comparison_table(comparison.differences),
+            *map(filled, comparison.notes),
+        ],
+    )
     if out:
         talk(f"Table: {out}")
 
 
-def _write_table(found: "Comparison", path: Path, force: bool) -> None:
+def _write_table(comparison: "Comparison", path: Path, force: bool) -> None:
     """Write all rows, so that there is a whole table or none."""
     from ..core.files import draft_of
 
-    frame = found.frame()
+    frame = comparison.frame()
     with writing(path), draft_of(path, replace=force) as draft, open(draft, "wb") as file:
         if path.suffix.lower() == ".csv":
             frame.to_csv(file, index=False)
@@ -120,9 +134,9 @@ CAMPAIGN = "campaign.json"
 
 
 @click.command(short_help="Write the HTML report of a run, several runs or a sweep.")
-@click.argument("folders", metavar="DIR...", nargs=-1, required=True)
+@folders_argument
 @out_option("FILE", "Where to write the page.")
-@click.option("--force", is_flag=True, help="Replace that file if it exists.")
+@force_option("Replace that file if it exists.")
 @advice_options("Try changes of a run's plan; else what was tried before is shown, or not.")
 @json_option("the page's name")
 def report(
@@ -130,7 +144,6 @@ def report(
     out: str | None,
     force: bool,
     asked: AdviceOptions,
-    as_json: bool,
 ) -> None:
     """Write the HTML report of a run or a sweep; of several runs, side by side.
 
@@ -146,18 +159,15 @@ def report(
         check_file(path, force)
     page = _page(folders[0], asked, keep=again) if alone else _comparison(folders)
     _write(path, page, replace=again or force)
-    if as_json:
-        print_json({"report": str(path)})
-    else:
-        say(str(path))
+    answer({"report": str(path)}, str(path))
 
 
-def leave_report(campaign: "Campaign", said: "Findings") -> None:
+def leave_report(campaign: "Campaign", findings: "Findings") -> None:
     """Write the report of a campaign into its folder; a sweep is no failure for want of one."""
     from ..campaigns.page import sweep_page
 
     try:
-        _write(campaign.folder / PAGE, sweep_page(campaign, said))
+        _write(campaign.folder / PAGE, sweep_page(campaign, findings))
     except (BadInput, ValueError) as error:
         talk(str(error))
     else:
@@ -170,10 +180,8 @@ def _page(folder: str, asked: AdviceOptions, *, keep: bool) -> str:
         from ..campaigns.campaign import load_campaign
         from ..campaigns.page import sweep_page
 
-        try:
+        with refusing(ValueError):
             return sweep_page(load_campaign(folder))
-        except ValueError as error:
-            refuse(str(error))
     from ..report.run_page import run_page
     from ..results.result_folder import ADVICE, advice_text
 
@@ -189,17 +197,13 @@ def _as_written(folder: str, scenario: "Scenario") -> "Callable[[Sequence[str]],
     """Return what reads a folder's scenario file with further options; None if it is another's."""
     from ..core.mistakes import ScenarioError
     from ..core.plain_yaml import read_text
-    from ..scenario.files.scenario_file import Source
 
     path = Path(folder) / "scenario.yaml"
     try:
-        text = read_text(path)
-        source = Source(text, str(path), Path(folder))
-        if source.read()[1] != scenario:
-            return None
+        again = read_again(read_text(path), path)
+        return again if again and again(()) == scenario else None
     except ScenarioError:
         return None
-    return lambda options: source._replace(overrides=tuple(options)).read()[1]
 
 
 def _comparison(folders: tuple[str, ...]) -> str:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import is_quiet, mistakes_text, print_json, refuse, say, talk
+from .console import answer, is_quiet, mistakes_text, refuse, refusing, talk
 from .options import json_option, out_option, workers_option
 from .sweeps import SOME_FAILED
 
@@ -49,7 +49,6 @@ def reproduce(
     readings: bool,
     out: str | None,
     workers: int | None,
-    as_json: bool,
 ) -> None:
     """Run every experiment of the paper; put its numbers beside those measured.
 
@@ -71,11 +70,11 @@ def reproduce(
         how = ways.How(quick=quick, workers=workers, quiet=is_quiet(), tell=talk)
         try:
             if readings:
-                _tell_count(ways.count_readings(folder, **how), as_json)
+                _tell_count(ways.count_readings(folder, **how))
             elif one:
-                _tell(ways.reproduce_reading(one, folder, **how), one, as_json)
+                _tell(ways.reproduce_reading(one, folder, **how), one)
             else:
-                _tell(ways.reproduce(folder, **how), None, as_json)
+                _tell(ways.reproduce(folder, **how), None)
         except SomeFailed as error:
             talk(str(error))
             context.exit(SOME_FAILED)
@@ -84,10 +83,8 @@ def reproduce(
 def _reading(name: str) -> "Reading":
     from ..experiments.reproduction.readings import UnknownReading, reading_named
 
-    try:
+    with refusing(UnknownReading, before="--reading: "):
         return reading_named(name)
-    except UnknownReading as error:
-        refuse(f"--reading: {error}")
 
 
 def _folder(one: "Reading | None", quick: bool) -> str:
@@ -96,46 +93,38 @@ def _folder(one: "Reading | None", quick: bool) -> str:
     return f"{FOLDER}{name}{'-quick' if quick else ''}"
 
 
-def _tell(found: "Reproduction", one: "Reading | None", as_json: bool) -> None:
-    if as_json:
-        print_json(_summary(found, one))
-        return
+def _tell(done: "Reproduction", one: "Reading | None") -> None:
     from ..experiments.reproduction.document import for_terminal
 
-    if one:
-        say(f"Reading: {one.name}")
-    say(for_terminal(found.numbers, found.sentences()))
-    say(f"Results: {found.folder}")
+    head = [f"Reading: {one.name}"] if one else []
+    text = for_terminal(done.numbers, done.sentences())
+    answer(_summary(done, one), [*head, text, f"Results: {done.folder}"])
 
 
-def _summary(found: "Reproduction", one: "Reading | None") -> dict[str, Any]:
+def _summary(done: "Reproduction", one: "Reading | None") -> dict[str, Any]:
     from ..experiments.reproduction.document import count, record
 
     return {
-        "folder": str(found.folder),
+        "folder": str(done.folder),
         **({"reading": one.name, "choices": asdict(one)} if one else {}),
-        "missions": sum(len(run.plan) for run in found.runs.values()),
-        "counts": count(found.numbers),
-        "numbers": [record(number) for number in found.numbers],
-        "sentences": [asdict(claim) for claim in found.sentences()],
+        "missions": sum(len(run.plan) for run in done.runs.values()),
+        "counts": count(done.numbers),
+        "numbers": [record(number) for number in done.numbers],
+        "sentences": [asdict(claim) for claim in done.sentences()],
     }
 
 
-def _tell_count(found: "Counted", as_json: bool) -> None:
-    if as_json:
-        print_json(_count(found))
-        return
+def _tell_count(counts: "Counted") -> None:
     from ..experiments.reproduction.readings_page import for_terminal
 
-    say(for_terminal(found.tally))
-    say(f"Results: {found.folder}")
+    answer(_count(counts), [for_terminal(counts.tally), f"Results: {counts.folder}"])
 
 
-def _count(found: "Counted") -> dict[str, Any]:
-    counted: Tally = found.tally
+def _count(counts: "Counted") -> dict[str, Any]:
+    counted: Tally = counts.tally
     return {
-        "folder": str(found.folder),
-        "missions": sum(len(run.plan) for run in found.runs.values()),
+        "folder": str(counts.folder),
+        "missions": sum(len(run.plan) for run in counts.runs.values()),
         "numbers": len(counted.rows),
         "readings": len(counted.readings),
         "best": [

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from ..core.wording import did_you_mean, plain
+from ..core.wording import plain
 
 if TYPE_CHECKING:
     from ..scenario import keys as table
@@ -75,15 +75,8 @@ HEAD = """\
 """
 
 
-def template(name: str = "starter") -> str:
-    """Return a starter scenario file with every section, every key and a comment on each.
-
-    Raises:
-        LookupError: when there is no such template.
-    """
-    if name not in TEMPLATES:
-        hint = did_you_mean(name, TEMPLATES)
-        raise LookupError(f"no template {name!r}{hint} (one of {', '.join(TEMPLATES)})")
+def template(name: str) -> str:
+    """Return a starter scenario file with every section, every key and a comment on each."""
     shown = [key for key in IMPORTANT if key not in IDLE.get(name, ())]
     return HEAD + "\n" + "\n".join(_lines(TEMPLATES[name], shown)) + "\n"
 

@@ -19,6 +19,7 @@ from .console import (
     say,
     talk,
     talk_of,
+    wants_json,
     weigh,
 )
 from .options import (
@@ -66,7 +67,6 @@ def sweep(
     workers: int | None,
     mission_timeout: float | None,
     backend: str,
-    as_json: bool,
     shard: tuple[int, int] | None,
     dry_run: bool,
     anyway: bool,
@@ -89,7 +89,7 @@ def sweep(
         folder = Path(out) if out else default_folder(plan.name, shard)
         _weigh_heaviest(plan, workers if backend == "local" else 1, anyway)
         if dry_run:
-            _tell_estimate(plan, shard, workers, as_json)
+            _tell_estimate(plan, shard, workers)
             return
         from ..campaigns.running import sweep as sweep_experiment
 
@@ -104,7 +104,7 @@ def sweep(
                 quiet=is_quiet(),
                 mission_timeout_s=mission_timeout,
             )
-    _report(campaign, as_json)
+    _report(campaign)
 
 
 def _as_far_as_it_came(run: Callable[..., "Campaign"], *given: Any, **how: Any) -> "Campaign":
@@ -148,7 +148,6 @@ def resume(
     workers: int | None,
     mission_timeout: float | None,
     backend: str,
-    as_json: bool,
     allow_plugins: bool,
     retry_failed: bool,
 ) -> None:
@@ -157,7 +156,7 @@ def resume(
         from ..planning.folder import is_plan_folder
 
         if is_plan_folder(Path(folder)):
-            resume_plan(Path(folder), workers, as_json, allow_plugins)
+            resume_plan(Path(folder), workers, allow_plugins)
             return
         from ..campaigns.running import resume as resume_campaign
 
@@ -173,13 +172,13 @@ def resume(
                 quiet=is_quiet(),
                 mission_timeout_s=mission_timeout,
             )
-    _report(campaign, as_json)
+    _report(campaign)
 
 
 @click.command()
 @click.argument("folder", metavar="DIR")
 @json_option("how far it is")
-def status(folder: str, as_json: bool) -> None:
+def status(folder: str) -> None:
     """Tell how far a campaign or a plan is."""
     with mistakes_text():
         from ..campaigns.campaign import load_campaign
@@ -191,7 +190,7 @@ def status(folder: str, as_json: bool) -> None:
         campaign = load_campaign(path / MISSIONS if is_plan else path)
         state = campaign.state()
     summary = _summary(campaign, state)
-    if as_json:
+    if wants_json():
         print_json({**summary, "seconds_left": state.seconds_left})
         return
     rows = {"campaign": summary.pop("name"), **summary}
@@ -213,7 +212,7 @@ def status(folder: str, as_json: bool) -> None:
 @click.argument("folders", metavar="DIR...", nargs=-1, required=True)
 @out_option("DIR", "Folder of the whole campaign.", required=True)
 @json_option("a summary")
-def merge(folders: tuple[str, ...], out: str, as_json: bool) -> None:
+def merge(folders: tuple[str, ...], out: str) -> None:
     """Join the shards of a campaign."""
     with mistakes_text():
         from ..campaigns.storage.joining import merge as merge_campaigns
@@ -222,11 +221,11 @@ def merge(folders: tuple[str, ...], out: str, as_json: bool) -> None:
         missing = campaign.state().missing
     if missing:
         talk(f"{missing} missions are in none of them; `bindusbl-des resume {out}` runs them")
-    _report(campaign, as_json, merged=True)
+    _report(campaign, merged=True)
 
 
 def _tell_estimate(
-    experiment: "Experiment", shard: tuple[int, int] | None, workers: int | None, as_json: bool
+    experiment: "Experiment", shard: tuple[int, int] | None, workers: int | None
 ) -> None:
     from ..campaigns.experiments.experiment import ExperimentPlan
     from ..campaigns.workers.supervisor import estimated
@@ -234,7 +233,7 @@ def _tell_estimate(
     plan = ExperimentPlan(experiment)
     missions = len(plan.experiment.shard(*(shard or (1, 1))))
     cost = estimated(plan, missions, workers)
-    if as_json:
+    if wants_json():
         print_json(asdict(cost))
         return
     share = f" in this shard of {len(plan)}" if shard else ""
@@ -257,7 +256,7 @@ def _summary(campaign: "Campaign", state: "CampaignState") -> dict[str, Any]:
     }
 
 
-def _report(campaign: "Campaign", as_json: bool, *, merged: bool = False) -> None:
+def _report(campaign: "Campaign", *, merged: bool = False) -> None:
     """Print what a campaign found; end with 3 or 130 where that is how it went."""
     from ..campaigns.statistics.findings import findings
     from ..campaigns.statistics.outcomes import failed_because
@@ -266,8 +265,8 @@ def _report(campaign: "Campaign", as_json: bool, *, merged: bool = False) -> Non
     with mistakes_text():  # what an older version ran may lack a metric
         state = campaign.state()
         said = findings(campaign.folder, campaign.plan)
-        shown = "" if as_json else points_table(campaign.folder, campaign.plan, said)
-    if as_json:
+        shown = "" if wants_json() else points_table(campaign.folder, campaign.plan, said)
+    if wants_json():
         print_json({**_summary(campaign, campaign.state()), "findings": said.sentences()})
     else:
         say(shown)

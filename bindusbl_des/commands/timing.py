@@ -10,7 +10,7 @@ import click
 
 from ..core.plugins import is_plugin, loaded
 from ..core.wording import counted
-from .console import print_json, reading_from, say
+from .console import answer, reading_from
 from .coverage import limits_data, limits_lines, planned_limits
 from .options import json_option, plugins_option, scenario_argument, set_option
 
@@ -43,8 +43,8 @@ def behind(slots: "Slots", auvs: int) -> Iterator[str]:
     if (after := slots.behind) is None:
         return
     longest = max(message.airtime_s for message in slots.messages.packed(auvs))
-    held = slots.held_s(auvs) - slots.airtime(auvs)
-    yield f"Behind a broadcast of {auvs} fixes AUVs send for {1e3 * held:.1f} ms of T_DL:"
+    busy = slots.held_s(auvs) - slots.airtime(auvs)
+    yield f"Behind a broadcast of {auvs} fixes AUVs send for {1e3 * busy:.1f} ms of T_DL:"
     if after.hops:
         who, turn = len(after.relays), 1e3 * after.relay_turn_s(longest)
         yield (
@@ -138,22 +138,20 @@ MOST_ROWS = 12
 @set_option
 @json_option("slots and rounds (s), limits")
 @plugins_option
-def timing(scenario: str, overrides: tuple[str, ...], as_json: bool, allow_plugins: bool) -> None:
+def timing(scenario: str, overrides: tuple[str, ...], allow_plugins: bool) -> None:
     """Print slots, rounds and fix rates of a scenario's protocol, and their limits."""
     reading = reading_from(scenario, overrides, allow_plugins)
     mission, setup = reading.scenario, reading.setup
     from ..preflight.round_lengths import rounds_of
 
     rounds, limits = rounds_of(setup), planned_limits(mission)
-    if as_json:
-        print_json({**_timing(setup, rounds), "limits": limits_data(limits)})
-        return
     parts = (
         _durations(setup, rounds.slots),
         _downlink(setup, rounds),
         limits_lines(setup, limits),
     )
-    say("\n\n".join("\n".join(lines) for lines in parts))
+    text = "\n\n".join("\n".join(lines) for lines in parts)
+    answer({**_timing(setup, rounds), "limits": limits_data(limits)}, text)
 
 
 def _durations(setup: "Setup", slots: "Slots") -> Iterator[str]:

@@ -12,6 +12,7 @@ from .console import (
     refuse_plugins,
     say,
     talk,
+    wants_json,
     writing,
 )
 from .options import json_option, out_option, plugins_option, scenario_argument, set_option
@@ -55,7 +56,6 @@ def verify(
     force: bool,
     overrides: tuple[str, ...],
     allow_plugins: bool,
-    as_json: bool,
 ) -> None:
     """Decide whether any two signals of a protocol may overlap at a receiver.
 
@@ -87,7 +87,7 @@ def verify(
     if folder is not None:
         with writing(folder):
             write(verdict, folder, force=force)
-    if as_json:
+    if wants_json():
         print_json(record(verdict))
     else:
         say(verdict_text(verdict))

@@ -30,6 +30,12 @@ KINDS: dict[str, Callable[..., Figure]] = {
     "latency": latency,
 }
 
+# Width (in) unless another is asked for
+USUAL_WIDTHS = {
+    "trajectory": 4.9, "error": 7.16, "fixes": 4.2, "coverage": 4.2, "timeline": 7.16,
+    "round": 7.16, "latency": 7.16,
+}  # fmt: skip
+
 EVENTS = ("rounds", "pings", "receptions", "broadcasts", "fixes")
 TABLES: dict[str, tuple[str, ...]] = {
     "trajectory": ("tracks",),

@@ -149,12 +149,12 @@ def read_table(path: Path, name: str, origin: Mapping[str, str]) -> pa.Table:
         DamagedFile: when it is another table, another mission's, or of another version.
     """
     with _opened(path) as file:
-        found = file.schema_arrow
-        described = schema(name, found.names)
-        _check_origin(path, name, origin, found.metadata or {})
-        added = ADDED.get(name, set()).difference(found.names)
+        stored = file.schema_arrow
+        described = schema(name, stored.names)
+        _check_origin(path, name, origin, stored.metadata or {})
+        added = ADDED.get(name, set()).difference(stored.names)
         names = [column for column in described.names if column not in added]
-        _check_columns(path, found.names, names)
+        _check_columns(path, stored.names, names)
         read = file.read(names, use_threads=file.metadata.num_rows > ROWS)
     for field in (described.field(column) for column in added):
         read = read.append_column(field, pa.nulls(len(read), field.type))
@@ -201,15 +201,17 @@ def _read(path: Path) -> Iterator[None]:
     except FileNotFoundError:
         raise DamagedFile(str(path), "is missing") from None
     except (OSError, ValueError, TypeError, MemoryError, pa.ArrowException) as error:
-        said = (str(error).splitlines() or [type(error).__name__])[0]
+        reason_given = (str(error).splitlines() or [type(error).__name__])[0]
         reason = "cannot be read" if isinstance(error, PermissionError) else "is damaged"
-        raise DamagedFile(str(path), f"{reason} ({said})") from None
+        raise DamagedFile(str(path), f"{reason} ({reason_given})") from None
 
 
 def _check_origin(
-    path: Path, name: str, origin: Mapping[str, str], found: Mapping[bytes, bytes]
+    path: Path, name: str, origin: Mapping[str, str], metadata: Mapping[bytes, bytes]
 ) -> None:
-    written = {key.decode(): value.decode() for key, value in found.items() if b"bindusbl" in key}
+    written = {
+        key.decode(): value.decode() for key, value in metadata.items() if b"bindusbl" in key
+    }
     kind, _, number = written.get("bindusbl.schema", "").partition("/")
     if kind != name:
         raise DamagedFile(str(path), f"holds {kind or 'another table'}, not {name}")
@@ -227,8 +229,8 @@ def _check_origin(
             )
 
 
-def _check_columns(path: Path, found: Sequence[str], needed: Sequence[str]) -> None:
-    lacking = [name for name in needed if found.count(name) != 1]
+def _check_columns(path: Path, columns: Sequence[str], needed: Sequence[str]) -> None:
+    lacking = [name for name in needed if columns.count(name) != 1]
     if lacking:
         named = ", ".join(lacking[:3]) + (", ..." if len(lacking) > 3 else "")
         raise DamagedFile(
@@ -282,11 +284,11 @@ def objection(folder: Path) -> str | None:
 
 def objection_to_csv(folder: Path) -> str | None:
     """Return why force must not replace a folder; None for an earlier export to CSV, or nothing."""
-    found = list(folder.iterdir()) if folder.is_dir() else [folder]
+    files = list(folder.iterdir()) if folder.is_dir() else [folder]
     foreign = sorted(
-        path.name for path in found if path.name not in CSV_FILES or not path.is_file()
+        path.name for path in files if path.name not in CSV_FILES or not path.is_file()
     )
-    if not foreign and (not found or folder / CSV_DICTIONARY in found):
+    if not foreign and (not files or folder / CSV_DICTIONARY in files):
         return None
     which = f" (it holds {foreign[0]})" if folder.is_dir() and foreign else ""
     return f"is no earlier export{which}, so it is not replaced"
