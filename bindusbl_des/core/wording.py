@@ -1,14 +1,14 @@
 """Words and numbers for people: the nearest right spelling, values as written, few digits."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from hashlib import sha256
 from json import dumps
 from math import floor, isfinite, log10
 from string import ascii_uppercase
 from textwrap import fill
-from typing import NoReturn
+from typing import Any, NamedTuple, NoReturn
 from unicodedata import category
 
 # Longer values are cut in messages, which stay one readable line.
@@ -202,6 +202,20 @@ def number(value: float | None, digits: int = 2, factor: float = 1.0) -> str:
         return "-"
     text = f"{value * factor:.{digits}f}"
     return text if float(text) or abs(value * factor) < FINEST else significant(value * factor, 2)
+
+
+class Shown(NamedTuple):
+    """A metric as tables show it; its values times `factor` are in `unit`."""
+
+    words: str
+    unit: str
+    metric: str
+    digits: int
+    factor: float = 1
+
+    def number_in(self, metrics: Mapping[str, Any]) -> str:
+        """Return its value among metrics by their names; a dash where there is none."""
+        return number(metrics.get(self.metric), self.digits, self.factor)
 
 
 def decimals(*scales: float, digits: int = 2) -> int:

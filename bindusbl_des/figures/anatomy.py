@@ -79,13 +79,13 @@ def _draw_ways(axes: Axes, result: "Result", number: int, place: dict[str, int])
     arrivals = receptions[receptions.ping.isin(sent) & receptions[down].isin(place)]
     for outcome, (colour, style, thickness) in WAYS.items():
         met: Any = arrivals[arrivals.outcome == outcome]
-        ways = [
+        paths = [
             [(sent[m.ping], place[getattr(m, up)]), (m.arrived_at_s, place[getattr(m, down)])]
             for m in met.itertuples()
         ]
         colours = [colour or colour_of(who) for who in met[up]]
         axes.add_collection(
-            LineCollection(ways, colors=colours, ls=style, lw=thickness, label=outcome)
+            LineCollection(paths, colors=colours, ls=style, lw=thickness, label=outcome)
         )
         for m in met.itertuples() if outcome in ("heard", "collided") else ():
             heard = Span(m.arrived_at_s, m.arrived_at_s + duration)
@@ -100,14 +100,14 @@ def _draw_calls(axes: Axes, result: "Result", number: int, place: dict[str, int]
     duration, protocol = result.scenario.acoustics.hf.ping_s, result.scenario.protocol
     turns: Any = result.tables["pings"]
     turns = turns[(turns["round"] == number) & turns.auv.isin(place) & turns.called_by.isin(place)]
-    ways = []
+    paths = []
     for turn in turns.itertuples():
         _bar(axes, Span(turn.called_at_s, turn.called_at_s + duration), place[turn.called_by], HF)
         if turn.call == "heard":
             arrives = turn.sent_at_s - protocol.turnaround_s - duration
-            ways.append([(turn.called_at_s, place[turn.called_by]), (arrives, place[turn.auv])])
+            paths.append([(turn.called_at_s, place[turn.called_by]), (arrives, place[turn.auv])])
             _bar(axes, Span(arrives, arrives + duration), place[turn.auv], HF)
-    axes.add_collection(LineCollection(ways, colors=HF, lw=1.0, label="call"))
+    axes.add_collection(LineCollection(paths, colors=HF, lw=1.0, label="call"))
 
 
 def _draw_frames(axes: Axes, result: "Result", number: int, place: dict[str, int]) -> None:
@@ -123,11 +123,11 @@ def _draw_frames(axes: Axes, result: "Result", number: int, place: dict[str, int
             & (fixes.outcome == "delivered")
             & fixes.auv.isin(place)
         ]
-        ways = [
+        paths = [
             [(ends, place[frame.asv]), (fix.delivered_at_s, place[fix.auv])]
             for fix in carried.itertuples()
         ]
-        axes.add_collection(LineCollection(ways, colors=MF, lw=1.0, label="delivery"))
+        axes.add_collection(LineCollection(paths, colors=MF, lw=1.0, label="delivery"))
         axes.plot(carried.delivered_at_s, carried.auv.map(place), "v", color=MF, ms=4)
 
 

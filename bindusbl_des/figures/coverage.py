@@ -36,9 +36,9 @@ CELLS = 96
 
 
 def coverage(result: "Result", width: float) -> Figure:
-    """Draw the coverage of a mission's survey and, where recorded, the pings nobody could hear.
+    """Draw the coverage of a survey and, where recorded, the pings that no ASV could hear.
 
-    With passive ranging pings are of ASVs: where nobody hears them tells nothing of the coverage.
+    With passive ranging pings are of ASVs: where these are not heard says nothing of the coverage.
     """
     unheard = None
     if "pings" in result.arrow and not result.scenario.protocol.asvs_ping:
@@ -57,7 +57,7 @@ def without_stations(result: "Result") -> str:
 
 
 def _stations(result: "Result") -> "Points | None":
-    """Return where a placement of somebody's own, which is not asked again, has put the ASVs."""
+    """Return where a user-defined placement, which is not asked again, has put the ASVs."""
     if not result.scenario.asvs.formation.choice.is_own:
         return None
     if "tracks" not in result.arrow:
@@ -67,10 +67,10 @@ def _stations(result: "Result") -> "Points | None":
         )
     tracks = result.tables["tracks"]
     own = tracks[tracks.vehicle.str.startswith("ASV")].groupby("vehicle", sort=False)
-    ways = [track[["x_m", "y_m"]].to_numpy(float) for _, track in own]
-    if not keep_station(ways, result.scenario.acoustics.hf.range_m):
+    tracks_m = [track[["x_m", "y_m"]].to_numpy(float) for _, track in own]
+    if not keep_station(tracks_m, result.scenario.acoustics.hf.range_m):
         raise NoStations(str(result.scenario.asvs.formation.choice))
-    return [(float(x), float(y)) for x, y in (way[0] for way in ways)]
+    return [(float(x), float(y)) for x, y in (way[0] for way in tracks_m)]
 
 
 def coverage_figure(
@@ -119,7 +119,7 @@ def _ring_label(scenario: "Scenario", covered: float) -> str:
 
 
 def _draw_chance(axes: Axes, setup: Setup, stations: Points) -> AxesImage | None:
-    """Shade the survey by the chance of a fix; None where somebody's own channel decides it."""
+    """Shade the survey by the chance of a fix; None where a user-defined channel decides it."""
     grid = survey_grid(setup, CELLS)
     chance = fix_chance(setup, stations, grid.middles)
     if chance is None:

@@ -105,8 +105,8 @@ def _draw_histogram(axes: Axes, values: list[np.ndarray], label: str, counted: s
     # From zero: what matters of a delay is how far it is from none.
     edges = np.linspace(0.0, shown_until(together) * 1.02, BINS + 1)
     beyond = int(np.sum(together > shown_until(together)))
-    held = [np.minimum(own, edges[-1]) for own in values]
-    axes.hist(held, bins=list(edges), stacked=True, color=colours, ec="white", lw=0.2)
+    clipped = [np.minimum(own, edges[-1]) for own in values]
+    axes.hist(clipped, bins=list(edges), stacked=True, color=colours, ec="white", lw=0.2)
     for value, style, what in (
         (float(together.mean()), "-", "mean"),
         (float(np.quantile(together, 0.95)), "--", "95 %"),
@@ -117,5 +117,5 @@ def _draw_histogram(axes: Axes, values: list[np.ndarray], label: str, counted: s
         label = f"last bar: {beyond} beyond, up to {significant(float(together.max()))} s"
         axes.plot([], [], " ", label=label)
     axes.set_xlim(0.0, edges[-1])
-    count_from_zero(axes, max(np.histogram(np.concatenate(held), edges)[0]))
+    count_from_zero(axes, max(np.histogram(np.concatenate(clipped), edges)[0]))
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, borderaxespad=0.2)

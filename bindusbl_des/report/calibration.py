@@ -94,10 +94,10 @@ def of_auv(mission: Recording, auv: int) -> Calibration | None:
     return calibration(normalised(errors, mission.covariance(auv)), int((moved > 0.0).sum()))
 
 
-def of_fleet(found: list[Calibration]) -> Calibration:
+def of_fleet(calibrations: list[Calibration]) -> Calibration:
     """Return the mean over AUVs, whose errors are independent of each other."""
-    inside = np.mean([own.inside for own in found], axis=0)
-    return Calibration(tuple(inside.tolist()), sum(own.independent for own in found))
+    inside = np.mean([own.inside for own in calibrations], axis=0)
+    return Calibration(tuple(inside.tolist()), sum(own.independent for own in calibrations))
 
 
 def independent(errors: Floats) -> float:
@@ -132,25 +132,25 @@ def calibration_text(mission: Recording) -> str:
         *((f"inside {100 * p:.0f} %", "% of time") for p in LEVELS),
         ("filter", ""),
     ]
-    said = _said(mission.setup, fleet)
+    words = _said(mission.setup, fleet)
     others: dict[str, list[str]] = {}
     for name, own in known.items():
         if own.verdict != fleet.verdict:
             others.setdefault(own.verdict, []).append(name)
     if 0 < sum(map(len, others.values())) <= MOST_NAMED:
         alone = "; ".join(f"{verdict}: {', '.join(names)}" for verdict, names in others.items())
-        said += f" Of the AUVs alone, {alone}."
+        words += f" Of the AUVs alone, {alone}."
     shown = table(headings, rows, "Share of time with the truth inside each AUV's ellipses")
     return (
-        filled('<h3>Truth inside the ellipses</h3><p class="note">{said}</p>', said=said)
+        filled('<h3>Truth inside the ellipses</h3><p class="note">{words}</p>', words=words)
         + f'<div class="pair">{shown}</div>'
     )
 
 
-def _row(name: str, found: Calibration | None) -> list[str]:
-    if found is None:
+def _row(name: str, own: Calibration | None) -> list[str]:
+    if own is None:
         return [name, *("-" for _ in LEVELS), "never unsure"]
-    return [name, *(number(share, 1, 100) for share in found.inside), found.verdict]
+    return [name, *(number(share, 1, 100) for share in own.inside), own.verdict]
 
 
 def _said(setup: Setup, fleet: Calibration) -> str:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
 from ..core.plain_data import leaves
-from ..core.wording import lettered, number, plain
+from ..core.wording import Shown, lettered, number, plain
 from .page import THEME, Packer, assembled, asset, filled, table
 from .recording import recording
 from .run_data import run_data
@@ -27,27 +27,27 @@ AUV_METRICS = (
     "position_error_p95_m",
     "imu_error_m",
 )
-# What the worst AUV of each run got: words, unit, metric, digits, factor
-WORST: tuple[tuple[str, str, str, int, float], ...] = (
-    ("position error, mean over time", "m", "position_error_m", 2, 1),
-    ("position error, 95 % of the time below", "m", "position_error_p95_m", 2, 1),
-    ("error saved by fixes (negative: they harm)", "m", "fix_benefit_m", 2, 1),
-    ("largest age of the last fix", "s", "fix_age_max_s", 1, 1),
-    ("pings in HF range", "%", "hf_coverage", 1, 100),
-    ("latency", "s", "latency_mean_s", 3, 1),
+# What the worst AUV of each run got
+WORST = (
+    Shown("position error, mean over time", "m", "position_error_m", 2),
+    Shown("position error, 95 % of the time below", "m", "position_error_p95_m", 2),
+    Shown("error saved by fixes (negative: they harm)", "m", "fix_benefit_m", 2),
+    Shown("largest age of the last fix", "s", "fix_age_max_s", 1),
+    Shown("pings in HF range", "%", "hf_coverage", 1, 100),
+    Shown("latency", "s", "latency_mean_s", 3),
 )
 
 # Means over the AUVs of each run
-MEANS: tuple[tuple[str, str, str, int, float], ...] = (
-    ("mean position error", "m", "position_error_m", 2, 1),
-    ("95 % of the time below", "m", "position_error_p95_m", 2, 1),
-    ("without any fix", "m", "imu_error_m", 2, 1),
-    ("age of the last fix", "s", "fix_age_mean_s", 2, 1),
-    ("fixes per AUV", "", "fixes_delivered", 1, 1),
-    ("between fixes", "s", "interval_mean_s", 2, 1),
-    ("pings in HF range", "%", "hf_coverage", 1, 100),
-    ("latency", "s", "latency_mean_s", 3, 1),
-    *((name, unit, metric, digits, factor) for name, unit, metric, digits, factor in OF_MISSION),
+MEANS = (
+    Shown("mean position error", "m", "position_error_m", 2),
+    Shown("95 % of the time below", "m", "position_error_p95_m", 2),
+    Shown("without any fix", "m", "imu_error_m", 2),
+    Shown("age of the last fix", "s", "fix_age_mean_s", 2),
+    Shown("fixes per AUV", "", "fixes_delivered", 1),
+    Shown("between fixes", "s", "interval_mean_s", 2),
+    Shown("pings in HF range", "%", "hf_coverage", 1, 100),
+    Shown("latency", "s", "latency_mean_s", 3),
+    *OF_MISSION,
 )
 
 Named = tuple[str, "Result"]
@@ -65,13 +65,13 @@ def comparison_page(runs: Sequence[Named]) -> str:
     verdicts = []
     for name, (_, result) in zip(names, runs, strict=True):
         title = f"{name}: {result.scenario.name}, seed {result.seed}"
-        said = "recorded metrics only (record.detail: summary)."
+        verdict = "recorded metrics only (record.detail: summary)."
         if "tracks" in result.arrow:
             mission = recording(result)
             tale = story(mission)
-            said = " ".join(filter(None, (tale.warning, tale.verdict, tale.reason)))
+            verdict = " ".join(filter(None, (tale.warning, tale.verdict, tale.reason)))
             data["runs"].append({**run_data(mission, tale.services, packer), "name": title})
-        verdicts.append(filled("<li><b>{name}</b>: {said}</li>", name=name, said=said))
+        verdicts.append(filled("<li><b>{name}</b>: {verdict}</li>", name=name, verdict=verdict))
     body = (
         _head(names, runs)
         + _answer(names, runs)
@@ -151,14 +151,8 @@ def _missions(names: Sequence[str], runs: Sequence[Named]) -> str:
     """
     missions = [mission_row(result) for _, result in runs]
     headings = [("", ""), *((name, "") for name in names)]
-    worst = [
-        [_labelled(words, unit), *_worst_beside(metric, missions, unit, digits, factor)]
-        for words, unit, metric, digits, factor in WORST
-    ]
-    means = [
-        [_labelled(words, unit), *_means_beside(metric, missions, unit, digits, factor)]
-        for words, unit, metric, digits, factor in MEANS
-    ]
+    worst = [[_labelled(row), *_worst_beside(row, missions)] for row in WORST]
+    means = [[_labelled(row), *_means_beside(row, missions)] for row in MEANS]
     return (
         '<section id="missions"><h2>The missions in numbers</h2><h3>The worst AUV of each</h3>'
         + table(headings, worst, "What the worst AUV got")
@@ -170,56 +164,46 @@ def _missions(names: Sequence[str], runs: Sequence[Named]) -> str:
     )
 
 
-def _labelled(words: str, unit: str) -> str:
-    return f"{words} ({unit})" if unit else words
+def _labelled(shown: Shown) -> str:
+    return f"{shown.words} ({shown.unit})" if shown.unit else shown.words
 
 
-def _worst_beside(
-    metric: str, missions: Sequence[Row], unit: str, digits: int, factor: float
-) -> list[str]:
+def _worst_beside(shown: Shown, missions: Sequence[Row]) -> list[str]:
     """Return the worst AUV's values of a metric, each with the AUV and its difference."""
-    values = [row[f"worst_{metric}"] for row in missions]
-    auvs = [row[f"worst_{metric}_auv"] for row in missions]
-    tale = (
-        "none" if difference == "-" else difference
-        for difference in _with_differences(values, unit, digits, factor)
-    )
-    return [f"{text}, {auv}" if auv else "-" for text, auv in zip(tale, auvs, strict=True)]
-
-
-def _means_beside(
-    metric: str, missions: Sequence[Row], unit: str, digits: int, factor: float
-) -> list[str]:
-    """Return the fleet's means of a metric with their differences, and whom they leave out."""
-    values = [row[metric] for row in missions]
-    lost = [
-        row.get(f"worst_{metric}_auv") if row.get(f"worst_{metric}") is None else None
-        for row in missions
+    worst = f"worst_{shown.metric}"
+    differences = _with_differences([row[worst] for row in missions], shown)
+    return [
+        f"{'none' if text == '-' else text}, {row[f'{worst}_auv']}" if row[f"{worst}_auv"] else "-"
+        for text, row in zip(differences, missions, strict=True)
     ]
-    if any(lost):
-        shown = [cell(value, unit, digits, factor) for value in values]
-        return [
-            f"{text}, without {auv}" if auv else text for text, auv in zip(shown, lost, strict=True)
-        ]
-    return list(_with_differences(values, unit, digits, factor))
 
 
-def _with_differences(
-    values: Sequence[float | None], unit: str, digits: int, factor: float
-) -> Iterator[str]:
+def _means_beside(shown: Shown, missions: Sequence[Row]) -> list[str]:
+    """Return the fleet's means of a metric with their differences, and whom they leave out."""
+    values, worst = [row[shown.metric] for row in missions], f"worst_{shown.metric}"
+    lost = [row.get(f"{worst}_auv") if row.get(worst) is None else None for row in missions]
+    if not any(lost):
+        return list(_with_differences(values, shown))
+    return [
+        f"{cell(value, shown)}, without {auv}" if auv else cell(value, shown)
+        for value, auv in zip(values, lost, strict=True)
+    ]
+
+
+def _with_differences(values: Sequence[float | None], shown: Shown) -> Iterator[str]:
     """Yield values of one metric as text, those after the first with their difference from it."""
     first = values[0]
     for place, value in enumerate(values):
-        shown = cell(value, unit, digits, factor)
+        text = cell(value, shown)
         if place and value is not None and first is not None:
             sign = "-" if value < first else "+"
-            shown += f" ({sign}{cell(abs(value - first), unit, digits, factor)})"
-        yield shown
+            text += f" ({sign}{cell(abs(value - first), shown)})"
+        yield text
 
 
 def _auvs(names: Sequence[str], runs: Sequence[Named]) -> str:
     """Return the table of AUV metrics, the runs of one AUV below each other."""
-    columns = [column for column in AUV_COLUMNS if column[2] in AUV_METRICS]
+    columns = [column for column in AUV_COLUMNS if column.metric in AUV_METRICS]
     rows = []
     fleets = [
         {str(row["auv"]): row for row in result.arrow["auvs"].to_pylist()} for _, result in runs
@@ -227,9 +211,9 @@ def _auvs(names: Sequence[str], runs: Sequence[Named]) -> str:
     for auv in dict.fromkeys(auv for fleet in fleets for auv in fleet):
         for name, fleet in zip(names, fleets, strict=True):
             if auv in fleet:
-                cells = (cell(fleet[auv][metric], unit, d, f) for _, unit, metric, d, f in columns)
+                cells = (cell(fleet[auv][column.metric], column) for column in columns)
                 rows.append([auv, name, *cells])
-    headings = [("AUV", ""), ("run", ""), *((words, unit) for words, unit, *_ in columns)]
+    headings = [("AUV", ""), ("run", ""), *(column[:2] for column in columns)]
     return (
         '<section id="auvs" class="named"><h2>Each AUV</h2>'
         + table(headings, rows, "Metrics of each AUV")

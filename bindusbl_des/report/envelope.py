@@ -115,13 +115,13 @@ def _unknown(mission: "Recording", auv: int) -> list[tuple[float, Floats]]:
     sensors, still = mission.setup.own_sensors, np.zeros((len(mission.times), 2))
     bias, start = sensors.bias_sd_m_per_s, mission.scenario.navigation.initial_position_sd_m
     axes = ((1.0, 0.0), (0.0, 1.0))
-    found = [(start, still + np.array(axis)) for axis in axes if start]
-    found += [(bias, _summed(mission, _bias_rate(mission, auv, axis))) for axis in axes if bias]
+    unknown = [(start, still + np.array(axis)) for axis in axes if start]
+    unknown += [(bias, _summed(mission, _bias_rate(mission, auv, axis))) for axis in axes if bias]
     scale, turned = sensors.scale_factor_sd, math.radians(sensors.heading_sd_deg)
     if scale or turned:
         way = _way(mission, auv)
-        found += [(scale, way), (turned, np.column_stack((-way[:, 1], way[:, 0])))]
-    return found
+        unknown += [(scale, way), (turned, np.column_stack((-way[:, 1], way[:, 0])))]
+    return unknown
 
 
 def _way(mission: "Recording", auv: int) -> Floats:

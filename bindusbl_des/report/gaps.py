@@ -83,7 +83,7 @@ def patience(mission: Recording) -> Patience:
     """Return after how long without a fix an AUV counts as starved."""
     starts, duration = mission.rounds["started_at_s"], mission.scenario.duration_s
     scenario, setup, turns = mission.scenario, mission.setup, "rounds"
-    if scenario.protocol.random_access:  # whose rounds begin as MF is free, whoever pings
+    if scenario.protocol.random_access:  # whose rounds begin as MF is free
         length, turns = scenario.protocol.frame_s, "times the mean interval of its pings"
     elif len(starts) > 1:
         length = float(np.median(np.diff(starts)))
@@ -131,8 +131,8 @@ def _drift(setup: Setup, time: float, initial_sd: float) -> float:
 def latencies(mission: Recording) -> Floats:
     """Return from ping to delivery (s) of each delivered fix."""
     fixes = mission.fixes
-    found: Floats = fixes["latency_s"][fixes["outcome"] == "delivered"].astype(np.float64)
-    return found
+    late: Floats = fixes["latency_s"][fixes["outcome"] == "delivered"].astype(np.float64)
+    return late
 
 
 def intervals(mission: Recording) -> Floats:

@@ -188,7 +188,7 @@ def _bare(code: str) -> str:
 def as_script(data: Mapping[str, Any]) -> str:
     """Return data as JSON that cannot end the script element it stands in."""
     text = json.dumps(data, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
-    return re.sub("[<>&\u2028\u2029]", lambda found: f"\\u{ord(found[0]):04x}", text)
+    return re.sub("[<>&\u2028\u2029]", lambda letter: f"\\u{ord(letter[0]):04x}", text)
 
 
 def table(

@@ -52,22 +52,22 @@ QUANTA = {"chance": 1e-3, "age": 1e-2, "error": 1e-3}
 def fields(mission: Recording, packer: Packer) -> dict[str, Any] | None:
     """Return the fields of a mission's survey, packed in the order of the cells of its grid.
 
-    None where ASVs move, and where somebody's own channel decides what is decoded: it is not asked
+    None where ASVs move, and where a user-defined channel decides what is decoded: it is not asked
     again.
     """
     grid = survey_grid(mission.setup, CELLS)
-    ways = np.stack([mission.truth[name][mission.auvs :] for name in ("x_m", "y_m")], axis=-1)
-    if not keep_station(ways, mission.scenario.acoustics.hf.range_m):
+    stations = np.stack([mission.truth[name][mission.auvs :] for name in ("x_m", "y_m")], axis=-1)
+    if not keep_station(stations, mission.scenario.acoustics.hf.range_m):
         return None
-    chance = fix_chance(mission.setup, ways[:, 0], grid.middles)
+    chance = fix_chance(mission.setup, stations[:, 0], grid.middles)
     if chance is None:
         return None
     chance = np.where(grid.inside, chance, np.nan)
-    found = {"chance": chance, "age": expected_age(chance, _round(mission))}
+    columns = {"chance": chance, "age": expected_age(chance, _round(mission))}
     error = expected_error(mission, grid.middles, chance)
     if error is not None:
-        found["error"] = error
-    packed = {name: packer.add(values, quantum=QUANTA[name]) for name, values in found.items()}
+        columns["error"] = error
+    packed = {name: packer.add(values, quantum=QUANTA[name]) for name, values in columns.items()}
     return {"box": grid.box, "across": grid.across, **packed}
 
 
@@ -89,7 +89,7 @@ def expected_error(mission: Recording, places: Floats, chance: Floats) -> Floats
     nearest ones.  A filter that weighs fixes and has learnt the bias: a random walk q and fixes r
     along each axis leave sqrt(q^2 tau^2 / 4 + q tau r).  The gain g on fixes: what it lets through
     of their noise, the bias b that it follows late, and the walk since.  NaN where hardly a ping
-    makes a fix; None for filters that take none, and those of somebody's own.
+    makes a fix; None for filters that take none, and user-defined ones.
     Sources: steady states of the Riccati equation, and of the error of a fixed gain.
     """
     navigation = mission.scenario.navigation
@@ -121,13 +121,13 @@ def _noise(mission: Recording, places: Floats) -> Floats | None:
         return None
     variance = (sd_x**2 + sd_y**2) / 2.0
     nearest = min(NEAREST, len(x))
-    found = np.empty(len(places))
+    noise = np.empty(len(places))
     for first in range(0, len(places), AT_ONCE):
         some = slice(first, first + AT_ONCE)
         away = (x - places[some, :1]) ** 2 + (y - places[some, 1:2]) ** 2
         near = np.argpartition(away, nearest - 1)[:, :nearest]
-        found[some] = variance[near].mean(axis=1)
-    return found
+        noise[some] = variance[near].mean(axis=1)
+    return noise
 
 
 def _drawn(mission: Recording) -> float:
@@ -239,8 +239,8 @@ def _rates(mission: Recording, limits: Limits) -> Iterator[Reached]:
     scenario = mission.scenario
     setup = mission.setup
     seen = _sights(mission, instants(scenario, MOST_INSTANTS))
-    found = rates_of(setup, rounds_of(setup), seen, limits.senders)
-    best = found["back_to_back"]
+    possible = rates_of(setup, rounds_of(setup), seen, limits.senders)
+    best = possible["back_to_back"]
     rates = np.array([row["fix_rate_hz"] for row in mission.metrics.auvs])
     meaning = "frame behind frame, with fixes of the AUVs in range"
     yield Reached("Fixes per AUV of the best protocol", "/s", rates.mean(), best.mean, meaning)
@@ -264,7 +264,7 @@ def _slots(mission: Recording) -> Iterator[Reached]:
     ):
         return
     at = _evenly(mission, np.arange(len(rounds["round"])))
-    if not at.size:  # while no ASV works nobody begins a round
+    if not at.size:  # while no ASV works no round begins
         return
     colours = rounds["colours"][at]
     seen = _sights(mission, rounds["started_at_s"][at].astype(np.float64))

@@ -46,11 +46,11 @@ def depth_at(times: Floats, depths: Floats, receptions: Columns) -> Floats:
 
     `depths` (vehicles, instants), m, are those of all vehicles at the instants `times` (s).
     """
-    found = np.empty(len(receptions["ping"]))
+    depth = np.empty(len(receptions["ping"]))
     for auv in np.unique(receptions["auv"]):
         own = receptions["auv"] == auv
-        found[own] = np.interp(receptions["arrived_at_s"][own], times, depths[auv])
-    return found
+        depth[own] = np.interp(receptions["arrived_at_s"][own], times, depths[auv])
+    return depth
 
 
 TRUTH = ("x_m", "y_m", "z_m", "yaw_rad")

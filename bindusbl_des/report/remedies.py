@@ -52,8 +52,8 @@ class Cause:
 def causes(mission: Recording) -> list[Cause]:
     """Return why pings made no fixes that their AUVs have, what cost most of them first."""
     asked = max(len(mission.fate), 1)
-    found = [cause for cause in _causes(mission) if cause.pings >= NOTEWORTHY * asked]
-    return sorted(found, key=lambda cause: -cause.pings)
+    known = [cause for cause in _causes(mission) if cause.pings >= NOTEWORTHY * asked]
+    return sorted(known, key=lambda cause: -cause.pings)
 
 
 def _causes(mission: Recording) -> Iterator[Cause]:
@@ -102,7 +102,7 @@ def _pings(count: int) -> str:
 
 def remedies(mission: Recording) -> tuple[str, ...]:
     """Return the paragraph of HTML that names a remedy for each cause; none where none is known."""
-    advice, found = mission.metrics.advice, causes(mission)
+    advice, known = mission.metrics.advice, causes(mission)
     items = "".join(
         f"<li>{escape(cause.words[0].upper() + cause.words[1:])}: "
         + "; or ".join(
@@ -110,7 +110,7 @@ def remedies(mission: Recording) -> tuple[str, ...]:
             for setting in cause.settings
         )
         + "</li>"
-        for cause in found
+        for cause in known
         if cause.settings
     )
     return (f"<b>For what went wrong:</b><ul>{items}</ul>",) if items else ()
@@ -152,14 +152,14 @@ def advised(advice: Advice | None) -> tuple[str, ...]:
     return (*_measured(advice), *_foreseen(advice.foreseen), *_others(advice))
 
 
-def _foreseen(found: Sequence[Foreseen]) -> Iterator[str]:
+def _foreseen(changes: Sequence[Foreseen]) -> Iterator[str]:
     """Yield what the planner predicts of changes of which none could be flown."""
-    if not found:
+    if not changes:
         return
     items = "".join(
         f"<li><b>{number(change.now_m)} to {number(change.then_m)} m</b> {escape(change.words)}<br>"
         f"<code>{escape(' '.join(change.options))}</code></li>"
-        for change in found
+        for change in changes
     )
     yield (
         "<b>Predicted, not flown:</b> by geometry, slots and drift the worst AUV's mean error "
@@ -189,9 +189,9 @@ def _measured(advice: Advice) -> Iterator[str]:
         ("Too little to matter, below 1 %", NEGLIGIBLE),
         ("Worse", HARMS),
     ):
-        found = advice.of(verdict)
-        if found:
-            named = "; ".join(f"{escape(effect.words)} ({_interval(effect)})" for effect in found)
+        effects = advice.of(verdict)
+        if effects:
+            named = "; ".join(f"{escape(effect.words)} ({_interval(effect)})" for effect in effects)
             yield f"<b>{words}:</b> {named}."
     if advice.effects:
         yield f'<span class="note">{HOW}</span>'

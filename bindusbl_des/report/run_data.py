@@ -1,5 +1,6 @@
 """A run as data of a page: what is drawn, packed, and thinned where a mission is very long."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -206,28 +207,27 @@ def _receptions(mission: Recording, kept: NDArray[np.bool_], packer: Packer) -> 
     shown = kept[receptions["ping"]] & (receptions["outcome"] != "out_of_range")
     shown &= np.isfinite(receptions["arrived_at_s"])  # nothing arrives of pings not sent (twtt)
     number = np.cumsum(kept) - 1
-    codes = np.select(
-        [receptions["outcome"][shown] == outcome for outcome in OUTCOMES], range(len(OUTCOMES))
-    )
     return {
         "ping": packer.add(number[receptions["ping"][shown]]),
         "asv": packer.add(receptions["asv"][shown]),
         "at": packer.add(receptions["arrived_at_s"][shown], quantum=TENTH_OF_MS),
-        "outcome": packer.add(codes),
+        "outcome": packer.add(_numbers(receptions["outcome"][shown], OUTCOMES)),
     }
+
+
+def _numbers(outcomes: NDArray[Any], names: Sequence[str]) -> NDArray[np.int64]:
+    """Return outcomes as their numbers among names."""
+    return np.select([outcomes == name for name in names], range(len(names)))
 
 
 def _fixes(mission: Recording, packer: Packer) -> dict[str, Any]:
     fixes = mission.fixes
-    codes = np.select(
-        [fixes["outcome"] == outcome for outcome in FIX_OUTCOMES], range(len(FIX_OUTCOMES))
-    )
     lengths = ("x_m", "y_m", "sd_x_m", "sd_y_m", "correction_m")
     return {
         "ping": packer.add(fixes["ping"]),
         "auv": packer.add(fixes["auv"]),
         "by": packer.add(fixes["broadcast_by"]),
-        "outcome": packer.add(codes),
+        "outcome": packer.add(_numbers(fixes["outcome"], FIX_OUTCOMES)),
         "pinged": packer.add(fixes["pinged_at_s"], quantum=TENTH_OF_MS),
         "broadcast": packer.add(fixes["broadcast_at_s"], quantum=TENTH_OF_MS),
         "delivered": packer.add(fixes["delivered_at_s"], quantum=TENTH_OF_MS),
@@ -254,26 +254,24 @@ def _signals(mission: Recording, packer: Packer) -> dict[str, Any]:
     signals = mission.signals
     kept = signals["signal"] % _step(len(signals["signal"]), MOST_RECEPTIONS) == 0
     order = np.flatnonzero(kept)[np.argsort(signals["arrived_at_s"][kept], kind="stable")]
-    outcome = signals["outcome"][order]
-    codes = np.select([outcome == name for name in OUTCOMES], range(len(OUTCOMES)))
     return {
         "from": packer.add(signals["sender"][order]),
         "to": packer.add(signals["listener"][order]),
         "sent": packer.add(signals["sent_at_s"][order], quantum=TENTH_OF_MS),
         "at": packer.add(signals["arrived_at_s"][order], quantum=TENTH_OF_MS),
-        "outcome": packer.add(codes),
+        "outcome": packer.add(_numbers(signals["outcome"][order], OUTCOMES)),
     }
 
 
 def _thinned(mission: Recording, step: int, kept: NDArray[np.bool_]) -> list[str]:
     """Return in sentences what a long mission's page leaves out; the tables hold it all."""
-    said = []
+    sentences = []
     if step > 1:
         rate = mission.scenario.record.tracks_hz / step
-        said.append(f"Tracks are shown at {rate:.3g} Hz, one of {step} rows of the table.")
+        sentences.append(f"Tracks are shown at {rate:.3g} Hz, one of {step} rows of the table.")
     if not kept.all():
-        said.append(
+        sentences.append(
             f"Of {len(kept)} pings {int(kept.sum())} are played, all those of some rounds; "
             "sums and shares count all of them."
         )
-    return said
+    return sentences

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
 from ..core.plain_data import leaves
-from ..core.wording import LONG_S, counted, number, plain, timed
+from ..core.wording import LONG_S, Shown, counted, number, plain, timed
 from ..records.metrics import WORST
 from ..results.summary import rounds_text
 from .calibration import calibration_text
@@ -29,54 +29,52 @@ Row = dict[str, Any]
 MAP = ("saving.js", "mission.js", "seamap.js", "closeup.js", "playback.js")
 SCRIPTS = (*MAP, "plots.js", "timeline.js", "inspector.js", "run.js")
 
-# heading, unit, metric, digits, factor
-Column = tuple[str, str, str, int, float]
 # Narrow tables, which fit a phone and a sheet of paper.
-AUV_TABLES: tuple[tuple[str, tuple[Column, ...]], ...] = (
+AUV_TABLES: tuple[tuple[str, tuple[Shown, ...]], ...] = (
     ("Position error", (
-        ("mean", "m", "position_error_m", 2, 1),
-        ("95 %", "m", "position_error_p95_m", 2, 1),
-        ("largest", "m", "position_error_max_m", 2, 1),
-        ("cross-track", "m", "cross_track_error_m", 2, 1),
-        ("without fixes", "m", "imu_error_m", 2, 1),
+        Shown("mean", "m", "position_error_m", 2),
+        Shown("95 %", "m", "position_error_p95_m", 2),
+        Shown("largest", "m", "position_error_max_m", 2),
+        Shown("cross-track", "m", "cross_track_error_m", 2),
+        Shown("without fixes", "m", "imu_error_m", 2),
     )),
     ("Waiting for fixes", (
-        ("mean interval", "s", "interval_mean_s", 2, 1),
-        ("longest", "s", "interval_max_s", 1, 1),
-        ("mean age", "s", "fix_age_mean_s", 2, 1),
-        ("95 %", "s", "fix_age_p95_s", 1, 1),
-        ("largest", "s", "fix_age_max_s", 1, 1),
+        Shown("mean interval", "s", "interval_mean_s", 2),
+        Shown("longest", "s", "interval_max_s", 1),
+        Shown("mean age", "s", "fix_age_mean_s", 2),
+        Shown("95 %", "s", "fix_age_p95_s", 1),
+        Shown("largest", "s", "fix_age_max_s", 1),
     )),
     ("Pings", (
-        ("sent", "", "pings", 0, 1),
-        ("in HF range", "%", "hf_coverage", 1, 100),
-        ("decoded", "", "pings_heard", 0, 1),
-        ("lost", "", "receptions_lost", 0, 1),
-        ("collided", "", "collisions", 0, 1),
+        Shown("sent", "", "pings", 0),
+        Shown("in HF range", "%", "hf_coverage", 1, 100),
+        Shown("decoded", "", "pings_heard", 0),
+        Shown("lost", "", "receptions_lost", 0),
+        Shown("collided", "", "collisions", 0),
     )),
     ("Fixes", (
-        ("made", "", "fixes", 0, 1),
-        ("too far", "", "fixes_out_of_range", 0, 1),
-        ("delivered", "", "fixes_delivered", 0, 1),
-        ("refused", "", "fixes_refused", 0, 1),
-        ("collided", "", "frame_collisions", 0, 1),
-        ("latency", "s", "latency_mean_s", 3, 1),
+        Shown("made", "", "fixes", 0),
+        Shown("too far", "", "fixes_out_of_range", 0),
+        Shown("delivered", "", "fixes_delivered", 0),
+        Shown("refused", "", "fixes_refused", 0),
+        Shown("collided", "", "frame_collisions", 0),
+        Shown("latency", "s", "latency_mean_s", 3),
     )),
 )  # fmt: skip
-AUV_COLUMNS: tuple[Column, ...] = tuple(column for _, columns in AUV_TABLES for column in columns)
+AUV_COLUMNS: tuple[Shown, ...] = tuple(column for _, columns in AUV_TABLES for column in columns)
 # What a reader asks for first, each of the AUV that it is worst of.
-TILES: tuple[tuple[str, str, str, int], ...] = (
-    ("mean error", "m", "position_error_m", 2),
-    ("95 % of the time below", "m", "position_error_p95_m", 2),
-    ("longest without a fix", "s", "fix_age_max_s", 1),
-    ("error without any fix", "m", "imu_error_m", 2),
+TILES: tuple[Shown, ...] = (
+    Shown("mean error", "m", "position_error_m", 2),
+    Shown("95 % of the time below", "m", "position_error_p95_m", 2),
+    Shown("longest without a fix", "s", "fix_age_max_s", 1),
+    Shown("error without any fix", "m", "imu_error_m", 2),
 )
 # Of the mission as a whole, in a sentence below its AUVs.
-OF_MISSION: tuple[Column, ...] = (
-    ("HF in use", "%", "hf_utilisation", 1, 100),
-    ("MF in use", "%", "mf_utilisation", 1, 100),
-    ("survey covered", "%", "area_covered_share", 1, 100),
-    ("survey finished at", "s", "survey_finished_at_s", 0, 1),
+OF_MISSION: tuple[Shown, ...] = (
+    Shown("HF in use", "%", "hf_utilisation", 1, 100),
+    Shown("MF in use", "%", "mf_utilisation", 1, 100),
+    Shown("survey covered", "%", "area_covered_share", 1, 100),
+    Shown("survey finished at", "s", "survey_finished_at_s", 0),
 )
 
 
@@ -189,8 +187,8 @@ def _why(tale: Story) -> str:
     return "".join(parts) + "</div>"
 
 
-def _sentences(said: list[str]) -> str:
-    return f'<p class="note">{html.escape(" ".join(said))}</p>' if said else ""
+def _sentences(sentences: list[str]) -> str:
+    return f'<p class="note">{html.escape(" ".join(sentences))}</p>' if sentences else ""
 
 
 def worst_first(auvs: Sequence[Row]) -> list[Row]:
@@ -202,35 +200,37 @@ def _tiles(result: "Result") -> str:
     """Return what was worst in numbers, each with its AUV and the mean of the fleet."""
     row, several = mission_row(result), result.arrow["auvs"].num_rows > 1
     tiles = ""
-    for name, unit, metric, digits in TILES:
-        worst = row.get(f"{WORST}{metric}")  # older folders lack some
-        value, _, told_in = told(worst, unit, digits).partition(" ")
-        whose = f"{row.get(f'{WORST}{metric}_auv')}; fleet {told(row.get(metric), unit, digits)}"
+    for tile in TILES:
+        worst = f"{WORST}{tile.metric}"  # older folders lack some
+        value, _, unit = told(row.get(worst), tile).partition(" ")
+        whose = f"{row.get(f'{worst}_auv')}; fleet {told(row.get(tile.metric), tile)}"
         beside = filled("<dd><small>{whose}</small></dd>", whose=whose) if several else ""
         tiles += (
-            f'<div><dt>{name}</dt><dd>{value}<span class="unit">{told_in or unit}</span></dd>'
-            f"{beside}</div>"
+            f'<div><dt>{tile.words}</dt><dd>{value}<span class="unit">{unit or tile.unit}</span>'
+            f"</dd>{beside}</div>"
         )
     return f'<dl class="tiles" aria-label="The worst of the AUVs in numbers">{tiles}</dl>'
 
 
-def told(value: float | None, unit: str, digits: int) -> str:
+def told(value: float | None, column: Shown) -> str:
     """Return a value with its unit, "-" if there is none; times as :func:`..core.wording.timed`.
 
-    >>> told(0.834, "m", 2), told(13_529.0, "s", 1), told(None, "m", 2)
+    >>> error, age = Shown("error", "m", "", 2), Shown("age", "s", "", 1)
+    >>> told(0.834, error), told(13_529.0, age), told(None, error)
     ('0.83 m', '3:45 h', '-')
     """
-    if unit == "s":
-        return timed(value, digits)
-    return number(value, digits) if value is None else f"{number(value, digits)} {unit}".strip()
+    if column.unit == "s":
+        return timed(value, column.digits)
+    text = number(value, column.digits, column.factor)
+    return text if value is None else f"{text} {column.unit}".strip()
 
 
-def cell(value: float | None, unit: str, digits: int, factor: float = 1.0) -> str:
+def cell(value: float | None, column: Shown) -> str:
     """Return a value below the unit of its column, which times from ten minutes on have beside
     them.
     """
-    is_long = unit == "s" and value is not None and value >= LONG_S
-    return timed(value) if is_long else number(value, digits, factor)
+    is_long = column.unit == "s" and value is not None and value >= LONG_S
+    return timed(value) if is_long else number(value, column.digits, column.factor)
 
 
 def _differ(auvs: Sequence[Row], metric: str) -> bool:
@@ -250,9 +250,9 @@ def auv_tables(result: "Result") -> str:
     """
     auvs, mission = worst_first(result.arrow["auvs"].to_pylist()), mission_row(result)
     whole = "; ".join(
-        f"{name} {told(factor * mission[metric], unit, digits)}"
-        for name, unit, metric, digits, factor in OF_MISSION
-        if mission.get(metric) is not None
+        f"{column.words} {told(mission[column.metric], column)}"
+        for column in OF_MISSION
+        if mission.get(column.metric) is not None
     )
     shown = "".join(
         f"<figure><h3>{title}</h3>{_auv_table(title, columns, auvs, mission)}</figure>"
@@ -272,18 +272,18 @@ def auv_tables(result: "Result") -> str:
     )
 
 
-def _auv_table(title: str, columns: Sequence[Column], auvs: Sequence[Row], mission: Row) -> str:
+def _auv_table(title: str, columns: Sequence[Shown], auvs: Sequence[Row], mission: Row) -> str:
     # The mission counts collisions of the whole fleet; a mean beside its AUVs would be another.
     rows = [(str(row["auv"]), row) for row in auvs]
     rows.append(("mean", {**mission, "collisions": None, "frame_collisions": None}))
-    cells = [[name, *(cell(row[c[2]], c[1], c[3], c[4]) for c in columns)] for name, row in rows]
+    cells = [[name, *(cell(row[each.metric], each) for each in columns)] for name, row in rows]
     worst = {
         (place, column): "worst"
         for column, (_, _, metric, *_) in enumerate(columns, 1)
         for place, row in enumerate(auvs)
         if mission.get(f"worst_{metric}_auv") == row["auv"] and _differ(auvs, metric)
     }
-    headings = [("AUV", ""), *((name, unit) for name, unit, *_ in columns)]
+    headings = [("AUV", ""), *(each[:2] for each in columns)]
     return table(headings, cells, f"{title} of each AUV", worst)
 
 

@@ -80,8 +80,8 @@ def _others(starving: list[Service]) -> str:
 def _worst(metrics: Metrics) -> str:
     """Return who navigated worst, on average and for 95 % of the time."""
     mission, names = metrics.mission, ("position_error_m", "position_error_p95_m")
-    found = [(mission.get(f"worst_{name}"), mission.get(f"worst_{name}_auv")) for name in names]
-    (error, auv), (largest, other) = found
+    worst = [(mission.get(f"worst_{name}"), mission.get(f"worst_{name}_auv")) for name in names]
+    (error, auv), (largest, other) = worst
     if error is None or largest is None:  # a mission of an older version
         return ""
     whose = "it" if auv == other else f"{other}'s, the largest there,"

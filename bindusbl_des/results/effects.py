@@ -4,11 +4,13 @@ An effect is a mean of differences between missions with a change and missions w
 by seed, so that both had the same noise; its interval says how well it is known.
 """
 
+import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields
 from shlex import quote
-from types import UnionType
-from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any
+
+from pydantic import Field, TypeAdapter, ValidationError
 
 from ..core.wording import decimals, number
 
@@ -18,14 +20,21 @@ HELPS, NEGLIGIBLE, NO_EFFECT, HARMS = "helps", "negligible", "no measurable effe
 MOST_NAMED = 3
 # What fixes cost in a single mission is worth a word from this share of the error on.
 NOTEWORTHY = 0.1
-# No number of a file of advice is as large, in whatever unit.
+
+# Numbers of a file: none is as large, in whatever unit.
 BEYOND_MEASURE = 1e100
+Number = Annotated[float, Field(gt=-BEYOND_MEASURE, lt=BEYOND_MEASURE)]
+Count = Annotated[int, Field(ge=0, lt=10**100)]
 
 GAIN, FILTER = "gain", "filter"
 REAL_REMEDY = (
     "The real remedy is a filter that weighs each fix by its covariance, as navigation.filter "
     "kalman does; a fixed gain trusts a poor fix as much as a good one."
 )
+
+
+def _options(settings: Sequence[str]) -> list[str]:
+    return [f"--set {quote(setting)}" for setting in settings]
 
 
 @dataclass(frozen=True)
@@ -38,16 +47,16 @@ class Effect:
     kind: str
     words: str
     settings: tuple[str, ...]
-    mean_m: float
-    low_m: float
-    high_m: float
-    seeds: int
+    mean_m: Number
+    low_m: Number
+    high_m: Number
+    seeds: Count
     verdict: str
 
     @property
     def options(self) -> list[str]:
         """The options to copy, one `--set` each."""
-        return [f"--set {quote(setting)}" for setting in self.settings]
+        return _options(self.settings)
 
 
 @dataclass(frozen=True)
@@ -58,12 +67,12 @@ class Harm:
     """
 
     auv: str
-    with_m: float
-    without_m: float
-    mean_m: float
-    low_m: float
-    high_m: float
-    seeds: int
+    with_m: Number
+    without_m: Number
+    mean_m: Number
+    low_m: Number
+    high_m: Number
+    seeds: Count
 
 
 @dataclass(frozen=True)
@@ -74,13 +83,13 @@ class Foreseen:
 
     words: str
     settings: tuple[str, ...]
-    now_m: float
-    then_m: float
+    now_m: Number
+    then_m: Number
 
     @property
     def options(self) -> list[str]:
         """The options to copy, one `--set` each."""
-        return [f"--set {quote(setting)}" for setting in self.settings]
+        return _options(self.settings)
 
 
 @dataclass(frozen=True)
@@ -98,14 +107,14 @@ class Advice:
     whether the plan's filter has a fixed gain.
     """
 
-    budget_missions: int
-    budget_s: float | None = None
+    budget_missions: Count
+    budget_s: Number | None = None
     is_cut: bool = False
-    missions: int = 0
-    error_m: float | None = None
+    missions: Count = 0
+    error_m: Number | None = None
     effects: tuple[Effect, ...] = ()
     harms: tuple[Harm, ...] = ()
-    harm_seeds: int = 0
+    harm_seeds: Count = 0
     inert: tuple[str, ...] = ()
     needless: tuple[str, ...] = ()
     dropped: tuple[str, ...] = ()
@@ -117,9 +126,6 @@ class Advice:
     def of(self, *verdicts: str) -> list[Effect]:
         """Return the effects with one of these verdicts, in their order."""
         return [effect for effect in self.effects if effect.verdict in verdicts]
-
-
-Row = TypeVar("Row", Effect, Harm, Foreseen, Advice)
 
 
 # An interval narrower than this (m) has a third decimal or more, or its ends may look the same.
@@ -181,11 +187,11 @@ def _with_and_without(auv: str, errors: tuple[float, float]) -> str:
 
 def _tried(advice: Advice) -> str:
     """Return which gain and which filter were measured to lower the worst AUV's error."""
-    found = {effect.kind: effect for effect in advice.of(HELPS)}
+    best = {effect.kind: effect for effect in advice.of(HELPS)}
     named = [
-        f"{found[kind].settings[0].replace('=', ' ')} ({interval(found[kind])})"
+        f"{best[kind].settings[0].replace('=', ' ')} ({interval(best[kind])})"
         for kind in (GAIN, FILTER)
-        if kind in found
+        if kind in best
     ]
     if not named:
         return ""
@@ -215,15 +221,16 @@ def from_data(data: Any) -> Advice:
     Raises:
         ValueError: when it is none, naming the first key that is wrong.
     """
-    if isinstance(data, Mapping):  # an older folder has no predictions
-        data = {"foreseen": [], **data}
-    plain = _read(Advice, data, "advice")
-    advice = replace(
-        plain,
-        effects=tuple(_read(Effect, effect, "effects") for effect in plain.effects),
-        harms=tuple(_read(Harm, harm, "harms") for harm in plain.harms),
-        foreseen=tuple(_read(Foreseen, change, "foreseen") for change in plain.foreseen),
-    )
+    if not isinstance(data, Mapping):
+        raise ValueError("advice holds no keys")
+    data = {"foreseen": [], **data}  # an older folder has no predictions
+    for field in fields(Advice):
+        if field.name not in data:
+            raise ValueError(f"advice: {field.name} is missing")
+    try:
+        advice = TypeAdapter(Advice).validate_json(json.dumps(data), strict=True)
+    except ValidationError as error:
+        raise ValueError(_wrong(error.errors()[0])) from None
     if any(effect.kind in (GAIN, FILTER) and not effect.settings for effect in advice.effects):
         raise ValueError("effects: settings of a gain or filter is empty")
     if advice.of(HELPS) and advice.error_m is None:
@@ -231,29 +238,10 @@ def from_data(data: Any) -> Advice:
     return advice
 
 
-def _read(kind: type[Row], data: Any, name: str) -> Row:
-    """Return one of the classes above from plain data: its fields by name, lists as tuples."""
-    if not isinstance(data, Mapping):
-        raise ValueError(f"{name} holds no keys")
-    values: dict[str, Any] = {}
-    for key, hint in get_type_hints(kind).items():
-        if key not in data:
-            raise ValueError(f"{name}: {key} is missing")
-        if not _fits(data[key], hint):
-            raise ValueError(f"{name}: {key} is not what it should be")
-        values[key] = tuple(data[key]) if isinstance(data[key], list) else data[key]
-    return kind(**values)
-
-
-def _fits(value: Any, hint: Any) -> bool:
-    """Tell whether a value of a JSON file is of a field's type; a tuple's rows are read later."""
-    if get_origin(hint) is tuple:
-        texts = get_args(hint)[0] is str
-        return isinstance(value, list) and (
-            not texts or all(isinstance(text, str) for text in value)
-        )
-    if isinstance(hint, UnionType):
-        return value is None or _fits(value, get_args(hint)[0])
-    if hint is float:
-        return type(value) in (int, float) and abs(value) < BEYOND_MEASURE
-    return type(value) is hint and (hint is not int or 0 <= value < BEYOND_MEASURE)
+def _wrong(error: Mapping[str, Any]) -> str:
+    """Return which key is wrong, of the advice or of its effects, harms or predictions."""
+    first, *further = (step for step in error["loc"] if isinstance(step, str))
+    if error["type"] == "dataclass_type":
+        return f"{first} holds no keys"
+    place = f"{first}: {further[0]}" if further else f"advice: {first}"
+    return f"{place} is {'missing' if error['type'] == 'missing' else 'not what it should be'}"

@@ -11,7 +11,7 @@ from ..core.kept_files import placed
 from ..core.mistakes import ScenarioWarning
 from ..scenario.files.former_keys import as_now
 from ..scenario.scenario import Scenario
-from .effects import Advice, from_data
+from .effects import BEYOND_MEASURE, Advice, from_data
 from .result import Result, sha256_as_written
 from .result_folder import (
     ADVICE,
@@ -29,9 +29,6 @@ from .violations import is_violations, violations_in
 
 T = TypeVar("T")
 
-# What nothing measured reaches, in whatever unit.
-BEYOND_MEASURE = 1e100
-
 
 def load_result(folder: str | Path) -> Result:
     """Read a result folder back, if its files are those that were written.
@@ -42,23 +39,8 @@ def load_result(folder: str | Path) -> Result:
     """
     folder = Path(folder)
     path = folder / "run.json"
-    if not path.is_file() and (folder / "campaign.json").is_file():
-        raise FileNotFoundError(
-            f"{folder} holds a campaign; give the folder of one run (in Python, load_campaign "
-            "reads campaigns)"
-        )
-    if not path.is_file() and (folder / "question.json").is_file():
-        raise FileNotFoundError(
-            f"{folder} holds a plan: open its plan.html; `bindusbl-des run {folder}/best.yaml` "
-            "flies its answer"
-        )
-    if not path.is_file() and (folder / "missions").is_dir():
-        raise FileNotFoundError(f"{folder} is a campaign's, or was: its campaign.json is missing")
     if not path.is_file():
-        raise FileNotFoundError(
-            f"{folder} is no result folder (it has no run.json); give the folder that "
-            "`bindusbl-des run` wrote"
-        )
+        raise FileNotFoundError(f"{folder} {_other(folder)}")
     scenario, run = _read_record(path)
     try:
         arrow = _tables(folder, scenario, run)
@@ -77,6 +59,23 @@ def load_result(folder: str | Path) -> Result:
     )  # fmt: skip
     result.advice, result.whole_time_s = _read_advice(folder, scenario), run.get("whole_time_s")
     return result
+
+
+def _other(folder: Path) -> str:
+    """Return what a folder is that is not that of a run."""
+    if (folder / "campaign.json").is_file():
+        return (
+            "holds a campaign; give the folder of one run (in Python, load_campaign reads "
+            "campaigns)"
+        )
+    if (folder / "question.json").is_file():
+        return (
+            f"holds a plan: open its plan.html; `bindusbl-des run {folder}/best.yaml` flies its "
+            "answer"
+        )
+    if (folder / "missions").is_dir():
+        return "is a campaign's, or was: its campaign.json is missing"
+    return "is no result folder (it has no run.json); give the folder that `bindusbl-des run` wrote"
 
 
 class _Newer(ValueError):
@@ -124,15 +123,15 @@ def _tables(folder: Path, scenario: Scenario, run: Mapping[str, Any]) -> dict[st
 
 def _each(names: Sequence[str], work: Callable[[str], T]) -> dict[str, T]:
     """Return what comes of each table, or tell of all that are damaged."""
-    found, damaged = {}, []
+    results, damaged = {}, []
     for name in names:
         try:
-            found[name] = work(name)
+            results[name] = work(name)
         except DamagedFile as error:
             damaged.append(str(error))
     if damaged:
         raise _Damaged(damaged)
-    return found
+    return results
 
 
 def _read_advice(folder: Path, scenario: Scenario) -> Advice | None:

@@ -129,14 +129,14 @@ class Result:
         self.arrow = dict(arrow)
         self.wall_time_s, self.violations = wall_time_s, violations
         self.overrides = tuple(overrides)
-        #: The navigator of one's own that a mission of this process had; None otherwise.
+        #: The user-defined navigator that a mission of this process had; None otherwise.
         self.navigator: Any = None
         self.advice: Advice | None = None
         self.whole_time_s: float | None = None
         self._given_warnings, self._notes = warnings, notes
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave one's own navigator behind: another process may not know its class."""
+        """Leave a user-defined navigator behind: another process may not know its class."""
         return {**self.__dict__, "navigator": None}
 
     @cached_property

@@ -28,7 +28,7 @@ def uplink_slots(result: "Result", number: int) -> list[Span]:
 
     With random access there is one, the whole cycle of the downlink: AUVs ping as they like.  Else
     a slot begins with its first ping, or call (twtt, polling), whenever the downlink let it; one in
-    which nobody has pinged, as the one before it ends.
+    which no AUV has pinged, as the one before it ends.
     """
     rounds = result.tables["rounds"]
     row: Any = rounds[rounds["round"] == number].iloc[0]

@@ -90,16 +90,16 @@ def _field(name: str, kind: pa.DataType, unit: str, meaning: str) -> pa.Field:
     return pa.field(name, kind, metadata=metadata)
 
 
-def schema(table: str, found: Collection[str] | None = ()) -> pa.Schema:
+def schema(table: str, columns: Collection[str] | None = ()) -> pa.Schema:
     """Return the Arrow schema of a table, each field with unit, meaning and frame; with those
-    columns that only some missions have that are `found`, None: with all of them.
+    columns that only some missions have that are `columns`, None: with all of them.
     """
     row = FURTHER.get(table)
-    if row is None or (found is not None and not found):
+    if row is None or (columns is not None and not columns):
         return _schema(table)
     more = [_described(c, _arrow_type(row, c.name)) for c in fields(row)]
     return pa.schema(
-        [*_schema(table), *(field for field in more if found is None or field.name in found)]
+        [*_schema(table), *(field for field in more if columns is None or field.name in columns)]
     )
 
 

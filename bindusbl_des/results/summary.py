@@ -4,21 +4,20 @@ from collections.abc import Callable, Iterator, Sequence
 from textwrap import wrap
 from typing import Any
 
-from ..core.wording import aligned, counted, number, significant
+from ..core.wording import Shown, aligned, counted, number, significant
 from .effects import HELPS, NO_EFFECT, Advice, Effect, harm_text, interval
 
 Row = dict[str, Any]
 
-# heading, unit, metric, digits, factor
-COLUMNS: tuple[tuple[str, str, str, int, float], ...] = (
-    ("in range", "%", "hf_coverage", 0, 100),
-    ("fixes", "", "fixes_delivered", 0, 1),
-    ("interval", "s", "interval_mean_s", 2, 1),
-    ("max age", "s", "fix_age_max_s", 1, 1),
-    ("latency", "s", "latency_mean_s", 3, 1),
-    ("error", "m", "position_error_m", 2, 1),
-    ("95 %", "m", "position_error_p95_m", 2, 1),
-    ("no fixes", "m", "imu_error_m", 2, 1),
+COLUMNS = (
+    Shown("in range", "%", "hf_coverage", 0, 100),
+    Shown("fixes", "", "fixes_delivered", 0),
+    Shown("interval", "s", "interval_mean_s", 2),
+    Shown("max age", "s", "fix_age_max_s", 1),
+    Shown("latency", "s", "latency_mean_s", 3),
+    Shown("error", "m", "position_error_m", 2),
+    Shown("95 %", "m", "position_error_p95_m", 2),
+    Shown("no fixes", "m", "imu_error_m", 2),
 )
 
 # A larger fleet shows its first AUVs, and between which values all of them lie.
@@ -49,19 +48,19 @@ def summary_table(auvs: Sequence[Row], mission: Row) -> str:
     is_large = len(auvs) > MOST_ROWS
     shown = auvs[: FIRST_ROWS if is_large else MOST_ROWS]
     rows = [
-        ("AUV", *(heading for heading, *_ in COLUMNS)),
-        ("", *(unit for _, unit, *_ in COLUMNS)),
+        ("AUV", *(column.words for column in COLUMNS)),
+        ("", *(column.unit for column in COLUMNS)),
     ]
     rows += [_row(str(auv["auv"]), auv) for auv in shown]
     if is_large:
         rows.append((f"+{len(auvs) - FIRST_ROWS}", *("..." for _ in COLUMNS)))
         rows.append(_row("min", _extremes(auvs, min)))
-        rows.append(_row("mean", mission))
+    rows.append(_row("mean", mission))
+    if is_large:
         rows.append(_row("max", _extremes(auvs, max)))
-    else:
-        rows.append(_row("mean", mission))
-    rows.append(_row("worst", {name: mission.get(f"worst_{name}") for _, _, name, *_ in COLUMNS}))
-    names = (mission.get(f"worst_{name}_auv") for _, _, name, *_ in COLUMNS)
+    metrics = [column.metric for column in COLUMNS]
+    rows.append(_row("worst", {name: mission.get(f"worst_{name}") for name in metrics}))
+    names = (mission.get(f"worst_{name}_auv") for name in metrics)
     rows.append(("of AUV", *((name or "-").removeprefix("AUV") for name in names)))
     lines = aligned(rows)
     lines.insert(2, "-" * max(map(len, lines)))
@@ -85,8 +84,8 @@ def rounds_text(mission: Row) -> str:
     '2 rounds, 4 collisions (1 on HF, 3 on MF)'
     """
     hf, mf = int(mission["collisions"]), int(mission.get("frame_collisions") or 0)
-    said = counted(hf + mf, "collision") + (f" ({hf} on HF, {mf} on MF)" if mf else "")
-    return f"{counted(int(mission['rounds']), 'round')}, {said}"
+    text = counted(hf + mf, "collision") + (f" ({hf} on HF, {mf} on MF)" if mf else "")
+    return f"{counted(int(mission['rounds']), 'round')}, {text}"
 
 
 def _extremes(auvs: Sequence[Row], pick: Callable[..., Any]) -> Row:
@@ -97,10 +96,7 @@ def _extremes(auvs: Sequence[Row], pick: Callable[..., Any]) -> Row:
 
 
 def _row(name: str, metrics: Row) -> tuple[str, ...]:
-    cells = (
-        number(metrics.get(metric), digits, factor) for _, _, metric, digits, factor in COLUMNS
-    )
-    return (name, *cells)
+    return (name, *(column.number_in(metrics) for column in COLUMNS))
 
 
 def _advice(advice: Advice | None) -> Iterator[str]:

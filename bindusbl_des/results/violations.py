@@ -1,12 +1,14 @@
 """What broke a schedule in a mission: how often signals of it overlapped, and where first."""
 
-from collections.abc import Mapping
+import json
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, TypeAdapter
 
 from ..core.wording import counted
 
-KINDS = ("ping", "call", "frame")
+Number = Annotated[int, Field(ge=0)]
 
 
 @dataclass(frozen=True)
@@ -17,12 +19,12 @@ class Violation:
     `others` are who sent what overlapped it; empty where it was an echo, or is not known.
     """
 
-    kind: str
+    kind: Literal["ping", "call", "frame"]
     at_s: float
     sender: str
     receiver: str
-    round: int
-    slot: int | None
+    round: Number
+    slot: Number | None
     others: tuple[str, ...]
 
     @property
@@ -39,7 +41,7 @@ class Violation:
 class Violations:
     """How many signals of a schedule others destroyed, and the first; None where none were."""
 
-    count: int
+    count: Number
     first: Violation | None
 
     @property
@@ -56,19 +58,12 @@ class Violations:
 
 
 def violations_in(data: Any) -> Violations | None:
-    """Return the violations of plain data, None where it is None: nobody kept to a schedule.
+    """Return the violations of plain data, None where it is None: the mission had no schedule.
 
     Raises:
         ValueError: when it is something else.
     """
-    if data is None:
-        return None
-    try:
-        first = data["first"]
-        found = None if first is None else Violation(**{**first, "others": tuple(first["others"])})
-        return Violations(_count(data["count"]), found if found is None else _checked(found))
-    except (TypeError, LookupError) as error:
-        raise ValueError(str(error)) from None
+    return TypeAdapter(Violations | None).validate_json(json.dumps(data), strict=True)
 
 
 def is_violations(data: Any) -> bool:
@@ -77,23 +72,4 @@ def is_violations(data: Any) -> bool:
         violations_in(data)
     except ValueError:
         return False
-    return data is None or isinstance(data, Mapping)
-
-
-def _count(value: Any) -> int:
-    if type(value) is not int or value < 0:
-        raise ValueError(f"count is {value!r}")
-    return value
-
-
-def _checked(found: Violation) -> Violation:
-    words = (found.sender, found.receiver, *found.others)
-    numbers = [found.round] + ([] if found.slot is None else [found.slot])
-    if (
-        found.kind not in KINDS
-        or not all(isinstance(word, str) for word in words)
-        or not all(type(number) is int and number >= 0 for number in numbers)
-        or type(found.at_s) not in (int, float)
-    ):
-        raise ValueError("the first violation is none")
-    return found
+    return True
