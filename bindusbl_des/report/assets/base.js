@@ -17,7 +17,7 @@ function make(tag, attributes = {}, ...children) {
   return element;
 }
 
-// Columns: zigzag differences in four byte planes, deflated; the packing is packing.py's.
+// Columns: zigzag differences in four byte planes, deflated; the packing is that of report/page.py.
 async function unpacker() {
   const text = atob(byId("packed").textContent);
   const deflated = Uint8Array.from(text, (letter) => letter.charCodeAt(0));
@@ -67,7 +67,7 @@ const seriesDash = (i) => DASHES[(i + Math.floor(i / 8)) % DASHES.length];
 const CIVIDIS = [[0, 34, 78], [53, 69, 108], [102, 105, 112], [148, 142, 119], [200, 184, 102], [254, 232, 56]];
 
 function cividis(share) {
-  const at = Math.min(Math.max(share, 0), 1) * (CIVIDIS.length - 1), k = Math.min(Math.floor(at), CIVIDIS.length - 2);
+  const at = clamp(share, 0, 1) * (CIVIDIS.length - 1), k = Math.min(Math.floor(at), CIVIDIS.length - 2);
   return CIVIDIS[k].map((value, i) => Math.round(value + (at - k) * (CIVIDIS[k + 1][i] - value)));
 }
 
@@ -87,17 +87,39 @@ function hatch(context, x, y, width, height) {
   context.beginPath();
   context.rect(x, y, width, height);
   context.clip();
-  context.strokeStyle = colours.soft;
-  context.lineWidth = 1;
-  context.beginPath();
   const step = 7, first = Math.floor((x + y) / step) * step;
-  for (let at = first; at <= x + y + width + height; at += step) { context.moveTo(at - y, y); context.lineTo(at - y - height, y + height); }
-  context.stroke();
+  shape(context, { stroke: colours.soft }, () => {
+    for (let at = first; at <= x + y + width + height; at += step) { context.moveTo(at - y, y); context.lineTo(at - y - height, y + height); }
+  });
   context.restore();
 }
 
+// Fills and strokes what `path` lays on a canvas, which is left as it was.
+function shape(context, { fill, stroke, width = 1, dash = [], alpha = context.globalAlpha, shade = alpha, join = context.lineJoin }, path) {
+  context.save();
+  context.beginPath();
+  path();
+  if (fill) {
+    Object.assign(context, { fillStyle: fill, globalAlpha: shade });
+    context.fill();
+  }
+  if (stroke) {
+    Object.assign(context, { strokeStyle: stroke, lineWidth: width, lineJoin: join, globalAlpha: alpha });
+    context.setLineDash(dash);
+    context.stroke();
+  }
+  context.restore();
+}
+const polygon = (context, corners) => { corners.forEach(([x, y]) => context.lineTo(x, y)); context.closePath(); };
+const disc = (context, x, y, radius) => context.arc(x, y, radius, 0, 2 * Math.PI);
+const starAt = (x, y, inner, outer) => Array.from({ length: 10 }, (_, i) => { // its corners
+  const angle = -Math.PI / 2 + i * Math.PI / 5, radius = i % 2 ? inner : outer;
+  return [x + radius * Math.cos(angle), y + radius * Math.sin(angle)];
+});
+const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
+
 const repaints = [];
-function onTheme(repaint) { repaints.push(repaint); }
+const onTheme = (repaint) => repaints.push(repaint);
 function setTheme(theme) {
   document.documentElement.dataset.theme = theme;
   readColours();
@@ -189,7 +211,7 @@ function above(sorted, value) {
   return low;
 }
 
-// A time: in seconds, from ten minutes on in hours and minutes; wording.py has the same.
+// A time: in seconds, from ten minutes on in hours and minutes; core/wording.py has the same.
 const LONG = 600;
 const sixty = (value) => `${value}`.padStart(2, "0");
 function timed(seconds, digits = 1) {
@@ -210,7 +232,9 @@ const MINUTES = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 
 const instants = (u, ticks) => ticks.map((it) => (bindusbl.long ? instant(it, it % 1 ? 1 : 0).replace(ticks.every((other) => other % 60 === 0) ? /:00$/ : "", "") : `${it} s`));
 const timeWords = () => (bindusbl.long ? "time (h:mm)" : "time (s)");
 const timeAxis = () => (bindusbl.long ? { values: instants, incrs: MINUTES } : {});
-const timeSeries = () => ({ label: "time", value: (u, v) => (v === null ? "–" : instant(v)) });
+// What a legend tells of a value, a dash where there is none.
+const told = (words) => (u, value) => (value === null || value === undefined ? "–" : words(value));
+const timeSeries = () => ({ label: "time", value: told(instant) });
 
 // A step of 1, 2 or 5 times a power of ten, not below `least`.
 function roundStep(least) {
@@ -225,18 +249,18 @@ function quantile(values, share) {
   return sorted[whole] + (place - whole) * ((sorted[whole + 1] ?? sorted[whole]) - sorted[whole]);
 }
 
-// A number with so many digits that count, never with an exponent; wording.py has the same.
+// A number with so many digits that count, never with an exponent; core/wording.py has the same.
 function significant(value, digits = 3) {
   if (!Number.isFinite(value)) return "–";
   if (Math.abs(value) < 0.5e-6) return "0";
   const whole = Math.floor(Math.log10(Math.abs(value))) + 1;
-  return value.toFixed(Math.min(Math.max(digits - whole, 0), 6));
+  return value.toFixed(clamp(digits - whole, 0, 6));
 }
 
 // A mean and half its interval, two digits of that; and a mean with the ends of its interval, as many digits as tell these apart.
 function withHalf(mean, half) {
   if (!(half > 1e-9 * Math.abs(mean))) return [significant(mean), Number.isFinite(half) ? "0" : "–"];
-  const places = Math.min(Math.max(1 - Math.floor(Math.log10(half)), 0), 6);
+  const places = clamp(1 - Math.floor(Math.log10(half)), 0, 6);
   return [mean.toFixed(places), half < 0.5e-6 ? "<0.000001" : half.toFixed(places)];
 }
 function withEnds(mean, low, high) {

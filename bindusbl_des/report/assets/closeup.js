@@ -29,8 +29,7 @@ class Closeup {
     const [px, py] = map.at(state.x, state.y), [ex, ey] = map.at(state.estimateX, state.estimateY);
     map.stroke(context, colour, px, py, ex, ey, 1.5);
     map.hull(context, px, py, state.yaw, colour);
-    map.stroke(context, colour, ex - 7, ey, ex + 7, ey, 2.5);
-    map.stroke(context, colour, ex, ey - 7, ex, ey + 7, 2.5);
+    map.plus(context, ex, ey, 7, colour, 2.5);
     this.named = [];
     this.name(context, "truth", px, py, colour);
     this.name(context, "estimate", ex, ey, colour);

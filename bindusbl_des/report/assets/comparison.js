@@ -2,12 +2,7 @@
 // Several runs at the same mission time: their maps beside each other, their errors in one plot.
 
 // One run alone keeps the time; the page's clock ends with the longest of them.
-function sharedClock(missions) {
-  const longest = missions.reduce((a, b) => (b.duration > a.duration ? b : a));
-  const playback = new Playback(longest);
-  playback.seek = playback.seek.bind(playback);
-  return playback;
-}
+const sharedClock = (missions) => new Playback(missions.reduce((a, b) => (b.duration > a.duration ? b : a)));
 
 // Another run on the map of this one: where its AUVs are and were the last minute, as they believed.
 function ghost(map, other, caption) {
@@ -62,18 +57,14 @@ function errorOf(mission, number) {
 const runLook = (i) => ({ stroke: i % 2 ? colours.hf : colours.ink, dash: DASHES[Math.floor(i / 2) % DASHES.length], width: i % 2 ? 2.5 : 1.8 });
 
 function overTime(name, host, missions, table, unit, playback, stepped) {
-  const digits = unit ? 2 : 0;
-  const options = () => ({
-    height: 280, legend: { markers: { width: 2, dash: (u, i) => ["solid", "dashed", "dotted"][Math.floor((i - 1) / 2)] ?? "double" } }, cursor: { y: false, sync: { key: "time" } }, scales: { x: { time: false } },
+  const lines = () => missions.map((mission, i) => ({
+    label: mission.name, ...runLook(i), spanGaps: true, points: { show: false },
+    paths: stepped ? uPlot.paths.stepped({ align: 1 }) : undefined, value: told((v) => `${v.toFixed(unit ? 2 : 0)} ${unit}`),
+  }));
+  const plot = timePlot(playback, name, host, "", uPlot.join(table()), lines, () => ({
+    height: 280, legend: { markers: { width: 2, dash: (u, i) => ["solid", "dashed", "dotted"][Math.floor((i - 1) / 2)] ?? "double" } },
     axes: [axis(timeWords(), timeAxis()), axis(unit ? `error (${unit})` : "fixes, all AUVs", { size: 52 })],
-    series: [timeSeries(), ...missions.map((mission, i) => ({
-      label: mission.name, ...runLook(i), spanGaps: true, points: { show: false },
-      paths: stepped ? uPlot.paths.stepped({ align: 1 }) : undefined, value: (u, v) => (v === null || v === undefined ? "–" : `${v.toFixed(digits)} ${unit}`),
-    }))],
-    hooks: { ready: [(u) => clickToSeek(u, playback.seek)], setScale: [selects(playback)] },
-  });
-  const plot = new Plot(name, host, options, uPlot.join(table()));
-  playback.onChange((now) => nowLine(plot.plot, now));
+  }));
   return { again: () => plot.set(uPlot.join(table())) };
 }
 
@@ -92,17 +83,11 @@ function differences([a, b], number) {
 function differenceOf(missions, whose, playback) {
   if (missions.length !== 2) return null;
   byId("difference-title").hidden = false;
-  const options = () => ({
-    height: 200, cursor: { y: false, sync: { key: "time" } }, scales: { x: { time: false }, y: { range: (u, low, high) => (low === 0 && high === 0 ? [-1, 1] : uPlot.rangeNum(low, high, 0.1, true)) } },
+  const lines = () => [{ label: "error of B − error of A", stroke: colours.ink, fill: colours.ink + "22", width: 1.5, points: { show: false }, value: metres }];
+  return timePlot(playback, "difference", byId("difference-plot"), "Error of run B less that of run A over time", differences(missions, +whose.value), lines, () => ({
+    height: 200, scales: { y: { range: (u, low, high) => (low === 0 && high === 0 ? [-1, 1] : uPlot.rangeNum(low, high, 0.1, true)) } },
     axes: [axis(timeWords(), timeAxis()), axis("B − A (m)", { size: 52 })],
-    series: [timeSeries(), { label: "error of B − error of A", stroke: colours.ink, fill: colours.ink + "22", width: 1.5, points: { show: false }, value: (u, v) => (v === null ? "–" : `${v.toFixed(2)} m`) }],
-    hooks: { ready: [(u) => clickToSeek(u, playback.seek)], setScale: [selects(playback)] },
-  });
-  const host = byId("difference-plot");
-  host.setAttribute("aria-label", "Error of run B less that of run A over time");
-  const plot = new Plot("difference", host, options, differences(missions, +whose.value));
-  playback.onChange((now) => nowLine(plot.plot, now));
-  return plot;
+  }));
 }
 
 async function start() {
@@ -120,7 +105,7 @@ async function start() {
   const difference = differenceOf(missions, whose, playback);
   whose.addEventListener("change", () => { errors.again(); difference?.set(differences(missions, +whose.value)); });
   overTime("fixes", byId("fixes-plot"), missions, () => missions.map((mission) => {
-    const times = mission.deliveredTimes ??= Float64Array.from(mission.deliveredOrder, (row) => mission.fixes.delivered[row]);
+    const times = mission.deliveredTimes;
     const firsts = Array.from(times).filter((time, i) => time !== times[i + 1]); // a time stands once
     return [[0, ...firsts, mission.duration], [0, ...firsts.map((time) => above(times, time)), times.length]];
   }), "", playback, true);

@@ -12,21 +12,16 @@ class Mission {
     this.receptionsOf = Array.from({ length: this.pings.at.length }, () => []);
     this.receptions.ping.forEach((ping, row) => this.receptionsOf[ping].push(row));
     this.asvsRest = this.asvs.every(({ x, y }) => x.every((it) => it === x[0]) && y.every((it) => it === y[0]));
-    this.deliveredOrder = this.sortedFixes();
+    this.deliveredOrder = this.inTime(this.delivered.flat());
+    this.deliveredTimes = Float64Array.from(this.deliveredOrder, (row) => this.fixes.delivered[row]);
     this.decided = Float64Array.from(this.pings.at, (_, ping) => this.decidedAt(ping));
     this.lost = Array.from(this.decided.keys()).filter((ping) => this.isLost(ping));
   }
   rowsOf(auv) {
-    const rows = [];
-    this.fixes.auv.forEach((it, row) => {
-      if (it === auv && this.fixes.outcome[row] === 0) rows.push(row);
-    });
-    return rows.sort((a, b) => this.fixes.delivered[a] - this.fixes.delivered[b]);
+    const { fixes } = this;
+    return this.inTime([...fixes.auv.keys()].filter((row) => fixes.auv[row] === auv && fixes.outcome[row] === 0));
   }
-  sortedFixes() {
-    const rows = this.delivered.flat();
-    return rows.sort((a, b) => this.fixes.delivered[a] - this.fixes.delivered[b]);
-  }
+  inTime(rows) { return rows.sort((a, b) => this.fixes.delivered[a] - this.fixes.delivered[b]); }
   isLost(ping) {
     const fate = this.fates[this.pings.fate[ping]];
     return fate !== "delivered" && fate !== "in_flight";
@@ -60,7 +55,7 @@ class Mission {
   // The sample at or before t, and the share of the way to the next one.
   place(t) {
     const last = this.time.length - 1;
-    const at = Math.min(Math.max(t * this.rate, 0), last);
+    const at = clamp(t * this.rate, 0, last);
     const k = Math.min(Math.floor(at), Math.max(last - 1, 0));
     return [k, last ? at - k : 0, Math.min(k + 1, last)];
   }

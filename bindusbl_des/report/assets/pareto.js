@@ -51,7 +51,7 @@ class Pareto {
     return {
       width, top, low, high, step: step * unit,
       x: (value, beside = 0) => MARGIN.left + (value - low + 0.5 + beside * unit) * step,
-      y: (value) => MARGIN.top + tall * (1 - Math.min(Math.max(value, 0), top) / top),
+      y: (value) => MARGIN.top + tall * (1 - clamp(value, 0, top) / top),
     };
   }
   line() {
@@ -97,7 +97,7 @@ class Pareto {
     const kinds = ["dot", simulated ? "simulated" : "predicted", ...(number === this.chosen ? ["answer"] : []), ...(number === this.shown ? ["shown"] : [])];
     const group = svg("g", { class: kinds.join(" ") });
     if (Number.isFinite(dot.low) && Number.isFinite(dot.high)) group.append(svg("path", { d: `M${px} ${y(dot.low)}V${y(dot.high)}M${px - 4} ${y(dot.low)}h8M${px - 4} ${y(dot.high)}h8` }));
-    group.append(number === this.chosen ? svg("path", { class: "mark", d: starAt(px, py) }) : svg("circle", { class: "mark", cx: px, cy: py, r: simulated ? 4.5 : 2.5 }));
+    group.append(number === this.chosen ? svg("path", { class: "mark", d: starPath(px, py) }) : svg("circle", { class: "mark", cx: px, cy: py, r: simulated ? 4.5 : 2.5 }));
     const told = this.words(dot);
     group.append(svg("title", {}, told));
     group.addEventListener("click", () => this.choose(number));
@@ -138,16 +138,10 @@ class Pareto {
     const parts = [["answer", "the answer"], ["simulated", "simulated"], ["predicted", "predicted only"], ["shown", "on the chart"]];
     byId("pareto-key").append(...parts.filter(([kind]) => kind !== "answer" || this.chosen !== null).flatMap(([kind, words]) => {
       const group = svg("g", { class: `dot ${kind === "shown" ? "simulated shown" : kind === "answer" ? "simulated answer" : kind}` });
-      group.append(kind === "answer" ? svg("path", { class: "mark", d: starAt(9, 9) }) : svg("circle", { class: "mark", cx: 9, cy: 9, r: kind === "predicted" ? 2.5 : 4.5 }));
+      group.append(kind === "answer" ? svg("path", { class: "mark", d: starPath(9, 9) }) : svg("circle", { class: "mark", cx: 9, cy: 9, r: kind === "predicted" ? 2.5 : 4.5 }));
       return [make("span", { class: "pareto-kind" }, svg("svg", { width: 18, height: 18, "aria-hidden": "true" }, group), words)];
     }));
   }
 }
 
-function starAt(px, py) {
-  const corners = Array.from({ length: 10 }, (_, i) => {
-    const angle = -Math.PI / 2 + i * Math.PI / 5, radius = i % 2 ? 3.8 : 9;
-    return `${(px + radius * Math.cos(angle)).toFixed(2)} ${(py + radius * Math.sin(angle)).toFixed(2)}`;
-  });
-  return `M${corners.join("L")}Z`;
-}
+const starPath = (px, py) => `M${starAt(px, py, 3.8, 9).map(([x, y]) => `${x.toFixed(2)} ${y.toFixed(2)}`).join("L")}Z`;

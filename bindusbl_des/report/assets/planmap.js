@@ -67,7 +67,7 @@ class PlanMap extends SeaMap {
     const [south, west, north, east] = this.box, [left, top] = this.at(north, west), [right, bottom] = this.at(south, east);
     context.save();
     context.beginPath();
-    for (const [x, y] of this.mission.outline) context.lineTo(...this.at(x, y));
+    this.outline(context);
     context.clip();
     context.drawImage(this.shades, left, top, right - left, bottom - top);
     const [across, down] = this.cells, [wide, tall] = [(right - left) / down, (bottom - top) / across];
@@ -99,15 +99,7 @@ class PlanMap extends SeaMap {
     this.ring(context, x, y, this.team.reach(), colours.ink, { dash: [7, 4], width: 1.6 });
     this.ring(context, x, y, this.team.mfReach(), colours.mf, { dash: [2, 4], width: 1.6 });
     const [px, py] = this.at(x, y);
-    context.beginPath();
-    context.arc(px, py, 13, 0, 2 * Math.PI);
-    context.fillStyle = colours.paper;
-    context.globalAlpha = 0.85;
-    context.fill();
-    context.globalAlpha = 1;
-    context.lineWidth = 1.5;
-    context.strokeStyle = colours.ink;
-    context.stroke();
+    shape(context, { fill: colours.paper, shade: 0.85, stroke: colours.ink, width: 1.5 }, () => disc(context, px, py, 13));
     this.star(context, px, py);
     this.label(context, `ASV${number}`, px + 16, py - 10, colours.ink);
   }

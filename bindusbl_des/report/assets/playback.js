@@ -1,5 +1,5 @@
 "use strict";
-// Mission time: a clock that plays, the controls that move it, and whoever wants to know.
+// Mission time: a clock that plays, the controls that move it, and what listens to it.
 
 const SPEEDS = [0.01, 0.1, 1, 5, 10, 20, 60, 200];
 
@@ -27,7 +27,7 @@ class Playback {
     else this.listeners.forEach((listener) => listener(this.now));
   }
   seek(time) {
-    this.now = Math.min(Math.max(time, 0), this.mission.duration);
+    this.now = clamp(time, 0, this.mission.duration);
     byId("slider").value = this.now;
     if (!this.playing) this.tell();
     byId("clock").textContent = instant(this.now, this.speed < 1 ? 3 : 1);
@@ -64,7 +64,7 @@ class Playback {
     this.seek(times[next] + 1e-4);
     announce(`At ${aloud(this.now)}`);
   }
-  nextFix() { this.leap(this.mission.deliveredTimes ??= Float64Array.from(this.mission.deliveredOrder, (row) => this.mission.fixes.delivered[row])); }
+  nextFix() { this.leap(this.mission.deliveredTimes); }
   // To when a loss is known, and its ring on the map has grown to the ASVs.
   nextLost() {
     const { pings, hf, soundSpeed, pingLength, decided, lost } = this.mission, crossing = hf.range / soundSpeed;

@@ -46,18 +46,14 @@ class Plot {
 
 const drawTicks = (times, colour) => (u) => {
   const { ctx } = u, { left, width, top, height } = u.bbox, ratio = uPlot.pxRatio;
-  ctx.save();
-  ctx.strokeStyle = colour();
-  ctx.lineWidth = ratio;
-  ctx.beginPath();
-  for (const time of times) {
-    const x = u.valToPos(time, "x", true);
-    if (x < left || x > left + width) continue;
-    ctx.moveTo(x, top + height - 9 * ratio);
-    ctx.lineTo(x, top + height);
-  }
-  ctx.stroke();
-  ctx.restore();
+  shape(ctx, { stroke: colour(), width: ratio }, () => {
+    for (const time of times) {
+      const x = u.valToPos(time, "x", true);
+      if (x < left || x > left + width) continue;
+      ctx.moveTo(x, top + height - 9 * ratio);
+      ctx.lineTo(x, top + height);
+    }
+  });
 };
 
 const drawGaps = (gaps) => (u) => {
@@ -73,11 +69,7 @@ const drawGaps = (gaps) => (u) => {
 
 // Where the playback is, as a thin line over a plot of time.
 function nowLine(u, now) {
-  let line = u.over.querySelector(".now");
-  if (!line) {
-    line = make("div", { class: "now" });
-    u.over.append(line);
-  }
+  const line = u.over.querySelector(".now") ?? u.over.appendChild(make("div", { class: "now" }));
   const x = Math.round(2 * u.valToPos(now, "x")) / 2; // a finer step is not seen
   if (x === line.x) return;
   line.x = x;
@@ -96,25 +88,37 @@ function clickToSeek(u, seek) {
 // Dragging across a plot of time zooms all of them, and selects that interval everywhere.
 const selects = (playback) => (u, scale) => { if (scale === "x" && u.status) requestAnimationFrame(() => playback.select(u.scales.x.min, u.scales.x.max)); }; // once all have zoomed
 
-function errorPlot(host, mission, number, playback, highest) {
-  const auv = mission.auvs[number];
-  const data = [mission.time, auv.error, auv.envelope];
+// A plot over the time that is played; `lines` are its series but for the time, `more` are options of uPlot.
+function timePlot(playback, name, host, label, data, lines, more) {
   const options = () => {
-    const colour = seriesColour(number);
+    const { hooks, scales, ...others } = more();
     return {
-      height: 140, cursor: { sync: { key: "time" }, y: false },
-      scales: { x: { time: false, range: (u, low, high) => [low ?? 0, high ?? mission.duration] }, y: { range: () => [0, highest] } },
-      axes: [axis("", { size: 26, ...timeAxis(), values: instants }), axis(`${auv.name} (m)`, { size: 44 })],
-      series: [
-        timeSeries(),
-        { label: `${auv.name} error`, stroke: colour, width: 1.5, value: (u, v) => (v === null ? "–" : `${v.toFixed(2)} m`) },
-        { label: "3σ envelope", stroke: colour, width: 0.8, dash: dashed(4, 3), fill: colour + "22", value: (u, v) => (v === null ? "–" : `${v.toFixed(2)} m`) },
-      ],
-      hooks: { drawClear: [drawGaps(auv.gaps)], draw: [drawTicks(mission.landed[number], () => colour)], ready: [(u) => clickToSeek(u, playback.seek)], setScale: [selects(playback)] },
+      cursor: { y: false, sync: { key: "time" } }, scales: { x: { time: false }, ...scales }, series: [timeSeries(), ...lines()], ...others,
+      hooks: { ready: [(u) => clickToSeek(u, (time) => playback.seek(time))], setScale: [selects(playback)], ...hooks },
     };
   };
-  host.setAttribute("aria-label", `Position error of ${auv.name} over time, with its 3-sigma envelope and its fixes`);
-  return new Plot(`error ${auv.name}`, host, options, data);
+  if (label) host.setAttribute("aria-label", label);
+  const plot = new Plot(name, host, options, data);
+  playback.onChange((now) => nowLine(plot.plot, now));
+  return plot;
+}
+const metres = told((value) => `${value.toFixed(2)} m`);
+
+function errorPlot(host, mission, number, playback, highest) {
+  const auv = mission.auvs[number];
+  const lines = () => {
+    const colour = seriesColour(number);
+    return [
+      { label: `${auv.name} error`, stroke: colour, width: 1.5, value: metres },
+      { label: "3σ envelope", stroke: colour, width: 0.8, dash: dashed(4, 3), fill: colour + "22", value: metres },
+    ];
+  };
+  const label = `Position error of ${auv.name} over time, with its 3-sigma envelope and its fixes`;
+  timePlot(playback, `error ${auv.name}`, host, label, [mission.time, auv.error, auv.envelope], lines, () => ({
+    height: 140, scales: { x: { time: false, range: (u, low, high) => [low ?? 0, high ?? mission.duration] }, y: { range: () => [0, highest] } },
+    axes: [axis("", { size: 26, ...timeAxis(), values: instants }), axis(`${auv.name} (m)`, { size: 44 })],
+    hooks: { drawClear: [drawGaps(auv.gaps)], draw: [drawTicks(mission.landed[number], () => seriesColour(number))] },
+  }));
 }
 
 // The AUVs that navigated worst first: they are what a reader looks for.
@@ -123,11 +127,10 @@ function errorPlots(mission, playback) {
   const shown = order.length <= first + 1 ? order : order.slice(0, first);
   const largest = (column) => Math.max(...mission.auvs.map((auv) => auv[column].reduce((a, b) => Math.max(a, b), 0)), 0.1);
   const highest = Math.min(1.05 * largest("envelope"), 1.6 * largest("error"));
-  const plots = [];
   const add = (number) => {
     const place = make("div", { class: "error-plot" });
     host.append(place);
-    plots.push(errorPlot(place, mission, number, playback, highest));
+    errorPlot(place, mission, number, playback, highest);
   };
   shown.forEach(add);
   if (shown.length < order.length) {
@@ -135,43 +138,28 @@ function errorPlots(mission, playback) {
     more.textContent = `Show the other ${order.length - shown.length} AUVs (these navigated worst)`;
     more.addEventListener("click", () => { more.hidden = true; order.slice(shown.length).forEach(add); });
   }
-  playback.onChange((now) => plots.forEach((plot) => nowLine(plot.plot, now)));
 }
 
 function coveredPlot(mission, playback) {
   if (!mission.covered) return;
   byId("survey").hidden = false;
-  const options = () => ({
-    height: 220, cursor: { sync: { key: "time" } },
-    scales: { x: { time: false }, y: { range: (u, low, high) => [0, Math.min(Math.max(1.08 * high, 1), 105)] } },
-    axes: [axis(timeWords(), timeAxis()), axis("survey covered (%)", { size: 50 })],
-    series: [timeSeries(),
-      { label: "covered", value: (u, v) => (v === null ? "–" : `${v.toFixed(1)} %`), stroke: colours.accent, fill: colours.accent + "33", width: 2, points: { show: false } }],
-    hooks: { ready: [(u) => clickToSeek(u, playback.seek)] },
-  });
-  byId("covered-plot").setAttribute("aria-label", "Share of the survey that is covered over time");
-  const plot = new Plot("covered", byId("covered-plot"), options, [mission.time, mission.covered.share]);
-  playback.onChange((now) => nowLine(plot.plot, now));
+  const lines = () => [{ label: "covered", value: told((share) => `${share.toFixed(1)} %`), stroke: colours.accent, fill: colours.accent + "33", width: 2, points: { show: false } }];
+  timePlot(playback, "covered", byId("covered-plot"), "Share of the survey that is covered over time", [mission.time, mission.covered.share], lines, () => ({
+    height: 220, cursor: { sync: { key: "time" } }, scales: { y: { range: (u, low, high) => [0, clamp(1.08 * high, 1, 105)] } },
+    axes: [axis(timeWords(), timeAxis()), axis("survey covered (%)", { size: 50 })], hooks: { setScale: [] },
+  }));
 }
 
 function fixesPlot(mission, playback) {
-  const tables = mission.landed.map((times) => [
-    [0, ...times, mission.duration], [0, ...times.map((_, i) => i + 1), times.length],
-  ]);
-  const data = uPlot.join(tables);
-  const options = () => ({
+  const data = uPlot.join(mission.landed.map((times) => [[0, ...times, mission.duration], [0, ...times.map((_, i) => i + 1), times.length]]));
+  const lines = () => mission.auvs.map((auv, i) => ({
+    label: auv.name, stroke: seriesColour(i), dash: seriesDash(i), width: 2, spanGaps: true, points: { show: false }, paths: uPlot.paths.stepped({ align: 1 }),
+    value: (u, v, s, at) => { for (let k = at ?? -1; k >= 0; k--) if (Number.isFinite(u.data[s][k])) return u.data[s][k]; return "–"; },
+  }));
+  timePlot(playback, "fixes", byId("fixes-plot"), "Delivered fixes of each AUV over time", data, lines, () => ({
     height: 260, cursor: { sync: { key: "time" } }, legend: { show: mission.auvs.length <= 12 },
-    scales: { x: { time: false } },
-    axes: [axis(timeWords(), timeAxis()), axis("fixes", { size: 46, incrs: COUNTS })],
-    series: [timeSeries(), ...mission.auvs.map((auv, i) => ({
-      label: auv.name, stroke: seriesColour(i), dash: seriesDash(i), width: 2, spanGaps: true, points: { show: false }, paths: uPlot.paths.stepped({ align: 1 }),
-      value: (u, v, s, at) => { for (let k = at ?? -1; k >= 0; k--) if (Number.isFinite(u.data[s][k])) return u.data[s][k]; return "–"; },
-    }))],
-    hooks: { ready: [(u) => clickToSeek(u, playback.seek)] },
-  });
-  byId("fixes-plot").setAttribute("aria-label", "Delivered fixes of each AUV over time");
-  const plot = new Plot("fixes", byId("fixes-plot"), options, data);
-  playback.onChange((now) => nowLine(plot.plot, now));
+    axes: [axis(timeWords(), timeAxis()), axis("fixes", { size: 46, incrs: COUNTS })], hooks: { setScale: [] },
+  }));
 }
 
 // Draws how often values (s) occur; what lies beyond `top` is counted in the last bar.
@@ -180,12 +168,12 @@ function histogram(name, host, values, unit, top) {
   const width = roundStep(Math.max((top - low) / 40, 0.005 * top, 1e-3)), start = Math.floor(low / width) * width;
   const count = Math.max(Math.floor((top - start) / width) + 1, 2), end = start + count * width;
   const bins = Array.from({ length: count }, (_, i) => start + (i + 0.5) * width), heights = new Array(count).fill(0);
-  for (const value of values) heights[Math.min(Math.max(Math.floor((value - start) / width), 0), count - 1)]++;
+  for (const value of values) heights[clamp(Math.floor((value - start) / width), 0, count - 1)]++;
   const options = () => ({
     height: 220, cursor: { y: false, drag: { x: false } }, scales: { x: { time: false, range: [start, end] }, y: { range: (u, low, high) => [0, 1.08 * high || 1] } },
     axes: [axis(`time (s), in steps of ${significant(width, 1)} s`), axis(unit, { size: 50, incrs: COUNTS })],
-    series: [{ label: "from–to", value: (u, v) => (v === null ? "–" : `${(v - width / 2).toFixed(3)}–${(v + width / 2).toFixed(3)} s`) },
-      { label: unit, value: (u, v) => (v === null ? "–" : `${v}`), stroke: colours.accent, fill: colours.accent + "99", paths: uPlot.paths.bars({ size: [0.9, 100] }), points: { show: false } }],
+    series: [{ label: "from–to", value: told((v) => `${(v - width / 2).toFixed(3)}–${(v + width / 2).toFixed(3)} s`) },
+      { label: unit, value: told((v) => `${v}`), stroke: colours.accent, fill: colours.accent + "99", paths: uPlot.paths.bars({ size: [0.9, 100] }), points: { show: false } }],
   });
   host.setAttribute("aria-label", `Histogram: ${name}`);
   new Plot(name, host, options, [bins, heights]);

@@ -39,7 +39,7 @@ class StateTable {
 // Above the slider: when each AUV was without fixes, a line for each.
 function gapStrip(mission) {
   const canvas = byId("gaps"), lines = mission.auvs.length;
-  canvas.style.height = `${Math.min(Math.max(4 * lines, 6), 60)}px`;
+  canvas.style.height = `${clamp(4 * lines, 6, 60)}px`;
   new Sheet(canvas, (context, width, height) => {
     const inset = 8, x = (time) => inset + time / mission.duration * (width - 2 * inset), each = height / lines;
     mission.order.forEach((i, line) => {
@@ -74,33 +74,32 @@ function legend(map, closeup) {
   const became = (fate) => pings.fate.some((it) => fates[it] === fate), met = (outcome) => receptions.outcome.some((it) => outcomes[it] === outcome);
   const there = { heard: met("heard"), lost: met("lost"), collided: met("collided"), cross: !mission.asvsPing && became("out_of_hf"), ring: mission.deliveredOrder.length, gap: mission.auvs.some(({ gaps }) => gaps.length), failed: mission.asvs.some(({ failures }) => failures.length), call: mission.calls };
   const nobody = mission.discs.hf ? "no ASV in range" : "beyond what the channel lets through to any ASV";
-  for (const [layer, words] of layersOf(mission)) {
-    const box = make("input", { type: "checkbox", checked: "" }), sample = make("canvas", { "aria-hidden": "true" });
-    box.addEventListener("change", () => { map.hidden[box.checked ? "delete" : "add"](layer); map.sheet.paint(); closeup.map.sheet.paint(); });
-    host.append(make("label", {}, box, sample, words));
-    new Sheet(sample, (context, width, height) => legendMark(context, layer, width, height));
-  }
-  for (const [mark, words] of [["star", "ASV"], ["hull", "AUV, at its true position"], ["plus", "its estimate"], ["heard", "decoded, in the AUV's colour"], ["lost", "lost"], ["collided", "collided"], ["cross", nobody], ["ring", "fix delivered"], ["call", "call of an ASV, which an AUV answers by a ping"], ["failed", "ASV that failed"], ["gap", "bar over the slider: time without fixes"]].filter(([mark]) => there[mark] ?? true)) {
+  const add = (mark, words, ...before) => {
     const sample = make("canvas", { "aria-hidden": "true" });
-    host.append(make("label", {}, sample, words));
+    host.append(make("label", {}, ...before, sample, words));
     new Sheet(sample, (context, width, height) => legendMark(context, mark, width, height));
+  };
+  for (const [layer, words] of layersOf(mission)) {
+    const box = make("input", { type: "checkbox", checked: "" });
+    box.addEventListener("change", () => { map.hidden[box.checked ? "delete" : "add"](layer); map.sheet.paint(); closeup.map.sheet.paint(); });
+    add(layer, words, box);
   }
+  for (const [mark, words] of [["star", "ASV"], ["hull", "AUV, at its true position"], ["plus", "its estimate"], ["heard", "decoded, in the AUV's colour"], ["lost", "lost"], ["collided", "collided"], ["cross", nobody], ["ring", "fix delivered"], ["call", "call of an ASV, which an AUV answers by a ping"], ["failed", "ASV that failed"], ["gap", "bar over the slider: time without fixes"]].filter(([mark]) => there[mark] ?? true)) add(mark, words);
 }
 
 function legendMark(context, mark, width, height) {
   const y = height / 2, x = width / 2, map = SeaMap.prototype, colour = colours.series[0];
   const line = (of, thick, dash, alpha = 1) => { context.globalAlpha = alpha; map.stroke(context, of, 2, y, width - 2, y, thick, dash); context.globalAlpha = 1; };
-  const ring = (of, radius, dash = []) => { context.setLineDash(dash); context.strokeStyle = of; context.lineWidth = 2; context.beginPath(); context.arc(x, y, radius, 0, 2 * Math.PI); context.stroke(); };
-  const oval = (of) => { context.fillStyle = context.strokeStyle = of; context.beginPath(); context.ellipse(x, y, 11, 5.5, 0, 0, 2 * Math.PI); context.globalAlpha = 0.12; context.fill(); context.globalAlpha = 0.6; context.lineWidth = 1; context.stroke(); context.globalAlpha = 1; };
+  const ring = (of, radius, dash) => shape(context, { stroke: of, width: 2, dash }, () => disc(context, x, y, radius));
+  const oval = (of) => shape(context, { fill: of, shade: 0.12, stroke: of, alpha: 0.6 }, () => context.ellipse(x, y, 11, 5.5, 0, 0, 2 * Math.PI));
   const marks = {
     plan: () => line(colours.plan, 1), truth: () => line(colour, 5, [], 0.3), fused: () => line(colour, 1.3), sure: () => oval(colour), imu: () => line(colour, 1.5, [1.5, 3.5]),
     hf: () => line(colours.hf, 1.5, [7, 4]), mf: () => line(colours.mf, 1.5, [2, 4]), pings: () => ring(colour, 6), signals: () => map.pointed(context, colour, 2, y, width - 2, y), downlink: () => ring(colours.mf, 6, [2, 2]),
     star: () => map.star(context, x, y), hull: () => map.hull(context, x, y, Math.PI / 2, colour),
-    plus: () => { map.stroke(context, colour, x - 5, y, x + 5, y, 2); map.stroke(context, colour, x, y - 5, x, y + 5, 2); },
+    plus: () => map.plus(context, x, y, 5, colour, 2),
     heard: () => line(colour, 2), lost: () => { line(colour, 2.5, [5, 4]); map.sign(context, "lost", x, y, colour); },
     collided: () => { line(colours.collided, 2.5, [5, 4]); map.sign(context, "collided", x, y, colours.collided); },
-    failed: () => marks.cross(),
-    cross: () => { for (const way of [-1, 1]) map.stroke(context, colours.soft, x - 4, y - 4 * way, x + 4, y + 4 * way, 1.5); },
+    failed: () => marks.cross(), cross: () => map.slanted(context, x, y, 4, colours.soft, 1.5),
     call: () => ring(colours.hf, 6, [3, 3]), ring: () => ring(colours.mf, 6), gap: () => { context.fillStyle = colour; context.fillRect(4, y - 3, width - 8, 6); },
   };
   marks[mark]();
@@ -135,9 +134,7 @@ function followed(mission, closeup, playback) {
 async function start() {
   startTheme();
   const mission = new Mission(unpackAll(readData(), await unpacker()));
-  const playback = new Playback(mission);
-  playback.seek = playback.seek.bind(playback);
-  const map = new SeaMap(byId("map"), mission), closeup = new Closeup(byId("closeup"), mission, map.hidden);
+  const playback = new Playback(mission), map = new SeaMap(byId("map"), mission), closeup = new Closeup(byId("closeup"), mission, map.hidden);
   map.linger = () => playback.linger();
   const log = new Log(byId("log"), mission), states = followed(mission, closeup, playback);
   playback.onChange((now) => { map.now = now; map.sheet.show(playback.playing); closeup.paint(now, playback.playing); states.show(now, playback.playing); log.show(now); });

@@ -199,7 +199,7 @@ class SeaMap {
     const inside = this.mission.fields.chance;
     context.save();
     context.beginPath();
-    for (const [x, y] of this.mission.outline) context.lineTo(...this.at(x, y));
+    this.outline(context);
     context.clip();
     context.globalAlpha = 0.6;
     values.forEach((value, i) => {
@@ -214,27 +214,20 @@ class SeaMap {
     context.restore();
   }
   line(context, xs, ys, { colour, width, dash = [], alpha = 1 }) {
-    context.save();
-    context.strokeStyle = colour;
-    context.globalAlpha = alpha;
-    context.lineWidth = width;
-    context.setLineDash(dash);
-    context.lineJoin = "round";
-    context.beginPath();
-    let [lastX, lastY] = [NaN, NaN];
-    for (let i = 0; i < xs.length; i++) {
-      const [px, py] = this.at(xs[i], ys[i]);
-      if (Math.abs(px - lastX) + Math.abs(py - lastY) < 0.7) continue;
-      context.lineTo(px, py);
-      [lastX, lastY] = [px, py];
-    }
-    context.stroke();
-    context.restore();
+    shape(context, { stroke: colour, width, dash, alpha, join: "round" }, () => {
+      let [lastX, lastY] = [NaN, NaN];
+      for (let i = 0; i < xs.length; i++) {
+        const [px, py] = this.at(xs[i], ys[i]);
+        if (Math.abs(px - lastX) + Math.abs(py - lastY) < 0.7) continue;
+        context.lineTo(px, py);
+        [lastX, lastY] = [px, py];
+      }
+    });
   }
+  outline(context) { polygon(context, this.mission.outline.map(([x, y]) => this.at(x, y))); }
   drawGrid(context) {
     const step = roundStep(70 / this.view.scale);
     context.font = "11px system-ui, sans-serif";
-    context.lineWidth = 1;
     const [south, west] = this.placeAt(0, this.height), [north, east] = this.placeAt(this.width, 0);
     const text = (value) => `${+value.toPrecision(6)}`.replace("-", "−");
     for (let y = Math.ceil(west / step) * step; y < east; y += step) {
@@ -251,11 +244,7 @@ class SeaMap {
     }
     context.fillText("east (m)", this.width - 48, this.height - 5);
     context.fillText("north (m)", 4, 13);
-    context.strokeStyle = colours.soft;
-    context.beginPath();
-    for (const [x, y] of this.mission.outline) context.lineTo(...this.at(x, y));
-    context.closePath();
-    context.stroke();
+    shape(context, { stroke: colours.soft }, () => this.outline(context));
     this.drawScale(context, step, `${text(step)} m`);
     this.drawNorth(context);
     this.drawCurrent(context);
@@ -282,10 +271,7 @@ class SeaMap {
     context.translate(px, py);
     context.rotate(SeaMap.turnTo(heading));
     this.stroke(context, colour, -14, 0, 8, 0, 2);
-    context.beginPath();
-    for (const [x, y] of [[14, 0], [5, -5], [5, 5]]) context.lineTo(x, y);
-    context.fillStyle = colour;
-    context.fill();
+    shape(context, { fill: colour }, () => polygon(context, [[14, 0], [5, -5], [5, 5]]));
     context.restore();
   }
   // In metres, and as latitude and longitude where the survey has a place.
@@ -299,26 +285,22 @@ class SeaMap {
     this.label(context, `${degrees(lat, "NS")}, ${degrees(lon, "EW")}`, 70, 30, colours.ink);
   }
   stroke(context, colour, x1, y1, x2, y2, width = 1, dash = []) {
-    context.strokeStyle = colour;
-    context.lineWidth = width;
-    context.setLineDash(dash);
-    context.beginPath();
-    context.moveTo(x1, y1);
-    context.lineTo(x2, y2);
-    context.stroke();
-    context.setLineDash([]);
+    shape(context, { stroke: colour, width, dash }, () => {
+      context.moveTo(x1, y1);
+      context.lineTo(x2, y2);
+    });
+  }
+  // Two strokes through a place of the canvas, upright (a plus) or slanted (a cross).
+  plus(context, px, py, size, colour, width) {
+    this.stroke(context, colour, px - size, py, px + size, py, width);
+    this.stroke(context, colour, px, py - size, px, py + size, width);
+  }
+  slanted(context, px, py, size, colour, width) {
+    this.stroke(context, colour, px - size, py - size, px + size, py + size, width);
+    this.stroke(context, colour, px - size, py + size, px + size, py - size, width);
   }
   ring(context, x, y, radius, colour, { width = 1, dash = [], alpha = 1 } = {}) {
-    const [px, py] = this.at(x, y);
-    context.save();
-    context.globalAlpha = alpha;
-    context.strokeStyle = colour;
-    context.lineWidth = width;
-    context.setLineDash(dash);
-    context.beginPath();
-    context.arc(px, py, Math.max(radius * this.view.scale, 0.1), 0, 2 * Math.PI);
-    context.stroke();
-    context.restore();
+    shape(context, { stroke: colour, width, dash, alpha }, () => disc(context, ...this.at(x, y), Math.max(radius * this.view.scale, 0.1)));
   }
   drawAsv(context, number) {
     const { x, y } = this.mission.asvAt(number, this.now);
@@ -340,14 +322,7 @@ class SeaMap {
     if (this.mission.broadcasting && !this.hidden.has("mf")) this.ring(context, x, y, mf.reach, colours.mf, { dash: [2, 4], alpha: 0.8, width: 1.3 });
   }
   star(context, px, py) {
-    context.beginPath();
-    for (let i = 0; i < 10; i++) {
-      const angle = -Math.PI / 2 + i * Math.PI / 5, radius = i % 2 ? 3.4 : 8;
-      context.lineTo(px + radius * Math.cos(angle), py + radius * Math.sin(angle));
-    }
-    context.closePath();
-    context.fillStyle = colours.ink;
-    context.fill();
+    shape(context, { fill: colours.ink }, () => polygon(context, starAt(px, py, 3.4, 8)));
   }
   label(context, text, px, py, colour) {
     context.font = "600 12px system-ui, sans-serif";
@@ -364,8 +339,7 @@ class SeaMap {
     if (!this.hidden.has("sure")) this.sure(context, state, colour);
     if (!this.hidden.has("fused")) {
       this.stroke(context, colour, px, py, ex, ey, 1);
-      this.stroke(context, colour, ex - 5, ey, ex + 5, ey, 2);
-      this.stroke(context, colour, ex, ey - 5, ex, ey + 5, 2);
+      this.plus(context, ex, ey, 5, colour, 2);
     }
     this.hull(context, px, py, state.yaw, colour);
     const { auvs } = this.mission, { name } = auvs[number], words = auvs.length > 12 ? name.slice(3) : name;
@@ -384,32 +358,14 @@ class SeaMap {
   ellipse(context, x, y, [xx, yy, xy], scale, colour, { fill, alpha = 1, width = 1.5 }) {
     const middle = (xx + yy) / 2, spread = Math.hypot((xx - yy) / 2, xy), [px, py] = this.at(x, y);
     const radius = (variance) => Math.max(scale * Math.sqrt(Math.max(variance, 0)) * this.view.scale, 0.5);
-    context.save();
-    context.beginPath();
-    context.ellipse(px, py, radius(middle + spread), radius(middle - spread), SeaMap.turnTo(0.5 * Math.atan2(2 * xy, xx - yy)), 0, 2 * Math.PI);
-    context.fillStyle = context.strokeStyle = colour;
-    context.globalAlpha = fill;
-    context.fill();
-    context.globalAlpha = alpha;
-    context.lineWidth = width;
-    context.stroke();
-    context.restore();
+    shape(context, { fill: colour, stroke: colour, width, alpha, shade: fill }, () =>
+      context.ellipse(px, py, radius(middle + spread), radius(middle - spread), SeaMap.turnTo(0.5 * Math.atan2(2 * xy, xx - yy)), 0, 2 * Math.PI));
   }
   hull(context, px, py, yaw, colour) {
     context.save();
     context.translate(px, py);
     context.rotate(SeaMap.turnTo(yaw));
-    context.beginPath();
-    context.moveTo(9, 0);
-    context.lineTo(-6, 5);
-    context.lineTo(-3, 0);
-    context.lineTo(-6, -5);
-    context.closePath();
-    context.fillStyle = colour;
-    context.fill();
-    context.lineWidth = 1.2;
-    context.strokeStyle = colours.paper;
-    context.stroke();
+    shape(context, { fill: colour, stroke: colours.paper, width: 1.2 }, () => polygon(context, [[9, 0], [-6, 5], [-3, 0], [-6, -5]]));
     context.restore();
   }
   // A ping's front takes milliseconds; it is shown for `linger` seconds of mission time at least.
@@ -452,12 +408,7 @@ class SeaMap {
   pointed(context, colour, x1, y1, x2, y2, dash = []) {
     const length = Math.hypot(x2 - x1, y2 - y1), [ux, uy] = length ? [(x2 - x1) / length, (y2 - y1) / length] : [0, 0];
     this.stroke(context, colour, x1, y1, x2 - 8 * ux, y2 - 8 * uy, 1.5, dash);
-    context.beginPath();
-    context.moveTo(x2, y2);
-    for (const side of [-1, 1]) context.lineTo(x2 - 9 * ux - 4 * side * uy, y2 - 9 * uy + 4 * side * ux);
-    context.closePath();
-    context.fillStyle = colour;
-    context.fill();
+    shape(context, { fill: colour }, () => polygon(context, [[x2, y2], ...[-1, 1].map((side) => [x2 - 9 * ux - 4 * side * uy, y2 - 9 * uy + 4 * side * ux])]));
   }
   // A call of an ASV, which an AUV answers by its ping (twtt, polling).
   drawCalls(context) {
@@ -483,25 +434,13 @@ class SeaMap {
     context.restore();
   }
   sign(context, outcome, px, py, colour) {
-    if (outcome === "collided") {
-      this.stroke(context, colour, px - 6, py - 6, px + 6, py + 6, 3);
-      this.stroke(context, colour, px - 6, py + 6, px + 6, py - 6, 3);
-      return;
-    }
-    context.beginPath();
-    context.arc(px, py, 5, 0, 2 * Math.PI);
-    context.fillStyle = colours.sea;
-    context.fill();
-    context.strokeStyle = colour;
-    context.lineWidth = 2;
-    context.stroke();
+    if (outcome === "collided") this.slanted(context, px, py, 6, colour, 3);
+    else shape(context, { fill: colours.sea, stroke: colour, width: 2 }, () => disc(context, px, py, 5));
   }
   cross(context, x, y, colour, fade) {
-    const [px, py] = this.at(x, y);
     context.save();
     context.globalAlpha = fade;
-    this.stroke(context, colour, px - 4, py - 4, px + 4, py + 4, 1.5);
-    this.stroke(context, colour, px - 4, py + 4, px + 4, py - 4, 1.5);
+    this.slanted(context, ...this.at(x, y), 4, colour, 1.5);
     context.restore();
   }
   wayDown(context, from, auv, fade) {
@@ -521,7 +460,7 @@ class SeaMap {
       const { x, y } = this.mission.asvAt(broadcasts.asv[i], this.now);
       this.ring(context, x, y, Math.min(age / growing, 1) * mf.reach, colours.mf, { width: 2.5, alpha: 0.9 * (1 - age / shown) });
     }
-    const order = this.mission.deliveredOrder, times = this.mission.deliveredTimes ??= Float64Array.from(order, (row) => fixes.delivered[row]);
+    const { deliveredOrder: order, deliveredTimes: times } = this.mission;
     const last = above(times, this.now) - 1, most = MOST_RINGS * this.mission.auvs.length;
     for (let i = last; i >= 0 && i > last - most && this.now - times[i] < linger; i--) {
       const row = order[i], fade = 1 - (this.now - times[i]) / linger;

@@ -28,8 +28,8 @@ class Sweep {
   }
   // A point by its number and what is varied at it.
   named(point) { return `point ${point}: ${this.keys.map((key, k) => `${key.short} ${key.labels[this.points[k][point]]}`).join(", ")}`; }
-  words(metric) { return this.metrics.find(({ name }) => name === metric).words; }
-  title(metric) { return this.metrics.find(({ name }) => name === metric).title; }
+  metric(wanted) { return this.metrics.find(({ name }) => name === wanted); }
+  title(metric) { return this.metric(metric).title; }
   // Options of metrics by whose they are; the worst AUV's come first.
   offer(select, metrics) {
     for (const [of, label] of [["worst", "the worst AUV of each mission"], ["fleet", "mean of the fleet"], ["mission", "the mission as a whole"]]) {
@@ -37,10 +37,7 @@ class Sweep {
       if (options.length) select.append(make("optgroup", { label }, ...options));
     }
   }
-  unit(metric) {
-    const { unit } = this.metrics.find(({ name }) => name === metric);
-    return unit === "1" ? "" : unit;
-  }
+  unit(metric) { return this.metric(metric).unit.replace(/^1$/, ""); }
 }
 
 class View {
@@ -96,7 +93,7 @@ class View {
   show() {
     const { sweep } = this, metric = byId("metric").value, points = this.shownPoints();
     const gaps = points.some((point) => gapText(sweep.at(metric, point)));
-    byId("meaning").textContent = `${metric}: ${sweep.metrics.find(({ name }) => name === metric).meaning}.${gaps ? " n/m beside a mean: n of m missions have a value for every AUV; the others leave one out." : ""}`;
+    byId("meaning").textContent = `${metric}: ${sweep.metric(metric).meaning}.${gaps ? " n/m beside a mean: n of m missions have a value for every AUV; the others leave one out." : ""}`;
     const columns = sweep.keys[this.along]?.labels ?? [""], rows = this.by >= 0 ? sweep.keys[this.by].labels : ["all"];
     const place = (k, point) => (k >= 0 && sweep.keys.length ? sweep.points[k][point] : 0);
     const cells = rows.map(() => columns.map(() => null));
@@ -111,11 +108,18 @@ class View {
     const mapped = columns.length <= MOST_STEPS && rows.length <= MOST_STEPS;
     byId("heat-figure").hidden = !mapped;
     const names = [this.by >= 0 ? sweep.keys[this.by].short : "", sweep.keys[this.along]?.short ?? ""];
-    const { less } = sweep.metrics.find(({ name }) => name === metric), shared = { unit: sweep.unit(metric), more: less !== false };
     if (!mapped) return;
-    if (innerWidth < 600 && columns.length > 4 && columns.length > rows.length) { // a phone is higher than wide
-      this.map = heatmap(byId("heat"), byId("scale"), { ...shared, rows: columns, columns: rows, cells: columns.map((_, c) => rows.map((_, r) => cells[r][c])), rowName: names[1], columnName: names[0] });
-    } else this.map = heatmap(byId("heat"), byId("scale"), { ...shared, rows, columns, cells, rowName: names[0], columnName: names[1] });
+    const turned = innerWidth < 600 && columns.length > 4 && columns.length > rows.length; // a phone is higher than wide
+    const laid = turned ? { rows: columns, columns: rows, cells: columns.map((_, c) => rows.map((_, r) => cells[r][c])), rowName: names[1], columnName: names[0] }
+      : { rows, columns, cells, rowName: names[0], columnName: names[1] };
+    this.map = heatmap(byId("heat"), byId("scale"), { ...laid, unit: sweep.unit(metric), more: sweep.metric(metric).less !== false });
+  }
+  // Draws the curves anew, as uPlot is told by `options`, over those of before.
+  draw(label, options, data) {
+    const height = () => (onPaper() ? 260 : 340), whole = () => ({ height: height(), cursor: { drag: { x: false } }, ...options() });
+    byId("curves").setAttribute("aria-label", label);
+    if (this.plot) Object.assign(this.plot, { options: whole, data }).make();
+    else this.plot = new Plot("curves", byId("curves"), whole, data);
   }
   // Of a single point: each mission, and between which values their mean lies.
   missions(metric) {
@@ -125,17 +129,13 @@ class View {
     const xs = seeds.map((_, i) => i), steady = (value) => xs.map(() => (Number.isFinite(value) ? value : null));
     const data = [xs, Array.from(each, (value) => (Number.isFinite(value) ? value : null)), steady(mean), steady(mean - half), steady(mean + half)];
     byId("curves-caption").textContent = "Each mission, by its seed; the line is their mean, the dashes its 95 % confidence interval (Student's t)";
-    const told = (u, v) => (v === null ? "–" : `${significant(v)} ${unit}`), colour = seriesColour(0);
-    const line = (label, dash) => ({ label, stroke: colours.ink, width: 1.5, dash, points: { show: false }, value: told });
-    const options = () => ({
-      height: onPaper() ? 260 : 340, cursor: { drag: { x: false } },
+    const value = told((v) => `${significant(v)} ${unit}`), colour = seriesColour(0);
+    const line = (label, dash) => ({ label, stroke: colours.ink, width: 1.5, dash, points: { show: false }, value });
+    this.draw(`${this.sweep.title(metric)} of each mission`, () => ({
       scales: { x: { time: false, range: [-0.5, xs.length - 0.5] }, y: { range: (u, low, high) => [Math.min(1.05 * low, 0), 1.05 * high > low ? 1.05 * Math.max(high, 0) : 1] } },
       axes: [axis("seed", { incrs: COUNTS, values: (u, ticks) => ticks.map((i) => seeds[i] ?? "") }), axis(this.sweep.title(metric), { size: 56 })],
-      series: [{ label: "seed", value: (u, v) => (v === null ? "–" : seeds[v]) }, { label: "mission", stroke: colour, paths: () => null, points: { show: true, size: 7, fill: colour }, value: told }, line("mean"), line("from", dashed(6, 4)), line("to", dashed(6, 4))],
-    });
-    byId("curves").setAttribute("aria-label", `${this.sweep.title(metric)} of each mission`);
-    if (this.plot) Object.assign(this.plot, { options, data }).make();
-    else this.plot = new Plot("curves", byId("curves"), options, data);
+      series: [{ label: "seed", value: told((v) => seeds[v]) }, { label: "mission", stroke: colour, paths: () => null, points: { show: true, size: 7, fill: colour }, value }, line("mean"), line("from", dashed(6, 4)), line("to", dashed(6, 4))],
+    }), data);
   }
   // No more lines than can be told apart, evenly chosen; the map has all.
   curves(metric, all, names, columns) {
@@ -156,30 +156,23 @@ class View {
     const ends = dots.flat().flatMap(([, { mean, half }]) => (Number.isFinite(half) ? [mean - half, mean + half] : [mean])).filter(Number.isFinite);
     const lowest = Math.min(0, ...ends), highest = Math.max(...ends, 0);
     const spread = (xs[xs.length - 1] - xs[0]) || 1;
-    const options = () => ({
-      height: onPaper() ? 260 : 340, cursor: { drag: { x: false } }, legend: { show: true, live: true, markers: { width: 2, stroke: (u, i) => seriesColour(i - 1), dash: (u, i) => ["solid", "dashed", "dotted", "double"][(i - 1 + Math.floor((i - 1) / 8)) % 4] } },
+    this.draw(`${this.sweep.title(metric)} along ${key?.key ?? "nothing"}`, () => ({
+      legend: { show: true, live: true, markers: { width: 2, stroke: (u, i) => seriesColour(i - 1), dash: (u, i) => ["solid", "dashed", "dotted", "double"][(i - 1 + Math.floor((i - 1) / 8)) % 4] } },
       scales: { x: { time: false, range: [xs[0] - 0.05 * spread, xs[xs.length - 1] + 0.05 * spread] }, y: { range: () => [lowest * 1.05, highest > lowest ? highest * 1.05 : 1] } },
       axes: [axis(key?.key ?? "", key && key.values === null ? { splits: () => xs, values: () => letters ?? columns } : { splits: sampled ? undefined : () => xs }), axis(this.sweep.title(metric), { size: 56 })],
-      series: [{ label: key?.short ?? "", value: (u, v) => (v === null ? "–" : key?.values ? `${v}` : columns[v]) }, ...rows.map((label, i) => ({
+      series: [{ label: key?.short ?? "", value: told((v) => (key?.values ? `${v}` : columns[v])) }, ...rows.map((label, i) => ({
         label: this.by >= 0 ? `${this.sweep.keys[this.by].short} ${label}` : metric, stroke: seriesColour(i), dash: seriesDash(i), width: 2, spanGaps: !gaps[i].length,
-        paths: sampled || key?.values === null ? () => null : undefined, points: { show: true, size: 7, fill: seriesColour(i) }, value: (u, v) => (v === null || v === undefined ? "–" : `${significant(v)} ${unit}`),
+        paths: sampled || key?.values === null ? () => null : undefined, points: { show: true, size: 7, fill: seriesColour(i) }, value: told((v) => `${significant(v)} ${unit}`),
       }))],
       padding: [null, rows.length > 1 ? labelRoom(rows, byId("curves").clientWidth) : null, null, null],
       hooks: { draw: [(u) => errorBars(u, halves), (u) => gapMarks(u, gaps), (u) => endLabels(u, rows.length > 1 ? rows : [])] },
-    });
-    byId("curves").setAttribute("aria-label", `${this.sweep.title(metric)} along ${key?.key ?? "nothing"}`);
-    if (this.plot) Object.assign(this.plot, { options, data }).make();
-    else this.plot = new Plot("curves", byId("curves"), options, data);
+    }), data);
   }
 }
 
 function errorBars(u, halves) {
   const { ctx } = u, ratio = uPlot.pxRatio;
-  ctx.save();
-  ctx.lineWidth = 1.4 * ratio;
-  halves.forEach((line, i) => {
-    ctx.strokeStyle = seriesColour(i);
-    ctx.beginPath();
+  halves.forEach((line, i) => shape(ctx, { stroke: seriesColour(i), width: 1.4 * ratio }, () => {
     for (const [column, half] of line) {
       const mean = u.data[i + 1][column];
       if (mean === null || !Number.isFinite(half)) continue;
@@ -188,9 +181,7 @@ function errorBars(u, halves) {
       ctx.lineTo(x, high);
       for (const y of [low, high]) { ctx.moveTo(x - 4 * ratio, y); ctx.lineTo(x + 4 * ratio, y); }
     }
-    ctx.stroke();
-  });
-  ctx.restore();
+  }));
 }
 
 // Letters in the place of names that have no room along an axis of a plot so wide (px); nothing where they have.
@@ -225,12 +216,8 @@ function endLabels(u, rows) {
   ctx.textAlign = "left"; // axes leave theirs behind
   const right = u.bbox.left + u.bbox.width + 8 * ratio;
   for (const { label, i, x, y, at } of ends) {
-    ctx.strokeStyle = ctx.fillStyle = seriesColour(i);
-    ctx.lineWidth = ratio;
-    ctx.beginPath();
-    ctx.moveTo(x + 5 * ratio, y);
-    ctx.lineTo(right - 2 * ratio, at);
-    ctx.stroke();
+    shape(ctx, { stroke: seriesColour(i), width: ratio }, () => { ctx.moveTo(x + 5 * ratio, y); ctx.lineTo(right - 2 * ratio, at); });
+    ctx.fillStyle = seriesColour(i);
     ctx.fillText(fitting(ctx, label, ctx.canvas.width - right), right, at);
   }
   ctx.restore();
@@ -246,12 +233,7 @@ function gapMarks(u, gaps) {
     for (const [column, text] of line) {
       const mean = u.data[i + 1][column], x = u.valToPos(u.data[0][column], "x", true);
       const y = mean === null ? u.bbox.top + u.bbox.height - (4 + 13 * i) * ratio : u.valToPos(mean, "y", true);
-      if (mean !== null) {
-        ctx.fillStyle = colours.paper;
-        ctx.beginPath();
-        ctx.arc(x, y, 2.4 * ratio, 0, 2 * Math.PI);
-        ctx.fill();
-      }
+      if (mean !== null) shape(ctx, { fill: colours.paper }, () => disc(ctx, x, y, 2.4 * ratio));
       ctx.fillStyle = seriesColour(i);
       ctx.fillText(text, x, mean === null ? y : y - 8 * ratio);
     }

@@ -5,7 +5,7 @@ class Timeline {
   constructor(canvas, mission, playback) {
     Object.assign(this, { mission, playback, canvas });
     this.lanes = [...mission.auvs.map((it, i) => ["auv", i, it.name]), ...mission.asvs.map((it, i) => ["asv", i, it.name])];
-    this.length = Math.min(Math.max(8 * mission.round, 5), mission.duration);
+    this.length = clamp(8 * mission.round, 5, mission.duration);
     this.height = Math.max(Math.min(26, Math.floor(900 / this.lanes.length)), 8);
     canvas.style.height = `${this.lanes.length * this.height + 30}px`;
     this.sheet = new Sheet(canvas, (context, width) => this.draw(context, width));
@@ -44,7 +44,7 @@ class Timeline {
   }
   draw(context, width) {
     const { mission, playback } = this, label = 52;
-    const start = Math.min(Math.max(playback.now - this.length / 2, 0), mission.duration - this.length), end = start + this.length;
+    const start = clamp(playback.now - this.length / 2, 0, mission.duration - this.length), end = start + this.length;
     this.x = (time) => label + (time - start) / this.length * (width - label - 6);
     context.font = "12px system-ui, sans-serif";
     this.lanes.forEach(([kind, number, name], row) => {
@@ -63,7 +63,7 @@ class Timeline {
     this.broadcasts(context, start, end);
     this.pings(context, start, end);
     if (playback.span) { // what is not selected, shaded
-      const [from, until] = playback.span.map((time) => Math.min(Math.max(this.x(time), label), width)), tall = this.lanes.length * this.height;
+      const [from, until] = playback.span.map((time) => clamp(this.x(time), label, width)), tall = this.lanes.length * this.height;
       context.fillStyle = colours.line;
       context.globalAlpha = 0.6;
       context.fillRect(label, 0, from - label, tall);
@@ -128,21 +128,9 @@ class Timeline {
     else this.dot(context, x, y, seriesColour(this.mission.pings.auv[this.mission.receptions.ping[row]]), outcome === "heard");
   }
   dot(context, x, y, colour, filled) {
-    context.beginPath();
-    context.arc(x, y, Math.min(3.4, this.height / 4), 0, 2 * Math.PI);
-    context.fillStyle = filled ? colour : colours.paper;
-    context.fill();
-    context.strokeStyle = colour;
-    context.lineWidth = 1.5;
-    context.stroke();
+    shape(context, { fill: filled ? colour : colours.paper, stroke: colour, width: 1.5 }, () => disc(context, x, y, Math.min(3.4, this.height / 4)));
   }
-  cross(context, x, y) {
-    context.strokeStyle = colours.collided;
-    context.lineWidth = 2;
-    context.beginPath();
-    for (const way of [-1, 1]) { context.moveTo(x - 4, y - 4 * way); context.lineTo(x + 4, y + 4 * way); }
-    context.stroke();
-  }
+  cross(context, x, y) { SeaMap.prototype.slanted(context, x, y, 4, colours.collided, 2); }
   axis(context, start, end, width) {
     const bottom = this.lanes.length * this.height, least = this.length / Math.max(width / 110, 2);
     const step = bindusbl.long && least > 1 ? MINUTES.find((it) => it >= least) ?? least : roundStep(least), digits = step < 1 ? 1 : 0;
