@@ -162,8 +162,7 @@ def _location(logged: McapMessage) -> Sample:
     where, message, at = logged.where, logged.content, logged.at
     if isinstance(message, ValueError):
         raise BadChart(f"{where}: is no JSON: {message}")
-    is_json = not hasattr(message, "HasField")
-    parts = _of_json(message) if is_json else _of_protobuf(message)
+    parts = _of_protobuf(message) if hasattr(message, "HasField") else _of_json(message)
     lat, lon, height, seconds, nanoseconds = map(_number, parts)
     if lat is None or lon is None:
         raise BadChart(f"{where}: needs numbers as latitude and longitude")
@@ -271,12 +270,11 @@ def check_tracks(path: str) -> None:
         _recording(path, _chosen(path, tracks, ""))
 
 
-class _Samples(NamedTuple):
-    samples: list[Sample]
-    left_out: tuple[str, ...] = ()
+# The samples of a track, and what is to be said of those that do not count
+Samples = tuple[list[Sample], tuple[str, ...]]
 
 
-def _tracks(path: str) -> dict[str, _Samples]:
+def _tracks(path: str) -> dict[str, Samples]:
     """Return the tracks of a file by name, those of which nothing can be read left out.
 
     Raises:
@@ -286,11 +284,11 @@ def _tracks(path: str) -> dict[str, _Samples]:
     tracks: dict[str, list[Reading]] = {}
     for name, sample in read(path):
         tracks.setdefault(name, []).append(sample)
-    found: dict[str, _Samples] = {}
+    found: dict[str, Samples] = {}
     first: ValueError | None = None
     for name, readings in tracks.items():
         try:
-            found[name] = _Samples(*sifted(readings, lambda reading: reading()))
+            found[name] = sifted(readings, lambda reading: reading())
         except ValueError as error:
             first = first or error
     if first is not None and not found:
@@ -298,9 +296,9 @@ def _tracks(path: str) -> dict[str, _Samples]:
     return found
 
 
-def _chosen(path: str, tracks: dict[str, _Samples], which: str) -> _Samples:
+def _chosen(path: str, tracks: dict[str, Samples], which: str) -> Samples:
     if not which and len(tracks) < 2:
-        return next(iter(tracks.values()), _Samples([]))
+        return next(iter(tracks.values()), ([], ()))
     if which in tracks:
         return tracks[which]
     named = ", ".join(map(repr, list(tracks)[:MOST_NAMED]))
@@ -312,7 +310,7 @@ def _chosen(path: str, tracks: dict[str, _Samples], which: str) -> _Samples:
     )
 
 
-def _recording(path: str, track: _Samples) -> RecordedTrack:
+def _recording(path: str, track: Samples) -> RecordedTrack:
     samples, unread = track
     samples, unfixed = _fixed(samples)
     if len(samples) < 2:

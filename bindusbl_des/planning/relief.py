@@ -27,9 +27,9 @@ LARGEST = 3_000
 
 TWICE, HALF, QUARTER = 0.5, 2, 4
 
-# What may bind, how its relief is told, and by what numbers of the inputs are divided then: of
-# ranges nothing of the slots that depend on them, and variances where standard deviations are
-# halved.  Where slots are reckoned with twice the speed of sound, clocks err by the same in metres.
+# What may bind, its relief in words, and by what which numbers of the inputs are divided then.
+# Slots stay as they are where ranges double: the speed of sound and the depth that they are
+# reckoned with double, too, and clock errors halve, so that they are as many metres as before.
 IMPROVED: tuple[tuple[str, str, Mapping[str, Any]], ...] = (
     (
         "coverage",
