@@ -2,7 +2,7 @@
 part in choosing.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from math import isfinite
 from typing import TYPE_CHECKING
@@ -48,7 +48,7 @@ MOST_CHANGES, MOST_SEEDS = 6, 20
 # Whether fixes do harm shows at once, or it is little.
 SEEDS_OF_NONE = 6
 # Rather fewer changes than fewer seeds for each: Student's t is wide for few.
-SEEDS_EACH, SEEDS_OF_TWO, FEWEST_SEEDS = 5, 4, 3
+FEWEST_SEEDS, ENOUGH_SEEDS, SEEDS_EACH = 3, {2: 4}, 5
 
 
 def measured(
@@ -58,41 +58,18 @@ def measured(
 
     How many depends on the missions there are, never on a result, so that none can end the trials.
     """
-    waiting, seeds = list(chosen[:MOST_CHANGES]), list[int]()
-    count = len(waiting)
-    while count > 1 and _more(trials, waiting[:count], 0) < _enough(count):
+    count = min(len(chosen), MOST_CHANGES)
+    while count > 1 and trials.left // (1 + count) < ENOUGH_SEEDS.get(count, SEEDS_EACH):
         count -= 1
-    now, waiting = waiting[:count], waiting[count:]
-    more = _enough(count)
+    now, left = list(chosen[:count]), trials.left // (1 + count)
+    most = max(FEWEST_SEEDS, min(left, MOST_SEEDS if now else SEEDS_OF_NONE))
+    seeds = list(range(first_seed, first_seed + most))
     with suppress(OutOfMissions):
-        while more:
-            fresh = [first_seed + len(seeds) + k for k in range(more)]
-            seeds += fresh
-            _fly(trials, [AS_IT_IS, *now], fresh)
-            while waiting and _enough(len(now) + 1) <= len(seeds) <= trials.left:
-                now.append(waiting.pop(0))
-                _fly(trials, now[-1:], seeds)
-            more = _more(trials, now, len(seeds))
-            if waiting:  # further changes before further seeds
-                more = min(more, max(1, _enough(len(now) + 1) - len(seeds)))
+        for seed in seeds:
+            for change in (AS_IT_IS, *now):
+                with suppress(ValueError):  # it cannot be flown at one of the seeds
+                    trials.fly(change, seed)
     return now, seeds
-
-
-def _fly(trials: Trials, changes: Sequence[Change], seeds: Sequence[int]) -> None:
-    for change in changes:
-        with suppress(ValueError):  # it cannot be flown at one of the seeds
-            for seed in seeds:
-                trials.fly(change, seed)
-
-
-def _more(trials: Trials, chosen: Sequence[Change], flown: int) -> int:
-    """Return at how many more seeds all changes can be flown with the missions that are left."""
-    most = MOST_SEEDS if chosen else SEEDS_OF_NONE
-    return max(0, min(most - flown, trials.left // (1 + len(chosen))))
-
-
-def _enough(changes: int) -> int:
-    return {0: FEWEST_SEEDS, 1: FEWEST_SEEDS, 2: SEEDS_OF_TWO}.get(changes, SEEDS_EACH)
 
 
 def effect(change: Change, differences: Floats, error: float, together: int) -> Effect:
@@ -195,10 +172,7 @@ def advise(
     together = len(finalists) + 1  # and whether fixes do harm
     effects = _effects(trials, finalists, seeds, together)
     unchanged = trials.unchanged([*race.seeds, *seeds])
-    said = {
-        *race.inert,
-        *(finalist for finalist in finalists if finalist.words in {e.words for e in effects}),
-    }
+    said = {*_words(race.inert), *(effect.words for effect in effects)}
     unknown = chosen if race.tried else changes  # what might help, had there been missions
     return Advice(
         budget_missions=most,
@@ -211,7 +185,7 @@ def advise(
         harm_seeds=len(unchanged) if len(unchanged) >= FEWEST_SEEDS else 0,
         inert=_words(race.inert),
         needless=tuple(needless),
-        dropped=_words([change for change in race.tried if change not in said]),
+        dropped=tuple(words for words in _words(race.tried) if words not in said),
         untried=_words(race.untried),
         shortage=_short(trials, most) if unknown and not effects else "",
         fixed_gain=setup.navigator.has_gain,
@@ -236,9 +210,11 @@ def _effects(
 ) -> list[Effect]:
     """Return the effects of what was measured, the best first."""
     error = _mean([trial.error for trial in trials.unchanged(seeds)]) or 0.0
-    found = [(change, trials.differences(change, seeds)) for change in finalists]
-    known = [tried for tried in found if len(tried[1]) >= FEWEST_SEEDS]
-    effects = [effect(change, differences, error, together) for change, differences in known]
+    effects = [
+        effect(change, differences, error, together)
+        for change in finalists
+        if len(differences := trials.differences(change, seeds)) >= FEWEST_SEEDS
+    ]
     return sorted(effects, key=lambda outcome: outcome.mean_m)
 
 
@@ -246,7 +222,7 @@ def _mean(values: Sequence[float]) -> float | None:
     return sum(values) / len(values) if values else None
 
 
-def _words(changes: Sequence[Change]) -> tuple[str, ...]:
+def _words(changes: Iterable[Change]) -> tuple[str, ...]:
     return tuple(change.words for change in changes)
 
 

@@ -2,7 +2,7 @@
 flown beside the plan, and the worse drop out.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import combinations
@@ -143,12 +143,9 @@ class Race:
     """Trials of changes on a few seeds, the same for all; only the ranking is taken from it."""
 
     def __init__(self, trials: Trials, changes: Sequence[Change], first_seed: int) -> None:
-        self._trials, self._changes, self._first = trials, changes, first_seed
-        self.seeds = [first_seed]
-        self._running: list[Change] = []
-        self.untried: list[Change] = list(changes)
-        self.inert: list[Change] = []
-        self.tried: list[Change] = []
+        self._trials, self.seeds = trials, [first_seed]
+        self.untried, self.tried = list(changes), list[Change]()
+        self.inert, self._running = list[Change](), list[Change]()
 
     def run(self, until: int) -> None:
         """Fly the heats until so many missions were flown.
@@ -156,7 +153,7 @@ class Race:
         Raises:
             OutOfMissions: when not even the plan as it is can be flown once.
         """
-        self._trials.fly(AS_IT_IS, self._first)
+        self._trials.fly(AS_IT_IS, self.seeds[0])
         with suppress(OutOfMissions):
             self._first_heat(FIRST_HEAT * until)
             for runners, each, more in HEATS:
@@ -166,37 +163,27 @@ class Race:
                 self._fly([AS_IT_IS, *self._running], until)
 
     def _first_heat(self, until: float) -> None:
-        for change in self._changes:
-            if self._must_end(until):
-                break
-            self._try(change, self._first)
+        """Fly every change once; beyond its share of missions only while nothing has helped."""
+        while self.untried and self._trials.left >= MISSIONS_TO_MEASURE:
+            if self._trials.spent >= until and self.promising():
+                return
+            change = self.untried[0]
+            with suppress(ValueError):  # it is noted among the failed
+                self._trials.fly(change, self.seeds[0])
+                self.tried.append(change)
+                is_same = self._trials.differences(change, self.seeds)[0] == 0.0
+                (self.inert if is_same else self._running).append(change)
             self.untried.remove(change)
-            if change in self._trials.failed:
-                continue
-            self.tried.append(change)
-            if self._trials.differences(change, self.seeds)[0] == 0.0:
-                self.inert.append(change)
-            else:
-                self._running.append(change)
 
-    def _must_end(self, until: float) -> bool:
-        """Tell whether the first heat is over; while nothing has helped it has all missions."""
-        if self._trials.left < MISSIONS_TO_MEASURE:
-            return True
-        return self._trials.spent >= until and bool(self.promising())
-
-    def _fly(self, changes: Iterable[Change], until: int) -> None:
+    def _fly(self, changes: Sequence[Change], until: int) -> None:
         for change in changes:
             for seed in self.seeds:
                 if self._trials.spent >= until:
                     raise OutOfMissions
-                self._try(change, seed)
+                with suppress(ValueError):  # it is noted among the failed
+                    self._trials.fly(change, seed)
             if change not in self._running and change != AS_IT_IS:
                 self._running.append(change)
-
-    def _try(self, change: Change, seed: int) -> None:
-        with suppress(ValueError):  # it is noted among the failed
-            self._trials.fly(change, seed)
 
     def mean(self, change: Change) -> float:
         """Return the mean difference (m) that a change has made so far; below 0 it helped."""
@@ -223,7 +210,7 @@ class Race:
         best = self._best(len(self._running), 1)
         return [change for change in best if change.kind != PAIR and self.mean(change) < 0]
 
-    def _pairs(self) -> Iterable[Change]:
+    def _pairs(self) -> Iterator[Change]:
         """Yield the best changes two by two, those that have not run yet.
 
         A filter that changed nothing is among them: the worst AUV may have had no fix to weigh.
