@@ -2,7 +2,7 @@
 what is ``--set`` is laid over its scenario.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +12,9 @@ from ...core.plain_yaml import Document, read_yaml
 from ...core.plugins import name_of
 from ...core.wording import described, shortened
 from .experiment import as_written
+
+# A section, a key of it, its value, and where that stands.
+Keyed = tuple[str, str, Any, FilePlace]
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,19 @@ class Options:
 
     def __bool__(self) -> bool:
         return self != Options()
+
+    def place(self, name: str, value: Any) -> FilePlace:
+        """Return where a value of an option stands."""
+        return FilePlace(f"--{name} {as_written(value)}")
+
+    def keyed(self, document: Document) -> Iterator[Keyed]:
+        """Yield what is given key by key; what cannot be read goes to the document."""
+        for section, texts, form, yaml in (
+            ("vary", self.vary, "dotted.key=value,value,..., such as asvs.count=2,3", "[{}]"),
+            ("until_ci", self.until_ci, "METRIC=WIDTH, such as position_error_m=5%", "{}"),
+        ):
+            found = (_read(document, section, text, form, yaml) for text in texts)
+            yield from ((section, *read) for read in found if read is not None)
 
 
 @dataclass(frozen=True)
@@ -61,6 +77,20 @@ class PythonArguments:
         asked = self.vary, self.until_ci, self.seeds, self.detail, self.points
         return any(option is not None for option in asked)
 
+    def place(self, name: str, value: Any) -> FilePlace:
+        """Return what stands for the place of an argument."""
+        return FilePlace(shortened(f"{name}={value!r}"))
+
+    def keyed(self, document: Document) -> Iterator[Keyed]:
+        """Yield what is given key by key."""
+        if self.vary == {}:
+            document.data["vary"] = {}
+            _stand(document, ("vary",), None, self.place("vary", {}))
+        for section in ("vary", "until_ci"):
+            for key, value in (getattr(self, section) or {}).items():
+                plain = _plain(value)
+                yield section, key, plain, self.place(section, {key: plain})
+
 
 def _check_mapping(name: str, value: Any, form: str) -> None:
     if value is not None and not isinstance(value, Mapping):
@@ -72,45 +102,24 @@ def _check_mapping(name: str, value: Any, form: str) -> None:
 
 def lay_over(document: Document, options: Options | PythonArguments) -> None:
     """Lay options over the data of an experiment file; their mistakes go to the document."""
-    if isinstance(options, PythonArguments):
-        _lay_asked(document, options)
-    else:
-        _lay_written(document, options)
-
-
-def _lay_asked(document: Document, asked: PythonArguments) -> None:
-    if asked.vary == {}:
-        document.data["vary"] = {}
-        _stand(document, ("vary",), _said("vary", {}))
-    for key, values in (asked.vary or {}).items():
-        plain = _plain(values)
-        place = _said("vary", {key: plain})
-        _put(document, "vary", key, plain, place)
-        _stand_each(document, ("vary", key), plain, place)
-    if asked.points is not None:
-        points = document.data["points"] = [_plain(point) for point in asked.points]
-        _stand(document, ("points",), _said("points", points[:1]))
+    for section, key, value, place in options.keyed(document):
+        _put(document, section, key, value, place)
+    for name in ("seeds", "detail"):
+        value = _plain(getattr(options, name))
+        if value is not None:
+            document.data[name] = value
+            _stand(document, (name,), value, options.place(name, getattr(options, name)))
+    if isinstance(options, PythonArguments) and options.points is not None:
+        points = document.data["points"] = [_plain(point) for point in options.points]
+        _stand(document, ("points",), None, options.place("points", points[:1]))
         for number, point in enumerate(points):
-            place = _said(f"points[{number}]", point)
+            place = options.place(f"points[{number}]", point)
             for path in (("points", number), *(("points", number, key) for key in point)):
                 document.keys[path] = document.values[path] = place
-    for metric, width in (asked.until_ci or {}).items():
-        _put(document, "until_ci", metric, _plain(width), _said("until_ci", {metric: width}))
-    for name in ("seeds", "detail"):
-        value = getattr(asked, name)
-        if value is not None:
-            plain, place = _plain(value), _said(name, value)
-            document.data[name] = plain
-            _stand(document, (name,), place)
-            _stand_each(document, (name,), plain, place)
-
-
-def _said(name: str, value: Any) -> FilePlace:
-    return FilePlace(shortened(f"{name}={value!r}"))
 
 
 def _plain(value: Any) -> Any:
-    """Return plain data: ranges, arrays and the like as lists, parts of one's own by their names.
+    """Return plain data: ranges, arrays and the like as lists, user-defined parts by their names.
 
     >>> _plain(range(3)), _plain("dsatur"), _plain((1, (2, 3)))
     ([0, 1, 2], 'dsatur', [1, [2, 3]])
@@ -126,39 +135,10 @@ def _plain(value: Any) -> Any:
     return value
 
 
-def _lay_written(document: Document, options: Options) -> None:
-    for text in options.vary:
-        _vary(document, text)
-    for text in options.until_ci:
-        _until_ci(document, text)
-    for key in ("seeds", "detail"):
-        value = getattr(options, key)
-        if value is not None:
-            document.data[key] = value
-            _stand(document, (key,), FilePlace(f"--{key} {as_written(value)}"))
-
-
-def _vary(document: Document, text: str) -> None:
-    form = "dotted.key=value,value,..., such as asvs.count=2,3"
-    read = _read(document, "vary", text, form, "[{}]")
-    if read is None:
-        return
-    key, values, place = read
-    _put(document, "vary", key, values, place)
-    _stand_each(document, ("vary", key), values, place)
-
-
-def _until_ci(document: Document, text: str) -> None:
-    form = "METRIC=WIDTH, such as position_error_m=5%"
-    read = _read(document, "until_ci", text, form, "{}")
-    if read is not None:
-        _put(document, "until_ci", *read)
-
-
 def _read(
     document: Document, section: str, text: str, form: str, yaml: str
 ) -> tuple[str, Any, FilePlace] | None:
-    """Return key, value and place of one option; None where it cannot be read."""
+    """Return key, value and place of an option ``key=value``; None where it cannot be read."""
     place = FilePlace(f"--{section.replace('_', '-')} {text}")
     key, equals, value = text.partition("=")
     key = key.strip()
@@ -182,18 +162,13 @@ def _put(document: Document, name: str, key: str, value: Any, place: FilePlace) 
         document.report(place, (name, key), "given twice; keep one option with all of it")
         return
     section[key] = value
-    _stand(document, (name, key), place)
+    _stand(document, (name, key), value, place)
 
 
-def _stand_each(document: Document, path: Path, values: Any, place: FilePlace) -> None:
-    """Note that the items of a list at a path stand in an option now."""
-    for number in range(len(values) if isinstance(values, list) else 0):
-        _stand(document, (*path, number), place)
-
-
-def _stand(document: Document, path: Path, place: FilePlace) -> None:
-    """Note that what is at a path, and below it, stands in an option now."""
+def _stand(document: Document, path: Path, value: Any, place: FilePlace) -> None:
+    """Note that the value at a path, and each item where it is a list, stands in an option now."""
+    items = [(*path, number) for number in range(len(value) if isinstance(value, list) else 0)]
     for places in (document.keys, document.values):
         for known in [known for known in places if known[: len(path)] == path]:
             del places[known]
-        places[path] = place
+        places |= dict.fromkeys((path, *items), place)
