@@ -33,7 +33,7 @@ from bindusbl_des.benchmarks.timing import Took, clocked
 from bindusbl_des.campaigns.experiments.experiment import Experiment, ExperimentPlan
 from bindusbl_des.campaigns.running import first_record
 from bindusbl_des.campaigns.storage.folder import RECORD, write_json, write_scenario
-from bindusbl_des.campaigns.workers.batches import Ran, gathered, write
+from bindusbl_des.campaigns.workers.batches import Gathered, Ran, write
 from bindusbl_des.campaigns.workers.supervisor import batch_of
 
 HERE = Path(__file__).resolve().parent
@@ -206,7 +206,7 @@ def write_most(folder: Path, missions: int, in_part: int, tables: Any) -> None:
     for first in range(0, len(plan) - LEFT, in_part):
         numbers = tuple(range(first, min(first + in_part, len(plan) - LEFT)))
         batch = batch_of(plan, folder, numbers, 0.0, plan_sha256=sha)
-        rows = gathered(batch)
+        rows = Gathered(batch)
         for mission in batch.missions:
             rows.add(Ran(mission, 0.02, tables))
         write(batch, rows)

@@ -1,24 +1,23 @@
-"""How a campaign is begun, run and continued."""
+"""How a campaign is begun, run and continued, and its shards are joined."""
 
 import errno
+import json
 import math
 import os
 import time
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from inspect import signature
 from pathlib import Path
-from shutil import rmtree
+from shutil import copytree, rmtree
 from tempfile import mkdtemp
 from typing import Any, TypedDict, Unpack
 from weakref import finalize
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ..core.files import sync
+from ..core.arrays import Ints
+from ..core.files import FolderTaken, folder_draft, sync
 from ..core.kept_files import keep, portable
 from ..core.plugins import allow, refuse_here
 from ..core.process import answered, end_now, in_notebook, say
@@ -27,12 +26,19 @@ from ..core.wording import described, did_you_mean
 from ..results.result import scenario_sha256, versions
 from ..scenario.part_choice import own_part
 from ..scenario.scenario import Scenario
-from .campaign import Campaign, CampaignInterrupted, CampaignState, unfinished_campaign
+from .campaign import (
+    Campaign,
+    CampaignInterrupted,
+    CampaignState,
+    load_campaign,
+    unfinished_campaign,
+)
 from .experiments.experiment import Detail, Experiment, ExperimentPlan
 from .experiments.experiment_file import load_experiment
 from .experiments.options import PythonArguments
-from .failures import check_name, check_new, check_unchanged, is_unfinished
+from .failures import check_files, check_name, check_new, check_unchanged, is_unfinished
 from .storage.folder import (
+    AS_ASKED,
     FORMAT,
     LOCK,
     RECORD,
@@ -46,12 +52,13 @@ from .storage.folder import (
     write_record,
     write_scenario,
 )
-from .storage.joining import compact
-from .storage.part_rows import done
+from .storage.part_rows import compact, done, merge_parts
 from .storage.parts import clean_parts, plans_of_parts, set_aside
 from .workers.batches import NotWritten, Row, as_not_written, compile_kernels
 from .workers.pools import Progress, at_work, pool_for
 from .workers.supervisor import Supervisor, interruptible
+
+COMPLETE = "complete"
 
 # The longest limit of a mission's time that the operating system can keep: thirty years.
 LONGEST_LIMIT_S = 1e9
@@ -205,7 +212,7 @@ def _swept(
 ) -> Campaign:
     """Run a campaign in a new folder, or go on with it in its own."""
     check_name(folder)
-    check_backend(settings)
+    pool_for(settings.backend, 1).close()  # refused before anything is written
     if restore_record(folder, plan, shard) or is_unfinished(folder, plan, shard):
         if settings.quiet is False:
             say(f"{folder}: goes on with this campaign")
@@ -217,10 +224,7 @@ def _swept(
         check_new(folder, plan)
         check_no_links(folder)
         try:
-            keep(plan.files, folder)
-            record = first_record(plan, shard)
-            write_scenario(folder, portable(plan.experiment.given))
-            return _run(Campaign(folder, plan, record), settings)
+            return _run(laid_out(plan, folder, shard), settings)
         except OSError as error:
             if (folder / RECORD).exists():
                 raise
@@ -238,11 +242,6 @@ def _empty(folder: Path) -> None:
             rmtree(path, ignore_errors=True)
         else:
             path.unlink(missing_ok=True)
-
-
-def check_backend(settings: RunSettings) -> None:
-    """Refuse a backend that does not exist before anything is written."""
-    pool_for(settings.backend, 1).close()
 
 
 def check_plugins(plan: ExperimentPlan, allowed: bool) -> None:
@@ -297,14 +296,27 @@ def _resumed(
     check_plugins(campaign.plan, allow_plugins)
     with locked(campaign.folder):
         check_no_links(campaign.folder)
-        clean(campaign.folder)
-        for line in set_aside(campaign.folder, campaign.record["plan_sha256"]):
+        for line in mended(campaign):
             tell(line)
-        clean_parts(campaign.folder)
         if retry_failed:
             rows = done(campaign.folder)
             compact(campaign.folder, leave_out=rows.numbers[rows.failed].tolist())
         return _run(campaign, settings)
+
+
+def laid_out(plan: ExperimentPlan, folder: Path, shard: Shard | None = None) -> Campaign:
+    """Write what the missions of a plan are made of into an empty folder; return the campaign."""
+    keep(plan.files, folder)
+    write_scenario(folder, portable(plan.experiment.given))
+    return Campaign(folder, plan, first_record(plan, shard))
+
+
+def mended(campaign: Campaign) -> list[str]:
+    """Clear away what killed processes left; set damaged parts aside, return a line for each."""
+    clean(campaign.folder)
+    damaged = set_aside(campaign.folder, campaign.record["plan_sha256"])
+    clean_parts(campaign.folder)
+    return damaged
 
 
 def first_record(plan: ExperimentPlan, shard: Shard | None) -> dict[str, Any]:
@@ -345,48 +357,53 @@ def restore_record(folder: Path, plan: ExperimentPlan, shard: Shard | None) -> b
     return False
 
 
+@contextmanager
+def at_run(campaign: Campaign, **more: Any) -> Iterator[Campaign]:
+    """Have the record of a campaign say that it runs, with `more`, and at the end its `status`.
+
+    The folder is ours.  The caller sets the status of the record that is yielded; an interrupt, or
+    a disk that cannot be written, has one of its own.
+
+    Raises:
+        NotWritten: when the record cannot be written.
+    """
+    folder = campaign.folder
+    session = {"began_at": time.time(), "rows_before": len(campaign.done())}
+    record = {**campaign.record, **more, "status": "running", "session": session}
+    with as_not_written():
+        write_record(folder, record)
+    record["status"] = "killed"
+    try:
+        yield Campaign(folder, campaign.plan, record)
+    except KeyboardInterrupt:
+        record["status"] = "interrupted"
+        raise
+    except NotWritten:
+        record["status"] = "stopped: the folder cannot be written"
+        raise
+    finally:
+        with suppress(OSError):  # on a full disk the rows still say what is done
+            clean(folder)
+            if record["status"] in (COMPLETE, AS_ASKED):
+                with suppress(OSError):  # sorting needs room for a copy
+                    compact(folder)
+            write_record(folder, record)
+
+
 def _run(campaign: Campaign, settings: RunSettings) -> Campaign:
     """Run the missing missions of a campaign whose folder is ours."""
     folder = campaign.folder
-    session = {"began_at": time.time(), "rows_before": len(campaign.done())}
-    record = {**campaign.record, "status": "running", "session": session}
-    status = "killed"
-    try:
-        with as_not_written():
-            write_record(folder, record)
-        status = _supervise(campaign, settings)
+    with at_run(campaign) as campaign:
+        missing = campaign.missing()
+        if len(missing):
+            missing = _run_missing(campaign, missing, settings)
         if not folder.is_dir():  # removed when the last row was in it
             raise NotWritten(errno.ENOENT, os.strerror(errno.ENOENT))
-    except KeyboardInterrupt:
-        status = "interrupted"
-        raise
-    except NotWritten:
-        status = "stopped: the folder cannot be written"
-        raise
-    finally:
-        _settle(folder, {**record, "status": status})
-    campaign = Campaign(folder, campaign.plan, {**record, "status": status})
-    if status == "interrupted":
-        raise CampaignInterrupted(campaign, f"`resume({str(folder)!r})` or the same sweep goes on")
-    return campaign
-
-
-def _settle(folder: Path, record: Mapping[str, Any]) -> None:
-    with suppress(OSError):  # on a full disk the rows still say what is done
-        clean(folder)
-        write_record(folder, record)
-
-
-def _supervise(campaign: Campaign, settings: RunSettings) -> str:
-    """Run what is missing; return `complete` or `interrupted`."""
-    folder, missing = campaign.folder, campaign.missing()
-    if len(missing):
-        missing = _run_missing(campaign, missing, settings)
         if len(missing):
-            return "interrupted"
-    with suppress(OSError):  # sorting needs room for a copy; unsorted parts hold the same rows
-        compact(folder)
-    return "complete"
+            how = f"`resume({str(folder)!r})` or the same sweep goes on"
+            raise CampaignInterrupted(campaign, how)
+        campaign.record["status"] = COMPLETE
+    return campaign
 
 
 def _wait_or_end(asked: int) -> None:
@@ -396,15 +413,12 @@ def _wait_or_end(asked: int) -> None:
     say("interrupted: ends once this equation is compiled; Ctrl-C again ends at once")
 
 
-def _run_missing(
-    campaign: Campaign, missing: NDArray[np.int64], settings: RunSettings
-) -> NDArray[np.int64]:
+def _run_missing(campaign: Campaign, missing: Ints, settings: RunSettings) -> Ints:
     """Run missions, and those that turn out to be wanted; return what an interrupt left."""
     workers = min(settings.workers or os.cpu_count() or 1, len(missing))
     is_quiet = not in_notebook() if settings.quiet is None else settings.quiet
     progress, before = Progress(quiet=is_quiet), campaign.done()
     pool = pool_for(settings.backend, workers)
-    limit = settings.mission_timeout_s
 
     def note(rows: Sequence[Row]) -> None:
         progress.note(rows)
@@ -414,6 +428,7 @@ def _run_missing(
             missions = len(before) + progress.total
             settings.progress(CampaignState(missions, well, failed, "running", progress.rate))
 
+    limit = settings.mission_timeout_s
     supervisor = Supervisor(campaign.plan, campaign.folder, pool, note, limit)
 
     def stop() -> None:
@@ -433,6 +448,69 @@ def _run_missing(
                     missing = campaign.missing()
     finally:
         progress.end()
-    if supervisor.trouble:
-        raise supervisor.trouble
     return missing
+
+
+def merge(folders: Sequence[str | Path], out: str | Path) -> Campaign:
+    """Join the shards of one campaign in a new folder.
+
+    Raises:
+        CampaignError: when they belong to different campaigns, or the folder is not new; if it
+            came to exist meanwhile, they are joined in one beside it, which the message names.
+        OSError: when it cannot be written; nothing of it is left then.
+    """
+    campaigns = [load_campaign(folder) for folder in folders]
+    first, folder = campaigns[0], Path(out)
+    for other in campaigns[1:]:
+        if other.record["plan_sha256"] != first.record["plan_sha256"]:
+            raise CampaignError(
+                f"{other.folder} is not of the same campaign as {first.folder}: "
+                f"{_difference(first.record, other.record)}"
+            )
+    for campaign in campaigns:
+        check_files(campaign)
+        if is_locked(campaign.folder):
+            raise CampaignError(f"{campaign.folder}: is still running; merge it when it has ended")
+    check_name(folder)
+    if folder.exists() or folder.is_symlink():
+        raise CampaignError(f"{folder}: exists; name another folder")
+    try:
+        with folder_draft(folder, lambda _: "exists") as draft:
+            merged = _joined(campaigns, draft)
+    except FolderTaken as error:  # meanwhile
+        raise CampaignError(str(error)) from None
+    return Campaign(folder, merged.plan, merged.record)
+
+
+def _joined(campaigns: Sequence[Campaign], folder: Path) -> Campaign:
+    """Write the missions of several shards into a folder that is there and empty."""
+    first = campaigns[0]
+    merged = laid_out(first.plan, folder)
+    merge_parts([campaign.folder for campaign in campaigns], folder)
+    for campaign in campaigns:
+        if (campaign.folder / "failures").is_dir():
+            copytree(campaign.folder / "failures", folder / "failures", dirs_exist_ok=True)
+    session = {"began_at": time.time(), "rows_before": len(merged.done())}
+    merged.record |= {**first.record, "shard": None, "session": session}
+    merged.record["status"] = "interrupted" if len(merged.missing()) else COMPLETE
+    write_record(folder, merged.record)
+    return merged
+
+
+def _difference(one: Mapping[str, Any], other: Mapping[str, Any]) -> str:
+    """Return the first thing in which two campaigns differ."""
+    for part in {**one["own_parts"], **other["own_parts"]}:
+        if one["own_parts"].get(part) != other["own_parts"].get(part):
+            return f"the source of {part} is another"
+    for name in ("model_version", "name", "missions"):
+        if one[name] != other[name]:
+            return f"{name} is {other[name]}, not {one[name]}"
+    for name in one["experiment"]:
+        if one["experiment"][name] != other["experiment"][name]:
+            return f"{name} differ: {_short(other, name)}, not {_short(one, name)}"
+    return "their plans differ"
+
+
+def _short(record: Mapping[str, Any], name: str) -> str:
+    text = json.dumps(record["experiment"][name])
+    return text if len(text) <= 80 else f"{text[:77]}..."

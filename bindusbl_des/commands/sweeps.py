@@ -215,7 +215,7 @@ def status(folder: str) -> None:
 def merge(folders: tuple[str, ...], out: str) -> None:
     """Join the shards of a campaign."""
     with mistakes_text():
-        from ..campaigns.storage.joining import merge as merge_campaigns
+        from ..campaigns.running import merge as merge_campaigns
 
         campaign = merge_campaigns(folders, out)
         missing = campaign.state().missing

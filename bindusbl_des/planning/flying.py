@@ -4,42 +4,28 @@ values of goals in its rows, and what a plan may take.
 
 import math
 import os
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager
 from itertools import takewhile
 from pathlib import Path
 from time import monotonic
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..campaigns.campaign import Campaign, unfinished_campaign
 from ..campaigns.experiments.experiment import Experiment, ExperimentPlan
 from ..campaigns.failures import check_files
-from ..campaigns.running import first_record, restore_record
+from ..campaigns.running import at_run, laid_out, mended, restore_record
 from ..campaigns.statistics.outcomes import failed_because
-from ..campaigns.storage.done import OK
-from ..campaigns.storage.folder import (
-    AS_ASKED,
-    LIMIT,
-    RECORD,
-    CampaignError,
-    clean,
-    locked,
-    write_record,
-    write_scenario,
-)
-from ..campaigns.storage.joining import compact
+from ..campaigns.storage.folder import AS_ASKED, LIMIT, RECORD, CampaignError, clean, locked
 from ..campaigns.storage.part_rows import read_part
-from ..campaigns.storage.parts import MISSIONS, clean_parts, committed, set_aside
-from ..campaigns.workers.batches import Row, as_not_written, compile_kernels
+from ..campaigns.storage.parts import MISSIONS, OK, committed
+from ..campaigns.workers.batches import Row, compile_kernels
 from ..campaigns.workers.pools import WorkerPool, at_work, pool_for
 from ..campaigns.workers.supervisor import Supervisor, interruptible
 from ..core.arrays import Floats
 from ..core.files import sync
-from ..core.kept_files import keep, portable
 from ..core.process import ProgressLine, answered, duration, end_now
 from ..core.wording import counted
 from .goals import Goal
@@ -136,7 +122,7 @@ class Flights:
         numbers = [self._number(pair) for pair in pairs]
         missing = [number for number in dict.fromkeys(numbers) if number not in self._rows][:most]
         if missing:
-            self._fly(np.array(missing, np.int64), until)
+            self._fly(missing, until)
         flown = takewhile(self._rows.__contains__, numbers)
         return [self._rows[number] for number in flown]
 
@@ -144,28 +130,14 @@ class Flights:
         point, seed = pair
         return point * len(self.campaign.plan.experiment.seeds) + seed
 
-    def _fly(self, missing: NDArray[np.int64], until: float) -> None:
-        supervisor = Supervisor(
-            self.campaign.plan,
-            self.campaign.folder,
-            self._pool,
-            self._note,
-            shortest_batch_s=BATCH_S,
-        )
-        interrupted = False
-
-        def stop() -> None:
-            nonlocal interrupted
-            interrupted = True
-            supervisor.stop()
-
-        with interruptible(stop):
-            supervisor.run(missing, until)
-        if supervisor.trouble:
-            raise supervisor.trouble
-        clean(self.campaign.folder)  # a stop is no longer asked for
+    def _fly(self, missing: Sequence[int], until: float) -> None:
+        plan, folder = self.campaign.plan, self.campaign.folder
+        supervisor = Supervisor(plan, folder, self._pool, self._note, shortest_batch_s=BATCH_S)
+        with interruptible(supervisor.stop) as interrupts:
+            supervisor.run(np.array(missing, np.int64), until)
+        clean(folder)  # a stop is no longer asked for
         self._take_in()
-        if interrupted:
+        if interrupts:
             raise Stopped
 
     def _take_in(self) -> None:
@@ -212,16 +184,11 @@ def flights(
     folder.mkdir(exist_ok=True)
     sync(folder.parent)
     restore_record(folder, plan, None)
-    with locked(folder):
-        campaign = _campaign(plan, folder, limit_m)
-        status = "interrupted"
-        try:
-            with answered(end_now):
-                compile_kernels(plan, folder)
-            yield Flights(campaign, pool, asked, note)
-            status = AS_ASKED
-        finally:
-            _settle(campaign, status)
+    with locked(folder), at_run(_campaign(plan, folder), **{LIMIT: limit_m}) as campaign:
+        with answered(end_now):
+            compile_kernels(plan, folder)
+        yield Flights(campaign, pool, asked, note)
+        campaign.record["status"] = AS_ASKED
 
 
 def local_workers(count: int | None) -> AbstractContextManager[WorkerPool]:
@@ -235,37 +202,18 @@ def limit_of(goals: Sequence[Goal]) -> float | None:
                  and goal.of == "worst"), None)  # fmt: skip
 
 
-def _campaign(plan: ExperimentPlan, folder: Path, limit_m: float | None) -> Campaign:
+def _campaign(plan: ExperimentPlan, folder: Path) -> Campaign:
     """Return the campaign of a plan in a folder that holds it, or nothing yet."""
-    if (folder / RECORD).exists():
-        before = unfinished_campaign(folder)
-        if before.record["plan_sha256"] != plan.fingerprint():
-            raise CampaignError(
-                f"{folder}: holds missions of another plan, model or part; name another folder"
-            )
-        check_files(before)
-        clean(folder)
-        set_aside(folder, plan.fingerprint())
-        clean_parts(folder)
-        rows = len(before.done())
-    else:
-        keep(plan.files, folder)
-        write_scenario(folder, portable(plan.experiment.given))
-        rows = 0
-    session = {"began_at": time.time(), "rows_before": rows}
-    record = {
-        **first_record(plan, None), "status": "running", "session": session, LIMIT: limit_m
-    }  # fmt: skip
-    with as_not_written():
-        write_record(folder, record)
-    return Campaign(folder, plan, record)
-
-
-def _settle(campaign: Campaign, status: str) -> None:
-    with suppress(OSError):  # on a full disk the rows still say what is done
-        clean(campaign.folder)
-        compact(campaign.folder)
-        write_record(campaign.folder, {**campaign.record, "status": status})
+    if not (folder / RECORD).exists():
+        return laid_out(plan, folder)
+    before = unfinished_campaign(folder)
+    if before.record["plan_sha256"] != plan.fingerprint():
+        raise CampaignError(
+            f"{folder}: holds missions of another plan, model or part; name another folder"
+        )
+    check_files(before)
+    mended(before)
+    return Campaign(folder, plan, before.record)
 
 
 class Budget:

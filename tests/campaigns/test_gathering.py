@@ -9,7 +9,7 @@ import pytest
 from campaigns_for_tests import Singly, cut_short, fly_with, parts, same
 
 from bindusbl_des import Campaign, load_campaign, resume, sweep
-from bindusbl_des.campaigns.storage import joining
+from bindusbl_des.campaigns.storage import part_rows
 from bindusbl_des.campaigns.workers import batches
 from bindusbl_des.results import result_folder
 
@@ -84,7 +84,7 @@ def test_parts_are_joined_forward_in_groups_of_one_length(
     are those of one part; a group of rows does not depend on the parts either.
     """
     whole = flown("whole")
-    monkeypatch.setattr(joining, "ROWS_IN_GROUP", 7)
+    monkeypatch.setattr(part_rows, "ROWS_IN_GROUP", 7)
     monkeypatch.setattr(result_folder, "PIECE", 3)
     fly_with(monkeypatch, Singly)
     folder = cut_short("base.yaml", "apart", after=10, **ASKED)

@@ -34,8 +34,8 @@ from test_campaign_folders import flipped
 
 from bindusbl_des import load_campaign, resume
 from bindusbl_des.campaigns.statistics import outcomes
-from bindusbl_des.campaigns.storage import done as runs
 from bindusbl_des.campaigns.storage import part_rows
+from bindusbl_des.campaigns.storage import parts as runs
 
 FAILS = 2  # the seed whose mission fails
 
@@ -146,9 +146,9 @@ def test_a_report_reads_many_metrics_of_a_part_at_a_time(
     campaign, read = load_campaign(in_parts(5)), list[Sequence[str]]()
     whole = campaign.report()
 
-    def read_some(folder: Path, metrics: Sequence[str]) -> Any:
+    def read_some(folder: Path, metrics: Sequence[str], points: int) -> Any:
         read.append(metrics)
-        return plain(folder, metrics)
+        return plain(folder, metrics, points)
 
     plain = outcomes.outcomes
     monkeypatch.setattr(outcomes, "outcomes", read_some)

@@ -1,33 +1,37 @@
-"""Rows of a campaign's tables, of one part or of all that count: none is read unchecked."""
+"""Rows of a campaign's tables, of one part or of all that count, none of which is read unchecked;
+and parts put together in the order of the plan, read forward: some thousand rows are in memory.
+"""
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import lru_cache
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.parquet as pq
 
-from ...core.arrays import Ints
+from ...core.arrays import Flags, Ints
 from ...results.columns import arrow
 from ...results.result_folder import read_parquet, read_pieces, read_schema
 from ...results.schemas import schema
-from .done import Done, done_in, mission_numbers, united
 from .folder import CampaignError
 from .parts import (
     MISSIONS,
-    MOST_REMEMBERED,
     TABLES,
-    Stamp,
+    Done,
+    PartWriter,
     check_part,
     check_table,
+    clean_parts,
     committed,
     listed,
+    mission_numbers,
     part_path,
     part_record,
-    stamp,
     told_by,
+    united,
 )
 
 Read = TypeVar("Read")
@@ -213,15 +217,9 @@ def done_of(folder: Path, part: str) -> Done:
 
 
 def _by_rows(folder: Path, part: str) -> Done:
-    return _done_by_rows(folder, part, stamp(part_path(folder, MISSIONS, part)))
-
-
-@lru_cache(maxsize=MOST_REMEMBERED)
-def _done_by_rows(folder: Path, part: str, _: Stamp) -> Done:
-    """Return the missions of a part, which is read again only when it has changed."""
     rows = read_part(folder, MISSIONS, part, ("mission", "status"))
     assert rows is not None  # as a part without missions does not count
-    return done_in(rows)
+    return Done.in_rows(rows)
 
 
 def _in_peace(folder: Path, read: Callable[[Sequence[str]], Read]) -> Read:
@@ -265,3 +263,146 @@ def varied_columns(
             values = [None if value is None else json.dumps(value) for value in values]
         columns[key] = arrow(values, ARROW_TYPES[kind])
     return columns
+
+
+# So many rows are written together, whatever parts they come from: equal campaigns, equal files.
+ROWS_IN_GROUP = 10_000
+
+# What a joined table keeps of the metadata of its parts: which table it is.
+SCHEMA = b"bindusbl.schema"
+
+Source = tuple[Path, str]
+
+
+def compact(folder: Path, *, leave_out: Iterable[int] = ()) -> None:
+    """Replace the parts of a campaign by one, sorted; equal campaigns get equal tables.
+
+    Raises:
+        OSError: when it cannot be written; the parts are then as before.
+    """
+    parts = committed(folder)
+    whole = [name for name in parts if name.startswith("all-")]
+    number = 1 + max((int(name.removeprefix("all-")) for name in whole), default=0)
+    left_out = set(leave_out)
+    if parts != whole or left_out:
+        _join([(folder, part) for part in parts], folder, f"all-{number:04d}", left_out, parts)
+        clean_parts(folder)
+
+
+def merge_parts(folders: Sequence[Path], out: Path) -> None:
+    """Write the missions of several folders as one part of another, each mission once."""
+    sources = [(folder, part) for folder in folders for part in committed(folder)]
+    _join(sources, out, "all-0001", set(), [])
+
+
+def _join(
+    sources: Sequence[Source], out: Path, part: str, leave_out: set[int], replaces: Sequence[str]
+) -> None:
+    if not sources:
+        return
+    each = [done_of(*source) for source in sources]
+    all_ = united(each)
+    kept = ~np.isin(all_.numbers, sorted(leave_out))
+    whole = Done(all_.numbers[kept], all_.failed[kept])
+    taken = _taken(sources, each, kept)
+    writer = PartWriter(out, part, part_record(*sources[0]).plan_sha256, whole, replaces)
+    for table in TABLES:
+        _join_table(table, sources, taken, writer)
+
+
+def _taken(sources: Sequence[Source], each: Sequence[Done], kept: Flags) -> dict[Source, Ints]:
+    """Return which missions are taken from which part: of those that are kept, each from the first
+    that has it.
+    """
+    numbers, first = np.unique(np.concatenate([own.numbers for own in each]), return_index=True)
+    of = np.repeat(np.arange(len(each)), list(map(len, each)))[first][kept]
+    order = np.argsort(of, kind="stable")
+    shares = np.split(numbers[kept][order], np.searchsorted(of[order], np.arange(1, len(each))))
+    return {source: share for source, share in zip(sources, shares, strict=True) if len(share)}
+
+
+def _at(source: Source, table: str) -> tuple[Path, str, str]:
+    return source[0], table, source[1]
+
+
+def _join_table(
+    table: str, sources: Sequence[Source], taken: Mapping[Source, Ints], writer: PartWriter
+) -> None:
+    """Write a table of the joined part, if any of the parts has it."""
+    first = next((s for s in sources if part_path(*_at(s, table)).exists()), None)
+    if first is None:
+        return
+    kind = part_schema(*_at(first, table))
+    kind = kind.with_metadata({SCHEMA: (kind.metadata or {}).get(SCHEMA, b"")})
+    with writer.file(table) as file, pq.ParquetWriter(file, kind, compression="zstd") as rows_of:
+        is_empty = True
+        for rows in _grouped(_pieces(table, taken)):
+            rows_of.write_table(rows.cast(kind), row_group_size=ROWS_IN_GROUP)
+            is_empty = False
+        if is_empty:  # pyarrow 18 reads no file without a group of rows
+            rows_of.write_table(kind.empty_table())
+
+
+def _grouped(pieces: Iterable[pa.Table]) -> Iterator[pa.Table]:
+    """Yield pieces put together and cut to groups of equal length."""
+    waiting: list[pa.Table] = []
+    count = 0
+    for rows in pieces:
+        waiting.append(rows)
+        count += len(rows)
+        while count >= ROWS_IN_GROUP:
+            together = pa.concat_tables(waiting)
+            yield together.slice(0, ROWS_IN_GROUP)
+            waiting, count = [together.slice(ROWS_IN_GROUP)], count - ROWS_IN_GROUP
+    if count:
+        yield pa.concat_tables(waiting)
+
+
+def _pieces(table: str, taken: Mapping[Source, Ints]) -> Iterator[pa.Table]:
+    """Yield the rows of the missions in their order, each from the part that it is taken from.
+
+    Of all parts that are open, that one goes on whose rows in memory end first; a part is opened
+    when its first mission is reached, so that parts that follow one another are not held together.
+    """
+    closed = deque(sorted(taken, key=lambda source: taken[source][0]))
+    parts: list[_Forward] = []
+    while parts or closed:
+        while closed and (not parts or taken[closed[0]][0] <= min(part.last for part in parts)):
+            source = closed.popleft()
+            part = _Forward(_at(source, table), taken[source])
+            if part.rest:
+                parts.append(part)
+        if parts:
+            last = min(part.last for part in parts)
+            rows = [piece for part in parts for piece in part.until(last)]
+            yield in_order(pa.concat_tables(rows))
+        parts = [part for part in parts if part.rest]
+
+
+class _Forward:
+    """The rows of missions that are taken from a part of a table, from the first to the last.
+
+    `rest` is what has not been yielded of the piece in memory; None when all has been.
+    """
+
+    def __init__(self, at: tuple[Path, str, str], taken: Ints) -> None:
+        self._pieces = part_pieces(*at)
+        self._taken = taken
+        self.rest = next(self._pieces, None)
+
+    @property
+    def last(self) -> int:
+        """Return the number of the last mission of the piece in memory."""
+        return int(mission_numbers(self.rest)[-1])
+
+    def until(self, last: int) -> Iterator[pa.Table]:
+        """Yield the rows that have not been yielded yet, of missions up to a number."""
+        while self.rest is not None:
+            numbers = mission_numbers(self.rest)
+            cut = int(np.searchsorted(numbers, last, side="right"))
+            is_taken = np.isin(numbers[:cut], self._taken)
+            yield self.rest.slice(0, cut).filter(arrow(is_taken, pa.bool_()))
+            if cut < len(numbers):
+                self.rest = self.rest.slice(cut)
+                return
+            self.rest = next(self._pieces, None)

@@ -18,13 +18,15 @@ from pathlib import Path
 from stat import S_ISREG
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 
+from ...core.arrays import Flags, Ints
 from ...core.files import SEAL, check_seal, draft_of, read_json, sealed, sync
+from ...results.columns import numpy_array
 from ...results.result_folder import DamagedFile, SummedFile, sha256_of, write_parquet
 from ...results.schemas import EVENT_TABLES
-from .done import Done, done_in, in_runs, of_runs, united
-from .folder import CampaignError, write_json
+from .folder import MOST_MISSIONS, CampaignError, write_json
 
 MISSIONS, CHECKSUMS = "missions", "checksums"
 
@@ -43,6 +45,96 @@ Stamp = tuple[int, ...]
 
 # Of each table, and of the records: what the file system says of the file of each part.
 Listed = Mapping[str, Mapping[str, os.stat_result]]
+
+
+OK, FAILED = "ok", "failed"
+
+# Missions in more pieces than this are not listed in the record of their part: rows are read.
+MOST_RUNS = 10_000
+
+
+@dataclass(frozen=True)
+class Done:
+    """Missions that have a row: their numbers in the plan, ascending, and which of them failed."""
+
+    numbers: Ints
+    failed: Flags
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    @classmethod
+    def in_rows(cls, rows: pa.Table) -> "Done":
+        """Return the missions of rows."""
+        return united([cls(mission_numbers(rows), has_status(rows, FAILED))])
+
+    @classmethod
+    def of_runs(cls, record: Mapping[str, Any]) -> "Done":
+        """Return the missions that a record lists.
+
+        Raises:
+            ValueError: when they are no missions.
+        """
+        numbers, failed = (_numbers(record[key]) for key in ("missions", "failed"))
+        return cls(numbers, np.isin(numbers, failed))
+
+    def runs(self) -> dict[str, Any]:
+        """Return the missions, and which of them failed, as runs; nothing where that is long.
+
+        >>> Done(np.array([4, 6, 8, 20]), np.array([False, True, False, False])).runs()["missions"]
+        {'step': 2, 'runs': [[4, 3], [20, 1]]}
+        """
+        runs = {"missions": _runs(self.numbers), "failed": _runs(self.numbers[self.failed])}
+        return runs if sum(len(listed["runs"]) for listed in runs.values()) <= MOST_RUNS else {}
+
+
+def _runs(numbers: Ints) -> dict[str, Any]:
+    """Return ascending numbers as runs of one step, each by its first number and its length."""
+    gaps = np.diff(numbers)
+    step = int(gaps.min(initial=MOST_MISSIONS)) if len(gaps) else 1
+    begins = np.flatnonzero(np.concatenate(([True], gaps != step))) if len(numbers) else gaps
+    lengths = np.diff(np.append(begins, len(numbers)))
+    return {"step": step, "runs": np.column_stack((numbers[begins], lengths)).tolist()}
+
+
+def _numbers(listed: Mapping[str, Any]) -> Ints:
+    """Return numbers from their runs."""
+    step, runs = int(listed["step"]), [(int(first), int(count)) for first, count in listed["runs"]]
+    is_possible = all(min(run) >= 0 and run[0] + step * run[1] < 2**63 for run in runs)
+    if step < 1 or not is_possible or sum(count for _, count in runs) > MOST_MISSIONS:
+        raise ValueError("its missions are none")
+    each = [np.arange(first, first + step * count, step) for first, count in runs]
+    return np.concatenate([np.zeros(0, np.int64), *each])
+
+
+def united(some: Sequence[Done]) -> Done:
+    """Return all missions; one that is there twice counts as it is where it comes first."""
+    numbers = np.concatenate([np.zeros(0, np.int64), *(done.numbers for done in some)])
+    failed = np.concatenate([np.zeros(0, bool), *(done.failed for done in some)])
+    unique, first = np.unique(numbers, return_index=True)
+    return Done(unique, failed[first])
+
+
+def mission_numbers(rows: pa.Table) -> Ints:
+    """Return the numbers of missions in the plan, row by row."""
+    return numpy_array(rows["mission"].combine_chunks())
+
+
+def coded(column: pa.ChunkedArray) -> tuple[Ints, list[str | None]]:
+    """Return for each row of a column which of its words it has, and the words, the last of them
+    None; without Arrow's compute library.
+    """
+    each = column.combine_chunks().dictionary_encode()
+    words = each.dictionary.to_pylist()
+    places = np.nan_to_num(numpy_array(each.indices), nan=len(words)).astype(np.int64)
+    return places, [*words, None]
+
+
+def has_status(rows: pa.Table, status: str) -> Flags:
+    """Tell row by row whether the mission has a status."""
+    places, words = coded(rows["status"])
+    same: Flags = np.array([word == status for word in words])[places]
+    return same
 
 
 def part_path(folder: Path, table: str, part: str) -> Path:
@@ -73,16 +165,14 @@ class PartWriter:
     """A part that is being written, a table after the other, `missions` last."""
 
     def __init__(
-        self, folder: Path, part: str, plan_sha256: str, replaces: Sequence[str] = ()
+        self, folder: Path, part: str, plan_sha256: str, done: Done, replaces: Sequence[str] = ()
     ) -> None:
         self._folder, self._part = folder, part
-        self._record = {"part": part, "plan_sha256": plan_sha256, "replaces": list(replaces)}
         self._files: dict[str, dict[str, Any]] = {}
-        self._done: list[Done] = []
-
-    def count(self, rows: pa.Table) -> None:
-        """Have the missions of rows in the record; all are to be counted before they are whole."""
-        self._done.append(done_in(rows))
+        self._record = {
+            "part": part, "plan_sha256": plan_sha256, "replaces": list(replaces),
+            "files": self._files, **done.runs(),
+        }  # fmt: skip
 
     @contextmanager
     def file(self, table: str) -> Iterator[SummedFile]:
@@ -97,8 +187,7 @@ class PartWriter:
             if table == MISSIONS:
                 path = record_path(self._folder, self._part)
                 _make_durably(path.parent)
-                record = {**self._record, "files": self._files, **in_runs(united(self._done))}
-                write_json(path, sealed(record))
+                write_json(path, sealed(self._record))
 
 
 def commit(folder: Path, part: str, tables: Mapping[str, pa.Table], plan_sha256: str) -> None:
@@ -107,11 +196,9 @@ def commit(folder: Path, part: str, tables: Mapping[str, pa.Table], plan_sha256:
     Raises:
         OSError: when it cannot be written; nothing of it counts then.
     """
-    writer = PartWriter(folder, part, plan_sha256)
+    writer = PartWriter(folder, part, plan_sha256, Done.in_rows(tables[MISSIONS]))
     for name in TABLES:
         if name in tables:
-            if name == MISSIONS:
-                writer.count(tables[name])
             with writer.file(name) as file:
                 # Joined they are zstd: until then half the time to write and to read counts more
                 write_parquet(tables[name], name, file, {}, "snappy")
@@ -166,9 +253,7 @@ def _record(folder: Path, part: str, _: Stamp) -> PartRecord:
         }
         name, plan, replaces = found["part"], str(found["plan_sha256"]), tuple(found["replaces"])
         check_seal(found)
-        done = None
-        if SEAL in found and "missions" in found:
-            done = of_runs(found)
+        done = Done.of_runs(found) if SEAL in found and "missions" in found else None
     except FileNotFoundError:
         missions = part_path(folder, MISSIONS, part)
         raise DamagedFile(str(missions), f"has no record in {CHECKSUMS}/") from None
@@ -297,13 +382,6 @@ def clean_parts(folder: Path) -> None:
                 path.unlink(missing_ok=True)
 
 
-def damaged(folder: Path, error: DamagedFile) -> CampaignError:
-    """Return what to tell of a part that cannot be used: its file, why, and what to do."""
-    return CampaignError(
-        f"{error}; `bindusbl-des resume {folder}` sets it aside and runs its missions again"
-    )
-
-
 def stamp(path: Path) -> Stamp:
     """Return what tells whether a file has changed; () where it is not there."""
     try:
@@ -322,7 +400,9 @@ def told_by(folder: Path) -> Iterator[None]:
     try:
         yield
     except DamagedFile as error:
-        raise damaged(folder, error) from None
+        raise CampaignError(
+            f"{error}; `bindusbl-des resume {folder}` sets it aside and runs its missions again"
+        ) from None
 
 
 def set_aside(folder: Path, plan_sha256: str) -> list[str]:

@@ -11,7 +11,7 @@ import signal
 import time
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from pathlib import Path
@@ -37,10 +37,9 @@ from ..experiments.experiment import (
     model_version,
 )
 from ..experiments.point_checks import without_plugins
-from ..storage.done import FAILED, OK
 from ..storage.folder import STOP, write_json
 from ..storage.part_rows import labelled, read_part, varied_columns
-from ..storage.parts import MISSIONS, commit, part_path
+from ..storage.parts import FAILED, MISSIONS, OK, commit, part_path
 
 # Long enough for a ping to be heard and its fix to be computed.
 WARMING_S = 3.0
@@ -165,9 +164,38 @@ def _path(folder: Path, part: str) -> Path:
     return folder / "missions" / f".at-{part}.tmp"  # a leftover is cleared away
 
 
-# Batches of missions, run by a worker, which writes their rows itself.
-#
-# The rows of a batch's missions, gathered into the tables of a part as the missions end.
+@dataclass(frozen=True)
+class Batch:
+    """Missions for one worker, and all it must know to run them and write their rows.
+
+    `plugins` are the names that the worker may load, by leave of whoever gave the command.
+    """
+
+    folder: str
+    part: str
+    plan_sha256: str
+    model_version: str
+    columns: Mapping[str, str]
+    points: Mapping[int, PlannedPoint]
+    missions: tuple[PlannedMission, ...]
+    budget_s: float
+    mission_timeout_s: float | None = None
+    plugins: tuple[str, ...] = ()
+    own_parts: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """The numbers of its missions in the plan."""
+        return tuple(mission.number for mission in self.missions)
+
+
+@dataclass(frozen=True)
+class Row:
+    """What comes back of one mission: its number, whether it failed, its wall time."""
+
+    number: int
+    status: str
+    wall_time_s: float
 
 
 # So many missions have tables of their own: one of a single row takes a kilobyte for each column.
@@ -186,15 +214,10 @@ class Ran:
 
 
 class Gathered:
-    """Missions that were run, and their rows.
+    """The rows of missions of a batch, gathered into the tables of a part as they end."""
 
-    `columns` has the type of each varied key, `points` what is planned at each point.
-    """
-
-    def __init__(
-        self, columns: Mapping[str, str], points: Mapping[int, PlannedPoint], model_version: str
-    ) -> None:
-        self._columns, self._points, self._model_version = columns, points, model_version
+    def __init__(self, batch: Batch) -> None:
+        self._batch = batch
         self._apart: list[Ran] = []
         self._joined: dict[str, list[pa.Table]] = {}
         #: About how much memory (bytes) the rows take: to ask Arrow takes longer than to run some.
@@ -246,9 +269,10 @@ class Gathered:
 
     def _labels(self, ran: Sequence[Ran], *, with_point: bool) -> dict[str, pa.Array]:
         """Return the columns that say which mission it was, a value for each mission."""
-        points = [self._points[run.mission.point] for run in ran]
+        batch = self._batch
+        points = [batch.points[run.mission.point] for run in ran]
         ids = [
-            mission_id(point.scenario, run.mission.seed, self._model_version)
+            mission_id(point.scenario, run.mission.seed, batch.model_version)
             for run, point in zip(ran, points, strict=True)
         ]
         labels = {
@@ -258,7 +282,7 @@ class Gathered:
         }
         if with_point:
             labels["point"] = arrow([run.mission.point for run in ran], pa.int64())
-            labels |= varied_columns(self._columns, [point.varied for point in points])
+            labels |= varied_columns(batch.columns, [point.varied for point in points])
         return labels
 
 
@@ -279,35 +303,6 @@ def as_not_written() -> Iterator[None]:
         raise NotWritten(error.errno or errno.EIO, error.strerror or str(error)) from None
 
 
-@dataclass(frozen=True)
-class Batch:
-    """Missions for one worker, and all it must know to run them and write their rows.
-
-    `plugins` are the names that the worker may load, by leave of whoever gave the command.
-    """
-
-    folder: str
-    part: str
-    plan_sha256: str
-    model_version: str
-    columns: Mapping[str, str]
-    points: Mapping[int, PlannedPoint]
-    missions: tuple[PlannedMission, ...]
-    budget_s: float
-    mission_timeout_s: float | None = None
-    plugins: tuple[str, ...] = ()
-    own_parts: Mapping[str, str] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Row:
-    """What comes back of one mission: its number, whether it failed, its wall time."""
-
-    number: int
-    status: str
-    wall_time_s: float
-
-
 def run_batch(batch: Batch) -> list[Row]:
     """Run missions until the budget is spent or the campaign stops, at least one; write them.
 
@@ -318,8 +313,10 @@ def run_batch(batch: Batch) -> list[Row]:
     if part_path(folder, MISSIONS, batch.part).is_file():  # sent again by a cluster
         return rows_of(folder, batch.part)
     allow(batch.plugins)
-    rows, found = [], gathered(batch)
-    with _beating(folder, batch.part) as heartbeat:
+    rows, found = [], Gathered(batch)
+    with as_not_written():
+        beating = Heartbeat(folder, batch.part)
+    with closing(beating) as heartbeat:
         began = time.monotonic()
         for mission in batch.missions:
             with heartbeat.at(mission.number, None):  # loading is no mission's time
@@ -333,21 +330,6 @@ def run_batch(batch: Batch) -> list[Row]:
                 break
     write(batch, found)
     return rows
-
-
-def gathered(batch: Batch) -> Gathered:
-    """Return what gathers the rows of a batch's missions."""
-    return Gathered(batch.columns, batch.points, batch.model_version)
-
-
-@contextmanager
-def _beating(folder: Path, part: str) -> Iterator[Heartbeat]:
-    with as_not_written():
-        heartbeat = Heartbeat(folder, part)
-    try:
-        yield heartbeat
-    finally:
-        heartbeat.close()
 
 
 def rows_of(folder: Path, part: str) -> list[Row]:

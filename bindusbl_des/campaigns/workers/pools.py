@@ -10,6 +10,7 @@ import sys
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from importlib import import_module
 from multiprocessing import parent_process, resource_tracker
@@ -17,10 +18,10 @@ from multiprocessing.context import SpawnContext, SpawnProcess
 from multiprocessing.process import BaseProcess
 from multiprocessing.synchronize import Lock
 from time import monotonic
-from typing import Any, Protocol, TextIO
+from typing import Any, TextIO
 
 from ...core.process import ProgressLine, collect_seldom, duration
-from ..storage.done import FAILED
+from ..storage.parts import FAILED
 from .batches import Batch, Row, run_batch
 
 # Workers share the machine: a library that starts threads of its own would slow all of them.
@@ -100,13 +101,11 @@ class Spawn(SpawnContext):
 
 
 def begin_work() -> None:
-    """Make a worker go with its parent, and load what it needs.
-
-    All of that is loaded here: whoever imports this file imports nothing large.
+    """Make a worker go with its parent, and load what missions need before the first batch comes;
+    this file itself loads nothing large.
     """
     go_with_parent()
-    for needed in ("campaigns.workers.batches", "mission.mission"):  # before the first batch comes
-        import_module(f"bindusbl_des.{needed}")
+    import_module("bindusbl_des.mission.mission")
 
 
 def go_with_parent() -> None:
@@ -172,42 +171,6 @@ class BackendMissing(RuntimeError):
     """The backend asked for is not installed or cannot be reached."""
 
 
-class WorkerPool(Protocol):
-    """Workers to whom batches are given."""
-
-    @property
-    def size(self) -> int:
-        """How many batches run at once."""
-
-    def begin(self) -> None:
-        """Start the workers: until batches are given they import what these need."""
-
-    def has_room(self) -> bool:
-        """Tell whether a worker waits for a batch."""
-
-    def submit(self, batch: Batch) -> "Future[list[Row]]":
-        """Give a batch to a worker."""
-
-    def end(self, future: "Future[list[Row]]") -> None:
-        """End the worker of a batch, which does not answer; where a cluster does, leave it."""
-
-    def release(self, future: "Future[list[Row]]") -> int | None:
-        """Take note that a batch has ended; return the exit code of a worker that died of it."""
-
-    def close(self) -> None:
-        """End the workers, in the midst of their work if they have any."""
-
-
-@contextmanager
-def at_work(pool: WorkerPool) -> Iterator[WorkerPool]:
-    """Have workers begin, and end them; whoever leaves in haste ends them in their work."""
-    try:
-        pool.begin()
-        yield pool
-    finally:
-        pool.close()
-
-
 def _stand_by() -> None:
     """Do nothing: to come here the process has imported this module, and all that missions need."""
 
@@ -219,17 +182,13 @@ class LocalPool:
         self.size = size
         self._idle: list[ProcessPoolExecutor] = []
         self._busy: dict[Future[list[Row]], ProcessPoolExecutor] = {}
-        self._processes: dict[ProcessPoolExecutor, list[BaseProcess]] = {}
+        self._processes: dict[ProcessPoolExecutor, BaseProcess] = {}
         with environment(QUIETLY):
             resource_tracker.ensure_running()
 
     def begin(self) -> None:
         """Start the workers: until batches are given they import what these need."""
-        for _ in range(self.size - len(self._processes)):
-            pool = self._new()
-            pool.submit(_stand_by)
-            self._processes[pool] = _processes_of(pool)
-            self._idle.append(pool)
+        self._idle += [self._new() for _ in range(self.size)]
 
     def has_room(self) -> bool:
         """Tell whether a worker waits for a batch."""
@@ -240,48 +199,41 @@ class LocalPool:
         pool = self._idle.pop() if self._idle else self._new()
         try:
             future = pool.submit(run_batch, batch)
-        except RuntimeError:  # it died while it waited
+        except BrokenProcessPool:  # it died while it waited
             self._dismiss(pool)
             pool = self._new()
             future = pool.submit(run_batch, batch)
-        self._processes[pool] = _processes_of(pool)
         self._busy[future] = pool
         return future
 
     def _new(self) -> ProcessPoolExecutor:
-        return ProcessPoolExecutor(1, mp_context=Spawn(), initializer=begin_work)
+        pool = ProcessPoolExecutor(1, mp_context=Spawn(), initializer=begin_work)
+        pool.submit(_stand_by)  # which starts its process
+        (self._processes[pool],) = pool._processes.values()
+        return pool
 
-    def _dismiss(self, pool: ProcessPoolExecutor) -> None:
+    def _dismiss(self, pool: ProcessPoolExecutor) -> int | None:
         pool.shutdown(wait=True, cancel_futures=True)
-        self._processes.pop(pool, None)
+        return self._processes.pop(pool).exitcode
 
     def end(self, future: "Future[list[Row]]") -> None:
         """End the worker of a batch, even one that is stopped."""
-        for process in self._processes.get(self._busy[future], []):
-            process.kill()
+        self._processes[self._busy[future]].kill()
 
     def release(self, future: "Future[list[Row]]") -> int | None:
         """Take a worker back; one that died is let go, and its exit code returned."""
         pool = self._busy.pop(future)
-        if not isinstance(future.exception(), RuntimeError):
+        if not isinstance(future.exception(), BrokenProcessPool):
             self._idle.append(pool)
             return None
-        processes = self._processes.get(pool, [])
-        self._dismiss(pool)
-        return processes[0].exitcode if processes else None
+        return self._dismiss(pool)
 
     def close(self) -> None:
         """End the workers: what they wrote is on the disk, and to take Python down takes 0.3 s."""
-        pools = [*self._idle, *self._busy.values()]
-        for pool in pools:
-            for process in self._processes.get(pool, []):
-                process.kill()
-        for pool in pools:
-            pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _processes_of(pool: ProcessPoolExecutor) -> list[BaseProcess]:
-    return list((getattr(pool, "_processes", None) or {}).values())
+        for process in self._processes.values():
+            process.kill()
+        for pool in list(self._processes):
+            self._dismiss(pool)
 
 
 class ClusterPool:
@@ -341,6 +293,19 @@ class ClusterPool:
         """Leave the cluster, which goes on."""
         self._executor.shutdown(wait=False)
         self._client.close()
+
+
+WorkerPool = LocalPool | ClusterPool
+
+
+@contextmanager
+def at_work(pool: WorkerPool) -> Iterator[WorkerPool]:
+    """Have workers begin, and end them; whoever leaves in haste ends them in their work."""
+    try:
+        pool.begin()
+        yield pool
+    finally:
+        pool.close()
 
 
 def pool_for(backend: str, workers: int) -> WorkerPool:

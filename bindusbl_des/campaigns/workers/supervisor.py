@@ -23,23 +23,22 @@ from time import monotonic
 from types import FrameType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...core.arrays import Ints
 from ...core.kept_files import keep
 from ...core.plugins import is_allowed
 from ..experiments.experiment import ExperimentPlan
 from ..experiments.point_checks import without_plugins
-from ..storage.done import FAILED
 from ..storage.folder import ask_to_stop
-from ..storage.joining import compact
-from ..storage.parts import MISSIONS, part_path
+from ..storage.part_rows import compact
+from ..storage.parts import FAILED, MISSIONS, part_path
 from .batches import (
     Batch,
+    Gathered,
     NotWritten,
     Ran,
     Row,
     as_not_written,
-    gathered,
     heartbeat_of,
     rows_of,
     run_batch,
@@ -52,24 +51,22 @@ from .pools import WorkerPool
 
 
 class WaitingMissions:
-    """Missions by their number in the plan, in order; those handed back come first."""
+    """Missions by their number in the plan, in order; those put back come first."""
 
     def __init__(self, seeds: int) -> None:
-        self._seeds = seeds
-        self._numbers = np.zeros(0, np.int64)
-        self._at = 0
-        self._back: deque[int] = deque()
+        self._seeds, self._numbers = seeds, np.zeros(0, np.int64)
 
     def __len__(self) -> int:
-        return len(self._back) + len(self._numbers) - self._at
+        return len(self._numbers)
 
-    def extend(self, numbers: NDArray[np.int64]) -> None:
+    def extend(self, numbers: Ints) -> None:
         """Add missions behind all others."""
-        self._numbers, self._at = np.concatenate([self._numbers[self._at :], numbers]), 0
+        self._numbers = np.concatenate([self._numbers, numbers])
 
-    def put_back(self, numbers: Iterable[int]) -> None:
+    def put_back(self, numbers: Sequence[int]) -> None:
         """Add missions before all others."""
-        self._back.extendleft(reversed(list(numbers)))
+        if numbers:
+            self._numbers = np.concatenate([numbers, self._numbers])
 
     def take(self, most: int) -> tuple[int, ...]:
         """Return the next missions, at least one; the seeds of a point are not torn needlessly.
@@ -82,16 +79,10 @@ class WaitingMissions:
         >>> waiting.take(6), waiting.take(3), waiting.take(6)
         ((0, 1, 2, 3), (4, 5, 6), (7, 8, 9, 10, 11))
         """
-        if self._back:
-            taken = [self._back.popleft() for _ in range(min(most, len(self._back)))]
-            return tuple(taken)
-        batch = self._numbers[self._at : self._at + most]
-        rest = self._numbers[self._at + most : self._at + most + 1]
-        if len(rest) and rest[0] // self._seeds == batch[-1] // self._seeds:
-            point = batch // self._seeds
-            whole = int(np.searchsorted(point, point[-1]))
-            batch = batch[: whole or most]
-        self._at += len(batch)
+        point = self._numbers[: most + 1] // self._seeds
+        if len(point) > most and point[-1] == point[-2]:
+            most = int(np.argmax(point == point[-1])) or most
+        batch, self._numbers = np.split(self._numbers, [most])
         return tuple(batch.tolist())
 
 
@@ -158,16 +149,19 @@ class Supervisor:
         with suppress(OSError):  # on a full disk they stop when their time is spent
             ask_to_stop(self.folder)
 
-    def run(self, missions: NDArray[np.int64], until: float = math.inf) -> None:
+    def run(self, missions: Ints, until: float = math.inf) -> None:
         """Run missions until all have a row or a stop was asked for.
 
         Once it is `until` (s, of the clock `monotonic`), none is begun any more.
+
+        Raises:
+            NotWritten: when rows cannot be written.
         """
         self._fresh.extend(missions)
-        while self._running or (self._waiting() and not self.stopping):
+        while self._running or (self._is_waiting and not self.stopping):
             if monotonic() > until and not self.stopping:
                 self.stop()
-            while self._waiting() and not self.stopping and self.pool.has_room():
+            while self._is_waiting and not self.stopping and self.pool.has_room():
                 batch = self._next()
                 self._running[self.pool.submit(batch)] = batch
             finished, _ = wait(self._running, timeout=0.2, return_when=FIRST_COMPLETED)
@@ -175,6 +169,8 @@ class Supervisor:
                 self._end_silent(self.mission_timeout_s)
             for future in finished:
                 self._take(self._running.pop(future), future)
+        if self.trouble:
+            raise self.trouble
 
     def _end_silent(self, limit: float) -> None:
         """End workers that have been at the same mission for longer than that may take (s)."""
@@ -193,25 +189,22 @@ class Supervisor:
                 self._ended |= {batch.part} if runs else set()
                 self.pool.end(future)
 
-    def _waiting(self) -> bool:
+    @property
+    def _is_waiting(self) -> bool:
         return bool(self._suspects or self._fresh)
 
     def _next(self) -> Batch:
-        """Return the next batch: one under suspicion, or a fair share of the fresh missions."""
-        spent = monotonic() - self._began
-        budget = min(max(BATCH_SHARE * spent, self._shortest_batch_s), LONGEST_BATCH_S)
+        """Return the next batch: one under suspicion, or a fair share of the fresh missions, and
+        no more than take all of a batch's time if they take as long as those so far.
+        """
+        spent, most = monotonic() - self._began, FIRST_IN_BATCH
+        budget_s = min(max(BATCH_SHARE * spent, self._shortest_batch_s), LONGEST_BATCH_S)
         if self._suspects:
-            return self._batch(self._suspects.popleft(), budget)
-        share = math.ceil(len(self._fresh) / (2 * self.pool.size))
-        return self._batch(self._fresh.take(min(share, self._fitting(budget))), budget)
-
-    def _fitting(self, budget_s: float) -> int:
-        """Return how many missions, as long as those so far, take all of a batch's time."""
-        if not self._worked_s:
-            return FIRST_IN_BATCH
-        return min(math.ceil(budget_s * self._finished / self._worked_s), MOST_IN_BATCH)
-
-    def _batch(self, numbers: tuple[int, ...], budget_s: float) -> Batch:
+            numbers = self._suspects.popleft()
+        else:
+            if self._worked_s:
+                most = min(math.ceil(budget_s * self._finished / self._worked_s), MOST_IN_BATCH)
+            numbers = self._fresh.take(min(math.ceil(len(self._fresh) / 2 / self.pool.size), most))
         limit = self.mission_timeout_s
         return batch_of(self.plan, self.folder, numbers, budget_s, limit, self._plan_sha256)
 
@@ -233,16 +226,14 @@ class Supervisor:
         self._worked_s += sum(row.wall_time_s for row in rows)
         self.note(rows)
         ran = {row.number for row in rows}
-        self._fresh.put_back(
-            mission.number for mission in batch.missions if mission.number not in ran
-        )
+        self._fresh.put_back([number for number in batch.numbers if number not in ran])
 
     def _suspect(self, batch: Batch, exit_code: int | None, error: BaseException) -> None:
         """Try the mission at which a worker died again by itself; others of its batch may go on.
 
         Where the worker left no heartbeat, halves are tried until the culprit is alone.
         """
-        numbers = tuple(mission.number for mission in batch.missions)
+        numbers = batch.numbers
         culprit, trace = take_heartbeat(self.folder, batch.part)
         trace = trace or STOPPED * (batch.part in self._ended)
         end = signal_name(exit_code) if exit_code is not None else type(error).__name__
@@ -254,7 +245,7 @@ class Supervisor:
             self._suspects.extend((numbers[:middle], numbers[middle:]))
             return
         number, had_begun = (numbers[0], False) if culprit is None else (culprit, True)
-        self._fresh.put_back(other for other in numbers if other != number)
+        self._fresh.put_back([other for other in numbers if other != number])
         self._kills[number, had_begun] += 1
         most = MOST_TIMEOUTS if trace else MOST_KILLS if had_begun else MOST_DEATHS_BEFORE
         if self._kills[number, had_begun] < most:
@@ -274,7 +265,7 @@ class Supervisor:
     def _quarantine(self, batch: Batch, number: int, text: str, trace: str) -> None:
         """Write the row of a mission that kills its worker or never ends: it failed."""
         mission = next(mission for mission in batch.missions if mission.number == number)
-        found = gathered(batch)
+        found = Gathered(batch)
         found.add(Ran(mission, 0.0, error=text))
         try:
             with as_not_written():
@@ -316,10 +307,10 @@ def batch_of(
 
 
 @contextmanager
-def interruptible(stop: Callable[[], None]) -> Iterator[None]:
+def interruptible(stop: Callable[[], None]) -> Iterator[list[int]]:
     """Call `stop` at the first interrupt or request to end; raise KeyboardInterrupt at the next.
 
-    Outside the main thread, where signals cannot be received, nothing is changed.
+    Yields the signals that came.  Outside the main thread, where none can, nothing is changed.
     """
     asked: list[int] = []
 
@@ -330,11 +321,11 @@ def interruptible(stop: Callable[[], None]) -> Iterator[None]:
         stop()
 
     if threading.current_thread() is not threading.main_thread():
-        yield
+        yield asked
         return
     before = {number: signal.signal(number, receive) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield
+        yield asked
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
