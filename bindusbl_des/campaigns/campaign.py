@@ -1,7 +1,7 @@
 """A campaign as it lies on the disk: how far it is and what it found."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from html import escape
@@ -25,9 +25,8 @@ from .statistics.points_table import (
     latex_table,
     points_rows,
     points_table,
-    seeds_wanted,
+    settled,
 )
-from .storage.done import OK, Done
 from .storage.folder import LOCK, CampaignError, damaged_record, is_locked, read_record
 from .storage.part_rows import (
     done,
@@ -37,7 +36,7 @@ from .storage.part_rows import (
     read_table,
     varied_columns,
 )
-from .storage.parts import MISSIONS, TABLES, committed, listed
+from .storage.parts import MISSIONS, OK, TABLES, Done, committed, listed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -95,9 +94,7 @@ class Campaign:
     `folder` is its path, `record` is what `campaign.json` holds.
     """
 
-    def __init__(
-        self, folder: Path, plan: ExperimentPlan | None, record: Mapping[str, Any]
-    ) -> None:
+    def __init__(self, folder: Path, plan: ExperimentPlan | None, record: dict[str, Any]) -> None:
         """Take a campaign of a plan; None: that of its record, made when it is first needed."""
         self.folder, self._plan, self.record = folder, plan, record
 
@@ -302,9 +299,10 @@ class Campaign:
         targets = self.experiment.until_ci
         if not targets:
             return numbers
-        found = outcomes(self.folder, [target.metric for target in targets])
+        metrics = [target.metric for target in targets]
+        found = outcomes(self.folder, metrics, len(self.experiment.points))
         point, replicate = np.divmod(numbers, len(self.experiment.seeds))
-        return numbers[replicate < np.array(seeds_wanted(self.plan, found))[point]]
+        return numbers[replicate < np.array([n for n, _ in settled(self.plan, found)])[point]]
 
     def missing(self) -> NDArray[np.int64]:
         """Return the numbers of wanted missions that have no row yet, in the plan's order."""

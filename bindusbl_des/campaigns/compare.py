@@ -118,7 +118,10 @@ def compared(
         ]
     pairs = [pair for _, them in matched for pair in them]
     alike = [] if chosen else matched  # else all points but one are left out
-    found = {campaign.folder: outcomes(campaign.folder, metrics) for campaign in campaigns}
+    found = {
+        campaign.folder: outcomes(campaign.folder, metrics, len(campaign.plan.points))
+        for campaign in campaigns
+    }
     served = {folder: _unserved(folder, missions) for folder, missions in found.items()}
     differences = tuple(
         difference(pair, metric, found, served) for pair in pairs for metric in metrics

@@ -83,9 +83,9 @@ def _cells(
     campaign: "Campaign", metric: str, x: Levels, series: Levels | None
 ) -> tuple[Cells, dict[tuple[int, int], tuple[int, int]]]:
     """Return the means, and where an AUV has no value, in how many of how many missions all do."""
-    rows = outcomes(campaign.folder, [metric])
     points = campaign.plan.points
-    whole, well = rows.whole(metric, len(points)), rows.well(len(points))
+    rows = outcomes(campaign.folder, [metric], len(points))
+    whole, well = rows.means(metric).whole, rows.well
     found: dict[tuple[int, int], list[float]] = defaultdict(list)
     served: dict[tuple[int, int], NDArray[np.int64]] = defaultdict(lambda: np.zeros(2, np.int64))
     for number, point in enumerate(points):

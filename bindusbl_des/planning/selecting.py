@@ -26,7 +26,7 @@ from typing import Literal
 import numpy as np
 
 from ..campaigns.experiments.experiment import FEWEST_SEEDS, checkpoints
-from ..campaigns.statistics.intervals import ROUND_OFF, intervals, student
+from ..campaigns.statistics.intervals import intervals, student
 from ..core.arrays import Floats
 from ..core.wording import counted, plain, refuse
 from .goals import Goal
@@ -100,12 +100,6 @@ class Selection:
     why: str
 
 
-def standard_errors(values: Floats) -> Floats:
-    """Return those of the means of columns (k, n); round-off is no spread."""
-    errors = values.std(axis=0, ddof=1) / sqrt(len(values))
-    return np.where(errors <= ROUND_OFF * np.abs(values).max(axis=0), 0.0, errors)
-
-
 def upper_bounds(values: Floats, t: float) -> Floats:
     """Return bounds (n,) that the means of columns (k, n) stay below, `t` standard errors above.
 
@@ -115,7 +109,7 @@ def upper_bounds(values: Floats, t: float) -> Floats:
     Skewness to the left is not made use of.
     """
     count = len(values)
-    errors = standard_errors(values)
+    errors = intervals(values.T).error
     apart = values - values.mean(axis=0)
     variance = (apart**2).mean(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -238,7 +232,7 @@ class Evidence:
         if not np.isfinite(values).all():
             self.verdicts[candidate] = "not met"
             return
-        errors = standard_errors(values)
+        errors = intervals(values.T).error
         least = values.mean(axis=0) - now.missed * errors
         if now.met is not None and np.all(upper_bounds(values, now.met) <= self._limits):
             self.verdicts[candidate] = "met"
@@ -261,7 +255,7 @@ class Evidence:
     def outdoes(self, leader: int, other: int, look: int) -> bool:
         """Tell whether a candidate is shown not to be worse than another by what would matter."""
         differences = self._values[leader][:, :1] - self._values[other][:, :1]
-        error = standard_errors(differences)[0]
+        error = intervals(differences.T).error[0]
         return bool(differences.mean() + self.looks[look].outdone * error < self._zones[0])
 
     def estimates(self, candidate: int) -> tuple[Estimate, ...]:

@@ -4,12 +4,11 @@ import csv
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from math import isfinite, sqrt
+from math import sqrt
 from pathlib import Path
-from statistics import fmean, stdev
 from typing import TYPE_CHECKING, Any, Literal
 
-from bindusbl_des.campaigns.statistics.intervals import student_95
+from bindusbl_des.campaigns.statistics.intervals import interval
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -127,12 +126,11 @@ def predicted(values: Sequence[float], further_runs: int) -> Prediction:
     Raises:
         ValueError: when there are fewer than two runs; one run says nothing of the next.
     """
-    known = [float(value) for value in values if isfinite(value)]
-    if len(known) < 2:
-        raise ValueError(f"an interval needs at least 2 runs; met {len(known)}")
-    half = student_95(len(known) - 1) * stdev(known) * sqrt(1 / len(known) + 1 / further_runs)
-    mean = fmean(known)
-    return Prediction(mean, mean - half, mean + half, len(known))
+    known = interval(values)
+    if known.count < 2:
+        raise ValueError(f"an interval needs at least 2 runs; met {known.count}")
+    half = known.half_width * sqrt(1 + known.count / further_runs)
+    return Prediction(known.mean, known.mean - half, known.mean + half, known.count)
 
 
 def agrees(row: Published, prediction: Prediction, claim: Claim = "equals") -> bool:

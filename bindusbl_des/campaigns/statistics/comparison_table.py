@@ -51,20 +51,13 @@ def is_alone(rows: Rows) -> bool:
 
 def _alone(rows: Rows) -> Iterator[str]:
     """Yield the metrics of one pair of points, the main finding in words, and who was worst."""
-    pair, counts = rows[0].pair, {_count(row) for row in rows}
-    keys = list(pair.held)
+    pair = rows[0].pair
+    keys, paired = list(pair.held), _paired(rows)
     held = ", ".join(f"{short_key(key, keys)}={plain(pair.held[key])}" for key in keys)
-    paired = f"; {counts.pop()} paired seeds" if len(counts) == 1 else ""
-    one, other = pair.baseline.label, pair.other.label
-    yield filled(f"{other} compared with {one}{f' at {held}' * bool(held)}{paired}")
-    worst = all(row.metric.startswith(WORST) for row in rows)
-    first = "of the worst AUV" if worst else "metric"
-    cells = [(first, one, other, "difference [95 % CI]", "", "" if paired else "pairs", "")]
-    cells += [
-        (of_an_auv(row.metric) if worst else row.metric, *_row(row, "" if paired else _count(row)))
-        for row in rows
-    ]
-    yield from _table(cells)
+    at = f" at {held}" * bool(held)
+    yield filled(f"{_versus(rows[0])}{at}{paired}")
+    whose, names = _metrics(rows)
+    yield from _table(whose, names, rows, bool(paired))
     said = [sentence(rows[0]), *worst_named(rows[0])]
     for text in dict.fromkeys((*said, *(lack for row in rows for lack in unserved(row)))):
         yield filled(text)
@@ -74,48 +67,63 @@ def _over_points(rows: Rows) -> Iterator[str]:
     """Yield the first metric at each point of the other keys, and how often each metric differs."""
     metric = rows[0].metric
     points = [row for row in rows if row.metric == metric]
-    pair, counts = points[0].pair, {_count(point) for point in points}
-    one, other = pair.baseline.label, pair.other.label
-    paired = f"; {counts.pop()} paired seeds" if len(counts) == 1 else ""
+    paired, versus = _paired(points), _versus(points[0])
     measure = f" ({unit(metric)})".replace(" (1)", "")
-    yield filled(f"{other} compared with {one}: {_named(points[0])}{measure}{paired}")
+    yield filled(f"{versus}: {_named(points[0])}{measure}{paired}")
     at = [{key: plain(value) for key, value in point.pair.held.items()} for point in points]
     keys = [key for key in at[0] if len({held[key] for held in at}) > 1] or list(at[0])
     heading = ", ".join(short_key(key, list(at[0])) for key in keys)
-    cells = [(heading, one, other, "difference [95 % CI]", "", "" if paired else "pairs", "")]
-    cells += [
-        (", ".join(held[key] for key in keys), *_row(point, "" if paired else _count(point)))
-        for point, held in zip(points[:MOST_POINTS], at, strict=False)
-    ]
-    yield from _table(cells)
+    names = [", ".join(held[key] for key in keys) for held in at[:MOST_POINTS]]
+    yield from _table(heading, names, points[:MOST_POINTS], bool(paired))
     if len(points) > MOST_POINTS:
         yield f"... {len(points) - MOST_POINTS} more points; --out FILE.csv writes all"
     yield ""
-    yield f"{other} compared with {one}, at how many of {len(points)} points:"
+    yield f"{versus}, at how many of {len(points)} points:"
     yield from _verdicts(rows)
+
+
+def _versus(row: Difference) -> str:
+    return f"{row.pair.other.label} compared with {row.pair.baseline.label}"
+
+
+def _paired(rows: Rows) -> str:
+    """Return how many seeds all rows have in pairs; "" where that differs."""
+    counts = {_count(row) for row in rows}
+    return f"; {counts.pop()} paired seeds" if len(counts) == 1 else ""
+
+
+def _metrics(rows: Rows) -> tuple[str, list[str]]:
+    """Return the heading of metrics, and their names, which leave to it whose they are."""
+    if all(row.metric.startswith(WORST) for row in rows):
+        return "of the worst AUV", [of_an_auv(row.metric) for row in rows]
+    return "metric", [row.metric for row in rows]
 
 
 def _verdicts(rows: Rows) -> Iterator[str]:
     """Yield at how many points each metric is better, worse, ..."""
+    whose, names = _metrics(rows)
     counts: dict[str, Counter[str]] = {}
-    worst = all(row.metric.startswith(WORST) for row in rows)
-    for row in rows:
-        name = of_an_auv(row.metric) if worst else row.metric
+    for name, row in zip(names, rows, strict=True):
         counts.setdefault(name, Counter())[row.verdict] += 1
     shown = [word for word in get_args(Verdict) if any(count[word] for count in counts.values())]
-    cells = [("of the worst AUV" if worst else "metric", *shown)]
+    cells = [[name, *(str(count[word] or "-") for word in shown)] for name, count in counts.items()]
+    yield from aligned([[whose, *shown], *cells])
+
+
+def _table(heading: str, names: Sequence[str], rows: Rows, is_paired: bool) -> Iterator[str]:
+    """Yield a row for each difference, with its pairs unless all have the same."""
+    pair = rows[0].pair
+    ends, pairs = (pair.baseline.label, pair.other.label), "" if is_paired else "pairs"
+    cells = [(heading, *ends, "difference [95 % CI]", "", pairs, "")]
     cells += [
-        (name, *(str(count[word] or "-") for word in shown)) for name, count in counts.items()
+        (name, *_row(row, "" if is_paired else _count(row)))
+        for name, row in zip(names, rows, strict=True)
     ]
-    yield from aligned(cells)
-
-
-def _table(cells: list[tuple[str, str, str, str, str, str, str]]) -> Iterator[str]:
     widths = [max(len(row[n]) for row in cells) for n in range(len(cells[0]))]
     if sum(widths) + 2 * (sum(map(bool, widths)) - 1) > WIDEST:
         widths[RELATIVE] = 0
-    heading, *lines = (_line(row, widths) for row in cells)
-    yield from (heading, "-" * max(map(len, (heading, *lines))), *lines)
+    first, *lines = (_line(row, widths) for row in cells)
+    yield from (first, "-" * max(map(len, (first, *lines))), *lines)
 
 
 def _line(row: tuple[str, ...], widths: Sequence[int]) -> str:

@@ -10,7 +10,6 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from ...core.arrays import Flags, Floats, Ints
 from ...core.plain_yaml import read_yaml
 from ...core.wording import counted, decimals, did_you_mean, lettered, number, plain
 from ...records.metrics import lower_is_better, of_an_auv
@@ -22,7 +21,6 @@ from .intervals import (
     ROUND_OFF,
     Interval,
     interval,
-    intervals,
     point_name,
     points_named,
     written,
@@ -253,59 +251,44 @@ class Difference:
 
 def difference(pair: Pair, metric: str, found: Found, served: Served) -> Difference:
     """Return how a metric differs over the seeds at which both points have a value."""
+    sides = (pair.baseline, pair.other)
+    own = [found[side.campaign.folder] for side in sides]
     (mine, one), (theirs, two) = (
-        found[s.campaign.folder].at(s.point, metric) for s in _sides(pair)
+        them.at(side.point, metric) for them, side in zip(own, sides, strict=True)
     )
-    seeds, here, there = np.intersect1d(mine, theirs, assume_unique=True, return_indices=True)
-    one, two = one[here], two[there]
-    lack = _lack(pair.baseline, metric, seeds, here, found, served)
-    their_lack = _lack(pair.other, metric, seeds, there, found, served)
+    seeds, *rows = np.intersect1d(mine, theirs, assume_unique=True, return_indices=True)
+    one, two = one[rows[0]], two[rows[1]]
+    lacks = [
+        them.unserved_at(side.point, metric)[places]
+        for them, side, places in zip(own, sides, rows, strict=True)
+    ]
     gaps = two - one
     gaps[np.abs(gaps) <= ROUND_OFF * np.maximum(np.abs(one), np.abs(two))] = 0.0
-    known, their_known = ~np.isnan(one), ~np.isnan(two)
-    if lack.missions.any() or their_lack.missions.any():
+    known = [~np.isnan(one), ~np.isnan(two)]
+    if any(lack.any() for lack in lacks):
         gaps[:] = nan
     else:
-        known = their_known = known & their_known
-    names, their_names = (
-        found[s.campaign.folder].who(s.point, metric, seeds) for s in _sides(pair)
+        known = [known[0] & known[1]] * 2
+    baseline, other = (
+        End(
+            float(values[has].mean()) if has.any() else nan,
+            len(values),
+            int((has & ~lack).sum()),
+            served[side.campaign.folder].without(side.point, of_an_auv(metric), seeds)
+            if lack.any()
+            else {},
+            them.who(side.point, metric, seeds),
+        )
+        for them, side, values, has, lack in zip(own, sides, (one, two), known, lacks, strict=True)
     )
-    baseline = _end(one, known, lack, names)
-    other = _end(two, their_known, their_lack, their_names)
     return Difference(pair, metric, baseline, other, interval(gaps.tolist()))
-
-
-def _sides(pair: Pair) -> tuple[Side, Side]:
-    return pair.baseline, pair.other
-
-
-@dataclass(frozen=True)
-class _Lack:
-    """In which missions an AUV has no value, and in how many each AUV has none."""
-
-    missions: Flags
-    auvs: Mapping[str, int]
-
-
-def _lack(side: Side, metric: str, seeds: Ints, rows: Ints, found: Found, served: Served) -> _Lack:
-    """Return what AUVs lack in the missions of some seeds, which are those rows of the point."""
-    missions = found[side.campaign.folder].unserved_at(side.point, metric)[rows]
-    if not missions.any():
-        return _Lack(missions, {})
-    fleet = served[side.campaign.folder]
-    return _Lack(missions, fleet.without(side.point, of_an_auv(metric), seeds))
-
-
-def _end(values: Floats, known: Flags, lack: _Lack, who: Mapping[str, int]) -> End:
-    mean = float(values[known].mean()) if known.any() else nan
-    return End(mean, len(values), int((known & ~lack.missions).sum()), lack.auvs, who)
 
 
 def unpaired(one: Campaign, other: Campaign, pairs: Sequence[Pair]) -> Iterator[str]:
     """Yield which points of two campaigns, or of one and the same, no pair of both has."""
     for campaign, beside in {one.folder: (one, other), other.folder: (other, one)}.values():
-        sides = [_sides(pair) for pair in pairs]
-        met = {s.point for both in sides for s in both if s.campaign is campaign}
+        sides = [side for pair in pairs for side in (pair.baseline, pair.other)]
+        met = {side.point for side in sides if side.campaign is campaign}
         points = [point for point in range(len(campaign.plan.points)) if point not in met]
         if not points:
             continue
@@ -355,7 +338,7 @@ def key_effects(plan: ExperimentPlan, found: MissionOutcomes) -> list[str]:
     Keys that matter most come first.  Values are compared over the same points of the other keys:
     points without a mission that went well are left out at all values, and counted.
     """
-    error = intervals(found.by_seed(ERROR, len(plan.points))).mean
+    error = found.means(ERROR).mean
     effects = [effect for key in plan.columns if (effect := _effect(plan, key, error)) is not None]
     return [said for _, said in sorted(effects, key=lambda effect: -effect[0])]
 

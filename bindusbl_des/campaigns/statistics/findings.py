@@ -191,7 +191,7 @@ def findings(folder: Path, plan: ExperimentPlan) -> Findings:
     Points are accurate that keep to the limit of whoever asked for it, or to a metre.
     """
     limit_m = float(read_record(folder).get(LIMIT) or SUB_METRE)
-    found = outcomes(folder, (ERROR, ERROR_P95, *COLLISIONS))
+    found = outcomes(folder, (ERROR, ERROR_P95, *COLLISIONS), len(plan.points))
     if not found.ok.any():
         count = len(found.ok)
         failed = f": all {count} failed{failed_because(folder)}"
@@ -218,17 +218,15 @@ def _failed(folder: Path, found: MissionOutcomes) -> str:
 
 def _best(found: MissionOutcomes, plan: ExperimentPlan) -> str:
     """Return which point has the smallest error of the worst AUV, and which are as good."""
-    table = found.by_seed(ERROR, len(plan.points))
-    known = intervals(table)
+    known = found.means(ERROR)
     best = int(np.nanargmin(known.mean))
-    tail = intervals(found.by_seed(ERROR_P95, len(plan.points))[best : best + 1]).at(0)
-    error = known.at(best)
+    error, tail = known.at(best), found.means(ERROR_P95).at(best)
     where = point_name(best, plan.points[best].varied)
     begun = f"Smallest error of the worst AUV: {where}," if len(plan.points) > 1 else "Worst AUV:"
     return (
         f"{begun} {plus_minus(error.mean, error.half_width)} m over {counted(error.count, 'seed')} "
         f"({who_is_worst(found.who(best, ERROR))}); 95 % of the time every AUV is below "
-        f"{plus_minus(tail.mean, tail.half_width)} m.{_rivals(table, best)}"
+        f"{plus_minus(tail.mean, tail.half_width)} m.{_rivals(found.by_seed(ERROR), best)}"
     )
 
 
@@ -298,9 +296,9 @@ def _sure(found: MissionOutcomes, plan: ExperimentPlan, limit_m: float) -> str:
     is the best of them, is surely below.
     """
     points = len(plan.points)
-    if max(found.well(points)) < 2:
+    if max(found.well) < 2:
         return f"With one seed a point nothing is surely below {limit_m:g} m; run more."
-    mean, tail = (intervals(found.by_seed(metric, points)) for metric in (ERROR, ERROR_P95))
+    mean, tail = found.means(ERROR), found.means(ERROR_P95)
     upper = [known.mean + known.half_width for known in (mean, tail)]
     below = [ends < limit_m for ends in upper]
     count, always = int(below[0].sum()), int((below[0] & below[1]).sum())
@@ -312,7 +310,7 @@ def _sure(found: MissionOutcomes, plan: ExperimentPlan, limit_m: float) -> str:
             f"95 % of the time {ends}."
         )
     rest = f", {always or 'none'} of them for 95 % of the time as well" * bool(count)
-    ran = np.bincount(found.point, minlength=points)
+    ran = found.ran
     without = {
         "no mission that went well": int(np.sum((mean.count == 0) & (ran > 0))),
         "no mission yet": int(np.sum(ran == 0)),

@@ -1,4 +1,6 @@
-"""Means with confidence intervals, without scipy; and how their points are named."""
+"""Means with confidence intervals, without scipy: the one place where spread is worked out, of
+missions, of paired differences, of candidates of a plan; and how points are named.
+"""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -9,9 +11,8 @@ from statistics import NormalDist
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...core.arrays import Floats
+from ...core.arrays import Flags, Floats, Ints
 from ...core.wording import ROUND_OFF as ROUND_OFF
 
 # Student's t for 95 % confidence (two-sided) by degrees of freedom 1, 2, ...; standard tables.
@@ -29,10 +30,13 @@ MOST_NAMED = 6
 
 @dataclass(frozen=True)
 class Interval:
-    """A mean, half the width of its 95 % confidence interval (nan for one value), and the count."""
+    """A mean, half the width of its 95 % confidence interval, its standard error (both nan for one
+    value), and the count.
+    """
 
     mean: float
     half_width: float
+    error: float
     count: int
 
     @property
@@ -48,17 +52,17 @@ class Interval:
 
 @dataclass(frozen=True)
 class Intervals:
-    """Means of many points, half their 95 % intervals (nan for one value), and the counts."""
+    """The same of many points, in arrays."""
 
     mean: Floats
     half_width: Floats
-    count: NDArray[np.int64]
+    error: Floats
+    count: Ints
 
     def at(self, point: int) -> Interval:
         """Return the interval of one point."""
-        return Interval(
-            float(self.mean[point]), float(self.half_width[point]), int(self.count[point])
-        )
+        mean, half, error = (float(own[point]) for own in (self.mean, self.half_width, self.error))
+        return Interval(mean, half, error, int(self.count[point]))
 
 
 def student_95(freedom: int) -> float:
@@ -99,12 +103,14 @@ def intervals(values: Floats, together: int = 1) -> Intervals:
     with np.errstate(divide="ignore", invalid="ignore"):
         mean = filled.sum(axis=1) / count
         square = np.where(known, (filled - mean[:, None]) ** 2, 0.0).sum(axis=1)
-        half = _student(count, together) * np.sqrt(square / (count - 1) / count)
-    largest = np.abs(filled).max(axis=1, initial=0.0)
-    return Intervals(mean, np.where(half <= ROUND_OFF * largest, 0.0, half), count)
+        error = np.where(count > 1, np.sqrt(square / (count - 1) / count), nan)
+    half = _student(count, together) * error
+    exact = half <= ROUND_OFF * np.abs(filled).max(axis=1, initial=0.0)
+    half, error = (np.where(exact, 0.0, width) for width in (half, error))
+    return Intervals(mean, half, error, count)
 
 
-def _student(count: NDArray[np.int64], together: int) -> Floats:
+def _student(count: Ints, together: int) -> Floats:
     """Return Student's t for means of so many values each, nan for fewer than two."""
     confidence, table = 1 - (1 - CONFIDENCE) / together, np.full(int(count.max(initial=2)) + 1, nan)
     for number in np.unique(count[count > 1]).tolist():
@@ -123,8 +129,7 @@ def chance(estimate: Interval) -> float:
     """
     if estimate.count < 2:
         return nan
-    freedom = estimate.count - 1
-    error = estimate.half_width / student_95(freedom)
+    freedom, error = estimate.count - 1, estimate.error
     t = estimate.mean / error if error else inf * estimate.mean if estimate.mean else 0.0
     within = _within(abs(atan(t / sqrt(freedom))), freedom)
     return (1 - within) / 2 if t > 0 else (1 + within) / 2
@@ -160,7 +165,7 @@ def _within(angle: float, freedom: int) -> float:
     return 2 / pi * (angle + sin(angle) * total) if odd else sin(angle) * total
 
 
-def discoveries(chances: Floats) -> NDArray[np.bool_]:
+def discoveries(chances: Floats) -> Flags:
     """Tell which of many findings to believe, so that one in twenty of them is wrong at most.
 
     `chances` (n,) is how probable each would be by chance alone; nan was not tested.  Benjamini and

@@ -17,12 +17,13 @@ from ...core.facts import cached_property
 from ...core.wording import did_you_mean, printable
 from ...records.events import NONE
 from ...records.metrics import METRICS_ARE, WORST, WORST_IS_LARGEST, AuvMetrics, of_an_auv
-from ...results.columns import numpy_array, numpy_columns
+from ...results.columns import numpy_columns
 from ...results.schemas import mission_numbers, schema
-from ..storage.done import OK, has_status
+from ..experiments.experiment import ExperimentPlan
 from ..storage.folder import CampaignError
 from ..storage.part_rows import read_table
-from ..storage.parts import MISSIONS
+from ..storage.parts import MISSIONS, OK, coded, has_status
+from .intervals import Intervals, intervals
 
 # What a mission is for, first; what the network did for it, after.  A mission is as good as what
 # its worst AUV got (interface: a plan is judged by it, averaged over seeds).
@@ -75,14 +76,31 @@ def lacking(metric: str) -> str:
 
 
 @dataclass(frozen=True)
+class Means(Intervals):
+    """The means of a metric at each point; of its missions that went `well` those that are `whole`
+    have a value for every AUV.
+    """
+
+    whole: Ints
+    well: Ints
+
+    def gap(self, point: int) -> str:
+        """Return how many missions of a point are whole, of how many; "" where all are."""
+        whole, well = self.whole[point], self.well[point]
+        return f"{whole}/{well}" if whole < well else ""
+
+
+@dataclass(frozen=True)
 class MissionOutcomes:
-    """Missions that have a row, in the order of the plan; a metric that has no value is nan.
+    """Missions of so many points that have a row, in the order of the plan; a metric that has no
+    value is nan.
 
     `unserved` tells of metrics in which missions some AUV has none: the worst AUV's metric is nan
     there, the fleet's mean leaves that AUV out.  `worst` is the number of the worst AUV of each
     mission, NONE where none is, by the metrics that are the worst AUV's.
     """
 
+    points: int
     mission: Ints
     point: Ints
     seed: Ints
@@ -119,10 +137,10 @@ class MissionOutcomes:
         most = np.argsort(-times, kind="stable")
         return Counter({f"AUV{auv}": int(times[auv]) for auv in most.tolist() if times[auv]})
 
-    def by_seed(self, metric: str, points: int) -> Floats:
+    def by_seed(self, metric: str) -> Floats:
         """Return a metric (points, seeds) over all seeds that occur, nan where it has no value."""
         seeds, column = self._columns
-        table = np.full((points, max(seeds, 1)), np.nan)
+        table = np.full((self.points, max(seeds, 1)), np.nan)
         table[self.point[self.ok], column[self.ok]] = self.metrics[metric][self.ok]
         return table
 
@@ -132,15 +150,23 @@ class MissionOutcomes:
         seeds, column = np.unique(self.seed, return_inverse=True)
         return len(seeds), column
 
-    def whole(self, metric: str, points: int) -> Ints:
-        """Return in how many missions (points,) every AUV has a value."""
-        without = self.unserved.get(metric, False)
-        known = self.ok & ~np.isnan(self.metrics[metric]) & ~np.asarray(without)
-        return np.bincount(self.point[known], minlength=points)
+    def means(self, metric: str) -> Means:
+        """Return the mean of a metric at each point, and in how many missions every AUV has it."""
+        known = intervals(self.by_seed(metric))
+        without = np.asarray(self.unserved.get(metric, False))
+        has = self.ok & ~np.isnan(self.metrics[metric]) & ~without
+        whole = np.bincount(self.point[has], minlength=self.points)
+        return Means(known.mean, known.half_width, known.error, known.count, whole, self.well)
 
-    def well(self, points: int) -> Ints:
-        """Return how many missions (points,) went well."""
-        return np.bincount(self.point[self.ok], minlength=points)
+    @cached_property
+    def well(self) -> Ints:
+        """How many missions (points,) went well."""
+        return np.bincount(self.point[self.ok], minlength=self.points)
+
+    @cached_property
+    def ran(self) -> Ints:
+        """How many missions (points,) have a row."""
+        return np.bincount(self.point, minlength=self.points)
 
     def seeds(self, point: int) -> set[int]:
         """Return the seeds of a point that have a row."""
@@ -148,15 +174,15 @@ class MissionOutcomes:
 
     def failed(self, point: int) -> int:
         """Return how many missions of a point failed."""
-        return int((~self.ok[self._rows(point)]).sum())
+        return int(self.ran[point] - self.well[point])
 
     def _rows(self, point: int) -> slice:
         first, end = np.searchsorted(self.point, (point, point + 1))
         return slice(first, end)
 
 
-def outcomes(folder: Path, metrics: Sequence[str]) -> MissionOutcomes:
-    """Read metrics of all missions of a campaign that have a row.
+def outcomes(folder: Path, metrics: Sequence[str], points: int) -> MissionOutcomes:
+    """Read metrics of all missions of a campaign of so many points that have a row.
 
     Raises:
         CampaignError: when an older version ran it, which did not record one of them.
@@ -170,11 +196,13 @@ def outcomes(folder: Path, metrics: Sequence[str]) -> MissionOutcomes:
     rows = read_table(folder, MISSIONS, ("point", "seed", "status", *wanted))
     if rows is None:
         none = np.zeros(0, np.int64)
-        return MissionOutcomes(none, none, none, none == 0, {name: np.zeros(0) for name in metrics})
+        values = {name: np.zeros(0) for name in metrics}
+        return MissionOutcomes(points, none, none, none, none == 0, values)
     check_recorded(folder, rows, wanted)
     who = {name: auv_numbers(rows[name]) for name in named}
     found = numpy_columns(rows.drop_columns(["status", *who]))
     return MissionOutcomes(
+        points,
         **{name: found[name] for name in ("mission", "point", "seed")},
         ok=has_status(rows, OK),
         metrics={name: found[name].astype(float, copy=False) for name in metrics},
@@ -194,26 +222,25 @@ def _unserved(worst: Floats, who: Ints) -> Flags:
 
 def auv_numbers(names: pa.ChunkedArray) -> Ints:
     """Return the numbers of AUVs of which a column has the names; NONE where it has none."""
-    each = names.combine_chunks().dictionary_encode()
-    numbers = [int(name.removeprefix("AUV")) for name in each.dictionary.to_pylist()]
-    places = np.nan_to_num(numpy_array(each.indices), nan=len(numbers)).astype(np.int64)
-    found: Ints = np.array([*numbers, NONE], np.int64)[places]
+    places, words = coded(names)
+    numbers = [NONE if name is None else int(name.removeprefix("AUV")) for name in words]
+    found: Ints = np.array(numbers, np.int64)[places]
     return found
 
 
 def metric_by_metric(
-    folder: Path, metrics: Sequence[str], missions: int
+    folder: Path, metrics: Sequence[str], plan: ExperimentPlan
 ) -> Iterator[tuple[str, MissionOutcomes]]:
-    """Yield each of many metrics of a campaign of so many missions with what has its values; some
-    metrics are in memory at a time.
+    """Yield each of many metrics of a campaign with what has its values; some metrics are in memory
+    at a time.
 
     Raises:
         CampaignError: as :func:`outcomes`.
     """
-    at_a_time = max(1, MOST_VALUES // max(missions, 1))
+    at_a_time = max(1, MOST_VALUES // len(plan))
     for begin in range(0, len(metrics), at_a_time):
         names = metrics[begin : begin + at_a_time]
-        found = outcomes(folder, names)
+        found = outcomes(folder, names, len(plan.points))
         yield from ((name, found) for name in names)
 
 
@@ -225,11 +252,10 @@ def failed_because(folder: Path) -> str:
     rows = read_table(folder, MISSIONS, ("error",))
     if rows is None or rows["error"].null_count == len(rows):
         return ""
-    errors = rows["error"].combine_chunks().dictionary_encode()
-    places = numpy_array(errors.indices)
-    times = np.bincount(places[~np.isnan(places)].astype(np.int64))
+    places, errors = coded(rows["error"])
+    times = np.bincount(places, minlength=len(errors))[:-1]  # without those that have none
     most = int(np.argmax(times))
-    said = printable(errors.dictionary[most].as_py())
+    said = printable(str(errors[most]))
     said = said if len(said) <= MOST_LETTERS else f"{said[:MOST_LETTERS]}..."
     which = f", {times[most]} of them" if times[most] < times.sum() else ""
     return f"{which}: {said.removesuffix('.')}"

@@ -26,7 +26,7 @@ from ..experiments.experiment import ExperimentPlan, checkpoints
 from ..storage.part_rows import varied_columns
 from ..storage.parts import MISSIONS
 from .findings import Findings
-from .intervals import Interval, interval, intervals, short_key, written
+from .intervals import Interval, interval, short_key, written
 from .outcomes import (
     JUDGED,
     MissionOutcomes,
@@ -105,9 +105,8 @@ def points_rows(folder: Path, plan: ExperimentPlan) -> pa.Table:
         CampaignError: when an older version ran it, which did not record a metric.
     """
     names, points = mission_numbers(), len(plan.points)
-    missions = metric_by_metric(folder, names, len(plan))
-    found = [(intervals(all_.by_seed(name, points)), all_.well(points)) for name, all_ in missions]
-    known, number = [means for means, _ in found], pa.float64()
+    known = [found.means(name) for name, found in metric_by_metric(folder, names, plan)]
+    number = pa.float64()
     keys = varied_columns(plan.columns, [point.varied for point in plan.points])
     columns = {
         "point": arrow(np.tile(np.arange(points), len(names)), pa.int64()),
@@ -118,7 +117,7 @@ def points_rows(folder: Path, plan: ExperimentPlan) -> pa.Table:
         "low": arrow(np.concatenate([means.mean - means.half_width for means in known]), number),
         "high": arrow(np.concatenate([means.mean + means.half_width for means in known]), number),
         "n": arrow(np.concatenate([means.count for means in known]), pa.int64()),
-        "missions": arrow(np.concatenate([well for _, well in found]), pa.int64()),
+        "missions": arrow(np.concatenate([means.well for means in known]), pa.int64()),
     }
     fields = [
         pa.field(name, array.type, metadata={"meaning": COLUMNS.get(name, "")})
@@ -150,12 +149,11 @@ def latex_table(folder: Path, plan: ExperimentPlan, name: str, metrics: Sequence
         ValueError: when there is no such metric.
     """
     check_metrics(metrics)
-    found, points = outcomes(folder, metrics), range(len(plan.points))
-    keys, well = list(plan.columns), found.well(len(plan.points))
-    means = [intervals(found.by_seed(metric, len(plan.points))) for metric in metrics]
+    found = outcomes(folder, metrics, len(plan.points))
+    keys, well, means = list(plan.columns), found.well, [found.means(name) for name in metrics]
     rows = [[*(in_latex(key) for key in keys), "$n$", *(in_latex(quantity(m)) for m in metrics)]]
-    for point in points:
-        values = [in_latex(written(value)) for value in plan.points[point].varied.values()]
+    for point, planned in enumerate(plan.points):
+        values = [in_latex(written(value)) for value in planned.varied.values()]
         cells = [_in_latex(known.at(point), int(well[point])) for known in means]
         rows.append([*values, str(well[point]), *cells])
     head, *body = (f"{' & '.join(row)} \\\\" for row in rows)
@@ -183,50 +181,22 @@ def _in_latex(known: Interval, missions: int) -> str:
 # whatever order, so that a campaign ends with the same missions on any number of workers.
 
 
-def seeds_wanted(plan: ExperimentPlan, found: MissionOutcomes) -> list[int]:
-    """Return how many of its seeds each point needs as far as is known."""
-    return [_wanted(plan, found, point) for point in range(len(plan.points))]
-
-
-def _wanted(plan: ExperimentPlan, found: MissionOutcomes, point: int) -> int:
+def settled(plan: ExperimentPlan, found: MissionOutcomes) -> Iterator[tuple[int, bool]]:
+    """Yield how many of its seeds each point needs as far as is known, and whether its intervals
+    are as narrow then as was asked.  A point at which all missions fail needs no more.
+    """
     most = len(plan.experiment.seeds)
-    stop = most
-    for stop in checkpoints(most):
-        rows = _rows(plan, found, point, stop)
-        if rows.stop - rows.start < stop or _is_settled(plan, found, rows):
-            break
-    return stop
-
-
-def _rows(plan: ExperimentPlan, found: MissionOutcomes, point: int, count: int) -> slice:
-    start = point * len(plan.experiment.seeds)
-    first, end = np.searchsorted(found.mission, (start, start + count))
-    return slice(int(first), int(end))
-
-
-def _is_settled(plan: ExperimentPlan, found: MissionOutcomes, rows: slice) -> bool:
-    """Tell whether all intervals are narrow enough; what always fails is not tried for ever."""
-    well = found.ok[rows]
-    return not well.any() or is_narrow(plan, found, rows)
-
-
-def is_narrow(plan: ExperimentPlan, found: MissionOutcomes, rows: slice) -> bool:
-    """Tell whether the intervals of some missions are as narrow as was asked."""
-    for target in plan.experiment.until_ci:
-        known = interval(found.metrics[target.metric][rows][found.ok[rows]].tolist())
-        if not known.half_width <= target.half_width(known.mean):  # so that nan is not enough
-            return False
-    return True
-
-
-def wide_points(plan: ExperimentPlan, found: MissionOutcomes) -> list[int]:
-    """Return the points whose intervals are wider than was asked."""
-    wanted = seeds_wanted(plan, found)
-    return [
-        point
-        for point, count in enumerate(wanted)
-        if not is_narrow(plan, found, _rows(plan, found, point, count))
-    ]
+    for first in range(0, len(plan), most):
+        for count in checkpoints(most):
+            begin, end = np.searchsorted(found.mission, (first, first + count)).tolist()
+            well = found.ok[begin:end]
+            is_narrow = True
+            for target in plan.experiment.until_ci:
+                known = interval(found.metrics[target.metric][begin:end][well].tolist())
+                is_narrow &= known.half_width <= target.half_width(known.mean)  # nan is not enough
+            if end - begin < count or is_narrow or not well.any():
+                break
+        yield count, is_narrow
 
 
 # metric, heading, decimals at least (none: as its interval has, which is shown), what it is
@@ -248,9 +218,8 @@ def points_table(folder: Path, plan: ExperimentPlan, said: Findings) -> str:
     Means are over the missions that went well, with 95 % intervals.
     """
     targets = plan.experiment.until_ci
-    found = outcomes(
-        folder, [*(metric[0] for metric in METRICS), *(target.metric for target in targets)]
-    )
+    wanted = [*(metric[0] for metric in METRICS), *(target.metric for target in targets)]
+    found = outcomes(folder, wanted, len(plan.points))
     keys = [short_key(key, list(plan.columns)) for key in plan.columns]
     rows = [["point", *keys, "ok", "worst", *(metric[1] for metric in METRICS)]]
     for point in range(min(len(plan.points), MOST_ROWS)):
@@ -279,22 +248,20 @@ def _reached(plan: ExperimentPlan, found: MissionOutcomes) -> Iterator[str]:
     targets = plan.experiment.until_ci
     if not targets:
         return
-    wide, points = len(wide_points(plan, found)), len(plan.points)
+    points = len(plan.points)
+    narrow = sum(is_narrow for _, is_narrow in settled(plan, found))
     asked = ", ".join(f"{target.metric} +- {target.written}" for target in targets)
-    yield f"{asked}: reached at {points - wide} of {points} points"
+    yield f"{asked}: reached at {narrow} of {points} points"
     for target in targets:
-        whole, well = found.whole(target.metric, points), found.well(points)
-        if (whole < well).any():
-            yield (
-                f"{target.metric}: {int(whole.sum())} of {int(well.sum())} missions have a value "
-                "for every AUV"
-            )
+        whole, well = int(found.means(target.metric).whole.sum()), int(found.well.sum())
+        if whole < well:
+            yield f"{target.metric}: {whole} of {well} missions have a value for every AUV"
 
 
 def _well(found: MissionOutcomes, point: int) -> str:
     """Return how many missions went well, of how many if some failed."""
-    well, failed = int(found.ok[found.point == point].sum()), found.failed(point)
-    return f"{well}/{well + failed}" if failed else str(well)
+    well, ran = found.well[point], found.ran[point]
+    return f"{well}/{ran}" if well < ran else str(well)
 
 
 def _who(found: MissionOutcomes, point: int) -> str:
