@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from bindusbl_des import Scenario, advise, load_scenario, simulate
-from bindusbl_des.advice.choosing import Trial
+from bindusbl_des.advice.advising import Trial
 from bindusbl_des.results.effects import Advice
 from bindusbl_des.scenario.files.scenario_file import Source
 

@@ -228,7 +228,7 @@ def _kept(setup: Setup) -> dict[str, Any]:
 def _ring(scenario: Scenario, radius: float, angle: float) -> dict[str, Any]:
     """Return the settings of a regular formation, laid over whatever the file asks for."""
     asked = scenario.asvs.formation.moored
-    assert asked is not None  # nobody moves what a user-defined placement puts somewhere
+    assert asked is not None  # user-defined placements are not moved
     settings: dict[str, Any] = {}
     for name in ("positions_m", "positions_deg"):
         if getattr(asked, name) is not None:

@@ -10,11 +10,9 @@ from numpy.typing import NDArray
 from ..core.wording import did_you_mean
 from ..figures.style import finished
 from ..figures.sweeps import Levels, Means, curves, heatmap
-from ..records.metrics import METRICS_ARE
-from ..results.schemas import mission_numbers, schema
 from ..scenario import keys as table
 from .statistics.intervals import interval
-from .statistics.outcomes import JUDGED, failed_because, outcomes
+from .statistics.outcomes import JUDGED, check_metrics, failed_because, outcomes, unit
 
 if TYPE_CHECKING:
     from .campaign import Campaign
@@ -31,16 +29,16 @@ def means_of(
     Missions that differ in other keys fall into one cell; the title says so.
 
     Raises:
-        LookupError: when there is no such metric or key, or nothing varies or was run.
+        ValueError: when there is no such metric or key, or nothing varies or was run.
     """
-    unit = _unit(metric)
+    check_metrics([metric])
     varied = _varying(campaign)
     if not varied:
-        raise LookupError(f"{campaign.folder}: no key varies, so there is nothing to draw over")
+        raise ValueError(f"{campaign.folder}: no key varies, so there is nothing to draw over")
     for key in (x, series):
         if key is not None and key not in varied:
             hint = did_you_mean(key, varied) or f"; it varies {', '.join(varied)}"
-            raise LookupError(f"{campaign.folder} does not vary {key!r}{hint}")
+            raise ValueError(f"{campaign.folder} does not vary {key!r}{hint}")
     across = _levels(campaign, x or next((k for k in varied if k != series), varied[0]))
     rest = [key for key in varied if key != across.key]
     other = series or (rest[0] if rest else None)
@@ -49,17 +47,9 @@ def means_of(
     if not cells:
         failed = campaign.state().failed
         why = f": {failed} failed{failed_because(campaign.folder)}" if failed else ""
-        raise LookupError(f"{campaign.folder} holds no mission with a {metric} yet{why}")
+        raise ValueError(f"{campaign.folder} holds no mission with a {metric} yet{why}")
     title = _title(campaign, varied, across, lines)
-    return Means(metric, unit, across, lines, cells, title, gaps)
-
-
-def _unit(metric: str) -> str:
-    columns = {name: schema("mission").field(name) for name in mission_numbers()}
-    if metric not in columns:
-        hint = did_you_mean(metric, columns) or METRICS_ARE
-        raise LookupError(f"no metric {metric!r}{hint}")
-    return str(columns[metric].metadata[b"unit"].decode())
+    return Means(metric, unit(metric), across, lines, cells, title, gaps)
 
 
 def _varying(campaign: "Campaign") -> list[str]:
@@ -74,9 +64,9 @@ def _levels(campaign: "Campaign", key: str) -> Levels:
     for point in campaign.plan.points:
         if point.varied[key] not in values:
             values.append(point.varied[key])
-    unit = next((row.unit for row in table.settable() if row.key == key), "")
-    levels = Levels(key, unit, tuple(values))
-    return Levels(key, unit, tuple(sorted(values))) if levels.is_numeric else levels
+    measure = next((row.unit for row in table.settable() if row.key == key), "")
+    levels = Levels(key, measure, tuple(values))
+    return Levels(key, measure, tuple(sorted(values))) if levels.is_numeric else levels
 
 
 def _cells(
@@ -128,8 +118,5 @@ def drawn(
     if kind not in KINDS:
         hint = did_you_mean(kind, KINDS) or f"; there are {', '.join(KINDS)}"
         raise ValueError(f"no figure {kind!r} of a campaign{hint}")
-    try:
-        means = means_of(campaign, what.pop("metric", None) or JUDGED[0], **what)
-    except LookupError as error:
-        raise ValueError(error.args[0]) from None
+    means = means_of(campaign, what.pop("metric", None) or JUDGED[0], **what)
     return finished(lambda inches: KINDS[kind](means, inches), width, path)

@@ -175,8 +175,6 @@ def _sweep_offers(folder: str, options: dict[str, Any]) -> "Offers":
     try:
         metric = options["metric"] or JUDGED[0]
         means = means_of(load_campaign(folder), metric, options["x"], options["series"])
-    except LookupError as error:
-        refuse(str(error.args[0]))
     except ValueError as error:
         refuse(str(error))
     return {

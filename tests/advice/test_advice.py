@@ -26,10 +26,9 @@ from bindusbl_des import (
     load_scenario,
     simulate,
 )
-from bindusbl_des.advice import choosing as trials_module
-from bindusbl_des.advice.advising import effect, measured
+from bindusbl_des.advice import advising as trials_module
+from bindusbl_des.advice.advising import Race, Trial, Trials, effect, measured, missions_for
 from bindusbl_des.advice.changes import Change, both, changed, may_be_paired, proposals
-from bindusbl_des.advice.choosing import Race, Trial, Trials, missions_for
 from bindusbl_des.advice.stations import Ways
 
 HELPS, NEGLIGIBLE, NO_EFFECT, HARMS = "helps", "negligible", "no measurable effect", "harms"
