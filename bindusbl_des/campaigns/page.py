@@ -12,14 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core.wording import counted, plus_minus, with_half
+from ..core.arrays import Floats
+from ..core.wording import counted, decimals, number, plus_minus, with_half
 from ..records.metrics import WORST, lower_is_better, quantity
 from ..report.page import THEME, Packer, assembled, asset, filled, table
 from ..report.run_page import footer
 from ..results.schemas import mission_numbers, schema
+from .experiments.experiment import ExperimentPlan
 from .failures import failures_in
-from .statistics.differences import key_effects
-from .statistics.findings import SUB_METRE, Findings, findings
+from .statistics.findings import ERROR, SUB_METRE, Findings, findings
 from .statistics.intervals import short_names, written
 from .statistics.outcomes import JUDGED, MEANS, MissionOutcomes, metric_by_metric, outcomes
 from .statistics.points_table import in_intervals
@@ -42,7 +43,7 @@ ACCURACIES = (
 )
 COUNT = "asvs.count"
 
-# Steps of a column, as a share of its largest value: more than anybody reads.
+# Steps of a column, as a share of its largest value: finer than a reader sees.
 PRECISION = 1e-6
 # A larger campaign shows its first points; its tables hold them all.
 MOST_POINTS = 500
@@ -50,8 +51,11 @@ MOST_POINTS = 500
 MOST_FAILURES = 200
 # More rows or columns than this are no map; the table of points has them.
 MOST_STEPS = 40
-# More combinations of the other keys than this nobody reads.
+# More combinations of the other keys than this are not shown.
 MOST_COMBINATIONS = 300
+
+# A key with more different values than this share of the points was sampled: none comes twice.
+SAMPLED = 0.5
 
 # A varied key: its name, its values if all are numbers, and them as text, as they are shown.
 Key = dict[str, Any]
@@ -115,7 +119,7 @@ def _packed_means(found: MissionOutcomes, metric: str, packer: Packer) -> dict[s
     return columns
 
 
-def _packed(column: np.ndarray, packer: Packer) -> dict[str, Any]:
+def _packed(column: Floats, packer: Packer) -> dict[str, Any]:
     known = np.abs(column[np.isfinite(column)])
     largest = float(known.max(initial=0.0))
     return packer.add(column, quantum=largest * PRECISION if largest > 0 else PRECISION)
@@ -189,12 +193,48 @@ def _story(campaign: "Campaign", found: MissionOutcomes, said: Findings) -> str:
     story += f"<p>{_text(rest)} {_text(said.sure)}</p>" if rest or said.sure else ""
     alarms = [said.failed, *said.harm, *said.starved, said.collided]
     story += _items("alarms", [text for text in alarms if text])
-    effects = key_effects(campaign.plan, found)
+    effects = _key_effects(campaign.plan, found)
     if effects:
         story += "<p>Mean error of the worst AUV by one key, averaged over the others:</p>"
         story += _items("effects", effects)
     contents = in_intervals(campaign.plan, range(len(campaign.plan.points)))
     return story + f'<p class="note">{_text(contents)}</p>'
+
+
+def _key_effects(plan: ExperimentPlan, found: MissionOutcomes) -> list[str]:
+    """Return of each key between which means over the others the worst AUV's error lies.
+
+    Keys that matter most come first.  Values are compared over the same points of the other keys:
+    points without a mission that went well are left out at all values, and counted.
+    """
+    error = found.means(ERROR).mean
+    effects = [effect for key in plan.columns if (effect := _effect(plan, key, error)) is not None]
+    return [said for _, said in sorted(effects, key=lambda effect: -effect[0])]
+
+
+def _effect(plan: ExperimentPlan, key: str, error: Floats) -> tuple[float, str] | None:
+    """Return how far apart the means at the values of a key are, and that in words."""
+    values = list(dict.fromkeys(written(point.varied[key]) for point in plan.points))
+    if len(values) < 2 or len(values) > SAMPLED * len(plan.points):
+        return None
+    rows: dict[str, Floats] = {}
+    for point, mean in zip(plan.points, error.tolist(), strict=True):
+        held = repr([item for item in point.varied.items() if item[0] != key])
+        row = rows.setdefault(held, np.full(len(values), np.nan))
+        row[values.index(written(point.varied[key]))] = mean
+    table = np.array(list(rows.values()))
+    seen = ~np.isnan(table).all(axis=0)  # values at which every mission fails tell nothing
+    table = table[:, seen]
+    whole = ~np.isnan(table).any(axis=1)
+    if table.shape[1] < 2 or not whole.any():
+        return None
+    names = [value for value, is_seen in zip(values, seen, strict=True) if is_seen]
+    means = table[whole].mean(axis=0)
+    low, high = int(np.argmin(means)), int(np.argmax(means))
+    left, places = int((~whole).sum()), max(2, decimals(means[high] - means[low], digits=1))
+    rest = f" (without {left} of {len(table)} combinations that lack a value)" * bool(left)
+    ends = [f"{number(means[end], places)} m at {names[end]}" for end in (low, high)]
+    return float(means[high] - means[low]), f"{key}: {', '.join(ends)}{rest}"
 
 
 def _items(kind: str, texts: Sequence[str]) -> str:
@@ -248,10 +288,10 @@ def _heat_table(
 def _rows(campaign: "Campaign", along: str) -> dict[str, dict[str, int]]:
     """Return of each combination of the other keys the point at each value of a key."""
     rows: dict[str, dict[str, int]] = {}
-    for number, point in enumerate(campaign.plan.points):
+    for place, point in enumerate(campaign.plan.points):
         texts = {key: written(value) for key, value in point.varied.items()}
         own = texts.pop(along)
-        rows.setdefault(", ".join(texts.values()) or "all", {})[own] = number
+        rows.setdefault(", ".join(texts.values()) or "all", {})[own] = place
     return rows
 
 

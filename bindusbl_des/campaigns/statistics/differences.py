@@ -11,19 +11,16 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from ...core.plain_yaml import read_yaml
-from ...core.wording import counted, decimals, did_you_mean, lettered, number, plain
+from ...core.wording import counted, did_you_mean, lettered, plain
 from ...records.metrics import lower_is_better, of_an_auv
 from ..campaign import Campaign
-from ..experiments.experiment import ExperimentPlan
 from ..storage.folder import AS_ASKED, CampaignError
-from .findings import ERROR
 from .intervals import (
     ROUND_OFF,
     Interval,
     interval,
     point_name,
     points_named,
-    written,
 )
 from .outcomes import Fleets, MissionOutcomes, failed_because
 
@@ -176,8 +173,6 @@ def _listed(campaign: Campaign) -> str:
 
 
 # Differences between two points, paired by seed: with equal seeds both had the same noise.
-#
-# How much each varied key matters: a campaign's error at its best and its worst value.
 
 
 # The outcomes of each campaign, and of its AUVs, by its folder.
@@ -326,43 +321,3 @@ def left_out(pairs: Sequence[Pair], found: Found) -> Iterator[str]:
 
 def _seeds(side: Side, found: Found) -> set[int]:
     return found[side.campaign.folder].seeds(side.point)
-
-
-# A key with more different values than this share of the points was sampled: none comes twice.
-SAMPLED = 0.5
-
-
-def key_effects(plan: ExperimentPlan, found: MissionOutcomes) -> list[str]:
-    """Return of each key between which means over the others the worst AUV's error lies.
-
-    Keys that matter most come first.  Values are compared over the same points of the other keys:
-    points without a mission that went well are left out at all values, and counted.
-    """
-    error = found.means(ERROR).mean
-    effects = [effect for key in plan.columns if (effect := _effect(plan, key, error)) is not None]
-    return [said for _, said in sorted(effects, key=lambda effect: -effect[0])]
-
-
-def _effect(plan: ExperimentPlan, key: str, error: np.ndarray) -> tuple[float, str] | None:
-    """Return how far apart the means at the values of a key are, and that in words."""
-    values = list(dict.fromkeys(written(point.varied[key]) for point in plan.points))
-    if len(values) < 2 or len(values) > SAMPLED * len(plan.points):
-        return None
-    rows: dict[str, np.ndarray] = {}
-    for point, mean in zip(plan.points, error.tolist(), strict=True):
-        held = repr([item for item in point.varied.items() if item[0] != key])
-        row = rows.setdefault(held, np.full(len(values), np.nan))
-        row[values.index(written(point.varied[key]))] = mean
-    table = np.array(list(rows.values()))
-    seen = ~np.isnan(table).all(axis=0)  # values at which every mission fails tell nothing
-    table = table[:, seen]
-    whole = ~np.isnan(table).any(axis=1)
-    if table.shape[1] < 2 or not whole.any():
-        return None
-    names = [value for value, is_seen in zip(values, seen, strict=True) if is_seen]
-    means = table[whole].mean(axis=0)
-    low, high = int(np.argmin(means)), int(np.argmax(means))
-    left, places = int((~whole).sum()), max(2, decimals(means[high] - means[low], digits=1))
-    rest = f" (without {left} of {len(table)} combinations that lack a value)" * bool(left)
-    ends = [f"{number(means[end], places)} m at {names[end]}" for end in (low, high)]
-    return float(means[high] - means[low]), f"{key}: {', '.join(ends)}{rest}"
