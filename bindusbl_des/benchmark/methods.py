@@ -1,6 +1,6 @@
 """The methods that come with the benchmark, and those of its users.
 
-A method is a name here, a part of one's own (`module:object`), or recorded estimates (a Parquet
+A method is a name here, a user-defined part (`module:object`), or recorded estimates (a Parquet
 file, :mod:`.recorded`).
 """
 
@@ -149,7 +149,7 @@ def method_names(kind: Kind | None = None) -> list[str]:
 
 
 def fits(method: str, task: Task) -> bool:
-    """Tell whether a method can enter a task; a part of one's own can enter any."""
+    """Tell whether a method can enter a task; a user-defined part can enter any."""
     return is_plugin(method) or is_recorded(method) or method in SHIPPED[task.kind]
 
 

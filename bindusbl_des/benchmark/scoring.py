@@ -107,7 +107,7 @@ def scores(method: str, task: Task, seeds: Sequence[int] | None = None) -> Itera
     """Yield the score of a method in a task, metric by metric.
 
     Raises:
-        PluginError: when a part of one's own fails.
+        PluginError: when a user-defined part fails.
         ValueError: when recorded estimates do not fit the task.
     """
     chosen = task.seeds if seeds is None else tuple(seeds)

@@ -49,7 +49,7 @@ FIGURE = "campaigns.drawing:drawn"  # a figure (matplotlib), given its kind and 
 # fingerprint, seed
 LABELS = 3
 
-# What a plan that somebody made up may raise.
+# What a record that was edited may raise.
 WRONG = (AttributeError, LookupError, TypeError, ValueError, ArithmeticError, RecursionError)
 
 
@@ -332,11 +332,8 @@ class Campaign:
             return None
         first = min(ends, key=ends.__getitem__)
         rows = read_part(self.folder, MISSIONS, first, ("wall_time_s",))
-        took = (
-            0.0
-            if rows is None
-            else sum(seconds or 0.0 for seconds in rows["wall_time_s"].to_pylist())
-        )
+        assert rows is not None  # as the part counts
+        took = sum(seconds or 0.0 for seconds in rows["wall_time_s"].to_pylist())
         spent = max(ends.values()) - max(ends[first] - took, session["began_at"])
         since = ran - session["rows_before"]  # none where rows went meanwhile
         return since / spent if since > 0 and spent > 0 else None

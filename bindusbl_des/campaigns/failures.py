@@ -92,7 +92,7 @@ def check_new(folder: Path, plan: ExperimentPlan) -> None:
 
 
 def check_unchanged(campaign: Campaign) -> None:
-    """Refuse to continue what would mix two models, scenarios, files or parts of one's own.
+    """Refuse to continue what would mix two models, scenarios, files or user-defined parts.
 
     Raises:
         CampaignError: showing what differs.

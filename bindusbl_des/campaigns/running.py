@@ -70,7 +70,7 @@ class RunSettings:
 
     Raises:
         TypeError: when `progress` cannot be called.
-        ValueError: when the time that a mission may take is no time, or nobody is to work.
+        ValueError: when the time that a mission may take is no time, or no worker is asked for.
     """
 
     workers: int | None = None
@@ -202,7 +202,7 @@ def sweep(
 
 
 def remove_own(folder: Path, owner: int) -> None:
-    """Remove the folder of what nobody holds any more, but in its own process only."""
+    """Remove the folder of what is no longer used, but in its own process only."""
     if os.getpid() == owner:
         rmtree(folder, ignore_errors=True)
 

@@ -1,4 +1,4 @@
-"""The missions of a plan: a campaign whose missions are flown when somebody wants to know them, the
+"""The missions of a plan: a campaign whose missions are flown when the plan asks for them, the
 values of goals in its rows, and what a plan may take.
 """
 

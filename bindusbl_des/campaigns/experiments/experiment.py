@@ -41,7 +41,7 @@ MODEL_VERSION = 12
 # Fewer seeds tell too little of their own spread to stop on.
 FEWEST_SEEDS = 8
 
-# Where nobody says how many seeds a point may take.
+# Where it is not given how many seeds a point may take.
 MOST_SEEDS = 256
 
 
@@ -211,7 +211,7 @@ def turn(item: tuple[str, Any]) -> tuple[bool, bool, int]:
 
 def as_it_was(given: Mapping[str, Any], base: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     """Return the keys given, and those that by default are not what they were in `base` as well,
-    whose files are copies in a folder: a modem brings such as nobody gave.
+    whose files are copies in a folder: a modem brings files that were not given.
 
     >>> given = {"name": "m", "navigation": {"depth_sd_m": 0.5}}
     >>> base = {"name": "m", "navigation": {"depth_sd_m": 0.5, "imu_rate_hz": 10.0}}
@@ -280,7 +280,7 @@ class ExperimentPlan:
         self.model_version = model_version()
         #: The files that all points name, each under the name of its copy in the folder.
         self.files: dict[str, str] = {}
-        #: The fingerprints of the files of somebody's own parts, by ``module:object``.
+        #: The fingerprints of the files of user-defined parts, by ``module:object``.
         self.own_parts: dict[str, str] = {}
         varied = experiment.varied()
         self.points: list[PlannedPoint] = []

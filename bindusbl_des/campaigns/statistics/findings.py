@@ -51,7 +51,7 @@ from .outcomes import (
 
 NEEDED = ("position_error_m", "imu_error_m", "fixes_delivered")
 NAVIGATION = "navigation."
-# Harm that is a smaller share of the error without fixes is nobody's concern.
+# Harm that is a smaller share of the error without fixes is not told.
 RELEVANT = 0.01
 
 
@@ -159,8 +159,7 @@ def _tried(
 
 ERROR, ERROR_P95 = "worst_position_error_m", "worst_position_error_p95_m"
 COLLISIONS = ("collisions", "frame_collisions")
-# A point counts as accurate when every AUV is surely below this (m), unless somebody asks for less
-# or more.
+# A point is accurate where every AUV is surely below this (m), unless a plan asks for another.
 SUB_METRE = 1.0
 # More sentences of one kind than this are counted.
 MOST_SAID = 3
@@ -188,7 +187,7 @@ class Findings:
 def findings(folder: Path, plan: ExperimentPlan) -> Findings:
     """Return what the missions of a campaign that have a row show.
 
-    Points are accurate that keep to the limit of whoever asked for it, or to a metre.
+    Points are accurate that keep to the limit that a plan asks for, or to a metre.
     """
     limit_m = float(read_record(folder).get(LIMIT) or SUB_METRE)
     found = outcomes(folder, (ERROR, ERROR_P95, *COLLISIONS), len(plan.points))

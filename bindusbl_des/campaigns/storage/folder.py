@@ -92,7 +92,7 @@ RECORD = "campaign.json"
 LOCK = "campaign.lock"
 STOP = "stop"
 
-# The status of a campaign of which somebody asks for missions by number: it need not be finished.
+# The status of a campaign of which a plan asks for missions by number: it need not be finished.
 AS_ASKED = "flown as far as a plan asked"
 # Where its record says which mean error (m) is asked of every AUV.
 LIMIT = "position_error_below_m"
@@ -120,7 +120,7 @@ def read_record(folder: Path) -> dict[str, Any]:
         CampaignError: when the folder is no campaign's, or of another version.
     """
     path = folder / RECORD
-    try:  # globbing takes a folder that nobody may read for an empty one
+    try:  # globbing takes a folder that may not be read for an empty one
         for inside in (folder, *(entry for entry in folder.iterdir() if entry.is_dir())):
             next(inside.iterdir(), None)
     except PermissionError as error:
@@ -262,7 +262,7 @@ def is_locked(folder: Path) -> bool:
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
     except PermissionError:
-        return True  # it is there, and somebody else's
+        return True  # it is there, and another user's
     except OSError:
         return False
     try:
@@ -276,7 +276,7 @@ def is_locked(folder: Path) -> bool:
 def _taken(descriptor: int, path: Path, *, shared: bool = False) -> bool:
     """Take the operating system's lock; false when another process has it.
 
-    Shared, it tells whether somebody has it to himself.
+    Shared, it tells whether a process has it for itself.
     """
     import fcntl  # of POSIX alone; reading results works everywhere
 

@@ -3,9 +3,9 @@
 A part has one name in all tables.  It counts from the moment when its file in `missions/` is there;
 a file of that name elsewhere without one in `missions/` is what a killed process left.  The record
 of a part in `checksums/`, written before that, has the SHA-256 and size of each of its files, the
-plan that it is of and the parts that it replaces, so that no row is ever counted twice.  Whoever
-reads rows compares the file's checksum first; whoever counts missions compares sizes, and finds
-which missions there are in the record, which has a checksum of its own.
+plan that it is of and the parts that it replaces, so that no row is ever counted twice.  Before
+rows are read, the file's checksum is compared.  To count missions, sizes are compared, and the
+record, which has a checksum of its own, lists them.
 """
 
 import os
@@ -35,7 +35,7 @@ TABLES = ("auvs", *EVENT_TABLES, MISSIONS)
 
 NAME = re.compile(r"all-[0-9]{4,9}|[0-9]{8,}-[0-9a-f]{8}")
 
-# What begins so is read by nobody: neither here nor by who reads the folder as one table.
+# What begins so is not read, neither here nor by programs that read the folder as one table.
 ASIDE = "_damaged"
 
 # So many parts are remembered: those of a campaign of some days on many machines.
@@ -427,7 +427,7 @@ def set_aside(folder: Path, plan_sha256: str) -> list[str]:
 
 
 def _rename(folder: Path, part: str) -> Path:
-    """Give the files of a part names that nobody reads; return that in `missions`."""
+    """Give the files of a part names that are not read; return that in `missions`."""
     number = 1
     while any(_aside(folder, table, part, number).exists() for table in TABLES):
         number += 1

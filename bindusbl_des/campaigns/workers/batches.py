@@ -1,5 +1,5 @@
 """Batches of missions, as workers fly them: with compiled code made ready before, and a note on the
-disk of which mission a worker is at, for whoever finds it dead.
+disk of which mission a worker is at, for the supervisor that finds it dead.
 """
 
 import errno
@@ -71,7 +71,7 @@ def warm(scenario: str, folder: Path) -> None:
     if kind in _ready:
         return
     _ready.add(kind)
-    data = without_plugins(data)  # one's own might do anything
+    data = without_plugins(data)  # which might do anything
     length = data["duration_s"]
     data["duration_s"] = WARMING_S if length == SURVEY else min(length, WARMING_S)
     data["protocol"]["schedule"] = "one_per_slot"
@@ -168,7 +168,7 @@ def _path(folder: Path, part: str) -> Path:
 class Batch:
     """Missions for one worker, and all it must know to run them and write their rows.
 
-    `plugins` are the names that the worker may load, by leave of whoever gave the command.
+    `plugins` are the names that the worker may load, as its user allowed.
     """
 
     folder: str

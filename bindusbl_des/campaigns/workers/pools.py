@@ -300,7 +300,7 @@ WorkerPool = LocalPool | ClusterPool
 
 @contextmanager
 def at_work(pool: WorkerPool) -> Iterator[WorkerPool]:
-    """Have workers begin, and end them; whoever leaves in haste ends them in their work."""
+    """Have workers begin, and end them, in the midst of their work if an error comes."""
     try:
         pool.begin()
         yield pool
