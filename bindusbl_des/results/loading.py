@@ -98,16 +98,7 @@ def _tables(folder: Path, scenario: Scenario, run: Mapping[str, Any]) -> dict[st
         _Damaged: naming each table that is.
     """
     names = ("auvs", "mission", *(EVENT_TABLES if scenario.record.detail == "full" else ()))
-    kept = {"gnss_fixes"} if scenario.navigation.gnss_fix is not None else set()
-    if scenario.has_signals:
-        kept |= {"signals", "signal_receptions"}
-    if scenario.traffic is not None:
-        kept |= {"packets"}
-    if scenario.protocol.sends_auv_frames:
-        kept |= {"auv_frames", "auv_frame_receptions"}
-    if scenario.has_peers:
-        kept |= {"peer_ranges"}
-    names = tuple(name for name in names if name not in SOMETIMES or name in kept)
+    names = tuple(name for name in names if name not in SOMETIMES or SOMETIMES[name](scenario))
     paths = {name: folder / f"{name}.parquet" for name in names}
     origin = {
         "bindusbl.scenario_sha256": run["scenario_sha256"],

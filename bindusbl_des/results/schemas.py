@@ -1,9 +1,10 @@
 """What the columns of the result tables are: type, unit, meaning and frame."""
 
 import types
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import Field, fields
 from functools import cache
+from operator import attrgetter
 from typing import Any, get_args, get_type_hints
 
 import pyarrow as pa
@@ -27,6 +28,7 @@ from ..records.events import (
     TrackPoint,
 )
 from ..records.metrics import WORST_IS_LARGEST, AuvMetrics, Utilisation
+from ..scenario.scenario import Scenario
 
 ROWS: dict[str, type] = {
     "rounds": Round,
@@ -51,13 +53,17 @@ EVENT_TABLES = (
     *("fixes", "gnss_fixes", "signals", "signal_receptions", "auv_frames", "auv_frame_receptions"),
     *("packets", "peer_ranges", "tracks"),
 )
-# What only missions have in which AUVs carry GNSS (navigation.gnss_fix), vehicles hear each other
-# by programs (protocol.access), AUVs send frames or data (traffic), or range each other
-# (navigation.peers).
-SOMETIMES = (
-    *("gnss_fixes", "signals", "signal_receptions", "auv_frames", "auv_frame_receptions"),
-    *("packets", "peer_ranges"),
-)
+# Which missions have a table that others lack: whose AUVs carry GNSS, whose vehicles hear others
+# by programs (protocol.access), whose AUVs send frames or data (traffic), or range each other.
+SOMETIMES: Mapping[str, Callable[[Scenario], bool]] = {
+    "gnss_fixes": lambda scenario: scenario.navigation.gnss_fix is not None,
+    "signals": attrgetter("has_signals"),
+    "signal_receptions": attrgetter("has_signals"),
+    "packets": lambda scenario: scenario.traffic is not None,
+    "auv_frames": attrgetter("protocol.sends_auv_frames"),
+    "auv_frame_receptions": attrgetter("protocol.sends_auv_frames"),
+    "peer_ranges": attrgetter("has_peers"),
+}
 # Columns that only missions have in which frames are acknowledged, repeated or relayed.
 FURTHER: dict[str, type] = {"fixes": FixService}
 TABLES = (*ROWS, "mission")
