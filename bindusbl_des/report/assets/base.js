@@ -7,8 +7,7 @@ const byId = (id) => document.getElementById(id);
 const readData = () => JSON.parse(byId("data").textContent);
 const calm = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
 
-function make(tag, attributes = {}, ...children) {
-  const element = document.createElement(tag);
+function dressed(element, attributes, children) {
   for (const [name, value] of Object.entries(attributes)) {
     if (name === "style") element.style.cssText = value;  // as an attribute the policy forbids it
     else element.setAttribute(name, value);
@@ -16,6 +15,8 @@ function make(tag, attributes = {}, ...children) {
   element.append(...children);
   return element;
 }
+const make = (tag, attributes = {}, ...children) => dressed(document.createElement(tag), attributes, children);
+const svg = (tag, attributes = {}, ...children) => dressed(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
 
 // Columns: zigzag differences in four byte planes, deflated; the packing is that of report/page.py.
 async function unpacker() {

@@ -15,8 +15,7 @@ class Closeup {
   paint(now, playing) { this.now = now; this.map.sheet.show(playing); }
   draw(context, width, height) {
     const { map, mission } = this, state = mission.auvAt(this.auv, this.now);
-    map.width = width;
-    map.height = height;
+    Object.assign(map, { width, height });
     const shown = Math.max(state.error, map.hidden.has("sure") ? 0 : SURE * Math.sqrt(Math.max(state.spread[0], state.spread[1])) || 0);
     const reach = [2, 5, 10, 20, 50, 100, 200, 500, 1000].find((it) => it > 1.15 * shown) || 2000;
     map.view = { x: state.x, y: state.y, scale: Math.min(width, height) / (2.2 * reach) };

@@ -4,13 +4,6 @@
 const PARETO_HEIGHT = 360;
 const MARGIN = { left: 58, right: 16, top: 14, bottom: 44 };
 
-function svg(tag, attributes = {}, ...children) {
-  const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
-  element.append(...children);
-  return element;
-}
-
 class Pareto {
   constructor(host, data, choose) {
     Object.assign(this, { host, ...data, choose, place: 0 });

@@ -52,8 +52,7 @@ class PlanMap extends SeaMap {
     this.sheet.paint();
   }
   draw(context, width, height) {
-    if (!this.view || (!this.touched && (width !== this.width || height !== this.height))) this.home(width, height);
-    Object.assign(this, { width, height });
+    this.fit(width, height);
     this.drawShades(context);
     this.drawPaths();
     context.drawImage(this.paths, 0, 0, width, height);
@@ -77,14 +76,11 @@ class PlanMap extends SeaMap {
   }
   // The grid and the ways stay as they are while vessels move.
   drawPaths() {
-    const ratio = pixelRatio(), { paths } = this;
-    const key = [this.width, this.height, ratio, JSON.stringify(this.view), colours.paper].join();
-    if (key === this.drawn && this.mission.auvs === this.drawnWays) return;
-    Object.assign(this, { drawn: key, drawnWays: this.mission.auvs });
-    paths.width = Math.round(this.width * ratio);
-    paths.height = Math.round(this.height * ratio);
-    const context = paths.getContext("2d");
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    if (this.mission.auvs !== this.drawnWays) this.drawn = "";
+    this.drawnWays = this.mission.auvs;
+    this.still([], (context) => this.drawStill(context));
+  }
+  drawStill(context) {
     this.drawGrid(context);
     this.mission.auvs.forEach(({ x, y }, i) => {
       this.line(context, x, y, { colour: colours.sea, width: 4, alpha: 0.8 });

@@ -148,9 +148,7 @@ class SeaMap {
   }
   pictures() { return pictures(() => this.sheet.canvas, () => { this.drawn = ""; this.sheet.paint(); }, { others: [this.paths] }); }
   draw(context, width, height) {
-    if (!this.view || (!this.touched && (width !== this.width || height !== this.height))) this.home(width, height);
-    this.width = width;
-    this.height = height;
+    this.fit(width, height);
     this.drawPaths();
     context.drawImage(this.paths, 0, 0, width, height);
     if (!this.hidden.has("downlink")) this.drawBroadcasts(context);
@@ -163,17 +161,26 @@ class SeaMap {
     this.overlay?.(context);
     this.drawCursor(context);
   }
-  // What does not move is drawn once for each view.
-  drawPaths() {
-    const ratio = pixelRatio();
-    const { auvs, asvs, asvsRest } = this.mission, failed = asvsRest && asvs.map((_, number) => this.mission.hasFailed(number, this.now));
-    const key = [this.width, this.height, ratio, JSON.stringify(this.view), [...this.hidden], colours.paper, this.field, this.span, failed].join();
-    if (key === this.drawn) return;
-    this.drawn = key;
-    this.paths.width = Math.round(this.width * ratio);
-    this.paths.height = Math.round(this.height * ratio);
+  fit(width, height) {
+    if (!this.view || (!this.touched && (width !== this.width || height !== this.height))) this.home(width, height);
+    Object.assign(this, { width, height });
+  }
+  // Draws what does not move, once for each view and state.
+  still(state, draw) {
+    const ratio = pixelRatio(), drawn = [this.width, this.height, ratio, JSON.stringify(this.view), colours.paper, ...state].join();
+    if (drawn === this.drawn) return;
+    this.drawn = drawn;
+    Object.assign(this.paths, { width: Math.round(this.width * ratio), height: Math.round(this.height * ratio) });
     const context = this.paths.getContext("2d");
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    draw(context);
+  }
+  drawPaths() {
+    const { asvs, asvsRest } = this.mission, failed = asvsRest && asvs.map((_, number) => this.mission.hasFailed(number, this.now));
+    this.still([...this.hidden, this.field, this.span, failed], (context) => this.drawStill(context));
+  }
+  drawStill(context) {
+    const { auvs, asvs, asvsRest } = this.mission;
     this.drawField(context);
     this.drawGrid(context);
     if (asvsRest) asvs.forEach((_, number) => this.drawRanges(context, number));
