@@ -87,7 +87,7 @@ def ranked(goals: Sequence[Goal], teams: Sequence[Team], selection: Selection) -
 def reached(goals: Sequence[Goal], estimates: Sequence[Estimate]) -> str:
     """Return what missions came to, a goal after the other.
 
-    >>> reached([Goal("position_error_m", below=1.0)], [Estimate(0.39, 0.28, 0.51, float("nan"))])
+    >>> reached([Goal("position_error_m", below=1.0)], [Estimate(0.39, 0.28, 0.51)])
     'position_error_m 0.390 m (95 % interval 0.280 to 0.510)'
     """
     return ", ".join(
@@ -148,9 +148,8 @@ def _priced(outcome: Outcome, number: int) -> str:
 def caveats(outcome: Outcome) -> Iterator[str]:
     """Yield what the answer lacks, and how predictions compare with flights."""
     question = outcome.question
-    _, _, doubts = outcome.selection.why.partition(". ")  # its first sentence is the answer
-    if doubts and not outcome.selection.is_settled and outcome.team is not None:
-        yield doubts
+    if outcome.selection.doubts and outcome.team is not None:
+        yield outcome.selection.doubts
     if outcome.failed:
         yield f"{outcome.failed}. Failed missions meet no goal."
     if outcome.cut:

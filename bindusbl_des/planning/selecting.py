@@ -73,31 +73,33 @@ class Estimate:
     """A goal's mean over the missions of a candidate, and how sure it is; nan where none is.
 
     `low` and `high` are the ends of its 95 % interval by itself (Student's t, two-sided, as
-    everywhere).  `bound` is the end, on the side of the goal, that holds for all candidates and
-    looks together: it must keep the goal.  `missed` is the share of those missions that do not.
+    everywhere).  `missed` is the share of those missions that do not keep the goal.
     """
 
     mean: float
     low: float
     high: float
-    bound: float
-    missed: float = float("nan")
+    missed: float = nan
 
 
 @dataclass(frozen=True)
 class Selection:
     """The candidate chosen (None: none meets the goals), and what was found of each.
 
-    `estimates` are those of each candidate's goals, over its first `missions` seeds.  `is_settled`
-    is whether the answer holds with the stated confidence; else `why` tells what is missing.
+    `estimates` are those of each candidate's goals, over its first `missions` seeds.  `doubts` are
+    what keeps the answer from holding with the stated confidence.
     """
 
     answer: int | None
     verdicts: tuple[Verdict, ...]
     estimates: tuple[tuple[Estimate, ...], ...]
     missions: tuple[int, ...]
-    is_settled: bool
-    why: str
+    doubts: str = ""
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether the answer holds with the stated confidence."""
+        return not self.doubts
 
 
 def upper_bounds(values: Floats, t: float) -> Floats:
@@ -260,30 +262,21 @@ class Evidence:
 
     def estimates(self, candidate: int) -> tuple[Estimate, ...]:
         """Return what is known of each goal of a candidate."""
-        values = self._values[candidate]
-        met = next((look.met for look in self.looks if look.seeds == len(values)), None)
-        return tuple(
-            _estimate(values[:, goal], sign, float(self._limits[goal]), met)
-            for goal, sign in enumerate(self._signs.tolist())
-        )
-
-
-def _estimate(values: Floats, sign: float, limit: float, met: float | None) -> Estimate:
-    """Return what values (k,) tell of their mean, turned back by `sign`, and of their `limit`."""
-    found = estimated(sign * values)
-    if len(values):
-        found = replace(found, missed=float(np.mean(~(values <= limit))))
-    if met is None or found.mean != found.mean:
-        return found
-    return replace(found, bound=sign * float(upper_bounds(values[:, None], met)[0]))
+        found = []
+        for values, sign, limit in zip(
+            self._values[candidate].T, self._signs, self._limits, strict=True
+        ):
+            missed = float(np.mean(~(values <= limit))) if len(values) else nan
+            found.append(replace(estimated(sign * values), missed=missed))
+        return tuple(found)
 
 
 def estimated(values: Floats) -> Estimate:
     """Return what values (k,) tell of their mean: nan where one is missing."""
     if not len(values) or not np.isfinite(values).all():
-        return Estimate(nan, nan, nan, nan)
+        return Estimate(nan, nan, nan)
     found = intervals(values[None, :]).at(0)
-    return Estimate(found.mean, found.low, found.high, nan)
+    return Estimate(found.mean, found.low, found.high)
 
 
 class Search:
@@ -393,24 +386,13 @@ class Search:
         for group in [] if best is None else range(best + 1, len(self._groups)):
             for number in self._having(group, None):
                 verdicts[number] = "not needed"
-        answer = None if best is None else self._leader(best)
-        doubts = list(self._doubts())
         return Selection(
-            answer,
+            None if best is None else self._leader(best),
             tuple(verdicts),
             tuple(map(evidence.estimates, numbers)),
             tuple(map(evidence.missions, numbers)),
-            not doubts,
-            " ".join([self._found(answer), *doubts]),
+            " ".join(self._doubts()),
         )
-
-    def _found(self, answer: int | None) -> str:
-        if answer is not None:
-            cost = plain(self._candidates[answer].cost)
-            return f"Candidate {answer} meets the goals at cost {cost}."
-        if all(verdict == "not met" for verdict in self._evidence.verdicts):
-            return "No candidate meets the goals."
-        return "No candidate is shown to meet the goals."
 
     def _doubts(self) -> Iterator[str]:
         """Yield what keeps the answer from being as sure as was asked."""

@@ -17,9 +17,9 @@ COSTS = (1.0, 2.0, 2.0, 3.0)  # the first is the answer, the third the second be
 
 def shown(values: Floats, most: int = 100) -> Selection:
     """Return a selection with what missions add: values (4, seeds), of `most` missions at most."""
-    nothing = tuple((Estimate(*4 * [float("nan")]),) for _ in COSTS)
+    nothing = tuple((Estimate(*3 * [float("nan")]),) for _ in COSTS)
     verdicts = ("met", "not needed", "not needed", "not needed")
-    before = Selection(0, verdicts, nothing, (8, 0, 0, 0), True, "")
+    before = Selection(0, verdicts, nothing, (8, 0, 0, 0))
     teams = [team_in(Scenario(name="bay"), cost) for cost in COSTS]
     left = most
 

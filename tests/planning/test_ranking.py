@@ -10,8 +10,8 @@ MEANS = (0.9, 0.2, 0.4, 0.3)
 
 def order(below: float) -> list[int]:
     """Return the order of teams of ever more vessels, of which the last was not flown."""
-    estimates = tuple((Estimate(mean, mean, mean, mean),) for mean in MEANS)
-    found = Selection(None, ("not met",) * 4, estimates, (8, 8, 8, 0), False, "")
+    estimates = tuple((Estimate(mean, mean, mean),) for mean in MEANS)
+    found = Selection(None, ("not met",) * 4, estimates, (8, 8, 8, 0))
     teams = [team_in(Scenario(name="bay"), cost) for cost in (1.0, 2.0, 3.0, 4.0)]
     return ranked([Goal("position_error_m", below=below)], teams, found)
 
