@@ -351,6 +351,38 @@ def guards(setup: Setup) -> Iterator[Problem]:
         )
 
 
+def frames(setup: Setup) -> Iterator[Problem]:
+    """Yield which AUVs hardly ever get a fix because ASVs broadcast in turn, which are told of
+    their slot when it has begun, and at which frames may overlap.
+    """
+    protocol, asvs = setup.scenario.protocol, setup.scenario.asvs
+    if not protocol.sends_frames or protocol.replies or asvs.formation.moves:
+        return
+    is_told = setup.tells_slots and protocol.dissemination.missed == "silent"
+    by_turns = setup.broadcaster.chosen_by == "turn" and asvs.count > 1
+    by_turns &= setup.tells_slots or setup.schedule.framed or setup.downlink.by_group
+    meet = _may_overlap(setup)
+    if not (is_told or by_turns or meet):
+        return
+    from .frame_warnings import frame_warnings  # brings numpy
+
+    yield from frame_warnings(setup, by_turns, is_told, meet)
+
+
+def _may_overlap(setup: Setup) -> bool:
+    """Tell whether frames of two ASVs may overlap somewhere, which takes longer to tell of AUVs."""
+    scenario, rule = setup.scenario, setup.broadcaster
+    pings_between = setup.downlink.waits and not (rule.at_once or scenario.protocol.random_access)
+    if pings_between or rule.chosen_by == "one" or scenario.asvs.count == 1:
+        return False
+    stations = setup.nominal_stations_m
+    apart = math.hypot(*(max(axis) - min(axis) for axis in zip(*stations, strict=True)))
+    from .round_lengths import gap_s  # brings numpy
+
+    spread = min(apart, scenario.acoustics.mf.range_m) / setup.assumed_sound_speed_m_per_s
+    return spread > gap_s(setup)
+
+
 def believed(setup: Setup) -> Iterator[Problem]:
     """Yield what is believed in vain: that who sends hears, or that the fleet knows its AUVs."""
     scenario = setup.scenario

@@ -124,19 +124,6 @@ def _frames_late_or_random(setup: Setup) -> bool:
     return late or setup.scenario.protocol.random_access
 
 
-def _asvs_ping(setup: Setup) -> bool:
-    return setup.scenario.protocol.asvs_ping
-
-
-def _calls(setup: Setup) -> bool:
-    return setup.scenario.protocol.calls
-
-
-def _paced_by_place(setup: Setup) -> bool:
-    """Tell whether slots are as long as it takes from where AUVs are, or are believed to be."""
-    return setup.schedule.pace != ""
-
-
 def _peers_by_clock(setup: Setup) -> bool:
     """Tell whether AUVs range each other by their clocks."""
     peers = setup.scenario.navigation.peers
@@ -192,7 +179,7 @@ RULES = (
         {"protocol.schedule": PACKED},
         SLOTS,
         "arrivals are packed, there are no slots of T_UL",
-        but=_asvs_ping,
+        but=lambda setup: setup.scenario.protocol.asvs_ping,
     ),
     idle(
         {"protocol.schedule": UNFRAMED, "protocol.access": SCHEDULED},
@@ -295,7 +282,7 @@ RULES = (
         {"acoustics.loss.combine": ("off",), "protocol.ranging": OWN_CLOCKS},
         "acoustics.loss.cap",
         "the loss is that of the range alone",
-        but=_calls,
+        but=lambda setup: setup.scenario.protocol.calls,
     ),
     idle(
         {"record.detail": ("summary",)},
@@ -334,7 +321,7 @@ RULES = (
         {"auvs.count": (1,), "protocol.ranging": OWN_CLOCKS},
         "protocol.positions",
         "there is no other AUV",
-        but=_paced_by_place,
+        but=lambda setup: setup.schedule.pace != "",  # slots last as long as ways do
     ),
     idle(
         {"auvs.route.surface_every_s": (None,)},

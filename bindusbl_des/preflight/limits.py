@@ -40,7 +40,7 @@ from .fix_chance import (
     ping_chance,
     told_ahead,
 )
-from .round_lengths import Rounds, gap_s, rounds_of
+from .round_lengths import Rounds, rounds_of
 
 # A mission is looked at so often, less often where there are more pairs of AUV and ASV, or of AUVs
 # that may share a slot, than these.
@@ -55,29 +55,6 @@ HARDLY_EVER, MOST_LENGTHS = 1e-6, 17
 
 # Frames of more records are not tried in search of the one that carries most of them a second.
 MOST_RECORDS = 1000
-
-
-def planned_places(setup: Setup, times: Floats) -> Floats:
-    """Return where the n AUVs are to be at k instants (s), shape (k, n, 3), m.
-
-    Raises:
-        ValueError, PluginError: as of `Setup.planned_auvs`.
-    """
-    vehicles = setup.planned_auvs
-    places = np.empty((len(times), len(vehicles), 3))
-    for auv, vehicle in enumerate(vehicles):
-        places[:, auv, :2] = vehicle.sample(times)[:, :2]
-        places[:, auv, 2] = setup.scenario.survey.depth(auv)
-    return places
-
-
-def planned_stations(setup: Setup, instants: int) -> Floats:
-    """Return where the m ASVs lie at so many instants, shape (instants, m, 3), m; a ring stands in
-    for those that move.
-    """
-    stations = np.array(setup.nominal_stations_m, dtype=np.float64)
-    flat = np.column_stack((stations, np.zeros(len(stations))))
-    return np.broadcast_to(flat, (instants, *flat.shape))
 
 
 class SurveySights(NamedTuple):
@@ -106,8 +83,14 @@ def planned_sights(setup: Setup) -> SurveySights:
         ValueError: when the route cannot be flown.
         PluginError: when one's own is not allowed, or makes none.
     """
-    times = instants(setup.scenario)
-    return sights(setup, times, planned_places(setup, times), planned_stations(setup, len(times)))
+    times, vehicles = instants(setup.scenario), setup.planned_auvs
+    auvs = np.empty((len(times), len(vehicles), 3))
+    for auv, vehicle in enumerate(vehicles):
+        auvs[:, auv, :2] = vehicle.sample(times)[:, :2]
+        auvs[:, auv, 2] = setup.scenario.survey.depth(auv)
+    stations = np.array(setup.nominal_stations_m, dtype=np.float64)  # a ring for those that move
+    asvs = np.column_stack((stations, np.zeros(len(stations))))
+    return sights(setup, times, auvs, np.broadcast_to(asvs, (len(times), *asvs.shape)))
 
 
 def instants(scenario: Scenario, most: int = INSTANTS) -> Floats:
@@ -179,45 +162,6 @@ def _some_wait(setup: Setup, sights: SurveySights, fixes: int) -> bool:
     is_short = messages.most is not None and not messages.splits
     is_late = is_short and (setup.scenario.protocol.calls or (messages.most or 0) < fixes)
     return is_late or bool(np.isinf(sights.away_m).all(axis=2).any())
-
-
-def first_slot_after(setup: Setup, sights: SurveySights) -> tuple[float, float, list[int]]:
-    """Return how soon (s) after the frame that tells its slots a round may begin, how long (s) AUVs
-    in the first of them need to decode that, at most; and who of them may need longer.
-    """
-    scenario = setup.scenario
-    rounds, schedule, count = rounds_of(setup), setup.schedule, scenario.auvs.count
-    slots, named, fixes = rounds.slots, rounds.named, rounds.auvs
-    made = slots_made(schedule, sights.heard)
-    groups = rounds.fewest if made is None else int(made.max(axis=1).min()) + 1
-    begins = max(rounds.least(groups, fixes), rounds.frame)
-    if told_ahead(setup, scenario.protocol.downlink) == 1:  # after the pings of its own
-        begins -= (groups + rounds.contention) * rounds.shortest.uplink_slot
-    is_first = np.ones((1, count), np.bool_) if made is None else made == 0
-    at_all = sights.reached & is_first[..., np.newaxis]
-    way = np.where(at_all, sights.away_m, 0.0) / slots.sound_speed
-    untold, left = int(is_first.sum(axis=1).max()), begins
-    for message in slots.messages.packed(fixes, named):  # AUVs are named in the order of slots
-        untold, left = untold - message.named, left - message.airtime_s
-        if untold <= 0:
-            break
-    needed = np.where(at_all, way + message.delay_s, 0.0)
-    late = np.flatnonzero((needed > left).any(axis=(0, 2)))
-    return left, float(needed.max()), late.tolist()
-
-
-def frames_overlap(setup: Setup, sights: SurveySights) -> tuple[float, float, list[int]]:
-    """Return how long (s) after one broadcast the next begins, at least; how much longer (s) the
-    end of the one may be on its way to an AUV than the beginning of the other, at most; and the
-    AUVs at which they may overlap.
-    """
-    made, away = groups_made(setup.schedule, sights.heard), sights.away_m
-    gap = gap_s(setup, None if made is None else int(made.min()))
-    farthest = np.where(sights.reached, away, -np.inf).max(axis=2)
-    nearest = np.where(sights.reached, away, np.inf).min(axis=2)
-    apart = np.maximum(farthest - nearest, 0.0) / setup.sound_speed_m_per_s
-    met = np.flatnonzero((apart > gap).any(axis=0))
-    return gap, float(apart.max()), met.tolist()
 
 
 def _chances(

@@ -254,7 +254,7 @@ _LOOKS: tuple[Callable[[Setup], Iterator[Problem]], ...] = (
     *(_former_words, bands.believed, bands.modems, bands.overheads, bands.deliveries),
     *(bands.tables, bands.echoes, bands.messages, bands.last_slots, bands.answers),
     *(bands.backlog, bands.guards, places.formation, places.deep, bands.steep),
-    *(places.frames, places.anchors, failing, _dissemination, idle.sheet, _lobes, _flat),
+    *(bands.frames, places.anchors, failing, _dissemination, idle.sheet, _lobes, _flat),
     *(idle.sonar, idle.receivers, idle.levels, idle.bursts, bands.shifts, idle.cast),
     *(places.routes, places.idle, places.bays, places.tracks, perhaps_carried_away),
     *(_left_out, _frames, _ticks, _samples, idle.idle_keys),

@@ -1,19 +1,11 @@
 """Warnings of where vehicles are put: beyond the survey, out of reach, or standing."""
 
-import itertools
-import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 from ..core.mistakes import Problem
-from ..core.plugins import PluginError
 from ..core.wording import timed
-from ..scenario import declared
 from ..scenario.scenario import Scenario
 from ..setup import Setup
-
-if TYPE_CHECKING:
-    from .limits import SurveySights
 
 # Vehicles of which the same is to be said are named up to so many.
 MOST_NAMED = 5
@@ -23,14 +15,6 @@ ON_THE_EDGE_M = 1e-6
 
 # A lane is outside an area where it is so for longer than this (m).
 SHORTEST_GAP_M = 0.1
-
-# AUVs that get less than this of an even share of fixes get none but by chance.
-HARDLY_EVER = 0.01
-
-# Broadcasters whose choice keeps in step with nobody's turn.
-ANYWHERE = [
-    name for name, rule in declared.BROADCASTERS.items() if rule.chosen_by in ("lot", "distance")
-]
 
 # Instants at which a track is looked at, to tell for how long it is outside the survey.
 LOOKS = 2001
@@ -73,7 +57,7 @@ def _unheard(scenario: Scenario, beyond: Sequence[float]) -> Iterator[Problem]:
     farthest = max(beyond[asv] for asv in deaf)
     yield Problem(
         f"asvs.formation.{(*names, 'radius_m')[0]}",
-        f"{_named('ASV', deaf)} up to {farthest:.4g} m beyond the edge of the survey, HF reaches "
+        f"{named('ASV', deaf)} up to {farthest:.4g} m beyond the edge of the survey, HF reaches "
         f"{reach:g} m: no AUV is heard there that is in the survey",
         ("acoustics.hf.range_m", *shapes(scenario)),
     )
@@ -91,121 +75,10 @@ def deep(setup: Setup) -> Iterator[Problem]:
         if deaf:
             yield Problem(
                 f"survey.depth{'s' * (survey.depths_m is not None)}_m",
-                f"{_named('AUV', deaf)} deeper than the {name.upper()} range, {band.range_m:g} m "
+                f"{named('AUV', deaf)} deeper than the {name.upper()} range, {band.range_m:g} m "
                 f"slant: no ASV at the surface {words}",
                 (f"acoustics.{name}.range_m", f"acoustics.{name}.range_metric"),
             )
-
-
-def frames(setup: Setup) -> Iterator[Problem]:
-    """Yield which AUVs hardly ever get a fix because ASVs broadcast in turn, which are told of
-    their slot when it has begun, and at which frames may overlap.
-    """
-    scenario = setup.scenario
-    protocol, asvs = scenario.protocol, scenario.asvs
-    if not protocol.sends_frames or protocol.replies or asvs.formation.moves:
-        return
-    is_told = setup.tells_slots and protocol.dissemination.missed == "silent"
-    by_turns = setup.broadcaster.chosen_by == "turn" and asvs.count > 1
-    by_turns &= setup.tells_slots or setup.schedule.framed or setup.downlink.by_group
-    meet = _may_overlap(setup)
-    if not (is_told or by_turns or meet):
-        return
-    from .limits import planned_sights  # brings numpy
-
-    try:
-        seen = planned_sights(setup)
-    except (PluginError, ValueError):  # only the plug-in knows where AUVs go
-        return
-    if by_turns:
-        yield from _turns(setup, seen)
-    if is_told:
-        yield from _late(setup, seen)
-    if meet:
-        yield from _overlapping(setup, seen)
-
-
-def _may_overlap(setup: Setup) -> bool:
-    """Tell whether frames of two ASVs may overlap somewhere, which takes longer to tell of AUVs."""
-    scenario, rule = setup.scenario, setup.broadcaster
-    pings_between = setup.downlink.waits and not (rule.at_once or scenario.protocol.random_access)
-    if pings_between or rule.chosen_by == "one" or scenario.asvs.count == 1:
-        return False
-    stations = setup.nominal_stations_m
-    apart = math.hypot(*(max(axis) - min(axis) for axis in zip(*stations, strict=True)))
-    from .round_lengths import gap_s  # brings numpy
-
-    spread = min(apart, scenario.acoustics.mf.range_m) / setup.assumed_sound_speed_m_per_s
-    return spread > gap_s(setup)
-
-
-def _overlapping(setup: Setup, seen: "SurveySights") -> Iterator[Problem]:
-    """Yield at which AUVs the end of a frame may overlap the beginning of the next."""
-    from .limits import frames_overlap
-
-    gap, spread, auvs = frames_overlap(setup, seen)
-    if not auvs:
-        return
-    yield Problem(
-        "protocol.downlink",
-        f"the next frame may begin {gap:.4g} s after one has ended, which takes up to "
-        f"{spread:.4g} s longer on its way: {_named('AUV', auvs)} where both overlap, and "
-        f"neither is decoded; give protocol.downlink_guard_s {_up(spread)} or more",
-        ("protocol.downlink_guard_s", "asvs.formation.radius_m", *shapes(setup.scenario)),
-    )
-
-
-def _turns(setup: Setup, seen: "SurveySights") -> Iterator[Problem]:
-    """Yield which AUVs hardly ever get a fix because ASVs broadcast in step with the turns of AUVs,
-    or by turns tell an AUV its slot and its fix, and those whose turn it is do not reach them.
-    """
-    from .fix_chance import told_ahead
-    from .limits import told
-
-    protocol, asvs = setup.scenario.protocol, setup.scenario.asvs
-    ahead = told_ahead(setup, protocol.downlink)
-    _, delivered, cycle = told(setup, seen, protocol.downlink)
-    fair = seen.at_best.mean(axis=0) / asvs.count
-    missed = (delivered.mean(axis=0) < HARDLY_EVER * fair).nonzero()[0].tolist()
-    if not missed or not (ahead or cycle > 1):
-        return
-    *some, last = ANYWHERE
-    others, auvs = f"use {', '.join(some)} or {last}", _named("AUV", missed)
-    free = next(n for n in itertools.count(asvs.count + 1) if math.gcd(n, cycle) == 1)
-    message = (
-        f"{protocol.broadcaster} keeps ASVs in step with the turns of AUVs, which come back "
-        f"after {cycle} broadcasts: {auvs} always told by ASVs out of reach, and never fixed; "
-        f"{others}" + ("" if asvs.failures else f", or {free} ASVs")
-    )
-    if ahead:
-        message = (
-            f"{protocol.broadcaster} has one ASV tell AUVs their slots and another their fixes: "
-            f"{auvs} hardly ever reached by both, and so hardly ever fixed; {others}, or "
-            "protocol.knowledge: {model: broadcast, missed: last_slot}"
-        )
-    keys = ("protocol.schedule", "protocol.downlink", "asvs.count", "auvs.count")
-    yield Problem("protocol.broadcaster", message, keys)
-
-
-def _late(setup: Setup, seen: "SurveySights") -> Iterator[Problem]:
-    """Yield that AUVs are told of the first slot of a round when it has begun."""
-    from .limits import first_slot_after
-
-    left, needed, auvs = first_slot_after(setup, seen)
-    if not auvs:
-        return
-    yield Problem(
-        "protocol.knowledge",
-        f"a round may begin {left:.4g} s after the frame that tells its slots, which is decoded up "
-        f"to {needed:.4g} s after its end: {_named('AUV', auvs)} told of a first slot too late to "
-        f"ping in it; give protocol.downlink_guard_s {_up(needed)} or more",
-        ("protocol.downlink_guard_s", "acoustics.mf.modem", "acoustics.mf.range_m"),
-    )
-
-
-def _up(seconds: float) -> str:
-    """Return a time (s) as a text, rounded up to a hundredth."""
-    return f"{math.ceil(100.0 * seconds) / 100.0:g}"
 
 
 def anchors(setup: Setup) -> Iterator[Problem]:
@@ -248,7 +121,7 @@ def routes(setup: Setup) -> Iterator[Problem]:
     if outside:
         yield Problem(
             f"auvs.route.{route.places_key}",
-            f"{_named('AUV', list(outside))} outside the survey of {area.words}, up to "
+            f"{named('AUV', list(outside))} outside the survey of {area.words}, up to "
             f"{max(outside.values()):.3g} m beyond its edge; slots are made for sound that crosses "
             "the survey",
             tuple(shapes(scenario)),
@@ -332,7 +205,8 @@ def bays(setup: Setup) -> Iterator[Problem]:
         )
 
 
-def _named(kind: str, numbers: Sequence[int]) -> str:
+def named(kind: str, numbers: Sequence[int]) -> str:
+    """Return vehicles by their numbers, and the verb; of many the first few."""
     names = [f"{kind}{number}" for number in numbers[:MOST_NAMED]]
     if len(numbers) > MOST_NAMED:
         return f"{', '.join(names)} and {len(numbers) - MOST_NAMED} more are"
