@@ -5,7 +5,6 @@ within a Mahalanobis distance d with the probability 1 - exp(-d^2 / 2).
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,9 +14,6 @@ from ..navigation.fix_update import SURE
 from ..setup import Setup
 from .page import filled, table
 from .recording import Recording
-
-if TYPE_CHECKING:
-    pass
 
 LEVELS = (0.50, 0.95, 0.99)
 
