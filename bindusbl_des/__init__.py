@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from .preflight.limits import limits as limits
     from .preflight.warnings import warnings_of as warnings_of
     from .protocol.anchors.view import AnchorView as AnchorView
-    from .protocol.broadcasters import BroadcastView as BroadcastView
+    from .protocol.network import BroadcastView as BroadcastView
     from .protocol.network import Network as Network
     from .protocol.network import Turn as Turn
     from .protocol.ranging import Slot as Slot
@@ -83,7 +83,7 @@ _HOMES = {
     "PingUnderWay": "mission.mission",
     "Turn": "protocol.network",
     "AnchorView": "protocol.anchors.view",
-    "BroadcastView": "protocol.broadcasters",
+    "BroadcastView": "protocol.network",
     "Campaign": "campaigns.campaign",
     "CampaignInterrupted": "campaigns.campaign",
     "CampaignState": "campaigns.campaign",

@@ -11,32 +11,16 @@ import pytest
 import bindusbl_des
 from bindusbl_des import Scenario, View, ping_group, simulate
 from bindusbl_des.protocol.network import Steps
-from bindusbl_des.scenario import declared, families
+from bindusbl_des.scenario import families
 from bindusbl_des.scenario.sections import placements, routes
 
 LIBRARY = Path(bindusbl_des.__file__).parent
 ROOT = Path(__file__).parents[1]
 
-TABLES = {
-    families.SCHEDULE: declared.SCHEDULES,
-    families.DOWNLINK: declared.DOWNLINKS,
-    families.BROADCASTER: declared.BROADCASTERS,
-    families.RANGING: declared.RANGINGS,
-    families.KNOWLEDGE: declared.KNOWLEDGES,
-    families.CHANNEL: declared.CHANNELS,
-    families.MF_CHANNEL: declared.CHANNELS,
-    families.INSTRUMENT: declared.INSTRUMENTS,
-    families.NAVIGATOR: declared.NAVIGATORS,
-    families.AUV: declared.AUVS,
-    families.ASV: declared.ASVS,
-    families.ROUTE: routes.ROUTES,
-    families.PLACEMENT: placements.PLACEMENTS,
-}
-
 # Words that name a part and other things too, such as a table of results or a type of JSON.
 AMBIGUOUS = {"table", "array", "nearest", "fixed", "random", "broadcast", "shared", "most_fixes"}
 AMBIGUOUS |= {"positions", "track"}
-NAMES = {name for table in TABLES.values() for name in table} - AMBIGUOUS
+NAMES = {name for family in families.FAMILIES for name in family.parts} - AMBIGUOUS
 
 # The models of parts and of their settings: who asks which of them it has asks which part it is.
 SECTIONS = [
@@ -45,12 +29,14 @@ SECTIONS = [
     for it in vars(module).values()
     if isinstance(it, type) and issubclass(it, (routes.RouteTraits, placements.PlacementTraits))
 ]
-MODELS = {it.__name__ for family in TABLES for it in family.settings.values()} - {"Settings"}
+MODELS = {it.__name__ for family in families.FAMILIES for it in family.settings.values()} - {
+    "Settings"
+}
 MODELS |= {it.__name__ for it in SECTIONS} | {"OwnSection"}
 
 # Where names of parts belong: registries, and the modules in which the parts work.
 HOMES = (
-    *("scenario/declared.py", "scenario/families.py", "commands/starters.py"),
+    *("scenario/families.py", "commands/starters.py"),
     *("protocol/access/", "protocol/schedules/", "protocol/downlinks.py", "protocol/ranging.py"),
     *("protocol/broadcasters.py", "acoustics/named_channels.py", "presets/", "protocol/anchors/"),
     *("scenario/sections/routes.py", "scenario/sections/placements.py", "scenario/site.py"),
@@ -148,20 +134,11 @@ def test_the_manual_lists_what_a_part_may_declare() -> None:
     """Each attribute but those that only parts that ship have."""
     page = (ROOT / "docs" / "extending.md").read_text("utf-8")
     listed = page.partition("## What a part declares")[2].partition("```")[0]
-    of_ours = {"settings", "advised", "is_proposed", "is_proved"}
-    for table in (
-        declared.SCHEDULES, declared.DOWNLINKS, declared.BROADCASTERS, declared.RANGINGS,
-        declared.CHANNELS, declared.INSTRUMENTS, declared.NAVIGATORS,
-    ):  # fmt: skip
-        record = next(iter(table.values()))
-        for field in fields(record):
-            assert field.name in of_ours or f"`{field.name}`" in listed
-
-
-def test_what_a_scenario_can_name_has_a_record() -> None:
-    """The tables are the registry, in the order in which a scenario lists what it can name."""
-    for family, table in TABLES.items():
-        assert family.siblings == tuple(table)
+    of_ours = {"settings", "frame_settings", "advised", "is_proposed", "is_proved"}
+    for family in families.FAMILIES:
+        if family.is_open and family.undeclared is not None and family is not families.ACCESS:
+            for field in fields(family.undeclared):
+                assert field.name in of_ours or f"`{field.name}`" in listed
 
 
 def test_nobody_tests_which_part_it_is() -> None:

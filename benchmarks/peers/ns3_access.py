@@ -26,7 +26,7 @@ from ns3_uan import compiled_driver
 
 from bindusbl_des import Mission, Result, Scenario, simulate
 from bindusbl_des.protocol.access.aloha import aloha
-from bindusbl_des.protocol.access.csma import csma
+from bindusbl_des.protocol.access.csma import CarrierSense, csma
 
 Case = dict[str, Any]
 Heard = list[tuple[int, float, str]]
@@ -155,7 +155,11 @@ def flown(case: Case, draws: list[list[int]]) -> Result:
         if not node.is_asv:
             node.packets = chain(traffic[node.number], count(DURATION_S + 1.0))
             node.random = Dealt(draws[node.number])
-            yield from csma(node, **settings) if case["access"] == "csma" else aloha(node)
+            yield from (
+                csma(node, settings=CarrierSense(**settings))
+                if case["access"] == "csma"
+                else aloha(node)
+            )
 
     return simulate(scenario_of(case, program), case["seed"])
 

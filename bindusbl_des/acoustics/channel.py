@@ -230,13 +230,13 @@ class OwnChannel:
         return np.asarray(found, dtype=np.float64)
 
 
-def own_channel(family: Family, choice: str) -> OwnChannel:
+def own_channel(family: Family[Any], choice: str) -> OwnChannel:
     """Return a channel of somebody's own.
 
     Raises:
         PluginError: when it is not allowed, or cannot be loaded or called.
     """
-    part, own = own_part(family, choice), loaded(choice)
+    part, own = own_part(family, choice).part, loaded(choice)
     noise, capture = (
         asked(family.key, choice, getattr, own, name, None) for name in ("noise_db", "capture_db")
     )

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from operator import attrgetter
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -201,7 +201,7 @@ def frame_channel(site: Site) -> FrameChannel | None:
 
 
 def _channel(
-    site: Site, family: Family, message: SoundMessage, range_m: float
+    site: Site, family: Family[Any], message: SoundMessage, range_m: float
 ) -> AskedChannel | None:
     choice: str = attrgetter(family.key)(site.scenario)
     if is_plugin(choice):

@@ -9,7 +9,7 @@ from ..core.wording import plain
 from ..geometry.formation import ring_radius
 from ..preflight.fix_chance import HALF, delivery
 from ..results.effects import FILTER, GAIN
-from ..scenario import declared
+from ..scenario import families
 from ..scenario.files.overrides import put
 from ..scenario.scenario import Scenario
 from ..setup import Setup
@@ -136,17 +136,17 @@ def _downlinks(scenario: Scenario) -> tuple[str, ...]:
     instant = not scenario.protocol.answer.takes_airtime
     names = [
         name
-        for name in declared.advised(declared.DOWNLINKS)
-        if not (declared.DOWNLINKS[name].replies and instant)
+        for name in families.advised(families.DOWNLINK)
+        if not (families.DOWNLINK.traits[name].replies and instant)
     ]
     if not scenario.protocol.random_access:
         return tuple(names)
     broadcast = [
         name
         for name in names
-        if not declared.DOWNLINKS[name].replies and declared.DOWNLINKS[name].waits
+        if not families.DOWNLINK.traits[name].replies and families.DOWNLINK.traits[name].waits
     ]
-    answered = [name for name in names if declared.DOWNLINKS[name].replies]
+    answered = [name for name in names if families.DOWNLINK.traits[name].replies]
     return tuple(broadcast if scenario.protocol.replies else answered)
 
 
@@ -154,14 +154,14 @@ def _schedules(scenario: Scenario, needless: list[str]) -> Iterator[Change]:
     if scenario.auvs.count == 1:
         needless.append("another schedule (there is one AUV)")
         return
-    yield from _others(scenario, "schedule", declared.advised(declared.SCHEDULES))
+    yield from _others(scenario, "schedule", families.advised(families.SCHEDULE))
 
 
 def _broadcasters(scenario: Scenario, needless: list[str]) -> Iterator[Change]:
     if scenario.asvs.count == 1 or scenario.protocol.replies:
         needless.append("another broadcaster (no frame has a choice of ASVs)")
         return
-    yield from _others(scenario, "broadcaster", declared.advised(declared.BROADCASTERS))
+    yield from _others(scenario, "broadcaster", families.advised(families.BROADCASTER))
 
 
 def _others(scenario: Scenario, key: str, names: tuple[str, ...]) -> Iterator[Change]:

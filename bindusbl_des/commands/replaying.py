@@ -147,7 +147,7 @@ def _navigator_of(scenario: "Scenario") -> Any:
     chosen = scenario.navigation.filter
     if is_plugin(chosen):
         with refusing(PluginError):
-            return own_part(NAVIGATOR, chosen)
+            return own_part(NAVIGATOR, chosen).part
     if not scenario.navigation.weighs:
         talk(f"replay flies the Kalman filter and the smoother, not navigation.filter: {chosen}")
     return None

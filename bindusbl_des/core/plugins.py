@@ -13,8 +13,8 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
-from functools import cache
+from dataclasses import dataclass, field, fields, replace
+from functools import cache, cached_property
 from importlib import import_module
 from importlib.machinery import ModuleSpec, PathFinder
 from importlib.util import resolve_name
@@ -24,7 +24,17 @@ from numbers import Integral
 from operator import attrgetter
 from pathlib import Path
 from traceback import walk_tb
-from typing import Any, TypeVar
+from typing import (
+    Any,
+    Generic,
+    Literal,
+    NoReturn,
+    TypeVar,
+    cast,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 from .wording import LONGEST_ERROR, did_you_mean, printable, shortened
 
@@ -45,32 +55,104 @@ _here: dict[str, Any] = {}
 HERE = "__main__"
 
 Answer = TypeVar("Answer")
+Record = TypeVar("Record")
 
 
-@dataclass(frozen=True)
-class Family:
+@dataclass(frozen=True, eq=False)
+class Family(Generic[Record]):
     """The parts that can be named at one key of the scenario.
 
-    `siblings` ship, and `settings` are the models of those of them that have any; one's own is
-    called with `arguments`, and with its settings by name, unless the family is not open to such.
-    The `common` ones, of which this is the model, every part has: the simulator heeds them, and
-    one's own is not called with them.  Where the key is a section, `word` is the one of its keys
-    that names the part.
+    `parts` ship: where each stands, as ``module:object`` of this package, or what it declares,
+    where other modules make it.  A user-defined one is called with `arguments`, and with its
+    settings by name, unless the family is not open to such; what it does not declare is as
+    `undeclared` has it.  The `common` settings, of which this is the model, every part has: the
+    simulator heeds them, and a user-defined part is not called with them.  Where the key is a
+    section, `word` is the one of its keys that names the part.
     """
 
     key: str
     noun: str
-    siblings: tuple[str, ...]
     arguments: tuple[str, ...]
-    settings: Mapping[str, Any] = field(default_factory=dict, compare=False)
+    parts: Mapping[str, Any]
+    undeclared: Record | None = None
     word: str = ""
-    common: Any = field(default=None, compare=False)
+    common: Any = None
     is_open: bool = True
+    models: str = "settings"
+    _found: dict[str, Any] = field(default_factory=dict, repr=False)
 
     @property
     def name_key(self) -> str:
         """The key at which a part is named."""
         return f"{self.key}.{self.word}" if self.word else self.key
+
+    @cached_property
+    def siblings(self) -> tuple[str, ...]:
+        """The names of the parts that ship."""
+        return tuple(self.parts)
+
+    @cached_property
+    def traits(self) -> dict[str, Record]:
+        """What each of them declares."""
+        return {name: self.declared(name) for name in self.parts}
+
+    def having(self, has: Callable[[Record], bool]) -> list[str]:
+        """Return the names of those of them of which something is true that they declare."""
+        return [name for name, traits in self.traits.items() if has(traits)]
+
+    @cached_property
+    def settings(self) -> dict[str, Any]:
+        """The models of the settings of those of them that have any."""
+        found = {name: getattr(record, self.models, None) for name, record in self.traits.items()}
+        return {name: model for name, model in found.items() if model and model.model_fields}
+
+    def part(self, name: str) -> Any:
+        """Return a part that ships; its file is imported when it is first asked for."""
+        found = self._found.get(name)
+        if found is None:
+            found = self.parts[name]
+            if isinstance(found, str):
+                module, _, path = found.partition(":")
+                found = getattr(import_module(f"{THIS}.{module}"), path)
+            self._found[name] = found
+        return found
+
+    def declared(self, name: str) -> Record:
+        """Return what a part declares; a user-defined one by its attributes, if it is loaded."""
+        if name in self.parts:
+            part = self.part(name)
+            record: Record = getattr(part, "traits", part)
+            return record
+        own, usual = loaded(name), cast(Any, self.undeclared)
+        if own is None:
+            return cast(Record, usual)
+
+        def given() -> Record:
+            return cast(Record, replace(usual, **self._attributes(own)))
+
+        return asked(self.key, name, given, when=" as it was asked what it declares")
+
+    def _attributes(self, own: Any) -> dict[str, Any]:
+        """Return what a user-defined part declares by its attributes."""
+        usual: Any = self.undeclared
+        names = [each.name for each in fields(usual) if not each.name.endswith("settings")]
+        return {name: getattr(own, name) for name in names if hasattr(own, name)}
+
+    def undeclarable(self, name: str) -> "Iterator[PluginError]":
+        """Yield what a user-defined part, which is loaded, declares that no part can."""
+        own = loaded(name)
+        if own is None or self.undeclared is None:
+            return
+        hints = get_type_hints(type(self.undeclared))
+        for word, value in self._attributes(own).items():
+            is_flag = hints[word] is bool
+            allowed = (False, True) if is_flag else get_args(hints[word])
+            if (is_flag or get_origin(hints[word]) is Literal) and not any(
+                type(value) is type(option) and value == option for option in allowed
+            ):
+                options = ", ".join(map(repr, allowed))
+                message = f"{name!r} declares {word} = {value!r}; give one of {options}"
+                yield PluginError(self.key, message)
 
 
 class Ended(SystemExit):
@@ -166,7 +248,7 @@ def refuse_here(key: str, name: str) -> None:
         )
 
 
-def load(family: Family, name: str) -> Any:
+def load(family: Family[Any], name: str) -> Any:
     """Return the object that a scenario names as ``module:object`` at the key of a family.
 
     Raises:
@@ -223,6 +305,48 @@ def shown(key: str, name: str, answer: Any, when: str = "") -> str:
     return shortened(" ".join(asked(key, name, repr, answer, when=when).split()))
 
 
+@dataclass(frozen=True)
+class OwnPart:
+    """A user-defined part of a family, with its settings: whatever it raises is its own mistake.
+
+    Whoever asks it checks the answer, and refuses what is none.
+    """
+
+    key: str
+    name: str
+    part: Callable[..., Any]
+
+    def __call__(self, *arguments: Any, when: str = "") -> Any:
+        """Return what it answers; `when` says when that was, in messages.
+
+        Raises:
+            PluginError: when it raises anything.
+        """
+        return self.ask(self.part, *arguments, when=when)
+
+    def ask(self, verb: Callable[..., Answer], *arguments: Any, when: str = "") -> Answer:
+        """Return what a verb of it, or one that reads its answer, answers (:func:`asked`)."""
+        return asked(self.key, self.name, verb, *arguments, when=when)
+
+    def refuse(
+        self, answer: Any, needed: str, *, when: str = "", verb: str = "returned"
+    ) -> NoReturn:
+        """Refuse an answer, which is shown, and say what it must be.
+
+        Raises:
+            PluginError: naming key, part, answer and remedy.
+        """
+        self.fail(f"{verb} {shown(self.key, self.name, answer, when)}{needed}")
+
+    def fail(self, message: str) -> NoReturn:
+        """Refuse what it does or is.
+
+        Raises:
+            PluginError: naming key and part.
+        """
+        raise PluginError(self.key, f"{self.name!r} {message}")
+
+
 def is_whole(answer: Any) -> bool:
     """Tell whether an answer is a whole number, of Python or numpy; True is none.
 
@@ -232,7 +356,7 @@ def is_whole(answer: Any) -> bool:
     return isinstance(answer, Integral) and not isinstance(answer, bool)
 
 
-def _check(family: Family, name: str, found: Any) -> None:
+def _check(family: Family[Any], name: str, found: Any) -> None:
     """Refuse what cannot be called with the arguments of a family."""
     if not callable(found):
         kind = type(found).__name__
@@ -266,7 +390,7 @@ def _whose(found: Any) -> str:
     return "; it is a class: name an object of it" if is_meant else ""
 
 
-def _remedy(family: Family, module: str, path: str) -> str:
+def _remedy(family: Family[Any], module: str, path: str) -> str:
     """Return what to write in the place of an object that cannot be loaded."""
     if module == HERE:
         return "; it was of a notebook or script that has ended: put it into a module of its own"

@@ -19,26 +19,26 @@ from ..protocol.access.air import SharedAir
 from ..protocol.access.node import Node
 from ..protocol.access.serving import run_programs
 from ..protocol.acknowledged import Acknowledged, Repeating
-from ..protocol.broadcasters import broadcaster_named
 from ..protocol.data import Data
 from ..protocol.deliveries import Deliveries, OwnFixes
 from ..protocol.dissemination import Announcing, Dissemination, Knowledge, LastHeard
-from ..protocol.downlinks import downlink_named
 from ..protocol.exchange import Exchange
 from ..protocol.frames import FrameBand, MfDownlink, Replies
 from ..protocol.network import Network, PassiveNetwork
 from ..protocol.outcomes import AnsweredOutcomes, Measuring, Outcomes, OwnOutcomes
+from ..protocol.own_parts import checked_choice, checked_groups, checked_round
 from ..protocol.peers import Peers, PeerSensors
 from ..protocol.pings import BeaconBand, HfBand
 from ..protocol.predicted_positions import PredictedPositions, prediction_of
 from ..protocol.ranging import ranging_of, strayed
-from ..protocol.schedules.named import schedule_named
-from ..protocol.schedules.polling import Answers
+from ..protocol.schedules.answers import Answers
 from ..protocol.schedules.view import known_of
 from ..protocol.slots import gap_s, packet_s
 from ..protocol.steps import moment
 from ..protocol.tdma import serve, take_turns
 from ..records.rows import Jacobians, Recorder
+from ..scenario.families import BROADCASTER, DOWNLINK, SCHEDULE
+from ..scenario.part_choice import checked_part
 from ..setup import Setup
 from ..usbl.array import elements_of
 from ..usbl.instrument import Usbl
@@ -242,11 +242,11 @@ def _network(
         outcomes,
         deliveries,
         ranging_of(protocol, setup.scenario.auvs.ping_late_s, env, uplink, streams, answers),
-        downlink=downlink_named(protocol.downlink),
+        downlink=checked_part(DOWNLINK, protocol.downlink, checked_round),
         frame_s=protocol.frame_s if setup.schedule.framed else 0.0,
-        schedule=schedule_named(protocol.schedule),
+        schedule=checked_part(SCHEDULE, protocol.schedule, checked_groups),
         schedule_draw=streams.of(Purpose.SCHEDULE),
-        broadcaster=broadcaster_named(protocol.broadcaster),
+        broadcaster=checked_part(BROADCASTER, protocol.broadcaster, checked_choice),
         broadcaster_draw=streams.of(Purpose.BROADCASTER),
         mf_range=mf.range_m,
         mf_slant=mf.range_metric == "slant",

@@ -279,7 +279,7 @@ def equip_auvs(
         fleet.guided.has_learnt = navigation.weighs
         steering = fleet.guided.corrections, fleet.guided.learnt
     if navigation.filter.is_own:
-        make = own_part(NAVIGATOR, navigation.filter)
+        make = own_part(NAVIGATOR, navigation.filter).part
         made = navigation.filter, make, reckoning, steering[0]
         receiver = PLAIN if setup.ping_channel is None else setup.ping_channel.receiver
         fixes = record.receptions, record.gnss_fixes

@@ -4,6 +4,7 @@ import time as clock
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from ..core.mistakes import ScenarioWarning
     from ..protocol.happenings import Happening, Watch
     from ..protocol.outcomes import Sight
-    from ..protocol.schedules.named import Schedule
+    from ..protocol.schedules.view import Schedule
     from ..protocol.steps import MissionEnvironment
     from ..results.result import Result
     from ..scenario.scenario import Scenario
@@ -91,7 +92,7 @@ class Mission:
         of what the scenario says (:class:`..vehicles.poses.PoseSource`).  It is asked each
         `pose_step_s` (s), as the mission goes on; positions between two samples are interpolated.
         `schedule` says who pings when, in the place of that of the scenario
-        (:mod:`..protocol.schedules.named`).
+        (:mod:`..protocol.own_parts`).
 
         Raises:
             ScenarioError: when the scenario file cannot be read or used.
@@ -104,7 +105,7 @@ class Mission:
         if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
             raise ValueError(f"the seed must be a whole number >= 0, got {seed!r}")
         from ..protocol.steps import MissionEnvironment
-        from ..scenario.families import ready_plugins
+        from ..scenario.chosen_parts import ready_plugins
         from ..scenario.files.scenario_file import as_scenario
         from .build import build_world
 
@@ -121,8 +122,9 @@ class Mission:
             self._happen(0.0)
 
     def _schedule_by(self, schedule: "Schedule") -> None:
+        from ..core.plugins import OwnPart
         from ..protocol.network import Network
-        from ..protocol.schedules.named import OwnSchedule
+        from ..protocol.own_parts import checked_groups
 
         network = self._world.network
         if not isinstance(network, Network):
@@ -132,7 +134,8 @@ class Mission:
                 "with random access, or slots that frames tell (knowledge: broadcast), a schedule "
                 "that is given is not asked; name it in the scenario at protocol.schedule"
             )
-        network.schedule = OwnSchedule("schedule", schedule)
+        part = OwnPart("protocol.schedule", "schedule", schedule)
+        network.schedule = partial(checked_groups, part)
 
     def __repr__(self) -> str:
         end = plain(self.scenario.duration_s)

@@ -9,7 +9,7 @@ import pyarrow as pa
 
 from ..core.arrays import Floats
 from ..core.compiled import compiled, inlined
-from ..protocol.broadcasters import hearers
+from ..protocol.network import hearers
 from ..records.events import (
     DOPPLER,
     FAILED,

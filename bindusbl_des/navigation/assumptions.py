@@ -11,7 +11,7 @@ import numpy as np
 
 from ..scenario.families import NAVIGATOR
 from ..scenario.own_sensors import Sensors
-from ..scenario.part_choice import shipped_part
+from ..scenario.part_choice import settings_of as read
 from ..scenario.scenario_keys import Environment
 from ..scenario.sections.navigation import Navigation
 from ..scenario.shipped_settings import Kalman
@@ -118,8 +118,7 @@ def columns_of(setup: Sensors) -> dict[str, int]:
 def settings_of(navigation: Navigation) -> Kalman:
     """Return what somebody has told a filter that weighs; nothing for any other."""
     chosen = navigation.filter
-    model = NAVIGATOR.settings[str(chosen)] if navigation.weighs else None
-    settings: Kalman = shipped_part(NAVIGATOR, chosen, model)() if model else Kalman()
+    settings: Kalman = read(NAVIGATOR, chosen) if navigation.weighs else Kalman()
     return settings
 
 

@@ -17,7 +17,7 @@ from ..records.metrics import SHARES, name_of, unit_of
 from ..report.page import THEME, assembled, asset, filled, table
 from ..report.run_data import survey_data
 from ..report.run_page import footer
-from ..scenario import declared
+from ..scenario import families
 from ..scenario.scenario import Scenario
 from ..setup import Setup
 from .doubting import became_of
@@ -169,7 +169,7 @@ def _differing(plain: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
 def _filters(scenario: Scenario, own: dict[str, Any]) -> Iterator[tuple[str, Any]]:
     """Yield each filter that the scenario can have beside its own settings, and what it changes."""
     data = scenario.model_dump()
-    for name in declared.NAVIGATORS:
+    for name in families.NAVIGATOR.traits:
         own_filter = scenario.navigation.filter
         filtered = own_filter if own_filter == name else name  # with its settings
         changed = {**data, "navigation": {**data["navigation"], "filter": filtered}}

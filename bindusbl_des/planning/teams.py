@@ -22,7 +22,7 @@ from ..core.facts import cached_property
 from ..core.plain_data import value_at
 from ..core.plain_yaml import read_yaml
 from ..core.wording import counted, plain
-from ..scenario import declared
+from ..scenario import families
 from ..scenario.files import former_keys
 from ..scenario.scenario import Scenario
 from ..setup import Setup
@@ -303,8 +303,8 @@ def further(tried: Sequence[Team]) -> str:
 
 # Proposed where the user varies nothing of the kind.
 COUNTS = range(1, 7)
-SCHEDULES = tuple(name for name, traits in declared.SCHEDULES.items() if traits.is_proposed)
-DOWNLINKS = tuple(declared.DOWNLINKS)
+SCHEDULES = tuple(name for name, traits in families.SCHEDULE.traits.items() if traits.is_proposed)
+DOWNLINKS = tuple(families.DOWNLINK.traits)
 
 # Of all pairs of these so many at most are flown beside the scenario's own: those predicted to be
 # best.
@@ -445,5 +445,5 @@ def _protocols(setup: Setup, point: Keys) -> Iterator[dict[str, Any]]:
         changed = {SCHEDULE: (schedule, own[0]), DOWNLINK: (downlink, own[1])}
         keys = {key: new for key, (new, old) in changed.items() if new != old}
         yield from [keys] if keys else []
-        if waits and not declared.downlink_named(downlink).replies:
+        if waits and not families.DOWNLINK.declared(downlink).replies:
             yield {**keys, SHORTEST_SLOT: 0.0}

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..acoustics.channel import AskedChannel, between
 from ..core.arrays import Flags, Floats, Ints
-from ..scenario import declared
+from ..scenario import families
 from ..setup import Setup
 
 # The range within which pings are heard is looked for among so many; where nothing ends it among
@@ -159,7 +159,11 @@ def told_ahead(setup: Setup, downlink: str) -> int:
     """
     if not setup.tells_slots or setup.scenario.protocol.dissemination.missed != "silent":
         return 0
-    return declared.DOWNLINKS[downlink].tells_ahead if downlink in declared.DOWNLINKS else 0
+    return (
+        families.DOWNLINK.traits[downlink].tells_ahead
+        if downlink in families.DOWNLINK.traits
+        else 0
+    )
 
 
 def made_and_delivered(
@@ -237,7 +241,7 @@ def by_first(heard: Floats, delivered: Floats, away: Floats) -> Floats:
 
 
 def senders(
-    rule: declared.BroadcasterTraits,
+    rule: families.BroadcasterTraits,
     heard: Floats,
     away: Floats,
     located: Floats,

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.mistakes import Problem
 from ..core.plugins import PluginError
-from ..scenario import declared
+from ..scenario import families
 from ..setup import Setup
 from .fix_chance import told_ahead
 from .limits import SurveySights, groups_made, planned_sights, slots_made, told
@@ -22,7 +22,9 @@ HARDLY_EVER = 0.01
 
 # Broadcasters whose choice keeps in step with no turns of AUVs
 ANYWHERE = [
-    name for name, rule in declared.BROADCASTERS.items() if rule.chosen_by in ("lot", "distance")
+    name
+    for name, rule in families.BROADCASTER.traits.items()
+    if rule.chosen_by in ("lot", "distance")
 ]
 
 

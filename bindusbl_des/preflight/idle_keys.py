@@ -1,7 +1,7 @@
 """Keys that do nothing in the mode that a scenario has chosen.
 
 A rule says which keys are idle where other keys have some values, and why.  Which parts it is about
-follows from what parts declare (`scenario/declared.py`), so that a new part needs no rule.  Each
+follows from what parts declare (`scenario/families.py`), so that a new part needs no rule.  Each
 rule was found by experiment: `tests/preflight/test_warnings.py` toggles every key in every mode and
 compares the missions' tables.  It fails where a key does nothing and no rule says so, and where a
 rule is wrong.
@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from ..core.mistakes import Problem
-from ..core.plugins import is_plugin
+from ..core.plugins import Family, Record, is_plugin
 from ..core.wording import plain
-from ..scenario import declared
+from ..scenario import families
 from ..scenario.families import FAMILIES
 from ..scenario.key_types import Part
 from ..scenario.part_choice import PartChoice
@@ -66,34 +66,34 @@ class _Given(tuple[str, ...]):
         return value is not None
 
 
-def names(table: Mapping[str, Any], has: Callable[[Any], bool]) -> tuple[str, ...]:
+def names(family: Family[Record], has: Callable[[Record], bool]) -> tuple[str, ...]:
     """Return the names of the parts that ship of which something is true that they declare."""
-    return tuple(name for name, traits in table.items() if has(traits))
+    return tuple(family.having(has))
 
 
 OWN, GIVEN = _Own(), _Given()
-ASVS_PING = names(declared.RANGINGS, lambda traits: traits.asvs_ping)
-CALLS = names(declared.RANGINGS, lambda traits: traits.calls)
-OWN_CLOCKS = names(declared.RANGINGS, lambda traits: traits.own_clocks)
-REPLIES = names(declared.DOWNLINKS, lambda traits: traits.replies)
-WAITS = names(declared.DOWNLINKS, lambda traits: traits.waits or traits.replies)
-PROGRAMS = names(declared.ACCESSES, lambda traits: traits.law != "slots")
-SCHEDULED = names(declared.ACCESSES, lambda traits: traits.law == "slots")
-SLOTLESS = names(declared.ACCESSES, lambda traits: traits.law not in ("slots", "slotted"))
-FRAMED = names(declared.SCHEDULES, lambda traits: traits.framed)
-UNFRAMED = names(declared.SCHEDULES, lambda traits: not traits.framed and not traits.random_access)
-RANDOM = names(declared.SCHEDULES, lambda traits: traits.random_access)
-UNSLOTTED = names(declared.SCHEDULES, lambda traits: traits.access in ("poisson", "sensing"))
-PACKED = names(declared.SCHEDULES, lambda traits: traits.pace == "packed")
-POLLED = names(declared.SCHEDULES, lambda traits: traits.calls)
+ASVS_PING = names(families.RANGING, lambda traits: traits.asvs_ping)
+CALLS = names(families.RANGING, lambda traits: traits.calls)
+OWN_CLOCKS = names(families.RANGING, lambda traits: traits.own_clocks)
+REPLIES = names(families.DOWNLINK, lambda traits: traits.replies)
+WAITS = names(families.DOWNLINK, lambda traits: traits.waits or traits.replies)
+PROGRAMS = names(families.ACCESS, lambda traits: traits.law != "slots")
+SCHEDULED = names(families.ACCESS, lambda traits: traits.law == "slots")
+SLOTLESS = names(families.ACCESS, lambda traits: traits.law not in ("slots", "slotted"))
+FRAMED = names(families.SCHEDULE, lambda traits: traits.framed)
+UNFRAMED = names(families.SCHEDULE, lambda traits: not traits.framed and not traits.random_access)
+RANDOM = names(families.SCHEDULE, lambda traits: traits.random_access)
+UNSLOTTED = names(families.SCHEDULE, lambda traits: traits.access in ("poisson", "sensing"))
+PACKED = names(families.SCHEDULE, lambda traits: traits.pace == "packed")
+POLLED = names(families.SCHEDULE, lambda traits: traits.calls)
 ALONE = names(
-    declared.SCHEDULES, lambda traits: traits.groups in ("each", "frame") and not traits.calls
+    families.SCHEDULE, lambda traits: traits.groups in ("each", "frame") and not traits.calls
 )
-AT_ONCE = names(declared.KNOWLEDGES, lambda traits: not traits.by_frames)
-STATED = names(declared.INSTRUMENTS, lambda traits: traits.is_stated)
-WITHOUT_GATE = names(declared.NAVIGATORS, lambda traits: not traits.weighs)
-ENDLESS = names(declared.CHANNELS, lambda traits: not traits.ends_at_range)
-MEASURED = names(declared.CHANNELS, lambda traits: traits.reach_of_its_own)
+AT_ONCE = names(families.KNOWLEDGE, lambda traits: not traits.by_frames)
+STATED = names(families.INSTRUMENT, lambda traits: traits.is_stated)
+WITHOUT_GATE = names(families.NAVIGATOR, lambda traits: not traits.weighs)
+ENDLESS = names(families.CHANNEL, lambda traits: not traits.ends_at_range)
+MEASURED = names(families.CHANNEL, lambda traits: traits.reach_of_its_own)
 
 BROADCASTS = (
     "acoustics.mf.{range_m,range_metric,channel,bit_rate_bps,overhead,header_bytes,fix_bytes} "
@@ -521,7 +521,8 @@ def _value(scenario: Scenario, key: str) -> Any:
 
 def _setting(key: str, part: PartChoice, name: str) -> Any:
     """Return the value of a setting of the part that is chosen at a key; None where it has none."""
-    model = next(family.settings for family in FAMILIES if family.key == key).get(str(part))
+    family = next(family for family in FAMILIES if family.key == key)
+    model = family.settings.get(str(part))
     field = model.model_fields.get(name) if model else None
     return part.settings.get(name, field.default if field else None)
 

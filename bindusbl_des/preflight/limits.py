@@ -17,7 +17,7 @@ from ..core.arrays import Flags, Floats, Ints
 from ..protocol.conflicts import GROUPINGS
 from ..protocol.cycles import cycle
 from ..protocol.slots import Slots
-from ..scenario import declared
+from ..scenario import families
 from ..scenario.scenario import Scenario
 from ..setup import Setup
 from .bounds import (
@@ -47,7 +47,7 @@ from .round_lengths import Rounds, rounds_of
 INSTANTS, MOST_PAIRS, MOST_CHOICES = 121, 4_000_000, 121_000_000
 
 # Whose rates stand beside those of the scenario's own rounds.
-COMPARED = tuple(name for name, traits in declared.DOWNLINKS.items() if traits.is_foreseen)
+COMPARED = tuple(name for name, traits in families.DOWNLINK.traits.items() if traits.is_foreseen)
 
 # Rounds with numbers of fixes that are rarer than this are not asked how long they are, nor those
 # of more numbers of fixes, or of groups, than so many: others lie between them.
@@ -132,7 +132,7 @@ def told(setup: Setup, sights: SurveySights, downlink: str) -> tuple[Floats, Flo
     share them.
     """
     rule, schedule = setup.broadcaster, setup.schedule
-    known = declared.DOWNLINKS.get(downlink)
+    known = families.DOWNLINK.traits.get(downlink)
     by_group = known is not None and known.by_group and not schedule.framed
     fleet, slots, number = np.arange(setup.scenario.auvs.count), None, None
     is_own = schedule.framed  # each AUV has a broadcast of its own
@@ -204,7 +204,7 @@ class Groups:
         return self.fewest[0] == self.fewest[1]
 
 
-def groups_of(schedule: declared.ScheduleTraits, heard: Flags) -> Groups:
+def groups_of(schedule: families.ScheduleTraits, heard: Flags) -> Groups:
     """Return the ping groups of rounds that begin with so much in HF range, (k, n, m)."""
     made = groups_made(schedule, heard)
     small = heard.shape[1] <= EXACT_UP_TO
@@ -218,7 +218,7 @@ def groups_of(schedule: declared.ScheduleTraits, heard: Flags) -> Groups:
     )
 
 
-def groups_made(schedule: declared.ScheduleTraits, heard: Flags) -> Ints | None:
+def groups_made(schedule: families.ScheduleTraits, heard: Flags) -> Ints | None:
     """Return how many ping groups a schedule makes of what is in range (k, n, m), at each instant
     (k,); None where only the schedule knows.
     """
@@ -226,7 +226,7 @@ def groups_made(schedule: declared.ScheduleTraits, heard: Flags) -> Ints | None:
     return None if slots is None else np.asarray(slots.max(axis=1) + 1)
 
 
-def slots_made(schedule: declared.ScheduleTraits, heard: Flags) -> Ints | None:
+def slots_made(schedule: families.ScheduleTraits, heard: Flags) -> Ints | None:
     """Return the slot of each AUV (k, n) at each instant, as :func:`groups_made`."""
     if schedule.framed:
         return np.zeros(heard.shape[:2], dtype=np.int64)
@@ -300,10 +300,10 @@ def rates_of(setup: Setup, rounds: Rounds, sights: SurveySights, senders: int) -
         if protocol.replies:
             downlinks = {protocol.downlink: None}
         for downlink in downlinks:
-            if downlink not in declared.DOWNLINKS:
+            if downlink not in families.DOWNLINK.traits:
                 continue
             is_own = downlink == protocol.downlink
-            alone = protocol.replies or declared.DOWNLINKS[downlink].by_group
+            alone = protocol.replies or families.DOWNLINK.traits[downlink].by_group
             made_then, by_it, _ = of_own if is_own else told(setup, sights, downlink)
             share = 1.0 if alone else _carried(rounds.slots, made_then)
             lengths = _lengths(downlink, rounds, groups, made_then)

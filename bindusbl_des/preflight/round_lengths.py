@@ -6,11 +6,10 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from ..protocol.access.csma import backoff_slot_s
+from ..protocol.access.csma import CarrierSense, backoff_slot_s
 from ..protocol.cycles import STAND_IN, cycle
 from ..protocol.slots import Slots
-from ..scenario import declared
-from ..scenario.shipped_settings import CarrierSense
+from ..scenario import families
 from ..setup import Setup
 from .bounds import aloha_success, offered_load, slot_share, slotted_success
 
@@ -41,14 +40,14 @@ class Rounds:
     @property
     def are_known(self) -> bool:
         """Whether the lengths follow from the slots: those of a downlink that ships do."""
-        return self.downlink is None or self.downlink in declared.DOWNLINKS
+        return self.downlink is None or self.downlink in families.DOWNLINK.traits
 
     @property
     def broadcasts(self) -> bool:
         """Whether fixes are broadcast, so that their number decides how long a round lasts."""
         return (
             self.downlink is not None
-            and not declared.DOWNLINKS.get(self.downlink, declared.DownlinkTraits()).replies
+            and not families.DOWNLINK.traits.get(self.downlink, families.DownlinkTraits()).replies
         )
 
     @property
@@ -75,7 +74,7 @@ class Rounds:
         """Return the time (s) from one round to the next: its length, or its frame if longer."""
         return max(self.length(groups, fixes), self.frame)
 
-    def pace_lines(self, schedule: declared.ScheduleTraits) -> Iterator[str]:
+    def pace_lines(self, schedule: families.ScheduleTraits) -> Iterator[str]:
         """Yield how long slots are that are not all of T_UL."""
         if self.pace is None:
             return

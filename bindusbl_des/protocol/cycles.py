@@ -15,7 +15,8 @@ import simpy
 from ..acoustics.messages import Message
 from ..core.arrays import Ints
 from ..records.events import Round
-from .downlinks import DOWNLINKS, direct_reply, sequential
+from ..scenario.families import DOWNLINK
+from .downlinks import direct_reply, sequential
 from .network import Network, Turn
 from .slots import Slots
 
@@ -135,7 +136,9 @@ def cycle(downlink: str | None, slots: Slots, groups: int, fixes: int, named: in
 
 def _run(downlink: str | None, dry: _Dry, groups: int) -> float:
     """Return when a round ends (s) that begins at 0."""
-    rounds = direct_reply if downlink is None else DOWNLINKS.get(downlink, DOWNLINKS[STAND_IN])
+    rounds = direct_reply if downlink is None else sequential
+    if downlink is not None and downlink in DOWNLINK.parts:
+        rounds = DOWNLINK.part(downlink)
     slot = dry.slots.uplink_slot
     turn = Turn(Round(0, 0.0, groups, 0), [[0]] * groups, [slot] * groups, cast(Any, None))
 

@@ -21,8 +21,7 @@ from ..records.events import Assignment, Round
 from ..records.rows import EventBuffer, Recorder
 from .frames import MfDownlink
 from .ranging import OneWay, OwnRanging, TwoWay
-from .schedules.named import Schedule
-from .schedules.view import TimedGroups, View
+from .schedules.view import Schedule, TimedGroups, View
 from .slots import Slots
 from .steps import SAME, moment
 

@@ -5,16 +5,18 @@ from dataclasses import dataclass, field
 from math import nextafter
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import simpy
 from numpy.random import Generator as RandomStream
 
 from ..acoustics.messages import Message
-from ..core.arrays import Flags, Ints
-from ..records.events import Round
-from ..records.rows import Recorder
+from ..core.arrays import Flags, Floats, Ints
+from ..core.facts import cached_property
+from ..records.events import HEARD, Round
+from ..records.rows import Recorder, Rows
 from ..vehicles.fleet import VehicleFleet
-from .acknowledged import Acknowledged, Repeating
-from .broadcasters import Broadcaster, Fixes
+from ..vehicles.motion import places
+from .acknowledged import Acknowledged, Repeating, known_by
 from .data import Data
 from .deliveries import Deliveries, OwnFixes
 from .dissemination import Dissemination
@@ -25,15 +27,110 @@ from .outcomes import Outcomes
 from .pings import HfBand
 from .predicted_positions import PredictedPositions
 from .ranging import OneWay, OwnRanging, TwoWay
-from .schedules.named import Schedule
-from .schedules.polling import Answers
-from .schedules.view import Groups, KnownFixes, View
+from .schedules.answers import Answers
+from .schedules.view import Groups, KnownFixes, Schedule, View
 from .slots import Slots
 
 if TYPE_CHECKING:
     from .access.air import SharedAir
 
 Steps = Generator[simpy.Event, None, float]
+
+# What an ASV sends of a broadcast: its number, and which of the k fixes
+Share = tuple[int, Ints]
+
+# Fixes by their rows of the record: those that wait follow each other.
+Fixes = range | Ints
+
+
+class BroadcastView:
+    """What the surface fleet knows when it broadcasts k fixes; k may be 0.
+
+    `number` counts the broadcasts of the mission, `time` (s) is when this one begins, `count` is
+    how many ASVs there are, and `random` a stream of the broadcaster's own.  `reached` tells whom
+    it believes within MF range of whom.
+    """
+
+    def __init__(
+        self,
+        number: int,
+        time: float,
+        record: Recorder,
+        rows: Fixes,
+        fleet: VehicleFleet,
+        random: np.random.Generator,
+        reached: Callable[[float], Flags],
+        acknowledged: Acknowledged | None = None,
+    ) -> None:
+        """Take the fixes, `rows` of the record; what AUVs have `acknowledged`, if they do."""
+        self._acknowledged = acknowledged
+        self.number, self.time, self.count, self.random = number, time, len(fleet.vehicles), random
+        self._record, self._rows, self._fleet, self._reached = record, rows, fleet, reached
+
+    @cached_property
+    def fixes(self) -> Floats:
+        """Where the fixes say that the AUVs were (m), shape (k, 3)."""
+        fixes = rows_of(self._record, self._rows)
+        return np.column_stack((fixes["x_m"], fixes["y_m"], fixes["z_m"]))
+
+    @cached_property
+    def asvs(self) -> Floats:
+        """Where the m ASVs are (m), shape (m, 3)."""
+        return places(self._fleet.motion, self.time)[:, :3]
+
+    @property
+    def failed(self) -> tuple[int, ...]:
+        """The ASVs that have failed; one of the others broadcasts."""
+        return self._fleet.failed(self.time)
+
+    @cached_property
+    def heard(self) -> Flags:
+        """Whose measurements were fused for each fix, shape (k, m)."""
+        return hearers(self._record, self._rows, self.count)
+
+    @cached_property
+    def listeners(self) -> Flags:
+        """Which AUVs the fleet believes within MF range of each ASV, shape (n, m)."""
+        return self._reached(self.time)
+
+    @property
+    def acknowledged_at_s(self) -> Floats:
+        """Since when (s) the fleet knows of each AUV's newest fix that it knows to be delivered,
+        (n,), NaN before the first.
+
+        Raises:
+            LookupError: where AUVs do not acknowledge (`protocol.acknowledge`).
+        """
+        return known_by(self._acknowledged).at_s
+
+
+def rows_of(record: Recorder, rows: Fixes) -> Rows:
+    """Return some fixes of a record."""
+    if isinstance(rows, range):
+        return record.fixes.array[rows.start : rows.stop]
+    chosen: Rows = record.fixes.array[rows]
+    return chosen
+
+
+def hearers(record: Recorder, rows: Fixes, asvs: int) -> Flags:
+    """Return whose measurements were fused for each of some fixes of a record, (k, `asvs`)."""
+    fused = np.zeros((len(rows), asvs), dtype=np.bool_)
+    if len(rows):
+        fixes = rows_of(record, rows)
+        begin = int(fixes["first"].min())
+        receptions = record.receptions.array[begin : int(fixes["end"].max())]
+        heard = np.flatnonzero(receptions["outcome"] == HEARD)
+        first = np.searchsorted(heard, fixes["first"] - begin)
+        end = np.searchsorted(heard, fixes["end"] - begin)
+        before = np.repeat(np.cumsum(end - first) - end, end - first)
+        hearing = heard[np.arange(len(before)) - before]
+        fix = np.repeat(np.arange(len(fixes)), end - first)
+        fused[fix, receptions["asv"][hearing]] = True
+    return fused
+
+
+#: Which ASV sends all, or slot after slot which ASVs share it.
+Broadcaster = Callable[[BroadcastView], int | list[list[Share]]]
 
 
 @dataclass(slots=True)

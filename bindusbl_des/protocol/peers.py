@@ -27,7 +27,7 @@ from ..core.streams import Purpose, Streams
 from ..navigation.team import PeerSight, Team, Told
 from ..records.events import PeerRange
 from ..records.rows import Recorder
-from ..scenario.declared import PeerTraits
+from ..scenario.families import PeerTraits
 from ..usbl.instrument import Usbl
 from ..usbl.measuring import NOISE_WIDTH
 from ..vehicles.fleet import VehicleFleet

@@ -1,6 +1,6 @@
 """How a ping comes about: on the AUV's own clock, or in answer to an interrogation."""
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from math import inf, nan
@@ -11,7 +11,7 @@ import simpy
 
 from ..core.arrays import Floats, Ints
 from ..core.compiled import compiled
-from ..core.plugins import asked
+from ..core.plugins import OwnPart
 from ..core.streams import Purpose, Streams
 from ..records.events import HEARD, IN_FLIGHT
 from ..records.rows import CALLED, Rows
@@ -22,11 +22,9 @@ from ..scenario.site import Site
 from ..vehicles.fleet import VehicleFleet
 from .pings import NO_CALL, HfBand, members
 from .predicted_positions import planned_speeds
-from .schedules.polling import Answers
+from .schedules.answers import Answers
 from .schedules.view import View
 from .steps import SAME, check_now, checked_steps, event_of, moment
-
-Way = Callable[["Slot", float], Generator[simpy.Event, Any, None]]
 
 
 class OneWay:
@@ -217,13 +215,12 @@ class Slot:
 
 @dataclass(frozen=True)
 class OwnRanging:
-    """A ranging of somebody's own, by its name in the scenario; its steps are checked.
+    """A user-defined ranging, whose steps are checked.
 
     `pinging_until` is when (s) the last ping of each AUV is over.
     """
 
-    name: str
-    way: Way
+    part: OwnPart
     env: simpy.Environment
     uplink: HfBand
     random: np.random.Generator
@@ -238,8 +235,7 @@ class OwnRanging:
 
     def _steps(self, slot: Slot, time: float) -> Generator[simpy.Event, Any, None]:
         when = f" in slot {slot.number} of round {slot.round}"
-        steps = asked(RANGING.key, self.name, self.way, slot, time, when=when)
-        yield from checked_steps(RANGING.key, self.name, steps, self.env, when)
+        yield from checked_steps(self.part, self.part(slot, time, when=when), self.env, when)
 
     def close(self) -> None:
         """End the mission; what is still to come of its slots is not recorded."""
@@ -261,12 +257,12 @@ def ranging_of(
     """
     name = protocol.ranging
     if protocol.calls:
-        delay, one_way = protocol.turnaround_s, name == "owtt_sync"
+        delay, one_way = protocol.turnaround_s, RANGING.declared(name).own_clocks
         return TwoWay(env, uplink, turnaround=delay, one_way=one_way, answers=answers)
-    if name == "owtt_sync":
+    if name in RANGING.parts:
         return OneWay(env, uplink, late)
     draw = streams.of(Purpose.RANGING)
-    return OwnRanging(name, own_part(RANGING, name), env, uplink, draw)
+    return OwnRanging(own_part(RANGING, name), env, uplink, draw)
 
 
 def nearest(view: View, group: Sequence[int], failed: Sequence[int] = ()) -> Ints:

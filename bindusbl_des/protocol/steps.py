@@ -10,7 +10,7 @@ import simpy
 from simpy.events import Condition
 
 from ..core.clock import Clock
-from ..core.plugins import PluginError, asked, shown
+from ..core.plugins import OwnPart
 from ..vehicles.fleet import VehicleFleet
 
 # Instants (s) that differ by less are one: a wait ends where its sum with now is rounded to.
@@ -124,9 +124,9 @@ def some_work(
 
 
 def checked_steps(
-    key: str, name: str, steps: Any, env: simpy.Environment, when: str | Callable[[], str]
+    part: OwnPart, steps: Any, env: simpy.Environment, when: str | Callable[[], str]
 ) -> Generator[simpy.Event, Any, Any]:
-    """Go through the steps of a part of somebody's own, and return what they return.
+    """Go through the steps of a user-defined part, and return what they return.
 
     Raises:
         PluginError: naming key, part and instance (`when`), if they are no generator, raise
@@ -135,24 +135,20 @@ def checked_steps(
     now = when() if callable(when) else when
     if not isinstance(steps, Generator):
         needed = "it must be a generator function, with `yield`"
-        _refuse(key, name, "returned", steps, f"{now}; {needed}", now)
+        part.refuse(steps, f"{now}; {needed}", when=now)
     advance, value = steps.send, None
     while True:
         now = when() if callable(when) else when
-        event, ends = asked(key, name, _advanced, advance, value, when=now)
+        event, ends = part.ask(_advanced, advance, value, when=now)
         if event is _NONE:
             return ends
         if not isinstance(event, simpy.Event) or event.env is not env:
             needed = "it must be an event, as `yield from` gives"
-            _refuse(key, name, "yielded", event, f"{now}; {needed}", now)
+            part.refuse(event, f"{now}; {needed}", when=now, verb="yielded")
         try:
             advance, value = steps.send, (yield event)
         except Exception as error:
             advance, value = steps.throw, error
-
-
-def _refuse(key: str, name: str, verb: str, answer: Any, needed: str, when: str) -> None:
-    raise PluginError(key, f"{name!r} {verb} {shown(key, name, answer, when)}{needed}")
 
 
 def _advanced(advance: Callable[[Any], Any], value: Any) -> tuple[Any, Any]:

@@ -18,9 +18,8 @@ import simpy
 from ..acoustics.messages import Message
 from ..core.arrays import Ints
 from ..records.events import Round
-from .broadcasters import BroadcastView, Fixes
 from .conflicts import conflict_count
-from .network import Network, PassiveNetwork, Steps, Turn
+from .network import BroadcastView, Fixes, Network, PassiveNetwork, Steps, Turn
 from .schedules.view import TimedGroups
 from .steps import check_now, event_of, moment, some_work
 

@@ -9,29 +9,9 @@ from typing import Literal, NamedTuple
 from pydantic import model_validator
 
 from ..core.tables import TableRow, of_file, read_table, sifted
+from .families import ChannelTraits, Lossy
 from .key_types import Real, Text, key
-from .part_choice import PartChoice, Settings
-
-
-class Lossy(Settings):
-    """What every channel has, one's own as well: how long losses last, and which speed it bears."""
-
-    burst_s: Real | None = key(
-        None,
-        "s",
-        "how long signals between a pair of vehicles are lost once they are, on average, the "
-        "share lost being the channel's; null = each is lost by itself",
-        gt=0,
-        le=1e5,
-    )
-    doppler_limit_m_per_s: Real | None = key(
-        None,
-        "m/s",
-        "how fast the way between two vehicles may change, either way, for a signal to be decoded; "
-        "null = as the band's modem states, else any",
-        gt=0,
-        le=100,
-    )
+from .part_choice import PartChoice
 
 
 class Disc(Lossy):
@@ -398,3 +378,10 @@ def read_measured(path: str) -> DeliveryCurve | LinkSeries:
     """
     names = read_table(path).names
     return read_series(path) if {*LINK[1:], *MEASURED} & {*names} else read_curve(path)
+
+
+DISC = ChannelTraits(settings=Disc, frame_settings=Disc, ends_at_range=True, keeps_frames=True)
+CURVE = ChannelTraits(settings=Curve, frame_settings=Curve, reach_of_its_own=True)
+SONAR = ChannelTraits(settings=PingSonar, frame_settings=Sonar, has_levels=True, has_echoes=True)
+TABLE = ChannelTraits(settings=PingTable, frame_settings=Table, has_levels=True, traces_rays=True)
+SERIES = ChannelTraits(settings=Series, frame_settings=Series, reach_of_its_own=True, by_link=True)

@@ -141,7 +141,7 @@ def _property(schema: dict[str, Any], key: str) -> dict[str, Any]:
     return found
 
 
-def _part_schemas(family: Family) -> Iterator[dict[str, Any]]:
+def _part_schemas(family: Family[Any]) -> Iterator[dict[str, Any]]:
     """Yield what may stand at the key of a family: a name, or a mapping with settings."""
     own = {"type": "string", "pattern": "^[^:]+:[^:]+$"}
     bare = [name for name in family.siblings if name not in family.settings]

@@ -154,7 +154,7 @@ def own_route(choice: PartChoice, view: PlanView, vehicle: VehicleChoice) -> Poi
     return Tracks(tuple((way[:, 0], way[:, 1:]) for way in good))
 
 
-def own_motion(family: Family, choice: PartChoice, ways: Sequence[WayView]) -> list[Track]:
+def own_motion(family: Family[Any], choice: PartChoice, ways: Sequence[WayView]) -> list[Track]:
     """Return how vehicles of somebody's own move along their ways: times (n,), s, places (n, 3), m.
 
     Raises:
@@ -201,7 +201,7 @@ def _motion_problem(way: Floats, duration: float) -> str:
     return ""
 
 
-def _answer(family: Family, choice: PartChoice, view: PlanView) -> Any:
+def _answer(family: Family[Any], choice: PartChoice, view: PlanView) -> Any:
     return asked(family.key, str(choice), own_part(family, choice), view)
 
 
@@ -209,7 +209,7 @@ def _listed(answer: Any) -> list[Any] | None:
     return list(answer) if isinstance(answer, Sequence | np.ndarray) else None
 
 
-def _numbers(family: Family, choice: PartChoice, answer: Any) -> Floats | None:
+def _numbers(family: Family[Any], choice: PartChoice, answer: Any) -> Floats | None:
     """Return an answer as an array of finite numbers; None for what is none."""
 
     found: Floats | None = asked(family.key, str(choice), real_numbers, answer)
@@ -220,6 +220,6 @@ def _is_level(places: Floats, count: int) -> bool:
     return places.shape == (count, 3) and not places[:, 2].any()
 
 
-def _refuse(family: Family, choice: PartChoice, answer: Any, needed: str) -> NoReturn:
+def _refuse(family: Family[Any], choice: PartChoice, answer: Any, needed: str) -> NoReturn:
     said = shown(family.key, str(choice), answer)
     raise PluginError(family.key, f"{str(choice)!r} returned {said}; {needed}")

@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from ..core.plugins import Family, PluginError, asked, is_plugin, load, name_of
+from ..core.plugins import Family, OwnPart, PluginError, asked, is_plugin, load, name_of
 from ..core.wording import described, did_you_mean, nearest, plain
 from .key_types import Text
 
@@ -187,8 +187,8 @@ class Settings(BaseModel):
     )
 
 
-def own_part(family: Family, choice: str) -> Callable[..., Any]:
-    """Return somebody's own part, to be called with what its family is called with.
+def own_part(family: Family[Any], choice: str) -> OwnPart:
+    """Return a user-defined part, to be called with what its family is called with.
 
     Raises:
         PluginError: when it is not allowed, cannot be loaded or called, or its settings are wrong.
@@ -196,15 +196,16 @@ def own_part(family: Family, choice: str) -> Callable[..., Any]:
     found, model, wrong = _looked_at(family, choice)
     if wrong:
         raise wrong[0]
-    if model is None:
-        return found  # type: ignore[no-any-return]  # `load` has seen that it can be called
-    values = asked(family.key, str(choice), _validated, model, _own_settings(family, choice))
-    if model is getattr(found, "Settings", None):
-        return partial(found, settings=values)
-    return _bound(found, values)
+    part = found
+    if model is not None:
+        values = asked(family.key, str(choice), _validated, model, _own_settings(family, choice))
+        given = {name: getattr(values, name) for name in values.model_fields_set}
+        is_whole = model is getattr(found, "Settings", None)
+        part = partial(found, settings=values) if is_whole else partial(found, **given)
+    return OwnPart(family.key, str(choice), part)
 
 
-def own_mistakes(family: Family, choice: str) -> Iterator[PluginError]:
+def own_mistakes(family: Family[Any], choice: str) -> Iterator[PluginError]:
     """Yield why somebody's own part cannot be used: it cannot be loaded, or each wrong setting."""
     try:
         yield from _looked_at(family, choice)[2]
@@ -213,7 +214,7 @@ def own_mistakes(family: Family, choice: str) -> Iterator[PluginError]:
 
 
 def _looked_at(
-    family: Family, choice: str
+    family: Family[Any], choice: str
 ) -> tuple[Any, type[BaseModel] | None, list[PluginError]]:
     """Load somebody's own part; return it, the model of its settings, what is wrong with them."""
     key, name = family.key, str(choice)
@@ -226,7 +227,7 @@ def _looked_at(
 
 
 def _own_mistakes(
-    family: Family, choice: str, model: type[BaseModel] | None
+    family: Family[Any], choice: str, model: type[BaseModel] | None
 ) -> Iterator[tuple[str, str]]:
     """Yield what is wrong with the settings of somebody's own part, and with those that every part
     of its family has.
@@ -238,13 +239,25 @@ def _own_mistakes(
         yield from mistakes(family.common, given, str(choice))
 
 
-def shipped_part(family: Family, choice: str, part: Callable[..., Any]) -> Callable[..., Any]:
+def shipped_part(family: Family[Any], choice: str) -> Any:
     """Return a part that ships with its settings, which were checked with the scenario."""
-    settings = _settings(choice)
-    return _bound(part, _validated(family.settings[str(choice)], settings)) if settings else part
+    part, has_settings = family.part(str(choice)), choice in family.settings
+    return partial(part, settings=settings_of(family, choice)) if has_settings else part
 
 
-def settings_of(family: Family, choice: str) -> BaseModel:
+def checked_part(family: Family[Any], choice: str, check: Callable[..., Any]) -> Any:
+    """Return a part with its settings; a user-defined one as that which `check` makes of it and
+    what it is called with: it asks, and refuses an answer that is none.
+
+    Raises:
+        PluginError: as of :func:`own_part`.
+    """
+    if choice in family.parts:
+        return shipped_part(family, choice)
+    return partial(check, own_part(family, choice))
+
+
+def settings_of(family: Family[Any], choice: str) -> Any:
     """Return the settings of a part that ships, defaults and all.
 
     Raises:
@@ -253,21 +266,27 @@ def settings_of(family: Family, choice: str) -> BaseModel:
     return _validated(family.settings[str(choice)], _settings(choice))
 
 
-def _bound(part: Callable[..., Any], values: BaseModel) -> Callable[..., Any]:
-    return partial(part, **{name: getattr(values, name) for name in values.model_fields_set})
+def settings_with(family: Family[Any], choice: PartChoice, name: str) -> Any:
+    """Return the settings of the part that is chosen, if they have one of a name; else, or where
+    some of them are wrong, the defaults of the first part that has it.
+    """
+    own = family.settings.get(str(choice), Settings)
+    if name in own.model_fields:
+        return choice.settings_as(own, own)
+    usual = next(model for model in family.settings.values() if name in model.model_fields)
+    return choice.settings_as(usual, own)
 
 
-def shipped_mistakes(family: Family, choice: str) -> Iterator[tuple[str, str]]:
+def shipped_mistakes(family: Family[Any], choice: str) -> Iterator[tuple[str, str]]:
     """Yield what is wrong with the settings given to a part that ships, each with its name."""
-    model = family.settings.get(str(choice))
-    yield from mistakes(model, _settings(choice), str(choice), family.settings)
+    yield from mistakes(family.settings.get(str(choice)), _settings(choice), str(choice), family)
 
 
 def mistakes(
     model: type[BaseModel] | None,
     settings: Mapping[str, Any],
     name: str,
-    siblings: Mapping[str, type[BaseModel]] | None = None,
+    family: Family[Any] | None = None,
 ) -> Iterator[tuple[str, str]]:
     """Yield the name and fault of each setting that is wrong; a part without a model has none.
 
@@ -279,7 +298,8 @@ def mistakes(
     for word in unknown:
         listed = f"; remove it, {name} has {', '.join(known)}"
         remedy = did_you_mean(word, known) or (listed if known else f"; remove it, {name} has none")
-        owners = [part for part, other in (siblings or {}).items() if word in other.model_fields]
+        models = family.settings if family else {}
+        owners = [part for part, other in models.items() if word in other.model_fields]
         if owners:
             remedy = f"; remove it, or choose {' or '.join(owners)}, {name} has no such setting"
         yield word, f"unknown setting{remedy}"
@@ -317,7 +337,7 @@ def _settings(choice: str) -> Mapping[str, Any]:
     return choice.settings if isinstance(choice, PartChoice) else {}
 
 
-def _own_settings(family: Family, choice: str) -> Mapping[str, Any]:
+def _own_settings(family: Family[Any], choice: str) -> Mapping[str, Any]:
     """Return the settings that somebody's own part is called with."""
     common = family.common.model_fields if family.common is not None else {}
     return {name: value for name, value in _settings(choice).items() if name not in common}

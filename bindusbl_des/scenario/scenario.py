@@ -32,7 +32,7 @@ from .agreement.vehicles import (
     survey_problems,
     vehicles_problems,
 )
-from .families import loaded_parts, parts_of
+from .chosen_parts import loaded_parts, parts_of
 from .part_choice import shipped_mistakes
 from .scenario_keys import Environment, Record, ScenarioKeys, Traffic
 from .sections.acoustics import Acoustics

@@ -6,7 +6,7 @@ from typing import Any, Literal
 from pydantic import model_validator
 
 from ..core.spreads import Statistic
-from .key_types import PAPER, Real, Whole, key
+from .key_types import PAPER, Real, key
 from .part_choice import Settings
 
 # Errors that a filter may be left ignorant of
@@ -62,173 +62,12 @@ class Smoothing(Kalman):
     )
 
 
-class ScheduleSettings(Settings):
-    """What the settings of a schedule say of its rounds; those that have none say this."""
-
-    @property
-    def most_groups(self) -> int | None:
-        """How many ping groups a round has at most; None for one for each AUV."""
-        return None
-
-    @property
-    def shares_calls(self) -> bool:
-        """Whether AUVs that no ASV hears two of may be called at once."""
-        return False
-
-    @property
-    def pause_s(self) -> float:
-        """The pause (s) between two arrivals that are packed."""
-        return 0.0
-
-
-class CarrierSense(ScheduleSettings):
-    """The settings of the schedule `csma`."""
-
-    window: Whole = key(
-        10, "1", "an AUV holds back for 0 to window - 1 slots, drawn at random", ge=1, le=1_000_000
-    )
-    slot_s: Real | None = key(
-        None,
-        "s",
-        "such a slot; null = a ping and its longest way, until all in range have heard it",
-        gt=0,
-        le=3600,
-    )
-
-
-class TLohi(Settings):
-    """The settings of the program `t_lohi`."""
-
-    tone_s: Real = key(0.005, "s", "duration of a tone", gt=0, le=10)
-    rounds: Literal["conservative", "aggressive"] = key(
-        "conservative",
-        "",
-        "length of a contention round: a tone and the longest way there and back, or one way",
-    )
-    recontend_s: Real = key(
-        0.015, "s", "an AUV contends again up to so long after another's turn, at random", ge=0,
-        le=3600,
-    )  # fmt: skip
-
-
-class Macau(Settings):
-    """The settings of the program `macau`."""
-
-    request_bytes: Whole = key(4, "B", "size of a request", ge=1, le=65_535)
-    clear_bytes: Whole = key(4, "B", "size of a clear", ge=1, le=65_535)
-    most_rounds: Whole = key(
-        64, "1", "an AUV that is not cleared backs off for up to so many rounds", ge=1, le=1_000_000
-    )
-
-
-class Dacap(Macau):
-    """The settings of the program `dacap`."""
-
-    warning_bytes: Whole = key(2, "B", "size of a warning", ge=1, le=65_535)
-    handshake_s: Real | None = key(
-        None,
-        "s",
-        "shortest time from request to ping, less what request and clear last; null = twice the "
-        "longest way",
-        ge=0,
-        le=3600,
-    )
-
-
-class WorstFirst(ScheduleSettings):
-    """The settings of the schedule `worst_first`."""
-
-    slots: Whole = key(
-        4, "1", "ping groups of a round, at most; further AUVs wait for a later one", ge=1, le=9_999
-    )
-
-    @property
-    def most_groups(self) -> int | None:
-        """How many ping groups a round has at most."""
-        return self.slots
-
-
-class Polling(ScheduleSettings):
-    """The settings of the schedule `polling`."""
-
-    side_by_side: bool = key(
-        False, "", "call AUVs at once that no ASV hears two of, each by the ASV nearest to it"
-    )
-
-    @property
-    def shares_calls(self) -> bool:
-        """Whether AUVs that no ASV hears two of are called at once."""
-        return self.side_by_side
-
-
-class SuperTdma(ScheduleSettings):
-    """The settings of the schedule `super_tdma`."""
-
-    clear_s: Real = key(0.02, "s", "pause between two arrivals at an ASV", ge=0, le=60)
-    sds: Real = key(
-        2.0, "1", "standard deviations of fixes by which AUVs may be misplaced", ge=0, le=100
-    )
-
-    @property
-    def pause_s(self) -> float:
-        """The pause (s) between two arrivals."""
-        return self.clear_s
-
-
-class Fixed(Settings):
-    """The settings of the broadcaster `fixed`."""
-
-    asv: Whole = key(0, "1", "number of the ASV that always broadcasts", ge=0, le=9_999)
-
-
 class FixedGain(Settings):
     """The settings of the filter `fixed_gain`, the paper's."""
 
     gain: Real = key(0.9, "1", "gain gamma of eq. update", PAPER, gt=0, le=1)
     delay_compensation: Literal["none", "shift"] = key(
         "shift", "", "innovation against the present estimate, or that remembered at ping time"
-    )
-
-
-class DirectReply(Settings):
-    """The settings of the downlink `direct_reply`."""
-
-    reply: Literal["frame", "instant"] = key(
-        "frame",
-        "",
-        "what an answer is: an MF frame of header and one fix, or without airtime (instant), as "
-        "the paper's baseline has it",
-        "sec:baseline",
-    )
-    reply_at: Literal["ping_front", "ping_end"] = key(
-        "ping_end",
-        "",
-        "when an instant reply sets out: as the ping's front arrives, or once it is decoded",
-    )
-
-    @property
-    def takes_airtime(self) -> bool:
-        """Whether an answer is a frame."""
-        return self.reply == "frame"
-
-
-class TwoWaySettings(Settings):
-    """The settings of the ranging `twtt`."""
-
-    turnaround_s: Real = key(0.0, "s", "turnaround time of AUVs", ge=0, le=60)
-
-
-class BroadcastSettings(Settings):
-    """The settings of the knowledge `broadcast`."""
-
-    assignment_bytes: Whole = key(
-        2, "B", "record of a frame that tells one AUV its slot", ge=0, le=64
-    )
-    missed: Literal["silent", "last_slot", "contention"] = key(
-        "silent",
-        "",
-        "what an AUV does that received no slot: it keeps silent, or pings in its last slot, "
-        "or by chance in a further slot at the end of the round, when it reckons these to be",
     )
 
 

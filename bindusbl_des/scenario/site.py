@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, TypeVar
 from ..core.facts import Facts, fact
 from ..core.plugins import PluginError
 from ..geometry.area import Area, polygon, rectangle, vertices
-from . import declared
-from .declared import (
+from . import families
+from .families import (
     BroadcasterTraits,
     DownlinkTraits,
     InstrumentTraits,
     NavigatorTraits,
     RangingTraits,
+    ScheduleSettings,
     ScheduleTraits,
 )
 from .key_types import Point, Position
@@ -26,7 +27,6 @@ from .scenario_keys import ScenarioKeys
 from .sections.acoustics import Downlink, UplinkSection
 from .sections.placements import OwnPlacement
 from .sections.routes import Lawnmower, OwnRoute, RouteTraits
-from .shipped_settings import ScheduleSettings
 
 if TYPE_CHECKING:
     from ..geometry.lanes import Share
@@ -78,27 +78,27 @@ class Site(Facts):
     @fact
     def downlink(self) -> DownlinkTraits:
         """What the downlink declares: when fixes travel."""
-        return declared.downlink_named(self.scenario.protocol.downlink)
+        return families.DOWNLINK.declared(self.scenario.protocol.downlink)
 
     @fact
     def broadcaster(self) -> BroadcasterTraits:
         """What the broadcaster declares: which ASV sends."""
-        return declared.broadcaster_named(self.scenario.protocol.broadcaster)
+        return families.BROADCASTER.declared(self.scenario.protocol.broadcaster)
 
     @fact
     def ranging(self) -> RangingTraits:
         """What the ranging declares: who pings, and whose clock starts it."""
-        return declared.ranging_named(self.scenario.protocol.ranging)
+        return families.RANGING.declared(self.scenario.protocol.ranging)
 
     @fact
     def instrument(self) -> InstrumentTraits:
         """What the USBL instrument declares."""
-        return declared.instrument_named(self.scenario.usbl.model)
+        return families.INSTRUMENT.declared(self.scenario.usbl.model)
 
     @fact
     def navigator(self) -> NavigatorTraits:
         """What the navigator declares: how it weighs fixes."""
-        return declared.navigator_named(self.scenario.navigation.filter)
+        return families.NAVIGATOR.declared(self.scenario.navigation.filter)
 
     @fact
     def tells_slots(self) -> bool:
@@ -106,7 +106,7 @@ class Site(Facts):
         know at once.
         """
         protocol = self.scenario.protocol
-        by_frames = declared.knowledge_named(protocol.knowledge).by_frames
+        by_frames = families.KNOWLEDGE.declared(protocol.knowledge).by_frames
         return by_frames and not (protocol.asvs_ping or protocol.calls or protocol.random_access)
 
     @fact

@@ -14,7 +14,6 @@ from ..core.compiled import compiled
 from ..core.spreads import per_axis_sd
 from ..records.events import HEARD
 from ..records.rows import Row, Rows
-from ..scenario.declared import instrument_named
 from ..scenario.families import INSTRUMENT
 from ..scenario.part_choice import settings_of
 from ..scenario.shipped_settings import Datasheet
@@ -44,7 +43,7 @@ def sheet_of(model: str, calls: bool) -> Sheet | None:
     A stated range is that of who finds it by himself: of the path of a call and its answer he takes
     half, so that the path errs twice as much.
     """
-    if not instrument_named(model).is_stated:
+    if not INSTRUMENT.declared(model).is_stated:
         return None
     stated = cast(Datasheet, settings_of(INSTRUMENT, model))
     if stated.bearing_sd_deg is None:

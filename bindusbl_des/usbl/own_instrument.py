@@ -94,7 +94,9 @@ def instrument_named(name: str) -> OwnInstrument | None:
     Raises:
         PluginError: when one's own is not allowed, or cannot be loaded or called.
     """
-    return None if name in INSTRUMENT.siblings else OwnInstrument(name, own_part(INSTRUMENT, name))
+    return (
+        None if name in INSTRUMENT.parts else OwnInstrument(name, own_part(INSTRUMENT, name).part)
+    )
 
 
 def sounding_of(ping: Row, heard: Rows, poses: Floats, random: np.random.Generator) -> Sounding:

@@ -67,5 +67,5 @@ def test_an_installed_plug_in_is_its_package(
 
 def test_this_package_is_known_by_its_version() -> None:
     """A part that ships, named as a plug-in, is its file alone."""
-    (file,) = sources_of("bindusbl_des.protocol.schedules.named:spatial_reuse")
-    assert file.name == "named.py"
+    (file,) = sources_of("bindusbl_des.protocol.schedules.colouring:spatial_reuse")
+    assert file.name == "colouring.py"

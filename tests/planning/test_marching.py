@@ -12,7 +12,7 @@ from bindusbl_des import Scenario, Setup
 from bindusbl_des.planning.prediction.inputs import DriftSource, PlannedWays, PredictedNavigator
 from bindusbl_des.planning.prediction.march import errors_of
 from bindusbl_des.planning.prediction.sights import Fixes
-from bindusbl_des.scenario.declared import NAVIGATORS
+from bindusbl_des.scenario.families import NAVIGATOR
 
 Floats = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ STEPS = 50  # instants between two fixes
 
 def navigating(name: str, *rest: Any) -> PredictedNavigator:
     """Return a navigator with what ships by its name."""
-    return PredictedNavigator(name, NAVIGATORS[name], *rest)
+    return PredictedNavigator(name, NAVIGATOR.traits[name], *rest)
 
 
 def straight_on(period: float, fixes: int, navigator: PredictedNavigator, speed: float) -> Inputs:

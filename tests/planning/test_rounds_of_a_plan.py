@@ -7,14 +7,14 @@ from plans_for_tests import inputs_of
 from bindusbl_des import Setup, load_scenario
 from bindusbl_des.planning.prediction.rounds import timed, uplink_slot
 from bindusbl_des.protocol.cycles import cycle
-from bindusbl_des.scenario.declared import DOWNLINKS
+from bindusbl_des.scenario.families import DOWNLINK
 
 AUVS = 5
 
 
 @pytest.mark.parametrize("tick_rate_hz", ["null", "30"])
 @pytest.mark.parametrize("bit_rate_bps", [300, 20_000])
-@pytest.mark.parametrize("downlink", DOWNLINKS)
+@pytest.mark.parametrize("downlink", DOWNLINK.siblings)
 def test_rounds_of_a_plan_go_as_the_downlinks_have_them(
     downlink: str, bit_rate_bps: int, tick_rate_hz: str
 ) -> None:
@@ -39,7 +39,7 @@ def test_rounds_of_a_plan_go_as_the_downlinks_have_them(
         assert broadcasts[number] == len(found.broadcasts_s)
         if groups > 1:
             apart = (found.slots_s[-1] - found.slots_s[0]) / (groups - 1)
-            even = not DOWNLINKS[downlink].by_group or fixes % groups == 0
+            even = not DOWNLINK.traits[downlink].by_group or fixes % groups == 0
             assert not even or pitch[number] == pytest.approx(apart)
         if broadcasts[number] == 1 and groups == 1:
             assert send[number] == pytest.approx(found.broadcasts_s[0])

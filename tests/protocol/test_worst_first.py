@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from worlds import scenario, still
 
 from bindusbl_des import TimedGroups, View, simulate
-from bindusbl_des.protocol.schedules.named import worst_first
+from bindusbl_des.protocol.schedules.worst_first import WorstFirst, worst_first
 
 allow(f"test_worst_first:{name}" for name in ("watching", "unequal", "uneven", "endless"))
 
@@ -36,16 +36,16 @@ def test_the_worst_go_first_and_whoever_does_not_disturb_them() -> None:
     """Two ASVs: AUV2 (3 m) and AUV3 (2 m) share the first, so AUV0 (1 m) of the other joins."""
     heard = [[False, True], [True, False], [True, False], [True, False], [False, False]]
     view = view_of(heard, [1.0, 0.5, 3.0, 2.0, 0.1])
-    assert worst_first(view, slots=1) == [[2, 0, 4]]
-    assert worst_first(view, slots=2) == [[2, 0, 4], [3]]
-    assert worst_first(view) == [[2, 0, 4], [3], [1]]
+    assert worst_first(view, settings=WorstFirst(slots=1)) == [[2, 0, 4]]
+    assert worst_first(view, settings=WorstFirst(slots=2)) == [[2, 0, 4], [3]]
+    assert worst_first(view, settings=WorstFirst()) == [[2, 0, 4], [3], [1]]
 
 
 def test_turns_in_vain_lower_a_claim() -> None:
     """3 m with one turn in vain count as 2 m with none (3 / 3 = 2 / 2), 2.9 m as less."""
     heard = [[True], [True]]
-    assert worst_first(view_of(heard, [3.0, 2.0], [1, 0]), slots=1) == [[0]]
-    assert worst_first(view_of(heard, [2.9, 2.0], [1, 0]), slots=1) == [[1]]
+    assert worst_first(view_of(heard, [3.0, 2.0], [1, 0]), settings=WorstFirst(slots=1)) == [[0]]
+    assert worst_first(view_of(heard, [2.9, 2.0], [1, 0]), settings=WorstFirst(slots=1)) == [[1]]
 
 
 @settings(max_examples=200, deadline=None)
@@ -57,7 +57,7 @@ def test_groups_are_free_of_conflicts(data: Any, auvs: int, asvs: int, slots: in
     errors = data.draw(
         st.lists(st.floats(0.0, 100.0, allow_subnormal=False), min_size=auvs, max_size=auvs)
     )
-    groups = worst_first(view_of(heard, errors), slots=slots)
+    groups = worst_first(view_of(heard, errors), settings=WorstFirst(slots=slots))
     assert 1 <= len(groups) <= slots
     assert all(heard[group].sum(axis=0).max() <= 1 for group in groups)
     served = [auv for group in groups for auv in group]
@@ -83,7 +83,7 @@ def test_nobody_starves(drifts: list[float], chances: list[float], seed: int) ->
     age, in_vain, waited, longest = np.zeros((4, count))
     for _ in range(400):
         view = view_of(np.ones((count, 1)), np.array(drifts) * age, in_vain)
-        ((auv,),) = worst_first(view, slots=1)
+        ((auv,),) = worst_first(view, settings=WorstFirst(slots=1))
         age, waited = age + 1.0, waited + 1.0
         waited[auv] = 0.0
         fixed = luck.random() < chances[auv]
@@ -213,9 +213,9 @@ def test_a_view_made_by_hand_says_what_it_lacks() -> None:
     view = view_of([[True]], [1.0])
     del view.__dict__["turns_in_vain"]
     with pytest.raises(LookupError, match="made by hand"):
-        worst_first(view)
+        worst_first(view, settings=WorstFirst())
     view.known = SimpleNamespace(turns_in_vain=lambda: np.zeros(1))  # type: ignore[assignment]
-    assert worst_first(view) == [[0]]
+    assert worst_first(view, settings=WorstFirst()) == [[0]]
 
 
 def unequal(view: View) -> TimedGroups:

@@ -24,7 +24,7 @@ from ...core.plain_yaml import Document
 from ...core.plugins import Family, is_plugin, name_of, package_sha256, source_sha256
 from ...core.wording import described, did_you_mean
 from ...results.schemas import schema
-from ...scenario.families import parts_of
+from ...scenario.chosen_parts import parts_of
 from ...scenario.files import former_keys
 from ...scenario.files.overrides import put
 from ...scenario.part_choice import PartChoice
@@ -285,7 +285,7 @@ class ExperimentPlan:
         varied = experiment.varied()
         self.points: list[PlannedPoint] = []
         #: What is to be loaded, with all of its settings, by its key and how it is written.
-        self.plugins: dict[str, tuple[Family, PartChoice]] = {}
+        self.plugins: dict[str, tuple[Family[Any], PartChoice]] = {}
         for number, point in enumerate(experiment.points):
             mission = experiment.scenario(number)
             for family, name in parts_of(mission):

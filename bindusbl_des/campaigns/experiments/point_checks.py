@@ -10,7 +10,8 @@ from ...core.plain_yaml import Document
 from ...core.plugins import Family, is_plugin, refusal
 from ...preflight.idle_keys import idle_keys
 from ...preflight.refusals import refusals, usable
-from ...scenario.families import FAMILIES, load_plugins
+from ...scenario.chosen_parts import load_plugins
+from ...scenario.families import FAMILIES
 from ...scenario.files.scenario_file import Source
 from ...scenario.scenario import Scenario
 from ...setup import Setup
@@ -208,7 +209,7 @@ def without_plugins(data: Mapping[str, Any]) -> dict[str, Any]:
     return dict(plain)
 
 
-def _without(data: Any, words: list[str], family: Family) -> Any:
+def _without(data: Any, words: list[str], family: Family[Any]) -> Any:
     if words:
         return {**data, words[0]: _without(data[words[0]], words[1:], family)}
     if not is_plugin(named(data)):

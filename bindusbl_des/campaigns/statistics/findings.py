@@ -19,7 +19,7 @@ import numpy as np
 
 from ...core.arrays import Floats
 from ...core.wording import counted, decimals, number, plus_minus, significant
-from ...scenario import declared
+from ...scenario import families
 from ...scenario.part_choice import PartChoice
 from ...scenario.scenario import Scenario
 from ...scenario.shipped_settings import FixedGain
@@ -377,9 +377,9 @@ def _once(them: list[HarmfulFixes], missions: int, plan: ExperimentPlan) -> str:
 def _remedies(scenarios: list[dict[str, Any]]) -> Iterator[str]:
     """Yield what may help scenarios in which fixes harm; it was not tried."""
     filters = [PartChoice.read(scenario["navigation"]["filter"], str) for scenario in scenarios]
-    gained = [choice for choice in filters if declared.navigator_named(choice).has_gain]
+    gained = [choice for choice in filters if families.NAVIGATOR.declared(choice).has_gain]
     parts = [
-        choice.settings_as(FixedGain, declared.navigator_named(choice).settings)
+        choice.settings_as(FixedGain, families.NAVIGATOR.declared(choice).settings)
         for choice in gained
     ]
     if parts:

@@ -19,7 +19,7 @@ from ...preflight.band_warnings import ALWAYS_HEARING, messages, shifted_bands
 from ...preflight.fix_chance import below, frame_chance, loses_pings, ping_chance
 from ...preflight.round_lengths import pace_of
 from ...protocol.slots import Slots
-from ...scenario import declared
+from ...scenario import families
 from ...scenario.scenario import Scenario
 from ...setup import Setup
 from ...usbl.variances import variances
@@ -247,7 +247,7 @@ def _navigator(setup: Setup) -> PredictedNavigator:
     ]
     return PredictedNavigator(
         name,
-        declared.NAVIGATORS[name],
+        families.NAVIGATOR.traits[name],
         navigation.fixed_gain.gain,
         navigation.weighs or own or navigation.fixed_gain.delay_compensation == "shift",
         navigation.initial_position_sd_m,
@@ -299,10 +299,10 @@ def _skew(setup: Setup, assumed: tuple[float, float]) -> list[DriftSource]:
 
 
 # What stands in for parts of one's own that do not say what they are like.
-SCHEDULE = declared.ScheduleTraits(groups="first_fit")
-DOWNLINK = declared.DownlinkTraits(waits=True)
-BROADCASTER = declared.BroadcasterTraits("turn")
-NAVIGATOR = next(name for name, traits in declared.NAVIGATORS.items() if traits.weighs)
+SCHEDULE = families.ScheduleTraits(groups="first_fit")
+DOWNLINK = families.DownlinkTraits(waits=True)
+BROADCASTER = families.BroadcasterTraits("turn")
+NAVIGATOR = next(name for name, traits in families.NAVIGATOR.traits.items() if traits.weighs)
 
 
 def _slots(setup: Setup) -> SlotLengths:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.arrays import Floats
-from ...scenario import declared
+from ...scenario import families
 
 
 class Off(NamedTuple):
@@ -150,10 +150,10 @@ class AccessPlan:
     frame that others may overlap if it `replies_in_frames`.
     """
 
-    schedule: declared.ScheduleTraits
-    downlink: declared.DownlinkTraits
-    broadcaster: declared.BroadcasterTraits
-    ranging: declared.RangingTraits
+    schedule: families.ScheduleTraits
+    downlink: families.DownlinkTraits
+    broadcaster: families.BroadcasterTraits
+    ranging: families.RangingTraits
     fixed_asv: int
     frame_s: float
     reply_s: float
@@ -190,7 +190,7 @@ class PredictedNavigator:
     """
 
     filter: str
-    kind: declared.NavigatorTraits
+    kind: families.NavigatorTraits
     gain: float
     at_ping: bool
     start_sd_m: float

@@ -16,3 +16,6 @@ All that ping at one instant do so together, after everything else of that insta
 knows of a signal that begins as it decides.  Meanwhile the downlink goes through its cycles
 (`serving.Cycles`): a broadcast as soon as a fix waits and MF is free.
 """
+
+# What a USBL array measures; every other kind of signal is a program's own.
+PING = "ping"

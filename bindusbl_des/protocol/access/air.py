@@ -32,7 +32,8 @@ from ...records.rows import NONE, SIGNAL_RECEPTION, Recorder, Rows
 from ..data import Data
 from ..pings import HfBand
 from ..steps import moment
-from .node import PING, HeardSignal, Node, ToSend
+from . import PING
+from .node import HeardSignal, Node, ToSend
 
 # Sends of one instant become one ping group: after whatever else happens then.
 LATE = EventPriority(2)

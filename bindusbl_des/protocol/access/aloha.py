@@ -4,11 +4,32 @@ Abramson, "The ALOHA system", AFIPS 1970; with slots Roberts, "ALOHA packet syst
 slots and capture", 1975.
 """
 
+from __future__ import annotations
+
 from math import ceil
+from typing import TYPE_CHECKING
 
-from .node import PING, Node, Steps
+from ...scenario.families import AccessTraits, ScheduleTraits
+from . import PING
+
+if TYPE_CHECKING:
+    from ..schedules.view import Groups, View
+    from .node import Node, Steps
 
 
+@ScheduleTraits(access="poisson")
+def by_aloha(view: View) -> Groups:
+    """Give nobody a slot: AUVs run the program `aloha`."""
+    return []
+
+
+@ScheduleTraits(access="slotted")
+def by_slotted_aloha(view: View) -> Groups:
+    """Give nobody a slot: AUVs run the program `slotted_aloha`."""
+    return []
+
+
+@AccessTraits(law="poisson", hears=False, signals=False, on_asvs=False)
 def aloha(node: Node) -> Steps:
     """Ping whenever there is something to send; what comes while a ping lasts is left out.
 
@@ -22,6 +43,7 @@ def aloha(node: Node) -> Steps:
             yield node.send(PING)
 
 
+@AccessTraits(law="slotted", hears=False, signals=False, on_asvs=False)
 def slotted_aloha(node: Node) -> Steps:
     """Ping at the start of a slot if there was anything to send in the one before.
 

@@ -7,18 +7,50 @@ number of slots and counts them down while it is quiet; the count stands still w
 heard.  What else it has to send meanwhile is dropped.
 """
 
-from ..slots import Slots
-from .node import PING, Node, Steps
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ...scenario.families import AccessTraits, ScheduleSettings, ScheduleTraits
+from ...scenario.key_types import Real, Whole, key
+from . import PING
+
+if TYPE_CHECKING:
+    from ..schedules.view import Groups, View
+    from ..slots import Slots
+    from .node import Node, Steps
 
 
-def csma(node: Node, *, window: int = 10, slot_s: float | None = None) -> Steps:
-    """Ping once it is quiet, after up to `window` - 1 slots of backoff, each `slot_s` (s) long."""
-    length, pinged_at = backoff_slot_s(slot_s, node.slots), -1.0
+class CarrierSense(ScheduleSettings):
+    """The settings of the program, and of the schedule, `csma`."""
+
+    window: Whole = key(
+        10, "1", "an AUV holds back for 0 to window - 1 slots, drawn at random", ge=1, le=1_000_000
+    )
+    slot_s: Real | None = key(
+        None,
+        "s",
+        "such a slot; null = a ping and its longest way, until all in range have heard it",
+        gt=0,
+        le=3600,
+    )
+
+
+@ScheduleTraits(settings=CarrierSense, access="sensing")
+def by_csma(view: View, *, settings: CarrierSense) -> Groups:
+    """Give nobody a slot: AUVs run the program `csma`."""
+    return []
+
+
+@AccessTraits(settings=CarrierSense, law="sensing", signals=False, on_asvs=False)
+def csma(node: Node, *, settings: CarrierSense) -> Steps:
+    """Ping once it is quiet, after up to `window` - 1 slots of backoff."""
+    length, pinged_at = backoff_slot_s(settings.slot_s, node.slots), -1.0
     for packet in node.packets:
         if packet > pinged_at:
             yield node.until(packet)
             if node.busy():
-                yield from hold_back(node, length * int(node.random.integers(window)))
+                yield from hold_back(node, length * int(node.random.integers(settings.window)))
             pinged_at = node.clock
             node.send(PING, waited_s=pinged_at - packet)
 

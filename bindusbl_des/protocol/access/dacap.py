@@ -9,39 +9,53 @@ gains time at some risk.  An ASV that hears others meanwhile warns its AUV, whic
 does if it hears them itself.  Who hears others asked for or cleared asks once that has passed.
 """
 
+from __future__ import annotations
+
 from collections.abc import Generator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import simpy
-
-from .macau import CLEAR, REQUEST, awaited, keep_quiet
-from .node import PING, HeardSignal, Node, Steps
+from ...scenario.families import AccessTraits
+from ...scenario.key_types import Real, Whole, key
+from . import PING
+from .macau import CLEAR, REQUEST, Macau, awaited, keep_quiet
 from .t_lohi import waiting
+
+if TYPE_CHECKING:
+    import simpy
+
+    from .node import HeardSignal, Node, Steps
 
 WARNING = "warning"
 
 
-def dacap(
-    node: Node,
-    *,
-    request_bytes: int = 4,
-    clear_bytes: int = 4,
-    warning_bytes: int = 2,
-    handshake_s: float | None = None,
-    most_rounds: int = 64,
-) -> Steps:
+class Dacap(Macau):
+    """The settings of the program `dacap`."""
+
+    warning_bytes: Whole = key(2, "B", "size of a warning", ge=1, le=65_535)
+    handshake_s: Real | None = key(
+        None,
+        "s",
+        "shortest time from request to ping, less what request and clear last; null = twice the "
+        "longest way",
+        ge=0,
+        le=3600,
+    )
+
+
+@AccessTraits(settings=Dacap)
+def dacap(node: Node, *, settings: Dacap) -> Steps:
     """Ask, and ping once cleared and not warned; as an ASV, clear and warn who asks.
 
-    `handshake_s` (s) is the shortest from request to ping; None: twice the longest way.  An AUV
-    backs off for up to `most_rounds` handshakes.
+    An AUV backs off for up to `most_rounds` handshakes.
     """
     way = node.slots.longest_travel_time
-    shortest = 2.0 * way if handshake_s is None else handshake_s
+    request_bytes, clear_bytes = settings.request_bytes, settings.clear_bytes
+    shortest = 2.0 * way if settings.handshake_s is None else settings.handshake_s
     answered_s = 2.0 * way + node.lasts_s(clear_bytes)
     pinged_s = shortest + 2.0 * way + node.slots.ping_duration
     length = node.lasts_s(request_bytes) + answered_s + shortest
     if node.is_asv:
-        yield from serve(node, clear_bytes, warning_bytes, pinged_s)
+        yield from serve(node, clear_bytes, settings.warning_bytes, pinged_s)
         return
     asked, rounds = node.number % len(node.asvs), 1
     for packet in waiting(node):
@@ -59,7 +73,7 @@ def dacap(
                     break
             else:
                 asked = (asked + 1) % len(node.asvs)
-            rounds = min(2 * rounds, most_rounds)
+            rounds = min(2 * rounds, settings.most_rounds)
             backoff = rounds * node.random.random() * length
             yield from keep_quiet(node, answered_s, pinged_s, backoff)
         rounds = 1

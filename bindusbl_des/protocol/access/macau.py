@@ -6,30 +6,47 @@ another cleared, until the ping has.  An AUV that is not answered doubles the ro
 backs off, up to a limit, and asks the next ASV; an AUV that is takes up with the fewest again.
 """
 
+from __future__ import annotations
+
 from collections.abc import Generator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import simpy
-
-from .node import PING, HeardSignal, Node, Steps
+from ...scenario.families import AccessTraits
+from ...scenario.key_types import Whole, key
+from ...scenario.part_choice import Settings
+from . import PING
 from .t_lohi import waiting
+
+if TYPE_CHECKING:
+    import simpy
+
+    from .node import HeardSignal, Node, Steps
 
 REQUEST, CLEAR = "request", "clear"
 
 
-def macau(
-    node: Node, *, request_bytes: int = 4, clear_bytes: int = 4, most_rounds: int = 64
-) -> Steps:
+class Macau(Settings):
+    """The settings of the program `macau`."""
+
+    request_bytes: Whole = key(4, "B", "size of a request", ge=1, le=65_535)
+    clear_bytes: Whole = key(4, "B", "size of a clear", ge=1, le=65_535)
+    most_rounds: Whole = key(
+        64, "1", "an AUV that is not cleared backs off for up to so many rounds", ge=1, le=1_000_000
+    )
+
+
+@AccessTraits(settings=Macau)
+def macau(node: Node, *, settings: Macau) -> Steps:
     """Ask, and ping once cleared; as an ASV, clear who asks.
 
-    Requests and clears have so many bytes.  A round is a request, its answer and the way there and
-    back; an AUV backs off for up to `most_rounds` of them.
+    A round is a request, its answer and the way there and back; an AUV backs off for up to
+    `most_rounds` of them.
     """
-    way = node.slots.longest_travel_time
-    request_s, clear_s = node.lasts_s(request_bytes), node.lasts_s(clear_bytes)
+    way, request_bytes = node.slots.longest_travel_time, settings.request_bytes
+    request_s, clear_s = node.lasts_s(request_bytes), node.lasts_s(settings.clear_bytes)
     answered_s, pinged_s = 2.0 * way + clear_s, 2.0 * way + node.slots.ping_duration
     if node.is_asv:
-        yield from clear(node, clear_bytes, pinged_s)
+        yield from clear(node, settings.clear_bytes, pinged_s)
         return
     asked, rounds = node.number % len(node.asvs), 1
     for packet in waiting(node):
@@ -42,7 +59,7 @@ def macau(
             answer = yield from awaited(node, to, until)
             if answer is not None:
                 break
-            asked, rounds = (asked + 1) % len(node.asvs), min(2 * rounds, most_rounds)
+            asked, rounds = (asked + 1) % len(node.asvs), min(2 * rounds, settings.most_rounds)
             backoff = rounds * node.random.random() * (request_s + answered_s)
             yield from keep_quiet(node, answered_s, pinged_s, backoff)
         rounds = 1

@@ -28,9 +28,6 @@ from ..steps import moment
 Steps = Generator[simpy.Event, Any, None]
 Program = Callable[["Node"], Steps]
 
-# What a USBL array measures; every other kind of signal is a program's own.
-PING = "ping"
-
 
 class HeardSignal(NamedTuple):
     """A signal that a vehicle has decoded: of which kind, from whom, and to whom (None: to all);

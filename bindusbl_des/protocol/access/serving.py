@@ -6,7 +6,6 @@ Nobody waits for it on HF.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from heapq import heappop, heappush
 from math import inf
 from typing import Any
@@ -14,68 +13,34 @@ from typing import Any
 import numpy as np
 
 from ...core.arrays import Floats
-from ...core.plugins import asked
+from ...core.plugins import OwnPart
 from ...core.streams import Purpose, Streams
 from ...records.events import Round
-from ...scenario.declared import access_named
 from ...scenario.families import ACCESS
-from ...scenario.part_choice import own_part, shipped_part
+from ...scenario.part_choice import checked_part
 from ...scenario.sections.protocol import Protocol
 from ..conflicts import conflict_count
 from ..network import Network, Turn
 from ..steps import checked_steps, moment
 from ..tdma import broadcast
 from .air import SharedAir
-from .aloha import aloha, slotted_aloha
-from .csma import csma
-from .dacap import dacap
-from .macau import macau
 from .node import Node, Program, Steps
-from .t_lohi import t_lohi
 
 # Intervals that are drawn at a time.
 DRAWN = 64
 
-PROGRAMS: dict[str, Program] = {
-    "aloha": aloha,
-    "slotted_aloha": slotted_aloha,
-    "csma": csma,
-    "t_lohi": t_lohi,
-    "macau": macau,
-    "dacap": dacap,
-}
 
-
-def program_named(choice: str) -> Program:
-    """Return a program by its name in the scenario; one's own is named ``module:object``.
+def _checked(part: OwnPart, node: Node) -> Steps:
+    """Go through the steps of a user-defined program.
 
     Raises:
-        PluginError: when one's own is not allowed, or cannot be loaded or called.
+        PluginError: when it raises anything, or yields what is no event of the mission.
     """
-    if choice in PROGRAMS:
-        return shipped_part(ACCESS, choice, PROGRAMS[choice])
-    return OwnProgram(choice, own_part(ACCESS, choice))
 
+    def when() -> str:
+        return f" for {node.name} at {node.air.env.now:g} s"
 
-@dataclass(frozen=True)
-class OwnProgram:
-    """A program of somebody's own: each of its steps is checked."""
-
-    name: str
-    begin: Program
-
-    def __call__(self, node: Node) -> Steps:
-        """Go through its steps.
-
-        Raises:
-            PluginError: when it raises anything, or yields what is no event of the mission.
-        """
-
-        def when() -> str:
-            return f" for {node.name} at {node.air.env.now:g} s"
-
-        steps = asked(ACCESS.key, self.name, self.begin, node, when=when())
-        yield from checked_steps(ACCESS.key, self.name, steps, node.air.env, when)
+    yield from checked_steps(part, part(node, when=when()), node.air.env, when)
 
 
 def poisson(draw: np.random.Generator, mean_s: float) -> Iterator[float]:
@@ -111,7 +76,8 @@ def run_programs(
         cycles.expect(pings)
         return pings
 
-    traits, program = access_named(protocol.program), program_named(protocol.program)
+    traits = ACCESS.declared(protocol.program)
+    program: Program = checked_part(ACCESS, protocol.program, _checked)
     air = SharedAir(
         network.env, network.uplink, network.record, streams, bit_rate_bps=bit_rate_bps,
         hearing=traits.hears, ping=ping, data=network.data,

@@ -10,27 +10,45 @@ A round is as long as a tone and the longest way (`aggressive`), or there and ba
 then no AUV that hears the other can take itself to be alone.
 """
 
-from collections.abc import Iterator
-from typing import Literal
+from __future__ import annotations
 
-from .node import PING, Node, Steps
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Literal
+
+from ...scenario.families import AccessTraits
+from ...scenario.key_types import Real, key
+from ...scenario.part_choice import Settings
+from . import PING
+
+if TYPE_CHECKING:
+    from .node import Node, Steps
 
 TONE = "tone"
 
 
-def t_lohi(
-    node: Node,
-    *,
-    tone_s: float = 0.005,
-    rounds: Literal["conservative", "aggressive"] = "conservative",
-    recontend_s: float = 0.015,
-) -> Steps:
-    """Ping once a tone of `tone_s` (s) has met no other for a contention round.
+class TLohi(Settings):
+    """The settings of the program `t_lohi`."""
 
-    After somebody else's turn it contends again after up to `recontend_s` (s), drawn at random.
+    tone_s: Real = key(0.005, "s", "duration of a tone", gt=0, le=10)
+    rounds: Literal["conservative", "aggressive"] = key(
+        "conservative",
+        "",
+        "length of a contention round: a tone and the longest way there and back, or one way",
+    )
+    recontend_s: Real = key(
+        0.015, "s", "an AUV contends again up to so long after another's turn, at random", ge=0,
+        le=3600,
+    )  # fmt: skip
+
+
+@AccessTraits(settings=TLohi, on_asvs=False)
+def t_lohi(node: Node, *, settings: TLohi) -> Steps:
+    """Ping once a tone has met no other for a contention round.
+
+    After another's turn it contends again after up to `recontend_s` (s), drawn at random.
     """
-    way = node.slots.longest_travel_time
-    length = tone_s + (2.0 * way if rounds == "conservative" else way)
+    way, tone_s, recontend_s = node.slots.longest_travel_time, settings.tone_s, settings.recontend_s
+    length = tone_s + (2.0 * way if settings.rounds == "conservative" else way)
     for packet in waiting(node):
         yield node.until(packet)
         if node.busy():

@@ -1,63 +1,40 @@
 """Polling: an ASV calls AUV after AUV, the next as soon as it has decoded an answer."""
 
-from collections.abc import Generator
-from functools import partial
+from __future__ import annotations
 
-import simpy
+from typing import TYPE_CHECKING
 
-from ...records.events import HEARD
-from ...records.rows import Recorder
-from ..conflicts import greedy_groups
-from ..outcomes import Outcomes
-from ..slots import Slots
-from ..steps import moment
-from .view import Groups, View
+from ...scenario.families import ScheduleSettings, ScheduleTraits
+from ...scenario.key_types import key
 
-SlotNumber = tuple[int, int]  # number of a round, and of a slot in it
+if TYPE_CHECKING:
+    from .view import Groups, View
 
 
-def polling(view: View, *, side_by_side: bool = False) -> Groups:
-    """Call one AUV after another; `side_by_side` those at once that no ASV hears two of."""
-    if side_by_side:
+class Polling(ScheduleSettings):
+    """The settings of the schedule `polling`."""
+
+    side_by_side: bool = key(
+        False, "", "call AUVs at once that no ASV hears two of, each by the ASV nearest to it"
+    )
+
+    @property
+    def shares_calls(self) -> bool:
+        """Whether AUVs that no ASV hears two of are called at once."""
+        return self.side_by_side
+
+
+@ScheduleTraits(
+    settings=Polling,
+    groups="each",
+    approximation="is taken for one_per_slot, AUVs answering from two thirds of the HF range.",
+    pace="answered",
+    turn_by="calls",
+)
+def polling(view: View, *, settings: Polling) -> Groups:
+    """Call one AUV after another; side by side those at once that no ASV hears two of."""
+    if settings.side_by_side:
+        from ..conflicts import greedy_groups
+
         return greedy_groups(view.heard)
     return [[auv] for auv in range(len(view.auvs))]
-
-
-class Answers:
-    """The answers to the calls of a slot, which ends when each caller has decoded its own, and any
-    frame that answers it in turn is over.
-
-    A caller that is not answered, or does not decode the answer, waits for the end of the slot.
-    """
-
-    def __init__(
-        self, env: simpy.Environment, outcomes: Outcomes, record: Recorder, slots: Slots
-    ) -> None:
-        self._env, self._outcomes, self._record, self._slots = env, outcomes, record, slots
-        self._slot, self._missing, self._last = (-1, -1), 0, 0.0
-        self._complete = env.event()
-
-    def begin(self, slot: SlotNumber, calls: int) -> None:
-        """Let a slot begin in which so many AUVs are called; answers to others are late."""
-        self._slot, self._missing, self._complete = slot, calls, self._env.event()
-
-    def expect(self, slot: SlotNumber, pings: range, caller: int) -> None:
-        """Wait until the ASV that has called can have decoded pings."""
-        self._outcomes.when_over(self._env, pings, partial(self._decode, slot), caller)
-
-    def wait(self, ends: float) -> Generator[simpy.Event, None, float]:
-        """Wait for the answers, at most until an instant (s); return when the slot is over."""
-        complete = self._complete
-        yield complete | moment(self._env, ends)
-        if not complete.triggered:
-            return ends
-        over = min(self._slots.clock.after(self._last, self._slots.answer), ends)
-        if over > self._env.now:
-            yield moment(self._env, over)
-        return over
-
-    def _decode(self, slot: SlotNumber, row: int, arrived: float) -> None:
-        if slot == self._slot and self._outcomes.outcome_of(row)[0] == HEARD:
-            self._missing, self._last = self._missing - 1, arrived + self._outcomes.band.duration
-            if self._missing == 0:
-                self._complete.succeed()

@@ -272,3 +272,7 @@ class View:
                 "or set view.since_s, view.expected_error_m or view.turns_in_vain"
             )
         return self.known
+
+
+# Who pings when: a schedule is a function from what the fleet knows to ping groups.
+Schedule = Callable[[View], Groups]

@@ -8,13 +8,10 @@ from importlib.util import find_spec
 from ...core.mistakes import Problem
 from ...presets.modems import airtime_table
 from ..channel_settings import Table
-from ..declared import DOWNLINKS, RANGINGS, channel_named
+from ..families import CHANNEL, DOWNLINK, RANGING
 from ..part_choice import PartChoice
 from ..site import Site
 from .vehicles import no_such_asv
-
-# With these AUVs ping by their own clocks, in no slot that must hold more than a ping.
-OWN_CLOCKS = [name for name, traits in RANGINGS.items() if traits.own_clocks]
 
 
 def protocol_problems(site: Site) -> Iterator[Problem]:
@@ -45,7 +42,10 @@ def _unslotted(site: Site) -> Iterator[Problem]:
         return
     works_in_slots = not site.ranging.own_clocks
     refused = {"ranging": works_in_slots, "downlink": protocol.downlink.is_own}
-    for name, known in (("ranging", " or ".join(OWN_CLOCKS)), ("downlink", "one that ships")):
+    for name, known in (
+        ("ranging", _by_own_clocks()),
+        ("downlink", "one that ships"),
+    ):
         if refused[name]:
             yield Problem(
                 f"protocol.{name}",
@@ -115,7 +115,7 @@ def _ordered(site: Site) -> Iterator[Problem]:
     protocol, others = site.scenario.protocol, ("protocol.schedule",)
     schedule = site.schedule
     if schedule.calls and protocol.ranging.is_own:
-        known = [name for name, traits in RANGINGS.items() if not traits.asvs_ping]
+        known = [name for name, traits in RANGING.traits.items() if not traits.asvs_ping]
         yield Problem(
             "protocol.ranging",
             f"{protocol.schedule} calls the AUVs itself, so that {protocol.ranging} has nothing to "
@@ -129,12 +129,12 @@ def _ordered(site: Site) -> Iterator[Problem]:
         yield Problem(
             "protocol.ranging",
             f"{protocol.schedule} tells AUVs when to ping, on their own clocks, which "
-            f"{protocol.ranging} does not let them; use {' or '.join(OWN_CLOCKS)}, or another "
+            f"{protocol.ranging} does not let them; use {_by_own_clocks()}, or another "
             "schedule",
             others,
         )
     if site.downlink.by_group:
-        *known, last = [name for name, traits in DOWNLINKS.items() if not traits.by_group]
+        *known, last = DOWNLINK.having(lambda traits: not traits.by_group)
         yield Problem(
             "protocol.downlink",
             f"{protocol.schedule} packs the pings of a whole round, and {protocol.downlink} would "
@@ -161,13 +161,13 @@ def _exchanged(site: Site) -> Iterator[Problem]:
         if protocol.asvs_ping:
             message += (
                 f"with ranging {protocol.ranging} AUVs fix themselves, and nobody broadcasts; "
-                f"remove it, or use ranging {' or '.join(OWN_CLOCKS)}"
+                f"remove it, or use ranging {_by_own_clocks()}"
             )
             yield Problem(f"protocol.{name}", message, ("protocol.ranging",))
         elif protocol.replies:
             message += (
                 f"with downlink {protocol.downlink} each ping is answered by itself; remove it, or "
-                f"use {' or '.join(FORESEEN_DOWNLINKS)}"
+                f"use {' or '.join(_foreseen())}"
             )
             yield Problem(f"protocol.{name}", message, ("protocol.downlink",))
     if protocol.most_repeats is None and not asked["acknowledge"]:
@@ -204,14 +204,14 @@ def _laden(site: Site) -> Iterator[Problem]:
         yield Problem(
             "traffic",
             f"data follow pings of AUVs, and with ranging {protocol.ranging} ASVs ping; remove it, "
-            f"or use {' or '.join(OWN_CLOCKS)}",
+            f"or use {_by_own_clocks()}",
             ("protocol.ranging",),
         )
     elif protocol.replies:
         yield Problem(
             "traffic",
             f"{protocol.downlink} answers a ping while its data arrive; remove it, or use "
-            f"{' or '.join(FORESEEN_DOWNLINKS)}",
+            f"{' or '.join(_foreseen())}",
             ("protocol.downlink",),
         )
     elif site.scenario.navigation.peers is not None:
@@ -230,8 +230,16 @@ def _laden(site: Site) -> Iterator[Problem]:
         )
 
 
-# Rounds of these downlinks begin when a frame a round ahead can say that they do.
-FORESEEN_DOWNLINKS = [name for name, traits in DOWNLINKS.items() if traits.is_foreseen]
+def _by_own_clocks() -> str:
+    """Return the rangings with which AUVs ping by their own clocks, in words: they need no slot
+    that must hold more than a ping.
+    """
+    return " or ".join(RANGING.having(lambda traits: traits.own_clocks))
+
+
+def _foreseen() -> list[str]:
+    """Return the downlinks whose rounds begin when a frame a round ahead can say that they do."""
+    return DOWNLINK.having(lambda traits: traits.is_foreseen)
 
 
 def telling_problems(site: Site) -> Iterator[Problem]:
@@ -248,7 +256,7 @@ def telling_problems(site: Site) -> Iterator[Problem]:
         yield Problem(
             "protocol.knowledge",
             f"broadcast needs frames that name the slots of a round to come; {downlink} {why};"
-            f" use {' or '.join(FORESEEN_DOWNLINKS)}, or knowledge shared",
+            f" use {' or '.join(_foreseen())}, or knowledge shared",
             ("protocol.downlink",),
         )
     schedule = site.scenario.protocol.schedule
@@ -325,7 +333,7 @@ def _bottom_mistakes(channel: PartChoice, deepest_m: float) -> Iterator[tuple[st
     """Yield what keeps rays from being traced, or pings from having echoes, for a survey as deep
     (m), each with its setting.
     """
-    declared = channel_named(channel)
+    declared = CHANNEL.declared(channel)
     traced = declared.traces_rays and channel.settings.get("rays") is None
     if not traced and not declared.has_echoes:
         return

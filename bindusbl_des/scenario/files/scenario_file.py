@@ -20,10 +20,11 @@ from ...core.shipped import located
 from ...core.wording import described, printable
 from ...presets.modems import airtime_table
 from ..channel_settings import read_measured
-from ..families import load_plugins
+from ..chosen_parts import load_plugins
+from ..families import ROUTE as ROUTES
 from ..scenario import Scenario, site_of
 from ..sections.placements import AsvTrack
-from ..sections.routes import ROUTES, Track
+from ..sections.routes import Track
 from .explanations import ROUTE, Finding, guessed_kind
 from .former_keys import as_now, is_former, is_of_old, move_keys
 from .overrides import override
@@ -265,7 +266,7 @@ def _problem(file: str, way: Way, section: Mapping[str, Any]) -> str:
         if FilePath(file).exists():
             return f"is no regular file: {file}; save it to one"
         return f"no such file: {file}; files are sought beside the scenario file"
-    kind = ROUTES.get(str(section.get("kind")))
+    kind = ROUTES.traits.get(str(section.get("kind")))
     read = READERS.get(way) if kind is None or kind.is_recorded else None
     try:
         if read is not None:

@@ -16,7 +16,7 @@ from pydantic import (
 from ...presets.catalogue import CATALOGUE, preset
 from ...presets.modems import table_file
 from ..channel_settings import Sound
-from ..declared import ChannelTraits, channel_named
+from ..families import CHANNEL, ChannelTraits
 from ..key_types import PAPER, Part, Real, Text, Whole, key, known_preset
 from ..part_choice import SET, PartChoice
 
@@ -74,7 +74,7 @@ class Band(Part):
     @property
     def traits(self) -> ChannelTraits:
         """What its channel declares."""
-        return channel_named(self.channel)
+        return CHANNEL.declared(self.channel)
 
     @property
     def by_place(self) -> bool:

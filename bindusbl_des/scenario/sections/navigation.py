@@ -15,7 +15,7 @@ from pydantic import (
 
 from ...core.spreads import Statistic
 from ...presets.catalogue import CATALOGUE, preset
-from ..declared import PEERS, PeerTraits, navigator_named
+from ..families import NAVIGATOR, PEERS, PeerTraits
 from ..key_types import PAPER, Moved, Part, Point, Real, Section, key, known_preset
 from ..part_choice import SET, PartChoice
 from ..shipped_settings import FixedGain
@@ -265,9 +265,9 @@ class Navigation(Section):
     @property
     def fixed_gain(self) -> FixedGain:
         """The gain of a filter that `has_gain`, and how it compares fixes."""
-        return self.filter.settings_as(FixedGain, navigator_named(self.filter).settings)
+        return self.filter.settings_as(FixedGain, NAVIGATOR.declared(self.filter).settings)
 
     @property
     def weighs(self) -> bool:
         """Whether the filter weighs fixes by their covariances."""
-        return navigator_named(self.filter).weighs
+        return NAVIGATOR.declared(self.filter).weighs

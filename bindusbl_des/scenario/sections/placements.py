@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Tag
 
+from ..families import PLACEMENT
 from ..key_types import (
     OURS,
     PAPER,
@@ -228,16 +229,6 @@ class AsvTrack(Moving):
             yield "tracks", "name", len(self.tracks)
 
 
-PLACEMENTS: Mapping[str, type[Formation | Moving]] = {
-    "ring": Formation,
-    "positions": Formation,
-    "follow": Follow,
-    "assign": Assign,
-    "zigzag": Zigzag,
-    "track": AsvTrack,
-}
-
-
 def _placed(placement: Any) -> str:
     """Tell how ASVs are placed: moored, moving in some way, or as somebody's own part says."""
     if is_own(placement, "model"):
@@ -245,7 +236,7 @@ def _placed(placement: Any) -> str:
     if isinstance(placement, Moving):
         return placement.MODEL
     model = placement.get("model") if isinstance(placement, Mapping) else None
-    known = PLACEMENTS.get(model) if isinstance(model, str) else None
+    known = PLACEMENT.traits.get(model) if isinstance(model, str) else None
     return str(model) if known is not None and known.moves else "moored"
 
 

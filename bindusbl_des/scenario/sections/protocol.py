@@ -6,18 +6,19 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from ...core.wording import described
-from ..declared import (
+from ..families import (
+    ACCESS,
     BY_SCHEDULE,
+    DOWNLINK,
+    KNOWLEDGE,
+    RANGING,
+    SCHEDULE,
+    AnswerSettings,
+    DisseminationSettings,
     ScheduleTraits,
-    access_named,
-    downlink_named,
-    knowledge_named,
-    ranging_named,
-    schedule_named,
 )
 from ..key_types import PAPER, Moved, Part, Real, Section, Whole, formerly, key
-from ..part_choice import SET, PartChoice
-from ..shipped_settings import BroadcastSettings, DirectReply, TwoWaySettings
+from ..part_choice import SET, PartChoice, settings_with
 
 MOST_REPEATS, MOST_AUVS = 1000, 10_000
 
@@ -220,28 +221,26 @@ class Protocol(Section):
         return tuple(range(auvs)) if self.relay.who == "all" else tuple(sorted(self.relay.who))
 
     @property
-    def answer(self) -> DirectReply:
+    def answer(self) -> AnswerSettings:
         """How pings are answered, by a downlink that `replies`."""
-        return self.downlink.settings_as(DirectReply, downlink_named(self.downlink).settings)
+        answer: AnswerSettings = settings_with(DOWNLINK, self.downlink, "reply")
+        return answer
 
     @property
     def turnaround_s(self) -> float:
         """How long (s) AUVs take to answer a call."""
-        return self.ranging.settings_as(
-            TwoWaySettings, ranging_named(self.ranging).settings
-        ).turnaround_s
+        return float(settings_with(RANGING, self.ranging, "turnaround_s").turnaround_s)
 
     @property
-    def dissemination(self) -> BroadcastSettings:
+    def dissemination(self) -> DisseminationSettings:
         """How AUVs are told their slots, where frames name them."""
-        return self.knowledge.settings_as(
-            BroadcastSettings, knowledge_named(self.knowledge).settings
-        )
+        told: DisseminationSettings = settings_with(KNOWLEDGE, self.knowledge, "missed")
+        return told
 
     @property
     def asvs_ping(self) -> bool:
         """Whether ASVs ping and AUVs fix themselves."""
-        return ranging_named(self.ranging).asvs_ping
+        return RANGING.declared(self.ranging).asvs_ping
 
     @property
     def random_access(self) -> bool:
@@ -251,8 +250,8 @@ class Protocol(Section):
     @property
     def scheduling(self) -> ScheduleTraits:
         """What the schedule declares; where AUVs run a program, that they ping as they like."""
-        law = access_named(self.access).law
-        return schedule_named(self.schedule) if law == "slots" else ScheduleTraits(access=law)
+        law = ACCESS.declared(self.access).law
+        return SCHEDULE.declared(self.schedule) if law == "slots" else ScheduleTraits(access=law)
 
     @property
     def program(self) -> PartChoice:
@@ -262,7 +261,7 @@ class Protocol(Section):
         """
         if self.asvs_ping:
             return PartChoice("scheduled")
-        if access_named(self.access).law != "slots":
+        if ACCESS.declared(self.access).law != "slots":
             return self.access
         named = BY_SCHEDULE.get(self.scheduling.access, "scheduled")
         return PartChoice(named, self.schedule.settings if named == self.schedule else None)
@@ -272,7 +271,7 @@ class Protocol(Section):
         """Whether vehicles may send signals beside pings, by their programs: one's own always may,
         whether or not it is loaded where its tables are read.
         """
-        return self.program.is_own or access_named(self.program).signals
+        return self.program.is_own or ACCESS.declared(self.program).signals
 
     @property
     def rule(self) -> PartChoice:
@@ -282,7 +281,7 @@ class Protocol(Section):
     @property
     def replies(self) -> bool:
         """Whether each ping is answered by itself."""
-        return downlink_named(self.downlink).replies and not self.asvs_ping
+        return DOWNLINK.declared(self.downlink).replies and not self.asvs_ping
 
     @property
     def sends_frames(self) -> bool:
@@ -302,7 +301,7 @@ class Protocol(Section):
     @property
     def calls(self) -> bool:
         """Whether ASVs call the AUVs, which ping in answer."""
-        asked = ranging_named(self.ranging)
+        asked = RANGING.declared(self.ranging)
         return asked.calls or (self.scheduling.calls and not asked.asvs_ping)
 
     @property

@@ -358,14 +358,6 @@ class Track(Planned):
             yield "files", "file", len(self.files)
 
 
-ROUTES: Mapping[str, type[Planned]] = {
-    "lawnmower": Lawnmower,
-    "hold": Hold,
-    "waypoints": Waypoints,
-    "track": Track,
-}
-
-
 def _kind(route: Any) -> Any:
     """Tell the family of a route; a route that does not say is a lawnmower."""
     if is_own(route, "kind"):

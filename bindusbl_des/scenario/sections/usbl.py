@@ -17,7 +17,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from ...presets.catalogue import CATALOGUE, preset
-from ..declared import instrument_named
+from ..families import INSTRUMENT
 from ..key_types import PAPER, THESIS, Part, Real, key, known_preset
 from ..part_choice import SET, PartChoice
 from ..shipped_settings import Datasheet
@@ -239,6 +239,6 @@ class UsblSection(Part):
         usbl = validate({**usbl_values(name), **data} if name in USBLS else data)
         if name in USBLS:
             object.__setattr__(usbl, "__pydantic_fields_set__", set(data))
-        if instrument_named(usbl.model).is_stated:
+        if INSTRUMENT.declared(usbl.model).is_stated:
             usbl.otherwise(**dict.fromkeys(AHRS, 0.0))
         return usbl

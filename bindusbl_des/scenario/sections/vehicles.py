@@ -10,7 +10,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from ...core.plugins import is_plugin
 from ...core.wording import described, did_you_mean
-from ..declared import ASVS, AUVS, HullTraits
+from ..families import ASV, AUV, HullTraits
 from ..key_types import PAPER, Moved, Part, Point, Real, Section, Whole, key
 from ..part_choice import PartChoice, Settings
 from ..shipped_settings import Kinematic
@@ -153,13 +153,13 @@ class VehicleChoice:
 class AuvVehicle(VehicleChoice):
     """The model of an underwater vehicle."""
 
-    MODELS = AUVS
+    MODELS = AUV.traits
 
 
 class AsvVehicle(VehicleChoice):
     """The model of a surface vessel."""
 
-    MODELS = ASVS
+    MODELS = ASV.traits
 
 
 def _is_own(value: Any) -> bool:

@@ -1,0 +1,26 @@
+"""What an AUV does that frames tell its slots: the settings of the knowledge `broadcast`, which
+:mod:`.dissemination` works by.
+"""
+
+from typing import Literal
+
+from ..scenario.families import KnowledgeTraits
+from ..scenario.key_types import Whole, key
+from ..scenario.part_choice import Settings
+
+
+class BroadcastSettings(Settings):
+    """The settings of the knowledge `broadcast`."""
+
+    assignment_bytes: Whole = key(
+        2, "B", "record of a frame that tells one AUV its slot", ge=0, le=64
+    )
+    missed: Literal["silent", "last_slot", "contention"] = key(
+        "silent",
+        "",
+        "what an AUV does that received no slot: it keeps silent, or pings in its last slot, "
+        "or by chance in a further slot at the end of the round, when it reckons these to be",
+    )
+
+
+BROADCAST = KnowledgeTraits(settings=BroadcastSettings, by_frames=True)
