@@ -2,15 +2,12 @@
 heard (rays of pings, broadcasts, fixes with their uncertainty).
 """
 
-import errno
 import heapq
 import json
-from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import foxglove
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
@@ -22,6 +19,7 @@ from ..core.files import draft_of
 from ..core.kept_files import portable
 from ..core.palette import MF_ON_DARK
 from ..results.result import scenario_sha256
+from .mcap_log import McapLog
 from .messages import (
     MAP,
     Messages,
@@ -83,11 +81,11 @@ def write_mcap(result: "Result", path: Path, *, replace: bool = True) -> Mapping
     streams += [_pings(result), _broadcasts(result), _fixes(result)]
     streams += [*location_streams(result), *row_streams(result)]
     with draft_of(path, replace=replace) as draft:
-        log = _Log(draft)
+        log = McapLog(draft, MCAPWriteOptions(profile="", compression_threads=0), apart_ns=1)
         try:
             for message in heapq.merge(*streams, key=lambda message: message.at_s):
-                log.write(message)
-            log.describe(result)
+                _write(log, message)
+            _describe(log, result)
         finally:
             log.close()
     return log.counts
@@ -165,63 +163,36 @@ def _vehicles(result: "Result") -> Any:
     return where
 
 
-class _Log:
-    """An MCAP file that is being written: one channel per topic."""
+def _write(log: McapLog, message: ViewerMessage) -> None:
+    """Write a message of Foxglove's, or a row as JSON."""
+    topic, at_ns, content = message.topic, nanoseconds(message.at_s), message.content
 
-    def __init__(self, path: Path) -> None:
-        # A context of our own: no other sink of this process hears of the mission.
-        self._context = Context()
-        self._file = foxglove.open_mcap(
-            path,
-            allow_overwrite=True,
-            context=self._context,
-            writer_options=MCAPWriteOptions(profile="", compression_threads=0),
-        )
-        self._channels: dict[str, Channel] = {}
-        self._latest: dict[str, int] = {}
-        self.counts: Counter[str] = Counter()
-
-    def write(self, message: ViewerMessage) -> None:
-        topic, content = message.topic, message.content
-        if topic not in self._channels:
-            self._channels[topic] = self._channel(topic, content)
-        at = max(nanoseconds(message.at_s), self._latest.get(topic, -1) + 1)
-        self._latest[topic] = at
-        self.counts[topic] += 1
-        data = content if isinstance(content, dict) else content.encode()
-        self._channels[topic].log(data, log_time=at)
-
-    def _channel(self, topic: str, content: Any) -> Channel:
+    def begin(topic: str, context: Context) -> Channel:
         if isinstance(content, dict):
             schema = json_schema(topic.rpartition("/")[2])
-            return Channel(topic, schema=schema, context=self._context)
+            return Channel(topic, schema=schema, context=context)
         schema = type(content).get_schema()
-        return Channel(topic, schema=schema, message_encoding="protobuf", context=self._context)
+        return Channel(topic, schema=schema, message_encoding="protobuf", context=context)
 
-    def describe(self, result: "Result") -> None:
-        """Say in the file what it shows, and with it the scenario."""
-        self._file.write_metadata(
-            "bindusbl",
-            {
-                "scenario": result.scenario.name,
-                "scenario_sha256": scenario_sha256(result.scenario),
-                "seed": str(result.seed),
-                "time": "log time is mission time in nanoseconds; the mission begins at 0",
-                "frames": FRAMES_TOLD,
-            },
-        )
-        self._file.attach(
-            log_time=0,
-            create_time=0,
-            name="scenario.json",
-            media_type="application/json",
-            data=json.dumps(portable(result.scenario.model_dump(mode="json")), indent=2).encode(),
-        )
+    log.write(topic, at_ns, content if isinstance(content, dict) else content.encode(), begin)
 
-    def close(self) -> None:
-        for channel in self._channels.values():
-            channel.close()
-        try:
-            self._file.close()
-        except RuntimeError as error:  # what could not be written before is told here alone
-            raise OSError(errno.EIO, f"is the disk full? {error}") from error
+
+def _describe(log: McapLog, result: "Result") -> None:
+    """Say in the file what it shows, and with it the scenario."""
+    log.file.write_metadata(
+        "bindusbl",
+        {
+            "scenario": result.scenario.name,
+            "scenario_sha256": scenario_sha256(result.scenario),
+            "seed": str(result.seed),
+            "time": "log time is mission time in nanoseconds; the mission begins at 0",
+            "frames": FRAMES_TOLD,
+        },
+    )
+    log.file.attach(
+        log_time=0,
+        create_time=0,
+        name="scenario.json",
+        media_type="application/json",
+        data=json.dumps(portable(result.scenario.model_dump(mode="json")), indent=2).encode(),
+    )

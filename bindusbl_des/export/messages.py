@@ -4,7 +4,7 @@ result tables as JSON, for plots, columns and frame as in the tables.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -129,40 +129,25 @@ def _transform(row: Row, name: str, columns: tuple[str, ...]) -> FrameTransform:
 
 
 # The instant to which a row of each table belongs, and the vehicle on whose topic it goes.
-INSTANT = {
-    "rounds": "started_at_s",
-    "pings": "sent_at_s",
-    "receptions": "arrived_at_s",
-    "broadcasts": "sent_at_s",
-    "frame_receptions": "arrived_at_s",
-    "assignments": "starts_at_s",
-    "fixes": "pinged_at_s",
-    "gnss_fixes": "fixed_at_s",
-    "signals": "sent_at_s",
-    "signal_receptions": "arrived_at_s",
-    "packets": "made_at_s",
-    "auv_frames": "sent_at_s",
-    "auv_frame_receptions": "arrived_at_s",
-    "peer_ranges": "heard_at_s",
-    "tracks": "time_s",
+TOPICS = {
+    "rounds": ("started_at_s", ""),
+    "pings": ("sent_at_s", "auv"),
+    "receptions": ("arrived_at_s", "auv"),
+    "broadcasts": ("sent_at_s", "asv"),
+    "frame_receptions": ("arrived_at_s", "auv"),
+    "assignments": ("starts_at_s", "auv"),
+    "fixes": ("pinged_at_s", "auv"),
+    "gnss_fixes": ("fixed_at_s", "auv"),
+    "signals": ("sent_at_s", "sender"),
+    "signal_receptions": ("arrived_at_s", "listener"),
+    "packets": ("made_at_s", "auv"),
+    "auv_frames": ("sent_at_s", "auv"),
+    "auv_frame_receptions": ("arrived_at_s", "listener"),
+    "peer_ranges": ("heard_at_s", "auv"),
+    "tracks": ("time_s", "vehicle"),
 }
-VEHICLE = {
-    "pings": "auv",
-    "receptions": "auv",
-    "broadcasts": "asv",
-    "frame_receptions": "auv",
-    "assignments": "auv",
-    "fixes": "auv",
-    "gnss_fixes": "auv",
-    "signals": "sender",
-    "signal_receptions": "listener",
-    "packets": "auv",
-    "auv_frames": "auv",
-    "auv_frame_receptions": "listener",
-    "peer_ranges": "auv",
-    "tracks": "vehicle",
-    "auvs": "auv",
-}
+# Metrics, which come at the end of the mission.
+METRICS = {"auvs": "auv", "mission": ""}
 JSON_TYPES = {"int64": "integer", "double": "number", "string": "string"}
 
 
@@ -172,30 +157,24 @@ def row_streams(result: "Result") -> Iterator[Messages]:
     What has not arrived, or was never sent (twtt), has no instant and is left out.  The metrics of
     the mission and its AUVs come at its end.
     """
-    yield from (_events(result, table) for table in INSTANT if table in result.arrow)
-    yield from (_metrics(result, table) for table in ("auvs", "mission"))
+    for table, (instant, vehicle) in TOPICS.items():
+        if table in result.arrow:
+            yield _rows(table, vehicle, rows_in_time(result.arrow[table], instant), instant)
+    end = result.scenario.duration_s
+    for table, vehicle in METRICS.items():
+        yield _rows(table, vehicle, result.arrow[table].to_pylist(), at_s=end)
 
 
-def _events(result: "Result", table: str) -> Messages:
-    instant = INSTANT[table]
-    for row in rows_in_time(result.arrow[table], instant):
-        yield ViewerMessage(row[instant], topic(table, row), _known(row))
-
-
-def _metrics(result: "Result", table: str) -> Messages:
-    for row in result.arrow[table].to_pylist():
-        yield ViewerMessage(result.scenario.duration_s, topic(table, row), _known(row))
-
-
-def topic(table: str, row: dict[str, Any]) -> str:
-    """Return the topic of a row: `/AUV0/fixes`, `/ASV1/broadcasts`, `/rounds`.
-
-    Pings of ASVs (passive) are on theirs.
+def _rows(
+    table: str, vehicle: str, rows: Iterable[Row], instant: str = "", at_s: float = 0.0
+) -> Messages:
+    """Yield rows, each at its instant or all at one (s), on topics such as `/AUV0/fixes` or
+    `/rounds`; pings of ASVs (passive) are on theirs.
     """
-    vehicle = VEHICLE.get(table)
-    if vehicle is None:
-        return f"/{table}"
-    return f"/{row[vehicle] or row['asv']}/{table}"
+    for row in rows:
+        whose = f"/{row[vehicle] or row['asv']}" if vehicle else ""
+        known = {name: value for name, value in row.items() if value is not None}
+        yield ViewerMessage(row[instant] if instant else at_s, f"{whose}/{table}", known)
 
 
 def json_schema(table: str) -> dict[str, Any]:
@@ -220,10 +199,6 @@ def json_schema(table: str) -> dict[str, Any]:
 def _description(metadata: dict[bytes, bytes]) -> str:
     unit = metadata[b"unit"].decode()
     return metadata[b"meaning"].decode() + (f" ({unit})" if unit not in ("", "1") else "")
-
-
-def _known(row: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in row.items() if value is not None}
 
 
 KNOWN = LocationFixPositionCovarianceType.Known
@@ -272,7 +247,9 @@ def _location(
     covariance: Sequence[float] | None = None,
 ) -> LocationFix:
     lat, lon, height = geodetic_from_ned(place, *origin)
-    known = {} if covariance is None else _covariance_fields(covariance)
+    known: dict[str, Any] = {}
+    if covariance is not None:
+        known = {"position_covariance": list(covariance), "position_covariance_type": KNOWN}
     return LocationFix(
         timestamp=timestamp(at_s),
         frame_id=frame,
@@ -281,7 +258,3 @@ def _location(
         altitude=height,
         **known,
     )
-
-
-def _covariance_fields(covariance: Sequence[float]) -> dict[str, Any]:
-    return {"position_covariance": list(covariance), "position_covariance_type": KNOWN}

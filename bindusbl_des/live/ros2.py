@@ -7,18 +7,18 @@ surface.  Sources: REP 103, 105; OMG DDSI-RTPS 2.2, chapter 10 (CDR); mcap.dev, 
 import errno
 import math
 import struct
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime, timedelta
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import foxglove
 import numpy as np
 from foxglove import Channel, Context, Schema
 from foxglove.mcap import MCAPWriteOptions
 
 from ..core.files import draft_of
+from ..export.mcap_log import McapLog
 from ..geometry.geodesy import enu_covariance, enu_from_ned, enu_yaw
 from ..records.events import Fix
 from .readings import (
@@ -95,47 +95,59 @@ def definition(kind: str) -> str:
     return "\n".join([text, *parts]) + "\n"
 
 
-class Cdr:
-    """A message in CDR, little-endian: each number at a multiple of its size."""
+# Numbers, as `struct` writes them.
+CODES = {"int8": "b", "uint8": "B", "uint16": "H", "int32": "i", "uint32": "I", "float64": "d"}
 
-    def __init__(self) -> None:
-        self._data = bytearray()
 
-    def put(self, code: str, *values: float) -> "Cdr":
-        """Append numbers of a kind of `struct`."""
-        size = struct.calcsize(code)
-        self._data += bytes(-len(self._data) % size)
-        self._data += struct.pack(f"<{len(values)}{code}", *values)
-        return self
+def cdr(kind: str, value: Any) -> bytes:
+    """Return a message, tuples in the order of its definition, in CDR, little-endian: each number
+    at a multiple of its size.
+    """
+    data = bytearray()
+    _append(data, kind, value)
+    return b"\x00\x01\x00\x00" + bytes(data)  # after the header that says how it is written
 
-    def text(self, text: str) -> "Cdr":
-        """Append a text: its length with a zero at the end, then both."""
-        encoded = text.encode() + b"\0"
-        self.put("I", len(encoded))
-        self._data += encoded
-        return self
 
-    def time(self, nanoseconds: int) -> "Cdr":
-        seconds, rest = divmod(nanoseconds, 1_000_000_000)
-        return self.put("i", seconds).put("I", rest)
+def _append(data: bytearray, kind: str, value: Any) -> None:
+    """Append a value of a kind: a number, several, a text with a zero at its end, or a message."""
+    kind, brackets, count = kind.partition("[")
+    if brackets and count == "]":  # of any length, which goes before
+        _append(data, "uint32", len(value))
+    if kind in CODES:
+        numbers = value if brackets else (value,)
+        data += bytes(-len(data) % struct.calcsize(CODES[kind]))
+        data += struct.pack(f"<{len(numbers)}{CODES[kind]}", *numbers)
+    elif kind == "string":
+        text = value.encode() + b"\0"
+        _append(data, "uint32", len(text))
+        data += text
+    else:
+        for message in value if brackets else (value,):
+            for field, part in zip(_fields(kind), message, strict=True):
+                _append(data, field, part)
 
-    def header(self, nanoseconds: int, frame: str = MAP) -> "Cdr":
-        return self.time(nanoseconds).text(frame)
 
-    def pose(self, place: Sequence[float], yaw: float | None, spread: Any, turn: float) -> "Cdr":
-        """Append a PoseWithCovariance: a place (NED, m), a yaw (rad, None if unknown), and their
-        covariance: of the place (3, 3), m2, and of the yaw (rad2).
-        """
-        self.put("d", *enu_from_ned(place).tolist(), *quaternion(yaw))
-        covariance = np.zeros((6, 6))
-        covariance[:3, :3] = enu_covariance(spread)
-        covariance[3:, 3:] = np.diag([turn] * 3)
-        return self.put("d", *covariance.ravel().tolist())
+@cache
+def _fields(kind: str) -> list[str]:
+    """Return the kinds of a message's fields; its constants are none."""
+    return [line.split()[0] for line in DEFINITIONS[kind].split("\n") if "=" not in line]
 
-    @property
-    def data(self) -> bytes:
-        """The message, after the header that says how it is written."""
-        return b"\x00\x01\x00\x00" + bytes(self._data)
+
+def _time(nanoseconds: int) -> tuple[int, int]:
+    return divmod(nanoseconds, 1_000_000_000)
+
+
+def _place_with_covariance(
+    place: Sequence[float], yaw: float | None, spread: Any, turn: float
+) -> Any:
+    """Return a PoseWithCovariance: of a place (NED, m), a yaw (rad, None if unknown), and their
+    covariance, of the place (3, 3), m2, and of the yaw (rad2).
+    """
+    covariance = np.zeros((6, 6))
+    covariance[:3, :3] = enu_covariance(spread)
+    covariance[3:, 3:] = np.diag([turn] * 3)
+    pose = enu_from_ned(place).tolist(), quaternion(yaw)
+    return pose, covariance.ravel().tolist()
 
 
 def quaternion(yaw: float | None) -> tuple[float, float, float, float]:
@@ -145,12 +157,12 @@ def quaternion(yaw: float | None) -> tuple[float, float, float, float]:
 
 
 class RosMessage(NamedTuple):
-    """A message: topic, kind, log time (ns) and content."""
+    """A message: topic, kind, log time (ns) and content, in the order of its definition."""
 
     topic: str
     kind: str
     at_ns: int
-    data: bytes
+    content: Any
 
 
 class Speaker:
@@ -165,7 +177,7 @@ class Speaker:
         now, name = nanoseconds(earth, reading.at_s), reading.vehicle
         if now > self._clock and isinstance(reading, (Gnss, EstimateReading, Truth)):
             self._clock = now
-            yield RosMessage("/clock", "rosgraph_msgs/Clock", now, Cdr().time(now).data)
+            yield RosMessage("/clock", "rosgraph_msgs/Clock", now, (_time(now),))
         if isinstance(reading, Compass):
             self._yaws[name] = reading.yaw
         elif isinstance(reading, Gnss):
@@ -208,8 +220,8 @@ def _pose(
     topic: str, now: int, held: int, place: Sequence[float], yaw: float | None, spread: Any,
     turn: float,
 ) -> RosMessage:  # fmt: skip
-    text = Cdr().header(held).pose(place, yaw, spread, turn)
-    return RosMessage(topic, "geometry_msgs/PoseWithCovarianceStamped", now, text.data)
+    content = (_time(held), MAP), _place_with_covariance(place, yaw, spread, turn)
+    return RosMessage(topic, "geometry_msgs/PoseWithCovarianceStamped", now, content)
 
 
 def _on_earth(
@@ -217,25 +229,25 @@ def _on_earth(
 ) -> Iterator[RosMessage]:
     """Yield a place as NavSatFix, if the scenario is on Earth."""
     if earth.origin is not None:
-        text = Cdr().header(held, frame).put("b", FIX).put("H", GPS)
-        text.put("d", *earth.geodetic(place)).put("d", *enu_covariance(spread).ravel().tolist())
-        yield RosMessage(topic, "sensor_msgs/NavSatFix", now, text.put("B", KNOWN).data)
+        status, covariance = (FIX, GPS), enu_covariance(spread).ravel().tolist()
+        content = (_time(held), frame), status, *earth.geodetic(place), covariance, KNOWN
+        yield RosMessage(topic, "sensor_msgs/NavSatFix", now, content)
 
 
 def _odometry(now: int, reading: EstimateReading) -> RosMessage:
     """Return where an AUV believes to be; its heading and velocity are not told."""
     (xx, xy), (_, yy) = reading.covariance
     spread = np.array([[xx, xy, 0.0], [xy, yy, 0.0], [0.0, 0.0, reading.depth_sd_m**2]])
-    text = Cdr().header(now).text(f"{reading.vehicle}/estimate")
-    text.pose(reading.place, None, spread, UNKNOWN)
-    text.put("d", *[0.0] * 6).put("d", *np.diag([UNKNOWN] * 6).ravel().tolist())
-    return RosMessage(f"/{reading.vehicle}/odometry", "nav_msgs/Odometry", now, text.data)
+    pose = _place_with_covariance(reading.place, None, spread, UNKNOWN)
+    twist = ((0.0,) * 3, (0.0,) * 3), np.diag([UNKNOWN] * 6).ravel().tolist()
+    content = (_time(now), MAP), f"{reading.vehicle}/estimate", pose, twist
+    return RosMessage(f"/{reading.vehicle}/odometry", "nav_msgs/Odometry", now, content)
 
 
 def _transform(now: int, frame: str, place: Sequence[float], yaw: float | None) -> RosMessage:
-    text = Cdr().put("I", 1).header(now).text(frame)
-    text.put("d", *enu_from_ned(place).tolist(), *quaternion(yaw))
-    return RosMessage("/tf", "tf2_msgs/TFMessage", now, text.data)
+    moved = enu_from_ned(place).tolist(), quaternion(yaw)
+    content = ([((_time(now), MAP), frame, moved)],)
+    return RosMessage("/tf", "tf2_msgs/TFMessage", now, content)
 
 
 class Bag:
@@ -251,52 +263,26 @@ class Bag:
         """
         if path.exists() and not replace:
             raise FileExistsError(errno.EEXIST, "File exists", str(path))
-        self.name, self._speaker, self._context = name, Speaker(), Context()
-        self._channels: dict[str, Channel] = {}
-        self._latest: dict[str, int] = {}
-        #: How many messages are on each topic.
-        self.counts: Counter[str] = Counter()
         with path.open("wb"):  # what is wrong with it is told as of any file
             pass
-        self._file: Any = foxglove.open_mcap(
-            path,
-            allow_overwrite=True,
-            context=self._context,
-            writer_options=MCAPWriteOptions(profile="ros2"),
-        )
+        self.name, self._speaker = name, Speaker()
+        self._log = McapLog(path, MCAPWriteOptions(profile="ros2"), apart_ns=0)
+        self.close, self.counts = self._log.close, self._log.counts
 
     def __call__(self, reading: Reading, earth: Earth) -> Sequence[bytes]:
         """Write what ROS 2 has words for."""
-        for topic, kind, now, data in self._speaker.of(reading, earth):
-            if topic not in self._channels:
-                text = definition(kind).encode()
-                schema = Schema(name=kind.replace("/", "/msg/"), encoding="ros2msg", data=text)
-                self._channels[topic] = Channel(
-                    topic, schema=schema, message_encoding="cdr", context=self._context
-                )
-            self._latest[topic] = max(now, self._latest.get(topic, 0))
-            self.counts[topic] += 1
-            self._channels[topic].log(data, log_time=self._latest[topic])
+        for topic, kind, now, content in self._speaker.of(reading, earth):
+            self._log.write(topic, now, cdr(kind, content), partial(_channel, kind))
         return ()
 
     def send(self, telegram: bytes) -> None:
         """Write nothing: all is written as it is read."""
 
-    def close(self) -> None:
-        """End the bag, so that it can be played.
 
-        Raises:
-            OSError: when the disk is full.
-        """
-        for channel in self._channels.values():
-            channel.close()
-        self._channels = {}
-        done, self._file = self._file, None
-        if done is not None:
-            try:
-                done.close()
-            except RuntimeError as error:
-                raise OSError(errno.EIO, f"is the disk full? {error}") from error
+def _channel(kind: str, topic: str, context: Context) -> Channel:
+    text = definition(kind).encode()
+    schema = Schema(name=kind.replace("/", "/msg/"), encoding="ros2msg", data=text)
+    return Channel(topic, schema=schema, message_encoding="cdr", context=context)
 
 
 def write_bag(result: "Result", path: Path, *, replace: bool = True) -> Mapping[str, int]:

@@ -287,7 +287,7 @@ def test_rows_come_in_time_with_few_in_memory(run: Path, monkeypatch: pytest.Mon
     """Of tables sixty times as long, all of whose rows would take 120 MB as Python objects."""
     monkeypatch.setattr(streamed, "ROWS_AT_ONCE", 100, raising=False)
     result = load_result(run)
-    for table in streamed.INSTANT.keys() & result.arrow:
+    for table in streamed.TOPICS.keys() & result.arrow:
         result.arrow[table] = pa.concat_tables([result.arrow[table]] * 60)
     streams = [streamed.transforms(result), scenery.certainty(result)]
     streams += [mcap_file._pings(result), mcap_file._broadcasts(result), mcap_file._fixes(result)]
