@@ -1,8 +1,19 @@
-"""Equations of the sea turned into machine code once, and kept on disk for the next mission.
+"""Equations turned into machine code once, and kept on disk for the next mission.
 
-numba knows kept code to be stale only if the function's own file changed, so an edited hull model
-would leave the old physics inside the integrator that calls it.  So code is kept in a folder that
-is named by a hash of all files of the package that hold equations.
+Theory of operation
+-------------------
+An equation is a function marked `@compiled`: numba compiles it when it is first called with
+arguments of some types, and keeps the code on disk.  One marked `@inlined` becomes part of whatever
+calls it.  Both are IEEE arithmetic in the order written, so that results repeat bit for bit.
+
+numba knows kept code to be stale only if the function's own file changed; an edited hull would
+leave its old physics inside the integrator that calls it.  So code is kept in a folder that is
+named by one hash of all files that hold equations or numbers that these take (`NUMBERS`): an edit
+of any of them begins a new folder, and the old one goes.  Of several processes that want the same
+equation one compiles it, and the others wait and load it.  Trouble with the disk is told once and
+ends no mission; code is then compiled anew by each process.
+
+With NUMBA_DISABLE_JIT=1 equations run in Python (:mod:`.uncompiled`).
 """
 
 import hashlib

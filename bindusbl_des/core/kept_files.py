@@ -73,28 +73,26 @@ def placed(data: Any, folder: str | Path) -> Any:
     return renamed(data, lambda name, _: str((Path(folder) / name).resolve()))
 
 
-def named_files(data: Any) -> list[str]:
-    """Return the files that the data of a scenario names, as they are written there."""
-    found: list[str] = []
+def _named(data: Any) -> list[tuple[str, str]]:
+    """Return the files that the data of a scenario names, each with the folder of its copy."""
+    found: list[tuple[str, str]] = []
 
-    def note(name: str, _: str) -> str:
-        found.append(name)
+    def note(name: str, folder: str) -> str:
+        found.append((name, folder))
         return name
 
     renamed(data, note)
     return found
+
+
+def named_files(data: Any) -> list[str]:
+    """Return the files that the data of a scenario names, as they are written there."""
+    return [name for name, _ in _named(data)]
 
 
 def copies_of(data: Any) -> dict[str, str]:
     """Return the files that the data of a scenario names, each by the name of its copy."""
-    found: dict[str, str] = {}
-
-    def note(name: str, folder: str) -> str:
-        found[kept_name(name, folder)] = name
-        return name
-
-    renamed(data, note)
-    return found
+    return {kept_name(name, folder): name for name, folder in _named(data)}
 
 
 def renamed(data: Any, change: Change) -> Any:

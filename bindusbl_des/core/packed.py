@@ -1,8 +1,16 @@
 """What compiled code is handed once: numbers and arrays that it works with again and again.
 
+Theory of operation
+-------------------
 Handing an array over takes as long as working out where a vehicle is, and a step of a mission works
 with a dozen of them.  So their addresses and shapes are written to one record, whose own address is
-handed over; compiled code makes them again from there (:func:`unpacked`).  Nothing else is copied.
+handed over; compiled code makes them again from there (:func:`unpacked`).  Arrays are not copied:
+what either side writes to one the other sees.  Numbers are, as they were when the record was made.
+
+What holds: a tuple's class alone says what is in the record, so that the code that opens it is
+written from the class; an array stays where it is while its record is used, and one that had to
+grow is replaced (:meth:`Packed.renew`) before compiled code is called again; whoever calls keeps
+the :class:`Packed` alive meanwhile.
 """
 
 from functools import cache

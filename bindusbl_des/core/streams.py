@@ -1,9 +1,17 @@
 """Named streams of random numbers: one for each purpose and vehicle.
 
-Streams are independent of each other and of the order in which they are asked for, so that a
-further ASV leaves every AUV's drift as it was, and two scenarios with one seed share their noise.
-Where it is not known who asks first, numbers are functions of a pair of vehicles and a count
-(:func:`uniform`): always the same ones, whoever asks, how often, and in which order.
+Theory of operation
+-------------------
+A seed, a :class:`Purpose` and the numbers of the vehicles concerned name a stream: they are the
+entropy and spawn key of a SeedSequence, whose PCG64 is the stream.  So streams are independent of
+each other and of the order in which they are asked for: a further ASV leaves every AUV's drift as
+it was, and two scenarios with one seed share their noise.  Numbers of purposes are never reused.
+
+* Noise that is used in order is drawn before anything branches, in whole arrays.
+* Noise of measurements is drawn in blocks for each pair of an AUV and an ASV (:class:`NoiseStore`);
+  how many rows are taken, and by whom, changes no row.
+* Where it is not known who asks first (losses are decided out of order), a number is a function of
+  a key, a cell and a count (:func:`uniform`): the same one whoever asks, and how often.
 """
 
 from collections.abc import Callable

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from xml.sax.saxutils import escape
 
 import numpy as np
+import shapely
 
 from ..core.arrays import Floats
 from ..core.files import write_text
@@ -43,13 +44,8 @@ def counter_clockwise(ring: Positions) -> Positions:
     >>> counter_clockwise([(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (0.0, 0.0)])[1]
     (1.0, 1.0)
     """
-    # The shoelace formula about the first position, so that no digit is lost to its size.
-    along = _unwrapped(ring)
-    x0, y0 = along[0]
-    twice = sum(
-        (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0) for (x1, y1), (x2, y2) in pairwise(along)
-    )
-    return ring[::-1] if twice < 0.0 else ring
+    is_so = shapely.is_ccw(shapely.linearrings(_unwrapped(ring)))
+    return ring if is_so else ring[::-1]
 
 
 def cut_line(line: Positions) -> list[Positions]:
@@ -81,11 +77,9 @@ def cut_ring(ring: Positions) -> list[Positions]:
     along = _unwrapped(ring)
     if all(abs(lon) <= 180.0 for lon, _ in along):
         return [ring]
-    from shapely import Polygon, box  # which other charts do not need
-
-    whole, cut = Polygon(along), []
+    whole, cut = shapely.Polygon(along), []
     for turn in (-360.0, 0.0, 360.0):
-        part = whole.intersection(box(turn - 180.0, -90.0, turn + 180.0, 90.0))
+        part = whole.intersection(shapely.box(turn - 180.0, -90.0, turn + 180.0, 90.0))
         for piece in getattr(part, "geoms", [part]):
             if piece.geom_type == "Polygon" and not piece.is_empty:
                 corners = [(lon - turn, lat) for lon, lat in piece.exterior.coords]
@@ -268,25 +262,8 @@ def thinned(places: Floats) -> Floats:
     >>> thinned(np.array([[0.0, 0.0], [1.0, 0.1], [2.0, 0.0], [2.0, 5.0]])).tolist()
     [[0.0, 0.0], [2.0, 0.0], [2.0, 5.0]]
     """
-    kept = np.zeros(len(places), dtype=bool)
-    kept[[0, -1]] = True
-    parts = [(0, len(places) - 1)]
-    while parts:
-        first, last = parts.pop()
-        if last - first < 2:
-            continue
-        start, along = places[first], places[last] - places[first]
-        length = float(np.hypot(*along))
-        off = places[first + 1 : last] - start
-        if length > 0.0:
-            share = np.clip(off @ along / length**2, 0.0, 1.0)
-            off = off - share[:, None] * along
-        far = np.hypot(off[:, 0], off[:, 1])
-        if far.max() > SHOWN_M:
-            corner = first + 1 + int(far.argmax())
-            kept[corner] = True
-            parts += [(first, corner), (corner, last)]
-    return places[kept]
+    line = shapely.simplify(shapely.LineString(places), SHOWN_M, preserve_topology=False)
+    return np.asarray(shapely.get_coordinates(line))
 
 
 def _earthly(setup: Setup) -> Callable[[Iterable[Sequence[float]]], Positions]:

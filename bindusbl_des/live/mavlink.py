@@ -93,44 +93,36 @@ class GpsInputs:
 
     def of(self, reading: Reading, earth: Earth) -> GpsInput | None:
         """Return what a reading gives the autopilot of its AUV, if anything."""
+        given = None
         if isinstance(reading, FixReading):
-            self._last[reading.vehicle] = reading.at_s
-            return _given(reading, earth)
-        if isinstance(reading, Gnss) and reading.vehicle.startswith("AUV"):
-            self._last[reading.vehicle] = reading.at_s
-            return _at_surface(reading, earth)
-        if isinstance(reading, EstimateReading):
+            fix, across = reading.fix, math.hypot(reading.fix.sd_x_m, reading.fix.sd_y_m)
+            given = _fix((fix.x_m, fix.y_m, fix.z_m), fix.valid_at_s, across, earth)
+            given = given._replace(alt=-fix.z_m, vert_accuracy=fix.sd_z_m)
+        elif isinstance(reading, Gnss) and reading.vehicle.startswith("AUV"):
+            given = _fix(reading.place, reading.at_s, math.sqrt(2.0) * reading.sd_m, earth)
+            given = given._replace(ignore_flags=IGNORED | VERTICAL_ACCURACY)
+        elif isinstance(reading, EstimateReading):
             last = self._last.get(reading.vehicle, -math.inf)
-            if reading.at_s - last > STALE_S:
-                return NOTHING._replace(time_usec=_microseconds(earth.utc(reading.at_s)))
-        return None
+            given = NOTHING if reading.at_s - last > STALE_S else None
+        if given is None:
+            return None
+        if given is not NOTHING:
+            self._last[reading.vehicle] = reading.at_s
+        return given._replace(time_usec=_microseconds(earth.utc(reading.at_s)))
 
 
-def _given(reading: FixReading, earth: Earth) -> GpsInput:
-    fix, now = reading.fix, earth.utc(reading.at_s)
-    lat, lon, _ = earth.geodetic((fix.x_m, fix.y_m, fix.z_m))
-    week, week_ms = _gps_time(earth.utc(fix.valid_at_s))
-    across = math.hypot(fix.sd_x_m, fix.sd_y_m)
-    return GpsInput(
-        _microseconds(now), week_ms, round(lat * 1e7), round(lon * 1e7), -fix.z_m,
-        HDOP, HDOP, 0.0, 0.0, 0.0, 0.0, across, fix.sd_z_m,
-        IGNORED, week, 0, FIX_3D, SATELLITES, 0,
-    )  # fmt: skip
-
-
-def _at_surface(reading: Gnss, earth: Earth) -> GpsInput:
-    lat, lon, _ = earth.geodetic(reading.place)
-    week, week_ms = _gps_time(earth.utc(reading.at_s))
+def _fix(place: Sequence[float], held_at_s: float, accuracy_m: float, earth: Earth) -> GpsInput:
+    """Return a fix of a place (m) that held at an instant (s), with its accuracy across."""
+    lat, lon, _ = earth.geodetic(place)
+    week, week_ms = _gps_time(earth.utc(held_at_s))
     return NOTHING._replace(
-        time_usec=_microseconds(earth.utc(reading.at_s)),
         time_week=week,
         time_week_ms=week_ms,
         lat=round(lat * 1e7),
         lon=round(lon * 1e7),
         hdop=HDOP,
         vdop=HDOP,
-        horiz_accuracy=math.sqrt(2.0) * reading.sd_m,
-        ignore_flags=IGNORED | VERTICAL_ACCURACY,
+        horiz_accuracy=accuracy_m,
         fix_type=FIX_3D,
         satellites_visible=SATELLITES,
     )
@@ -163,12 +155,8 @@ class Mavlink:
             return ()
         system = int(reading.vehicle.removeprefix("AUV")) + 1
         self._sent[system] += 1
-        return [frame(self._sent[system] % 256, system, GPS_INPUT, GPS_INPUT_EXTRA, packed(given))]
-
-
-def packed(given: GpsInput) -> bytes:
-    """Return the payload of a GPS_INPUT."""
-    return GPS_INPUT_LAYOUT.pack(*given)
+        payload = GPS_INPUT_LAYOUT.pack(*given)
+        return [frame(self._sent[system] % 256, system, GPS_INPUT, GPS_INPUT_EXTRA, payload)]
 
 
 def mavproxy() -> Any:

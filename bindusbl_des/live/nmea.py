@@ -8,6 +8,8 @@ format $PSIMSSB"; Tritech MicronNav manual 0656-SOM-00001, 7.2.10.
 import math
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
+from functools import reduce
+from operator import xor
 
 from .readings import Compass, Earth, EstimateReading, Gnss, Reading, UsblReading
 
@@ -18,15 +20,18 @@ GNSS_FIX, ESTIMATED, SATELLITES, HDOP = 1, 6, 12, 0.9
 
 
 def sentence(*fields: object) -> str:
-    """Return a sentence with its checksum: the exclusive or of all between `$` and `*`.
+    """Return a sentence with its checksum.
 
     >>> sentence("GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,").strip()
     '$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47'
     """
-    text, total = ",".join(map(str, fields)), 0
-    for byte in text.encode("ascii"):
-        total ^= byte
-    return f"${text}*{total:02X}\r\n"
+    text = ",".join(map(str, fields))
+    return f"${text}*{checksum(text.encode('ascii')):02X}\r\n"
+
+
+def checksum(text: bytes) -> int:
+    """Return the exclusive or of all bytes between `$` and `*`."""
+    return reduce(xor, text, 0)
 
 
 def sentences(reading: Reading, earth: Earth) -> Iterator[str]:

@@ -49,41 +49,38 @@ def line(reading: Reading, earth: Earth) -> str:
 
 def _content(reading: Reading, earth: Earth) -> dict[str, Any]:
     """Return the kind of a reading and its values."""
-    if isinstance(reading, Gnss):
-        return {
-            "kind": "gnss",
-            **_place(reading.place, earth),
-            **_named(("v_north_m_per_s", "v_east_m_per_s"), reading.velocity or ()),
-            "sd_m": reading.sd_m,
-        }
-    if isinstance(reading, Compass):
-        return {"kind": "compass", "heading_deg": math.degrees(reading.yaw) % 360.0}
-    if isinstance(reading, UsblReading):
-        return {"kind": "usbl", "auv": reading.auv, "ping": reading.ping, **_seen(reading, earth)}
-    if isinstance(reading, FixReading):
-        known = {name: value for name, value in asdict(reading.fix).items() if value is not None}
-        rest = {name: value for name, value in known.items() if name not in ("auv", *UNKNOWN)}
-        fix = reading.fix
-        # a vehicle's number in the record is a name to others, as in the tables
-        by = None if fix.broadcast_by is None else f"ASV{fix.broadcast_by}"
-        place = _place((fix.x_m, fix.y_m, fix.z_m), earth)
-        return {"kind": "fix", **rest, "broadcast_by": by, **place}
-    if isinstance(reading, EstimateReading):
-        (xx, xy), (_, yy) = reading.covariance
-        spread = {"sd_x_m": math.sqrt(max(xx, 0.0)), "sd_y_m": math.sqrt(max(yy, 0.0))}
-        place = _place(reading.place, earth)
-        return {"kind": "estimate", **place, **spread, "cov_xy_m2": xy}
-    if isinstance(reading, Pinged):
-        return {"kind": "ping", "ping": reading.ping}
-    if isinstance(reading, FrameReading):
-        known = {name: value for name, value in asdict(reading.frame).items() if value is not None}
-        return {
-            "kind": "broadcast",
-            **{name: value for name, value in known.items() if name != "asv"},
-        }
-    assert isinstance(reading, Truth)
-    heading = math.degrees(reading.yaw) % 360.0
-    return {"kind": "truth", **_place(reading.place, earth), "heading_deg": heading}
+    match reading:
+        case Gnss(place=place, velocity=velocity, sd_m=sd_m):
+            speeds = _named(("v_north_m_per_s", "v_east_m_per_s"), velocity or ())
+            return {"kind": "gnss", **_place(place, earth), **speeds, "sd_m": sd_m}
+        case Compass(yaw=yaw):
+            return {"kind": "compass", **_heading(yaw)}
+        case UsblReading(auv=auv, ping=ping):
+            return {"kind": "usbl", "auv": auv, "ping": ping, **_seen(reading, earth)}
+        case FixReading(fix=fix):
+            # a vehicle's number in the record is a name to others, as in the tables
+            by = None if fix.broadcast_by is None else f"ASV{fix.broadcast_by}"
+            place = _place((fix.x_m, fix.y_m, fix.z_m), earth)
+            return {"kind": "fix", **_known(fix, "auv", *UNKNOWN), "broadcast_by": by, **place}
+        case EstimateReading(place=place, covariance=((xx, xy), (_, yy))):
+            spread = {"sd_x_m": math.sqrt(max(xx, 0.0)), "sd_y_m": math.sqrt(max(yy, 0.0))}
+            return {"kind": "estimate", **_place(place, earth), **spread, "cov_xy_m2": xy}
+        case Pinged(ping=ping):
+            return {"kind": "ping", "ping": ping}
+        case FrameReading(frame=frame):
+            return {"kind": "broadcast", **_known(frame, "asv")}
+        case Truth(place=place, yaw=yaw):
+            return {"kind": "truth", **_place(place, earth), **_heading(yaw)}
+
+
+def _known(record: Any, *without: str) -> dict[str, Any]:
+    """Return what is known of a record, without some fields."""
+    fields = asdict(record).items()
+    return {name: value for name, value in fields if value is not None and name not in without}
+
+
+def _heading(yaw: float) -> dict[str, float]:
+    return {"heading_deg": math.degrees(yaw) % 360.0}
 
 
 def _seen(reading: UsblReading, earth: Earth) -> dict[str, Any]:
@@ -95,7 +92,7 @@ def _seen(reading: UsblReading, earth: Earth) -> dict[str, Any]:
         **_place(sight.place.tolist(), earth),
         **_named(("north_m", "east_m", "down_m"), offset),
         **_named(("sd_x_m", "sd_y_m", "sd_z_m"), spread),
-        "heading_deg": math.degrees(sight.yaw) % 360.0,
+        **_heading(sight.yaw),
     }
 
 
@@ -177,12 +174,10 @@ def asked(text: str, vehicles: Sequence[str]) -> AskedOutput:
     sink, _, where = rest.partition(":")
     if form not in FORMATS:
         raise ValueError(f"{text}: there is no format {form!r}; it is one of {', '.join(FORMATS)}")
-    if sink not in SINKS:
-        spelt = ", ".join(f"{form}:{SINKS[name]}" for name in FORMATS[form].sinks)
-        raise ValueError(f"{text}: there is no sink {sink!r}; write {spelt}")
     if sink not in FORMATS[form].sinks:
+        wrong = f"{form} does not go to {sink}" if sink in SINKS else f"there is no sink {sink!r}"
         spelt = ", ".join(f"{form}:{SINKS[name]}" for name in FORMATS[form].sinks)
-        raise ValueError(f"{text}: {form} does not go to {sink}; write {spelt}")
+        raise ValueError(f"{text}: {wrong}; write {spelt}")
     return AskedOutput(text, form, chosen(named, vehicles, text), sink, where)
 
 

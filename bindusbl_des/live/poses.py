@@ -23,9 +23,9 @@ from ..charts.shapes import HIGHEST, BadChart, position
 from ..core.arrays import Floats
 from ..geometry.geodesy import ned_at_depth
 from ..vehicles.tracks import FARTHEST
+from . import mavlink
 from .mavlink import ATTITUDE, messages
-from .mavlink import MAGIC as _MAGIC
-from .mavlink import MAGIC_1 as _MAGIC_1
+from .nmea import checksum
 
 # Faster (m/s) is no vehicle under water.
 FASTEST = 50.0
@@ -34,7 +34,7 @@ FASTEST = 50.0
 SILENCE_S = 2.0
 
 # How a datagram of MAVLink begins.
-MAGIC = tuple(bytes([byte]) for byte in (_MAGIC, _MAGIC_1))
+MAGIC = tuple(bytes([byte]) for byte in (mavlink.MAGIC, mavlink.MAGIC_1))
 
 # Datagrams are at most so long (bytes): some 30 lines of JSON.
 LONGEST = 4096
@@ -255,11 +255,8 @@ def _of_sentence(text: bytes) -> tuple[int, Said] | None:
     What is before that is a TAG block (NMEA 0183, 4.10), or the end of something else.
     """
     body, _, total = text.decode("latin-1").partition("*")
-    found = 0
-    for byte in body.encode("latin-1"):
-        found ^= byte
     try:
-        if total and int(total, 16) != found:
+        if total and int(total, 16) != checksum(body.encode("latin-1")):
             raise Nonsense("damaged")
         kind, *fields = body.split(",")
         if not ADDRESS.fullmatch(kind):

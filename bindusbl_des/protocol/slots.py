@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..acoustics.messages import Message, Messages, Modem
-from ..core.clock import Clock, ExactClock, TickClock
+from ..core.clock import Clock
 from ..core.plugins import PluginError, asked, loaded, shown
 from ..scenario.families import RANGING
 from ..scenario.scenario_keys import Traffic
@@ -225,7 +225,7 @@ def slots_of(site: Site, messages: Messages) -> Slots:
     slot = _uplink_slot(protocol, hf.ping_s, longest, crossing) + answer + data
     return Slots(
         crossing, hf.ping_s, longest, slot,
-        *guards, messages, ExactClock() if rate is None else TickClock(rate), sound_speed,
+        *guards, messages, Clock(rate or 0.0), sound_speed,
         _chosen(protocol.shortest_uplink_slot_s, SHORTEST_UPLINK * crossing), answer,
         behind, data,
     )  # fmt: skip

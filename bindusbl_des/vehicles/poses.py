@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..charts.shapes import HIGHEST
-from ..core.arrays import Floats
+from ..core.arrays import Floats, real_numbers
 from ..core.compiled import compiled
 from ..core.wording import plain, shortened
 from . import motion
@@ -131,15 +131,10 @@ class ReceivedPoses:
     def _poses(self, kind: str, answer: ArrayLike, time: float) -> Floats:
         """Return the poses of a fleet, (n, 4), if they can be used."""
         count, name = self._counts[kind], NAMES[kind]
-        try:
-            answers = np.asarray(answer)
-            poses = np.array(
-                answers if answers.dtype.kind in "fiu" else (), dtype=np.float64, order="C"
-            )
-        except (TypeError, ValueError):
-            poses = np.empty(0)
-        if poses.shape != (count, 4):
-            got = f"shape {poses.shape}" if poses.size else shortened(repr(answer))
+        poses = real_numbers(answer)
+        if poses is None or poses.shape != (count, 4):
+            is_array = poses is not None and poses.size
+            got = f"shape {np.shape(answer)}" if is_array else shortened(repr(answer))
             raise ValueError(
                 f"{_at(time)} must have one row of {POSE} for each of the {count} {name}s: "
                 f"{kind} of shape ({count}, 4), got {got}"

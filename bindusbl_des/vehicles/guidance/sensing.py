@@ -95,20 +95,6 @@ class Sensed(NamedTuple):
     set_e: float
 
 
-class Spot(NamedTuple):
-    """Where a vehicle is and how it moves over ground: place (m) and velocity (m/s); and how fast
-    ahead and to starboard a log without error measures (m/s).
-    """
-
-    x: float
-    y: float
-    north: float
-    east: float
-    sinking: float
-    ahead: float
-    aside: float
-
-
 class SteeringDrift(NamedTuple):
     """How wrong the dead reckoning is by which vehicles steer.
 
@@ -214,20 +200,6 @@ def posture(vehicle: MovedVehicle, turned: float) -> Posture:
     )  # fmt: skip
 
 
-@inlined
-def spot(vehicle: MovedVehicle, missed: tuple[float, float], line: Floats) -> Spot:
-    """Return where a vehicle is.
-
-    Of what its log measures ahead and to starboard a current (m/s) is left out; surface craft do
-    not ask for that.
-    """
-    ahead = aside = 0.0
-    if vehicle.state.size >= forces.PITCHING_STATE:
-        ahead, aside = vehicle.state[6] - missed[0], vehicle.state[7] - missed[1]
-    rates = line[RATES + X], line[RATES + Y], line[RATES + Z]
-    return Spot(line[X], line[Y], rates[0], rates[1], rates[2], ahead, aside)
-
-
 @compiled
 def learn_drift(time: float, north: float, east: float, line: Row) -> None:
     """Take in an AUV's sum of corrections (m) at an instant (s); nothing happens between fixes.
@@ -263,56 +235,61 @@ def sense(
     """
     time, order, wrong = interval * craft.control, vessel.order, known.drift.wrong
     lies = posture(vehicle, wrong.skews[number].turned)
-    share = 1.0 if known.drift.through_water or craft.model != forces.BLUEROV2 else 0.0
-    at = spot(vehicle, (share * flow[0], share * flow[1]), line)
+    x, y, north, east = line[X], line[Y], line[RATES + X], line[RATES + Y]
+    ahead = aside = 0.0
+    if vehicle.state.size >= forces.PITCHING_STATE:  # surface craft do not ask for it
+        share = 1.0 if known.drift.through_water or craft.model != forces.BLUEROV2 else 0.0
+        ahead, aside = vehicle.state[6] - share * flow[0], vehicle.state[7] - share * flow[1]
     cosine, sine = by_compass(line[COS], line[SIN], wrong, number)
     if wrong.biases.shape[1] > 1 and interval > 0:
         follow(wrong, number, interval, cosine, sine)
-    way = at.x - known.logs[number, 0, X], at.y - known.logs[number, 0, Y]
+    way = x - known.logs[number, 0, X], y - known.logs[number, 0, Y]
     wrong_n, wrong_e = error(time, (cosine, sine), way, wrong, number)
     fix = min(interval, known.noise.shape[1] - 1)
     right_n, right_e = known.corrections[number, 0], known.corrections[number, 1]
-    off_n = at.x + wrong_n + known.noise[number, fix, 0] + right_n - order.north
-    off_e = at.y + wrong_e + known.noise[number, fix, 1] + right_e - order.east
+    off_n = x + wrong_n + known.noise[number, fix, 0] + right_n - order.north
+    off_e = y + wrong_e + known.noise[number, fix, 1] + right_e - order.east
     share = 1.0 if known.drift.through_water else 0.0
-    escapes = share * current.north, share * current.east
-    log = _read_log(at, (lies.c_yaw, lies.s_yaw), escapes, wrong, number, interval)
+    water = north - share * current.north, east - share * current.east
+    heading = lies.c_yaw, lies.s_yaw
+    log = _read_log(water, (ahead, aside), heading, wrong, number, interval)
     set_n = set_e = 0.0
     if known.has_learnt:
         learnt = learnt_drift(known.learnt[number])
-        dr = DeadReckoned(time, at.x + wrong_n, at.y + wrong_e, cosine, sine)
+        dr = DeadReckoned(time, x + wrong_n, y + wrong_e, cosine, sine)
         carried_n, carried_e = expected_error(learnt, way_since(learnt, dr, wrong.in_body))
         off_n, off_e = off_n - carried_n, off_e - carried_e
-        frame = (lies.c_yaw, lies.s_yaw) if wrong.in_body else (1.0, 0.0)
+        frame = heading if wrong.in_body else (1.0, 0.0)
         set_n, set_e = _set_of(frame, (log[0], log[1]), learnt)
     elif known.drift.through_water:
         learn_drift(time, right_n, right_e, vessel.trend)
         set_n, set_e = vessel.trend.rate[0], vessel.trend.rate[1]
-    return Sensed(lies, at.sinking, off_n, off_e, log[0], log[1], log[2], log[3], set_n, set_e)
+    return Sensed(lies, line[RATES + Z], off_n, off_e, log[0], log[1], log[2], log[3], set_n, set_e)
 
 
 @inlined
 def _read_log(
-    spot: Spot, heading: tuple[float, float], missed: tuple[float, float], wrong: Wrong,
-    vehicle: int, interval: int,
+    moved: tuple[float, float], through: tuple[float, float], heading: tuple[float, float],
+    wrong: Wrong, vehicle: int, interval: int,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Return what a velocity log measures (m/s), bias included, north, east, ahead, to starboard.
 
-    `heading` are cosine and sine of the yaw by compass; `missed` is the current (m/s) that escapes
-    the log. The random walk of dead reckoning is left to the position: it is faster than the loops,
-    and as noise of this velocity changes path errors of a BlueROV2 by 0.02 m at most.
+    A log without error would measure `moved` north and east, and `through` ahead and to starboard;
+    `heading` are cosine and sine of the yaw by compass. The random walk of dead reckoning is left
+    to the position: it is faster than the loops, and as noise of this velocity changes path errors
+    of a BlueROV2 by 0.02 m at most.
     """
     held, factor = min(interval, wrong.biases.shape[1] - 1), wrong.skews[vehicle].factor
     forward, starboard = wrong.biases[vehicle, held, 0], wrong.biases[vehicle, held, 1]
     c_turn, s_turn, c_hull, s_hull = 1.0, 0.0, heading[0], -heading[1]
     if wrong.in_body:
         c_turn, s_turn, c_hull, s_hull = heading[0], heading[1], 1.0, 0.0
-    north, east = spot.north - missed[0], spot.east - missed[1]
+    north, east = moved
     added_n, added_e = skewed(north, east, wrong, vehicle)
     north = added_n + north + c_turn * forward - s_turn * starboard
     east = added_e + east + s_turn * forward + c_turn * starboard
-    ahead = factor * spot.ahead + c_hull * forward - s_hull * starboard
-    aside = factor * spot.aside + s_hull * forward + c_hull * starboard
+    ahead = factor * through[0] + c_hull * forward - s_hull * starboard
+    aside = factor * through[1] + s_hull * forward + c_hull * starboard
     return north, east, ahead, aside
 
 
