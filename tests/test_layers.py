@@ -55,7 +55,7 @@ HOMES = {
     "pydantic_core": "scenario",
     "matplotlib": "figures recorded",
     "pandas": "results campaigns benchmark",
-    "foxglove": "export live.ros2",
+    "foxglove": "core.mcap_log export live.ros2",
     "gsw": "sea.water",
     "gtsam": "recorded.replaying",
     "mcap": "charts.recordings",

@@ -17,9 +17,9 @@ from foxglove.messages import Duration, SpherePrimitive, Vector3
 
 from ..core.files import draft_of
 from ..core.kept_files import portable
+from ..core.mcap_log import McapLog
 from ..core.palette import MF_ON_DARK
 from ..results.result import scenario_sha256
-from .mcap_log import McapLog
 from .messages import (
     MAP,
     Messages,

@@ -18,7 +18,7 @@ from foxglove import Channel, Context, Schema
 from foxglove.mcap import MCAPWriteOptions
 
 from ..core.files import draft_of
-from ..export.mcap_log import McapLog
+from ..core.mcap_log import McapLog
 from ..geometry.geodesy import enu_covariance, enu_from_ned, enu_yaw
 from ..records.events import Fix
 from .readings import (
