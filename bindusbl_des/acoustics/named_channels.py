@@ -30,7 +30,7 @@ from .channel import PLAIN, SELDOM, AskedChannel, Prospects, Receiver, Signals, 
 from .loss import COMBINERS, LossTerms, contention_loss, loss_law
 from .propagation import PROSPECT
 from .sonar_channel import echoing_sonar, sonar_channel
-from .sonar_equation import SoundMessage, link_budget, timing_sd_s
+from .sonar_equation import SoundMessage, link_budget, normal_cdf, timing_sd_s
 
 
 @dataclass(frozen=True)
@@ -127,9 +127,7 @@ def normal_chance(margin_db: Floats, sd: float) -> Floats:
     """
     if sd == 0.0:
         return np.where(margin_db >= 0.0, 1.0, 0.0)
-    return np.array(
-        [0.5 * math.erfc(-each / sd / math.sqrt(2.0)) for each in margin_db.ravel()]
-    ).reshape(margin_db.shape)
+    return normal_cdf(margin_db / sd)
 
 
 def series_channel(settings: Series, auvs: int, asvs: int) -> SeriesChannel:

@@ -46,8 +46,18 @@ NUMBERS |= {"fix_error_rms_m": "fixes", "latency_mean_s": "fixes_delivered"}
 PLACES = [NAMES.index(name) for name in NUMBERS]
 
 
-def auv_metrics(world: World) -> Rows:
-    """Return the metrics of every AUV, (n,) :data:`AUV_METRICS`, in index order; NaN is none."""
+Energies = tuple[Floats, Floats] | None
+
+
+def metrics_of(world: World) -> tuple[Rows, dict[str, float | None]]:
+    """Return the metrics of every AUV, (n,) :data:`AUV_METRICS`, and those of the mission."""
+    energies = modem_energies(world)
+    auvs = auv_metrics(world, energies)
+    return auvs, mission_metrics(auvs, utilisation(world, energies))
+
+
+def auv_metrics(world: World, energies: Energies) -> Rows:
+    """Return the metrics of every AUV, in index order; NaN is none."""
     scenario, count = world.setup.scenario, len(world.auv_fleet)
     begin = scenario.record.metrics_from_s
     times = instants(scenario.duration_s, scenario.record.metrics_hz, begin)
@@ -60,11 +70,9 @@ def auv_metrics(world: World) -> Rows:
     note_service(metrics, fixes, judged_s, _slot(world))
     if scenario.navigation.gnss_fix is not None:
         note_gnss(metrics, fixes, _since(world.record.gnss_fixes.rows, begin), judged_s)
-    if scenario.protocol.asvs_ping:
-        metrics["latency_from_broadcast_s"] = math.nan
     for auv in range(count):
         _note_accuracy(metrics, world, auv, times, errors)
-    energies, every = modem_energies(world), world.record.fixes.rows  # both of the whole mission
+    every = world.record.fixes.rows  # of the whole mission, as energies are
     delivered = np.bincount(every["auv"][every["outcome"] == DELIVERED], minlength=count)
     metrics["energy_j"] = metrics["energy_per_fix_j"] = math.nan
     if energies is not None:
@@ -140,12 +148,11 @@ def _missed(record: Recorder, auvs: int) -> NDArray[np.int64]:
     return np.bincount(np.array(owners, dtype=np.int64), minlength=auvs)
 
 
-def utilisation(world: World) -> Utilisation:
+def utilisation(world: World, energies: Energies) -> Utilisation:
     """Return what only the mission as a whole has."""
     record, duration = world.record, world.setup.scenario.duration_s
     ping, frames = world.network.slots.ping_duration, world.broadcasts
     swept, area = world.trajectories.covered_m2, world.setup.area
-    energies = modem_energies(world)
     drawn = None if energies is None else float(energies[0].sum() + energies[1].sum())
     delivered = int(np.sum(record.fixes.rows["outcome"] == DELIVERED))
     return Utilisation(
@@ -165,7 +172,7 @@ def utilisation(world: World) -> Utilisation:
 
 
 def _service(world: World) -> dict[str, float | None]:
-    """Return what all fixes that were delivered tell of a network (Jain et al., DEC-TR-301)."""
+    """Return what all fixes that were delivered tell of a network."""
     scenario, begin = world.setup.scenario, world.setup.scenario.record.metrics_from_s
     fixes, lasts = _since(world.record.fixes.rows, begin), scenario.duration_s - begin
     delivered = fixes["outcome"] == DELIVERED
@@ -178,10 +185,14 @@ def _service(world: World) -> dict[str, float | None]:
     if not len(auvs):
         return found
     median, most = np.quantile(latencies, (0.5, MOST)).tolist()
-    fairness = float(each.sum() ** 2 / (each.size * (each**2).sum()))
     return {
-        **found, "fairness": fairness, "fix_latency_p50_s": median, "fix_latency_p95_s": most
+        **found, "fairness": _fairness(each), "fix_latency_p50_s": median, "fix_latency_p95_s": most
     }  # fmt: skip
+
+
+def _fairness(each: Floats) -> float:
+    """Return how evenly AUVs were served, from 1 / n to 1 (Jain et al., DEC-TR-301)."""
+    return float(each.sum() ** 2 / (each.size * (each**2).sum()))
 
 
 def _carried(
@@ -198,11 +209,11 @@ def _carried(
         late = [packet.latency_s for packet in delivered if packet.latency_s is not None]
         found["packet_latency_s"] = math.fsum(late) / len(late)
         each = np.bincount([packet.auv for packet in delivered], minlength=auvs).astype(float)
-        found["packet_fairness"] = float(each.sum() ** 2 / (each.size * (each**2).sum()))
+        found["packet_fairness"] = _fairness(each)
     return found
 
 
-def modem_energies(world: World) -> tuple[Floats, Floats] | None:
+def modem_energies(world: World) -> Energies:
     """Return what the modems of the n AUVs and of the m ASVs draw (J), (n,) and (m,); None where
     no band in use has powers.
     """
@@ -213,18 +224,12 @@ def modem_energies(world: World) -> tuple[Floats, Floats] | None:
     failures = fleets[1].failures
     worked = end if failures is None else failures.worked_s(end)
     if (powers := _powers(bands.hf)) is not None:
-        signals = Hf(
-            bands.hf.ping_s,
-            bands.hf.range_m,
-            bands.hf.range_metric == "slant",
-            world.setup.sound_speed_m_per_s,
-            end,
-        )
+        hf, sounds = bands.hf, world.network.uplink.sounds.rows
         if scenario.has_signals:
-            sounds = world.network.uplink.sounds.rows
             on_air = on_sea(record, sounds, len(fleets[0]), len(fleets[1]), end)
         else:
-            sounds = world.network.uplink.sounds.rows
+            by_slant, speed = hf.range_metric == "slant", world.setup.sound_speed_m_per_s
+            signals = Hf(hf.ping_s, hf.range_m, by_slant, speed, end)
             packets = sounds[np.isin(sounds["kind"], (BY_PACKET, BY_OWN_PACKET))]
             both = {"auv": fleets[0], "asv": fleets[1]}
             on_air = on_hf(record, protocol.pinging, both, signals, packets)
@@ -254,34 +259,37 @@ def _hf_in_use(record: Recorder, ping: float, end: float) -> float:
     """Return the time (s) before `end` in which some signal is sent on HF; pings and calls last as
     long as a `ping` (s).
     """
-    begun = _sounds(record)
+    pings = record.pings.rows
+    called = pings["call"] != NONE
+    answered = ~called | (pings["call"] == HEARD)
+    begun = np.sort(np.concatenate((pings["called_at_s"][called], pings["sent_at_s"][answered])))
     further = [(signal.sent_at_s, signal.lasts_s) for signal in record.signals]
     further += [(data.sent_at_s, data.airtime_s) for data in record.packets
                 if data.sent_at_s is not None and data.airtime_s is not None]  # fmt: skip
     if not further:
         return covered(begun, ping, end)
-    sent = np.array(further)
-    begins = np.concatenate((begun, sent[:, 0]))
-    lasts, order = np.append(np.full(len(begun), ping), sent[:, 1]), np.argsort(begins)
-    return together(begins[order], lasts[order], end)
+    return _in_use(begun, np.full(len(begun), ping), further, end)
 
 
 def _mf_in_use(frames: Rows, record: Recorder, end: float) -> float:
     """Return the time (s) before `end` in which some frame is sent on MF, of ASVs or AUVs."""
+    begins, lasts = frames["sent_at_s"], frames["airtime_s"]
     if not record.auv_frames:
-        return together(frames["sent_at_s"], frames["airtime_s"], end)
-    own = np.array([(frame.sent_at_s, frame.airtime_s) for frame in record.auv_frames])
-    begins = np.concatenate((frames["sent_at_s"], own[:, 0]))
-    lasts, order = np.concatenate((frames["airtime_s"], own[:, 1])), np.argsort(begins)
+        return together(begins, lasts, end)
+    further = [(frame.sent_at_s, frame.airtime_s) for frame in record.auv_frames]
+    return _in_use(begins, lasts, further, end)
+
+
+def _in_use(
+    begins: Floats, lasts: Floats, further: Sequence[tuple[float, float]], end: float
+) -> float:
+    """Return the time (s) before `end` in which one of some signals is sent, or of further ones:
+    when each begins and how long it lasts (s).
+    """
+    more = np.array(further)
+    begins, lasts = np.concatenate((begins, more[:, 0])), np.concatenate((lasts, more[:, 1]))
+    order = np.argsort(begins)
     return together(begins[order], lasts[order], end)
-
-
-def _sounds(record: Recorder) -> Floats:
-    """Return the instants (s) at which a ping or a call begins on HF, in rising order."""
-    pings = record.pings.rows
-    called = pings["call"] != NONE
-    answered = ~called | (pings["call"] == HEARD)
-    return np.sort(np.concatenate((pings["called_at_s"][called], pings["sent_at_s"][answered])))
 
 
 def mission_metrics(auvs: Rows, whole: Utilisation) -> dict[str, float | None]:

@@ -400,15 +400,15 @@ class Mission:
     def _result(self) -> "Result":
         from ..results.result import Result
         from ..results.tables import from_numbers, from_row
-        from .metrics import auv_metrics, mission_metrics, utilisation
+        from .metrics import metrics_of
         from .tables import event_tables, violations_of
 
         world = self._world
         with self._at_work():
             tables = event_tables(world)
-            auvs = auv_metrics(world)
+            auvs, whole = metrics_of(world)
             tables["auvs"] = from_numbers("auvs", auvs)
-            tables["mission"] = from_row("mission", mission_metrics(auvs, utilisation(world)))
+            tables["mission"] = from_row("mission", whole)
             broken = violations_of(world)
         result = Result(
             self.scenario, self.seed, tables, self._worked_s, notes=self._notes(), violations=broken
