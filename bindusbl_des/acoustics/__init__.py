@@ -38,7 +38,7 @@ measurements are made, in `protocol.reception`):
 5. heard.
 
 Losses may last (`bursts`): then luck is a function of pair and instant alone, so that neither how
-often somebody pings nor what is decided first changes the sea.
+often vehicles ping nor what is decided first changes the sea.
 
 What may be asked when
 ----------------------

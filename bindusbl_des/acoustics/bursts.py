@@ -10,7 +10,7 @@ of a Poisson process of rate 1 / ((1 - p) burst_s), and a signal is lost if its 
 number, is below p.  Where p changes, the rate does: the instants of a lower rate are those of a
 higher one, thinned.  Whatever way p has come, the share lost is p; where p is constant, losses last
 for exponential times of mean burst_s.  Luck is a function of pair and instant alone: neither how
-often somebody pings nor what is decided first changes the sea.
+often vehicles ping nor what is decided first changes the sea.
 """
 
 from math import ceil, floor, log2
@@ -102,7 +102,7 @@ def lost_since(pair: Row, time: float, loss: float) -> float:
     """Return since when (s) all signals of a pair have been lost, had their loss been the same; NaN
     if they are not lost at that instant (s).
     """
-    if loss >= 1.0:  # at no renewal that anybody could find
+    if loss >= 1.0:  # at no renewal that could be found
         return 0.0
     begun = np.nan
     since, luck = renewed(pair.key, pair.burst_s, time, loss)

@@ -51,7 +51,7 @@ PLAIN = Receiver()
 # What stands for the compiled loss where another channel is asked
 NO_LOSS = LossTerms(np.zeros(5), 0, 0.0, 1.0)
 
-# The largest level (dB) that anybody tells, and how much sooner than straight on a signal may be
+# The largest level (dB) that may be told, and how much sooner than straight on a signal may be
 # there (s for each m): no sound is there before it is sent.
 LOUDEST, SOONEST = 400.0, 0.9 / 1700.0
 
@@ -180,7 +180,7 @@ class OwnChannel:
     audible_m: float | None = None
 
     def prospects(self, signals: Signals) -> Prospects:
-        """Return what becomes of each signal: who is not heard drowns nobody.
+        """Return what becomes of each signal: who is not heard drowns nothing.
 
         Raises:
             PluginError: when it raises anything, or what it returns are no probabilities.
@@ -254,7 +254,7 @@ def own_channel(family: Family[Any], choice: str) -> OwnChannel:
 
 class Deciding(NamedTuple):
     """What decides on a band: the channel that is asked, if any is, what receivers make of sounds,
-    and what is known of their way before anybody is asked.
+    and what is known of their way before a channel is asked.
     """
 
     channel: AskedChannel | None

@@ -85,7 +85,7 @@ class SeriesChannel:
         """Return what becomes of each signal between vehicles that are named.
 
         Raises:
-            ValueError: when nobody says which vehicles they are.
+            ValueError: when it is not said which vehicles they are.
         """
         if signals.auv_numbers is None or signals.asv_numbers is None:
             raise ValueError("what was measured of links tells of no places, but of vehicles alone")
@@ -111,7 +111,7 @@ class SeriesChannel:
         return out
 
     def _at(self, time: float, sender: int, listener: int) -> float:
-        """Return what held of a link at an instant (s); NaN of one that nobody measured."""
+        """Return what held of a link at an instant (s); NaN of one that was not measured."""
         link = self.links.get((sender, listener)) or self.links.get((listener, sender))
         if link is None:
             return math.nan

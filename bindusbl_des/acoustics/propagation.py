@@ -142,7 +142,7 @@ def spread(
     """
     into = unpacked(packed, Spread)
     pings, duration, call = into.pings, into.way.band.duration, called[0]
-    places = _places(into.listeners, time)
+    places = places_of(into.listeners, time)
     silent = call.call not in (NONE, HEARD)
     longest_so_far = pings[ping - 1].longest_s if ping else 0.0
     for number in range(group.size):
@@ -165,7 +165,7 @@ def spread(
 
 
 @compiled
-def _places(motion: Motion, time: float) -> Floats:
+def places_of(motion: Motion, time: float) -> Floats:
     """Return x, y, z (m) of all vehicles at an instant (s), (n, 3)."""
     places = np.empty((motion.first.size - 1, 3))
     for vehicle in range(len(places)):

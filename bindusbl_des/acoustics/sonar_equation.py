@@ -88,7 +88,7 @@ def _rayleigh(energy: Floats, false_alarm: float) -> Floats:
 DETECTORS = {"non_coherent": _non_coherent, "coherent": _coherent, "rayleigh": _rayleigh}
 
 
-# Levels of sources are those at 1 m: nobody is heard from nearer than that.
+# Levels of sources are those at 1 m: no receiver is nearer than that.
 REFERENCE_M = 1.0
 
 # How sound spreads where a table says what bent rays lose beside that.

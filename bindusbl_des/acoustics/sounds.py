@@ -2,7 +2,7 @@
 
 A signal spreads from where its sender is as it begins (:func:`emit`): a sound for each vehicle that
 it reaches.  When it is there follows from where the listener is by then, the light-time equation;
-that is solved once somebody asks and it is known (:func:`solve`).  Sounds stay on record in the
+that is solved once it is asked for and known (:func:`solve`).  Sounds stay on record in the
 order in which their signals were sent, so that what else arrives meanwhile stands beside them
 (:func:`interference`): one search for all kinds of signals and listeners.
 
@@ -223,8 +223,8 @@ def heard_meanwhile(
     begin, that it has had anything of between two instants (s), the later of which is now.
 
     `packed` is the address of a :class:`Sea` with so many sounds; `known` as of :func:`solve`.
-    One that begins as another ends counts; of a signal that begins at this very instant nobody
-    knows.
+    One that begins as another ends counts; of a signal that begins at this very instant nothing
+    is known.
     """
     sea, size = unpacked(packed, Sea), 0
     spans = np.empty((count, 2))

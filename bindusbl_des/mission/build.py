@@ -160,7 +160,7 @@ def equip_with_gnss(
     """Let AUVs have fixes by GNSS at the surface.
 
     Those that steer by them, or are moved meanwhile, have each at its instant; the others' are made
-    when somebody wants to know.
+    when they are asked about.
     """
     asked, end = setup.scenario.navigation.gnss_fix, float(setup.scenario.duration_s)
     assert asked is not None

@@ -1,6 +1,6 @@
 """The fleet at the start of a mission: vehicles on their routes, and what AUVs carry.
 
-Hulls and controllers are loaded when somebody needs them: most missions are kinematic.
+Hulls and controllers are loaded when they are needed: most missions are kinematic.
 """
 
 import math

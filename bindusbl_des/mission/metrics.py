@@ -312,16 +312,16 @@ def worst_of(auvs: Rows) -> dict[str, float | None]:
     because it got no fix, is worse than any that has one.  Of several equally bad the first counts.
 
     `auvs` (n,) has the metrics of each, NaN for none.  A value is None where that AUV has none,
-    both are where nobody's could be told.
+    both are where that of no AUV could be told.
     """
     names = list(WORST_IS_LARGEST)
     values = np.array([auvs[name] for name in names], dtype=np.float64)
     missing = np.isnan(values)
     badness = np.where(missing, np.inf, np.where(_LARGEST, values, -values))
     which: list[int] = badness.argmax(axis=1).tolist()
-    nobody: list[bool] = np.logical_and.reduce(missing, axis=1).tolist()
+    none_has: list[bool] = np.logical_and.reduce(missing, axis=1).tolist()
     found: dict[str, float | None] = {}
-    for name, its_own, auv, none in zip(names, values, which, nobody, strict=True):
+    for name, its_own, auv, none in zip(names, values, which, none_has, strict=True):
         value = float(its_own[auv])
         found[f"worst_{name}"] = None if math.isnan(value) else value
         found[f"worst_{name}_auv"] = None if none and name in UNDEFINED else auv

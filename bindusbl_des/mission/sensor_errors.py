@@ -103,7 +103,7 @@ def _walks(setup: Setup, streams: Streams, water: MissionCurrent, skews: Rows) -
 def pressure_errors(setup: Setup, streams: Streams, auv: int, times: Floats) -> Floats:
     """Return by how much (m) an AUV's pressure sensor errs at instants (n,), s.
 
-    It measures as often as the IMU, and is looked at whenever anybody likes.
+    It measures as often as the IMU, and can be looked at at any instant.
     """
     navigation = setup.scenario.navigation
     key = streams.of(Purpose.DEPTH, auv).integers(2**64, dtype=np.uint64)

@@ -30,7 +30,7 @@ from .sensor_errors import lasting_errors, pressure_errors
 from .trajectories import beside, instants
 from .world import World
 
-# Of what is not heard for these reasons nobody asks how likely it was lost.
+# How likely it was lost is not told of what is not heard for these reasons.
 NO_CHANCE = (OUT_OF_RANGE, FAILED, FAILED_MEANWHILE, UNANSWERED, DOPPLER)
 
 TRACK_POINT = row_type(TrackPoint)
@@ -170,7 +170,7 @@ def _note_points(
 
 @compiled
 def _note_truth(points: Rows, times: Floats, lines: Floats) -> None:
-    """Write where a vessel was on its way, which nobody asks about anything."""
+    """Write where a vessel was on its way; it estimates nothing."""
     for k in range(times.size):
         point = points[k]
         _place(point, times[k], lines, k)

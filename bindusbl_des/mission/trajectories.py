@@ -39,7 +39,7 @@ ARRIVED_M, HALVINGS = 1e-6, 50
 
 
 class Trajectories(NamedTuple):
-    """The ways of n AUVs, looked back on; NaN stands for what somebody does not say or do.
+    """The ways of n AUVs, looked back on; NaN stands for what is not known or done.
 
     `metrics` are columns of :class:`.metrics.AuvMetrics`, (n,).  At the k instants of `tracks`,
     none where no tracks are kept, each AUV was so far `beside_m` its path (m), and was the first to
@@ -115,7 +115,7 @@ def beside(vehicles: Sequence[Vehicle], times: Floats) -> Floats:
 
 
 def _swept(setup: Setup, fleet: VehicleFleet) -> Sweep | None:
-    """Return what of the survey the AUVs have swept, and when; None where nobody says how wide."""
+    """Return what of the survey the AUVs have swept, and when; None without a swath."""
     swath = setup.swath_m
     if swath is None:
         return None

@@ -11,7 +11,7 @@ from ..records.rows import EventBuffer
 class Acknowledged:
     """Fixes, rows of the record, that the fleet knows to be delivered, and since when (s).
 
-    What it hears late is looked up by `update` before somebody asks.
+    What it hears late is looked up by `update` before an answer.
     """
 
     def __init__(self, fixes: EventBuffer, auvs: int) -> None:

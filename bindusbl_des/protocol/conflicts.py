@@ -2,7 +2,7 @@
 
 The graph of thousands of AUVs has millions of edges.  That two AUVs are in conflict says only that
 some ASV hears both, so for counting and colouring it is enough to know of each ASV whom, or which
-colours, it hears.  Only schedules of one's own get the graph.
+colours, it hears.  Only user-defined schedules get the graph.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..acoustics.propagation import within
+from ..acoustics.propagation import places_of, within
 from ..core.arrays import Flags, Floats, Ints
 from ..core.compiled import compiled
 from ..core.packed import Packed, unpacked
-from ..vehicles.motion import Motion, where
+from ..vehicles.motion import Motion
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -84,17 +84,8 @@ class VehiclePositions:
 @compiled
 def _survey(packed: int, time: float, auvs: Floats, asvs: Floats, heard: Flags) -> None:
     of = unpacked(packed, Surveyed)
-    _place(of.auvs, time, auvs)
-    _place(of.asvs, time, asvs)
+    auvs[:], asvs[:] = places_of(of.auvs, time), places_of(of.asvs, time)
     _hearing(auvs, asvs, of.reach, of.slant, heard)
-
-
-@compiled
-def _place(motion: Motion, time: float, out: Floats) -> None:
-    """Write where the vehicles of a fleet are at an instant (s)."""
-    for vehicle in range(len(out)):
-        x, y, z, _ = where(motion, vehicle, time)
-        out[vehicle, 0], out[vehicle, 1], out[vehicle, 2] = x, y, z
 
 
 def _remembered(work_out: Callable[[Flags], Answer]) -> Callable[[Flags], Answer]:
@@ -271,7 +262,7 @@ def _dsatur(heard: Flags, degrees: Ints, colours: Ints) -> None:
 
 @compiled
 def _is_new(heard: Flags, own: Ints, used: Flags, colour: int) -> bool:
-    """Tell whether an AUV is heard by one of `own`, and by nobody who hears the colour so far."""
+    """Tell whether an AUV is heard by one of `own`, and by none that hears the colour so far."""
     shared = False
     for asv in own:
         shared = shared or heard[asv]

@@ -2,7 +2,7 @@
 
 A packet is a sound at every vehicle, beside pings, calls and signals, on the same sea
 (:mod:`..acoustics.signals`): it is lost by the same chance as a ping over the same way, and what
-overlaps it destroys it, as it destroys others.  Nobody answers it: what became of each is worked
+overlaps it destroys it, as it destroys others.  It is not answered: what became of each is worked
 out as the mission ends.
 """
 

@@ -1,7 +1,7 @@
 """How fixes come to AUVs: delivered late and together, or each at its instant where that matters.
 
 An AUV that steers by its fixes, or is moved meanwhile, has each at its own instant; the others' are
-delivered when somebody wants to know, in the order of their arrival, and come to the same, bit for
+delivered when they are asked about, in the order of their arrival, and come to the same, bit for
 bit.
 """
 
@@ -37,7 +37,7 @@ class Deliveries:
         #: What makes AUVs fixes of their own at the surface; None where they have no receivers.
         self.gnss: GnssReceivers | None = None
         #: Whom to tell that a broadcast begins, of fixes whose arrivals are known, and of those
-        #: that are delivered: nobody unless somebody waits for that.
+        #: that are delivered: None unless that is waited for.
         self.on_broadcast: Callable[[], None] | None = None
         self.on_frame: Callable[[Iterable[int]], None] | None = None
         self.on_delivered: Callable[[Ints], None] | None = None
@@ -49,7 +49,7 @@ class Deliveries:
         self._deliver_by(arrives, [fix])
 
     def _deliver_by(self, instant: float, rows: Iterable[int]) -> None:
-        """Let AUVs have fixes of which the last arrives at an instant (s), if anybody can tell."""
+        """Let AUVs have fixes of which the last arrives at an instant (s), if that can be seen."""
         if self.on_frame is not None:
             self.on_frame(rows)
         elif not self._auvs.foreseen:  # they steer by them, or who knows by what

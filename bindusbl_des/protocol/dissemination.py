@@ -60,7 +60,7 @@ class AnnouncedRound:
         return next((number for number, named in self.frames if auv in named), None)
 
     def forget(self, starts_s: float) -> None:
-        """Have the round begin later than anybody was told; nobody knows when."""
+        """Have the round begin later than AUVs were told; none knows when."""
         self.starts_s = starts_s
         self.informed[:] = False
         self.frames.clear()
@@ -176,7 +176,7 @@ class Dissemination:
     def planned(self, number: int, time: float) -> AnnouncedRound:
         """Return the plan of a round that begins at an instant (s).
 
-        One that begins later than was said, because no ASV worked, nobody knows of, nor one that no
+        One that begins later than was said, because no ASV worked, no AUV knows of, nor one that no
         frame has told of.
         """
         if not self._plans:
@@ -187,7 +187,7 @@ class Dissemination:
         elif plan.starts_s != time:
             plan.forget(time)
         self._under_way = number
-        self._plans.pop(number - 1, None)  # nobody can learn any more of a round that is over
+        self._plans.pop(number - 1, None)  # no AUV can learn any more of a round that is over
         return plan
 
     def _agree(self) -> None:
@@ -265,8 +265,8 @@ class Dissemination:
         elif lost.any() and number % self.announcing.recall_rounds == 0:
             groups.append([self.last_heard.recall(lost, number)])
         lengths += [self.slots.uplink_slot] * (len(groups) - len(lengths))
-        nobody = np.zeros(len(lost), dtype=np.bool_)
-        return AnnouncedRound(number, view, TimedGroups(groups, lengths), starts, nobody)
+        uninformed = np.zeros(len(lost), dtype=np.bool_)
+        return AnnouncedRound(number, view, TimedGroups(groups, lengths), starts, uninformed)
 
     def _slot_starts(self, groups: TimedGroups, starts: float) -> list[float]:
         """Return when (s) the slots of a round begin, and the last of them ends."""

@@ -303,7 +303,7 @@ class Exchange(MfDownlink):
 
     def _hear_pings(self) -> None:
         """Let the fleet know of fixes that pings tell of: each of those that its AUV has had since
-        its ping before.  What a ping that nobody hears would have told, it is not told.
+        its ping before.  What a ping would have told that is not heard, it is not told.
         """
         assert self.acknowledged is not None
         pings, receptions = self._record.pings.rows, self._record.receptions.rows

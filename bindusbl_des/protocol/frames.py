@@ -5,7 +5,7 @@ each (:mod:`..acoustics.sounds`).  At an AUV it begins when its front has come, 
 sound of its end has, from where the vessel is by then.  What decodes it hands it over `delay_s`
 later.
 
-What becomes of a frame at an AUV is worked out when somebody asks, and not before it has ended
+What becomes of a frame at an AUV is worked out when it is asked for, and not before it has ended
 there, when all that could overlap it are on record.  Nothing is asked as long as no two frames have
 ever been on the air at once.  Fixes are delivered in the order of their arrival, not of sending: a
 frame from nearby overtakes one from afar.
@@ -260,7 +260,7 @@ class MfDownlink(Deliveries):
         auvs, frames = np.arange(len(self._auvs)), np.arange(len(self._first))
         if self._record.everything:
             each = [self._received(np.repeat(frames, len(auvs)), np.tile(auvs, len(frames)), time)]
-        elif self._is_shared:  # frame by frame: nobody may have room for all
+        elif self._is_shared:  # frame by frame: there may be no room for all
             met = (self._received(np.full(len(auvs), frame), auvs, time) for frame in frames)
             each = [rows[rows["outcome"] == COLLIDED] for rows in met]
         else:
@@ -361,8 +361,8 @@ class Replies:
     has two to answer; another ASV may hear the ping and answer it.
 
     Without a message answers take no airtime.  They set out `after` (s) the ping's front has
-    arrived: 0 is what the paper's latencies need, although nobody can have decoded the ping by
-    then; its duration is the earliest in truth.
+    arrived: 0 is what the paper's latencies need, although no ASV can have decoded the ping
+    by then; its duration is the earliest in truth.
     """
 
     def __init__(

@@ -1,6 +1,6 @@
 """What happens in a mission, for whoever waits for it: reported at the instant at which it happens.
 
-The protocol decides pings late and many at once, and fixes of a frame take effect together; nobody
+The protocol decides pings late and many at once, and fixes of a frame take effect together; none
 can tell.  Who waits for an arrival, its outcome or a delivery has an event of its own at that
 instant; what is decided, and every table, stays the same.
 """
@@ -71,7 +71,7 @@ class Happening(NamedTuple):
 
 
 class Watch:
-    """Happenings that somebody waits for: none is missed, each is had once, in order."""
+    """Happenings that are waited for: none is missed, each is had once, in order."""
 
     def __init__(
         self,
@@ -192,7 +192,7 @@ class Happenings:
         waited_for = self._kinds
         self._watches.append(watch)
         self._listen()
-        for kind in watch.kinds - waited_for:  # what is under way was not expected by anybody
+        for kind in watch.kinds - waited_for:  # what is under way was not expected yet
             self._expect_what_is_under_way(kind, since)
         return watch
 
@@ -214,7 +214,7 @@ class Happenings:
             self._listen()
 
     def _listen(self) -> None:
-        """Have the bands tell what somebody waits for, and nothing else."""
+        """Have the bands tell what is waited for, and nothing else."""
         kinds = self._kinds
         sounds = kinds & {"ping", *self._sounds}
         self._uplink.on_sent = self._sent if sounds else None

@@ -281,7 +281,7 @@ class Network(HfNetwork):
     def close(self, time: float) -> None:
         """Settle what is under way as the mission ends at an instant (s)."""
         before_the_end = nextafter(time, 0.0)
-        self.uplink.answered_by = self.dissemination = None  # nobody is answered any more
+        self.uplink.answered_by = self.dissemination = None  # no ping is answered any more
         self.outcomes.resolve_passed(before_the_end)  # heard, but not broadcast any more
         self.outcomes.close(time)
         if self.air is not None:

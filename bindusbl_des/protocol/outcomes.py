@@ -1,4 +1,4 @@
-"""When pings are decided: as late as somebody asks for fixes, all that have passed at once.
+"""When pings are decided: not before fixes are asked for, all that have passed at once.
 
 What becomes of each, compiled code decides (:mod:`.reception`).
 """
@@ -41,7 +41,7 @@ from .steps import moment
 class Measuring:
     """Who measures the pings of a band, with what noise, and what is wrong all the time.
 
-    `own` is an instrument of somebody's own, which measures in Python what compiled code has
+    `own` is a user-defined instrument, which measures in Python what compiled code has
     decided, with a `draw` for each AUV; None where one that ships does.
     """
 
@@ -88,7 +88,7 @@ class Measuring:
 
     def hand_on(self, to: Packed, bursts: Rows | None) -> None:
         """Keep the field `noise` of what compiled code is handed what the noise is."""
-        slow = self.slow  # the store knows nobody who knows it: no circle keeps a mission
+        slow = self.slow  # the store knows nothing that knows it: no circle keeps a mission
         self.noise.on_grown = lambda store: to.renew("noise", noise_of(store, slow, bursts))
 
     def noise_with(self, bursts: Rows | None) -> PairNoise:
@@ -351,7 +351,7 @@ class Outcomes:
 
     def sight_of(self, ping: int, asv: int) -> Sight | None:
         """Return what an ASV that has just decoded a ping measures of it, with the noise that the
-        fix will be made with; None by an instrument of somebody's own, which is asked once.
+        fix will be made with; None by a user-defined instrument, which is asked once.
 
         Nothing of the mission is changed.
         """
@@ -399,7 +399,7 @@ class Outcomes:
         count = fixes.count
         for row in np.flatnonzero((receptions["outcome"] == IN_FLIGHT) & arrived).tolist():
             self.resolve(int(receptions["ping"][row]), row)
-        fixes.count = count  # nobody waits for what others hear of them any more
+        fixes.count = count  # no broadcast carries what others hear of them any more
 
 
 class AnsweredOutcomes(Outcomes):
@@ -415,13 +415,13 @@ class AnsweredOutcomes(Outcomes):
 
 class OwnOutcomes(Outcomes):
     """What becomes of the pings of ASVs: each arrival is decided by itself, and the AUV that hears
-    it fixes itself.  Nobody broadcasts that.
+    it fixes itself, without a broadcast.
     """
 
     def __init__(
         self, band: HfBand, measuring: Measuring, streams: Streams, record: Recorder
     ) -> None:
-        """Decide pings; nobody is called."""
+        """Decide pings, which answer no calls."""
         super().__init__(band, measuring, np.zeros(len(band.listeners)), record)
         self._fixes_of_ping = len(band.listeners)
         self._gnss = cache(partial(streams.of, Purpose.BEACON))

@@ -52,7 +52,7 @@ from ..records.rows import CALLED, NONE, EventBuffer, Recorder, Rows
 from ..vehicles.fleet import VehicleFleet
 from ..vehicles.motion import places, where
 
-# What a ping has that nobody called
+# What a ping has before which there was no call
 NO_CALL = np.array([(np.nan, NONE, NONE, NONE, np.nan)], dtype=CALLED)
 
 
@@ -195,7 +195,7 @@ class HfBand:
                 way = hypot(
                     self.band.reach, max(self._auvs.vehicles[auv].at(time).z for auv in group)
                 )
-            else:  # sound may reach anybody
+            else:  # sound may reach any vehicle
                 way = float(self._signals(group, time, True).ranges.max())
                 late = max(float(self._call_late_s[auv].max()) for auv in group)
                 way += max(late, 0.0) * self.band.sound_speed
@@ -275,7 +275,7 @@ class HfBand:
         return sent
 
     def _cut_short(self, group: Sequence[int], first: int, receptions: Rows, time: float) -> None:
-        """Let nobody hear pings from `first` on, sent at an instant (s), with these receptions,
+        """Have pings from `first` on heard nowhere, sent at an instant (s), with these receptions,
         where who sends or who listens fails.
         """
         if self.senders.failures is not None:

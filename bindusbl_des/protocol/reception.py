@@ -1,7 +1,7 @@
 """What becomes of a ping where it arrives: who hears it or not, and the fix that is made of it.
 
 ASVs make one fix of all that they have heard of a ping, once that has passed them all.  With
-passive ranging each AUV makes one of what it has heard itself, as soon as that is over.
+passive ranging each AUV makes one of what it has heard itself, as soon as that is over.  Compiled.
 """
 
 from math import hypot, inf, nan, sqrt
@@ -119,7 +119,7 @@ def resolve(
             if dry != NONE:
                 return fix, first, air.receptions[row].auv, dry
             if hearers:
-                _make_own(fix, ping, row, packed, errors, gnss_noise)
+                _make(fix, ping, row, packed, errors, gnss_noise)
                 fix += 1
     else:
         count, by.due[0] = 1, first
@@ -130,8 +130,8 @@ def resolve(
             dry, hearers = _decide(number, only, air, echoes, by.noise)
             if dry != NONE:
                 return fix, first, ping.auv, dry
-            if hearers and ping.heard_by == hearers:  # nobody had heard it yet
-                _make(fix, ping, only, packed, errors)
+            if hearers and ping.heard_by == hearers:  # it was not heard before
+                _make(fix, ping, only, packed, errors, None)
                 fix += 1
             if only == NONE:
                 ping.passed_at_s = inf
@@ -168,53 +168,49 @@ def _over(air: Air, first: int, time: float) -> Ints:
 
 
 @compiled
-def _make(fix: int, ping: Row, only: int, packed: int, errors: int | None) -> None:
+def _make(
+    fix: int, ping: Row, only: int, packed: int, errors: int | None, gnss_noise: Floats | None
+) -> None:
     """Write the row of a fix: the receptions that it is made of, and what is measured of the ping.
 
-    Arguments as of :func:`resolve`.
+    One that an AUV makes itself (`gnss_noise`) holds as the ping arrives, and it has that as soon
+    as it is decoded.  Arguments as of :func:`resolve`.
     """
     by = unpacked(packed, Decided)
     row = by.fixes[fix]
     row.fix = fix
     begin_fix(row, ping, only)
-    if by.instrument.array.size == 0:  # one of somebody's own measures later
-        no_sights(by.receptions[row.first : row.end])
-        copy_direction(row, by.receptions[row.first : row.end])
-        return
-    instrument = instrument_of(by.instrument)
-    heard = Heard(ping, by.receptions[row.first : row.end], by.noise.taken_now)
-    if errors is not None:
-        packed_errors = unpacked(errors, PackedErrors)
-        place, covariance, jacobian, packed_errors.left[fix] = measured_astray(
-            heard, by.listeners, instrument, by.strayed, systematic_of(packed_errors)
-        )
-        packed_errors.jacobians[fix] = jacobian[:2]
+    receptions = by.receptions[row.first : row.end]
+    if gnss_noise is not None:
+        row.auv, row.valid_at_s = receptions[0].auv, receptions[0].arrived_at_s
+        row.arrives_at_s = receptions[0].arrived_at_s + by.duration
+    if by.instrument.array.size == 0:  # a user-defined one measures later
+        no_sights(receptions)
+    elif gnss_noise is not None:
+        _locate_itself(fix, ping, packed, errors, gnss_noise)
     else:
-        place, covariance = measured(heard, by.listeners, instrument, by.strayed)
-    note(row, ping, place, covariance)
-    copy_direction(row, heard.receptions)
+        instrument = instrument_of(by.instrument)
+        heard = Heard(ping, receptions, by.noise.taken_now)
+        if errors is not None:
+            packed_errors = unpacked(errors, PackedErrors)
+            place, covariance, jacobian, packed_errors.left[fix] = measured_astray(
+                heard, by.listeners, instrument, by.strayed, systematic_of(packed_errors)
+            )
+            packed_errors.jacobians[fix] = jacobian[:2]
+        else:
+            place, covariance = measured(heard, by.listeners, instrument, by.strayed)
+        note(row, ping, place, covariance)
+    copy_direction(row, receptions)
 
 
 @compiled
-def _make_own(
-    fix: int, ping: Row, number: int, packed: int, errors: int | None, gnss_noise: Floats
+def _locate_itself(
+    fix: int, ping: Row, packed: int, errors: int | None, gnss_noise: Floats
 ) -> None:
-    """Write the row of the fix that an AUV makes of a reception: it holds as the ping arrives, and
-    the AUV has it as soon as that is decoded.
-
-    Arguments as of :func:`resolve`.
-    """
+    """Measure the ping of an ASV at the AUV that has heard it; arguments as of :func:`resolve`."""
     by = unpacked(packed, Decided)
-    reception, row = by.receptions[number], by.fixes[fix]
-    row.fix = fix
-    begin_fix(row, ping, number)
-    row.auv, row.valid_at_s = reception.auv, reception.arrived_at_s
-    row.arrives_at_s = reception.arrived_at_s + by.duration
-    if by.instrument.array.size == 0:  # one of somebody's own measures later
-        no_sights(by.receptions[number : number + 1])
-        copy_direction(row, by.receptions[number : number + 1])
-        return
-    instrument, drawn = instrument_of(by.instrument), by.noise.taken_now[0]
+    row, instrument, drawn = by.fixes[fix], instrument_of(by.instrument), by.noise.taken_now[0]
+    reception = by.receptions[row.first]
     x, y, z, yaw = where(by.listeners, reception.listener, reception.arrived_at_s)
     drawn[GNSS_NOISE:NOISE_WIDTH] = gnss_noise[ping.ping]  # the ASV's, for all that hear it
     own = HeardBeacon(ping, reception, (x, y, z), yaw, drawn)
@@ -227,7 +223,6 @@ def _make_own(
     else:
         place, covariance = located_itself(own, instrument)
     note(row, ping, place, covariance)
-    copy_direction(row, by.receptions[number : number + 1])
     row.error_m = hypot(place[0] - x, place[1] - y)
 
 

@@ -5,7 +5,7 @@ happens when in a round (:mod:`.downlinks`); it is written with the functions th
 `ping_group`, `broadcast`, `downlink_free` and `until`.
 
 With passive ranging (piUSBL) ASVs take turns to ping instead (`take_turns`), and every AUV that
-hears one fixes itself: nobody schedules AUVs, and nobody answers them.
+hears one fixes itself: AUVs are neither scheduled nor answered.
 """
 
 from collections.abc import Generator, Sequence
@@ -23,14 +23,14 @@ from .network import BroadcastView, Fixes, Network, PassiveNetwork, Steps, Turn
 from .schedules.view import TimedGroups
 from .steps import check_now, event_of, moment, some_work
 
-# What a downlink of one's own is told that acts at another instant than now.
+# What a user-defined downlink is told that acts at another instant than now.
 WAITING = "`time = yield from ping_group(...)` waits, and `yield until(network, time)`"
 
 
 def take_turns(network: PassiveNetwork) -> Generator[simpy.Event, None, None]:
     """Let the ASVs ping one after the other, a slot each, from the mission's start to its end.
 
-    Nobody hears two of them in one slot, wherever the AUVs are: the ASVs need not know.  Those that
+    No AUV hears two of them in one slot, wherever it is: the ASVs need not know.  Those that
     have failed by the start of a round have no slot in it; who fails later leaves its own empty.
     """
     time, asvs = 0.0, network.asv_fleet

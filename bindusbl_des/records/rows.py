@@ -93,7 +93,7 @@ PING = row_type(
 # place along each axis (m2), of what turns all directions about the vertical, and of the direction
 # beside that: level, across that, and of both (rad2).  NaN in `range_m2`: it is not known apart
 # from what others measured.  Of an answer to a call the offset is as long as the whole way of both,
-# `range_m2` is the variance of that; where the caller took itself to be (m; NaN: nobody called),
+# `range_m2` is the variance of that; where the caller took itself to be (m; NaN: no call),
 # how long before its ping the AUV had heard the call, and whether who has heard the answer called.
 SIGHT = dict.fromkeys(
     (
