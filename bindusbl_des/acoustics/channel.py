@@ -17,7 +17,7 @@ from ..core.arrays import Floats, Ints
 from ..core.plugins import Family, PluginError, asked, loaded, shown
 from ..scenario.part_choice import own_part
 from .loss import LossTerms
-from .propagation import DISC, PROSPECT, SignalBand, SignalPath
+from .propagation import PROSPECT
 
 Prospects = NDArray[np.void]
 Value = TypeVar("Value", float, Floats)
@@ -96,24 +96,12 @@ class Signals:
     random: np.random.Generator | None = None
 
 
-class Named(NamedTuple):
-    """Who the vehicles between which signals begin are; fields as of :class:`Signals`."""
-
-    auv_numbers: Ints
-    asv_numbers: Ints
-    band: str
-    random: np.random.Generator | None
-
-
 def between(
-    time: float,
-    auvs: Floats,
-    asvs: Floats,
-    reach: float,
-    calling: bool,
-    named: Named | tuple[()] = (),
+    time: float, auvs: Floats, asvs: Floats, reach: float, calling: bool, *named: Any
 ) -> Signals:
-    """Return the signals of an instant (s) between places of AUVs (n, 3) and of ASVs (m, 3), m."""
+    """Return the signals of an instant (s) between places of AUVs (n, 3) and of ASVs (m, 3), m;
+    which vehicles these are, `named`, as the last fields of :class:`Signals`.
+    """
     apart = auvs[:, None] - asvs
     ranges = np.sqrt((apart * apart) @ AXES)
     return Signals(time, auvs, asvs, ranges, reach, calling, *named)
@@ -131,11 +119,11 @@ def heard_from(
     numbers, own = np.arange(listeners), np.array([sender])
     here, there = places[[sender]], places[:listeners]
     if sender < auvs:
-        named = Named(own, np.where(numbers < auvs, -1 - numbers, numbers - auvs), band, random)
-        asked = between(time, here, there, reach, False, named)
+        others = np.where(numbers < auvs, -1 - numbers, numbers - auvs)
+        asked = between(time, here, there, reach, False, own, others, band, random)
         return np.ascontiguousarray(channel.prospects(asked)[0])
     others = np.where(numbers < auvs, numbers, auvs - 1 - numbers)
-    asked = between(time, there, here, reach, True, Named(others, own - auvs, band, random))
+    asked = between(time, there, here, reach, True, others, own - auvs, band, random)
     return np.ascontiguousarray(channel.prospects(asked)[:, 0])
 
 
@@ -250,25 +238,3 @@ def own_channel(family: Family[Any], choice: str) -> OwnChannel:
         noise_db=0.0 if noise is None else float(noise),
     )
     return OwnChannel(family.key, choice, part, receiver)
-
-
-class Deciding(NamedTuple):
-    """What decides on a band: the channel that is asked, if any is, what receivers make of sounds,
-    and what is known of their way before a channel is asked.
-    """
-
-    channel: AskedChannel | None
-    receiver: Receiver
-    way: SignalPath
-
-
-def deciding(channel: LossTerms | AskedChannel, band: SignalBand) -> Deciding:
-    """Return what decides on a band: the compiled disc with its loss, or a channel that is asked.
-
-    The band of the way has the reach that sounds have.
-    """
-    if isinstance(channel, LossTerms):
-        return Deciding(None, PLAIN, SignalPath(band, channel, DISC))
-    audible = channel.audible_m
-    air = band if audible is None else band._replace(reach=audible)
-    return Deciding(channel, channel.receiver, SignalPath(air, NO_LOSS, DISC))

@@ -12,11 +12,13 @@ from math import hypot, inf, nan
 import numpy as np
 
 from ..acoustics.bursts import burst_luck
-from ..acoustics.channel import AskedChannel, Named, Prospects, Signals, between, deciding
+from ..acoustics.channel import NO_LOSS, PLAIN, AskedChannel, Prospects, Signals, between
 from ..acoustics.loss import LossTerms, chance_of
 from ..acoustics.propagation import (
+    DISC,
     TOUCH,
     SignalBand,
+    SignalPath,
     Spread,
     amend,
     arrive,
@@ -86,13 +88,16 @@ class HfBand:
         )  # fmt: skip
         #: Who sends pings, who listens, and the number of the first of these among all vehicles.
         self.senders, self.listeners, self.first_listener = self._ends()
-        self._channel, self.receiver, self._way = deciding(channel, band)
-        #: What the channel may draw from, where one is asked.
-        random = None if self._channel is None else streams.of(Purpose.CHANNEL, 0)
+        self._channel = asked = None if isinstance(channel, LossTerms) else channel
+        #: What decides at a receiver.
+        self.receiver = PLAIN if asked is None else asked.receiver
+        audible = None if asked is None else asked.audible_m
+        sounding = band if audible is None else band._replace(reach=audible)
+        loss = channel if isinstance(channel, LossTerms) else NO_LOSS
+        self._way = SignalPath(sounding, loss, DISC)
+        random = None if asked is None else streams.of(Purpose.CHANNEL, 0)
         #: How signals spread that are no pings or calls.
-        self.spreading = Spreading(
-            self._channel, self._way.loss, band.slant, band.reach, "hf", random, doppler_limit
-        )
+        self.spreading = Spreading(asked, loss, band.slant, band.reach, "hf", random, doppler_limit)
         self._may_fail = not (auvs.failures is None and asvs.failures is None)
         self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
         self._is_sure = self.listeners is asvs or auvs.foreseen
@@ -212,9 +217,10 @@ class HfBand:
         self._auvs.advance(time)
         self._asvs.advance(time)
         there, asvs = (places(fleet.motion, time)[:, :3] for fleet in (self._auvs, self._asvs))
-        numbers = members(tuple(auvs))
-        named = Named(numbers, members(tuple(range(len(asvs)))), "hf", self.spreading.random)
-        return between(time, there.take(numbers, axis=0), asvs, self.band.reach, calling, named)
+        numbers, every = members(tuple(auvs)), members(tuple(range(len(asvs))))
+        there = there.take(numbers, axis=0)
+        named = numbers, every, "hf", self.spreading.random
+        return between(time, there, asvs, self.band.reach, calling, *named)
 
     def _foretell(self, prospects: Prospects) -> None:
         """Have compiled code know what becomes of signals."""
