@@ -39,4 +39,4 @@ class Clock:
 
     def after(self, start: float, duration: float) -> float:
         """Return the first instant of the clock at least `duration` after `start` (s)."""
-        return after(self.rate, start, duration)
+        return after(self.rate, start, duration) if self.rate else start + duration

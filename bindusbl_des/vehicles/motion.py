@@ -313,8 +313,13 @@ def _lines(
     table: Floats, first: Ints, step: float, vehicle: int, times: Floats, out: Floats
 ) -> None:
     known = cosine = sine = nan
+    begin, end = first[vehicle], first[vehicle + 1]
     for k in range(times.size):
-        x, y, z, yaw, ahead, aside = headed(Motion(table, first, step), vehicle, times[k])
+        if step > 0.0:
+            x, y, z, yaw, ahead, aside = in_log(table, begin, end, step, times[k])
+        else:  # not by `headed`: a tuple made for each instant would double the time
+            leg = _leg_at(table, begin, end, times[k])
+            (x, y, z, yaw, ahead, aside), _ = _on_leg(table, leg, times[k])
         if yaw != known:  # lanes keep theirs
             known, cosine, sine = yaw, cos(yaw), sin(yaw)
         out[k, 0], out[k, 1], out[k, 2], out[k, 3] = x, y, z, yaw
