@@ -156,42 +156,88 @@ def expected(belief: Belief, growth: Growth) -> ExpectedDrift:
 @compiled
 def carry(belief: Belief, dr: DeadReckoned, growth: Growth) -> None:
     """Carry a belief, in its place, to another instant; to an earlier one it gets no surer."""
-    drift = expected(belief, growth)
-    way = way_since(drift, dr, growth.in_body)
-    passed, ahead, aside = way.passed, way.ahead, way.aside
-    moment, state, spread = belief.moment[0], belief.state, belief.covariance
-    state[0], state[1] = expected_error(drift, way)
-    moment.at_s, moment.cosine_s, moment.sine_s = dr.time, dr.cosine, dr.sine
-    moment.x_m, moment.y_m = dr.x, dr.y
-    for k in range(state.size):  # F P ...
-        spread[0, k], spread[1, k] = _carried(spread, k, way)
-    for k in range(state.size):  # ... F^T
-        spread[k, 0] += ahead * spread[k, 2] - aside * spread[k, 3] - passed * spread[k, 4]
-        spread[k, 1] += aside * spread[k, 2] + ahead * spread[k, 3] - passed * spread[k, 5]
-    if growth.wandering > 0:
-        spread_by(spread, growth.wandering, way.left * ahead, way.left * aside)
-    if growth.stretched > 0:
-        spread_by(spread, growth.stretched, way.x, way.y)
-    grown = max(passed, 0.0)
-    for axis in range(2):
-        spread[axis, axis] += growth.walk * grown + growth.wander * grown**3 / 3.0
-        spread[axis, 4 + axis] -= growth.wander * grown**2 / 2.0
-        spread[4 + axis, axis] -= growth.wander * grown**2 / 2.0
-        spread[4 + axis, 4 + axis] += growth.wander * grown
-    _fade(belief, grown, growth)
-    if growth.wandering > 0 and grown > 0.0:
-        k = growth.wandering
-        lasts, sd = growth.time_constants[k - STATES], growth.sds[k - STATES]
-        roam(spread, k, (ahead / grown, aside / grown), grown, lasts, sd**2)
+    way = carry_state(belief, dr, growth)
+    move(belief.covariance, way, growth)
+    grow(belief.covariance, way, growth)
 
 
 @inlined
-def _carried(spread: Floats, k: int, way: ReckonedPath) -> tuple[float, float]:
-    """Return how both errors go together with a state k after some way, F P."""
+def carry_state(belief: Belief, dr: DeadReckoned, growth: Growth) -> ReckonedPath:
+    """Carry a belief but for its covariance; return what has summed up on the way there."""
+    drift = expected(belief, growth)
+    way = way_since(drift, dr, growth.in_body)
+    moment, state = belief.moment[0], belief.state
+    state[0], state[1] = expected_error(drift, way)
+    moment.at_s, moment.cosine_s, moment.sine_s = dr.time, dr.cosine, dr.sine
+    moment.x_m, moment.y_m = dr.x, dr.y
+    for j in range(growth.time_constants.size):
+        state[STATES + j] *= kept(way.passed, growth.time_constants[j])
+    return way
+
+
+@inlined
+def kept(passed: float, lasts: float) -> float:
+    """Return the share of a Gauss-Markov process that lasts so long (s) which is left meanwhile."""
+    return 1.0 if lasts == inf else exp(-max(passed, 0.0) / lasts)
+
+
+@compiled
+def move(spread: Floats, way: ReckonedPath, growth: Growth, at: int = 0) -> None:
+    """Have F P F^T in the place of a covariance P, of several AUVs maybe, where F moves the one
+    whose states begin with number `at`.
+    """
     passed, ahead, aside = way.passed, way.ahead, way.aside
-    x = ahead * spread[2, k] - aside * spread[3, k] - passed * spread[4, k]
-    y = aside * spread[2, k] + ahead * spread[3, k] - passed * spread[5, k]
-    return spread[0, k] + x, spread[1, k] + y
+    for k in range(len(spread)):  # F P ...
+        spread[at, k], spread[at + 1, k] = _carried(spread, k, way, at)
+    for k in range(len(spread)):  # ... F^T
+        forward, starboard = spread[k, at + 2], spread[k, at + 3]
+        spread[k, at] += ahead * forward - aside * starboard - passed * spread[k, at + 4]
+        spread[k, at + 1] += aside * forward + ahead * starboard - passed * spread[k, at + 5]
+    if growth.wandering > 0:
+        spread_by(spread, at + growth.wandering, way.left * ahead, way.left * aside, at)
+    if growth.stretched > 0:
+        spread_by(spread, at + growth.stretched, way.x, way.y, at)
+    for j in range(growth.time_constants.size):
+        fade(spread, at + STATES + j, kept(passed, growth.time_constants[j]), 0.0)
+
+
+@compiled
+def grow(spread: Floats, way: ReckonedPath, growth: Growth, at: int = 0) -> None:
+    """Add what noise has done meanwhile to the states that begin with number `at`."""
+    grown = max(way.passed, 0.0)
+    for axis in range(at, at + 2):
+        wander(spread, axis, axis + 4, grown, growth.walk, growth.wander, -1.0)
+    for j in range(growth.time_constants.size):
+        left = kept(grown, growth.time_constants[j])
+        if left != 1.0:
+            spread[at + STATES + j, at + STATES + j] += growth.sds[j] ** 2 * (1.0 - left**2)
+    if growth.wandering > 0 and grown > 0.0:
+        k, line = growth.wandering, (way.ahead / grown, way.aside / grown)
+        lasts, sd = growth.time_constants[k - STATES], growth.sds[k - STATES]
+        roam(spread, at + k, line, grown, lasts, sd**2, at)
+
+
+@inlined
+def wander(
+    spread: Floats, i: int, k: int, passed: float, walk: float, rate: float, sign: float
+) -> None:
+    """Add what random walks have done meanwhile (s) to a place, state i, and to a velocity, state
+    k, which moves it by a `sign`: `walk` and `rate` are variances per second.
+    """
+    spread[i, i] += walk * passed + rate * passed**3 / 3.0
+    spread[i, k] += sign * rate * passed**2 / 2.0
+    spread[k, i] += sign * rate * passed**2 / 2.0
+    spread[k, k] += rate * passed
+
+
+@inlined
+def _carried(spread: Floats, k: int, way: ReckonedPath, at: int) -> tuple[float, float]:
+    """Return how both errors, from state `at` on, go with a state k after some way, F P."""
+    passed, ahead, aside = way.passed, way.ahead, way.aside
+    forward, starboard = spread[at + 2, k], spread[at + 3, k]
+    x = ahead * forward - aside * starboard - passed * spread[at + 4, k]
+    y = aside * forward + ahead * starboard - passed * spread[at + 5, k]
+    return spread[at, k] + x, spread[at + 1, k] + y
 
 
 @inlined
@@ -200,12 +246,12 @@ def error_spread(p: Floats, way: ReckonedPath, growth: Growth) -> tuple[float, f
     that of a belief (k, k), where nothing stretches the way and no bias wanders.
     """
     passed, ahead, aside = way.passed, way.ahead, way.aside
-    x0, _ = _carried(p, 0, way)
-    x1, y1 = _carried(p, 1, way)
-    x2, y2 = _carried(p, 2, way)
-    x3, y3 = _carried(p, 3, way)
-    x4, _ = _carried(p, 4, way)
-    x5, y5 = _carried(p, 5, way)
+    x0, _ = _carried(p, 0, way, 0)
+    x1, y1 = _carried(p, 1, way, 0)
+    x2, y2 = _carried(p, 2, way, 0)
+    x3, y3 = _carried(p, 3, way, 0)
+    x4, _ = _carried(p, 4, way, 0)
+    x5, y5 = _carried(p, 5, way, 0)
     grown = max(passed, 0.0)
     more = growth.walk * grown + growth.wander * grown**3 / 3.0
     xx = x0 + (ahead * x2 - aside * x3 - passed * x4) + more
@@ -232,7 +278,7 @@ def between(belief: Belief, dr: DeadReckoned, before: DeadReckoned, growth: Grow
 
 
 @compiled
-def turn_about(spread: Floats, angle: float) -> None:
+def turn_about(spread: Floats, angle: float, at: int = 0) -> None:
     """Have in the place of a covariance that of a belief whose place has gone round an array by an
     angle (rad).
 
@@ -244,15 +290,15 @@ def turn_about(spread: Floats, angle: float) -> None:
     """
     c, s = cos(angle), sin(angle)
     for i in range(len(spread)):
-        x, y = spread[0, i], spread[1, i]
-        spread[0, i], spread[1, i] = c * x - s * y, s * x + c * y
+        x, y = spread[at, i], spread[at + 1, i]
+        spread[at, i], spread[at + 1, i] = c * x - s * y, s * x + c * y
     for i in range(len(spread)):
-        x, y = spread[i, 0], spread[i, 1]
-        spread[i, 0], spread[i, 1] = c * x - s * y, s * x + c * y
+        x, y = spread[i, at], spread[i, at + 1]
+        spread[i, at], spread[i, at + 1] = c * x - s * y, s * x + c * y
 
 
 @compiled
-def turn_with(spread: Floats, k: int, x: float, y: float) -> None:
+def turn_with(spread: Floats, k: int, x: float, y: float, at: int = 0) -> None:
     """Have in the place of a covariance that of a belief whose place was corrected by x, y (m).
 
     An array that is turned by c in the AUV that carries it turns all that this believes of its
@@ -266,11 +312,11 @@ def turn_with(spread: Floats, k: int, x: float, y: float) -> None:
     Robotics Research 29(5), 2010.
     """
     for i in range(len(spread)):
-        spread[0, i] -= y * spread[k, i]
-        spread[1, i] += x * spread[k, i]
+        spread[at, i] -= y * spread[k, i]
+        spread[at + 1, i] += x * spread[k, i]
     for i in range(len(spread)):
-        spread[i, 0] -= y * spread[i, k]
-        spread[i, 1] += x * spread[i, k]
+        spread[i, at] -= y * spread[i, k]
+        spread[i, at + 1] += x * spread[i, k]
 
 
 @inlined
@@ -288,44 +334,39 @@ def on_circle(spread: Floats, k: int) -> tuple[float, float, float]:
 
 
 @compiled
-def spread_by(spread: Floats, k: int, ahead: float, aside: float) -> None:
-    """Let the states k and k + 1 change the error by R times them; they stay what they are."""
+def spread_by(spread: Floats, k: int, ahead: float, aside: float, at: int = 0) -> None:
+    """Let the states k and k + 1 change the error, which begins `at` a state, by R times them; they
+    stay what they are.
+    """
     for i in range(spread.shape[0]):
-        spread[0, i] += ahead * spread[k, i] - aside * spread[k + 1, i]
-        spread[1, i] += aside * spread[k, i] + ahead * spread[k + 1, i]
+        spread[at, i] += ahead * spread[k, i] - aside * spread[k + 1, i]
+        spread[at + 1, i] += aside * spread[k, i] + ahead * spread[k + 1, i]
     for i in range(spread.shape[0]):
-        spread[i, 0] += ahead * spread[i, k] - aside * spread[i, k + 1]
-        spread[i, 1] += aside * spread[i, k] + ahead * spread[i, k + 1]
+        spread[i, at] += ahead * spread[i, k] - aside * spread[i, k + 1]
+        spread[i, at + 1] += aside * spread[i, k] + ahead * spread[i, k + 1]
 
 
 @compiled
-def _fade(belief: Belief, passed: float, growth: Growth) -> None:
-    """Let further states fall towards their mean, and new noise come to them, for a time (s)."""
-    state, spread = belief.state, belief.covariance
-    for j in range(growth.time_constants.size):
-        kept = exp(-passed / growth.time_constants[j])
-        if kept == 1.0:
-            continue
-        k = STATES + j
-        state[k] *= kept
-        for i in range(state.size):
-            spread[k, i] *= kept
-        for i in range(state.size):
-            spread[i, k] *= kept
-        spread[k, k] += growth.sds[j] ** 2 * (1.0 - kept**2)
+def fade(spread: Floats, k: int, left: float, variance: float) -> None:
+    """Let a state k fall to a share that is `left` of it; it gains so much of a standing
+    `variance`.
+    """
+    if left == 1.0:
+        return
+    for i in range(len(spread)):
+        spread[k, i] *= left
+    for i in range(len(spread)):
+        spread[i, k] *= left
+    spread[k, k] += variance * (1.0 - left * left)
 
 
 @compiled
 def roam(
-    spread: Floats,
-    k: int,
-    line: tuple[float, float],
-    passed: float,
-    lasts: float,
-    variance: float,
-) -> None:
-    """Add what the noise of a bias that wanders, states k and k + 1, has done to the error
-    meanwhile (s).
+    spread: Floats, k: int, line: tuple[float, float], passed: float, lasts: float,
+    variance: float, at: int = 0,
+) -> None:  # fmt: skip
+    """Add what the noise of a bias that wanders, states k and k + 1, has done meanwhile (s) to the
+    error, which begins `at` a state.
 
     `line` are means of cosine and sine of the heading, which is taken for constant.
     """
@@ -335,13 +376,13 @@ def roam(
     # what is left of that difference where both are nearly equal
     own = 2.0 * (share - gone) - gone**2 if share > 1e-3 else 2.0 * share**3 / 3.0
     for axis in range(2):
-        spread[axis, axis] += variance * lasts**2 * own * (cosine**2 + sine**2)
-        spread[axis, k + axis] += beside * cosine
-        spread[k + axis, axis] += beside * cosine
-    spread[0, k + 1] -= beside * sine
-    spread[k + 1, 0] -= beside * sine
-    spread[1, k] += beside * sine
-    spread[k, 1] += beside * sine
+        spread[at + axis, at + axis] += variance * lasts**2 * own * (cosine**2 + sine**2)
+        spread[at + axis, k + axis] += beside * cosine
+        spread[k + axis, at + axis] += beside * cosine
+    spread[at, k + 1] -= beside * sine
+    spread[k + 1, at] -= beside * sine
+    spread[at + 1, k] += beside * sine
+    spread[k, at + 1] += beside * sine
 
 
 @inlined

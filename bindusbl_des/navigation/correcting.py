@@ -20,8 +20,11 @@ from .belief import (
     Growth,
     between,
     carry,
+    carry_state,
     copies,
     expected,
+    grow,
+    move,
     next_stop,
     one,
     step_on,
@@ -72,14 +75,15 @@ class FilterHistory(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Room to work things out: two beliefs of k states, at one instant and further `ahead`; shares
-    (k, 2) of what a fix says, and what the last m states add to it, `common` (2, m).  `alone`
-    (2, 4 m + 2) are zeros: what a fix by GNSS contains of these states.
+    """Room to work things out: two beliefs of k states, at one instant and further `ahead`; a gain
+    K^T (2, k), and the slopes H (2, k) by which a fix goes with the states; what the last m add to
+    it, `common` (2, m).  `alone` (2, 4 m + 2) are zeros: what a fix by GNSS contains of these.
     """
 
     belief: Belief
     ahead: Belief
-    shares: Annotated[Floats, 2]
+    gain: Annotated[Floats, 2]
+    slopes: Annotated[Floats, 2]
     common: Annotated[Floats, 2]
     alone: Annotated[Floats, 2]
 
@@ -89,8 +93,8 @@ def scratch_for(first: Belief, common: int) -> Scratch:
     belief, ahead = [
         Belief(first.moment.copy(), first.state.copy(), first.covariance.copy()) for _ in range(2)
     ]
-    shares, alone = np.zeros((len(first.state), 2)), np.zeros((2, 4 * common + 2))
-    return Scratch(belief, ahead, shares, np.zeros((2, common)), alone)
+    gain, alone = np.zeros((2, len(first.state))), np.zeros((2, 4 * common + 2))
+    return Scratch(belief, ahead, gain, np.eye(*gain.shape), np.zeros((2, common)), alone)
 
 
 class Known(NamedTuple):
@@ -128,24 +132,33 @@ def correct(
     none.  Range rates that err by `rates` are taken in as well, if not None.
     """
     by = unpacked(packed, Known)
-    whose, since, beliefs = by.held
     for number in range(due.size):
         fix = fix_numbered(fixes, by.gnss, due[number])
         auv, now = fix.auv, fix.delivered_at_s
         latest, dr = one(by.memory.latest, auv), reckoned(auv, now, by.reckoning)
-        was_x, was_y = _error_at(dr, auv, latest, packed)
+        was_x, was_y = error_at(dr, auv, latest, packed)
         taken = _take_in(fixes, common, left, due[number], packed, rates)
-        now_x, now_y = _error_at(dr, auv, latest, packed)
+        now_x, now_y = error_at(dr, auv, latest, packed)
         moved = hypot(now_x - was_x, now_y - was_y)
         fix.correction_m = moved if taken else nan
-        by.corrections[auv, 0], by.corrections[auv, 1] = -latest.state[0], -latest.state[1]
-        learn(by.learnt[auv], expected(latest, by.growth))
-        whose[count + number], since[count + number] = auv, now
-        write(latest, one(beliefs, count + number))
+        hold(packed, count + number, auv, now, latest)
 
 
 @compiled
-def _error_at(dr: DeadReckoned, auv: int, belief: Belief, packed: int) -> tuple[float, float]:
+def hold(packed: int, row: int, auv: int, now: float, belief: Belief) -> None:
+    """Note what an AUV believes from an instant (s) on, in a row of all that has been held and for
+    its autopilot.
+    """
+    by = unpacked(packed, Known)
+    whose, since, beliefs = by.held
+    by.corrections[auv, 0], by.corrections[auv, 1] = -belief.state[0], -belief.state[1]
+    learn(by.learnt[auv], expected(belief, by.growth))
+    whose[row], since[row] = auv, now
+    write(belief, one(beliefs, row))
+
+
+@compiled
+def error_at(dr: DeadReckoned, auv: int, belief: Belief, packed: int) -> tuple[float, float]:
     """Return the error (m) that a belief expects at an instant."""
     by = unpacked(packed, Known)
     if next_stop(belief, by.growth) < dr.time:
@@ -194,16 +207,97 @@ def _take_in(
             receptions = by.receptions[fix.first : fix.end]
             take_rates(fix, receptions, since, latest, dr, growth, by.reckoning, rates)
         said = _expanded(fix, said, jacobians, latest, dr, packed)
-        x, y = latest.state[0], latest.state[1]
-        off, weight, is_taken = take(
-            latest, said, by.scratch.common, dr, by.rule, by.scratch.shares
-        )
+        off, was = _off(said, dr, latest, by.scratch), (latest.state[0], latest.state[1])
+        nis, is_taken = take(latest, off, by.scratch.slopes, said.noise, by.rule, by.scratch.gain)
         if by.rule.gain == WEIGHED:
             now = latest.state[0], latest.state[1]
-            _turn(fix, latest.covariance, dr, (x, y), now, packed)
+            _turn(fix, latest.covariance, dr, was, now, packed)
         if number == row:
-            fix.innovation_m, fix.nis, taken = off, weight, is_taken
+            fix.innovation_m, fix.nis, taken = hypot(off[0], off[1]), nis, is_taken
     return taken
+
+
+@compiled
+def _off(said: Said, dr: DeadReckoned, belief: Belief, room: Scratch) -> tuple[float, float]:
+    """Return how far (m) the error of dead reckoning is from the one believed by what a fix says,
+    with what the last states add to it; write by which slopes it goes with the states.
+    """
+    state, common, slopes = belief.state, room.common, room.slopes
+    begin = state.size - common.shape[1]
+    x, y = said.x - (dr.x - state[0]), said.y - (dr.y - state[1])
+    for k in range(common.shape[1]):
+        x -= common[0, k] * state[begin + k]
+        y -= common[1, k] * state[begin + k]
+        slopes[0, begin + k], slopes[1, begin + k] = -common[0, k], -common[1, k]
+    # a fix ahead of the estimate says that dead reckoning is less far ahead than believed
+    return -x, -y
+
+
+class TeamBelief(NamedTuple):
+    """What is believed of n AUVs, its `members` (n,), with k states each and m further ones that
+    stay what they are: about n instants that are the same, n k + m states and their covariance;
+    and the part of that which others may have as well, or 0 x 0: nobody is asked.
+    """
+
+    members: Ints
+    belief: Belief
+    shared: Floats
+
+
+@compiled
+def carry_team(packed: int, team: TeamBelief, time: float, alike: Growth) -> None:
+    """Carry a belief about several AUVs, in its place, to a later instant (s); `alike` is how all
+    become less sure by noise that they have in common.
+    """
+    by, belief, shared = unpacked(packed, Known), team.belief, team.shared
+    spread, size = belief.covariance, by.scratch.belief.state.size
+    while belief.moment[0].at_s < time:
+        stop = min(next_stop(belief, by.growth), time)
+        noise = np.zeros((size, size))
+        for a in range(team.members.size):
+            at, dr = a * size, reckoned(team.members[a], stop, by.reckoning)
+            own = Belief(belief.moment[a : a + 1], belief.state[at : at + size], spread)
+            way = carry_state(own, dr, by.growth)
+            move(spread, way, by.growth, at)
+            grow(spread, way, by.growth, at)
+            if a == 0:
+                grow(noise, way, alike)
+            if shared.size > 0:
+                move(shared, way, by.growth, at)
+                grow(shared, way, alike, at)
+        for a in range(team.members.size):
+            for b in range(team.members.size):
+                if a != b:
+                    at, beside = a * size, b * size
+                    spread[at : at + size, beside : beside + size] += noise
+
+
+@compiled
+def take_fix(
+    packed: int, fixes: Rows, noise: Floats, jacobians: Floats, team: TeamBelief, a: int
+) -> tuple[float, float, bool]:
+    """Correct a belief about several AUVs at the instant of a fix (1,) of the a-th of them, in its
+    place; the fix has a noise xx, yy, xy (3,), m2, and `jacobians` (2, 4 m + 2).
+
+    Return as of :func:`.fix_update.take`, the length of the innovation (m) first.
+    """
+    by, fix, belief = unpacked(packed, Known), fixes[0], team.belief
+    own, size = by.scratch.belief, by.scratch.belief.state.size
+    dr = reckoned(fix.auv, fix.valid_at_s, by.reckoning)
+    at, end = a * size, (a + 1) * size
+    _believe(own, dr, belief.state[at:end], belief.covariance[at:end, at:end])
+    alone = Said(fix.x_m, fix.y_m, (noise[0], noise[1], noise[2]))
+    said = _expanded(fix, alone, jacobians, own, dr, packed)
+    off, was = _off(said, dr, own, by.scratch), (own.state[0], own.state[1])
+    slopes = np.zeros((2, belief.state.size))
+    slopes[:, at:end] = by.scratch.slopes
+    gain = np.empty(slopes.shape)
+    nis, taken = take(belief, off, slopes, said.noise, by.rule, gain, a, team.shared)
+    now = belief.state[at], belief.state[at + 1]
+    _turn(fix, belief.covariance, dr, was, now, packed, at)
+    if team.shared.size > 0:
+        _turn(fix, team.shared, dr, was, now, packed, at)
+    return hypot(off[0], off[1]), nis, taken
 
 
 @compiled
@@ -217,36 +311,26 @@ def turn_on(packed: int, fixes: Rows, belief: Belief, was: Floats, now: Floats) 
 
 
 @compiled
-def turning_of(
-    packed: int, fixes: Rows, was: Floats, now: Floats
-) -> tuple[float, float, float, int]:
-    """Return how :func:`turn_on` turns: by which angle (rad), how far (m) along x and y the place
-    moves beside that, and with which state; 0: none.
-    """
-    by, fix = unpacked(packed, Known), fixes[0]
-    dr = reckoned(fix.auv, fix.valid_at_s, by.reckoning)
-    return _turning(fix, dr, (was[0], was[1]), (now[0], now[1]), packed)
-
-
-@compiled
 def _turn(
     fix: Row, spread: Floats, dr: DeadReckoned, was: tuple[float, float],
-    now: tuple[float, float], packed: int,
+    now: tuple[float, float], packed: int, at: int = 0,
 ) -> None:  # fmt: skip
     """Turn what is believed at the instant of a fix, the covariance `spread` of all states, with
-    the place: its error (m) `was` another than it is `now`.
+    the place: its error (m), which begins `at` a state, `was` another than it is `now`.
     """
     angle, x, y, whose = _turning(fix, dr, was, now, packed)
-    turn_about(spread, angle)
+    turn_about(spread, angle, at)
     if whose > 0:
-        turn_with(spread, whose, x, y)
+        turn_with(spread, at + whose, x, y, at)
 
 
 @compiled
 def _turning(
     fix: Row, dr: DeadReckoned, was: tuple[float, float], now: tuple[float, float], packed: int
 ) -> tuple[float, float, float, int]:
-    """Return how what is believed turns with the place, as :func:`turning_of` does."""
+    """Return how what is believed turns with the place: by which angle (rad), how far (m) along x
+    and y the place moves beside that, and with which state; 0: none.
+    """
     by = unpacked(packed, Known)
     growth, angle, whose = by.growth, 0.0, by.growth.aligned
     x, y = was[0] - now[0], was[1] - now[1]

@@ -8,14 +8,13 @@ Source: Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to
 Navigation, 2001, sec. 10.3 (second-order extended Kalman filter).
 """
 
-from math import hypot, nan
+from math import nan
 from typing import NamedTuple
 
 import numpy as np
 
 from ..core.arrays import Floats, Ints
 from ..core.compiled import compiled, inlined
-from ..vehicles.reckoning import DeadReckoned
 from .belief import Belief
 
 Noise = tuple[float, float, float]
@@ -171,49 +170,48 @@ class Rule(NamedTuple):
 
 
 @compiled
-def weigh(belief: Belief, gain: Floats, x: float, y: float, noise: Noise, common: Floats) -> None:
-    """Take a measured error of dead reckoning in, in the place of `belief`, by a gain (k, 2).
-
-    It is off (`x`, `y`), m, from the one believed; its covariance is `noise` (xx, yy, xy), m2.
-    `common` (2, n), m per unit, is what the last n states add to the fix that it comes from.
-    Joseph's form, P = (1 - K H) P (1 - K H)^T + K R K^T, is right for any gain.  Source: Y.
-    Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to Tracking and Navigation,
-    2001, eq. 5.2.3-18.
+def project(spread: Floats, gain: Floats, slopes: Floats) -> None:
+    """Have (1 - K H) P (1 - K H)^T in the place of P (k, k), of a gain K^T (m, k) and slopes H
+    (m, k).
     """
-    state, spread = belief.state, belief.covariance
-    xx, yy, xy = noise
-    begin = state.size - common.shape[1]
-    for k in range(state.size):
-        state[k] += gain[k, 0] * x + gain[k, 1] * y
-    for k in range(state.size):
-        first, second = spread[0, k], spread[1, k]
-        for c in range(common.shape[1]):
-            first -= common[0, c] * spread[begin + c, k]
-            second -= common[1, c] * spread[begin + c, k]
-        for i in range(state.size):
-            spread[i, k] -= gain[i, 0] * first + gain[i, 1] * second
-    for k in range(state.size):
-        first, second = spread[k, 0], spread[k, 1]
-        for c in range(common.shape[1]):
-            first -= common[0, c] * spread[k, begin + c]
-            second -= common[1, c] * spread[k, begin + c]
-        for i in range(state.size):
-            spread[k, i] -= gain[i, 0] * first + gain[i, 1] * second
-    for i in range(state.size):
-        over, beside = gain[i, 0] * xx + gain[i, 1] * xy, gain[i, 0] * xy + gain[i, 1] * yy
-        for k in range(state.size):
-            spread[i, k] += over * gain[k, 0] + beside * gain[k, 1]
+    seen = np.empty(slopes.shape)
+    _less(spread, gain, slopes, seen)
+    _less(spread.T, gain, slopes, seen)
 
 
-@inlined
-def doubt(belief: Belief, excess: float, believed: float, offset: float) -> None:
-    """Make a belief so unsure that what was `excess` times the gate, by its normalised square,
-    would just have passed.
+@compiled
+def _less(spread: Floats, gain: Floats, slopes: Floats, seen: Floats) -> None:
+    """Have (1 - K H) P in the place of P, by room for H P."""
+    write_seen(seen, slopes, spread)
+    for i in range(len(spread)):
+        for k in range(len(spread)):
+            taken = gain[0, i] * seen[0, k]
+            for n in range(1, len(slopes)):
+                taken += gain[n, i] * seen[n, k]
+            spread[i, k] -= taken
 
-    Of the variance of how far off it was, `offset` (m2), the belief's is `believed`.
-    """
-    if excess > 1.0 and believed > 0.0:
-        belief.covariance[:] *= 1.0 + (excess - 1.0) * offset / believed
+
+@compiled
+def write_seen(seen: Floats, slopes: Floats, spread: Floats) -> None:
+    """Write the covariances (m, k) of what goes with states by slopes H (m, k) with these, H P."""
+    seen[:] = 0.0
+    for n in range(len(slopes)):
+        for j in range(len(spread)):
+            if slopes[n, j] != 0.0:
+                for k in range(len(spread)):
+                    seen[n, k] += slopes[n, j] * spread[j, k]
+
+
+@compiled
+def add_noise(spread: Floats, gain: Floats, noise: Noise) -> None:
+    """Add K R K^T to P (k, k), of a gain K^T (1 or 2, k) and a noise R."""
+    (xx, yy, xy), is_pair = noise, len(gain) > 1
+    for i in range(len(spread)):
+        over, beside = gain[0, i] * xx, 0.0
+        if is_pair:
+            over, beside = over + gain[1, i] * xy, gain[0, i] * xy + gain[1, i] * yy
+        for k in range(len(spread)):
+            spread[i, k] += over * gain[0, k] + (beside * gain[1, k] if is_pair else 0.0)
 
 
 @compiled
@@ -230,57 +228,83 @@ def normalised_square(x: float, y: float, xx: float, yy: float, xy: float) -> fl
     return (yy * x * x - 2.0 * xy * x * y + xx * y * y) / determinant
 
 
+@inlined
+def doubted(excess: float, believed: float, offset: float) -> float:
+    """Return by which factor a belief becomes less sure, so that what was `excess` times the gate,
+    by its normalised square, would just have passed.
+
+    Of the variance of how far off it was, `offset` (m2), the belief's is `believed`.
+    """
+    return 1.0 + (excess - 1.0) * offset / believed if excess > 1.0 and believed > 0.0 else 1.0
+
+
+@compiled
+def write_gain(gain: Floats, spread: Floats, slopes: Floats, noise: Noise) -> Noise:
+    """Write P H^T, transposed, of one or two numbers that are measured; return the covariance of
+    both, H P H^T + R: of one alone as if it were two that have nothing in common.
+    """
+    write_seen(gain, slopes, spread.T)
+    last, xx, yy, xy = len(slopes) - 1, 0.0, 0.0, 0.0
+    for j in range(len(spread)):
+        xx += slopes[0, j] * gain[0, j]
+        yy += slopes[last, j] * gain[last, j]
+        xy += slopes[0, j] * gain[last, j]
+    return xx + noise[0], yy + noise[1], xy + noise[2] if last > 0 else 0.0
+
+
+@compiled
+def divide_gain(gain: Floats, total: Noise) -> None:
+    """Have K in the place of P H^T, both transposed, by the covariance of what is measured."""
+    xx, yy, xy = total
+    determinant = xx * yy - xy * xy
+    for k in range(gain.shape[1]):
+        first, second = gain[0, k], gain[-1, k]
+        gain[0, k] = (first * yy - second * xy) / determinant
+        if len(gain) > 1:
+            gain[1, k] = (second * xx - first * xy) / determinant
+
+
 @compiled
 def take(
-    belief: Belief, said: Said, common: Floats, dr: DeadReckoned, rule: Rule, gain: Floats
-) -> tuple[float, float, bool]:
-    """Correct a belief by what a fix says, in its place; `dr` is dead reckoning of its instant.
+    belief: Belief, off: tuple[float, float], slopes: Floats, noise: Noise, rule: Rule,
+    gain: Floats, whose: int = 0, shared: Floats | None = None, theirs: Noise = (0.0, 0.0, 0.0),
+) -> tuple[float, bool]:  # fmt: skip
+    """Correct a belief, in its place, by two numbers, or one, that are `off` from what it expects.
 
-    `common` as of :func:`weigh`; `gain` (k, 2) is written over: first P H^T, then K.  Return the
-    length of the innovation (m), its normalised square (NIS, NaN where nothing is unsure), and
-    whether the gate let it pass.
+    They go with the states by `slopes` H (2, k), and have a `noise` R: xx, yy, xy (one: H (1, k), a
+    second that is off by 0, and its variance twice).  `gain` K^T, as large as H, is written over.
+    `whose` is the number of the AUV that refuses, of several; what others may have of the
+    covariance as well is `shared` (k, k), of the noise `theirs`.  Joseph's form, P = (1 - K H) P
+    (1 - K H)^T + K R K^T, is right for any gain.  Source: Y. Bar-Shalom, X. R. Li, T. Kirubarajan,
+    Estimation with Applications to Tracking and Navigation, 2001, eq. 5.2.3-18.
+
+    Return the normalised square (NIS, NaN where nothing is unsure), and whether the gate let them
+    pass.
     """
-    moment, state, noise = belief.moment[0], belief.state, said.noise
-    begin = state.size - common.shape[1]
-    innovation_x = said.x - (dr.x - state[0])
-    innovation_y = said.y - (dr.y - state[1])
-    _cross_covariance(gain, belief.covariance, common)
-    xx, yy, xy = gain[0, 0], gain[1, 1], gain[0, 1]
-    for c in range(common.shape[1]):
-        innovation_x -= common[0, c] * state[begin + c]
-        innovation_y -= common[1, c] * state[begin + c]
-        xx -= common[0, c] * gain[begin + c, 0]
-        yy -= common[1, c] * gain[begin + c, 1]
-        xy -= common[0, c] * gain[begin + c, 1]
-    xx, yy, xy = xx + noise[0], yy + noise[1], xy + noise[2]
-    determinant = xx * yy - xy * xy
-    nis = normalised_square(innovation_x, innovation_y, xx, yy, xy)
+    moment, state, (x, y) = belief.moment[whose], belief.state, off
+    total = write_gain(gain, belief.covariance, slopes, noise)
+    nis = normalised_square(x, y, *total)
     if rule.gate > 0.0 and nis > rule.gate and moment.refused < MOST_REFUSED:
         moment.refused += 1
         if moment.refused == MOST_REFUSED:
-            doubt(belief, nis / max(rule.gate, EXPECTED), xx + yy - noise[0] - noise[1], xx + yy)
-        return hypot(innovation_x, innovation_y), nis, False
+            both = total[0] + total[1]
+            factor = doubted(nis / max(rule.gate, EXPECTED), both - noise[0] - noise[1], both)
+            belief.covariance[:] *= factor
+            if shared is not None:
+                shared[:] *= factor
+        return nis, False
     moment.refused = 0
-    for k in range(state.size):
-        first, second = gain[k, 0], gain[k, 1]
-        gain[k, 0] = gain[k, 1] = 0.0
+    if rule.gain == WEIGHED and nis == nis:
+        divide_gain(gain, total)
+    else:
+        gain[:] = 0.0
         if rule.gain != WEIGHED:
-            if k < 2:
-                gain[k, k] = rule.gain
-        elif nis == nis:
-            gain[k, 0] = (first * yy - second * xy) / determinant
-            gain[k, 1] = (second * xx - first * xy) / determinant
-    # a fix ahead of the estimate says that dead reckoning is less far ahead than believed
-    weigh(belief, gain, -innovation_x, -innovation_y, noise, common)
-    return hypot(innovation_x, innovation_y), nis, True
-
-
-@compiled
-def _cross_covariance(gain: Floats, spread: Floats, common: Floats) -> None:
-    """Write the covariances (k, 2) of all states with what a fix says of the error."""
-    begin = spread.shape[0] - common.shape[1]
-    for k in range(spread.shape[0]):
-        for axis in range(2):
-            gain[k, axis] = spread[k, axis]
-            for c in range(common.shape[1]):
-                gain[k, axis] -= common[axis, c] * spread[k, begin + c]
+            gain[0, 0] = gain[1, 1] = rule.gain
+    for k in range(state.size):
+        state[k] += gain[0, k] * x + (gain[1, k] * y if len(gain) > 1 else 0.0)
+    project(belief.covariance, gain, slopes)
+    add_noise(belief.covariance, gain, noise)
+    if shared is not None:
+        project(shared, gain, slopes)
+        add_noise(shared, gain, theirs)
+    return nis, True

@@ -17,6 +17,7 @@ from ..core.compiled import compiled, inlined
 from ..vehicles.reckoning import DeadReckoned, way_since
 from .belief import STATES, Belief, Growth, carry, expected
 from .dead_reckoning import Odometry, dr_at
+from .fix_update import add_noise, project, write_seen
 
 
 class Sights(NamedTuple):
@@ -82,66 +83,43 @@ def _drive(move: Floats, k: int, ahead: float, aside: float) -> None:
 
 @compiled
 def absorb(belief: Belief, row: Floats, off: float, variance: float, gain: Floats) -> float:
-    """Take a sight in, in the place of `belief`, that is `off` from what is believed of it.
+    """Take a sight in, in the place of `belief`, by its row (1, k), that is `off` from what is
+    believed of it.
 
-    Write its gain (k,); return the variance of `off`.  A sight of what is known exactly, without
-    noise of its own, says nothing.  Joseph's form, as in :func:`.fix_update.weigh`.
+    Write its gain (1, k); return the variance of `off`.  A sight of what is known exactly, without
+    noise of its own, says nothing.  Joseph's form, as in :func:`.fix_update.take`.
     """
-    state, spread = belief.state, belief.covariance
-    count = state.size
-    total = variance
-    for i in range(count):
-        gain[i] = 0.0
-        for j in range(count):
-            gain[i] += spread[i, j] * row[j]
-        total += row[i] * gain[i]
+    state, spread, total = belief.state, belief.covariance, variance
+    write_seen(gain, row, spread.T)
+    for i in range(state.size):
+        total += row[0, i] * gain[0, i]
     if not total > 0.0:
         gain[:] = 0.0
         return 0.0
-    for i in range(count):
-        gain[i] /= total
-        state[i] += gain[i] * off
-    _project(spread, gain, row)
-    for i in range(count):
-        for j in range(count):
-            spread[i, j] += gain[i] * variance * gain[j]
+    for i in range(state.size):
+        gain[0, i] /= total
+        state[i] += gain[0, i] * off
+    project(spread, gain, row)
+    add_noise(spread, gain, (variance, 0.0, 0.0))
     return total
 
 
 @compiled
-def _project(spread: Floats, gain: Floats, row: Floats) -> None:
-    """Have (1 - g h') P (1 - g h')' in the place of P (k, k), for columns g and h (k,)."""
-    count = gain.size
-    for j in range(count):
-        product = 0.0
-        for i in range(count):
-            product += row[i] * spread[i, j]
-        for i in range(count):
-            spread[i, j] -= gain[i] * product
-    for i in range(count):
-        product = 0.0
-        for j in range(count):
-            product += spread[i, j] * row[j]
-        for j in range(count):
-            spread[i, j] -= product * gain[j]
-
-
-@compiled
 def _seen(belief: Belief, row: Floats, value: float) -> float:
-    """Return how far a sight is from what is believed of it."""
+    """Return how far a sight by a row (1, k) is from what is believed of it."""
     for i in range(row.size):
-        value -= row[i] * belief.state[i]
+        value -= row[0, i] * belief.state[i]
     return value
 
 
 @compiled
 def _filter(own: Belief, odometry: Odometry, sights: Sights, growth: Growth) -> None:
     """Take sights into a belief, in its place, and carry it to the last instant."""
-    gain, sight = np.empty(own.state.size), 0
+    gain, sight = np.empty((1, own.state.size)), 0
     for n in range(odometry.times.size):
         carry(own, dr_at(odometry, n), growth)
         while sight < sights.nodes.size and sights.nodes[sight] == n:
-            row = sights.rows[sight]
+            row = sights.rows[sight : sight + 1]
             absorb(own, row, _seen(own, row, sights.values[sight]), sights.variances[sight], gain)
             sight += 1
 
@@ -161,10 +139,9 @@ def _smooth(
         transition(own, dr, growth, moves[n])
         carry(own, dr, growth)
         while sight < len(rows) and sights.nodes[sight] == n:
-            offs[sight] = _seen(own, rows[sight], sights.values[sight])
-            totals[sight] = absorb(
-                own, rows[sight], offs[sight], sights.variances[sight], gains[sight]
-            )
+            row, gain = rows[sight : sight + 1], gains[sight : sight + 1]
+            offs[sight] = _seen(own, row, sights.values[sight])
+            totals[sight] = absorb(own, row, offs[sight], sights.variances[sight], gain)
             sight += 1
         states[n], spreads[n] = own.state, own.covariance
     later, sure = np.zeros(known), np.zeros((known, known))
@@ -173,7 +150,8 @@ def _smooth(
         while sight > 0 and sights.nodes[sight - 1] == n:
             sight -= 1
             if totals[sight] > 0.0:
-                _unsee(later, sure, rows[sight], gains[sight], offs[sight], totals[sight])
+                row, gain = rows[sight : sight + 1], gains[sight : sight + 1]
+                _unsee(later, sure, row, gain, offs[sight], totals[sight])
         _go_back(later, sure, moves[n])
     return states, spreads
 
@@ -199,15 +177,17 @@ def _tell(state: Floats, spread: Floats, later: Floats, sure: Floats) -> None:
 def _unsee(
     later: Floats, sure: Floats, row: Floats, gain: Floats, off: float, total: float
 ) -> None:
-    """Have what is said about the state after a sight, said about that before it."""
+    """Have what is said about the state after a sight, said about that before it; its row and
+    gain (1, k).
+    """
     weighed = 0.0
     for i in range(row.size):
-        weighed += gain[i] * later[i]
-    _project(sure, row, gain)
+        weighed += gain[0, i] * later[i]
+    project(sure, row, gain)
     for i in range(row.size):
-        later[i] -= row[i] * (weighed + off / total)
+        later[i] -= row[0, i] * (weighed + off / total)
         for j in range(row.size):
-            sure[i, j] += row[i] * row[j] / total
+            sure[i, j] += row[0, i] * row[0, j] / total
 
 
 @compiled

@@ -38,7 +38,6 @@ covariance intersection, IROS 2013.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import atan2, exp, hypot, isnan, nan, sqrt
 from statistics import NormalDist
 from typing import Any, NamedTuple
@@ -47,11 +46,11 @@ import numpy as np
 
 from ..core.arrays import Floats, Ints
 from ..records.rows import FIX, NONE, EventBuffer, Jacobians, Rows
-from ..vehicles.reckoning import DeadReckoned, expected_error, learn, way_since
-from .belief import STATES, Belief, Growth, carry, expected, next_stop
-from .correcting import REMEMBERED, turning_of
+from ..vehicles.reckoning import DeadReckoned, expected_error, way_since
+from .belief import STATES, Belief, Growth, expected
+from .correcting import REMEMBERED, TeamBelief, carry_team, error_at, hold, take_fix
 from .dead_reckoning import DeadReckoning
-from .fix_update import EXPECTED, MOST_REFUSED, SURE, Rule
+from .fix_update import Noise, Rule, take
 from .navigators import LinearNavigator
 from .smoothing import transition
 
@@ -131,23 +130,6 @@ class Common(NamedTuple):
     driven: Floats
 
 
-@dataclass
-class State:
-    """What is believed of n AUVs with k states each and m further ones: what it is about (n,),
-    MOMENT, the states (n k + m,), their covariance, and the part of that which others may have.
-    """
-
-    moments: Rows
-    states: Floats
-    spread: Floats
-    shared: Floats | None
-
-    def copy(self) -> "State":
-        """Return another one that is the same."""
-        shared = None if self.shared is None else self.shared.copy()
-        return State(self.moments.copy(), self.states.copy(), self.spread.copy(), shared)
-
-
 class FixOf(NamedTuple):
     """A fix of an AUV, by its number as of :func:`..records.rows.fix_numbered`."""
 
@@ -183,9 +165,13 @@ class Team(LinearNavigator):
         )
         self.reckoning, self.rule, self.growth = reckoning, rule, growth
         self.count, self.size = len(corrections), len(first.state)
+        #: How all become less sure by noise that they have in common.
+        self.alike = growth._replace(
+            walk=0.0, wander=growth.wander * fleet.driven[4], wandering=0,
+            sds=growth.sds * fleet.driven[STATES:],
+        )  # fmt: skip
         self.fleet, self.errors, self.every_s, self.columns = fleet, errors, every_s, columns
         self.sound_speed, self.fixes = sound_speed, np.zeros(0, FIX)
-        self._corrections, self._learnt = corrections, learnt
         self._drs: dict[tuple[int, float], DeadReckoned] = {}
         begun, everybody = self._held.all.beliefs, list(range(self.count))
         is_one = fusion == "centralised" and not raw
@@ -248,22 +234,15 @@ class Team(LinearNavigator):
         """Take in measurements, each with the instant (s) that it is of; return what became of the
         last of them.
         """
-        joint, whose = self._of[auv], self._whose or [auv]
-        was = joint.error(auv, now)
+        joint, whose, address = self._of[auv], self._whose or [auv], self._known.address
+        dr = self.dr(auv, now)
+        was = error_at(dr, auv, joint.belief(auv), address)
         outcome = joint.take(*events)
-        is_now = joint.error(auv, now)
+        is_now = error_at(dr, auv, joint.belief(auv), address)
         self._held.make_room(len(whose), self._known)
-        held, row = self._held.all, self._held.count
         for member in whose:
-            belief = joint.belief(member)
-            held.whose[row], held.since[row] = member, now
-            held.beliefs.moments[row] = belief.moment[0]
-            held.beliefs.states[row] = belief.state
-            held.beliefs.covariances[row] = belief.covariance
-            self._corrections[member] = -belief.state[:2]
-            learn(self._learnt[member], expected(belief, self.growth))
-            row += 1
-        self._held.count = row
+            hold(address, self._held.count, member, now, joint.belief(member))
+            self._held.count += 1
         return hypot(is_now[0] - was[0], is_now[1] - was[1]), outcome
 
 
@@ -293,19 +272,20 @@ class Joint:
             sizes += [sds.turn_sd_rad**2] * team.count
         spread = np.zeros((at, at))
         spread[range(n * k, at), range(n * k, at)] = sizes
-        shared = np.zeros((at, at)) if splits else None
+        shared = np.zeros((at * splits, at * splits))
         together = np.diag(team.fleet.variances)
         for a, auv in enumerate(members):
             spread[self._block(a), self._block(a)] = begun.covariances[auv]
             for b in range(a):
                 spread[self._block(a), self._block(b)] = together
                 spread[self._block(b), self._block(a)] = together
-            if shared is not None:
+            if splits:
                 shared[self._block(a), self._block(a)] = together
         states = np.concatenate([*(begun.states[auv] for auv in members), np.zeros(at - n * k)])
-        self._now = State(begun.moments[members].copy(), states, spread, shared)
+        belief = Belief(begun.moments[members].copy(), states, spread)
+        self._now = TeamBelief(np.array(members), belief, shared)
         self._events: list[tuple[float, Event]] = []
-        self._before: list[State] = []
+        self._before: list[TeamBelief] = []
         self._most = REMEMBERED * n * (1 + splits) * depth
         #: All measurements that have come here, in the order in which they did.
         self.log: list[tuple[float, Event]] = []
@@ -314,38 +294,29 @@ class Joint:
     def _block(self, member: int) -> slice:
         return slice(member * self.team.size, (member + 1) * self.team.size)
 
-    def belief(self, auv: int, state: State | None = None) -> Belief:
+    def belief(self, auv: int, state: TeamBelief | None = None) -> Belief:
         """Return what is believed of one AUV, a copy, after the last measurement."""
-        state, a = state or self._now, self._place[auv]
+        (moments, states, spread), a = (state or self._now).belief, self._place[auv]
         own = self._block(a)
-        spread = state.spread[own, own].copy()
-        return Belief(state.moments[a : a + 1].copy(), state.states[own].copy(), spread)
-
-    def error(self, auv: int, time: float) -> tuple[float, float]:
-        """Return the error (m) of dead reckoning that is believed of an AUV at an instant (s)."""
-        belief, growth = self.belief(auv), self.team.growth
-        while next_stop(belief, growth) < time:
-            carry(belief, self.team.dr(auv, next_stop(belief, growth)), growth)
-        drift = expected(belief, growth)
-        return expected_error(drift, way_since(drift, self.team.dr(auv, time), growth.in_body))
+        return Belief(moments[a : a + 1].copy(), states[own].copy(), spread[own, own].copy())
 
     def tell(self, auv: int, time: float) -> Told:
         """Return what an AUV believes of its place at an instant (s), and that it has told all."""
-        state = self._now.copy()
+        state = _copied(self._now)
         self._carry(state, time)
         own, a = self._place_of(state, auv), self._place[auv]
         at = slice(a * self.team.size, a * self.team.size + 2)
-        spread = state.spread[at, at].copy()
-        shared = np.zeros((2, 2)) if state.shared is None else state.shared[at, at].copy()
+        spread = state.belief.covariance[at, at].copy()
+        shared = state.shared[at, at].copy() if self._splits else np.zeros((2, 2))
         if self._splits:
             self.take((time, SharedAt(auv)))
         return Told(time, own, spread, shared, len(self.log) * self.team.raw)
 
-    def _place_of(self, state: State, auv: int) -> Floats:
+    def _place_of(self, state: TeamBelief, auv: int) -> Floats:
         """Return where an AUV is believed to be (2,), m, at the instant of a state."""
-        a = self._place[auv]
-        dr = self.team.dr(auv, float(state.moments["at_s"][a]))
-        return np.array((dr.x, dr.y)) - state.states[self._block(a)][:2]
+        moments, states, _ = state.belief
+        dr = self.team.dr(auv, float(moments["at_s"][0]))
+        return np.array((dr.x, dr.y)) - states[self._block(self._place[auv])][:2]
 
     def take(self, *events: tuple[float, Event]) -> Outcome:
         """Take in what is about some instants (s), each in its place, and anew what comes after it;
@@ -364,11 +335,11 @@ class Joint:
             if place > 0 or len(self._events) < self._most:
                 self._events.insert(place, (time, event))
                 first = min(first, place)
-        state = self._before[first].copy() if first < len(self._before) else self._now
+        state = _copied(self._before[first]) if first < len(self._before) else self._now
         del self._before[first:]
         outcome = Outcome(nan, nan, False)
         for time, event in self._events[first:]:
-            self._before.append(state.copy())
+            self._before.append(_copied(state))
             self._carry(state, time)
             found = self._apply(state, event)
             outcome = found if event is last else outcome
@@ -377,120 +348,39 @@ class Joint:
         del self._events[:over], self._before[:over]
         return outcome
 
-    # Between measurements
+    def _carry(self, state: TeamBelief, time: float) -> None:
+        """Carry a belief, in its place, to a later instant (s)."""
+        carry_team(self.team._known.address, state, time, self.team.alike)
 
-    def _carry(self, state: State, time: float) -> None:
-        """Carry a state, in its place, to a later instant (s)."""
-        growth = self.team.growth
-        while (at := float(state.moments["at_s"][0])) < time:
-            belief = self.belief(self.members[0], state)
-            self._step(state, min(next_stop(belief, growth), time), at)
-
-    def _step(self, state: State, time: float, at: float) -> None:
-        team, size = self.team, len(state.states)
-        move, grown = np.eye(size), []
-        for a, auv in enumerate(self.members):
-            belief, dr = self.belief(auv, state), team.dr(auv, time)
-            by = np.empty((team.size, team.size))
-            transition(belief, dr, team.growth, by)
-            carry(belief, dr, team.growth)
-            own = self._block(a)
-            move[own, own], state.states[own] = by, belief.state
-            state.moments[a] = belief.moment[0]
-            grown.append(belief.covariance)
-        noise = self._common_noise(time - at)
-        state.spread = move @ state.spread @ move.T
-        if state.shared is not None:
-            state.shared = move @ state.shared @ move.T
-        for a, covariance in enumerate(grown):
-            own = self._block(a)
-            for b in range(a):
-                other = self._block(b)
-                state.spread[own, other] += noise
-                state.spread[other, own] += noise
-            state.spread[own, own] = covariance
-            if state.shared is not None:
-                state.shared[own, own] += noise
-
-    def _common_noise(self, passed: float) -> Floats:
-        """Return what drives the states (k, k) of all AUVs alike, of what :func:`.belief.carry`
-        adds for a time (s).
-        """
-        growth, driven = self.team.growth, self.team.fleet.driven
-        noise = np.zeros((self.team.size, self.team.size))
-        if driven[4]:
-            for axis in range(2):
-                noise[axis, axis] = growth.wander * passed**3 / 3.0
-                noise[axis, 4 + axis] = noise[4 + axis, axis] = -growth.wander * passed**2 / 2.0
-                noise[4 + axis, 4 + axis] = growth.wander * passed
-        for j in np.flatnonzero(driven[STATES:]).tolist():
-            kept = exp(-passed / growth.time_constants[j])
-            noise[STATES + j, STATES + j] = growth.sds[j] ** 2 * (1.0 - kept**2)
-        return noise
-
-    # Measurements
-
-    def _apply(self, state: State, event: Event) -> Outcome:
+    def _apply(self, state: TeamBelief, event: Event) -> Outcome:
         if isinstance(event, SharedAt):
             return self._share(state, event.auv)
         if isinstance(event, FixOf):
             return self._fix(state, event)
         return self._peer(state, event)
 
-    def _share(self, state: State, auv: int) -> Outcome:
+    def _share(self, state: TeamBelief, auv: int) -> Outcome:
         """Let others have what an AUV knows of its place, and what goes with that."""
-        assert state.shared is not None
-        own = state.spread - state.shared
+        own = state.belief.covariance - state.shared
         at = slice(self._place[auv] * self.team.size, self._place[auv] * self.team.size + 2)
         goes_with = own[:, at]
-        state.shared += goes_with @ np.linalg.pinv(own[at, at], hermitian=True) @ goes_with.T
+        state.shared[:] += goes_with @ np.linalg.pinv(own[at, at], hermitian=True) @ goes_with.T
         return Outcome(nan, nan, True)
 
-    def _fix(self, state: State, event: FixOf) -> Outcome:
-        """Take a fix in, expanded about what is believed (:func:`.correcting.expand`)."""
-        team, a = self.team, self._place[event.auv]
-        row = team.row(event.number)
-        own, belief = self._block(a), self.belief(event.auv, state)
-        noise = np.array([(row["sd_x_m"][0] ** 2, row["sd_y_m"][0] ** 2, row["cov_xy_m2"][0])])
-        jacobians = np.zeros((1, 2, 4 * team.common.columns + 2))
+    def _fix(self, state: TeamBelief, event: FixOf) -> Outcome:
+        """Take a fix in."""
+        team, row = self.team, self.team.row(event.number)
+        noise = np.array((row["sd_x_m"][0] ** 2, row["sd_y_m"][0] ** 2, row["cov_xy_m2"][0]))
+        jacobians = np.zeros((2, 4 * team.common.columns + 2))
         if team.common.columns and event.number >= 0:
-            jacobians[0], noise[0] = team.common.of[event.number], team.common.left[event.number]
-        said, common = team.expanded(
-            row, noise, jacobians, belief.state[None], belief.covariance[None]
-        )
-        slopes = np.zeros((2, len(state.states)))
-        slopes[:, own.start : own.start + 2] = -np.eye(2)
-        slopes[:, own.stop - team.common.columns : own.stop] += common[0]
-        x, y, xx, yy, xy = said[0].tolist()
-        place, dr = np.array((x, y)), team.dr(event.auv, float(row["valid_at_s"][0]))
-        off = place - (dr.x, dr.y) - slopes @ state.states
-        was = belief.state[:2].copy()
-        outcome = self._weigh(state, a, slopes, off, np.array(((xx, xy), (xy, yy))), team.rule.gate)
-        now = state.states[own][:2]
-        angle, along, aside, whose = turning_of(team._known.address, row, was, now)
-        self._turn_about(state, own, angle, along, aside, whose)
-        return outcome._replace(off=hypot(*off.tolist()))
+            jacobians, noise = team.common.of[event.number], team.common.left[event.number]
+        a, address = self._place[event.auv], team._known.address
+        return Outcome(*take_fix(address, row, noise, jacobians, state, a))
 
-    def _turn_about(
-        self, state: State, own: slice, angle: float, along: float, aside: float, whose: int
-    ) -> None:
-        """Turn what is believed of an AUV with its place, as :func:`.correcting.turn_on` does."""
-        turn = np.eye(len(state.states))
-        c, s = np.cos(angle), np.sin(angle)
-        at = own.start
-        turn[at : at + 2, at : at + 2] = (c, -s), (s, c)
-        if whose > 0:
-            turn[at] -= aside * turn[at + whose]
-            turn[at + 1] += along * turn[at + whose]
-        elif angle == 0.0:
-            return
-        state.spread = turn @ state.spread @ turn.T
-        if state.shared is not None:
-            state.shared = turn @ state.shared @ turn.T
-
-    def _peer(self, state: State, sight: PeerSight) -> Outcome:
+    def _peer(self, state: TeamBelief, sight: PeerSight) -> Outcome:
         """Take in what an AUV has measured of another, by its range, its bearing, or both."""
-        a, size = self._place[sight.auv], len(state.states)
+        belief, shared = state.belief, state.shared
+        a, size = self._place[sight.auv], len(belief.state)
         own, b = self._block(a), self._place.get(sight.sender)
         here = self._place_of(state, sight.auv)
         back = np.zeros((2, size))  # by the peer's place as it sent, of what is believed here of it
@@ -502,38 +392,38 @@ class Joint:
         mine = np.zeros((2, size))
         mine[:, own.start : own.start + 2] = -np.eye(2)
         apart = mine - back  # by what both are believed to err, how far they are apart
-        spread = apart @ state.spread @ apart.T + away
+        spread = apart @ belief.covariance @ apart.T + away
         measured = list(_seen(here - there, spread, sight))
         if not measured:
             return Outcome(nan, nan, False)
-        slopes = np.zeros((len(measured), size))
         gradient = np.array([seen.gradient for seen in measured])
-        slopes += gradient @ apart
+        slopes = gradient @ apart
         off = np.array([seen.off for seen in measured])
         noise = np.diag([seen.variance for seen in measured])
         noise += gradient @ (more * np.eye(2)) @ gradient.T
         for row, seen in enumerate(measured):
             self._by_errors(slopes[row], seen.kind, sight)
-            off[row] -= slopes[row] @ state.states - gradient[row] @ (apart @ state.states)
-        gate = self._gate(len(measured))
+            off[row] -= slopes[row] @ belief.state - gradient[row] @ (apart @ belief.state)
         aside = 1.0 if measured[0].kind == "range" else hypot(*(here - there).tolist())
-        length = aside * abs(float(off[0]))
+        length, share, theirs = aside * abs(float(off[0])), nan, np.zeros(noise.shape)
         if b is not None or not self._splits:
-            noise = noise + gradient @ away @ gradient.T
-            return self._weigh(state, a, slopes, off, noise, gate)._replace(off=length)
-        common = gradient @ sight.told.shared @ gradient.T
-        alone = gradient @ (away - sight.told.shared) @ gradient.T
-        share = self._best(state, own, slopes, noise + alone, common)
-        if share == 1.0:
-            return Outcome(length, nan, False, share)
-        assert state.shared is not None
-        state.spread = state.spread + (1.0 / share - 1.0) * state.shared
-        state.shared = state.shared / share
-        theirs = common / (1.0 - share) + alone
-        outcome = self._weigh(state, a, slopes, off, noise + theirs, gate, theirs)
-        return outcome._replace(off=length, share=share)
+            noise += gradient @ away @ gradient.T
+        else:
+            common = gradient @ sight.told.shared @ gradient.T
+            alone = gradient @ (away - sight.told.shared) @ gradient.T
+            share = self._best(state, own, slopes, noise + alone, common)
+            if share == 1.0:
+                return Outcome(length, nan, False, share)
+            belief.covariance[:] += (1.0 / share - 1.0) * shared
+            shared[:] /= share
+            theirs = common / (1.0 - share) + alone
+            noise += theirs
+        rule, gain = self.team.rule._replace(gate=self._gate(len(off))), np.empty(slopes.shape)
+        x, y = (*off.tolist(), 0.0)[:2]
+        found = take(belief, (x, y), slopes, _flat(noise), rule, gain, a, shared, _flat(theirs))
+        return Outcome(length, *found, share)
 
-    def _sender(self, state: State, auv: int, time: float) -> tuple[Floats, Floats, float]:
+    def _sender(self, state: TeamBelief, auv: int, time: float) -> tuple[Floats, Floats, float]:
         """Return where a member is believed to have been (2,), m, at an instant (s) before that of
         a state; how that errs with all states (2, n); and what the way since adds (m2, per axis).
         """
@@ -544,7 +434,7 @@ class Joint:
         transition(belief, dr, team.growth, by)
         drift = expected(belief, team.growth)
         error = expected_error(drift, way_since(drift, dr, team.growth.in_body))
-        back = np.zeros((2, len(state.states)))
+        back = np.zeros((2, len(state.belief.state)))
         back[:, own] = -by[:2]
         return np.array((dr.x - error[0], dr.y - error[1])), back, team.growth.walk * abs(passed)
 
@@ -582,15 +472,15 @@ class Joint:
         return gate
 
     def _best(
-        self, state: State, own: slice, slopes: Floats, noise: Floats, common: Floats
+        self, state: TeamBelief, own: slice, slopes: Floats, noise: Floats, common: Floats
     ) -> float:
         """Return the share w that leaves least: of the place until the next message, as far as its
         velocity carries that.
         """
-        assert state.shared is not None
+        covariance = state.belief.covariance
         weights = np.zeros(self.team.size)
         weights[:2], weights[2:STATES] = 1.0, self.team.every_s**2
-        alone = state.spread - state.shared
+        alone = covariance - state.shared
         by_shared, by_alone = state.shared @ slopes.T, alone @ slopes.T
         w = SHARES[:, None, None]
         cross = by_shared / w + by_alone  # (shares, n, numbers)
@@ -601,43 +491,18 @@ class Joint:
             np.diag(state.shared)[own] / SHARES[:, None] + np.diag(alone)[own] - learnt
         ) @ weights
         best = int(left.argmin())
-        return float(SHARES[best]) if left[best] < weights @ np.diag(state.spread)[own] else 1.0
+        return float(SHARES[best]) if left[best] < weights @ np.diag(covariance)[own] else 1.0
 
-    def _weigh(
-        self, state: State, a: int, slopes: Floats, off: Floats, noise: Floats, gate: float,
-        theirs: Floats | None = None,
-    ) -> Outcome:  # fmt: skip
-        """Correct a state by numbers (n,) that are `off` from what is believed, with `slopes`
-        (n, k) and `noise` (n, n), of which `theirs` is what others have.
-        """
-        cross = state.spread @ slopes.T
-        total = slopes @ cross + noise
-        sds = np.sqrt(np.diag(total))
-        if not (sds.all() and np.linalg.det(total / np.outer(sds, sds)) > SURE):
-            return Outcome(nan, nan, True)
-        nis = float(off @ np.linalg.solve(total, off))
-        moment = state.moments[a]
-        if gate > 0.0 and nis > gate and moment["refused"] < MOST_REFUSED:
-            state.moments["refused"][a] += 1
-            if state.moments["refused"][a] == MOST_REFUSED:
-                scale, excess = float(np.trace(total)), nis / max(gate, EXPECTED)
-                believed = scale - float(np.trace(noise))
-                if believed > 0.0 and excess > 1.0:
-                    factor = 1.0 + (excess - 1.0) * scale / believed
-                    state.spread *= factor
-                    if state.shared is not None:
-                        state.shared *= factor
-            return Outcome(nan, nis, False)
-        state.moments["refused"][a] = 0
-        gain = np.linalg.solve(total, cross.T).T
-        state.states = state.states + gain @ off
-        left = np.eye(len(state.states)) - gain @ slopes
-        state.spread = left @ state.spread @ left.T + gain @ noise @ gain.T
-        if state.shared is not None:
-            state.shared = left @ state.shared @ left.T
-            if theirs is not None:
-                state.shared = state.shared + gain @ theirs @ gain.T
-        return Outcome(nan, nis, True)
+
+def _copied(state: TeamBelief) -> TeamBelief:
+    moments, states, spread = state.belief
+    own = Belief(moments.copy(), states.copy(), spread.copy())
+    return TeamBelief(state.members, own, state.shared.copy())
+
+
+def _flat(noise: Floats) -> Noise:
+    """Return the noise of one or two numbers (n, n) as :func:`.fix_update.take` has it."""
+    return noise[0, 0], noise[-1, -1], noise[0, 1] if len(noise) > 1 else 0.0
 
 
 def _key(time: float, event: Event) -> tuple[str, int, int, float]:

@@ -18,7 +18,7 @@ from ..core.arrays import Floats
 from ..core.compiled import compiled, inlined
 from ..navigation.belief import Belief, Growth, carry
 from ..navigation.dead_reckoning import Odometry, dr_at
-from ..navigation.fix_update import EXPECTED, MOST_REFUSED, doubt
+from ..navigation.fix_update import EXPECTED, MOST_REFUSED, doubted
 from ..navigation.smoothing import Sights, absorb
 from ..records.rows import Row, Rows
 from ..vehicles.reckoning import DeadReckoned
@@ -147,7 +147,7 @@ def follow(
     and their covariances xx, yy, xy into `spreads` (n, 3), m2, each with the sights of its instant.
     """
     state, covariance, sight = own.state, own.covariance, 0
-    row, gain = np.zeros(state.size), np.empty(state.size)
+    row, gain = np.zeros((1, state.size)), np.empty((1, state.size))
     for n in range(odometry.times.size):
         dr = dr_at(odometry, n)
         carry(own, dr, growth)
@@ -180,18 +180,19 @@ def _take(
             if is_fix:
                 believed += _between(other, other, own.covariance)
                 variance += other.variance
-            doubt(own, nis / max(noise.gate, EXPECTED), believed, believed + variance)
+            excess = nis / max(noise.gate, EXPECTED)
+            own.covariance[:] *= doubted(excess, believed, believed + variance)
     else:
         moment.refused = 0
     seen.taken = not is_far
     if is_far:
         return
-    row[0], row[1] = aim.x, aim.y
+    row[0, 0], row[0, 1] = aim.x, aim.y
     absorb(own, row, aim.off, mixed(aim.variance, inlier, noise), gain)
     if is_fix:
         x, y = dr.x - own.state[0], dr.y - own.state[1]
         other = across(sight, x, y)
-        row[0], row[1] = other.x, other.y
+        row[0, 0], row[0, 1] = other.x, other.y
         absorb(own, row, other.off, mixed(other.variance, inlier, noise), gain)
 
 
