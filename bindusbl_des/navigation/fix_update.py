@@ -253,10 +253,17 @@ def write_gain(gain: Floats, spread: Floats, slopes: Floats, noise: Noise) -> No
 
 
 @compiled
-def divide_gain(gain: Floats, total: Noise) -> None:
-    """Have K in the place of P H^T, both transposed, by the covariance of what is measured."""
+def divide_gain(gain: Floats, total: Noise, fixed: float) -> None:
+    """Have K in the place of P H^T, both transposed, by the covariance of what is measured: that
+    of Kalman if `fixed` is WEIGHED and anything is unsure, else that share of the position, or 0.
+    """
     xx, yy, xy = total
     determinant = xx * yy - xy * xy
+    if fixed != WEIGHED or not determinant > SURE * (xx + yy) ** 2:
+        gain[:] = 0.0
+        if fixed != WEIGHED:
+            gain[0, 0] = gain[1, 1] = fixed
+        return
     for k in range(gain.shape[1]):
         first, second = gain[0, k], gain[-1, k]
         gain[0, k] = (first * yy - second * xy) / determinant
@@ -294,12 +301,7 @@ def take(
                 shared[:] *= factor
         return nis, False
     moment.refused = 0
-    if rule.gain == WEIGHED and nis == nis:
-        divide_gain(gain, total)
-    else:
-        gain[:] = 0.0
-        if rule.gain != WEIGHED:
-            gain[0, 0] = gain[1, 1] = rule.gain
+    divide_gain(gain, total, rule.gain)
     for k in range(state.size):
         state[k] += gain[0, k] * x + (gain[1, k] * y if len(gain) > 1 else 0.0)
     project(belief.covariance, gain, slopes)

@@ -4,7 +4,8 @@ Theory of operation
 -------------------
 An AUV that measures how far, or in which direction, a peer is learns of its own place what the
 measurement says, less what it does not know of the peer's.  Beliefs are those of :mod:`.belief`;
-:class:`Joint` puts those of several AUVs side by side, with what they have in common.
+:class:`Joint` puts those of several AUVs side by side, with what they have in common; how they are
+carried and corrected is that of one AUV (:mod:`.correcting`).
 
 `centralised`: one belief about all AUVs, which has every fix as it is delivered and every
 measurement as it is heard.  It is the bound: no team of this fleet knows more.

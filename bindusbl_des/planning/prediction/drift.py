@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled
-from ...navigation.belief import roam, spread_by
+from ...navigation.belief import fade, roam, spread_by, wander
 
 BODY, WORLD, WAY, NOT_AT_ALL = 0, 1, 2, 3
 FRAMES = {"body": BODY, "world": WORLD, "way": WAY}
@@ -79,6 +79,7 @@ def carry(state: DriftState, begin: Moment, end: Moment, drifts: Drifts) -> None
     passed = end.time - begin.time
     if passed <= 0.0:
         return
+    both = (state.true, drifts.variances), (state.believed, drifts.assumed)
     for source in range(drifts.frames.size):
         frame, k = drifts.frames[source], 2 + 2 * source
         ahead, aside = passed, 0.0
@@ -88,52 +89,24 @@ def carry(state: DriftState, begin: Moment, end: Moment, drifts: Drifts) -> None
             ahead, aside = end.x - begin.x, end.y - begin.y
         elif frame == NOT_AT_ALL:
             ahead = 0.0
-        share = passed / drifts.time_constants[source]
-        left = -expm1(-share) / share if share > 0.0 else 1.0
-        _drive(state.rows, k, left * ahead, left * aside)
-        spread_by(state.true, k, left * ahead, left * aside)
-        spread_by(state.believed, k, left * ahead, left * aside)
-        if share > 0.0:
-            kept = exp(-share)
-            for row in state.rows:
-                row[k] *= kept
-                row[k + 1] *= kept
-            _fade(state.true, k, kept, drifts.variances)
-            _fade(state.believed, k, kept, drifts.assumed)
-            line, lasts = (ahead / passed, aside / passed), drifts.time_constants[source]
-            roam(state.true, k, line, passed, lasts, drifts.variances[k - 2])
-            roam(state.believed, k, line, passed, lasts, drifts.assumed[k - 2])
-        if drifts.wanders[source] > 0.0:
-            _wander(state.true, k, passed, drifts.wanders[source])
-            _wander(state.believed, k, passed, drifts.wanders[source])
+        lasts, rate = drifts.time_constants[source], drifts.wanders[source]
+        share = passed / lasts
+        kept, mean = exp(-share), -expm1(-share) / share if share > 0.0 else 1.0
+        for row in state.rows:
+            row[0] += mean * ahead * row[k] - mean * aside * row[k + 1]
+            row[1] += mean * aside * row[k] + mean * ahead * row[k + 1]
+            row[k] *= kept
+            row[k + 1] *= kept
+        for spread, variances in both:
+            spread_by(spread, k, mean * ahead, mean * aside)
+            if share > 0.0:
+                fade(spread, k, kept, variances[k - 2])
+                fade(spread, k + 1, kept, variances[k - 1])
+                line = ahead / passed, aside / passed
+                roam(spread, k, line, passed, lasts, variances[k - 2])
+            if rate > 0.0:
+                wander(spread, 0, k, passed, 0.0, rate, 1.0)
+                wander(spread, 1, k + 1, passed, 0.0, rate, 1.0)
     for axis in range(2):
         state.true[axis, axis] += drifts.walk * passed
         state.believed[axis, axis] += drifts.assumed_walk * passed
-
-
-@compiled
-def _drive(rows: Floats, k: int, ahead: float, aside: float) -> None:
-    for i in range(len(rows)):
-        rows[i, 0] += ahead * rows[i, k] - aside * rows[i, k + 1]
-        rows[i, 1] += aside * rows[i, k] + ahead * rows[i, k + 1]
-
-
-@compiled
-def _fade(spread: Floats, k: int, kept: float, variances: Floats) -> None:
-    """Let the states k and k + 1 fall towards their mean, and new noise come to them."""
-    for j in range(k, k + 2):
-        for i in range(len(spread)):
-            spread[j, i] *= kept
-        for i in range(len(spread)):
-            spread[i, j] *= kept
-        spread[j, j] += variances[j - 2] * (1.0 - kept * kept)
-
-
-@compiled
-def _wander(spread: Floats, k: int, passed: float, rate: float) -> None:
-    """Add what a random walk of a velocity has done to it and to the error."""
-    for axis in range(2):
-        spread[axis, axis] += rate * passed * passed * passed / 3.0
-        spread[axis, k + axis] += rate * passed * passed / 2.0
-        spread[k + axis, axis] += rate * passed * passed / 2.0
-        spread[k + axis, k + axis] += rate * passed

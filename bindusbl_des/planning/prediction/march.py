@@ -13,30 +13,30 @@ from typing import NamedTuple
 import numpy as np
 
 from ...core.arrays import Floats, Ints
-from ...core.compiled import compiled
+from ...core.compiled import compiled, inlined
+from ...navigation.fix_update import (
+    WEIGHED,
+    Noise,
+    add_noise,
+    divide_gain,
+    project,
+    write_gain,
+)
 from .drift import FRAMES, NOT_AT_ALL, Drifts, DriftState, carry, moment_at
 from .inputs import DriftSource, Inputs
 from .rounds import Turns
 from .sights import Fixes
 
-Spread = tuple[float, float, float]
-
-# A gain that is worked out from what the filter believes
-WEIGHED = -1.0
-
 
 class ExpectedFix(NamedTuple):
     """What a fix says: the error, with noise xx, yy, xy (m2), as it is and as the filter thinks;
-    and what it has in common with other fixes, (`xx`; `yx`, `yy`) m times the two states from
-    `common` on (0: it has nothing).
+    and by which slopes (2, k) it goes with the states, the last two of which it may have in common
+    with other fixes.
     """
 
-    noise: Spread
-    thought: Spread
-    common: int
-    xx: float
-    yx: float
-    yy: float
+    noise: Noise
+    thought: Noise
+    slopes: Floats
 
 
 @compiled
@@ -51,89 +51,31 @@ def correct(
     `behind` (x, y), m, of where the fix holds.
     """
     rows, true, believed = state
-    size, chance = len(true), min(fixes, 1.0)
-    share = 1.0 / max(fixes, 1.0)
-    xx, yy, xy = fix.noise[0] * share, fix.noise[1] * share, fix.noise[2] * share
-    thought = fix.thought[0] * share, fix.thought[1] * share, fix.thought[2] * share
-    gains = _gains(believed, fix, thought, gain)
-    moved = np.empty(size)
+    chance, share = min(fixes, 1.0), 1.0 / max(fixes, 1.0)
+    noise, thought = _scaled(fix.noise, share), _scaled(fix.thought, share)
+    gains, moved = np.empty(fix.slopes.shape), np.empty(len(true))
+    divide_gain(gains, write_gain(gains, believed, fix.slopes, thought), gain)
     for row in range(len(rows) - 1, -1, -1):
-        x, y = rows[row, 0], rows[row, 1]
-        if fix.common > 0:
-            x += fix.xx * rows[row, fix.common]
-            y += fix.yx * rows[row, fix.common] + fix.yy * rows[row, fix.common + 1]
-        if row == 0:
-            x, y = x + behind[0], y + behind[1]
-        for i in range(size):
-            moved[i] = gains[i, 0] * x + gains[i, 1] * y
-            rows[row, i] -= chance * moved[i]
-    _mix(true, _joseph(true, gains, fix, (xx, yy, xy)), chance)
-    _mix(believed, _joseph(believed, gains, fix, thought), chance)
-    for i in range(size):
-        for j in range(size):
+        x, y = behind if row == 0 else (0.0, 0.0)
+        for k in range(len(true)):
+            x += fix.slopes[0, k] * rows[row, k]
+            y += fix.slopes[1, k] * rows[row, k]
+        for k in range(len(true)):
+            moved[k] = gains[0, k] * x + gains[1, k] * y
+            rows[row, k] -= chance * moved[k]
+    for spread, own in ((true, noise), (believed, thought)):
+        before = spread.copy()
+        project(spread, gains, fix.slopes)
+        add_noise(spread, gains, own)
+        spread[:] = before + chance * (spread - before)
+    for i in range(len(true)):
+        for j in range(len(true)):
             true[i, j] += chance * (1.0 - chance) * moved[i] * moved[j]
 
 
-@compiled
-def _mix(spread: Floats, other: Floats, chance: float) -> None:
-    for i in range(len(spread)):
-        for j in range(len(spread)):
-            spread[i, j] += chance * (other[i, j] - spread[i, j])
-
-
-@compiled
-def _said(spread: Floats, fix: ExpectedFix) -> Floats:
-    """Return the covariances (k, 2) of all states with what a fix says, P H^T."""
-    out = spread[:, :2].copy()
-    if fix.common > 0:
-        for i in range(len(spread)):
-            first, second = spread[i, fix.common], spread[i, fix.common + 1]
-            out[i, 0] += fix.xx * first
-            out[i, 1] += fix.yx * first + fix.yy * second
-    return out
-
-
-@compiled
-def _gains(believed: Floats, fix: ExpectedFix, noise: Spread, gain: float) -> Floats:
-    """Return the gains (k, 2) of a fix: Kalman's, or a fixed one of the position."""
-    out = np.zeros((len(believed), 2))
-    if gain != WEIGHED:
-        out[0, 0] = out[1, 1] = gain
-        return out
-    said = _said(believed, fix)
-    xx, yy, xy = said[0, 0], said[1, 1], said[0, 1]
-    if fix.common > 0:
-        first, second = said[fix.common], said[fix.common + 1]
-        xx += fix.xx * first[0]
-        xy += fix.xx * first[1]
-        yy += fix.yx * first[1] + fix.yy * second[1]
-    xx, yy, xy = xx + noise[0], yy + noise[1], xy + noise[2]
-    determinant = xx * yy - xy * xy
-    if determinant > 1e-12 * (xx + yy) * (xx + yy):
-        for i in range(len(believed)):
-            out[i, 0] = (said[i, 0] * yy - said[i, 1] * xy) / determinant
-            out[i, 1] = (said[i, 1] * xx - said[i, 0] * xy) / determinant
-    return out
-
-
-@compiled
-def _joseph(spread: Floats, gains: Floats, fix: ExpectedFix, noise: Spread) -> Floats:
-    """Return (1 - K H) P (1 - K H)^T + K R K^T."""
-    size = len(spread)
-    half, out = np.empty((size, size)), np.empty((size, size))
-    said = _said(spread, fix)
-    for i in range(size):
-        for j in range(size):
-            half[i, j] = spread[i, j] - gains[i, 0] * said[j, 0] - gains[i, 1] * said[j, 1]
-    said = _said(half, fix)
-    xx, yy, xy = noise
-    for i in range(size):
-        over = gains[i, 0] * xx + gains[i, 1] * xy
-        beside = gains[i, 0] * xy + gains[i, 1] * yy
-        for j in range(size):
-            out[i, j] = half[i, j] - said[i, 0] * gains[j, 0] - said[i, 1] * gains[j, 1]
-            out[i, j] += over * gains[j, 0] + beside * gains[j, 1]
-    return out
+@inlined
+def _scaled(noise: Noise, share: float) -> Noise:
+    return noise[0] * share, noise[1] * share, noise[2] * share
 
 
 # Fixes less likely than this are none.
@@ -320,15 +262,16 @@ def _varies(m: Floats, spread: Floats) -> float:
 @compiled
 def _fix(noise: Floats, lasts: Floats, drifts: Drifts) -> ExpectedFix:
     """Return a fix with noise, and what it has in common with others, each xx, yy, xy (3,), m2."""
-    own = noise[0], noise[1], noise[2]
-    if not drifts.has_common:
-        return ExpectedFix(own, own, 0, 0.0, 0.0, 0.0)
-    thought, last = own, 2 * drifts.frames.size
-    if drifts.assumed[last - 2] == 0.0:  # to a filter that is not told it is noise as any
-        thought = own[0] + lasts[0], own[1] + lasts[1], own[2] + lasts[2]
-    xx = sqrt(lasts[0])
-    yx = lasts[2] / xx if xx > 0.0 else 0.0
-    return ExpectedFix(own, thought, last, xx, yx, sqrt(max(lasts[1] - yx * yx, 0.0)))
+    own, last = (noise[0], noise[1], noise[2]), 2 * drifts.frames.size
+    thought, slopes = own, np.eye(2, 2 + last)
+    if drifts.has_common:
+        if drifts.assumed[last - 2] == 0.0:  # to a filter that is not told it is noise as any
+            thought = own[0] + lasts[0], own[1] + lasts[1], own[2] + lasts[2]
+        xx = sqrt(lasts[0])
+        yx = lasts[2] / xx if xx > 0.0 else 0.0
+        slopes[0, last], slopes[1, last] = xx, yx
+        slopes[1, last + 1] = sqrt(max(lasts[1] - yx * yx, 0.0))
+    return ExpectedFix(own, thought, slopes)
 
 
 # Before the first fix nothing is known: by so much (m) an AUV may be anywhere.
