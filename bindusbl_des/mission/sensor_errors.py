@@ -11,7 +11,7 @@ from ..navigation.dead_reckoning import random_walk
 from ..records.events import HEARD, LASTING_ERRORS
 from ..records.rows import NONE, Rows
 from ..setup import Setup
-from ..usbl.systematic_fixes import SYSTEMATIC, Systematic
+from ..usbl.systematic_effects import SYSTEMATIC, Systematic
 from ..vehicles.currents import CONTROL_S, gauss_markov
 from ..vehicles.reckoning import Wrong, skews_of
 from .launch import MissionCurrent, slow_gnss

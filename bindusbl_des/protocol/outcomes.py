@@ -24,14 +24,8 @@ from ..usbl.measuring import HEADING_NOISE, NO_INSTRUMENT, NOISE_WIDTH, Instrume
 from ..usbl.own_instrument import OwnInstrument, mirrored, sounding_of
 from ..usbl.range_rates import RangeRates
 from ..usbl.slow_errors import SLOW, advance, blend
-from ..usbl.systematic_fixes import (
-    OUTLIER_WIDTH,
-    Astray,
-    PackedErrors,
-    Systematic,
-    astray,
-    measured_astray,
-)
+from ..usbl.systematic_effects import PackedErrors, Systematic, astray
+from ..usbl.systematic_fixes import OUTLIER_WIDTH, Astray, measured_astray
 from ..usbl.two_way import Heard
 from .pings import HfBand
 from .reception import Decided, PairNoise, foretold, resolve

@@ -33,7 +33,8 @@ from ..usbl.inverted import HeardBeacon, located_astray, located_itself
 from ..usbl.measuring import GNSS_NOISE, NOISE_WIDTH, PackedInstrument, instrument_of
 from ..usbl.sights import copy_direction, no_sights
 from ..usbl.slow_errors import RANGE, SLOW, advance, blend
-from ..usbl.systematic_fixes import PackedErrors, measured_astray, systematic_of
+from ..usbl.systematic_effects import PackedErrors, systematic_of
+from ..usbl.systematic_fixes import measured_astray
 from ..usbl.two_way import Heard
 from ..vehicles.motion import Motion, where
 

@@ -4,7 +4,7 @@ the ASVs that heard a ping make of it together.
 
 import math
 from dataclasses import dataclass, field
-from math import hypot, isnan, nan, radians, sqrt
+from math import hypot, nan, radians, sqrt
 from typing import cast
 
 import numpy as np
@@ -17,7 +17,7 @@ from ..records.rows import Row, Rows
 from ..scenario.families import INSTRUMENT
 from ..scenario.part_choice import settings_of
 from ..scenario.shipped_settings import Datasheet
-from ..vehicles.motion import Motion, where
+from ..vehicles.motion import Motion
 from .array import Vector, scatter
 from .covariance import across_by_array
 from .fusion import fuse_pair
@@ -27,14 +27,12 @@ from .measuring import (
     Instrument,
     PackedInstrument,
     Sheet,
-    clocked,
     locate,
     path_sd,
     placed,
-    sighted,
 )
-from .sights import note_direction, note_sight
-from .two_way import Heard, seeming, travelled, two_way
+from .sights import note_sight
+from .two_way import Heard, is_called, sighting, two_way
 
 
 def sheet_of(model: str, calls: bool) -> Sheet | None:
@@ -185,28 +183,18 @@ def measured(
     `strayed` (AUVs,) is how far each may have strayed between a call and its answer (variance along
     its course, m2).
     """
-    ping = heard.ping
-    if not isnan(ping.call_time_s):
-        return two_way(heard, asvs, instrument, strayed[ping.auv])
-    levels = instrument.levels
+    if is_called(heard.ping):
+        return two_way(heard, asvs, instrument, strayed[heard.ping.auv])
     estimate, covariance, first = heard.noise[0], heard.noise, True  # until somebody has heard it
     for row in range(len(heard.receptions)):
-        reception = heard.receptions[row]
+        reception, noise = heard.receptions[row], heard.noise[row]
         if reception.outcome != HEARD:
             continue
-        x, y, z, yaw = where(asvs, reception.asv, reception.arrived_at_s)
-        vessel = x, y, z
-        noise = heard.noise[row]
-        unit, believed = sighted(
-            seeming(ping, vessel, reception), vessel, yaw, reception.snr_db, noise, instrument
-        )
-        note_direction(reception, unit, believed)
-        reach = levels.sound_speed_m_per_s * clocked(travelled(reception), noise, instrument)
+        seen = sighting(heard, row, asvs, instrument, None)
         fix, spread = placed(
-            vessel, unit, believed, reach, path_sd(reach, levels), reception.snr_db, noise,
-            instrument,
-        )  # fmt: skip
-        note_sight(reception, fix, unit, believed, reach, spread, instrument)
+            seen, seen.path, path_sd(seen.path, instrument.levels), noise, instrument
+        )
+        note_sight(reception, fix, seen, seen.path, spread, instrument)
         if first:
             estimate, covariance, first = fix, spread, False
         else:

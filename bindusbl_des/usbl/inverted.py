@@ -14,30 +14,25 @@ import numpy as np
 from ..core.arrays import Floats
 from ..core.compiled import compiled
 from ..records.rows import NONE, Row
-from .array import Vector, minus, negative, rotation, turned
-from .fusion import product
-from .measuring import Instrument, clocked, offset_of, path_sd, placed, sighted, slow_path_sd
-from .sights import note_direction, note_sight
+from .array import NOTHING, Vector, negative
+from .measuring import Instrument, Sighting, path_sd, placed
+from .sights import note_sight
 from .systematic_effects import (
     CLOCK,
     EFFECTS,
     GNSS,
-    SLOW_RANGE,
     SOUND_SPEED,
+    Systematic,
     Whose,
-    across,
     add,
     add_own,
-    add_unknown_turn,
-    bent,
-    changes,
-    kept,
-    lengthen,
+    astray,
+    deviations,
     level_part,
     noise_of,
 )
-from .systematic_fixes import Systematic, astray, deviations, jump, write_columns
-from .two_way import Sighting
+from .systematic_fixes import by_range, jump, write_columns
+from .two_way import View, measure
 
 
 class HeardBeacon(NamedTuple):
@@ -60,16 +55,9 @@ def located_itself(own: HeardBeacon, instrument: Instrument) -> tuple[Floats, Fl
 
     It is the ASV's place less the offset measured.
     """
-    reception, levels = own.reception, instrument.levels
-    beneath, above = negative(own.place), negative(_source(own))
-    unit, believed = sighted(beneath, above, own.yaw, reception.snr_db, own.noise, instrument)
-    note_direction(reception, unit, believed)
-    reach = levels.sound_speed_m_per_s * clocked(reception.travel_time_s, own.noise, instrument)
-    image, covariance = placed(
-        above, unit, believed, reach, path_sd(reach, levels), reception.snr_db, own.noise,
-        instrument,
-    )  # fmt: skip
-    note_sight(reception, -image, negative(unit), -believed, reach, covariance, instrument)
+    seen, levels = _sighting(own, instrument, None), instrument.levels
+    image, covariance = placed(seen, seen.path, path_sd(seen.path, levels), own.noise, instrument)
+    note_sight(own.reception, -image, _mirrored(seen), seen.path, covariance, instrument)
     return -image, covariance
 
 
@@ -81,67 +69,48 @@ def located_astray(
     (3, 4 k + 2), and what is left, as of :func:`.systematic_fixes.measured_astray`: the array is
     turned in the AUV by its misalignment, its clock is late, the ASV is slowly astray.
     """
-    ping, reception, levels = own.ping, own.reception, instrument.levels
-    beneath, above = negative(own.place), negative(_source(own))
-    unit, believed = sighted(beneath, above, own.yaw, reception.snr_db, own.noise, instrument)
-    turn = rotation(0.0, 0.0, systematic.misalignments[reception.auv])
-    late, later = systematic.clocks[reception.auv]
-    took = reception.travel_time_s - late - later * reception.arrived_at_s
-    path = levels.sound_speed_m_per_s * clocked(took, own.noise, instrument)
-    origin = minus(above, astray(reception.asv, ping.sent_at_s, systematic))
-    below = beneath[2] - above[2]
-    seen = Sighting(
-        origin, turned(turn, unit), product(turn, believed), path, reception.snr_db, below
-    )
-    note_direction(reception, seen.unit, seen.believed)
-    image, covariance = placed(
-        origin, seen.unit, seen.believed, path, path_sd(path, levels), seen.snr_db, own.noise,
-        instrument,
-    )  # fmt: skip
-    ahead = offset_of(image, origin, path, own.noise, instrument)
+    reception, count = own.reception, systematic.variances.size
     sds = deviations(reception.arrived_at_s, systematic.levels)
-    clock_m = levels.sound_speed_m_per_s * sds[CLOCK]
-    add_unknown_turn(covariance, ahead, clock_m, seen, instrument)
-    effects, moved = _effects(seen, ahead, instrument, clock_m)
-    bends = -bent(effects, ahead, instrument)
+    seen = _sighting(own, instrument, systematic)
+    # a clock that is late takes the way for shorter than it was
+    image = by_range(seen, 0.0, -1.0, sds[CLOCK], own.noise, instrument)
+    covariance, effects, bends = image.covariance[:3, :3].copy(), image.effects, -image.bends
+    for k in range(EFFECTS):  # of the mirror image, whose AUV moves the other way
+        if k < GNSS or k >= SOUND_SPEED:
+            for i in range(3):
+                effects[i, k] = -effects[i, k]
     add_own(covariance, effects, bends, sds)
     for k in (SOUND_SPEED, CLOCK):
         add(covariance, effects[:, k], sds[k] ** 2)
-    fix = -image
+    fix = -image.fix
     jump(fix, own.noise, systematic.levels)
-    count = systematic.variances.size
     columns = np.zeros((4, 4 * count + 2))
     whose = Whose(0, reception.asv, NONE, reception.arrived_at_s)
-    write_columns(columns, effects, moved, bends, whose, systematic)
+    write_columns(columns, effects, image.changes, bends, whose, systematic)
     jacobians = columns[:3]
     each = np.concatenate((jacobians[:, 3 * count : 4 * count], jacobians[:, :count]), axis=1)
     left = noise_of(covariance, each, systematic.variances)
-    note_sight(reception, fix, negative(seen.unit), -seen.believed, path, left, instrument)
+    note_sight(reception, fix, _mirrored(seen), seen.path, left, instrument)
     return fix, covariance, jacobians, level_part(left)
 
 
 @compiled
-def _source(own: HeardBeacon) -> Vector:
-    return own.ping.x_m, own.ping.y_m, own.ping.z_m
+def _sighting(own: HeardBeacon, instrument: Instrument, errors: Systematic | None) -> Sighting:
+    """Return what an AUV measures of an ASV, as the image of it where the ASV is the origin."""
+    ping, reception = own.ping, own.reception
+    beneath, above = negative(own.place), negative((ping.x_m, ping.y_m, ping.z_m))
+    took, off = reception.travel_time_s, NOTHING
+    if errors is not None:
+        late, later = errors.clocks[reception.auv]
+        took = took - late - later * reception.arrived_at_s
+        off = negative(astray(reception.asv, ping.sent_at_s, errors))
+    view = View(beneath, above, own.yaw, took, beneath[2] - above[2], off)
+    return measure(view, reception, reception.auv, own.noise, instrument, errors)
 
 
 @compiled
-def _effects(
-    seen: Sighting, ahead: Vector, instrument: Instrument, clock_m: float
-) -> tuple[Floats, Floats]:
-    """Return the effects (4, EFFECTS) on a fix that is the ASV's place less the offset `ahead`, and
-    how they change per m that the AUV is farther along x and along y (2, 4, EFFECTS).
-
-    A clock that is late takes the way for shorter than it was.
-    """
-    effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
-    farther[SOUND_SPEED], farther[CLOCK] = seen.path, -instrument.levels.sound_speed_m_per_s
-    farther[SLOW_RANGE] = slow_path_sd(seen.path, instrument.levels)
-    lengthen(effects, seen.unit, farther, kept(ahead, seen.path))
-    # of the mirror image, whose AUV moves the other way
-    moved = changes(effects, ahead, seen, instrument, clock_m)
-    for k in range(EFFECTS):
-        if k < GNSS or k >= SOUND_SPEED:
-            for i in range(3):
-                effects[i, k] = -effects[i, k]
-    return effects, moved
+def _mirrored(seen: Sighting) -> Sighting:
+    """Return a sighting as seen from the other end."""
+    return Sighting(
+        seen.vessel, negative(seen.unit), -seen.believed, seen.path, seen.snr_db, seen.below
+    )

@@ -195,6 +195,21 @@ def instrument_of(packed: PackedInstrument) -> Instrument:
     return Instrument(packed.array, packed.metric, packed.levels[0])
 
 
+class Sighting(NamedTuple):
+    """What an array measures of a ping: where it is (m), the direction and the attitude that it
+    believes in (:func:`sighted`), the length (m) of the way of the ping, or of call and answer, and
+    its signal-to-noise ratio (dB, nan if nobody knows of one); how far (m) the source was below it,
+    by its pressure sensor.
+    """
+
+    vessel: Vector
+    unit: Vector
+    believed: Floats
+    path: float
+    snr_db: float
+    below: float
+
+
 # What is handed over in the place of an instrument of somebody's own
 NO_INSTRUMENT = PackedInstrument(np.empty((0, 3)), np.eye(3), np.zeros(1, dtype=LEVELS))
 
@@ -215,11 +230,10 @@ def locate(
     frame, m), `snr_db` its signal-to-noise ratio, nan if nobody knows of one; `noise` are
     NOISE_WIDTH standard normal numbers.
     """
-    levels = instrument.levels
     unit, believed = sighted(source, vessel, yaw, snr_db, noise, instrument)
-    reach = levels.sound_speed_m_per_s * clocked(travel_time, noise, instrument)
-    ranging_sd = path_sd(reach, levels)
-    return placed(vessel, unit, believed, reach, ranging_sd, snr_db, noise, instrument)
+    reach = instrument.levels.sound_speed_m_per_s * clocked(travel_time, noise, instrument)
+    seen = Sighting(vessel, unit, believed, reach, snr_db, source[2] - vessel[2])
+    return placed(seen, reach, path_sd(reach, instrument.levels), noise, instrument)
 
 
 @compiled
@@ -294,43 +308,32 @@ def clocked(travel_time: float, noise: Floats, instrument: Instrument) -> float:
 
 @compiled
 def placed(
-    vessel: Vector,
-    unit: Vector,
-    believed: Floats,
-    reach: float,
-    ranging_sd: float,
-    snr_db: float,
-    noise: Floats,
-    instrument: Instrument,
+    seen: Sighting, reach: float, ranging_sd: float, noise: Floats, instrument: Instrument
 ) -> tuple[Floats, Floats]:
-    """Return the fix (3,), m, at a range `reach` (m) in a direction, and its covariance (3, 3), m2,
-    without what is known to change slowly.
-
-    `ranging_sd` (m) is that of the range; direction and attitude as of :func:`sighted`.
+    """Return the fix (3,), m, at a range `reach` (m, of standard deviation `ranging_sd`) in the
+    direction that was seen, and its covariance (3, 3), m2, without what is known to change slowly.
     """
-    ahead, levels = scaled(unit, reach), instrument.levels
-    offset = not_nothing(ahead)
-    across = _across(offset, believed, snr_db, instrument)
+    ahead, levels = scaled(seen.unit, reach), instrument.levels
+    offset, believed = not_nothing(ahead), seen.believed
+    across = _across(offset, believed, seen.snr_db, instrument)
     covariance = fix_covariance(offset, believed, across, ranging_sd, levels.attitude_sd_rad, 0.0)
     shrinkage, spread = debias(ahead, covariance, ranging_sd), spread_sd(reach, levels)
     fix = np.empty(3)
     for k in range(3):
-        fix[k] = vessel[k] + levels.gnss_sd_m * noise[GNSS_NOISE + k] + shrinkage * ahead[k]
+        fix[k] = seen.vessel[k] + levels.gnss_sd_m * noise[GNSS_NOISE + k] + shrinkage * ahead[k]
         fix[k] += spread * noise[SPREAD_NOISE + k]
         covariance[k, k] += levels.gnss_sd_m**2 + (1.0 - levels.slow_share) * spread**2
     return fix, covariance
 
 
 @compiled
-def turned_aside(
-    unit: Vector, away: float, believed: Floats, snr_db: float, instrument: Instrument
-) -> Floats:
-    """Return the covariance (3, 3), m2, of what lies so far `away` (m) in a direction that was
-    measured, by the errors of the direction alone.
+def turned_aside(seen: Sighting, away: float, instrument: Instrument) -> Floats:
+    """Return the covariance (3, 3), m2, of what lies so far `away` (m) in the direction that was
+    seen, by the errors of the direction alone.
     """
-    offset, attitude_sd = not_nothing(scaled(unit, away)), instrument.levels.attitude_sd_rad
-    across = _across(offset, believed, snr_db, instrument)
-    return fix_covariance(offset, believed, across, 0.0, attitude_sd, 0.0)
+    offset, attitude_sd = not_nothing(scaled(seen.unit, away)), instrument.levels.attitude_sd_rad
+    across = _across(offset, seen.believed, seen.snr_db, instrument)
+    return fix_covariance(offset, seen.believed, across, 0.0, attitude_sd, 0.0)
 
 
 @compiled

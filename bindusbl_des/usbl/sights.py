@@ -24,7 +24,7 @@ from .array import (
     turned,
     turned_back,
 )
-from .measuring import Instrument, path_sd, spread_sd
+from .measuring import Instrument, Sighting, path_sd, spread_sd
 
 # A direction so unsure (rad2, both axes together) is none: the second order does not describe it.
 UNSURE = 0.5
@@ -70,16 +70,15 @@ def copy_direction(fix: Row, receptions: Rows) -> None:
 
 @compiled
 def note_sight(
-    row: Row, fix: Floats, unit: Vector, believed: Floats, reach: float, noise: Floats,
-    instrument: Instrument,
-) -> None:  # fmt: skip
+    row: Row, fix: Floats, seen: Sighting, reach: float, noise: Floats, instrument: Instrument
+) -> None:
     """Write to a reception what was measured of it.
 
-    `fix` (3,), m, was placed by the unit vector (3,) to the AUV and the range `reach` (m), and
-    shortened (:func:`.covariance.debias`); `noise` (3, 3), m2, is its covariance.  `believed` as of
-    :func:`note_direction`; negative if it was the AUV that measured, in the other direction.
+    `fix` (3,), m, was placed in the direction of the AUV by the range `reach` (m), and shortened
+    (:func:`.covariance.debias`); `noise` (3, 3), m2, is its covariance.  The attitude believed in
+    is negative if it was the AUV that measured, in the other direction.
     """
-    levels = instrument.levels
+    levels, unit, believed = instrument.levels, seen.unit, seen.believed
     row.caller_x_m = row.caller_y_m = row.caller_z_m = row.called_before_s = row.is_caller = nan
     white = 1.0 - levels.slow_share  # the rest is an error in common with other fixes
     own = levels.gnss_sd_m**2 + white * spread_sd(reach, levels) ** 2

@@ -2,14 +2,15 @@
 acoustic errors is slow): the Jacobian J of a fix, and what these errors make of its covariance.
 """
 
-from math import isnan, sqrt
-from typing import NamedTuple
+from math import hypot, isnan, sqrt
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from ..core.arrays import Floats
-from ..core.compiled import compiled
-from ..records.rows import NONE, Row
+from ..core.compiled import compiled, written_out
+from ..records.rows import NONE, Row, Rows
+from ..vehicles.currents import CONTROL_S
 from .array import (
     Vector,
     across_by_metric,
@@ -23,8 +24,15 @@ from .array import (
     turned_back,
     weighted,
 )
-from .measuring import Instrument, angle_sds, spread_sd, stated_aside, timed_sd, turned_aside
-from .two_way import Sighting
+from .measuring import (
+    Instrument,
+    Sighting,
+    angle_sds,
+    spread_sd,
+    stated_aside,
+    timed_sd,
+    turned_aside,
+)
 
 # Columns of what a fix and (less) the length of a call's way are off, per rad of misalignment, per
 # m of GNSS of who measures and of who has called, along x and y, per share of the sound speed, and
@@ -32,6 +40,24 @@ from .two_way import Sighting
 # the slow part of the range, and of three numbers that make that of the direction.
 MISALIGNMENT, GNSS, CALLER, SOUND_SPEED, CLOCK, SLOW_RANGE, SLOW_ASIDE = 0, 1, 3, 5, 6, 7, 8
 EFFECTS = 11
+
+# What is known: standard deviations along these columns but for the clock, that of its offset (s)
+# and of its drift, the standard normal number below which a measurement is an outlier and the
+# spread of these (m), and the columns of J at which each kind begins (NONE: it is not told).
+SYSTEMATIC = np.dtype(
+    [
+        ("sd", "f8", (CLOCK,)),
+        ("clock_offset_sd_s", "f8"),
+        ("clock_drift_sd", "f8"),
+        ("outliers_below", "f8"),
+        ("outlier_sd_m", "f8"),
+        ("misalignment_at", "i8"),
+        ("gnss_at", "i8"),
+        ("sound_speed_at", "i8"),
+        ("clock_at", "i8"),
+        ("slow_at", "i8"),
+    ]
+)
 
 # Slow numbers of a pair of vehicles
 SLOW = EFFECTS - SLOW_RANGE
@@ -41,6 +67,65 @@ NEAR = 3.0
 
 # What is nearer (m) lies in no direction: a clock that is off may leave nothing of a range.
 AT_THE_ARRAY = 1e-3
+
+
+class Systematic(NamedTuple):
+    """What lasts through a mission.
+
+    A record of SYSTEMATIC and the variances (k,) of what J belongs to; and the truth: heading
+    misalignments of the ASVs (m,), rad, their GNSS errors (m, n, 2), m, each for CONTROL_S, and how
+    late (s) each AUV's clock is at first, and how much later each second (auvs, 2).
+    """
+
+    levels: Row
+    variances: Floats
+    misalignments: Floats
+    gnss: Floats
+    clocks: Floats
+
+
+class PackedErrors(NamedTuple):
+    """What lasts (:class:`Systematic`) as compiled code is handed it once: levels (1,); and where
+    it writes how each fix depends on that, `jacobians` (fixes, 2, 4 k + 2), and the covariance that
+    does not come from it, xx, yy, xy, `left` (fixes, 3), m2: see :class:`..records.rows.Jacobians`.
+    """
+
+    levels: Annotated[Rows, SYSTEMATIC]
+    variances: Floats
+    misalignments: Floats
+    gnss: Annotated[Floats, 3]
+    clocks: Annotated[Floats, 2]
+    jacobians: Annotated[Floats, 3]
+    left: Annotated[Floats, 2]
+
+
+@written_out
+def systematic_of(packed: PackedErrors) -> Systematic:
+    """Return what lasts, of what was handed over."""
+    return Systematic(
+        packed.levels[0], packed.variances, packed.misalignments, packed.gnss, packed.clocks
+    )
+
+
+@compiled
+def astray(asv: int, time: float, systematic: Systematic) -> Vector:
+    """Return the slow GNSS error (3,), m, of an ASV at an instant (s)."""
+    own = systematic.gnss[asv]
+    now = min(int(time / CONTROL_S), len(own) - 1)
+    return own[now, 0], own[now, 1], 0.0
+
+
+@compiled
+def deviations(time: float, levels: Row) -> Floats:
+    """Return the standard deviations (EFFECTS,) of all that lasts, at an instant (s) at which the
+    AUV's clock is read; NaN where it is not.
+    """
+    sds = np.ones(EFFECTS)  # those of slow errors
+    sds[:CLOCK] = levels.sd
+    sds[CLOCK] = 0.0
+    if not isnan(time):
+        sds[CLOCK] = hypot(levels.clock_offset_sd_s, levels.clock_drift_sd * time)
+    return sds
 
 
 @compiled
@@ -201,7 +286,7 @@ def add_unknown_turn(
     if clock_m <= 0.0:
         return
     away = sqrt(1.0 - _far_share(ahead, clock_m)) * clock_m
-    aside = turned_aside(seen.unit, away, seen.believed, seen.snr_db, instrument)
+    aside = turned_aside(seen, away, instrument)
     for i in range(3):
         for j in range(3):
             covariance[i, j] += aside[i, j]

@@ -8,22 +8,21 @@ itself is one more error of its measurement; sound speed and clock are those of 
 at once, so that they are fused as unknowns beside the place (best linear unbiased estimate).
 """
 
-from math import hypot, isnan, nan, sqrt
-from typing import Annotated, NamedTuple
+from math import nan, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
 from ..core.arrays import Floats
-from ..core.compiled import compiled, written_out
+from ..core.compiled import compiled
 from ..records.events import HEARD
-from ..records.rows import Row, Rows
-from ..vehicles.currents import CONTROL_S
+from ..records.rows import Row
 from ..vehicles.motion import Motion
-from .array import Vector, dot, plus, rotation, turned
-from .fusion import fuse_shared, product
+from .array import Vector, dot, plus
+from .fusion import fuse_shared
 from .instrument import Usbl
-from .measuring import NOISE_WIDTH, Instrument, offset_of, path_sd, placed, slow_path_sd
-from .sights import note_call, note_direction, note_sight, unknown_sights
+from .measuring import NOISE_WIDTH, Instrument, Sighting, offset_of, path_sd, placed, slow_path_sd
+from .sights import note_call, note_sight, unknown_sights
 from .systematic_effects import (
     CALLER,
     CLOCK,
@@ -33,13 +32,16 @@ from .systematic_effects import (
     SLOW_ASIDE,
     SLOW_RANGE,
     SOUND_SPEED,
+    Systematic,
     Whose,
     across,
     add,
     add_own,
     add_unknown_turn,
+    astray,
     bent,
     changes,
+    deviations,
     kept,
     lengthen,
     level_part,
@@ -49,66 +51,10 @@ from .systematic_effects import (
     spread_out,
     states_place,
 )
-from .two_way import Heard, Sighting, by_itself, first_to_locate, sighting, travelled, way_to_caller
-
-# What is known: standard deviations along these columns but for the clock, that of its offset (s)
-# and of its drift, the standard normal number below which a measurement is an outlier and the
-# spread of these (m), and the columns of J at which each kind begins (NONE: it is not told).
-SYSTEMATIC = np.dtype(
-    [
-        ("sd", "f8", (CLOCK,)),
-        ("clock_offset_sd_s", "f8"),
-        ("clock_drift_sd", "f8"),
-        ("outliers_below", "f8"),
-        ("outlier_sd_m", "f8"),
-        ("misalignment_at", "i8"),
-        ("gnss_at", "i8"),
-        ("sound_speed_at", "i8"),
-        ("clock_at", "i8"),
-        ("slow_at", "i8"),
-    ]
-)
+from .two_way import Heard, by_itself, first_to_locate, is_called, sighting, way_to_caller
 
 # Numbers of a row of noise, after those of NOISE_WIDTH and of the loss, that make an outlier
 OUTLIER_WIDTH = 3
-
-
-class Systematic(NamedTuple):
-    """What lasts through a mission.
-
-    A record of SYSTEMATIC and the variances (k,) of what J belongs to; and the truth: heading
-    misalignments of the ASVs (m,), rad, their GNSS errors (m, n, 2), m, each for CONTROL_S, and how
-    late (s) each AUV's clock is at first, and how much later each second (auvs, 2).
-    """
-
-    levels: Row
-    variances: Floats
-    misalignments: Floats
-    gnss: Floats
-    clocks: Floats
-
-
-class PackedErrors(NamedTuple):
-    """What lasts (:class:`Systematic`) as compiled code is handed it once: levels (1,); and where
-    it writes how each fix depends on that, `jacobians` (fixes, 2, 4 k + 2), and the covariance that
-    does not come from it, xx, yy, xy, `left` (fixes, 3), m2: see :class:`..records.rows.Jacobians`.
-    """
-
-    levels: Annotated[Rows, SYSTEMATIC]
-    variances: Floats
-    misalignments: Floats
-    gnss: Annotated[Floats, 3]
-    clocks: Annotated[Floats, 2]
-    jacobians: Annotated[Floats, 3]
-    left: Annotated[Floats, 2]
-
-
-@written_out
-def systematic_of(packed: PackedErrors) -> Systematic:
-    """Return what lasts, of what was handed over."""
-    return Systematic(
-        packed.levels[0], packed.variances, packed.misalignments, packed.gnss, packed.clocks
-    )
 
 
 class Astray(NamedTuple):
@@ -116,14 +62,6 @@ class Astray(NamedTuple):
 
     usbl: Usbl
     systematic: Systematic
-
-
-@compiled
-def astray(asv: int, time: float, systematic: Systematic) -> Vector:
-    """Return the slow GNSS error (3,), m, of an ASV at an instant (s)."""
-    own = systematic.gnss[asv]
-    now = min(int(time / CONTROL_S), len(own) - 1)
-    return own[now, 0], own[now, 1], 0.0
 
 
 @compiled
@@ -135,18 +73,16 @@ def jump(fix: Floats, noise: Floats, levels: Row) -> None:
 
 
 class AsvFix(NamedTuple):
-    """What one ASV makes of a ping: a fix (3,), m, in the direction of a unit vector (3,) at a
-    range `reach` (m), by an attitude `believed` (3, 3); the covariance (4, 4), m2, of it and of
-    (less) the length of the call's way, with no error that lasts; its effects (4, EFFECTS), their
-    changes along x and y (2, 4, EFFECTS), the `bends` (4, EFFECTS) that a misalignment (rad)
-    squared makes half of, and that length (m), 0 without a call.  The call came along the unit
-    vector `bearing` (3,); per m that its way was longer than if the AUV had kept its place, fix and
-    (less) that length are off by `moved` (4,).
+    """What one array makes of a ping: a fix (3,), m, in the direction `seen` at a range `reach`
+    (m); the covariance (4, 4), m2, of it and of (less) the length of the call's way, with no error
+    that lasts; its effects (4, EFFECTS), their changes along x and y (2, 4, EFFECTS), the `bends`
+    (4, EFFECTS) that a misalignment (rad) squared makes half of, and that length (m), 0 without a
+    call.  The call came along the unit vector `bearing` (3,); per m that its way was longer than if
+    the AUV had kept its place, fix and (less) that length are off by `moved` (4,).
     """
 
     fix: Floats
-    unit: Vector
-    believed: Floats
+    seen: Sighting
     reach: float
     covariance: Floats
     effects: Floats
@@ -158,42 +94,40 @@ class AsvFix(NamedTuple):
 
 
 @compiled
-def by_first(
-    heard: Heard, row: int, asvs: Motion, instrument: Instrument, strayed: Floats,
-    sds: Floats, systematic: Systematic,
+def by_range(
+    seen: Sighting, call_way: float, sign: float, clock_sd: float, noise: Floats,
+    instrument: Instrument,
 ) -> AsvFix:  # fmt: skip
-    """Return what the ASV makes of a ping that locates its AUV first."""
-    if _called(heard):
-        return _by_whole_way(heard, row, asvs, instrument, strayed, sds, systematic)
-    return by_other(heard, row, 0.0, asvs, instrument, systematic)
+    """Return what an array makes of a ping that came over the path measured, less that of a call
+    that went a known way (m); a clock that is late (of a standard deviation, s) makes the range
+    longer, or shorter by a `sign`.
+    """
+    reach, spread, levels = seen.path - call_way, np.zeros((4, 4)), instrument.levels
+    fix, spread[:3, :3] = placed(seen, reach, path_sd(seen.path, levels), noise, instrument)
+    ahead, speed = offset_of(fix, seen.vessel, reach, noise, instrument), levels.sound_speed_m_per_s
+    clock_m = speed * clock_sd
+    add_unknown_turn(spread, ahead, clock_m, seen, instrument)
+    effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
+    farther[SOUND_SPEED], farther[CLOCK] = seen.path, sign * speed
+    farther[SLOW_RANGE] = slow_path_sd(seen.path, levels)
+    lengthen(effects, seen.unit, farther, kept(ahead, reach))
+    effects[3] = 0.0  # the length of the call's way is given
+    return AsvFix(
+        fix, seen, reach, spread, effects, changes(effects, ahead, seen, instrument, clock_m),
+        bent(effects, ahead, instrument), call_way, seen.unit, np.zeros(4),
+    )  # fmt: skip
 
 
 @compiled
 def by_other(
-    heard: Heard, row: int, call_way: float, asvs: Motion, instrument: Instrument,
+    heard: Heard, row: int, call_way: float, asvs: Motion, instrument: Instrument, sds: Floats,
     systematic: Systematic,
 ) -> AsvFix:  # fmt: skip
     """Return what an ASV makes of a ping, or of an answer whose call went a known way (m)."""
-    seen, noise = _seen(heard, row, asvs, instrument, systematic), heard.noise[row]
-    reach, spread, levels = seen.path - call_way, np.zeros((4, 4)), instrument.levels
-    ranging_sd = path_sd(seen.path, levels)
-    fix, spread[:3, :3] = placed(
-        seen.vessel, seen.unit, seen.believed, reach, ranging_sd, seen.snr_db, noise, instrument
-    )
-    ahead = offset_of(fix, seen.vessel, reach, noise, instrument)
-    clock_m = levels.sound_speed_m_per_s * deviations(_clock_at(heard), systematic.levels)[CLOCK]
-    add_unknown_turn(spread, ahead, clock_m, seen, instrument)
-    effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
-    farther[SOUND_SPEED], farther[CLOCK] = seen.path, levels.sound_speed_m_per_s
-    farther[SLOW_RANGE] = slow_path_sd(seen.path, levels)
-    lengthen(effects, seen.unit, farther, kept(ahead, reach))
-    effects[3] = 0.0  # the length of the call's way is given
-    jump(fix, noise, systematic.levels)
-    return AsvFix(
-        fix, seen.unit, seen.believed, reach, spread, effects,
-        changes(effects, ahead, seen, instrument, clock_m),
-        bent(effects, ahead, instrument), call_way, seen.unit, np.zeros(4),
-    )  # fmt: skip
+    seen, noise = sighting(heard, row, asvs, instrument, systematic), heard.noise[row]
+    part = by_range(seen, call_way, 1.0, sds[CLOCK], noise, instrument)
+    jump(part.fix, noise, systematic.levels)
+    return part
 
 
 @compiled
@@ -203,7 +137,7 @@ def _by_whole_way(
 ) -> AsvFix:  # fmt: skip
     """Return what an ASV makes of an answer by the whole way of call and answer."""
     ping, noise = heard.ping, heard.noise[row]
-    seen = _seen(heard, row, asvs, instrument, systematic)
+    seen = sighting(heard, row, asvs, instrument, systematic)
     baseline = way_to_caller(heard, row, seen, asvs, instrument)
     baseline = plus(baseline, astray(ping.called_by, ping.called_at_s, systematic))
     alone = by_itself(seen, baseline, heard, row, instrument, strayed[ping.auv])
@@ -232,53 +166,15 @@ def _by_whole_way(
         moved[i] *= kept(ahead, own.reach) * seen.unit[i]
     jump(fix, noise, systematic.levels)
     return AsvFix(
-        fix, seen.unit, seen.believed, own.reach, spread, effects,
-        changes(effects, ahead, seen, instrument, 0.0),
+        fix, seen, own.reach, spread, effects, changes(effects, ahead, seen, instrument, 0.0),
         bent(effects, ahead, instrument), seen.path - own.reach, own.bearing, moved,
     )  # fmt: skip
 
 
 @compiled
-def _seen(
-    heard: Heard, row: int, asvs: Motion, instrument: Instrument, systematic: Systematic
-) -> Sighting:
-    """Return what an ASV measures that is turned and astray, by the clock of the AUV or of all."""
-    ping, reception = heard.ping, heard.receptions[row]
-    if _called(heard):
-        under_way = ping.call_time_s + travelled(reception)
-    else:
-        late, later = systematic.clocks[ping.auv]
-        under_way = travelled(reception) + late + later * ping.sent_at_s
-    seen = sighting(heard, row, under_way, asvs, instrument)
-    turn = rotation(0.0, 0.0, systematic.misalignments[reception.asv])
-    unit, believed = turned(turn, seen.unit), product(turn, seen.believed)
-    note_direction(reception, unit, believed)
-    vessel = plus(seen.vessel, astray(reception.asv, reception.arrived_at_s, systematic))
-    return Sighting(vessel, unit, believed, seen.path, seen.snr_db, seen.below)
-
-
-@compiled
-def deviations(time: float, levels: Row) -> Floats:
-    """Return the standard deviations (EFFECTS,) of all that lasts, at an instant (s) at which the
-    AUV's clock is read; NaN where it is not.
-    """
-    sds = np.ones(EFFECTS)  # those of slow errors
-    sds[:CLOCK] = levels.sd
-    sds[CLOCK] = 0.0
-    if not isnan(time):
-        sds[CLOCK] = hypot(levels.clock_offset_sd_s, levels.clock_drift_sd * time)
-    return sds
-
-
-@compiled
-def _called(heard: Heard) -> bool:
-    return not isnan(heard.ping.call_time_s)
-
-
-@compiled
-def _clock_at(heard: Heard) -> float:
+def _clock_at(ping: Row) -> float:
     """Return when (s) the AUV's clock told it to ping; NaN if a call did."""
-    return nan if _called(heard) else float(heard.ping.sent_at_s)
+    return nan if is_called(ping) else float(ping.sent_at_s)
 
 
 # What is fused: a place, the error of the call's way (m), sound speed and clock per sd
@@ -304,31 +200,31 @@ def measured_astray(
     their derivatives along x, along y, and by what they belong to; last are those of the way along
     x and y (m) from where the AUV has answered back to where it has heard the call.
     """
-    first, sds = first_to_locate(heard), deviations(_clock_at(heard), systematic.levels)
-    begun = by_first(heard, first, asvs, instrument, strayed, sds, systematic)
+    first, sds = first_to_locate(heard), deviations(_clock_at(heard.ping), systematic.levels)
+    if is_called(heard.ping):
+        begun = _by_whole_way(heard, first, asvs, instrument, strayed, sds, systematic)
+    else:
+        begun = by_other(heard, first, 0.0, asvs, instrument, sds, systematic)
     state, spread, squares = np.zeros(UNKNOWNS), _begun(begun, sds), 0.0
     state[:3] = begun.fix
     known = _columns(begun, heard, first, systematic)
     reception, alone = heard.receptions[first], spread[:3, :3].copy()
-    note_sight(reception, begun.fix, begun.unit, begun.believed, begun.reach, alone, instrument)
+    note_sight(reception, begun.fix, begun.seen, begun.reach, alone, instrument)
     jacobians = np.zeros((UNKNOWNS, known.shape[1]))
     jacobians[:3] = known[:3]
     others = 0
     for row in range(len(heard.receptions)):
         if heard.receptions[row].outcome == HEARD and row != first:
             others += 1
-            part = by_other(heard, row, begun.call_way, asvs, instrument, systematic)
+            part = by_other(heard, row, begun.call_way, asvs, instrument, sds, systematic)
             fix, own, beside = part.fix, part.covariance[:3, :3].copy(), _beside(part, sds)
             add_own(own, part.effects, part.bends, sds)
-            note_sight(
-                heard.receptions[row], part.fix, part.unit, part.believed, part.reach, own,
-                instrument,
-            )  # fmt: skip
+            note_sight(heard.receptions[row], part.fix, part.seen, part.reach, own, instrument)
             fused = fuse_shared(state, spread, fix, own, beside)
             off = _columns(part, heard, row, systematic)[:3]
             if begun.call_way > 0.0:  # its error is in every other range
                 for i in range(3):
-                    off[i] += part.unit[i] * known[3]
+                    off[i] += part.seen.unit[i] * known[3]
             for i in range(3):
                 off[i] -= jacobians[i]
                 for k in range(3, UNKNOWNS):
@@ -348,10 +244,10 @@ def measured_astray(
         for i in range(3):
             left[i, i] = max(left[i, i], 0.0)
     if others == 0 and begun.call_way == 0.0:
-        note_sight(reception, begun.fix, begun.unit, begun.believed, begun.reach, left, instrument)
+        note_sight(reception, begun.fix, begun.seen, begun.reach, left, instrument)
     elif count > 0 or doubt > 1.0 or begun.call_way > 0.0 or sds[SOUND_SPEED] + sds[CLOCK] > 0.0:
         unknown_sights(heard.receptions)  # they err together
-        if _called(heard):
+        if is_called(heard.ping):
             note_call(heard.receptions, heard.ping)
     move(jacobians, state)
     out[:, : 4 * count] = jacobians[:3, : 4 * count]
@@ -379,7 +275,7 @@ def _beside(part: AsvFix, sds: Floats) -> Floats:
     out = np.zeros((3, UNKNOWNS - 3))
     for i in range(3):
         if part.call_way > 0.0:
-            out[i, 0] = -part.unit[i]
+            out[i, 0] = -part.seen.unit[i]
         out[i, 1] = sds[SOUND_SPEED] * part.effects[i, SOUND_SPEED]
         out[i, 2] = sds[CLOCK] * part.effects[i, CLOCK]
     return out
@@ -392,7 +288,7 @@ def _columns(part: AsvFix, heard: Heard, row: int, systematic: Systematic) -> Fl
     way.
     """
     count, asv = systematic.variances.size, heard.receptions[row].asv
-    whose = Whose(asv, asv, heard.ping.called_by, _clock_at(heard))
+    whose = Whose(asv, asv, heard.ping.called_by, _clock_at(heard.ping))
     out = np.zeros((4, 5 * count + 1))
     out[:, 5 * count] = part.moved
     write_columns(out, part.effects, part.changes, part.bends, whose, systematic)

@@ -19,11 +19,33 @@ from ..core.compiled import compiled
 from ..records.events import HEARD
 from ..records.rows import NONE, Row, Rows
 from ..vehicles.motion import Motion, where
-from .array import NOTHING, Vector, divided, dot, length, minus, negative, plus, scaled
+from .array import (
+    NOTHING,
+    Vector,
+    divided,
+    dot,
+    length,
+    minus,
+    negative,
+    plus,
+    rotation,
+    scaled,
+    turned,
+)
 from .covariance import SHORTEST_RANGE
-from .fusion import fuse_shared
-from .measuring import Instrument, clocked, gnss_noise, path_sd, placed, sighted, spread_sd
+from .fusion import fuse_shared, product
+from .measuring import (
+    Instrument,
+    Sighting,
+    clocked,
+    gnss_noise,
+    path_sd,
+    placed,
+    sighted,
+    spread_sd,
+)
 from .sights import note_answer, note_direction, note_sight
+from .systematic_effects import Systematic, astray
 
 # A share of the whole way below which a caller and an AUV are in line, and one cannot tell where.
 IN_LINE = 1e-9
@@ -140,21 +162,6 @@ class Heard(NamedTuple):
     noise: Floats
 
 
-class Sighting(NamedTuple):
-    """What an ASV measures of a ping: where it is (m), the direction and the attitude that it
-    believes in (:func:`.measuring.sighted`), the length (m) of the way of the ping, or of call and
-    answer, and its signal-to-noise ratio (dB, nan if nobody knows of one); how far (m) the AUV was
-    below it, by the AUV's pressure sensor.
-    """
-
-    vessel: Vector
-    unit: Vector
-    believed: Floats
-    path: float
-    snr_db: float
-    below: float
-
-
 class Alone(NamedTuple):
     """What one ASV makes of an answer by itself: the fix (3,), m, the covariance (4, 4), m2, of it
     and of (less) the length of the call's way, its range, and how much longer (m per m) that is
@@ -175,8 +182,8 @@ def two_way(
 
     `strayed` (m2) is how far the AUV may have gone between the two.
     """
-    reference = first_to_locate(heard)
-    seen = answered(heard, reference, asvs, instrument)
+    reference, levels = first_to_locate(heard), instrument.levels
+    seen = sighting(heard, reference, asvs, instrument, None)
     baseline = way_to_caller(heard, reference, seen, asvs, instrument)
     alone = by_itself(seen, baseline, heard, reference, instrument, strayed)
     state, spread, jacobian = np.zeros(4), alone.covariance, np.empty((3, 1))
@@ -185,12 +192,10 @@ def two_way(
     call_way = seen.path - alone.own.reach
     for row in range(len(heard.receptions)):
         if heard.receptions[row].outcome == HEARD and row != reference:
-            seen = answered(heard, row, asvs, instrument)
+            seen = sighting(heard, row, asvs, instrument, None)
             _note(heard, row, seen, asvs, instrument)
-            fix, other = placed(
-                seen.vessel, seen.unit, seen.believed, max(seen.path - call_way, 0.0),
-                path_sd(seen.path, instrument.levels), seen.snr_db, heard.noise[row], instrument,
-            )  # fmt: skip
+            reach, ranging_sd = max(seen.path - call_way, 0.0), path_sd(seen.path, levels)
+            fix, other = placed(seen, reach, ranging_sd, heard.noise[row], instrument)
             for k in range(3):
                 jacobian[k, 0] = -seen.unit[k]
             state, spread, _, _ = fuse_shared(state, spread, fix, other, jacobian)
@@ -201,12 +206,9 @@ def two_way(
 def _note(heard: Heard, row: int, seen: Sighting, asvs: Motion, instrument: Instrument) -> None:
     """Note what an ASV has measured of an answer."""
     half, levels = seen.path / 2, instrument.levels
-    fix, noise = placed(
-        seen.vessel, seen.unit, seen.believed, half, path_sd(half, levels), seen.snr_db,
-        heard.noise[row], instrument,
-    )  # fmt: skip
+    fix, noise = placed(seen, half, path_sd(half, levels), heard.noise[row], instrument)
     reception, baseline = heard.receptions[row], way_to_caller(heard, row, seen, asvs, instrument)
-    note_sight(reception, fix, seen.unit, seen.believed, half, noise, instrument)
+    note_sight(reception, fix, seen, half, noise, instrument)
     note_answer(reception, heard.ping, seen.path, baseline, levels)
 
 
@@ -222,25 +224,63 @@ def first_to_locate(heard: Heard) -> int:
 
 
 @compiled
-def answered(heard: Heard, row: int, asvs: Motion, instrument: Instrument) -> Sighting:
-    """Return what an ASV measures of a reception of an answer."""
-    under_way = heard.ping.call_time_s + travelled(heard.receptions[row])
-    return sighting(heard, row, under_way, asvs, instrument)
+def is_called(ping: Row) -> bool:
+    """Tell whether a ping answers a call."""
+    return not isnan(ping.call_time_s)
 
 
 @compiled
 def sighting(
-    heard: Heard, row: int, under_way: float, asvs: Motion, instrument: Instrument
+    heard: Heard, row: int, asvs: Motion, instrument: Instrument, errors: Systematic | None
 ) -> Sighting:
-    """Return what an ASV measures of a reception of sound that was `under_way` so long (s)."""
-    ping, reception, noise = heard.ping, heard.receptions[row], heard.noise[row]
+    """Return what an ASV measures of a reception, with what lasts if anything does: by the clock of
+    the AUV, or for an answer of all ASVs.
+    """
+    ping, reception = heard.ping, heard.receptions[row]
     x, y, z, yaw = where(asvs, reception.asv, reception.arrived_at_s)
-    vessel = x, y, z
-    source = seeming(ping, vessel, reception)
-    unit, believed = sighted(source, vessel, yaw, reception.snr_db, noise, instrument)
+    vessel, under_way, off = (x, y, z), travelled(reception), NOTHING
+    if is_called(ping):
+        under_way = ping.call_time_s + under_way
+    elif errors is not None:
+        late, later = errors.clocks[ping.auv]
+        under_way = under_way + late + later * ping.sent_at_s
+    if errors is not None:
+        off = astray(reception.asv, reception.arrived_at_s, errors)
+    view = View(seeming(ping, vessel, reception), vessel, yaw, under_way, ping.z_m - z, off)
+    return measure(view, reception, reception.asv, heard.noise[row], instrument, errors)
+
+
+class View(NamedTuple):
+    """How an array sees a source: where that seems to be and where the array is (3,), m, and heads
+    (rad), how long (s) the sound seems to have been under way, how far (m) the source is below, and
+    how far (3,), m, who carries the array is slowly astray.
+    """
+
+    source: Vector
+    array: Vector
+    yaw: float
+    under_way: float
+    below: float
+    off: Vector
+
+
+@compiled
+def measure(
+    view: View, reception: Row, carrier: int, noise: Floats, instrument: Instrument,
+    errors: Systematic | None,
+) -> Sighting:  # fmt: skip
+    """Return what an array measures of a source, by a row of noise; its `carrier` is the number of
+    its vehicle among those with arrays.  Note the direction.
+    """
+    snr_db, place = reception.snr_db, view.array
+    unit, believed = sighted(view.source, place, view.yaw, snr_db, noise, instrument)
+    path = instrument.levels.sound_speed_m_per_s * clocked(view.under_way, noise, instrument)
+    if errors is not None:
+        turn = rotation(0.0, 0.0, errors.misalignments[carrier])
+        unit, believed = turned(turn, unit), product(turn, believed)
+        place = plus(place, view.off)
     note_direction(reception, unit, believed)
-    path = instrument.levels.sound_speed_m_per_s * clocked(under_way, noise, instrument)
-    return Sighting(vessel, unit, believed, path, reception.snr_db, ping.z_m - z)
+    return Sighting(place, unit, believed, path, snr_db, view.below)
 
 
 @compiled
@@ -295,9 +335,7 @@ def by_itself(
     if heard.receptions[row].asv != heard.ping.called_by:
         other_gnss = gnss
     own = own_range(seen.path, baseline, seen.unit)
-    fix, covariance = placed(
-        seen.vessel, seen.unit, seen.believed, own.reach, 0.0, seen.snr_db, noise, instrument
-    )
+    fix, covariance = placed(seen, own.reach, 0.0, noise, instrument)
     # of which the range does not depend
     beside = gnss + (1.0 - levels.slow_share) * spread_sd(own.reach, levels) ** 2
     limit = dot(baseline, baseline) / 6  # two places on a line

@@ -8,7 +8,7 @@ from ..core.arrays import Floats
 from ..core.compiled import compiled
 from ..records.rows import Rows
 from .array import NOTHING, dot, turned
-from .measuring import NOISE_WIDTH, Instrument, path_sd, placed, spread_sd
+from .measuring import NOISE_WIDTH, Instrument, Sighting, path_sd, placed, spread_sd
 
 
 @compiled
@@ -31,7 +31,8 @@ def variances(
         ranging_sd = path_sd(reach, instrument.levels)
         if moved >= 0.0:
             ranging_sd = 0.5 * math.sqrt(path_sd(2.0 * reach, instrument.levels) ** 2 + moved)
-        _, spread = placed(NOTHING, unit, believed, reach, ranging_sd, snr_db[k], none, instrument)
+        seen = Sighting(NOTHING, unit, believed, reach, snr_db[k], depth)
+        _, spread = placed(seen, reach, ranging_sd, none, instrument)
         if weighs:
             spread_m2 = spread_sd(reach, instrument.levels) ** 2
             own = instrument.levels.gnss_sd_m**2 + (1.0 - instrument.levels.slow_share) * spread_m2
